@@ -1,0 +1,155 @@
+//! What comes out: shapes, internal forces, reactions, energies, and how it was found. SI units.
+
+use crate::minimiser::Status;
+use crate::{Rotation, Vector};
+
+/// A whole run.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Run {
+    /// Name of the scenario.
+    pub scenario: String,
+    /// Status of the run: that of its first increment that did not converge, or converged.
+    pub status: Status,
+    /// Remarks: wires that end in a joint, overstretched spans and the like.
+    pub notes: Vec<String>,
+    /// The last increment of each step, or all of them.
+    pub steps: Vec<StepResult>,
+}
+
+/// One increment's end.
+#[derive(Clone, Debug, PartialEq)]
+pub struct StepResult {
+    /// Name of the step.
+    pub name: String,
+    /// Which increment this is, from 1.
+    pub increment: usize,
+    /// Increments of the step.
+    pub increments: usize,
+    /// Status.
+    pub status: Status,
+    /// Branches, in the order of the scenario.
+    pub branches: Vec<BranchResult>,
+    /// Joints.
+    pub joints: Vec<JointResult>,
+    /// Fixings that act.
+    pub constraints: Vec<ConstraintResult>,
+    /// Energy by effect.
+    pub energy: Energy,
+    /// Tightest bend of the whole harness; `None` where everything is straight.
+    pub min_bend_radius: Option<TightestBend>,
+    /// Whether the equilibrium is stable; `None` where it was not determined.
+    pub stable: Option<bool>,
+    /// How it was found.
+    pub minimiser: MinimiserResult,
+}
+
+/// One branch; vectors have one entry for each node.
+#[derive(Clone, Debug, PartialEq)]
+pub struct BranchResult {
+    /// Name.
+    pub name: String,
+    /// Diameter, m.
+    pub diameter: f64,
+    /// Smallest bend radius allowed, m.
+    pub bend_radius_limit: Option<f64>,
+    /// Axial stiffness EA, N.
+    pub axial_stiffness: f64,
+    /// Arc length, m.
+    pub s: Vec<f64>,
+    /// Position, m, world.
+    pub position: Vec<Vector>,
+    /// Frame; its columns are d1, d2, d3.
+    pub frame: Vec<Rotation>,
+    /// Internal force, N, world: what the part with larger s exerts on the part with smaller s.
+    pub force: Vec<Vector>,
+    /// Internal moment, N m, world.
+    pub moment: Vec<Vector>,
+    /// Bend radius, m; infinite where straight.
+    pub bend_radius: Vec<f64>,
+    /// Total material twist of the branch, turns.
+    pub twist_turns: f64,
+}
+
+/// One joint.
+#[derive(Clone, Debug, PartialEq)]
+pub struct JointResult {
+    /// Name of the vertex.
+    pub name: String,
+    /// Position, m.
+    pub position: Vector,
+    /// Orientation; for joints without a frame of their own the best fit to their arms.
+    pub orientation: Rotation,
+}
+
+/// One fixing: where it holds, and what it exerts on the harness.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ConstraintResult {
+    /// Name.
+    pub name: String,
+    /// Kind.
+    pub kind: String,
+    /// Held point, m.
+    pub position: Vector,
+    /// Frame at the held point.
+    pub orientation: Rotation,
+    /// Force, N, world.
+    pub force: Vector,
+    /// Moment about the held point, N m, world.
+    pub moment: Vector,
+}
+
+/// Energy by effect, J. Zero at rest; gravity measured from the world origin; loads −F·x.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Energy {
+    /// Stretch of the branches.
+    pub stretch: f64,
+    /// Shear of the branches.
+    pub shear: f64,
+    /// Bending of the branches.
+    pub bend: f64,
+    /// Twist of the branches.
+    pub twist: f64,
+    /// Gravity.
+    pub gravity: f64,
+    /// Dead forces.
+    pub load: f64,
+    /// Joints.
+    pub joint: f64,
+    /// Constraints that are potentials.
+    pub constraint: f64,
+}
+
+impl Energy {
+    /// The sum, J.
+    pub fn total(&self) -> f64 {
+        self.stretch + self.shear + self.bend + self.twist + self.gravity + self.load + self.joint + self.constraint
+    }
+}
+
+/// The tightest bend.
+#[derive(Clone, Debug, PartialEq)]
+pub struct TightestBend {
+    /// Branch.
+    pub branch: String,
+    /// Arc length, m.
+    pub s: f64,
+    /// Bend radius, m.
+    pub value: f64,
+    /// Smallest bend radius allowed there, m.
+    pub limit: Option<f64>,
+}
+
+/// How an equilibrium was found.
+#[derive(Clone, Debug, PartialEq)]
+pub struct MinimiserResult {
+    /// Kind.
+    pub kind: String,
+    /// Iterations, over all increments of the step so far.
+    pub iterations: usize,
+    /// Factorisations, likewise.
+    pub factorisations: usize,
+    /// Time, s, likewise.
+    pub seconds: f64,
+    /// Largest residual force (and moment) relative to its scale, from the certificate.
+    pub force_residual: f64,
+}

@@ -1,0 +1,76 @@
+//! The vocabulary of Wireloom: what a harness is, in which state it is, what its energy is, and the
+//! four traits through which rods, joints, constraints and minimisers are exchanged.
+//!
+//! No I/O, no printing, no file format, no graphics API, no dynamic library: see `crates/README.md`.
+//!
+//! | symbol | name in code | unit | meaning |
+//! | --- | --- | --- | --- |
+//! | `x_i` | `points` | m | position of node `i` |
+//! | `q_c` | `frames` | – | frame of a segment or of a station; columns d1, d2, d3 (d3: the tangent) |
+//! | `ℓ_j` | `rest_lengths` | m | unstressed length of segment `j` |
+//! | `λ_c` | `coupling_lengths` | m | length of the bend-twist coupling between frames `c` and `c+1` |
+//! | `Γ_j` | strain | – | `R_jᵀ (x_{j+1} − x_j)/ℓ_j − e3`: shear along d1, d2; stretch along d3 |
+//! | `κ_c` | curvature | 1/m | `(2/λ_c) Im(q̄_c q_{c+1})`: bending about d1, d2; twist about d3 |
+//! | `n_j` | force | N | `R_j C Γ_j`: what the part with larger s exerts on the part with smaller s |
+//! | `m_c` | moment | N m | likewise |
+
+pub mod constraint;
+pub mod equilibrium;
+pub mod joint;
+pub mod minimiser;
+pub mod network;
+pub mod problem;
+pub mod registry;
+pub mod rod;
+pub mod rotation;
+pub mod section;
+pub mod state;
+pub mod steps;
+
+/// A vector of three numbers.
+pub type Vector = nalgebra::Vector3<f64>;
+/// A 3 × 3 matrix.
+pub type Matrix = nalgebra::Matrix3<f64>;
+/// A unit quaternion.
+pub type Rotation = nalgebra::UnitQuaternion<f64>;
+
+/// Position (m) and orientation.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Pose {
+    /// Position, m.
+    pub position: Vector,
+    /// Orientation: columns d1, d2, d3 in world axes.
+    pub orientation: Rotation,
+}
+
+impl Pose {
+    /// The origin, with frames along the world axes.
+    pub fn identity() -> Self {
+        Self { position: Vector::zeros(), orientation: Rotation::identity() }
+    }
+
+    /// `self` after `local`: the pose of something that sits at `local` in the frame of `self`.
+    pub fn compose(&self, local: &Pose) -> Pose {
+        Pose {
+            position: self.position + self.orientation * local.position,
+            orientation: self.orientation * local.orientation,
+        }
+    }
+
+    /// The pose that undoes `self`.
+    pub fn inverse(&self) -> Pose {
+        let orientation = self.orientation.inverse();
+        Pose { position: -(orientation * self.position), orientation }
+    }
+}
+
+pub use constraint::{Action, Constraint, Hold, HoldWord, Potential, RotationHold};
+pub use equilibrium::{Run, StepResult};
+pub use joint::{Arm, JointModel, Mounting};
+pub use minimiser::{Minimiser, Report, Status, Stop};
+pub use network::Network;
+pub use problem::{Conditions, Problem};
+pub use registry::{Parameter, Parameters, Quantity, Registry, Value};
+pub use rod::{BranchShape, RodSegment};
+pub use section::Section;
+pub use state::{State, Tangent};

@@ -1,0 +1,76 @@
+//! The trait of a minimiser, and what it says when it is done.
+
+use crate::{Problem, State};
+
+/// How a run, a step or an increment ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Status {
+    /// The certificate found forces and moments in balance.
+    Converged,
+    /// No further progress is possible in double precision; the residual is above the tolerance.
+    Stalled,
+    /// The iterations allowed were used up.
+    IterationLimit,
+    /// No step lowers the energy any more, or numbers ceased to be finite.
+    Failed,
+    /// Stopped from outside.
+    Interrupted,
+}
+
+impl Status {
+    /// The word used in results.
+    pub fn word(self) -> &'static str {
+        match self {
+            Status::Converged => "converged",
+            Status::Stalled => "stalled at round-off",
+            Status::IterationLimit => "iteration limit",
+            Status::Failed => "failed",
+            Status::Interrupted => "interrupted",
+        }
+    }
+}
+
+/// When to stop.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Stop {
+    /// Largest residual force relative to the force scale, and moment relative to the moment scale.
+    pub force_tolerance: f64,
+    /// Iterations allowed.
+    pub max_iterations: usize,
+}
+
+impl Default for Stop {
+    fn default() -> Self {
+        Self { force_tolerance: 1e-6, max_iterations: 200 }
+    }
+}
+
+/// What a minimiser did.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Report {
+    /// How it ended, in its own view; only the certificate may call it converged to users.
+    pub status: Status,
+    /// Linear systems solved (or line searches made).
+    pub iterations: usize,
+    /// Matrices factorised.
+    pub factorisations: usize,
+    /// Energy-and-gradient evaluations.
+    pub evaluations: usize,
+    /// Largest residual relative to the scales.
+    pub residual: f64,
+    /// Negative pivots of the last factorisation of the unmodified Hessian, where there is one.
+    pub negative_pivots: Option<usize>,
+}
+
+/// Moves a state downhill to an equilibrium.
+///
+/// Contract: on entry the state may violate prescribed freedoms; on return it satisfies them exactly
+/// and its energy is not above that of the first state that did. It never grades its own work: what
+/// it calls converged is recomputed by the certificate. After the first call on a problem, calls on the
+/// same network do not allocate.
+pub trait Minimiser {
+    /// Kind name.
+    fn name(&self) -> &str;
+    /// Carries `state` to an equilibrium of `problem`, or as near as it gets.
+    fn minimise(&mut self, problem: &mut Problem<'_>, state: &mut State, stop: &Stop) -> Report;
+}

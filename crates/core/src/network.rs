@@ -1,0 +1,390 @@
+//! The harness as a graph of branches, joints and fixings, and where each has its place in a [`crate::State`].
+
+use crate::constraint::Constraint;
+use crate::joint::{Arm, JointModel, Mounting};
+use crate::rod::RodSegment;
+use crate::{Pose, Rotation, Section, Vector};
+use std::ops::Range;
+
+/// What hangs at one end of a branch.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum BranchEnd {
+    /// Nothing: a free end with a station.
+    Free,
+    /// A joint, by index, and which of its arms this is.
+    Joint {
+        /// Index of the joint.
+        joint: usize,
+        /// Index of the arm.
+        arm: usize,
+    },
+}
+
+/// A branch before it has its place in the network.
+pub struct BranchPlan {
+    /// Name.
+    pub name: String,
+    /// Section.
+    pub section: Section,
+    /// The rod.
+    pub rod: Box<dyn RodSegment>,
+    /// Drawn centre line, from start to end, world coordinates, m; empty where none is drawn.
+    pub path: Vec<Vector>,
+}
+
+/// A joint before it has its place in the network.
+pub struct JointPlan {
+    /// Name of the vertex.
+    pub name: String,
+    /// Kind of its model, as scenarios name it.
+    pub kind: String,
+    /// Its model.
+    pub model: Box<dyn JointModel>,
+    /// The arms; `starts_here` says at which end of its branch.
+    pub arms: Vec<Arm>,
+    /// Index of each arm's branch.
+    pub branches: Vec<usize>,
+    /// Mass, kg.
+    pub mass: f64,
+}
+
+/// Where something attaches.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Place {
+    /// Node of a branch.
+    Node {
+        /// Index of the branch.
+        branch: usize,
+        /// Index of the node.
+        node: usize,
+    },
+    /// A joint.
+    Joint(usize),
+}
+
+/// A fixing before it has its place in the network.
+pub struct FixingPlan {
+    /// Name.
+    pub name: String,
+    /// Kind, as scenarios name it.
+    pub kind: String,
+    /// The constraint.
+    pub constraint: Box<dyn Constraint>,
+    /// Where it acts.
+    pub place: Place,
+    /// Position it holds; left out: where it is when it begins.
+    pub position: Option<Vector>,
+    /// Tangent it holds.
+    pub tangent: Option<Vector>,
+    /// Whole orientation it holds.
+    pub orientation: Option<Rotation>,
+    /// Whether it acts from the beginning (or is added by a step).
+    pub from_start: bool,
+}
+
+/// A dead load before it has its place in the network.
+#[derive(Clone, Debug, PartialEq)]
+pub struct LoadPlan {
+    /// Name.
+    pub name: String,
+    /// Where it acts.
+    pub place: Place,
+    /// Force, N, world axes.
+    pub force: Vector,
+    /// Moment, N m, world axes.
+    pub moment: Vector,
+    /// Factor at the beginning.
+    pub factor: f64,
+}
+
+/// A branch in its place.
+pub struct Branch {
+    /// Name.
+    pub name: String,
+    /// Section.
+    pub section: Section,
+    /// The rod.
+    pub rod: Box<dyn RodSegment>,
+    /// Drawn centre line; see [`BranchPlan::path`].
+    pub path: Vec<Vector>,
+    /// Its nodes in the state's points.
+    pub points: Range<usize>,
+    /// Its row of frames in the state's frames.
+    pub frames: Range<usize>,
+    /// What hangs at its start.
+    pub start: BranchEnd,
+    /// What hangs at its end.
+    pub end: BranchEnd,
+}
+
+/// A joint in its place.
+pub struct Joint {
+    /// Name of the vertex.
+    pub name: String,
+    /// Kind of its model.
+    pub kind: String,
+    /// Its model.
+    pub model: Box<dyn JointModel>,
+    /// The arms.
+    pub arms: Vec<Arm>,
+    /// Index of each arm's branch.
+    pub branches: Vec<usize>,
+    /// Mass, kg.
+    pub mass: f64,
+    /// Its point in the state.
+    pub point: usize,
+    /// Its frame in the state, where it has one.
+    pub frame: Option<usize>,
+    /// For [`Mounting::Point`]: the frame of each arm's segment at the joint.
+    pub arm_frames: Vec<usize>,
+}
+
+/// The place of a fixing or load in the state: a pose carried by independent variables.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Site {
+    /// Index of the point.
+    pub point: usize,
+    /// Index of the frame, where there is one.
+    pub frame: Option<usize>,
+    /// Pose of the station in that point and frame; identity but on hubs.
+    pub local: Pose,
+}
+
+/// A fixing in its place.
+pub struct Fixing {
+    /// Name.
+    pub name: String,
+    /// Kind.
+    pub kind: String,
+    /// The constraint.
+    pub constraint: Box<dyn Constraint>,
+    /// Where it acts, as the scenario says.
+    pub place: Place,
+    /// Where it acts in the state.
+    pub site: Site,
+    /// Position it holds, where given.
+    pub position: Option<Vector>,
+    /// Tangent it holds, where given.
+    pub tangent: Option<Vector>,
+    /// Orientation it holds, where given.
+    pub orientation: Option<Rotation>,
+    /// Whether it acts from the beginning.
+    pub from_start: bool,
+}
+
+/// A dead load in its place.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Load {
+    /// Name.
+    pub name: String,
+    /// Where it acts.
+    pub site: Site,
+    /// Force, N, world axes.
+    pub force: Vector,
+    /// Moment, N m, world axes.
+    pub moment: Vector,
+    /// Factor at the beginning.
+    pub factor: f64,
+}
+
+/// A point or frame of the state that is not independent: it rides on a joint.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Tie {
+    /// The end node of a branch.
+    pub point: usize,
+    /// The end station's frame, where the joint is a hub.
+    pub frame: Option<usize>,
+    /// The joint's point.
+    pub hub_point: usize,
+    /// The joint's frame, where it is a hub.
+    pub hub_frame: Option<usize>,
+    /// Where the end sits in the hub's frame, m.
+    pub offset: Vector,
+    /// Frame of the end in the hub's frame.
+    pub rest: Rotation,
+}
+
+/// A whole harness.
+///
+/// Places in a state: `points` holds the nodes of all branches, one branch after the other, then one
+/// point for each joint; `frames` holds the rows of frames of all branches, then one frame for each joint
+/// that is a hub. The end nodes (and on hubs the end stations) of arms are tied to their joint.
+pub struct Network {
+    /// Branches.
+    pub branches: Vec<Branch>,
+    /// Joints.
+    pub joints: Vec<Joint>,
+    /// Fixings of the whole scenario, whether they act from the start or are added later.
+    pub fixings: Vec<Fixing>,
+    /// Dead loads.
+    pub loads: Vec<Load>,
+    /// What rides on the joints.
+    pub ties: Vec<Tie>,
+    /// Number of points of a state.
+    pub points: usize,
+    /// Number of frames of a state.
+    pub frames: usize,
+}
+
+impl Network {
+    /// Gives every part its place.
+    ///
+    /// # Panics
+    /// If indices of the plans do not exist, a place that needs a frame is no station, or the mesh of a
+    /// rod has a station at a [`Mounting::Point`] joint or none at a free end or a hub: what the scenario's
+    /// check has excluded.
+    pub fn new(
+        branches: Vec<BranchPlan>,
+        joints: Vec<JointPlan>,
+        fixings: Vec<FixingPlan>,
+        loads: Vec<LoadPlan>,
+    ) -> Self {
+        let (mut points, mut frames) = (0, 0);
+        let mut branches: Vec<Branch> = branches
+            .into_iter()
+            .map(|plan| {
+                let mesh = plan.rod.mesh();
+                let branch = Branch {
+                    points: points..points + mesh.nodes(),
+                    frames: frames..frames + mesh.frames(),
+                    start: BranchEnd::Free,
+                    end: BranchEnd::Free,
+                    name: plan.name,
+                    section: plan.section,
+                    rod: plan.rod,
+                    path: plan.path,
+                };
+                points = branch.points.end;
+                frames = branch.frames.end;
+                branch
+            })
+            .collect();
+        let mut ties = Vec::new();
+        let mut placed = Vec::new();
+        for (index, plan) in joints.into_iter().enumerate() {
+            let hub = plan.model.mounting() == Mounting::Pose;
+            let point = points;
+            points += 1;
+            let frame = hub.then_some(frames);
+            frames += usize::from(hub);
+            let mut arm_frames = Vec::new();
+            for (a, (arm, &b)) in plan.arms.iter().zip(&plan.branches).enumerate() {
+                let branch = &mut branches[b];
+                let end = BranchEnd::Joint { joint: index, arm: a };
+                let mesh = branch.rod.mesh();
+                let (node, segment) = if arm.starts_here { (0, 0) } else { (mesh.segments(), mesh.segments() - 1) };
+                if arm.starts_here {
+                    branch.start = end;
+                } else {
+                    branch.end = end;
+                }
+                let station = mesh.station_frame(node);
+                assert_eq!(hub, station.is_some(), "branch {}: stations do not fit joint {}", branch.name, plan.name);
+                ties.push(Tie {
+                    point: branch.points.start + node,
+                    frame: station.map(|c| branch.frames.start + c),
+                    hub_point: point,
+                    hub_frame: frame,
+                    offset: if hub { arm.offset } else { Vector::zeros() },
+                    rest: arm.rest,
+                });
+                if !hub {
+                    arm_frames.push(branch.frames.start + mesh.segment_frames[segment]);
+                }
+            }
+            placed.push(Joint {
+                name: plan.name,
+                kind: plan.kind,
+                model: plan.model,
+                arms: plan.arms,
+                branches: plan.branches,
+                mass: plan.mass,
+                point,
+                frame,
+                arm_frames,
+            });
+        }
+        let mut network =
+            Self { branches, joints: placed, fixings: Vec::new(), loads: Vec::new(), ties, points, frames };
+        network.fixings = fixings
+            .into_iter()
+            .map(|plan| Fixing {
+                site: network.site(plan.place),
+                name: plan.name,
+                kind: plan.kind,
+                constraint: plan.constraint,
+                place: plan.place,
+                position: plan.position,
+                tangent: plan.tangent,
+                orientation: plan.orientation,
+                from_start: plan.from_start,
+            })
+            .collect();
+        network.loads = loads
+            .into_iter()
+            .map(|plan| Load {
+                site: network.site(plan.place),
+                name: plan.name,
+                force: plan.force,
+                moment: plan.moment,
+                factor: plan.factor,
+            })
+            .collect();
+        network
+    }
+
+    /// The independent point and frame that carry a place.
+    pub fn site(&self, place: Place) -> Site {
+        match place {
+            Place::Joint(j) => {
+                Site { point: self.joints[j].point, frame: self.joints[j].frame, local: Pose::identity() }
+            }
+            Place::Node { branch, node } => {
+                let b = &self.branches[branch];
+                let point = b.points.start + node;
+                match self.ties.iter().find(|tie| tie.point == point) {
+                    Some(tie) => Site {
+                        point: tie.hub_point,
+                        frame: tie.hub_frame,
+                        local: Pose {
+                            position: tie.offset,
+                            orientation: if tie.hub_frame.is_some() { tie.rest } else { Rotation::identity() },
+                        },
+                    },
+                    None => Site {
+                        point,
+                        frame: b.rod.mesh().station_frame(node).map(|c| b.frames.start + c),
+                        local: Pose::identity(),
+                    },
+                }
+            }
+        }
+    }
+
+    /// Connected pieces of the harness: for each branch the number of its piece, and how many there are.
+    pub fn pieces(&self) -> (Vec<usize>, usize) {
+        let mut piece = vec![usize::MAX; self.branches.len()];
+        let mut count = 0;
+        for first in 0..self.branches.len() {
+            if piece[first] != usize::MAX {
+                continue;
+            }
+            let mut open = vec![first];
+            piece[first] = count;
+            while let Some(b) = open.pop() {
+                for end in [self.branches[b].start, self.branches[b].end] {
+                    if let BranchEnd::Joint { joint, .. } = end {
+                        for &other in &self.joints[joint].branches {
+                            if piece[other] == usize::MAX {
+                                piece[other] = count;
+                                open.push(other);
+                            }
+                        }
+                    }
+                }
+            }
+            count += 1;
+        }
+        (piece, count)
+    }
+}

@@ -1,0 +1,218 @@
+//! Kind name → factory, with declared parameters. Built-ins and plugins come through the same door.
+
+use crate::constraint::{Constraint, ConstraintSpec};
+use crate::joint::{JointModel, JointSpec};
+use crate::minimiser::Minimiser;
+use crate::rod::{RodSegment, RodSpec};
+use crate::Vector;
+use std::collections::BTreeMap;
+
+/// What a number measures; decides which units a scenario may write.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Quantity {
+    /// A pure number.
+    Dimensionless,
+    /// m
+    Length,
+    /// kg
+    Mass,
+    /// kg/m
+    LinearDensity,
+    /// N
+    Force,
+    /// N m
+    Moment,
+    /// N/m
+    ForcePerLength,
+    /// N m/rad
+    MomentPerAngle,
+    /// N m²
+    BendingStiffness,
+    /// 1/m
+    Curvature,
+    /// rad
+    Angle,
+    /// m/s²
+    Acceleration,
+}
+
+/// What a parameter holds.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Form {
+    /// One number, within `[minimum, maximum]`; `exclusive` bars the minimum itself.
+    Number {
+        /// What it measures.
+        quantity: Quantity,
+        /// Least value.
+        minimum: f64,
+        /// Whether the least value itself is barred.
+        exclusive: bool,
+        /// Greatest value.
+        maximum: f64,
+    },
+    /// Three numbers.
+    Vector {
+        /// What they measure.
+        quantity: Quantity,
+    },
+    /// A whole number of at least this.
+    Count {
+        /// Least value.
+        minimum: usize,
+    },
+    /// true or false.
+    Flag,
+    /// One of these words.
+    Choice(Vec<String>),
+}
+
+/// A declared parameter of a kind.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Parameter {
+    /// Key in the scenario.
+    pub name: String,
+    /// One line: what it is for.
+    pub doc: String,
+    /// What it holds.
+    pub form: Form,
+    /// Value where the key is left out; `None`: the key may be absent and then is.
+    pub default: Option<Value>,
+    /// Whether the key must be given.
+    pub required: bool,
+}
+
+/// A parameter's value, in SI units.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Value {
+    /// A number.
+    Number(f64),
+    /// Three numbers.
+    Vector(Vector),
+    /// A whole number.
+    Count(usize),
+    /// true or false.
+    Flag(bool),
+    /// A word.
+    Word(String),
+}
+
+/// The values of a kind's parameters: checked against their declaration, defaults filled in.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Parameters(pub BTreeMap<String, Value>);
+
+impl Parameters {
+    /// A number, if given.
+    pub fn number(&self, name: &str) -> Option<f64> {
+        match self.0.get(name) {
+            Some(Value::Number(x)) => Some(*x),
+            Some(Value::Count(n)) => Some(*n as f64),
+            _ => None,
+        }
+    }
+    /// A whole number, if given.
+    pub fn count(&self, name: &str) -> Option<usize> {
+        match self.0.get(name) {
+            Some(Value::Count(n)) => Some(*n),
+            _ => None,
+        }
+    }
+    /// A word, if given.
+    pub fn word(&self, name: &str) -> Option<&str> {
+        match self.0.get(name) {
+            Some(Value::Word(w)) => Some(w),
+            _ => None,
+        }
+    }
+    /// A flag, if given.
+    pub fn flag(&self, name: &str) -> Option<bool> {
+        match self.0.get(name) {
+            Some(Value::Flag(f)) => Some(*f),
+            _ => None,
+        }
+    }
+}
+
+/// Why a factory could not build what the scenario asks for.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("{message}")]
+pub struct BuildError {
+    /// What is wrong, naming the value.
+    pub message: String,
+    /// What would be right.
+    pub help: String,
+    /// Key of the scenario at fault, where it is one.
+    pub key: Option<String>,
+}
+
+impl BuildError {
+    /// A fault of the whole entry.
+    pub fn new(message: impl Into<String>, help: impl Into<String>) -> Self {
+        Self { message: message.into(), help: help.into(), key: None }
+    }
+    /// The same, pointing at a key.
+    pub fn at(mut self, key: &str) -> Self {
+        self.key = Some(key.to_owned());
+        self
+    }
+}
+
+/// One kind: its name, what it is for, its parameters, its factory.
+pub struct Kind<S, T: ?Sized> {
+    /// Name in scenarios.
+    pub name: String,
+    /// One line: what it is for.
+    pub doc: String,
+    /// Declared parameters.
+    pub parameters: Vec<Parameter>,
+    /// Makes one.
+    pub build: Factory<S, T>,
+}
+
+/// Makes an object of a kind from what the scenario says.
+pub type Factory<S, T> = Box<dyn Fn(&S, &Parameters) -> Result<Box<T>, BuildError> + Send + Sync>;
+
+/// A rod kind.
+pub type RodKind = Kind<RodSpec, dyn RodSegment>;
+/// A joint kind.
+pub type JointKind = Kind<JointSpec, dyn JointModel>;
+/// A constraint kind.
+pub type ConstraintKind = Kind<ConstraintSpec, dyn Constraint>;
+/// A minimiser kind.
+pub type MinimiserKind = Kind<(), dyn Minimiser>;
+
+/// All kinds known to the program, by name.
+#[derive(Default)]
+pub struct Registry {
+    rods: BTreeMap<String, RodKind>,
+    joints: BTreeMap<String, JointKind>,
+    constraints: BTreeMap<String, ConstraintKind>,
+    minimisers: BTreeMap<String, MinimiserKind>,
+}
+
+macro_rules! family {
+    ($add:ident, $get:ident, $all:ident, $kind:ty, $what:literal) => {
+        #[doc = concat!("Adds a ", $what, " kind; gives it back if the name is taken.")]
+        pub fn $add(&mut self, kind: $kind) -> Result<(), Box<$kind>> {
+            if self.$all.contains_key(&kind.name) {
+                return Err(Box::new(kind));
+            }
+            self.$all.insert(kind.name.clone(), kind);
+            Ok(())
+        }
+        #[doc = concat!("The ", $what, " kind of this name.")]
+        pub fn $get(&self, name: &str) -> Option<&$kind> {
+            self.$all.get(name)
+        }
+        #[doc = concat!("All ", $what, " kinds, by name.")]
+        pub fn $all(&self) -> impl Iterator<Item = &$kind> {
+            self.$all.values()
+        }
+    };
+}
+
+impl Registry {
+    family!(add_rod, rod, rods, RodKind, "rod");
+    family!(add_joint, joint, joints, JointKind, "joint");
+    family!(add_constraint, constraint, constraints, ConstraintKind, "constraint");
+    family!(add_minimiser, minimiser, minimisers, MinimiserKind, "minimiser");
+}

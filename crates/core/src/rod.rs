@@ -1,0 +1,212 @@
+//! The trait of a rod: one object for each branch.
+
+use crate::{Matrix, Rotation, Section, Vector};
+
+/// How a branch is divided, and which frames it has.
+///
+/// The frames of a branch stand in one row in the order of arc length: those of its segments and,
+/// between them, those of its stations. A branch of n segments with stations at both ends and one
+/// in between has n + 3 frames `[Q q … q Q q … q Q]`; neighbours in the row are coupled.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Mesh {
+    /// ℓ_j, m; one for each segment.
+    pub rest_lengths: Vec<f64>,
+    /// Nodes that have a frame of their own, increasing.
+    pub stations: Vec<usize>,
+    /// Place of each segment's frame in the row of frames.
+    pub segment_frames: Vec<usize>,
+    /// Place of each station's frame in the row of frames.
+    pub station_frames: Vec<usize>,
+    /// λ_c, m: length of the coupling between frames c and c + 1; half a segment beside a station.
+    pub coupling_lengths: Vec<f64>,
+    /// Node at which coupling c sits.
+    pub coupling_nodes: Vec<usize>,
+}
+
+impl Mesh {
+    /// A mesh from rest lengths (m, positive) and the nodes that are stations (increasing).
+    pub fn new(rest_lengths: Vec<f64>, stations: Vec<usize>) -> Self {
+        let n = rest_lengths.len();
+        let mut mesh = Self {
+            rest_lengths,
+            stations: Vec::new(),
+            segment_frames: Vec::with_capacity(n),
+            station_frames: Vec::new(),
+            coupling_lengths: Vec::new(),
+            coupling_nodes: Vec::new(),
+        };
+        let mut frames = 0;
+        for node in 0..=n {
+            let before = (node > 0).then(|| mesh.rest_lengths[node - 1]);
+            let after = (node < n).then(|| mesh.rest_lengths[node]);
+            if stations.contains(&node) {
+                for length in [before, after].into_iter().flatten() {
+                    mesh.coupling_lengths.push(0.5 * length);
+                    mesh.coupling_nodes.push(node);
+                }
+                mesh.station_frames.push(frames);
+                frames += 1;
+            } else if let (Some(before), Some(after)) = (before, after) {
+                mesh.coupling_lengths.push(0.5 * (before + after));
+                mesh.coupling_nodes.push(node);
+            }
+            if node < n {
+                mesh.segment_frames.push(frames);
+                frames += 1;
+            }
+        }
+        mesh.stations = stations;
+        mesh
+    }
+
+    /// Number of segments.
+    pub fn segments(&self) -> usize {
+        self.rest_lengths.len()
+    }
+
+    /// Number of nodes.
+    pub fn nodes(&self) -> usize {
+        self.rest_lengths.len() + 1
+    }
+
+    /// Number of frames: segments and stations.
+    pub fn frames(&self) -> usize {
+        self.rest_lengths.len() + self.stations.len()
+    }
+
+    /// Arc length of every node, m.
+    pub fn arc_lengths(&self) -> Vec<f64> {
+        let mut s = 0.0;
+        let mut all = vec![0.0];
+        for length in &self.rest_lengths {
+            s += length;
+            all.push(s);
+        }
+        all
+    }
+
+    /// Unstressed length, m.
+    pub fn length(&self) -> f64 {
+        self.rest_lengths.iter().sum()
+    }
+
+    /// Place in the row of frames of the station at `node`, if it is one.
+    pub fn station_frame(&self, node: usize) -> Option<usize> {
+        self.stations.binary_search(&node).ok().map(|k| self.station_frames[k])
+    }
+}
+
+/// Everything a rod factory is told about its branch.
+#[derive(Clone, Debug)]
+pub struct RodSpec {
+    /// The section.
+    pub section: Section,
+    /// The mesh.
+    pub mesh: Mesh,
+    /// Rest curvature about d1, d2 and rest twist, 1/m.
+    pub curvature: Vector,
+}
+
+/// Where a branch is: slices of a [`crate::State`].
+#[derive(Clone, Copy, Debug)]
+pub struct BranchShape<'a> {
+    /// x_i, m; one for each node.
+    pub points: &'a [Vector],
+    /// Low-order parts of the positions, m: the position is `points + carry`, unevaluated.
+    pub carry: &'a [Vector],
+    /// q_c in the order of the mesh's row of frames.
+    pub frames: &'a [Rotation],
+}
+
+impl BranchShape<'_> {
+    /// `x_{j+1} − x_j`, m, with the low-order parts: free of the round-off of large coordinates.
+    #[inline(always)]
+    pub fn edge(&self, j: usize) -> Vector {
+        (self.points[j + 1] - self.points[j]) + (self.carry[j + 1] - self.carry[j])
+    }
+}
+
+/// Energy of a rod by effect, J.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct RodEnergy {
+    /// Stretch.
+    pub stretch: f64,
+    /// Shear.
+    pub shear: f64,
+    /// Bending.
+    pub bend: f64,
+    /// Twist.
+    pub twist: f64,
+}
+
+impl RodEnergy {
+    /// Sum of all effects, J.
+    pub fn total(&self) -> f64 {
+        self.stretch + self.shear + self.bend + self.twist
+    }
+}
+
+/// Second derivatives of one segment's energy in its edge `e = x_{j+1} − x_j` and rotation θ_j.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct SegmentHessian {
+    /// ∂²E/∂e², N/m; symmetric.
+    pub ee: Matrix,
+    /// ∂²E/∂θ∂e, N: rows θ, columns e.
+    pub te: Matrix,
+    /// ∂²E/∂θ², N m; symmetric.
+    pub tt: Matrix,
+}
+
+/// Second derivatives of one coupling's energy in the rotations of the frames it joins, N m.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct CouplingHessian {
+    /// First frame twice; symmetric.
+    pub aa: Matrix,
+    /// Rows first frame, columns second.
+    pub ab: Matrix,
+    /// Second frame twice; symmetric.
+    pub bb: Matrix,
+}
+
+/// One branch as an elastic rod with energy
+/// `E = Σ_j E_j(x_{j+1} − x_j, q_j) + Σ_c E_c(q_c, q_{c+1})`.
+///
+/// Contract: E ≥ 0 and E = 0 at rest; E is unchanged by rigid motion of all points and frames
+/// (objectivity) and by running the branch from its other end (reversal); derivatives are taken along
+/// `x + δ`, `q ∘ exp(θ)` with θ in the body frame. Methods neither allocate nor fail; output slices
+/// have one entry for each node, frame, segment or coupling and are overwritten. Non-finite input
+/// gives non-finite output.
+pub trait RodSegment: Send + Sync {
+    /// The mesh it was built for.
+    fn mesh(&self) -> &Mesh;
+
+    /// Energy by effect, J.
+    fn energy(&self, shape: &BranchShape<'_>) -> RodEnergy;
+
+    /// ∂E/∂x_i (N) and ∂E/∂θ_c (N m, body frame). Returns the energy, J.
+    fn gradient(&self, shape: &BranchShape<'_>, points: &mut [Vector], frames: &mut [Vector]) -> f64;
+
+    /// Second derivatives, by segment and by coupling. Where `forces` is given (one for each segment,
+    /// N, body frame) it replaces `C Γ` in the geometric part ("mixed integration points",
+    /// Magisano, Leonetti, Garcea 2017); at equilibrium both are the same.
+    fn hessian(
+        &self,
+        shape: &BranchShape<'_>,
+        forces: Option<&[Vector]>,
+        segments: &mut [SegmentHessian],
+        couplings: &mut [CouplingHessian],
+    );
+
+    /// `C (Γ + δΓ)` for each segment (N, body frame): the force to first order after the step
+    /// `(δx, θ)`.
+    fn predicted_forces(&self, shape: &BranchShape<'_>, points: &[Vector], frames: &[Vector], forces: &mut [Vector]);
+
+    /// n_j for each segment, N, world axes.
+    fn forces(&self, shape: &BranchShape<'_>, forces: &mut [Vector]);
+
+    /// m_c for each coupling, N m, world axes.
+    fn moments(&self, shape: &BranchShape<'_>, moments: &mut [Vector]);
+
+    /// Rotation of frame c + 1 relative to frame c at rest, for each coupling.
+    fn rest_rotation(&self, coupling: usize) -> Rotation;
+}

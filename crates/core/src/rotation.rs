@@ -1,0 +1,69 @@
+//! Rotations: the few maps that nalgebra does not have in the form the mechanics needs.
+
+use crate::{Matrix, Rotation, Vector};
+use nalgebra::{Quaternion, Unit};
+
+/// `[a]ₓ`, the matrix with `[a]ₓ b = a × b`.
+#[inline]
+pub fn skew(a: &Vector) -> Matrix {
+    Matrix::new(0.0, -a.z, a.y, a.z, 0.0, -a.x, -a.y, a.x, 0.0)
+}
+
+/// `q ∘ cay(θ)`, with θ (rad) in the body frame.
+///
+/// `cay(θ) = (1, θ/2)/√(1 + |θ|²/4)` agrees with `exp(θ)` up to third order, so first and second
+/// derivatives at θ = 0 are those of the exponential map; it needs no trigonometry and turns by
+/// less than π however large θ is.
+#[inline]
+pub fn turned(q: &Rotation, theta: &Vector) -> Rotation {
+    let (w, v) = (q.w, q.imag());
+    let h = theta * 0.5;
+    let new_w = w - v.dot(&h);
+    let new_v = v + h * w + v.cross(&h);
+    let scale = 1.0 / (new_w * new_w + new_v.norm_squared()).sqrt();
+    Unit::new_unchecked(Quaternion::from_parts(new_w * scale, new_v * scale))
+}
+
+/// The frame with third column along `tangent` and first column as near to `up` as that allows.
+/// `None` where one of them vanishes or they are parallel.
+pub fn frame_from(tangent: &Vector, up: &Vector) -> Option<Rotation> {
+    let d3 = tangent.try_normalize(1e-300)?;
+    let d1 = (up - d3 * d3.dot(up)).try_normalize(1e-9 * up.norm().max(1e-300))?;
+    let d2 = d3.cross(&d1);
+    let matrix = nalgebra::Rotation3::from_matrix_unchecked(Matrix::from_columns(&[d1, d2, d3]));
+    Some(Rotation::from_rotation_matrix(&matrix))
+}
+
+/// Some unit vector orthogonal to `a` (not zero): the world axis least along `a`, projected.
+pub fn orthogonal(a: &Vector) -> Vector {
+    let axis = [Vector::x(), Vector::y(), Vector::z()][a.iamin()];
+    (axis - a * (a.dot(&axis) / a.norm_squared())).normalize()
+}
+
+/// The shortest rotation (world) that takes direction `from` to direction `to`; half a turn about
+/// some orthogonal axis where they are opposite.
+pub fn shortest(from: &Vector, to: &Vector) -> Rotation {
+    Rotation::rotation_between(from, to)
+        .unwrap_or_else(|| Rotation::from_axis_angle(&Unit::new_normalize(orthogonal(from)), std::f64::consts::PI))
+}
+
+/// `turns` full turns (any number of them) about `axis`, as a rotation.
+pub fn about(axis: &Vector, angle: f64) -> Rotation {
+    Rotation::from_axis_angle(&Unit::new_normalize(*axis), angle)
+}
+
+/// Twist angle (rad, in (−2π, 2π)) of a relative rotation about its third axis: `2 atan2(r_z, r_w)`
+/// with the sign of r chosen so that `r_w ≥ 0`.
+#[inline]
+pub fn twist_angle(r: &Rotation) -> f64 {
+    let sign = if r.w < 0.0 { -1.0 } else { 1.0 };
+    2.0 * (sign * r.k).atan2(sign * r.w)
+}
+
+/// First, second and third column of the rotation matrix of `q`.
+#[inline]
+pub fn columns(q: &Rotation) -> [Vector; 3] {
+    let m = q.to_rotation_matrix();
+    let m = m.matrix();
+    [m.column(0).into(), m.column(1).into(), m.column(2).into()]
+}

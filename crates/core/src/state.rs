@@ -1,0 +1,159 @@
+//! Where the harness is, and how it may move. State and tangent are different types; [`Network::retract`]
+//! is the only bridge.
+
+use crate::rod::BranchShape;
+use crate::rotation::turned;
+use crate::{Network, Pose, Rotation, Vector};
+
+/// Positions and frames of a whole harness; see [`Network`] for the places.
+#[derive(Clone, Debug, PartialEq)]
+pub struct State {
+    /// Positions, m.
+    pub points: Vec<Vector>,
+    /// Low-order parts of the positions, m: a position is `points + carry`, unevaluated, so that strains
+    /// are not limited by the round-off of coordinates.
+    pub carry: Vec<Vector>,
+    /// Frames.
+    pub frames: Vec<Rotation>,
+}
+
+/// A direction of motion or a gradient: one vector for each point and each frame of a [`State`].
+#[derive(Clone, Debug, PartialEq)]
+pub struct Tangent {
+    /// δx (m), or ∂E/∂x (N).
+    pub points: Vec<Vector>,
+    /// θ (rad, body frame), or ∂E/∂θ (N m).
+    pub frames: Vec<Vector>,
+}
+
+impl Tangent {
+    /// All zero.
+    pub fn zeros(network: &Network) -> Self {
+        Self { points: vec![Vector::zeros(); network.points], frames: vec![Vector::zeros(); network.frames] }
+    }
+}
+
+impl State {
+    /// All at the origin, unturned.
+    pub fn origin(network: &Network) -> Self {
+        Self {
+            points: vec![Vector::zeros(); network.points],
+            carry: vec![Vector::zeros(); network.points],
+            frames: vec![Rotation::identity(); network.frames],
+        }
+    }
+
+    /// The shape of one branch.
+    #[inline]
+    pub fn branch(&self, network: &Network, branch: usize) -> BranchShape<'_> {
+        let b = &network.branches[branch];
+        BranchShape {
+            points: &self.points[b.points.clone()],
+            carry: &self.carry[b.points.clone()],
+            frames: &self.frames[b.frames.clone()],
+        }
+    }
+
+    /// The pose of a site; a site without frame has the identity.
+    pub fn pose(&self, site: &crate::network::Site) -> Pose {
+        let carrier = Pose {
+            position: self.points[site.point] + self.carry[site.point],
+            orientation: site.frame.map_or_else(Rotation::identity, |f| self.frames[f]),
+        };
+        carrier.compose(&site.local)
+    }
+
+    /// Overwrites with another state of the same network, without allocating.
+    pub fn copy_from(&mut self, other: &State) {
+        self.points.copy_from_slice(&other.points);
+        self.carry.copy_from_slice(&other.carry);
+        self.frames.copy_from_slice(&other.frames);
+    }
+
+    /// Whether every number is finite.
+    pub fn is_finite(&self) -> bool {
+        self.points.iter().all(|p| p.iter().all(|x| x.is_finite()))
+            && self.frames.iter().all(|q| q.coords.iter().all(|x| x.is_finite()))
+    }
+}
+
+/// `x + δ` with its rounding error: the error-free sum of Knuth.
+#[inline(always)]
+fn add_exactly(x: f64, carry: f64, delta: f64) -> (f64, f64) {
+    let delta = delta + carry;
+    let sum = x + delta;
+    let virtual_delta = sum - x;
+    let error = (x - (sum - virtual_delta)) + (delta - virtual_delta);
+    (sum, error)
+}
+
+impl Network {
+    /// `to = from ⊕ α step`: points move by α δ, frames turn by α θ (see [`crate::rotation::turned`]), and what is
+    /// tied to a joint follows it.
+    pub fn retract(&self, from: &State, step: &Tangent, alpha: f64, to: &mut State) {
+        for i in 0..self.points {
+            let (x, c, d) = (&from.points[i], &from.carry[i], &step.points[i]);
+            for k in 0..3 {
+                let (sum, error) = add_exactly(x[k], c[k], alpha * d[k]);
+                to.points[i][k] = sum;
+                to.carry[i][k] = error;
+            }
+        }
+        for c in 0..self.frames {
+            to.frames[c] = turned(&from.frames[c], &(step.frames[c] * alpha));
+        }
+        self.follow_ties(to);
+    }
+
+    /// Puts everything that is tied to a joint where the joint carries it.
+    pub fn follow_ties(&self, state: &mut State) {
+        for tie in &self.ties {
+            let (hub, carry) = (state.points[tie.hub_point], state.carry[tie.hub_point]);
+            state.points[tie.point] = hub;
+            state.carry[tie.point] = carry;
+            if let Some(frame) = tie.hub_frame {
+                let q = state.frames[frame];
+                let offset = q * tie.offset;
+                for k in 0..3 {
+                    let (sum, error) = add_exactly(hub[k], carry[k], offset[k]);
+                    state.points[tie.point][k] = sum;
+                    state.carry[tie.point][k] = error;
+                }
+                if let Some(own) = tie.frame {
+                    state.frames[own] = q * tie.rest;
+                }
+            }
+        }
+    }
+
+    /// Pulls a gradient back to the independent variables: what acts on a tied point or frame acts on its
+    /// joint; the tied entries become zero.
+    pub fn pull_back(&self, state: &State, gradient: &mut Tangent) {
+        for tie in &self.ties {
+            let force = std::mem::take(&mut gradient.points[tie.point]);
+            gradient.points[tie.hub_point] += force;
+            if let Some(hub) = tie.hub_frame {
+                let body_force = state.frames[hub].inverse_transform_vector(&force);
+                gradient.frames[hub] += tie.offset.cross(&body_force);
+                if let Some(own) = tie.frame {
+                    let moment = std::mem::take(&mut gradient.frames[own]);
+                    gradient.frames[hub] += tie.rest * moment;
+                }
+            }
+        }
+    }
+
+    /// Extends a step of the independent variables to what is tied to the joints (to first order).
+    pub fn push_forward(&self, state: &State, step: &mut Tangent) {
+        for tie in &self.ties {
+            step.points[tie.point] = step.points[tie.hub_point];
+            if let Some(hub) = tie.hub_frame {
+                let theta = step.frames[hub];
+                step.points[tie.point] += state.frames[hub] * theta.cross(&tie.offset);
+                if let Some(own) = tie.frame {
+                    step.frames[own] = tie.rest.inverse_transform_vector(&theta);
+                }
+            }
+        }
+    }
+}

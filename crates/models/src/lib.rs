@@ -1,0 +1,1 @@
+//! Built-in rods, joints and constraints.

@@ -1,0 +1,1 @@
+//! CPU minimisers, certificate and step driver.
