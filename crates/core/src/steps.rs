@@ -44,3 +44,27 @@ pub struct Step {
     /// Load index and the factor reached at the end of the step.
     pub loads: Vec<(usize, f64)>,
 }
+
+/// Where the rest shape is laid at the beginning: the start of this branch at this pose.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Initial {
+    /// Index of the branch.
+    pub branch: usize,
+    /// Pose of its start.
+    pub pose: crate::Pose,
+}
+
+/// Everything that happens to a harness, in order.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Schedule {
+    /// Name of the scenario.
+    pub scenario: String,
+    /// Gravity at the beginning, m/s².
+    pub gravity: Vector,
+    /// Where the rest shape is laid; `None`: a start is found from the drawn paths or the constraints.
+    pub initial: Option<Initial>,
+    /// The steps; empty: one equilibrium.
+    pub steps: Vec<Step>,
+    /// Keep every increment in the result, not only the last of each step.
+    pub increments: bool,
+}

@@ -1,0 +1,1 @@
+//! Harness files of other formats to scenarios.

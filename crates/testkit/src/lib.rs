@@ -1,0 +1,1 @@
+//! Conformance suites, derivative checks and closed forms.

@@ -1,0 +1,1 @@
+//! Wireloom: scenario text in, equilibria out.
