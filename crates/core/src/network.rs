@@ -210,6 +210,8 @@ pub struct Tie {
 /// point for each joint; `frames` holds the rows of frames of all branches, then one frame for each joint
 /// that is a hub. The end nodes (and on hubs the end stations) of arms are tied to their joint.
 pub struct Network {
+    /// Different for every network of a process: workspaces know by it what they were made for.
+    pub id: u64,
     /// Branches.
     pub branches: Vec<Branch>,
     /// Joints.
@@ -224,6 +226,11 @@ pub struct Network {
     pub points: usize,
     /// Number of frames of a state.
     pub frames: usize,
+}
+
+fn next_id() -> u64 {
+    static NEXT: std::sync::atomic::AtomicU64 = std::sync::atomic::AtomicU64::new(0);
+    NEXT.fetch_add(1, std::sync::atomic::Ordering::Relaxed)
 }
 
 impl Network {
@@ -304,8 +311,16 @@ impl Network {
                 arm_frames,
             });
         }
-        let mut network =
-            Self { branches, joints: placed, fixings: Vec::new(), loads: Vec::new(), ties, points, frames };
+        let mut network = Self {
+            id: next_id(),
+            branches,
+            joints: placed,
+            fixings: Vec::new(),
+            loads: Vec::new(),
+            ties,
+            points,
+            frames,
+        };
         network.fixings = fixings
             .into_iter()
             .map(|plan| Fixing {

@@ -1,6 +1,12 @@
-//! The function to be minimised.
+//! The function to be minimised: energy, gradient and Hessian of a network under conditions, and which
+//! freedoms the fixings leave.
 
-use crate::{Network, Pose, Vector};
+use crate::constraint::{Action, RotationHold};
+use crate::equilibrium::Energy;
+use crate::network::Site;
+use crate::rod::{CouplingHessian, SegmentHessian};
+use crate::rotation::{columns, shortest};
+use crate::{Matrix, Network, Pose, Rotation, State, Tangent, Vector};
 
 /// What acts on the harness at one moment.
 #[derive(Clone, Debug, PartialEq)]
@@ -15,9 +21,557 @@ pub struct Conditions {
     pub targets: Vec<Pose>,
 }
 
+/// An independent variable: three numbers of a [`Tangent`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Variable {
+    /// Position of a point.
+    Point(usize),
+    /// Rotation of a frame.
+    Frame(usize),
+}
+
+/// A variable of which some or all directions are prescribed.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Held {
+    /// The variable.
+    pub variable: Variable,
+    /// Orthonormal columns: world axes for points, body axes for frames. The held directions come first.
+    pub basis: Matrix,
+    /// For each held direction (so many are held) the fixing that holds it.
+    pub fixing: [usize; 3],
+    /// How many of the basis' directions are held.
+    pub count: usize,
+}
+
+/// Second derivatives of the elastic energy, part by part, as [`Problem::hessian`] fills them.
+pub struct Hessian {
+    /// Segments and couplings of each branch.
+    pub branches: Vec<(Vec<SegmentHessian>, Vec<CouplingHessian>)>,
+    /// For each joint with energy the k × k table of [`crate::JointModel::add_hessian`].
+    pub joints: Vec<Vec<Matrix>>,
+    /// For each fixing that is a potential `[xx, θx, θθ]` in its site's own variables.
+    pub potentials: Vec<Option<[Matrix; 3]>>,
+    /// For each tie the second derivative in the rotation of its hub.
+    pub ties: Vec<Matrix>,
+}
+
+impl Hessian {
+    /// Room for the Hessian of a network.
+    pub fn new(network: &Network) -> Self {
+        let branch = |b: &crate::network::Branch| {
+            let mesh = b.rod.mesh();
+            (
+                vec![SegmentHessian::default(); mesh.segments()],
+                vec![CouplingHessian::default(); mesh.coupling_lengths.len()],
+            )
+        };
+        Self {
+            branches: network.branches.iter().map(branch).collect(),
+            joints: network.joints.iter().map(|j| vec![Matrix::zeros(); j.arm_frames.len().pow(2)]).collect(),
+            potentials: vec![None; network.fixings.len()],
+            ties: vec![Matrix::zeros(); network.ties.len()],
+        }
+    }
+}
+
+/// Forces and moments that are "one" for a problem; residuals are relative to them.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Scales {
+    /// N: the largest of the weights of the branches and joints, the dead forces, and EI/L² with the stiffest section
+    /// and the longest branch.
+    pub force: f64,
+    /// N m: the force scale times the longest branch, or the largest dead moment.
+    pub moment: f64,
+    /// m: the longest branch.
+    pub length: f64,
+}
+
 /// A network under conditions.
 pub struct Problem<'n> {
     /// The harness.
     pub network: &'n Network,
     conditions: Conditions,
+    /// Dead force at every point, N.
+    dead: Vec<Vector>,
+    /// Dead moment (world) by frame, N m.
+    dead_moments: Vec<(usize, Vector)>,
+    held: Vec<Held>,
+    /// Force at each tied point in the last gradient, N, world.
+    tie_forces: Vec<Vector>,
+    /// Scratch: frames and gradients of the arms of a joint.
+    arm_frames: Vec<Rotation>,
+    arm_gradients: Vec<Vector>,
+}
+
+impl<'n> Problem<'n> {
+    /// A network under conditions.
+    pub fn new(network: &'n Network, conditions: Conditions) -> Self {
+        let arms = network.joints.iter().map(|j| j.arm_frames.len()).max().unwrap_or(0);
+        let mut problem = Self {
+            network,
+            conditions,
+            dead: vec![Vector::zeros(); network.points],
+            dead_moments: Vec::with_capacity(network.loads.len()),
+            held: Vec::new(),
+            tie_forces: vec![Vector::zeros(); network.ties.len()],
+            arm_frames: Vec::with_capacity(arms),
+            arm_gradients: vec![Vector::zeros(); arms],
+        };
+        problem.lump_dead_loads();
+        problem
+    }
+
+    /// The conditions.
+    pub fn conditions(&self) -> &Conditions {
+        &self.conditions
+    }
+
+    /// Changes what acts; see [`Self::set_target`] for the cheap way to move a fixing.
+    pub fn change(&mut self, change: impl FnOnce(&mut Conditions)) {
+        change(&mut self.conditions);
+        self.lump_dead_loads();
+    }
+
+    /// Moves the target of a fixing.
+    pub fn set_target(&mut self, fixing: usize, target: Pose) {
+        self.conditions.targets[fixing] = target;
+    }
+
+    /// Gravity lumped at nodes (half at the two ends of a branch) and dead loads.
+    fn lump_dead_loads(&mut self) {
+        self.dead.fill(Vector::zeros());
+        self.dead_moments.clear();
+        let g = self.conditions.gravity;
+        for branch in &self.network.branches {
+            for (j, l) in branch.rod.mesh().rest_lengths.iter().enumerate() {
+                let half = g * (0.5 * branch.section.linear_density * l);
+                self.dead[branch.points.start + j] += half;
+                self.dead[branch.points.start + j + 1] += half;
+            }
+        }
+        for joint in &self.network.joints {
+            self.dead[joint.point] += g * joint.mass;
+        }
+        for (load, factor) in self.network.loads.iter().zip(&self.conditions.load_factors) {
+            self.dead[load.site.point] += load.force * *factor;
+            if let Some(frame) = load.site.frame
+                && load.moment * *factor != Vector::zeros()
+            {
+                self.dead_moments.push((frame, load.moment * *factor));
+            }
+        }
+    }
+
+    /// What residuals are measured by.
+    pub fn scales(&self) -> Scales {
+        let g = self.conditions.gravity.norm();
+        let (mut force, mut length, mut stiffness, mut moment) = (0.0_f64, 0.0_f64, 0.0_f64, 0.0_f64);
+        for branch in &self.network.branches {
+            let l = branch.rod.mesh().length();
+            force = force.max(g * branch.section.linear_density * l);
+            length = length.max(l);
+            stiffness = stiffness.max(branch.section.bend_diagonal().max());
+        }
+        for joint in &self.network.joints {
+            force = force.max(g * joint.mass);
+        }
+        for (load, factor) in self.network.loads.iter().zip(&self.conditions.load_factors) {
+            force = force.max(load.force.norm() * factor.abs());
+            moment = moment.max(load.moment.norm() * factor.abs());
+        }
+        force = force.max(stiffness / (length * length));
+        Scales { force, moment: moment.max(force * length), length }
+    }
+
+    /// Energy by effect, J.
+    pub fn energy(&mut self, state: &State) -> Energy {
+        let mut energy = Energy::default();
+        for b in 0..self.network.branches.len() {
+            let rod = self.network.branches[b].rod.energy(&state.branch(self.network, b));
+            energy.stretch += rod.stretch;
+            energy.shear += rod.shear;
+            energy.bend += rod.bend;
+            energy.twist += rod.twist;
+        }
+        for joint in &self.network.joints {
+            self.arm_frames.clear();
+            self.arm_frames.extend(joint.arm_frames.iter().map(|&c| state.frames[c]));
+            energy.joint += joint.model.energy(&self.arm_frames);
+        }
+        for (load, factor) in self.network.loads.iter().zip(&self.conditions.load_factors) {
+            energy.load -= factor * load.force.dot(&state.points[load.site.point]);
+        }
+        let dead: f64 = self.dead.iter().zip(&state.points).map(|(f, x)| -f.dot(x)).sum();
+        energy.gravity = dead - energy.load;
+        for (f, fixing) in self.network.fixings.iter().enumerate() {
+            if self.conditions.active[f]
+                && let Action::Potential(potential) = fixing.constraint.action()
+            {
+                energy.constraint += potential.energy(&state.pose(&fixing.site), &self.conditions.targets[f]);
+            }
+        }
+        energy
+    }
+
+    /// ∂E/∂x (N) and ∂E/∂θ (N m) in the independent variables (tied entries are zero), held ones included: there
+    /// it is what the fixing exerts on the harness. Returns the energy, J; dead moments do no work in it.
+    pub fn gradient(&mut self, state: &State, gradient: &mut Tangent) -> f64 {
+        let mut energy = 0.0;
+        for joint in &self.network.joints {
+            gradient.points[joint.point] = Vector::zeros();
+            if let Some(frame) = joint.frame {
+                gradient.frames[frame] = Vector::zeros();
+            }
+        }
+        for (b, branch) in self.network.branches.iter().enumerate() {
+            energy += branch.rod.gradient(
+                &state.branch(self.network, b),
+                &mut gradient.points[branch.points.clone()],
+                &mut gradient.frames[branch.frames.clone()],
+            );
+        }
+        for ((g, x), f) in gradient.points.iter_mut().zip(&state.points).zip(&self.dead) {
+            *g -= f;
+            energy -= f.dot(x);
+        }
+        for (frame, moment) in &self.dead_moments {
+            gradient.frames[*frame] -= state.frames[*frame].inverse_transform_vector(moment);
+        }
+        for joint in &self.network.joints {
+            if joint.arm_frames.is_empty() {
+                continue;
+            }
+            self.arm_frames.clear();
+            self.arm_frames.extend(joint.arm_frames.iter().map(|&c| state.frames[c]));
+            let arms = &mut self.arm_gradients[..joint.arm_frames.len()];
+            arms.fill(Vector::zeros());
+            energy += joint.model.add_gradient(&self.arm_frames, arms);
+            for (&c, g) in joint.arm_frames.iter().zip(arms) {
+                gradient.frames[c] += *g;
+            }
+        }
+        for (tie, force) in self.network.ties.iter().zip(&mut self.tie_forces) {
+            *force = gradient.points[tie.point];
+        }
+        self.network.pull_back(state, gradient);
+        for (f, fixing) in self.network.fixings.iter().enumerate() {
+            if self.conditions.active[f]
+                && let Action::Potential(potential) = fixing.constraint.action()
+            {
+                let (at, target) = (state.pose(&fixing.site), &self.conditions.targets[f]);
+                energy += potential.energy(&at, target);
+                let (force, moment) = self.potential_gradient(state, &fixing.site, potential.gradient(&at, target));
+                gradient.points[fixing.site.point] += force;
+                if let Some(frame) = fixing.site.frame {
+                    gradient.frames[frame] += moment;
+                }
+            }
+        }
+        energy
+    }
+
+    /// A gradient in the pose of a station, as one in the variables of its site.
+    fn potential_gradient(&self, state: &State, site: &Site, (force, moment): (Vector, Vector)) -> (Vector, Vector) {
+        let carried = site.frame.map_or_else(Vector::zeros, |frame| {
+            let body_force = state.frames[frame].inverse_transform_vector(&force);
+            site.local.orientation * moment + site.local.position.cross(&body_force)
+        });
+        (force, carried)
+    }
+
+    /// Second derivatives at `state`. `forces` (N, body frame; one vector for each branch, one entry for each segment)
+    /// replaces the rods' own forces in the geometric stiffness; see [`crate::RodSegment::hessian`]. Call after
+    /// [`Self::gradient`] at the same state.
+    pub fn hessian(&mut self, state: &State, forces: Option<&[Vec<Vector>]>, hessian: &mut Hessian) {
+        for (b, (branch, (segments, couplings))) in self.network.branches.iter().zip(&mut hessian.branches).enumerate()
+        {
+            let forces = forces.map(|f| f[b].as_slice());
+            branch.rod.hessian(&state.branch(self.network, b), forces, segments, couplings);
+        }
+        for (joint, table) in self.network.joints.iter().zip(&mut hessian.joints) {
+            table.fill(Matrix::zeros());
+            self.arm_frames.clear();
+            self.arm_frames.extend(joint.arm_frames.iter().map(|&c| state.frames[c]));
+            joint.model.add_hessian(&self.arm_frames, table);
+        }
+        for ((tie, force), h) in self.network.ties.iter().zip(&self.tie_forces).zip(&mut hessian.ties) {
+            if let Some(hub) = tie.hub_frame {
+                *h = lever_hessian(&state.frames[hub], force, &tie.offset);
+            }
+        }
+        for (f, fixing) in self.network.fixings.iter().enumerate() {
+            hessian.potentials[f] = None;
+            if self.conditions.active[f]
+                && let Action::Potential(potential) = fixing.constraint.action()
+            {
+                let (at, target) = (state.pose(&fixing.site), &self.conditions.targets[f]);
+                let mut h = potential.hessian(&at, target);
+                if let Some(frame) = fixing.site.frame {
+                    // δx = δX + J θ with J = −R [o]ₓ, θ_station = Aᵀ θ.
+                    let r = state.frames[frame].to_rotation_matrix();
+                    let a = fixing.site.local.orientation.to_rotation_matrix();
+                    let j = -(r.matrix() * crate::rotation::skew(&fixing.site.local.position));
+                    let (xx, tx, tt) = (h[0], a * h[1], a * h[2] * a.inverse());
+                    let force = potential.gradient(&at, target).0;
+                    h[1] = tx + j.transpose() * xx;
+                    h[2] = tt
+                        + tx * j
+                        + (tx * j).transpose()
+                        + j.transpose() * xx * j
+                        + lever_hessian(&state.frames[frame], &force, &fixing.site.local.position);
+                }
+                hessian.potentials[f] = Some(h);
+            }
+        }
+    }
+
+    /// Which variables are held, as [`Self::update_held`] found them.
+    pub fn held(&self) -> &[Held] {
+        &self.held
+    }
+
+    /// Finds the held directions at `state`. Allocates only when there are more of them than ever before.
+    pub fn update_held(&mut self, state: &State) {
+        let mut held = std::mem::take(&mut self.held);
+        held.clear();
+        for (f, fixing) in self.network.fixings.iter().enumerate() {
+            if !self.conditions.active[f] {
+                continue;
+            }
+            let Action::Prescribed(hold) = fixing.constraint.action() else { continue };
+            if hold.position {
+                let variable = Variable::Point(fixing.site.point);
+                match hold.rails.as_slice() {
+                    [] => {
+                        for d in [Vector::x(), Vector::y(), Vector::z()] {
+                            add_direction(&mut held, variable, f, &d);
+                        }
+                    }
+                    [a] => {
+                        let b = crate::rotation::orthogonal(a);
+                        add_direction(&mut held, variable, f, &b);
+                        add_direction(&mut held, variable, f, &a.cross(&b));
+                    }
+                    [a, b, ..] => add_direction(&mut held, variable, f, &a.cross(b)),
+                }
+            }
+            let Some(frame) = fixing.site.frame else { continue };
+            let variable = Variable::Frame(frame);
+            let local = &fixing.site.local.orientation;
+            let mut add = |d: Vector| add_direction(&mut held, variable, f, &(local * d));
+            match &hold.rotation {
+                RotationHold::Free => {}
+                RotationHold::Tangent => {
+                    add(Vector::x());
+                    add(Vector::y());
+                }
+                RotationHold::All => {
+                    add(Vector::x());
+                    add(Vector::y());
+                    add(Vector::z());
+                }
+                RotationHold::Twist => {
+                    // Gradient of the twist angle α = 2 atan2(z, w) of p = q̄_target q.
+                    let p = self.conditions.targets[f].orientation.inverse() * (state.frames[frame] * local);
+                    let (w, v) = (p.w, p.imag());
+                    add(Vector::new(v.z * v.x - w * v.y, w * v.x + v.z * v.y, w * w + v.z * v.z).normalize());
+                }
+                RotationHold::Hinge(axis) => {
+                    let axis = (state.frames[frame] * local).inverse_transform_vector(axis);
+                    let b = crate::rotation::orthogonal(&axis);
+                    add(b);
+                    add(axis.cross(&b));
+                }
+            }
+        }
+        for h in &mut held {
+            complete_basis(h);
+        }
+        self.held = held;
+    }
+
+    /// The orientation a fixing gives a station that is at `q`: its target, but for what it leaves free.
+    fn placed(&self, fixing: usize, rotation: &RotationHold, q: &Rotation) -> Rotation {
+        let target = &self.conditions.targets[fixing].orientation;
+        match rotation {
+            RotationHold::Free => *q,
+            RotationHold::All => *target,
+            RotationHold::Tangent => shortest(&columns(q)[2], &columns(target)[2]) * q,
+            RotationHold::Twist => {
+                let alpha = crate::rotation::twist_angle(&(target.inverse() * q));
+                q * Rotation::from_axis_angle(&Vector::z_axis(), -alpha)
+            }
+            RotationHold::Hinge(axis) => {
+                let r = q * target.inverse();
+                let phi = 2.0 * r.imag().dot(axis).atan2(r.w);
+                Rotation::from_axis_angle(axis, phi) * target
+            }
+        }
+    }
+
+    /// Puts every held freedom exactly where its fixing wants it, and what is tied to a joint with it.
+    pub fn place_held(&self, state: &mut State) {
+        for (f, fixing) in self.network.fixings.iter().enumerate() {
+            if !self.conditions.active[f] {
+                continue;
+            }
+            let Action::Prescribed(hold) = fixing.constraint.action() else { continue };
+            if let Some(frame) = fixing.site.frame
+                && hold.rotation != RotationHold::Free
+            {
+                let local = &fixing.site.local.orientation;
+                let station = state.frames[frame] * local;
+                state.frames[frame] = self.placed(f, &hold.rotation, &station) * local.inverse();
+            }
+            if hold.position {
+                let lever =
+                    fixing.site.frame.map_or_else(Vector::zeros, |c| state.frames[c] * fixing.site.local.position);
+                let target = self.conditions.targets[f].position - lever;
+                let i = fixing.site.point;
+                if hold.rails.is_empty() {
+                    state.points[i] = target;
+                    state.carry[i] = Vector::zeros();
+                } else {
+                    let gap = target - state.points[i];
+                    let along: Vector = hold.rails.iter().map(|d| d * d.dot(&gap)).sum();
+                    state.points[i] += gap - along;
+                }
+            }
+        }
+        self.network.follow_ties(state);
+    }
+
+    /// How the held freedoms must move from `state` to where their fixings want them (to first order; zero
+    /// elsewhere). Returns whether anything must move.
+    pub fn motion(&self, state: &State, motion: &mut Tangent) -> bool {
+        motion.points.fill(Vector::zeros());
+        motion.frames.fill(Vector::zeros());
+        for (f, fixing) in self.network.fixings.iter().enumerate() {
+            if !self.conditions.active[f] {
+                continue;
+            }
+            let Action::Prescribed(hold) = fixing.constraint.action() else { continue };
+            if let Some(frame) = fixing.site.frame
+                && hold.rotation != RotationHold::Free
+            {
+                let local = &fixing.site.local.orientation;
+                let station = state.frames[frame] * local;
+                let turn = station.inverse() * self.placed(f, &hold.rotation, &station);
+                motion.frames[frame] += local * turn.scaled_axis();
+            }
+            if hold.position {
+                let at = state.pose(&fixing.site).position;
+                let gap = self.conditions.targets[f].position - at;
+                let along: Vector = hold.rails.iter().map(|d| d * d.dot(&gap)).sum();
+                motion.points[fixing.site.point] += gap - along;
+            }
+        }
+        let mut moves = false;
+        for h in &self.held {
+            let held_part =
+                |d: &Vector| -> Vector { (0..h.count).map(|k| h.basis.column(k) * h.basis.column(k).dot(d)).sum() };
+            let d = match h.variable {
+                Variable::Point(i) => &mut motion.points[i],
+                Variable::Frame(c) => &mut motion.frames[c],
+            };
+            *d = held_part(d);
+            moves |= d.amax() > 1e-14;
+        }
+        moves
+    }
+
+    /// Largest free force and moment of a gradient, relative to the scales: `(force, moment)`.
+    pub fn residual(&self, gradient: &Tangent, scales: &Scales) -> (f64, f64) {
+        let force = gradient.points.iter().map(Vector::norm_squared).fold(0.0, nan_max);
+        let moment = gradient.frames.iter().map(Vector::norm_squared).fold(0.0, nan_max);
+        (force.sqrt() / scales.force, moment.sqrt() / scales.moment)
+    }
+
+    /// Removes the held directions from a gradient: what is left is the residual.
+    pub fn free_part(&self, gradient: &mut Tangent) {
+        for h in &self.held {
+            let g = match h.variable {
+                Variable::Point(i) => &mut gradient.points[i],
+                Variable::Frame(c) => &mut gradient.frames[c],
+            };
+            for k in 0..h.count {
+                let d: Vector = h.basis.column(k).into();
+                *g -= d * d.dot(g);
+            }
+        }
+    }
+
+    /// What fixing `f` exerts on the harness: force (N) and moment about the held point (N m), world axes. `gradient`
+    /// is the whole gradient at `state`; the held directions must be up to date.
+    pub fn reaction(&self, f: usize, state: &State, gradient: &Tangent) -> (Vector, Vector) {
+        let fixing = &self.network.fixings[f];
+        if let Action::Potential(potential) = fixing.constraint.action() {
+            let at = state.pose(&fixing.site);
+            let (force, moment) = potential.gradient(&at, &self.conditions.targets[f]);
+            return (-force, -(at.orientation * moment));
+        }
+        let (mut force, mut moment) = (Vector::zeros(), Vector::zeros());
+        for h in &self.held {
+            for k in (0..h.count).filter(|&k| h.fixing[k] == f) {
+                let d: Vector = h.basis.column(k).into();
+                match h.variable {
+                    Variable::Point(i) => force += d * d.dot(&gradient.points[i]),
+                    Variable::Frame(c) => moment += state.frames[c] * (d * d.dot(&gradient.frames[c])),
+                }
+            }
+        }
+        let lever = fixing.site.frame.map_or_else(Vector::zeros, |c| state.frames[c] * fixing.site.local.position);
+        (force, moment - lever.cross(&force))
+    }
+
+    /// Work of the dead moments over a step, J, to first order.
+    pub fn moment_work(&self, state: &State, step: &Tangent, alpha: f64) -> f64 {
+        self.dead_moments.iter().map(|(c, m)| alpha * m.dot(&(state.frames[*c] * step.frames[*c]))).sum()
+    }
+}
+
+/// Second derivative in θ of `f · R exp(θ) o`: with `f_b = Rᵀ f` it is `sym(f_b oᵀ) − (f_b·o) I`.
+fn lever_hessian(q: &Rotation, force: &Vector, offset: &Vector) -> Matrix {
+    let f = q.inverse_transform_vector(force);
+    let outer = f * offset.transpose();
+    (outer + outer.transpose()) * 0.5 - Matrix::identity() * f.dot(offset)
+}
+
+/// Maximum that keeps NaN.
+fn nan_max(a: f64, b: f64) -> f64 {
+    if b.is_nan() || b > a { b } else { a }
+}
+
+/// Adds a held direction to a variable, unless it is held already.
+fn add_direction(held: &mut Vec<Held>, variable: Variable, fixing: usize, direction: &Vector) {
+    let index = held.iter().position(|h| h.variable == variable).unwrap_or_else(|| {
+        held.push(Held { variable, basis: Matrix::zeros(), fixing: [usize::MAX; 3], count: 0 });
+        held.len() - 1
+    });
+    let h = &mut held[index];
+    let rest = (0..h.count).fold(*direction, |d, k| {
+        let c: Vector = h.basis.column(k).into();
+        d - c * c.dot(&d)
+    });
+    // Directions held twice (checked to agree) count once.
+    if h.count < 3
+        && let Some(d) = rest.try_normalize(1e-6)
+    {
+        h.basis.set_column(h.count, &d);
+        h.fixing[h.count] = fixing;
+        h.count += 1;
+    }
+}
+
+/// Fills the free columns of a basis.
+fn complete_basis(h: &mut Held) {
+    let column = |k: usize, b: &Matrix| -> Vector { b.column(k).into() };
+    if h.count == 1 {
+        let b = crate::rotation::orthogonal(&column(0, &h.basis));
+        h.basis.set_column(1, &b);
+    }
+    if h.count < 3 {
+        let c = column(0, &h.basis).cross(&column(1, &h.basis));
+        h.basis.set_column(2, &c);
+    }
 }

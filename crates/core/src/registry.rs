@@ -1,10 +1,10 @@
 //! Kind name → factory, with declared parameters. Built-ins and plugins come through the same door.
 
+use crate::Vector;
 use crate::constraint::{Constraint, ConstraintSpec};
 use crate::joint::{JointModel, JointSpec};
 use crate::minimiser::Minimiser;
 use crate::rod::{RodSegment, RodSpec};
-use crate::Vector;
 use std::collections::BTreeMap;
 
 /// What a number measures; decides which units a scenario may write.

@@ -1,1 +1,23 @@
-//! Built-in rods, joints and constraints.
+//! Built-in rods, joints and constraints, registered through the same door as plugins.
+
+pub mod fixings;
+pub mod joints;
+pub mod kernel;
+pub mod rods;
+
+use wireloom_core::Registry;
+
+/// Adds all built-in rods, joints and constraints.
+///
+/// # Panics
+/// If one of their names is taken: built-ins are registered first.
+pub fn register(registry: &mut Registry) {
+    const FIRST: &str = "built-ins are registered first";
+    registry.add_rod(rods::cosserat::kind()).map_err(|_| FIRST).unwrap();
+    registry.add_joint(joints::cosserat::kind()).map_err(|_| FIRST).unwrap();
+    registry.add_joint(joints::hub::rigid_body()).map_err(|_| FIRST).unwrap();
+    registry.add_joint(joints::hub::fused()).map_err(|_| FIRST).unwrap();
+    registry.add_constraint(fixings::connector()).map_err(|_| FIRST).unwrap();
+    registry.add_constraint(fixings::collar()).map_err(|_| FIRST).unwrap();
+    registry.add_constraint(fixings::handle()).map_err(|_| FIRST).unwrap();
+}

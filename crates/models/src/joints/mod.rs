@@ -1,0 +1,5 @@
+//! Joints.
+
+pub mod cosserat;
+pub mod hub;
+pub mod sharing;

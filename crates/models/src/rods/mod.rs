@@ -1,0 +1,3 @@
+//! Rods.
+
+pub mod cosserat;
