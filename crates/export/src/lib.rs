@@ -1,1 +1,22 @@
 //! Results as JSON, CSV, VTK and pictures.
+//!
+//! Every writer takes a result of `wireloom-core` and any [`std::io::Write`]; none touches the file system,
+//! prints, or depends on the clock: equal input gives equal bytes. SI units throughout; where a format has
+//! headers, they carry the units.
+//!
+//! | module | what it writes | for whom |
+//! | --- | --- | --- |
+//! | [`json`] | `result.json`: the whole run | programs; this is the contract |
+//! | [`csv`] | one branch as a table | spreadsheets |
+//! | [`vtk`] | one step as `.vtp`, and a `.pvd` over many | ParaView |
+//! | [`picture`] | one step as SVG: three views | people and reports |
+//!
+//! Errors are [`std::io::Error`]: those of the writer, and `InvalidInput` where the vectors of a branch
+//! differ in length.
+
+pub mod csv;
+pub mod json;
+mod local;
+pub mod picture;
+pub mod vtk;
+mod xml;

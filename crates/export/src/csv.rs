@@ -1,0 +1,75 @@
+//! One branch as a table: a row for each node, for spreadsheets and plotting.
+
+use crate::local::{Local, node_count};
+use std::io::{self, Write};
+use wireloom_core::equilibrium::BranchResult;
+
+/// The columns. Tension is `n·d3`, torque `m·d3`; shear force and bending moment are the lengths of what is
+/// left of `n` and `m` across the tangent.
+pub const HEADER: [&str; 21] = [
+    "s [m]",
+    "x [m]",
+    "y [m]",
+    "z [m]",
+    "d1 x",
+    "d1 y",
+    "d1 z",
+    "d3 x",
+    "d3 y",
+    "d3 z",
+    "force x [N]",
+    "force y [N]",
+    "force z [N]",
+    "moment x [N m]",
+    "moment y [N m]",
+    "moment z [N m]",
+    "tension [N]",
+    "shear force [N]",
+    "bending moment [N m]",
+    "torque [N m]",
+    "bend radius [m]",
+];
+
+/// Writes [`HEADER`] and one row a node, with all digits of the doubles. The bend radius of a straight place
+/// is `inf`, which Rust, Python, R and C read as infinity.
+///
+/// # Errors
+/// Those of `out`; `InvalidInput` where the branch's vectors differ in length.
+pub fn write(branch: &BranchResult, out: &mut impl Write) -> io::Result<()> {
+    let n = node_count(branch)?;
+    let mut table = csv::Writer::from_writer(out);
+    table.write_record(HEADER)?;
+    for i in 0..n {
+        table.serialize(&row(branch, i)[..])?;
+    }
+    table.flush()
+}
+
+fn row(branch: &BranchResult, i: usize) -> [f64; HEADER.len()] {
+    let local = Local::at(branch, i);
+    let (x, d1, d3) = (branch.position[i], local.d1, local.d3);
+    let (n, m) = (branch.force[i], branch.moment[i]);
+    [
+        branch.s[i],
+        x.x,
+        x.y,
+        x.z,
+        d1.x,
+        d1.y,
+        d1.z,
+        d3.x,
+        d3.y,
+        d3.z,
+        n.x,
+        n.y,
+        n.z,
+        m.x,
+        m.y,
+        m.z,
+        local.tension,
+        local.shear,
+        local.bending_moment,
+        local.torque,
+        branch.bend_radius[i],
+    ]
+}

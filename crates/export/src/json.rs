@@ -1,0 +1,285 @@
+//! `result.json`: the whole run, for programs.
+//!
+//! Branches, joints and constraints are objects keyed by name, in the order of the scenario. Numbers have
+//! all the digits needed to read the same double back. What is not finite (the bend radius of a straight
+//! piece; anything after a failure) is `null`.
+
+use serde::ser::{Serialize, SerializeMap, Serializer};
+use std::io::{self, BufWriter, Write};
+use wireloom_core::equilibrium::{
+    BranchResult, ConstraintResult, Energy, JointResult, MinimiserResult, Run, StepResult, TightestBend,
+};
+use wireloom_core::rotation::columns;
+use wireloom_core::{Rotation, Vector};
+
+/// Version of the form.
+pub const SCHEMA: u32 = 1;
+
+/// Writes `run` as one JSON object and a line feed.
+///
+/// # Errors
+/// Those of `out`.
+pub fn write(run: &Run, out: &mut impl Write) -> io::Result<()> {
+    let mut out = BufWriter::new(out);
+    serde_json::to_writer(&mut out, &Document::of(run))?;
+    out.write_all(b"\n")?;
+    out.flush()
+}
+
+#[derive(serde::Serialize)]
+struct Document<'a> {
+    schema: u32,
+    scenario: &'a str,
+    status: &'static str,
+    notes: &'a [String],
+    steps: Vec<Step<'a>>,
+}
+
+impl<'a> Document<'a> {
+    fn of(run: &'a Run) -> Self {
+        Self {
+            schema: SCHEMA,
+            scenario: &run.scenario,
+            status: run.status.word(),
+            notes: &run.notes,
+            steps: run.steps.iter().map(Step::of).collect(),
+        }
+    }
+}
+
+#[derive(serde::Serialize)]
+struct Step<'a> {
+    name: &'a str,
+    increment: usize,
+    increments: usize,
+    status: &'static str,
+    branches: ByName<'a, BranchResult>,
+    joints: ByName<'a, JointResult>,
+    constraints: ByName<'a, ConstraintResult>,
+    energy: EnergyByEffect,
+    min_bend_radius: Option<Tightest<'a>>,
+    stable: Option<bool>,
+    minimiser: Minimiser<'a>,
+}
+
+impl<'a> Step<'a> {
+    fn of(step: &'a StepResult) -> Self {
+        Self {
+            name: &step.name,
+            increment: step.increment,
+            increments: step.increments,
+            status: step.status.word(),
+            branches: ByName(&step.branches),
+            joints: ByName(&step.joints),
+            constraints: ByName(&step.constraints),
+            energy: EnergyByEffect::of(&step.energy),
+            min_bend_radius: step.min_bend_radius.as_ref().map(Tightest::of),
+            stable: step.stable,
+            minimiser: Minimiser::of(&step.minimiser),
+        }
+    }
+}
+
+#[derive(serde::Serialize)]
+struct Branch<'a> {
+    s: Numbers<'a>,
+    position: Vectors<'a>,
+    d3: Directors<'a>,
+    d1: Directors<'a>,
+    force: Vectors<'a>,
+    moment: Vectors<'a>,
+    bend_radius: Numbers<'a>,
+    twist_turns: Number,
+}
+
+impl Named for BranchResult {
+    type Body<'a> = Branch<'a>;
+    fn name(&self) -> &str {
+        &self.name
+    }
+    fn body(&self) -> Branch<'_> {
+        Branch {
+            s: Numbers(&self.s),
+            position: Vectors(&self.position),
+            d3: Directors { frames: &self.frame, column: 2 },
+            d1: Directors { frames: &self.frame, column: 0 },
+            force: Vectors(&self.force),
+            moment: Vectors(&self.moment),
+            bend_radius: Numbers(&self.bend_radius),
+            twist_turns: Number(self.twist_turns),
+        }
+    }
+}
+
+#[derive(serde::Serialize)]
+struct Joint {
+    position: [Number; 3],
+    orientation: [Number; 4],
+}
+
+impl Named for JointResult {
+    type Body<'a> = Joint;
+    fn name(&self) -> &str {
+        &self.name
+    }
+    fn body(&self) -> Joint {
+        Joint { position: vector(&self.position), orientation: quaternion(&self.orientation) }
+    }
+}
+
+#[derive(serde::Serialize)]
+struct Constraint<'a> {
+    kind: &'a str,
+    position: [Number; 3],
+    orientation: [Number; 4],
+    force: [Number; 3],
+    moment: [Number; 3],
+}
+
+impl Named for ConstraintResult {
+    type Body<'a> = Constraint<'a>;
+    fn name(&self) -> &str {
+        &self.name
+    }
+    fn body(&self) -> Constraint<'_> {
+        Constraint {
+            kind: &self.kind,
+            position: vector(&self.position),
+            orientation: quaternion(&self.orientation),
+            force: vector(&self.force),
+            moment: vector(&self.moment),
+        }
+    }
+}
+
+#[derive(serde::Serialize)]
+struct EnergyByEffect {
+    total: Number,
+    stretch: Number,
+    shear: Number,
+    bend: Number,
+    twist: Number,
+    gravity: Number,
+    load: Number,
+    joint: Number,
+    constraint: Number,
+}
+
+impl EnergyByEffect {
+    fn of(energy: &Energy) -> Self {
+        Self {
+            total: Number(energy.total()),
+            stretch: Number(energy.stretch),
+            shear: Number(energy.shear),
+            bend: Number(energy.bend),
+            twist: Number(energy.twist),
+            gravity: Number(energy.gravity),
+            load: Number(energy.load),
+            joint: Number(energy.joint),
+            constraint: Number(energy.constraint),
+        }
+    }
+}
+
+#[derive(serde::Serialize)]
+struct Tightest<'a> {
+    branch: &'a str,
+    s: Number,
+    value: Number,
+    limit: Option<Number>,
+}
+
+impl<'a> Tightest<'a> {
+    fn of(bend: &'a TightestBend) -> Self {
+        Self { branch: &bend.branch, s: Number(bend.s), value: Number(bend.value), limit: bend.limit.map(Number) }
+    }
+}
+
+#[derive(serde::Serialize)]
+struct Minimiser<'a> {
+    kind: &'a str,
+    iterations: usize,
+    factorisations: usize,
+    seconds: Number,
+    force_residual: Number,
+}
+
+impl<'a> Minimiser<'a> {
+    fn of(minimiser: &'a MinimiserResult) -> Self {
+        Self {
+            kind: &minimiser.kind,
+            iterations: minimiser.iterations,
+            factorisations: minimiser.factorisations,
+            seconds: Number(minimiser.seconds),
+            force_residual: Number(minimiser.force_residual),
+        }
+    }
+}
+
+/// An entry of an object whose keys are names.
+trait Named {
+    type Body<'a>: Serialize
+    where
+        Self: 'a;
+    fn name(&self) -> &str;
+    fn body(&self) -> Self::Body<'_>;
+}
+
+/// An object with one key a name, in the order given.
+struct ByName<'a, T>(&'a [T]);
+
+impl<T: Named> Serialize for ByName<'_, T> {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        let mut map = serializer.serialize_map(Some(self.0.len()))?;
+        for entry in self.0 {
+            map.serialize_entry(entry.name(), &entry.body())?;
+        }
+        map.end()
+    }
+}
+
+/// A number, or null where it is not finite.
+struct Number(f64);
+
+impl Serialize for Number {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        if self.0.is_finite() { serializer.serialize_f64(self.0) } else { serializer.serialize_none() }
+    }
+}
+
+struct Numbers<'a>(&'a [f64]);
+
+impl Serialize for Numbers<'_> {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.collect_seq(self.0.iter().copied().map(Number))
+    }
+}
+
+struct Vectors<'a>(&'a [Vector]);
+
+impl Serialize for Vectors<'_> {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.collect_seq(self.0.iter().map(vector))
+    }
+}
+
+/// One column of every frame.
+struct Directors<'a> {
+    frames: &'a [Rotation],
+    column: usize,
+}
+
+impl Serialize for Directors<'_> {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.collect_seq(self.frames.iter().map(|frame| vector(&columns(frame)[self.column])))
+    }
+}
+
+fn vector(v: &Vector) -> [Number; 3] {
+    [Number(v.x), Number(v.y), Number(v.z)]
+}
+
+/// `[w, x, y, z]`.
+fn quaternion(q: &Rotation) -> [Number; 4] {
+    [Number(q.w), Number(q.i), Number(q.j), Number(q.k)]
+}

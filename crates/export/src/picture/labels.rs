@@ -1,0 +1,148 @@
+//! Names beside symbols: placed one after the other where they cover least, left out where there is no room.
+
+use super::layout::Panel;
+use super::marks::{Kind, Mark, Marks};
+use super::svg::{Svg, Text, fitted, width};
+use super::view::visible;
+use wireloom_core::StepResult;
+
+/// More symbols than this are not all named.
+pub const ALL_NAMED: usize = 40;
+/// So many fixings are, then: those with the largest forces.
+pub const NAMED_OF_MANY: usize = 12;
+
+const SIZE: f64 = 10.5;
+/// A name is cut to this width.
+const WIDEST: f64 = 130.0;
+/// Distances from the symbol that are tried, page units beyond its edge.
+const DISTANCES: [f64; 4] = [4.0, 14.0, 28.0, 46.0];
+/// Directions that are tried, the liked ones first.
+const DIRECTIONS: [[f64; 2]; 8] =
+    [[1.0, -0.6], [-1.0, -0.6], [1.0, 0.6], [-1.0, 0.6], [0.0, -1.0], [0.0, 1.0], [1.0, 0.0], [-1.0, 0.0]];
+/// Side of a cell of the raster that knows where branches run.
+const CELL: f64 = 4.0;
+
+type Box = [f64; 4];
+
+/// Which marks get a name, in the order in which they look for a place.
+pub fn chosen(marks: &Marks) -> Vec<&Mark> {
+    let mut named: Vec<&Mark> = marks.list.iter().filter(|mark| !mark.label.is_empty()).collect();
+    named.sort_by(|a, b| b.weight.total_cmp(&a.weight));
+    if named.len() > ALL_NAMED {
+        named.retain(|mark| mark.kind != Kind::Joint);
+        let bend = named.iter().filter(|mark| mark.kind == Kind::TightestBend).count();
+        named.truncate(NAMED_OF_MANY + bend);
+    }
+    named
+}
+
+pub fn draw(page: &mut Svg, step: &StepResult, marks: &Marks, panel: &Panel) {
+    let raster = Raster::of(step, panel);
+    let half = marks.half + 1.0;
+    let mut taken: Vec<Box> = marks
+        .list
+        .iter()
+        .map(|mark| panel.place(&mark.position))
+        .map(|[x, y]| [x - half, y - half, x + half, y + half])
+        .collect();
+    page.open("class=\"labels\"");
+    for mark in chosen(marks) {
+        let at = panel.place(&mark.position);
+        let text = fitted(&mark.label, SIZE, WIDEST);
+        let size = [width(&text, SIZE) + 2.0, SIZE + 1.0];
+        let Some((place, far)) = find(at, half, size, panel, &taken, &raster) else { continue };
+        taken.push(place);
+        write(page, at, place, &text, far);
+    }
+    page.close();
+}
+
+fn write(page: &mut Svg, at: [f64; 2], place: Box, text: &str, far: bool) {
+    let [x0, y0, x1, y1] = place;
+    if far {
+        let edge = [at[0].clamp(x0, x1), at[1].clamp(y0, y1)];
+        page.line(at, edge, "class=\"leader\" stroke=\"#555555\" stroke-width=\"0.6\"");
+    }
+    page.rect([x0, y0], [x1 - x0, y1 - y0], "fill=\"#ffffff\" fill-opacity=\"0.72\"");
+    page.text(&Text { size: SIZE, class: "label", ..Text::at(x0 + 1.0, y1 - 2.6) }, text);
+}
+
+/// The place that covers least: other names and symbols never, branches where it must be. Also whether it is
+/// so far away that it needs a line to its symbol.
+fn find(at: [f64; 2], half: f64, size: [f64; 2], panel: &Panel, taken: &[Box], raster: &Raster) -> Option<(Box, bool)> {
+    let mut best: Option<(f64, Box, bool)> = None;
+    for (i, distance) in DISTANCES.into_iter().enumerate() {
+        for (j, direction) in DIRECTIONS.into_iter().enumerate() {
+            let place = beside(at, half + distance, size, direction);
+            if !inside(&place, panel) || taken.iter().any(|other| overlap(&place, other)) {
+                continue;
+            }
+            let cost = raster.covered(&place) + 2.2 * i as f64 + 0.1 * j as f64;
+            if best.as_ref().is_none_or(|(least, _, _)| cost < *least) {
+                best = Some((cost, place, i > 0));
+            }
+        }
+    }
+    best.map(|(_, place, far)| (place, far))
+}
+
+/// The box of a text whose nearest edge or corner lies in `direction` at `distance`.
+fn beside(at: [f64; 2], distance: f64, [w, h]: [f64; 2], [u, v]: [f64; 2]) -> Box {
+    let centre = [at[0] + u * distance + 0.5 * w * u.signum() * f64::from(u != 0.0), at[1] + v * (distance + 0.5 * h)];
+    [centre[0] - 0.5 * w, centre[1] - 0.5 * h, centre[0] + 0.5 * w, centre[1] + 0.5 * h]
+}
+
+fn inside(b: &Box, panel: &Panel) -> bool {
+    let ([x, y], [w, h]) = (panel.corner, panel.size);
+    b[0] >= x + 2.0 && b[1] >= y + 2.0 && b[2] <= x + w - 2.0 && b[3] <= y + h - 2.0
+}
+
+fn overlap(a: &Box, b: &Box) -> bool {
+    a[0] < b[2] && b[0] < a[2] && a[1] < b[3] && b[1] < a[3]
+}
+
+/// Which cells of a view branches run through.
+struct Raster {
+    corner: [f64; 2],
+    columns: usize,
+    rows: usize,
+    filled: Vec<bool>,
+}
+
+impl Raster {
+    fn of(step: &StepResult, panel: &Panel) -> Self {
+        let [columns, rows] = panel.size.map(|side| (side / CELL).ceil() as usize + 1);
+        let mut raster = Self { corner: panel.corner, columns, rows, filled: vec![false; columns * rows] };
+        for branch in &step.branches {
+            for edge in branch.position.windows(2).filter(|edge| edge.iter().all(visible)) {
+                let [a, b] = [panel.place(&edge[0]), panel.place(&edge[1])];
+                let samples = ((b[0] - a[0]).hypot(b[1] - a[1]) / CELL).ceil().max(1.0) as usize;
+                for k in 0..=samples {
+                    let t = k as f64 / samples as f64;
+                    raster.fill([a[0] + t * (b[0] - a[0]), a[1] + t * (b[1] - a[1])]);
+                }
+            }
+        }
+        raster
+    }
+
+    fn fill(&mut self, [x, y]: [f64; 2]) {
+        let (i, j) = self.cell([x, y]);
+        self.filled[j * self.columns + i] = true;
+    }
+
+    fn cell(&self, [x, y]: [f64; 2]) -> (usize, usize) {
+        let index = |value: f64, last: usize| ((value / CELL).max(0.0) as usize).min(last);
+        (index(x - self.corner[0], self.columns - 1), index(y - self.corner[1], self.rows - 1))
+    }
+
+    /// Filled cells under a box.
+    fn covered(&self, b: &Box) -> f64 {
+        let ((i0, j0), (i1, j1)) = (self.cell([b[0], b[1]]), self.cell([b[2], b[3]]));
+        let mut count = 0.0;
+        for j in j0..=j1 {
+            count += self.filled[j * self.columns + i0..=j * self.columns + i1].iter().filter(|f| **f).count() as f64;
+        }
+        count
+    }
+}

@@ -1,0 +1,122 @@
+//! Directions of sight, and what there is to see.
+
+use wireloom_core::{StepResult, Vector};
+
+/// Where one looks from.
+#[derive(Clone, Copy, PartialEq)]
+pub enum View {
+    /// Along +y: x to the right, z up.
+    Front,
+    /// Along −x: y to the right, z up.
+    Side,
+    /// Along −z: x to the right, y up.
+    Above,
+}
+
+impl View {
+    pub fn name(self) -> &'static str {
+        match self {
+            View::Front => "front",
+            View::Side => "side",
+            View::Above => "above",
+        }
+    }
+
+    /// Index of the world axis to the right, and of the one up.
+    pub fn axes(self) -> [usize; 2] {
+        match self {
+            View::Front => [0, 2],
+            View::Side => [1, 2],
+            View::Above => [0, 1],
+        }
+    }
+
+    /// Towards the eye: larger is nearer.
+    pub fn nearness(self, x: &Vector) -> f64 {
+        match self {
+            View::Front => -x.y,
+            View::Side => x.x,
+            View::Above => x.z,
+        }
+    }
+
+    /// What one sees, in words.
+    pub fn caption(self) -> &'static str {
+        match self {
+            View::Front => "front: x–z, seen along +y",
+            View::Side => "side: y–z, seen along −x",
+            View::Above => "above: x–y, seen along −z",
+        }
+    }
+}
+
+/// Farther than this from the origin (m) nothing is drawn: only a failed run goes there, and one such node
+/// would shrink the rest of the harness to a dot.
+const FAR: f64 = 1e6;
+
+/// The box that holds everything that can be drawn, and how much cannot.
+pub struct Scene {
+    /// Lowest coordinates, m.
+    pub low: [f64; 3],
+    /// Highest coordinates, m.
+    pub high: [f64; 3],
+    /// Nodes, joints and fixings without a finite position.
+    pub hidden: usize,
+}
+
+impl Scene {
+    pub fn of(step: &StepResult) -> Self {
+        let mut low = [f64::INFINITY; 3];
+        let mut high = [f64::NEG_INFINITY; 3];
+        let mut hidden = 0;
+        let mut include = |x: &Vector, r: f64| {
+            if !visible(x) {
+                hidden += 1;
+                return;
+            }
+            for i in 0..3 {
+                low[i] = low[i].min(x[i] - r);
+                high[i] = high[i].max(x[i] + r);
+            }
+        };
+        for branch in &step.branches {
+            let r = radius(branch.diameter);
+            branch.position.iter().for_each(|x| include(x, r));
+        }
+        step.joints.iter().for_each(|joint| include(&joint.position, 0.0));
+        step.constraints.iter().for_each(|fixing| include(&fixing.position, 0.0));
+        if low[0] > high[0] {
+            (low, high) = ([0.0; 3], [0.0; 3]);
+        }
+        // A single point still needs a scale: 0.1 m around it. Likewise what is tiny beside its distance.
+        let size = (0..3).map(|i| high[i] - low[i]).fold(0.0, f64::max);
+        let reach = (0..3).map(|i| high[i].abs().max(low[i].abs())).fold(0.0, f64::max);
+        if size < 1e-6_f64.max(1e-9 * reach) {
+            for i in 0..3 {
+                low[i] -= 0.05;
+                high[i] += 0.05;
+            }
+        }
+        Self { low, high, hidden }
+    }
+
+    /// Extents, m.
+    pub fn size(&self) -> [f64; 3] {
+        [0, 1, 2].map(|i| self.high[i] - self.low[i])
+    }
+
+    /// Middle of the box, m.
+    pub fn centre(&self) -> [f64; 3] {
+        [0, 1, 2].map(|i| 0.5 * (self.high[i] + self.low[i]))
+    }
+}
+
+/// Whether a point can be drawn.
+pub fn visible(x: &Vector) -> bool {
+    x.iter().all(|c| c.abs() < FAR)
+}
+
+/// Half a diameter (m), or nothing where it is not a positive number.
+pub fn radius(diameter: f64) -> f64 {
+    if diameter > 0.0 && diameter < FAR { 0.5 * diameter } else { 0.0 }
+}

@@ -1,0 +1,184 @@
+//! VTK files for ParaView: a step as `.vtp` (PolyData, one polyline for each branch), and a `.pvd` that
+//! strings many of them together in time.
+
+use crate::local::{Local, node_count};
+use crate::xml::escape;
+use std::io::{self, BufWriter, Write};
+use wireloom_core::equilibrium::{BranchResult, Run, StepResult};
+
+/// Writes `step` as VTK PolyData XML with appended raw data (little endian, 64-bit headers).
+///
+/// Branches with fewer than two nodes make no line and are left out; the cell array `branch` holds the index
+/// of the branch in the scenario. Point arrays carry their units in their names; `bend limit/radius` is NaN
+/// where a branch has no limit.
+///
+/// # Errors
+/// Those of `out`; `InvalidInput` where a branch's vectors differ in length.
+pub fn write(step: &StepResult, out: &mut impl Write) -> io::Result<()> {
+    let mut data = Data::default();
+    for (index, branch) in step.branches.iter().enumerate() {
+        let n = node_count(branch)?;
+        if n >= 2 {
+            data.push(index as i64, branch, n);
+        }
+    }
+    data.write(&mut BufWriter::new(out))
+}
+
+/// One file of a series.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SeriesFile {
+    /// Path of the `.vtp`, relative to the `.pvd`.
+    pub file: String,
+    /// Time, in steps: see [`times`].
+    pub time: f64,
+}
+
+/// The time of every entry of `run.steps`, in steps: `k + increment/increments` within step `k = 0, 1, …`, so
+/// that the first step ends at 1.
+pub fn times(run: &Run) -> Vec<f64> {
+    let mut k = 0.0;
+    let mut times = Vec::with_capacity(run.steps.len());
+    for (i, step) in run.steps.iter().enumerate() {
+        if let Some(previous) = i.checked_sub(1).map(|i| &run.steps[i])
+            && (previous.name != step.name || previous.increment >= step.increment)
+        {
+            k += 1.0;
+        }
+        let share = if step.increments == 0 { 1.0 } else { step.increment as f64 / step.increments as f64 };
+        times.push(k + share);
+    }
+    times
+}
+
+/// Writes a `.pvd` over `files`, in the order given.
+///
+/// # Errors
+/// Those of `out`.
+pub fn write_series(files: &[SeriesFile], out: &mut impl Write) -> io::Result<()> {
+    let mut text = String::from(
+        "<?xml version=\"1.0\"?>\n<VTKFile type=\"Collection\" version=\"0.1\" byte_order=\"LittleEndian\">\n<Collection>\n",
+    );
+    for SeriesFile { file, time } in files {
+        text += &format!("<DataSet timestep=\"{time}\" group=\"\" part=\"0\" file=\"{}\"/>\n", escape(file));
+    }
+    text += "</Collection>\n</VTKFile>\n";
+    out.write_all(text.as_bytes())
+}
+
+/// The arrays of a file, in the order in which they are appended.
+#[derive(Default)]
+struct Data {
+    points: Vec<f64>,
+    scalars: [Vec<f64>; SCALARS.len()],
+    vectors: [Vec<f64>; VECTORS.len()],
+    connectivity: Vec<i64>,
+    offsets: Vec<i64>,
+    branch: Vec<i64>,
+}
+
+const SCALARS: [&str; 8] = [
+    "arc length [m]",
+    "tube radius [m]",
+    "curvature [1/m]",
+    "bend limit/radius",
+    "tension [N]",
+    "shear force [N]",
+    "bending moment [N m]",
+    "torque [N m]",
+];
+
+const VECTORS: [&str; 4] = ["force [N]", "moment [N m]", "d1", "d3"];
+
+impl Data {
+    fn push(&mut self, index: i64, branch: &BranchResult, nodes: usize) {
+        let limit = branch.bend_radius_limit.unwrap_or(f64::NAN);
+        let first = (self.points.len() / 3) as i64;
+        for i in 0..nodes {
+            let local = Local::at(branch, i);
+            self.points.extend(branch.position[i].iter());
+            let scalars = [
+                branch.s[i],
+                0.5 * branch.diameter,
+                local.curvature,
+                limit * local.curvature,
+                local.tension,
+                local.shear,
+                local.bending_moment,
+                local.torque,
+            ];
+            self.scalars.iter_mut().zip(scalars).for_each(|(array, value)| array.push(value));
+            let vectors = [branch.force[i], branch.moment[i], local.d1, local.d3];
+            self.vectors.iter_mut().zip(vectors).for_each(|(array, value)| array.extend(value.iter()));
+        }
+        let end = first + nodes as i64;
+        self.connectivity.extend(first..end);
+        self.offsets.push(end);
+        self.branch.push(index);
+    }
+
+    fn write(&self, out: &mut impl Write) -> io::Result<()> {
+        let mut appended = Appended::default();
+        let (points, lines) = (self.points.len() / 3, self.offsets.len());
+        writeln!(
+            out,
+            "<?xml version=\"1.0\"?>\n\
+             <VTKFile type=\"PolyData\" version=\"1.0\" byte_order=\"LittleEndian\" header_type=\"UInt64\">\n\
+             <PolyData>\n\
+             <Piece NumberOfPoints=\"{points}\" NumberOfVerts=\"0\" NumberOfLines=\"{lines}\" \
+             NumberOfStrips=\"0\" NumberOfPolys=\"0\">\n\
+             <PointData>"
+        )?;
+        for (name, array) in SCALARS.iter().zip(&self.scalars) {
+            out.write_all(appended.floats(name, 1, array).as_bytes())?;
+        }
+        for (name, array) in VECTORS.iter().zip(&self.vectors) {
+            out.write_all(appended.floats(name, 3, array).as_bytes())?;
+        }
+        writeln!(out, "</PointData>\n<CellData>")?;
+        out.write_all(appended.integers("branch", &self.branch).as_bytes())?;
+        writeln!(out, "</CellData>\n<Points>")?;
+        out.write_all(appended.floats("Points", 3, &self.points).as_bytes())?;
+        writeln!(out, "</Points>\n<Lines>")?;
+        out.write_all(appended.integers("connectivity", &self.connectivity).as_bytes())?;
+        out.write_all(appended.integers("offsets", &self.offsets).as_bytes())?;
+        write!(out, "</Lines>\n</Piece>\n</PolyData>\n<AppendedData encoding=\"raw\">\n_")?;
+        out.write_all(&appended.bytes)?;
+        writeln!(out, "\n</AppendedData>\n</VTKFile>")?;
+        out.flush()
+    }
+}
+
+/// The appended block: each array is its length in bytes (u64), then its numbers.
+#[derive(Default)]
+struct Appended {
+    bytes: Vec<u8>,
+}
+
+impl Appended {
+    fn floats(&mut self, name: &str, components: usize, values: &[f64]) -> String {
+        self.array("Float64", name, components, values.len(), values.iter().map(|v| v.to_le_bytes()))
+    }
+
+    fn integers(&mut self, name: &str, values: &[i64]) -> String {
+        self.array("Int64", name, 1, values.len(), values.iter().map(|v| v.to_le_bytes()))
+    }
+
+    /// Appends the numbers and returns the element that points to them.
+    fn array(
+        &mut self,
+        kind: &str,
+        name: &str,
+        components: usize,
+        count: usize,
+        numbers: impl Iterator<Item = [u8; 8]>,
+    ) -> String {
+        let offset = self.bytes.len();
+        self.bytes.extend((8 * count as u64).to_le_bytes());
+        self.bytes.extend(numbers.flatten());
+        format!(
+            "<DataArray type=\"{kind}\" Name=\"{name}\" NumberOfComponents=\"{components}\" \
+             format=\"appended\" offset=\"{offset}\"/>\n"
+        )
+    }
+}
