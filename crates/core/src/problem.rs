@@ -480,14 +480,14 @@ impl<'n> Problem<'n> {
         moves
     }
 
-    /// Largest free force and moment of a gradient, relative to the scales: `(force, moment)`.
-    pub fn residual(&self, gradient: &Tangent, scales: &Scales) -> (f64, f64) {
-        let force = gradient.points.iter().map(Vector::norm_squared).fold(0.0, nan_max);
-        let moment = gradient.frames.iter().map(Vector::norm_squared).fold(0.0, nan_max);
-        (force.sqrt() / scales.force, moment.sqrt() / scales.moment)
+    /// Largest force of a free gradient relative to the force scale, or moment relative to the moment scale,
+    /// whichever is larger; NaN if one is.
+    pub fn residual(&self, free: &Tangent, scales: &Scales) -> f64 {
+        let largest = |all: &[Vector]| all.iter().map(Vector::norm_squared).fold(0.0, nan_max).sqrt();
+        nan_max(largest(&free.points) / scales.force, largest(&free.frames) / scales.moment)
     }
 
-    /// Removes the held directions from a gradient: what is left is the residual.
+    /// Removes the held directions from a gradient: what is left must vanish.
     pub fn free_part(&self, gradient: &mut Tangent) {
         for h in &self.held {
             let g = match h.variable {
@@ -539,7 +539,7 @@ fn lever_hessian(q: &Rotation, force: &Vector, offset: &Vector) -> Matrix {
 
 /// Maximum that keeps NaN.
 fn nan_max(a: f64, b: f64) -> f64 {
-    if b.is_nan() || b > a { b } else { a }
+    if a.is_nan() || a >= b { a } else { b }
 }
 
 /// Adds a held direction to a variable, unless it is held already.

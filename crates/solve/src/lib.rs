@@ -1,1 +1,27 @@
 //! CPU minimisers, certificate and step driver.
+//!
+//! The Hessian of a harness is a sparse symmetric matrix of 3 × 3 blocks, one block row for each point and each
+//! frame. [`structure`] orders the blocks by minimum degree, which on trees gives no fill at all; [`matrix`]
+//! gathers the parts' second derivatives into it, [`factor`] factorises it in place, [`newton`] walks downhill
+//! with it, [`certificate`] grades the result, [`steps`] carries out the assembly.
+
+pub mod certificate;
+pub mod factor;
+pub mod matrix;
+pub mod newton;
+pub mod result;
+pub mod start;
+pub mod steps;
+pub mod structure;
+
+pub use steps::{Control, Progress, follow};
+
+use wireloom_core::Registry;
+
+/// Adds the minimisers.
+///
+/// # Panics
+/// If one of their names is taken: built-ins are registered first.
+pub fn register(registry: &mut Registry) {
+    registry.add_minimiser(newton::kind()).map_err(|_| "built-ins are registered first").unwrap();
+}

@@ -1,0 +1,73 @@
+//! No minimiser grades its own work: forces and moments are recomputed here from the state alone.
+
+use crate::matrix::BlockMatrix;
+use wireloom_core::minimiser::{Status, Stop};
+use wireloom_core::problem::{Hessian, Problem};
+use wireloom_core::{Network, State, Tangent};
+
+/// Distance (m) or turn (rad) by which a held freedom may be off its target.
+const VIOLATION: f64 = 1e-9;
+/// Pivots above minus this share of the force scale count as not negative: an equilibrium that may turn freely,
+/// as a cable hung from one point may about the vertical, is not unstable.
+const NEUTRAL: f64 = 1e-9;
+
+/// What recomputation found.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Certificate {
+    /// Largest free force relative to the force scale, or moment relative to the moment scale.
+    pub residual: f64,
+    /// Largest distance (m) or turn (rad) by which a held freedom is off its target.
+    pub violation: f64,
+    /// Converged, or what the minimiser said if the numbers do not bear it out.
+    pub status: Status,
+}
+
+/// Recomputes what minimisers claim; keeps its workspace.
+pub struct Certifier {
+    /// The whole gradient at the state certified last; on held freedoms it is what the fixing exerts.
+    pub gradient: Tangent,
+    scratch: Tangent,
+    stability: Option<(BlockMatrix, Hessian, Vec<f64>)>,
+}
+
+impl Certifier {
+    /// For the states of a network.
+    pub fn new(network: &Network) -> Self {
+        Self { gradient: Tangent::zeros(network), scratch: Tangent::zeros(network), stability: None }
+    }
+
+    /// Grades `state` as an equilibrium of `problem`. `claimed` is what the minimiser says of it.
+    pub fn certify(&mut self, problem: &mut Problem<'_>, state: &State, stop: &Stop, claimed: Status) -> Certificate {
+        problem.update_held(state);
+        problem.gradient(state, &mut self.gradient);
+        problem.motion(state, &mut self.scratch);
+        let moved = self.scratch.points.iter().chain(&self.scratch.frames);
+        let violation = moved.map(|v| v.norm()).fold(0.0, f64::max);
+        self.scratch.points.copy_from_slice(&self.gradient.points);
+        self.scratch.frames.copy_from_slice(&self.gradient.frames);
+        problem.free_part(&mut self.scratch);
+        let residual = problem.residual(&self.scratch, &problem.scales());
+        let holds = residual <= stop.force_tolerance && violation <= VIOLATION && state.is_finite();
+        let status = match (holds, claimed) {
+            (true, _) => Status::Converged,
+            (false, Status::Converged) => Status::Failed,
+            (false, other) => other,
+        };
+        Certificate { residual, violation, status }
+    }
+
+    /// Whether no motion lowers the energy to second order, from the inertia of the Hessian at `state`. Call after
+    /// [`Self::certify`] at the same state.
+    pub fn stable(&mut self, problem: &mut Problem<'_>, state: &State) -> bool {
+        let (matrix, hessian, weights) = self.stability.get_or_insert_with(|| {
+            let matrix = BlockMatrix::new(problem.network);
+            let weights = matrix.frame_weights(problem.network);
+            (matrix, Hessian::new(problem.network), weights)
+        });
+        problem.hessian(state, None, hessian);
+        matrix.gather(problem.network, state, hessian);
+        matrix.shift(NEUTRAL * problem.scales().force, weights);
+        matrix.take_out(problem);
+        matrix.factorise() == 0
+    }
+}

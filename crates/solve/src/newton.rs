@@ -1,0 +1,335 @@
+//! The minimiser `newton`: Newton's method on the full Hessian.
+//!
+//! Per iteration: second derivatives, factorisation along the graph, step, line search. Where the Hessian is not
+//! positive definite the frames' diagonal is shifted until it is (Levenberg), so every step leads downhill from any
+//! start. The first step of an increment carries the prescribed motion in its right-hand side. For small
+//! increments the axial and shear forces in the geometric stiffness are those predicted by the last linear step
+//! ("mixed integration points", Magisano, Leonetti, Garcea 2017).
+
+use crate::matrix::BlockMatrix;
+use wireloom_core::minimiser::{Minimiser, Report, Status, Stop};
+use wireloom_core::problem::{Hessian, Problem, Scales};
+use wireloom_core::registry::MinimiserKind;
+use wireloom_core::{Network, State, Tangent, Vector};
+
+/// Largest turn (rad) of any frame in one line-search step; beyond it the quadratic model says nothing.
+const LARGEST_TURN: f64 = 1.0;
+/// Largest turn (rad) of a predicted step for which the increment counts as small.
+const SMALL_TURN: f64 = 0.3;
+/// Share of the predicted decrease that a step must bring (Armijo).
+const ARMIJO: f64 = 1e-4;
+/// Decreases of the energy below this share of its magnitude are round-off.
+const ENERGY_NOISE: f64 = 1e-12;
+/// Iterations without progress at round-off after which the state is called stalled.
+const STALLED_AFTER: usize = 4;
+
+/// The kind `newton`.
+pub fn kind() -> MinimiserKind {
+    MinimiserKind {
+        name: "newton".into(),
+        doc: "Newton on the full Hessian with a direct factorisation along the graph; descends from any start".into(),
+        parameters: vec![],
+        build: Box::new(|(), _| Ok(Box::new(Newton::new()))),
+    }
+}
+
+/// Newton's method; keeps its workspace from call to call.
+#[derive(Default)]
+pub struct Newton {
+    workspace: Option<Box<Workspace>>,
+}
+
+impl Newton {
+    /// With no workspace yet: the first call makes it.
+    pub fn new() -> Self {
+        Self::default()
+    }
+}
+
+/// Everything that is allocated once.
+struct Workspace {
+    network: u64,
+    matrix: BlockMatrix,
+    hessian: Hessian,
+    /// See [`BlockMatrix::frame_weights`].
+    weights: Vec<f64>,
+    gradient: Tangent,
+    free: Tangent,
+    trial_gradient: Tangent,
+    step: Tangent,
+    motion: Tangent,
+    trial: State,
+    rhs: Vec<Vector>,
+    /// Predicted forces, by branch and segment.
+    forces: Vec<Vec<Vector>>,
+    /// Whether the matrix holds a positive definite factor of the present network with these fixings active.
+    factor_of: Option<Vec<bool>>,
+    factorisations: usize,
+    evaluations: usize,
+}
+
+impl Workspace {
+    fn new(network: &Network) -> Self {
+        let matrix = BlockMatrix::new(network);
+        let weights = matrix.frame_weights(network);
+        Self {
+            network: network.id,
+            hessian: Hessian::new(network),
+            weights,
+            gradient: Tangent::zeros(network),
+            free: Tangent::zeros(network),
+            trial_gradient: Tangent::zeros(network),
+            step: Tangent::zeros(network),
+            motion: Tangent::zeros(network),
+            trial: State::origin(network),
+            rhs: vec![Vector::zeros(); matrix.structure.len()],
+            forces: network.branches.iter().map(|b| vec![Vector::zeros(); b.rod.mesh().segments()]).collect(),
+            matrix,
+            factor_of: None,
+            factorisations: 0,
+            evaluations: 0,
+        }
+    }
+
+    fn ready<'w>(slot: &'w mut Option<Box<Self>>, network: &Network) -> &'w mut Self {
+        if slot.as_ref().is_none_or(|ws| ws.network != network.id) {
+            *slot = Some(Box::new(Self::new(network)));
+        }
+        slot.as_mut().expect("made above")
+    }
+
+    /// Second derivatives at `state` (where `gradient` was evaluated last), shifted, factorised. Returns the number
+    /// of negative pivots.
+    fn assemble(&mut self, problem: &mut Problem<'_>, state: &State, mixed: bool, sigma: f64) -> usize {
+        problem.hessian(state, mixed.then_some(self.forces.as_slice()), &mut self.hessian);
+        self.factorise(problem, state, sigma)
+    }
+
+    /// Gathers and factorises the Hessian at hand with another shift.
+    fn factorise(&mut self, problem: &Problem<'_>, state: &State, sigma: f64) -> usize {
+        self.matrix.gather(problem.network, state, &self.hessian);
+        if sigma > 0.0 {
+            self.matrix.shift(sigma, &self.weights);
+        }
+        self.matrix.take_out(problem);
+        self.factorisations += 1;
+        let negative = self.matrix.factorise();
+        if negative == 0 {
+            let active = &problem.conditions().active;
+            match &mut self.factor_of {
+                Some(known) if known.len() == active.len() => known.copy_from_slice(active),
+                slot => *slot = Some(active.clone()),
+            }
+        } else {
+            self.factor_of = None;
+        }
+        negative
+    }
+
+    /// Solves for the step at `state`; with `moving` it carries the prescribed motion.
+    fn solve(&mut self, problem: &Problem<'_>, state: &State, moving: bool) {
+        let motion = moving.then_some(&self.motion);
+        self.matrix.right_hand_side(problem, &self.gradient, motion, &mut self.rhs);
+        self.matrix.solve(&mut self.rhs);
+        self.matrix.step(problem, state, &mut self.rhs, motion, &mut self.step);
+    }
+
+    /// Energy and gradient at `state ⊕ α step`, in `trial` and `trial_gradient`.
+    fn try_step(&mut self, problem: &mut Problem<'_>, state: &State, alpha: f64) -> f64 {
+        problem.network.retract(state, &self.step, alpha, &mut self.trial);
+        problem.place_held(&mut self.trial);
+        self.evaluations += 1;
+        let energy = problem.gradient(&self.trial, &mut self.trial_gradient);
+        energy - problem.moment_work(state, &self.step, alpha)
+    }
+
+    /// Takes the trial as the new state.
+    fn accept(&mut self, state: &mut State) {
+        std::mem::swap(state, &mut self.trial);
+        std::mem::swap(&mut self.gradient, &mut self.trial_gradient);
+    }
+
+    /// Forces to first order after the step, for the next geometric stiffness.
+    fn predict_forces(&mut self, problem: &Problem<'_>, state: &State) {
+        for (b, branch) in problem.network.branches.iter().enumerate() {
+            let shape = state.branch(problem.network, b);
+            let points = &self.step.points[branch.points.clone()];
+            let frames = &self.step.frames[branch.frames.clone()];
+            branch.rod.predicted_forces(&shape, points, frames, &mut self.forces[b]);
+        }
+    }
+
+    fn residual(&mut self, problem: &Problem<'_>, scales: &Scales) -> f64 {
+        self.free.points.copy_from_slice(&self.gradient.points);
+        self.free.frames.copy_from_slice(&self.gradient.frames);
+        problem.free_part(&mut self.free);
+        problem.residual(&self.free, scales)
+    }
+
+    fn largest_turn(&self) -> f64 {
+        self.step.frames.iter().map(Vector::norm_squared).fold(0.0, f64::max).sqrt()
+    }
+
+    fn slope(&self) -> f64 {
+        let dot = |a: &[Vector], b: &[Vector]| -> f64 { a.iter().zip(b).map(|(a, b)| a.dot(b)).sum() };
+        // Tied entries of the gradient are zero.
+        dot(&self.free.points, &self.step.points) + dot(&self.free.frames, &self.step.frames)
+    }
+}
+
+impl Minimiser for Newton {
+    fn name(&self) -> &str {
+        "newton"
+    }
+
+    fn minimise(&mut self, problem: &mut Problem<'_>, state: &mut State, stop: &Stop) -> Report {
+        let ws = Workspace::ready(&mut self.workspace, problem.network);
+        (ws.factorisations, ws.evaluations) = (0, 0);
+        let scales = problem.scales();
+        problem.update_held(state);
+        let moving = problem.motion(state, &mut ws.motion);
+        let mut report = Report {
+            status: Status::Failed,
+            iterations: 0,
+            factorisations: 0,
+            evaluations: 0,
+            residual: f64::INFINITY,
+            negative_pivots: None,
+        };
+        let mut mixed = false;
+        let mut energy;
+        if moving {
+            (energy, mixed) = predict(ws, problem, state);
+            report.iterations += 1;
+            problem.update_held(state);
+        } else {
+            problem.place_held(state);
+            ws.evaluations += 1;
+            energy = problem.gradient(state, &mut ws.gradient);
+        }
+        let mut sigma = 0.0_f64;
+        let mut stalled = 0;
+        report.residual = ws.residual(problem, &scales);
+        loop {
+            if report.residual <= stop.force_tolerance {
+                report.status = Status::Converged;
+                break;
+            }
+            if !report.residual.is_finite() || stalled >= STALLED_AFTER || report.iterations >= stop.max_iterations {
+                report.status = match () {
+                    () if !report.residual.is_finite() => Status::Failed,
+                    () if stalled >= STALLED_AFTER => Status::Stalled,
+                    () => Status::IterationLimit,
+                };
+                break;
+            }
+            // Factorise; shift until positive definite.
+            let mut negative = ws.assemble(problem, state, mixed, sigma);
+            if sigma == 0.0 && !mixed {
+                report.negative_pivots = Some(negative);
+            }
+            if negative > 0 && mixed {
+                mixed = false;
+                negative = ws.assemble(problem, state, false, sigma);
+            }
+            while negative > 0 && sigma < f64::MAX {
+                sigma = (4.0 * sigma).max(1e-2 * scales.force);
+                negative = ws.factorise(problem, state, sigma);
+            }
+            ws.solve(problem, state, false);
+            report.iterations += 1;
+            let slope = ws.slope();
+            let noise = ENERGY_NOISE * energy.abs().max(scales.force * scales.length);
+            let turn = ws.largest_turn();
+            let mut alpha = if turn > LARGEST_TURN { LARGEST_TURN / turn } else { 1.0 };
+            if !slope.is_finite() {
+                report.status = Status::Failed;
+                break;
+            }
+            // Line search by halving, with the parabola through value, slope and trial where it helps.
+            let accepted = loop {
+                let trial = ws.try_step(problem, state, alpha);
+                if trial <= energy + ARMIJO * alpha * slope + noise {
+                    break Some(trial);
+                }
+                let parabola = -0.5 * slope * alpha * alpha / (trial - energy - slope * alpha);
+                alpha = if parabola.is_finite() { parabola.clamp(0.1 * alpha, 0.5 * alpha) } else { 0.25 * alpha };
+                if alpha < 1e-10 {
+                    break None;
+                }
+            };
+            let Some(trial) = accepted else {
+                if mixed {
+                    mixed = false;
+                    continue;
+                }
+                if -slope <= noise {
+                    stalled = STALLED_AFTER;
+                } else if sigma < 1e6 * scales.force {
+                    sigma = (16.0 * sigma).max(1e-2 * scales.force);
+                } else {
+                    report.status = Status::Failed;
+                    break;
+                }
+                continue;
+            };
+            if mixed || turn < SMALL_TURN {
+                mixed = turn < SMALL_TURN && alpha == 1.0 && sigma == 0.0;
+                if mixed {
+                    ws.predict_forces(problem, state);
+                }
+            }
+            energy = trial + problem.moment_work(state, &ws.step, alpha);
+            ws.accept(state);
+            problem.update_held(state);
+            let residual = ws.residual(problem, &scales);
+            stalled = if -slope <= noise && residual > 0.5 * report.residual { stalled + 1 } else { 0 };
+            report.residual = residual;
+            if sigma > 0.0 {
+                sigma *= if alpha < 0.25 { 4.0 } else { 0.1 };
+                if sigma < 1e-3 * scales.force {
+                    sigma = 0.0;
+                }
+            }
+        }
+        report.factorisations = ws.factorisations;
+        report.evaluations = ws.evaluations;
+        report
+    }
+}
+
+/// The first step of an increment: the tangent at the old state carries the prescribed motion. Of the whole
+/// step, shorter ones (the held freedoms always move all the way) and none, the one of least energy is taken. Returns
+/// the energy and whether the increment counts as small.
+fn predict(ws: &mut Workspace, problem: &mut Problem<'_>, state: &mut State) -> (f64, bool) {
+    problem.gradient(state, &mut ws.gradient);
+    if ws.factor_of.as_ref() != Some(&problem.conditions().active) {
+        let scales = problem.scales();
+        let mut sigma = 0.0_f64;
+        while ws.assemble(problem, state, false, sigma) > 0 && sigma < f64::MAX {
+            sigma = (4.0 * sigma).max(1e-2 * scales.force);
+        }
+    }
+    ws.solve(problem, state, true);
+    let turn = ws.largest_turn();
+    if turn < SMALL_TURN {
+        let energy = ws.try_step(problem, state, 1.0);
+        if energy.is_finite() {
+            ws.predict_forces(problem, state);
+            ws.accept(state);
+            return (energy, true);
+        }
+    }
+    let mut best = (f64::INFINITY, 0.0);
+    let mut alpha = if turn > LARGEST_TURN { LARGEST_TURN / turn } else { 1.0 };
+    for _ in 0..4 {
+        let energy = ws.try_step(problem, state, alpha);
+        if energy < best.0 {
+            best = (energy, alpha);
+        }
+        alpha *= 0.5;
+    }
+    let energy = ws.try_step(problem, state, best.1);
+    ws.accept(state);
+    (energy, false)
+}

@@ -1,0 +1,189 @@
+//! From a state to what users read: internal forces, moments, bend radii, reactions.
+
+use wireloom_core::constraint::Action;
+use wireloom_core::equilibrium::{BranchResult, ConstraintResult, JointResult, TightestBend};
+use wireloom_core::network::{Branch, Joint, Place};
+use wireloom_core::problem::Problem;
+use wireloom_core::rotation::twist_angle;
+use wireloom_core::{Network, Rotation, State, Tangent, Vector};
+
+/// Curvatures below this share of 1/L count as straight.
+const STRAIGHT: f64 = 1e-9;
+/// Mean strain above which a span with a free end counts as overstretched.
+const LARGE_STRAIN: f64 = 5e-3;
+
+/// One branch.
+pub fn branch(network: &Network, index: usize, state: &State, gravity: &Vector) -> BranchResult {
+    let branch = &network.branches[index];
+    let shape = state.branch(network, index);
+    let mesh = branch.rod.mesh();
+    let n = mesh.segments();
+    let mut segment_forces = vec![Vector::zeros(); n];
+    branch.rod.forces(&shape, &mut segment_forces);
+    let mut coupling_moments = vec![Vector::zeros(); mesh.coupling_lengths.len()];
+    branch.rod.moments(&shape, &mut coupling_moments);
+    let weight = gravity * branch.section.linear_density;
+    let length = mesh.length();
+
+    let mut result = BranchResult {
+        name: branch.name.clone(),
+        diameter: branch.section.diameter,
+        bend_radius_limit: branch.section.min_bend_radius,
+        axial_stiffness: branch.section.axial_stiffness,
+        s: mesh.arc_lengths(),
+        position: shape.points.iter().zip(shape.carry).map(|(x, c)| x + c).collect(),
+        frame: Vec::with_capacity(n + 1),
+        force: Vec::with_capacity(n + 1),
+        moment: vec![Vector::zeros(); n + 1],
+        bend_radius: Vec::with_capacity(n + 1),
+        twist_turns: 0.0,
+    };
+    let segment_frame = |j: usize| shape.frames[mesh.segment_frames[j]];
+    // Means over the couplings at each node: one inside, two halves at an inner station.
+    let mut curvature = vec![(Vector::zeros(), 0.0); n + 1];
+    for (c, &lambda) in mesh.coupling_lengths.iter().enumerate() {
+        let node = mesh.coupling_nodes[c];
+        let relative = shape.frames[c].inverse() * shape.frames[c + 1];
+        result.twist_turns += twist_angle(&relative) / std::f64::consts::TAU;
+        let sign = if relative.w < 0.0 { -1.0 } else { 1.0 };
+        curvature[node].0 += relative.imag() * (2.0 * sign / lambda);
+        curvature[node].1 += 1.0;
+        result.moment[node] += coupling_moments[c];
+    }
+    for ((sum, count), moment) in curvature.iter_mut().zip(&mut result.moment) {
+        *sum /= f64::max(*count, 1.0);
+        *moment /= f64::max(*count, 1.0);
+    }
+    // Ends at a joint without a frame have no coupling of the rod's own: there the curvature is that of the next
+    // node, and the moment follows from the balance of the segment at the joint.
+    if curvature[0].1 == 0.0 {
+        curvature[0].0 = curvature[1].0;
+        result.moment[0] = result.moment[1] + shape.edge(0).cross(&segment_forces[0]);
+    }
+    if curvature[n].1 == 0.0 {
+        curvature[n].0 = curvature[n - 1].0;
+        result.moment[n] = result.moment[n - 1] - shape.edge(n - 1).cross(&segment_forces[n - 1]);
+    }
+    for node in 0..=n {
+        let (l0, l1) = (
+            if node > 0 { mesh.rest_lengths[node - 1] } else { 0.0 },
+            if node < n { mesh.rest_lengths[node] } else { 0.0 },
+        );
+        let kappa = curvature[node].0;
+        let frame = match (mesh.station_frame(node), node) {
+            (Some(c), _) => shape.frames[c],
+            (None, 0) => segment_frame(0) * Rotation::from_scaled_axis(kappa * (-0.5 * l1)),
+            (None, node) if node == n => segment_frame(n - 1) * Rotation::from_scaled_axis(kappa * (0.5 * l0)),
+            (None, node) => halfway(&segment_frame(node - 1), &segment_frame(node), l0 / (l0 + l1)),
+        };
+        result.frame.push(frame);
+        // Between nodes the force changes by the weight: n' + ρ g = 0.
+        result.force.push(match node {
+            0 => segment_forces[0] + weight * (0.5 * l1),
+            node if node == n => segment_forces[n - 1] - weight * (0.5 * l0),
+            node => (segment_forces[node - 1] * l1 + segment_forces[node] * l0) / (l0 + l1),
+        });
+        let bend = kappa.xy().norm();
+        result.bend_radius.push(if bend * length > STRAIGHT { 1.0 / bend } else { f64::INFINITY });
+    }
+    result
+}
+
+/// Rotation at share `t` of the way from `a` to `b`.
+fn halfway(a: &Rotation, b: &Rotation, t: f64) -> Rotation {
+    a.try_slerp(b, t, 1e-12).unwrap_or(*a)
+}
+
+/// One joint.
+pub fn joint(joint: &Joint, state: &State) -> JointResult {
+    let orientation = match joint.frame {
+        Some(frame) => state.frames[frame],
+        None => mean_rotation(
+            joint.arm_frames.iter().zip(&joint.arms).map(|(&c, arm)| state.frames[c] * arm.rest.inverse()),
+        ),
+    };
+    JointResult {
+        name: joint.name.clone(),
+        position: state.points[joint.point] + state.carry[joint.point],
+        orientation,
+    }
+}
+
+/// Normalised sum of quaternions, signs aligned with the first: the mean of rotations that lie close together.
+pub fn mean_rotation(mut rotations: impl Iterator<Item = Rotation>) -> Rotation {
+    let Some(first) = rotations.next() else { return Rotation::identity() };
+    let sum = rotations
+        .fold(first.into_inner(), |sum, q| sum + if q.dot(&first) < 0.0 { -q.into_inner() } else { q.into_inner() });
+    if sum.norm() > 1e-6 { Rotation::new_normalize(sum) } else { first }
+}
+
+/// What the fixings that act exert on the harness.
+pub fn constraints(problem: &Problem<'_>, state: &State, gradient: &Tangent) -> Vec<ConstraintResult> {
+    let active = problem.network.fixings.iter().enumerate().filter(|(f, _)| problem.conditions().active[*f]);
+    active
+        .map(|(f, fixing)| {
+            let (force, moment) = problem.reaction(f, state, gradient);
+            let mut pose = state.pose(&fixing.site);
+            if let (None, Place::Node { branch, node }) = (fixing.site.frame, fixing.place) {
+                pose.orientation = frame_at(&problem.network.branches[branch], state, node);
+            }
+            ConstraintResult {
+                name: fixing.name.clone(),
+                kind: fixing.kind.clone(),
+                position: pose.position,
+                orientation: pose.orientation,
+                force,
+                moment,
+            }
+        })
+        .collect()
+}
+
+/// Frame of the segment at a node.
+fn frame_at(branch: &Branch, state: &State, node: usize) -> Rotation {
+    let mesh = branch.rod.mesh();
+    let c = mesh.station_frame(node).unwrap_or_else(|| mesh.segment_frames[node.min(mesh.segments() - 1)]);
+    state.frames[branch.frames.start + c]
+}
+
+/// The tightest bend of all branches.
+pub fn tightest_bend(branches: &[BranchResult]) -> Option<TightestBend> {
+    let all = branches.iter().flat_map(|b| b.s.iter().zip(&b.bend_radius).map(move |(s, r)| (b, *s, *r)));
+    all.filter(|(_, _, r)| r.is_finite()).min_by(|a, b| a.2.total_cmp(&b.2)).map(|(b, s, value)| TightestBend {
+        branch: b.name.clone(),
+        s,
+        value,
+        limit: b.bend_radius_limit,
+    })
+}
+
+/// Remarks on spans that are shorter than the distance they must bridge.
+pub fn overstretched(problem: &Problem<'_>, state: &State) -> Vec<String> {
+    let network = problem.network;
+    let held = |branch: usize, node: usize| {
+        network.fixings.iter().enumerate().any(|(f, fixing)| {
+            problem.conditions().active[f]
+                && fixing.place == (Place::Node { branch, node })
+                && matches!(fixing.constraint.action(), Action::Prescribed(hold) if hold.position && hold.rails.is_empty())
+        })
+    };
+    let mut remarks = Vec::new();
+    for (index, branch) in network.branches.iter().enumerate() {
+        let mesh = branch.rod.mesh();
+        let s = mesh.arc_lengths();
+        let n = mesh.segments();
+        let stops: Vec<usize> = (0..=n).filter(|&node| node == 0 || node == n || held(index, node)).collect();
+        for pair in stops.windows(2) {
+            let x = |node: usize| state.points[branch.points.start + node];
+            let (chord, length) = ((x(pair[1]) - x(pair[0])).norm(), s[pair[1]] - s[pair[0]]);
+            let allowed = if held(index, pair[0]) && held(index, pair[1]) { 1e-9 } else { LARGE_STRAIN };
+            if chord > length * (1.0 + allowed) {
+                remarks.push(format!(
+                    "branch `{}` is overstretched between s = {:.4} m and s = {:.4} m: {:.4} m of cable bridge {:.4} m",
+                    branch.name, s[pair[0]], s[pair[1]], length, chord
+                ));
+            }
+        }
+    }
+    remarks
+}

@@ -1,0 +1,378 @@
+//! The step driver: carries out the assembly in increments, each of which ends in an equilibrium.
+
+use crate::certificate::Certifier;
+use crate::{result, start};
+use std::time::Instant;
+use wireloom_core::equilibrium::{MinimiserResult, Run, StepResult};
+use wireloom_core::minimiser::{Minimiser, Status, Stop};
+use wireloom_core::problem::{Conditions, Problem};
+use wireloom_core::rotation::{columns, shortest};
+use wireloom_core::steps::{Move, Schedule, Step, Turn};
+use wireloom_core::{Network, Pose, Rotation, State, Vector};
+
+/// An increment that fails is halved, its halves likewise, up to this many times.
+const CUT_BACKS: u32 = 6;
+/// Increments in which fixings are first brought to where the scenario puts them: so many lengths of the longest
+/// branch, and so many radians, for each.
+const HOMING_SHARE: f64 = 0.1;
+const HOMING_TURN: f64 = 0.3;
+/// Turn (rad) by which a start that is balanced on an edge is disturbed.
+const DISTURBANCE: f64 = 1e-3;
+
+/// How far a run is.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Progress {
+    /// Name of the step.
+    pub step: String,
+    /// Which step, from 0.
+    pub step_index: usize,
+    /// Number of steps.
+    pub steps: usize,
+    /// Which increment of it, from 1.
+    pub increment: usize,
+    /// Increments of the step.
+    pub increments: usize,
+    /// Iterations spent in the step so far.
+    pub iterations: usize,
+}
+
+/// What an observer wants next.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Control {
+    /// Go on.
+    Continue,
+    /// Stop here; what has been computed is kept.
+    Stop,
+}
+
+/// Where something goes over a step.
+struct Course {
+    fixing: usize,
+    from: Pose,
+    path: Vec<Vector>,
+    turn: Turn,
+    turns: f64,
+}
+
+impl Course {
+    fn new(motion: &Move, from: Pose) -> Self {
+        let mut path = vec![from.position];
+        path.extend(&motion.path);
+        Self { fixing: motion.fixing, from, path, turn: motion.turn, turns: motion.turns }
+    }
+
+    /// Pose at share `t` of the step.
+    fn at(&self, t: f64) -> Pose {
+        let legs = self.path.len() - 1;
+        let position = if legs == 0 {
+            self.path[0]
+        } else {
+            let leg = ((t * legs as f64).floor() as usize).min(legs - 1);
+            let (a, b) = (self.path[leg], self.path[leg + 1]);
+            let share = t * legs as f64 - leg as f64;
+            // Exactly the end at the end.
+            if share >= 1.0 { b } else { a + (b - a) * share }
+        };
+        let q = self.from.orientation;
+        let turned = match self.turn {
+            Turn::Keep => q,
+            Turn::Tangent(d) => shortest(&columns(&q)[2], &d).powf(t) * q,
+            Turn::Orientation(end) if t >= 1.0 => end,
+            Turn::Orientation(end) => (end * q.inverse()).powf(t) * q,
+        };
+        let spin = Rotation::from_axis_angle(&Vector::z_axis(), std::f64::consts::TAU * self.turns * t);
+        Pose { position, orientation: turned * spin }
+    }
+}
+
+/// Everything that changes over a step, as functions of its progress.
+struct Plan {
+    courses: Vec<Course>,
+    gravity: (Vector, Vector),
+    loads: Vec<(usize, f64, f64)>,
+}
+
+impl Plan {
+    fn new(problem: &Problem<'_>, step: &Step, courses: Vec<Course>) -> Self {
+        let now = problem.conditions();
+        Self {
+            courses,
+            gravity: (now.gravity, step.gravity.unwrap_or(now.gravity)),
+            loads: step.loads.iter().map(|&(load, end)| (load, now.load_factors[load], end)).collect(),
+        }
+    }
+
+    /// Sets the conditions at share `t`.
+    fn apply(&self, problem: &mut Problem<'_>, t: f64) {
+        let mix = |a: f64, b: f64| if t >= 1.0 { b } else { a + (b - a) * t };
+        if self.gravity.0 != self.gravity.1 || !self.loads.is_empty() {
+            problem.change(|c| {
+                c.gravity = self.gravity.0.zip_map(&self.gravity.1, mix);
+                for &(load, a, b) in &self.loads {
+                    c.load_factors[load] = mix(a, b);
+                }
+            });
+        }
+        for course in &self.courses {
+            problem.set_target(course.fixing, course.at(t));
+        }
+    }
+}
+
+/// The run of a schedule.
+struct Driver<'n, 'm> {
+    problem: Problem<'n>,
+    minimiser: &'m mut dyn Minimiser,
+    stop: Stop,
+    certifier: Certifier,
+    state: State,
+    before: State,
+    iterations: usize,
+    factorisations: usize,
+    residual: f64,
+}
+
+/// Carries out a schedule. The observer sees every increment's end and may stop the run. The status of the run is
+/// that of the first increment that did not converge.
+pub fn follow(
+    network: &Network,
+    minimiser: &mut dyn Minimiser,
+    stop: &Stop,
+    schedule: &Schedule,
+    observer: &mut dyn FnMut(&Progress, &StepResult) -> Control,
+) -> Run {
+    let mut run =
+        Run { scenario: schedule.scenario.clone(), status: Status::Converged, notes: Vec::new(), steps: Vec::new() };
+    let state = start::place(network, schedule);
+    let conditions = Conditions {
+        gravity: schedule.gravity,
+        load_factors: network.loads.iter().map(|load| load.factor).collect(),
+        active: network.fixings.iter().map(|f| f.from_start).collect(),
+        targets: network.fixings.iter().map(|f| state.pose(&f.site)).collect(),
+    };
+    let mut driver = Driver {
+        problem: Problem::new(network, conditions),
+        minimiser,
+        stop: *stop,
+        certifier: Certifier::new(network),
+        before: state.clone(),
+        state,
+        iterations: 0,
+        factorisations: 0,
+        residual: f64::INFINITY,
+    };
+    let alone = [Step { name: "equilibrium".into(), increments: 1, ..Step::default() }];
+    let steps = if schedule.steps.is_empty() { &alone[..] } else { &schedule.steps };
+    let mut clock = Instant::now();
+    let homed = driver.bring_home();
+    if homed != Status::Converged {
+        run.status = homed;
+        run.notes.push(format!("the start was not balanced: {}", homed.word()));
+    }
+    for (index, step) in steps.iter().enumerate() {
+        let plan = driver.begin(step);
+        for increment in 1..=step.increments {
+            let share = |k: usize| k as f64 / step.increments as f64;
+            let status = driver.advance(&plan, share(increment - 1), share(increment), CUT_BACKS);
+            let seconds = clock.elapsed().as_secs_f64();
+            let end = driver.step_result(step, increment, status, seconds);
+            let progress = Progress {
+                step: step.name.clone(),
+                step_index: index,
+                steps: steps.len(),
+                increment,
+                increments: step.increments,
+                iterations: driver.iterations,
+            };
+            let control = observer(&progress, &end);
+            if run.status == Status::Converged {
+                run.status = status;
+            }
+            let lost = !matches!(status, Status::Converged | Status::Stalled);
+            let stopped = control == Control::Stop;
+            if stopped && !(lost || (index + 1 == steps.len() && increment == step.increments)) {
+                run.status = Status::Interrupted;
+            }
+            if lost {
+                run.notes.push(format!("step `{}` stopped at increment {increment}: {}", step.name, status.word()));
+            }
+            if end.stable == Some(false) {
+                note_once(&mut run.notes, format!("step `{}` passes through an unstable equilibrium", step.name));
+            }
+            let last = increment == step.increments || lost || stopped;
+            if last {
+                for remark in result::overstretched(&driver.problem, &driver.state) {
+                    note_once(&mut run.notes, format!("step `{}`: {remark}", step.name));
+                }
+            }
+            if schedule.increments || last {
+                run.steps.push(end);
+            }
+            if lost || stopped {
+                return run;
+            }
+        }
+        clock = Instant::now();
+        (driver.iterations, driver.factorisations) = (0, 0);
+    }
+    run
+}
+
+fn note_once(notes: &mut Vec<String>, note: String) {
+    if !notes.contains(&note) {
+        notes.push(note);
+    }
+}
+
+impl Driver<'_, '_> {
+    /// Brings the fixings that act from the start to where the scenario puts them, from where the start shape has
+    /// them, and ends in a balanced state that is not on an edge.
+    fn bring_home(&mut self) -> Status {
+        let network = self.problem.network;
+        let mut courses = Vec::new();
+        let mut increments = 1.0_f64;
+        let length = self.problem.scales().length;
+        for (f, fixing) in network.fixings.iter().enumerate().filter(|(_, fixing)| fixing.from_start) {
+            let from = self.problem.conditions().targets[f];
+            let course = Course::new(&given(f, fixing), from);
+            let to = course.at(1.0);
+            increments = increments
+                .max((to.position - from.position).norm() / (HOMING_SHARE * length))
+                .max(to.orientation.angle_to(&from.orientation) / HOMING_TURN);
+            courses.push(course);
+        }
+        let still = increments <= 1.0;
+        let increments = increments.min(100.0).ceil() as usize;
+        let plan = Plan::new(&self.problem, &Step::default(), courses);
+        if still {
+            let status = self.advance(&plan, 0.0, 1.0, CUT_BACKS);
+            return self.off_the_edge(status);
+        }
+        let mut status = self.advance(&plan, 0.0, 0.0, 0);
+        for k in 1..=increments {
+            let (a, b) = ((k - 1) as f64 / increments as f64, k as f64 / increments as f64);
+            status = self.advance(&plan, a, b, CUT_BACKS);
+            status = self.off_the_edge(status);
+            if !matches!(status, Status::Converged | Status::Stalled) {
+                break;
+            }
+        }
+        status
+    }
+
+    /// Where the start is balanced on an edge, disturbs it a little (the same way every time) and lets it fall.
+    fn off_the_edge(&mut self, status: Status) -> Status {
+        if status != Status::Converged || self.problem.network.fixings.is_empty() {
+            return status;
+        }
+        if self.certifier.stable(&mut self.problem, &self.state) {
+            return status;
+        }
+        self.before.copy_from(&self.state);
+        for (c, q) in self.state.frames.iter_mut().enumerate() {
+            let phase = 0.7 * c as f64;
+            let theta = Vector::new(phase.sin(), (0.6 * phase + 1.0).cos(), 0.0) * DISTURBANCE;
+            *q = wireloom_core::rotation::turned(q, &theta);
+        }
+        self.problem.network.follow_ties(&mut self.state);
+        let fallen = self.solve();
+        if fallen != Status::Converged {
+            self.state.copy_from(&self.before);
+            return status;
+        }
+        fallen
+    }
+
+    /// Adds and releases what the step says, and plans its motions.
+    fn begin(&mut self, step: &Step) -> Plan {
+        let network = self.problem.network;
+        let state = &self.state;
+        self.problem.change(|c| {
+            for &f in &step.release {
+                c.active[f] = false;
+            }
+            for &f in &step.add {
+                c.active[f] = true;
+                c.targets[f] = state.pose(&network.fixings[f].site);
+            }
+        });
+        let targets = &self.problem.conditions().targets;
+        let mut courses: Vec<Course> = step.moves.iter().map(|m| Course::new(m, targets[m.fixing])).collect();
+        for &f in step.add.iter().filter(|f| !step.moves.iter().any(|m| m.fixing == **f)) {
+            courses.push(Course::new(&given(f, &network.fixings[f]), targets[f]));
+        }
+        Plan::new(&self.problem, step, courses)
+    }
+
+    /// From share `a` to share `b` of a plan; halved where it does not converge.
+    fn advance(&mut self, plan: &Plan, a: f64, b: f64, cuts: u32) -> Status {
+        self.before.copy_from(&self.state);
+        plan.apply(&mut self.problem, b);
+        let status = self.solve();
+        if matches!(status, Status::Converged | Status::Stalled) || cuts == 0 {
+            return status;
+        }
+        let failed = self.state.clone();
+        self.state.copy_from(&self.before);
+        let middle = 0.5 * (a + b);
+        let half = self.advance(plan, a, middle, cuts - 1);
+        if !matches!(half, Status::Converged | Status::Stalled) {
+            // Keep what got furthest: the whole increment's last state.
+            self.state = failed;
+            plan.apply(&mut self.problem, b);
+            return status;
+        }
+        self.advance(plan, middle, b, cuts - 1)
+    }
+
+    fn solve(&mut self) -> Status {
+        let report = self.minimiser.minimise(&mut self.problem, &mut self.state, &self.stop);
+        self.iterations += report.iterations;
+        self.factorisations += report.factorisations;
+        let certificate = self.certifier.certify(&mut self.problem, &self.state, &self.stop, report.status);
+        self.residual = certificate.residual;
+        certificate.status
+    }
+
+    fn step_result(&mut self, step: &Step, increment: usize, status: Status, seconds: f64) -> StepResult {
+        let stable = self.state.is_finite().then(|| self.certifier.stable(&mut self.problem, &self.state));
+        let (problem, state) = (&mut self.problem, &self.state);
+        let network = problem.network;
+        let gravity = problem.conditions().gravity;
+        let branches: Vec<_> =
+            (0..network.branches.len()).map(|b| result::branch(network, b, state, &gravity)).collect();
+        StepResult {
+            name: step.name.clone(),
+            increment,
+            increments: step.increments,
+            status,
+            joints: network.joints.iter().map(|j| result::joint(j, state)).collect(),
+            constraints: result::constraints(problem, state, &self.certifier.gradient),
+            energy: problem.energy(state),
+            min_bend_radius: result::tightest_bend(&branches),
+            branches,
+            stable,
+            minimiser: MinimiserResult {
+                kind: self.minimiser.name().to_owned(),
+                iterations: self.iterations,
+                factorisations: self.factorisations,
+                seconds,
+                force_residual: self.residual,
+            },
+        }
+    }
+}
+
+/// The motion of a fixing from where it is to the pose the scenario gives it.
+fn given(f: usize, fixing: &wireloom_core::network::Fixing) -> Move {
+    Move {
+        fixing: f,
+        path: fixing.position.into_iter().collect(),
+        turn: match (fixing.orientation, fixing.tangent) {
+            (Some(q), _) => Turn::Orientation(q),
+            (None, Some(t)) => Turn::Tangent(t),
+            (None, None) => Turn::Keep,
+        },
+        turns: 0.0,
+    }
+}

@@ -1,0 +1,209 @@
+//! Which blocks of the Hessian are not zero, and in which order they are eliminated.
+
+use std::cmp::Reverse;
+use std::collections::BinaryHeap;
+use wireloom_core::Network;
+use wireloom_core::constraint::Action;
+use wireloom_core::problem::Variable;
+
+/// No block: the variable is tied to a joint.
+pub const NONE: u32 = u32::MAX;
+
+/// Pattern of the factor: column by column (in elimination order) the rows below the diagonal.
+pub struct Structure {
+    /// The variables in elimination order.
+    pub variables: Vec<Variable>,
+    /// Position in elimination order of every point; [`NONE`] where tied.
+    pub of_point: Vec<u32>,
+    /// Position in elimination order of every frame; [`NONE`] where tied.
+    pub of_frame: Vec<u32>,
+    /// `rows[starts[p]..starts[p + 1]]` are the rows of column p, increasing.
+    pub starts: Vec<u32>,
+    /// Rows below the diagonal.
+    pub rows: Vec<u32>,
+}
+
+impl Structure {
+    /// Of a network's Hessian.
+    pub fn new(network: &Network) -> Self {
+        // Natural numbering: along the branches, joints last.
+        let mut variables = Vec::new();
+        let mut tied_point = vec![false; network.points];
+        let mut tied_frame = vec![false; network.frames];
+        for tie in &network.ties {
+            tied_point[tie.point] = true;
+            if let Some(frame) = tie.frame {
+                tied_frame[frame] = true;
+            }
+        }
+        for branch in &network.branches {
+            let mesh = branch.rod.mesh();
+            for node in 0..mesh.nodes() {
+                let point = branch.points.start + node;
+                if !tied_point[point] {
+                    variables.push(Variable::Point(point));
+                }
+                let station = mesh.station_frame(node);
+                let segment = mesh.segment_frames.get(node).copied();
+                for frame in [station, segment].into_iter().flatten().map(|c| branch.frames.start + c) {
+                    if !tied_frame[frame] {
+                        variables.push(Variable::Frame(frame));
+                    }
+                }
+            }
+        }
+        for joint in &network.joints {
+            variables.push(Variable::Point(joint.point));
+            variables.extend(joint.frame.map(Variable::Frame));
+        }
+        let number = |order: &[Variable]| {
+            let mut of_point = vec![NONE; network.points];
+            let mut of_frame = vec![NONE; network.frames];
+            for (p, variable) in order.iter().enumerate() {
+                match variable {
+                    Variable::Point(i) => of_point[*i] = p as u32,
+                    Variable::Frame(c) => of_frame[*c] = p as u32,
+                }
+            }
+            (of_point, of_frame)
+        };
+        let (of_point, of_frame) = number(&variables);
+        let graph = coupled(network, &of_point, &of_frame, variables.len());
+        let (order, columns) = minimum_degree(graph);
+        let mut position = vec![0; order.len()];
+        for (p, &v) in order.iter().enumerate() {
+            position[v as usize] = p as u32;
+        }
+        let mut starts = vec![0];
+        let mut rows = Vec::new();
+        for column in columns {
+            let first = rows.len();
+            rows.extend(column.into_iter().map(|v| position[v as usize]));
+            rows[first..].sort_unstable();
+            starts.push(rows.len() as u32);
+        }
+        let variables: Vec<Variable> = order.iter().map(|&v| variables[v as usize]).collect();
+        let (of_point, of_frame) = number(&variables);
+        Self { variables, of_point, of_frame, starts, rows }
+    }
+
+    /// Number of block rows.
+    pub fn len(&self) -> usize {
+        self.variables.len()
+    }
+
+    /// Whether there is nothing to solve for.
+    pub fn is_empty(&self) -> bool {
+        self.variables.is_empty()
+    }
+
+    /// Position in elimination order of a variable.
+    pub fn position(&self, variable: Variable) -> u32 {
+        match variable {
+            Variable::Point(i) => self.of_point[i],
+            Variable::Frame(c) => self.of_frame[c],
+        }
+    }
+
+    /// Where the block (row, column), row after column in elimination order, is stored.
+    ///
+    /// # Panics
+    /// If the pattern has no such block.
+    pub fn slot(&self, row: u32, column: u32) -> usize {
+        let (start, end) = (self.starts[column as usize] as usize, self.starts[column as usize + 1] as usize);
+        start + self.rows[start..end].binary_search(&row).expect("a block of the pattern")
+    }
+}
+
+/// For every variable those it shares an energy with.
+fn coupled(network: &Network, of_point: &[u32], of_frame: &[u32], count: usize) -> Vec<Vec<u32>> {
+    let mut graph = vec![Vec::new(); count];
+    let mut clique: Vec<u32> = Vec::new();
+    let mut join = |clique: &mut Vec<u32>| {
+        clique.sort_unstable();
+        clique.dedup();
+        for &a in clique.iter() {
+            graph[a as usize].extend(clique.iter().copied().filter(|&b| b != a));
+        }
+        clique.clear();
+    };
+    let tie_of_point = |i: usize| network.ties.iter().find(|tie| tie.point == i);
+    let tie_of_frame = |c: usize| network.ties.iter().find(|tie| tie.frame == Some(c));
+    let point = |i: usize, clique: &mut Vec<u32>| {
+        if of_point[i] != NONE {
+            clique.push(of_point[i]);
+        } else if let Some(tie) = tie_of_point(i) {
+            clique.push(of_point[tie.hub_point]);
+            clique.extend(tie.hub_frame.map(|c| of_frame[c]));
+        }
+    };
+    let frame = |c: usize, clique: &mut Vec<u32>| {
+        if of_frame[c] != NONE {
+            clique.push(of_frame[c]);
+        } else if let Some(hub) = tie_of_frame(c).and_then(|tie| tie.hub_frame) {
+            clique.push(of_frame[hub]);
+        }
+    };
+    for branch in &network.branches {
+        let mesh = branch.rod.mesh();
+        for (j, f) in mesh.segment_frames.iter().enumerate() {
+            point(branch.points.start + j, &mut clique);
+            point(branch.points.start + j + 1, &mut clique);
+            frame(branch.frames.start + f, &mut clique);
+            join(&mut clique);
+        }
+        for c in 0..mesh.coupling_lengths.len() {
+            frame(branch.frames.start + c, &mut clique);
+            frame(branch.frames.start + c + 1, &mut clique);
+            join(&mut clique);
+        }
+    }
+    for joint in &network.joints {
+        for &c in &joint.arm_frames {
+            frame(c, &mut clique);
+        }
+        join(&mut clique);
+    }
+    for fixing in &network.fixings {
+        if let (Action::Potential(_), Some(c)) = (fixing.constraint.action(), fixing.site.frame) {
+            point(fixing.site.point, &mut clique);
+            frame(c, &mut clique);
+            join(&mut clique);
+        }
+    }
+    for neighbours in &mut graph {
+        neighbours.sort_unstable();
+        neighbours.dedup();
+    }
+    graph
+}
+
+/// Elimination order by minimum degree (Tinney and Walker 1967), ties broken by number, and for each eliminated
+/// vertex the neighbours it has then. On trees of chains this causes no fill.
+fn minimum_degree(mut graph: Vec<Vec<u32>>) -> (Vec<u32>, Vec<Vec<u32>>) {
+    let n = graph.len();
+    let mut heap: BinaryHeap<Reverse<(usize, u32)>> =
+        graph.iter().enumerate().map(|(v, neighbours)| Reverse((neighbours.len(), v as u32))).collect();
+    let mut gone = vec![false; n];
+    let (mut order, mut columns) = (Vec::with_capacity(n), Vec::with_capacity(n));
+    while let Some(Reverse((degree, v))) = heap.pop() {
+        if gone[v as usize] || degree != graph[v as usize].len() {
+            continue;
+        }
+        gone[v as usize] = true;
+        let clique = std::mem::take(&mut graph[v as usize]);
+        for &a in &clique {
+            let neighbours = &mut graph[a as usize];
+            neighbours.retain(|&b| b != v);
+            for &b in clique.iter().filter(|&&b| b != a) {
+                if let Err(place) = neighbours.binary_search(&b) {
+                    neighbours.insert(place, b);
+                }
+            }
+            heap.push(Reverse((neighbours.len(), a)));
+        }
+        order.push(v);
+        columns.push(clique);
+    }
+    (order, columns)
+}
