@@ -17,8 +17,9 @@ mod view;
 
 use crate::local::node_count;
 use std::io::{self, Write};
-use wireloom_core::StepResult;
+use svg::{Anchor, Svg, Text, fitted, length};
 use wireloom_core::equilibrium::TightestBend;
+use wireloom_core::{Status, StepResult};
 
 /// Writes the picture of `step` under the headline `title` (usually the name of the scenario).
 ///
@@ -37,7 +38,7 @@ fn draw(step: &StepResult, title: &str) -> String {
     let scene = view::Scene::of(step);
     let layout = layout::Layout::of(&scene);
     let marks = marks::collect(step);
-    let mut page = svg::Svg::page(layout::PAGE, title);
+    let mut page = Svg::page(layout::PAGE, title);
     header(&mut page, step, title);
     for panel in &layout.panels {
         page.open(&format!("class=\"view\" id=\"{}\"", panel.view.name()));
@@ -51,45 +52,61 @@ fn draw(step: &StepResult, title: &str) -> String {
     page.finish()
 }
 
+/// Bold letters are so much wider than plain ones.
+const BOLD: f64 = 1.14;
+/// Share of the line under the headline that either of its two halves may take.
+const HALF_LINE: f64 = 0.49;
+
 /// Headline, how the step ended, and the tightest bend.
-fn header(page: &mut svg::Svg, step: &StepResult, title: &str) {
-    use svg::{Anchor, Text};
+fn header(page: &mut Svg, step: &StepResult, title: &str) {
     let left = layout::MARGIN;
     let width = layout::PAGE[0] - 2.0 * left;
     let title = if title.is_empty() { "harness" } else { title };
-    page.text(&Text { size: 22.0, weight: 700, ..Text::at(left, left + 18.0) }, &svg::fitted(title, 22.0, width));
+    let headline = Text { size: 22.0, weight: 700, ..Text::at(left, left + 18.0) };
+    page.text(&headline, &fitted(title, BOLD * headline.size, width));
 
-    let mut line = format!("step “{}”", svg::fitted(&step.name, 13.0, 0.4 * width));
-    if step.increments > 1 || step.increment < step.increments {
-        line += &format!(", increment {} of {}", step.increment, step.increments);
-    }
-    line += &format!("  ·  {}", step.status.word());
-    match step.stable {
-        Some(true) => line += "  ·  stable",
-        Some(false) => line += "  ·  unstable equilibrium",
-        None => {}
-    }
-    let trouble = step.status != wireloom_core::Status::Converged || step.stable == Some(false);
-    let fill = if trouble { colour::OVER } else { "#333333" };
-    page.text(&Text { size: 13.0, fill, ..Text::at(left, left + 42.0) }, &line);
-
-    let (line, over) = tightest(step.min_bend_radius.as_ref());
-    let fill = if over { colour::OVER } else { "#333333" };
-    let place = Text { size: 13.0, fill, anchor: Anchor::End, ..Text::at(left + width, left + 42.0) };
-    page.text(&place, &svg::fitted(&line, 13.0, 0.55 * width));
+    let plain = Text { size: 13.0, fill: "#333333", ..Text::at(left, left + 42.0) };
+    let half = HALF_LINE * width;
+    let (before, name, after, trouble) = ending(step);
+    let fill = if trouble { colour::OVER } else { plain.fill };
+    page.text(&Text { fill, ..plain }, &line(&before, name, &after, half));
+    let (before, name, after, trouble) = tightest(step.min_bend_radius.as_ref());
+    let fill = if trouble { colour::OVER } else { plain.fill };
+    let right = Text { x: left + width, fill, anchor: Anchor::End, ..plain };
+    page.text(&right, &line(&before, name, &after, half));
 }
 
-/// The tightest bend in words, and whether it is below its limit.
-fn tightest(bend: Option<&TightestBend>) -> (String, bool) {
-    let Some(TightestBend { branch, s, value, limit }) = bend else {
-        return ("straight everywhere".into(), false);
-    };
-    let mut line = format!("tightest bend {} on {branch} at s = {}", svg::length(*value), svg::length(*s));
-    let over = limit.is_some_and(|limit| *value < limit);
-    match limit {
-        Some(limit) if over => line += &format!(": below the limit of {}", svg::length(*limit)),
-        Some(limit) => line += &format!(" (limit {})", svg::length(*limit)),
-        None => line += " (no limit given)",
+/// A name between words; only the name is shortened.
+fn line(before: &str, name: &str, after: &str, space: f64) -> String {
+    let words = svg::width(before, 13.0) + svg::width(after, 13.0);
+    format!("{before}{}{after}", fitted(name, 13.0, space - words))
+}
+
+/// How the step ended: words, the step's name, words, and whether something is wrong.
+fn ending(step: &StepResult) -> (String, &str, String, bool) {
+    let mut after = String::from("”");
+    if step.increments > 1 {
+        after += &format!(", increment {} of {}", step.increment, step.increments);
     }
-    (line, over)
+    after += &format!("  ·  {}", step.status.word());
+    match step.stable {
+        Some(true) => after += "  ·  stable",
+        Some(false) => after += "  ·  unstable equilibrium",
+        None => {}
+    }
+    ("step “".into(), &step.name, after, step.status != Status::Converged || step.stable == Some(false))
+}
+
+/// The tightest bend: words, the branch's name, words, and whether it is below its limit.
+fn tightest(bend: Option<&TightestBend>) -> (String, &str, String, bool) {
+    let Some(TightestBend { branch, s, value, limit }) = bend else {
+        return (String::new(), "", "straight everywhere".into(), false);
+    };
+    let over = limit.is_some_and(|limit| *value < limit);
+    let verdict = match limit {
+        Some(limit) if over => format!(": below the limit of {}", length(*limit)),
+        Some(limit) => format!(" (limit {})", length(*limit)),
+        None => " (no limit given)".into(),
+    };
+    (format!("tightest bend {} on ", length(*value)), branch, format!(" at s = {}{verdict}", length(*s)), over)
 }

@@ -12,7 +12,7 @@ pub const INK: &str = "#1a1a1a";
 pub const NEUTRAL_FULL: f64 = 0.2;
 
 /// Steps of a scale: few enough to merge neighbours into one path, too many to be seen.
-pub const STEPS: u16 = 32;
+pub const STEPS: u16 = 24;
 
 const LIMITED: [(f64, [u8; 3]); 5] = [
     (0.0, [0x1f, 0x5a, 0xa6]),

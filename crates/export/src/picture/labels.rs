@@ -13,7 +13,7 @@ pub const NAMED_OF_MANY: usize = 12;
 
 const SIZE: f64 = 10.5;
 /// A name is cut to this width.
-const WIDEST: f64 = 130.0;
+const WIDEST: f64 = 170.0;
 /// Distances from the symbol that are tried, page units beyond its edge.
 const DISTANCES: [f64; 4] = [4.0, 14.0, 28.0, 46.0];
 /// Directions that are tried, the liked ones first.
@@ -37,53 +37,81 @@ pub fn chosen(marks: &Marks) -> Vec<&Mark> {
 }
 
 pub fn draw(page: &mut Svg, step: &StepResult, marks: &Marks, panel: &Panel) {
-    let raster = Raster::of(step, panel);
     let half = marks.half + 1.0;
-    let mut taken: Vec<Box> = marks
+    let symbols: Vec<Box> = marks
         .list
         .iter()
         .map(|mark| panel.place(&mark.position))
         .map(|[x, y]| [x - half, y - half, x + half, y + half])
         .collect();
-    page.open("class=\"labels\"");
+    let mut ground = Ground { panel, half, raster: Raster::of(step, panel), symbols, names: Vec::new() };
+    let mut placed = Vec::new();
     for mark in chosen(marks) {
         let at = panel.place(&mark.position);
         let text = fitted(&mark.label, SIZE, WIDEST);
         let size = [width(&text, SIZE) + 2.0, SIZE + 1.0];
-        let Some((place, far)) = find(at, half, size, panel, &taken, &raster) else { continue };
-        taken.push(place);
-        write(page, at, place, &text, far);
+        if let Some((place, far)) = ground.find(at, size) {
+            ground.names.push(place);
+            placed.push((at, place, text, far));
+        }
+    }
+    page.open("class=\"labels\"");
+    for (at, place, _, _) in placed.iter().filter(|(_, _, _, far)| *far) {
+        page.line(*at, nearest(*at, place), "class=\"leader\" stroke=\"#555555\" stroke-width=\"0.6\"");
+    }
+    for (_, [x0, y0, x1, y1], text, _) in &placed {
+        page.rect([*x0, *y0], [x1 - x0, y1 - y0], "fill=\"#ffffff\" fill-opacity=\"0.72\"");
+        page.text(&Text { size: SIZE, class: "label", ..Text::at(x0 + 1.0, y1 - 2.6) }, text);
     }
     page.close();
 }
 
-fn write(page: &mut Svg, at: [f64; 2], place: Box, text: &str, far: bool) {
-    let [x0, y0, x1, y1] = place;
-    if far {
-        let edge = [at[0].clamp(x0, x1), at[1].clamp(y0, y1)];
-        page.line(at, edge, "class=\"leader\" stroke=\"#555555\" stroke-width=\"0.6\"");
-    }
-    page.rect([x0, y0], [x1 - x0, y1 - y0], "fill=\"#ffffff\" fill-opacity=\"0.72\"");
-    page.text(&Text { size: SIZE, class: "label", ..Text::at(x0 + 1.0, y1 - 2.6) }, text);
+/// What a new name has to reckon with.
+struct Ground<'a> {
+    panel: &'a Panel,
+    /// Half the width of a symbol, with its rim.
+    half: f64,
+    raster: Raster,
+    symbols: Vec<Box>,
+    /// Names that have found their place.
+    names: Vec<Box>,
 }
 
-/// The place that covers least: other names and symbols never, branches where it must be. Also whether it is
-/// so far away that it needs a line to its symbol.
-fn find(at: [f64; 2], half: f64, size: [f64; 2], panel: &Panel, taken: &[Box], raster: &Raster) -> Option<(Box, bool)> {
-    let mut best: Option<(f64, Box, bool)> = None;
-    for (i, distance) in DISTANCES.into_iter().enumerate() {
-        for (j, direction) in DIRECTIONS.into_iter().enumerate() {
-            let place = beside(at, half + distance, size, direction);
-            if !inside(&place, panel) || taken.iter().any(|other| overlap(&place, other)) {
-                continue;
-            }
-            let cost = raster.covered(&place) + 2.2 * i as f64 + 0.1 * j as f64;
-            if best.as_ref().is_none_or(|(least, _, _)| cost < *least) {
-                best = Some((cost, place, i > 0));
+impl Ground<'_> {
+    /// The place that covers least: other names and symbols never, branches where it must be. Also whether it
+    /// is so far away that it needs a line to its symbol.
+    fn find(&self, at: [f64; 2], size: [f64; 2]) -> Option<(Box, bool)> {
+        let mut best: Option<(f64, Box, bool)> = None;
+        for (i, distance) in DISTANCES.into_iter().enumerate() {
+            for (j, direction) in DIRECTIONS.into_iter().enumerate() {
+                let place = beside(at, self.half + distance, size, direction);
+                let taken = self.names.iter().chain(&self.symbols).any(|other| overlap(&place, other));
+                if taken || !inside(&place, self.panel) {
+                    continue;
+                }
+                let crossed = if i > 0 { self.crossed(at, nearest(at, &place)) } else { 0.0 };
+                let cost = self.raster.covered(&place) + 2.2 * i as f64 + 0.1 * j as f64 + 4.0 * crossed;
+                if best.as_ref().is_none_or(|(least, _, _)| cost < *least) {
+                    best = Some((cost, place, i > 0));
+                }
             }
         }
+        best.map(|(_, place, far)| (place, far))
     }
-    best.map(|(_, place, far)| (place, far))
+
+    /// Names and foreign symbols that a line from a symbol to its name would cross, by samples.
+    fn crossed(&self, from: [f64; 2], to: [f64; 2]) -> f64 {
+        let inside = |b: &&Box, [x, y]: [f64; 2]| b[0] < x && x < b[2] && b[1] < y && y < b[3];
+        let samples = [0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 1.0]
+            .map(|t| [from[0] + t * (to[0] - from[0]), from[1] + t * (to[1] - from[1])]);
+        let others = self.names.iter().chain(self.symbols.iter().filter(|b| !inside(b, from)));
+        others.filter(|b| samples.iter().any(|p| inside(b, *p))).count() as f64
+    }
+}
+
+/// The point of a box nearest to `at`.
+fn nearest(at: [f64; 2], [x0, y0, x1, y1]: &Box) -> [f64; 2] {
+    [at[0].clamp(*x0, *x1), at[1].clamp(*y0, *y1)]
 }
 
 /// The box of a text whose nearest edge or corner lies in `direction` at `distance`.

@@ -1,19 +1,28 @@
-//! The legend: colours, symbols, scale, and what was left out.
+//! The legend: colours, symbols, scale, what was left out, and what the fixings bear.
 
 use super::branches::{THINNEST, line_width};
 use super::colour::{INK, NEUTRAL_FULL, OVER, Paint, STEPS};
 use super::labels;
 use super::layout::{Layout, round_below};
 use super::marks::{Kind, Marks, symbol};
-use super::svg::{Anchor, Svg, Text, length};
+use super::svg::{Anchor, Svg, Text, fitted, length, significant};
 use super::view::Scene;
 use wireloom_core::StepResult;
 
+/// A colour bar.
 const BAR: [f64; 2] = [170.0, 11.0];
+/// Width of the legend proper; where the corner is twice as wide, the table stands to the right of it.
+const COLUMN: f64 = 250.0;
+/// Right edges of the columns of the table.
+const TABLE: [f64; 3] = [122.0, 172.0, 236.0];
+/// Height of a row of the table.
+const ROW: f64 = 14.0;
+/// Most fixings the table lists.
+const ROWS: usize = 16;
 
 pub fn draw(page: &mut Svg, step: &StepResult, scene: &Scene, marks: &Marks, layout: &Layout) {
-    let ([x, y], _) = layout.legend;
-    let mut y = y;
+    let ([x, top], [width, height]) = layout.legend;
+    let mut y = top;
     page.open("class=\"legend\"");
     if step.branches.iter().any(|branch| branch.bend_radius_limit.is_some()) {
         y = limited_bar(page, x, y);
@@ -27,7 +36,38 @@ pub fn draw(page: &mut Svg, step: &StepResult, scene: &Scene, marks: &Marks, lay
         y += 13.0;
         page.text(&Text { size: 9.5, fill: "#555555", ..Text::at(x, y) }, &line);
     }
+    let corner = if width >= 2.0 * COLUMN { [x + COLUMN, top] } else { [x, y + 14.0] };
+    reactions(page, step, corner, top + height);
     page.close();
+}
+
+/// What the fixings bear, the largest forces first, as far as there is room down to `bottom`.
+fn reactions(page: &mut Svg, step: &StepResult, [x, y]: [f64; 2], bottom: f64) {
+    let room = (((bottom - y) / ROW).max(0.0) as usize).saturating_sub(1).min(ROWS);
+    let mut fixings: Vec<(&str, f64, f64)> =
+        step.constraints.iter().map(|c| (c.name.as_str(), c.force.norm(), c.moment.norm())).collect();
+    fixings.sort_by(|a, b| b.1.total_cmp(&a.1));
+    if fixings.is_empty() || room < 3 {
+        return;
+    }
+    let listed = if fixings.len() > room { room - 1 } else { fixings.len() };
+    let mut row = |i: usize, name: &str, force: &str, moment: &str, weight: u32| {
+        let base = Text { size: 10.0, weight, ..Text::at(x, y + 9.0 + ROW * i as f64) };
+        page.text(&base, &fitted(name, 10.0, TABLE[0]));
+        if !force.is_empty() {
+            page.text(&Text { x: x + TABLE[1], anchor: Anchor::End, ..base }, force);
+            page.text(&Text { x: x + TABLE[2], anchor: Anchor::End, ..base }, moment);
+        }
+    };
+    row(0, "fixing", "N", "N m", 700);
+    for (i, (name, force, moment)) in fixings[..listed].iter().enumerate() {
+        row(i + 1, name, &significant(*force), &significant(*moment), 400);
+    }
+    if listed < fixings.len() {
+        row(listed + 1, &format!("and {} more", fixings.len() - listed), "", "", 400);
+    }
+    let style = "stroke=\"#8c8c8c\" stroke-width=\"0.8\"";
+    page.line([x, y + 12.5], [x + TABLE[2], y + 12.5], style);
 }
 
 fn limited_bar(page: &mut Svg, x: f64, y: f64) -> f64 {
@@ -60,7 +100,7 @@ fn gradient(page: &mut Svg, [x, y]: [f64; 2], paint: fn(u16) -> Paint) {
     for step in 0..=STEPS {
         let style = format!("fill=\"{}\"", paint(step).hex());
         // Each cell reaches under the next one, or renderers show hairlines between them.
-        let reach = if step == STEPS { width } else { 1.5 * width };
+        let reach = if step == STEPS { width } else { width + 0.8 };
         page.rect([x + f64::from(step) * width, y], [reach, BAR[1]], &style);
     }
 }

@@ -20,6 +20,7 @@ pub enum Anchor {
 }
 
 /// Where and how a text stands.
+#[derive(Clone, Copy)]
 pub struct Text<'a> {
     pub x: f64,
     /// Baseline.
@@ -135,9 +136,10 @@ pub fn width(text: &str, size: f64) -> f64 {
         .chars()
         .map(|c| match c {
             'i' | 'j' | 'l' | 't' | 'f' | 'r' | ' ' | '.' | ',' | ':' | ';' | '\'' | '|' | '!' | '(' | ')' => 0.37,
-            'm' | 'w' | 'M' | 'W' | '@' | '%' => 0.95,
-            'A'..='Z' => 0.72,
-            c if (c as u32) < 0x2e80 => 0.61,
+            'm' | 'w' | 'M' | 'W' | '@' | '%' => 0.98,
+            '<' | '>' | '=' | '+' | '~' | '&' | '#' => 0.84,
+            'A'..='Z' => 0.74,
+            c if (c as u32) < 0x2e80 => 0.63,
             _ => 1.05,
         })
         .sum();

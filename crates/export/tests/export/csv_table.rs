@@ -1,0 +1,70 @@
+//! The table of a branch.
+
+use crate::samples::{broken, y_harness};
+use wireloom_export::csv::{HEADER, write};
+
+fn table(branch: &wireloom_core::equilibrium::BranchResult) -> (Vec<String>, Vec<Vec<f64>>) {
+    let mut bytes = Vec::new();
+    write(branch, &mut bytes).unwrap();
+    let mut reader = csv::Reader::from_reader(bytes.as_slice());
+    let header = reader.headers().unwrap().iter().map(String::from).collect();
+    let rows = reader.records().map(|row| row.unwrap().iter().map(|x| x.parse().unwrap()).collect()).collect();
+    (header, rows)
+}
+
+#[test]
+fn comes_back_bit_for_bit() {
+    for branch in &y_harness().branches {
+        let (header, rows) = table(branch);
+        assert_eq!(header, HEADER);
+        assert_eq!(rows.len(), branch.s.len());
+        for (i, row) in rows.iter().enumerate() {
+            assert_eq!(row[0], branch.s[i]);
+            assert_eq!(row[1..4], *branch.position[i].as_slice());
+            assert_eq!(row[10..13], *branch.force[i].as_slice());
+            assert_eq!(row[13..16], *branch.moment[i].as_slice());
+            assert_eq!(row[20], branch.bend_radius[i]);
+            // The parts along and across the tangent are those of the whole.
+            let (n, m) = (branch.force[i].norm(), branch.moment[i].norm());
+            assert!((row[16].hypot(row[17]) - n).abs() < 1e-14 * (1.0 + n));
+            assert!((row[18].hypot(row[19]) - m).abs() < 1e-14 * (1.0 + m));
+            let d3 = &row[7..10];
+            let tension: f64 = d3.iter().zip(&row[10..13]).map(|(d, n)| d * n).sum();
+            assert!((row[16] - tension).abs() < 1e-14);
+        }
+    }
+}
+
+#[test]
+fn not_finite_numbers_have_words() {
+    let mut branch = broken().branches.remove(0);
+    branch.bend_radius[0] = f64::INFINITY;
+    let (_, rows) = table(&branch);
+    assert!(rows[10][1].is_nan());
+    assert_eq!(rows[0][20], f64::INFINITY);
+}
+
+#[test]
+fn vectors_of_different_length_are_refused() {
+    let mut branch = y_harness().branches.remove(0);
+    branch.force.pop();
+    let error = write(&branch, &mut Vec::new()).unwrap_err();
+    assert_eq!(error.kind(), std::io::ErrorKind::InvalidInput);
+    assert_eq!(
+        error.to_string(),
+        "branch \"trunk\": vectors differ in length: s 61, position 61, frame 61, force 60, moment 61, bend_radius 61"
+    );
+}
+
+#[test]
+fn an_empty_branch_is_a_header() {
+    let mut branch = y_harness().branches.remove(0);
+    branch.s.clear();
+    branch.position.clear();
+    branch.frame.clear();
+    branch.force.clear();
+    branch.moment.clear();
+    branch.bend_radius.clear();
+    let (header, rows) = table(&branch);
+    assert_eq!((header.len(), rows.len()), (HEADER.len(), 0));
+}

@@ -1,0 +1,125 @@
+//! The form of `result.json`.
+
+use crate::samples::{broken, run, step, v, y_harness};
+use serde_json::Value;
+use wireloom_core::equilibrium::{Run, TightestBend};
+use wireloom_core::rotation::columns;
+
+fn parsed(run: &Run) -> Value {
+    let mut bytes = Vec::new();
+    wireloom_export::json::write(run, &mut bytes).unwrap();
+    assert_eq!(bytes.last(), Some(&b'\n'));
+    serde_json::from_slice(&bytes).unwrap()
+}
+
+fn keys(value: &Value) -> Vec<&str> {
+    value.as_object().unwrap().keys().map(String::as_str).collect()
+}
+
+fn floats(value: &Value) -> Vec<f64> {
+    value.as_array().unwrap().iter().map(|x| x.as_f64().unwrap()).collect()
+}
+
+#[test]
+fn has_the_keys_of_the_contract_in_order() {
+    let step = y_harness();
+    let value = parsed(&run("y-harness", vec![step]));
+    assert_eq!(keys(&value), ["schema", "scenario", "status", "notes", "steps"]);
+    assert_eq!(value["schema"], 1);
+    assert_eq!(value["scenario"], "y-harness");
+    assert_eq!(value["status"], "converged");
+    assert_eq!(value["notes"][0], "a remark");
+    let step = &value["steps"][0];
+    assert_eq!(
+        keys(step),
+        [
+            "name",
+            "increment",
+            "increments",
+            "status",
+            "branches",
+            "joints",
+            "constraints",
+            "energy",
+            "min_bend_radius",
+            "stable",
+            "minimiser"
+        ]
+    );
+    assert_eq!(keys(&step["branches"]), ["trunk", "left", "right", "spare"]);
+    assert_eq!(
+        keys(&step["branches"]["trunk"]),
+        ["s", "position", "d3", "d1", "force", "moment", "bend_radius", "twist_turns"]
+    );
+    assert_eq!(keys(&step["joints"]["J"]), ["position", "orientation"]);
+    assert_eq!(keys(&step["constraints"]), ["plug-A", "clip-1", "plug-B", "hand", "magnet <north> & \"south\""]);
+    assert_eq!(keys(&step["constraints"]["hand"]), ["kind", "position", "orientation", "force", "moment"]);
+    assert_eq!(
+        keys(&step["energy"]),
+        ["total", "stretch", "shear", "bend", "twist", "gravity", "load", "joint", "constraint"]
+    );
+    assert_eq!(keys(&step["min_bend_radius"]), ["branch", "s", "value", "limit"]);
+    assert_eq!(step["stable"], true);
+    assert_eq!(keys(&step["minimiser"]), ["kind", "iterations", "factorisations", "seconds", "force_residual"]);
+}
+
+#[test]
+fn numbers_come_back_bit_for_bit() {
+    let step = y_harness();
+    let value = parsed(&run("y", vec![step.clone()]));
+    let back = &value["steps"][0];
+    for branch in &step.branches {
+        let b = &back["branches"][&branch.name];
+        assert_eq!(floats(&b["s"]), branch.s);
+        assert_eq!(b["twist_turns"].as_f64(), Some(branch.twist_turns));
+        for i in 0..branch.s.len() {
+            let [d1, _, d3] = columns(&branch.frame[i]);
+            for (key, expected) in [
+                ("position", branch.position[i]),
+                ("force", branch.force[i]),
+                ("moment", branch.moment[i]),
+                ("d1", d1),
+                ("d3", d3),
+            ] {
+                assert_eq!(floats(&b[key][i]), expected.as_slice(), "{key}");
+            }
+            let radius = branch.bend_radius[i];
+            assert_eq!(b["bend_radius"][i].as_f64(), radius.is_finite().then_some(radius));
+        }
+    }
+    assert_eq!(floats(&back["joints"]["J"]["orientation"]), [1.0, 0.0, 0.0, 0.0]);
+    assert_eq!(floats(&back["constraints"]["hand"]["force"]), [0.0, 0.0, 7.25]);
+    assert_eq!(back["energy"]["total"].as_f64(), Some(step.energy.total()));
+    assert_eq!(back["energy"]["twist"].as_f64(), Some(1e-17));
+    assert_eq!(back["minimiser"]["force_residual"].as_f64(), Some(1.25e-9));
+    assert_eq!(back["min_bend_radius"]["value"].as_f64(), step.min_bend_radius.map(|bend| bend.value));
+}
+
+#[test]
+fn what_is_not_finite_is_null() {
+    let value = parsed(&run("broken", vec![broken()]));
+    let step = &value["steps"][0];
+    assert_eq!(step["status"], "failed");
+    assert_eq!(step["stable"], Value::Null);
+    assert_eq!(step["branches"]["trunk"]["position"][10], serde_json::json!([null, 0.0, 0.0]));
+    assert_eq!(step["branches"]["left"]["force"][0], serde_json::json!([null, 0.0, 0.0]));
+    assert_eq!(step["energy"]["bend"], Value::Null);
+    assert_eq!(step["energy"]["total"], Value::Null);
+    assert_eq!(step["minimiser"]["force_residual"], Value::Null);
+}
+
+#[test]
+fn absent_things_are_null_or_empty() {
+    assert_eq!(parsed(&run("", vec![]))["steps"], serde_json::json!([]));
+    let mut empty = step(vec![], vec![], vec![]);
+    let value = parsed(&run("", vec![empty.clone()]));
+    assert_eq!(value["steps"][0]["branches"], serde_json::json!({}));
+    assert_eq!(value["steps"][0]["min_bend_radius"], Value::Null);
+    empty.min_bend_radius = Some(TightestBend { branch: "b".into(), s: 0.5, value: 0.1, limit: None });
+    empty.constraints.push(crate::samples::fixing("c", "collar", v(0.0, 0.0, 0.0), v(0.0, 0.0, 0.0)));
+    let value = parsed(&run("", vec![empty]));
+    assert_eq!(
+        value["steps"][0]["min_bend_radius"],
+        serde_json::json!({"branch": "b", "s": 0.5, "value": 0.1, "limit": null})
+    );
+}

@@ -1,0 +1,7 @@
+//! The writers, on results made by hand from analytic curves.
+
+mod csv_table;
+mod json_contract;
+mod picture_svg;
+mod samples;
+mod vtk_files;

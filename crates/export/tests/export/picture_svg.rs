@@ -1,0 +1,130 @@
+//! The picture: well-formed, complete, the same every time. Every sample is also left in the folder
+//! `CARGO_TARGET_TMPDIR`, to be looked at.
+
+use crate::samples::{big_harness, branch, broken, planar, step, straight, v, y_harness};
+use wireloom_core::{Status, StepResult};
+use wireloom_export::picture::write;
+
+fn drawn(step: &StepResult, title: &str, file: &str) -> String {
+    let mut bytes = Vec::new();
+    write(step, title, &mut bytes).unwrap();
+    std::fs::write(format!("{}/{file}.svg", env!("CARGO_TARGET_TMPDIR")), &bytes).unwrap();
+    let text = String::from_utf8(bytes).unwrap();
+    inspect(&text);
+    text
+}
+
+/// Well-formed, and every number of every element within the page.
+fn inspect(text: &str) {
+    let document = roxmltree::Document::parse(text).unwrap();
+    let attributes = document.descendants().flat_map(|node| node.attributes());
+    assert!(attributes.map(|a| a.value()).all(|v| !v.contains("NaN") && !v.contains("inf")), "numbers that are none");
+    for node in document.descendants().filter(|node| node.has_tag_name("text")) {
+        let at = |key: &str| node.attribute(key).unwrap().parse::<f64>().unwrap();
+        assert!((0.0..=1188.0).contains(&at("x")) && (0.0..=840.0).contains(&at("y")), "{node:?}");
+    }
+}
+
+/// Elements of a class in one view.
+fn count(text: &str, view: &str, class: &str) -> usize {
+    let document = roxmltree::Document::parse(text).unwrap();
+    let view = document.descendants().find(|node| node.attribute("id") == Some(view)).unwrap();
+    view.descendants().filter(|node| node.attribute("class") == Some(class)).count()
+}
+
+fn words(text: &str) -> Vec<String> {
+    let document = roxmltree::Document::parse(text).unwrap();
+    document.descendants().filter(|n| n.has_tag_name("text")).map(|n| n.text().unwrap_or("").to_string()).collect()
+}
+
+#[test]
+fn a_y_harness() {
+    let mut step = y_harness();
+    (step.name, step.increment, step.increments) = ("plug B".into(), 40, 40);
+    let text = drawn(&step, "y-harness", "y");
+    for view in ["front", "side", "above"] {
+        assert_eq!(count(&text, view, "fixing connector"), 2);
+        assert_eq!(count(&text, view, "fixing collar"), 1);
+        assert_eq!(count(&text, view, "fixing handle"), 1);
+        assert_eq!(count(&text, view, "fixing other"), 1);
+        assert_eq!(count(&text, view, "joint"), 1);
+        assert_eq!(count(&text, view, "tightest"), 1);
+        assert_eq!(count(&text, view, "label"), 7, "{view}: every name found a place");
+        assert!(count(&text, view, "piece") > 20);
+    }
+    let words = words(&text);
+    for expected in ["y-harness", "step “plug B”, increment 40 of 40  ·  converged  ·  stable", "clip-1", "x [mm]"]
+    {
+        assert!(words.iter().any(|word| word == expected), "{expected}: {words:?}");
+    }
+    // The table of the fixings: the largest force first.
+    let row = words.iter().position(|word| word == "fixing").unwrap();
+    assert_eq!(words[row..row + 6], ["fixing", "N", "N m", "hand", "7.25", "0.0100"]);
+    assert!(words.iter().any(|word| word.contains("below the limit of 45.0 mm")), "{words:?}");
+}
+
+#[test]
+fn equal_input_gives_equal_bytes() {
+    assert_eq!(drawn(&big_harness(), "big", "big"), drawn(&big_harness(), "big", "big"));
+}
+
+#[test]
+fn a_big_harness_is_not_buried_in_names() {
+    let text = drawn(&big_harness(), "big", "big");
+    for view in ["front", "side", "above"] {
+        assert_eq!(count(&text, view, "joint"), 30);
+        assert_eq!(count(&text, view, "fixing connector"), 90);
+        let names = count(&text, view, "label");
+        assert!((8..=13).contains(&names), "{view}: {names} names");
+    }
+}
+
+#[test]
+fn straight_and_planar_harnesses() {
+    for axis in 0..3 {
+        let text = drawn(&straight(axis), "straight cable", &format!("straight-{axis}"));
+        assert_eq!(count(&text, "front", "fixing connector"), 2);
+        assert!(words(&text).contains(&"straight everywhere".to_string()));
+    }
+    let text = drawn(&planar(), "planar", "planar");
+    assert!(words(&text).iter().any(|word| word.contains("no limit given")));
+    assert!(!words(&text).iter().any(|word| word.contains("too tight")));
+}
+
+#[test]
+fn sizes_from_a_hair_to_a_ship() {
+    for (file, size) in [("tiny", 1e-4), ("huge", 400.0)] {
+        let helix = move |t: f64| v((9.0 * t).cos(), (9.0 * t).sin(), t) * size;
+        let text =
+            drawn(&step(vec![branch("helix", 0.02 * size, Some(0.9 * size), 300, helix)], vec![], vec![]), file, file);
+        assert!(count(&text, "above", "piece") > 10);
+    }
+}
+
+#[test]
+fn names_are_escaped_and_long_ones_cut() {
+    let mut step = y_harness();
+    step.name = "<&\"'> ".repeat(60);
+    step.status = Status::IterationLimit;
+    step.constraints[0].name = "a connector whose name somebody thought about for a very long time".into();
+    step.branches[2].name = "x\u{1}<y>".into();
+    let title = "a <title> & \"more\" ".repeat(20);
+    let text = drawn(&step, &title, "names");
+    assert!(words(&text).iter().any(|word| word.starts_with("a <title> & \"more\"") && word.ends_with('…')));
+    assert!(words(&text).iter().any(|word| word == "magnet <north> & \"south\""));
+}
+
+#[test]
+fn degenerate_input_is_drawn_as_far_as_it_goes() {
+    let text = drawn(&broken(), "broken", "broken");
+    assert!(words(&text).iter().any(|word| word.contains("points without a finite position")), "{:?}", words(&text));
+    let mut empty = step(vec![], vec![], vec![]);
+    drawn(&empty, "", "empty");
+    empty.min_bend_radius = y_harness().min_bend_radius;
+    drawn(&empty, "", "empty");
+    let point = step(vec![branch("point", 0.0, None, 3, |_| v(1.0, 2.0, 3.0))], vec![], vec![]);
+    drawn(&point, "point", "point");
+    let mut short = y_harness();
+    short.branches[0].force.pop();
+    assert_eq!(write(&short, "", &mut Vec::new()).unwrap_err().kind(), std::io::ErrorKind::InvalidInput);
+}

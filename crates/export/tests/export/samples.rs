@@ -1,0 +1,220 @@
+//! Results made by hand.
+
+use wireloom_core::equilibrium::{
+    BranchResult, ConstraintResult, Energy, JointResult, MinimiserResult, Run, StepResult, TightestBend,
+};
+use wireloom_core::rotation::{frame_from, orthogonal};
+use wireloom_core::{Rotation, Status, Vector};
+
+pub fn v(x: f64, y: f64, z: f64) -> Vector {
+    Vector::new(x, y, z)
+}
+
+/// A branch along `curve` (parameter 0..1), with bend radii from differences and made-up forces.
+pub fn branch(
+    name: &str,
+    diameter: f64,
+    limit: Option<f64>,
+    segments: usize,
+    curve: impl Fn(f64) -> Vector,
+) -> BranchResult {
+    let h = 1e-4;
+    let at = |i: usize| i as f64 / segments as f64;
+    let position: Vec<Vector> = (0..=segments).map(|i| curve(at(i))).collect();
+    let mut s = vec![0.0];
+    for edge in position.windows(2) {
+        s.push(s[s.len() - 1] + (edge[1] - edge[0]).norm());
+    }
+    let derivatives = |t: f64| {
+        let (a, b, c) = (curve(t - h), curve(t), curve(t + h));
+        ((c - a) / (2.0 * h), (c - b * 2.0 + a) / (h * h))
+    };
+    let frame = |i: usize| {
+        let (d, _) = derivatives(at(i));
+        frame_from(&d, &v(0.0, 0.0, 1.0)).or_else(|| frame_from(&d, &orthogonal(&d))).unwrap_or_else(Rotation::identity)
+    };
+    let bend_radius = |i: usize| {
+        let (d, dd) = derivatives(at(i));
+        let k = d.cross(&dd).norm() / d.norm().powi(3);
+        if k > 1e-5 { 1.0 / k } else { f64::INFINITY }
+    };
+    BranchResult {
+        name: name.into(),
+        diameter,
+        bend_radius_limit: limit,
+        axial_stiffness: 1e4,
+        force: (0..=segments).map(|i| v(1.5, 0.1 / 3.0, -at(i))).collect(),
+        moment: (0..=segments).map(|i| v(0.0, 0.02 * at(i), 1e-300)).collect(),
+        frame: (0..=segments).map(frame).collect(),
+        bend_radius: (0..=segments).map(bend_radius).collect(),
+        s,
+        position,
+        twist_turns: 0.25,
+    }
+}
+
+pub fn fixing(name: &str, kind: &str, position: Vector, force: Vector) -> ConstraintResult {
+    ConstraintResult {
+        name: name.into(),
+        kind: kind.into(),
+        position,
+        orientation: Rotation::identity(),
+        force,
+        moment: v(0.01, 0.0, 0.0),
+    }
+}
+
+pub fn joint(name: &str, position: Vector) -> JointResult {
+    JointResult { name: name.into(), position, orientation: Rotation::identity() }
+}
+
+pub fn step(branches: Vec<BranchResult>, joints: Vec<JointResult>, constraints: Vec<ConstraintResult>) -> StepResult {
+    let mut tightest: Option<TightestBend> = None;
+    for branch in &branches {
+        for (s, value) in branch.s.iter().zip(&branch.bend_radius) {
+            if value.is_finite() && tightest.as_ref().is_none_or(|t| *value < t.value) {
+                let limit = branch.bend_radius_limit;
+                tightest = Some(TightestBend { branch: branch.name.clone(), s: *s, value: *value, limit });
+            }
+        }
+    }
+    StepResult {
+        name: "equilibrium".into(),
+        increment: 1,
+        increments: 1,
+        status: Status::Converged,
+        branches,
+        joints,
+        constraints,
+        energy: Energy {
+            stretch: 0.1,
+            shear: 0.2,
+            bend: 0.3,
+            twist: 1e-17,
+            gravity: -4.0,
+            load: 5.0,
+            joint: 0.0,
+            constraint: 0.7,
+        },
+        min_bend_radius: tightest,
+        stable: Some(true),
+        minimiser: MinimiserResult {
+            kind: "newton".into(),
+            iterations: 6,
+            factorisations: 7,
+            seconds: 0.004,
+            force_residual: 1.25e-9,
+        },
+    }
+}
+
+pub fn run(scenario: &str, steps: Vec<StepResult>) -> Run {
+    Run { scenario: scenario.into(), status: Status::Converged, notes: vec!["a remark".into()], steps }
+}
+
+/// A Y that sags, turns up and down, with one bend that is too tight and one arm without a limit.
+pub fn y_harness() -> StepResult {
+    let trunk = |t: f64| v(0.6 * t, 0.05 * (3.0 * t).sin(), -0.18 * t * (2.0 - t));
+    let j = trunk(1.0);
+    let left = move |t: f64| j + v(0.35 * t, 0.25 * t * t, 0.12 * (4.2 * t).sin() - 0.05 * t);
+    let right =
+        move |t: f64| j + v(0.24 * t + 0.035 * (9.0 * t).sin(), -0.2 * t, -0.16 * t + 0.035 * (9.0 * t).cos() - 0.035);
+    let spare = move |t: f64| j + v(0.1 * t, 0.02 * t, -0.22 * t - 0.03 * (3.0 * t).sin());
+    step(
+        vec![
+            branch("trunk", 0.012, Some(0.048), 60, trunk),
+            branch("left", 0.008, Some(0.04), 40, left),
+            branch("right", 0.005, Some(0.045), 120, right),
+            branch("spare", 0.006, None, 40, spare),
+        ],
+        vec![joint("J", j)],
+        vec![
+            fixing("plug-A", "connector", trunk(0.0), v(1.0, 2.0, 3.0)),
+            fixing("clip-1", "collar", trunk(0.5), v(0.0, 0.0, 5.0)),
+            fixing("plug-B", "connector", left(1.0), v(0.5, 0.0, 0.0)),
+            fixing("hand", "handle", right(1.0), v(0.0, 0.0, 7.25)),
+            fixing("magnet <north> & \"south\"", "my-plugin", left(0.5), v(0.0, 0.1, 0.0)),
+        ],
+    )
+}
+
+/// 30 trunks in a row, each with four arms: 150 branches.
+pub fn big_harness() -> StepResult {
+    let (mut branches, mut joints, mut fixings) = (Vec::new(), Vec::new(), Vec::new());
+    let spine = |u: f64| v(u, 0.3 * (2.2 * u).sin(), 0.15 * (5.0 * u).cos() - 0.1 * u);
+    for k in 0..30 {
+        let (a, b) = (0.12 * k as f64, 0.12 * (k + 1) as f64);
+        branches.push(branch(&format!("spine-{k}"), 0.02, Some(0.1), 20, move |t| spine(a + t * (b - a))));
+        let j = spine(b);
+        joints.push(joint(&format!("J{k}"), j));
+        if k % 5 == 0 {
+            fixings.push(fixing(&format!("clip-{k}"), "collar", spine(a), v(0.0, 0.0, 3.0 + k as f64)));
+        }
+        for arm in 0..4 {
+            let phase = 1.3 * k as f64 + 1.57 * arm as f64;
+            let reach = 0.25 + 0.02 * ((7 * k + 3 * arm) % 11) as f64;
+            let curve = move |t: f64| {
+                j + v(
+                    0.1 * t * phase.sin() + 0.015 * (11.0 * t).sin(),
+                    reach * t * phase.cos(),
+                    reach * t * phase.sin() - 0.2 * t * t,
+                )
+            };
+            branches.push(branch(&format!("arm-{k}-{arm}"), 0.006, Some(0.02), 30, curve));
+            let kind = if arm == 3 { "handle" } else { "connector" };
+            fixings.push(fixing(&format!("plug-{k}-{arm}"), kind, curve(1.0), v(0.0, 0.0, 0.1 * (k + arm) as f64)));
+        }
+    }
+    step(branches, joints, fixings)
+}
+
+/// A straight cable along one axis (0, 1, 2).
+pub fn straight(axis: usize) -> StepResult {
+    let mut end = v(0.0, 0.0, 0.0);
+    end[axis] = 1.2;
+    let start = v(5.0, -3.0, 0.7);
+    step(
+        vec![branch("cable", 0.008, Some(0.05), 50, move |t| start + end * t)],
+        vec![],
+        vec![
+            fixing("plug-A", "connector", start, v(1.0, 0.0, 0.0)),
+            fixing("plug-B", "connector", start + end, v(-1.0, 0.0, 0.0)),
+        ],
+    )
+}
+
+/// A harness drawn in the plane z = 0.
+pub fn planar() -> StepResult {
+    let a = |t: f64| v(0.5 * t, 0.1 * (4.0 * t).sin(), 0.0);
+    let j = a(1.0);
+    let b = move |t: f64| j + v(0.3 * t, 0.3 * t * t, 0.0);
+    let c = move |t: f64| j + v(0.3 * t, -0.4 * t * t, 0.0);
+    step(
+        vec![branch("a", 0.01, None, 50, a), branch("b", 0.01, None, 50, b), branch("c", 0.004, None, 50, c)],
+        vec![joint("J", j)],
+        vec![
+            fixing("start", "connector", a(0.0), v(1.0, 0.0, 0.0)),
+            fixing("upper end", "connector", b(1.0), v(0.0, 1.0, 0.0)),
+            fixing("lower end", "handle", c(1.0), v(0.0, -1.0, 0.0)),
+        ],
+    )
+}
+
+/// Everything that a failed run may leave behind.
+pub fn broken() -> StepResult {
+    let mut step = y_harness();
+    step.status = Status::Failed;
+    step.stable = None;
+    step.branches[0].position[10] = v(f64::NAN, 0.0, 0.0);
+    step.branches[0].bend_radius[10] = f64::NAN;
+    step.branches[1].position[40] = v(0.0, f64::INFINITY, 0.0);
+    step.branches[1].force[0] = v(f64::NEG_INFINITY, 0.0, 0.0);
+    step.branches[2].diameter = f64::NAN;
+    step.branches[3].bend_radius[3] = 0.0;
+    step.constraints[0].position = v(1e300, 0.0, 0.0);
+    step.constraints[1].force = v(f64::NAN, 0.0, 0.0);
+    step.joints[0].position = v(f64::NAN, f64::NAN, f64::NAN);
+    step.energy.bend = f64::NAN;
+    step.minimiser.force_residual = f64::INFINITY;
+    step
+}

@@ -1,0 +1,156 @@
+//! `.vtp` and `.pvd`, read back strictly.
+
+use crate::samples::{broken, run, step, y_harness};
+use std::collections::BTreeMap;
+use wireloom_core::StepResult;
+use wireloom_export::vtk::{SeriesFile, times, write, write_series};
+
+/// A PolyData file taken apart; every promise of the header is checked on the way.
+struct PolyData {
+    points: Vec<f64>,
+    lines: Vec<Vec<i64>>,
+    branch: Vec<i64>,
+    /// Name → components, values.
+    arrays: BTreeMap<String, (usize, Vec<f64>)>,
+}
+
+fn read(step: &StepResult) -> PolyData {
+    let mut bytes = Vec::new();
+    write(step, &mut bytes).unwrap();
+    let start = find(&bytes, b"encoding=\"raw\">\n_") + b"encoding=\"raw\">\n_".len();
+    let end = bytes.len() - b"\n</AppendedData>\n</VTKFile>\n".len();
+    assert_eq!(&bytes[end..], b"\n</AppendedData>\n</VTKFile>\n");
+    let head = format!("{}</AppendedData></VTKFile>", std::str::from_utf8(&bytes[..start]).unwrap());
+    let document = roxmltree::Document::parse(&head).unwrap();
+    let file = document.root_element();
+    for (key, value) in [("type", "PolyData"), ("byte_order", "LittleEndian"), ("header_type", "UInt64")] {
+        assert_eq!(file.attribute(key), Some(value));
+    }
+    let piece = document.descendants().find(|node| node.has_tag_name("Piece")).unwrap();
+    let count = |key: &str| piece.attribute(key).unwrap().parse::<usize>().unwrap();
+    let (n, lines) = (count("NumberOfPoints"), count("NumberOfLines"));
+    assert_eq!(count("NumberOfVerts") + count("NumberOfStrips") + count("NumberOfPolys"), 0);
+
+    let data = &bytes[start..end];
+    let mut expected_offset = 0;
+    let mut array = |node: roxmltree::Node<'_, '_>| {
+        assert_eq!(node.attribute("format"), Some("appended"));
+        let offset: usize = node.attribute("offset").unwrap().parse().unwrap();
+        assert_eq!(offset, expected_offset, "arrays follow one another without gaps");
+        let size = u64::from_le_bytes(data[offset..offset + 8].try_into().unwrap()) as usize;
+        expected_offset = offset + 8 + size;
+        assert!(expected_offset <= data.len() && size.is_multiple_of(8));
+        let words = data[offset + 8..expected_offset].chunks_exact(8).map(|w| w.try_into().unwrap());
+        words.collect::<Vec<[u8; 8]>>()
+    };
+    let floats = |words: Vec<[u8; 8]>| words.into_iter().map(f64::from_le_bytes).collect::<Vec<_>>();
+    let integers = |words: Vec<[u8; 8]>| words.into_iter().map(i64::from_le_bytes).collect::<Vec<_>>();
+    let section = |name: &str| {
+        let parent = piece.children().find(|node| node.has_tag_name(name)).unwrap();
+        parent.children().filter(|node| node.is_element()).collect::<Vec<_>>()
+    };
+
+    let mut arrays = BTreeMap::new();
+    for node in section("PointData") {
+        assert_eq!(node.attribute("type"), Some("Float64"));
+        let components: usize = node.attribute("NumberOfComponents").unwrap().parse().unwrap();
+        let values = floats(array(node));
+        assert_eq!(values.len(), components * n);
+        arrays.insert(node.attribute("Name").unwrap().to_string(), (components, values));
+    }
+    let cell_data = section("CellData");
+    assert_eq!((cell_data.len(), cell_data[0].attribute("Name")), (1, Some("branch")));
+    let branch = integers(array(cell_data[0]));
+    assert_eq!(branch.len(), lines);
+    let points = floats(array(section("Points")[0]));
+    assert_eq!(points.len(), 3 * n);
+    let [connectivity, offsets] = section("Lines")[..] else { panic!("two arrays of lines") };
+    assert_eq!(connectivity.attribute("Name"), Some("connectivity"));
+    assert_eq!(offsets.attribute("Name"), Some("offsets"));
+    let (connectivity, offsets) = (integers(array(connectivity)), integers(array(offsets)));
+    assert_eq!(expected_offset, data.len(), "nothing is left over");
+    assert_eq!(offsets.len(), lines);
+    assert_eq!(offsets.last().map_or(0, |last| *last as usize), connectivity.len());
+    assert!(connectivity.iter().all(|i| (0..n as i64).contains(i)));
+    let mut first = 0;
+    let lines = offsets
+        .into_iter()
+        .map(|end| connectivity[std::mem::replace(&mut first, end as usize)..end as usize].to_vec())
+        .collect();
+    PolyData { points, lines, branch, arrays }
+}
+
+fn find(bytes: &[u8], pattern: &[u8]) -> usize {
+    bytes.windows(pattern.len()).position(|window| window == pattern).unwrap()
+}
+
+#[test]
+fn one_polyline_a_branch() {
+    let step = y_harness();
+    let file = read(&step);
+    assert_eq!(file.branch, [0, 1, 2, 3]);
+    assert_eq!(file.arrays["tension [N]"].0, 1);
+    assert_eq!(file.arrays["force [N]"].0, 3);
+    for (branch, line) in step.branches.iter().zip(&file.lines) {
+        assert_eq!(line.len(), branch.s.len());
+        for (i, point) in line.iter().map(|p| *p as usize).enumerate() {
+            let vector = |array: &[f64]| array[3 * point..3 * point + 3].to_vec();
+            assert_eq!(vector(&file.points), branch.position[i].as_slice());
+            assert_eq!(vector(&file.arrays["force [N]"].1), branch.force[i].as_slice());
+            assert_eq!(vector(&file.arrays["moment [N m]"].1), branch.moment[i].as_slice());
+            assert_eq!(file.arrays["arc length [m]"].1[point], branch.s[i]);
+            assert_eq!(file.arrays["tube radius [m]"].1[point], 0.5 * branch.diameter);
+            assert_eq!(file.arrays["curvature [1/m]"].1[point], 1.0 / branch.bend_radius[i]);
+            let ratio = file.arrays["bend limit/radius"].1[point];
+            assert_eq!(ratio.is_nan(), branch.bend_radius_limit.is_none());
+        }
+    }
+}
+
+#[test]
+fn branches_without_a_line_are_left_out() {
+    let mut short = y_harness();
+    for keep in [0, 1] {
+        let branch = &mut short.branches[keep];
+        branch.s.truncate(keep);
+        branch.position.truncate(keep);
+        branch.frame.truncate(keep);
+        branch.force.truncate(keep);
+        branch.moment.truncate(keep);
+        branch.bend_radius.truncate(keep);
+    }
+    assert_eq!(read(&short).branch, [2, 3]);
+    assert!(read(&step(vec![], vec![], vec![])).lines.is_empty());
+    read(&broken());
+    short.branches[2].moment.pop();
+    assert_eq!(write(&short, &mut Vec::new()).unwrap_err().kind(), std::io::ErrorKind::InvalidInput);
+}
+
+#[test]
+fn a_series_counts_steps() {
+    let mut steps = Vec::new();
+    for (name, increment, increments) in
+        [("plug B", 1, 2), ("plug B", 2, 2), ("tool on", 1, 4), ("tool on", 4, 4), ("tool on", 4, 4), ("x", 0, 0)]
+    {
+        steps.push(StepResult { name: name.into(), increment, increments, ..step(vec![], vec![], vec![]) });
+    }
+    let times = times(&run("s", steps));
+    assert_eq!(times, [0.5, 1.0, 1.25, 2.0, 3.0, 4.0]);
+
+    let files: Vec<SeriesFile> =
+        times.iter().map(|time| SeriesFile { file: format!("a&b-{time}.vtp"), time: *time }).collect();
+    let mut bytes = Vec::new();
+    write_series(&files, &mut bytes).unwrap();
+    let text = String::from_utf8(bytes).unwrap();
+    let document = roxmltree::Document::parse(&text).unwrap();
+    assert_eq!(document.root_element().attribute("type"), Some("Collection"));
+    let read: Vec<SeriesFile> = document
+        .descendants()
+        .filter(|node| node.has_tag_name("DataSet"))
+        .map(|node| SeriesFile {
+            file: node.attribute("file").unwrap().into(),
+            time: node.attribute("timestep").unwrap().parse().unwrap(),
+        })
+        .collect();
+    assert_eq!(read, files);
+}
