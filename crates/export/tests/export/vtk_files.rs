@@ -87,6 +87,10 @@ fn find(bytes: &[u8], pattern: &[u8]) -> usize {
 #[test]
 fn one_polyline_a_branch() {
     let step = y_harness();
+    // Left to be opened in ParaView.
+    let mut bytes = Vec::new();
+    write(&step, &mut bytes).unwrap();
+    std::fs::write(concat!(env!("CARGO_TARGET_TMPDIR"), "/y.vtp"), bytes).unwrap();
     let file = read(&step);
     assert_eq!(file.branch, [0, 1, 2, 3]);
     assert_eq!(file.arrays["tension [N]"].0, 1);
