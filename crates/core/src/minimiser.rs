@@ -58,8 +58,6 @@ pub struct Report {
     pub evaluations: usize,
     /// Largest residual relative to the scales.
     pub residual: f64,
-    /// Negative pivots of the last factorisation of the unmodified Hessian, where there is one.
-    pub negative_pivots: Option<usize>,
 }
 
 /// Moves a state downhill to an equilibrium.

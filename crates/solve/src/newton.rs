@@ -62,7 +62,7 @@ struct Workspace {
     rhs: Vec<Vector>,
     /// Predicted forces, by branch and segment.
     forces: Vec<Vec<Vector>>,
-    /// Whether the matrix holds a positive definite factor of the present network with these fixings active.
+    /// Where the matrix holds an unshifted, positive definite factor: the fixings that were active.
     factor_of: Option<Vec<bool>>,
     factorisations: usize,
     evaluations: usize,
@@ -114,7 +114,7 @@ impl Workspace {
         self.matrix.take_out(problem);
         self.factorisations += 1;
         let negative = self.matrix.factorise();
-        if negative == 0 {
+        if negative == 0 && sigma == 0.0 {
             let active = &problem.conditions().active;
             match &mut self.factor_of {
                 Some(known) if known.len() == active.len() => known.copy_from_slice(active),
@@ -194,7 +194,6 @@ impl Minimiser for Newton {
             factorisations: 0,
             evaluations: 0,
             residual: f64::INFINITY,
-            negative_pivots: None,
         };
         let mut mixed = false;
         let mut energy;
@@ -225,9 +224,6 @@ impl Minimiser for Newton {
             }
             // Factorise; shift until positive definite.
             let mut negative = ws.assemble(problem, state, mixed, sigma);
-            if sigma == 0.0 && !mixed {
-                report.negative_pivots = Some(negative);
-            }
             if negative > 0 && mixed {
                 mixed = false;
                 negative = ws.assemble(problem, state, false, sigma);
@@ -273,11 +269,9 @@ impl Minimiser for Newton {
                 }
                 continue;
             };
-            if mixed || turn < SMALL_TURN {
-                mixed = turn < SMALL_TURN && alpha == 1.0 && sigma == 0.0;
-                if mixed {
-                    ws.predict_forces(problem, state);
-                }
+            mixed = turn < SMALL_TURN && alpha == 1.0 && sigma == 0.0;
+            if mixed {
+                ws.predict_forces(problem, state);
             }
             energy = trial + problem.moment_work(state, &ws.step, alpha);
             ws.accept(state);
@@ -291,6 +285,10 @@ impl Minimiser for Newton {
                     sigma = 0.0;
                 }
             }
+        }
+        if report.status != Status::Converged {
+            // Whoever goes on from here may go on from somewhere else.
+            ws.factor_of = None;
         }
         report.factorisations = ws.factorisations;
         report.evaluations = ws.evaluations;

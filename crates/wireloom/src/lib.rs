@@ -1,1 +1,83 @@
 //! Wireloom: scenario text in, equilibria out.
+
+pub mod bench;
+
+pub use wireloom_core as core;
+pub use wireloom_export as export;
+pub use wireloom_import as import;
+pub use wireloom_models as models;
+pub use wireloom_scenario as scenario;
+pub use wireloom_solve as solve;
+
+use wireloom_core::Registry;
+
+/// All built-in rods, joints, constraints and minimisers.
+pub fn registry() -> Registry {
+    let mut registry = Registry::default();
+    models::register(&mut registry);
+    solve::register(&mut registry);
+    registry
+}
+
+use wireloom_core::equilibrium::{Run, StepResult};
+use wireloom_scenario::{Built, Fault, Scenario};
+use wireloom_solve::{Control, Progress};
+
+/// A scenario's text, checked and built.
+///
+/// # Errors
+/// All faults of the text at once, each with its place.
+pub fn load(text: &str, registry: &Registry) -> Result<(Scenario, Built), Vec<Fault>> {
+    let scenario = scenario::parse(text, registry)?;
+    let built = scenario.build(registry)?;
+    Ok((scenario, built))
+}
+
+/// Carries out a built scenario. The observer sees every increment's end and may stop the run; what was computed is
+/// kept. Not converging is a status of the run, not an error.
+///
+/// ```
+/// let text = r#"
+/// schema = 1
+/// name = "cable"
+/// [sections.cable]
+/// diameter = "6 mm"
+/// linear_density = "50 g/m"
+/// axial_stiffness = 1e4
+/// bending_stiffness = 0.01
+/// torsion_stiffness = 0.008
+/// [[branches]]
+/// name = "cable"
+/// from = "A"
+/// to = "B"
+/// section = "cable"
+/// length = "1 m"
+/// segments = 40
+/// [[constraints]]
+/// name = "plug-A"
+/// kind = "connector"
+/// at = { end = "A" }
+/// position = [0, 0, 0]
+/// tangent = [1, 0, 0]
+/// up = [0, 0, 1]
+/// [[constraints]]
+/// name = "plug-B"
+/// kind = "connector"
+/// at = { end = "B" }
+/// position = ["600 mm", 0, 0]
+/// tangent = [1, 0, 0]
+/// up = [0, 0, 1]
+/// "#;
+/// let registry = wireloom::registry();
+/// let (_, built) = wireloom::load(text, &registry).expect("no faults");
+/// let run = wireloom::run(built, &mut |_, _| wireloom::solve::Control::Continue);
+/// assert_eq!(run.status, wireloom::core::Status::Converged);
+/// let cable = &run.steps[0].branches[0];
+/// assert!(cable.position[20].z < -0.34, "it sags");
+/// ```
+pub fn run(built: Built, observer: &mut dyn FnMut(&Progress, &StepResult) -> Control) -> Run {
+    let Built { network, schedule, mut minimiser, stop, notes } = built;
+    let mut run = solve::follow(&network, minimiser.as_mut(), &stop, &schedule, observer);
+    run.notes.splice(0..0, notes);
+    run
+}

@@ -1,0 +1,237 @@
+//! Drag-step times: how long one small move of a held end takes, on the machine at hand.
+
+use crate::models::joints::cosserat::CosseratJoint;
+use crate::models::rods::cosserat::CosseratRod;
+use crate::solve::certificate::Certifier;
+use crate::solve::newton::Newton;
+use std::time::Instant;
+use wireloom_core::constraint::{ConstraintSpec, HoldWord};
+use wireloom_core::joint::{Arm, JointSpec};
+use wireloom_core::network::{BranchPlan, FixingPlan, JointPlan, Place};
+use wireloom_core::registry::Parameters;
+use wireloom_core::rod::{Mesh, RodSpec};
+use wireloom_core::rotation::frame_from;
+use wireloom_core::steps::{Initial, Schedule};
+use wireloom_core::{Conditions, Minimiser, Network, Pose, Problem, Rotation, Section, State, Status, Stop, Vector};
+
+/// Length of a drag step, m.
+const STRIDE: f64 = 0.005;
+
+/// One measured case.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Case {
+    /// `drag` for the single cable, `drag-harness` for the branched one.
+    pub case: &'static str,
+    /// Segments in all.
+    pub segments: usize,
+    /// Threads used.
+    pub threads: usize,
+    /// Median time of a step out and of a step back, s.
+    pub seconds_out: f64,
+    /// Likewise.
+    pub seconds_back: f64,
+    /// Mean of the two medians, s.
+    pub seconds_per_step: f64,
+    /// Mean number of linear solves in a step.
+    pub iterations_per_step: f64,
+    /// Mean number of factorisations in a step.
+    pub factorisations_per_step: f64,
+    /// Largest relative residual after any step, recomputed.
+    pub residual: f64,
+    /// Steps that did not converge.
+    pub failures: usize,
+}
+
+fn section(bending: f64, torsion: f64, axial: f64, density: f64) -> Section {
+    Section {
+        name: "cable".into(),
+        diameter: 0.006,
+        linear_density: density,
+        axial_stiffness: axial,
+        shear_stiffness: [axial / 2.6; 2],
+        bending_stiffness: [bending; 2],
+        torsion_stiffness: torsion,
+        min_bend_radius: None,
+    }
+}
+
+fn branch(name: String, section: &Section, length: f64, segments: usize, stations: Vec<usize>) -> BranchPlan {
+    let mesh = Mesh::new(vec![length / segments as f64; segments], stations);
+    let spec = RodSpec { section: section.clone(), mesh, curvature: Vector::zeros() };
+    BranchPlan { name, section: section.clone(), rod: Box::new(CosseratRod::new(spec)), path: vec![] }
+}
+
+fn connector(name: &str, branch: usize, node: usize) -> FixingPlan {
+    let words = [HoldWord::Position, HoldWord::Tangent, HoldWord::Twist];
+    let spec = ConstraintSpec { name: name.into(), hold: Some(words.to_vec()), ..ConstraintSpec::default() };
+    let kind = crate::models::fixings::connector();
+    FixingPlan {
+        name: name.into(),
+        kind: kind.name.clone(),
+        constraint: (kind.build)(&spec, &Parameters::default()).expect("a connector holds everything"),
+        place: Place::Node { branch, node },
+        position: None,
+        tangent: None,
+        orientation: None,
+        from_start: true,
+    }
+}
+
+/// A 1 m cable (EI 0.01, GJ 0.008, EA 1e4, 0.05 kg/m), clamped at both ends.
+pub fn cable(segments: usize) -> Network {
+    let section = section(0.01, 0.008, 1e4, 0.05);
+    Network::new(
+        vec![branch("cable".into(), &section, 1.0, segments, vec![0, segments])],
+        vec![],
+        vec![connector("a", 0, 0), connector("b", 0, segments)],
+        vec![],
+    )
+}
+
+/// A tree of 100 branches of 100 segments with 40 joints: a trunk of 41 branches, from whose joints 59 branches
+/// leave to free ends (one or two at each joint), with a connector at either end of the trunk.
+pub fn harness() -> Network {
+    const JOINTS: usize = 40;
+    const SEGMENTS: usize = 100;
+    let trunk = section(0.02, 0.016, 2e4, 0.08);
+    let side = section(0.006, 0.005, 1e4, 0.03);
+    let (mut branches, mut arms) = (vec![], vec![vec![]; JOINTS]);
+    let arm = |name: &str, section: &Section, starts_here, direction: Vector, length: f64| Arm {
+        branch: name.into(),
+        starts_here,
+        rest: frame_from(&direction, &Vector::z()).expect("not along z"),
+        offset: Vector::zeros(),
+        section: section.clone(),
+        segment_length: length / SEGMENTS as f64,
+    };
+    for k in 0..=JOINTS {
+        let name = format!("trunk-{k}");
+        let stations = match k {
+            0 => vec![0],
+            JOINTS => vec![SEGMENTS],
+            _ => vec![],
+        };
+        branches.push(branch(name.clone(), &trunk, 0.1, SEGMENTS, stations));
+        if k > 0 {
+            arms[k - 1].push((k, arm(&name, &trunk, true, Vector::x(), 0.1)));
+        }
+        if k < JOINTS {
+            arms[k].push((k, arm(&name, &trunk, false, Vector::x(), 0.1)));
+        }
+    }
+    for k in 0..100 - (JOINTS + 1) {
+        let name = format!("side-{k}");
+        let direction = Vector::new(0.5, if k < JOINTS { 1.0 } else { -1.0 }, 0.0);
+        arms[k % JOINTS].push((branches.len(), arm(&name, &side, true, direction, 0.2)));
+        branches.push(branch(name, &side, 0.2, SEGMENTS, vec![SEGMENTS]));
+    }
+    let joints = arms
+        .into_iter()
+        .enumerate()
+        .map(|(k, arms)| {
+            let (branches, arms): (Vec<usize>, Vec<Arm>) = arms.into_iter().unzip();
+            let spec = JointSpec { name: format!("J{k}"), arms: arms.clone(), wires: vec![] };
+            JointPlan {
+                name: spec.name.clone(),
+                kind: "cosserat".into(),
+                model: Box::new(CosseratJoint::new(&spec).expect("no offsets")),
+                arms,
+                branches,
+                mass: 0.0,
+            }
+        })
+        .collect();
+    Network::new(branches, joints, vec![connector("a", 0, 0), connector("b", JOINTS, SEGMENTS)], vec![])
+}
+
+/// Hangs a network by moving fixing 1 from where the rest shape has it by `shift`, then drags it out along `outward` and
+/// back, `strokes` times `steps` steps of 5 mm each way, to a relative residual of 1e-8.
+pub fn drag(
+    case: &'static str,
+    network: &Network,
+    shift: Vector,
+    outward: Vector,
+    strokes: usize,
+    steps: usize,
+) -> Case {
+    let stop = Stop { force_tolerance: 1e-8, max_iterations: 200 };
+    let mut newton = Newton::new();
+    let mut problem = hung(network, &mut newton, &stop, shift);
+    let mut certifier = Certifier::new(network);
+    let (problem, state) = (&mut problem.0, &mut problem.1);
+    let mut target = problem.conditions().targets[1];
+    let mut times = [vec![], vec![]];
+    let (mut iterations, mut factorisations, mut residual, mut failures) = (0, 0, 0.0_f64, 0);
+    for _ in 0..strokes {
+        for (direction, times) in [outward, -outward].iter().zip(&mut times) {
+            for _ in 0..steps {
+                target.position += direction * STRIDE;
+                let clock = Instant::now();
+                problem.set_target(1, target);
+                let report = newton.minimise(problem, state, &stop);
+                times.push(clock.elapsed().as_secs_f64());
+                let certificate = certifier.certify(problem, state, &stop, report.status);
+                iterations += report.iterations;
+                factorisations += report.factorisations;
+                residual = residual.max(certificate.residual);
+                failures += usize::from(certificate.status != Status::Converged);
+            }
+        }
+    }
+    let count = (2 * strokes * steps) as f64;
+    let [out, back] = times.map(|mut all| {
+        all.sort_by(f64::total_cmp);
+        all[all.len() / 2]
+    });
+    Case {
+        case,
+        segments: network.branches.iter().map(|b| b.rod.mesh().segments()).sum(),
+        threads: 1,
+        seconds_out: out,
+        seconds_back: back,
+        seconds_per_step: 0.5 * (out + back),
+        iterations_per_step: iterations as f64 / count,
+        factorisations_per_step: factorisations as f64 / count,
+        residual,
+        failures,
+    }
+}
+
+/// The rest shape along x under gravity, then fixing 1 moved by `shift` in increments.
+pub fn hung<'n>(network: &'n Network, newton: &mut Newton, stop: &Stop, shift: Vector) -> (Problem<'n>, State) {
+    let q: Rotation = frame_from(&Vector::x(), &Vector::z()).expect("not parallel");
+    let schedule = Schedule {
+        scenario: String::new(),
+        gravity: Vector::new(0.0, 0.0, -9.81),
+        initial: Some(Initial { branch: 0, pose: Pose { position: Vector::zeros(), orientation: q } }),
+        steps: vec![],
+        increments: false,
+    };
+    let mut state = crate::solve::start::place(network, &schedule);
+    let conditions = Conditions {
+        gravity: schedule.gravity,
+        load_factors: vec![],
+        active: vec![true; network.fixings.len()],
+        targets: network.fixings.iter().map(|f| state.pose(&f.site)).collect(),
+    };
+    let mut problem = Problem::new(network, conditions);
+    let mut target = problem.conditions().targets[1];
+    let increments = (shift.norm() / 0.01).ceil().max(1.0);
+    for _ in 0..increments as usize {
+        target.position += shift / increments;
+        problem.set_target(1, target);
+        newton.minimise(&mut problem, &mut state, stop);
+    }
+    (problem, state)
+}
+
+/// The cases of the benchmark: the cable with 100, 1,000 and 10,000 segments and the branched harness.
+pub fn all() -> Vec<Case> {
+    let shift = Vector::new(-0.4, 0.0, 0.0);
+    let mut cases: Vec<Case> = [(100, 40), (1_000, 20), (10_000, 4)]
+        .into_iter()
+        .map(|(segments, strokes)| drag("drag", &cable(segments), shift, Vector::x(), strokes, 10))
+        .collect();
+    cases.push(drag("drag-harness", &harness(), Vector::new(-0.8, 0.0, 0.0), Vector::x(), 4, 10));
+    cases
+}
