@@ -1,1 +1,80 @@
 //! TOML text to checked scenario to network.
+//!
+//! [`parse`] reads a scenario file and refuses it with all its faults at once, each at its place;
+//! [`Scenario::build`] makes the network, the schedule and the minimiser from what it read; [`schema()`] writes the format down as a
+//! JSON Schema. What a file may say stands in one set of tables (`keys.rs`), by which all three go.
+//!
+//! The road of a file: `document` (with `joints`, `fixings`, `sequence`) reads entries through `reader` and
+//! resolves names; `mesh` and `build` make the parts; `conflicts` and `freedoms` judge the whole.
+//!
+//! Beyond the format of the design page: a branch may have `path = [[x, y, z], …]`, the drawn centre line from
+//! `from` to `to` in world coordinates (m), which serves as a start for its shape and for nothing else.
+
+mod build;
+mod conflicts;
+mod document;
+mod fault;
+mod fixings;
+mod freedoms;
+mod joints;
+mod keys;
+mod kinds;
+mod mesh;
+mod placement;
+mod reader;
+mod scenario;
+mod schema;
+mod sequence;
+mod timeline;
+mod units;
+
+pub use build::Built;
+pub use fault::{Fault, render};
+pub use scenario::{
+    Arm, At, Branch, Constraint, Division, Facing, Joint, Load, Minimiser, Output, Scenario, Spans,
+};
+pub use schema::schema;
+
+use std::ops::Range;
+use toml::de::DeTable;
+use wireloom_core::Registry;
+
+/// A place in a text, bytes.
+pub type Span = Range<usize>;
+
+/// Syntax errors shown: those that follow are mostly echoes of the first.
+const SYNTAX_ERRORS: usize = 3;
+
+/// Reads and checks a scenario; the kinds it names are looked up in `registry`.
+///
+/// # Errors
+/// All faults, in the order of the text. Where the text is no TOML, these are the first few syntax errors. Whether
+/// the harness is held, and by constraints that agree, is judged only where all names lead somewhere.
+pub fn parse(text: &str, registry: &Registry) -> Result<Scenario, Vec<Fault>> {
+    let (table, errors) = DeTable::parse_recoverable(text);
+    if !errors.is_empty() {
+        return Err(errors.iter().take(SYNTAX_ERRORS).map(|error| syntax_fault(text, error)).collect());
+    }
+    let reader = reader::Reader::new(text, registry);
+    let (scenario, whole) = document::read(&reader, table.get_ref());
+    if whole {
+        match scenario.build(registry) {
+            Err(faults) => reader.faults(faults),
+            Ok(built) => {
+                reader.faults(conflicts::refuse_misplaced(&scenario, &built.network));
+                reader.faults(conflicts::refuse_contradictions(&scenario, &built.network));
+                reader.faults(freedoms::refuse_unheld(&scenario, &built.network));
+            }
+        }
+    }
+    let faults = reader.finish();
+    if faults.is_empty() { Ok(scenario) } else { Err(faults) }
+}
+
+fn syntax_fault(text: &str, error: &toml::de::Error) -> Fault {
+    Fault {
+        span: error.span().unwrap_or(text.len()..text.len()),
+        message: format!("this is no TOML: {}", error.message()),
+        help: "see https://toml.io; the faults after this one may be echoes of it".to_owned(),
+    }
+}

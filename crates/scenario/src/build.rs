@@ -1,0 +1,219 @@
+//! From a checked scenario to a network and a schedule.
+
+use crate::fault::Fault;
+use crate::mesh::Layout;
+use crate::scenario::{Constraint, Facing, Joint, Scenario, Spans};
+use nalgebra::Unit;
+use wireloom_core::constraint::ConstraintSpec;
+use wireloom_core::joint::{JointSpec, Mounting};
+use wireloom_core::network::{BranchPlan, FixingPlan, JointPlan, LoadPlan};
+use wireloom_core::registry::{BuildError, Factory, Parameters};
+use wireloom_core::rod::{Mesh, RodSpec};
+use wireloom_core::steps::Schedule;
+use wireloom_core::{Arm, JointModel, Minimiser, Network, Registry, RodSegment, Stop};
+
+/// Everything a run needs.
+pub struct Built {
+    /// The harness.
+    pub network: Network,
+    /// What happens to it.
+    pub schedule: Schedule,
+    /// Finds equilibria.
+    pub minimiser: Box<dyn Minimiser>,
+    /// When it stops.
+    pub stop: Stop,
+    /// What an engineer should know, each beginning with what it is about.
+    pub notes: Vec<String>,
+}
+
+impl Scenario {
+    /// Builds the parts with the factories of `registry`, which must be the one the scenario was parsed with.
+    ///
+    /// # Errors
+    /// What the factories refuse, each fault at its place in the file.
+    pub fn build(&self, registry: &Registry) -> Result<Built, Vec<Fault>> {
+        let mut faults = Vec::new();
+        let layout = Layout::new(self);
+        let models = self.joint_models(&layout, registry, &mut faults);
+        let fixings = self.fixing_plans(&layout, registry, &mut faults);
+        let minimiser = self.minimiser(registry, &mut faults);
+        let (Some(models), Some(minimiser)) = (models, minimiser) else { return Err(faults) };
+        let branches = self.branch_plans(&layout, &models, registry, &mut faults);
+        if !faults.is_empty() {
+            return Err(faults);
+        }
+        let notes = self.notes(&models);
+        let joints = self.joint_plans(models);
+        let network = Network::new(branches, joints, fixings, self.load_plans(&layout));
+        let schedule = Schedule {
+            scenario: self.name.clone(),
+            gravity: self.gravity,
+            initial: self.initial,
+            steps: self.steps.clone(),
+            increments: self.output.increments,
+        };
+        Ok(Built { network, schedule, minimiser, stop: self.minimiser.stop, notes })
+    }
+
+    /// Joint models with what they were told; `None` where one could not be built.
+    fn joint_models(
+        &self,
+        layout: &Layout,
+        registry: &Registry,
+        faults: &mut Vec<Fault>,
+    ) -> Option<Vec<(JointSpec, Box<dyn JointModel>)>> {
+        let model = |joint: &Joint| {
+            let spec = self.joint_spec(joint, layout);
+            let kind = registry.joint(&joint.model).map(|kind| &kind.build);
+            let label = format!("joint \"{}\"", joint.name);
+            let model = made(kind, &spec, &joint.parameters, &label, &joint.spans, faults)?;
+            Some((spec, model))
+        };
+        let models: Vec<Option<_>> = self.joints.iter().map(model).collect();
+        models.into_iter().collect()
+    }
+
+    fn joint_spec(&self, joint: &Joint, layout: &Layout) -> JointSpec {
+        let arms = joint.arms.iter().map(|arm| {
+            let branch = &self.branches[arm.branch];
+            let lengths = &layout.branches[arm.branch].rest_lengths;
+            Arm {
+                branch: branch.name.clone(),
+                starts_here: arm.starts_here,
+                rest: arm.rest,
+                offset: arm.offset,
+                section: self.sections[branch.section].clone(),
+                segment_length: if arm.starts_here { lengths[0] } else { lengths[lengths.len() - 1] },
+            }
+        });
+        JointSpec { name: joint.name.clone(), arms: arms.collect(), wires: joint.wires.clone() }
+    }
+
+    /// Rods on meshes with stations at both ends (but for ends that meet others in a point) and where
+    /// something attaches.
+    fn branch_plans(
+        &self,
+        layout: &Layout,
+        models: &[(JointSpec, Box<dyn JointModel>)],
+        registry: &Registry,
+        faults: &mut Vec<Fault>,
+    ) -> Vec<BranchPlan> {
+        let mut plans = Vec::new();
+        for (index, branch) in self.branches.iter().enumerate() {
+            let rest_lengths = layout.branches[index].rest_lengths.clone();
+            let last = rest_lengths.len();
+            let mut stations = layout.stations[index].clone();
+            stations.extend([0, last]);
+            for (joint, (_, model)) in self.joints.iter().zip(models) {
+                if model.mounting() == Mounting::Pose {
+                    continue;
+                }
+                for arm in joint.arms.iter().filter(|arm| arm.branch == index) {
+                    stations.remove(if arm.starts_here { &0 } else { &last });
+                }
+            }
+            let section = self.sections[branch.section].clone();
+            let mesh = Mesh::new(rest_lengths, stations.into_iter().collect());
+            let spec = RodSpec { section: section.clone(), mesh, curvature: branch.curvature };
+            let kind = registry.rod(&branch.rod).map(|kind| &kind.build);
+            let label = format!("branch \"{}\"", branch.name);
+            let rod: Option<Box<dyn RodSegment>> =
+                made(kind, &spec, &branch.parameters, &label, &branch.spans, faults);
+            let (name, path) = (branch.name.clone(), branch.path.clone());
+            plans.extend(rod.map(|rod| BranchPlan { name, section, rod, path }));
+        }
+        plans
+    }
+
+    fn joint_plans(&self, models: Vec<(JointSpec, Box<dyn JointModel>)>) -> Vec<JointPlan> {
+        let plan = |(joint, (spec, model)): (&Joint, (JointSpec, Box<dyn JointModel>))| JointPlan {
+            name: joint.name.clone(),
+            kind: joint.model.clone(),
+            model,
+            arms: spec.arms,
+            branches: joint.arms.iter().map(|arm| arm.branch).collect(),
+            mass: joint.mass,
+        };
+        self.joints.iter().zip(models).map(plan).collect()
+    }
+
+    fn fixing_plans(&self, layout: &Layout, registry: &Registry, faults: &mut Vec<Fault>) -> Vec<FixingPlan> {
+        let mut plans = Vec::new();
+        for constraint in &self.constraints {
+            let kind = registry.constraint(&constraint.kind).map(|kind| &kind.build);
+            let label = format!("constraint \"{}\"", constraint.name);
+            let spec = constraint_spec(constraint);
+            let built = made(kind, &spec, &constraint.parameters, &label, &constraint.spans, faults);
+            plans.extend(built.map(|built| FixingPlan {
+                name: constraint.name.clone(),
+                kind: constraint.kind.clone(),
+                constraint: built,
+                place: layout.place(constraint.at),
+                position: constraint.position,
+                tangent: if let Facing::Tangent(tangent) = constraint.facing { Some(tangent) } else { None },
+                orientation: if let Facing::Orientation(frame) = constraint.facing { Some(frame) } else { None },
+                from_start: constraint.from_start,
+            }));
+        }
+        plans
+    }
+
+    fn load_plans(&self, layout: &Layout) -> Vec<LoadPlan> {
+        let plan = |load: &crate::scenario::Load| LoadPlan {
+            name: load.name.clone(),
+            place: layout.place(load.at),
+            force: load.force,
+            moment: load.moment,
+            factor: load.factor,
+        };
+        self.loads.iter().map(plan).collect()
+    }
+
+    fn minimiser(&self, registry: &Registry, faults: &mut Vec<Fault>) -> Option<Box<dyn Minimiser>> {
+        let chosen = &self.minimiser;
+        let kind = registry.minimiser(&chosen.kind).map(|kind| &kind.build);
+        made(kind, &(), &chosen.parameters, "the minimiser", &chosen.spans, faults)
+    }
+
+    fn notes(&self, models: &[(JointSpec, Box<dyn JointModel>)]) -> Vec<String> {
+        let of_joint = |(spec, model): &(JointSpec, Box<dyn JointModel>)| {
+            let name = spec.name.clone();
+            model.notes().into_iter().map(move |note| format!("joint \"{name}\": {note}"))
+        };
+        models.iter().flat_map(of_joint).collect()
+    }
+}
+
+fn constraint_spec(constraint: &Constraint) -> ConstraintSpec {
+    ConstraintSpec {
+        name: constraint.name.clone(),
+        tangent_given: constraint.tangent_given,
+        up_given: constraint.up_given,
+        hold: constraint.hold.clone(),
+        free_axis: constraint.free_axis.map(Unit::new_unchecked),
+        rails: constraint.rails.clone(),
+    }
+}
+
+/// What a factory makes; `None`, with a fault at the key it names, where it refuses.
+fn made<S, T: ?Sized>(
+    factory: Option<&Factory<S, T>>,
+    spec: &S,
+    parameters: &Parameters,
+    label: &str,
+    spans: &Spans,
+    faults: &mut Vec<Fault>,
+) -> Option<Box<T>> {
+    let built = match factory {
+        Some(factory) => factory(spec, parameters),
+        None => {
+            Err(BuildError::new("its kind is not in this registry", "build with the registry the scenario was parsed with"))
+        }
+    };
+    let refused = |error: BuildError| Fault {
+        span: spans.of(error.key.as_deref()),
+        message: format!("{label}: {}", error.message),
+        help: error.help,
+    };
+    built.map_err(|error| faults.push(refused(error))).ok()
+}

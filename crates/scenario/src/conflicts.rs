@@ -1,0 +1,241 @@
+//! Refuses constraints that do not fit where they attach, or that contradict one another.
+
+use crate::fault::Fault;
+use crate::scenario::{At, Facing, Scenario};
+use crate::timeline::stages;
+use std::collections::BTreeSet;
+use wireloom_core::constraint::Hold;
+use wireloom_core::rotation::columns;
+use wireloom_core::steps::Turn;
+use wireloom_core::{Action, Matrix, Network, Rotation, RotationHold, Vector};
+
+/// Constraints and loads that ask more of their place than it has.
+pub(crate) fn refuse_misplaced(scenario: &Scenario, network: &Network) -> Vec<Fault> {
+    let mut faults = Vec::new();
+    for (own, fixing) in scenario.constraints.iter().zip(&network.fixings) {
+        if fixing.constraint.needs_frame() && fixing.site.frame.is_none() {
+            faults.push(Fault {
+                span: own.spans.of(Some("at")),
+                message: format!(
+                    "constraint \"{}\" holds more than the position at joint {}, which has no frame",
+                    own.name,
+                    joint_name(network, fixing.site.point),
+                ),
+                help: "write hold = [\"position\"], attach it further along a branch, or use a joint model with a body"
+                    .to_owned(),
+            });
+        } else if fixing.site.local.position != Vector::zeros() && !holds_everything(fixing.constraint.action()) {
+            faults.push(Fault {
+                span: own.spans.of(Some("at")),
+                message: format!(
+                    "constraint \"{}\" holds some freedoms of an arm that leaves joint {} with an offset",
+                    own.name,
+                    joint_name(network, fixing.site.point),
+                ),
+                help: "let it hold position, tangent and twist, attach it to the joint, or one segment away".to_owned(),
+            });
+        }
+    }
+    for (own, load) in scenario.loads.iter().zip(&network.loads) {
+        if own.moment != Vector::zeros() && load.site.frame.is_none() {
+            faults.push(Fault {
+                span: own.spans.of(Some("moment")),
+                message: format!(
+                    "load \"{}\" has a moment at joint {}, which has no frame",
+                    own.name,
+                    joint_name(network, load.site.point),
+                ),
+                help: "attach it further along a branch, or use a joint model with a body".to_owned(),
+            });
+        }
+    }
+    faults
+}
+
+fn joint_name(network: &Network, point: usize) -> String {
+    network.joints.iter().find(|joint| joint.point == point).map(|joint| format!("\"{}\"", joint.name)).unwrap_or_default()
+}
+
+fn holds_everything(action: Action<'_>) -> bool {
+    matches!(action, Action::Prescribed(Hold { position: true, rails, rotation: RotationHold::All }) if rails.is_empty())
+}
+
+/// Where a held value comes from: the file, or where constraint so-and-so found the cable.
+#[derive(Clone, Copy, PartialEq)]
+enum Held<T> {
+    Given(T),
+    Found(usize),
+}
+
+/// A given direction or frame.
+#[derive(Clone, Copy, PartialEq)]
+enum Faced {
+    Tangent(Vector),
+    Frame(Rotation),
+}
+
+/// What a constraint prescribes, while it acts.
+struct Target<'n> {
+    hold: &'n Hold,
+    position: Held<Vector>,
+    facing: Held<Faced>,
+}
+
+/// Pairs of constraints that hold the same freedom of the same place at the same time in different ways.
+pub(crate) fn refuse_contradictions(scenario: &Scenario, network: &Network) -> Vec<Fault> {
+    let mut faults = Vec::new();
+    let mut reported = BTreeSet::new();
+    let mut targets: Vec<Option<Target<'_>>> = network.fixings.iter().map(|_| None).collect();
+    for stage in stages(scenario) {
+        // What is given comes first: what begins beside it and is given nothing takes it over.
+        let given = |fixing: &&usize| network.fixings[**fixing].position.is_none();
+        let mut begins: Vec<&usize> = stage.begins.iter().collect();
+        begins.sort_by_key(given);
+        for fixing in begins {
+            targets[*fixing] = begin(scenario, network, &targets, &stage.active, *fixing);
+        }
+        let mut check = |targets: &[Option<Target<'_>>]| {
+            for (k, a) in stage.active.iter().enumerate() {
+                for b in &stage.active[k + 1..] {
+                    let Some(what) = contradiction(network, targets, *a, *b) else { continue };
+                    if reported.insert((*a, *b)) {
+                        faults.push(fault(scenario, *a, *b, what, &stage.label));
+                    }
+                }
+            }
+        };
+        check(&targets);
+        for motion in stage.step.into_iter().flat_map(|step| &step.moves) {
+            let Some(target) = &mut targets[motion.fixing] else { continue };
+            if let Some(position) = motion.path.last() {
+                target.position = Held::Given(*position);
+            }
+            match motion.turn {
+                Turn::Keep if motion.turns != 0.0 => target.facing = Held::Found(motion.fixing),
+                Turn::Keep => {}
+                Turn::Tangent(tangent) => target.facing = Held::Given(Faced::Tangent(tangent)),
+                Turn::Orientation(frame) => target.facing = Held::Given(Faced::Frame(frame)),
+            }
+        }
+        check(&targets);
+    }
+    faults
+}
+
+fn fault(scenario: &Scenario, a: usize, b: usize, what: &str, when: &str) -> Fault {
+    let (first, second) = (&scenario.constraints[a], &scenario.constraints[b]);
+    let place = match second.at {
+        At::Joint(joint) => format!("joint \"{}\"", scenario.joints[joint].name),
+        At::Branch { branch, s } => format!("s = {s} m of branch \"{}\"", scenario.branches[branch].name),
+    };
+    Fault {
+        span: second.spans.of(None),
+        message: format!(
+            "constraints \"{}\" and \"{}\" hold {what} at {place} differently {when}",
+            first.name, second.name
+        ),
+        help: "release one before the other begins, or let them hold different freedoms with `hold`".to_owned(),
+    }
+}
+
+/// Whether two places ride on the same point and frame in the same way.
+fn same_place(network: &Network, a: usize, b: usize) -> bool {
+    network.fixings[a].site == network.fixings[b].site
+}
+
+/// The target of a constraint as it begins; `None` where it prescribes nothing.
+fn begin<'n>(
+    scenario: &Scenario,
+    network: &'n Network,
+    targets: &[Option<Target<'n>>],
+    active: &[usize],
+    fixing: usize,
+) -> Option<Target<'n>> {
+    let Action::Prescribed(hold) = network.fixings[fixing].constraint.action() else { return None };
+    let beside = || {
+        let others = active.iter().filter(|other| **other != fixing && same_place(network, fixing, **other));
+        others.filter_map(|other| targets[*other].as_ref())
+    };
+    let own = &scenario.constraints[fixing];
+    let holds_point = |target: &&Target<'_>| target.hold.position && target.hold.rails.is_empty();
+    let position = own.position.map(Held::Given);
+    let position = position.or_else(|| beside().find(holds_point).map(|target| target.position));
+    let facing = match own.facing {
+        Facing::Tangent(tangent) => Some(Held::Given(Faced::Tangent(tangent))),
+        Facing::Orientation(frame) => Some(Held::Given(Faced::Frame(frame))),
+        Facing::Left => {
+            beside().find(|target| target.hold.rotation != RotationHold::Free).map(|target| target.facing)
+        }
+    };
+    Some(Target {
+        hold,
+        position: position.unwrap_or(Held::Found(fixing)),
+        facing: facing.unwrap_or(Held::Found(fixing)),
+    })
+}
+
+/// What two constraints hold differently, if anything.
+fn contradiction(network: &Network, targets: &[Option<Target<'_>>], a: usize, b: usize) -> Option<&'static str> {
+    let (first, second) = (targets[a].as_ref()?, targets[b].as_ref()?);
+    if network.fixings[a].site.point != network.fixings[b].site.point {
+        return None;
+    }
+    let same = same_place(network, a, b);
+    let shared = shared_directions(&first.hold.held_directions(), &second.hold.held_directions());
+    let differ = |d: &Vector| match (first.position, second.position) {
+        (Held::Given(p), Held::Given(q)) => d.dot(&(p - q)).abs() > 1e-9 * (1.0 + p.norm()),
+        (p, q) => p != q,
+    };
+    if shared.iter().any(|d| !same || differ(d)) {
+        return Some("the position");
+    }
+    match (first.hold.rotation, second.hold.rotation) {
+        (RotationHold::Free, _) | (_, RotationHold::Free) => None,
+        (RotationHold::Tangent, RotationHold::Twist) | (RotationHold::Twist, RotationHold::Tangent) => None,
+        (RotationHold::Tangent, _) | (_, RotationHold::Tangent) => {
+            let differ = match (tangent(first.facing), tangent(second.facing)) {
+                (Some(p), Some(q)) => (p - q).norm() > 1e-9,
+                _ => first.facing != second.facing,
+            };
+            (!same || differ).then_some("the tangent")
+        }
+        _ => {
+            let differ = match (first.facing, second.facing) {
+                (Held::Given(Faced::Frame(p)), Held::Given(Faced::Frame(q))) => p.angle_to(&q) > 1e-7,
+                (p, q) => p != q,
+            };
+            (!same || differ).then_some("the orientation")
+        }
+    }
+}
+
+fn tangent(facing: Held<Faced>) -> Option<Vector> {
+    match facing {
+        Held::Given(Faced::Tangent(tangent)) => Some(tangent),
+        Held::Given(Faced::Frame(frame)) => Some(columns(&frame)[2]),
+        Held::Found(_) => None,
+    }
+}
+
+/// Orthonormal basis of the directions common to two subspaces with orthonormal bases: the eigenvectors of
+/// `P_A P_B P_A` to the eigenvalue 1.
+fn shared_directions(a: &[Vector], b: &[Vector]) -> Vec<Vector> {
+    let projector = |basis: &[Vector]| basis.iter().map(|d| d * d.transpose()).sum::<Matrix>();
+    let (pa, pb) = (projector(a), projector(b));
+    let eigen = (pa * pb * pa).symmetric_eigen();
+    (0..3).filter(|k| eigen.eigenvalues[*k] > 1.0 - 1e-9).map(|k| eigen.eigenvectors.column(k).into_owned()).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn directions_common_to_two_planes() {
+        let shared = shared_directions(&[Vector::x(), Vector::y()], &[Vector::y(), Vector::z()]);
+        assert_eq!(shared.len(), 1);
+        assert!((shared[0].y.abs() - 1.0).abs() < 1e-12);
+        assert!(shared_directions(&[Vector::x()], &[Vector::y()]).is_empty());
+        assert!(shared_directions(&[], &[Vector::y()]).is_empty());
+    }
+}

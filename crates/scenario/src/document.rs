@@ -1,0 +1,227 @@
+//! Reads a whole scenario, from the top: sections, branches, then what refers to them.
+//!
+//! A value at fault is replaced by a harmless one and the reading goes on, so that all faults are found. What comes
+//! out is used only where there are none.
+
+use crate::keys;
+use crate::reader::{Entry, Reader, Span};
+use crate::scenario::{Branch, Division, Joint, Output, Scenario};
+use crate::{fixings, joints, kinds, sequence};
+use std::collections::BTreeMap;
+use toml::de::DeTable;
+use wireloom_core::{Section, Vector};
+
+/// What is known of a vertex.
+pub(crate) struct Vertex {
+    /// Branches that end here, and whether they start here.
+    pub ends: Vec<(usize, bool)>,
+    /// Where it is first named.
+    pub span: Span,
+}
+
+/// Names read so far, with what later entries need to know of them.
+#[derive(Default)]
+pub(crate) struct Names<'a> {
+    pub sections: BTreeMap<&'a str, usize>,
+    pub branches: BTreeMap<&'a str, usize>,
+    /// Length of each branch, m; `None` where it is at fault.
+    pub lengths: Vec<Option<f64>>,
+    pub vertices: BTreeMap<&'a str, Vertex>,
+    pub joints: BTreeMap<&'a str, usize>,
+    pub constraints: BTreeMap<&'a str, usize>,
+    pub loads: BTreeMap<&'a str, usize>,
+    /// Whether a name leads nowhere, so that the harness cannot be put together.
+    pub broken: bool,
+}
+
+/// Reads a scenario; the second value says whether all names lead somewhere.
+pub(crate) fn read(reader: &Reader<'_>, table: &DeTable<'_>) -> (Scenario, bool) {
+    let root = Entry::new(reader, table, 0..0, &keys::SCENARIO, "the scenario".to_owned());
+    version(&root);
+    let mut names = Names::default();
+    let name = root.word("name").unwrap_or("harness").to_owned();
+    let gravity = root.vector("gravity").unwrap_or(Vector::new(0.0, 0.0, -9.81));
+    let sections = root.named_entries("sections").iter().map(|(name, entry)| section(name, entry, &mut names)).collect();
+    let entries = root.entries("branches");
+    let branches: Vec<Branch> = entries.iter().map(|entry| branch(entry, &mut names)).collect();
+    if entries.is_empty() {
+        if root.has("branches") {
+            root.fault_at("branches", "`branches` is empty", "a harness has at least one [[branches]] entry");
+        }
+        names.broken = true;
+    }
+    let entries = root.entries("joints");
+    let joints: Vec<Joint> = entries.iter().filter_map(|entry| joints::joint(entry, &mut names)).collect();
+    joints::refuse_dangling(&root, &mut names);
+    let entries = root.entries("constraints");
+    let mut constraints: Vec<_> =
+        entries.iter().filter_map(|entry| fixings::constraint(entry, true, &mut names)).collect();
+    let entries = root.entries("loads");
+    let loads = entries.iter().filter_map(|entry| fixings::load(entry, &mut names)).collect();
+    let initial = root.entry("initial").and_then(|entry| sequence::initial(&entry, &mut names));
+    let minimiser = sequence::minimiser(&root, &mut names);
+    let entries = root.entries("steps");
+    let steps = sequence::steps(&entries, &mut constraints, &mut names);
+    let output = root.entry("output").map_or(DEFAULT_OUTPUT, |entry| output(&entry));
+    let scenario = Scenario {
+        name,
+        gravity,
+        sections,
+        branches,
+        joints,
+        constraints,
+        loads,
+        initial,
+        minimiser,
+        steps,
+        step_spans: entries.iter().map(|entry| entry.span.clone()).collect(),
+        output,
+    };
+    (scenario, !names.broken)
+}
+
+const DEFAULT_OUTPUT: Output = Output { increments: false, csv: false, vtk: false, picture: true };
+
+fn output(entry: &Entry<'_>) -> Output {
+    Output {
+        increments: entry.flag("increments").unwrap_or(DEFAULT_OUTPUT.increments),
+        csv: entry.flag("csv").unwrap_or(DEFAULT_OUTPUT.csv),
+        vtk: entry.flag("vtk").unwrap_or(DEFAULT_OUTPUT.vtk),
+        picture: entry.flag("picture").unwrap_or(DEFAULT_OUTPUT.picture),
+    }
+}
+
+fn version(root: &Entry<'_>) {
+    let Some(node) = root.node("schema") else { return };
+    let number = root.reader.count("schema", node, 0, usize::MAX);
+    if let Some(number) = number
+        && number != 1
+    {
+        let message = format!("`schema` = {number} is not known to this program");
+        root.fault_at("schema", message, "it reads version 1 of the format: write schema = 1");
+    }
+}
+
+/// Gives a name of the family to an entry; false, with a fault, where it is taken.
+#[must_use]
+pub(crate) fn register<'a>(
+    entry: &Entry<'a>,
+    family: &mut BTreeMap<&'a str, usize>,
+    name: &'a str,
+    index: usize,
+) -> bool {
+    if family.contains_key(name) {
+        let message = format!("there is another {} of the name \"{name}\"", entry.keys.what);
+        entry.fault_at("name", message, "give this one a name of its own");
+        return false;
+    }
+    family.insert(name, index);
+    true
+}
+
+/// Looks a name up; notes a fault where it is not known.
+pub(crate) fn lookup<'m, T>(
+    entry: &Entry<'_>,
+    what: &str,
+    family: &'m BTreeMap<&str, T>,
+    name: &str,
+    span: Span,
+) -> Option<&'m T> {
+    let found = family.get(name);
+    if found.is_none() {
+        let help = crate::fault::did_you_mean(name, family.keys().copied());
+        entry.reader.fault(span, format!("unknown {what} \"{name}\" in {}", entry.label), help);
+    }
+    found
+}
+
+fn section<'a>(name: &'a str, entry: &Entry<'a>, names: &mut Names<'a>) -> Section {
+    names.sections.insert(name, names.sections.len());
+    let axial_stiffness = entry.number("axial_stiffness").unwrap_or(1.0);
+    Section {
+        name: name.to_owned(),
+        diameter: entry.number("diameter").unwrap_or(1.0),
+        linear_density: entry.number("linear_density").unwrap_or(1.0),
+        axial_stiffness,
+        // GA = EA/(2(1 + ν)), ν = 0.3
+        shear_stiffness: entry.one_or_two("shear_stiffness").unwrap_or([axial_stiffness / 2.6; 2]),
+        bending_stiffness: entry.one_or_two("bending_stiffness").unwrap_or([1.0; 2]),
+        torsion_stiffness: entry.number("torsion_stiffness").unwrap_or(1.0),
+        min_bend_radius: entry.number("min_bend_radius"),
+    }
+}
+
+fn branch<'a>(entry: &Entry<'a>, names: &mut Names<'a>) -> Branch {
+    let index = names.lengths.len();
+    let kind = kinds::read(entry);
+    let name = entry.word("name").filter(|name| register(entry, &mut names.branches, name, index));
+    let (from, to) = (entry.word("from"), entry.word("to"));
+    for (key, vertex, starts_here) in [("from", from, true), ("to", to, false)] {
+        let Some(vertex) = vertex else { continue };
+        let span = entry.span_of(key);
+        names.vertices.entry(vertex).or_insert(Vertex { ends: Vec::new(), span }).ends.push((index, starts_here));
+    }
+    if let (Some(from), Some(to)) = (from, to)
+        && from == to
+    {
+        let message = format!("{} begins and ends at the same vertex \"{from}\"", entry.label);
+        entry.fault_at("to", message, "make two branches of the loop, with a joint between them");
+        names.broken = true;
+    }
+    let section = entry.word("section").and_then(|section| {
+        lookup(entry, "section", &names.sections, section, entry.span_of("section")).copied()
+    });
+    let length = entry.number("length");
+    names.lengths.push(length);
+    names.broken |= kind.is_none() || name.is_none() || from.is_none() || to.is_none();
+    names.broken |= section.is_none() || length.is_none();
+    let (rod, parameters) = kind.map(|kind| (kind.name, kind.parameters)).unwrap_or_default();
+    Branch {
+        name: name.unwrap_or_default().to_owned(),
+        vertices: [from, to].map(|vertex| vertex.unwrap_or_default().to_owned()),
+        section: section.unwrap_or_default(),
+        length: length.unwrap_or(1.0),
+        division: division(entry, length),
+        rod,
+        parameters,
+        curvature: entry.vector("curvature").unwrap_or_default(),
+        path: path(entry),
+        spans: entry.spans(),
+    }
+}
+
+fn division(entry: &Entry<'_>, length: Option<f64>) -> Division {
+    const DEFAULT: Division = Division::Segments(1);
+    let (segments, longest) = (entry.count("segments"), entry.number("max_segment"));
+    match (entry.has("segments"), entry.has("max_segment")) {
+        (true, false) => segments.map_or(DEFAULT, Division::Segments),
+        (false, true) => {
+            let Some((longest, length)) = longest.zip(length) else { return DEFAULT };
+            if length / longest > keys::MANY as f64 {
+                let message = format!("`max_segment` = {longest} m would make more than {} segments", keys::MANY);
+                entry.fault_at("max_segment", message, format!("the branch is {length} m long: allow longer segments"));
+                return DEFAULT;
+            }
+            Division::MaxSegment(longest)
+        }
+        (true, true) => {
+            let message = format!("{} has both `segments` and `max_segment`", entry.label);
+            entry.fault_at("max_segment", message, "leave one of them out");
+            DEFAULT
+        }
+        (false, false) => {
+            let message = format!("{} has neither `segments` nor `max_segment`", entry.label);
+            entry.fault_here(message, "add one of them, such as segments = 40 or max_segment = \"10 mm\"");
+            DEFAULT
+        }
+    }
+}
+
+fn path(entry: &Entry<'_>) -> Vec<Vector> {
+    let path = entry.points("path").unwrap_or_default();
+    if let Some(k) = path.windows(2).position(|pair| pair[0] == pair[1]) {
+        let message = format!("points {} and {} of `path` of {} coincide", k + 1, k + 2, entry.label);
+        entry.fault_at("path", message, "leave one of them out");
+    }
+    path
+}

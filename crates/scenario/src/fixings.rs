@@ -1,0 +1,175 @@
+//! Reads what attaches to the harness: constraints and loads, where they attach, which way they face.
+
+use crate::document::{Names, lookup, register};
+use crate::kinds;
+use crate::reader::Entry;
+use crate::scenario::{At, Constraint, Facing, Load};
+use wireloom_core::rotation::frame_from;
+use wireloom_core::{HoldWord, Vector};
+
+/// A constraint. `None` where it has no name of its own; the names are broken where anything is at fault.
+pub(crate) fn constraint<'a>(entry: &Entry<'a>, from_start: bool, names: &mut Names<'a>) -> Option<Constraint> {
+    let before = entry.reader.fault_count();
+    let kind = kinds::read(entry);
+    let index = names.constraints.len();
+    let name = entry.word("name").filter(|name| register(entry, &mut names.constraints, name, index));
+    let at = entry.entry("at").and_then(|at| attachment(&at, names));
+    let position = entry.vector("position");
+    let facing = facing(entry);
+    let hold = entry.has("hold").then(|| hold(entry));
+    let free_axis = entry.direction("free_axis").map(|axis| *axis);
+    let rails = rails(entry);
+    if entry.flag("slide") == Some(true) {
+        entry.fault_at(
+            "slide",
+            format!("`slide` = true of {} is not available yet", entry.label),
+            "leave it out: the cable is held at a fixed arc length",
+        );
+    }
+    names.broken |= entry.reader.fault_count() > before || at.is_none();
+    let (kind, parameters) = kind.map(|kind| (kind.name, kind.parameters)).unwrap_or_default();
+    let whole = matches!(facing, Facing::Orientation(_));
+    Some(Constraint {
+        name: name?.to_owned(),
+        kind,
+        parameters,
+        at: at.unwrap_or(NOWHERE),
+        position,
+        facing,
+        tangent_given: whole || matches!(facing, Facing::Tangent(_)),
+        up_given: whole,
+        hold,
+        free_axis,
+        rails,
+        from_start,
+        spans: entry.spans(),
+    })
+}
+
+/// Stands for a place at fault.
+const NOWHERE: At = At::Branch { branch: 0, s: 0.0 };
+
+fn hold(entry: &Entry<'_>) -> Vec<HoldWord> {
+    let words: Vec<HoldWord> = entry
+        .choices("hold")
+        .into_iter()
+        .map(|word| match word {
+            "position" => HoldWord::Position,
+            "tangent" => HoldWord::Tangent,
+            _ => HoldWord::Twist,
+        })
+        .collect();
+    if words.is_empty() {
+        let message = format!("`hold` of {} is empty: it would hold nothing", entry.label);
+        entry.fault_at("hold", message, "name some of \"position\", \"tangent\", \"twist\", or leave `hold` out");
+    }
+    words
+}
+
+fn rails(entry: &Entry<'_>) -> Vec<Vector> {
+    let rails: Vec<Vector> = entry.directions("rail").unwrap_or_default().into_iter().map(|rail| *rail).collect();
+    let parallel = matches!(rails.as_slice(), [a, b] if a.cross(b).norm() < 1e-9);
+    if rails.len() > 2 || parallel {
+        let what = if parallel { "two parallel directions" } else { "more than two directions" };
+        let message = format!("`rail` of {} has {what}", entry.label);
+        entry.fault_at("rail", message, "give one direction for a line, two different ones for a plane");
+    }
+    rails
+}
+
+/// A dead load. `None` where it has no name of its own; the names are broken where it attaches to nothing.
+pub(crate) fn load<'a>(entry: &Entry<'a>, names: &mut Names<'a>) -> Option<Load> {
+    let index = names.loads.len();
+    let name = entry.word("name").filter(|name| register(entry, &mut names.loads, name, index));
+    let at = entry.entry("at").and_then(|at| attachment(&at, names));
+    let force = entry.vector("force").unwrap_or_default();
+    let moment = entry.vector("moment").unwrap_or_default();
+    let factor = entry.number("factor").unwrap_or(1.0);
+    if !entry.has("force") && !entry.has("moment") {
+        let message = format!("{} has neither `force` nor `moment`", entry.label);
+        entry.fault_here(message, "give one of them, such as force = [0, 0, -2] in N");
+    }
+    names.broken |= name.is_none() || at.is_none();
+    let at = at.unwrap_or(NOWHERE);
+    Some(Load { name: name?.to_owned(), at, force, moment, factor, spans: entry.spans() })
+}
+
+/// Where something attaches.
+fn attachment(at: &Entry<'_>, names: &Names<'_>) -> Option<At> {
+    let (end, joint, branch) = (at.word("end"), at.word("joint"), at.word("branch"));
+    let s = at.number("s");
+    match (at.has("end"), at.has("joint"), at.has("branch"), at.has("s")) {
+        (true, false, false, false) => free_end(at, end?, names),
+        (false, true, false, false) => joint_place(at, joint?, names),
+        (false, false, true, true) => {
+            let branch = branch?;
+            let index = *lookup(at, "branch", &names.branches, branch, at.span_of("branch"))?;
+            let (s, length) = (s?, (*names.lengths.get(index)?)?);
+            if s < -1e-9 * length || s > length * (1.0 + 1e-9) {
+                let message = format!("`s` = {s} m is outside branch \"{branch}\"");
+                at.fault_at("s", message, format!("give an arc length from 0 to {length} m"));
+                return None;
+            }
+            Some(At::Branch { branch: index, s: s.clamp(0.0, length) })
+        }
+        (false, false, true, false) => {
+            at.fault_here(format!("{} has `branch` but no `s`", at.label), "add `s`: arc length along the branch");
+            None
+        }
+        _ => {
+            let help = "write { end = \"…\" }, { joint = \"…\" } or { branch = \"…\", s = … }";
+            at.fault_here(format!("{} does not say one place", at.label), help);
+            None
+        }
+    }
+}
+
+fn free_end(at: &Entry<'_>, end: &str, names: &Names<'_>) -> Option<At> {
+    let vertex = lookup(at, "end", &names.vertices, end, at.span_of("end"))?;
+    let [(branch, starts_here)] = vertex.ends.as_slice() else {
+        let message = format!("\"{end}\" is no free end: {} branches meet there", vertex.ends.len());
+        at.fault_at("end", message, format!("write {{ joint = \"{end}\" }}, or {{ branch = …, s = … }}"));
+        return None;
+    };
+    let length = (*names.lengths.get(*branch)?)?;
+    Some(At::Branch { branch: *branch, s: if *starts_here { 0.0 } else { length } })
+}
+
+fn joint_place(at: &Entry<'_>, joint: &str, names: &Names<'_>) -> Option<At> {
+    if !names.joints.contains_key(joint) && names.vertices.get(joint).is_some_and(|vertex| vertex.ends.len() == 1) {
+        let message = format!("\"{joint}\" is no joint: only one branch ends there");
+        at.fault_at("joint", message, format!("write {{ end = \"{joint}\" }}"));
+        return None;
+    }
+    lookup(at, "joint", &names.joints, joint, at.span_of("joint")).map(|index| At::Joint(*index))
+}
+
+/// Tangent, up and orientation of an entry.
+pub(crate) fn facing(entry: &Entry<'_>) -> Facing {
+    let (tangent, up, orientation) =
+        (entry.direction("tangent"), entry.direction("up"), entry.orientation("orientation"));
+    match (entry.has("tangent"), entry.has("up"), entry.has("orientation")) {
+        (false, false, false) => Facing::Left,
+        (false, false, true) => orientation.map_or(Facing::Left, Facing::Orientation),
+        (true, false, false) => tangent.map_or(Facing::Left, |tangent| Facing::Tangent(*tangent)),
+        (true, true, false) => {
+            let Some((tangent, up)) = tangent.zip(up) else { return Facing::Left };
+            let frame = frame_from(&tangent, &up);
+            if frame.is_none() {
+                let message = format!("`up` of {} is parallel to its tangent", entry.label);
+                entry.fault_at("up", message, "`up` is d1 of the branch: give a vector across the tangent");
+            }
+            frame.map_or(Facing::Left, Facing::Orientation)
+        }
+        (false, true, false) => {
+            let message = format!("{} has `up` but no `tangent`", entry.label);
+            entry.fault_at("up", message, "add `tangent`: the direction of d3, along the branch");
+            Facing::Left
+        }
+        (_, _, true) => {
+            let message = format!("{} has `orientation` beside `tangent` or `up`", entry.label);
+            entry.fault_at("orientation", message, "give either `orientation`, or `tangent` and `up`");
+            Facing::Left
+        }
+    }
+}

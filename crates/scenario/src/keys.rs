@@ -1,0 +1,375 @@
+//! The format: one table of keys for each kind of entry. The reader, the check for unknown keys and the JSON
+//! Schema all go by these tables.
+
+use wireloom_core::Quantity;
+
+/// Limits of a number.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Bound {
+    /// Least value.
+    pub minimum: f64,
+    /// Whether the least value itself is barred.
+    pub exclusive: bool,
+    /// Greatest value.
+    pub maximum: f64,
+}
+
+/// Any finite number.
+pub(crate) const ANY: Bound = Bound { minimum: f64::NEG_INFINITY, exclusive: false, maximum: f64::INFINITY };
+/// Above zero.
+pub(crate) const POSITIVE: Bound = Bound { minimum: 0.0, exclusive: true, maximum: f64::INFINITY };
+/// Zero or above.
+pub(crate) const NON_NEGATIVE: Bound = Bound { minimum: 0.0, exclusive: false, maximum: f64::INFINITY };
+/// Between zero and one.
+pub(crate) const SHARE: Bound = Bound { minimum: 0.0, exclusive: false, maximum: 1.0 };
+
+/// What is looked up by name in the registry.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Family {
+    /// Rods.
+    Rod,
+    /// Joint models.
+    Joint,
+    /// Constraints.
+    Constraint,
+    /// Minimisers.
+    Minimiser,
+}
+
+impl Family {
+    /// The word for one of its kinds.
+    pub fn word(self) -> &'static str {
+        match self {
+            Family::Rod => "rod",
+            Family::Joint => "joint model",
+            Family::Constraint => "constraint kind",
+            Family::Minimiser => "minimiser",
+        }
+    }
+}
+
+/// What a key holds.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum Form {
+    /// The version of the format.
+    Version,
+    /// A string that is not empty: a new name, or that of something.
+    Name,
+    /// A list of such strings.
+    Names,
+    /// Name of a kind of the registry, and the one taken where the key is left out.
+    Kind(Family, Option<&'static str>),
+    /// A number.
+    Number(Quantity, Bound),
+    /// A number, or two.
+    OneOrTwo(Quantity, Bound),
+    /// Three numbers.
+    Vector(Quantity),
+    /// Three numbers that are not all zero, of any length.
+    Direction,
+    /// A quaternion `[w, x, y, z]` of any length but zero.
+    Orientation,
+    /// A list of points, m, at least so many.
+    Points(usize),
+    /// One or two directions.
+    Directions,
+    /// A whole number between these.
+    Count(usize, usize),
+    /// true or false.
+    Flag,
+    /// Some of these words.
+    Words(&'static [&'static str]),
+    /// A table.
+    Table(&'static Keys),
+    /// A list of tables.
+    Tables(&'static Keys),
+    /// A table of tables, by name.
+    Named(&'static Keys),
+    /// Planned, and refused by name until it is there.
+    NotYet,
+}
+
+/// A key of an entry.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Key {
+    /// Its name.
+    pub name: &'static str,
+    /// What it holds.
+    pub form: Form,
+    /// Whether it must be given.
+    pub required: bool,
+    /// What it is for.
+    pub doc: &'static str,
+}
+
+/// The keys of an entry.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Keys {
+    /// Word for such an entry.
+    pub what: &'static str,
+    /// The keys.
+    pub keys: &'static [Key],
+}
+
+impl Keys {
+    /// The key of this name.
+    pub fn get(&self, name: &str) -> Option<&'static Key> {
+        self.keys.iter().find(|key| key.name == name)
+    }
+
+    /// The key that names the entry's kind, whose parameters are keys of the entry too.
+    pub fn kind(&self) -> Option<(&'static str, Family, Option<&'static str>)> {
+        self.keys.iter().find_map(|key| match key.form {
+            Form::Kind(family, default) => Some((key.name, family, default)),
+            _ => None,
+        })
+    }
+}
+
+const fn must(name: &'static str, form: Form, doc: &'static str) -> Key {
+    Key { name, form, required: true, doc }
+}
+
+const fn may(name: &'static str, form: Form, doc: &'static str) -> Key {
+    Key { name, form, required: false, doc }
+}
+
+/// The most segments, increments or iterations that are taken for meant.
+pub(crate) const MANY: usize = 1_000_000;
+
+/// A whole scenario.
+pub(crate) const SCENARIO: Keys = Keys {
+    what: "scenario",
+    keys: &[
+        must("schema", Form::Version, "version of the format: 1"),
+        may("name", Form::Name, "name of the scenario, for results; default \"harness\""),
+        may("gravity", Form::Vector(Quantity::Acceleration), "gravity at the beginning; default [0, 0, -9.81]"),
+        must("sections", Form::Named(&SECTION), "what branches are made of, by name"),
+        must("branches", Form::Tables(&BRANCH), "the branches of the harness; vertices come into being by being named"),
+        may("joints", Form::Tables(&JOINT), "what holds branches together: one for every vertex of two or more branches"),
+        may("constraints", Form::Tables(&CONSTRAINT), "what holds the harness from the beginning"),
+        may("loads", Form::Tables(&LOAD), "dead loads"),
+        may("initial", Form::Table(&INITIAL), "start from the rest shape, laid here; left out, a start is found"),
+        may("minimiser", Form::Table(&MINIMISER), "how equilibria are found"),
+        may("steps", Form::Tables(&STEP), "assembly operations, in order; left out, the scenario is one equilibrium"),
+        may("output", Form::Table(&OUTPUT), "what is written besides the result"),
+        may("plugins", Form::NotYet, "libraries with further kinds"),
+        may("obstacles", Form::NotYet, "what the harness may touch"),
+        may("sweep", Form::NotYet, "values to run the scenario over"),
+    ],
+};
+
+/// A section.
+pub(crate) const SECTION: Keys = Keys {
+    what: "section",
+    keys: &[
+        must("diameter", Form::Number(Quantity::Length, POSITIVE), "outer diameter"),
+        must("linear_density", Form::Number(Quantity::LinearDensity, NON_NEGATIVE), "mass per unstressed length"),
+        must("axial_stiffness", Form::Number(Quantity::Force, POSITIVE), "EA"),
+        may(
+            "shear_stiffness",
+            Form::OneOrTwo(Quantity::Force, POSITIVE),
+            "GA, or [GA1, GA2] along d1 and d2; default EA/2.6, that is GA = EA/(2(1 + ν)) with ν = 0.3",
+        ),
+        must(
+            "bending_stiffness",
+            Form::OneOrTwo(Quantity::BendingStiffness, POSITIVE),
+            "EI, or [EI1, EI2] about d1 and d2",
+        ),
+        must(
+            "torsion_stiffness",
+            Form::Number(Quantity::BendingStiffness, POSITIVE),
+            "GJ; never derived from the bending stiffness",
+        ),
+        may("min_bend_radius", Form::Number(Quantity::Length, POSITIVE), "smallest bend radius allowed; reported against"),
+    ],
+};
+
+/// A branch.
+pub(crate) const BRANCH: Keys = Keys {
+    what: "branch",
+    keys: &[
+        must("name", Form::Name, "its name"),
+        must("from", Form::Name, "vertex where it begins"),
+        must("to", Form::Name, "vertex where it ends"),
+        must("section", Form::Name, "name of its section"),
+        must("length", Form::Number(Quantity::Length, POSITIVE), "unstressed length"),
+        may("segments", Form::Count(1, MANY), "how many segments it is divided into; either this or max_segment"),
+        may("max_segment", Form::Number(Quantity::Length, POSITIVE), "longest segment; either this or segments"),
+        may("rod", Form::Kind(Family::Rod, Some("cosserat")), "which rod it is; default \"cosserat\""),
+        may(
+            "curvature",
+            Form::Vector(Quantity::Curvature),
+            "rest curvature about d1 and d2 and rest twist about d3; default straight",
+        ),
+        may(
+            "path",
+            Form::Points(2),
+            "drawn centre line from `from` to `to`, world coordinates: a start for the shape, nothing more",
+        ),
+    ],
+};
+
+/// A joint.
+pub(crate) const JOINT: Keys = Keys {
+    what: "joint",
+    keys: &[
+        must("name", Form::Name, "the vertex where it sits"),
+        may("model", Form::Kind(Family::Joint, Some("cosserat")), "which model it is; default \"cosserat\""),
+        must("arms", Form::Tables(&ARM), "one entry for every branch that ends here"),
+        may("wires", Form::Tables(&WIRES), "which wires run through; default: by stiffness"),
+        may("mass", Form::Number(Quantity::Mass, NON_NEGATIVE), "mass; default 0"),
+    ],
+};
+
+/// An arm of a joint.
+pub(crate) const ARM: Keys = Keys {
+    what: "arm",
+    keys: &[
+        must("branch", Form::Name, "name of its branch"),
+        may("direction", Form::Direction, "points out of the joint along the arm, in the joint's frame"),
+        may("up", Form::Direction, "d1 of the branch in the joint's frame; projected where it is not orthogonal"),
+        may(
+            "orientation",
+            Form::Orientation,
+            "instead of direction and up: frame of the branch (d3 `from → to`) in the joint's frame",
+        ),
+        may("offset", Form::Vector(Quantity::Length), "where the arm leaves, in the joint's frame; for models with a body"),
+    ],
+};
+
+/// An entry of a joint's anatomy.
+pub(crate) const WIRES: Keys = Keys {
+    what: "wires",
+    keys: &[
+        must("between", Form::Names, "two arms, by branch"),
+        must("share", Form::Number(Quantity::Dimensionless, SHARE), "share of the first arm's wires that passes to the second"),
+    ],
+};
+
+/// Where something attaches.
+pub(crate) const AT: Keys = Keys {
+    what: "at",
+    keys: &[
+        may("end", Form::Name, "a free end, by vertex"),
+        may("joint", Form::Name, "a joint, by vertex"),
+        may("branch", Form::Name, "a branch, with s"),
+        may("s", Form::Number(Quantity::Length, ANY), "unstressed arc length along the branch"),
+    ],
+};
+
+const TANGENT: Key = may("tangent", Form::Direction, "direction of d3: along the branch, from `from` to `to`");
+const UP: Key = may("up", Form::Direction, "direction of d1; with tangent it fixes the twist; projected where not orthogonal");
+const ORIENTATION: Key = may("orientation", Form::Orientation, "instead of tangent and up: the whole frame");
+
+/// A constraint.
+pub(crate) const CONSTRAINT: Keys = Keys {
+    what: "constraint",
+    keys: &[
+        must("name", Form::Name, "its name"),
+        must("kind", Form::Kind(Family::Constraint, None), "what it is"),
+        must("at", Form::Table(&AT), "where it attaches"),
+        may("position", Form::Vector(Quantity::Length), "where it holds; left out: where the cable is when it begins"),
+        TANGENT,
+        UP,
+        ORIENTATION,
+        may(
+            "hold",
+            Form::Words(&["position", "tangent", "twist"]),
+            "the freedoms it holds, instead of those its kind holds",
+        ),
+        may("free_axis", Form::Direction, "world axis about which alone it may turn: a hinge"),
+        may("rail", Form::Directions, "one or two world directions along which the held point may move freely"),
+        may("slide", Form::Flag, "whether the cable may run through; only false is available yet"),
+    ],
+};
+
+/// A dead load.
+pub(crate) const LOAD: Keys = Keys {
+    what: "load",
+    keys: &[
+        must("name", Form::Name, "its name"),
+        must("at", Form::Table(&AT), "where it acts"),
+        may("force", Form::Vector(Quantity::Force), "force in world axes; default 0"),
+        may("moment", Form::Vector(Quantity::Moment), "moment in world axes; default 0"),
+        may("factor", Form::Number(Quantity::Dimensionless, ANY), "factor at the beginning; default 1"),
+    ],
+};
+
+/// Where the rest shape is laid.
+pub(crate) const INITIAL: Keys = Keys {
+    what: "initial",
+    keys: &[
+        must("branch", Form::Name, "the branch whose start is laid here"),
+        may("position", Form::Vector(Quantity::Length), "position of its start; default the origin"),
+        TANGENT,
+        UP,
+        ORIENTATION,
+    ],
+};
+
+/// The minimiser.
+pub(crate) const MINIMISER: Keys = Keys {
+    what: "minimiser",
+    keys: &[
+        may("kind", Form::Kind(Family::Minimiser, Some("newton")), "which one; default \"newton\""),
+        may(
+            "force_tolerance",
+            Form::Number(Quantity::Dimensionless, POSITIVE),
+            "largest residual force relative to the load scale, moments likewise; default 1e-6",
+        ),
+        may("max_iterations", Form::Count(1, MANY), "iterations allowed for each increment; default 200"),
+    ],
+};
+
+/// An assembly operation.
+pub(crate) const STEP: Keys = Keys {
+    what: "step",
+    keys: &[
+        may("name", Form::Name, "its name; default \"step N\""),
+        may("increments", Form::Count(1, MANY), "in how many parts it is carried out; default 1"),
+        may("gravity", Form::Vector(Quantity::Acceleration), "gravity reached at its end"),
+        may("add", Form::Tables(&CONSTRAINT), "constraints that begin with this step"),
+        may("move", Form::Tables(&MOVE), "motions of constraints"),
+        may("release", Form::Names, "constraints that let go when this step begins"),
+        may("load", Form::Tables(&FACTOR), "load factors reached at its end"),
+    ],
+};
+
+/// Motion of a constraint.
+pub(crate) const MOVE: Keys = Keys {
+    what: "move",
+    keys: &[
+        must("constraint", Form::Name, "name of the constraint"),
+        may("position", Form::Vector(Quantity::Length), "position reached at the end"),
+        may("via", Form::Points(1), "points passed on the way, at equal shares of the step"),
+        TANGENT,
+        UP,
+        ORIENTATION,
+        may(
+            "turns",
+            Form::Number(Quantity::Dimensionless, ANY),
+            "then turned about the tangent by so many turns, spread over the increments",
+        ),
+    ],
+};
+
+/// A load factor reached by a step.
+pub(crate) const FACTOR: Keys = Keys {
+    what: "load",
+    keys: &[
+        must("load", Form::Name, "name of the load"),
+        must("factor", Form::Number(Quantity::Dimensionless, ANY), "factor reached at the end of the step"),
+    ],
+};
+
+/// What is written.
+pub(crate) const OUTPUT: Keys = Keys {
+    what: "output",
+    keys: &[
+        may("increments", Form::Flag, "keep every increment, not only the last of each step; default false"),
+        may("csv", Form::Flag, "write the branches as CSV; default false"),
+        may("vtk", Form::Flag, "write the shape as VTK; default false"),
+        may("picture", Form::Flag, "write a picture of the shape; default true"),
+    ],
+};

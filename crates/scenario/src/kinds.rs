@@ -1,0 +1,108 @@
+//! Kinds of the registry, and their open parameters.
+
+use crate::fault::did_you_mean;
+use crate::keys::{Bound, Family};
+use crate::reader::Entry;
+use std::collections::BTreeMap;
+use wireloom_core::registry;
+use wireloom_core::{Parameter, Parameters, Registry, Value};
+
+/// What a scenario needs to know of a kind.
+#[derive(Clone, Copy)]
+pub(crate) struct KindInfo<'r> {
+    pub name: &'r str,
+    pub doc: &'r str,
+    pub parameters: &'r [Parameter],
+}
+
+impl<'r, S, T: ?Sized> From<&'r registry::Kind<S, T>> for KindInfo<'r> {
+    fn from(kind: &'r registry::Kind<S, T>) -> Self {
+        Self { name: &kind.name, doc: &kind.doc, parameters: &kind.parameters }
+    }
+}
+
+/// All kinds of a family, by name.
+pub(crate) fn all(registry: &Registry, family: Family) -> Vec<KindInfo<'_>> {
+    match family {
+        Family::Rod => registry.rods().map(KindInfo::from).collect(),
+        Family::Joint => registry.joints().map(KindInfo::from).collect(),
+        Family::Constraint => registry.constraints().map(KindInfo::from).collect(),
+        Family::Minimiser => registry.minimisers().map(KindInfo::from).collect(),
+    }
+}
+
+/// A kind that a scenario has chosen.
+pub(crate) struct Chosen {
+    /// Its name.
+    pub name: String,
+    /// Its parameters, checked, with defaults.
+    pub parameters: Parameters,
+}
+
+/// The kind of an entry and its parameters; refuses all keys that are neither the entry's nor the kind's.
+/// `None` where the kind is not known (then only keys of no kind at all are refused) or a parameter is at fault.
+pub(crate) fn read(entry: &Entry<'_>) -> Option<Chosen> {
+    let (key, family, default) = entry.keys.kind()?;
+    let registry: &Registry = entry.reader.registry;
+    let kinds = all(registry, family);
+    let given = match entry.node(key) {
+        Some(node) => entry.reader.word(key, node),
+        None => default,
+    };
+    let kind = given.and_then(|name| kinds.iter().find(|kind| kind.name == name));
+    let Some(kind) = kind else {
+        if let Some(name) = given {
+            let help = did_you_mean(name, kinds.iter().map(|kind| kind.name));
+            entry.fault_at(key, format!("unknown {} \"{name}\" in {}", family.word(), entry.label), help);
+        }
+        entry.refuse_unknown_keys(kinds.iter().flat_map(|kind| kind.parameters.iter().map(|p| p.name.as_str())));
+        return None;
+    };
+    entry.refuse_unknown_keys(kind.parameters.iter().map(|p| p.name.as_str()));
+    let before = entry.reader.fault_count();
+    let parameters = parameters(entry, kind);
+    (entry.reader.fault_count() == before).then(|| Chosen { name: kind.name.to_owned(), parameters })
+}
+
+/// The parameters of a kind; one that is at fault is left out.
+fn parameters(entry: &Entry<'_>, kind: &KindInfo<'_>) -> Parameters {
+    let mut values = BTreeMap::new();
+    for parameter in kind.parameters {
+        let name = parameter.name.as_str();
+        let value = match entry.table.get(name) {
+            Some(node) => read_value(entry, name, node, &parameter.form),
+            None if parameter.required && parameter.default.is_none() => {
+                entry.missing(name, &parameter.doc);
+                None
+            }
+            None => parameter.default.clone(),
+        };
+        if let Some(value) = value {
+            values.insert(name.to_owned(), value);
+        }
+    }
+    Parameters(values)
+}
+
+fn read_value(
+    entry: &Entry<'_>,
+    name: &str,
+    node: &toml::Spanned<toml::de::DeValue<'_>>,
+    form: &registry::Form,
+) -> Option<Value> {
+    let reader = entry.reader;
+    match form {
+        registry::Form::Number { quantity, minimum, exclusive, maximum } => {
+            let bound = Bound { minimum: *minimum, exclusive: *exclusive, maximum: *maximum };
+            reader.number(name, node, *quantity, bound).map(Value::Number)
+        }
+        registry::Form::Vector { quantity } => reader.vector(name, node, *quantity).map(Value::Vector),
+        registry::Form::Count { minimum } => {
+            reader.count(name, node, *minimum, i64::MAX as usize).map(Value::Count)
+        }
+        registry::Form::Flag => reader.flag(name, node).map(Value::Flag),
+        registry::Form::Choice(words) => reader
+            .choice(name, node, words.iter().map(String::as_str))
+            .map(|word| Value::Word(word.to_owned())),
+    }
+}

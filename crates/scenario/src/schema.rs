@@ -1,0 +1,180 @@
+//! The format as a JSON Schema, from the tables by which the reader goes.
+
+use crate::keys::{self, Bound, Family, Form, Key, Keys};
+use crate::kinds::{self, KindInfo};
+use crate::units;
+use serde_json::{Map, Value, json};
+use wireloom_core::registry;
+use wireloom_core::{Quantity, Registry};
+
+/// The JSON Schema (2020-12) of scenario files, with the kinds of `registry` and their parameters.
+pub fn schema(registry: &Registry) -> Value {
+    let mut whole = entry(&keys::SCENARIO, registry);
+    whole["$schema"] = json!("https://json-schema.org/draft/2020-12/schema");
+    whole["title"] = json!("Wireloom scenario");
+    whole
+}
+
+/// An entry: its keys, and for each kind the kind's parameters.
+fn entry(table: &Keys, registry: &Registry) -> Value {
+    let available = table.keys.iter().filter(|key| !matches!(key.form, Form::NotYet));
+    let mut properties = Map::new();
+    let mut required = Vec::new();
+    for key in available {
+        properties.insert(key.name.to_owned(), property(key, registry));
+        if key.required {
+            required.push(key.name);
+        }
+    }
+    let mut object = json!({ "type": "object", "properties": properties, "required": required });
+    match table.kind() {
+        None => object["additionalProperties"] = json!(false),
+        Some((key, family, default)) => {
+            let kinds = kinds::all(registry, family);
+            object["allOf"] = kinds.iter().map(|kind| when_kind(key, kind, default)).collect();
+            object["unevaluatedProperties"] = json!(false);
+        }
+    }
+    object
+}
+
+/// If the entry is of this kind, then it may have these parameters.
+fn when_kind(key: &str, kind: &KindInfo<'_>, default: Option<&str>) -> Value {
+    let mut condition = json!({ "properties": { key: { "const": kind.name } } });
+    if default != Some(kind.name) {
+        condition["required"] = json!([key]);
+    }
+    let mut properties = Map::new();
+    for parameter in kind.parameters {
+        let mut value = parameter_form(&parameter.form);
+        value["description"] = json!(described(&parameter.doc, parameter_quantity(&parameter.form)));
+        if let Some(default) = &parameter.default {
+            value["default"] = plain(default);
+        }
+        properties.insert(parameter.name.clone(), value);
+    }
+    let required: Vec<&str> = kind
+        .parameters
+        .iter()
+        .filter(|parameter| parameter.required && parameter.default.is_none())
+        .map(|parameter| parameter.name.as_str())
+        .collect();
+    json!({ "if": condition, "then": { "properties": properties, "required": required } })
+}
+
+fn property(key: &Key, registry: &Registry) -> Value {
+    let mut value = form(&key.form, registry);
+    value["description"] = json!(described(key.doc, quantity(&key.form)));
+    value
+}
+
+fn described(doc: &str, quantity: Option<Quantity>) -> String {
+    match quantity.map(|quantity| units::words(quantity).unit) {
+        None | Some("") => doc.to_owned(),
+        Some(unit) => format!("{doc} ({unit})"),
+    }
+}
+
+fn quantity(form: &Form) -> Option<Quantity> {
+    match form {
+        Form::Number(quantity, _) | Form::OneOrTwo(quantity, _) | Form::Vector(quantity) => Some(*quantity),
+        Form::Points(_) => Some(Quantity::Length),
+        _ => None,
+    }
+}
+
+fn parameter_quantity(form: &registry::Form) -> Option<Quantity> {
+    match form {
+        registry::Form::Number { quantity, .. } | registry::Form::Vector { quantity } => Some(*quantity),
+        registry::Form::Count { .. } | registry::Form::Flag | registry::Form::Choice(_) => None,
+    }
+}
+
+fn form(form: &Form, registry: &Registry) -> Value {
+    match *form {
+        Form::Version => json!({ "const": 1 }),
+        Form::Name => name(),
+        Form::Names => json!({ "type": "array", "items": name() }),
+        Form::Kind(family, default) => kind(family, default, registry),
+        Form::Number(quantity, bound) => number(quantity, bound),
+        Form::OneOrTwo(quantity, bound) => {
+            let one = number(quantity, bound);
+            json!({ "anyOf": [one, list(one.clone(), 2, Some(2))] })
+        }
+        Form::Vector(quantity) => list(number(quantity, keys::ANY), 3, Some(3)),
+        Form::Direction => direction(),
+        Form::Orientation => list(json!({ "type": "number" }), 4, Some(4)),
+        Form::Points(least) => list(list(number(Quantity::Length, keys::ANY), 3, Some(3)), least, None),
+        Form::Directions => list(direction(), 1, Some(2)),
+        Form::Count(minimum, maximum) => json!({ "type": "integer", "minimum": minimum, "maximum": maximum }),
+        Form::Flag => json!({ "type": "boolean" }),
+        Form::Words(words) => list(json!({ "enum": words }), 1, None),
+        Form::Table(table) => entry(table, registry),
+        Form::Tables(table) => json!({ "type": "array", "items": entry(table, registry) }),
+        Form::Named(table) => json!({ "type": "object", "additionalProperties": entry(table, registry) }),
+        Form::NotYet => json!(false),
+    }
+}
+
+fn name() -> Value {
+    json!({ "type": "string", "minLength": 1 })
+}
+
+fn direction() -> Value {
+    list(json!({ "type": "number" }), 3, Some(3))
+}
+
+fn list(items: Value, least: usize, most: Option<usize>) -> Value {
+    let mut list = json!({ "type": "array", "items": items, "minItems": least });
+    if let Some(most) = most {
+        list["maxItems"] = json!(most);
+    }
+    list
+}
+
+fn kind(family: Family, default: Option<&str>, registry: &Registry) -> Value {
+    let choices = kinds::all(registry, family);
+    let choices: Vec<Value> =
+        choices.iter().map(|kind| json!({ "const": kind.name, "description": kind.doc })).collect();
+    let mut value = json!({ "type": "string", "oneOf": choices });
+    if let Some(default) = default {
+        value["default"] = json!(default);
+    }
+    value
+}
+
+/// A number in SI, or a string with a unit.
+fn number(quantity: Quantity, bound: Bound) -> Value {
+    let mut plain = json!({ "type": "number" });
+    if bound.minimum.is_finite() {
+        plain[if bound.exclusive { "exclusiveMinimum" } else { "minimum" }] = json!(bound.minimum);
+    }
+    if bound.maximum.is_finite() {
+        plain["maximum"] = json!(bound.maximum);
+    }
+    let words = units::words(quantity);
+    let text = format!("{} with a unit, such as {}", words.name, words.example);
+    json!({ "anyOf": [plain, { "type": "string", "pattern": "^\\s*[+-]?[0-9.]", "description": text }] })
+}
+
+fn parameter_form(form: &registry::Form) -> Value {
+    match form {
+        registry::Form::Number { quantity, minimum, exclusive, maximum } => {
+            number(*quantity, Bound { minimum: *minimum, exclusive: *exclusive, maximum: *maximum })
+        }
+        registry::Form::Vector { quantity } => list(number(*quantity, keys::ANY), 3, Some(3)),
+        registry::Form::Count { minimum } => json!({ "type": "integer", "minimum": minimum }),
+        registry::Form::Flag => json!({ "type": "boolean" }),
+        registry::Form::Choice(words) => json!({ "enum": words }),
+    }
+}
+
+fn plain(value: &registry::Value) -> Value {
+    match value {
+        registry::Value::Number(x) => json!(x),
+        registry::Value::Vector(v) => json!([v.x, v.y, v.z]),
+        registry::Value::Count(n) => json!(n),
+        registry::Value::Flag(flag) => json!(flag),
+        registry::Value::Word(word) => json!(word),
+    }
+}

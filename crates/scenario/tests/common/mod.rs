@@ -1,0 +1,201 @@
+//! A registry of kinds that have the names and parameters of the built-in ones and no mechanics, so that this
+//! crate is tested without them.
+
+use wireloom_core::constraint::{Action, Constraint, ConstraintSpec, Hold, HoldWord, Potential};
+use wireloom_core::joint::{JointModel, JointSpec, Mounting};
+use wireloom_core::minimiser::{Minimiser, Report, Status, Stop};
+use wireloom_core::registry::{
+    BuildError, ConstraintKind, Form, JointKind, MinimiserKind, Parameter, Parameters, Quantity, RodKind, Value,
+};
+use wireloom_core::rod::{BranchShape, CouplingHessian, Mesh, RodEnergy, RodSegment, SegmentHessian};
+use wireloom_core::{Matrix, Pose, Problem, Registry, Rotation, State, Vector};
+
+struct Rod(Mesh);
+
+impl RodSegment for Rod {
+    fn mesh(&self) -> &Mesh {
+        &self.0
+    }
+    fn energy(&self, _: &BranchShape<'_>) -> RodEnergy {
+        RodEnergy::default()
+    }
+    fn gradient(&self, _: &BranchShape<'_>, _: &mut [Vector], _: &mut [Vector]) -> f64 {
+        0.0
+    }
+    fn hessian(
+        &self,
+        _: &BranchShape<'_>,
+        _: Option<&[Vector]>,
+        _: &mut [SegmentHessian],
+        _: &mut [CouplingHessian],
+    ) {
+    }
+    fn predicted_forces(&self, _: &BranchShape<'_>, _: &[Vector], _: &[Vector], _: &mut [Vector]) {}
+    fn forces(&self, _: &BranchShape<'_>, _: &mut [Vector]) {}
+    fn moments(&self, _: &BranchShape<'_>, _: &mut [Vector]) {}
+    fn rest_rotation(&self, _: usize) -> Rotation {
+        Rotation::identity()
+    }
+}
+
+struct Joint {
+    mounting: Mounting,
+    notes: Vec<String>,
+}
+
+impl JointModel for Joint {
+    fn mounting(&self) -> Mounting {
+        self.mounting
+    }
+    fn notes(&self) -> Vec<String> {
+        self.notes.clone()
+    }
+}
+
+struct Fixed(Hold);
+
+impl Constraint for Fixed {
+    fn action(&self) -> Action<'_> {
+        Action::Prescribed(&self.0)
+    }
+}
+
+struct Spring(f64);
+
+impl Potential for Spring {
+    fn energy(&self, _: &Pose, _: &Pose) -> f64 {
+        0.0
+    }
+    fn gradient(&self, _: &Pose, _: &Pose) -> (Vector, Vector) {
+        (Vector::zeros(), Vector::zeros())
+    }
+    fn hessian(&self, _: &Pose, _: &Pose) -> [Matrix; 3] {
+        [Matrix::identity() * self.0, Matrix::zeros(), Matrix::zeros()]
+    }
+}
+
+impl Constraint for Spring {
+    fn action(&self) -> Action<'_> {
+        Action::Potential(self)
+    }
+}
+
+struct Idle(String);
+
+impl Minimiser for Idle {
+    fn name(&self) -> &str {
+        &self.0
+    }
+    fn minimise(&mut self, _: &mut Problem<'_>, _: &mut State, _: &Stop) -> Report {
+        Report {
+            status: Status::Failed,
+            iterations: 0,
+            factorisations: 0,
+            evaluations: 0,
+            residual: 0.0,
+        }
+    }
+}
+
+const EVERYTHING: [HoldWord; 3] = [HoldWord::Position, HoldWord::Tangent, HoldWord::Twist];
+
+fn collar(spec: &ConstraintSpec, parameters: &Parameters) -> Result<Box<dyn Constraint>, BuildError> {
+    let held = parameters.word("twist") == Some("held");
+    Ok(Box::new(Fixed(spec.hold(&EVERYTHING[..if held { 3 } else { 2 }]))))
+}
+
+fn handle(spec: &ConstraintSpec, parameters: &Parameters) -> Result<Box<dyn Constraint>, BuildError> {
+    if let Some(stiffness) = parameters.number("stiffness") {
+        return Ok(Box::new(Spring(stiffness)));
+    }
+    let given = [true, spec.tangent_given, spec.up_given];
+    let words: Vec<HoldWord> = EVERYTHING.into_iter().zip(given).filter(|(_, given)| *given).map(|(w, _)| w).collect();
+    Ok(Box::new(Fixed(spec.hold(&words))))
+}
+
+fn fused(spec: &JointSpec, _: &Parameters) -> Result<Box<dyn JointModel>, BuildError> {
+    match spec.arms.iter().find(|arm| arm.offset.norm() > 0.0) {
+        None => Ok(Box::new(Joint { mounting: Mounting::Pose, notes: vec![] })),
+        Some(arm) => Err(BuildError::new(
+            format!("arm `{}` of the fused joint `{}` has an offset", arm.branch, spec.name),
+            "a fused joint has no size: leave `offset` out, or use model = \"rigid-body\"",
+        )
+        .at("offset")),
+    }
+}
+
+fn spring(name: &str, quantity: Quantity) -> Parameter {
+    Parameter {
+        name: name.into(),
+        doc: "a spring between hand and cable".into(),
+        form: Form::Number { quantity, minimum: 0.0, exclusive: true, maximum: f64::INFINITY },
+        default: None,
+        required: false,
+    }
+}
+
+fn constraint(
+    name: &str,
+    parameters: Vec<Parameter>,
+    build: fn(&ConstraintSpec, &Parameters) -> Result<Box<dyn Constraint>, BuildError>,
+) -> ConstraintKind {
+    ConstraintKind { name: name.into(), doc: format!("a {name}"), parameters, build: Box::new(build) }
+}
+
+fn joint(
+    name: &str,
+    build: fn(&JointSpec, &Parameters) -> Result<Box<dyn JointModel>, BuildError>,
+) -> JointKind {
+    JointKind { name: name.into(), doc: format!("a {name} joint"), parameters: vec![], build: Box::new(build) }
+}
+
+/// The names and parameters of the built-in kinds.
+pub fn registry() -> Registry {
+    let mut registry = Registry::default();
+    let rod = RodKind {
+        name: "cosserat".into(),
+        doc: "a rod".into(),
+        parameters: vec![],
+        build: Box::new(|spec, _| Ok(Box::new(Rod(spec.mesh.clone())))),
+    };
+    assert!(registry.add_rod(rod).is_ok());
+    let point = |spec: &JointSpec, _: &Parameters| {
+        let notes = vec![format!("{} arms", spec.arms.len())];
+        Ok(Box::new(Joint { mounting: Mounting::Point, notes }) as Box<dyn JointModel>)
+    };
+    let hub = |_: &JointSpec, _: &Parameters| {
+        Ok(Box::new(Joint { mounting: Mounting::Pose, notes: vec![] }) as Box<dyn JointModel>)
+    };
+    for kind in [joint("cosserat", point), joint("rigid-body", hub), joint("fused", fused)] {
+        assert!(registry.add_joint(kind).is_ok());
+    }
+    let twist = Parameter {
+        name: "twist".into(),
+        doc: "whether the clip keeps the bundle from turning about its own axis".into(),
+        form: Form::Choice(vec!["free".into(), "held".into()]),
+        default: Some(Value::Word("free".into())),
+        required: false,
+    };
+    let springs =
+        vec![spring("stiffness", Quantity::ForcePerLength), spring("angular_stiffness", Quantity::MomentPerAngle)];
+    let connector = |spec: &ConstraintSpec, _: &Parameters| {
+        Ok(Box::new(Fixed(spec.hold(&EVERYTHING))) as Box<dyn Constraint>)
+    };
+    for kind in [
+        constraint("connector", vec![], connector),
+        constraint("collar", vec![twist], collar),
+        constraint("handle", springs, handle),
+    ] {
+        assert!(registry.add_constraint(kind).is_ok());
+    }
+    for name in ["newton", "lbfgs", "ncg"] {
+        let kind = MinimiserKind {
+            name: name.into(),
+            doc: format!("the minimiser {name}"),
+            parameters: vec![],
+            build: Box::new(move |(), _| Ok(Box::new(Idle(name.into())))),
+        };
+        assert!(registry.add_minimiser(kind).is_ok());
+    }
+    registry
+}
