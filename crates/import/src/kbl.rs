@@ -1,0 +1,94 @@
+//! KBL (VDA 4964) to a scenario.
+//!
+//! | KBL | scenario |
+//! | --- | --- |
+//! | `Node` | vertex; with two or more segments a joint (`cosserat`) whose arms leave it as drawn |
+//! | `Segment` | branch from `Start_node` to `End_node`, its drawn centre line as `path` |
+//! | `Routing`, `General_wire_occurrence`, `Core_occurrence` | which wires make up a branch, and which pass from arm to arm of a joint |
+//! | `General_wire`, `Wire_protection` | sections, by the rule of [`section`] |
+//! | `Referenced_components` of an end node | a `connector` that holds the end; a splice is left free |
+//! | `Fixing_assignment` | a `collar` |
+//!
+//! **Length.** `Physical_length` where a file gives it (it is the length the harness is built to), else
+//! `Virtual_length` (that of the drawn curve), else the arc length of the curve itself. The files at hand have
+//! `Virtual_length` only; it agrees with the arc length of the drawn curve to a few parts in 10⁵.
+//!
+//! **Units.** Every value refers to a `Unit` of its file. Coordinates have none in KBL; they are millimetres by the
+//! recommendation, and a file whose curves and lengths disagree about that is reported.
+//!
+//! **Frames.** Every branch carries one untwisted (rotation-minimising) frame field along its drawn centre line. Joint
+//! arms and connectors take their orientations from it, so that the harness as drawn is free of twist.
+
+mod curve;
+mod document;
+mod error;
+mod harness;
+pub mod section;
+mod unit;
+mod write;
+
+pub use error::ImportError;
+
+/// What the importer may be told.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Options {
+    /// Longest segment of the mesh and longest distance between the points of a `path`, m; above zero.
+    pub max_segment: f64,
+    /// Name of the scenario; left out, the description or part number of the harness.
+    pub name: Option<String>,
+}
+
+impl Default for Options {
+    fn default() -> Self {
+        Self { max_segment: 0.010, name: None }
+    }
+}
+
+/// A scenario made from a KBL file.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Imported {
+    /// TOML text of the scenario.
+    pub scenario: String,
+    /// Everything odd in the file and what was done about it, one sentence or two each, with the KBL ids.
+    pub findings: Vec<String>,
+}
+
+/// Turns the text of a KBL file into a scenario.
+///
+/// # Errors
+/// [`ImportError`] where the text is not XML or not KBL, a number cannot be read, an id is given twice, or nodes and
+/// segments do not make a harness. What a harness can do without (curves, wires, coverings, fixings) is
+/// never an error: it is replaced by a stated rule and reported in [`Imported::findings`].
+pub fn import(text: &str, options: &Options) -> Result<Imported, ImportError> {
+    if !(options.max_segment.is_finite() && options.max_segment > 0.0) {
+        return Err(ImportError::MaxSegment { found: options.max_segment });
+    }
+    let mut findings = Findings::default();
+    let document = document::read(text, &mut findings)?;
+    let harness = harness::assemble(&document, options, &mut findings);
+    let scenario = write::scenario(&harness, options, &findings.list);
+    Ok(Imported { scenario, findings: findings.list })
+}
+
+/// What was found odd, each thing once.
+#[derive(Default)]
+struct Findings {
+    list: Vec<String>,
+    seen: std::collections::HashSet<String>,
+}
+
+impl Findings {
+    fn add(&mut self, finding: impl Into<String>) {
+        let finding = finding.into();
+        if self.seen.insert(finding.clone()) {
+            self.list.push(finding);
+        }
+    }
+
+    /// One finding for many things of a kind; nothing where there are none.
+    fn add_list(&mut self, what: impl FnOnce(usize) -> String, ids: &[String]) {
+        if !ids.is_empty() {
+            self.add(format!("{}: {}", what(ids.len()), ids.join(", ")));
+        }
+    }
+}

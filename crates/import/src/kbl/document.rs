@@ -1,0 +1,717 @@
+//! XML to plain values in SI: what the file says, and nothing decided yet.
+
+use super::curve::{Polygon, Vector};
+use super::unit::{Quantity, Unit};
+use super::{Findings, ImportError};
+use std::collections::{BTreeMap, HashMap};
+
+type Xml<'a, 'i> = roxmltree::Node<'a, 'i>;
+
+/// Largest coordinate or length, m, that is taken for one: control points of good curves reach some 10³ m.
+const LARGEST: f64 = 1e7;
+
+/// What the file says of the harness.
+pub(super) struct Document {
+    pub name: Option<String>,
+    pub nodes: Vec<Node>,
+    pub segments: Vec<Segment>,
+    pub wires: Vec<Wire>,
+}
+
+pub(super) struct Node {
+    /// XML id.
+    pub id: String,
+    /// Readable `Id`.
+    pub label: String,
+    /// m.
+    pub position: Vector,
+    pub components: Vec<Component>,
+}
+
+/// What sits at a node.
+pub(super) struct Component {
+    pub id: String,
+    pub label: String,
+    /// A joint of wires within the harness: it plugs into nothing.
+    pub splice: bool,
+}
+
+pub(super) struct Segment {
+    pub id: String,
+    pub label: String,
+    /// Indices of nodes.
+    pub ends: [usize; 2],
+    /// m.
+    pub virtual_length: Option<f64>,
+    /// m.
+    pub physical_length: Option<f64>,
+    /// Area of the cross-section as drawn, m².
+    pub area: Option<f64>,
+    pub curves: Vec<Polygon>,
+    pub fixings: Vec<Fixing>,
+    pub coverings: Vec<Covering>,
+    /// Indices of the wires that run through it, each once.
+    pub wires: Vec<usize>,
+}
+
+/// A place along a segment.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Location {
+    /// 0 to 1.
+    Relative(f64),
+    /// m from the start.
+    Absolute(f64),
+}
+
+impl Location {
+    /// As a fraction of a segment of this length, m.
+    pub fn fraction(self, length: f64) -> f64 {
+        match self {
+            Location::Relative(f) => f,
+            Location::Absolute(s) => s / length,
+        }
+    }
+}
+
+pub(super) struct Fixing {
+    /// XML id of the assignment.
+    pub id: String,
+    pub label: String,
+    pub at: Location,
+    /// Where the fixing itself is drawn, m.
+    pub drawn: Option<Vector>,
+}
+
+pub(super) struct Covering {
+    pub id: String,
+    pub label: String,
+    pub tape: bool,
+    /// kg per metre of covered length.
+    pub linear_density: Option<f64>,
+    /// m, read from the description.
+    pub outside_diameter: Option<f64>,
+    pub from: Location,
+    pub to: Location,
+}
+
+/// A single wire, or one core of a cable.
+pub(super) struct Wire {
+    /// XML id of the occurrence.
+    pub id: String,
+    /// m².
+    pub copper_area: Option<f64>,
+    /// m.
+    pub outside_diameter: Option<f64>,
+    /// kg/m.
+    pub linear_density: Option<f64>,
+    /// m.
+    pub bend_radius: Option<f64>,
+}
+
+/// Reads a KBL text. Faults of the topology and unreadable numbers are errors, everything else a finding.
+pub(super) fn read(text: &str, findings: &mut Findings) -> Result<Document, ImportError> {
+    let xml = roxmltree::Document::parse(text).map_err(|fault| {
+        let at = fault.pos();
+        ImportError::Xml { line: at.row, column: at.col, fault: fault.to_string() }
+    })?;
+    let root = xml.root_element();
+    let at = xml.text_pos_at(root.range().start);
+    if root.tag_name().name() != "KBL_container" {
+        let found = root.tag_name().name().to_owned();
+        return Err(ImportError::NotKbl { line: at.row, column: at.col, found });
+    }
+    let mut reader = Reader { ids: ids(root)?, units: HashMap::new(), findings };
+    reader.read_units(root);
+    let (nodes, index) = reader.read_nodes(root)?;
+    let (mut segments, segment_index) = reader.read_segments(root, &index)?;
+    if segments.is_empty() {
+        return Err(ImportError::NoSegments { line: at.row, column: at.col });
+    }
+    let wires = reader.read_routings(root, &mut segments, &segment_index)?;
+    reader.note_modules(root);
+    reader.note_protection_lengths(root, &segments)?;
+    Ok(Document { name: reader.name(root), nodes, segments, wires })
+}
+
+fn position(node: Xml) -> (u32, u32) {
+    let at = node.document().text_pos_at(node.range().start);
+    (at.row, at.col)
+}
+
+fn ids<'a, 'i>(root: Xml<'a, 'i>) -> Result<HashMap<&'a str, Xml<'a, 'i>>, ImportError> {
+    let mut ids: HashMap<&str, Xml> = HashMap::new();
+    for node in root.descendants() {
+        if let Some(id) = node.attribute("id")
+            && let Some(first) = ids.insert(id, node)
+        {
+            let ((line, column), (first_line, _)) = (position(node), position(first));
+            return Err(ImportError::DuplicateId { line, column, id: id.to_owned(), first_line });
+        }
+    }
+    Ok(ids)
+}
+
+fn children<'a, 'i>(node: Xml<'a, 'i>, name: &'static str) -> impl Iterator<Item = Xml<'a, 'i>> + use<'a, 'i> {
+    node.children().filter(move |child| child.is_element() && child.tag_name().name() == name)
+}
+
+fn child<'a, 'i>(node: Xml<'a, 'i>, name: &'static str) -> Option<Xml<'a, 'i>> {
+    children(node, name).next()
+}
+
+/// Trimmed text of an element; none where it is empty or the word for nothing of some exporters.
+fn text<'a>(node: Xml<'a, '_>) -> Option<&'a str> {
+    node.text().map(str::trim).filter(|text| !text.is_empty() && *text != "/NULL")
+}
+
+fn child_text<'a>(node: Xml<'a, '_>, name: &'static str) -> Option<&'a str> {
+    child(node, name).and_then(text)
+}
+
+/// Element name and id, as findings and errors name it.
+fn title(node: Xml) -> String {
+    match node.attribute("id") {
+        Some(id) => format!("{} `{id}`", node.tag_name().name()),
+        None => format!("{} (without id)", node.tag_name().name()),
+    }
+}
+
+fn id(node: Xml) -> Result<String, ImportError> {
+    node.attribute("id").map(str::to_owned).ok_or_else(|| missing(node, "id", "every node and segment needs one"))
+}
+
+fn missing(node: Xml, what: &str, right: &str) -> ImportError {
+    let (line, column) = position(node);
+    ImportError::Missing { line, column, element: title(node), missing: what.to_owned(), right: right.to_owned() }
+}
+
+/// The number in an element: finite, no larger than `largest` in size.
+fn number(node: Xml, largest: f64) -> Result<f64, ImportError> {
+    let found = text(node).unwrap_or_default();
+    match found.parse::<f64>() {
+        Ok(value) if value.is_finite() && value.abs() <= largest => Ok(value),
+        _ => {
+            let (line, column) = position(node);
+            let element = node.tag_name().name().to_owned();
+            let expected = format!("a finite decimal number of size {largest:e} or less");
+            Err(ImportError::Number { line, column, element, found: found.to_owned(), expected })
+        }
+    }
+}
+
+/// `D(a)=13.4` in the description of a tube: outside diameter in mm, as German part names give it.
+fn outside_diameter(description: &str) -> Option<f64> {
+    let rest = description.split("D(a)=").nth(1)?;
+    let end = rest.find(|c: char| !(c.is_ascii_digit() || c == '.')).unwrap_or(rest.len());
+    rest[..end].parse::<f64>().ok().filter(|d| *d > 0.0 && *d < 1000.0).map(|d| d * 1e-3)
+}
+
+struct Reader<'a, 'i, 'f> {
+    ids: HashMap<&'a str, Xml<'a, 'i>>,
+    units: HashMap<&'a str, Unit>,
+    findings: &'f mut Findings,
+}
+
+impl<'a, 'i> Reader<'a, 'i, '_> {
+    fn name(&self, root: Xml) -> Option<String> {
+        let harness = child(root, "Harness")?;
+        child_text(harness, "Description").or_else(|| child_text(harness, "Part_number")).map(str::to_owned)
+    }
+
+    /// Units that are not understood are reported where a value is given in them.
+    fn read_units(&mut self, root: Xml<'a, 'i>) {
+        for unit in children(root, "Unit") {
+            let of = |name| child_text(unit, name);
+            let parsed = Unit::parse(of("Unit_name"), of("Si_unit_name"), of("Si_prefix"), of("Si_dimension"));
+            if let (Some(id), Some(parsed)) = (unit.attribute("id"), parsed) {
+                self.units.insert(id, parsed);
+            }
+        }
+    }
+
+    /// The element `holder` refers to; what is wrong with the reference is an error for the caller to raise or report.
+    fn follow(&self, holder: Xml<'a, 'i>, found: &str, expected: &[&str]) -> Result<Xml<'a, 'i>, ImportError> {
+        let target = self.ids.get(found).copied();
+        match target {
+            Some(target) if expected.contains(&target.tag_name().name()) => Ok(target),
+            _ => {
+                let (line, column) = position(holder);
+                let actual = match target {
+                    Some(target) => format!("it is that of a `{}`", target.tag_name().name()),
+                    None => "nothing has it".to_owned(),
+                };
+                Err(ImportError::Reference {
+                    line,
+                    column,
+                    found: found.to_owned(),
+                    expected: expected.join("` or `"),
+                    actual,
+                })
+            }
+        }
+    }
+
+    /// Follows the reference in a child; a broken or missing one is an error.
+    fn required(
+        &self,
+        node: Xml<'a, 'i>,
+        name: &'static str,
+        expected: &[&str],
+        right: &str,
+    ) -> Result<Xml<'a, 'i>, ImportError> {
+        let holder = child(node, name).ok_or_else(|| missing(node, name, right))?;
+        self.follow(holder, text(holder).unwrap_or_default(), expected)
+    }
+
+    /// Follows the reference in a child; a broken one is reported, with what becomes of it.
+    fn optional(
+        &mut self,
+        node: Xml<'a, 'i>,
+        name: &'static str,
+        expected: &[&str],
+        then: &str,
+    ) -> Option<Xml<'a, 'i>> {
+        match self.required(node, name, expected, "it should refer to one") {
+            Ok(target) => Some(target),
+            Err(fault) => {
+                self.findings.add(format!("{}: {fault}; {then}", title(node)));
+                None
+            }
+        }
+    }
+
+    /// The value of a child in SI, of any of these quantities; reported and left out where its unit is not known or
+    /// of another kind, or where it is not above zero.
+    fn value(&mut self, node: Xml<'a, 'i>, name: &'static str, quantity: Quantity) -> Result<Option<f64>, ImportError> {
+        let Some(holder) = child(node, name) else { return Ok(None) };
+        let Some(amount) = child(holder, "Value_component") else {
+            self.findings.add(format!("{}: {name} has no Value_component; left out", title(node)));
+            return Ok(None);
+        };
+        let amount = number(amount, f64::MAX)?;
+        let unit_id = child_text(holder, "Unit_component").unwrap_or_default();
+        let fault = match self.units.get(unit_id) {
+            Some(unit) if unit.quantity == quantity => {
+                let value = amount * unit.size;
+                if value > 0.0 && value <= LARGEST {
+                    return Ok(Some(value));
+                }
+                format!("{name} is {amount}, which cannot be")
+            }
+            Some(unit) => {
+                format!("{name} is {amount} of unit `{unit_id}`, a {}, not a {}", unit.quantity.word(), quantity.word())
+            }
+            None => format!("{name} is {amount} of unit `{unit_id}`, which is not known here"),
+        };
+        self.findings.add(format!("{}: {fault}; left out", title(node)));
+        Ok(None)
+    }
+
+    /// Coordinates, from mm to m.
+    fn point(&self, point: Xml<'a, 'i>) -> Result<Vector, ImportError> {
+        let mut x = Vector::zeros();
+        let mut count = 0;
+        for coordinate in children(point, "Coordinates") {
+            if count < 3 {
+                x[count] = number(coordinate, LARGEST * 1e3)? * 1e-3;
+            }
+            count += 1;
+        }
+        if count == 3 { Ok(x) } else { Err(missing(point, "Coordinates", "a point has three of them")) }
+    }
+
+    fn read_nodes(&mut self, root: Xml<'a, 'i>) -> Result<(Vec<Node>, HashMap<&'a str, usize>), ImportError> {
+        let (mut nodes, mut index) = (Vec::new(), HashMap::new());
+        for node in children(root, "Node") {
+            let id = id(node)?;
+            let point = self.required(
+                node,
+                "Cartesian_point",
+                &["Cartesian_point"],
+                "a node refers to the point where it lies",
+            )?;
+            let mut components = Vec::new();
+            for holder in children(node, "Referenced_components") {
+                for reference in text(holder).unwrap_or_default().split_whitespace() {
+                    match self.ids.get(reference) {
+                        Some(&component) => components.push(Self::component(component, reference)),
+                        None => self.findings.add(format!(
+                            "Node `{id}` refers to component `{reference}`, which is not in the file; left out"
+                        )),
+                    }
+                }
+            }
+            index.insert(node.attribute("id").unwrap_or_default(), nodes.len());
+            let label = child_text(node, "Id").unwrap_or(&id).to_owned();
+            nodes.push(Node { label, position: self.point(point)?, components, id });
+        }
+        Ok((nodes, index))
+    }
+
+    /// The name of a component is its `Id`, or that of what it is part of (the connectors of a component box).
+    fn component(component: Xml<'a, 'i>, reference: &str) -> Component {
+        let label = component.ancestors().find_map(|node| child_text(node, "Id"));
+        Component {
+            id: reference.to_owned(),
+            label: label.unwrap_or(reference).to_owned(),
+            splice: child_text(component, "Usage") == Some("splice"),
+        }
+    }
+
+    fn read_segments(
+        &mut self,
+        root: Xml<'a, 'i>,
+        nodes: &HashMap<&'a str, usize>,
+    ) -> Result<(Vec<Segment>, HashMap<&'a str, usize>), ImportError> {
+        let (mut segments, mut index) = (Vec::new(), HashMap::new());
+        for segment in children(root, "Segment") {
+            let id = id(segment)?;
+            let mut ends = [0; 2];
+            for (end, name) in ends.iter_mut().zip(["Start_node", "End_node"]) {
+                let node = self.required(segment, name, &["Node"], "a segment runs from one node to another")?;
+                *end =
+                    node.attribute("id").and_then(|id| nodes.get(id)).copied().ok_or_else(|| {
+                        missing(segment, name, "the nodes of a harness stand directly in KBL_container")
+                    })?;
+            }
+            if ends[0] == ends[1] {
+                let (line, column) = position(segment);
+                let node = child_text(segment, "Start_node").unwrap_or_default().to_owned();
+                return Err(ImportError::Ring { line, column, id, node });
+            }
+            let area = match child(segment, "Cross_section_area_information") {
+                Some(information) => self.value(information, "Area", Quantity::Area)?,
+                None => None,
+            };
+            index.insert(segment.attribute("id").unwrap_or_default(), segments.len());
+            segments.push(Segment {
+                label: child_text(segment, "Id").unwrap_or(&id).to_owned(),
+                ends,
+                virtual_length: self.value(segment, "Virtual_length", Quantity::Length)?,
+                physical_length: self.value(segment, "Physical_length", Quantity::Length)?,
+                area,
+                curves: self.read_curves(segment)?,
+                fixings: self.read_fixings(segment)?,
+                coverings: self.read_coverings(segment)?,
+                wires: Vec::new(),
+                id,
+            });
+        }
+        Ok((segments, index))
+    }
+
+    /// The chain of centre curves; empty, and reported, where one of them cannot be used.
+    fn read_curves(&mut self, segment: Xml<'a, 'i>) -> Result<Vec<Polygon>, ImportError> {
+        let mut curves = Vec::new();
+        for curve in children(segment, "Center_curve") {
+            let degree = match child(curve, "Degree") {
+                Some(degree) => number(degree, 1e6)?,
+                None => 0.0,
+            };
+            let mut points = Vec::new();
+            for holder in children(curve, "Control_points") {
+                for reference in text(holder).unwrap_or_default().split_whitespace() {
+                    match self.follow(holder, reference, &["Cartesian_point"]) {
+                        Ok(point) => points.push(self.point(point)?),
+                        Err(fault) => {
+                            self.findings
+                                .add(format!("{}: {fault}; the curves of the segment are not used", title(curve)));
+                            return Ok(Vec::new());
+                        }
+                    }
+                }
+            }
+            if degree.fract() != 0.0 || !(1.0..=20.0).contains(&degree) || points.len() <= degree as usize {
+                self.findings.add(format!(
+                    "{}: degree {degree} with {} control points makes no curve; the curves of {} are not used",
+                    title(curve),
+                    points.len(),
+                    title(segment)
+                ));
+                return Ok(Vec::new());
+            }
+            curves.push(Polygon { degree: degree as usize, points });
+        }
+        Ok(curves)
+    }
+
+    /// A place along a segment: the absolute form where the file gives it.
+    fn location(
+        &mut self,
+        node: Xml<'a, 'i>,
+        relative: &'static str,
+        absolute: &'static str,
+    ) -> Result<Option<Location>, ImportError> {
+        // Zero is a good place and no good length: `value` would refuse it.
+        let zero = child(node, absolute).and_then(|holder| child_text(holder, "Value_component"));
+        if zero.and_then(|text| text.parse::<f64>().ok()) == Some(0.0) {
+            return Ok(Some(Location::Absolute(0.0)));
+        }
+        if let Some(s) = self.value(node, absolute, Quantity::Length)? {
+            return Ok(Some(Location::Absolute(s)));
+        }
+        match child(node, relative) {
+            Some(holder) => Ok(Some(Location::Relative(number(holder, 1e6)?))),
+            None => {
+                self.findings.add(format!("{} has no {relative}; left out", title(node)));
+                Ok(None)
+            }
+        }
+    }
+
+    fn read_fixings(&mut self, segment: Xml<'a, 'i>) -> Result<Vec<Fixing>, ImportError> {
+        let mut fixings = Vec::new();
+        for assignment in children(segment, "Fixing_assignment") {
+            let Some(at) = self.location(assignment, "Location", "Absolute_location")? else { continue };
+            let fixing = child_text(assignment, "Fixing").and_then(|reference| self.ids.get(reference).copied());
+            if fixing.is_none() {
+                self.findings.add(format!("{} refers to no fixing of the file; held all the same", title(assignment)));
+            }
+            let own = assignment.attribute("id").unwrap_or("fixing");
+            let point = fixing
+                .and_then(|fixing| child(fixing, "Placement"))
+                .and_then(|placement| child_text(placement, "Cartesian_point"))
+                .and_then(|reference| self.ids.get(reference).copied());
+            fixings.push(Fixing {
+                id: own.to_owned(),
+                label: fixing.and_then(|fixing| child_text(fixing, "Id")).unwrap_or(own).to_owned(),
+                at,
+                drawn: point.map(|point| self.point(point)).transpose()?,
+            });
+        }
+        Ok(fixings)
+    }
+
+    fn read_coverings(&mut self, segment: Xml<'a, 'i>) -> Result<Vec<Covering>, ImportError> {
+        let mut coverings = Vec::new();
+        for area in children(segment, "Protection_area") {
+            let from = self.location(area, "Start_location", "Absolute_start_location")?;
+            let to = self.location(area, "End_location", "Absolute_end_location")?;
+            let (Some(from), Some(to)) = (from, to) else { continue };
+            let then = "its covering is not counted";
+            let Some(occurrence) = self.optional(area, "Associated_protection", &["Wire_protection_occurrence"], then)
+            else {
+                continue;
+            };
+            let Some(part) = self.optional(occurrence, "Part", &["Wire_protection"], then) else { continue };
+            let description = child_text(part, "Description").unwrap_or_default();
+            let kind = child_text(part, "Protection_type").unwrap_or_default();
+            let linear_density = self.covering_density(part, occurrence)?;
+            if linear_density.is_none() {
+                self.findings.add(format!("{} has no usable mass; its coverings count as weightless", title(part)));
+            }
+            let outside_diameter = outside_diameter(description);
+            if let Some(d) = outside_diameter {
+                self.findings.add(format!(
+                    "{}: outside diameter {:.1} mm read from its description `{description}`",
+                    title(part),
+                    d * 1e3
+                ));
+            }
+            coverings.push(Covering {
+                id: occurrence.attribute("id").unwrap_or_default().to_owned(),
+                label: if description.is_empty() { kind } else { description }.to_owned(),
+                // A tape by its declared type; without a type, whatever names no tube diameter.
+                tape: kind.to_ascii_lowercase().contains("tape") || (kind.is_empty() && outside_diameter.is_none()),
+                linear_density,
+                outside_diameter,
+                from,
+                to,
+            });
+        }
+        Ok(coverings)
+    }
+
+    /// Mass per covered length; a mass of the whole piece is spread over its `Protection_length`.
+    fn covering_density(&mut self, part: Xml<'a, 'i>, occurrence: Xml<'a, 'i>) -> Result<Option<f64>, ImportError> {
+        if self.unit_of(part, "Mass_information") == Some(Quantity::Mass) {
+            let mass = self.value(part, "Mass_information", Quantity::Mass)?;
+            let length = self.value(occurrence, "Protection_length", Quantity::Length)?;
+            return Ok(mass.zip(length).map(|(mass, length)| mass / length));
+        }
+        self.value(part, "Mass_information", Quantity::MassPerLength)
+    }
+
+    fn unit_of(&self, node: Xml<'a, 'i>, name: &'static str) -> Option<Quantity> {
+        let unit = child(node, name).and_then(|holder| child_text(holder, "Unit_component"))?;
+        self.units.get(unit).map(|unit| unit.quantity)
+    }
+
+    /// Fills in which wires run through which segment.
+    fn read_routings(
+        &mut self,
+        root: Xml<'a, 'i>,
+        segments: &mut [Segment],
+        index: &HashMap<&'a str, usize>,
+    ) -> Result<Vec<Wire>, ImportError> {
+        const OCCURRENCES: [&str; 3] = ["General_wire_occurrence", "Wire_occurrence", "Core_occurrence"];
+        let mut wires = Vec::new();
+        let mut seen: HashMap<&str, Vec<usize>> = HashMap::new();
+        let (mut nowhere, mut torn) = (Vec::new(), Vec::new());
+        for routing in children(root, "Routing") {
+            let routed = ["Connection", OCCURRENCES[0], OCCURRENCES[1], OCCURRENCES[2]];
+            let then = "its wire is not counted";
+            let Some(mut wire) = self.optional(routing, "Routed_wire", &routed, then) else { continue };
+            if wire.tag_name().name() == "Connection" {
+                let Some(occurrence) = self.optional(wire, "Wire", &OCCURRENCES, then) else { continue };
+                wire = occurrence;
+            }
+            let mut run = Vec::new();
+            for holder in children(routing, "Segments") {
+                for reference in text(holder).unwrap_or_default().split_whitespace() {
+                    match index.get(reference) {
+                        Some(&segment) => run.push(segment),
+                        None => self.findings.add(format!(
+                            "{} runs through segment `{reference}`, which is not in the file; left out",
+                            title(routing)
+                        )),
+                    }
+                }
+            }
+            let wire_id = wire.attribute("id").unwrap_or_default();
+            if run.is_empty() {
+                nowhere.push(wire_id.to_owned());
+                continue;
+            }
+            let meet = |a: usize, b: usize| segments[a].ends.iter().any(|end| segments[b].ends.contains(end));
+            if run.windows(2).any(|pair| !meet(pair[0], pair[1])) {
+                torn.push(wire_id.to_owned());
+            }
+            // One index for a wire, several for a cable routed as a whole.
+            let strands = match seen.get(wire_id) {
+                Some(strands) => strands.clone(),
+                None => {
+                    let first = wires.len();
+                    wires.append(&mut self.read_wire(wire)?);
+                    let strands: Vec<usize> = (first..wires.len()).collect();
+                    seen.insert(wire_id, strands.clone());
+                    strands
+                }
+            };
+            for segment in run {
+                for &strand in &strands {
+                    if !segments[segment].wires.contains(&strand) {
+                        segments[segment].wires.push(strand);
+                    }
+                }
+            }
+        }
+        self.findings
+            .add_list(|n| format!("{n} wire(s) are routed through no segment; they are not counted"), &nowhere);
+        self.findings.add_list(
+            |n| format!("{n} wire(s) run through segments that do not follow on one another; counted where they are"),
+            &torn,
+        );
+        Ok(wires)
+    }
+
+    /// The wire of an occurrence: one, or every core of a cable that is routed as a whole.
+    fn read_wire(&mut self, occurrence: Xml<'a, 'i>) -> Result<Vec<Wire>, ImportError> {
+        let id = occurrence.attribute("id").unwrap_or_default().to_owned();
+        let then = "a wire of 0.5 mm² is taken";
+        let Some(part) = self.optional(occurrence, "Part", &["General_wire", "Core"], then) else {
+            let (copper_area, outside_diameter) = (None, None);
+            return Ok(vec![Wire { id, copper_area, outside_diameter, linear_density: None, bend_radius: None }]);
+        };
+        let cores: Vec<Xml> = children(part, "Core").collect();
+        if cores.is_empty() {
+            return Ok(vec![self.read_wire_part(id, part)?]);
+        }
+        cores.into_iter().map(|core| self.read_wire_part(id.clone(), core)).collect()
+    }
+
+    /// A `General_wire` without cores, or a `Core`. A core has the share of its cable's mass that it has of the cable's
+    /// copper: jacket and filler are divided alike.
+    fn read_wire_part(&mut self, id: String, part: Xml<'a, 'i>) -> Result<Wire, ImportError> {
+        let copper_area = self.value(part, "Cross_section_area", Quantity::Area)?;
+        let linear_density = match part.parent().filter(|parent| parent.tag_name().name() == "General_wire") {
+            None => self.value(part, "Mass_information", Quantity::MassPerLength)?,
+            Some(cable) => {
+                let mut copper = 0.0;
+                for core in children(cable, "Core") {
+                    copper += self.value(core, "Cross_section_area", Quantity::Area)?.unwrap_or(0.0);
+                }
+                let cable = self.value(cable, "Mass_information", Quantity::MassPerLength)?;
+                cable.zip(copper_area).map(|(density, area)| density * area / copper)
+            }
+        };
+        let wire = Wire {
+            id,
+            copper_area,
+            outside_diameter: self.value(part, "Outside_diameter", Quantity::Length)?,
+            linear_density,
+            bend_radius: self.value(part, "Bend_radius", Quantity::Length)?,
+        };
+        let lacking: Vec<&str> = [
+            ("copper area", wire.copper_area),
+            ("outside diameter", wire.outside_diameter),
+            ("mass per length", wire.linear_density),
+            ("bend radius", wire.bend_radius),
+        ]
+        .iter()
+        .filter(|(_, value)| value.is_none())
+        .map(|(name, _)| *name)
+        .collect();
+        if !lacking.is_empty() {
+            self.findings.add(format!("{}: no usable {}; estimated", title(part), lacking.join(", ")));
+        }
+        Ok(wire)
+    }
+
+    fn note_modules(&mut self, root: Xml<'a, 'i>) {
+        let modules = children(root, "Harness").flat_map(|harness| children(harness, "Module")).count();
+        if modules > 1 {
+            self.findings.add(format!(
+                "the harness has {modules} modules; the wires of all of them are taken together, as if one car had every option"
+            ));
+        }
+        let harnesses = children(root, "Harness").count();
+        if harnesses > 1 {
+            self.findings.add(format!("the file has {harnesses} harnesses; all are taken together"));
+        }
+    }
+
+    /// Whether each covering is as long as the places it covers together.
+    fn note_protection_lengths(&mut self, root: Xml<'a, 'i>, segments: &[Segment]) -> Result<(), ImportError> {
+        let mut covered: BTreeMap<&str, f64> = BTreeMap::new();
+        for segment in segments {
+            let Some(length) = segment.physical_length.or(segment.virtual_length) else { continue };
+            for covering in &segment.coverings {
+                let span = covering.to.fraction(length) - covering.from.fraction(length);
+                *covered.entry(&covering.id).or_default() += span.abs() * length;
+            }
+        }
+        for harness in children(root, "Harness") {
+            for occurrence in children(harness, "Wire_protection_occurrence") {
+                let id = occurrence.attribute("id").unwrap_or_default();
+                let stated = self.value(occurrence, "Protection_length", Quantity::Length)?;
+                match (covered.get(id), stated) {
+                    (None, _) => self.findings.add(format!("{} covers no segment; not counted", title(occurrence))),
+                    (Some(covered), Some(stated)) if (covered - stated).abs() > 0.01 * stated + 1e-3 => {
+                        self.findings.add(format!(
+                            "{} is {:.1} mm long, the places it covers {:.1} mm together; the places count",
+                            title(occurrence),
+                            stated * 1e3,
+                            covered * 1e3
+                        ));
+                    }
+                    _ => {}
+                }
+            }
+        }
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::outside_diameter;
+
+    #[test]
+    fn the_outside_diameter_stands_in_the_description_of_some_tubes() {
+        let d = outside_diameter("Tube size 8 D(i)=7.5 D(a)=10.25 black").unwrap();
+        assert!((d - 10.25e-3).abs() < 1e-15);
+        assert_eq!(outside_diameter("Tube D(a)="), None);
+        assert_eq!(outside_diameter("tape"), None);
+    }
+}

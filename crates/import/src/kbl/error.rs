@@ -1,0 +1,107 @@
+//! Why a file cannot be imported.
+
+/// Why a file cannot be imported. Lines and columns count from 1.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum ImportError {
+    /// The text is not well-formed XML.
+    #[error("{line}:{column}: not well-formed XML: {fault}")]
+    Xml {
+        /// Line.
+        line: u32,
+        /// Column.
+        column: u32,
+        /// The parser's words.
+        fault: String,
+    },
+    /// The root element is another one.
+    #[error("{line}:{column}: the root element is `{found}`; a KBL file has `KBL_container` there")]
+    NotKbl {
+        /// Line.
+        line: u32,
+        /// Column.
+        column: u32,
+        /// Name of the root element.
+        found: String,
+    },
+    /// An element lacks what it must contain.
+    #[error("{line}:{column}: {element} has no `{missing}`; {right}")]
+    Missing {
+        /// Line.
+        line: u32,
+        /// Column.
+        column: u32,
+        /// The element, with its id.
+        element: String,
+        /// Name of the missing child or attribute.
+        missing: String,
+        /// What would be right.
+        right: String,
+    },
+    /// A reference leads nowhere, or to the wrong kind of element.
+    #[error("{line}:{column}: `{found}` is not the id of a `{expected}` of this file ({actual})")]
+    Reference {
+        /// Line.
+        line: u32,
+        /// Column.
+        column: u32,
+        /// The reference as it stands.
+        found: String,
+        /// Kind of element it should lead to.
+        expected: String,
+        /// What it leads to.
+        actual: String,
+    },
+    /// A number cannot be read, or lies outside its range.
+    #[error("{line}:{column}: `{found}` in `{element}` is not {expected}")]
+    Number {
+        /// Line.
+        line: u32,
+        /// Column.
+        column: u32,
+        /// Name of the element.
+        element: String,
+        /// The text as it stands.
+        found: String,
+        /// What would be right.
+        expected: String,
+    },
+    /// Two elements have the same id.
+    #[error("{line}:{column}: the id `{id}` is already that of the element at line {first_line}; ids must differ")]
+    DuplicateId {
+        /// Line of the second.
+        line: u32,
+        /// Column of the second.
+        column: u32,
+        /// The id.
+        id: String,
+        /// Line of the first.
+        first_line: u32,
+    },
+    /// A segment starts and ends at the same node.
+    #[error("{line}:{column}: segment `{id}` starts and ends at node `{node}`; a branch joins two different vertices")]
+    Ring {
+        /// Line.
+        line: u32,
+        /// Column.
+        column: u32,
+        /// Id of the segment.
+        id: String,
+        /// Id of the node.
+        node: String,
+    },
+    /// The file has no segments.
+    #[error("{line}:{column}: the file has no `Segment`: there is no topology to import (a KBL without geometry?)")]
+    NoSegments {
+        /// Line.
+        line: u32,
+        /// Column.
+        column: u32,
+    },
+    /// The option `max_segment` is out of range.
+    #[error("max_segment is {found}; it must be finite and above 0 m")]
+    MaxSegment {
+        /// Value found, m.
+        found: f64,
+    },
+}

@@ -1,0 +1,117 @@
+//! Units: every KBL value refers to a `Unit` element of its file.
+
+/// What a unit measures.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Quantity {
+    Length,
+    Area,
+    Mass,
+    MassPerLength,
+}
+
+impl Quantity {
+    pub fn word(self) -> &'static str {
+        match self {
+            Quantity::Length => "length",
+            Quantity::Area => "area",
+            Quantity::Mass => "mass",
+            Quantity::MassPerLength => "mass per length",
+        }
+    }
+}
+
+/// A unit that is understood: what it measures, and its size in SI.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Unit {
+    pub quantity: Quantity,
+    pub size: f64,
+}
+
+impl Unit {
+    /// From the parts of a `Unit` element: a free name, or an SI unit's name, prefix and dimension.
+    pub fn parse(
+        name: Option<&str>,
+        si_name: Option<&str>,
+        prefix: Option<&str>,
+        dimension: Option<&str>,
+    ) -> Option<Self> {
+        match si_name {
+            Some(si_name) => Self::si(si_name, prefix, dimension),
+            None => Self::named(name?),
+        }
+    }
+
+    /// The prefix belongs to the unit before it is squared: milli metre square is (10⁻³ m)².
+    fn si(name: &str, prefix: Option<&str>, dimension: Option<&str>) -> Option<Self> {
+        let prefix = match prefix.map(str::to_ascii_lowercase).as_deref() {
+            None | Some("" | "/null" | "none") => 1.0,
+            Some("kilo") => 1e3,
+            Some("hecto") => 1e2,
+            Some("deca") => 1e1,
+            Some("deci") => 1e-1,
+            Some("centi") => 1e-2,
+            Some("milli") => 1e-3,
+            Some("micro") => 1e-6,
+            Some("nano") => 1e-9,
+            _ => return None,
+        };
+        let dimension = dimension.map(str::to_ascii_lowercase);
+        let linear = matches!(dimension.as_deref(), None | Some("" | "/null" | "none"));
+        match (name.to_ascii_lowercase().as_str(), dimension.as_deref()) {
+            ("metre" | "meter", _) if linear => Some(Self { quantity: Quantity::Length, size: prefix }),
+            ("metre" | "meter", Some("square")) => Some(Self { quantity: Quantity::Area, size: prefix * prefix }),
+            ("gram" | "gramme", _) if linear => Some(Self { quantity: Quantity::Mass, size: 1e-3 * prefix }),
+            _ => None,
+        }
+    }
+
+    fn named(name: &str) -> Option<Self> {
+        let name: String = name.chars().filter(|c| !c.is_whitespace() && *c != '_').collect::<String>().to_lowercase();
+        let (quantity, size) = match name.as_str() {
+            "m" | "metre" | "meter" => (Quantity::Length, 1.0),
+            "cm" | "centimetre" | "centimeter" => (Quantity::Length, 1e-2),
+            "mm" | "millimetre" | "millimeter" => (Quantity::Length, 1e-3),
+            "m2" | "m²" | "squaremetre" | "squaremeter" => (Quantity::Area, 1.0),
+            "mm2" | "mm²" | "squaremillimetre" | "squaremillimeter" => (Quantity::Area, 1e-6),
+            "kg" | "kilogram" => (Quantity::Mass, 1.0),
+            "g" | "gram" => (Quantity::Mass, 1e-3),
+            "kg/m" | "kilogrampermetre" | "kilogrampermeter" => (Quantity::MassPerLength, 1.0),
+            "g/m" | "kg/km" | "grampermetre" | "grampermeter" | "kilogramperkilometre" | "kilogramperkilometer" => {
+                (Quantity::MassPerLength, 1e-3)
+            }
+            "g/mm" | "grampermillimetre" | "grampermillimeter" => (Quantity::MassPerLength, 1.0),
+            _ => return None,
+        };
+        Some(Self { quantity, size })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Quantity, Unit};
+
+    #[test]
+    fn the_prefix_is_squared_with_its_unit() {
+        let unit = Unit::parse(None, Some("metre"), Some("milli"), Some("square")).unwrap();
+        assert_eq!(unit.quantity, Quantity::Area);
+        assert!((unit.size - 1e-6).abs() < 1e-20);
+    }
+
+    #[test]
+    fn names_of_masses_per_length() {
+        for (name, size) in [("GramPerMetre", 1e-3), ("g/m", 1e-3), ("kg/m", 1.0), ("kg / km", 1e-3)] {
+            assert_eq!(
+                Unit::parse(Some(name), None, None, None),
+                Some(Unit { quantity: Quantity::MassPerLength, size })
+            );
+        }
+    }
+
+    #[test]
+    fn what_is_not_known_is_not_guessed() {
+        assert_eq!(Unit::parse(Some("ampere"), None, None, None), None);
+        assert_eq!(Unit::parse(None, Some("metre"), Some("furlong"), None), None);
+        assert_eq!(Unit::parse(None, Some("gram"), None, Some("square")), None);
+        assert_eq!(Unit::parse(None, None, None, None), None);
+    }
+}

@@ -1,0 +1,208 @@
+//! The scenario as TOML text, with the rules it was made by.
+
+use super::Options;
+use super::curve::Vector;
+use super::harness::{Constraint, Harness, Place};
+use super::section;
+use nalgebra::UnitQuaternion;
+use std::fmt::Write;
+
+/// A number with `digits` significant digits, in the shortest form TOML reads as a float.
+fn significant(value: f64, digits: usize) -> String {
+    let rounded = format!("{value:.*e}", digits - 1).parse().unwrap_or(value);
+    // No negative zero.
+    format!("{:?}", if rounded == 0.0 { 0.0 } else { rounded })
+}
+
+/// A length or direction cosine, to 10⁻⁹.
+fn fine(value: f64) -> String {
+    let rounded = (value * 1e9).round() / 1e9;
+    format!("{:?}", if rounded == 0.0 { 0.0 } else { rounded })
+}
+
+fn vector(v: &Vector) -> String {
+    format!("[{}, {}, {}]", fine(v.x), fine(v.y), fine(v.z))
+}
+
+/// `[w, x, y, z]` with w ≥ 0.
+fn quaternion(q: &UnitQuaternion<f64>) -> String {
+    let sign = if q.w < 0.0 { -1.0 } else { 1.0 };
+    let [w, x, y, z] = [q.w, q.i, q.j, q.k].map(|c| fine(sign * c));
+    format!("[{w}, {x}, {y}, {z}]")
+}
+
+/// A TOML basic string.
+fn quoted(text: &str) -> String {
+    let mut out = String::with_capacity(text.len() + 2);
+    out.push('"');
+    for c in text.chars() {
+        match c {
+            '"' => out.push_str("\\\""),
+            '\\' => out.push_str("\\\\"),
+            c if c.is_control() => out.push_str(&format!("\\u{:04X}", c as u32)),
+            c => out.push(c),
+        }
+    }
+    out.push('"');
+    out
+}
+
+/// Text of the file in a comment: on one line, without control characters.
+fn comment(text: &str) -> String {
+    text.chars().map(|c| if c.is_control() { ' ' } else { c }).collect()
+}
+
+/// Down to 12 digits after the point, so that the shares of an arm never add up to more than 1.
+fn share(value: f64) -> String {
+    format!("{:?}", (value * 1e12).floor() / 1e12)
+}
+
+/// Writes the scenario. Writing into a `String` cannot fail, hence the dropped results.
+pub(super) fn scenario(harness: &Harness, options: &Options, findings: &[String]) -> String {
+    let mut out = String::new();
+    header(&mut out, harness);
+    for section in &harness.sections {
+        let bundle = &section.bundle;
+        let _ = writeln!(out, "\n# {}", comment(&section.remark));
+        let _ = writeln!(out, "[sections.{}]", quoted(&section.name));
+        for (key, value) in [
+            ("diameter", bundle.diameter),
+            ("linear_density", bundle.linear_density),
+            ("axial_stiffness", bundle.axial_stiffness),
+            ("bending_stiffness", bundle.bending_stiffness),
+            ("torsion_stiffness", bundle.torsion_stiffness),
+            ("min_bend_radius", bundle.min_bend_radius),
+        ] {
+            let _ = writeln!(out, "{key} = {}", significant(value, 4));
+        }
+    }
+    for branch in &harness.branches {
+        let _ = writeln!(out, "\n[[branches]] # {}", comment(&branch.remark));
+        let _ = writeln!(out, "name = {}", quoted(&branch.name));
+        let _ = writeln!(out, "from = {}\nto = {}", quoted(&branch.from), quoted(&branch.to));
+        let _ = writeln!(out, "section = {}", quoted(&harness.sections[branch.section].name));
+        let _ = writeln!(out, "length = {}", significant(branch.length, 9));
+        let _ = writeln!(out, "max_segment = \"{} mm\"", significant(options.max_segment * 1e3, 9));
+        if !branch.path.is_empty() {
+            let _ = writeln!(out, "path = [");
+            for point in &branch.path {
+                let _ = writeln!(out, "  {},", vector(point));
+            }
+            let _ = writeln!(out, "]");
+        }
+    }
+    for joint in &harness.joints {
+        let _ = writeln!(out, "\n[[joints]]\nname = {}\nmodel = \"cosserat\"\narms = [", quoted(&joint.name));
+        for arm in &joint.arms {
+            let (branch, frame) = (quoted(&arm.branch), quaternion(&arm.orientation));
+            let _ = writeln!(out, "  {{ branch = {branch}, orientation = {frame} }},");
+        }
+        let _ = writeln!(out, "]");
+        if !joint.shares.is_empty() {
+            let _ = writeln!(out, "wires = [");
+            for pair in &joint.shares {
+                let [a, b] = [pair.first, pair.second].map(|arm| quoted(&joint.arms[arm].branch));
+                let wires = if pair.wires == 1 { "wire" } else { "wires" };
+                let _ = writeln!(
+                    out,
+                    "  {{ between = [{a}, {b}], share = {} }}, # {} {wires}",
+                    share(pair.share),
+                    pair.wires
+                );
+            }
+            let _ = writeln!(out, "]");
+        }
+    }
+    for constraint in &harness.constraints {
+        write_constraint(&mut out, constraint);
+    }
+    let _ = writeln!(out, "\n[minimiser]\nkind = \"newton\"");
+    if !findings.is_empty() {
+        let _ = writeln!(out, "\n# What was odd in the KBL file, and what was done about it:");
+        for finding in findings {
+            let _ = writeln!(out, "# - {}", comment(finding));
+        }
+    }
+    out
+}
+
+fn write_constraint(out: &mut String, constraint: &Constraint) {
+    let _ = writeln!(out, "\n[[constraints]] # {}", comment(&constraint.remark));
+    let _ = writeln!(out, "name = {}", quoted(&constraint.name));
+    let held = match &constraint.at {
+        Place::End(vertex) => {
+            let _ = writeln!(out, "kind = \"connector\"\nat = {{ end = {} }}", quoted(vertex));
+            true
+        }
+        Place::Along { branch, s } => {
+            let _ =
+                writeln!(out, "kind = \"collar\"\nat = {{ branch = {}, s = {} }}", quoted(branch), significant(*s, 9));
+            false
+        }
+    };
+    let _ = writeln!(out, "position = {}", vector(&constraint.position));
+    let _ = writeln!(out, "tangent = {}", vector(&(constraint.frame * Vector::z())));
+    if held {
+        let _ = writeln!(out, "up = {}", vector(&(constraint.frame * Vector::x())));
+    }
+}
+
+fn header(out: &mut String, harness: &Harness) {
+    let _ = write!(
+        out,
+        "# Made from a KBL file (VDA 4964) by wireloom-import. SI units: m, kg, N, N m².
+#
+# Lengths: Physical_length where the file gives it, else Virtual_length, which is that of the drawn curve.
+# Paths: the drawn centre lines, from `from` to `to`; branches are straight at rest.
+# Orientations: every branch has one untwisted frame field along its path; arms and connectors take theirs from it.
+#
+# Stiffness is nowhere in KBL. Sections follow a rule, good to a factor of about two in bending; measure where it matters.
+#   wire   EI = E_cu A d²/16 + E_ins π (D⁴ - D_c⁴)/64    strands of diameter d slip on each other
+#          GJ = E_cu/(1+ν) A d²/16 + the same of the insulation;  EA = {STRANDING} E_cu A + E_ins A_ins
+#          E_cu = {copper:.0} GPa (110 to 130), E_ins = {insulation:.0} MPa (20 to 150), D_c = √(4 A/(π {STRAND_FILL}))
+#          d = 0.21 mm to 1 mm², 0.26 mm to 2.5 mm², 0.31 mm to 6 mm², 0.41 mm above (ISO 6722-1, flexible rows)
+#   bundle sums of its wires; EI and GJ times a factor for friction: {LOOSE} loose, {TAPED} taped, in series
+#          where tape covers a part; tubes count with mass and diameter only
+#          diameter √(Σ D²/{WIRE_FILL}) or that of a tube; bend radius: the largest of its wires', {BEND_RADIUS} diameters for bundles
+#   joint  two arms are coupled by the wires they share: share = Σ common EI / Σ EI of the arm named first
+",
+        STRANDING = section::STRANDING,
+        copper = section::COPPER_YOUNG * 1e-9,
+        insulation = section::INSULATION_YOUNG * 1e-6,
+        STRAND_FILL = section::STRAND_FILL,
+        LOOSE = section::LOOSE,
+        TAPED = section::TAPED,
+        WIRE_FILL = section::WIRE_FILL,
+        BEND_RADIUS = section::BEND_RADIUS,
+    );
+    let _ = writeln!(out, "\nschema = 1\nname = {}", quoted(&harness.name));
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_are_short_and_read_as_floats() {
+        assert_eq!(significant(0.1 + 0.2, 9), "0.3");
+        assert_eq!(significant(12345678.0, 4), "12350000.0");
+        assert_eq!(significant(1.23456e-7, 4), "1.235e-7");
+        assert_eq!(fine(-1e-12), "0.0");
+        assert_eq!(fine(2.835768688), "2.835768688");
+        assert_eq!(share(1.0), "1.0");
+    }
+
+    #[test]
+    fn thirds_do_not_add_up_to_more_than_one() {
+        let third: f64 = share(1.0 / 3.0).parse().unwrap();
+        assert!(third + third + third <= 1.0);
+    }
+
+    #[test]
+    fn text_of_the_file_cannot_break_out() {
+        let hostile = "a\"b\\c\nd = 1";
+        let table: toml::Table = toml::from_str(&format!("x = {} # {}", quoted(hostile), comment(hostile))).unwrap();
+        assert_eq!(table["x"].as_str(), Some(hostile));
+        assert_eq!(table.len(), 1);
+    }
+}

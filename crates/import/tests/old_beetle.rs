@@ -1,0 +1,204 @@
+//! The shared KBL files of a real harness (see `shared/data/README.md`), read where they lie. Where they are absent the
+//! tests show as ignored, with the reason. `WIRELOOM_SHARED` names another shared folder.
+
+use libtest_mimic::{Arguments, Failed, Trial};
+use std::collections::{BTreeMap, HashMap};
+use std::path::PathBuf;
+use std::process::ExitCode;
+use wireloom_import::kbl::{Imported, Options, import};
+
+fn main() -> ExitCode {
+    let arguments = Arguments::from_args();
+    let shared = std::env::var_os("WIRELOOM_SHARED")
+        .map_or_else(|| PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../../../shared"), PathBuf::from);
+    let folder = shared.join("data/old-beetle");
+    let trials = [
+        ("main_harness", main_harness as fn(&Imported) -> Result<(), Failed>),
+        ("generator", generator),
+        ("batterie_plus", batterie_plus),
+    ]
+    .into_iter()
+    .flat_map(|(name, check)| {
+        let path = folder.join(format!("{name}.kbl"));
+        let absent = !path.is_file();
+        let reason = if absent { format!(" (ignored: {} is not there)", path.display()) } else { String::new() };
+        let general = path.clone();
+        [
+            Trial::test(format!("{name}: what is in it{reason}"), move || check(&read(&path, 0.010)?)),
+            Trial::test(format!("{name}: geometry and anatomy hold together{reason}"), move || {
+                sound(&read(&general, 0.002)?)
+            }),
+        ]
+        .map(|trial| trial.with_ignored_flag(absent))
+    })
+    .collect();
+    libtest_mimic::run(&arguments, trials).exit_code()
+}
+
+fn read(path: &PathBuf, max_segment: f64) -> Result<Imported, Failed> {
+    let options = Options { max_segment, ..Options::default() };
+    Ok(import(&std::fs::read_to_string(path)?, &options)?)
+}
+
+fn main_harness(imported: &Imported) -> Result<(), Failed> {
+    let scenario: toml::Table = toml::from_str(&imported.scenario)?;
+    let degrees = degrees(&scenario);
+    assert_eq!(list(&scenario, "branches").len(), 183);
+    assert_eq!(degrees.len(), 184);
+    let mut by_arms: BTreeMap<usize, usize> = BTreeMap::new();
+    for arms in degrees.values() {
+        *by_arms.entry(*arms).or_default() += 1;
+    }
+    let expected = [(1, 133), (2, 4), (3, 20), (4, 10), (5, 6), (6, 5), (7, 2), (10, 1), (12, 1), (13, 1), (16, 1)];
+    assert_eq!(by_arms.into_iter().collect::<Vec<_>>(), expected);
+    assert_eq!(list(&scenario, "joints").len(), 51);
+
+    let lengths: Vec<f64> = list(&scenario, "branches").iter().map(|b| float(&b["length"])).collect();
+    let total: f64 = lengths.iter().sum();
+    assert!((total - 36.7).abs() < 0.05, "{total}");
+
+    // 37 of the 133 ends are splices; of the 16 fixing assignments two are drawn far from their places.
+    let kinds = |kind: &str| list(&scenario, "constraints").iter().filter(|c| c["kind"].as_str() == Some(kind)).count();
+    assert_eq!((kinds("connector"), kinds("collar")), (96, 14));
+    let found = |what: &str| imported.findings.iter().filter(|finding| finding.contains(what)).count();
+    assert_eq!(found("37 end(s) carry splices"), 1);
+    assert_eq!(found("further than a clip reaches"), 2);
+    // Of the 183 curves 178 meet their nodes; the other five are curves of runs that were split, and hold the
+    // piece between the nodes.
+    assert_eq!((found("is that of a longer run"), found("stale")), (5, 0));
+    assert_eq!(found("34 modules"), 1);
+    Ok(())
+}
+
+fn generator(imported: &Imported) -> Result<(), Failed> {
+    let scenario: toml::Table = toml::from_str(&imported.scenario)?;
+    let mut arms: Vec<usize> = degrees(&scenario).into_values().collect();
+    arms.sort_unstable();
+    assert_eq!(arms, [1, 1, 1, 3]);
+    assert_eq!(list(&scenario, "branches").len(), 3);
+    assert_eq!(list(&scenario, "constraints").len(), 4);
+    assert_eq!(list(&list(&scenario, "joints")[0], "wires").len(), 2);
+    Ok(())
+}
+
+fn batterie_plus(imported: &Imported) -> Result<(), Failed> {
+    let scenario: toml::Table = toml::from_str(&imported.scenario)?;
+    assert_eq!(list(&scenario, "branches").len(), 1);
+    assert_eq!(list(&scenario, "constraints").len(), 2);
+    assert!(!scenario.contains_key("joints"));
+    // A 25 mm² battery cable, 9.8 mm thick and 266 g/m.
+    let (_, section) = scenario["sections"].as_table().and_then(|t| t.iter().next()).ok_or("no section")?;
+    assert_eq!(float(&section["linear_density"]), 0.266);
+    assert_eq!(float(&section["diameter"]), 0.0098);
+    assert!((0.03..0.1).contains(&float(&section["bending_stiffness"])));
+    // The wire is thicker than the cross-section drawn for it.
+    assert_eq!(imported.findings.len(), 1, "{:?}", imported.findings);
+    Ok(())
+}
+
+/// What must hold for every file.
+fn sound(imported: &Imported) -> Result<(), Failed> {
+    let scenario: toml::Table = toml::from_str(&imported.scenario)?;
+    let branches = list(&scenario, "branches");
+    let sections = scenario["sections"].as_table().ok_or("sections")?;
+    // Drawn places of the vertices, from the ends of the paths: all branches agree on them.
+    let mut places: HashMap<&str, [f64; 3]> = HashMap::new();
+    let mut by_name = HashMap::new();
+    for branch in &branches {
+        let name = string(&branch["name"]);
+        by_name.insert(name, branch);
+        let path: Vec<[f64; 3]> = branch["path"].as_array().ok_or("path")?.iter().map(triple).collect();
+        for (vertex, place) in [(&branch["from"], path[0]), (&branch["to"], path[path.len() - 1])] {
+            let known = places.entry(string(vertex)).or_insert(place);
+            assert!(distance(known, &place) < 2e-9, "{name}");
+        }
+        let steps: Vec<f64> = path.windows(2).map(|w| distance(&w[0], &w[1])).collect();
+        assert!(steps.iter().all(|step| (1e-4..0.002_1).contains(step)), "{name}");
+        // The drawn curve is as long as the branch; chords of 2 mm cut off 0.25 % at the
+        // tightest stub (8 mm radius).
+        let (drawn, length): (f64, f64) = (steps.iter().sum(), float(&branch["length"]));
+        assert!((drawn / length - 1.0).abs() < 3e-3, "{name}: {drawn} {length}");
+        assert!(sections.contains_key(string(&branch["section"])));
+    }
+    for joint in list(&scenario, "joints") {
+        let name = string(&joint["name"]);
+        let arms = list(&joint, "arms");
+        let stiffness: HashMap<&str, f64> = arms
+            .iter()
+            .map(|arm| {
+                let branch = string(&arm["branch"]);
+                (branch, float(&sections[string(&by_name[branch]["section"])]["bending_stiffness"]))
+            })
+            .collect();
+        for arm in &arms {
+            let branch = by_name[string(&arm["branch"])];
+            let path: Vec<[f64; 3]> = branch["path"].as_array().ok_or("path")?.iter().map(triple).collect();
+            let n = path.len() - 1;
+            let chord = if string(&branch["from"]) == name { [path[0], path[1]] } else { [path[n - 1], path[n]] };
+            let d3 = third_column(&arm["orientation"]);
+            let along: f64 =
+                (0..3).map(|i| d3[i] * (chord[1][i] - chord[0][i])).sum::<f64>() / distance(&chord[0], &chord[1]);
+            assert!(along > 0.9, "{name}: {along}");
+        }
+        // Row sums: as first arm at most all its wires, as either arm at most its stiffness.
+        let (mut shares, mut coupled): (HashMap<&str, f64>, HashMap<&str, f64>) = Default::default();
+        let wires = list(&joint, "wires");
+        for pair in &wires {
+            let between = pair["between"].as_array().ok_or("between")?;
+            let (a, b, share) = (string(&between[0]), string(&between[1]), float(&pair["share"]));
+            assert!(share > 0.0 && share <= 1.0);
+            *shares.entry(a).or_default() += share;
+            for arm in [a, b] {
+                *coupled.entry(arm).or_default() += share * stiffness[a];
+            }
+        }
+        assert!(shares.values().all(|sum| *sum <= 1.0), "{name}: {shares:?}");
+        for (arm, sum) in coupled {
+            assert!(sum <= stiffness[arm] * 1.001, "{name}: {arm} {sum} {}", stiffness[arm]);
+        }
+    }
+    for section in sections.values() {
+        let (ei, gj) = (float(&section["bending_stiffness"]), float(&section["torsion_stiffness"]));
+        assert!((1e-4..0.5).contains(&ei) && (0.6..0.8).contains(&(gj / ei)), "{section:?}");
+        assert!((1e-3..0.04).contains(&float(&section["diameter"])), "{section:?}");
+        assert!((1e-3..3.0).contains(&float(&section["linear_density"])), "{section:?}");
+    }
+    Ok(())
+}
+
+fn degrees(scenario: &toml::Table) -> HashMap<String, usize> {
+    let mut degrees = HashMap::new();
+    for branch in list(scenario, "branches") {
+        for end in ["from", "to"] {
+            *degrees.entry(string(&branch[end]).to_owned()).or_default() += 1;
+        }
+    }
+    degrees
+}
+
+fn list(table: &toml::Table, key: &str) -> Vec<toml::Table> {
+    let items = table.get(key).and_then(toml::Value::as_array).into_iter().flatten();
+    items.filter_map(|item| item.as_table().cloned()).collect()
+}
+
+fn string(value: &toml::Value) -> &str {
+    value.as_str().unwrap_or_else(|| panic!("{value:?} is no string"))
+}
+
+fn float(value: &toml::Value) -> f64 {
+    value.as_float().unwrap_or_else(|| panic!("{value:?} is no float"))
+}
+
+fn triple(value: &toml::Value) -> [f64; 3] {
+    std::array::from_fn(|i| float(&value[i]))
+}
+
+fn distance(a: &[f64; 3], b: &[f64; 3]) -> f64 {
+    (0..3).map(|i| (a[i] - b[i]).powi(2)).sum::<f64>().sqrt()
+}
+
+/// d3 of the quaternion `[w, x, y, z]`.
+fn third_column(value: &toml::Value) -> [f64; 3] {
+    let [w, x, y, z]: [f64; 4] = std::array::from_fn(|i| float(&value[i]));
+    [2.0 * (x * z + w * y), 2.0 * (y * z - w * x), 1.0 - 2.0 * (x * x + y * y)]
+}

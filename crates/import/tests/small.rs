@@ -1,0 +1,303 @@
+//! A small KBL file of our own: what comes out of it, which errors its broken forms give, and that no broken form panics.
+
+use wireloom_import::kbl::section::{LOOSE, TAPED, Wire};
+use wireloom_import::kbl::{ImportError, Imported, Options, import};
+
+const SMALL: &str = include_str!("small.kbl");
+
+fn imported(text: &str) -> Imported {
+    import(text, &Options::default()).unwrap()
+}
+
+fn parsed(text: &str) -> toml::Table {
+    toml::from_str(&imported(text).scenario).unwrap()
+}
+
+fn with(old: &str, new: &str) -> String {
+    assert!(SMALL.contains(old), "{old}");
+    SMALL.replacen(old, new, 1)
+}
+
+fn refused(text: &str) -> String {
+    import(text, &Options::default()).unwrap_err().to_string()
+}
+
+/// Line and column of the first occurrence, from 1, as messages give them.
+fn place(text: &str, what: &str) -> String {
+    let before = &text[..text.find(what).unwrap()];
+    let line_start = before.rfind('\n').map_or(0, |i| i + 1);
+    format!("{}:{}", before.matches('\n').count() + 1, before[line_start..].chars().count() + 1)
+}
+
+fn float(value: &toml::Value) -> f64 {
+    value.as_float().unwrap()
+}
+
+fn close(value: &toml::Value, expected: f64, tolerance: f64) {
+    let found = value.as_float().unwrap();
+    assert!((found - expected).abs() <= tolerance * expected.abs(), "{found} instead of {expected}");
+}
+
+fn thin() -> Wire {
+    Wire::new(Some(0.5e-6), Some(1.6e-3), Some(0.006), Some(0.005))
+}
+
+fn core() -> Wire {
+    Wire::new(Some(1e-6), Some(2e-3), Some(0.012), Some(0.008))
+}
+
+#[test]
+fn branches_have_the_lengths_and_paths_of_their_segments() {
+    let scenario = parsed(SMALL);
+    assert_eq!(scenario["name"].as_str(), Some("small y"));
+    let branches = scenario["branches"].as_array().unwrap();
+    let expected =
+        [("trunk", "A", "J", 0.3079), ("left", "B", "J", 0.26), ("right", "J", "C", 0.25), ("stub", "J", "S", 0.03)];
+    for (branch, (name, from, to, length)) in branches.iter().zip(expected) {
+        assert_eq!(["name", "from", "to"].map(|key| branch[key].as_str().unwrap()), [name, from, to]);
+        close(&branch["length"], length, 1e-9);
+        assert_eq!(branch["max_segment"].as_str(), Some("10.0 mm"));
+    }
+    // The parabola of the trunk is 60 mm/2 high in its middle and 307.9 mm long: 31 steps of at most 10 mm.
+    let path = branches[0]["path"].as_array().unwrap();
+    assert_eq!(path.len(), 32);
+    assert_eq!((float(&path[0][0]), float(&path[31][0])), (0.0, 0.3));
+    let top = path.iter().map(|point| float(&point[1])).fold(0.0, f64::max);
+    assert!((0.0299..=0.03).contains(&top), "{top}");
+}
+
+#[test]
+fn sections_follow_the_rule() {
+    let scenario = parsed(SMALL);
+    let section = |i: usize| &scenario["sections"][scenario["branches"][i]["section"].as_str().unwrap()];
+    let factor = 1.0 / (0.5 / TAPED + 0.5 / LOOSE);
+    let all = 2.0 * thin().bending_stiffness() + core().bending_stiffness();
+    close(&section(0)["bending_stiffness"], factor * all, 1e-3);
+    // Two wires, the core with half of its cable, tape over half the length.
+    close(&section(0)["linear_density"], 0.006 + 0.006 + 0.012 + 0.5 * 0.004, 1e-3);
+    close(&section(2)["bending_stiffness"], LOOSE * (thin().bending_stiffness() + core().bending_stiffness()), 1e-3);
+    close(&section(3)["diameter"], 0.0016, 1e-3);
+    close(&section(3)["min_bend_radius"], 0.005, 1e-3);
+}
+
+#[test]
+fn joints_know_which_wires_pass() {
+    let scenario = parsed(SMALL);
+    let joint = &scenario["joints"][0];
+    let shares: Vec<(&str, &str, f64)> = joint["wires"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .map(|pair| (pair["between"][0].as_str().unwrap(), pair["between"][1].as_str().unwrap(), float(&pair["share"])))
+        .collect();
+    // The trunk is taped and the stiffer for it: the untaped arms are named first.
+    assert_eq!(
+        shares.iter().map(|(a, b, _)| (*a, *b)).collect::<Vec<_>>(),
+        [("left", "trunk"), ("left", "stub"), ("right", "trunk")]
+    );
+    assert_eq!((shares[0].2, shares[1].2, shares[2].2), (0.5, 0.5, 1.0));
+}
+
+#[test]
+fn arms_and_connectors_point_as_drawn() {
+    let scenario = parsed(SMALL);
+    let arms = scenario["joints"][0]["arms"].as_array().unwrap();
+    // The trunk comes in along (150, −60, 0) with d1 = z: a turn from x, y, z to d1, d2, d3.
+    let [w, x, y, z]: [f64; 4] = std::array::from_fn(|i| float(&arms[0]["orientation"][i]));
+    let d1 = [1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y + w * z), 2.0 * (x * z - w * y)];
+    let d3 = [2.0 * (x * z + w * y), 2.0 * (y * z - w * x), 1.0 - 2.0 * (x * x + y * y)];
+    let norm = 150.0_f64.hypot(60.0);
+    for (found, expected) in d1.iter().chain(&d3).zip([0.0, 0.0, 1.0, 150.0 / norm, -60.0 / norm, 0.0]) {
+        assert!((found - expected).abs() < 1e-8, "{d1:?} {d3:?}");
+    }
+    let constraints = scenario["constraints"].as_array().unwrap();
+    assert_eq!(
+        constraints.iter().map(|c| c["name"].as_str().unwrap()).collect::<Vec<_>>(),
+        ["plug A", "plug B", "clip-1"]
+    );
+    // `tangent` is d3 from → to: at B, where the branch starts, into the harness.
+    close(&constraints[1]["tangent"][0], -2.0 / 5.0_f64.sqrt(), 1e-8);
+    assert_eq!(constraints[1]["up"].as_array().unwrap().iter().map(float).collect::<Vec<_>>(), [0.0, 0.0, 1.0]);
+    close(&constraints[2]["at"]["s"], 0.15395, 1e-8);
+    close(&constraints[2]["position"][0], 0.15, 1e-6);
+    close(&constraints[2]["tangent"][0], 1.0, 1e-8);
+}
+
+#[test]
+fn everything_odd_is_reported() {
+    let findings = imported(SMALL).findings;
+    let expected = [
+        "s2: Physical_length 260.0 mm (taken) and Virtual_length 250.0 mm differ",
+        "s3: its centre curve is stale, it misses the nodes by 300.0 mm and holds no piece that fits between them; straight from node to node",
+        "2 segment(s) have no usable centre curve; straight from node to node: s2, s4",
+        "1 end(s) carry splices, which plug into nothing; left free: n5 (spliceS S1)",
+        "1 end(s) carry no component; left free: n4",
+    ];
+    assert_eq!(findings, expected);
+}
+
+#[test]
+fn what_a_harness_can_do_without_is_a_finding() {
+    let found = |text: &str, what: &str| {
+        let findings = imported(text).findings;
+        assert!(findings.iter().any(|finding| finding.contains(what)), "{what}: {findings:#?}");
+    };
+    found(
+        &with("<Unit_name>GramPerMetre</Unit_name>", "<Unit_name>ounce</Unit_name>"),
+        "unit `uGM`, which is not known here",
+    );
+    found(
+        &with(
+            "<Unit_component>uMM</Unit_component><Value_component>307.9",
+            "<Unit_component>uGM</Unit_component><Value_component>307.9",
+        ),
+        "a mass per length, not a length",
+    );
+    found(&with("<Wire>w1</Wire>", "<Wire>nobody</Wire>"), "`nobody` is not the id of a `General_wire_occurrence`");
+    found(&with("<Segments>s1 s2</Segments>", ""), "1 wire(s) are routed through no segment");
+    found(&with("<Segments>s4 s2</Segments>", ""), "no wires are routed through 1 segment(s)");
+    found(&with("<Segments>s4 s2</Segments>", ""), "an arm of this joint has no routed wires");
+    found(&with("<Segments>s1 s2</Segments>", "<Segments>s1</Segments>"), "1 wire(s) end inside this joint");
+    found(
+        &with("<Control_points>pA pA1 pJ<", "<Control_points>pA nowhere pJ<"),
+        "`nowhere` is not the id of a `Cartesian_point`",
+    );
+    found(&with("<Location>0.5</Location>", "<Location>1.5</Location>"), "outside it; left out");
+    found(
+        &with("<Coordinates>150</Coordinates><Coordinates>30<", "<Coordinates>150</Coordinates><Coordinates>330<"),
+        "further than a clip reaches",
+    );
+    found(
+        &with("<Referenced_components>plugA<", "<Referenced_components>ghost<"),
+        "component `ghost`, which is not in the file",
+    );
+    found(&with("<Value_component>155<", "<Value_component>255<"), "is 255.0 mm long, the places it covers");
+}
+
+#[test]
+fn refusals_name_place_and_cure() {
+    let broken = with("</Harness>", "</Harnes>");
+    assert!(
+        refused(&broken).starts_with(&format!("{}: not well-formed XML", place(&broken, "</Harnes>"))),
+        "{}",
+        refused(&broken)
+    );
+
+    assert_eq!(refused("<svg/>"), "1:1: the root element is `svg`; a KBL file has `KBL_container` there");
+
+    let broken = with("<Coordinates>300<", "<Coordinates>30o<");
+    assert_eq!(
+        refused(&broken),
+        format!(
+            "{}: `30o` in `Coordinates` is not a finite decimal number of size 1e10 or less",
+            place(&broken, "<Coordinates>30o")
+        )
+    );
+
+    let broken = with("<Cartesian_point>pB</Cartesian_point>", "<Cartesian_point>plugB</Cartesian_point>");
+    assert_eq!(
+        refused(&broken),
+        format!(
+            "{}: `plugB` is not the id of a `Cartesian_point` of this file (it is that of a `Connector_occurrence`)",
+            place(&broken, "<Cartesian_point>plugB")
+        )
+    );
+
+    let broken = with("<Start_node>n3</Start_node>", "");
+    assert_eq!(
+        refused(&broken),
+        format!(
+            "{}: Segment `s2` has no `Start_node`; a segment runs from one node to another",
+            place(&broken, "<Segment id=\"s2\"")
+        )
+    );
+
+    let broken = with("<Start_node>n3</Start_node>", "<Start_node>n2</Start_node>");
+    assert!(
+        refused(&broken).ends_with("segment `s2` starts and ends at node `n2`; a branch joins two different vertices")
+    );
+
+    let broken = with("<Node id=\"n4\"", "<Node id=\"n3\"");
+    assert!(refused(&broken).contains("the id `n3` is already that of the element at line"));
+
+    assert!(refused("<KBL_container/>").contains("the file has no `Segment`"));
+    let options = Options { max_segment: 0.0, ..Options::default() };
+    assert_eq!(import(SMALL, &options), Err(ImportError::MaxSegment { found: 0.0 }));
+}
+
+#[test]
+fn names_stay_unique_and_short() {
+    let scenario =
+        parsed(&with("<Id>B</Id>", "<Id>A</Id>").replace("<Id>left</Id>", &format!("<Id>{}</Id>", "long/".repeat(20))));
+    assert_eq!(scenario["branches"][1]["from"].as_str(), Some("A-2"));
+    assert_eq!(scenario["branches"][1]["name"].as_str(), Some("s2"));
+}
+
+/// Deterministic numbers (xorshift64*, Vigna 2016).
+struct Random(u64);
+
+impl Random {
+    fn below(&mut self, n: usize) -> usize {
+        self.0 ^= self.0 >> 12;
+        self.0 ^= self.0 << 25;
+        self.0 ^= self.0 >> 27;
+        (self.0.wrapping_mul(0x2545_F491_4F6C_DD1D) >> 33) as usize % n
+    }
+}
+
+/// Every broken form of the file is refused or imported into TOML with finite numbers; none panics.
+#[test]
+fn no_mutation_panics() {
+    const SNIPPETS: [&str; 16] = [
+        "<",
+        ">",
+        "&",
+        "\"",
+        "0",
+        "-",
+        "1e300",
+        "NaN",
+        "inf",
+        "n2",
+        "s1",
+        "w1",
+        " ",
+        "<Segment id=\"x\"/>",
+        "ä",
+        "</Node>",
+    ];
+    let mut random = Random(20_240_611);
+    let (mut accepted, mut refused) = (0, 0);
+    for _ in 0..4000 {
+        let mut text: Vec<char> = SMALL.chars().collect();
+        for _ in 0..=random.below(3) {
+            let at = random.below(text.len());
+            match random.below(4) {
+                0 => drop(text.drain(at..(at + 1 + random.below(40)).min(text.len()))),
+                1 => text[at] = char::from(b' ' + random.below(95) as u8),
+                2 => drop(text.splice(at..at, SNIPPETS[random.below(SNIPPETS.len())].chars())),
+                // A number or word inside an element gives way to something else.
+                _ => {
+                    let Some(start) = text[at..].iter().position(|c| *c == '>').map(|i| at + i + 1) else { continue };
+                    let Some(end) = text[start..].iter().position(|c| *c == '<').map(|i| start + i) else { continue };
+                    drop(text.splice(start..end, SNIPPETS[random.below(SNIPPETS.len())].chars()));
+                }
+            }
+        }
+        let text: String = text.into_iter().collect();
+        match import(&text, &Options::default()) {
+            Ok(imported) => {
+                let scenario: toml::Table = toml::from_str(&imported.scenario).unwrap();
+                assert!(scenario["branches"].as_array().is_some_and(|branches| !branches.is_empty()));
+                let code: String = imported.scenario.lines().filter(|line| !line.contains('#')).collect();
+                assert!(!code.contains("inf") && !code.contains("NaN"), "{text}");
+                accepted += 1;
+            }
+            Err(fault) => {
+                assert!(fault.to_string().starts_with(|c: char| c.is_ascii_digit()), "{fault}");
+                refused += 1;
+            }
+        }
+    }
+    assert!(accepted > 200 && refused > 1000, "{accepted} accepted, {refused} refused");
+}
