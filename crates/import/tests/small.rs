@@ -128,8 +128,8 @@ fn everything_odd_is_reported() {
     let findings = imported(SMALL).findings;
     let expected = [
         "s2: Physical_length 260.0 mm (taken) and Virtual_length 250.0 mm differ",
-        "s3: its centre curve is stale, it misses the nodes by 300.0 mm and holds no piece that fits between them; straight from node to node",
-        "2 segment(s) have no usable centre curve; straight from node to node: s2, s4",
+        "s3: its centre curve is stale, it misses the nodes by 251.0 mm and holds no piece that fits between them; straight from node to node",
+        "2 segment(s) without usable centre curve; straight from node to node: s2, s4",
         "1 end(s) carry splices, which plug into nothing; left free: n5 (spliceS S1)",
         "1 end(s) carry no component; left free: n4",
     ];
@@ -245,6 +245,15 @@ impl Random {
     }
 }
 
+fn finite(value: &toml::Value) -> bool {
+    match value {
+        toml::Value::Float(number) => number.is_finite(),
+        toml::Value::Array(items) => items.iter().all(finite),
+        toml::Value::Table(items) => items.values().all(finite),
+        _ => true,
+    }
+}
+
 /// Every broken form of the file is refused or imported into TOML with finite numbers; none panics.
 #[test]
 fn no_mutation_panics() {
@@ -289,8 +298,7 @@ fn no_mutation_panics() {
             Ok(imported) => {
                 let scenario: toml::Table = toml::from_str(&imported.scenario).unwrap();
                 assert!(scenario["branches"].as_array().is_some_and(|branches| !branches.is_empty()));
-                let code: String = imported.scenario.lines().filter(|line| !line.contains('#')).collect();
-                assert!(!code.contains("inf") && !code.contains("NaN"), "{text}");
+                assert!(finite(&toml::Value::Table(scenario)), "{text}");
                 accepted += 1;
             }
             Err(fault) => {
