@@ -117,8 +117,7 @@ impl Scenario {
             let spec = RodSpec { section: section.clone(), mesh, curvature: branch.curvature };
             let kind = registry.rod(&branch.rod).map(|kind| &kind.build);
             let label = format!("branch \"{}\"", branch.name);
-            let rod: Option<Box<dyn RodSegment>> =
-                made(kind, &spec, &branch.parameters, &label, &branch.spans, faults);
+            let rod: Option<Box<dyn RodSegment>> = made(kind, &spec, &branch.parameters, &label, &branch.spans, faults);
             let (name, path) = (branch.name.clone(), branch.path.clone());
             plans.extend(rod.map(|rod| BranchPlan { name, section, rod, path }));
         }
@@ -206,9 +205,10 @@ fn made<S, T: ?Sized>(
 ) -> Option<Box<T>> {
     let built = match factory {
         Some(factory) => factory(spec, parameters),
-        None => {
-            Err(BuildError::new("its kind is not in this registry", "build with the registry the scenario was parsed with"))
-        }
+        None => Err(BuildError::new(
+            "its kind is not in this registry",
+            "build with the registry the scenario was parsed with",
+        )),
     };
     let refused = |error: BuildError| Fault {
         span: spans.of(error.key.as_deref()),

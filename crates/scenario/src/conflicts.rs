@@ -53,7 +53,12 @@ pub(crate) fn refuse_misplaced(scenario: &Scenario, network: &Network) -> Vec<Fa
 }
 
 fn joint_name(network: &Network, point: usize) -> String {
-    network.joints.iter().find(|joint| joint.point == point).map(|joint| format!("\"{}\"", joint.name)).unwrap_or_default()
+    network
+        .joints
+        .iter()
+        .find(|joint| joint.point == point)
+        .map(|joint| format!("\"{}\"", joint.name))
+        .unwrap_or_default()
 }
 
 fn holds_everything(action: Action<'_>) -> bool {
@@ -87,12 +92,13 @@ pub(crate) fn refuse_contradictions(scenario: &Scenario, network: &Network) -> V
     let mut reported = BTreeSet::new();
     let mut targets: Vec<Option<Target<'_>>> = network.fixings.iter().map(|_| None).collect();
     for stage in stages(scenario) {
-        // What is given comes first: what begins beside it and is given nothing takes it over.
-        let given = |fixing: &&usize| network.fixings[**fixing].position.is_none();
-        let mut begins: Vec<&usize> = stage.begins.iter().collect();
-        begins.sort_by_key(given);
-        for fixing in begins {
-            targets[*fixing] = begin(scenario, network, &targets, &stage.active, *fixing);
+        // What is given comes first: what begins beside it and is given nothing takes it over. What a step adds
+        // takes hold of the cable where it is, and goes to what it is given from there.
+        let mut begins = stage.begins.clone();
+        begins.sort_by_key(|fixing| scenario.constraints[*fixing].position.is_none());
+        for fixing in &begins {
+            let given = if stage.step.is_none() { given(scenario, *fixing) } else { (None, None) };
+            targets[*fixing] = begin(network, &targets, &stage.active, *fixing, given);
         }
         let mut check = |targets: &[Option<Target<'_>>]| {
             for (k, a) in stage.active.iter().enumerate() {
@@ -105,6 +111,12 @@ pub(crate) fn refuse_contradictions(scenario: &Scenario, network: &Network) -> V
             }
         };
         check(&targets);
+        for fixing in begins {
+            let Some(target) = &mut targets[fixing] else { continue };
+            let (position, facing) = given(scenario, fixing);
+            target.position = position.unwrap_or(target.position);
+            target.facing = facing.unwrap_or(target.facing);
+        }
         for motion in stage.step.into_iter().flat_map(|step| &step.moves) {
             let Some(target) = &mut targets[motion.fixing] else { continue };
             if let Some(position) = motion.path.last() {
@@ -143,34 +155,40 @@ fn same_place(network: &Network, a: usize, b: usize) -> bool {
     network.fixings[a].site == network.fixings[b].site
 }
 
-/// The target of a constraint as it begins; `None` where it prescribes nothing.
+/// Position and facing that the file gives a constraint.
+type Given = (Option<Held<Vector>>, Option<Held<Faced>>);
+
+fn given(scenario: &Scenario, fixing: usize) -> Given {
+    let own = &scenario.constraints[fixing];
+    let facing = match own.facing {
+        Facing::Left => None,
+        Facing::Tangent(tangent) => Some(Held::Given(Faced::Tangent(tangent))),
+        Facing::Orientation(frame) => Some(Held::Given(Faced::Frame(frame))),
+    };
+    (own.position.map(Held::Given), facing)
+}
+
+/// The target of a constraint as it begins: what it is given, or what others hold there already, or where it finds the
+/// cable; `None` where it prescribes nothing.
 fn begin<'n>(
-    scenario: &Scenario,
     network: &'n Network,
     targets: &[Option<Target<'n>>],
     active: &[usize],
     fixing: usize,
+    (position, facing): Given,
 ) -> Option<Target<'n>> {
     let Action::Prescribed(hold) = network.fixings[fixing].constraint.action() else { return None };
     let beside = || {
         let others = active.iter().filter(|other| **other != fixing && same_place(network, fixing, **other));
         others.filter_map(|other| targets[*other].as_ref())
     };
-    let own = &scenario.constraints[fixing];
-    let holds_point = |target: &&Target<'_>| target.hold.position && target.hold.rails.is_empty();
-    let position = own.position.map(Held::Given);
-    let position = position.or_else(|| beside().find(holds_point).map(|target| target.position));
-    let facing = match own.facing {
-        Facing::Tangent(tangent) => Some(Held::Given(Faced::Tangent(tangent))),
-        Facing::Orientation(frame) => Some(Held::Given(Faced::Frame(frame))),
-        Facing::Left => {
-            beside().find(|target| target.hold.rotation != RotationHold::Free).map(|target| target.facing)
-        }
-    };
+    let point = || beside().find(|other| other.hold.position && other.hold.rails.is_empty());
+    let frame = || beside().find(|other| other.hold.rotation != RotationHold::Free);
+    let found = Held::Found(fixing);
     Some(Target {
         hold,
-        position: position.unwrap_or(Held::Found(fixing)),
-        facing: facing.unwrap_or(Held::Found(fixing)),
+        position: position.or_else(|| point().map(|other| other.position)).unwrap_or(found),
+        facing: facing.or_else(|| frame().map(|other| other.facing)).unwrap_or(Held::Found(fixing)),
     })
 }
 

@@ -30,6 +30,8 @@ pub(crate) struct Names<'a> {
     pub joints: BTreeMap<&'a str, usize>,
     pub constraints: BTreeMap<&'a str, usize>,
     pub loads: BTreeMap<&'a str, usize>,
+    /// Segments so far, roughly.
+    pub segments: f64,
     /// Whether a name leads nowhere, so that the harness cannot be put together.
     pub broken: bool,
 }
@@ -41,7 +43,8 @@ pub(crate) fn read(reader: &Reader<'_>, table: &DeTable<'_>) -> (Scenario, bool)
     let mut names = Names::default();
     let name = root.word("name").unwrap_or("harness").to_owned();
     let gravity = root.vector("gravity").unwrap_or(Vector::new(0.0, 0.0, -9.81));
-    let sections = root.named_entries("sections").iter().map(|(name, entry)| section(name, entry, &mut names)).collect();
+    let sections =
+        root.named_entries("sections").iter().map(|(name, entry)| section(name, entry, &mut names)).collect();
     let entries = root.entries("branches");
     let branches: Vec<Branch> = entries.iter().map(|entry| branch(entry, &mut names)).collect();
     if entries.is_empty() {
@@ -168,9 +171,9 @@ fn branch<'a>(entry: &Entry<'a>, names: &mut Names<'a>) -> Branch {
         entry.fault_at("to", message, "make two branches of the loop, with a joint between them");
         names.broken = true;
     }
-    let section = entry.word("section").and_then(|section| {
-        lookup(entry, "section", &names.sections, section, entry.span_of("section")).copied()
-    });
+    let section = entry
+        .word("section")
+        .and_then(|section| lookup(entry, "section", &names.sections, section, entry.span_of("section")).copied());
     let length = entry.number("length");
     names.lengths.push(length);
     names.broken |= kind.is_none() || name.is_none() || from.is_none() || to.is_none();
@@ -181,7 +184,7 @@ fn branch<'a>(entry: &Entry<'a>, names: &mut Names<'a>) -> Branch {
         vertices: [from, to].map(|vertex| vertex.unwrap_or_default().to_owned()),
         section: section.unwrap_or_default(),
         length: length.unwrap_or(1.0),
-        division: division(entry, length),
+        division: division(entry, length, names),
         rod,
         parameters,
         curvature: entry.vector("curvature").unwrap_or_default(),
@@ -190,20 +193,22 @@ fn branch<'a>(entry: &Entry<'a>, names: &mut Names<'a>) -> Branch {
     }
 }
 
-fn division(entry: &Entry<'_>, length: Option<f64>) -> Division {
+fn division(entry: &Entry<'_>, length: Option<f64>, names: &mut Names<'_>) -> Division {
     const DEFAULT: Division = Division::Segments(1);
     let (segments, longest) = (entry.count("segments"), entry.number("max_segment"));
+    let many = segments.map(|n| n as f64).or(length.zip(longest).map(|(length, longest)| length / longest));
+    names.segments += many.unwrap_or(0.0);
+    if names.segments > keys::MANY as f64 {
+        let message = format!("with {} the harness has more than {} segments", entry.label, keys::MANY);
+        let key = if entry.has("segments") { "segments" } else { "max_segment" };
+        entry.fault_at(key, message, "divide the branches less finely");
+        names.segments = 0.0;
+        names.broken = true;
+        return DEFAULT;
+    }
     match (entry.has("segments"), entry.has("max_segment")) {
         (true, false) => segments.map_or(DEFAULT, Division::Segments),
-        (false, true) => {
-            let Some((longest, length)) = longest.zip(length) else { return DEFAULT };
-            if length / longest > keys::MANY as f64 {
-                let message = format!("`max_segment` = {longest} m would make more than {} segments", keys::MANY);
-                entry.fault_at("max_segment", message, format!("the branch is {length} m long: allow longer segments"));
-                return DEFAULT;
-            }
-            Division::MaxSegment(longest)
-        }
+        (false, true) => longest.map_or(DEFAULT, Division::MaxSegment),
         (true, true) => {
             let message = format!("{} has both `segments` and `max_segment`", entry.label);
             entry.fault_at("max_segment", message, "leave one of them out");

@@ -38,9 +38,9 @@ pub fn render(text: &str, faults: &[Fault]) -> String {
 pub(crate) fn nearest<'a>(word: &str, known: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
     known
         .into_iter()
-        .map(|k| (strsim::damerau_levenshtein(word, k), k))
+        .map(|k| (strsim::damerau_levenshtein(&word.to_lowercase(), &k.to_lowercase()), k))
         .min_by_key(|(distance, _)| *distance)
-        .filter(|(distance, k)| *distance <= 1 + word.chars().count().min(k.chars().count()) / 3)
+        .filter(|(distance, k)| *distance <= word.chars().count().min(k.chars().count()) / 3)
         .map(|(_, k)| k)
 }
 
@@ -70,7 +70,8 @@ mod tests {
     #[test]
     fn positions_count_lines_and_characters_from_one() {
         let text = "a = 1\nµ² = 2\n";
-        let at = |start: usize| Fault { span: start..start, message: String::new(), help: String::new() }.position(text);
+        let at =
+            |start: usize| Fault { span: start..start, message: String::new(), help: String::new() }.position(text);
         assert_eq!(at(0), (1, 1));
         assert_eq!(at(6), (2, 1));
         assert_eq!(at(text.find("= 2").unwrap()), (2, 4));
@@ -82,6 +83,8 @@ mod tests {
         let known = ["length", "segments", "section"];
         assert_eq!(nearest("lenght", known), Some("length"));
         assert_eq!(nearest("colour", known), None);
+        assert_eq!(nearest("A", ["B", "a"]), Some("a"));
+        assert_eq!(nearest("A", ["B", "C"]), None);
         assert_eq!(listed(&["x", "y", "z"]), "x, y and z");
     }
 }

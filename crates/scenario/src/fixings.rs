@@ -4,6 +4,8 @@ use crate::document::{Names, lookup, register};
 use crate::kinds;
 use crate::reader::Entry;
 use crate::scenario::{At, Constraint, Facing, Load};
+use toml::Spanned;
+use toml::de::DeValue;
 use wireloom_core::rotation::frame_from;
 use wireloom_core::{HoldWord, Vector};
 
@@ -59,7 +61,7 @@ fn hold(entry: &Entry<'_>) -> Vec<HoldWord> {
             _ => HoldWord::Twist,
         })
         .collect();
-    if words.is_empty() {
+    if matches!(entry.node("hold").map(Spanned::get_ref), Some(DeValue::Array(list)) if list.is_empty()) {
         let message = format!("`hold` of {} is empty: it would hold nothing", entry.label);
         entry.fault_at("hold", message, "name some of \"position\", \"tangent\", \"twist\", or leave `hold` out");
     }
@@ -98,6 +100,9 @@ pub(crate) fn load<'a>(entry: &Entry<'a>, names: &mut Names<'a>) -> Option<Load>
 fn attachment(at: &Entry<'_>, names: &Names<'_>) -> Option<At> {
     let (end, joint, branch) = (at.word("end"), at.word("joint"), at.word("branch"));
     let s = at.number("s");
+    if names.vertices.is_empty() {
+        return None; // Without branches every place is unknown, and the branches have their own fault.
+    }
     match (at.has("end"), at.has("joint"), at.has("branch"), at.has("s")) {
         (true, false, false, false) => free_end(at, end?, names),
         (false, true, false, false) => joint_place(at, joint?, names),

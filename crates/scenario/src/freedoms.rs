@@ -87,7 +87,8 @@ fn refuse_piece(
     let names: Vec<String> = branches.iter().map(|b| format!("\"{}\"", scenario.branches[*b].name)).collect();
     let (word, are) = if names.len() == 1 { ("branch", "is") } else { ("branches", "are") };
     let first = holding.first().map(|f| &scenario.constraints[*f].spans);
-    let span = stage.span.clone().unwrap_or_else(|| first.unwrap_or(&scenario.branches[branches[0]].spans).entry.clone());
+    let span =
+        stage.span.clone().unwrap_or_else(|| first.unwrap_or(&scenario.branches[branches[0]].spans).entry.clone());
     let help = if translations.is_empty() {
         "nothing pulls on it either: hold a tangent and the twist, for example with a connector, or give it gravity"
     } else {
@@ -152,7 +153,8 @@ fn unopposed(rows: &[Vector6<f64>]) -> (Vec<Vector>, Vec<Vector>) {
     let point = |row: &Vector6<f64>| Vector::new(row[0], row[1], row[2]);
     let frame = |row: &Vector6<f64>| Vector::new(row[3], row[4], row[5]);
     let translation: Matrix = rows.iter().map(|row| point(row) * point(row).transpose()).sum();
-    let translations = eigen(&translation).into_iter().filter(|(value, _)| *value < UNOPPOSED).map(|(_, v)| v).collect();
+    let translations =
+        eigen(&translation).into_iter().filter(|(value, _)| *value < UNOPPOSED).map(|(_, v)| v).collect();
     let all: Matrix6<f64> = rows.iter().map(|row| row * row.transpose()).sum();
     if !all.iter().all(|x| x.is_finite()) {
         return (translations, Vec::new());

@@ -6,9 +6,9 @@ use crate::kinds;
 use crate::reader::Entry;
 use crate::scenario::{Arm, Joint};
 use std::collections::BTreeMap;
+use wireloom_core::Rotation;
 use wireloom_core::joint::WireShare;
 use wireloom_core::rotation::frame_from;
-use wireloom_core::Rotation;
 
 /// A joint. `None`, and the names broken, where it does not fit the graph.
 pub(crate) fn joint<'a>(entry: &Entry<'a>, names: &mut Names<'a>) -> Option<Joint> {
@@ -60,12 +60,7 @@ fn branch_name<'a>(names: &Names<'a>, branch: usize) -> &'a str {
 }
 
 /// An arm; notes its branch and place in the list under the branch's name.
-fn arm<'a>(
-    entry: &Entry<'a>,
-    joint: &str,
-    by_branch: &mut BTreeMap<&'a str, usize>,
-    names: &Names<'a>,
-) -> Option<Arm> {
+fn arm<'a>(entry: &Entry<'a>, joint: &str, by_branch: &mut BTreeMap<&'a str, usize>, names: &Names<'a>) -> Option<Arm> {
     let offset = entry.vector("offset").unwrap_or_default();
     let branch = entry.word("branch")?;
     let index = *lookup(entry, "branch", &names.branches, branch, entry.span_of("branch"))?;
@@ -151,7 +146,8 @@ fn wires(entry: &Entry<'_>, by_branch: &BTreeMap<&str, usize>) -> Vec<WireShare>
             continue;
         };
         if from == to || shares.iter().any(|other| (other.from, other.to) == (*from, *to)) {
-            let message = if from == to { "`between` names the same arm twice" } else { "this pair of arms is given twice" };
+            let message =
+                if from == to { "`between` names the same arm twice" } else { "this pair of arms is given twice" };
             wire.fault_at("between", message, "give one entry for every pair of different arms");
             continue;
         }
@@ -160,7 +156,8 @@ fn wires(entry: &Entry<'_>, by_branch: &BTreeMap<&str, usize>) -> Vec<WireShare>
     for (branch, arm) in by_branch {
         let sum: f64 = shares.iter().filter(|wire| wire.from == *arm).map(|wire| wire.share).sum();
         if sum > 1.0 + 1e-9 {
-            let message = format!("the wire shares of arm \"{branch}\" add up to {sum:.6}, more than all its wires");
+            let sum = (sum * 1e9).round() / 1e9;
+            let message = format!("the wire shares of arm \"{branch}\" add up to {sum}, more than all its wires");
             entry.fault_at("wires", message, "let the shares of an arm add up to at most 1");
         }
     }
@@ -170,7 +167,8 @@ fn wires(entry: &Entry<'_>, by_branch: &BTreeMap<&str, usize>) -> Vec<WireShare>
 /// Refuses vertices that join branches without a joint.
 pub(crate) fn refuse_dangling(root: &Entry<'_>, names: &mut Names<'_>) {
     for (name, vertex) in &names.vertices {
-        if vertex.ends.len() < 2 || names.joints.contains_key(name) {
+        let first = vertex.ends[0].0;
+        if vertex.ends.iter().all(|(branch, _)| *branch == first) || names.joints.contains_key(name) {
             continue;
         }
         let branches: Vec<String> =
@@ -183,4 +181,3 @@ pub(crate) fn refuse_dangling(root: &Entry<'_>, names: &mut Names<'_>) {
         names.broken = true;
     }
 }
-

@@ -134,19 +134,23 @@ const fn may(name: &'static str, form: Form, doc: &'static str) -> Key {
     Key { name, form, required: false, doc }
 }
 
-/// The most segments, increments or iterations that are taken for meant.
+/// The most segments of a harness, increments of a step or iterations that are taken for meant.
 pub(crate) const MANY: usize = 1_000_000;
 
 /// A whole scenario.
 pub(crate) const SCENARIO: Keys = Keys {
     what: "scenario",
     keys: &[
-        must("schema", Form::Version, "version of the format: 1"),
+        must("schema", Form::Version, "version of the format; 1 is the only one so far"),
         may("name", Form::Name, "name of the scenario, for results; default \"harness\""),
         may("gravity", Form::Vector(Quantity::Acceleration), "gravity at the beginning; default [0, 0, -9.81]"),
         must("sections", Form::Named(&SECTION), "what branches are made of, by name"),
         must("branches", Form::Tables(&BRANCH), "the branches of the harness; vertices come into being by being named"),
-        may("joints", Form::Tables(&JOINT), "what holds branches together: one for every vertex of two or more branches"),
+        may(
+            "joints",
+            Form::Tables(&JOINT),
+            "what holds branches together: one for every vertex of two or more branches",
+        ),
         may("constraints", Form::Tables(&CONSTRAINT), "what holds the harness from the beginning"),
         may("loads", Form::Tables(&LOAD), "dead loads"),
         may("initial", Form::Table(&INITIAL), "start from the rest shape, laid here; left out, a start is found"),
@@ -181,7 +185,11 @@ pub(crate) const SECTION: Keys = Keys {
             Form::Number(Quantity::BendingStiffness, POSITIVE),
             "GJ; never derived from the bending stiffness",
         ),
-        may("min_bend_radius", Form::Number(Quantity::Length, POSITIVE), "smallest bend radius allowed; reported against"),
+        may(
+            "min_bend_radius",
+            Form::Number(Quantity::Length, POSITIVE),
+            "smallest bend radius allowed; reported against",
+        ),
     ],
 };
 
@@ -234,7 +242,11 @@ pub(crate) const ARM: Keys = Keys {
             Form::Orientation,
             "instead of direction and up: frame of the branch (d3 `from → to`) in the joint's frame",
         ),
-        may("offset", Form::Vector(Quantity::Length), "where the arm leaves, in the joint's frame; for models with a body"),
+        may(
+            "offset",
+            Form::Vector(Quantity::Length),
+            "where the arm leaves, in the joint's frame; for models with a body",
+        ),
     ],
 };
 
@@ -243,7 +255,11 @@ pub(crate) const WIRES: Keys = Keys {
     what: "wires",
     keys: &[
         must("between", Form::Names, "two arms, by branch"),
-        must("share", Form::Number(Quantity::Dimensionless, SHARE), "share of the first arm's wires that passes to the second"),
+        must(
+            "share",
+            Form::Number(Quantity::Dimensionless, SHARE),
+            "share of the first arm's wires that passes to the second",
+        ),
     ],
 };
 
@@ -259,7 +275,8 @@ pub(crate) const AT: Keys = Keys {
 };
 
 const TANGENT: Key = may("tangent", Form::Direction, "direction of d3: along the branch, from `from` to `to`");
-const UP: Key = may("up", Form::Direction, "direction of d1; with tangent it fixes the twist; projected where not orthogonal");
+const UP: Key =
+    may("up", Form::Direction, "direction of d1; with tangent it fixes the twist; projected where not orthogonal");
 const ORIENTATION: Key = may("orientation", Form::Orientation, "instead of tangent and up: the whole frame");
 
 /// A constraint.
@@ -267,7 +284,7 @@ pub(crate) const CONSTRAINT: Keys = Keys {
     what: "constraint",
     keys: &[
         must("name", Form::Name, "its name"),
-        must("kind", Form::Kind(Family::Constraint, None), "what it is"),
+        must("kind", Form::Kind(Family::Constraint, None), "what it is, such as \"connector\""),
         must("at", Form::Table(&AT), "where it attaches"),
         may("position", Form::Vector(Quantity::Length), "where it holds; left out: where the cable is when it begins"),
         TANGENT,

@@ -97,12 +97,10 @@ fn read_value(
             reader.number(name, node, *quantity, bound).map(Value::Number)
         }
         registry::Form::Vector { quantity } => reader.vector(name, node, *quantity).map(Value::Vector),
-        registry::Form::Count { minimum } => {
-            reader.count(name, node, *minimum, i64::MAX as usize).map(Value::Count)
-        }
+        registry::Form::Count { minimum } => reader.count(name, node, *minimum, i64::MAX as usize).map(Value::Count),
         registry::Form::Flag => reader.flag(name, node).map(Value::Flag),
-        registry::Form::Choice(words) => reader
-            .choice(name, node, words.iter().map(String::as_str))
-            .map(|word| Value::Word(word.to_owned())),
+        registry::Form::Choice(words) => {
+            reader.choice(name, node, words.iter().map(String::as_str)).map(|word| Value::Word(word.to_owned()))
+        }
     }
 }

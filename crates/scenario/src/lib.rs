@@ -30,9 +30,7 @@ mod units;
 
 pub use build::Built;
 pub use fault::{Fault, render};
-pub use scenario::{
-    Arm, At, Branch, Constraint, Division, Facing, Joint, Load, Minimiser, Output, Scenario, Spans,
-};
+pub use scenario::{Arm, At, Branch, Constraint, Division, Facing, Joint, Load, Minimiser, Output, Scenario, Spans};
 pub use schema::schema;
 
 use std::ops::Range;
@@ -42,7 +40,7 @@ use wireloom_core::Registry;
 /// A place in a text, bytes.
 pub type Span = Range<usize>;
 
-/// Syntax errors shown: those that follow are mostly echoes of the first.
+/// Syntax errors shown: those that follow are mostly echoes of the first ones.
 const SYNTAX_ERRORS: usize = 3;
 
 /// Reads and checks a scenario; the kinds it names are looked up in `registry`.
@@ -53,7 +51,10 @@ const SYNTAX_ERRORS: usize = 3;
 pub fn parse(text: &str, registry: &Registry) -> Result<Scenario, Vec<Fault>> {
     let (table, errors) = DeTable::parse_recoverable(text);
     if !errors.is_empty() {
-        return Err(errors.iter().take(SYNTAX_ERRORS).map(|error| syntax_fault(text, error)).collect());
+        let mut faults: Vec<Fault> = errors.iter().map(|error| syntax_fault(text, error)).collect();
+        faults.sort_by_key(|fault| fault.span.start);
+        faults.truncate(SYNTAX_ERRORS);
+        return Err(faults);
     }
     let reader = reader::Reader::new(text, registry);
     let (scenario, whole) = document::read(&reader, table.get_ref());

@@ -48,7 +48,7 @@ impl Layout {
             })
             .collect();
         let mut layout = Self { stations: vec![BTreeSet::new(); branches.len()], branches };
-        let with_moment = scenario.loads.iter().filter(|load| load.moment.norm() > 0.0).map(|load| load.at);
+        let with_moment = scenario.loads.iter().map(|load| load.at);
         for at in scenario.constraints.iter().map(|constraint| constraint.at).chain(with_moment) {
             if let Place::Node { branch, node } = layout.place(at) {
                 layout.stations[branch].insert(node);
@@ -98,7 +98,7 @@ fn divide(branch: &Branch, mut attachments: Vec<f64>) -> Divided {
 fn share_out(segments: usize, spans: &[f64]) -> Vec<usize> {
     let length: f64 = spans.iter().sum();
     let mut counts: Vec<usize> =
-        spans.iter().map(|span| ((segments as f64 * span / length).floor() as usize).max(1)).collect();
+        spans.iter().map(|span| ((segments as f64 * (span / length)).floor() as usize).max(1)).collect();
     loop {
         let total: usize = counts.iter().sum();
         let size = |k: &usize, count: usize| spans[*k] / count as f64;

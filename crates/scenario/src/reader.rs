@@ -1,6 +1,6 @@
 //! Reads the values of an entry as its table of keys declares them; gathers faults and goes on.
 
-use crate::fault::{Fault, did_you_mean};
+use crate::fault::{Fault, did_you_mean, nearest};
 use crate::keys::{Bound, Form, Key, Keys};
 use crate::units;
 use nalgebra::{Quaternion, Unit};
@@ -259,13 +259,7 @@ pub(crate) struct Entry<'a> {
 impl<'a> Entry<'a> {
     /// An entry. Keys that are not declared are refused at once, but for entries of a kind: those may
     /// have the kind's parameters, see [`crate::kinds::read`].
-    pub fn new(
-        reader: &'a Reader<'a>,
-        table: &'a DeTable<'a>,
-        span: Span,
-        keys: &'static Keys,
-        label: String,
-    ) -> Self {
+    pub fn new(reader: &'a Reader<'a>, table: &'a DeTable<'a>, span: Span, keys: &'static Keys, label: String) -> Self {
         let entry = Self { reader, table, keys, span, label };
         if keys.kind().is_none() {
             entry.refuse_unknown_keys(std::iter::empty());
@@ -282,10 +276,18 @@ impl<'a> Entry<'a> {
     pub fn node(&self, name: &str) -> Option<&'a Node<'a>> {
         let key = self.key(name);
         let node = self.table.get(name);
-        if node.is_none() && key.required {
+        if node.is_none() && key.required && !self.misspelt(name) {
             self.missing(key.name, key.doc);
         }
         node
+    }
+
+    /// Whether an unknown key is taken for this one misspelt; one fault is enough then.
+    fn misspelt(&self, name: &str) -> bool {
+        let own = || self.keys.keys.iter().map(|key| key.name);
+        self.table
+            .keys()
+            .any(|key| self.keys.get(key.get_ref()).is_none() && nearest(key.get_ref(), own()) == Some(name))
     }
 
     /// Notes that a key is missing.

@@ -2,9 +2,9 @@
 
 use crate::document::{Names, lookup, register};
 use crate::fixings::{constraint, facing};
-use crate::{keys, kinds};
 use crate::reader::Entry;
 use crate::scenario::{Constraint, Facing, Minimiser, Spans};
+use crate::{keys, kinds};
 use std::collections::{BTreeMap, BTreeSet};
 use wireloom_core::rotation::{frame_from, orthogonal};
 use wireloom_core::steps::{Initial, Move, Step, Turn};
@@ -18,9 +18,9 @@ pub(crate) fn initial(entry: &Entry<'_>, names: &mut Names<'_>) -> Option<Initia
         Facing::Tangent(tangent) => frame_from(&tangent, &orthogonal(&tangent)),
         Facing::Orientation(orientation) => Some(orientation),
     };
-    let branch = entry.word("branch").and_then(|branch| {
-        lookup(entry, "branch", &names.branches, branch, entry.span_of("branch")).copied()
-    });
+    let branch = entry
+        .word("branch")
+        .and_then(|branch| lookup(entry, "branch", &names.branches, branch, entry.span_of("branch")).copied());
     names.broken |= branch.is_none();
     Some(Initial { branch: branch?, pose: Pose { position, orientation: orientation? } })
 }
@@ -51,11 +51,7 @@ struct Acting {
 }
 
 /// The steps; the constraints they add are put behind those that act from the beginning.
-pub(crate) fn steps<'a>(
-    entries: &[Entry<'a>],
-    constraints: &mut Vec<Constraint>,
-    names: &mut Names<'a>,
-) -> Vec<Step> {
+pub(crate) fn steps<'a>(entries: &[Entry<'a>], constraints: &mut Vec<Constraint>, names: &mut Names<'a>) -> Vec<Step> {
     // Names come first: a step may name a constraint that only a later one adds, and that has its own message.
     let added: Vec<Vec<usize>> = entries
         .iter()
@@ -81,7 +77,10 @@ pub(crate) fn steps<'a>(
             let before = entry.reader.fault_count();
             let release = release(entry, k, &mut acting, names);
             acting.active.extend(&add);
-            let moves = moves(entry, &acting, constraints, names);
+            let mut moves = moves(entry, &acting, constraints, names);
+            for motion in moves.iter_mut().filter(|motion| add.contains(&motion.fixing)) {
+                go_by_what_is_given(motion, &constraints[motion.fixing]);
+            }
             let loads = factors(entry, names);
             names.broken |= entry.reader.fault_count() > before;
             Step {
@@ -141,20 +140,39 @@ fn moves(entry: &Entry<'_>, acting: &Acting, constraints: &mut [Constraint], nam
         }
         if all.iter().any(|other| other.fixing == index) {
             let message = format!("{} moves \"{name}\" twice", entry.label);
-            entry.reader.fault(span, message, "give one move for every constraint, with `via` points where it needs them");
+            entry.reader.fault(
+                span,
+                message,
+                "give one move for every constraint, with `via` points where it needs them",
+            );
             continue;
         }
         let constraint = &mut constraints[index];
-        let turn = match facing {
-            Facing::Left => Turn::Keep,
-            Facing::Tangent(tangent) => Turn::Tangent(tangent),
-            Facing::Orientation(orientation) => Turn::Orientation(orientation),
-        };
+        let turn = turn(facing);
         constraint.tangent_given |= turn != Turn::Keep;
         constraint.up_given |= matches!(turn, Turn::Orientation(_));
         all.push(Move { fixing: index, path, turn, turns });
     }
     all
+}
+
+fn turn(facing: Facing) -> Turn {
+    match facing {
+        Facing::Left => Turn::Keep,
+        Facing::Tangent(tangent) => Turn::Tangent(tangent),
+        Facing::Orientation(orientation) => Turn::Orientation(orientation),
+    }
+}
+
+/// A constraint that begins with a step takes hold of the cable where it is: its motion in that step goes through the
+/// position it is given, and to the facing where it has no other.
+fn go_by_what_is_given(motion: &mut Move, constraint: &Constraint) {
+    if let Some(position) = constraint.position {
+        motion.path.insert(0, position);
+    }
+    if motion.turn == Turn::Keep {
+        motion.turn = turn(constraint.facing);
+    }
 }
 
 fn path(motion: &Entry<'_>) -> Vec<Vector> {

@@ -26,7 +26,8 @@ pub(crate) struct Stage<'s> {
 /// All stages of a scenario, in order. What the first step brings counts at the start too: its first increment
 /// is the first equilibrium asked for.
 pub(crate) fn stages(scenario: &Scenario) -> Vec<Stage<'_>> {
-    let mut active: Vec<usize> = (0..scenario.constraints.len()).filter(|c| scenario.constraints[*c].from_start).collect();
+    let mut active: Vec<usize> =
+        (0..scenario.constraints.len()).filter(|c| scenario.constraints[*c].from_start).collect();
     let mut gravity = scenario.gravity;
     let mut factors: Vec<f64> = scenario.loads.iter().map(|load| load.factor).collect();
     let mut all = Vec::new();

@@ -140,6 +140,9 @@ fn a_minimal_file_has_defaults() {
 
 #[test]
 fn handing_over_is_no_contradiction() {
-    let text = HARNESS.replace("[[steps.load]]", "[[steps.add]]\nname = \"second hand\"\nkind = \"handle\"\nat = { end = \"B\" }\n[[steps.load]]");
+    let text = HARNESS.replace(
+        "[[steps.load]]",
+        "[[steps.add]]\nname = \"second hand\"\nkind = \"handle\"\nat = { end = \"B\" }\n[[steps.load]]",
+    );
     read(&text);
 }

@@ -7,7 +7,7 @@ use wireloom_core::minimiser::{Minimiser, Report, Status, Stop};
 use wireloom_core::registry::{
     BuildError, ConstraintKind, Form, JointKind, MinimiserKind, Parameter, Parameters, Quantity, RodKind, Value,
 };
-use wireloom_core::rod::{BranchShape, CouplingHessian, Mesh, RodEnergy, RodSegment, SegmentHessian};
+use wireloom_core::rod::{BranchHessian, BranchShape, Mesh, RodEnergy, RodSegment};
 use wireloom_core::{Matrix, Pose, Problem, Registry, Rotation, State, Vector};
 
 struct Rod(Mesh);
@@ -22,14 +22,7 @@ impl RodSegment for Rod {
     fn gradient(&self, _: &BranchShape<'_>, _: &mut [Vector], _: &mut [Vector]) -> f64 {
         0.0
     }
-    fn hessian(
-        &self,
-        _: &BranchShape<'_>,
-        _: Option<&[Vector]>,
-        _: &mut [SegmentHessian],
-        _: &mut [CouplingHessian],
-    ) {
-    }
+    fn hessian(&self, _: &BranchShape<'_>, _: Option<&[Vector]>, _: &mut BranchHessian) {}
     fn predicted_forces(&self, _: &BranchShape<'_>, _: &[Vector], _: &[Vector], _: &mut [Vector]) {}
     fn forces(&self, _: &BranchShape<'_>, _: &mut [Vector]) {}
     fn moments(&self, _: &BranchShape<'_>, _: &mut [Vector]) {}
@@ -87,13 +80,7 @@ impl Minimiser for Idle {
         &self.0
     }
     fn minimise(&mut self, _: &mut Problem<'_>, _: &mut State, _: &Stop) -> Report {
-        Report {
-            status: Status::Failed,
-            iterations: 0,
-            factorisations: 0,
-            evaluations: 0,
-            residual: 0.0,
-        }
+        Report { status: Status::Failed, iterations: 0, factorisations: 0, evaluations: 0, residual: 0.0 }
     }
 }
 
@@ -142,10 +129,7 @@ fn constraint(
     ConstraintKind { name: name.into(), doc: format!("a {name}"), parameters, build: Box::new(build) }
 }
 
-fn joint(
-    name: &str,
-    build: fn(&JointSpec, &Parameters) -> Result<Box<dyn JointModel>, BuildError>,
-) -> JointKind {
+fn joint(name: &str, build: fn(&JointSpec, &Parameters) -> Result<Box<dyn JointModel>, BuildError>) -> JointKind {
     JointKind { name: name.into(), doc: format!("a {name} joint"), parameters: vec![], build: Box::new(build) }
 }
 
@@ -178,9 +162,8 @@ pub fn registry() -> Registry {
     };
     let springs =
         vec![spring("stiffness", Quantity::ForcePerLength), spring("angular_stiffness", Quantity::MomentPerAngle)];
-    let connector = |spec: &ConstraintSpec, _: &Parameters| {
-        Ok(Box::new(Fixed(spec.hold(&EVERYTHING))) as Box<dyn Constraint>)
-    };
+    let connector =
+        |spec: &ConstraintSpec, _: &Parameters| Ok(Box::new(Fixed(spec.hold(&EVERYTHING))) as Box<dyn Constraint>);
     for kind in [
         constraint("connector", vec![], connector),
         constraint("collar", vec![twist], collar),

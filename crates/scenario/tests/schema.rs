@@ -1,0 +1,52 @@
+//! The JSON Schema says what the reader reads.
+
+mod common;
+
+use serde_json::Value;
+use wireloom_scenario::{parse, schema};
+
+#[test]
+fn the_kinds_of_the_registry_and_their_parameters_are_in_it() {
+    let schema = schema(&common::registry());
+    assert_eq!(schema["$schema"], "https://json-schema.org/draft/2020-12/schema");
+    let constraint = &schema["properties"]["constraints"]["items"];
+    let kinds: Vec<&str> = constraint["properties"]["kind"]["oneOf"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .filter_map(|k| k["const"].as_str())
+        .collect();
+    assert_eq!(kinds, ["collar", "connector", "handle"]);
+    let collar = &constraint["allOf"][0];
+    assert_eq!(collar["if"]["properties"]["kind"]["const"], "collar");
+    assert_eq!(collar["then"]["properties"]["twist"]["enum"], serde_json::json!(["free", "held"]));
+    assert_eq!(collar["then"]["properties"]["twist"]["default"], "free");
+    let handle = &constraint["allOf"][2]["then"]["properties"]["stiffness"];
+    assert_eq!(handle["description"], "a spring between hand and cable (N/m)");
+    assert_eq!(schema["properties"]["steps"]["items"]["properties"]["add"]["items"], *constraint);
+}
+
+#[test]
+fn values_have_descriptions_units_and_limits() {
+    let schema = schema(&common::registry());
+    let length = &schema["properties"]["branches"]["items"]["properties"]["length"];
+    assert_eq!(length["description"], "unstressed length (m)");
+    assert_eq!(length["anyOf"][0]["exclusiveMinimum"], 0.0);
+    assert_eq!(length["anyOf"][1]["type"], "string");
+    assert_eq!(schema["properties"]["plugins"], Value::Null);
+    assert_eq!(schema["additionalProperties"], false);
+}
+
+/// Every key of the schema is known to the reader: one that holds nonsense is refused for its value, not its name.
+#[test]
+fn every_key_of_the_schema_is_read() {
+    let registry = common::registry();
+    let schema = schema(&registry);
+    for key in schema["properties"].as_object().unwrap().keys() {
+        let text = format!("{key} = 1979-05-27");
+        let faults = parse(&text, &registry).unwrap_err();
+        let at_value = faults.iter().find(|fault| fault.span.start == key.len() + 3);
+        let fault = at_value.unwrap_or_else(|| panic!("{key}: {faults:?}"));
+        assert!(fault.message.contains(key.as_str()) && fault.message.contains("1979-05-27"), "{}", fault.message);
+    }
+}
