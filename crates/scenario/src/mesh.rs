@@ -48,8 +48,8 @@ impl Layout {
             })
             .collect();
         let mut layout = Self { stations: vec![BTreeSet::new(); branches.len()], branches };
-        let with_moment = scenario.loads.iter().map(|load| load.at);
-        for at in scenario.constraints.iter().map(|constraint| constraint.at).chain(with_moment) {
+        let of_loads = scenario.loads.iter().map(|load| load.at);
+        for at in scenario.constraints.iter().map(|constraint| constraint.at).chain(of_loads) {
             if let Place::Node { branch, node } = layout.place(at) {
                 layout.stations[branch].insert(node);
             }

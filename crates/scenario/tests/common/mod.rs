@@ -121,15 +121,13 @@ fn spring(name: &str, quantity: Quantity) -> Parameter {
     }
 }
 
-fn constraint(
-    name: &str,
-    parameters: Vec<Parameter>,
-    build: fn(&ConstraintSpec, &Parameters) -> Result<Box<dyn Constraint>, BuildError>,
-) -> ConstraintKind {
+type Build<S, T> = fn(&S, &Parameters) -> Result<Box<T>, BuildError>;
+
+fn constraint(name: &str, parameters: Vec<Parameter>, build: Build<ConstraintSpec, dyn Constraint>) -> ConstraintKind {
     ConstraintKind { name: name.into(), doc: format!("a {name}"), parameters, build: Box::new(build) }
 }
 
-fn joint(name: &str, build: fn(&JointSpec, &Parameters) -> Result<Box<dyn JointModel>, BuildError>) -> JointKind {
+fn joint(name: &str, build: Build<JointSpec, dyn JointModel>) -> JointKind {
     JointKind { name: name.into(), doc: format!("a {name} joint"), parameters: vec![], build: Box::new(build) }
 }
 
