@@ -4,7 +4,7 @@
 use crate::constraint::{Action, RotationHold};
 use crate::equilibrium::Energy;
 use crate::network::Site;
-use crate::rod::{CouplingHessian, SegmentHessian};
+use crate::rod::BranchHessian;
 use crate::rotation::{columns, shortest};
 use crate::{Matrix, Network, Pose, Rotation, State, Tangent, Vector};
 
@@ -45,8 +45,8 @@ pub struct Held {
 
 /// Second derivatives of the elastic energy, part by part, as [`Problem::hessian`] fills them.
 pub struct Hessian {
-    /// Segments and couplings of each branch.
-    pub branches: Vec<(Vec<SegmentHessian>, Vec<CouplingHessian>)>,
+    /// Each branch.
+    pub branches: Vec<BranchHessian>,
     /// For each joint with energy the k × k table of [`crate::JointModel::add_hessian`].
     pub joints: Vec<Vec<Matrix>>,
     /// For each fixing that is a potential `[xx, θx, θθ]` in its site's own variables.
@@ -58,15 +58,8 @@ pub struct Hessian {
 impl Hessian {
     /// Room for the Hessian of a network.
     pub fn new(network: &Network) -> Self {
-        let branch = |b: &crate::network::Branch| {
-            let mesh = b.rod.mesh();
-            (
-                vec![SegmentHessian::default(); mesh.segments()],
-                vec![CouplingHessian::default(); mesh.coupling_lengths.len()],
-            )
-        };
         Self {
-            branches: network.branches.iter().map(branch).collect(),
+            branches: network.branches.iter().map(|b| BranchHessian::new(b.rod.mesh())).collect(),
             joints: network.joints.iter().map(|j| vec![Matrix::zeros(); j.arm_frames.len().pow(2)]).collect(),
             potentials: vec![None; network.fixings.len()],
             ties: vec![Matrix::zeros(); network.ties.len()],
@@ -137,16 +130,31 @@ impl<'n> Problem<'n> {
         self.conditions.targets[fixing] = target;
     }
 
-    /// Gravity lumped at nodes (half at the two ends of a branch) and dead loads.
+    /// Gravity lumped at nodes (half of each segment's weight at either of its nodes) and dead loads.
+    ///
+    /// At a station 1/24 of the weight of the segment beside it goes to the other node: of what the staggered
+    /// scheme differs from the rod, that takes out the boundary term `−(ℓ²/24) [ρ g·t]` of each span.
     fn lump_dead_loads(&mut self) {
         self.dead.fill(Vector::zeros());
         self.dead_moments.clear();
         let g = self.conditions.gravity;
         for branch in &self.network.branches {
-            for (j, l) in branch.rod.mesh().rest_lengths.iter().enumerate() {
-                let half = g * (0.5 * branch.section.linear_density * l);
-                self.dead[branch.points.start + j] += half;
-                self.dead[branch.points.start + j + 1] += half;
+            let mesh = branch.rod.mesh();
+            let dead = &mut self.dead[branch.points.clone()];
+            let density = g * branch.section.linear_density;
+            for (j, l) in mesh.rest_lengths.iter().enumerate() {
+                dead[j] += density * (0.5 * l);
+                dead[j + 1] += density * (0.5 * l);
+            }
+            for beside in &mesh.beside {
+                let j = beside.segment;
+                let shifted = density * (mesh.rest_lengths[j] / 24.0);
+                for (from, station) in [j, j + 1].into_iter().zip(beside.stations) {
+                    if station.is_some() {
+                        dead[from] -= shifted;
+                        dead[2 * j + 1 - from] += shifted;
+                    }
+                }
             }
         }
         for joint in &self.network.joints {
@@ -283,10 +291,9 @@ impl<'n> Problem<'n> {
     /// replaces the rods' own forces in the geometric stiffness; see [`crate::RodSegment::hessian`]. Call after
     /// [`Self::gradient`] at the same state.
     pub fn hessian(&mut self, state: &State, forces: Option<&[Vec<Vector>]>, hessian: &mut Hessian) {
-        for (b, (branch, (segments, couplings))) in self.network.branches.iter().zip(&mut hessian.branches).enumerate()
-        {
+        for (b, (branch, room)) in self.network.branches.iter().zip(&mut hessian.branches).enumerate() {
             let forces = forces.map(|f| f[b].as_slice());
-            branch.rod.hessian(&state.branch(self.network, b), forces, segments, couplings);
+            branch.rod.hessian(&state.branch(self.network, b), forces, room);
         }
         for (joint, table) in self.network.joints.iter().zip(&mut hessian.joints) {
             table.fill(Matrix::zeros());

@@ -21,6 +21,17 @@ pub struct Mesh {
     pub coupling_lengths: Vec<f64>,
     /// Node at which coupling c sits.
     pub coupling_nodes: Vec<usize>,
+    /// The segments that have a station at one of their nodes, increasing.
+    pub beside: Vec<Beside>,
+}
+
+/// A segment with a station at one or both of its nodes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Beside {
+    /// The segment.
+    pub segment: usize,
+    /// Places in the row of frames of the stations at its first and second node.
+    pub stations: [Option<usize>; 2],
 }
 
 impl Mesh {
@@ -34,6 +45,7 @@ impl Mesh {
             station_frames: Vec::new(),
             coupling_lengths: Vec::new(),
             coupling_nodes: Vec::new(),
+            beside: Vec::new(),
         };
         let mut frames = 0;
         for node in 0..=n {
@@ -56,6 +68,12 @@ impl Mesh {
             }
         }
         mesh.stations = stations;
+        for segment in 0..n {
+            let stations = [mesh.station_frame(segment), mesh.station_frame(segment + 1)];
+            if stations != [None, None] {
+                mesh.beside.push(Beside { segment, stations });
+            }
+        }
         mesh
     }
 
@@ -157,6 +175,41 @@ pub struct SegmentHessian {
     pub tt: Matrix,
 }
 
+/// Second derivatives of the energy of a segment beside stations in their rotations; zero where there is none.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct StationHessian {
+    /// Rows the station at the first (second) node, columns the edge, N.
+    pub se: [Matrix; 2],
+    /// Rows the station, columns the segment's rotation, N m.
+    pub st: [Matrix; 2],
+    /// The station twice, N m; symmetric.
+    pub ss: [Matrix; 2],
+    /// Rows the second station, columns the first, N m.
+    pub s1s0: Matrix,
+}
+
+/// All second derivatives of a branch's energy, part by part.
+#[derive(Clone, Debug, PartialEq)]
+pub struct BranchHessian {
+    /// One for each segment.
+    pub segments: Vec<SegmentHessian>,
+    /// One for each coupling.
+    pub couplings: Vec<CouplingHessian>,
+    /// One for each entry of [`Mesh::beside`].
+    pub beside: Vec<StationHessian>,
+}
+
+impl BranchHessian {
+    /// Room for the Hessian of a branch with this mesh.
+    pub fn new(mesh: &Mesh) -> Self {
+        Self {
+            segments: vec![SegmentHessian::default(); mesh.segments()],
+            couplings: vec![CouplingHessian::default(); mesh.coupling_lengths.len()],
+            beside: vec![StationHessian::default(); mesh.beside.len()],
+        }
+    }
+}
+
 /// Second derivatives of one coupling's energy in the rotations of the frames it joins, N m.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct CouplingHessian {
@@ -169,7 +222,8 @@ pub struct CouplingHessian {
 }
 
 /// One branch as an elastic rod with energy
-/// `E = Σ_j E_j(x_{j+1} − x_j, q_j) + Σ_c E_c(q_c, q_{c+1})`.
+/// `E = Σ_j E_j(x_{j+1} − x_j, q_j) + Σ_c E_c(q_c, q_{c+1})`, where beside a station E_j may depend on the
+/// station's frame too.
 ///
 /// Contract: E ≥ 0 and E = 0 at rest; E is unchanged by rigid motion of all points and frames
 /// (objectivity) and by running the branch from its other end (reversal); derivatives are taken along
@@ -186,16 +240,10 @@ pub trait RodSegment: Send + Sync {
     /// ∂E/∂x_i (N) and ∂E/∂θ_c (N m, body frame). Returns the energy, J.
     fn gradient(&self, shape: &BranchShape<'_>, points: &mut [Vector], frames: &mut [Vector]) -> f64;
 
-    /// Second derivatives, by segment and by coupling. Where `forces` is given (one for each segment,
+    /// Second derivatives, part by part. Where `forces` is given (one for each segment,
     /// N, body frame) it replaces `C Γ` in the geometric part ("mixed integration points",
     /// Magisano, Leonetti, Garcea 2017); at equilibrium both are the same.
-    fn hessian(
-        &self,
-        shape: &BranchShape<'_>,
-        forces: Option<&[Vector]>,
-        segments: &mut [SegmentHessian],
-        couplings: &mut [CouplingHessian],
-    );
+    fn hessian(&self, shape: &BranchShape<'_>, forces: Option<&[Vector]>, hessian: &mut BranchHessian);
 
     /// `C (Γ + δΓ)` for each segment (N, body frame): the force to first order after the step
     /// `(δx, θ)`.

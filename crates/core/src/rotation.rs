@@ -40,16 +40,15 @@ pub fn orthogonal(a: &Vector) -> Vector {
     (axis - a * (a.dot(&axis) / a.norm_squared())).normalize()
 }
 
-/// The shortest rotation (world) that takes direction `from` to direction `to`; half a turn about
-/// some orthogonal axis where they are opposite.
+/// The shortest rotation (world) that takes direction `from` to direction `to` (neither zero); half a turn about
+/// some orthogonal axis where they are opposite. Exact to round-off for directions that lie close together.
 pub fn shortest(from: &Vector, to: &Vector) -> Rotation {
-    Rotation::rotation_between(from, to)
-        .unwrap_or_else(|| Rotation::from_axis_angle(&Unit::new_normalize(orthogonal(from)), std::f64::consts::PI))
-}
-
-/// `turns` full turns (any number of them) about `axis`, as a rotation.
-pub fn about(axis: &Vector, angle: f64) -> Rotation {
-    Rotation::from_axis_angle(&Unit::new_normalize(*axis), angle)
+    let (a, b) = (from.normalize(), to.normalize());
+    let w = 1.0 + a.dot(&b);
+    if w < 1e-12 {
+        return Rotation::from_axis_angle(&Unit::new_normalize(orthogonal(&a)), std::f64::consts::PI);
+    }
+    Unit::new_normalize(Quaternion::from_parts(w, a.cross(&b)))
 }
 
 /// Twist angle (rad, in (−2π, 2π)) of a relative rotation about its third axis: `2 atan2(r_z, r_w)`

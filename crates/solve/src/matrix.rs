@@ -146,13 +146,53 @@ impl BlockMatrix {
         }
     }
 
+    /// Adds a block at (row, column), and its transpose at (column, row): whichever of them is below the diagonal.
+    fn add_both(&mut self, row: u32, column: u32, block: &Matrix) {
+        if row > column {
+            self.add(row, column, block);
+        } else {
+            self.add(column, row, &block.transpose());
+        }
+    }
+
+    /// The edge from `point` to the next as a linear function of independent variables: ends that are tied to a joint
+    /// move with its point and, by the lever of their offset, with its frame.
+    fn levers(&self, network: &Network, state: &State, point: usize) -> [Option<Lever>; 4] {
+        let mut levers = [None; 4];
+        for (end, sign) in [(0, -1.0), (1, 1.0)] {
+            let own = self.structure.of_point[point + end];
+            if own != NONE {
+                levers[2 * end] = Some((own, Matrix::identity() * sign));
+                continue;
+            }
+            let tie = network.ties.iter().find(|tie| tie.point == point + end).expect("a tied point has a tie");
+            levers[2 * end] = Some((self.structure.of_point[tie.hub_point], Matrix::identity() * sign));
+            if let Some(hub) = tie.hub_frame {
+                let r = state.frames[hub].to_rotation_matrix();
+                levers[2 * end + 1] = Some((self.structure.of_frame[hub], r.matrix() * skew(&tie.offset) * -sign));
+            }
+        }
+        levers
+    }
+
+    /// The independent frame that carries `frame`, and the rotation A of a tied one in it: `θ = Aᵀ θ_hub`.
+    fn turned(&self, network: &Network, frame: usize) -> (u32, Matrix) {
+        let own = self.structure.of_frame[frame];
+        if own != NONE {
+            return (own, Matrix::identity());
+        }
+        let tie = network.ties.iter().find(|tie| tie.frame == Some(frame)).expect("a tied frame has a tie");
+        let hub = tie.hub_frame.expect("a tied frame has a hub");
+        (self.structure.of_frame[hub], *tie.rest.to_rotation_matrix().matrix())
+    }
+
     /// Gathers the parts' second derivatives at `state`.
     pub fn gather(&mut self, network: &Network, state: &State, hessian: &Hessian) {
         self.diagonal.fill(Matrix::zeros());
         self.below.fill(Matrix::zeros());
         let (diagonal, below) = (&mut self.diagonal, &mut self.below);
-        for (b, (segments, couplings)) in hessian.branches.iter().enumerate() {
-            for (plan, h) in self.segments[b].iter().zip(&segments[self.first_regular[b]..]) {
+        for (b, branch) in hessian.branches.iter().enumerate() {
+            for (plan, h) in self.segments[b].iter().zip(&branch.segments[self.first_regular[b]..]) {
                 diagonal[plan.a as usize] += h.ee;
                 diagonal[plan.b as usize] += h.ee;
                 diagonal[plan.f as usize] += h.tt;
@@ -166,7 +206,7 @@ impl BlockMatrix {
                 Self::add_below(below, plan.fb, &h.te);
             }
             for (c, plan) in &self.couplings[b] {
-                let h = &couplings[*c];
+                let h = &branch.couplings[*c];
                 diagonal[plan.a as usize] += h.aa;
                 diagonal[plan.b as usize] += h.bb;
                 let block = Slot { turned: !plan.ba.turned, ..plan.ba };
@@ -181,10 +221,10 @@ impl BlockMatrix {
                     let (row, column) =
                         (self.structure.of_frame[joint.arm_frames[b]], self.structure.of_frame[joint.arm_frames[a]]);
                     let block = table[b * k + a];
-                    if row >= column {
-                        self.add(row, column, &block);
+                    if row == column {
+                        self.add(row, row, &block);
                     } else {
-                        self.add(column, row, &block.transpose());
+                        self.add_both(row, column, &block);
                     }
                 }
             }
@@ -196,8 +236,7 @@ impl BlockMatrix {
             if let Some(frame) = fixing.site.frame {
                 let t = self.structure.of_frame[frame];
                 self.add(t, t, tt);
-                self.add(t, x, tx);
-                self.add(x, t, &tx.transpose());
+                self.add_both(t, x, tx);
             }
         }
     }
@@ -206,53 +245,58 @@ impl BlockMatrix {
     fn gather_tied(&mut self, network: &Network, state: &State, hessian: &Hessian) {
         for index in 0..self.tied_segments.len() {
             let TiedSegment { branch, segment, frame } = self.tied_segments[index];
-            let h = hessian.branches[branch].0[segment];
-            let start = network.branches[branch].points.start + segment;
-            let mut levers: [Option<Lever>; 4] = [None; 4];
-            for (end, sign) in [(0, -1.0), (1, 1.0)] {
-                let point = start + end;
-                let own = self.structure.of_point[point];
-                if own != NONE {
-                    levers[2 * end] = Some((own, Matrix::identity() * sign));
-                    continue;
-                }
-                let tie = network.ties.iter().find(|tie| tie.point == point).expect("a tied point has a tie");
-                levers[2 * end] = Some((self.structure.of_point[tie.hub_point], Matrix::identity() * sign));
-                if let Some(hub) = tie.hub_frame {
-                    let r = state.frames[hub].to_rotation_matrix();
-                    let lever = r.matrix() * skew(&tie.offset) * -sign;
-                    levers[2 * end + 1] = Some((self.structure.of_frame[hub], lever));
-                }
-            }
+            let h = hessian.branches[branch].segments[segment];
+            let levers = self.levers(network, state, network.branches[branch].points.start + segment);
             self.add(frame, frame, &h.tt);
             for (row, ji) in levers.iter().flatten() {
                 for (column, jk) in levers.iter().flatten() {
                     self.add(*row, *column, &(ji.transpose() * h.ee * jk));
                 }
-                let block = h.te * ji;
-                self.add(frame, *row, &block);
-                self.add(*row, frame, &block.transpose());
+                self.add_both(frame, *row, &(h.te * ji));
+            }
+        }
+        for (b, branch) in network.branches.iter().enumerate() {
+            let mesh = branch.rod.mesh();
+            for (beside, h) in mesh.beside.iter().zip(&hessian.branches[b].beside) {
+                let frame = self.structure.of_frame[branch.frames.start + mesh.segment_frames[beside.segment]];
+                let levers = self.levers(network, state, branch.points.start + beside.segment);
+                let stations = beside.stations.map(|c| c.map(|c| self.turned(network, branch.frames.start + c)));
+                for (k, (station, r)) in stations.iter().enumerate().filter_map(|(k, s)| s.as_ref().map(|s| (k, s))) {
+                    self.add(*station, *station, &(r * h.ss[k] * r.transpose()));
+                    self.add_both(*station, frame, &(r * h.st[k]));
+                    for (row, j) in levers.iter().flatten() {
+                        let block = r * h.se[k] * j;
+                        if row == station {
+                            // The station and the lever of its offset are the same hub.
+                            self.add(*row, *row, &(block + block.transpose()));
+                        } else {
+                            self.add_both(*station, *row, &block);
+                        }
+                    }
+                }
+                if let [Some((s0, r0)), Some((s1, r1))] = &stations {
+                    let block = r1 * h.s1s0 * r0.transpose();
+                    if s0 == s1 {
+                        self.add(*s0, *s0, &(block + block.transpose()));
+                    } else {
+                        self.add_both(*s1, *s0, &block);
+                    }
+                }
             }
         }
         for index in 0..self.tied_couplings.len() {
             let (branch, c) = self.tied_couplings[index];
-            let h = hessian.branches[branch].1[c];
+            let h = hessian.branches[branch].couplings[c];
             let start = network.branches[branch].frames.start + c;
-            let turned = |frame: usize| -> (u32, Matrix) {
-                let own = self.structure.of_frame[frame];
-                if own != NONE {
-                    return (own, Matrix::identity());
-                }
-                let tie = network.ties.iter().find(|tie| tie.frame == Some(frame)).expect("a tied frame has a tie");
-                let hub = tie.hub_frame.expect("a tied frame has a hub");
-                (self.structure.of_frame[hub], *tie.rest.to_rotation_matrix().matrix())
-            };
-            let ((a, ra), (b, rb)) = (turned(start), turned(start + 1));
+            let ((a, ra), (b, rb)) = (self.turned(network, start), self.turned(network, start + 1));
             self.add(a, a, &(ra * h.aa * ra.transpose()));
             self.add(b, b, &(rb * h.bb * rb.transpose()));
             let ab = ra * h.ab * rb.transpose();
-            self.add(a, b, &ab);
-            self.add(b, a, &ab.transpose());
+            if a == b {
+                self.add(a, a, &(ab + ab.transpose()));
+            } else {
+                self.add_both(a, b, &ab);
+            }
         }
         for (tie, h) in network.ties.iter().zip(&hessian.ties) {
             if let Some(hub) = tie.hub_frame {

@@ -4,7 +4,7 @@ use wireloom_core::constraint::Action;
 use wireloom_core::equilibrium::{BranchResult, ConstraintResult, JointResult, TightestBend};
 use wireloom_core::network::{Branch, Joint, Place};
 use wireloom_core::problem::Problem;
-use wireloom_core::rotation::twist_angle;
+use wireloom_core::rotation::{columns, twist_angle};
 use wireloom_core::{Network, Rotation, State, Tangent, Vector};
 
 /// Curvatures below this share of 1/L count as straight.
@@ -49,6 +49,12 @@ pub fn branch(network: &Network, index: usize, state: &State, gravity: &Vector) 
         curvature[node].0 += relative.imag() * (2.0 * sign / lambda);
         curvature[node].1 += 1.0;
         result.moment[node] += coupling_moments[c];
+    }
+    // Edges are tangent to the centre line in their middle; nodes without a station lie beside it by ℓ² x″/24.
+    for node in (1..n).filter(|&node| mesh.station_frame(node).is_none()) {
+        let tangent = |j: usize| columns(&segment_frame(j))[2];
+        let mean = 0.5 * (mesh.rest_lengths[node - 1] + mesh.rest_lengths[node]);
+        result.position[node] += (tangent(node) - tangent(node - 1)) * (mean / 24.0);
     }
     for ((sum, count), moment) in curvature.iter_mut().zip(&mut result.moment) {
         *sum /= f64::max(*count, 1.0);

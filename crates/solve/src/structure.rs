@@ -152,6 +152,15 @@ fn coupled(network: &Network, of_point: &[u32], of_frame: &[u32], count: usize) 
             frame(branch.frames.start + f, &mut clique);
             join(&mut clique);
         }
+        for beside in &mesh.beside {
+            point(branch.points.start + beside.segment, &mut clique);
+            point(branch.points.start + beside.segment + 1, &mut clique);
+            let segment = mesh.segment_frames[beside.segment];
+            for c in beside.stations.into_iter().flatten().chain([segment]) {
+                frame(branch.frames.start + c, &mut clique);
+            }
+            join(&mut clique);
+        }
         for c in 0..mesh.coupling_lengths.len() {
             frame(branch.frames.start + c, &mut clique);
             frame(branch.frames.start + c + 1, &mut clique);

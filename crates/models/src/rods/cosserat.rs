@@ -1,9 +1,10 @@
 //! The Cosserat rod: stretch, shear, bending and twist, on a staggered grid.
 
-use crate::kernel::{BendTwist, StretchShear, rotation_matrix};
+use crate::kernel::{BendTwist, BlendedStretchShear, StretchShear, rotation_matrix};
 use nalgebra::{Quaternion, Unit};
+use std::ops::Range;
 use wireloom_core::registry::RodKind;
-use wireloom_core::rod::{BranchShape, CouplingHessian, Mesh, RodEnergy, RodSegment, RodSpec, SegmentHessian};
+use wireloom_core::rod::{Beside, BranchHessian, BranchShape, Mesh, RodEnergy, RodSegment, RodSpec};
 use wireloom_core::{Rotation, Vector};
 
 /// The kind `cosserat`.
@@ -19,6 +20,8 @@ pub fn kind() -> RodKind {
 /// One branch as a Cosserat rod.
 pub struct CosseratRod {
     mesh: Mesh,
+    /// Runs of segments that are not beside a station.
+    plain: Vec<Range<usize>>,
     /// diag(GA1, GA2, EA), N.
     stretch: Vector,
     /// diag(EI1, EI2, GJ), N m².
@@ -30,7 +33,16 @@ pub struct CosseratRod {
 impl CosseratRod {
     /// From its specification.
     pub fn new(spec: RodSpec) -> Self {
+        let mut plain = Vec::new();
+        let mut start = 0;
+        for beside in spec.mesh.beside.iter().map(|b| b.segment).chain([spec.mesh.segments()]) {
+            if start < beside {
+                plain.push(start..beside);
+            }
+            start = beside + 1;
+        }
         Self {
+            plain,
             stretch: spec.section.stretch_diagonal(),
             bend: spec.section.bend_diagonal(),
             curvature: spec.curvature,
@@ -38,10 +50,21 @@ impl CosseratRod {
         }
     }
 
+    fn plain(&self) -> impl Iterator<Item = usize> {
+        self.plain.iter().flat_map(Clone::clone)
+    }
+
     #[inline(always)]
     fn segment(&self, shape: &BranchShape<'_>, j: usize) -> StretchShear {
         let q = &shape.frames[self.mesh.segment_frames[j]];
         StretchShear::new(&shape.edge(j), q, self.mesh.rest_lengths[j], &self.stretch)
+    }
+
+    fn blended(&self, shape: &BranchShape<'_>, beside: &Beside) -> BlendedStretchShear {
+        let j = beside.segment;
+        let q = &shape.frames[self.mesh.segment_frames[j]];
+        let stations = beside.stations.map(|station| station.map(|c| &shape.frames[c]));
+        BlendedStretchShear::new(&shape.edge(j), q, stations, self.mesh.rest_lengths[j], &self.stretch)
     }
 
     #[inline(always)]
@@ -58,8 +81,10 @@ impl RodSegment for CosseratRod {
 
     fn energy(&self, shape: &BranchShape<'_>) -> RodEnergy {
         let mut energy = RodEnergy::default();
-        for (j, &l) in self.mesh.rest_lengths.iter().enumerate() {
-            let (shear, stretch) = self.segment(shape, j).energy(l);
+        let lengths = &self.mesh.rest_lengths;
+        let plain = self.plain().map(|j| self.segment(shape, j).energy(lengths[j]));
+        let blended = self.mesh.beside.iter().map(|b| self.blended(shape, b).energy(lengths[b.segment]));
+        for (shear, stretch) in plain.chain(blended) {
             energy.shear += shear;
             energy.stretch += stretch;
         }
@@ -73,18 +98,35 @@ impl RodSegment for CosseratRod {
 
     fn gradient(&self, shape: &BranchShape<'_>, points: &mut [Vector], frames: &mut [Vector]) -> f64 {
         let mut energy = 0.0;
-        points[0] = Vector::zeros();
-        for &c in &self.mesh.station_frames {
-            frames[c] = Vector::zeros();
+        points.fill(Vector::zeros());
+        frames.fill(Vector::zeros());
+        for run in &self.plain {
+            for j in run.clone() {
+                let l = self.mesh.rest_lengths[j];
+                let law = self.segment(shape, j);
+                let (shear, stretch) = law.energy(l);
+                energy += shear + stretch;
+                let (force, moment) = law.gradient(l);
+                points[j] -= force;
+                points[j + 1] += force;
+                frames[self.mesh.segment_frames[j]] = moment;
+            }
         }
-        for (j, &l) in self.mesh.rest_lengths.iter().enumerate() {
-            let law = self.segment(shape, j);
+        for beside in &self.mesh.beside {
+            let j = beside.segment;
+            let l = self.mesh.rest_lengths[j];
+            let law = self.blended(shape, beside);
             let (shear, stretch) = law.energy(l);
             energy += shear + stretch;
-            let (force, moment) = law.gradient(l);
+            let (force, moment, at_stations) = law.gradient(l);
             points[j] -= force;
-            points[j + 1] = force;
-            frames[self.mesh.segment_frames[j]] = moment;
+            points[j + 1] += force;
+            frames[self.mesh.segment_frames[j]] += moment;
+            for (station, moment) in beside.stations.iter().zip(at_stations) {
+                if let Some(c) = station {
+                    frames[*c] += moment;
+                }
+            }
         }
         for (c, &lambda) in self.mesh.coupling_lengths.iter().enumerate() {
             let law = self.coupling(shape, c);
@@ -97,38 +139,51 @@ impl RodSegment for CosseratRod {
         energy
     }
 
-    fn hessian(
-        &self,
-        shape: &BranchShape<'_>,
-        forces: Option<&[Vector]>,
-        segments: &mut [SegmentHessian],
-        couplings: &mut [CouplingHessian],
-    ) {
-        for (j, &l) in self.mesh.rest_lengths.iter().enumerate() {
-            let law = self.segment(shape, j);
+    fn hessian(&self, shape: &BranchShape<'_>, forces: Option<&[Vector]>, hessian: &mut BranchHessian) {
+        for run in &self.plain {
+            for j in run.clone() {
+                let law = self.segment(shape, j);
+                let n = forces.map_or(law.n, |f| f[j]);
+                hessian.segments[j] = law.hessian(self.mesh.rest_lengths[j], &self.stretch, &n);
+            }
+        }
+        for (beside, room) in self.mesh.beside.iter().zip(&mut hessian.beside) {
+            let j = beside.segment;
+            let law = self.blended(shape, beside);
             let n = forces.map_or(law.n, |f| f[j]);
-            segments[j] = law.hessian(l, &self.stretch, &n);
+            (hessian.segments[j], *room) = law.hessian(self.mesh.rest_lengths[j], &self.stretch, &n);
         }
         for (c, &lambda) in self.mesh.coupling_lengths.iter().enumerate() {
-            couplings[c] = self.coupling(shape, c).hessian(lambda, &self.bend);
+            hessian.couplings[c] = self.coupling(shape, c).hessian(lambda, &self.bend);
         }
     }
 
-    /// `C (Γ + δΓ)` with `δΓ = Rᵀ δe/ℓ + v × θ`.
+    /// `C (Γ + δΓ)` with `δΓ = Rᵀ δe/ℓ + v × θ` away from stations.
     fn predicted_forces(&self, shape: &BranchShape<'_>, points: &[Vector], frames: &[Vector], forces: &mut [Vector]) {
-        for (j, &l) in self.mesh.rest_lengths.iter().enumerate() {
+        for j in self.plain() {
             let law = self.segment(shape, j);
             let de = points[j + 1] - points[j];
             let theta = &frames[self.mesh.segment_frames[j]];
-            let change = law.r.tr_mul(&de) / l + law.v.cross(theta);
+            let change = law.r.tr_mul(&de) / self.mesh.rest_lengths[j] + law.v.cross(theta);
+            forces[j] = law.n + self.stretch.component_mul(&change);
+        }
+        for beside in &self.mesh.beside {
+            let j = beside.segment;
+            let law = self.blended(shape, beside);
+            let at_stations = beside.stations.map(|c| c.map_or_else(Vector::zeros, |c| frames[c]));
+            let (de, theta) = (points[j + 1] - points[j], &frames[self.mesh.segment_frames[j]]);
+            let change = law.strain_change(self.mesh.rest_lengths[j], &de, theta, at_stations);
             forces[j] = law.n + self.stretch.component_mul(&change);
         }
     }
 
     fn forces(&self, shape: &BranchShape<'_>, forces: &mut [Vector]) {
-        for (j, force) in forces.iter_mut().enumerate() {
+        for j in self.plain() {
             let law = self.segment(shape, j);
-            *force = law.r * law.n;
+            forces[j] = law.r * law.n;
+        }
+        for beside in &self.mesh.beside {
+            forces[beside.segment] = self.blended(shape, beside).world_force();
         }
     }
 
@@ -139,10 +194,18 @@ impl RodSegment for CosseratRod {
         }
     }
 
-    /// The rotation whose imaginary part is `(λ/2) κ°`.
+    /// The rotation whose imaginary part v has `(1 + |v|²/6) v = (λ/2) κ°`.
     fn rest_rotation(&self, coupling: usize) -> Rotation {
-        let v = self.curvature * (0.5 * self.mesh.coupling_lengths[coupling]);
-        let w = (1.0 - v.norm_squared()).max(0.0).sqrt();
-        Unit::new_normalize(Quaternion::from_parts(w, v))
+        let half = self.curvature * (0.5 * self.mesh.coupling_lengths[coupling]);
+        let wanted = half.norm();
+        if wanted == 0.0 {
+            return Rotation::identity();
+        }
+        let mut v = wanted.sin();
+        for _ in 0..20 {
+            v -= (v * (1.0 + v * v / 6.0) - wanted) / (1.0 + 0.5 * v * v);
+        }
+        let w = (1.0 - v * v).max(0.0).sqrt();
+        Unit::new_normalize(Quaternion::from_parts(w, half * (v / wanted)))
     }
 }
