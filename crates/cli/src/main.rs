@@ -1,1 +1,69 @@
-fn main() {}
+//! The command `wireloom`: reads files, prints, writes results. What it knows about harnesses it asks of the façade.
+//!
+//! | code | meaning |
+//! | --- | --- |
+//! | 0 | done; for `run`: every increment converged |
+//! | 1 | the input was refused: the scenario, the imported file or the command line |
+//! | 2 | `run` did not converge or was interrupted; everything computed is written all the same |
+//! | 3 | a file or folder could not be read or written |
+
+mod arguments;
+mod bench;
+mod check;
+mod diagnostics;
+mod extremes;
+mod failure;
+mod folder;
+mod import;
+mod interrupt;
+mod length;
+mod load;
+mod progress;
+mod results;
+mod run;
+mod size;
+mod summary;
+mod terminal;
+
+use arguments::{Arguments, Command, Format};
+use clap::Parser;
+use failure::{Failure, Outcome};
+use std::io::Write;
+use std::process::ExitCode;
+
+fn main() -> ExitCode {
+    let arguments = match Arguments::try_parse() {
+        Ok(arguments) => arguments,
+        Err(wish) => {
+            // Help and version are wishes fulfilled; anything else is refused input, whose code clap does not know.
+            let _ = wish.print();
+            return ExitCode::from(if wish.use_stderr() { failure::REFUSED } else { 0 });
+        }
+    };
+    let mut out = terminal::Output::stdout();
+    let ended = follow(&arguments.command, &mut out).and_then(|outcome| {
+        out.flush().map_err(Failure::standard_output)?;
+        Ok(outcome)
+    });
+    match ended {
+        Ok(outcome) => ExitCode::from(outcome.code()),
+        Err(failure) => {
+            diagnostics::show(&failure, &mut std::io::stderr());
+            ExitCode::from(failure.code())
+        }
+    }
+}
+
+fn follow(command: &Command, out: &mut dyn Write) -> Result<Outcome, Failure> {
+    match command {
+        Command::Run(arguments) => run::run(arguments, out),
+        Command::Check { files } => check::check(files, out),
+        Command::Schema => {
+            let schema = wireloom::scenario::schema(&wireloom::registry());
+            writeln!(out, "{schema:#}").map_err(Failure::standard_output)?;
+            Ok(Outcome::Done)
+        }
+        Command::Import { format: Format::Kbl(arguments) } => import::kbl(arguments, out),
+        Command::Bench { json } => bench::bench(*json, out),
+    }
+}

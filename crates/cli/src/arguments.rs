@@ -1,0 +1,89 @@
+//! What may stand on the command line.
+
+use clap::{Args, Parser, Subcommand};
+use std::path::PathBuf;
+
+/// Computes how a branched cable harness hangs, bends, twists and pulls while it is being installed.
+///
+/// Exit codes: 0 converged; 1 the input was refused; 2 not converged or interrupted (everything computed is still
+/// written); 3 a file or folder could not be read or written.
+#[derive(Parser)]
+#[command(name = "wireloom", version)]
+pub struct Arguments {
+    #[command(subcommand)]
+    pub command: Command,
+}
+
+#[derive(Subcommand)]
+pub enum Command {
+    /// Carry out a scenario and write its results
+    ///
+    /// Writes result.json, picture.svg, and what else the scenario's [output] asks for: CSV tables, VTK files for
+    /// ParaView. Ctrl-C stops after the increment at hand and keeps what was computed.
+    Run(RunArguments),
+    /// Check scenarios without carrying them out, and show all their faults at once
+    Check {
+        /// The scenarios
+        #[arg(required = true, value_name = "FILE")]
+        files: Vec<PathBuf>,
+    },
+    /// Print the JSON Schema of scenario files, for editors that complete and check
+    Schema,
+    /// Make a scenario from a harness file of another format
+    Import {
+        #[command(subcommand)]
+        format: Format,
+    },
+    /// Measure drag-step times on this machine: how long one small move of a held end takes
+    Bench {
+        /// As JSON, for programs
+        #[arg(long)]
+        json: bool,
+    },
+}
+
+#[derive(Args)]
+pub struct RunArguments {
+    /// The scenario
+    pub file: PathBuf,
+    /// Folder for the results, made where it is missing [default: out/ and the name of FILE without .toml]
+    #[arg(long, value_name = "DIR")]
+    pub out: Option<PathBuf>,
+    /// Find equilibria with this minimiser instead of the scenario's
+    #[arg(long, value_name = "KIND")]
+    pub minimiser: Option<String>,
+    /// Print nothing but faults
+    #[arg(long, short)]
+    pub quiet: bool,
+}
+
+#[derive(Subcommand)]
+pub enum Format {
+    /// KBL (VDA 4964): topology, centre curves, wires, connectors and fixings of a harness
+    Kbl(KblArguments),
+}
+
+#[derive(Args)]
+pub struct KblArguments {
+    /// The KBL file
+    pub file: PathBuf,
+    /// Where to write the scenario [default: standard output]
+    #[arg(short, long, value_name = "FILE")]
+    pub output: Option<PathBuf>,
+    /// Longest segment of a branch, in metres or with a unit
+    #[arg(long, value_name = "LENGTH", default_value = "10 mm", value_parser = crate::length::parse)]
+    pub max_segment: f64,
+    /// Name of the scenario [default: what the file calls the harness]
+    #[arg(long)]
+    pub name: Option<String>,
+}
+
+#[cfg(test)]
+mod tests {
+    use clap::CommandFactory;
+
+    #[test]
+    fn the_command_line_is_well_formed() {
+        super::Arguments::command().debug_assert();
+    }
+}

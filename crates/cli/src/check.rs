@@ -1,0 +1,27 @@
+//! `wireloom check`: all faults of scenarios, and nothing else.
+
+use crate::failure::{Failure, Outcome};
+use crate::{load, size};
+use std::io::Write;
+use std::path::PathBuf;
+
+/// Checks every file, whatever is wrong with those before it.
+pub fn check(files: &[PathBuf], out: &mut dyn Write) -> Result<Outcome, Failure> {
+    let registry = wireloom::registry();
+    let mut refusals = vec![];
+    for file in files {
+        match load::scenario(file, None, &registry) {
+            Ok((scenario, built)) => {
+                let steps = size::counted(scenario.steps.len(), "step", "steps");
+                let mut print = || {
+                    writeln!(out, "{}: OK ({}, {steps})", file.display(), size::words(&built.network))?;
+                    built.notes.iter().try_for_each(|note| writeln!(out, "note: {note}"))
+                };
+                print().map_err(Failure::standard_output)?;
+            }
+            Err(Failure::Refused(more)) => refusals.extend(more),
+            Err(other) => return Err(other),
+        }
+    }
+    if refusals.is_empty() { Ok(Outcome::Done) } else { Err(Failure::Refused(refusals)) }
+}

@@ -1,0 +1,94 @@
+//! The largest reaction of every fixing and the tightest bend of every branch over all increments: what an engineer
+//! must design for is seldom what is left at the end.
+
+use wireloom::core::StepResult;
+use wireloom::core::equilibrium::{BranchResult, ConstraintResult};
+
+/// The largest force a fixing exerts.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Load {
+    /// The fixing.
+    pub name: String,
+    /// Its kind.
+    pub kind: String,
+    /// N.
+    pub force: f64,
+    /// The step in which.
+    pub step: String,
+}
+
+/// The tightest bend of a branch.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Bend {
+    /// The branch.
+    pub name: String,
+    /// Bend radius, m; infinite where the branch was always straight.
+    pub radius: f64,
+    /// Where, m of arc length.
+    pub s: f64,
+    /// The step in which.
+    pub step: String,
+    /// Smallest radius allowed, m.
+    pub limit: Option<f64>,
+}
+
+impl Bend {
+    /// How near to its limit: above 1 it is bent too tightly; 0 where there is no limit.
+    pub fn use_of_limit(&self) -> f64 {
+        self.limit.map_or(0.0, |limit| limit / self.radius)
+    }
+}
+
+/// The extremes so far.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Extremes {
+    /// By fixing, in the order in which they begin to act.
+    pub loads: Vec<Load>,
+    /// By branch, in the order of the scenario.
+    pub bends: Vec<Bend>,
+}
+
+impl Extremes {
+    /// Takes one more equilibrium into account.
+    pub fn see(&mut self, end: &StepResult) {
+        for fixing in &end.constraints {
+            self.see_fixing(fixing, &end.name);
+        }
+        for (k, branch) in end.branches.iter().enumerate() {
+            self.see_branch(k, branch, &end.name);
+        }
+    }
+
+    fn see_fixing(&mut self, fixing: &ConstraintResult, step: &str) {
+        let force = fixing.force.norm();
+        match self.loads.iter_mut().find(|load| load.name == fixing.name) {
+            Some(load) if force > load.force => (load.force, load.step) = (force, step.to_owned()),
+            Some(_) => {}
+            None => self.loads.push(Load {
+                name: fixing.name.clone(),
+                kind: fixing.kind.clone(),
+                force,
+                step: step.to_owned(),
+            }),
+        }
+    }
+
+    fn see_branch(&mut self, k: usize, branch: &BranchResult, step: &str) {
+        if k == self.bends.len() {
+            self.bends.push(Bend {
+                name: branch.name.clone(),
+                radius: f64::INFINITY,
+                s: 0.0,
+                step: step.to_owned(),
+                limit: branch.bend_radius_limit,
+            });
+        }
+        let bend = &mut self.bends[k];
+        for (&radius, &s) in branch.bend_radius.iter().zip(&branch.s) {
+            if radius < bend.radius {
+                (bend.radius, bend.s) = (radius, s);
+                step.clone_into(&mut bend.step);
+            }
+        }
+    }
+}

@@ -1,0 +1,82 @@
+//! How a command ends: with an outcome, or with a failure that ends it early.
+
+use std::io;
+use std::path::Path;
+use wireloom::scenario::Fault;
+
+/// Exit code for refused input.
+pub const REFUSED: u8 = 1;
+/// Exit code for a run that did not converge.
+const NOT_CONVERGED: u8 = 2;
+/// Exit code for a file or folder that could not be read or written.
+const IO: u8 = 3;
+
+/// A command that did its work.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Outcome {
+    /// Nothing to complain of.
+    Done,
+    /// All is written, but not every increment converged.
+    NotConverged,
+}
+
+impl Outcome {
+    /// The exit code.
+    pub fn code(self) -> u8 {
+        match self {
+            Outcome::Done => 0,
+            Outcome::NotConverged => NOT_CONVERGED,
+        }
+    }
+}
+
+/// A scenario that was refused.
+#[derive(Debug)]
+pub struct Refusal {
+    /// The file, as the user named it.
+    pub file: String,
+    /// Its text.
+    pub text: String,
+    /// What is wrong with it.
+    pub faults: Vec<Fault>,
+}
+
+/// Why a command ended early.
+#[derive(Debug, thiserror::Error)]
+pub enum Failure {
+    /// Scenarios with faults.
+    #[error("{} refused", .0.iter().map(|r| r.file.as_str()).collect::<Vec<_>>().join(", "))]
+    Refused(Vec<Refusal>),
+    /// Other input that cannot be used.
+    #[error("{0}")]
+    Input(String),
+    /// Reading or writing failed.
+    #[error("{what}: {source}")]
+    Io {
+        /// What was being done to which file.
+        what: String,
+        /// The system's reason.
+        source: io::Error,
+    },
+}
+
+impl Failure {
+    /// The exit code.
+    pub fn code(&self) -> u8 {
+        match self {
+            Failure::Refused(_) | Failure::Input(_) => REFUSED,
+            Failure::Io { .. } => IO,
+        }
+    }
+
+    /// A file or folder that failed, and what was being done to it.
+    pub fn io(what: &str, path: &Path) -> impl FnOnce(io::Error) -> Self {
+        let what = format!("cannot {what} {}", path.display());
+        move |source| Self::Io { what, source }
+    }
+
+    /// Standard output failed.
+    pub fn standard_output(source: io::Error) -> Self {
+        Self::Io { what: "cannot write to standard output".into(), source }
+    }
+}

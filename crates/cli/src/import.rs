@@ -1,0 +1,34 @@
+//! `wireloom import`: other harness files to scenarios. What was found odd in them goes to standard error.
+
+use crate::arguments::KblArguments;
+use crate::failure::{Failure, Outcome};
+use crate::{folder, load, size};
+use std::io::Write;
+use std::path::Path;
+use wireloom::import::kbl::{Options, import};
+
+/// KBL to a scenario, which is then checked as `wireloom check` would.
+pub fn kbl(arguments: &KblArguments, out: &mut dyn Write) -> Result<Outcome, Failure> {
+    let text = load::text(&arguments.file)?;
+    let options = Options { max_segment: arguments.max_segment, name: arguments.name.clone() };
+    let imported = import(&text, &options)
+        .map_err(|error| Failure::Input(format!("{} cannot be imported: {error}", arguments.file.display())))?;
+    let findings: String = imported.findings.iter().map(|finding| format!("found: {finding}\n")).collect();
+    // A finding that nobody can read is no reason to give up.
+    let _ = std::io::stderr().write_all(findings.as_bytes());
+    match &arguments.output {
+        None => out.write_all(imported.scenario.as_bytes()).map_err(Failure::standard_output)?,
+        Some(path) => folder::write(path, |file| file.write_all(imported.scenario.as_bytes()))?,
+    }
+    let target = arguments.output.as_deref().unwrap_or(Path::new("standard output"));
+    match wireloom::load(&imported.scenario, &wireloom::registry()) {
+        Ok((_, built)) => {
+            if let Some(path) = &arguments.output {
+                writeln!(out, "wrote {} ({})", path.display(), size::words(&built.network))
+                    .map_err(Failure::standard_output)?;
+            }
+            Ok(Outcome::Done)
+        }
+        Err(faults) => Err(Failure::Refused(vec![load::refusal(target, imported.scenario, faults)])),
+    }
+}

@@ -1,0 +1,64 @@
+//! From a file's name to a checked scenario.
+
+use crate::failure::{Failure, Refusal};
+use std::path::Path;
+use wireloom::core::Registry;
+use wireloom::core::registry::Parameters;
+use wireloom::scenario::{Built, Fault, Scenario};
+
+/// Reads a text file. What is no UTF-8 is refused, not an I/O fault.
+pub fn text(path: &Path) -> Result<String, Failure> {
+    let bytes = std::fs::read(path).map_err(Failure::io("read", path))?;
+    String::from_utf8(bytes).map_err(|error| {
+        let at = error.utf8_error().valid_up_to();
+        let line = error.as_bytes()[..at].iter().filter(|byte| **byte == b'\n').count() + 1;
+        Failure::Input(format!("{}:{line}: not UTF-8 text (byte {at})", path.display()))
+    })
+}
+
+/// Reads, checks and builds a scenario; `minimiser` replaces its own.
+pub fn scenario(path: &Path, minimiser: Option<&str>, registry: &Registry) -> Result<(Scenario, Built), Failure> {
+    let text = text(path)?;
+    let loaded = match minimiser {
+        None => wireloom::load(&text, registry),
+        Some(kind) => {
+            let parameters = parameters(kind, registry)?;
+            wireloom::scenario::parse(&text, registry)
+                .and_then(|scenario| replace(scenario, kind, parameters, registry))
+        }
+    };
+    loaded.map_err(|faults| Failure::Refused(vec![refusal(path, text, faults)]))
+}
+
+/// A refusal of the scenario in `path`.
+pub fn refusal(path: &Path, text: String, faults: Vec<Fault>) -> Refusal {
+    Refusal { file: path.display().to_string(), text, faults }
+}
+
+fn replace(
+    mut scenario: Scenario,
+    kind: &str,
+    parameters: Parameters,
+    registry: &Registry,
+) -> Result<(Scenario, Built), Vec<Fault>> {
+    if scenario.minimiser.kind != kind {
+        scenario.minimiser.kind = kind.to_owned();
+        scenario.minimiser.parameters = parameters;
+    }
+    let built = scenario.build(registry)?;
+    Ok((scenario, built))
+}
+
+/// The parameters of a minimiser about which the scenario says nothing.
+fn parameters(kind: &str, registry: &Registry) -> Result<Parameters, Failure> {
+    let Some(found) = registry.minimiser(kind) else {
+        let known: Vec<&str> = registry.minimisers().map(|kind| kind.name.as_str()).collect();
+        return Err(Failure::Input(format!("unknown minimiser `{kind}`; known: {}", known.join(", "))));
+    };
+    if let Some(missing) = found.parameters.iter().find(|parameter| parameter.required) {
+        let name = &missing.name;
+        return Err(Failure::Input(format!("minimiser `{kind}` needs `{name}`: choose it in the scenario instead")));
+    }
+    let defaults = found.parameters.iter().filter_map(|p| Some((p.name.clone(), p.default.clone()?)));
+    Ok(Parameters(defaults.collect()))
+}

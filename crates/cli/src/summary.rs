@@ -1,0 +1,199 @@
+//! What a run prints: its steps, what every fixing takes, how tightly every branch is bent, remarks.
+
+use crate::extremes::{Bend, Extremes, Load};
+use comfy_table::{CellAlignment, LineStyle, Table, TableStyle};
+use std::io::{self, Write};
+use wireloom::core::equilibrium::ConstraintResult;
+use wireloom::core::{Run, StepResult, Vector};
+
+/// Rows of a table that are shown; a harness may have hundreds of branches.
+const ROWS: usize = 20;
+
+/// Prints the summary of a run.
+pub fn print(run: &Run, extremes: &Extremes, out: &mut dyn Write) -> io::Result<()> {
+    steps(run, out)?;
+    if let Some(end) = run.steps.last() {
+        fixings(end, &extremes.loads, out)?;
+    }
+    bends(&extremes.bends, out)?;
+    for note in &run.notes {
+        writeln!(out, "note: {note}")?;
+    }
+    if !run.notes.is_empty() {
+        writeln!(out)?;
+    }
+    Ok(())
+}
+
+fn steps(run: &Run, out: &mut dyn Write) -> io::Result<()> {
+    let mut table =
+        Columns::new(["step", "status", ">increments", ">iterations", ">time", ">residual", ">energy [J]", "stable"]);
+    for (k, end) in run.steps.iter().enumerate() {
+        // With `increments = true` every increment has an entry; the last one of a step stands for it.
+        if run.steps.get(k + 1).is_some_and(|next| next.name == end.name && next.increment > end.increment) {
+            continue;
+        }
+        let m = &end.minimiser;
+        table.row([
+            end.name.clone(),
+            end.status.word().to_owned(),
+            if end.increment == end.increments {
+                end.increments.to_string()
+            } else {
+                format!("{} of {}", end.increment, end.increments)
+            },
+            m.iterations.to_string(),
+            time(m.seconds),
+            format!("{:.0e}", m.force_residual),
+            format!("{:.4}", end.energy.total()),
+            match end.stable {
+                Some(true) => "yes",
+                Some(false) => "NO",
+                None => "unknown",
+            }
+            .to_owned(),
+        ]);
+    }
+    table.print(out)
+}
+
+fn fixings(end: &StepResult, loads: &[Load], out: &mut dyn Write) -> io::Result<()> {
+    let mut loads: Vec<&Load> = loads.iter().collect();
+    let left_out = keep(&mut loads, |load| load.force);
+    let mut table = Columns::new([
+        "fixing",
+        "kind",
+        "force at the end [N]",
+        "moment at the end [N m]",
+        ">largest force [N]",
+        "in step",
+    ]);
+    for load in loads {
+        let now = end.constraints.iter().find(|fixing| fixing.name == load.name);
+        let vector = |part: fn(&ConstraintResult) -> Vector, digits| {
+            now.map_or_else(|| "released".into(), |fixing| vector(&part(fixing), digits))
+        };
+        table.row([
+            load.name.clone(),
+            load.kind.clone(),
+            vector(|fixing| fixing.force, 3),
+            vector(|fixing| fixing.moment, 4),
+            format!("{:.3}", load.force),
+            load.step.clone(),
+        ]);
+    }
+    table.print(out)?;
+    if left_out > 0 {
+        writeln!(out, "({left_out} fixings with smaller forces: see result.json)\n")?;
+    }
+    Ok(())
+}
+
+fn bends(bends: &[Bend], out: &mut dyn Write) -> io::Result<()> {
+    let mut bends: Vec<&Bend> = bends.iter().collect();
+    let left_out = keep(&mut bends, |bend| if bend.limit.is_some() { bend.use_of_limit() } else { -bend.radius });
+    let mut table = Columns::new(["branch", ">tightest bend [mm]", ">at s [mm]", "in step", ">allowed [mm]", ""]);
+    for bend in bends {
+        let straight = bend.radius.is_infinite();
+        table.row([
+            bend.name.clone(),
+            if straight { "straight".into() } else { format!("{:.1}", 1e3 * bend.radius) },
+            if straight { String::new() } else { format!("{:.0}", 1e3 * bend.s) },
+            if straight { String::new() } else { bend.step.clone() },
+            bend.limit.map_or_else(|| "any".into(), |limit| format!("{:.1}", 1e3 * limit)),
+            if bend.use_of_limit() > 1.0 { "TOO TIGHT" } else { "" }.to_owned(),
+        ]);
+    }
+    table.print(out)?;
+    if left_out > 0 {
+        writeln!(out, "({left_out} branches further from their limits: see result.json)\n")?;
+    }
+    Ok(())
+}
+
+/// Keeps the rows of largest weight, in the order they have. Returns how many went.
+fn keep<T>(rows: &mut Vec<&T>, weight: impl Fn(&T) -> f64) -> usize {
+    if rows.len() <= ROWS {
+        return 0;
+    }
+    let mut weights: Vec<f64> = rows.iter().map(|row| weight(row)).collect();
+    weights.sort_by(|a, b| b.total_cmp(a));
+    let least = weights[ROWS - 1];
+    let all = rows.len();
+    rows.retain(|row| weight(row) >= least);
+    rows.truncate(ROWS);
+    all - rows.len()
+}
+
+fn vector(v: &Vector, digits: usize) -> String {
+    // Adding zero turns −0 into 0, and rounding first keeps `-0.000` away.
+    let scale = 10f64.powi(digits as i32);
+    let [x, y, z] = [v.x, v.y, v.z].map(|c| format!("{:8.digits$}", (c * scale).round() / scale + 0.0));
+    format!("{x} {y} {z}")
+}
+
+/// `21 ms`, `3.2 s`.
+pub fn time(seconds: f64) -> String {
+    match seconds {
+        s if s < 1e-3 => format!("{:.0} µs", s * 1e6),
+        s if s < 0.1 => format!("{:.1} ms", s * 1e3),
+        s if s < 1.0 => format!("{:.0} ms", s * 1e3),
+        s => format!("{s:.1} s"),
+    }
+}
+
+/// A table with a line under its header; a heading that begins with `>` makes its column flush right.
+pub struct Columns(Table);
+
+impl Columns {
+    /// A table without rows.
+    pub fn new<const N: usize>(headings: [&str; N]) -> Self {
+        let mut table = Table::new();
+        table.load_style(TableStyle::new().header_separator(LineStyle::none().fill('─').junction('─')));
+        table.set_header(headings.map(|heading| heading.trim_start_matches('>')));
+        for (column, heading) in table.column_iter_mut().zip(headings) {
+            column.set_padding((0, 2));
+            if heading.starts_with('>') {
+                column.set_cell_alignment(CellAlignment::Right);
+            }
+        }
+        Self(table)
+    }
+
+    /// One more row.
+    pub fn row<const N: usize>(&mut self, cells: [String; N]) {
+        self.0.add_row(cells);
+    }
+
+    /// Prints it, and an empty line; nothing where there are no rows.
+    pub fn print(&self, out: &mut dyn Write) -> io::Result<()> {
+        if self.0.row_count() == 0 {
+            return Ok(());
+        }
+        for line in self.0.lines() {
+            writeln!(out, "{}", line.trim_end())?;
+        }
+        writeln!(out)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_are_readable() {
+        assert_eq!(vector(&Vector::new(-0.0, -1e-9, 12.3456), 3), "   0.000    0.000   12.346");
+        assert_eq!([time(2e-5), time(0.0213), time(0.213), time(3.21)], ["20 µs", "21.3 ms", "213 ms", "3.2 s"]);
+    }
+
+    #[test]
+    fn long_tables_keep_the_heaviest_rows_in_order() {
+        let numbers: Vec<f64> = (0..50).map(|k| f64::from((k * 7) % 50)).collect();
+        let mut rows: Vec<&f64> = numbers.iter().collect();
+        assert_eq!(keep(&mut rows, |x| *x), 30);
+        assert_eq!(rows.len(), ROWS);
+        assert!(rows.iter().all(|x| **x >= 30.0));
+        assert_eq!(*rows[0], 35.0);
+    }
+}
