@@ -4,7 +4,7 @@
 use crate::constraint::{Action, RotationHold};
 use crate::equilibrium::Energy;
 use crate::network::Site;
-use crate::rod::BranchHessian;
+use crate::rod::{BranchHessian, BranchShape};
 use crate::rotation::{columns, shortest};
 use crate::{Matrix, Network, Pose, Rotation, State, Tangent, Vector};
 
@@ -89,6 +89,10 @@ pub struct Problem<'n> {
     /// Dead moment (world) by frame, N m.
     dead_moments: Vec<(usize, Vector)>,
     held: Vec<Held>,
+    /// Curvature that was drawn beyond that at rest, by first frame of each coupling, 1/m; empty where none is held.
+    drawn: Vec<Vector>,
+    /// The share of it that counts as rest curvature.
+    extra_curvature: Vec<Vector>,
     /// Force at each tied point in the last gradient, N, world.
     tie_forces: Vec<Vector>,
     /// Scratch: frames and gradients of the arms of a joint.
@@ -106,6 +110,8 @@ impl<'n> Problem<'n> {
             dead: vec![Vector::zeros(); network.points],
             dead_moments: Vec::with_capacity(network.loads.len()),
             held: Vec::new(),
+            drawn: Vec::new(),
+            extra_curvature: Vec::new(),
             tie_forces: vec![Vector::zeros(); network.ties.len()],
             arm_frames: Vec::with_capacity(arms),
             arm_gradients: vec![Vector::zeros(); arms],
@@ -170,6 +176,42 @@ impl<'n> Problem<'n> {
         }
     }
 
+    /// Takes the curvature and twist that the branches have at `state` for their rest curvature, until
+    /// [`Self::set_drawn_share`] takes it away again: from what was drawn, small steps then lead to the harness as it is.
+    pub fn hold_drawn_shape(&mut self, state: &State) {
+        self.drawn = vec![Vector::zeros(); self.network.frames];
+        for branch in &self.network.branches {
+            for (c, lambda) in branch.rod.mesh().coupling_lengths.iter().enumerate() {
+                let frames = &state.frames[branch.frames.start + c..];
+                let now = (frames[0].inverse() * frames[1]).scaled_axis();
+                let rest = branch.rod.rest_rotation(c).scaled_axis();
+                self.drawn[branch.frames.start + c] = (now - rest) / *lambda;
+            }
+        }
+        self.extra_curvature.clone_from(&self.drawn);
+    }
+
+    /// Share of the drawn curvature that counts as rest curvature, 1 to 0; at 0 it is forgotten.
+    pub fn set_drawn_share(&mut self, share: f64) {
+        if share == 0.0 {
+            self.drawn.clear();
+            self.extra_curvature.clear();
+        }
+        for (extra, drawn) in self.extra_curvature.iter_mut().zip(&self.drawn) {
+            *extra = drawn * share;
+        }
+    }
+
+    /// The shape of one branch.
+    #[inline]
+    fn shape<'s>(&'s self, state: &'s State, branch: usize) -> BranchShape<'s> {
+        let frames = self.network.branches[branch].frames.clone();
+        BranchShape {
+            extra_curvature: self.extra_curvature.get(frames).unwrap_or_default(),
+            ..state.branch(self.network, branch)
+        }
+    }
+
     /// What residuals are measured by.
     pub fn scales(&self) -> Scales {
         let g = self.conditions.gravity.norm();
@@ -195,7 +237,7 @@ impl<'n> Problem<'n> {
     pub fn energy(&mut self, state: &State) -> Energy {
         let mut energy = Energy::default();
         for b in 0..self.network.branches.len() {
-            let rod = self.network.branches[b].rod.energy(&state.branch(self.network, b));
+            let rod = self.network.branches[b].rod.energy(&self.shape(state, b));
             energy.stretch += rod.stretch;
             energy.shear += rod.shear;
             energy.bend += rod.bend;
@@ -233,7 +275,7 @@ impl<'n> Problem<'n> {
         }
         for (b, branch) in self.network.branches.iter().enumerate() {
             energy += branch.rod.gradient(
-                &state.branch(self.network, b),
+                &self.shape(state, b),
                 &mut gradient.points[branch.points.clone()],
                 &mut gradient.frames[branch.frames.clone()],
             );
@@ -293,7 +335,7 @@ impl<'n> Problem<'n> {
     pub fn hessian(&mut self, state: &State, forces: Option<&[Vec<Vector>]>, hessian: &mut Hessian) {
         for (b, (branch, room)) in self.network.branches.iter().zip(&mut hessian.branches).enumerate() {
             let forces = forces.map(|f| f[b].as_slice());
-            branch.rod.hessian(&state.branch(self.network, b), forces, room);
+            branch.rod.hessian(&self.shape(state, b), forces, room);
         }
         for (joint, table) in self.network.joints.iter().zip(&mut hessian.joints) {
             table.fill(Matrix::zeros());

@@ -134,6 +134,8 @@ pub struct BranchShape<'a> {
     pub carry: &'a [Vector],
     /// q_c in the order of the mesh's row of frames.
     pub frames: &'a [Rotation],
+    /// What is added to the rest curvature of each coupling, 1/m; empty: nothing.
+    pub extra_curvature: &'a [Vector],
 }
 
 impl BranchShape<'_> {

@@ -51,6 +51,7 @@ impl State {
             points: &self.points[b.points.clone()],
             carry: &self.carry[b.points.clone()],
             frames: &self.frames[b.frames.clone()],
+            extra_curvature: &[],
         }
     }
 

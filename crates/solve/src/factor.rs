@@ -58,9 +58,9 @@ impl BlockMatrix {
                 let row = rows[i];
                 let w = self.below[i] * inverse;
                 // The blocks before this one are multiplied by the inverse already: A_ij −= (B_i P⁻¹) B_jᵀ = B_i W_jᵀ.
-                for j in start..i {
+                for (j, &column) in (start..i).zip(&rows[start..i]) {
                     let update = self.below[i] * self.below[j].transpose();
-                    let slot = self.structure.slot(row, rows[j]);
+                    let slot = self.structure.slot(row, column);
                     self.below[slot] -= update;
                 }
                 self.diagonal[row as usize] -= w * self.below[i].transpose();

@@ -280,7 +280,7 @@ impl Minimiser for Newton {
             stalled = if -slope <= noise && residual > 0.5 * report.residual { stalled + 1 } else { 0 };
             report.residual = residual;
             if sigma > 0.0 {
-                sigma *= if alpha < 0.25 { 4.0 } else { 0.1 };
+                sigma *= if alpha < 0.25 { 4.0 } else { 0.4 };
                 if sigma < 1e-3 * scales.force {
                     sigma = 0.0;
                 }

@@ -70,12 +70,11 @@ pub fn branch(network: &Network, index: usize, state: &State, gravity: &Vector) 
         curvature[n].0 = curvature[n - 1].0;
         result.moment[n] = result.moment[n - 1] - shape.edge(n - 1).cross(&segment_forces[n - 1]);
     }
-    for node in 0..=n {
+    for (node, &(kappa, _)) in curvature.iter().enumerate() {
         let (l0, l1) = (
             if node > 0 { mesh.rest_lengths[node - 1] } else { 0.0 },
             if node < n { mesh.rest_lengths[node] } else { 0.0 },
         );
-        let kappa = curvature[node].0;
         let frame = match (mesh.station_frame(node), node) {
             (Some(c), _) => shape.frames[c],
             (None, 0) => segment_frame(0) * Rotation::from_scaled_axis(kappa * (-0.5 * l1)),

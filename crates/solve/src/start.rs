@@ -45,7 +45,7 @@ fn rest_shape(network: &Network, branch: usize) -> (Vec<Vector>, Vec<Rotation>) 
 /// Lays a piece's rest shape with the start of `first` at `pose`, and the rest of the piece after it, joint by joint.
 fn lay_rest_shape(network: &Network, first: usize, pose: Pose, state: &mut State) {
     let mut laid = vec![false; network.branches.len()];
-    let mut joint_laid = vec![false; network.joints.len()];
+    let mut hubs: Vec<Option<Pose>> = vec![None; network.joints.len()];
     let mut open = vec![(first, pose)];
     while let Some((b, start)) = open.pop() {
         if std::mem::replace(&mut laid[b], true) {
@@ -62,12 +62,10 @@ fn lay_rest_shape(network: &Network, first: usize, pose: Pose, state: &mut State
         }
         for (end, station) in [(branch.start, start), (branch.end, start.compose(&last))] {
             let BranchEnd::Joint { joint, arm } = end else { continue };
-            let joint_index = joint;
-            let joint = &network.joints[joint];
-            if std::mem::replace(&mut joint_laid[joint_index], true) {
-                // A loop closes here: spread the gap over the branch.
-                let hub = state.points[joint.point];
-                let gap = hub - station.position;
+            let (index, joint) = (joint, &network.joints[joint]);
+            if let Some(hub) = hubs[index] {
+                // Where a loop closes there is a gap: spread it over the branch.
+                let gap = hub.compose(&arm_pose(joint, arm)).position - station.position;
                 let at_start = joint.arms[arm].starts_here;
                 let n = points.len() - 1;
                 for (k, i) in branch.points.clone().enumerate() {
@@ -77,6 +75,7 @@ fn lay_rest_shape(network: &Network, first: usize, pose: Pose, state: &mut State
                 continue;
             }
             let hub = station.compose(&arm_pose(joint, arm).inverse());
+            hubs[index] = Some(hub);
             state.points[joint.point] = hub.position;
             if let Some(frame) = joint.frame {
                 state.frames[frame] = hub.orientation;

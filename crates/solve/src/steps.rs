@@ -12,8 +12,10 @@ use wireloom_core::{Network, Pose, Rotation, State, Vector};
 
 /// An increment that fails is halved, its halves likewise, up to this many times.
 const CUT_BACKS: u32 = 6;
-/// Increments in which fixings are first brought to where the scenario puts them: so many lengths of the longest
-/// branch, and so many radians, for each.
+/// Increments in which the start shape gives way and the fixings are brought to where the scenario puts them: at least so many, and one for each so many lengths of the longest branch, and for so many radians.
+const HOMING: f64 = 10.0;
+/// So many times the iterations of an increment are allowed in each of them.
+const HOMING_ITERATIONS: usize = 20;
 const HOMING_SHARE: f64 = 0.1;
 const HOMING_TURN: f64 = 0.3;
 /// Turn (rad) by which a start that is balanced on an edge is disturbed.
@@ -90,6 +92,8 @@ struct Plan {
     courses: Vec<Course>,
     gravity: (Vector, Vector),
     loads: Vec<(usize, f64, f64)>,
+    /// Whether the drawn shape ceases to count as the rest shape.
+    undraw: bool,
 }
 
 impl Plan {
@@ -99,6 +103,7 @@ impl Plan {
             courses,
             gravity: (now.gravity, step.gravity.unwrap_or(now.gravity)),
             loads: step.loads.iter().map(|&(load, end)| (load, now.load_factors[load], end)).collect(),
+            undraw: false,
         }
     }
 
@@ -115,6 +120,9 @@ impl Plan {
         }
         for course in &self.courses {
             problem.set_target(course.fixing, course.at(t));
+        }
+        if self.undraw {
+            problem.set_drawn_share(1.0 - t);
         }
     }
 }
@@ -225,12 +233,13 @@ fn note_once(notes: &mut Vec<String>, note: String) {
 }
 
 impl Driver<'_, '_> {
-    /// Brings the fixings that act from the start to where the scenario puts them, from where the start shape has
-    /// them, and ends in a balanced state that is not on an edge.
+    /// From the start shape to a balanced state with the fixings that act from the start where the scenario puts them.
+    /// A drawn shape is first taken for the rest shape, without weight; then it gives way to the true one and the weight
+    /// comes, while the fixings move. No edge is left to balance on.
     fn bring_home(&mut self) -> Status {
         let network = self.problem.network;
         let mut courses = Vec::new();
-        let mut increments = 1.0_f64;
+        let mut increments = HOMING;
         let length = self.problem.scales().length;
         for (f, fixing) in network.fixings.iter().enumerate().filter(|(_, fixing)| fixing.from_start) {
             let from = self.problem.conditions().targets[f];
@@ -241,22 +250,34 @@ impl Driver<'_, '_> {
                 .max(to.orientation.angle_to(&from.orientation) / HOMING_TURN);
             courses.push(course);
         }
-        let still = increments <= 1.0;
         let increments = increments.min(100.0).ceil() as usize;
-        let plan = Plan::new(&self.problem, &Step::default(), courses);
-        if still {
-            let status = self.advance(&plan, 0.0, 1.0, CUT_BACKS);
-            return self.off_the_edge(status);
+        let gravity = self.problem.conditions().gravity;
+        let weightless = !network.branches.iter().all(|b| b.path.is_empty());
+        if weightless {
+            self.problem.change(|c| c.gravity = Vector::zeros());
+            self.problem.hold_drawn_shape(&self.state);
         }
+        let step = Step { gravity: Some(gravity), ..Step::default() };
+        let mut plan = Plan::new(&self.problem, &step, courses);
+        plan.undraw = weightless;
+        let stop = self.stop;
+        // A part that snaps on the way needs more iterations, not smaller increments.
+        self.stop.max_iterations *= HOMING_ITERATIONS;
         let mut status = self.advance(&plan, 0.0, 0.0, 0);
         for k in 1..=increments {
             let (a, b) = ((k - 1) as f64 / increments as f64, k as f64 / increments as f64);
             status = self.advance(&plan, a, b, CUT_BACKS);
-            status = self.off_the_edge(status);
             if !matches!(status, Status::Converged | Status::Stalled) {
                 break;
             }
         }
+        if !matches!(status, Status::Converged | Status::Stalled) {
+            // The way is barred: go down from here without it.
+            plan.apply(&mut self.problem, 1.0);
+            status = self.solve();
+        }
+        status = self.off_the_edge(status);
+        self.stop = stop;
         status
     }
 

@@ -32,6 +32,9 @@ pub fn kind() -> JointKind {
     }
 }
 
+/// Share of an arm's stiffness that may end in a joint without a remark.
+const NOTED_SHARE: f64 = 0.01;
+
 /// One pair of arms that share wires.
 struct Pair {
     a: usize,
@@ -77,11 +80,11 @@ impl CosseratJoint {
         }
         let (tables, notes) = stiffness_tables(spec);
         let mut pairs = Vec::new();
-        for a in 0..spec.arms.len() {
-            for b in a + 1..spec.arms.len() {
+        for (a, arm_a) in spec.arms.iter().enumerate() {
+            for (b, arm_b) in spec.arms.iter().enumerate().skip(a + 1) {
                 let stiffness = Vector::from_fn(|i, _| tables[i][a][b]);
                 if stiffness.max() > 0.0 {
-                    pairs.push(Pair::new(a, b, &spec.arms[a], &spec.arms[b], stiffness));
+                    pairs.push(Pair::new(a, b, arm_a, arm_b, stiffness));
                 }
             }
         }
@@ -98,10 +101,10 @@ fn stiffness_tables(spec: &JointSpec) -> ([Vec<Vec<f64>>; 3], Vec<String>) {
         let tables = [0, 1, 2].map(|i| {
             let (table, surplus) = share_out(&stiffness.iter().map(|s| s[i]).collect::<Vec<_>>());
             if i == 0
-                && let Some(a) = (0..k).find(|&a| surplus[a] > 1e-9 * stiffness[a][0])
+                && let Some(a) = (0..k).find(|&a| surplus[a] > NOTED_SHARE * stiffness[a][0])
             {
                 notes.push(format!(
-                    "arm `{}` is stiffer in bending than all other arms of joint `{}` together: {:.0} % of its wires end in the joint",
+                    "arm `{}` is stiffer in bending than all other arms of joint `{}` together: {:.0} % of its stiffness ends in the joint",
                     spec.arms[a].branch, spec.name, 100.0 * surplus[a] / stiffness[a][0]
                 ));
             }
@@ -110,20 +113,19 @@ fn stiffness_tables(spec: &JointSpec) -> ([Vec<Vec<f64>>; 3], Vec<String>) {
         return (tables, notes);
     }
     let mut tables = [0, 1, 2].map(|_| vec![vec![0.0; k]; k]);
-    let mut given = vec![0.0; k];
     for wire in &spec.wires {
-        given[wire.from] += wire.share;
         for (i, table) in tables.iter_mut().enumerate() {
             let x = wire.share * stiffness[wire.from][i];
             table[wire.from][wire.to] += x;
             table[wire.to][wire.from] += x;
         }
     }
-    for (arm, share) in spec.arms.iter().zip(&given) {
-        if *share > 0.0 && *share < 1.0 - 1e-9 {
+    for ((arm, row), own) in spec.arms.iter().zip(&tables[0]).zip(&stiffness) {
+        let ending = 1.0 - row.iter().sum::<f64>() / own[0];
+        if ending > NOTED_SHARE {
             notes.push(format!(
-                "{:.0} % of the wires of arm `{}` end in joint `{}`",
-                100.0 * (1.0 - share),
+                "{:.0} % of the bending stiffness of arm `{}` ends in joint `{}`: its wires pass to no other arm",
+                100.0 * ending,
                 arm.branch,
                 spec.name
             ));

@@ -70,7 +70,11 @@ impl CosseratRod {
     #[inline(always)]
     fn coupling(&self, shape: &BranchShape<'_>, c: usize) -> BendTwist {
         let (a, b) = (&shape.frames[c], &shape.frames[c + 1]);
-        BendTwist::new(a, b, self.mesh.coupling_lengths[c], &self.bend, &self.curvature)
+        let rest = match shape.extra_curvature.get(c) {
+            None => self.curvature,
+            Some(extra) => self.curvature + extra,
+        };
+        BendTwist::new(a, b, self.mesh.coupling_lengths[c], &self.bend, &rest)
     }
 }
 
