@@ -18,7 +18,7 @@ pub fn bench(as_json: bool, out: &mut dyn Write) -> Result<Outcome, Failure> {
 fn table(cases: &[Case], out: &mut dyn Write) -> std::io::Result<()> {
     writeln!(out, "wireloom {} on {}", env!("CARGO_PKG_VERSION"), machine())?;
     if cfg!(debug_assertions) {
-        writeln!(out, "This is a debug build: a release build is several times faster.")?;
+        writeln!(out, "This build checks itself as it goes: a release build is faster.")?;
     }
     writeln!(out, "One step moves one end by 5 mm and is solved to a relative residual of 1e-8; medians.\n")?;
     let mut table = Columns::new([

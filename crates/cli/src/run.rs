@@ -23,13 +23,13 @@ pub fn run(arguments: &RunArguments, out: &mut dyn Write) -> Result<Outcome, Fai
     let (scenario, built) = load::scenario(&arguments.file, arguments.minimiser.as_deref(), &registry)?;
     let folder = Folder::create(&arguments.out.clone().unwrap_or_else(|| default_folder(&arguments.file)))?;
     let mut results = Results::new(folder, scenario.output);
-    let size = size::words(&built.network);
+    let (size, notes) = (size::words(&built.network), built.notes.len());
     let (run, extremes) = follow(built, &mut results, !arguments.quiet)?;
     results.finish(&run)?;
     if !arguments.quiet {
         let mut print = || {
             writeln!(out, "{}: {} ({size})\n", run.scenario, run.status.word())?;
-            summary::print(&run, &extremes, out)?;
+            summary::print(&run, &extremes, notes, out)?;
             writeln!(out, "wrote {}", results.words())
         };
         print().map_err(Failure::standard_output)?;

@@ -8,21 +8,31 @@ use wireloom::core::{Run, StepResult, Vector};
 
 /// Rows of a table that are shown; a harness may have hundreds of branches.
 const ROWS: usize = 20;
+/// Likewise notes.
+const NOTES: usize = 8;
 
-/// Prints the summary of a run.
-pub fn print(run: &Run, extremes: &Extremes, out: &mut dyn Write) -> io::Result<()> {
+/// Prints the summary of a run; the first `built` of its notes were known before it began.
+pub fn print(run: &Run, extremes: &Extremes, built: usize, out: &mut dyn Write) -> io::Result<()> {
     steps(run, out)?;
     if let Some(end) = run.steps.last() {
         fixings(end, &extremes.loads, out)?;
     }
     bends(&extremes.bends, out)?;
-    for note in &run.notes {
-        writeln!(out, "note: {note}")?;
+    notes(&run.notes, built, out)
+}
+
+/// What the run found, then what was known of the harness before: of a large one, the first few.
+fn notes(notes: &[String], built: usize, out: &mut dyn Write) -> io::Result<()> {
+    let (before, during) = notes.split_at(built.min(notes.len()));
+    for notes in [during, before] {
+        for note in notes.iter().take(NOTES) {
+            writeln!(out, "note: {note}")?;
+        }
+        if notes.len() > NOTES {
+            writeln!(out, "({} more notes of this kind: see result.json)", notes.len() - NOTES)?;
+        }
     }
-    if !run.notes.is_empty() {
-        writeln!(out)?;
-    }
-    Ok(())
+    if notes.is_empty() { Ok(()) } else { writeln!(out) }
 }
 
 fn steps(run: &Run, out: &mut dyn Write) -> io::Result<()> {

@@ -1,0 +1,13 @@
+//! `cargo xtask readme`: the README shows what the program prints today.
+
+use crate::run::{command, root, step};
+
+/// Runs the main command, keeps its picture, and lets the README's test write instead of compare.
+pub fn readme() -> Result<(), String> {
+    let main = ["run", "--quiet", "--release", "--", "run", "scenarios/first.toml"];
+    step("the main command", &mut command("cargo", &main))?;
+    std::fs::copy(root().join("out/first/picture.svg"), root().join("scenarios/first.svg"))
+        .map_err(|error| format!("scenarios/first.svg cannot be written: {error}"))?;
+    let write = ["test", "--quiet", "--package", "wireloom-tests", "--test", "readme"];
+    step("its output into README.md", command("cargo", &write).env("WIRELOOM_README", "write"))
+}

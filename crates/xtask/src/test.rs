@@ -1,0 +1,21 @@
+//! `cargo xtask test`: all that must hold. What is quick to fail comes first.
+
+use crate::run::{command, step};
+use crate::tools;
+
+/// Installs what is missing, then checks form, lints, docs, tests and licences.
+pub fn test() -> Result<(), String> {
+    tools::components()?;
+    step("one form for all sources", &mut command("cargo", &["fmt", "--all", "--check"]))?;
+    let lints = ["clippy", "--quiet", "--workspace", "--all-targets", "--", "-D", "warnings"];
+    step("lints: what is known to go wrong", &mut command("cargo", &lints))?;
+    let docs = ["doc", "--quiet", "--workspace", "--no-deps"];
+    step("docs: every link leads somewhere", command("cargo", &docs).env("RUSTDOCFLAGS", "-D warnings"))?;
+    let tests = ["test", "--quiet", "--workspace"];
+    step("tests, and the examples in the docs", &mut command("cargo", &tests))?;
+    let deny = tools::deny()?;
+    let licences = ["--log-level", "error", "check", "licenses", "bans", "sources"];
+    step("licences and sources of everything that is built in", &mut command(&deny, &licences))?;
+    println!("\nall holds");
+    Ok(())
+}

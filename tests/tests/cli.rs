@@ -1,0 +1,331 @@
+//! The program as its users meet it: what it prints, what it writes, how it ends.
+
+use libtest_mimic::{Arguments, Failed, Trial};
+use serde_json::Value;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::{Command, ExitCode, Output};
+use tempfile::TempDir;
+use wireloom_tests::{program, root, shared};
+
+type Checked = Result<(), Failed>;
+type Check = fn() -> Checked;
+
+fn main() -> ExitCode {
+    let arguments = Arguments::from_args();
+    let mut trials = refusals();
+    let own: [(&str, Check); 13] = [
+        ("first scenario: converges, is summed up, and leaves its files", first_scenario),
+        ("results go to out/NAME where no place is given", default_folder),
+        ("every kind of output, one VTK file for each increment", all_outputs),
+        ("--quiet prints nothing", quiet),
+        ("not converging ends with 2, and all is written", not_converged),
+        ("a folder that cannot be made ends with 3, before any work", unwritable),
+        ("a file that is not there ends with 3", absent_file),
+        ("a file that is no text ends with 1", no_text),
+        ("a wrong command line ends with 1, help with 0", command_line),
+        ("an unknown minimiser is refused with the known ones", unknown_minimiser),
+        ("the schema is a JSON Schema", schema),
+        ("a KBL file becomes a scenario that converges", import_small),
+        ("bench --json has the promised form", bench),
+    ];
+    trials.extend(own.into_iter().map(|(name, check)| Trial::test(name, check)));
+    let signals = cfg!(unix);
+    let reason = if signals { "" } else { " (ignored: no signals on this system)" };
+    let name = format!("an interrupted run keeps its increments{reason}");
+    trials.push(Trial::test(name, interrupted).with_ignored_flag(!signals));
+    trials.extend(["generator", "main_harness"].map(real_harness));
+    libtest_mimic::run(&arguments, trials).exit_code()
+}
+
+/// A folder to work in, with what the repository has in `scenarios/`.
+struct Place(TempDir);
+
+impl Place {
+    fn new() -> Result<Self, Failed> {
+        Ok(Self(tempfile::tempdir()?))
+    }
+
+    fn path(&self, name: &str) -> PathBuf {
+        self.0.path().join(name)
+    }
+
+    fn file(&self, name: &str, text: impl AsRef<[u8]>) -> Checked {
+        Ok(fs::write(self.path(name), text)?)
+    }
+
+    fn run(&self, arguments: &[&str]) -> Result<Ended, Failed> {
+        Ok(Ended::from(Command::new(program()).args(arguments).current_dir(self.0.path()).output()?))
+    }
+
+    fn json(&self, name: &str) -> Result<Value, Failed> {
+        Ok(serde_json::from_str(&fs::read_to_string(self.path(name))?)?)
+    }
+
+    /// All files below a folder, relative to it, sorted.
+    fn files(&self, folder: &str) -> Result<Vec<String>, Failed> {
+        let top = self.path(folder);
+        let (mut open, mut files) = (vec![top.clone()], vec![]);
+        while let Some(folder) = open.pop() {
+            for entry in fs::read_dir(folder)? {
+                let path = entry?.path();
+                if path.is_dir() {
+                    open.push(path);
+                } else {
+                    files.push(path.strip_prefix(&top)?.to_string_lossy().replace('\\', "/"));
+                }
+            }
+        }
+        files.sort();
+        Ok(files)
+    }
+}
+
+/// How a program ended.
+#[derive(Debug)]
+struct Ended {
+    code: Option<i32>,
+    out: String,
+    err: String,
+}
+
+impl From<Output> for Ended {
+    fn from(output: Output) -> Self {
+        let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
+        Self { code: output.status.code(), out: text(&output.stdout), err: text(&output.stderr) }
+    }
+}
+
+impl Ended {
+    fn expect(self, code: i32) -> Result<Self, Failed> {
+        if self.code == Some(code) { Ok(self) } else { Err(format!("expected exit code {code}: {self:#?}").into()) }
+    }
+}
+
+fn ensure(holds: bool, otherwise: impl std::fmt::Debug) -> Checked {
+    if holds { Ok(()) } else { Err(format!("{otherwise:#?}").into()) }
+}
+
+fn first() -> Result<String, Failed> {
+    Ok(fs::read_to_string(root().join("scenarios/first.toml"))?)
+}
+
+/// One trial for each file that must be refused.
+fn refusals() -> Vec<Trial> {
+    let folder = root().join("scenarios/refused");
+    let entries = fs::read_dir(folder).into_iter().flatten().flatten();
+    let mut files: Vec<PathBuf> =
+        entries.map(|entry| entry.path()).filter(|path| path.extension().is_some_and(|e| e == "toml")).collect();
+    files.sort();
+    let trial = |file: PathBuf| {
+        let name = file.file_stem().unwrap_or_default().to_string_lossy().into_owned();
+        Trial::test(format!("refused: {name}"), move || refused(&file))
+    };
+    files.into_iter().map(trial).collect()
+}
+
+/// `check` and `run` print the expected faults, exactly, and end with 1; nothing is written.
+fn refused(file: &Path) -> Checked {
+    let expected = fs::read_to_string(file.with_extension("expected"))?;
+    let place = Place::new()?;
+    place.file("s.toml", fs::read(file)?)?;
+    let faults = expected.lines().filter(|line| !line.starts_with(' ')).count();
+    let mut words: String = expected
+        .lines()
+        .map(|line| if line.starts_with(' ') { format!("{line}\n") } else { format!("s.toml:{line}\n") })
+        .collect();
+    words += &format!("error: s.toml refused: {faults} fault{}\n", if faults == 1 { "" } else { "s" });
+    for arguments in [&["check", "s.toml"][..], &["run", "s.toml", "--out", "o"]] {
+        let ended = place.run(arguments)?.expect(1)?;
+        ensure(ended.err == words && ended.out.is_empty(), (&ended, &words))?;
+    }
+    ensure(!place.path("o").exists(), "a folder was made")
+}
+
+fn first_scenario() -> Checked {
+    let place = Place::new()?;
+    place.file("first.toml", first()?)?;
+    let check = place.run(&["check", "first.toml"])?.expect(0)?;
+    ensure(check.out == "first.toml: OK (3 branches, 1 joint, 4 fixings, 143 nodes, 2 steps)\n", &check)?;
+    let ended = place.run(&["run", "first.toml", "--out", "a/b"])?.expect(0)?;
+    for word in
+        ["y-harness: converged", "plug B", "plug C", "plug-A", "clip-1", "trunk", "wrote a/b: picture.svg, result.json"]
+    {
+        ensure(ended.out.contains(word), (word, &ended))?;
+    }
+    ensure(ended.err.is_empty(), &ended)?;
+    ensure(place.files("a/b")? == ["picture.svg", "result.json"], place.files("a/b"))?;
+    let result = place.json("a/b/result.json")?;
+    ensure(result["status"] == "converged" && result["scenario"] == "y-harness", &result["status"])?;
+    let steps = result["steps"].as_array().ok_or("no steps")?;
+    ensure(steps.len() == 2 && steps.iter().all(|step| step["stable"] == true), steps.len())
+}
+
+fn default_folder() -> Checked {
+    let place = Place::new()?;
+    place.file("mine.toml", first()?)?;
+    place.run(&["run", "mine.toml"])?.expect(0)?;
+    ensure(place.files("out/mine")? == ["picture.svg", "result.json"], place.files("."))
+}
+
+fn all_outputs() -> Checked {
+    let place = Place::new()?;
+    place.file("s.toml", first()? + "\n[output]\nincrements = true\ncsv = true\nvtk = true\npicture = false\n")?;
+    place.run(&["run", "s.toml", "--out", "o"])?.expect(0)?;
+    let mut expected: Vec<String> = (1..=40).map(|k| format!("vtk/{k:04}.vtp")).collect();
+    for step in ["1-plug_B", "2-plug_C"] {
+        expected.extend(["left", "right", "trunk"].map(|branch| format!("csv/{step}/{branch}.csv")));
+    }
+    expected.extend(["harness.pvd", "result.json"].map(str::to_owned));
+    expected.sort();
+    ensure(place.files("o")? == expected, place.files("o"))?;
+    ensure(place.json("o/result.json")?["steps"].as_array().map(Vec::len) == Some(40), "not every increment")?;
+    let series = fs::read_to_string(place.path("o/harness.pvd"))?;
+    ensure(series.contains("timestep=\"0.05\"") && series.contains("timestep=\"2\""), &series)?;
+    let table = fs::read_to_string(place.path("o/csv/1-plug_B/trunk.csv"))?;
+    ensure(table.lines().count() == 62, table.lines().count())
+}
+
+fn quiet() -> Checked {
+    let place = Place::new()?;
+    place.file("s.toml", first()?)?;
+    let ended = place.run(&["run", "s.toml", "--quiet"])?.expect(0)?;
+    ensure(ended.out.is_empty() && ended.err.is_empty(), &ended)?;
+    ensure(place.path("out/s/result.json").exists(), "no result")
+}
+
+fn not_converged() -> Checked {
+    let place = Place::new()?;
+    place.file("s.toml", first()? + "\n[minimiser]\nkind = \"newton\"\nmax_iterations = 1\n")?;
+    let ended = place.run(&["run", "s.toml", "--out", "o"])?.expect(2)?;
+    ensure(ended.out.contains("iteration limit"), &ended)?;
+    let result = place.json("o/result.json")?;
+    ensure(result["status"] == "iteration limit" && !result["steps"][0].is_null(), &result["status"])?;
+    ensure(place.path("o/picture.svg").exists(), "no picture")
+}
+
+fn interrupted() -> Checked {
+    use std::time::{Duration, Instant};
+    /// Longer than the first increments take on any machine.
+    const PATIENCE: Duration = Duration::from_secs(60);
+    let place = Place::new()?;
+    let endless = first()?.replacen("increments = 20", "increments = 100000", 1);
+    place.file("s.toml", endless + "\n[output]\nvtk = true\n")?;
+    let child = Command::new(program())
+        .args(["run", "s.toml", "--out", "o"])
+        .current_dir(place.0.path())
+        .stdout(std::process::Stdio::piped())
+        .stderr(std::process::Stdio::piped())
+        .spawn()?;
+    let clock = Instant::now();
+    while !place.path("o/vtk/0003.vtp").exists() && clock.elapsed() < PATIENCE {
+        std::thread::sleep(Duration::from_millis(10));
+    }
+    let interrupt = Command::new("sh").args(["-c", &format!("kill -INT {}", child.id())]).status()?;
+    ensure(interrupt.success(), interrupt)?;
+    let ended = Ended::from(child.wait_with_output()?).expect(2)?;
+    ensure(ended.out.contains("y-harness: interrupted"), &ended)?;
+    let result = place.json("o/result.json")?;
+    ensure(result["status"] == "interrupted", &result["status"])?;
+    let kept = result["steps"][0]["increment"].as_u64().ok_or("no increment")?;
+    let files = place.files("o")?;
+    ensure(files.iter().filter(|file| file.ends_with(".vtp")).count() as u64 == kept, kept)?;
+    ensure(files.contains(&"harness.pvd".to_owned()) && files.contains(&"picture.svg".to_owned()), &files)
+}
+
+fn unwritable() -> Checked {
+    let place = Place::new()?;
+    place.file("s.toml", first()?)?;
+    place.file("taken", "a file, not a folder")?;
+    let ended = place.run(&["run", "s.toml", "--out", "taken/o"])?.expect(3)?;
+    ensure(ended.err.starts_with("error: cannot make the folder taken/o: ") && ended.out.is_empty(), &ended)
+}
+
+fn absent_file() -> Checked {
+    let place = Place::new()?;
+    for command in ["check", "run"] {
+        let ended = place.run(&[command, "nothing.toml"])?.expect(3)?;
+        ensure(ended.err.starts_with("error: cannot read nothing.toml: "), &ended)?;
+    }
+    Ok(())
+}
+
+fn no_text() -> Checked {
+    let place = Place::new()?;
+    place.file("s.toml", b"schema = 1\nname = \"\xff\"\n")?;
+    let ended = place.run(&["check", "s.toml"])?.expect(1)?;
+    ensure(ended.err == "error: s.toml:2: not UTF-8 text (byte 19)\n", &ended)
+}
+
+fn command_line() -> Checked {
+    let place = Place::new()?;
+    for wrong in
+        [&[][..], &["walk"], &["run"], &["run", "s.toml", "--fast"], &["import", "kbl", "x", "--max-segment", "far"]]
+    {
+        let ended = place.run(wrong)?.expect(1)?;
+        ensure(!ended.err.is_empty() && ended.out.is_empty(), (wrong, &ended))?;
+    }
+    for right in [&["--help"][..], &["run", "--help"], &["--version"]] {
+        ensure(!place.run(right)?.expect(0)?.out.is_empty(), right)?;
+    }
+    Ok(())
+}
+
+fn unknown_minimiser() -> Checked {
+    let place = Place::new()?;
+    place.file("s.toml", first()?)?;
+    let ended = place.run(&["run", "s.toml", "--minimiser", "magic"])?.expect(1)?;
+    ensure(ended.err.contains("unknown minimiser `magic`; known: ") && ended.err.contains("newton"), &ended)?;
+    place.run(&["run", "s.toml", "--minimiser", "newton"])?.expect(0).map(|_| ())
+}
+
+fn schema() -> Checked {
+    let ended = Place::new()?.run(&["schema"])?.expect(0)?;
+    let schema: Value = serde_json::from_str(&ended.out)?;
+    ensure(schema["properties"]["branches"].is_object(), &schema["$schema"])
+}
+
+fn import_small() -> Checked {
+    let place = Place::new()?;
+    let kbl = root().join("crates/import/tests/small.kbl");
+    let kbl = kbl.to_str().ok_or("a path of UTF-8")?;
+    let ended = place.run(&["import", "kbl", kbl, "-o", "s.toml", "--max-segment", "5 mm"])?.expect(0)?;
+    ensure(ended.out.starts_with("wrote s.toml ("), &ended)?;
+    ensure(ended.err.lines().all(|line| line.starts_with("found: ")), &ended)?;
+    let printed = place.run(&["import", "kbl", kbl, "--max-segment", "5 mm"])?.expect(0)?;
+    ensure(printed.out == fs::read_to_string(place.path("s.toml"))?, "standard output differs from the file")?;
+    place.run(&["run", "s.toml"])?.expect(0)?;
+    place.file("not.kbl", "<other/>")?;
+    let ended = place.run(&["import", "kbl", "not.kbl"])?.expect(1)?;
+    ensure(ended.err.starts_with("error: not.kbl cannot be imported: 1:1: "), &ended)
+}
+
+fn bench() -> Checked {
+    let ended = Place::new()?.run(&["bench", "--json"])?.expect(0)?;
+    let document: Value = serde_json::from_str(&ended.out)?;
+    ensure(document["version"].is_string() && document["machine"].is_string(), &document)?;
+    let cases = document["cases"].as_array().ok_or("no cases")?;
+    let drags = cases.iter().filter(|case| case["case"] == "drag");
+    let segments: Vec<Option<u64>> = drags.map(|case| case["segments"].as_u64()).collect();
+    ensure(segments == [Some(100), Some(1_000), Some(10_000)], &segments)?;
+    for case in cases {
+        let positive = |key: &str| case[key].as_f64().is_some_and(|value| value > 0.0);
+        ensure(positive("seconds_per_step") && positive("iterations_per_step") && case["threads"] == 1, case)?;
+    }
+    Ok(())
+}
+
+/// A harness of a real car, from its KBL file to an equilibrium with its picture.
+fn real_harness(name: &'static str) -> Trial {
+    let kbl = shared("data/old-beetle").join(format!("{name}.kbl"));
+    let absent = !kbl.is_file();
+    let reason = if absent { format!(" (ignored: {} is not there)", kbl.display()) } else { String::new() };
+    let check = move || {
+        let place = Place::new()?;
+        place.run(&["import", "kbl", kbl.to_str().ok_or("a path of UTF-8")?, "-o", "s.toml"])?.expect(0)?;
+        place.run(&["check", "s.toml"])?.expect(0)?;
+        place.run(&["run", "s.toml", "--out", "o"])?.expect(0)?;
+        ensure(place.files("o")? == ["picture.svg", "result.json"], place.files("o"))
+    };
+    Trial::test(format!("a real harness: {name}{reason}"), check).with_ignored_flag(absent)
+}
