@@ -11,7 +11,7 @@ pub fn test() -> Result<(), String> {
     step("lints: what is known to go wrong", &mut command("cargo", &lints))?;
     let docs = ["doc", "--quiet", "--workspace", "--no-deps"];
     step("docs: every link leads somewhere", command("cargo", &docs).env("RUSTDOCFLAGS", "-D warnings"))?;
-    let tests = ["test", "--quiet", "--workspace"];
+    let tests = ["test", "--quiet", "--workspace", "--no-fail-fast"];
     step("tests, and the examples in the docs", &mut command("cargo", &tests))?;
     let deny = tools::deny()?;
     let licences = ["--log-level", "error", "check", "licenses", "bans", "sources"];
