@@ -189,8 +189,8 @@ impl Geometric {
 
 /// Stretch and shear of a segment beside a station (or between two).
 ///
-/// The segment's tangent is blended with the station's: `Γ = v + β v × φ − e3` with `φ = Σ 2 Im(q̄ Q)` over the stations
-/// beside it, the turn from the segment's frame to theirs. To leading order the plain staggered scheme differs from the
+/// The segment's tangent is blended with the station's: `Γ = v + β v × φ − e3` with `φ = Σ 2 Re(r) Im(r)`, `r = q̄ Q`, over
+/// the stations beside it: the turn from the segment's frame to theirs (the sine of its angle, smooth for any turn). To leading order the plain staggered scheme differs from the
 /// rod by the functional `(ℓ²/24) ([n·x″] − ∫ κ′ᵀ C κ′ ds)` (modified equation, per span between stations, dead
 /// loads aside). β = 1/12 takes out its boundary term, which is the larger part; with β = 1/8 what is then left at the boundary
 /// works against the integral too, and the error of clamped, hanging and branched references is least.
@@ -219,7 +219,7 @@ impl BlendedStretchShear {
         let r = rotation_matrix(q);
         let v = r.tr_mul(e) / l;
         let turns = stations.map(|station| station.map(|station| relative(q, station)));
-        let phi = turns.iter().flatten().map(|(_, v)| v * 2.0).sum();
+        let phi = turns.iter().flatten().map(|(w, v)| v * (2.0 * w)).sum();
         let gamma = v + v.cross(&phi) * BLEND - Vector::z();
         Self { r, v, n: c.component_mul(&gamma), gamma, phi, turns }
     }
@@ -240,8 +240,8 @@ impl BlendedStretchShear {
         self.r * self.force(&self.n)
     }
 
-    /// `(∂E/∂e, ∂E/∂θ, [∂E/∂θ_station])`: as for the plain law with n′, and through φ with `∂E/∂φ = μ = ℓ β n × v`,
-    /// `∂φ/∂θ_Q = w I + [Im]ₓ`, `∂φ/∂θ = −(w I − [Im]ₓ)`.
+    /// `(∂E/∂e, ∂E/∂θ, [∂E/∂θ_station])`: as for the plain law with n′, and through φ with `∂E/∂φ = μ = ℓ β n × v`; see
+    /// [`turn_jacobians`].
     pub fn gradient(&self, l: f64) -> (Vector, Vector, [Vector; 2]) {
         let force = self.force(&self.n);
         let mu = self.n.cross(&self.v) * (BLEND * l);
@@ -249,8 +249,9 @@ impl BlendedStretchShear {
         let mut at_stations = [Vector::zeros(); 2];
         for (turn, at) in self.turns.iter().zip(&mut at_stations) {
             if let Some((w, im)) = turn {
-                moment -= mu * *w + im.cross(&mu);
-                *at = mu * *w - im.cross(&mu);
+                let [segment, station] = turn_jacobians(*w, im);
+                moment += segment.tr_mul(&mu);
+                *at = station.tr_mul(&mu);
             }
         }
         (self.r * force, moment, at_stations)
@@ -262,7 +263,8 @@ impl BlendedStretchShear {
         let mut dphi = Vector::zeros();
         for (turn, at) in self.turns.iter().zip(&at_stations) {
             if let Some((w, im)) = turn {
-                dphi += at * *w + im.cross(at) - theta * *w + im.cross(theta);
+                let [segment, station] = turn_jacobians(*w, im);
+                dphi += segment * theta + station * at;
             }
         }
         dv + (dv.cross(&self.phi) + self.v.cross(&dphi)) * BLEND
@@ -279,8 +281,9 @@ impl BlendedStretchShear {
         let mut dphi = [Matrix::zeros(); 4];
         for (k, turn) in self.turns.iter().enumerate() {
             if let Some((w, im)) = turn {
-                dphi[1] += skew(im) - Matrix::identity() * *w;
-                dphi[2 + k] = Matrix::identity() * *w + skew(im);
+                let [segment, station] = turn_jacobians(*w, im);
+                dphi[1] += segment;
+                dphi[2 + k] = station;
             }
         }
         let along_v = Matrix::identity() - skew(&self.phi) * BLEND;
@@ -308,15 +311,34 @@ impl BlendedStretchShear {
         };
         for (k, turn) in self.turns.iter().enumerate() {
             if let Some((w, im)) = turn {
-                // φ is 2 Im(q̄ Q): half of ∂E/∂Im is μ.
-                let geometric = Geometric::new(*w, im, &mu);
-                segment.tt += geometric.diagonal;
-                stations.ss[k] += geometric.diagonal;
-                stations.st[k] += geometric.mixed.transpose();
+                let [own, mixed, station] = turn_hessians(*w, im, &mu);
+                segment.tt += own;
+                stations.ss[k] += station;
+                stations.st[k] += mixed.transpose();
             }
         }
         (segment, stations)
     }
+}
+
+/// First derivatives of `φ = 2 w v`, (w, v) = q̄ Q, in the rotations of q and Q:
+/// `−(w (w I − [v]ₓ) − v vᵀ)` and `w (w I + [v]ₓ) − v vᵀ`.
+fn turn_jacobians(w: f64, v: &Vector) -> [Matrix; 2] {
+    let (outer, diagonal, skew) = (v * v.transpose(), Matrix::identity() * (w * w), skew(v) * w);
+    [outer + skew - diagonal, diagonal + skew - outer]
+}
+
+/// Second derivatives of `μ·φ = 2 w (μ·v)` in the rotation of q, in both (rows q, columns Q) and in that of Q: with
+/// `a = ∂(μ·v)/∂θ = −½(w μ + v × μ)` and `b = ∂(μ·v)/∂θ_Q = ½(w μ − v × μ)`
+/// `−w (μ·v) I + v aᵀ + a vᵀ`, `½ w (v μᵀ + μ vᵀ + w [μ]ₓ) + v bᵀ − a vᵀ + ½ (μ·v) [v]ₓ` and `−w (μ·v) I − v bᵀ − b vᵀ`.
+fn turn_hessians(w: f64, v: &Vector, mu: &Vector) -> [Matrix; 3] {
+    let (along, across) = (mu * w, v.cross(mu));
+    let (a, b) = ((along + across) * -0.5, (along - across) * 0.5);
+    let m = mu.dot(v);
+    let diagonal = Matrix::identity() * (-w * m);
+    let (va, vb, vmu) = (v * a.transpose(), v * b.transpose(), v * mu.transpose());
+    let mixed = (vmu + vmu.transpose() + skew(mu) * w) * (0.5 * w) + vb - va.transpose() + skew(v) * (0.5 * m);
+    [diagonal + va + va.transpose(), mixed, diagonal - vb - vb.transpose()]
 }
 
 /// R(q), by the usual quadratic form.

@@ -19,7 +19,7 @@ const SMALL_TURN: f64 = 0.3;
 /// Share of the predicted decrease that a step must bring (Armijo).
 const ARMIJO: f64 = 1e-4;
 /// Decreases of the energy below this share of its magnitude are round-off.
-const ENERGY_NOISE: f64 = 1e-12;
+const ENERGY_NOISE: f64 = 1e-14;
 /// Iterations without progress at round-off after which the state is called stalled.
 const STALLED_AFTER: usize = 4;
 
