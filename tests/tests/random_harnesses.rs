@@ -112,7 +112,6 @@ fn run(seeds: std::ops::Range<u64>) {
         let gap = (held - Vector::new(0.0, 0.0, harness.weight)).norm();
         assert!(gap <= 1e-3 * harness.weight + 1e-9 * largest, "seed {seed}: the whole is out of balance by {gap} N");
     }
-    println!("{converged} of {total} converged");
     assert!(converged as f64 >= CONVERGED * total as f64, "only {converged} of {total} converged");
 }
 

@@ -11,11 +11,12 @@ use wireloom_core::steps::{Move, Schedule, Step, Turn};
 use wireloom_core::{Network, Pose, Rotation, State, Vector};
 
 /// An increment that fails is halved, its halves likewise, up to this many times.
-const CUT_BACKS: u32 = 6;
+const CUT_BACKS: u32 = 4;
 /// Increments in which the start shape gives way and the fixings are brought to where the scenario puts them: at least so many, and one for each so many lengths of the longest branch, and for so many radians.
 const HOMING: f64 = 10.0;
-/// So many times the iterations of an increment are allowed in each of them.
-const HOMING_ITERATIONS: usize = 20;
+/// So many times the iterations of an increment are allowed where parts may snap: in homing, and where smaller
+/// increments did not help.
+const SNAP_ITERATIONS: usize = 20;
 const HOMING_SHARE: f64 = 0.1;
 const HOMING_TURN: f64 = 0.3;
 /// Turn (rad) by which a start that is balanced on an edge is disturbed.
@@ -181,7 +182,16 @@ pub fn follow(
         let plan = driver.begin(step);
         for increment in 1..=step.increments {
             let share = |k: usize| k as f64 / step.increments as f64;
-            let status = driver.advance(&plan, share(increment - 1), share(increment), CUT_BACKS);
+            let mut status = driver.advance(&plan, share(increment - 1), share(increment), CUT_BACKS);
+            if status == Status::IterationLimit {
+                status = driver.let_snap();
+                if status == Status::Converged {
+                    note_once(
+                        &mut run.notes,
+                        format!("step `{}`: the harness snapped in increment {increment}", step.name),
+                    );
+                }
+            }
             let seconds = clock.elapsed().as_secs_f64();
             let end = driver.step_result(step, increment, status, seconds);
             let progress = Progress {
@@ -262,7 +272,7 @@ impl Driver<'_, '_> {
         plan.undraw = weightless;
         let stop = self.stop;
         // A part that snaps on the way needs more iterations, not smaller increments.
-        self.stop.max_iterations *= HOMING_ITERATIONS;
+        self.stop.max_iterations *= SNAP_ITERATIONS;
         let mut status = self.advance(&plan, 0.0, 0.0, 0);
         for k in 1..=increments {
             let (a, b) = ((k - 1) as f64 / increments as f64, k as f64 / increments as f64);
@@ -302,6 +312,16 @@ impl Driver<'_, '_> {
             return status;
         }
         fallen
+    }
+
+    /// Smaller increments did not help: the equilibrium that was followed has ceased to exist, and the harness falls to
+    /// another one. Goes on downhill, however far that is.
+    fn let_snap(&mut self) -> Status {
+        let stop = self.stop;
+        self.stop.max_iterations *= SNAP_ITERATIONS;
+        let status = self.solve();
+        self.stop = stop;
+        status
     }
 
     /// Adds and releases what the step says, and plans its motions.
