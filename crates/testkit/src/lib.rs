@@ -1,1 +1,3 @@
 //! Conformance suites, derivative checks and closed forms.
+
+pub mod closed_forms;
