@@ -26,7 +26,7 @@ impl StretchShear {
     #[inline(always)]
     pub fn new(e: &Vector, q: &Rotation, l: f64, c: &Vector) -> Self {
         let r = rotation_matrix(q);
-        let v = r.tr_mul(e) / l;
+        let v = r.tr_mul(e) * (1.0 / l);
         let n = Vector::new(c.x * v.x, c.y * v.y, c.z * (v.z - 1.0));
         Self { r, v, n }
     }
@@ -49,8 +49,9 @@ impl StretchShear {
     #[inline(always)]
     pub fn hessian(&self, l: f64, c: &Vector, n: &Vector) -> SegmentHessian {
         let (r, v) = (&self.r, &self.v);
-        let rc = Matrix::from_columns(&[r.column(0) * c.x, r.column(1) * c.y, r.column(2) * c.z]);
-        let ee = rc * r.transpose() / l;
+        let c_l = c * (1.0 / l);
+        let rc = Matrix::from_columns(&[r.column(0) * c_l.x, r.column(1) * c_l.y, r.column(2) * c_l.z]);
+        let ee = rc * r.transpose();
         // [v]ₓᵀ C + [n]ₓ, written out.
         let b = Matrix::new(
             0.0,
@@ -151,14 +152,18 @@ impl BendTwist {
             kyz,
             k.z + mv + 2.0 * v.z * y.z,
         );
-        let j = Matrix::new(w, -v.z, v.y, v.z, w, -v.x, -v.y, v.x, w) * 0.5;
-        let (kj, kjt) = (k * j, k * j.transpose());
+        // With A = [v]ₓ K, so that K [v]ₓ = −Aᵀ, and B = [v]ₓ K [v]ₓ = A [v]ₓ:
+        // 4 J K Jᵀ = w² K − B + w (A + Aᵀ), 4 Jᵀ K J = w² K − B − w (A + Aᵀ), 4 J K J = w² K + B + w (A − Aᵀ).
+        let column = |i: usize| -> Vector { v.cross(&k.column(i)) };
+        let a = Matrix::from_columns(&[column(0), column(1), column(2)]);
+        let column = |i: usize| -> Vector { a.row(i).transpose().cross(v) };
+        let b = Matrix::from_columns(&[column(0), column(1), column(2)]);
+        let at = a.transpose();
+        let k = k * (0.25 * w * w);
+        let (b, symmetric, skew) = (b * 0.25, (a + at) * (0.25 * w), (a - at) * (0.25 * w));
         let geometric = Geometric::new(w, v, &self.half_mu);
-        CouplingHessian {
-            aa: j * kjt + geometric.diagonal,
-            ab: geometric.mixed - j * kj,
-            bb: j.tr_mul(&kj) + geometric.diagonal,
-        }
+        let diagonal = k - b + geometric.diagonal;
+        CouplingHessian { aa: diagonal + symmetric, ab: geometric.mixed - k - b - skew, bb: diagonal - symmetric }
     }
 }
 
@@ -240,8 +245,8 @@ impl BlendedStretchShear {
         self.r * self.force(&self.n)
     }
 
-    /// `(∂E/∂e, ∂E/∂θ, [∂E/∂θ_station])`: as for the plain law with n′, and through φ with `∂E/∂φ = μ = ℓ β n × v`; see
-    /// [`turn_jacobians`].
+    /// `(∂E/∂e, ∂E/∂θ, [∂E/∂θ_station])`: as for the plain law with n′, and through φ with `∂E/∂φ = μ = ℓ β n × v`; `∂φ/∂θ` and
+    /// `∂φ/∂θ_station` are `−(w (w I − [Im]ₓ) − Im Imᵀ)` and `w (w I + [Im]ₓ) − Im Imᵀ`.
     pub fn gradient(&self, l: f64) -> (Vector, Vector, [Vector; 2]) {
         let force = self.force(&self.n);
         let mu = self.n.cross(&self.v) * (BLEND * l);

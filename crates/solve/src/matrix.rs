@@ -1,6 +1,6 @@
 //! The Hessian as a sparse block matrix: gathering, and taking out what is held.
 
-use crate::structure::{NONE, Structure};
+use crate::structure::{Structure, TIED};
 use wireloom_core::problem::{Hessian, Problem, Variable};
 use wireloom_core::rotation::skew;
 use wireloom_core::{Matrix, Network, State, Tangent, Vector};
@@ -79,7 +79,7 @@ impl BlockMatrix {
             for (j, frame) in mesh.segment_frames.iter().enumerate() {
                 let (a, b) = (s.of_point[branch.points.start + j], s.of_point[branch.points.start + j + 1]);
                 let f = s.of_frame[branch.frames.start + frame];
-                if a == NONE || b == NONE {
+                if a.max(b) >= TIED {
                     tied_segments.push(TiedSegment { branch: branch_index, segment: j, frame: f });
                 } else {
                     first.get_or_insert(j);
@@ -91,7 +91,7 @@ impl BlockMatrix {
             let mut regular = vec![];
             for c in 0..mesh.coupling_lengths.len() {
                 let (a, b) = (s.of_frame[branch.frames.start + c], s.of_frame[branch.frames.start + c + 1]);
-                if a == NONE || b == NONE {
+                if a.max(b) >= TIED {
                     tied_couplings.push((branch_index, c));
                 } else {
                     regular.push((c, CouplingPlan { a, b, ba: slot(b, a) }));
@@ -161,11 +161,11 @@ impl BlockMatrix {
         let mut levers = [None; 4];
         for (end, sign) in [(0, -1.0), (1, 1.0)] {
             let own = self.structure.of_point[point + end];
-            if own != NONE {
+            if own < TIED {
                 levers[2 * end] = Some((own, Matrix::identity() * sign));
                 continue;
             }
-            let tie = network.ties.iter().find(|tie| tie.point == point + end).expect("a tied point has a tie");
+            let tie = &network.ties[(own - TIED) as usize];
             levers[2 * end] = Some((self.structure.of_point[tie.hub_point], Matrix::identity() * sign));
             if let Some(hub) = tie.hub_frame {
                 let r = state.frames[hub].to_rotation_matrix();
@@ -178,10 +178,10 @@ impl BlockMatrix {
     /// The independent frame that carries `frame`, and the rotation A of a tied one in it: `θ = Aᵀ θ_hub`.
     fn turned(&self, network: &Network, frame: usize) -> (u32, Matrix) {
         let own = self.structure.of_frame[frame];
-        if own != NONE {
+        if own < TIED {
             return (own, Matrix::identity());
         }
-        let tie = network.ties.iter().find(|tie| tie.frame == Some(frame)).expect("a tied frame has a tie");
+        let tie = &network.ties[(own - TIED) as usize];
         let hub = tie.hub_frame.expect("a tied frame has a hub");
         (self.structure.of_frame[hub], *tie.rest.to_rotation_matrix().matrix())
     }

@@ -6,16 +6,17 @@ use wireloom_core::Network;
 use wireloom_core::constraint::Action;
 use wireloom_core::problem::Variable;
 
-/// No block: the variable is tied to a joint.
-pub const NONE: u32 = u32::MAX;
+/// Positions from here on are not positions: `TIED + t` says that the point or frame has no variable of its own but rides
+/// on a joint by tie t of the network.
+pub const TIED: u32 = 1 << 31;
 
 /// Pattern of the factor: column by column (in elimination order) the rows below the diagonal.
 pub struct Structure {
     /// The variables in elimination order.
     pub variables: Vec<Variable>,
-    /// Position in elimination order of every point; [`NONE`] where tied.
+    /// Position in elimination order of every point; see [`TIED`].
     pub of_point: Vec<u32>,
-    /// Position in elimination order of every frame; [`NONE`] where tied.
+    /// Position in elimination order of every frame; see [`TIED`].
     pub of_frame: Vec<u32>,
     /// `rows[starts[p]..starts[p + 1]]` are the rows of column p, increasing.
     pub starts: Vec<u32>,
@@ -28,25 +29,24 @@ impl Structure {
     pub fn new(network: &Network) -> Self {
         // Natural numbering: along the branches, joints last.
         let mut variables = Vec::new();
-        let mut tied_point = vec![false; network.points];
-        let mut tied_frame = vec![false; network.frames];
-        for tie in &network.ties {
-            tied_point[tie.point] = true;
+        let (mut of_point, mut of_frame) = (vec![0; network.points], vec![0; network.frames]);
+        for (t, tie) in network.ties.iter().enumerate() {
+            of_point[tie.point] = TIED + t as u32;
             if let Some(frame) = tie.frame {
-                tied_frame[frame] = true;
+                of_frame[frame] = TIED + t as u32;
             }
         }
         for branch in &network.branches {
             let mesh = branch.rod.mesh();
             for node in 0..mesh.nodes() {
                 let point = branch.points.start + node;
-                if !tied_point[point] {
+                if of_point[point] < TIED {
                     variables.push(Variable::Point(point));
                 }
                 let station = mesh.station_frame(node);
                 let segment = mesh.segment_frames.get(node).copied();
                 for frame in [station, segment].into_iter().flatten().map(|c| branch.frames.start + c) {
-                    if !tied_frame[frame] {
+                    if of_frame[frame] < TIED {
                         variables.push(Variable::Frame(frame));
                     }
                 }
@@ -56,18 +56,7 @@ impl Structure {
             variables.push(Variable::Point(joint.point));
             variables.extend(joint.frame.map(Variable::Frame));
         }
-        let number = |order: &[Variable]| {
-            let mut of_point = vec![NONE; network.points];
-            let mut of_frame = vec![NONE; network.frames];
-            for (p, variable) in order.iter().enumerate() {
-                match variable {
-                    Variable::Point(i) => of_point[*i] = p as u32,
-                    Variable::Frame(c) => of_frame[*c] = p as u32,
-                }
-            }
-            (of_point, of_frame)
-        };
-        let (of_point, of_frame) = number(&variables);
+        number(&variables, &mut of_point, &mut of_frame);
         let graph = coupled(network, &of_point, &of_frame, variables.len());
         let (order, columns) = minimum_degree(graph);
         let mut position = vec![0; order.len()];
@@ -83,7 +72,7 @@ impl Structure {
             starts.push(rows.len() as u32);
         }
         let variables: Vec<Variable> = order.iter().map(|&v| variables[v as usize]).collect();
-        let (of_point, of_frame) = number(&variables);
+        number(&variables, &mut of_point, &mut of_frame);
         Self { variables, of_point, of_frame, starts, rows }
     }
 
@@ -115,6 +104,16 @@ impl Structure {
     }
 }
 
+/// Writes down the place of every variable in an order.
+fn number(order: &[Variable], of_point: &mut [u32], of_frame: &mut [u32]) {
+    for (p, variable) in order.iter().enumerate() {
+        match variable {
+            Variable::Point(i) => of_point[*i] = p as u32,
+            Variable::Frame(c) => of_frame[*c] = p as u32,
+        }
+    }
+}
+
 /// For every variable those it shares an energy with.
 fn coupled(network: &Network, of_point: &[u32], of_frame: &[u32], count: usize) -> Vec<Vec<u32>> {
     let mut graph = vec![Vec::new(); count];
@@ -127,22 +126,17 @@ fn coupled(network: &Network, of_point: &[u32], of_frame: &[u32], count: usize) 
         }
         clique.clear();
     };
-    let tie_of_point = |i: usize| network.ties.iter().find(|tie| tie.point == i);
-    let tie_of_frame = |c: usize| network.ties.iter().find(|tie| tie.frame == Some(c));
-    let point = |i: usize, clique: &mut Vec<u32>| {
-        if of_point[i] != NONE {
-            clique.push(of_point[i]);
-        } else if let Some(tie) = tie_of_point(i) {
+    let point = |i: usize, clique: &mut Vec<u32>| match of_point[i] {
+        own if own < TIED => clique.push(own),
+        tied => {
+            let tie = &network.ties[(tied - TIED) as usize];
             clique.push(of_point[tie.hub_point]);
             clique.extend(tie.hub_frame.map(|c| of_frame[c]));
         }
     };
-    let frame = |c: usize, clique: &mut Vec<u32>| {
-        if of_frame[c] != NONE {
-            clique.push(of_frame[c]);
-        } else if let Some(hub) = tie_of_frame(c).and_then(|tie| tie.hub_frame) {
-            clique.push(of_frame[hub]);
-        }
+    let frame = |c: usize, clique: &mut Vec<u32>| match of_frame[c] {
+        own if own < TIED => clique.push(own),
+        tied => clique.extend(network.ties[(tied - TIED) as usize].hub_frame.map(|c| of_frame[c])),
     };
     for branch in &network.branches {
         let mesh = branch.rod.mesh();

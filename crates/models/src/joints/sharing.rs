@@ -4,43 +4,51 @@
 /// positive), and for each arm what is left over.
 ///
 /// Where one arm outweighs all others together there is no such table: its surplus is left over
-/// uncoupled. Otherwise X = diag(u) (1 − I) diag(u) with u found by proportional fitting
-/// (Deming and Stephan 1940, in the symmetric form of Sinkhorn and Knopp 1967): of all tables with
-/// these sums it is the one nearest to "everyone with everyone in proportion".
+/// uncoupled. Otherwise X = diag(u) (1 − I) diag(u), the limit of proportional fitting (Deming and Stephan 1940, in the
+/// symmetric form of Sinkhorn and Knopp 1967): of all tables with these sums the one nearest to "everyone with everyone in
+/// proportion". Its rows add up where `u_a (U − u_a) = s_a` with `U = Σ u`: `u_a = ½ (U ∓ √(U² − 4 s_a))`, the upper sign but
+/// perhaps for the stiffest arm, which leaves one equation for U.
 pub fn share_out(stiffness: &[f64]) -> (Vec<Vec<f64>>, Vec<f64>) {
     let k = stiffness.len();
     let total: f64 = stiffness.iter().sum();
     let mut surplus = vec![0.0; k];
-    let mut sums = stiffness.to_vec();
-    for a in 0..k {
-        let others = total - stiffness[a];
-        if stiffness[a] >= others {
-            surplus[a] = stiffness[a] - others;
-            sums[a] = others;
-            // Every other arm then passes all it has to this one.
-            let mut table = vec![vec![0.0; k]; k];
-            for b in (0..k).filter(|&b| b != a) {
-                table[a][b] = stiffness[b];
-                table[b][a] = stiffness[b];
-            }
-            return (table, surplus);
+    let stiffest = (0..k).max_by(|&a, &b| stiffness[a].total_cmp(&stiffness[b])).unwrap_or(0);
+    let others = total - stiffness[stiffest];
+    if stiffness[stiffest] >= others {
+        surplus[stiffest] = stiffness[stiffest] - others;
+        // Every other arm then passes all it has to this one.
+        let mut table = vec![vec![0.0; k]; k];
+        for b in (0..k).filter(|&b| b != stiffest) {
+            table[stiffest][b] = stiffness[b];
+            table[b][stiffest] = stiffness[b];
+        }
+        return (table, surplus);
+    }
+    // The smaller root without cancellation, and its partner.
+    let smaller = |u: f64, s: f64| 2.0 * s / (u + (u * u - 4.0 * s).max(0.0).sqrt());
+    let least = 2.0 * stiffness[stiffest].sqrt();
+    let sum_of = |u: f64, upper: bool| -> f64 {
+        let all: f64 = stiffness.iter().map(|&s| smaller(u, s)).sum();
+        let stiff = smaller(u, stiffness[stiffest]);
+        if upper { all - stiff + (u - stiff) } else { all }
+    };
+    let upper = sum_of(least, false) < least;
+    // The sum is above U on one side of the root and below it on the other.
+    let (mut low, mut high) = (least, 2.0 * least);
+    while (sum_of(high, upper) < high) == (sum_of(low, upper) < low) && high < 1e12 * least {
+        high *= 2.0;
+    }
+    for _ in 0..200 {
+        let middle = 0.5 * (low + high);
+        if (sum_of(middle, upper) < middle) == (sum_of(low, upper) < low) {
+            low = middle;
+        } else {
+            high = middle;
         }
     }
-    // u_a (U − u_a) = sums_a, U = Σ u: solve for u_a given U by the smaller root (at most one arm may need the
-    // larger one, which proportional fitting finds by itself), so fit u directly.
-    let mut u: Vec<f64> = sums.iter().map(|s| s / total.sqrt()).collect();
-    for _ in 0..10_000 {
-        let mut worst = 0.0_f64;
-        for a in 0..k {
-            let others: f64 = (0..k).filter(|&b| b != a).map(|b| u[b]).sum();
-            let fitted = sums[a] / others;
-            worst = worst.max((fitted - u[a]).abs() / fitted);
-            // The geometric mean damps the alternation of the plain iteration.
-            u[a] = (u[a] * fitted).sqrt();
-        }
-        if worst < 1e-14 {
-            break;
-        }
+    let mut u: Vec<f64> = stiffness.iter().map(|&s| smaller(low, s)).collect();
+    if upper {
+        u[stiffest] = low - u[stiffest];
     }
     let table = (0..k).map(|a| (0..k).map(|b| if a == b { 0.0 } else { u[a] * u[b] }).collect()).collect();
     (table, surplus)
