@@ -1,0 +1,348 @@
+//! The scenarios of this repository: all converge, and those with a closed form agree with it.
+//!
+//! Beside `scenarios/analytic/NAME.toml` stands `NAME.expected.toml`, a list of `[[check]]`: `step` names the step (its
+//! last increment counts), `why` says what is expected, `tolerance` is the largest distance from `value` (default 0).
+//!
+//! | kind | keys |
+//! | --- | --- |
+//! | `position` | `branch`, `s` of a node, `value`, m |
+//! | `reaction-force`, `reaction-moment` | `constraint`, `value`, N or N m; `part = "z"`: the component along z alone |
+//! | `energy` | `part` (`total`, `bend`, …), `value`, J |
+//! | `twist` | `branch`, `value`, turns |
+//! | `stable` | `value`: what the flag says |
+//! | `same-shape` | `branch` is `as = { branch, from }` at every node, counted from its end if `reversed`, its coordinates times `scale` plus `shift` |
+//! | `same-reaction` | `constraint` exerts what `as = { constraint }` does |
+
+use libtest_mimic::{Arguments, Failed, Trial};
+use std::path::{Path, PathBuf};
+use toml::Value;
+use wireloom::core::equilibrium::{BranchResult, ConstraintResult, Run, StepResult};
+use wireloom::core::{Status, Vector};
+use wireloom_testkit::closed_forms;
+
+fn main() {
+    let arguments = Arguments::from_args();
+    let scenarios = wireloom_tests::root().join("scenarios");
+    let mut trials = vec![];
+    for path in files(&scenarios.join("analytic")) {
+        trials.push(Trial::test(name(&path), move || analytic(&path)));
+    }
+    for path in files(&scenarios.join("branches")).into_iter().chain([scenarios.join("first.toml")]) {
+        trials.push(Trial::test(name(&path), move || converged(&std::fs::read_to_string(&path)?).map(|_| ())));
+    }
+    trials.push(Trial::test("expected values are those of the closed forms", values_of_closed_forms));
+    trials.push(Trial::test("order: cantilever, against the closed form", order_of_the_cantilever));
+    trials.push(Trial::test("order: sag between clamps", order_of_the_sag));
+    trials.push(Trial::test("order: hook with rest curvature", order_of_the_hook));
+    libtest_mimic::run(&arguments, trials).exit();
+}
+
+/// The scenarios of a folder.
+fn files(folder: &Path) -> Vec<PathBuf> {
+    let entries = std::fs::read_dir(folder).unwrap_or_else(|e| panic!("{}: {e}", folder.display()));
+    let mut found: Vec<PathBuf> = entries.flatten().map(|entry| entry.path()).collect();
+    found.retain(|path| {
+        let file = path.file_name().unwrap_or_default().to_string_lossy();
+        file.ends_with(".toml") && !file.ends_with(".expected.toml")
+    });
+    found.sort();
+    assert!(!found.is_empty(), "{} is empty", folder.display());
+    found
+}
+
+/// `analytic/catenary`.
+fn name(path: &Path) -> String {
+    let scenarios = wireloom_tests::root().join("scenarios");
+    path.strip_prefix(scenarios).unwrap_or(path).with_extension("").display().to_string()
+}
+
+fn converged(text: &str) -> Result<Run, Failed> {
+    let registry = wireloom::registry();
+    let (_, built) = wireloom::load(text, &registry).map_err(|faults| wireloom::scenario::render(text, &faults))?;
+    let run = wireloom::run(built, &mut |_, _| wireloom::solve::Control::Continue);
+    if run.status == Status::Converged && !run.steps.is_empty() {
+        Ok(run)
+    } else {
+        let steps: Vec<_> = run.steps.iter().map(|step| (&step.name, step.status)).collect();
+        Err(format!("{:?} {steps:?} {:?}", run.status, run.notes).into())
+    }
+}
+
+// ---- against expected values ------------------------------------------------------------------------------------
+
+fn expected(path: &Path) -> Result<Vec<Value>, Failed> {
+    let file = path.with_extension("expected.toml");
+    let text = std::fs::read_to_string(&file).map_err(|e| format!("{}: {e}", file.display()))?;
+    let checks = text.parse::<toml::Table>()?.remove("check").ok_or("no checks")?;
+    Ok(checks.try_into()?)
+}
+
+fn analytic(path: &Path) -> Result<(), Failed> {
+    let run = converged(&std::fs::read_to_string(path)?)?;
+    let mut wrong = vec![];
+    for check in &expected(path)? {
+        let (step, kind) = (word(check, "step")?, word(check, "kind")?);
+        let end = run.steps.iter().rfind(|s| s.name == step).ok_or_else(|| format!("no step `{step}`"))?;
+        if let Some(fault) = fault(end, kind, check)? {
+            wrong.push(format!("`{step}`: {kind} ({}): {fault}", word(check, "why")?));
+        }
+    }
+    if wrong.is_empty() { Ok(()) } else { Err(wrong.join("\n").into()) }
+}
+
+fn word<'a>(check: &'a Value, key: &str) -> Result<&'a str, Failed> {
+    check.get(key).and_then(Value::as_str).ok_or_else(|| format!("no `{key}` in {check}").into())
+}
+
+fn number(value: &Value) -> Option<f64> {
+    value.as_float().or_else(|| value.as_integer().map(|whole| whole as f64))
+}
+
+/// A number or a list of them.
+fn numbers(check: &Value, key: &str) -> Option<Vec<f64>> {
+    let value = check.get(key)?;
+    value.as_array().map_or_else(|| number(value).map(|x| vec![x]), |all| all.iter().map(number).collect())
+}
+
+fn branch<'a>(end: &'a StepResult, name: &str) -> Result<&'a BranchResult, Failed> {
+    end.branches.iter().find(|b| b.name == name).ok_or_else(|| format!("no branch `{name}`").into())
+}
+
+fn constraint<'a>(end: &'a StepResult, name: &str) -> Result<&'a ConstraintResult, Failed> {
+    end.constraints.iter().find(|c| c.name == name).ok_or_else(|| format!("no constraint `{name}`").into())
+}
+
+/// Where the node at arc length `s` is.
+fn node(branch: &BranchResult, s: f64) -> Result<Vector, Failed> {
+    let near = branch.s.iter().position(|at| (at - s).abs() < 1e-9);
+    near.map(|i| branch.position[i]).ok_or_else(|| format!("no node of `{}` at s = {s}", branch.name).into())
+}
+
+/// What is wrong with the end of a step, if anything.
+fn fault(end: &StepResult, kind: &str, check: &Value) -> Result<Option<String>, Failed> {
+    let tolerance = check.get("tolerance").and_then(number).unwrap_or(0.0);
+    let found: Vec<f64> = match kind {
+        "stable" => {
+            let wanted = check.get("value").and_then(Value::as_bool);
+            return Ok((end.stable != wanted).then(|| format!("{:?} instead of {wanted:?}", end.stable)));
+        }
+        "same-shape" | "same-reaction" => {
+            let difference = if kind == "same-shape" { shapes(end, check)? } else { reactions(end, check)? };
+            return Ok((!(difference <= tolerance)).then(|| format!("{difference:.3e} apart")));
+        }
+        "position" => {
+            let s = check.get("s").and_then(number).ok_or("no `s`")?;
+            node(branch(end, word(check, "branch")?)?, s)?.as_slice().into()
+        }
+        "reaction-force" | "reaction-moment" => {
+            let fixing = constraint(end, word(check, "constraint")?)?;
+            let all = if kind == "reaction-force" { fixing.force } else { fixing.moment };
+            match check.get("part").and_then(Value::as_str) {
+                None => all.as_slice().into(),
+                Some(part) => vec![all["xyz".find(part).ok_or("`part` is x, y or z")?]],
+            }
+        }
+        "energy" => {
+            let energy = &end.energy;
+            vec![match check.get("part").and_then(Value::as_str) {
+                None | Some("total") => energy.total(),
+                Some("bend") => energy.bend,
+                Some("twist") => energy.twist,
+                Some("stretch") => energy.stretch,
+                Some(other) => return Err(format!("no part `{other}` of the energy").into()),
+            }]
+        }
+        "twist" => vec![branch(end, word(check, "branch")?)?.twist_turns],
+        other => return Err(format!("no kind of check `{other}`").into()),
+    };
+    let wanted = numbers(check, "value").ok_or("no `value`")?;
+    if wanted.len() != found.len() {
+        return Err(format!("`value` has {} numbers, not {}", wanted.len(), found.len()).into());
+    }
+    let distance = wanted.iter().zip(&found).map(|(w, f)| (w - f).powi(2)).sum::<f64>().sqrt();
+    Ok((!(distance <= tolerance)).then(|| format!("{found:?} instead of {wanted:?}, {distance:.3e} off")))
+}
+
+/// Largest distance of a branch's nodes from where another one says.
+fn shapes(end: &StepResult, check: &Value) -> Result<f64, Failed> {
+    let model = check.get("as").ok_or("no `as`")?;
+    let (this, other) = (branch(end, word(check, "branch")?)?, branch(end, word(model, "branch")?)?);
+    let from = model.get("from").and_then(number).unwrap_or(0.0);
+    let reversed = check.get("reversed").and_then(Value::as_bool).unwrap_or(false);
+    let triple = |key, default| {
+        numbers(check, key).map_or(Vector::repeat(default), |numbers| Vector::from_column_slice(&numbers))
+    };
+    let (scale, shift) = (triple("scale", 1.0), triple("shift", 0.0));
+    let mut worst = 0.0_f64;
+    for (s, position) in this.s.iter().zip(&this.position) {
+        let place = from + if reversed { this.s[this.s.len() - 1] - s } else { *s };
+        worst = worst.max((position.component_mul(&scale) + shift - node(other, place)?).norm());
+    }
+    Ok(worst)
+}
+
+/// Largest difference of two fixings' force and moment.
+fn reactions(end: &StepResult, check: &Value) -> Result<f64, Failed> {
+    let model = check.get("as").ok_or("no `as`")?;
+    let (this, other) = (constraint(end, word(check, "constraint")?)?, constraint(end, word(model, "constraint")?)?);
+    Ok((this.force - other.force).norm().max((this.moment - other.moment).norm()))
+}
+
+// ---- expected values against closed forms -----------------------------------------------------------------------
+
+/// The numbers in the files are written out for readers; here they are held against the formulas.
+fn values_of_closed_forms() -> Result<(), Failed> {
+    let analytic = wireloom_tests::root().join("scenarios/analytic");
+    let value = |file: &str, step: &str, kind: &str, key: &str, at: &str| -> Result<Vec<f64>, Failed> {
+        let checks = expected(&analytic.join(file))?;
+        let is = |check: &&Value| {
+            let place = check.get(key).map(|v| v.as_str().map_or_else(|| v.to_string(), str::to_owned));
+            word(check, "step").is_ok_and(|s| s == step)
+                && word(check, "kind").is_ok_and(|k| k == kind)
+                && place.is_some_and(|p| p == at)
+        };
+        let check = checks.iter().find(is).ok_or_else(|| format!("{file}: no such check: {step}, {kind}, {at}"))?;
+        numbers(check, "value").ok_or_else(|| "no value".into())
+    };
+    let mut pairs: Vec<(String, Vec<f64>, Vec<f64>)> = vec![];
+    for load in [0.5, 1.0, 2.0, 5.0, 10.0] {
+        let (step, tip) = (format!("PL2/EI = {load}"), closed_forms::cantilever_tip_load(load));
+        let written = value("cantilever_tip_load.toml", &step, "position", "branch", "rod")?;
+        pairs.push((step, written, vec![1.0 - tip.shortening, 0.0, -tip.deflection]));
+    }
+    let circle = |s, moment| {
+        let [x, z] = closed_forms::pure_bending(moment, 1.0, s);
+        vec![x, 0.0, z]
+    };
+    let full = 2.0 * std::f64::consts::PI;
+    let file = "pure_bending_circle.toml";
+    pairs.push(("half circle".into(), value(file, "half circle", "position", "s", "1.0")?, circle(1.0, 0.5 * full)));
+    pairs.push(("circle".into(), value(file, "full circle", "position", "s", "0.5")?, circle(0.5, full)));
+    let turns = closed_forms::greenhill_critical_angle(0.01, 0.008) / full;
+    let below = value("greenhill_twist.toml", "one percent below", "twist", "branch", "cable")?;
+    pairs.push(("Greenhill".into(), below, vec![0.99 * turns]));
+    let chain = closed_forms::catenary(0.8, 1.0);
+    let [x, depth] = closed_forms::catenary_point(&chain, 0.25);
+    pairs.push(("sag".into(), value("catenary.toml", "hang", "position", "s", "0.5")?, vec![0.4, 0.0, -chain.sag]));
+    pairs.push((
+        "quarter".into(),
+        value("catenary.toml", "hang", "position", "s", "0.25")?,
+        vec![0.4 - x, 0.0, -depth],
+    ));
+    let weight = 0.1 * 9.81;
+    pairs.push((
+        "pull".into(),
+        value("catenary.toml", "hang", "reaction-force", "constraint", "right")?,
+        vec![weight * chain.parameter, 0.0, 0.5 * weight],
+    ));
+    let column = value("euler_column.toml", "one percent below", "reaction-force", "constraint", "foot")?;
+    pairs.push(("Euler".into(), column, vec![0.99 * closed_forms::euler_clamped(1.0, 1.0), 0.0, 0.0]));
+    let wrong: Vec<_> =
+        pairs.iter().filter(|(_, a, b)| a.iter().zip(b).any(|(a, b)| !((a - b).abs() <= 1e-8))).collect();
+    if wrong.is_empty() { Ok(()) } else { Err(format!("{wrong:#?}").into()) }
+}
+
+// ---- order of convergence ---------------------------------------------------------------------------------------
+
+/// A cable of 1 m with so many segments; `rest` follows its section, `then` its branch.
+fn cable(segments: usize, bending: f64, gravity: f64, curvature: f64, then: &str) -> String {
+    format!(
+        r#"
+schema = 1
+gravity = [0, 0, {gravity}]
+[minimiser]
+force_tolerance = 1e-8
+[sections.cable]
+diameter = "6 mm"
+linear_density = 0.05
+axial_stiffness = 1e5
+bending_stiffness = {bending}
+torsion_stiffness = 0.008
+[[branches]]
+name = "cable"
+from = "A"
+to = "B"
+section = "cable"
+length = 1
+segments = {segments}
+curvature = [0, {curvature}, 0]
+[[constraints]]
+name = "plug-A"
+kind = "connector"
+at = {{ end = "A" }}
+position = [0, 0, 0]
+tangent = [1, 0, 0]
+up = [0, 0, 1]
+{then}"#
+    )
+}
+
+/// The quantity at 20, 40 and 80 segments (and at more, as far as asked for).
+fn sequence(
+    counts: &[usize],
+    text: impl Fn(usize) -> String,
+    quantity: impl Fn(&StepResult) -> Vector,
+) -> Result<Vec<Vector>, Failed> {
+    counts
+        .iter()
+        .map(|&segments| {
+            let run = converged(&text(segments)).map_err(|e| format!("{segments} segments: {e:?}"))?;
+            Ok(quantity(run.steps.last().ok_or("no step")?))
+        })
+        .collect()
+}
+
+/// `errors` at h, h/2, h/4: both observed orders between 1.8 and 2.5.
+fn second_order(errors: &[f64]) -> Result<(), Failed> {
+    let orders: Vec<f64> = errors.windows(2).map(|pair| (pair[0] / pair[1]).log2()).collect();
+    if orders.iter().all(|order| (1.8..=2.5).contains(order)) {
+        Ok(())
+    } else {
+        Err(format!("observed orders {orders:.3?} from errors {errors:.3e?}").into())
+    }
+}
+
+/// Against the next but two of a sequence of halved segments, whose own error is a sixty-fourth and is taken off by
+/// Richardson's extrapolation `(4 f(h/2) − f(h))/3`.
+fn against_the_finest(values: &[Vector]) -> Vec<f64> {
+    let [.., before, finest] = values else { unreachable!("at least two meshes") };
+    let limit = (finest * 4.0 - before) / 3.0;
+    values[..3].iter().map(|value| (value - limit).norm()).collect()
+}
+
+fn middle(end: &StepResult) -> Vector {
+    let nodes = &end.branches[0].position;
+    nodes[nodes.len() / 2]
+}
+
+fn tip(end: &StepResult) -> Vector {
+    end.branches[0].position[end.branches[0].position.len() - 1]
+}
+
+const MESHES: [usize; 5] = [20, 40, 80, 160, 320];
+
+/// The tip under `P L²/EI = 5`; stretch and shear are 1e-7 of it.
+fn order_of_the_cantilever() -> Result<(), Failed> {
+    let text = |segments| {
+        let load = "[[loads]]\nname = \"tip\"\nat = { end = \"B\" }\nforce = [0, 0, -0.05]\n";
+        cable(segments, 0.01, 0.0, 0.0, load)
+    };
+    let exact = closed_forms::cantilever_tip_load(5.0);
+    let exact = Vector::new(1.0 - exact.shortening, 0.0, -exact.deflection);
+    let found = sequence(&MESHES[..3], text, tip)?;
+    second_order(&found.iter().map(|tip| (tip - exact).norm()).collect::<Vec<_>>())
+}
+
+/// The middle of a cable between clamps 0.6 m apart.
+fn order_of_the_sag() -> Result<(), Failed> {
+    let plug = "[[constraints]]\nname = \"plug-B\"\nkind = \"connector\"\nat = { end = \"B\" }\nposition = [0.6, 0, 0]\n\
+                tangent = [1, 0, 0]\nup = [0, 0, 1]\n";
+    let found = sequence(&MESHES, |segments| cable(segments, 0.01, -9.81, 0.0, plug), middle)?;
+    second_order(&against_the_finest(&found))
+}
+
+/// The tip of a hook of radius 0.3 m under its weight.
+fn order_of_the_hook() -> Result<(), Failed> {
+    let found = sequence(&MESHES, |segments| cable(segments, 0.01, -9.81, 1.0 / 0.3, ""), tip)?;
+    second_order(&against_the_finest(&found))
+}
