@@ -143,16 +143,17 @@ impl Workspace {
         energy - problem.moment_work(state, &self.step, alpha)
     }
 
-    /// Takes the trial as the new state.
+    /// Takes the trial as the new state; `trial` keeps the old one.
     fn accept(&mut self, state: &mut State) {
         std::mem::swap(state, &mut self.trial);
         std::mem::swap(&mut self.gradient, &mut self.trial_gradient);
     }
 
-    /// Forces to first order after the step, for the next geometric stiffness.
-    fn predict_forces(&mut self, problem: &Problem<'_>, state: &State) {
+    /// Forces to first order after the accepted step, for the next geometric stiffness. The state before it is in
+    /// `trial` then.
+    fn predict_forces(&mut self, problem: &Problem<'_>) {
         for (b, branch) in problem.network.branches.iter().enumerate() {
-            let shape = state.branch(problem.network, b);
+            let shape = self.trial.branch(problem.network, b);
             let points = &self.step.points[branch.points.clone()];
             let frames = &self.step.frames[branch.frames.clone()];
             branch.rod.predicted_forces(&shape, points, frames, &mut self.forces[b]);
@@ -222,6 +223,9 @@ impl Minimiser for Newton {
                 };
                 break;
             }
+            if mixed {
+                ws.predict_forces(problem);
+            }
             // Factorise; shift until positive definite.
             let mut negative = ws.assemble(problem, state, mixed, sigma);
             if negative > 0 && mixed {
@@ -270,9 +274,6 @@ impl Minimiser for Newton {
                 continue;
             };
             mixed = turn < SMALL_TURN && alpha == 1.0 && sigma == 0.0;
-            if mixed {
-                ws.predict_forces(problem, state);
-            }
             energy = trial + problem.moment_work(state, &ws.step, alpha);
             ws.accept(state);
             problem.update_held(state);
@@ -313,7 +314,6 @@ fn predict(ws: &mut Workspace, problem: &mut Problem<'_>, state: &mut State) -> 
     if turn < SMALL_TURN {
         let energy = ws.try_step(problem, state, 1.0);
         if energy.is_finite() {
-            ws.predict_forces(problem, state);
             ws.accept(state);
             return (energy, true);
         }

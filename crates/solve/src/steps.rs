@@ -175,7 +175,6 @@ pub fn follow(
     let mut clock = Instant::now();
     let homed = driver.bring_home();
     if homed != Status::Converged {
-        run.status = homed;
         run.notes.push(format!("the start was not balanced: {}", homed.word()));
     }
     for (index, step) in steps.iter().enumerate() {

@@ -197,16 +197,21 @@ pub fn drag(
     }
 }
 
-/// The rest shape along x under gravity, then fixing 1 moved by `shift` in increments.
-pub fn hung<'n>(network: &'n Network, newton: &mut Newton, stop: &Stop, shift: Vector) -> (Problem<'n>, State) {
-    let q: Rotation = frame_from(&Vector::x(), &Vector::z()).expect("not parallel");
-    let schedule = Schedule {
+/// The first branch laid along x from the origin, under gravity.
+pub fn schedule() -> Schedule {
+    let orientation: Rotation = frame_from(&Vector::x(), &Vector::z()).expect("not parallel");
+    Schedule {
         scenario: String::new(),
         gravity: Vector::new(0.0, 0.0, -9.81),
-        initial: Some(Initial { branch: 0, pose: Pose { position: Vector::zeros(), orientation: q } }),
+        initial: Some(Initial { branch: 0, pose: Pose { position: Vector::zeros(), orientation } }),
         steps: vec![],
         increments: false,
-    };
+    }
+}
+
+/// The rest shape along x under gravity, then fixing 1 moved by `shift` in increments.
+fn hung<'n>(network: &'n Network, newton: &mut Newton, stop: &Stop, shift: Vector) -> (Problem<'n>, State) {
+    let schedule = schedule();
     let mut state = crate::solve::start::place(network, &schedule);
     let conditions = Conditions {
         gravity: schedule.gravity,
