@@ -154,7 +154,9 @@ impl Potential for Spring {
     fn energy(&self, at: &Pose, target: &Pose) -> f64 {
         let turn = match self.angular {
             Angular::None => 0.0,
-            Angular::Tangent(k) => k * (1.0 - columns(&at.orientation)[2].dot(&columns(&target.orientation)[2])),
+            Angular::Tangent(k) => {
+                0.5 * k * (columns(&at.orientation)[2] - columns(&target.orientation)[2]).norm_squared()
+            }
             Angular::Frame(k) => {
                 let (bend, twist) = Self::turn(k, at, target).0.energy(1.0);
                 bend + twist

@@ -60,8 +60,14 @@ fn half_turn() -> Rotation {
 }
 
 /// Square root of a rotation, the shorter way.
+///
+/// Half a turn (folded arms) has two that are equally short, and round-off must not choose between them: the one with
+/// v3 > 0, else v2 > 0, is taken. Seen from the other arm v becomes (−v1, v2, v3), so both see the same.
 fn root(r: &Rotation) -> Rotation {
-    let r = if r.w < 0.0 { -r.into_inner() } else { r.into_inner() };
+    /// Below this a component is round-off.
+    const NONE: f64 = 1e-9;
+    let decides = [r.w, r.k, r.j].into_iter().find(|x| x.abs() > NONE).unwrap_or(r.w);
+    let r = if decides < 0.0 { -r.into_inner() } else { r.into_inner() };
     Unit::new_normalize(r + Quaternion::identity())
 }
 

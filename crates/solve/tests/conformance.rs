@@ -1,0 +1,280 @@
+//! The minimiser `newton` under the conformance suite, a cut cable, and the matrix it solves with.
+
+use nalgebra::{DMatrix, DVector};
+use std::collections::BTreeSet;
+use wireloom_core::constraint::ConstraintSpec;
+use wireloom_core::minimiser::{Minimiser, Status, Stop};
+use wireloom_core::problem::{Hessian, Variable};
+use wireloom_core::{Network, Parameters, Registry, State, Tangent, Value, Vector};
+use wireloom_solve::matrix::BlockMatrix;
+use wireloom_solve::newton::Newton;
+use wireloom_solve::structure::Structure;
+use wireloom_testkit::conformance::networks::{Sample, cable, cut_cable, ring, y_harness};
+use wireloom_testkit::conformance::numeric::{
+    assert_matrix_near, random_rotation, random_turn, random_vector, symmetric,
+};
+use wireloom_testkit::minimiser_conformance;
+
+fn registry() -> Registry {
+    let mut registry = Registry::default();
+    wireloom_models::register(&mut registry);
+    registry
+}
+
+minimiser_conformance!(newton, || Box::new(Newton::new()), registry);
+
+/// The equilibrium with the far end of the cable moved in, as near to it as round-off lets come.
+fn hung(sample: &Sample) -> (State, f64) {
+    let mut problem = sample.problem();
+    let mut state = sample.state.clone();
+    let mut newton = Newton::new();
+    for x in [0.95, 0.9, 0.85, 0.8] {
+        let mut target = sample.conditions.targets[1];
+        target.position = Vector::new(x, 0.02, 0.05);
+        problem.set_target(1, target);
+        newton.minimise(&mut problem, &mut state, &Stop { force_tolerance: 1e-12, max_iterations: 100 });
+    }
+    let energy = problem.energy(&state).total();
+    (state, energy)
+}
+
+/// Largest distance between the nodes of one branch and those of its two halves.
+fn apart(whole: &Sample, a: &State, halves: &Sample, b: &State) -> f64 {
+    let nodes = |sample: &Sample, state: &State| -> Vec<Vector> {
+        let branches = &sample.network.branches;
+        let skip = |i: usize| usize::from(i > 0);
+        branches.iter().enumerate().flat_map(|(i, b)| state.points[b.points.clone()][skip(i)..].to_vec()).collect()
+    };
+    nodes(whole, a).iter().zip(&nodes(halves, b)).map(|(a, b)| (a - b).norm()).fold(0.0, f64::max)
+}
+
+#[test]
+fn a_two_arm_joint_with_all_wires_running_through_is_the_plain_rod() {
+    let registry = registry();
+    let (whole, halves) = (cable(&registry, 40), cut_cable(&registry, "cosserat", 40));
+    let ((a, energy_a), (b, energy_b)) = (hung(&whole), hung(&halves));
+    assert!((energy_a - energy_b).abs() <= 1e-12 * energy_a.abs(), "{energy_a:e} J and {energy_b:e} J");
+    let apart = apart(&whole, &a, &halves, &b);
+    assert!(apart <= 1e-11, "{apart:e} m apart");
+}
+
+#[test]
+fn a_fused_two_arm_joint_changes_the_shape_to_second_order_only() {
+    let registry = registry();
+    let distances = [20, 40, 80].map(|n| {
+        let (whole, halves) = (cable(&registry, n), cut_cable(&registry, "fused", n));
+        apart(&whole, &hung(&whole).0, &halves, &hung(&halves).0)
+    });
+    assert!(distances[0] < 2e-3, "{distances:?}");
+    for pair in distances.windows(2) {
+        assert!(pair[1] < 0.4 * pair[0], "{distances:?}");
+    }
+}
+
+#[test]
+fn a_ring_is_the_same_wherever_a_through_joint_closes_it() {
+    // The last side in one piece and in two, joined so that all wires run through.
+    let registry = registry();
+    let solved = [1, 2].map(|cut| {
+        let sample = ring(&registry, "cosserat", 12, cut);
+        let mut state = sample.state.clone();
+        let stop = Stop { force_tolerance: 1e-9, max_iterations: 200 };
+        let report = Newton::new().minimise(&mut sample.problem(), &mut state, &stop);
+        assert_eq!(report.status, Status::Converged, "{report:?}");
+        (sample, state)
+    });
+    for corner in 0..3 {
+        let [one, two] = [0, 1].map(|k| solved[k].1.points[solved[k].0.network.joints[corner].point]);
+        assert!((one - two).norm() < 1e-8, "corner {corner}: {one} and {two}");
+    }
+}
+
+/// Pairs of variables that share an energy, each once: what the Hessian has below its diagonal.
+fn coupled_pairs(network: &Network, structure: &Structure) -> usize {
+    let tie = |point: usize| network.ties.iter().find(|t| t.point == point);
+    let point = |i: usize| -> Vec<Variable> {
+        match tie(i) {
+            None => vec![Variable::Point(i)],
+            Some(t) => [Variable::Point(t.hub_point)].into_iter().chain(t.hub_frame.map(Variable::Frame)).collect(),
+        }
+    };
+    let frame = |c: usize| -> Variable {
+        let tied = network.ties.iter().find(|t| t.frame == Some(c));
+        Variable::Frame(tied.and_then(|t| t.hub_frame).unwrap_or(c))
+    };
+    let mut cliques: Vec<Vec<Variable>> = Vec::new();
+    for branch in &network.branches {
+        let mesh = branch.rod.mesh();
+        let (x, q) = (branch.points.start, branch.frames.start);
+        for (j, f) in mesh.segment_frames.iter().enumerate() {
+            let mut clique = [point(x + j), point(x + j + 1), vec![frame(q + f)]].concat();
+            let beside = mesh.beside.iter().filter(|b| b.segment == j).flat_map(|b| b.stations).flatten();
+            clique.extend(beside.map(|c| frame(q + c)));
+            cliques.push(clique);
+        }
+        cliques.extend((1..mesh.frames()).map(|c| vec![frame(q + c - 1), frame(q + c)]));
+    }
+    cliques.extend(network.joints.iter().map(|j| j.arm_frames.iter().map(|&c| frame(c)).collect()));
+    let mut pairs = BTreeSet::new();
+    for clique in cliques {
+        let places: BTreeSet<u32> = clique.into_iter().map(|v| structure.position(v)).collect();
+        pairs.extend(places.iter().flat_map(|&a| places.iter().filter(move |&&b| a < b).map(move |&b| (a, b))));
+    }
+    pairs.len()
+}
+
+#[test]
+fn a_cable_is_factorised_without_fill() {
+    let sample = cable(&registry(), 50);
+    let structure = Structure::new(&sample.network);
+    assert_eq!(structure.rows.len(), coupled_pairs(&sample.network, &structure));
+}
+
+#[test]
+fn a_tree_is_factorised_without_fill() {
+    for kind in registry().joints() {
+        let sample = y_harness(&registry(), &kind.name, 20);
+        let structure = Structure::new(&sample.network);
+        // Where arms meet in a point that carries no frame, eliminating it couples the frames of its arms' segments
+        // with their neighbours: a constant, whatever the number of segments.
+        let fill = |segments: usize| {
+            let sample = y_harness(&registry(), &kind.name, segments);
+            let structure = Structure::new(&sample.network);
+            structure.rows.len() - coupled_pairs(&sample.network, &structure)
+        };
+        assert_eq!(fill(20), fill(40), "{}", kind.name);
+        assert!(fill(20) <= 12, "{}: {} of {}", kind.name, fill(20), structure.rows.len());
+    }
+}
+
+#[test]
+fn the_factor_grows_linearly_with_the_segments() {
+    for kind in registry().joints() {
+        for closed in [false, true] {
+            let blocks = [30, 60, 90].map(|n| {
+                let registry = registry();
+                let sample = match closed {
+                    false => y_harness(&registry, &kind.name, n),
+                    true => ring(&registry, &kind.name, n, 1),
+                };
+                Structure::new(&sample.network).rows.len()
+            });
+            let growth = [blocks[1] - blocks[0], blocks[2] - blocks[1]];
+            // On a ring the order wanders by a few blocks.
+            assert!(growth[0].abs_diff(growth[1]) <= growth[0] / 50, "{}: {blocks:?}", kind.name);
+        }
+    }
+}
+
+/// The state shaken, so that no entry vanishes by symmetry.
+fn shaken(sample: &Sample) -> State {
+    let mut rng = fastrand::Rng::with_seed(5);
+    let mut state = sample.state.clone();
+    let common = random_rotation(&mut rng);
+    for x in &mut state.points {
+        *x = common * (*x + random_vector(&mut rng, 1e-3));
+    }
+    for q in &mut state.frames {
+        *q = common * *q * random_turn(&mut rng, 0.2);
+    }
+    sample.network.follow_ties(&mut state);
+    state
+}
+
+/// A gathered matrix, dense, in elimination order.
+fn dense(matrix: &BlockMatrix) -> DMatrix<f64> {
+    let s = &matrix.structure;
+    let mut dense = DMatrix::zeros(3 * s.len(), 3 * s.len());
+    for p in 0..s.len() {
+        dense.fixed_view_mut::<3, 3>(3 * p, 3 * p).copy_from(&matrix.diagonal[p]);
+        for slot in s.starts[p] as usize..s.starts[p + 1] as usize {
+            let row = 3 * s.rows[slot] as usize;
+            dense.fixed_view_mut::<3, 3>(row, 3 * p).copy_from(&matrix.below[slot]);
+            dense.fixed_view_mut::<3, 3>(3 * p, row).copy_from(&matrix.below[slot].transpose());
+        }
+    }
+    dense
+}
+
+#[test]
+fn the_factor_of_a_loop_solves_as_a_dense_matrix_does() {
+    for kind in registry().joints() {
+        let sample = ring(&registry(), &kind.name, 4, 1);
+        let mut problem = sample.problem();
+        let state = shaken(&sample);
+        let mut gradient = Tangent::zeros(&sample.network);
+        problem.update_held(&state);
+        problem.gradient(&state, &mut gradient);
+        let mut hessian = Hessian::new(&sample.network);
+        problem.hessian(&state, None, &mut hessian);
+        let mut matrix = BlockMatrix::new(&sample.network);
+        matrix.gather(&sample.network, &state, &hessian);
+        matrix.take_out(&problem);
+        let mut rhs = vec![Vector::zeros(); matrix.structure.len()];
+        matrix.right_hand_side(&problem, &gradient, None, &mut rhs);
+        let dense = dense(&matrix);
+        let b = DVector::from_vec(rhs.iter().flatten().copied().collect());
+        let want = dense.clone().lu().solve(&b).expect("regular");
+        let negative = matrix.factorise();
+        matrix.solve(&mut rhs);
+        let got = DVector::from_vec(rhs.iter().flatten().copied().collect());
+        let error = (&got - &want).amax() / want.amax();
+        assert!(error < 1e-9, "{}: {error:e}", kind.name);
+        let below_zero = dense.symmetric_eigenvalues().iter().filter(|x| **x < 0.0).count();
+        assert_eq!(negative, below_zero, "{}: inertia", kind.name);
+    }
+}
+
+#[test]
+fn the_gathered_matrix_is_the_second_derivative_of_the_energy() {
+    for kind in registry().joints() {
+        for closed in [false, true] {
+            let registry = registry();
+            let mut sample = match closed {
+                false => y_harness(&registry, &kind.name, 3),
+                true => ring(&registry, &kind.name, 3, 1),
+            };
+            if !closed {
+                // A springy hand on the first clamp's station.
+                let spec = ConstraintSpec { tangent_given: true, up_given: true, ..ConstraintSpec::default() };
+                let mut values = Parameters::default();
+                values.0.insert("stiffness".into(), Value::Number(500.0));
+                values.0.insert("angular_stiffness".into(), Value::Number(2.0));
+                let kind = registry.constraint("handle").unwrap();
+                sample.network.fixings[0].constraint = (kind.build)(&spec, &values).unwrap();
+            }
+            let network = &sample.network;
+            let mut problem = sample.problem();
+            let state = shaken(&sample);
+            let mut gradient = Tangent::zeros(network);
+            problem.gradient(&state, &mut gradient);
+            let mut hessian = Hessian::new(network);
+            problem.hessian(&state, None, &mut hessian);
+            let mut matrix = BlockMatrix::new(network);
+            matrix.gather(network, &state, &hessian);
+            let (got, variables) = (dense(&matrix), matrix.structure.variables.clone());
+            let (h, mut trial) = (1e-5, state.clone());
+            let columns: Vec<_> = (0..3 * variables.len())
+                .map(|i| {
+                    let mut step = Tangent::zeros(network);
+                    match variables[i / 3] {
+                        Variable::Point(p) => step.points[p][i % 3] = 1.0,
+                        Variable::Frame(c) => step.frames[c][i % 3] = 1.0,
+                    }
+                    let mut at = |alpha: f64| {
+                        network.retract(&state, &step, alpha, &mut trial);
+                        problem.gradient(&trial, &mut gradient);
+                        let entries = variables.iter().flat_map(|v| match v {
+                            Variable::Point(p) => gradient.points[*p].iter().copied(),
+                            Variable::Frame(c) => gradient.frames[*c].iter().copied(),
+                        });
+                        DVector::from_vec(entries.collect())
+                    };
+                    (at(h) - at(-h)) / (2.0 * h)
+                })
+                .collect();
+            let want = symmetric(&DMatrix::from_columns(&columns));
+            assert_matrix_near(&format!("{}, closed: {closed}", kind.name), &got, &want, 1e-7 * want.amax());
+        }
+    }
+}

@@ -1,0 +1,284 @@
+//! Checks of [`JointModel`], one for each clause of its contract.
+
+use super::numeric::*;
+use fastrand::Rng;
+use nalgebra::{DMatrix, DVector};
+use wireloom_core::joint::{JointSpec, WireShare};
+use wireloom_core::rotation::{frame_from, orthogonal};
+use wireloom_core::{Arm, JointModel, Matrix, Mounting, Rotation, Section, Vector};
+
+/// Makes the joint under test.
+pub type Factory<'f> = dyn Fn(JointSpec) -> Box<dyn JointModel> + 'f;
+
+const ROUND_OFF: f64 = 1e-11;
+const DIFFERENCES: f64 = 1e-7;
+const STEP: f64 = 1e-3;
+
+/// A joint with its arms in some directions.
+struct Case {
+    name: String,
+    spec: JointSpec,
+    joint: Box<dyn JointModel>,
+    frames: Vec<Rotation>,
+}
+
+/// An arm's section, uneven and different for each.
+fn section(rng: &mut Rng) -> Section {
+    let b = 0.02 * (1.0 + rng.f64());
+    Section { bending_stiffness: [b, 1.5 * b], torsion_stiffness: 0.7 * b, ..super::rod::section() }
+}
+
+/// `k` arms in random directions; with `folded` the first two leave in the same direction.
+fn spec(k: usize, folded: bool, wired: bool, rng: &mut Rng) -> JointSpec {
+    let mut first = Vector::x();
+    let arms = (0..k)
+        .map(|a| {
+            let mut direction = *random_direction(rng);
+            if a == 0 {
+                first = direction;
+            } else if a == 1 && folded {
+                direction = first;
+            }
+            let up = orthogonal(&direction);
+            let roll = Rotation::from_axis_angle(&Vector::z_axis(), 3.0 * uniform(rng));
+            let out = frame_from(&direction, &up).expect("orthogonal") * roll;
+            let starts_here = rng.bool();
+            Arm {
+                branch: format!("arm {a}"),
+                starts_here,
+                rest: if starts_here { out } else { out * half_turn() },
+                offset: Vector::zeros(),
+                section: section(rng),
+                segment_length: 0.05 * (1.0 + rng.f64()),
+            }
+        })
+        .collect();
+    let mut wires = Vec::new();
+    if wired {
+        for from in 0..k {
+            // Every other pair, and the neighbours always.
+            for to in (from + 1..k).filter(|to| to - from == 1 || (to + from) % 2 == 0) {
+                wires.push(WireShare { from, to, share: (0.5 + 0.4 * rng.f64()) / k as f64 });
+            }
+        }
+    }
+    JointSpec { name: "joint".into(), arms, wires }
+}
+
+/// 2 to 16 arms, folded or not, with wires or without, at turns from small to large.
+fn cases(factory: &Factory<'_>) -> Vec<Case> {
+    let mut rng = Rng::with_seed(11);
+    let mut all = Vec::new();
+    for k in [2, 3, 4, 7, 16] {
+        for folded in [false, true] {
+            for wired in [false, true] {
+                for turn in [0.1, 1.0, 2.5] {
+                    let spec = spec(k, folded, wired, &mut rng);
+                    let common = random_rotation(&mut rng);
+                    let frames = spec.arms.iter().map(|arm| common * arm.rest * random_turn(&mut rng, turn)).collect();
+                    let name = format!(
+                        "{k} arms{}{}, turns of {turn}",
+                        if folded { ", folded" } else { "" },
+                        if wired { ", wired" } else { "" }
+                    );
+                    all.push(Case { name, joint: factory(spec.clone()), spec, frames });
+                }
+            }
+        }
+    }
+    all
+}
+
+/// Energy and gradient.
+fn gradient(joint: &dyn JointModel, frames: &[Rotation]) -> (f64, DVector<f64>) {
+    let mut all = vec![Vector::zeros(); frames.len()];
+    let energy = joint.add_gradient(frames, &mut all);
+    (energy, flat(&all))
+}
+
+/// The whole Hessian, from the blocks on and below the diagonal.
+fn hessian(joint: &dyn JointModel, frames: &[Rotation]) -> DMatrix<f64> {
+    let k = frames.len();
+    let mut table = vec![Matrix::zeros(); k * k];
+    joint.add_hessian(frames, &mut table);
+    DMatrix::from_fn(3 * k, 3 * k, |row, column| {
+        let (a, b) = (row / 3, column / 3);
+        if a >= b { table[a * k + b][(row % 3, column % 3)] } else { table[b * k + a][(column % 3, row % 3)] }
+    })
+}
+
+fn moved(frames: &[Rotation], i: usize, h: f64) -> Vec<Rotation> {
+    let mut to = frames.to_vec();
+    let mut theta = Vector::zeros();
+    theta[i % 3] = h;
+    to[i / 3] = turned(&to[i / 3], &theta);
+    to
+}
+
+/// # Panics
+/// If a joint that carries its arms rigidly has an energy, a gradient or second derivatives.
+pub fn hubs_have_no_energy(factory: &Factory<'_>) {
+    for Case { name, joint, frames, .. } in cases(factory) {
+        if joint.mounting() == Mounting::Pose {
+            let (energy, g) = gradient(joint.as_ref(), &frames);
+            let all = [joint.energy(&frames), energy, g.amax(), hessian(joint.as_ref(), &frames).amax()];
+            assert_eq!(all, [0.0; 4], "{name}");
+        }
+    }
+}
+
+/// # Panics
+/// If the gradient is not what differences of the energy say.
+pub fn gradient_is_the_derivative_of_the_energy(factory: &Factory<'_>) {
+    for Case { name, joint, frames, .. } in cases(factory) {
+        let (_, got) = gradient(joint.as_ref(), &frames);
+        let want = DVector::from_fn(3 * frames.len(), |i, _| derivative(STEP, |h| joint.energy(&moved(&frames, i, h))));
+        assert_all_near(&name, &got, &want, DIFFERENCES * (1.0 + want.amax()));
+    }
+}
+
+/// # Panics
+/// If the Hessian is not the symmetric part of the derivative of the gradient.
+pub fn hessian_is_the_second_derivative_of_the_energy(factory: &Factory<'_>) {
+    for Case { name, joint, frames, .. } in cases(factory) {
+        let columns: Vec<_> = (0..3 * frames.len())
+            .map(|i| derivative_of_all(STEP, |h| gradient(joint.as_ref(), &moved(&frames, i, h)).1))
+            .collect();
+        let want = symmetric(&DMatrix::from_columns(&columns));
+        let got = hessian(joint.as_ref(), &frames);
+        assert_matrix_near(&name, &got, &want, DIFFERENCES * (1.0 + want.amax()));
+    }
+}
+
+/// # Panics
+/// If calls overwrite what stands in the rooms they are given.
+pub fn gradient_and_hessian_are_added_to_what_is_there(factory: &Factory<'_>) {
+    for Case { name, joint, frames, .. } in cases(factory) {
+        let k = frames.len();
+        let (mut once, mut twice) = (vec![Vector::zeros(); k], vec![Vector::zeros(); k]);
+        joint.add_gradient(&frames, &mut once);
+        joint.add_gradient(&frames, &mut twice);
+        joint.add_gradient(&frames, &mut twice);
+        let want = flat(&once) * 2.0;
+        assert_all_near(&name, &flat(&twice), &want, ROUND_OFF * (1.0 + want.amax()));
+        let (mut once, mut twice) = (vec![Matrix::zeros(); k * k], vec![Matrix::zeros(); k * k]);
+        joint.add_hessian(&frames, &mut once);
+        joint.add_hessian(&frames, &mut twice);
+        joint.add_hessian(&frames, &mut twice);
+        for (once, twice) in once.iter().zip(&twice) {
+            assert_near(&name, (once * 2.0 - twice).amax(), 0.0, ROUND_OFF * (1.0 + once.amax()));
+        }
+    }
+}
+
+/// # Panics
+/// If turning all arms together changes energy or gradient.
+pub fn a_common_rotation_changes_nothing(factory: &Factory<'_>) {
+    let mut rng = Rng::with_seed(12);
+    for Case { name, joint, frames, .. } in cases(factory) {
+        let common = random_rotation(&mut rng);
+        let turned: Vec<_> = frames.iter().map(|q| common * q).collect();
+        let (energy, want) = gradient(joint.as_ref(), &frames);
+        let (got_energy, got) = gradient(joint.as_ref(), &turned);
+        assert_near(&name, got_energy, energy, ROUND_OFF * (1.0 + energy));
+        assert_all_near(&name, &got, &want, ROUND_OFF * (1.0 + want.amax()));
+        let moment = frames
+            .iter()
+            .zip(want.as_slice().chunks(3))
+            .fold(Vector::zeros(), |sum, (q, g)| sum + q * Vector::from_column_slice(g));
+        assert_near(&format!("{name}: sum of moments"), moment.norm(), 0.0, ROUND_OFF * (1.0 + want.amax()));
+    }
+}
+
+/// # Panics
+/// If the joint has an energy or gradient where all arms have their rest directions.
+pub fn rest_directions_have_no_energy_and_no_gradient(factory: &Factory<'_>) {
+    let mut rng = Rng::with_seed(13);
+    for Case { name, spec, joint, .. } in cases(factory) {
+        let common = random_rotation(&mut rng);
+        let frames: Vec<_> = spec.arms.iter().map(|arm| common * arm.rest).collect();
+        let (energy, g) = gradient(joint.as_ref(), &frames);
+        assert_near(&format!("{name}: energy"), energy, 0.0, 1e-26);
+        assert_near(&format!("{name}: gradient"), g.amax(), 0.0, 1e-13);
+    }
+}
+
+/// # Panics
+/// If the energy is negative or `add_gradient` returns another.
+pub fn energy_is_not_negative_and_the_one_of_the_gradient(factory: &Factory<'_>) {
+    for Case { name, joint, frames, .. } in cases(factory) {
+        let energy = joint.energy(&frames);
+        assert!(energy >= 0.0, "{name}: {energy:e}");
+        assert_near(&name, gradient(joint.as_ref(), &frames).0, energy, ROUND_OFF * (1.0 + energy));
+    }
+}
+
+/// # Panics
+/// If naming the arms in the opposite order changes energy or gradient.
+pub fn the_order_of_the_arms_does_not_matter(factory: &Factory<'_>) {
+    for Case { name, mut spec, joint, mut frames } in cases(factory) {
+        let (energy, want) = gradient(joint.as_ref(), &frames);
+        let k = frames.len();
+        // A wire share is of the stiffness of the arm it comes from; name it from there still.
+        for wire in &mut spec.wires {
+            (wire.from, wire.to) = (k - 1 - wire.from, k - 1 - wire.to);
+        }
+        spec.arms.reverse();
+        frames.reverse();
+        let (got_energy, got) = gradient(factory(spec).as_ref(), &frames);
+        let vectors: Vec<Vector> = got.as_slice().chunks(3).rev().map(Vector::from_column_slice).collect();
+        assert_near(&name, got_energy, energy, 1e-9 * (1.0 + energy));
+        assert_all_near(&name, &flat(&vectors), &want, 1e-9 * (1.0 + want.amax()));
+    }
+}
+
+/// # Panics
+/// If running one branch from its other end (rest and frame half a turn about d1) changes the energy, or does not
+/// turn the gradient with its frame.
+pub fn running_a_branch_from_its_other_end_changes_nothing(factory: &Factory<'_>) {
+    for Case { name, spec, joint, frames } in cases(factory) {
+        let (energy, want) = gradient(joint.as_ref(), &frames);
+        for a in 0..frames.len() {
+            let (mut spec, mut frames) = (spec.clone(), frames.clone());
+            spec.arms[a].starts_here ^= true;
+            spec.arms[a].rest *= half_turn();
+            frames[a] *= half_turn();
+            let (got_energy, mut got) = gradient(factory(spec).as_ref(), &frames);
+            got[3 * a + 1] *= -1.0;
+            got[3 * a + 2] *= -1.0;
+            let name = format!("{name}: arm {a}");
+            assert_near(&name, got_energy, energy, ROUND_OFF * (1.0 + energy));
+            assert_all_near(&name, &got, &want, ROUND_OFF * (1.0 + want.amax()));
+        }
+    }
+}
+
+/// # Panics
+/// If a frame that is not finite gives a finite energy or gradient.
+pub fn non_finite_input_gives_non_finite_output(factory: &Factory<'_>) {
+    for Case { name, joint, frames, .. } in cases(factory) {
+        if joint.mounting() == Mounting::Pose {
+            continue;
+        }
+        for a in 0..frames.len() {
+            let mut bad = frames.clone();
+            bad[a].as_mut_unchecked().coords.y = f64::NAN;
+            let (energy, g) = gradient(joint.as_ref(), &bad);
+            assert!(!energy.is_finite() && !joint.energy(&bad).is_finite(), "{name}: arm {a}: {energy:e}");
+            assert!(g.iter().any(|x| !x.is_finite()), "{name}: arm {a}: gradient");
+        }
+    }
+}
+
+/// # Panics
+/// If two joints of one specification, or two calls, give different bits.
+pub fn same_input_gives_same_bits(factory: &Factory<'_>) {
+    let bits =
+        |(energy, v): (f64, DVector<f64>)| -> Vec<u64> { v.iter().chain([&energy]).map(|x| x.to_bits()).collect() };
+    for Case { name, spec, joint, frames } in cases(factory) {
+        let other = factory(spec);
+        let first = bits(gradient(joint.as_ref(), &frames));
+        assert_eq!(first, bits(gradient(joint.as_ref(), &frames)), "{name}: second call");
+        assert_eq!(first, bits(gradient(other.as_ref(), &frames)), "{name}: second joint");
+    }
+}

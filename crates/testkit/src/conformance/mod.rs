@@ -1,0 +1,147 @@
+//! What every implementation of a trait of the core must do, as tests: one macro line runs a whole suite.
+//!
+//! ```ignore
+//! wireloom_testkit::rod_conformance!(my_rod, |spec| Box::new(MyRod::new(spec)));
+//! ```
+//!
+//! A suite is a module of tests, one for each clause of the trait's contract and named after it. The checks
+//! panic with the case, the entry and both numbers; they draw from a fixed seed, so they repeat.
+
+pub mod constraint;
+pub mod joint;
+pub mod minimiser;
+pub mod networks;
+pub mod numeric;
+pub mod rod;
+
+/// A module `$name` with one test for each named check, called with `$arguments`.
+#[doc(hidden)]
+#[macro_export]
+macro_rules! conformance_suite {
+    ($name:ident, $family:ident, ($first:expr), $($check:ident)+) => {
+        mod $name {
+            #[allow(unused_imports, reason = "the factory may name what its file names")]
+            use super::*;
+            $(#[test]
+            fn $check() {
+                $crate::conformance::$family::$check(&$first);
+            })+
+        }
+    };
+    ($name:ident, $family:ident, ($first:expr, $second:expr), $($check:ident)+) => {
+        mod $name {
+            #[allow(unused_imports, reason = "the factory may name what its file names")]
+            use super::*;
+            $(#[test]
+            fn $check() {
+                $crate::conformance::$family::$check(&$first, &$second);
+            })+
+        }
+    };
+}
+
+/// Holds a rod against the contract of [`wireloom_core::RodSegment`]: `rod_conformance!(name, factory)` with
+/// `factory: Fn(RodSpec) -> Box<dyn RodSegment>`.
+#[macro_export]
+macro_rules! rod_conformance {
+    ($name:ident, $factory:expr) => {
+        $crate::conformance_suite!(
+            $name, rod, ($factory),
+            keeps_the_mesh_it_was_built_for
+            gradient_is_the_derivative_of_the_energy
+            hessian_is_the_second_derivative_of_the_energy
+            own_forces_reproduce_the_hessian
+            predicted_forces_are_first_order_in_the_step
+            rigid_motion_changes_nothing
+            inner_forces_and_moments_sum_to_zero
+            running_the_branch_from_its_other_end_changes_nothing
+            rest_shape_has_no_energy_and_no_gradient
+            energy_is_second_order_in_the_segment_length
+            a_station_inside_changes_the_energy_to_second_order
+            a_branch_cut_at_a_station_is_the_sum_of_its_parts
+            energies_by_effect_are_not_negative_and_add_up
+            forces_and_moments_agree_with_the_gradient
+            low_order_parts_of_positions_count
+            extra_curvature_shifts_the_rest_curvature
+            non_finite_input_gives_non_finite_output
+            same_input_gives_same_bits
+        );
+    };
+}
+
+/// Holds a joint against the contract of [`wireloom_core::JointModel`]: `joint_conformance!(name, factory)` with
+/// `factory: Fn(JointSpec) -> Box<dyn JointModel>`.
+#[macro_export]
+macro_rules! joint_conformance {
+    ($name:ident, $factory:expr) => {
+        $crate::conformance_suite!(
+            $name, joint, ($factory),
+            hubs_have_no_energy
+            gradient_is_the_derivative_of_the_energy
+            hessian_is_the_second_derivative_of_the_energy
+            gradient_and_hessian_are_added_to_what_is_there
+            a_common_rotation_changes_nothing
+            rest_directions_have_no_energy_and_no_gradient
+            energy_is_not_negative_and_the_one_of_the_gradient
+            the_order_of_the_arms_does_not_matter
+            running_a_branch_from_its_other_end_changes_nothing
+            non_finite_input_gives_non_finite_output
+            same_input_gives_same_bits
+        );
+    };
+}
+
+/// Holds a constraint that is a potential against the contract of [`wireloom_core::Potential`]:
+/// `potential_conformance!(name, factory)` with `factory: Fn() -> Box<dyn Constraint>`.
+#[macro_export]
+macro_rules! potential_conformance {
+    ($name:ident, $factory:expr) => {
+        $crate::conformance_suite!(
+            $name, constraint, ($factory),
+            is_a_potential
+            gradient_is_the_derivative_of_the_energy
+            hessian_is_the_second_derivative_of_the_energy
+            moving_station_and_target_together_changes_nothing
+            at_the_target_there_is_no_energy_and_no_force
+            energy_is_not_negative
+            without_need_of_a_frame_there_is_no_moment
+            non_finite_input_gives_non_finite_output
+            same_input_gives_same_bits
+        );
+    };
+}
+
+/// Holds a constraint that prescribes freedoms against the contract of [`wireloom_core::Constraint`]:
+/// `constraint_conformance!(name, factory)` with `factory: Fn() -> Box<dyn Constraint>`.
+#[macro_export]
+macro_rules! constraint_conformance {
+    ($name:ident, $factory:expr) => {
+        $crate::conformance_suite!(
+            $name, constraint, ($factory),
+            prescribes_freedoms
+            rails_and_held_directions_span_space
+            needs_a_frame_exactly_if_it_holds_a_rotation
+            describes_the_same_hold_every_time
+        );
+    };
+}
+
+/// Holds a minimiser against the contract of [`wireloom_core::Minimiser`]:
+/// `minimiser_conformance!(name, factory, registry)` with `factory: Fn() -> Box<dyn Minimiser>` and
+/// `registry: Fn() -> Registry`, which knows the rod `cosserat`, the constraint `connector` and any joints.
+#[macro_export]
+macro_rules! minimiser_conformance {
+    ($name:ident, $factory:expr, $registry:expr) => {
+        $crate::conformance_suite!(
+            $name, minimiser, ($factory, $registry),
+            carries_a_clamped_cable_whose_end_is_moved
+            carries_every_joint_of_the_registry
+            carries_a_closed_ring
+            never_raises_the_energy
+            repeats_to_the_last_bit
+            stops_at_the_iteration_limit
+            fails_on_a_start_that_is_not_finite
+            goes_from_network_to_network
+        );
+    };
+}

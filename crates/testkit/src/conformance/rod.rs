@@ -1,0 +1,606 @@
+//! Checks of [`RodSegment`], one for each clause of its contract.
+
+use super::numeric::*;
+use fastrand::Rng;
+use nalgebra::{DMatrix, DVector};
+use wireloom_core::rod::{BranchHessian, Mesh, RodSpec};
+use wireloom_core::rotation::skew;
+use wireloom_core::{BranchShape, Matrix, RodSegment, Rotation, Section, Vector};
+
+/// Makes the rod under test.
+pub type Factory<'f> = dyn Fn(RodSpec) -> Box<dyn RodSegment> + 'f;
+
+/// Relative error allowed where two ways of summing up are compared.
+const ROUND_OFF: f64 = 1e-11;
+/// Relative error allowed to fourth-order differences with [`STEP`].
+const DIFFERENCES: f64 = 1e-7;
+/// Step of the differences: rad, or segment lengths.
+const STEP: f64 = 1e-3;
+
+/// Stiffnesses all different, and so near to each other (for segments of about 0.1 m) that no effect hides in the
+/// round-off of another.
+pub fn section() -> Section {
+    Section {
+        name: "uneven".into(),
+        diameter: 0.01,
+        linear_density: 0.1,
+        axial_stiffness: 120.0,
+        shear_stiffness: [70.0, 45.0],
+        bending_stiffness: [0.05, 0.08],
+        torsion_stiffness: 0.03,
+        min_bend_radius: None,
+    }
+}
+
+/// Positions and frames of one branch.
+#[derive(Clone)]
+struct Shape {
+    points: Vec<Vector>,
+    carry: Vec<Vector>,
+    frames: Vec<Rotation>,
+    extra: Vec<Vector>,
+}
+
+impl Shape {
+    fn view(&self) -> BranchShape<'_> {
+        BranchShape { points: &self.points, carry: &self.carry, frames: &self.frames, extra_curvature: &self.extra }
+    }
+
+    /// `x + h δ`, `q ∘ exp(h θ)`, entries of the direction in the order of [`gradient`].
+    fn moved(&self, direction: &DVector<f64>, h: f64) -> Self {
+        let part = |i: usize| Vector::new(direction[3 * i], direction[3 * i + 1], direction[3 * i + 2]) * h;
+        let mut to = self.clone();
+        for (i, x) in to.points.iter_mut().enumerate() {
+            *x += part(i);
+        }
+        for (c, q) in to.frames.iter_mut().enumerate() {
+            *q = turned(q, &part(self.points.len() + c));
+        }
+        to
+    }
+
+    fn size(&self) -> usize {
+        3 * (self.points.len() + self.frames.len())
+    }
+
+    /// The same shape run from its other end.
+    fn reversed(&self) -> Self {
+        let back = |v: &[Vector]| v.iter().rev().copied().collect::<Vec<_>>();
+        Self {
+            points: back(&self.points),
+            carry: back(&self.carry),
+            frames: self.frames.iter().rev().map(|q| q * half_turn()).collect(),
+            extra: self.extra.iter().rev().map(reversed_curvature).collect(),
+        }
+    }
+}
+
+/// A rod in a shape.
+struct Case {
+    name: String,
+    spec: RodSpec,
+    rod: Box<dyn RodSegment>,
+    shape: Shape,
+}
+
+/// Meshes with stations at ends and inside, of uneven segments, down to a single one.
+fn meshes() -> Vec<(&'static str, Mesh)> {
+    let five = vec![0.1, 0.13, 0.07, 0.11, 0.09];
+    vec![
+        ("stations at both ends", Mesh::new(five.clone(), vec![0, 5])),
+        ("no station", Mesh::new(five.clone(), vec![])),
+        ("a station at the start", Mesh::new(five.clone(), vec![0])),
+        ("a station at the end", Mesh::new(five.clone(), vec![5])),
+        ("a station inside", Mesh::new(five.clone(), vec![0, 2, 5])),
+        ("a station inside alone", Mesh::new(five.clone(), vec![3])),
+        ("one segment between stations", Mesh::new(five.clone(), vec![0, 2, 3, 5])),
+        ("stations everywhere", Mesh::new(five, vec![0, 1, 2, 3, 4, 5])),
+        ("one segment, two stations", Mesh::new(vec![0.1], vec![0, 1])),
+        ("one segment, one station", Mesh::new(vec![0.1], vec![1])),
+        ("one segment, no station", Mesh::new(vec![0.1], vec![])),
+    ]
+}
+
+/// Every mesh in a gentle, a wild and a nearly folded shape, straight or curved at rest, with extra curvature or
+/// without.
+fn cases(factory: &Factory<'_>) -> Vec<Case> {
+    let mut rng = Rng::with_seed(1);
+    let mut all = Vec::new();
+    for (mesh_name, mesh) in meshes() {
+        for (shape_name, turn, strain, rest) in [
+            ("gentle", 0.2, 0.02, Vector::zeros()),
+            ("wild", 1.8, 0.3, Vector::new(2.0, -1.5, 3.0)),
+            ("turns near half a turn", 3.05, 0.1, Vector::zeros()),
+        ] {
+            let spec = RodSpec { section: section(), mesh: mesh.clone(), curvature: rest };
+            let rod = factory(spec.clone());
+            let mut shape = random_shape(rod.as_ref(), &mesh, turn, strain, &mut rng);
+            if shape_name == "wild" {
+                shape.extra = mesh.coupling_lengths.iter().map(|_| random_vector(&mut rng, 1.0)).collect();
+            }
+            all.push(Case { name: format!("{mesh_name}, {shape_name}"), spec, rod, shape });
+        }
+    }
+    all
+}
+
+/// Turns by `turn` (rad) from the rest shape between all neighbouring frames, strains of about `strain`.
+fn random_shape(rod: &dyn RodSegment, mesh: &Mesh, turn: f64, strain: f64, rng: &mut Rng) -> Shape {
+    let mut frames = vec![random_rotation(rng)];
+    for c in 0..mesh.coupling_lengths.len() {
+        // From no turn at all, so that the angle is the one asked for where the rod is straight at rest.
+        frames.push(frames[c] * rod.rest_rotation(c) * random_turn(rng, turn));
+    }
+    frames.truncate(mesh.frames());
+    let mut points = vec![random_vector(rng, 0.5)];
+    for (j, l) in mesh.rest_lengths.iter().enumerate() {
+        let v = Vector::z() + random_vector(rng, strain);
+        points.push(points[j] + frames[mesh.segment_frames[j]] * v * *l);
+    }
+    Shape { carry: vec![Vector::zeros(); points.len()], points, frames, extra: Vec::new() }
+}
+
+/// The energy and the gradient `(∂E/∂x_0, …, ∂E/∂θ_0, …)`; rooms are handed over full of NaN.
+fn gradient(rod: &dyn RodSegment, shape: &Shape) -> (f64, DVector<f64>) {
+    let nan = Vector::repeat(f64::NAN);
+    let (mut points, mut frames) = (vec![nan; shape.points.len()], vec![nan; shape.frames.len()]);
+    let energy = rod.gradient(&shape.view(), &mut points, &mut frames);
+    (energy, flat(points.iter().chain(&frames)))
+}
+
+fn forces(rod: &dyn RodSegment, shape: &Shape) -> Vec<Vector> {
+    let mut forces = vec![Vector::repeat(f64::NAN); rod.mesh().segments()];
+    rod.forces(&shape.view(), &mut forces);
+    forces
+}
+
+fn moments(rod: &dyn RodSegment, shape: &Shape) -> Vec<Vector> {
+    let mut moments = vec![Vector::repeat(f64::NAN); rod.mesh().coupling_lengths.len()];
+    rod.moments(&shape.view(), &mut moments);
+    moments
+}
+
+/// `C (Γ + δΓ)` for the step in this direction.
+fn predicted(rod: &dyn RodSegment, shape: &Shape, direction: &DVector<f64>) -> Vec<Vector> {
+    let vectors: Vec<Vector> = direction.as_slice().chunks(3).map(Vector::from_column_slice).collect();
+    let (points, frames) = vectors.split_at(shape.points.len());
+    let mut forces = vec![Vector::repeat(f64::NAN); rod.mesh().segments()];
+    rod.predicted_forces(&shape.view(), points, frames, &mut forces);
+    forces
+}
+
+/// Adds a block, and its transpose across the diagonal where it is off it.
+fn add(dense: &mut DMatrix<f64>, row: usize, column: usize, block: &Matrix) {
+    let mut view = dense.fixed_view_mut::<3, 3>(3 * row, 3 * column);
+    view += block;
+    if row != column {
+        let mut view = dense.fixed_view_mut::<3, 3>(3 * column, 3 * row);
+        view += block.transpose();
+    }
+}
+
+/// The second derivatives of a branch in the order of [`gradient`]; rooms are handed over full of NaN.
+fn hessian(rod: &dyn RodSegment, shape: &Shape, forces: Option<&[Vector]>) -> DMatrix<f64> {
+    let mesh = rod.mesh();
+    let mut parts = BranchHessian::new(mesh);
+    let nan = Matrix::repeat(f64::NAN);
+    for h in &mut parts.segments {
+        (h.ee, h.te, h.tt) = (nan, nan, nan);
+    }
+    for h in &mut parts.couplings {
+        (h.aa, h.ab, h.bb) = (nan, nan, nan);
+    }
+    rod.hessian(&shape.view(), forces, &mut parts);
+    let mut dense = DMatrix::zeros(shape.size(), shape.size());
+    let frame = |c: usize| mesh.nodes() + c;
+    for (j, h) in parts.segments.iter().enumerate() {
+        // e = x_{j+1} − x_j
+        let f = frame(mesh.segment_frames[j]);
+        add(&mut dense, j, j, &h.ee);
+        add(&mut dense, j + 1, j + 1, &h.ee);
+        add(&mut dense, j + 1, j, &-h.ee);
+        add(&mut dense, f, j + 1, &h.te);
+        add(&mut dense, f, j, &-h.te);
+        add(&mut dense, f, f, &h.tt);
+    }
+    for (c, h) in parts.couplings.iter().enumerate() {
+        add(&mut dense, frame(c), frame(c), &h.aa);
+        add(&mut dense, frame(c), frame(c + 1), &h.ab);
+        add(&mut dense, frame(c + 1), frame(c + 1), &h.bb);
+    }
+    for (beside, h) in mesh.beside.iter().zip(&parts.beside) {
+        let j = beside.segment;
+        for (k, station) in beside.stations.iter().enumerate() {
+            if let Some(c) = station {
+                add(&mut dense, frame(*c), j + 1, &h.se[k]);
+                add(&mut dense, frame(*c), j, &-h.se[k]);
+                add(&mut dense, frame(*c), frame(mesh.segment_frames[j]), &h.st[k]);
+                add(&mut dense, frame(*c), frame(*c), &h.ss[k]);
+            }
+        }
+        if let [Some(first), Some(second)] = beside.stations {
+            add(&mut dense, frame(second), frame(first), &h.s1s0);
+        }
+    }
+    dense
+}
+
+/// Unit direction i, with positions measured in tenths of a metre so that all entries are of one size.
+fn unit(shape: &Shape, i: usize) -> DVector<f64> {
+    let mut direction = DVector::zeros(shape.size());
+    direction[i] = if i < 3 * shape.points.len() { 0.1 } else { 1.0 };
+    direction
+}
+
+fn random_direction_of(shape: &Shape, rng: &mut Rng) -> DVector<f64> {
+    DVector::from_fn(shape.size(), |i, _| uniform(rng) * unit(shape, i)[i])
+}
+
+/// # Panics
+/// If the mesh is not the one of the specification.
+pub fn keeps_the_mesh_it_was_built_for(factory: &Factory<'_>) {
+    for case in cases(factory) {
+        assert_eq!(case.rod.mesh(), &case.spec.mesh, "{}", case.name);
+    }
+}
+
+/// # Panics
+/// If the gradient is not what differences of the energy say.
+pub fn gradient_is_the_derivative_of_the_energy(factory: &Factory<'_>) {
+    for Case { name, rod, shape, .. } in cases(factory) {
+        let rod = rod.as_ref();
+        let energy = |s: &Shape| rod.energy(&s.view()).total();
+        let (_, got) = gradient(rod, &shape);
+        let scale = DVector::from_fn(shape.size(), |i, _| unit(&shape, i)[i]);
+        let got = got.component_mul(&scale);
+        let want =
+            DVector::from_fn(shape.size(), |i, _| derivative(STEP, |h| energy(&shape.moved(&unit(&shape, i), h))));
+        assert_all_near(&name, &got, &want, DIFFERENCES * (1.0 + want.amax()));
+    }
+}
+
+/// # Panics
+/// If the Hessian is not the symmetric part of the derivative of the gradient: what `E(q ∘ exp θ)` has for second
+/// derivatives. (Away from equilibrium the derivative of a body gradient is not symmetric.)
+pub fn hessian_is_the_second_derivative_of_the_energy(factory: &Factory<'_>) {
+    for Case { name, rod, shape, .. } in cases(factory) {
+        let rod = rod.as_ref();
+        let n = shape.size();
+        let scale = DMatrix::from_diagonal(&DVector::from_fn(n, |i, _| unit(&shape, i)[i]));
+        let got = &scale * hessian(rod, &shape, None) * &scale;
+        let columns: Vec<_> = (0..n)
+            .map(|i| &scale * derivative_of_all(STEP, |h| gradient(rod, &shape.moved(&unit(&shape, i), h)).1))
+            .collect();
+        let want = symmetric(&DMatrix::from_columns(&columns));
+        assert_matrix_near(&name, &got, &want, DIFFERENCES * (1.0 + want.amax()));
+    }
+}
+
+/// # Panics
+/// If the Hessian with the rod's own forces given differs from the one without.
+pub fn own_forces_reproduce_the_hessian(factory: &Factory<'_>) {
+    for Case { name, rod, shape, .. } in cases(factory) {
+        let own = predicted(rod.as_ref(), &shape, &DVector::zeros(shape.size()));
+        let want = hessian(rod.as_ref(), &shape, None);
+        let got = hessian(rod.as_ref(), &shape, Some(&own));
+        assert_matrix_near(&name, &got, &want, ROUND_OFF * (1.0 + want.amax()));
+    }
+}
+
+/// # Panics
+/// If `predicted_forces` is not the force before the step and its derivative along it.
+pub fn predicted_forces_are_first_order_in_the_step(factory: &Factory<'_>) {
+    let mut rng = Rng::with_seed(2);
+    for Case { name, rod, shape, .. } in cases(factory) {
+        let rod = rod.as_ref();
+        let none = DVector::zeros(shape.size());
+        let now = |s: &Shape| flat(&predicted(rod, s, &none));
+        let step = random_direction_of(&shape, &mut rng);
+        let got = flat(&predicted(rod, &shape, &step)) - now(&shape);
+        let want = derivative_of_all(STEP, |h| now(&shape.moved(&step, h)));
+        assert_all_near(&name, &got, &want, DIFFERENCES * (1.0 + want.amax()));
+    }
+}
+
+/// # Panics
+/// If a rigid motion changes the energy or the body moments, or does not turn the forces with it.
+pub fn rigid_motion_changes_nothing(factory: &Factory<'_>) {
+    let mut rng = Rng::with_seed(3);
+    for Case { name, rod, shape, .. } in cases(factory) {
+        let (turn, shift) = (random_rotation(&mut rng), random_vector(&mut rng, 2.0));
+        let mut moved = shape.clone();
+        moved.points.iter_mut().for_each(|x| *x = turn * *x + shift);
+        moved.frames.iter_mut().for_each(|q| *q = turn * *q);
+        let (energy, mut want) = gradient(rod.as_ref(), &shape);
+        let (got_energy, got) = gradient(rod.as_ref(), &moved);
+        for force in want.as_mut_slice().chunks_mut(3).take(shape.points.len()) {
+            let turned = turn * Vector::from_column_slice(force);
+            force.copy_from_slice(turned.as_slice());
+        }
+        assert_near(&name, got_energy, energy, ROUND_OFF * (1.0 + energy));
+        assert_all_near(&name, &got, &want, 10.0 * ROUND_OFF * (1.0 + want.amax()));
+    }
+}
+
+/// # Panics
+/// If forces, or moments about the origin (`Σ x × f + R g_θ`), do not cancel.
+pub fn inner_forces_and_moments_sum_to_zero(factory: &Factory<'_>) {
+    for Case { name, rod, shape, .. } in cases(factory) {
+        let (_, g) = gradient(rod.as_ref(), &shape);
+        let (mut force, mut moment) = (Vector::zeros(), Vector::zeros());
+        for (i, f) in g.as_slice().chunks(3).map(Vector::from_column_slice).enumerate() {
+            match i.checked_sub(shape.points.len()) {
+                None => {
+                    force += f;
+                    moment += shape.points[i].cross(&f);
+                }
+                Some(c) => moment += shape.frames[c] * f,
+            }
+        }
+        assert_near(&format!("{name}: force"), force.norm(), 0.0, ROUND_OFF * (1.0 + g.amax()));
+        assert_near(&format!("{name}: moment"), moment.norm(), 0.0, ROUND_OFF * (1.0 + g.amax()));
+    }
+}
+
+/// # Panics
+/// If the branch run from its other end (frames half a turn about d1, curvature `[−κ1, κ2, κ3]`) has another energy
+/// or gradient.
+pub fn running_the_branch_from_its_other_end_changes_nothing(factory: &Factory<'_>) {
+    for Case { name, spec, rod, shape } in cases(factory) {
+        let n = spec.mesh.segments();
+        let reversed = factory(RodSpec {
+            mesh: Mesh::new(
+                spec.mesh.rest_lengths.iter().rev().copied().collect(),
+                spec.mesh.stations.iter().rev().map(|k| n - k).collect(),
+            ),
+            curvature: reversed_curvature(&spec.curvature),
+            section: spec.section,
+        });
+        let (energy, want) = gradient(rod.as_ref(), &shape);
+        let (got_energy, got) = gradient(reversed.as_ref(), &shape.reversed());
+        let vectors: Vec<Vector> = got.as_slice().chunks(3).map(Vector::from_column_slice).collect();
+        let (points, frames) = vectors.split_at(shape.points.len());
+        let back: Vec<Vector> = points.iter().rev().copied().chain(frames.iter().rev().map(half_turned)).collect();
+        assert_near(&name, got_energy, energy, ROUND_OFF * (1.0 + energy));
+        assert_all_near(&name, &flat(&back), &want, ROUND_OFF * (1.0 + want.amax()));
+    }
+}
+
+/// # Panics
+/// If frames laid by `rest_rotation`, with nodes placed so that no segment bears a force, have an energy or a
+/// gradient.
+pub fn rest_shape_has_no_energy_and_no_gradient(factory: &Factory<'_>) {
+    let mut rng = Rng::with_seed(4);
+    for (name, mesh) in meshes() {
+        for curvature in [Vector::zeros(), Vector::new(1.5, -2.0, 2.5)] {
+            let rod = factory(RodSpec { section: section(), mesh: mesh.clone(), curvature });
+            let mut shape = random_shape(rod.as_ref(), &mesh, 0.0, 0.0, &mut rng);
+            // The energy is convex in an edge: Newton.
+            for _ in 0..4 {
+                let forces = forces(rod.as_ref(), &shape);
+                let mut parts = BranchHessian::new(&mesh);
+                rod.hessian(&shape.view(), None, &mut parts);
+                let mut shift = Vector::zeros();
+                for (j, (force, h)) in forces.iter().zip(&parts.segments).enumerate() {
+                    shift -= h.ee.lu().solve(force).expect("stiff in every direction");
+                    shape.points[j + 1] += shift;
+                }
+            }
+            let (energy, g) = gradient(rod.as_ref(), &shape);
+            assert_near(&format!("{name}: energy"), energy, 0.0, 1e-22);
+            assert_near(&format!("{name}: gradient"), g.amax(), 0.0, 1e-12);
+        }
+    }
+}
+
+/// A piece of a helix of constant strain `Γ` and curvature `κ`, `n` segments.
+fn helix(mesh: &Mesh) -> Shape {
+    let (k, v) = (Vector::new(0.9, -1.3, 2.0), Vector::new(0.03, -0.02, 1.05));
+    let frame = |s: f64| Rotation::from_scaled_axis(k * s);
+    // x(s) = ∫ exp(σ [κ]ₓ) v dσ = (s I + (1 − cos ωs)/ω² [κ]ₓ + (ωs − sin ωs)/ω³ [κ]ₓ²) v
+    let point = |s: f64| {
+        let w = k.norm();
+        let (a, b) = ((1.0 - (w * s).cos()) / (w * w), (w * s - (w * s).sin()) / (w * w * w));
+        v * s + k.cross(&v) * a + skew(&k) * k.cross(&v) * b
+    };
+    let s = mesh.arc_lengths();
+    let mut frames = vec![Rotation::identity(); mesh.frames()];
+    for (j, &c) in mesh.segment_frames.iter().enumerate() {
+        frames[c] = frame(0.5 * (s[j] + s[j + 1]));
+    }
+    for (&node, &c) in mesh.stations.iter().zip(&mesh.station_frames) {
+        frames[c] = frame(s[node]);
+    }
+    Shape {
+        points: s.iter().map(|&s| point(s)).collect(),
+        carry: vec![Vector::zeros(); s.len()],
+        frames,
+        extra: vec![],
+    }
+}
+
+/// The energy of [`helix`] (length 1) on `n` segments with these stations.
+fn helix_energy(factory: &Factory<'_>, n: usize, stations: Vec<usize>) -> f64 {
+    let mesh = Mesh::new(vec![1.0 / n as f64; n], stations);
+    let curvature = Vector::new(0.2, 0.1, -0.3);
+    let rod = factory(RodSpec { section: section(), mesh: mesh.clone(), curvature });
+    rod.energy(&helix(&mesh).view()).total()
+}
+
+/// # Panics
+/// If halving the segments of a helix does not quarter the error of its energy `½ L (Γᵀ C Γ + (κ−κ°)ᵀ C (κ−κ°))`.
+pub fn energy_is_second_order_in_the_segment_length(factory: &Factory<'_>) {
+    let section = section();
+    let (gamma, strain) = (Vector::new(0.03, -0.02, 0.05), Vector::new(0.7, -1.4, 2.3));
+    let exact = 0.5 * gamma.dot(&section.stretch_diagonal().component_mul(&gamma))
+        + 0.5 * strain.dot(&section.bend_diagonal().component_mul(&strain));
+    let errors = [16, 32, 64].map(|n| (helix_energy(factory, n, vec![0, n]) - exact).abs());
+    assert!(errors[0] < 0.02 * exact, "16 segments are off by {:e} of {exact:e}", errors[0]);
+    for pair in errors.windows(2) {
+        assert!(pair[1] < 0.35 * pair[0] + 1e-9 * exact, "errors {errors:?} of {exact:e}");
+    }
+}
+
+/// # Panics
+/// If a station inside changes the energy of a helix by more than the square of the segment length.
+pub fn a_station_inside_changes_the_energy_to_second_order(factory: &Factory<'_>) {
+    let changes = [16, 32, 64]
+        .map(|n| (helix_energy(factory, n, vec![0, n / 4, n]) - helix_energy(factory, n, vec![0, n])).abs());
+    for pair in changes.windows(2) {
+        assert!(pair[1] < 0.35 * pair[0] + 1e-9, "changes {changes:?}");
+    }
+}
+
+/// # Panics
+/// If a branch with a station inside has not the energy of the two branches that meet there.
+pub fn a_branch_cut_at_a_station_is_the_sum_of_its_parts(factory: &Factory<'_>) {
+    for Case { name, spec, rod, shape } in cases(factory) {
+        let mesh = &spec.mesh;
+        for (&node, &c) in mesh.stations.iter().zip(&mesh.station_frames) {
+            if node == 0 || node == mesh.segments() {
+                continue;
+            }
+            let lower = |k: &usize| *k <= node;
+            let part = |lengths: &[f64], stations: Vec<usize>, shape: Shape| {
+                let mesh = Mesh::new(lengths.to_vec(), stations);
+                factory(RodSpec { mesh, ..spec.clone() }).energy(&shape.view()).total()
+            };
+            let (one, other) = mesh.rest_lengths.split_at(node);
+            let slice = |points: std::ops::Range<usize>, frames: std::ops::Range<usize>| Shape {
+                points: shape.points[points.clone()].to_vec(),
+                carry: shape.carry[points].to_vec(),
+                extra: shape.extra.get(frames.start..frames.end - 1).unwrap_or_default().to_vec(),
+                frames: shape.frames[frames].to_vec(),
+            };
+            let first = part(one, mesh.stations.iter().copied().filter(lower).collect(), slice(0..node + 1, 0..c + 1));
+            let second = part(
+                other,
+                mesh.stations.iter().filter(|k| **k >= node).map(|k| k - node).collect(),
+                slice(node..mesh.nodes(), c..mesh.frames()),
+            );
+            let whole = rod.energy(&shape.view()).total();
+            assert_near(&format!("{name}, cut at {node}"), first + second, whole, ROUND_OFF * (1.0 + whole));
+        }
+    }
+}
+
+/// # Panics
+/// If an effect has a negative energy, or all of them are not what `gradient` returns.
+pub fn energies_by_effect_are_not_negative_and_add_up(factory: &Factory<'_>) {
+    for Case { name, rod, shape, .. } in cases(factory) {
+        let energy = rod.energy(&shape.view());
+        for effect in [energy.stretch, energy.shear, energy.bend, energy.twist] {
+            assert!(effect >= 0.0, "{name}: {energy:?}");
+        }
+        let total = energy.total();
+        assert_near(&name, gradient(rod.as_ref(), &shape).0, total, ROUND_OFF * (1.0 + total));
+    }
+}
+
+/// # Panics
+/// If `∂E/∂x_i ≠ n_{i−1} − n_i`, or if the world moments on all frames before a coupling of two segments differ
+/// from `−m_c + Σ n_j × e_j` over the segments before it.
+pub fn forces_and_moments_agree_with_the_gradient(factory: &Factory<'_>) {
+    for Case { name, rod, shape, .. } in cases(factory) {
+        let mesh = rod.mesh();
+        let (_, g) = gradient(rod.as_ref(), &shape);
+        let g: Vec<Vector> = g.as_slice().chunks(3).map(Vector::from_column_slice).collect();
+        let (n, m) = (forces(rod.as_ref(), &shape), moments(rod.as_ref(), &shape));
+        let want: Vec<Vector> = (0..mesh.nodes())
+            .map(|i| {
+                let before = if i > 0 { n[i - 1] } else { Vector::zeros() };
+                before - n.get(i).copied().unwrap_or_default()
+            })
+            .collect();
+        let tolerance = ROUND_OFF * (1.0 + flat(&g).amax());
+        assert_all_near(&format!("{name}: forces"), &flat(&g[..mesh.nodes()]), &flat(&want), tolerance);
+        let mut sum = Vector::zeros();
+        let mut segments = 0;
+        for c in 0..mesh.frames() {
+            sum += shape.frames[c] * g[mesh.nodes() + c];
+            if let Ok(j) = mesh.segment_frames.binary_search(&c) {
+                sum -= n[j].cross(&shape.view().edge(j));
+                segments += 1;
+                // Beside a station part of a segment's moment goes to the station: look between plain neighbours only.
+                if mesh.segment_frames.get(segments) == Some(&(c + 1)) {
+                    let off = (sum + m[c]).norm();
+                    assert_near(&format!("{name}: moment at coupling {c}"), off, 0.0, 10.0 * tolerance);
+                }
+            }
+        }
+        assert_near(&format!("{name}: all moments"), sum.norm(), 0.0, 10.0 * tolerance);
+    }
+}
+
+/// # Panics
+/// If positions split into `points + carry` give another energy or gradient than whole ones.
+pub fn low_order_parts_of_positions_count(factory: &Factory<'_>) {
+    for Case { name, rod, shape, .. } in cases(factory) {
+        let mut split = shape.clone();
+        for (x, carry) in split.points.iter_mut().zip(&mut split.carry) {
+            let high = x.map(|a| f64::from(a as f32));
+            *carry = *x - high;
+            *x = high;
+        }
+        let (energy, want) = gradient(rod.as_ref(), &shape);
+        let (got_energy, got) = gradient(rod.as_ref(), &split);
+        assert_near(&name, got_energy, energy, ROUND_OFF * (1.0 + energy));
+        assert_all_near(&name, &got, &want, ROUND_OFF * (1.0 + want.amax()));
+    }
+}
+
+/// # Panics
+/// If the same extra curvature everywhere does not do what that much more rest curvature does.
+pub fn extra_curvature_shifts_the_rest_curvature(factory: &Factory<'_>) {
+    let extra = Vector::new(0.7, -0.4, 1.1);
+    for Case { name, spec, rod, mut shape } in cases(factory) {
+        shape.extra.clear();
+        let curved = factory(RodSpec { curvature: spec.curvature + extra, ..spec });
+        let (energy, want) = gradient(curved.as_ref(), &shape);
+        let want_hessian = hessian(curved.as_ref(), &shape, None);
+        shape.extra = vec![extra; rod.mesh().coupling_lengths.len()];
+        let (got_energy, got) = gradient(rod.as_ref(), &shape);
+        assert_near(&name, got_energy, energy, ROUND_OFF * (1.0 + energy));
+        assert_all_near(&name, &got, &want, ROUND_OFF * (1.0 + want.amax()));
+        let got_hessian = hessian(rod.as_ref(), &shape, None);
+        assert_matrix_near(&name, &got_hessian, &want_hessian, ROUND_OFF * (1.0 + want_hessian.amax()));
+    }
+}
+
+/// # Panics
+/// If a node or frame that is not finite gives finite energies, gradients or second derivatives.
+pub fn non_finite_input_gives_non_finite_output(factory: &Factory<'_>) {
+    let check = |name: &str, rod: &dyn RodSegment, bad: &Shape| {
+        assert!(!rod.energy(&bad.view()).total().is_finite(), "{name}: energy");
+        let (energy, g) = gradient(rod, bad);
+        assert!(!energy.is_finite(), "{name}: energy of the gradient");
+        assert!(g.iter().any(|x| !x.is_finite()), "{name}: gradient");
+    };
+    for Case { name, rod, shape, .. } in cases(factory) {
+        for value in [f64::NAN, f64::INFINITY] {
+            let mut bad = shape.clone();
+            bad.points[0].y = value;
+            check(&name, rod.as_ref(), &bad);
+        }
+        for c in 0..shape.frames.len() {
+            let mut bad = shape.clone();
+            bad.frames[c].as_mut_unchecked().coords.x = f64::NAN;
+            check(&name, rod.as_ref(), &bad);
+            assert!(hessian(rod.as_ref(), &bad, None).iter().any(|x| !x.is_finite()), "{name}: hessian");
+        }
+    }
+}
+
+/// # Panics
+/// If two rods of one specification, or two calls, give different bits.
+pub fn same_input_gives_same_bits(factory: &Factory<'_>) {
+    let bits = |v: &DVector<f64>| v.iter().map(|x| x.to_bits()).collect::<Vec<_>>();
+    for Case { name, spec, rod, shape } in cases(factory) {
+        let other = factory(spec);
+        let (energy, first) = gradient(rod.as_ref(), &shape);
+        for rod in [rod.as_ref(), other.as_ref()] {
+            let (again, second) = gradient(rod, &shape);
+            assert_eq!((energy.to_bits(), bits(&first)), (again.to_bits(), bits(&second)), "{name}");
+        }
+    }
+}
