@@ -10,6 +10,7 @@
 //! | `energy` | `part` (`total`, `bend`, …), `value`, J |
 //! | `twist` | `branch`, `value`, turns |
 //! | `stable` | `value`: what the flag says |
+//! | `unstable` | `branch`, `s`, `value`, m: the flag says so, or the node is further than `tolerance` from where it would balance |
 //! | `same-shape` | `branch` is `as = { branch, from }` at every node, counted from its end if `reversed`, its coordinates times `scale` plus `shift`; `inner`: its two ends left out |
 //! | `same-reaction` | `constraint` exerts what `as = { constraint }` does |
 
@@ -130,6 +131,13 @@ fn fault(end: &StepResult, kind: &str, check: &Value) -> Result<Option<String>, 
         "stable" => {
             let wanted = check.get("value").and_then(Value::as_bool);
             return Ok((end.stable != wanted).then(|| format!("{:?} instead of {wanted:?}", end.stable)));
+        }
+        "unstable" => {
+            let s = check.get("s").and_then(number).ok_or("no `s`")?;
+            let balanced = Vector::from_column_slice(&numbers(check, "value").ok_or("no `value`")?);
+            let left = (node(branch(end, word(check, "branch")?)?, s)? - balanced).norm();
+            let seen = end.stable == Some(false) || left > tolerance;
+            return Ok((!seen).then(|| format!("said to be {:?}, {left:.1e} off balance", end.stable)));
         }
         "same-shape" | "same-reaction" => {
             let difference = if kind == "same-shape" { shapes(end, check)? } else { reactions(end, check)? };
