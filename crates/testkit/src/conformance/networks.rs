@@ -30,6 +30,7 @@ impl Sample {
 struct Straight {
     name: String,
     start: Vector,
+    to: Vector,
     frame: Rotation,
     length: f64,
     segments: usize,
@@ -39,7 +40,14 @@ struct Straight {
     thin: bool,
 }
 
-/// A harness while it is drawn: joints are points in space with world axes.
+impl Straight {
+    fn end(&self, start: bool) -> Vector {
+        if start { self.start } else { self.to }
+    }
+}
+
+/// A harness while it is drawn: joints are points in space with world axes. An arm whose end is not drawn at its joint
+/// leaves it with an offset.
 #[derive(Default)]
 pub struct Sketch {
     branches: Vec<Straight>,
@@ -83,6 +91,7 @@ impl Sketch {
         self.branches.push(Straight {
             name: format!("branch {}", self.branches.len()),
             start: from,
+            to,
             frame: frame_from(&(to - from), &up).expect("neither zero nor parallel"),
             length: (to - from).norm(),
             segments,
@@ -111,7 +120,7 @@ impl Sketch {
                         branch: branch.name.clone(),
                         starts_here,
                         rest: branch.frame,
-                        offset: Vector::zeros(),
+                        offset: branch.end(starts_here) - self.joints[joint].1,
                         section: section(branch.thin),
                         segment_length: branch.length / branch.segments as f64,
                     });
@@ -215,11 +224,18 @@ pub fn cut_cable(registry: &Registry, model: &str, segments: usize) -> Sample {
 
 /// A trunk and two thin arms, one of them run towards the joint; all three ends clamped.
 pub fn y_harness(registry: &Registry, model: &str, segments: usize) -> Sample {
+    sized_y_harness(registry, model, segments, 0.0)
+}
+
+/// The harness of [`y_harness`], its arms leaving the joint at this distance (m) from its centre.
+pub fn sized_y_harness(registry: &Registry, model: &str, segments: usize, radius: f64) -> Sample {
     let mut sketch = Sketch::default();
     let j = sketch.joint(model, Vector::zeros());
-    let trunk = sketch.branch(Vector::x() * -0.5, Vector::zeros(), segments, [None, Some(j)], false);
-    let left = sketch.branch(Vector::zeros(), Vector::new(0.3, 0.2, 0.0), segments, [Some(j), None], true);
-    let right = sketch.branch(Vector::new(0.3, -0.2, 0.0), Vector::zeros(), segments, [None, Some(j)], true);
+    let ends = [Vector::new(-0.5, 0.0, 0.0), Vector::new(0.3, 0.2, 0.0), Vector::new(0.3, -0.2, 0.0)];
+    let at_joint = ends.map(|end| end.normalize() * radius);
+    let trunk = sketch.branch(ends[0], at_joint[0], segments, [None, Some(j)], false);
+    let left = sketch.branch(at_joint[1], ends[1], segments, [Some(j), None], true);
+    let right = sketch.branch(ends[2], at_joint[2], segments, [None, Some(j)], true);
     sketch.clamp(trunk, true);
     sketch.clamp(left, false);
     sketch.clamp(right, true);
