@@ -573,6 +573,11 @@ impl<'n> Problem<'n> {
         (force, moment - lever.cross(&force))
     }
 
+    /// Whether dead moments act.
+    pub fn has_dead_moments(&self) -> bool {
+        !self.dead_moments.is_empty()
+    }
+
     /// Work of the dead moments over a step, J, to first order.
     pub fn moment_work(&self, state: &State, step: &Tangent, alpha: f64) -> f64 {
         self.dead_moments.iter().map(|(c, m)| alpha * m.dot(&(state.frames[*c] * step.frames[*c]))).sum()

@@ -2,7 +2,7 @@
 
 use wireloom_core::constraint::Action;
 use wireloom_core::equilibrium::{BranchResult, ConstraintResult, JointResult, TightestBend};
-use wireloom_core::network::{Branch, Joint, Place};
+use wireloom_core::network::{Branch, BranchEnd, Joint, Place};
 use wireloom_core::problem::Problem;
 use wireloom_core::rotation::{columns, twist_angle};
 use wireloom_core::{Network, Rotation, State, Tangent, Vector};
@@ -60,15 +60,25 @@ pub fn branch(network: &Network, index: usize, state: &State, gravity: &Vector) 
         *sum /= f64::max(*count, 1.0);
         *moment /= f64::max(*count, 1.0);
     }
-    // Ends at a joint without a frame have no coupling of the rod's own: there the curvature is that of the next
-    // node, and the moment follows from the balance of the segment at the joint.
-    if curvature[0].1 == 0.0 {
-        curvature[0].0 = curvature[1].0;
-        result.moment[0] = result.moment[1] + shape.edge(0).cross(&segment_forces[0]);
-    }
-    if curvature[n].1 == 0.0 {
-        curvature[n].0 = curvature[n - 1].0;
-        result.moment[n] = result.moment[n - 1] - shape.edge(n - 1).cross(&segment_forces[n - 1]);
+    // Ends at a joint without a frame have no coupling of the rod's own: there the moment follows from the balance of the
+    // segment at the joint, and frame and curvature from how the other arms continue this one.
+    let mut continued = [None, None];
+    for (k, (end, node)) in [(branch.start, 0), (branch.end, n)].into_iter().enumerate() {
+        let BranchEnd::Joint { joint, arm } = end else { continue };
+        let joint = &network.joints[joint];
+        if joint.frame.is_some() {
+            continue;
+        }
+        result.position[node] += joint_shift(joint, state);
+        let (segment, next) = if k == 0 { (0, 1) } else { (n - 1, n - 1) };
+        let lever = shape.edge(segment).cross(&segment_forces[segment]);
+        result.moment[node] = result.moment[next] + if k == 0 { lever } else { -lever };
+        let beyond = mean_rotation(others(joint, arm, state)) * joint.arms[arm].rest;
+        let relative =
+            if k == 0 { beyond.inverse() * segment_frame(segment) } else { segment_frame(segment).inverse() * beyond };
+        let sign = if relative.w < 0.0 { -1.0 } else { 1.0 };
+        curvature[node].0 = relative.imag() * (2.0 * sign / mean_length(joint));
+        continued[k] = Some(halfway(&beyond, &segment_frame(segment), 0.5));
     }
     for (node, &(kappa, _)) in curvature.iter().enumerate() {
         let (l0, l1) = (
@@ -77,8 +87,8 @@ pub fn branch(network: &Network, index: usize, state: &State, gravity: &Vector) 
         );
         let frame = match (mesh.station_frame(node), node) {
             (Some(c), _) => shape.frames[c],
-            (None, 0) => segment_frame(0) * Rotation::from_scaled_axis(kappa * (-0.5 * l1)),
-            (None, node) if node == n => segment_frame(n - 1) * Rotation::from_scaled_axis(kappa * (0.5 * l0)),
+            (None, 0) => continued[0].unwrap_or_else(|| segment_frame(0)),
+            (None, node) if node == n => continued[1].unwrap_or_else(|| segment_frame(n - 1)),
             (None, node) => halfway(&segment_frame(node - 1), &segment_frame(node), l0 / (l0 + l1)),
         };
         result.frame.push(frame);
@@ -101,17 +111,38 @@ fn halfway(a: &Rotation, b: &Rotation, t: f64) -> Rotation {
 
 /// One joint.
 pub fn joint(joint: &Joint, state: &State) -> JointResult {
-    let orientation = match joint.frame {
-        Some(frame) => state.frames[frame],
-        None => mean_rotation(
-            joint.arm_frames.iter().zip(&joint.arms).map(|(&c, arm)| state.frames[c] * arm.rest.inverse()),
-        ),
-    };
-    JointResult {
-        name: joint.name.clone(),
-        position: state.points[joint.point] + state.carry[joint.point],
-        orientation,
+    let position = state.points[joint.point] + state.carry[joint.point];
+    match joint.frame {
+        Some(frame) => JointResult { name: joint.name.clone(), position, orientation: state.frames[frame] },
+        None => JointResult {
+            name: joint.name.clone(),
+            position: position + joint_shift(joint, state),
+            orientation: mean_rotation(others(joint, usize::MAX, state)),
+        },
     }
+}
+
+/// The frame of a joint as each of its arms but one has it.
+fn others<'a>(joint: &'a Joint, arm: usize, state: &'a State) -> impl Iterator<Item = Rotation> + 'a {
+    let arms = joint.arm_frames.iter().zip(&joint.arms).enumerate().filter(move |(a, _)| *a != arm);
+    arms.map(|(_, (&c, arm))| state.frames[c] * arm.rest.inverse())
+}
+
+/// Mean length of the segments at a joint, m.
+fn mean_length(joint: &Joint) -> f64 {
+    joint.arms.iter().map(|arm| arm.segment_length).sum::<f64>() / joint.arms.len() as f64
+}
+
+/// From a joint that is a point of the polygon to the centre line: with two arms `ℓ² x″/24` as at a node between segments, where
+/// x″ is the sum of the arms' outward tangents beyond that at rest; with more of them the mean over pairs.
+fn joint_shift(joint: &Joint, state: &State) -> Vector {
+    let mean = mean_rotation(others(joint, usize::MAX, state));
+    let bends = joint.arm_frames.iter().zip(&joint.arms).map(|(&c, arm)| {
+        let beyond_rest = columns(&state.frames[c])[2] - columns(&(mean * arm.rest))[2];
+        if arm.starts_here { beyond_rest } else { -beyond_rest }
+    });
+    let pairs = 2.0 / joint.arms.len() as f64;
+    bends.sum::<Vector>() * (pairs * mean_length(joint) / 24.0)
 }
 
 /// Normalised sum of quaternions, signs aligned with the first: the mean of rotations that lie close together.

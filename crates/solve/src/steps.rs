@@ -22,6 +22,9 @@ const HOMING_TURN: f64 = 0.3;
 /// Turn (rad) by which a start that is balanced on an edge is disturbed.
 const DISTURBANCE: f64 = 1e-3;
 
+/// Turns that a fixing may make at once: half a turn would look the same either way round.
+const LARGEST_TURNS: f64 = 0.2;
+
 /// How far a run is.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Progress {
@@ -181,7 +184,7 @@ pub fn follow(
         let plan = driver.begin(step);
         for increment in 1..=step.increments {
             let share = |k: usize| k as f64 / step.increments as f64;
-            let mut status = driver.advance(&plan, share(increment - 1), share(increment), CUT_BACKS);
+            let mut status = driver.advance_by_turns(&plan, share(increment - 1), share(increment));
             if status == Status::IterationLimit {
                 status = driver.let_snap();
                 if status == Status::Converged {
@@ -275,7 +278,7 @@ impl Driver<'_, '_> {
         let mut status = self.advance(&plan, 0.0, 0.0, 0);
         for k in 1..=increments {
             let (a, b) = ((k - 1) as f64 / increments as f64, k as f64 / increments as f64);
-            status = self.advance(&plan, a, b, CUT_BACKS);
+            status = self.advance_by_turns(&plan, a, b);
             if !matches!(status, Status::Converged | Status::Stalled) {
                 break;
             }
@@ -344,6 +347,21 @@ impl Driver<'_, '_> {
         Plan::new(&self.problem, step, courses)
     }
 
+    /// From share `a` to share `b` of a plan, in as many parts as it takes to follow its turns.
+    fn advance_by_turns(&mut self, plan: &Plan, a: f64, b: f64) -> Status {
+        let turns = plan.courses.iter().map(|course| course.turns.abs()).fold(0.0, f64::max) * (b - a);
+        let parts = (turns / LARGEST_TURNS).ceil().max(1.0) as usize;
+        let place = |k: usize| if k == parts { b } else { a + (b - a) * k as f64 / parts as f64 };
+        let mut status = Status::Converged;
+        for k in 1..=parts {
+            status = self.advance(plan, place(k - 1), place(k), CUT_BACKS);
+            if !matches!(status, Status::Converged | Status::Stalled) {
+                break;
+            }
+        }
+        status
+    }
+
     /// From share `a` to share `b` of a plan; halved where it does not converge.
     fn advance(&mut self, plan: &Plan, a: f64, b: f64, cuts: u32) -> Status {
         self.before.copy_from(&self.state);
@@ -375,7 +393,9 @@ impl Driver<'_, '_> {
     }
 
     fn step_result(&mut self, step: &Step, increment: usize, status: Status, seconds: f64) -> StepResult {
-        let stable = self.state.is_finite().then(|| self.certifier.stable(&mut self.problem, &self.state));
+        // A dead moment has no potential: the Hessian says nothing about what it does.
+        let known = self.state.is_finite() && !self.problem.has_dead_moments();
+        let stable = known.then(|| self.certifier.stable(&mut self.problem, &self.state));
         let (problem, state) = (&mut self.problem, &self.state);
         let network = problem.network;
         let gravity = problem.conditions().gravity;
