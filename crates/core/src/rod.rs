@@ -254,7 +254,7 @@ pub trait RodSegment: Send + Sync {
     /// n_j for each segment, N, world axes.
     fn forces(&self, shape: &BranchShape<'_>, forces: &mut [Vector]);
 
-    /// m_c for each coupling, N m, world axes.
+    /// m_c for each coupling, N m, world axes: what all that lies beyond it exerts on the frames before it.
     fn moments(&self, shape: &BranchShape<'_>, moments: &mut [Vector]);
 
     /// Rotation of frame c + 1 relative to frame c at rest, for each coupling.

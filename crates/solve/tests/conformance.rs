@@ -9,6 +9,7 @@ use wireloom_core::problem::{Hessian, Variable};
 use wireloom_core::{Network, Parameters, Registry, State, Tangent, Value, Vector};
 use wireloom_solve::matrix::BlockMatrix;
 use wireloom_solve::newton::Newton;
+use wireloom_solve::result::branch;
 use wireloom_solve::structure::Structure;
 use wireloom_testkit::conformance::networks::{Sample, cable, cut_cable, ring, sized_y_harness, y_harness};
 use wireloom_testkit::conformance::numeric::{
@@ -288,4 +289,20 @@ fn levers_and_springs_are_in_the_gathered_matrix() {
     }
     sample.network.fixings[1].site = sample.network.site(Place::Node { branch: 1, node: 0 });
     check_gathered("offsets and springs", &sample);
+}
+
+#[test]
+fn the_moment_at_a_clamped_end_is_what_the_clamp_exerts() {
+    let sample = cable(&registry(), 20);
+    let (state, _) = hung(&sample);
+    let mut problem = sample.problem();
+    problem.update_held(&state);
+    let mut gradient = Tangent::zeros(&sample.network);
+    problem.gradient(&state, &mut gradient);
+    let branch = branch(&sample.network, 0, &state, &problem.conditions().gravity);
+    for (fixing, inner) in [(0, -branch.moment[0]), (1, branch.moment[20])] {
+        let exerted = problem.reaction(fixing, &state, &gradient).1;
+        let off = (inner - exerted).norm();
+        assert!(off <= 1e-9 * exerted.norm(), "clamp {fixing}: {inner} and {exerted}, N m");
+    }
 }

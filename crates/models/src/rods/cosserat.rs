@@ -191,10 +191,21 @@ impl RodSegment for CosseratRod {
         }
     }
 
-    /// `R_b ∂E/∂θ_b`, which by objectivity equals `−R_a ∂E/∂θ_a`.
+    /// `R_b ∂E/∂θ_b`, which by objectivity equals `−R_a ∂E/∂θ_a`; beside a station the moment on it, to which the blended
+    /// segment contributes.
     fn moments(&self, shape: &BranchShape<'_>, moments: &mut [Vector]) {
         for (c, moment) in moments.iter_mut().enumerate() {
             *moment = rotation_matrix(&shape.frames[c + 1]) * self.coupling(shape, c).gradient().1;
+        }
+        for beside in &self.mesh.beside {
+            let (_, _, at_stations) = self.blended(shape, beside).gradient(self.mesh.rest_lengths[beside.segment]);
+            let [first, second] = beside.stations;
+            if let Some(c) = first {
+                moments[c] -= shape.frames[c] * at_stations[0];
+            }
+            if let Some(c) = second {
+                moments[c - 1] += shape.frames[c] * at_stations[1];
+            }
         }
     }
 
