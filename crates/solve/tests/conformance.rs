@@ -57,7 +57,7 @@ fn a_two_arm_joint_with_all_wires_running_through_is_the_plain_rod() {
     let ((a, energy_a), (b, energy_b)) = (hung(&whole), hung(&halves));
     assert!((energy_a - energy_b).abs() <= 1e-12 * energy_a.abs(), "{energy_a:e} J and {energy_b:e} J");
     let apart = apart(&whole, &a, &halves, &b);
-    assert!(apart <= 1e-11, "{apart:e} m apart");
+    assert!(apart <= 1e-12, "{apart:e} m apart");
 }
 
 #[test]

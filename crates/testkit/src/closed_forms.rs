@@ -143,6 +143,8 @@ pub fn pure_bending(moment: f64, stiffness: f64, s: f64) -> [f64; 2] {
 /// With `w = y + iz` and `m = M/EI` a small deflection obeys `w'''' = i m w'''`, so `w = a + b x + c x² + d e^{imx}`; the
 /// four conditions `w = w' = 0` at `0` and `L` have a solution besides zero where `tan(mL/2) = mL/2`. The end may as
 /// well slide along the axis: the deflection draws it in only to second order, and the axial force stays zero.
+/// Ends held in place but free in direction, the torque's axis staying that of the straight rod, let it buckle at
+/// `2π EI/L` already (Greenhill's own case); that torque has no potential, so no rod here is measured against it.
 /// A. G. Greenhill, Proc. Inst. Mech. Eng. 34 (1883); S. P. Timoshenko and J. M. Gere, Theory of Elastic Stability,
 /// 2nd ed., 2.21 (ends built in).
 pub fn greenhill_clamped() -> f64 {
@@ -186,6 +188,20 @@ pub fn catenary_point(chain: &Catenary, s: f64) -> [f64; 2] {
 /// `P = 4π² EI/L²`. Euler 1744. `stiffness` EI in N m², `length` m.
 pub fn euler_clamped(stiffness: f64, length: f64) -> f64 {
     4.0 * PI * PI * stiffness / (length * length)
+}
+
+/// Buckling load of an inextensible column whose two ends are held in place but free in direction, N:
+/// `P = π² EI/L²`. Euler 1744. `stiffness` EI in N m², `length` m.
+pub fn euler_pinned(stiffness: f64, length: f64) -> f64 {
+    0.25 * euler_clamped(stiffness, length)
+}
+
+/// Sag of the middle of a beam between two clamps under a load spread evenly, m: `w L⁴/(384 EI) + w L²/(8 GA)`, where
+/// it is so small that no tension comes of it. S. P. Timoshenko, Strength of Materials I; with the shear of his
+/// beam of 1921, `w x (L − x)/(2 GA)`, the ends not warping. `load` w in N/m, `length` m, `bending` EI in N m²,
+/// `shear` GA in N.
+pub fn clamped_beam_sag(load: f64, length: f64, bending: f64, shear: f64) -> f64 {
+    load * length.powi(4) / (384.0 * bending) + load * length * length / (8.0 * shear)
 }
 
 #[cfg(test)]
@@ -268,5 +284,21 @@ mod tests {
     fn euler_load_of_a_unit_column() {
         close(euler_clamped(1.0, 1.0), 39.478_417_604_357_43, 1e-12);
         close(euler_clamped(2.0, 2.0), 19.739_208_802_178_716, 1e-12);
+    }
+
+    /// π² = 9.869604401089358.
+    #[test]
+    fn euler_load_of_a_pinned_unit_column() {
+        close(euler_pinned(1.0, 1.0), 9.869_604_401_089_358, 1e-13);
+    }
+
+    /// The deflection `w x² (L − x)²/24EI + w x (L − x)/2GA` at the middle, and its shear alone where EI is infinite.
+    #[test]
+    fn sag_of_a_clamped_beam() {
+        let (w, l, ei, ga) = (3.0, 2.0, 5.0, 7.0);
+        let x = 0.5 * l;
+        let deflection = w * x * x * (l - x) * (l - x) / (24.0 * ei) + w * x * (l - x) / (2.0 * ga);
+        close(clamped_beam_sag(w, l, ei, ga), deflection, 1e-14);
+        close(clamped_beam_sag(8.0, 1.0, f64::INFINITY, 2.0), 0.5, 1e-15);
     }
 }

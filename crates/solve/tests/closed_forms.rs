@@ -1,0 +1,180 @@
+//! Critical loads found by the stability flag alone, and a beam that hardly sags, against closed forms.
+//!
+//! The scenarios of `scenarios/analytic` ask the whole program whether a rod just above its critical load is called
+//! unstable, and must let it pass when the minimiser has already left the straight state. Here the straight state
+//! is placed, certified as an equilibrium and asked about; where the flag turns is found by bisection, so
+//! that nothing but the flag can answer.
+
+use wireloom_core::constraint::{ConstraintSpec, HoldWord};
+use wireloom_core::minimiser::{Minimiser, Status, Stop};
+use wireloom_core::{Parameters, Problem, Registry, Rotation, State, Tangent, Vector};
+use wireloom_solve::certificate::Certifier;
+use wireloom_solve::newton::Newton;
+use wireloom_testkit::closed_forms::{clamped_beam_sag, euler_clamped, euler_pinned, greenhill_critical_angle};
+use wireloom_testkit::conformance::networks::{Sample, cable, section};
+
+/// Segments of the meshes.
+const MESHES: [usize; 3] = [20, 40, 80];
+
+/// The straight cable of 1 m between two fixings that hold these freedoms, without gravity.
+fn weightless(segments: usize, holds: [&[HoldWord]; 2]) -> Sample {
+    let mut registry = Registry::default();
+    wireloom_models::register(&mut registry);
+    let mut sample = cable(&registry, segments);
+    let connector = registry.constraint("connector").unwrap();
+    for (fixing, words) in sample.network.fixings.iter_mut().zip(holds) {
+        let spec = ConstraintSpec { hold: Some(words.to_vec()), ..ConstraintSpec::default() };
+        fixing.constraint = (connector.build)(&spec, &Parameters::default()).unwrap();
+    }
+    sample.conditions.gravity = Vector::zeros();
+    sample
+}
+
+const CLAMPED: &[HoldWord] = &[HoldWord::Position, HoldWord::Tangent, HoldWord::Twist];
+
+/// What the flag says of a state, which must be an equilibrium with everything held where it should be: to the program's
+/// own tolerance, as positions without low-order parts leave `EA/ℓ · ε`, some 1e-8 of the force scale.
+fn stable(problem: &mut Problem<'_>, state: &State) -> bool {
+    let mut certifier = Certifier::new(problem.network);
+    let certificate = certifier.certify(problem, state, &Stop::default(), Status::IterationLimit);
+    assert_eq!(certificate.status, Status::Converged, "{certificate:?}");
+    certifier.stable(problem, state)
+}
+
+/// Where the flag turns from stable to unstable, by bisection to 1e-7 of the closed form.
+fn critical(exact: f64, mut stable: impl FnMut(f64) -> bool) -> f64 {
+    let (mut low, mut high) = (0.5 * exact, 1.5 * exact);
+    assert!(stable(low), "unstable at half the critical load");
+    assert!(!stable(high), "stable at 1.5 times the critical load");
+    while high - low > 1e-7 * exact {
+        let middle = 0.5 * (low + high);
+        if stable(middle) {
+            low = middle;
+        } else {
+            high = middle;
+        }
+    }
+    0.5 * (low + high)
+}
+
+/// The relative errors on [`MESHES`]: the coarsest within 1 %, each at most a third of the one before (a quarter, at
+/// second order) down to `floor`, where what the closed form leaves out begins.
+#[track_caller]
+fn second_order(errors: [f64; 3], floor: f64) {
+    assert!(errors[0].abs() < 0.01, "{errors:?}");
+    for pair in errors.windows(2) {
+        assert!(pair[1].abs() <= pair[0].abs() / 3.0 + floor, "{errors:?}");
+    }
+}
+
+/// The straight cable with its far end turned by `angle` (rad), in balance: all couplings of two segments turn by
+/// `α`, those to the stations at the ends by `β`, with β such that no moment is left on the first segment.
+fn twisted(sample: &Sample, problem: &mut Problem<'_>, angle: f64) -> State {
+    let segments = sample.network.branches[0].rod.mesh().segments();
+    let mut state = sample.state.clone();
+    let base = sample.conditions.targets[0].orientation;
+    let spin = |angle: f64| base * Rotation::from_axis_angle(&Vector::z_axis(), angle);
+    let mut place = |beta: f64| {
+        let alpha = (angle - 2.0 * beta) / (segments - 1) as f64;
+        for j in 0..segments {
+            state.frames[1 + j] = spin(beta + alpha * j as f64);
+        }
+        state.frames[segments + 1] = spin(angle);
+        state.clone()
+    };
+    let mut gradient = Tangent::zeros(&sample.network);
+    // More turn beside the station pulls the first segment back.
+    let (mut low, mut high) = (0.0, angle / segments as f64);
+    for _ in 0..60 {
+        let middle = 0.5 * (low + high);
+        problem.gradient(&place(middle), &mut gradient);
+        if gradient.frames[1].z < 0.0 {
+            low = middle;
+        } else {
+            high = middle;
+        }
+    }
+    let mut target = sample.conditions.targets[1];
+    target.orientation = spin(angle);
+    problem.set_target(1, target);
+    place(0.5 * (low + high))
+}
+
+/// The closed form leaves out shear, which is of the order of `M²/(EI GA)` = 1e-4 of the load.
+#[test]
+fn greenhills_twist_is_where_the_flag_turns() {
+    let section = section(false);
+    let exact = greenhill_critical_angle(section.bending_stiffness[0], section.torsion_stiffness);
+    let errors = MESHES.map(|n| {
+        let sample = weightless(n, [CLAMPED; 2]);
+        let mut problem = sample.problem();
+        let found = critical(exact, |angle| {
+            let state = twisted(&sample, &mut problem, angle);
+            stable(&mut problem, &state)
+        });
+        found / exact - 1.0
+    });
+    second_order(errors, 1e-4);
+}
+
+/// The straight cable shortened so that it is pressed with this force (N), which is uniform: `ε = P/EA`.
+fn pressed(sample: &Sample, problem: &mut Problem<'_>, force: f64) -> State {
+    let mut state = sample.state.clone();
+    let share = 1.0 - force / section(false).axial_stiffness;
+    for x in &mut state.points {
+        *x *= share;
+    }
+    let mut target = sample.conditions.targets[1];
+    target.position *= share;
+    problem.set_target(1, target);
+    state
+}
+
+/// Errors of the buckling load between fixings whose distance is given.
+fn buckling(exact: f64, holds: [&[HoldWord]; 2]) -> [f64; 3] {
+    MESHES.map(|n| {
+        let sample = weightless(n, holds);
+        let mut problem = sample.problem();
+        let found = critical(exact, |force| {
+            let state = pressed(&sample, &mut problem, force);
+            stable(&mut problem, &state)
+        });
+        found / exact - 1.0
+    })
+}
+
+/// The closed form leaves out shear, `P/GA` = 6e-5 of the load: that is what the errors extrapolate to.
+#[test]
+fn eulers_load_of_a_clamped_column_is_where_the_flag_turns() {
+    second_order(buckling(euler_clamped(section(false).bending_stiffness[0], 1.0), [CLAMPED; 2]), 6e-5);
+}
+
+/// One of the pins keeps the column from turning about its axis. Shear is 1.5e-5 of the load.
+#[test]
+fn eulers_load_of_a_pinned_column_is_where_the_flag_turns() {
+    let holds: [&[HoldWord]; 2] = [&[HoldWord::Position, HoldWord::Twist], &[HoldWord::Position]];
+    second_order(buckling(euler_pinned(section(false).bending_stiffness[0], 1.0), holds), 2e-5);
+}
+
+/// A sag of about 10 µm: the tension it brings, `EA (π w/2L)²`, is 1e-5 of the buckling load and no matter.
+#[test]
+fn a_clamped_beam_sags_as_the_linear_theory_says() {
+    let section = section(false);
+    let gravity = 6e-4;
+    let exact = clamped_beam_sag(
+        section.linear_density * gravity,
+        1.0,
+        section.bending_stiffness[0],
+        section.shear_stiffness[0],
+    );
+    let errors = MESHES.map(|n| {
+        let mut sample = weightless(n, [CLAMPED; 2]);
+        sample.conditions.gravity.z = -gravity;
+        let mut state = sample.state.clone();
+        let stop = Stop { force_tolerance: 1e-8, max_iterations: 50 };
+        let report = Newton::new().minimise(&mut sample.problem(), &mut state, &stop);
+        assert_eq!(report.status, Status::Converged, "{report:?}");
+        -state.points[n / 2].z / exact - 1.0
+    });
+    second_order(errors, 2e-5);
+}
