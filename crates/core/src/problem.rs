@@ -8,6 +8,10 @@ use crate::rod::{BranchHessian, BranchShape};
 use crate::rotation::{columns, shortest};
 use crate::{Matrix, Network, Pose, Rotation, State, Tangent, Vector};
 
+/// Share of the weight of a segment beside a station that its other node carries for it: of what the staggered scheme
+/// differs from the rod, that takes out the boundary term `−(ℓ²/24) [ρ g·t]` of each span.
+pub const STATION_SHIFT: f64 = 1.0 / 24.0;
+
 /// What acts on the harness at one moment.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Conditions {
@@ -136,10 +140,8 @@ impl<'n> Problem<'n> {
         self.conditions.targets[fixing] = target;
     }
 
-    /// Gravity lumped at nodes (half of each segment's weight at either of its nodes) and dead loads.
-    ///
-    /// At a station 1/24 of the weight of the segment beside it goes to the other node: of what the staggered
-    /// scheme differs from the rod, that takes out the boundary term `−(ℓ²/24) [ρ g·t]` of each span.
+    /// Gravity lumped at nodes (half of each segment's weight at either of its nodes, but see [`STATION_SHIFT`]) and dead
+    /// loads.
     fn lump_dead_loads(&mut self) {
         self.dead.fill(Vector::zeros());
         self.dead_moments.clear();
@@ -154,7 +156,7 @@ impl<'n> Problem<'n> {
             }
             for beside in &mesh.beside {
                 let j = beside.segment;
-                let shifted = density * (mesh.rest_lengths[j] / 24.0);
+                let shifted = density * (mesh.rest_lengths[j] * STATION_SHIFT);
                 for (from, station) in [j, j + 1].into_iter().zip(beside.stations) {
                     if station.is_some() {
                         dead[from] -= shifted;

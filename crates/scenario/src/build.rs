@@ -83,6 +83,7 @@ impl Scenario {
                 rest: arm.rest,
                 offset: arm.offset,
                 section: self.sections[branch.section].clone(),
+                curvature: branch.curvature,
                 segment_length: if arm.starts_here { lengths[0] } else { lengths[lengths.len() - 1] },
             }
         });

@@ -3,7 +3,7 @@
 use wireloom_core::constraint::Action;
 use wireloom_core::equilibrium::{BranchResult, ConstraintResult, JointResult, TightestBend};
 use wireloom_core::network::{Branch, BranchEnd, Joint, Place};
-use wireloom_core::problem::Problem;
+use wireloom_core::problem::{Problem, STATION_SHIFT};
 use wireloom_core::rotation::{columns, twist_angle};
 use wireloom_core::{Network, Rotation, State, Tangent, Vector};
 
@@ -45,8 +45,7 @@ pub fn branch(network: &Network, index: usize, state: &State, gravity: &Vector) 
         let node = mesh.coupling_nodes[c];
         let relative = shape.frames[c].inverse() * shape.frames[c + 1];
         result.twist_turns += twist_angle(&relative) / std::f64::consts::TAU;
-        let sign = if relative.w < 0.0 { -1.0 } else { 1.0 };
-        curvature[node].0 += relative.imag() * (2.0 * sign / lambda);
+        curvature[node].0 += relative.scaled_axis() / lambda;
         curvature[node].1 += 1.0;
         result.moment[node] += coupling_moments[c];
     }
@@ -76,8 +75,7 @@ pub fn branch(network: &Network, index: usize, state: &State, gravity: &Vector) 
         let beyond = mean_rotation(others(joint, arm, state)) * joint.arms[arm].rest;
         let relative =
             if k == 0 { beyond.inverse() * segment_frame(segment) } else { segment_frame(segment).inverse() * beyond };
-        let sign = if relative.w < 0.0 { -1.0 } else { 1.0 };
-        curvature[node].0 = relative.imag() * (2.0 * sign / mean_length(joint));
+        curvature[node].0 = relative.scaled_axis() / mean_length(joint);
         continued[k] = Some(halfway(&beyond, &segment_frame(segment), 0.5));
     }
     for (node, &(kappa, _)) in curvature.iter().enumerate() {
@@ -92,10 +90,12 @@ pub fn branch(network: &Network, index: usize, state: &State, gravity: &Vector) 
             (None, node) => halfway(&segment_frame(node - 1), &segment_frame(node), l0 / (l0 + l1)),
         };
         result.frame.push(frame);
-        // Between nodes the force changes by the weight: n' + ρ g = 0.
+        // Between nodes the force changes by the weight: n' + ρ g = 0; what a station carries of it is
+        // `Problem`'s to say.
+        let carried = if mesh.station_frame(node).is_some() { 0.5 - STATION_SHIFT } else { 0.5 };
         result.force.push(match node {
-            0 => segment_forces[0] + weight * (0.5 * l1),
-            node if node == n => segment_forces[n - 1] - weight * (0.5 * l0),
+            0 => segment_forces[0] + weight * (carried * l1),
+            node if node == n => segment_forces[n - 1] - weight * (carried * l0),
             node => (segment_forces[node - 1] * l1 + segment_forces[node] * l0) / (l0 + l1),
         });
         let bend = kappa.xy().norm();

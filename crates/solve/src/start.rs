@@ -27,19 +27,44 @@ pub fn place(network: &Network, schedule: &Schedule) -> State {
     state
 }
 
-/// Points and row of frames of a branch at rest, its start at the origin.
-fn rest_shape(network: &Network, branch: usize) -> (Vec<Vector>, Vec<Rotation>) {
-    let rod = &network.branches[branch].rod;
-    let mesh = rod.mesh();
-    let mut frames = vec![Rotation::identity()];
-    for c in 0..mesh.coupling_lengths.len() {
-        frames.push(frames[c] * rod.rest_rotation(c));
+/// A branch at rest, its start at the origin.
+struct RestShape {
+    points: Vec<Vector>,
+    frames: Vec<Rotation>,
+    /// Pose of its end.
+    end: Pose,
+}
+
+impl RestShape {
+    /// Segments at an end without a station are half a segment's rest curvature away from the end's frame.
+    fn new(network: &Network, branch: usize) -> Self {
+        let rod = &network.branches[branch].rod;
+        let mesh = rod.mesh();
+        let n = mesh.segments();
+        let couplings = mesh.coupling_lengths.len();
+        let half_beside = |coupling: usize, segment: usize| -> Rotation {
+            if couplings == 0 {
+                return Rotation::identity();
+            }
+            let share = 0.5 * mesh.rest_lengths[segment] / mesh.coupling_lengths[coupling];
+            Rotation::from_scaled_axis(rod.rest_rotation(coupling).scaled_axis() * share)
+        };
+        let at_start = mesh.station_frame(0).is_none();
+        let mut frames = vec![if at_start { half_beside(0, 0) } else { Rotation::identity() }];
+        for c in 0..couplings {
+            frames.push(frames[c] * rod.rest_rotation(c));
+        }
+        let mut points = vec![Vector::zeros()];
+        for (j, l) in mesh.rest_lengths.iter().enumerate() {
+            points.push(points[j] + columns(&frames[mesh.segment_frames[j]])[2] * *l);
+        }
+        let mut orientation = frames[frames.len() - 1];
+        if mesh.station_frame(n).is_none() {
+            orientation *= half_beside(couplings.saturating_sub(1), n - 1);
+        }
+        let end = Pose { position: points[n], orientation };
+        Self { points, frames, end }
     }
-    let mut points = vec![Vector::zeros()];
-    for (j, l) in mesh.rest_lengths.iter().enumerate() {
-        points.push(points[j] + columns(&frames[mesh.segment_frames[j]])[2] * *l);
-    }
-    (points, frames)
 }
 
 /// Lays a piece's rest shape with the start of `first` at `pose`, and the rest of the piece after it, joint by joint.
@@ -52,8 +77,7 @@ fn lay_rest_shape(network: &Network, first: usize, pose: Pose, state: &mut State
             continue;
         }
         let branch = &network.branches[b];
-        let (points, frames) = rest_shape(network, b);
-        let last = Pose { position: points[points.len() - 1], orientation: frames[frames.len() - 1] };
+        let RestShape { points, frames, end: last } = RestShape::new(network, b);
         for (i, x) in branch.points.clone().zip(&points) {
             state.points[i] = start.position + start.orientation * x;
         }
@@ -85,9 +109,7 @@ fn lay_rest_shape(network: &Network, first: usize, pose: Pose, state: &mut State
                 let start = if joint.arms[a].starts_here {
                     end
                 } else {
-                    let (points, frames) = rest_shape(network, other);
-                    let last = Pose { position: points[points.len() - 1], orientation: frames[frames.len() - 1] };
-                    end.compose(&last.inverse())
+                    end.compose(&RestShape::new(network, other).end.inverse())
                 };
                 open.push((other, start));
             }

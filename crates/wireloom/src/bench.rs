@@ -103,6 +103,7 @@ pub fn harness() -> Network {
         offset: Vector::zeros(),
         section: section.clone(),
         segment_length: length / SEGMENTS as f64,
+        curvature: Vector::zeros(),
     };
     for k in 0..=JOINTS {
         let name = format!("trunk-{k}");

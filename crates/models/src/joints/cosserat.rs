@@ -145,7 +145,7 @@ impl Pair {
         // Into the joint along a, out of it along b.
         let into = if arm_a.starts_here { half_turn() } else { Rotation::identity() };
         let out = if arm_b.starts_here { Rotation::identity() } else { half_turn() };
-        let rest = (arm_a.rest * into).inverse() * (arm_b.rest * out);
+        let rest = (arm_a.rest_of_segment() * into).inverse() * (arm_b.rest_of_segment() * out);
         let h = root(&rest);
         Self {
             a,

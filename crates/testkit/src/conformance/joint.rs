@@ -50,6 +50,7 @@ fn spec(k: usize, folded: bool, wired: bool, rng: &mut Rng) -> JointSpec {
                 offset: Vector::zeros(),
                 section: section(rng),
                 segment_length: 0.05 * (1.0 + rng.f64()),
+                curvature: Vector::zeros(),
             }
         })
         .collect();

@@ -123,6 +123,7 @@ impl Sketch {
                         offset: branch.end(starts_here) - self.joints[joint].1,
                         section: section(branch.thin),
                         segment_length: branch.length / branch.segments as f64,
+                        curvature: Vector::zeros(),
                     });
                     branches.push(b);
                 }
