@@ -21,15 +21,6 @@ pub struct Arm {
     pub curvature: Vector,
 }
 
-impl Arm {
-    /// Rest frame of the arm's segment at the joint, in the joint's frame: half a segment's rest curvature away from
-    /// the joint.
-    pub fn rest_of_segment(&self) -> Rotation {
-        let half = if self.starts_here { 0.5 } else { -0.5 } * self.segment_length;
-        self.rest * Rotation::from_scaled_axis(self.curvature * half)
-    }
-}
-
 /// Which share of the wires of arm `from` passes to arm `to`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct WireShare {

@@ -3,7 +3,8 @@
 //! The arms meet in one point. The segments at the joint of every pair of arms (a, b) that share wires are
 //! coupled by a bend-twist element, as the wires that run from a to b are bent and twisted there:
 //!
-//! `E_ab = ½ λ_ab κᵀ C_ab κ`, `κ = (2/λ_ab) Im(h̄ p̄_a p_b h̄)`, `λ_ab = ½(ℓ_a + ℓ_b)`, `h = √(r°_ab)`.
+//! `E_ab = ½ λ_ab (κ−κ°)ᵀ C_ab (κ−κ°)`, `κ` the curvature between the frames `p_a h` and `p_b h̄` as within a rod
+//! ([`crate::kernel::BendTwist`]), `λ_ab = ½(ℓ_a + ℓ_b)`, `h = √(r°_ab)`, κ° the mean rest curvature of the two arms.
 //!
 //! `p_a` is the frame of arm a turned so that its d3 runs into the joint, `p_b` that of arm b turned so that its d3
 //! runs out of it; `r°_ab` is their relative rotation at rest. The strain is measured in the frame midway
@@ -42,6 +43,8 @@ struct Pair {
     lambda: f64,
     /// diag(EI1, EI2, GJ) of the shared wires, N m².
     stiffness: Vector,
+    /// Rest curvature of the wires from one segment to the other, 1/m.
+    curvature: Vector,
     /// Constant rotations with which the coupled frames are `q_a alpha` and `q_b beta`.
     alpha: Rotation,
     beta: Rotation,
@@ -145,13 +148,21 @@ impl Pair {
         // Into the joint along a, out of it along b.
         let into = if arm_a.starts_here { half_turn() } else { Rotation::identity() };
         let out = if arm_b.starts_here { Rotation::identity() } else { half_turn() };
-        let rest = (arm_a.rest_of_segment() * into).inverse() * (arm_b.rest_of_segment() * out);
+        let rest = (arm_a.rest * into).inverse() * (arm_b.rest * out);
         let h = root(&rest);
+        // Run from its other end, a branch has the curvature (−κ1, κ2, κ3) about its turned frame.
+        let along = |arm: &Arm, reversed: bool| -> Vector {
+            let k = arm.curvature;
+            if reversed { Vector::new(-k.x, k.y, k.z) } else { k }
+        };
+        let curvature_a = h.inverse() * along(arm_a, arm_a.starts_here) * arm_a.segment_length;
+        let curvature_b = h * along(arm_b, !arm_b.starts_here) * arm_b.segment_length;
         Self {
             a,
             b,
             lambda: 0.5 * (arm_a.segment_length + arm_b.segment_length),
             stiffness,
+            curvature: (curvature_a + curvature_b) / (arm_a.segment_length + arm_b.segment_length),
             // conj(q_a α) (q_b β) = h̄ p̄_a p_b h̄.
             alpha: into * h,
             beta: out * h.inverse(),
@@ -160,7 +171,7 @@ impl Pair {
 
     fn law(&self, frames: &[Rotation]) -> BendTwist {
         let (qa, qb) = (frames[self.a] * self.alpha, frames[self.b] * self.beta);
-        BendTwist::new(&qa, &qb, self.lambda, &self.stiffness, &Vector::zeros())
+        BendTwist::new(&qa, &qb, self.lambda, &self.stiffness, &self.curvature)
     }
 }
 
