@@ -6,7 +6,8 @@ use wireloom_core::constraint::ConstraintSpec;
 use wireloom_core::minimiser::{Minimiser, Status, Stop};
 use wireloom_core::network::Place;
 use wireloom_core::problem::{Hessian, Variable};
-use wireloom_core::{Network, Parameters, Registry, State, Tangent, Value, Vector};
+use wireloom_core::{Network, Parameters, Problem, Registry, State, Tangent, Value, Vector};
+use wireloom_solve::certificate::Certifier;
 use wireloom_solve::matrix::BlockMatrix;
 use wireloom_solve::newton::Newton;
 use wireloom_solve::result::branch;
@@ -89,6 +90,36 @@ fn a_ring_is_the_same_wherever_a_through_joint_closes_it() {
         let [one, two] = [0, 1].map(|k| solved[k].1.points[solved[k].0.network.joints[corner].point]);
         assert!((one - two).norm() < 1e-8, "corner {corner}: {one} and {two}");
     }
+}
+
+#[test]
+fn a_false_claim_of_convergence_does_not_pass() {
+    let sample = cable(&registry(), 20);
+    let mut problem = sample.problem();
+    let stop = Stop::default();
+    let mut certifier = Certifier::new(&sample.network);
+    let mut claim = |problem: &mut Problem<'_>, state: &State| {
+        let certificate = certifier.certify(problem, state, &stop, Status::Converged);
+        (certificate.status, certificate.residual, certificate.violation)
+    };
+    // The weight of a cable that lies straight is carried by nothing.
+    let (status, residual, violation) = claim(&mut problem, &sample.state);
+    assert!(status == Status::Failed && residual > stop.force_tolerance && violation == 0.0, "{status:?} {residual:e}");
+    let mut state = sample.state.clone();
+    Newton::new().minimise(&mut problem, &mut state, &stop);
+    assert_eq!(claim(&mut problem, &state).0, Status::Converged);
+    // In balance, but not where it is held.
+    let mut target = sample.conditions.targets[1];
+    target.position.x += 1e-6;
+    problem.set_target(1, target);
+    let (status, residual, violation) = claim(&mut problem, &state);
+    assert!(
+        status == Status::Failed && residual <= stop.force_tolerance && violation > 5e-7,
+        "{status:?} {residual:e}"
+    );
+    problem.set_target(1, sample.conditions.targets[1]);
+    state.points[9].y = f64::NAN;
+    assert_eq!(claim(&mut problem, &state).0, Status::Failed);
 }
 
 /// Pairs of variables that share an energy, each once: what the Hessian has below its diagonal.

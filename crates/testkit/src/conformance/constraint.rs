@@ -113,6 +113,26 @@ pub fn moving_station_and_target_together_changes_nothing(factory: &Factory<'_>)
 }
 
 /// # Panics
+/// If `−q` for `q`, which is the same frame, at the station or its target changes energy, gradient or Hessian.
+pub fn the_sign_of_a_quaternion_does_not_matter(factory: &Factory<'_>) {
+    let constraint = factory();
+    let potential = potential(constraint.as_ref());
+    for (at, target) in poses() {
+        let energy = potential.energy(&at, &target);
+        let want = gradient(potential, &at, &target);
+        let want_hessian = potential.hessian(&at, &target);
+        let other = |pose: &Pose| Pose { orientation: negated(&pose.orientation), ..*pose };
+        for (at, target) in [(other(&at), target), (at, other(&target)), (other(&at), other(&target))] {
+            assert_near("energy", potential.energy(&at, &target), energy, ROUND_OFF * (1.0 + energy));
+            assert_all_near("gradient", &gradient(potential, &at, &target), &want, 1e-11 * (1.0 + want.amax()));
+            for (got, want) in potential.hessian(&at, &target).iter().zip(&want_hessian) {
+                assert_near("hessian", (got - want).amax(), 0.0, 1e-11 * (1.0 + want.amax()));
+            }
+        }
+    }
+}
+
+/// # Panics
 /// If there is an energy, force or moment at the target.
 pub fn at_the_target_there_is_no_energy_and_no_force(factory: &Factory<'_>) {
     let constraint = factory();

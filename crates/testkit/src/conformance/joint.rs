@@ -28,8 +28,9 @@ fn section(rng: &mut Rng) -> Section {
     Section { bending_stiffness: [b, 1.5 * b], torsion_stiffness: 0.7 * b, ..super::rod::section() }
 }
 
-/// `k` arms in random directions; with `folded` the first two leave in the same direction.
-fn spec(k: usize, folded: bool, wired: bool, rng: &mut Rng) -> JointSpec {
+/// `k` arms in random directions; with `folded` the first two leave in the same direction; `curvature` is about how much
+/// their branches are bent and twisted at rest, 1/m.
+fn spec(k: usize, folded: bool, wired: bool, curvature: f64, rng: &mut Rng) -> JointSpec {
     let mut first = Vector::x();
     let arms = (0..k)
         .map(|a| {
@@ -50,7 +51,7 @@ fn spec(k: usize, folded: bool, wired: bool, rng: &mut Rng) -> JointSpec {
                 offset: Vector::zeros(),
                 section: section(rng),
                 segment_length: 0.05 * (1.0 + rng.f64()),
-                curvature: Vector::zeros(),
+                curvature: random_vector(rng, curvature),
             }
         })
         .collect();
@@ -66,15 +67,15 @@ fn spec(k: usize, folded: bool, wired: bool, rng: &mut Rng) -> JointSpec {
     JointSpec { name: "joint".into(), arms, wires }
 }
 
-/// 2 to 16 arms, folded or not, with wires or without, at turns from small to large.
+/// 2 to 16 arms, folded or not, with wires or without, at turns from small to large, straight or curved at rest.
 fn cases(factory: &Factory<'_>) -> Vec<Case> {
     let mut rng = Rng::with_seed(11);
     let mut all = Vec::new();
     for k in [2, 3, 4, 7, 16] {
         for folded in [false, true] {
             for wired in [false, true] {
-                for turn in [0.1, 1.0, 2.5] {
-                    let spec = spec(k, folded, wired, &mut rng);
+                for (turn, curvature) in [(0.1, 0.0), (1.0, 3.0), (2.5, 0.0)] {
+                    let spec = spec(k, folded, wired, curvature, &mut rng);
                     let common = random_rotation(&mut rng);
                     let frames = spec.arms.iter().map(|arm| common * arm.rest * random_turn(&mut rng, turn)).collect();
                     let name = format!(
@@ -192,12 +193,14 @@ pub fn a_common_rotation_changes_nothing(factory: &Factory<'_>) {
 }
 
 /// # Panics
-/// If the joint has an energy or gradient where all arms have their rest directions.
+/// If the joint has an energy or gradient where all arms, straight at rest, have their rest directions.
 pub fn rest_directions_have_no_energy_and_no_gradient(factory: &Factory<'_>) {
     let mut rng = Rng::with_seed(13);
-    for Case { name, spec, joint, .. } in cases(factory) {
+    for Case { name, mut spec, .. } in cases(factory) {
+        spec.arms.iter_mut().for_each(|arm| arm.curvature = Vector::zeros());
         let common = random_rotation(&mut rng);
         let frames: Vec<_> = spec.arms.iter().map(|arm| common * arm.rest).collect();
+        let joint = factory(spec);
         let (energy, g) = gradient(joint.as_ref(), &frames);
         assert_near(&format!("{name}: energy"), energy, 0.0, 1e-26);
         assert_near(&format!("{name}: gradient"), g.amax(), 0.0, 1e-13);
@@ -234,7 +237,7 @@ pub fn the_order_of_the_arms_does_not_matter(factory: &Factory<'_>) {
 }
 
 /// # Panics
-/// If running one branch from its other end (rest and frame half a turn about d1) changes the energy, or does not
+/// If running one branch from its other end (rest and frame half a turn about d1, curvature `[−κ1, κ2, κ3]`) changes the energy, or does not
 /// turn the gradient with its frame.
 pub fn running_a_branch_from_its_other_end_changes_nothing(factory: &Factory<'_>) {
     for Case { name, spec, joint, frames } in cases(factory) {
@@ -243,6 +246,7 @@ pub fn running_a_branch_from_its_other_end_changes_nothing(factory: &Factory<'_>
             let (mut spec, mut frames) = (spec.clone(), frames.clone());
             spec.arms[a].starts_here ^= true;
             spec.arms[a].rest *= half_turn();
+            spec.arms[a].curvature = reversed_curvature(&spec.arms[a].curvature);
             frames[a] *= half_turn();
             let (got_energy, mut got) = gradient(factory(spec).as_ref(), &frames);
             got[3 * a + 1] *= -1.0;
@@ -250,6 +254,29 @@ pub fn running_a_branch_from_its_other_end_changes_nothing(factory: &Factory<'_>
             let name = format!("{name}: arm {a}");
             assert_near(&name, got_energy, energy, ROUND_OFF * (1.0 + energy));
             assert_all_near(&name, &got, &want, ROUND_OFF * (1.0 + want.amax()));
+        }
+    }
+}
+
+/// # Panics
+/// If `−q` for `q`, which is the same frame, of an arm or of its rest direction changes energy, gradient or Hessian.
+pub fn the_sign_of_a_quaternion_does_not_matter(factory: &Factory<'_>) {
+    for Case { name, spec, joint, frames } in cases(factory) {
+        let (energy, want) = gradient(joint.as_ref(), &frames);
+        let want_hessian = hessian(joint.as_ref(), &frames);
+        for a in 0..frames.len() {
+            let (mut spec, mut negative) = (spec.clone(), frames.clone());
+            spec.arms[a].rest = negated(&spec.arms[a].rest);
+            negative[a] = negated(&frames[a]);
+            let other = factory(spec);
+            for (what, joint, frames) in [("frame", &joint, &negative), ("rest", &other, &frames)] {
+                let name = format!("{name}: {what} of arm {a}");
+                let (got_energy, got) = gradient(joint.as_ref(), frames);
+                assert_near(&name, got_energy, energy, ROUND_OFF * (1.0 + energy));
+                assert_all_near(&name, &got, &want, ROUND_OFF * (1.0 + want.amax()));
+                let tolerance = ROUND_OFF * (1.0 + want_hessian.amax());
+                assert_matrix_near(&name, &hessian(joint.as_ref(), frames), &want_hessian, tolerance);
+            }
         }
     }
 }

@@ -1,6 +1,8 @@
 //! Checks of [`Minimiser`], on harnesses small enough to be solved in every build.
 
 use super::networks::{Sample, cable, ring, y_harness};
+use super::numeric::{random_turn, random_vector};
+use fastrand::Rng;
 use wireloom_core::minimiser::Report;
 use wireloom_core::{Minimiser, Registry, State, Status, Stop, Tangent, Vector};
 
@@ -106,6 +108,46 @@ pub fn never_raises_the_energy(factory: &Factory<'_>, registry: &Registries<'_>)
         factory().minimise(&mut problem, &mut state, &Stop { max_iterations: iterations, ..STOP });
         let after = problem.energy(&state).total();
         assert!(after <= before, "{iterations} iterations: from {before:e} J to {after:e} J");
+    }
+}
+
+/// A cable with every frame between its ends turned at random and every node shaken by so many segment lengths:
+/// full steps of Newton's method go uphill from there.
+fn crumple(sample: &Sample, turn: f64, shake: f64, rng: &mut Rng) -> State {
+    let mut state = sample.state.clone();
+    let (nodes, frames) = (state.points.len(), state.frames.len());
+    let length = (state.points[1] - state.points[0]).norm();
+    for x in &mut state.points[1..nodes - 1] {
+        *x += random_vector(rng, shake * length);
+    }
+    for q in &mut state.frames[1..frames - 1] {
+        *q *= random_turn(rng, turn);
+    }
+    state
+}
+
+/// # Panics
+/// If, from a crumpled start, the energy after some iterations is above that of the start or of fewer iterations.
+pub fn comes_down_from_a_crumpled_start(factory: &Factory<'_>, registry: &Registries<'_>) {
+    let sample = cable(&registry(), 20);
+    let mut rng = Rng::with_seed(31);
+    for (turn, shake) in [(0.5, 0.1), (1.5, 0.5), (3.0, 2.0)] {
+        for _ in 0..5 {
+            let start = crumple(&sample, turn, shake, &mut rng);
+            let mut before = sample.problem().energy(&start).total();
+            for iterations in [1, 2, 3, 4, 6, 8, 12, 16, 24, 40] {
+                let mut problem = sample.problem();
+                let mut state = start.clone();
+                let report = factory().minimise(&mut problem, &mut state, &Stop { max_iterations: iterations, ..STOP });
+                let after = problem.energy(&state).total();
+                let noise = 1e-12 * (1.0 + before.abs());
+                assert!(
+                    after <= before + noise,
+                    "turns of {turn}, shaken by {shake}, {iterations} iterations: from {before:e} J to {after:e} J, {report:?}"
+                );
+                before = after;
+            }
+        }
     }
 }
 

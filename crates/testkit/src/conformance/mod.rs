@@ -53,6 +53,7 @@ macro_rules! rod_conformance {
             own_forces_reproduce_the_hessian
             predicted_forces_are_first_order_in_the_step
             rigid_motion_changes_nothing
+            the_sign_of_a_quaternion_does_not_matter
             inner_forces_and_moments_sum_to_zero
             running_the_branch_from_its_other_end_changes_nothing
             rest_shape_has_no_energy_and_no_gradient
@@ -81,6 +82,7 @@ macro_rules! joint_conformance {
             hessian_is_the_second_derivative_of_the_energy
             gradient_and_hessian_are_added_to_what_is_there
             a_common_rotation_changes_nothing
+            the_sign_of_a_quaternion_does_not_matter
             rest_directions_have_no_energy_and_no_gradient
             energy_is_not_negative_and_the_one_of_the_gradient
             the_order_of_the_arms_does_not_matter
@@ -102,6 +104,7 @@ macro_rules! potential_conformance {
             gradient_is_the_derivative_of_the_energy
             hessian_is_the_second_derivative_of_the_energy
             moving_station_and_target_together_changes_nothing
+            the_sign_of_a_quaternion_does_not_matter
             at_the_target_there_is_no_energy_and_no_force
             energy_is_not_negative
             without_need_of_a_frame_there_is_no_moment
@@ -138,6 +141,7 @@ macro_rules! minimiser_conformance {
             carries_every_joint_of_the_registry
             carries_a_closed_ring
             never_raises_the_energy
+            comes_down_from_a_crumpled_start
             repeats_to_the_last_bit
             stops_at_the_iteration_limit
             fails_on_a_start_that_is_not_finite

@@ -65,6 +65,11 @@ pub fn half_turn() -> Rotation {
     Unit::new_unchecked(Quaternion::new(0.0, 1.0, 0.0, 0.0))
 }
 
+/// `−q`: the same rotation by the other of its two quaternions.
+pub fn negated(q: &Rotation) -> Rotation {
+    Unit::new_unchecked(-q.into_inner())
+}
+
 /// `diag(1, −1, −1) a`, the vector `a` in a frame turned by [`half_turn`].
 pub fn half_turned(a: &Vector) -> Vector {
     Vector::new(a.x, -a.y, -a.z)

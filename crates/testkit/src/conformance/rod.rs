@@ -323,6 +323,25 @@ pub fn rigid_motion_changes_nothing(factory: &Factory<'_>) {
 }
 
 /// # Panics
+/// If `−q` for `q`, which is the same frame, changes energy, gradient or second derivatives.
+pub fn the_sign_of_a_quaternion_does_not_matter(factory: &Factory<'_>) {
+    for Case { name, rod, shape, .. } in cases(factory) {
+        let (energy, want) = gradient(rod.as_ref(), &shape);
+        let want_hessian = hessian(rod.as_ref(), &shape, None);
+        for c in 0..shape.frames.len() {
+            let mut other = shape.clone();
+            other.frames[c] = negated(&shape.frames[c]);
+            let name = format!("{name}, frame {c}");
+            let (got_energy, got) = gradient(rod.as_ref(), &other);
+            assert_near(&name, got_energy, energy, ROUND_OFF * (1.0 + energy));
+            assert_all_near(&name, &got, &want, ROUND_OFF * (1.0 + want.amax()));
+            let got_hessian = hessian(rod.as_ref(), &other, None);
+            assert_matrix_near(&name, &got_hessian, &want_hessian, ROUND_OFF * (1.0 + want_hessian.amax()));
+        }
+    }
+}
+
+/// # Panics
 /// If forces, or moments about the origin (`Σ x × f + R g_θ`), do not cancel.
 pub fn inner_forces_and_moments_sum_to_zero(factory: &Factory<'_>) {
     for Case { name, rod, shape, .. } in cases(factory) {
