@@ -14,6 +14,8 @@ use wireloom_core::{Network, Pose, Rotation, State, Vector};
 const CUT_BACKS: u32 = 4;
 /// Increments in which the start shape gives way and the fixings are brought to where the scenario puts them: at least so many, and one for each so many lengths of the longest branch, and for so many radians.
 const HOMING: f64 = 10.0;
+/// Nobody sees the increments on the way: they need only be near a balance.
+const HOMING_TOLERANCE: f64 = 0.1;
 /// So many times the iterations of an increment are allowed where parts may snap: in homing, and where smaller
 /// increments did not help.
 const SNAP_ITERATIONS: usize = 20;
@@ -275,8 +277,12 @@ impl Driver<'_, '_> {
         let stop = self.stop;
         // A part that snaps on the way needs more iterations, not smaller increments.
         self.stop.max_iterations *= SNAP_ITERATIONS;
+        self.stop.force_tolerance = stop.force_tolerance.max(HOMING_TOLERANCE);
         let mut status = self.advance(&plan, 0.0, 0.0, 0);
         for k in 1..=increments {
+            if k == increments {
+                self.stop.force_tolerance = stop.force_tolerance;
+            }
             let (a, b) = ((k - 1) as f64 / increments as f64, k as f64 / increments as f64);
             status = self.advance_by_turns(&plan, a, b);
             if !matches!(status, Status::Converged | Status::Stalled) {
@@ -285,6 +291,7 @@ impl Driver<'_, '_> {
         }
         if !matches!(status, Status::Converged | Status::Stalled) {
             // The way is barred: go down from here without it.
+            self.stop.force_tolerance = stop.force_tolerance;
             plan.apply(&mut self.problem, 1.0);
             status = self.solve();
         }
