@@ -16,6 +16,10 @@ use wireloom_core::{Network, State, Tangent, Vector};
 const LARGEST_TURN: f64 = 1.0;
 /// Largest turn (rad) of a predicted step for which the increment counts as small.
 const SMALL_TURN: f64 = 0.3;
+/// First shift of the frames' diagonal that is tried, per length of cable and in force scales; one tenth of it is none.
+const FIRST_SHIFT: f64 = 1e-2;
+/// Shift, in force scales, at which a step that still does not lower the energy is given up.
+const LARGEST_SHIFT: f64 = 1e6;
 /// Share of the predicted decrease that a step must bring (Armijo).
 const ARMIJO: f64 = 1e-4;
 /// Decreases of the energy below this share of its magnitude are round-off.
@@ -232,8 +236,8 @@ impl Minimiser for Newton {
                 mixed = false;
                 negative = ws.assemble(problem, state, false, sigma);
             }
-            while negative > 0 && sigma < f64::MAX {
-                sigma = (4.0 * sigma).max(1e-2 * scales.force);
+            while negative > 0 && sigma.is_finite() {
+                sigma = raised(sigma, 4.0, &scales);
                 negative = ws.factorise(problem, state, sigma);
             }
             ws.solve(problem, state, false);
@@ -265,8 +269,8 @@ impl Minimiser for Newton {
                 }
                 if -slope <= noise {
                     stalled = STALLED_AFTER;
-                } else if sigma < 1e6 * scales.force {
-                    sigma = (16.0 * sigma).max(1e-2 * scales.force);
+                } else if sigma < LARGEST_SHIFT * scales.force {
+                    sigma = raised(sigma, 16.0, &scales);
                 } else {
                     report.status = Status::Failed;
                     break;
@@ -282,7 +286,7 @@ impl Minimiser for Newton {
             report.residual = residual;
             if sigma > 0.0 {
                 sigma *= if alpha < 0.25 { 4.0 } else { 0.4 };
-                if sigma < 1e-3 * scales.force {
+                if sigma < 0.1 * FIRST_SHIFT * scales.force {
                     sigma = 0.0;
                 }
             }
@@ -297,16 +301,21 @@ impl Minimiser for Newton {
     }
 }
 
-/// The first step of an increment: the tangent at the old state carries the prescribed motion. Of the whole
-/// step, shorter ones (the held freedoms always move all the way) and none, the one of least energy is taken. Returns
-/// the energy and whether the increment counts as small.
+/// A larger shift than `sigma`.
+fn raised(sigma: f64, factor: f64, scales: &Scales) -> f64 {
+    (factor * sigma).max(FIRST_SHIFT * scales.force)
+}
+
+/// The first step of an increment: the tangent at the old state carries the prescribed motion. Where it turns anything
+/// far, the whole step and shorter ones (the held freedoms always move all the way) are tried and the one of least energy is
+/// taken. Returns the energy and whether the increment counts as small.
 fn predict(ws: &mut Workspace, problem: &mut Problem<'_>, state: &mut State) -> (f64, bool) {
     problem.gradient(state, &mut ws.gradient);
     if ws.factor_of.as_ref() != Some(&problem.conditions().active) {
         let scales = problem.scales();
         let mut sigma = 0.0_f64;
-        while ws.assemble(problem, state, false, sigma) > 0 && sigma < f64::MAX {
-            sigma = (4.0 * sigma).max(1e-2 * scales.force);
+        while ws.assemble(problem, state, false, sigma) > 0 && sigma.is_finite() {
+            sigma = raised(sigma, 4.0, &scales);
         }
     }
     ws.solve(problem, state, true);
