@@ -43,7 +43,8 @@ pub struct StepResult {
     pub minimiser: MinimiserResult,
 }
 
-/// One branch; vectors have one entry for each node.
+/// One branch; vectors have one entry for each node. Where a fixing inside the branch makes force, moment and curvature
+/// jump, they are those of the side that is bent more tightly.
 #[derive(Clone, Debug, PartialEq)]
 pub struct BranchResult {
     /// Name.
@@ -56,7 +57,7 @@ pub struct BranchResult {
     pub axial_stiffness: f64,
     /// Arc length, m.
     pub s: Vec<f64>,
-    /// Position, m, world.
+    /// Position, m, world: of the centre line, beside the corner of the polygon by ℓ² x″/24.
     pub position: Vec<Vector>,
     /// Frame; its columns are d1, d2, d3.
     pub frame: Vec<Rotation>,

@@ -177,8 +177,10 @@ pub struct Fixing {
 pub struct Load {
     /// Name.
     pub name: String,
-    /// Where it acts.
+    /// Where its moment acts.
     pub site: Site,
+    /// The point its force acts on: a branch's own node, even where that rides on a joint.
+    pub point: usize,
     /// Force, N, world axes.
     pub force: Vector,
     /// Moment, N m, world axes.
@@ -339,6 +341,10 @@ impl Network {
             .into_iter()
             .map(|plan| Load {
                 site: network.site(plan.place),
+                point: match plan.place {
+                    Place::Joint(j) => network.joints[j].point,
+                    Place::Node { branch, node } => network.branches[branch].points.start + node,
+                },
                 name: plan.name,
                 force: plan.force,
                 moment: plan.moment,

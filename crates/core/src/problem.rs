@@ -169,7 +169,7 @@ impl<'n> Problem<'n> {
             self.dead[joint.point] += g * joint.mass;
         }
         for (load, factor) in self.network.loads.iter().zip(&self.conditions.load_factors) {
-            self.dead[load.site.point] += load.force * *factor;
+            self.dead[load.point] += load.force * *factor;
             if let Some(frame) = load.site.frame
                 && load.moment * *factor != Vector::zeros()
             {
@@ -251,7 +251,7 @@ impl<'n> Problem<'n> {
             energy.joint += joint.model.energy(&self.arm_frames);
         }
         for (load, factor) in self.network.loads.iter().zip(&self.conditions.load_factors) {
-            energy.load -= factor * load.force.dot(&state.points[load.site.point]);
+            energy.load -= factor * load.force.dot(&state.points[load.point]);
         }
         let dead: f64 = self.dead.iter().zip(&state.points).map(|(f, x)| -f.dot(x)).sum();
         energy.gravity = dead - energy.load;

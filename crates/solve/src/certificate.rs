@@ -9,7 +9,7 @@ use wireloom_core::{Network, State, Tangent};
 const VIOLATION: f64 = 1e-9;
 /// Pivots above minus this share of the force scale count as not negative: an equilibrium that may turn freely,
 /// as a cable hung from one point may about the vertical, is not unstable.
-const NEUTRAL: f64 = 1e-9;
+const NEUTRAL: f64 = 1e-5;
 
 /// What recomputation found.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -3,17 +3,26 @@
 use wireloom_core::constraint::Action;
 use wireloom_core::equilibrium::{BranchResult, ConstraintResult, JointResult, TightestBend};
 use wireloom_core::network::{Branch, BranchEnd, Joint, Place};
-use wireloom_core::problem::{Problem, STATION_SHIFT};
+use wireloom_core::problem::{Problem, STATION_SHIFT, Variable};
 use wireloom_core::rotation::{columns, twist_angle};
-use wireloom_core::{Network, Rotation, State, Tangent, Vector};
+use wireloom_core::{Rotation, State, Tangent, Vector};
 
 /// Curvatures below this share of 1/L count as straight.
 const STRAIGHT: f64 = 1e-9;
 /// Mean strain above which a span with a free end counts as overstretched.
 const LARGE_STRAIN: f64 = 5e-3;
 
+/// Side of a node.
+#[derive(Clone, Copy)]
+enum Side {
+    Before,
+    After,
+    Both,
+}
+
 /// One branch.
-pub fn branch(network: &Network, index: usize, state: &State, gravity: &Vector) -> BranchResult {
+pub fn branch(problem: &Problem<'_>, index: usize, state: &State) -> BranchResult {
+    let network = problem.network;
     let branch = &network.branches[index];
     let shape = state.branch(network, index);
     let mesh = branch.rod.mesh();
@@ -22,7 +31,7 @@ pub fn branch(network: &Network, index: usize, state: &State, gravity: &Vector) 
     branch.rod.forces(&shape, &mut segment_forces);
     let mut coupling_moments = vec![Vector::zeros(); mesh.coupling_lengths.len()];
     branch.rod.moments(&shape, &mut coupling_moments);
-    let weight = gravity * branch.section.linear_density;
+    let weight = problem.conditions().gravity * branch.section.linear_density;
     let length = mesh.length();
 
     let mut result = BranchResult {
@@ -39,15 +48,25 @@ pub fn branch(network: &Network, index: usize, state: &State, gravity: &Vector) 
         twist_turns: 0.0,
     };
     let segment_frame = |j: usize| shape.frames[mesh.segment_frames[j]];
-    // Means over the couplings at each node: one inside, two halves at an inner station.
-    let mut curvature = vec![(Vector::zeros(), 0.0); n + 1];
+    // Curvature (1/m) at each node and the side it is that of: before the node, after it, or neither. At an inner station,
+    // where a fixing makes forces and moments jump, the tighter side counts.
+    let mut curvature = vec![(Vector::zeros(), Side::Both); n + 1];
     for (c, &lambda) in mesh.coupling_lengths.iter().enumerate() {
         let node = mesh.coupling_nodes[c];
         let relative = shape.frames[c].inverse() * shape.frames[c + 1];
         result.twist_turns += twist_angle(&relative) / std::f64::consts::TAU;
-        curvature[node].0 += relative.scaled_axis() / lambda;
-        curvature[node].1 += 1.0;
-        result.moment[node] += coupling_moments[c];
+        let kappa = relative.scaled_axis() / lambda;
+        let inner = node > 0 && node < n && mesh.station_frame(node).is_some();
+        let second = c > 0 && mesh.coupling_nodes[c - 1] == node;
+        if !second || kappa.xy().norm() > curvature[node].0.xy().norm() {
+            let side = match (inner, second) {
+                (false, _) => Side::Both,
+                (true, false) => Side::Before,
+                (true, true) => Side::After,
+            };
+            curvature[node] = (kappa, side);
+            result.moment[node] = coupling_moments[c];
+        }
     }
     // Edges are tangent to the centre line in their middle; nodes without a station lie beside it by ℓ² x″/24.
     for node in (1..n).filter(|&node| mesh.station_frame(node).is_none()) {
@@ -55,12 +74,8 @@ pub fn branch(network: &Network, index: usize, state: &State, gravity: &Vector) 
         let mean = 0.5 * (mesh.rest_lengths[node - 1] + mesh.rest_lengths[node]);
         result.position[node] += (tangent(node) - tangent(node - 1)) * (mean / 24.0);
     }
-    for ((sum, count), moment) in curvature.iter_mut().zip(&mut result.moment) {
-        *sum /= f64::max(*count, 1.0);
-        *moment /= f64::max(*count, 1.0);
-    }
-    // Ends at a joint without a frame have no coupling of the rod's own: there the moment follows from the balance of the
-    // segment at the joint, and frame and curvature from how the other arms continue this one.
+    // Ends at a joint without a frame have no coupling of the rod's own: there the moment is what the joint exerts, and frame and
+    // curvature follow from it, or with two arms from how the other one continues this one.
     let mut continued = [None, None];
     for (k, (end, node)) in [(branch.start, 0), (branch.end, n)].into_iter().enumerate() {
         let BranchEnd::Joint { joint, arm } = end else { continue };
@@ -68,17 +83,26 @@ pub fn branch(network: &Network, index: usize, state: &State, gravity: &Vector) 
         if joint.frame.is_some() {
             continue;
         }
-        result.position[node] += joint_shift(joint, state);
-        let (segment, next) = if k == 0 { (0, 1) } else { (n - 1, n - 1) };
-        let lever = shape.edge(segment).cross(&segment_forces[segment]);
-        result.moment[node] = result.moment[next] + if k == 0 { lever } else { -lever };
-        let beyond = mean_rotation(others(joint, arm, state)) * joint.arms[arm].rest;
-        let relative =
-            if k == 0 { beyond.inverse() * segment_frame(segment) } else { segment_frame(segment).inverse() * beyond };
-        curvature[node].0 = relative.scaled_axis() / mean_length(joint);
-        continued[k] = Some(halfway(&beyond, &segment_frame(segment), 0.5));
+        let (segment, sign) = if k == 0 { (0, 1.0) } else { (n - 1, -1.0) };
+        let q = segment_frame(segment);
+        let frames: Vec<Rotation> = joint.arm_frames.iter().map(|&c| state.frames[c]).collect();
+        let mut moments = vec![Vector::zeros(); frames.len()];
+        joint.model.add_gradient(&frames, &mut moments);
+        let moment = moments[arm] * sign;
+        result.position[node] += joint_shift(problem, joint, state);
+        result.moment[node] = q * moment;
+        let (kappa, frame) = if joint.arms.len() == 2 {
+            let beyond = mean_rotation(others(joint, arm, state)) * joint.arms[arm].rest;
+            let relative = if k == 0 { beyond.inverse() * q } else { q.inverse() * beyond };
+            (relative.scaled_axis() / mean_length(joint), halfway(&beyond, &q, 0.5))
+        } else {
+            let kappa = moment.component_div(&branch.section.bend_diagonal()) + joint.arms[arm].curvature;
+            (kappa, q * Rotation::from_scaled_axis(kappa * (-0.5 * sign * mesh.rest_lengths[segment])))
+        };
+        curvature[node].0 = kappa;
+        continued[k] = Some(frame);
     }
-    for (node, &(kappa, _)) in curvature.iter().enumerate() {
+    for (node, &(kappa, side)) in curvature.iter().enumerate() {
         let (l0, l1) = (
             if node > 0 { mesh.rest_lengths[node - 1] } else { 0.0 },
             if node < n { mesh.rest_lengths[node] } else { 0.0 },
@@ -93,10 +117,11 @@ pub fn branch(network: &Network, index: usize, state: &State, gravity: &Vector) 
         // Between nodes the force changes by the weight: n' + ρ g = 0; what a station carries of it is
         // `Problem`'s to say.
         let carried = if mesh.station_frame(node).is_some() { 0.5 - STATION_SHIFT } else { 0.5 };
-        result.force.push(match node {
-            0 => segment_forces[0] + weight * (carried * l1),
-            node if node == n => segment_forces[n - 1] - weight * (carried * l0),
-            node => (segment_forces[node - 1] * l1 + segment_forces[node] * l0) / (l0 + l1),
+        result.force.push(match (node, side) {
+            (0, _) | (_, Side::After) => segment_forces[node] + weight * (carried * l1),
+            (_, Side::Before) => segment_forces[node - 1] - weight * (carried * l0),
+            (node, _) if node == n => segment_forces[n - 1] - weight * (carried * l0),
+            (node, Side::Both) => (segment_forces[node - 1] * l1 + segment_forces[node] * l0) / (l0 + l1),
         });
         let bend = kappa.xy().norm();
         result.bend_radius.push(if bend * length > STRAIGHT { 1.0 / bend } else { f64::INFINITY });
@@ -110,13 +135,13 @@ fn halfway(a: &Rotation, b: &Rotation, t: f64) -> Rotation {
 }
 
 /// One joint.
-pub fn joint(joint: &Joint, state: &State) -> JointResult {
+pub fn joint(problem: &Problem<'_>, joint: &Joint, state: &State) -> JointResult {
     let position = state.points[joint.point] + state.carry[joint.point];
     match joint.frame {
         Some(frame) => JointResult { name: joint.name.clone(), position, orientation: state.frames[frame] },
         None => JointResult {
             name: joint.name.clone(),
-            position: position + joint_shift(joint, state),
+            position: position + joint_shift(problem, joint, state),
             orientation: mean_rotation(others(joint, usize::MAX, state)),
         },
     }
@@ -133,20 +158,23 @@ fn mean_length(joint: &Joint) -> f64 {
     joint.arms.iter().map(|arm| arm.segment_length).sum::<f64>() / joint.arms.len() as f64
 }
 
-/// From a joint that is a point of the polygon to the centre line: with two arms `ℓ² x″/24` as at a node between segments, where
-/// x″ is the sum of the arms' outward tangents beyond that at rest; with more of them the mean over pairs.
-fn joint_shift(joint: &Joint, state: &State) -> Vector {
+/// From a two-arm joint, which is a corner of the polygon, to the centre line: `ℓ² x″/24` as at a node between segments, x″
+/// from the arms' outward tangents beyond those at rest. Nothing where more arms meet, or where the joint is held.
+fn joint_shift(problem: &Problem<'_>, joint: &Joint, state: &State) -> Vector {
+    let held = problem.held().iter().any(|h| h.variable == Variable::Point(joint.point));
+    if held || joint.arms.len() != 2 {
+        return Vector::zeros();
+    }
     let mean = mean_rotation(others(joint, usize::MAX, state));
     let bends = joint.arm_frames.iter().zip(&joint.arms).map(|(&c, arm)| {
         let beyond_rest = columns(&state.frames[c])[2] - columns(&(mean * arm.rest))[2];
         if arm.starts_here { beyond_rest } else { -beyond_rest }
     });
-    let pairs = 2.0 / joint.arms.len() as f64;
-    bends.sum::<Vector>() * (pairs * mean_length(joint) / 24.0)
+    bends.sum::<Vector>() * (mean_length(joint) / 24.0)
 }
 
 /// Normalised sum of quaternions, signs aligned with the first: the mean of rotations that lie close together.
-pub fn mean_rotation(mut rotations: impl Iterator<Item = Rotation>) -> Rotation {
+fn mean_rotation(mut rotations: impl Iterator<Item = Rotation>) -> Rotation {
     let Some(first) = rotations.next() else { return Rotation::identity() };
     let sum = rotations
         .fold(first.into_inner(), |sum, q| sum + if q.dot(&first) < 0.0 { -q.into_inner() } else { q.into_inner() });

@@ -186,7 +186,7 @@ pub fn follow(
         let plan = driver.begin(step);
         for increment in 1..=step.increments {
             let share = |k: usize| k as f64 / step.increments as f64;
-            let mut status = driver.advance_by_turns(&plan, share(increment - 1), share(increment));
+            let mut status = driver.advance_through(&plan, share(increment - 1), share(increment));
             if status == Status::IterationLimit {
                 status = driver.let_snap();
                 if status == Status::Converged {
@@ -276,7 +276,7 @@ impl Driver<'_, '_> {
         plan.undraw = weightless;
         let stop = self.stop;
         // A part that snaps on the way needs more iterations, not smaller increments.
-        self.stop.max_iterations *= SNAP_ITERATIONS;
+        self.stop.max_iterations = snap_iterations(&stop);
         self.stop.force_tolerance = stop.force_tolerance.max(HOMING_TOLERANCE);
         let mut status = self.advance(&plan, 0.0, 0.0, 0);
         for k in 1..=increments {
@@ -284,7 +284,7 @@ impl Driver<'_, '_> {
                 self.stop.force_tolerance = stop.force_tolerance;
             }
             let (a, b) = ((k - 1) as f64 / increments as f64, k as f64 / increments as f64);
-            status = self.advance_by_turns(&plan, a, b);
+            status = self.advance_through(&plan, a, b);
             if !matches!(status, Status::Converged | Status::Stalled) {
                 break;
             }
@@ -300,12 +300,13 @@ impl Driver<'_, '_> {
         status
     }
 
-    /// Where the start is balanced on an edge, disturbs it a little (the same way every time) and lets it fall.
+    /// Where the start is balanced on an edge, or the way down is not to be found from it, disturbs it a little (the same way every time) and lets it fall.
     fn off_the_edge(&mut self, status: Status) -> Status {
-        if status != Status::Converged || self.problem.network.fixings.is_empty() {
+        let judged = matches!(status, Status::Converged | Status::Failed) && !self.problem.has_dead_moments();
+        if !judged || self.problem.network.fixings.is_empty() {
             return status;
         }
-        if self.certifier.stable(&mut self.problem, &self.state) {
+        if status == Status::Converged && self.certifier.stable(&mut self.problem, &self.state) {
             return status;
         }
         self.before.copy_from(&self.state);
@@ -318,6 +319,7 @@ impl Driver<'_, '_> {
         let fallen = self.solve();
         if fallen != Status::Converged {
             self.state.copy_from(&self.before);
+            self.certify(status);
             return status;
         }
         fallen
@@ -327,7 +329,7 @@ impl Driver<'_, '_> {
     /// another one. Goes on downhill, however far that is.
     fn let_snap(&mut self) -> Status {
         let stop = self.stop;
-        self.stop.max_iterations *= SNAP_ITERATIONS;
+        self.stop.max_iterations = snap_iterations(&stop);
         let status = self.solve();
         self.stop = stop;
         status
@@ -354,17 +356,25 @@ impl Driver<'_, '_> {
         Plan::new(&self.problem, step, courses)
     }
 
-    /// From share `a` to share `b` of a plan, in as many parts as it takes to follow its turns.
-    fn advance_by_turns(&mut self, plan: &Plan, a: f64, b: f64) -> Status {
+    /// From share `a` to share `b` of a plan, in as many parts as it takes to follow its turns and to pass through every
+    /// point of its paths.
+    fn advance_through(&mut self, plan: &Plan, a: f64, b: f64) -> Status {
         let turns = plan.courses.iter().map(|course| course.turns.abs()).fold(0.0, f64::max) * (b - a);
         let parts = (turns / LARGEST_TURNS).ceil().max(1.0) as usize;
-        let place = |k: usize| if k == parts { b } else { a + (b - a) * k as f64 / parts as f64 };
-        let mut status = Status::Converged;
-        for k in 1..=parts {
-            status = self.advance(plan, place(k - 1), place(k), CUT_BACKS);
+        let mut places: Vec<f64> = (1..parts).map(|k| a + (b - a) * k as f64 / parts as f64).collect();
+        for course in &plan.courses {
+            let legs = course.path.len() - 1;
+            places.extend((1..legs).map(|k| k as f64 / legs as f64).filter(|t| a + 1e-9 < *t && *t < b - 1e-9));
+        }
+        places.push(b);
+        places.sort_by(f64::total_cmp);
+        let (mut from, mut status) = (a, Status::Converged);
+        for to in places {
+            status = self.advance(plan, from, to, CUT_BACKS);
             if !matches!(status, Status::Converged | Status::Stalled) {
                 break;
             }
+            from = to;
         }
         status
     }
@@ -385,7 +395,7 @@ impl Driver<'_, '_> {
             // Keep what got furthest: the whole increment's last state.
             self.state = failed;
             plan.apply(&mut self.problem, b);
-            return status;
+            return self.certify(status);
         }
         self.advance(plan, middle, b, cuts - 1)
     }
@@ -394,26 +404,29 @@ impl Driver<'_, '_> {
         let report = self.minimiser.minimise(&mut self.problem, &mut self.state, &self.stop);
         self.iterations += report.iterations;
         self.factorisations += report.factorisations;
-        let certificate = self.certifier.certify(&mut self.problem, &self.state, &self.stop, report.status);
+        self.certify(report.status)
+    }
+
+    /// Grades the state as it is now.
+    fn certify(&mut self, claimed: Status) -> Status {
+        let certificate = self.certifier.certify(&mut self.problem, &self.state, &self.stop, claimed);
         self.residual = certificate.residual;
         certificate.status
     }
 
     fn step_result(&mut self, step: &Step, increment: usize, status: Status, seconds: f64) -> StepResult {
-        // A dead moment has no potential: the Hessian says nothing about what it does.
-        let known = self.state.is_finite() && !self.problem.has_dead_moments();
+        // A dead moment has no potential, and a state that is not balanced is neither: the Hessian says nothing there.
+        let known = status == Status::Converged && !self.problem.has_dead_moments();
         let stable = known.then(|| self.certifier.stable(&mut self.problem, &self.state));
         let (problem, state) = (&mut self.problem, &self.state);
         let network = problem.network;
-        let gravity = problem.conditions().gravity;
-        let branches: Vec<_> =
-            (0..network.branches.len()).map(|b| result::branch(network, b, state, &gravity)).collect();
+        let branches: Vec<_> = (0..network.branches.len()).map(|b| result::branch(problem, b, state)).collect();
         StepResult {
             name: step.name.clone(),
             increment,
             increments: step.increments,
             status,
-            joints: network.joints.iter().map(|j| result::joint(j, state)).collect(),
+            joints: network.joints.iter().map(|j| result::joint(problem, j, state)).collect(),
             constraints: result::constraints(problem, state, &self.certifier.gradient),
             energy: problem.energy(state),
             min_bend_radius: result::tightest_bend(&branches),
@@ -427,6 +440,15 @@ impl Driver<'_, '_> {
                 force_residual: self.residual,
             },
         }
+    }
+}
+
+/// Iterations allowed where parts may snap. Who allows few wants to see them used up.
+fn snap_iterations(stop: &Stop) -> usize {
+    if stop.max_iterations < Stop::default().max_iterations / 2 {
+        stop.max_iterations
+    } else {
+        SNAP_ITERATIONS * stop.max_iterations
     }
 }
 

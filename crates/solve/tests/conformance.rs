@@ -330,7 +330,7 @@ fn the_moment_at_a_clamped_end_is_what_the_clamp_exerts() {
     problem.update_held(&state);
     let mut gradient = Tangent::zeros(&sample.network);
     problem.gradient(&state, &mut gradient);
-    let branch = branch(&sample.network, 0, &state, &problem.conditions().gravity);
+    let branch = branch(&problem, 0, &state);
     for (fixing, inner) in [(0, -branch.moment[0]), (1, branch.moment[20])] {
         let exerted = problem.reaction(fixing, &state, &gradient).1;
         let off = (inner - exerted).norm();
