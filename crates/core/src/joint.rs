@@ -9,7 +9,7 @@ pub struct Arm {
     pub branch: String,
     /// Whether the branch starts here (its d3 then points out of the joint).
     pub starts_here: bool,
-    /// Rest frame of the branch (d3 `from → to`) in the joint's frame.
+    /// Rest frame of the branch (d3 `from → to`) at the joint itself, in the joint's frame.
     pub rest: Rotation,
     /// Where the arm leaves, in the joint's frame, m.
     pub offset: Vector,
@@ -56,9 +56,9 @@ pub enum Mounting {
 /// A joint of any number k ≥ 2 of arms.
 ///
 /// Contract: the energy depends on the frames of the arms' segments at the joint (in the order of the
-/// arms, as frames of their branches: d3 `from → to`), is ≥ 0, 0 at the rest directions, unchanged by a
-/// common rotation, and unchanged when a branch is run from its other end. Hubs that carry their arms
-/// rigidly ([`Mounting::Pose`]) have no energy and keep the default methods. Methods neither allocate
+/// arms, as frames of their branches: d3 `from → to`), is ≥ 0, 0 at the rest directions (near them where arms are
+/// curved at rest), unchanged by a common rotation, and unchanged when a branch is run from its other end. Hubs that carry
+/// their arms rigidly ([`Mounting::Pose`]) have no energy and keep the default methods. Methods neither allocate
 /// nor fail.
 pub trait JointModel: Send + Sync {
     /// How the arms hang on it.

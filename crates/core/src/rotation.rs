@@ -51,7 +51,7 @@ pub fn shortest(from: &Vector, to: &Vector) -> Rotation {
     Unit::new_normalize(Quaternion::from_parts(w, a.cross(&b)))
 }
 
-/// Twist angle (rad, in (−2π, 2π)) of a relative rotation about its third axis: `2 atan2(r_z, r_w)`
+/// Twist angle (rad, in [−π, π]) of a relative rotation about its third axis: `2 atan2(r_z, r_w)`
 /// with the sign of r chosen so that `r_w ≥ 0`.
 #[inline]
 pub fn twist_angle(r: &Rotation) -> f64 {

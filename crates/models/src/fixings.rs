@@ -122,7 +122,7 @@ enum Angular {
     None,
     /// `½ k |d3 − t|²`, N m/rad.
     Tangent(f64),
-    /// `½ k |2 Im(q̄_target q)|²`, N m/rad.
+    /// `½ k |κ|²` with κ the curvature of a [`BendTwist`] of length 1 from target to station, N m/rad.
     Frame(f64),
 }
 

@@ -261,9 +261,7 @@ fn lay_along_paths(network: &Network, branches: &[usize], state: &mut State) {
             frames.push(q);
         }
         if let Some(end) = known(branch.end, n) {
-            let mut twist = twist_angle(&(q.inverse() * end));
-            // The shorter way round.
-            twist -= (twist / std::f64::consts::TAU).round() * std::f64::consts::TAU;
+            let twist = twist_angle(&(q.inverse() * end));
             for (q, t) in frames.iter_mut().zip(&places) {
                 *q *= Rotation::from_axis_angle(&Vector::z_axis(), twist * t);
             }
