@@ -12,15 +12,18 @@ use wireloom_core::{Network, Pose, Rotation, State, Vector};
 
 /// An increment that fails is halved, its halves likewise, up to this many times.
 const CUT_BACKS: u32 = 4;
-/// Increments in which the start shape gives way and the fixings are brought to where the scenario puts them: at least so many, and one for each so many lengths of the longest branch, and for so many radians.
+/// Least number of increments in which the start shape gives way and the fixings are brought to where the scenario puts
+/// them.
 const HOMING: f64 = 10.0;
-/// Nobody sees the increments on the way: they need only be near a balance.
+/// One increment of homing for so much of the longest branch's length.
+const HOMING_SHARE: f64 = 0.1;
+/// One increment of homing for so many radians.
+const HOMING_TURN: f64 = 0.3;
+/// Nobody sees the increments of homing: they need only be near a balance.
 const HOMING_TOLERANCE: f64 = 0.1;
 /// So many times the iterations of an increment are allowed where parts may snap: in homing, and where smaller
 /// increments did not help.
 const SNAP_ITERATIONS: usize = 20;
-const HOMING_SHARE: f64 = 0.1;
-const HOMING_TURN: f64 = 0.3;
 /// Turn (rad) by which a start that is balanced on an edge is disturbed.
 const DISTURBANCE: f64 = 1e-3;
 
@@ -192,7 +195,10 @@ pub fn follow(
                 if status == Status::Converged {
                     note_once(
                         &mut run.notes,
-                        format!("step `{}`: the harness snapped in increment {increment}", step.name),
+                        format!(
+                            "step `{}`: increment {increment} took more iterations than allowed and smaller ones did not help; the harness may have snapped",
+                            step.name
+                        ),
                     );
                 }
             }
