@@ -112,6 +112,24 @@ pub trait Constraint: Send + Sync {
     }
 }
 
+/// What a fixing bears. Beyond it the fixing still holds: the run says so, and the engineer judges.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Limits {
+    /// Largest force it takes before it comes off, N.
+    pub pull_out_force: Option<f64>,
+    /// Largest moment it takes, N m.
+    pub max_moment: Option<f64>,
+    /// Force it takes to push it home, N.
+    pub insertion_force: Option<f64>,
+}
+
+/// The cable may run through a fixing: its place is fixed in space, not in the material.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Slide {
+    /// Coulomb coefficient: the axial force it takes is at most so many times the force across. 0 is smooth.
+    pub friction: f64,
+}
+
 /// Everything a constraint factory is told.
 #[derive(Clone, Debug, Default)]
 pub struct ConstraintSpec {

@@ -64,7 +64,7 @@ impl Pose {
     }
 }
 
-pub use constraint::{Action, Constraint, Hold, HoldWord, Potential, RotationHold};
+pub use constraint::{Action, Constraint, Hold, HoldWord, Limits, Potential, RotationHold, Slide};
 pub use equilibrium::{Run, StepResult};
 pub use joint::{Arm, JointModel, Mounting};
 pub use minimiser::{Minimiser, Report, Status, Stop};

@@ -1,6 +1,6 @@
 //! The harness as a graph of branches, joints and fixings, and where each has its place in a [`crate::State`].
 
-use crate::constraint::Constraint;
+use crate::constraint::{Constraint, Limits, Slide};
 use crate::joint::{Arm, JointModel, Mounting};
 use crate::rod::RodSegment;
 use crate::{Pose, Rotation, Section, Vector};
@@ -78,6 +78,10 @@ pub struct FixingPlan {
     pub tangent: Option<Vector>,
     /// Whole orientation it holds.
     pub orientation: Option<Rotation>,
+    /// Whether, and how, the cable runs through it.
+    pub slide: Option<Slide>,
+    /// What it bears.
+    pub limits: Limits,
     /// Whether it acts from the beginning (or is added by a step).
     pub from_start: bool,
 }
@@ -168,6 +172,10 @@ pub struct Fixing {
     pub tangent: Option<Vector>,
     /// Orientation it holds, where given.
     pub orientation: Option<Rotation>,
+    /// Whether, and how, the cable runs through it.
+    pub slide: Option<Slide>,
+    /// What it bears.
+    pub limits: Limits,
     /// Whether it acts from the beginning.
     pub from_start: bool,
 }
@@ -334,6 +342,8 @@ impl Network {
                 position: plan.position,
                 tangent: plan.tangent,
                 orientation: plan.orientation,
+                slide: plan.slide,
+                limits: plan.limits,
                 from_start: plan.from_start,
             })
             .collect();

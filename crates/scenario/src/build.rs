@@ -152,6 +152,8 @@ impl Scenario {
                 position: constraint.position,
                 tangent: if let Facing::Tangent(tangent) = constraint.facing { Some(tangent) } else { None },
                 orientation: if let Facing::Orientation(frame) = constraint.facing { Some(frame) } else { None },
+                slide: constraint.slide,
+                limits: constraint.limits,
                 from_start: constraint.from_start,
             }));
         }

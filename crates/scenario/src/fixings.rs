@@ -6,6 +6,7 @@ use crate::reader::Entry;
 use crate::scenario::{At, Constraint, Facing, Load};
 use toml::Spanned;
 use toml::de::DeValue;
+use wireloom_core::constraint::{Limits, Slide};
 use wireloom_core::rotation::frame_from;
 use wireloom_core::{HoldWord, Vector};
 
@@ -21,13 +22,12 @@ pub(crate) fn constraint<'a>(entry: &Entry<'a>, from_start: bool, names: &mut Na
     let hold = entry.has("hold").then(|| hold(entry));
     let free_axis = entry.direction("free_axis").map(|axis| *axis);
     let rails = rails(entry);
-    if entry.flag("slide") == Some(true) {
-        entry.fault_at(
-            "slide",
-            format!("`slide` = true of {} is not available yet", entry.label),
-            "leave it out: the cable is held at a fixed arc length",
-        );
-    }
+    let slide = slide(entry, at, names);
+    let limits = Limits {
+        pull_out_force: entry.number("pull_out_force"),
+        max_moment: entry.number("max_moment"),
+        insertion_force: entry.number("insertion_force"),
+    };
     names.broken |= entry.reader.fault_count() > before || at.is_none();
     let (kind, parameters) = kind.map(|kind| (kind.name, kind.parameters)).unwrap_or_default();
     let whole = matches!(facing, Facing::Orientation(_));
@@ -43,6 +43,8 @@ pub(crate) fn constraint<'a>(entry: &Entry<'a>, from_start: bool, names: &mut Na
         hold,
         free_axis,
         rails,
+        slide,
+        limits,
         from_start,
         spans: entry.spans(),
     })
@@ -77,6 +79,37 @@ fn rails(entry: &Entry<'_>) -> Vec<Vector> {
         entry.fault_at("rail", message, "give one direction for a line, two different ones for a plane");
     }
     rails
+}
+
+/// Whether and how the cable runs through a fixing; that needs cable on both sides of it.
+fn slide(entry: &Entry<'_>, at: Option<At>, names: &Names<'_>) -> Option<Slide> {
+    let slides = entry.flag("slide") == Some(true);
+    let friction = entry.number("friction");
+    if entry.has("friction") && !slides {
+        let message = format!("{} has `friction` but lets no cable through", entry.label);
+        entry.fault_at("friction", message, "add slide = true, or leave `friction` out");
+    }
+    if !slides {
+        return None;
+    }
+    let place = match at {
+        Some(At::Joint(_)) => Some("a joint"),
+        Some(At::Branch { branch, s }) if s == 0.0 || names.lengths.get(branch) == Some(&Some(s)) => Some("an end"),
+        _ => None,
+    };
+    match place {
+        Some(place) => entry.fault_at(
+            "slide",
+            format!("`slide` = true of {}, which is at {place}: no cable can run through", entry.label),
+            "attach it within a branch, { branch = \"…\", s = … }, or leave `slide` out",
+        ),
+        None => entry.fault_at(
+            "slide",
+            format!("`slide` = true of {} is not available yet", entry.label),
+            "leave it out: the cable is held at a fixed arc length",
+        ),
+    }
+    Some(Slide { friction: friction.unwrap_or(0.0) })
 }
 
 /// A dead load. `None` where it has no name of its own; the names are broken where it attaches to nothing.

@@ -297,7 +297,19 @@ pub(crate) const CONSTRAINT: Keys = Keys {
         ),
         may("free_axis", Form::Direction, "world axis about which alone it may turn: a hinge"),
         may("rail", Form::Directions, "one or two world directions along which the held point may move freely"),
-        may("slide", Form::Flag, "whether the cable may run through; only false is available yet"),
+        may("slide", Form::Flag, "whether the cable may run through; default false, and only that is available yet"),
+        may(
+            "friction",
+            Form::Number(Quantity::Dimensionless, NON_NEGATIVE),
+            "where the cable runs through: axial force it takes, per force across, before the cable slips; default 0",
+        ),
+        may(
+            "pull_out_force",
+            Form::Number(Quantity::Force, POSITIVE),
+            "largest force it takes before it comes off; reported against",
+        ),
+        may("max_moment", Form::Number(Quantity::Moment, POSITIVE), "largest moment it takes; reported against"),
+        may("insertion_force", Form::Number(Quantity::Force, POSITIVE), "force it takes to push it home"),
     ],
 };
 

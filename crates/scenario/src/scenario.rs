@@ -2,6 +2,7 @@
 
 use crate::Span;
 use std::collections::BTreeMap;
+use wireloom_core::constraint::{Limits, Slide};
 use wireloom_core::joint::WireShare;
 use wireloom_core::steps::{Initial, Step};
 use wireloom_core::{HoldWord, Parameters, Rotation, Section, Stop, Vector};
@@ -169,6 +170,10 @@ pub struct Constraint {
     pub free_axis: Option<Vector>,
     /// World directions along which the held point may move; unit vectors.
     pub rails: Vec<Vector>,
+    /// Whether, and how, the cable runs through.
+    pub slide: Option<Slide>,
+    /// What it bears.
+    pub limits: Limits,
     /// Whether it acts from the beginning.
     pub from_start: bool,
     /// Where it is in the file.

@@ -2,6 +2,7 @@
 
 mod common;
 
+use wireloom_core::constraint::Limits;
 use wireloom_core::network::{BranchEnd, Place};
 use wireloom_core::steps::Turn;
 use wireloom_core::{Rotation, Vector};
@@ -62,6 +63,10 @@ fn constraints_know_what_they_are_given() {
     assert!(matches!(plug.facing, Facing::Orientation(_)) && plug.tangent_given && plug.up_given);
     assert!(clip.tangent_given && !clip.up_given && clip.from_start);
     assert_eq!(clip.parameters.word("twist"), Some("held"));
+    assert_eq!((clip.limits.pull_out_force, clip.limits.max_moment), (Some(120.0), Some(0.5)));
+    assert_eq!((clip.limits.insertion_force, clip.slide, plug.limits), (None, None, Limits::default()));
+    let built = built(HARNESS);
+    assert_eq!(built.network.fixings[1].limits, clip.limits);
     assert!(hand.tangent_given && !hand.up_given && hand.facing == Facing::Left);
     assert!(plug_b.tangent_given && plug_b.up_given && !plug_b.from_start && plug_b.position.is_none());
 }

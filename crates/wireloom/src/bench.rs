@@ -5,7 +5,7 @@ use crate::models::rods::cosserat::CosseratRod;
 use crate::solve::certificate::Certifier;
 use crate::solve::newton::Newton;
 use std::time::Instant;
-use wireloom_core::constraint::{ConstraintSpec, HoldWord};
+use wireloom_core::constraint::{ConstraintSpec, HoldWord, Limits};
 use wireloom_core::joint::{Arm, JointSpec};
 use wireloom_core::network::{BranchPlan, FixingPlan, JointPlan, Place};
 use wireloom_core::registry::Parameters;
@@ -73,6 +73,8 @@ fn connector(name: &str, branch: usize, node: usize) -> FixingPlan {
         position: None,
         tangent: None,
         orientation: None,
+        slide: None,
+        limits: Limits::default(),
         from_start: true,
     }
 }

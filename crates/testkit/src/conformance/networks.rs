@@ -1,6 +1,6 @@
 //! Small harnesses, built from whatever kinds a registry knows.
 
-use wireloom_core::constraint::ConstraintSpec;
+use wireloom_core::constraint::{ConstraintSpec, Limits};
 use wireloom_core::joint::{JointSpec, WireShare};
 use wireloom_core::network::{BranchPlan, FixingPlan, JointPlan, Place};
 use wireloom_core::rod::{Mesh, RodSpec};
@@ -175,6 +175,8 @@ impl Sketch {
             position: None,
             tangent: None,
             orientation: None,
+            slide: None,
+            limits: Limits::default(),
             from_start: true,
         });
         let network = Network::new(branches, joints, fixings.collect(), vec![]);
