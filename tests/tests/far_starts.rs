@@ -89,6 +89,7 @@ fn problem<'n>(network: &'n Network, active: &[bool], targets: &[Pose]) -> Probl
         load_factors: vec![],
         active: active.to_vec(),
         targets: targets.to_vec(),
+        sliding: vec![],
     };
     Problem::new(network, conditions)
 }

@@ -97,6 +97,46 @@ pub struct ConstraintResult {
     pub force: Vector,
     /// Moment about the held point, N m, world.
     pub moment: Vector,
+    /// How the cable runs through it, where it slides.
+    pub slide: Option<SlideResult>,
+}
+
+/// How the cable runs through a fixing.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SlideResult {
+    /// Branch.
+    pub branch: String,
+    /// Unstressed arc length at the fixing, m.
+    pub arc_length: f64,
+    /// What the fixing exerts on the cable along it, towards larger s, N: friction, or a stop.
+    pub axial_force: f64,
+    /// What the cable does.
+    pub motion: SlideMotion,
+}
+
+/// What a cable does in a fixing that slides.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum SlideMotion {
+    /// It runs without friction.
+    Free,
+    /// Friction holds it.
+    Stick,
+    /// It runs against friction.
+    Slip,
+    /// A joint or another fixing has come up against it.
+    Stopped,
+}
+
+impl SlideMotion {
+    /// The word of results.
+    pub fn word(self) -> &'static str {
+        match self {
+            Self::Free => "free",
+            Self::Stick => "stick",
+            Self::Slip => "slip",
+            Self::Stopped => "stopped",
+        }
+    }
 }
 
 /// Energy by effect, J. Zero at rest; gravity measured from the world origin; loads −F·x.

@@ -24,6 +24,7 @@ pub mod registry;
 pub mod rod;
 pub mod rotation;
 pub mod section;
+pub mod sliding;
 pub mod state;
 pub mod steps;
 

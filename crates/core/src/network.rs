@@ -119,6 +119,8 @@ pub struct Branch {
     pub start: BranchEnd,
     /// What hangs at its end.
     pub end: BranchEnd,
+    /// Whether its mesh may move along it, for a fixing slides on it.
+    pub mesh_moves: bool,
 }
 
 /// A joint in its place.
@@ -180,6 +182,19 @@ pub struct Fixing {
     pub from_start: bool,
 }
 
+/// Where the cable runs through a fixing.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SlideSite {
+    /// Index of the fixing.
+    pub fixing: usize,
+    /// Index of the branch.
+    pub branch: usize,
+    /// Node that stays at the fixing.
+    pub node: usize,
+    /// Coefficient of Coulomb friction.
+    pub friction: f64,
+}
+
 /// A dead load in its place.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Load {
@@ -228,6 +243,8 @@ pub struct Network {
     pub joints: Vec<Joint>,
     /// Fixings of the whole scenario, whether they act from the start or are added later.
     pub fixings: Vec<Fixing>,
+    /// The fixings that the cable runs through.
+    pub slides: Vec<SlideSite>,
     /// Dead loads.
     pub loads: Vec<Load>,
     /// What rides on the joints.
@@ -270,6 +287,7 @@ impl Network {
                     section: plan.section,
                     rod: plan.rod,
                     path: plan.path,
+                    mesh_moves: false,
                 };
                 points = branch.points.end;
                 frames = branch.frames.end;
@@ -326,6 +344,7 @@ impl Network {
             branches,
             joints: placed,
             fixings: Vec::new(),
+            slides: Vec::new(),
             loads: Vec::new(),
             ties,
             points,
@@ -347,6 +366,12 @@ impl Network {
                 from_start: plan.from_start,
             })
             .collect();
+        for (index, fixing) in network.fixings.iter().enumerate() {
+            if let (Some(slide), Place::Node { branch, node }) = (fixing.slide, fixing.place) {
+                network.branches[branch].mesh_moves = true;
+                network.slides.push(SlideSite { fixing: index, branch, node, friction: slide.friction });
+            }
+        }
         network.loads = loads
             .into_iter()
             .map(|plan| Load {

@@ -6,6 +6,7 @@ use crate::equilibrium::Energy;
 use crate::network::Site;
 use crate::rod::{BranchHessian, BranchShape};
 use crate::rotation::{columns, shortest};
+use crate::sliding::{ActiveSlide, LengthTerms, Sliding};
 use crate::{Matrix, Network, Pose, Rotation, State, Tangent, Vector};
 
 /// Share of the weight of a segment beside a station that its other node carries for it: of what the staggered scheme
@@ -23,6 +24,8 @@ pub struct Conditions {
     pub active: Vec<bool>,
     /// Where each fixing holds (or pulls) its station.
     pub targets: Vec<Pose>,
+    /// How each fixing of [`Network::slides`] slides, while it acts.
+    pub sliding: Vec<Sliding>,
 }
 
 /// An independent variable: three numbers of a [`Tangent`].
@@ -87,9 +90,13 @@ pub struct Scales {
 pub struct Problem<'n> {
     /// The harness.
     pub network: &'n Network,
-    conditions: Conditions,
-    /// Dead force at every point, N.
+    pub(crate) conditions: Conditions,
+    /// Dead force at every point, N; without the weight of branches whose mesh may move along them.
     dead: Vec<Vector>,
+    /// The fixings that slide, and act.
+    pub(crate) slides: Vec<ActiveSlide>,
+    /// Scratch.
+    pub(crate) length_terms: LengthTerms,
     /// Dead moment (world) by frame, N m.
     dead_moments: Vec<(usize, Vector)>,
     held: Vec<Held>,
@@ -112,6 +119,8 @@ impl<'n> Problem<'n> {
             network,
             conditions,
             dead: vec![Vector::zeros(); network.points],
+            slides: Vec::new(),
+            length_terms: LengthTerms::default(),
             dead_moments: Vec::with_capacity(network.loads.len()),
             held: Vec::new(),
             drawn: Vec::new(),
@@ -121,6 +130,7 @@ impl<'n> Problem<'n> {
             arm_gradients: vec![Vector::zeros(); arms],
         };
         problem.lump_dead_loads();
+        problem.find_slides();
         problem
     }
 
@@ -133,6 +143,12 @@ impl<'n> Problem<'n> {
     pub fn change(&mut self, change: impl FnOnce(&mut Conditions)) {
         change(&mut self.conditions);
         self.lump_dead_loads();
+        self.find_slides();
+    }
+
+    /// How a fixing that slides (index in [`Network::slides`]) does so from now on.
+    pub fn set_sliding(&mut self, slide: usize, sliding: Sliding) {
+        self.conditions.sliding[slide] = sliding;
     }
 
     /// Moves the target of a fixing.
@@ -140,31 +156,16 @@ impl<'n> Problem<'n> {
         self.conditions.targets[fixing] = target;
     }
 
-    /// Gravity lumped at nodes (half of each segment's weight at either of its nodes, but see [`STATION_SHIFT`]) and dead
-    /// loads.
+    /// Gravity lumped at nodes and dead loads.
     fn lump_dead_loads(&mut self) {
-        self.dead.fill(Vector::zeros());
+        let mut dead = std::mem::take(&mut self.dead);
+        dead.fill(Vector::zeros());
+        for (b, branch) in self.network.branches.iter().enumerate().filter(|(_, branch)| !branch.mesh_moves) {
+            self.for_weights(b, &branch.rod.mesh().rest_lengths, |point, force| dead[point] += force);
+        }
+        self.dead = dead;
         self.dead_moments.clear();
         let g = self.conditions.gravity;
-        for branch in &self.network.branches {
-            let mesh = branch.rod.mesh();
-            let dead = &mut self.dead[branch.points.clone()];
-            let density = g * branch.section.linear_density;
-            for (j, l) in mesh.rest_lengths.iter().enumerate() {
-                dead[j] += density * (0.5 * l);
-                dead[j + 1] += density * (0.5 * l);
-            }
-            for beside in &mesh.beside {
-                let j = beside.segment;
-                let shifted = density * (mesh.rest_lengths[j] * STATION_SHIFT);
-                for (from, station) in [j, j + 1].into_iter().zip(beside.stations) {
-                    if station.is_some() {
-                        dead[from] -= shifted;
-                        dead[2 * j + 1 - from] += shifted;
-                    }
-                }
-            }
-        }
         for joint in &self.network.joints {
             self.dead[joint.point] += g * joint.mass;
         }
@@ -183,7 +184,8 @@ impl<'n> Problem<'n> {
     pub fn hold_drawn_shape(&mut self, state: &State) {
         self.drawn = vec![Vector::zeros(); self.network.frames];
         for branch in &self.network.branches {
-            for (c, lambda) in branch.rod.mesh().coupling_lengths.iter().enumerate() {
+            for c in 0..branch.rod.mesh().coupling_lengths.len() {
+                let lambda = &state.coupling_lengths[branch.frames.start + c];
                 let frames = &state.frames[branch.frames.start + c..];
                 let now = (frames[0].inverse() * frames[1]).scaled_axis();
                 let rest = branch.rod.rest_rotation(c).scaled_axis();
@@ -206,7 +208,7 @@ impl<'n> Problem<'n> {
 
     /// The shape of one branch.
     #[inline]
-    fn shape<'s>(&'s self, state: &'s State, branch: usize) -> BranchShape<'s> {
+    pub(crate) fn shape<'s>(&'s self, state: &'s State, branch: usize) -> BranchShape<'s> {
         let frames = self.network.branches[branch].frames.clone();
         BranchShape {
             extra_curvature: self.extra_curvature.get(frames).unwrap_or_default(),
@@ -255,6 +257,7 @@ impl<'n> Problem<'n> {
         }
         let dead: f64 = self.dead.iter().zip(&state.points).map(|(f, x)| -f.dot(x)).sum();
         energy.gravity = dead - energy.load;
+        self.for_moving_weights(state, |point, force| energy.gravity -= force.dot(&state.points[point]));
         for (f, fixing) in self.network.fixings.iter().enumerate() {
             if self.conditions.active[f]
                 && let Action::Potential(potential) = fixing.constraint.action()
@@ -265,7 +268,14 @@ impl<'n> Problem<'n> {
         energy
     }
 
-    /// ∂E/∂x (N) and ∂E/∂θ (N m) in the independent variables (tied entries are zero), held ones included: there
+    /// The weight of branches whose mesh may move along them, as it is lumped at `state`.
+    fn for_moving_weights(&self, state: &State, mut add: impl FnMut(usize, Vector)) {
+        for (b, _) in self.network.branches.iter().enumerate().filter(|(_, branch)| branch.mesh_moves) {
+            self.for_weights(b, state.branch(self.network, b).rest_lengths, &mut add);
+        }
+    }
+
+    /// ∂E/∂x (N), ∂E/∂θ (N m) and ∂E/∂s (N) in the independent variables (tied entries are zero), held ones included: there
     /// it is what the fixing exerts on the harness. Returns the energy, J; dead moments do no work in it.
     pub fn gradient(&mut self, state: &State, gradient: &mut Tangent) -> f64 {
         let mut energy = 0.0;
@@ -285,6 +295,13 @@ impl<'n> Problem<'n> {
         for ((g, x), f) in gradient.points.iter_mut().zip(&state.points).zip(&self.dead) {
             *g -= f;
             energy -= f.dot(x);
+        }
+        self.for_moving_weights(state, |point, force| {
+            gradient.points[point] -= force;
+            energy -= force.dot(&state.points[point]);
+        });
+        if !self.network.slides.is_empty() {
+            energy += self.slide_gradient(state, gradient);
         }
         for (frame, moment) in &self.dead_moments {
             gradient.frames[*frame] -= state.frames[*frame].inverse_transform_vector(moment);
@@ -439,6 +456,7 @@ impl<'n> Problem<'n> {
             complete_basis(h);
         }
         self.held = held;
+        self.update_room(state);
     }
 
     /// The orientation a fixing gives a station that is at `q`: its target, but for what it leaves free.
@@ -495,8 +513,7 @@ impl<'n> Problem<'n> {
     /// How the held freedoms must move from `state` to where their fixings want them (to first order; zero
     /// elsewhere). Returns whether anything must move.
     pub fn motion(&self, state: &State, motion: &mut Tangent) -> bool {
-        motion.points.fill(Vector::zeros());
-        motion.frames.fill(Vector::zeros());
+        motion.clear();
         for (f, fixing) in self.network.fixings.iter().enumerate() {
             if !self.conditions.active[f] {
                 continue;
@@ -535,7 +552,8 @@ impl<'n> Problem<'n> {
     /// whichever is larger; NaN if one is.
     pub fn residual(&self, free: &Tangent, scales: &Scales) -> f64 {
         let largest = |all: &[Vector]| all.iter().map(Vector::norm_squared).fold(0.0, nan_max).sqrt();
-        nan_max(largest(&free.points) / scales.force, largest(&free.frames) / scales.moment)
+        let sliding = free.slides.iter().fold(0.0, |a, g| nan_max(a, g.abs()));
+        nan_max(nan_max(largest(&free.points), sliding) / scales.force, largest(&free.frames) / scales.moment)
     }
 
     /// Removes the held directions from a gradient: what is left must vanish.
@@ -550,6 +568,7 @@ impl<'n> Problem<'n> {
                 *g -= d * d.dot(g);
             }
         }
+        self.free_slides(gradient);
     }
 
     /// What fixing `f` exerts on the harness: force (N) and moment about the held point (N m), world axes. `gradient`

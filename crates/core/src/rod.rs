@@ -77,6 +77,19 @@ impl Mesh {
         mesh
     }
 
+    /// λ_c (m) that belong to rest lengths (m) other than the mesh's own: half a segment beside a station, else half of both
+    /// segments. Linear in the rest lengths.
+    pub fn couple(&self, rest_lengths: &[f64], coupling_lengths: &mut [f64]) {
+        for (c, lambda) in coupling_lengths.iter_mut().enumerate() {
+            let node = self.coupling_nodes[c];
+            let first = c > 0 && self.coupling_nodes[c - 1] == node;
+            let second = self.coupling_nodes.get(c + 1) == Some(&node);
+            let before = if node > 0 && !first { rest_lengths[node - 1] } else { 0.0 };
+            let after = if node < rest_lengths.len() && !second { rest_lengths[node] } else { 0.0 };
+            *lambda = 0.5 * (before + after);
+        }
+    }
+
     /// Number of segments.
     pub fn segments(&self) -> usize {
         self.rest_lengths.len()
@@ -101,6 +114,18 @@ impl Mesh {
             all.push(s);
         }
         all
+    }
+
+    /// Arc length of every frame of the row (m), for nodes at these arc lengths: segments' in their middle.
+    pub fn frame_places(&self, arc_lengths: &[f64]) -> Vec<f64> {
+        let mut places = vec![0.0; self.frames()];
+        for (j, &c) in self.segment_frames.iter().enumerate() {
+            places[c] = 0.5 * (arc_lengths[j] + arc_lengths[j + 1]);
+        }
+        for (&c, &node) in self.station_frames.iter().zip(&self.stations) {
+            places[c] = arc_lengths[node];
+        }
+        places
     }
 
     /// Unstressed length, m.
@@ -134,6 +159,10 @@ pub struct BranchShape<'a> {
     pub carry: &'a [Vector],
     /// q_c in the order of the mesh's row of frames.
     pub frames: &'a [Rotation],
+    /// ℓ_j, m; one for each segment: those of the mesh, but where a fixing slides and the mesh has moved along the cable.
+    pub rest_lengths: &'a [f64],
+    /// λ_c, m; one for each coupling, as [`Mesh::couple`] has them.
+    pub coupling_lengths: &'a [f64],
     /// What is added to the rest curvature of each coupling, 1/m; empty: nothing.
     pub extra_curvature: &'a [Vector],
 }
@@ -256,6 +285,22 @@ pub trait RodSegment: Send + Sync {
 
     /// m_c for each coupling, N m, world axes: what all that lies beyond it exerts on the frames before it.
     fn moments(&self, shape: &BranchShape<'_>, moments: &mut [Vector]);
+
+    /// How the energy depends on the lengths themselves, frames and points fixed: for each segment
+    /// `[∂E/∂ℓ_j (N), ∂²E/∂ℓ_j² (N/m)]`, for each coupling `[∂E/∂λ_c, ∂²E/∂λ_c²]`. The parts of the energy are independent,
+    /// so there are no mixed ones. Fixings that slide are balanced by it: at rest `∂E/∂ℓ` is the configurational force.
+    fn length_terms(&self, shape: &BranchShape<'_>, segments: &mut [[f64; 2]], couplings: &mut [[f64; 2]]);
+
+    /// Derivative of the gradient as lengths grow at these rates: adds `Σ_j a_j ∂²E/∂ℓ_j∂x_i + Σ_c b_c ∂²E/∂λ_c∂x_i` (N/m where the
+    /// rates are per metre) to `points`, and likewise in θ to `frames`.
+    fn length_mixed(
+        &self,
+        shape: &BranchShape<'_>,
+        segment_rates: &[f64],
+        coupling_rates: &[f64],
+        points: &mut [Vector],
+        frames: &mut [Vector],
+    );
 
     /// Rotation of frame c + 1 relative to frame c at rest, for each coupling.
     fn rest_rotation(&self, coupling: usize) -> Rotation;

@@ -15,6 +15,10 @@ pub struct State {
     pub carry: Vec<Vector>,
     /// Frames.
     pub frames: Vec<Rotation>,
+    /// ℓ_j, m, at the place of the segment's first node; those of the meshes, but where a fixing slides. Joints and last nodes have 0.
+    pub rest_lengths: Vec<f64>,
+    /// λ_c, m, at the place of the coupling's first frame.
+    pub coupling_lengths: Vec<f64>,
 }
 
 /// A direction of motion or a gradient: one vector for each point and each frame of a [`State`].
@@ -24,23 +28,69 @@ pub struct Tangent {
     pub points: Vec<Vector>,
     /// θ (rad, body frame), or ∂E/∂θ (N m).
     pub frames: Vec<Vector>,
+    /// For each fixing that slides (see [`Network::slides`]) by how much its arc length grows (m), or ∂E/∂s (N).
+    pub slides: Vec<f64>,
 }
 
 impl Tangent {
     /// All zero.
     pub fn zeros(network: &Network) -> Self {
-        Self { points: vec![Vector::zeros(); network.points], frames: vec![Vector::zeros(); network.frames] }
+        Self {
+            points: vec![Vector::zeros(); network.points],
+            frames: vec![Vector::zeros(); network.frames],
+            slides: vec![0.0; network.slides.len()],
+        }
+    }
+
+    /// Overwrites with another one of the same network, without allocating.
+    pub fn copy_from(&mut self, other: &Tangent) {
+        self.points.copy_from_slice(&other.points);
+        self.frames.copy_from_slice(&other.frames);
+        self.slides.copy_from_slice(&other.slides);
+    }
+
+    /// Overwrites with zeros.
+    pub fn clear(&mut self) {
+        self.points.fill(Vector::zeros());
+        self.frames.fill(Vector::zeros());
+        self.slides.fill(0.0);
+    }
+
+    /// The sum of the products of all entries.
+    pub fn dot(&self, other: &Tangent) -> f64 {
+        let dot = |a: &[Vector], b: &[Vector]| -> f64 { a.iter().zip(b).map(|(a, b)| a.dot(b)).sum() };
+        let slides: f64 = self.slides.iter().zip(&other.slides).map(|(a, b)| a * b).sum();
+        dot(&self.points, &other.points) + dot(&self.frames, &other.frames) + slides
+    }
+
+    /// `self + alpha other`, in place.
+    pub fn add_scaled(&mut self, alpha: f64, other: &Tangent) {
+        for (a, b) in self.points.iter_mut().zip(&other.points).chain(self.frames.iter_mut().zip(&other.frames)) {
+            *a += b * alpha;
+        }
+        for (a, b) in self.slides.iter_mut().zip(&other.slides) {
+            *a += b * alpha;
+        }
     }
 }
 
 impl State {
     /// All at the origin, unturned.
     pub fn origin(network: &Network) -> Self {
-        Self {
+        let mut state = Self {
             points: vec![Vector::zeros(); network.points],
             carry: vec![Vector::zeros(); network.points],
             frames: vec![Rotation::identity(); network.frames],
+            rest_lengths: vec![0.0; network.points],
+            coupling_lengths: vec![0.0; network.frames],
+        };
+        for branch in &network.branches {
+            let mesh = branch.rod.mesh();
+            state.rest_lengths[branch.points.start..][..mesh.segments()].copy_from_slice(&mesh.rest_lengths);
+            let couplings = &mesh.coupling_lengths;
+            state.coupling_lengths[branch.frames.start..][..couplings.len()].copy_from_slice(couplings);
         }
+        state
     }
 
     /// The shape of one branch.
@@ -51,8 +101,20 @@ impl State {
             points: &self.points[b.points.clone()],
             carry: &self.carry[b.points.clone()],
             frames: &self.frames[b.frames.clone()],
+            rest_lengths: &self.rest_lengths[b.points.start..b.points.end - 1],
+            coupling_lengths: &self.coupling_lengths[b.frames.start..b.frames.end - 1],
             extra_curvature: &[],
         }
+    }
+
+    /// Unstressed arc length of every node of a branch, m.
+    pub fn arc_lengths(&self, network: &Network, branch: usize) -> Vec<f64> {
+        let lengths = self.branch(network, branch).rest_lengths;
+        let sums = lengths.iter().scan(0.0, |s, l| {
+            *s += l;
+            Some(*s)
+        });
+        std::iter::once(0.0).chain(sums).collect()
     }
 
     /// The pose of a site; a site without frame has the identity.
@@ -69,6 +131,13 @@ impl State {
         self.points.copy_from_slice(&other.points);
         self.carry.copy_from_slice(&other.carry);
         self.frames.copy_from_slice(&other.frames);
+        self.copy_lengths_from(other);
+    }
+
+    /// Overwrites the lengths only.
+    pub(crate) fn copy_lengths_from(&mut self, other: &State) {
+        self.rest_lengths.copy_from_slice(&other.rest_lengths);
+        self.coupling_lengths.copy_from_slice(&other.coupling_lengths);
     }
 
     /// Whether every number is finite.
@@ -103,6 +172,7 @@ impl Network {
         for c in 0..self.frames {
             to.frames[c] = turned(&from.frames[c], &(step.frames[c] * alpha));
         }
+        to.copy_lengths_from(from);
         self.follow_ties(to);
     }
 

@@ -56,6 +56,8 @@ struct Step<'a> {
     branches: ByName<'a, BranchResult>,
     joints: ByName<'a, JointResult>,
     constraints: ByName<'a, ConstraintResult>,
+    #[serde(skip_serializing_if = "Slides::is_empty")]
+    sliding: Slides<'a>,
     energy: EnergyByEffect,
     min_bend_radius: Option<Tightest<'a>>,
     stable: Option<bool>,
@@ -72,6 +74,7 @@ impl<'a> Step<'a> {
             branches: ByName(&step.branches),
             joints: ByName(&step.joints),
             constraints: ByName(&step.constraints),
+            sliding: Slides(&step.constraints),
             energy: EnergyByEffect::of(&step.energy),
             min_bend_radius: step.min_bend_radius.as_ref().map(Tightest::of),
             stable: step.stable,
@@ -125,6 +128,38 @@ impl Named for JointResult {
     fn body(&self) -> Joint {
         Joint { position: vector(&self.position), orientation: quaternion(&self.orientation) }
     }
+}
+
+/// How the cable runs through the fixings that slide, by their names.
+struct Slides<'a>(&'a [ConstraintResult]);
+
+impl Slides<'_> {
+    fn is_empty(&self) -> bool {
+        self.0.iter().all(|fixing| fixing.slide.is_none())
+    }
+}
+
+impl Serialize for Slides<'_> {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        let slides = self.0.iter().filter_map(|fixing| fixing.slide.as_ref().map(|slide| (&fixing.name, slide)));
+        serializer.collect_map(slides.map(|(name, slide)| {
+            let slide = Slide {
+                branch: &slide.branch,
+                contact_arclength: Number(slide.arc_length),
+                axial_force: Number(slide.axial_force),
+                motion: slide.motion.word(),
+            };
+            (name, slide)
+        }))
+    }
+}
+
+#[derive(serde::Serialize)]
+struct Slide<'a> {
+    branch: &'a str,
+    contact_arclength: Number,
+    axial_force: Number,
+    motion: &'static str,
 }
 
 #[derive(serde::Serialize)]

@@ -44,6 +44,16 @@ impl StretchShear {
         (self.r * self.n, self.n.cross(&self.v) * l)
     }
 
+    /// `[∂E/∂ℓ, ∂²E/∂ℓ²]` with e and q fixed, where `v = Rᵀ e/ℓ` goes with 1/ℓ: `½ (EA − vᵀ C v)` and `vᵀ C v/ℓ`.
+    pub fn length_terms(&self, l: f64, c: &Vector) -> [f64; 2] {
+        length_terms(&self.v, &Vector::z(), l, c)
+    }
+
+    /// The law whose gradient is the derivative of the gradient in ℓ: that with `∂n/∂ℓ = −C v/ℓ` in place of n.
+    pub fn per_length(self, l: f64, c: &Vector) -> Self {
+        Self { n: c.component_mul(&self.v) / -l, ..self }
+    }
+
     /// `∂²E/∂e² = R C Rᵀ/ℓ`, `∂²E/∂θ∂e = ([v]ₓᵀ C + [n]ₓ) Rᵀ`,
     /// `∂²E/∂θ² = ℓ ([v]ₓᵀ C [v]ₓ + sym(n vᵀ) − (n·v) I)`; `n` is the force of the geometric part.
     #[inline(always)]
@@ -93,6 +103,8 @@ pub struct BendTwist {
     pub moment: Vector,
     /// κ − κ°, 1/m.
     pub strain: Vector,
+    /// κ, 1/m.
+    curvature: Vector,
     /// `½ ∂E/∂v = G C (κ−κ°)` with `G = (1 + |v|²/6) I + v vᵀ/3`, N m.
     half_mu: Vector,
 }
@@ -104,10 +116,10 @@ impl BendTwist {
     pub fn new(qa: &Rotation, qb: &Rotation, lambda: f64, c: &Vector, k0: &Vector) -> Self {
         let (w, v) = relative(qa, qb);
         let g = 1.0 + v.norm_squared() / 6.0;
-        let strain = v * (2.0 * g / lambda) - k0;
+        let curvature = v * (2.0 * g / lambda);
+        let strain = curvature - k0;
         let moment = c.component_mul(&strain);
-        let half_mu = moment * g + v * (v.dot(&moment) / 3.0);
-        Self { w, v, moment, strain, half_mu }
+        Self { w, v, moment, strain, curvature, half_mu: conjugate(&v, &moment) }
     }
 
     /// (bend, twist) energy, J.
@@ -115,6 +127,17 @@ impl BendTwist {
     pub fn energy(&self, lambda: f64) -> (f64, f64) {
         let (m, k) = (&self.moment, &self.strain);
         (0.5 * lambda * (m.x * k.x + m.y * k.y), 0.5 * lambda * m.z * k.z)
+    }
+
+    /// `[∂E/∂λ, ∂²E/∂λ²]` with both frames fixed, where κ goes with 1/λ: `½ (κ°ᵀ C κ° − κᵀ C κ)` and `κᵀ C κ/λ`.
+    pub fn length_terms(&self, lambda: f64, c: &Vector) -> [f64; 2] {
+        length_terms(&self.curvature, &(self.curvature - self.strain), lambda, c)
+    }
+
+    /// The law whose gradient is the derivative of the gradient in λ: that with `∂m/∂λ = −C κ/λ` in place of m.
+    pub fn per_length(self, lambda: f64, c: &Vector) -> Self {
+        let moment = c.component_mul(&self.curvature) / -lambda;
+        Self { moment, half_mu: conjugate(&self.v, &moment), ..self }
     }
 
     /// `(∂E/∂θ_a, ∂E/∂θ_b)`: with `μ = ∂E/∂v`, `∂v/∂θ_b = ½(w I + [v]ₓ)` and `∂v/∂θ_a = −½(w I − [v]ₓ)` they
@@ -167,6 +190,18 @@ impl BendTwist {
     }
 }
 
+/// `[½ (e°ᵀ C e° − eᵀ C e), eᵀ C e/ℓ]`: derivatives in ℓ of `½ ℓ (e−e°)ᵀ C (e−e°)` where e goes with 1/ℓ.
+fn length_terms(e: &Vector, rest: &Vector, l: f64, c: &Vector) -> [f64; 2] {
+    let twice = c.dot(&e.component_mul(e));
+    [0.5 * (c.dot(&rest.component_mul(rest)) - twice), twice / l]
+}
+
+/// `G m` with `G = (1 + |v|²/6) I + v vᵀ/3`: half of ∂E/∂v.
+#[inline(always)]
+fn conjugate(v: &Vector, moment: &Vector) -> Vector {
+    moment * (1.0 + v.norm_squared() / 6.0) + v * (v.dot(moment) / 3.0)
+}
+
 /// `(w, v)` of `q̄_a q_b`, with the sign that makes w ≥ 0.
 #[inline(always)]
 fn relative(qa: &Rotation, qb: &Rotation) -> (f64, Vector) {
@@ -194,11 +229,12 @@ impl Geometric {
 
 /// Stretch and shear of a segment beside a station (or between two).
 ///
-/// The segment's tangent is blended with the station's: `Γ = v + β v × φ − e3` with `φ = Σ 2 Re(r) Im(r)`, `r = q̄ Q`, over
+/// The segment's tangent is blended with the station's: `Γ = v + v × φ − e3` with `φ = Σ 2 β Re(r) Im(r)`, `r = q̄ Q`, over
 /// the stations beside it: the turn from the segment's frame to theirs (the sine of its angle, smooth for any turn). To leading order the plain staggered scheme differs from the
 /// rod by the functional `(ℓ²/24) ([n·x″] − ∫ κ′ᵀ C κ′ ds)` (modified equation, per span between stations, dead
 /// loads aside). β = 1/12 takes out its boundary term, which is the larger part; with β = 1/8 what is then left at the boundary
-/// works against the integral too, and the error of clamped, hanging and branched references is least.
+/// works against the integral too, and the error of clamped, hanging and branched references is least. At a station within a branch
+/// the integral has two sides to be worked against: there β = 3/16 is best for what lies in a ring, and indifferent for a clip.
 pub struct BlendedStretchShear {
     /// R(q).
     pub r: Matrix,
@@ -208,24 +244,31 @@ pub struct BlendedStretchShear {
     pub n: Vector,
     /// Γ.
     gamma: Vector,
-    /// Sum of the turns.
+    /// φ.
     phi: Vector,
-    /// Of each station (w, Im) of q̄ Q.
-    turns: [Option<(f64, Vector)>; 2],
+    /// Of each station β and (w, Im) of q̄ Q.
+    turns: [Option<(f64, f64, Vector)>; 2],
 }
 
-/// Share β of the station's tangent.
-pub const BLEND: f64 = 1.0 / 8.0;
+/// Share β of the tangent of a station at an end of the branch.
+pub const END_BLEND: f64 = 1.0 / 8.0;
+/// Share β of the tangent of a station within the branch.
+pub const INNER_BLEND: f64 = 3.0 / 16.0;
 
 impl BlendedStretchShear {
-    /// At edge `e` (m) and frame `q` beside stations with frames `stations`, for rest length `l` (m) and stiffness
+    /// At edge `e` (m) and frame `q` beside stations, each with its frame and β, for rest length `l` (m) and stiffness
     /// diagonal `c` (N).
-    pub fn new(e: &Vector, q: &Rotation, stations: [Option<&Rotation>; 2], l: f64, c: &Vector) -> Self {
+    pub fn new(e: &Vector, q: &Rotation, stations: [Option<(&Rotation, f64)>; 2], l: f64, c: &Vector) -> Self {
         let r = rotation_matrix(q);
         let v = r.tr_mul(e) / l;
-        let turns = stations.map(|station| station.map(|station| relative(q, station)));
-        let phi = turns.iter().flatten().map(|(w, v)| v * (2.0 * w)).sum();
-        let gamma = v + v.cross(&phi) * BLEND - Vector::z();
+        let turns = stations.map(|station| {
+            station.map(|(station, blend)| {
+                let (w, v) = relative(q, station);
+                (blend, w, v)
+            })
+        });
+        let phi = turns.iter().flatten().map(|(blend, w, v)| v * (2.0 * blend * w)).sum();
+        let gamma = v + v.cross(&phi) - Vector::z();
         Self { r, v, n: c.component_mul(&gamma), gamma, phi, turns }
     }
 
@@ -235,9 +278,19 @@ impl BlendedStretchShear {
         (0.5 * l * (n.x * g.x + n.y * g.y), 0.5 * l * n.z * g.z)
     }
 
-    /// `n′ = n + β φ × n`, the force conjugate to v.
+    /// `n′ = n + φ × n`, the force conjugate to v.
     fn force(&self, n: &Vector) -> Vector {
-        n + self.phi.cross(n) * BLEND
+        n + self.phi.cross(n)
+    }
+
+    /// As [`StretchShear::length_terms`], with `Γ + e3` in place of v.
+    pub fn length_terms(&self, l: f64, c: &Vector) -> [f64; 2] {
+        length_terms(&(self.gamma + Vector::z()), &Vector::z(), l, c)
+    }
+
+    /// As [`StretchShear::per_length`].
+    pub fn per_length(self, l: f64, c: &Vector) -> Self {
+        Self { n: c.component_mul(&(self.gamma + Vector::z())) / -l, ..self }
     }
 
     /// World force on the edge, `R n′`, N.
@@ -245,16 +298,16 @@ impl BlendedStretchShear {
         self.r * self.force(&self.n)
     }
 
-    /// `(∂E/∂e, ∂E/∂θ, [∂E/∂θ_station])`: as for the plain law with n′, and through φ with `∂E/∂φ = μ = ℓ β n × v`; `∂φ/∂θ` and
-    /// `∂φ/∂θ_station` are `−(w (w I − [Im]ₓ) − Im Imᵀ)` and `w (w I + [Im]ₓ) − Im Imᵀ`.
+    /// `(∂E/∂e, ∂E/∂θ, [∂E/∂θ_station])`: as for the plain law with n′, and through φ with `∂E/∂φ = μ = ℓ n × v`; `∂φ/∂θ` and
+    /// `∂φ/∂θ_station` are `−β (w (w I − [Im]ₓ) − Im Imᵀ)` and `β (w (w I + [Im]ₓ) − Im Imᵀ)`.
     pub fn gradient(&self, l: f64) -> (Vector, Vector, [Vector; 2]) {
         let force = self.force(&self.n);
-        let mu = self.n.cross(&self.v) * (BLEND * l);
+        let mu = self.n.cross(&self.v) * l;
         let mut moment = force.cross(&self.v) * l;
         let mut at_stations = [Vector::zeros(); 2];
         for (turn, at) in self.turns.iter().zip(&mut at_stations) {
-            if let Some((w, im)) = turn {
-                let [segment, station] = turn_jacobians(*w, im);
+            if let Some((blend, w, im)) = turn {
+                let [segment, station] = turn_jacobians(*w, im).map(|jacobian| jacobian * *blend);
                 moment += segment.tr_mul(&mu);
                 *at = station.tr_mul(&mu);
             }
@@ -262,40 +315,40 @@ impl BlendedStretchShear {
         (self.r * force, moment, at_stations)
     }
 
-    /// δΓ for a step: `δv + β (δv × φ + v × δφ)`, `δv = Rᵀ δe/ℓ + v × θ`.
+    /// δΓ for a step: `δv + δv × φ + v × δφ`, `δv = Rᵀ δe/ℓ + v × θ`.
     pub fn strain_change(&self, l: f64, de: &Vector, theta: &Vector, at_stations: [Vector; 2]) -> Vector {
         let dv = self.r.tr_mul(de) / l + self.v.cross(theta);
         let mut dphi = Vector::zeros();
         for (turn, at) in self.turns.iter().zip(&at_stations) {
-            if let Some((w, im)) = turn {
-                let [segment, station] = turn_jacobians(*w, im);
+            if let Some((blend, w, im)) = turn {
+                let [segment, station] = turn_jacobians(*w, im).map(|jacobian| jacobian * *blend);
                 dphi += segment * theta + station * at;
             }
         }
-        dv + (dv.cross(&self.phi) + self.v.cross(&dphi)) * BLEND
+        dv + dv.cross(&self.phi) + self.v.cross(&dphi)
     }
 
     /// Second derivatives with `n` as the force of the geometric part: `ℓ Jᵀ C J` with `J = ∂Γ`, the second
-    /// derivatives of `ℓ n′·v` in (e, θ) and of `μ·φ` in (θ, θ_Q), and `ℓ β n·(δv × δφ)` twice.
+    /// derivatives of `ℓ n′·v` in (e, θ) and of `μ·φ` in (θ, θ_Q), and `ℓ n·(δv × δφ)` twice.
     pub fn hessian(&self, l: f64, c: &Vector, n: &Vector) -> (SegmentHessian, StationHessian) {
         let v = &self.v;
         let rt = self.r.transpose();
         let c = Matrix::from_diagonal(c);
-        // ∂v and ∂φ in (e, θ, Q_1, Q_2), then ∂Γ = (I − β [φ]ₓ) ∂v + β [v]ₓ ∂φ.
+        // ∂v and ∂φ in (e, θ, Q_1, Q_2), then ∂Γ = (I − [φ]ₓ) ∂v + [v]ₓ ∂φ.
         let dv = [rt / l, skew(v), Matrix::zeros(), Matrix::zeros()];
         let mut dphi = [Matrix::zeros(); 4];
         for (k, turn) in self.turns.iter().enumerate() {
-            if let Some((w, im)) = turn {
-                let [segment, station] = turn_jacobians(*w, im);
+            if let Some((blend, w, im)) = turn {
+                let [segment, station] = turn_jacobians(*w, im).map(|jacobian| jacobian * *blend);
                 dphi[1] += segment;
                 dphi[2 + k] = station;
             }
         }
-        let along_v = Matrix::identity() - skew(&self.phi) * BLEND;
-        let along_phi = skew(v) * BLEND;
+        let along_v = Matrix::identity() - skew(&self.phi);
+        let along_phi = skew(v);
         let dgamma: [Matrix; 4] = std::array::from_fn(|i| along_v * dv[i] + along_phi * dphi[i]);
         // n·(a × b) = aᵀ [n]ₓᵀ b
-        let crossed = skew(n).transpose() * BLEND;
+        let crossed = skew(n).transpose();
         let block = |i: usize, k: usize| -> Matrix {
             let cross = dv[i].transpose() * crossed * dphi[k] + dphi[i].transpose() * crossed.transpose() * dv[k];
             (dgamma[i].transpose() * c * dgamma[k] + cross) * l
@@ -307,7 +360,7 @@ impl BlendedStretchShear {
         let outer = force * v.transpose();
         segment.tt += ((outer + outer.transpose()) * 0.5 - Matrix::identity() * force.dot(v)) * l;
         // Second derivatives of φ at fixed μ.
-        let mu = n.cross(v) * (BLEND * l);
+        let mu = n.cross(v) * l;
         let mut stations = StationHessian {
             se: [block(2, 0), block(3, 0)],
             st: [block(2, 1), block(3, 1)],
@@ -315,8 +368,8 @@ impl BlendedStretchShear {
             s1s0: block(3, 2),
         };
         for (k, turn) in self.turns.iter().enumerate() {
-            if let Some((w, im)) = turn {
-                let [own, mixed, station] = turn_hessians(*w, im, &mu);
+            if let Some((blend, w, im)) = turn {
+                let [own, mixed, station] = turn_hessians(*w, im, &(mu * *blend));
                 segment.tt += own;
                 stations.ss[k] += station;
                 stations.st[k] += mixed.transpose();

@@ -36,6 +36,7 @@ pub(crate) fn refuse_misplaced(scenario: &Scenario, network: &Network) -> Vec<Fa
             });
         }
     }
+    faults.extend(refuse_bad_slides(scenario, network));
     for (own, load) in scenario.loads.iter().zip(&network.loads) {
         if own.moment != Vector::zeros() && load.site.frame.is_none() {
             faults.push(Fault {
@@ -48,6 +49,39 @@ pub(crate) fn refuse_misplaced(scenario: &Scenario, network: &Network) -> Vec<Fa
                 help: "attach it further along a branch, or use a joint model with a body".to_owned(),
             });
         }
+    }
+    faults
+}
+
+/// The cable can run through a fixing only where nothing else is tied to the material.
+fn refuse_bad_slides(scenario: &Scenario, network: &Network) -> Vec<Fault> {
+    let mut faults = Vec::new();
+    for (index, (own, fixing)) in scenario.constraints.iter().zip(&network.fixings).enumerate() {
+        if fixing.slide.is_none() {
+            continue;
+        }
+        let other = network.fixings.iter().enumerate().find(|(k, other)| *k != index && other.place == fixing.place);
+        let load = network.loads.iter().find(|load| load.point == fixing.site.point);
+        let message = match (other, load) {
+            (Some((_, other)), _) => {
+                format!(
+                    "the cable cannot run through constraint \"{}\": \"{}\" attaches at the same place",
+                    own.name, other.name
+                )
+            }
+            (_, Some(load)) => {
+                format!(
+                    "the cable cannot run through constraint \"{}\": load \"{}\" acts at the same place",
+                    own.name, load.name
+                )
+            }
+            (None, None) => continue,
+        };
+        faults.push(Fault {
+            span: own.spans.of(Some("at")),
+            message,
+            help: "attach what slides within a branch, at an arc length of its own".to_owned(),
+        });
     }
     faults
 }

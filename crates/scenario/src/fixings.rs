@@ -97,17 +97,12 @@ fn slide(entry: &Entry<'_>, at: Option<At>, names: &Names<'_>) -> Option<Slide> 
         Some(At::Branch { branch, s }) if s == 0.0 || names.lengths.get(branch) == Some(&Some(s)) => Some("an end"),
         _ => None,
     };
-    match place {
-        Some(place) => entry.fault_at(
+    if let Some(place) = place {
+        entry.fault_at(
             "slide",
             format!("`slide` = true of {}, which is at {place}: no cable can run through", entry.label),
             "attach it within a branch, { branch = \"…\", s = … }, or leave `slide` out",
-        ),
-        None => entry.fault_at(
-            "slide",
-            format!("`slide` = true of {} is not available yet", entry.label),
-            "leave it out: the cable is held at a fixed arc length",
-        ),
+        );
     }
     Some(Slide { friction: friction.unwrap_or(0.0) })
 }

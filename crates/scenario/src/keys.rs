@@ -297,7 +297,11 @@ pub(crate) const CONSTRAINT: Keys = Keys {
         ),
         may("free_axis", Form::Direction, "world axis about which alone it may turn: a hinge"),
         may("rail", Form::Directions, "one or two world directions along which the held point may move freely"),
-        may("slide", Form::Flag, "whether the cable may run through; default false, and only that is available yet"),
+        may(
+            "slide",
+            Form::Flag,
+            "whether the cable may run through: a ring or, with the tangent held, a sleeve; default false",
+        ),
         may(
             "friction",
             Form::Number(Quantity::Dimensionless, NON_NEGATIVE),

@@ -40,11 +40,13 @@ impl Layout {
             .iter()
             .enumerate()
             .map(|(index, branch)| {
-                let on_branch = places().filter_map(|at| match at {
+                let arc_length = |at: At| match at {
                     At::Branch { branch, s } if branch == index => Some(s),
                     _ => None,
-                });
-                divide(branch, on_branch.collect())
+                };
+                let sliding =
+                    scenario.constraints.iter().filter(|c| c.slide.is_some()).filter_map(|c| arc_length(c.at));
+                divide(branch, places().filter_map(arc_length).collect(), &sliding.collect::<Vec<_>>())
             })
             .collect();
         let mut layout = Self { stations: vec![BTreeSet::new(); branches.len()], branches };
@@ -66,8 +68,9 @@ impl Layout {
     }
 }
 
-/// Divides a branch with attachments at these arc lengths (m): uniform between neighbouring attachments.
-fn divide(branch: &Branch, mut attachments: Vec<f64>) -> Divided {
+/// Divides a branch with attachments at these arc lengths (m): uniform between neighbouring attachments. Beside those that
+/// slide a span has two segments at least: the one at a joint keeps its length.
+fn divide(branch: &Branch, mut attachments: Vec<f64>, sliding: &[f64]) -> Divided {
     let length = branch.length;
     attachments.sort_by(f64::total_cmp);
     let mut breaks = vec![0.0];
@@ -79,10 +82,15 @@ fn divide(branch: &Branch, mut attachments: Vec<f64>) -> Divided {
     }
     breaks.push(length);
     let spans: Vec<f64> = breaks.windows(2).map(|pair| pair[1] - pair[0]).collect();
+    let slides = |s: &f64| sliding.iter().any(|other| (other - s).abs() <= COINCIDENT * length);
+    let least: Vec<usize> = breaks.windows(2).map(|pair| 1 + usize::from(pair.iter().any(slides))).collect();
     let counts = match branch.division {
-        Division::Segments(segments) => share_out(segments, &spans),
+        Division::Segments(segments) => share_out(segments, &spans, &least),
         // A span that is a whole number of segments but for round-off is taken for one.
-        Division::MaxSegment(longest) => spans.iter().map(|l| ((l / longest - 1e-9).ceil() as usize).max(1)).collect(),
+        Division::MaxSegment(longest) => {
+            let whole = |(l, least): (&f64, &usize)| ((l / longest - 1e-9).ceil() as usize).max(*least);
+            spans.iter().zip(&least).map(whole).collect()
+        }
     };
     let mut marks = vec![(0.0, 0)];
     let mut rest_lengths = Vec::with_capacity(counts.iter().sum());
@@ -93,12 +101,12 @@ fn divide(branch: &Branch, mut attachments: Vec<f64>) -> Divided {
     Divided { rest_lengths, marks }
 }
 
-/// Divides `segments` over spans in proportion to their lengths, at least one for each: the next segment
+/// Divides `segments` over spans in proportion to their lengths, at least `least` for each: the next segment
 /// goes where segments are longest, one too many is taken where they would remain shortest.
-fn share_out(segments: usize, spans: &[f64]) -> Vec<usize> {
+fn share_out(segments: usize, spans: &[f64], least: &[usize]) -> Vec<usize> {
     let length: f64 = spans.iter().sum();
-    let mut counts: Vec<usize> =
-        spans.iter().map(|span| ((segments as f64 * (span / length)).floor() as usize).max(1)).collect();
+    let share = |span: &f64| (segments as f64 * (span / length)).floor() as usize;
+    let mut counts: Vec<usize> = spans.iter().zip(least).map(|(span, least)| share(span).max(*least)).collect();
     loop {
         let total: usize = counts.iter().sum();
         let size = |k: &usize, count: usize| spans[*k] / count as f64;
@@ -107,7 +115,7 @@ fn share_out(segments: usize, spans: &[f64]) -> Vec<usize> {
             counts[longest.unwrap_or(0)] += 1;
         } else if total > segments {
             let shortest = (0..spans.len())
-                .filter(|k| counts[*k] > 1)
+                .filter(|k| counts[*k] > least[*k])
                 .min_by(|a, b| size(a, counts[*a] - 1).total_cmp(&size(b, counts[*b] - 1)));
             let Some(shortest) = shortest else { return counts };
             counts[shortest] -= 1;
@@ -123,11 +131,12 @@ mod tests {
 
     #[test]
     fn segments_are_shared_out_in_proportion() {
-        assert_eq!(share_out(160, &[0.5, 0.7]), [67, 93]);
-        assert_eq!(share_out(10, &[1.0]), [10]);
-        assert_eq!(share_out(3, &[1e-6, 1.0]), [1, 2]);
-        assert_eq!(share_out(1, &[0.5, 0.5]), [1, 1]);
-        assert_eq!(share_out(4, &[1e-6, 1e-6, 1.0]), [1, 1, 2]);
+        assert_eq!(share_out(160, &[0.5, 0.7], &[1; 2]), [67, 93]);
+        assert_eq!(share_out(10, &[1.0], &[1]), [10]);
+        assert_eq!(share_out(3, &[1e-6, 1.0], &[1; 2]), [1, 2]);
+        assert_eq!(share_out(1, &[0.5, 0.5], &[1; 2]), [1, 1]);
+        assert_eq!(share_out(4, &[1e-6, 1e-6, 1.0], &[1; 3]), [1, 1, 2]);
+        assert_eq!(share_out(5, &[0.1, 0.9], &[2; 2]), [2, 3]);
     }
 
     #[test]
@@ -139,7 +148,7 @@ mod tests {
                 x = 3.9 * x * (1.0 - x);
                 spans.push(x + 1e-3);
             }
-            let counts = share_out(n, &spans);
+            let counts = share_out(n, &spans, &[1; 3]);
             assert_eq!(counts.iter().sum::<usize>(), n);
             assert!(counts.iter().all(|count| *count > 0));
         }

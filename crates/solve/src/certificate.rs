@@ -1,9 +1,10 @@
 //! No minimiser grades its own work: forces and moments are recomputed here from the state alone.
 
+use crate::border::Border;
 use crate::matrix::BlockMatrix;
 use wireloom_core::minimiser::{Status, Stop};
 use wireloom_core::problem::{Hessian, Problem};
-use wireloom_core::{Network, State, Tangent};
+use wireloom_core::{Network, State, Tangent, Vector};
 
 /// Distance (m) or turn (rad) by which a held freedom may be off its target.
 const VIOLATION: f64 = 1e-9;
@@ -27,7 +28,16 @@ pub struct Certifier {
     /// The whole gradient at the state certified last; on held freedoms it is what the fixing exerts.
     pub gradient: Tangent,
     scratch: Tangent,
-    stability: Option<(BlockMatrix, Hessian, Vec<f64>)>,
+    stability: Option<Stability>,
+}
+
+/// What it takes to count negative pivots.
+struct Stability {
+    matrix: BlockMatrix,
+    hessian: Hessian,
+    weights: Vec<f64>,
+    border: Border,
+    rhs: Vec<Vector>,
 }
 
 impl Certifier {
@@ -43,8 +53,7 @@ impl Certifier {
         problem.motion(state, &mut self.scratch);
         let moved = self.scratch.points.iter().chain(&self.scratch.frames);
         let violation = moved.map(|v| v.norm()).fold(0.0, f64::max);
-        self.scratch.points.copy_from_slice(&self.gradient.points);
-        self.scratch.frames.copy_from_slice(&self.gradient.frames);
+        self.scratch.copy_from(&self.gradient);
         problem.free_part(&mut self.scratch);
         let residual = problem.residual(&self.scratch, &problem.scales());
         let holds = residual <= stop.force_tolerance && violation <= VIOLATION && state.is_finite();
@@ -59,15 +68,24 @@ impl Certifier {
     /// Whether no motion lowers the energy to second order, from the inertia of the Hessian at `state`. Call after
     /// [`Self::certify`] at the same state.
     pub fn stable(&mut self, problem: &mut Problem<'_>, state: &State) -> bool {
-        let (matrix, hessian, weights) = self.stability.get_or_insert_with(|| {
+        let Stability { matrix, hessian, weights, border, rhs } = self.stability.get_or_insert_with(|| {
             let matrix = BlockMatrix::new(problem.network);
-            let weights = matrix.frame_weights(problem.network);
-            (matrix, Hessian::new(problem.network), weights)
+            Stability {
+                weights: matrix.frame_weights(problem.network),
+                hessian: Hessian::new(problem.network),
+                border: Border::default(),
+                rhs: vec![Vector::zeros(); matrix.structure.len()],
+                matrix,
+            }
         });
         problem.hessian(state, None, hessian);
         matrix.gather(problem.network, state, hessian);
         matrix.shift(NEUTRAL * problem.scales().force, weights);
         matrix.take_out(problem);
-        matrix.factorise() == 0
+        let negative = matrix.factorise();
+        if negative > 0 || !problem.slides_any() {
+            return negative == 0;
+        }
+        border.negative(matrix, problem, state, &self.gradient, rhs) == 0
     }
 }

@@ -6,6 +6,7 @@
 //! increments the axial and shear forces in the geometric stiffness are those predicted by the last linear step
 //! ("mixed integration points", Magisano, Leonetti, Garcea 2017).
 
+use crate::border::Border;
 use crate::matrix::BlockMatrix;
 use wireloom_core::minimiser::{Minimiser, Report, Status, Stop};
 use wireloom_core::problem::{Hessian, Problem, Scales};
@@ -54,6 +55,7 @@ impl Newton {
 struct Workspace {
     network: u64,
     matrix: BlockMatrix,
+    border: Border,
     hessian: Hessian,
     /// See [`BlockMatrix::frame_weights`].
     weights: Vec<f64>,
@@ -89,6 +91,7 @@ impl Workspace {
             rhs: vec![Vector::zeros(); matrix.structure.len()],
             forces: network.branches.iter().map(|b| vec![Vector::zeros(); b.rod.mesh().segments()]).collect(),
             matrix,
+            border: Border::default(),
             factor_of: None,
             factorisations: 0,
             evaluations: 0,
@@ -131,16 +134,27 @@ impl Workspace {
     }
 
     /// Solves for the step at `state`; with `moving` it carries the prescribed motion.
-    fn solve(&mut self, problem: &Problem<'_>, state: &State, moving: bool) {
+    fn solve(&mut self, problem: &mut Problem<'_>, state: &State, moving: bool) {
         let motion = moving.then_some(&self.motion);
         self.matrix.right_hand_side(problem, &self.gradient, motion, &mut self.rhs);
         self.matrix.solve(&mut self.rhs);
         self.matrix.step(problem, state, &mut self.rhs, motion, &mut self.step);
+        if problem.slides_any() {
+            let Self { matrix, border, gradient, rhs, step, .. } = self;
+            border.complete(matrix, problem, state, gradient, rhs, step);
+        }
+    }
+
+    /// Largest share of the step that the line search may take.
+    fn longest(&self, problem: &Problem<'_>, state: &State) -> f64 {
+        let turn = self.largest_turn();
+        let share: f64 = if turn > LARGEST_TURN { LARGEST_TURN / turn } else { 1.0 };
+        share.min(problem.largest_slide(state, &self.step))
     }
 
     /// Energy and gradient at `state ⊕ α step`, in `trial` and `trial_gradient`.
     fn try_step(&mut self, problem: &mut Problem<'_>, state: &State, alpha: f64) -> f64 {
-        problem.network.retract(state, &self.step, alpha, &mut self.trial);
+        problem.retract(state, &self.step, alpha, &mut self.trial);
         problem.place_held(&mut self.trial);
         self.evaluations += 1;
         let energy = problem.gradient(&self.trial, &mut self.trial_gradient);
@@ -165,8 +179,7 @@ impl Workspace {
     }
 
     fn residual(&mut self, problem: &Problem<'_>, scales: &Scales) -> f64 {
-        self.free.points.copy_from_slice(&self.gradient.points);
-        self.free.frames.copy_from_slice(&self.gradient.frames);
+        self.free.copy_from(&self.gradient);
         problem.free_part(&mut self.free);
         problem.residual(&self.free, scales)
     }
@@ -176,9 +189,8 @@ impl Workspace {
     }
 
     fn slope(&self) -> f64 {
-        let dot = |a: &[Vector], b: &[Vector]| -> f64 { a.iter().zip(b).map(|(a, b)| a.dot(b)).sum() };
         // Tied entries of the gradient are zero.
-        dot(&self.free.points, &self.step.points) + dot(&self.free.frames, &self.step.frames)
+        self.free.dot(&self.step)
     }
 }
 
@@ -245,7 +257,7 @@ impl Minimiser for Newton {
             let slope = ws.slope();
             let noise = ENERGY_NOISE * energy.abs().max(scales.force * scales.length);
             let turn = ws.largest_turn();
-            let mut alpha = if turn > LARGEST_TURN { LARGEST_TURN / turn } else { 1.0 };
+            let mut alpha = ws.longest(problem, state);
             if !slope.is_finite() {
                 report.status = Status::Failed;
                 break;
@@ -319,8 +331,7 @@ fn predict(ws: &mut Workspace, problem: &mut Problem<'_>, state: &mut State) -> 
         }
     }
     ws.solve(problem, state, true);
-    let turn = ws.largest_turn();
-    if turn < SMALL_TURN {
+    if ws.largest_turn() < SMALL_TURN && problem.largest_slide(state, &ws.step) == 1.0 {
         let energy = ws.try_step(problem, state, 1.0);
         if energy.is_finite() {
             ws.accept(state);
@@ -328,7 +339,7 @@ fn predict(ws: &mut Workspace, problem: &mut Problem<'_>, state: &mut State) -> 
         }
     }
     let mut best = (f64::INFINITY, 0.0);
-    let mut alpha = if turn > LARGEST_TURN { LARGEST_TURN / turn } else { 1.0 };
+    let mut alpha = ws.longest(problem, state);
     for _ in 0..4 {
         let energy = ws.try_step(problem, state, alpha);
         if energy < best.0 {

@@ -39,7 +39,7 @@ pub fn branch(problem: &Problem<'_>, index: usize, state: &State) -> BranchResul
         diameter: branch.section.diameter,
         bend_radius_limit: branch.section.min_bend_radius,
         axial_stiffness: branch.section.axial_stiffness,
-        s: mesh.arc_lengths(),
+        s: state.arc_lengths(network, index),
         position: shape.points.iter().zip(shape.carry).map(|(x, c)| x + c).collect(),
         frame: Vec::with_capacity(n + 1),
         force: Vec::with_capacity(n + 1),
@@ -51,7 +51,7 @@ pub fn branch(problem: &Problem<'_>, index: usize, state: &State) -> BranchResul
     // Curvature (1/m) at each node and the side it is that of: before the node, after it, or neither. At an inner station,
     // where a fixing makes forces and moments jump, the tighter side counts.
     let mut curvature = vec![(Vector::zeros(), Side::Both); n + 1];
-    for (c, &lambda) in mesh.coupling_lengths.iter().enumerate() {
+    for (c, &lambda) in shape.coupling_lengths.iter().enumerate() {
         let node = mesh.coupling_nodes[c];
         let relative = shape.frames[c].inverse() * shape.frames[c + 1];
         result.twist_turns += twist_angle(&relative) / std::f64::consts::TAU;
@@ -71,7 +71,7 @@ pub fn branch(problem: &Problem<'_>, index: usize, state: &State) -> BranchResul
     // Edges are tangent to the centre line in their middle; nodes without a station lie beside it by ℓ² x″/24.
     for node in (1..n).filter(|&node| mesh.station_frame(node).is_none()) {
         let tangent = |j: usize| columns(&segment_frame(j))[2];
-        let mean = 0.5 * (mesh.rest_lengths[node - 1] + mesh.rest_lengths[node]);
+        let mean = 0.5 * (shape.rest_lengths[node - 1] + shape.rest_lengths[node]);
         result.position[node] += (tangent(node) - tangent(node - 1)) * (mean / 24.0);
     }
     // Ends at a joint without a frame have no coupling of the rod's own: there the moment is what the joint exerts, and frame and
@@ -97,15 +97,15 @@ pub fn branch(problem: &Problem<'_>, index: usize, state: &State) -> BranchResul
             (relative.scaled_axis() / mean_length(joint), halfway(&beyond, &q, 0.5))
         } else {
             let kappa = moment.component_div(&branch.section.bend_diagonal()) + joint.arms[arm].curvature;
-            (kappa, q * Rotation::from_scaled_axis(kappa * (-0.5 * sign * mesh.rest_lengths[segment])))
+            (kappa, q * Rotation::from_scaled_axis(kappa * (-0.5 * sign * shape.rest_lengths[segment])))
         };
         curvature[node].0 = kappa;
         continued[k] = Some(frame);
     }
     for (node, &(kappa, side)) in curvature.iter().enumerate() {
         let (l0, l1) = (
-            if node > 0 { mesh.rest_lengths[node - 1] } else { 0.0 },
-            if node < n { mesh.rest_lengths[node] } else { 0.0 },
+            if node > 0 { shape.rest_lengths[node - 1] } else { 0.0 },
+            if node < n { shape.rest_lengths[node] } else { 0.0 },
         );
         let frame = match (mesh.station_frame(node), node) {
             (Some(c), _) => shape.frames[c],
@@ -198,6 +198,12 @@ pub fn constraints(problem: &Problem<'_>, state: &State, gradient: &Tangent) -> 
                 orientation: pose.orientation,
                 force,
                 moment,
+                slide: problem
+                    .network
+                    .slides
+                    .iter()
+                    .position(|site| site.fixing == f)
+                    .map(|slide| problem.slide_result(slide, state, gradient)),
             }
         })
         .collect()
@@ -234,7 +240,7 @@ pub fn overstretched(problem: &Problem<'_>, state: &State) -> Vec<String> {
     let mut remarks = Vec::new();
     for (index, branch) in network.branches.iter().enumerate() {
         let mesh = branch.rod.mesh();
-        let s = mesh.arc_lengths();
+        let s = state.arc_lengths(network, index);
         let n = mesh.segments();
         let stops: Vec<usize> = (0..=n).filter(|&node| node == 0 || node == n || held(index, node)).collect();
         for pair in stops.windows(2) {

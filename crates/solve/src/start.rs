@@ -247,13 +247,7 @@ fn lay_along_paths(network: &Network, branches: &[usize], state: &mut State) {
             state.points[i] = along(&branch.path, s / length).0;
         }
         // Shares of the branch's length at which its frames sit.
-        let mut places = vec![0.0; mesh.frames()];
-        for (j, &c) in mesh.segment_frames.iter().enumerate() {
-            places[c] = 0.5 * (s[j] + s[j + 1]) / length;
-        }
-        for (&c, &node) in mesh.station_frames.iter().zip(&mesh.stations) {
-            places[c] = s[node] / length;
-        }
+        let places: Vec<f64> = mesh.frame_places(&s).into_iter().map(|place| place / length).collect();
         let mut q = known(branch.start, 0).unwrap_or_else(Rotation::identity);
         let mut frames: Vec<Rotation> = Vec::with_capacity(places.len());
         for &t in &places {

@@ -5,8 +5,10 @@ use crate::{result, start};
 use std::time::Instant;
 use wireloom_core::equilibrium::{MinimiserResult, Run, StepResult};
 use wireloom_core::minimiser::{Minimiser, Status, Stop};
+use wireloom_core::network::Place;
 use wireloom_core::problem::{Conditions, Problem};
 use wireloom_core::rotation::{columns, shortest};
+use wireloom_core::sliding::{SlideStop, Sliding};
 use wireloom_core::steps::{Move, Schedule, Step, Turn};
 use wireloom_core::{Network, Pose, Rotation, State, Vector};
 
@@ -24,6 +26,10 @@ const HOMING_TOLERANCE: f64 = 0.1;
 /// So many times the iterations of an increment are allowed where parts may snap: in homing, and where smaller
 /// increments did not help.
 const SNAP_ITERATIONS: usize = 20;
+/// Friction is settled in so many rounds, or the increment is cut back.
+const FRICTION_ROUNDS: usize = 40;
+/// Arc lengths that differ by less than this share of the branch are the same.
+const SAME_PLACE: f64 = 1e-12;
 /// Turn (rad) by which a start that is balanced on an edge is disturbed.
 const DISTURBANCE: f64 = 1e-3;
 
@@ -147,6 +153,8 @@ struct Driver<'n, 'm> {
     iterations: usize,
     factorisations: usize,
     residual: f64,
+    /// While the start is being found nothing slides.
+    homing: bool,
 }
 
 /// Carries out a schedule. The observer sees every increment's end and may stop the run. The status of the run is
@@ -166,6 +174,8 @@ pub fn follow(
         load_factors: network.loads.iter().map(|load| load.factor).collect(),
         active: network.fixings.iter().map(|f| f.from_start).collect(),
         targets: network.fixings.iter().map(|f| state.pose(&f.site)).collect(),
+        // Nothing slides before the fixings are where the scenario puts them.
+        sliding: vec![Sliding::Stuck; network.slides.len()],
     };
     let mut driver = Driver {
         problem: Problem::new(network, conditions),
@@ -177,6 +187,7 @@ pub fn follow(
         iterations: 0,
         factorisations: 0,
         residual: f64::INFINITY,
+        homing: true,
     };
     let alone = [Step { name: "equilibrium".into(), increments: 1, ..Step::default() }];
     let steps = if schedule.steps.is_empty() { &alone[..] } else { &schedule.steps };
@@ -301,9 +312,21 @@ impl Driver<'_, '_> {
             plan.apply(&mut self.problem, 1.0);
             status = self.solve();
         }
+        self.let_run();
+        if !network.slides.is_empty() {
+            status = self.solve();
+        }
         status = self.off_the_edge(status);
         self.stop = stop;
         status
+    }
+
+    /// Lets the cable run through what slides without friction.
+    fn let_run(&mut self) {
+        self.homing = false;
+        for (k, _) in self.problem.network.slides.iter().enumerate().filter(|(_, site)| site.friction == 0.0) {
+            self.problem.set_sliding(k, Sliding::Running { force: 0.0 });
+        }
     }
 
     /// Where the start is balanced on an edge, or the way down is not to be found from it, disturbs it a little (the same way every time) and lets it fall.
@@ -344,13 +367,18 @@ impl Driver<'_, '_> {
     /// Adds and releases what the step says, and plans its motions.
     fn begin(&mut self, step: &Step) -> Plan {
         let network = self.problem.network;
-        let state = &self.state;
         self.problem.change(|c| {
             for &f in &step.release {
                 c.active[f] = false;
             }
             for &f in &step.add {
                 c.active[f] = true;
+            }
+        });
+        self.put_in_place(&step.add);
+        let state = &self.state;
+        self.problem.change(|c| {
+            for &f in &step.add {
                 c.targets[f] = state.pose(&network.fixings[f].site);
             }
         });
@@ -388,6 +416,7 @@ impl Driver<'_, '_> {
     /// From share `a` to share `b` of a plan; halved where it does not converge.
     fn advance(&mut self, plan: &Plan, a: f64, b: f64, cuts: u32) -> Status {
         self.before.copy_from(&self.state);
+        self.problem.stick();
         plan.apply(&mut self.problem, b);
         let status = self.solve();
         if matches!(status, Status::Converged | Status::Stalled) || cuts == 0 {
@@ -406,11 +435,60 @@ impl Driver<'_, '_> {
         self.advance(plan, middle, b, cuts - 1)
     }
 
+    /// The equilibrium under the conditions at hand, friction and what runs out of its fixing included.
     fn solve(&mut self) -> Status {
+        let mut status = self.minimise();
+        for _ in 0..FRICTION_ROUNDS {
+            if self.homing || !matches!(status, Status::Converged | Status::Stalled) {
+                return status;
+            }
+            let ran_out = self.drop_what_ran_out();
+            if !(self.problem.update_friction(&self.state, &self.certifier.gradient) || ran_out) {
+                return status;
+            }
+            status = self.minimise();
+        }
+        Status::IterationLimit
+    }
+
+    fn minimise(&mut self) -> Status {
         let report = self.minimiser.minimise(&mut self.problem, &mut self.state, &self.stop);
         self.iterations += report.iterations;
         self.factorisations += report.factorisations;
         self.certify(report.status)
+    }
+
+    /// Takes away the fixings that the cable has run out of. Returns whether there was one.
+    fn drop_what_ran_out(&mut self) -> bool {
+        let network = self.problem.network;
+        let mut dropped = false;
+        for (k, site) in network.slides.iter().enumerate() {
+            if self.problem.slide_stop(k, &self.certifier.gradient) == Some(SlideStop::End) {
+                self.problem.change(|c| c.active[site.fixing] = false);
+                let s = self.state.arc_lengths(network, site.branch);
+                let knots: Vec<_> = self.problem.knots(site.branch).into_iter().map(|node| (node, s[node])).collect();
+                network.move_mesh(site.branch, &knots, &mut self.state);
+                dropped = true;
+            }
+        }
+        dropped
+    }
+
+    /// Brings the stations of fixings that begin to the arc lengths they were given: where the mesh has moved along the cable since, it
+    /// moves once more.
+    fn put_in_place(&mut self, added: &[usize]) {
+        let network = self.problem.network;
+        for (b, branch) in network.branches.iter().enumerate().filter(|(_, branch)| branch.mesh_moves) {
+            let built = branch.rod.mesh().arc_lengths();
+            let s = self.state.arc_lengths(network, b);
+            let begins =
+                |node: usize| added.iter().any(|&f| network.fixings[f].place == Place::Node { branch: b, node });
+            let place = |node: usize| if begins(node) { (node, built[node]) } else { (node, s[node]) };
+            let knots: Vec<_> = self.problem.knots(b).into_iter().map(place).collect();
+            if knots.iter().any(|&(node, to)| (to - s[node]).abs() > SAME_PLACE * built[built.len() - 1]) {
+                network.move_mesh(b, &knots, &mut self.state);
+            }
+        }
     }
 
     /// Grades the state as it is now.

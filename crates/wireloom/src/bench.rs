@@ -221,6 +221,7 @@ fn hung<'n>(network: &'n Network, newton: &mut Newton, stop: &Stop, shift: Vecto
         load_factors: vec![],
         active: vec![true; network.fixings.len()],
         targets: network.fixings.iter().map(|f| state.pose(&f.site)).collect(),
+        sliding: vec![],
     };
     let mut problem = Problem::new(network, conditions);
     let mut target = problem.conditions().targets[1];

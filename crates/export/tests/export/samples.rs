@@ -61,6 +61,7 @@ pub fn fixing(name: &str, kind: &str, position: Vector, force: Vector) -> Constr
         orientation: Rotation::identity(),
         force,
         moment: v(0.01, 0.0, 0.0),
+        slide: None,
     }
 }
 

@@ -1,6 +1,6 @@
 //! The Cosserat rod: stretch, shear, bending and twist, on a staggered grid.
 
-use crate::kernel::{BendTwist, BlendedStretchShear, StretchShear, rotation_matrix};
+use crate::kernel::{BendTwist, BlendedStretchShear, END_BLEND, INNER_BLEND, StretchShear, rotation_matrix};
 use nalgebra::{Quaternion, Unit};
 use std::ops::Range;
 use wireloom_core::registry::RodKind;
@@ -57,14 +57,16 @@ impl CosseratRod {
     #[inline(always)]
     fn segment(&self, shape: &BranchShape<'_>, j: usize) -> StretchShear {
         let q = &shape.frames[self.mesh.segment_frames[j]];
-        StretchShear::new(&shape.edge(j), q, self.mesh.rest_lengths[j], &self.stretch)
+        StretchShear::new(&shape.edge(j), q, shape.rest_lengths[j], &self.stretch)
     }
 
     fn blended(&self, shape: &BranchShape<'_>, beside: &Beside) -> BlendedStretchShear {
         let j = beside.segment;
         let q = &shape.frames[self.mesh.segment_frames[j]];
-        let stations = beside.stations.map(|station| station.map(|c| &shape.frames[c]));
-        BlendedStretchShear::new(&shape.edge(j), q, stations, self.mesh.rest_lengths[j], &self.stretch)
+        let end = |c: usize| c == 0 || c + 1 == shape.frames.len();
+        let blend = |c: usize| if end(c) { END_BLEND } else { INNER_BLEND };
+        let stations = beside.stations.map(|station| station.map(|c| (&shape.frames[c], blend(c))));
+        BlendedStretchShear::new(&shape.edge(j), q, stations, shape.rest_lengths[j], &self.stretch)
     }
 
     #[inline(always)]
@@ -74,7 +76,7 @@ impl CosseratRod {
             None => self.curvature,
             Some(extra) => self.curvature + extra,
         };
-        BendTwist::new(a, b, self.mesh.coupling_lengths[c], &self.bend, &rest)
+        BendTwist::new(a, b, shape.coupling_lengths[c], &self.bend, &rest)
     }
 }
 
@@ -85,14 +87,14 @@ impl RodSegment for CosseratRod {
 
     fn energy(&self, shape: &BranchShape<'_>) -> RodEnergy {
         let mut energy = RodEnergy::default();
-        let lengths = &self.mesh.rest_lengths;
+        let lengths = shape.rest_lengths;
         let plain = self.plain().map(|j| self.segment(shape, j).energy(lengths[j]));
         let blended = self.mesh.beside.iter().map(|b| self.blended(shape, b).energy(lengths[b.segment]));
         for (shear, stretch) in plain.chain(blended) {
             energy.shear += shear;
             energy.stretch += stretch;
         }
-        for (c, &lambda) in self.mesh.coupling_lengths.iter().enumerate() {
+        for (c, &lambda) in shape.coupling_lengths.iter().enumerate() {
             let (bend, twist) = self.coupling(shape, c).energy(lambda);
             energy.bend += bend;
             energy.twist += twist;
@@ -106,7 +108,7 @@ impl RodSegment for CosseratRod {
         frames.fill(Vector::zeros());
         for run in &self.plain {
             for j in run.clone() {
-                let l = self.mesh.rest_lengths[j];
+                let l = shape.rest_lengths[j];
                 let law = self.segment(shape, j);
                 let (shear, stretch) = law.energy(l);
                 energy += shear + stretch;
@@ -118,7 +120,7 @@ impl RodSegment for CosseratRod {
         }
         for beside in &self.mesh.beside {
             let j = beside.segment;
-            let l = self.mesh.rest_lengths[j];
+            let l = shape.rest_lengths[j];
             let law = self.blended(shape, beside);
             let (shear, stretch) = law.energy(l);
             energy += shear + stretch;
@@ -132,7 +134,7 @@ impl RodSegment for CosseratRod {
                 }
             }
         }
-        for (c, &lambda) in self.mesh.coupling_lengths.iter().enumerate() {
+        for (c, &lambda) in shape.coupling_lengths.iter().enumerate() {
             let law = self.coupling(shape, c);
             let (bend, twist) = law.energy(lambda);
             energy += bend + twist;
@@ -148,16 +150,16 @@ impl RodSegment for CosseratRod {
             for j in run.clone() {
                 let law = self.segment(shape, j);
                 let n = forces.map_or(law.n, |f| f[j]);
-                hessian.segments[j] = law.hessian(self.mesh.rest_lengths[j], &self.stretch, &n);
+                hessian.segments[j] = law.hessian(shape.rest_lengths[j], &self.stretch, &n);
             }
         }
         for (beside, room) in self.mesh.beside.iter().zip(&mut hessian.beside) {
             let j = beside.segment;
             let law = self.blended(shape, beside);
             let n = forces.map_or(law.n, |f| f[j]);
-            (hessian.segments[j], *room) = law.hessian(self.mesh.rest_lengths[j], &self.stretch, &n);
+            (hessian.segments[j], *room) = law.hessian(shape.rest_lengths[j], &self.stretch, &n);
         }
-        for (c, &lambda) in self.mesh.coupling_lengths.iter().enumerate() {
+        for (c, &lambda) in shape.coupling_lengths.iter().enumerate() {
             hessian.couplings[c] = self.coupling(shape, c).hessian(lambda, &self.bend);
         }
     }
@@ -168,7 +170,7 @@ impl RodSegment for CosseratRod {
             let law = self.segment(shape, j);
             let de = points[j + 1] - points[j];
             let theta = &frames[self.mesh.segment_frames[j]];
-            let change = law.r.tr_mul(&de) / self.mesh.rest_lengths[j] + law.v.cross(theta);
+            let change = law.r.tr_mul(&de) / shape.rest_lengths[j] + law.v.cross(theta);
             forces[j] = law.n + self.stretch.component_mul(&change);
         }
         for beside in &self.mesh.beside {
@@ -176,7 +178,7 @@ impl RodSegment for CosseratRod {
             let law = self.blended(shape, beside);
             let at_stations = beside.stations.map(|c| c.map_or_else(Vector::zeros, |c| frames[c]));
             let (de, theta) = (points[j + 1] - points[j], &frames[self.mesh.segment_frames[j]]);
-            let change = law.strain_change(self.mesh.rest_lengths[j], &de, theta, at_stations);
+            let change = law.strain_change(shape.rest_lengths[j], &de, theta, at_stations);
             forces[j] = law.n + self.stretch.component_mul(&change);
         }
     }
@@ -191,6 +193,55 @@ impl RodSegment for CosseratRod {
         }
     }
 
+    fn length_terms(&self, shape: &BranchShape<'_>, segments: &mut [[f64; 2]], couplings: &mut [[f64; 2]]) {
+        for j in self.plain() {
+            segments[j] = self.segment(shape, j).length_terms(shape.rest_lengths[j], &self.stretch);
+        }
+        for beside in &self.mesh.beside {
+            let j = beside.segment;
+            segments[j] = self.blended(shape, beside).length_terms(shape.rest_lengths[j], &self.stretch);
+        }
+        for (c, &lambda) in shape.coupling_lengths.iter().enumerate() {
+            couplings[c] = self.coupling(shape, c).length_terms(lambda, &self.bend);
+        }
+    }
+
+    fn length_mixed(
+        &self,
+        shape: &BranchShape<'_>,
+        segment_rates: &[f64],
+        coupling_rates: &[f64],
+        points: &mut [Vector],
+        frames: &mut [Vector],
+    ) {
+        for j in self.plain().filter(|&j| segment_rates[j] != 0.0) {
+            let (rate, l) = (segment_rates[j], shape.rest_lengths[j]);
+            let (force, moment) = self.segment(shape, j).per_length(l, &self.stretch).gradient(l);
+            points[j] -= force * rate;
+            points[j + 1] += force * rate;
+            frames[self.mesh.segment_frames[j]] += moment * rate;
+        }
+        for beside in self.mesh.beside.iter().filter(|b| segment_rates[b.segment] != 0.0) {
+            let j = beside.segment;
+            let (rate, l) = (segment_rates[j], shape.rest_lengths[j]);
+            let law = self.blended(shape, beside).per_length(l, &self.stretch);
+            let (force, moment, at_stations) = law.gradient(l);
+            points[j] -= force * rate;
+            points[j + 1] += force * rate;
+            frames[self.mesh.segment_frames[j]] += moment * rate;
+            for (station, moment) in beside.stations.iter().zip(at_stations) {
+                if let Some(c) = station {
+                    frames[*c] += moment * rate;
+                }
+            }
+        }
+        for (c, &lambda) in shape.coupling_lengths.iter().enumerate().filter(|(c, _)| coupling_rates[*c] != 0.0) {
+            let (a, b) = self.coupling(shape, c).per_length(lambda, &self.bend).gradient();
+            frames[c] += a * coupling_rates[c];
+            frames[c + 1] += b * coupling_rates[c];
+        }
+    }
+
     /// `R_b ∂E/∂θ_b`, which by objectivity equals `−R_a ∂E/∂θ_a`; beside a station the moment on it, to which the blended
     /// segment contributes.
     fn moments(&self, shape: &BranchShape<'_>, moments: &mut [Vector]) {
@@ -198,7 +249,7 @@ impl RodSegment for CosseratRod {
             *moment = rotation_matrix(&shape.frames[c + 1]) * self.coupling(shape, c).gradient().1;
         }
         for beside in &self.mesh.beside {
-            let (_, _, at_stations) = self.blended(shape, beside).gradient(self.mesh.rest_lengths[beside.segment]);
+            let (_, _, at_stations) = self.blended(shape, beside).gradient(shape.rest_lengths[beside.segment]);
             let [first, second] = beside.stations;
             if let Some(c) = first {
                 moments[c] -= shape.frames[c] * at_stations[0];

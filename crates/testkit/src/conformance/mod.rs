@@ -50,6 +50,7 @@ macro_rules! rod_conformance {
             keeps_the_mesh_it_was_built_for
             gradient_is_the_derivative_of_the_energy
             hessian_is_the_second_derivative_of_the_energy
+            length_terms_are_derivatives_in_the_lengths
             own_forces_reproduce_the_hessian
             predicted_forces_are_first_order_in_the_step
             rigid_motion_changes_nothing
@@ -59,7 +60,7 @@ macro_rules! rod_conformance {
             rest_shape_has_no_energy_and_no_gradient
             energy_is_second_order_in_the_segment_length
             a_station_inside_changes_the_energy_to_second_order
-            a_branch_cut_at_a_station_is_the_sum_of_its_parts
+            bending_of_a_branch_cut_at_a_station_is_the_sum_of_its_parts
             energies_by_effect_are_not_negative_and_add_up
             forces_and_moments_agree_with_the_gradient
             low_order_parts_of_positions_count

@@ -198,6 +198,7 @@ impl Sketch {
             load_factors: vec![],
             active: vec![true; network.fixings.len()],
             targets: network.fixings.iter().map(|f| state.pose(&f.site)).collect(),
+            sliding: vec![],
         };
         Sample { network, conditions, state }
     }

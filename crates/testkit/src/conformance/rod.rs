@@ -3,7 +3,7 @@
 use super::numeric::*;
 use fastrand::Rng;
 use nalgebra::{DMatrix, DVector};
-use wireloom_core::rod::{BranchHessian, Mesh, RodSpec};
+use wireloom_core::rod::{BranchHessian, Mesh, RodEnergy, RodSpec};
 use wireloom_core::rotation::skew;
 use wireloom_core::{BranchShape, Matrix, RodSegment, Rotation, Section, Vector};
 
@@ -39,11 +39,20 @@ struct Shape {
     carry: Vec<Vector>,
     frames: Vec<Rotation>,
     extra: Vec<Vector>,
+    rest_lengths: Vec<f64>,
+    coupling_lengths: Vec<f64>,
 }
 
 impl Shape {
     fn view(&self) -> BranchShape<'_> {
-        BranchShape { points: &self.points, carry: &self.carry, frames: &self.frames, extra_curvature: &self.extra }
+        BranchShape {
+            points: &self.points,
+            carry: &self.carry,
+            frames: &self.frames,
+            rest_lengths: &self.rest_lengths,
+            coupling_lengths: &self.coupling_lengths,
+            extra_curvature: &self.extra,
+        }
     }
 
     /// `x + h δ`, `q ∘ exp(h θ)`, entries of the direction in the order of [`gradient`].
@@ -63,6 +72,13 @@ impl Shape {
         3 * (self.points.len() + self.frames.len())
     }
 
+    /// With rest lengths (m) that are not those of the mesh.
+    fn with_lengths(&self, mesh: &Mesh, rest_lengths: Vec<f64>) -> Self {
+        let mut to = Self { rest_lengths, ..self.clone() };
+        mesh.couple(&to.rest_lengths, &mut to.coupling_lengths);
+        to
+    }
+
     /// The same shape run from its other end.
     fn reversed(&self) -> Self {
         let back = |v: &[Vector]| v.iter().rev().copied().collect::<Vec<_>>();
@@ -71,6 +87,8 @@ impl Shape {
             carry: back(&self.carry),
             frames: self.frames.iter().rev().map(|q| q * half_turn()).collect(),
             extra: self.extra.iter().rev().map(reversed_curvature).collect(),
+            rest_lengths: self.rest_lengths.iter().rev().copied().collect(),
+            coupling_lengths: self.coupling_lengths.iter().rev().copied().collect(),
         }
     }
 }
@@ -117,6 +135,8 @@ fn cases(factory: &Factory<'_>) -> Vec<Case> {
             let mut shape = random_shape(rod.as_ref(), &mesh, turn, strain, &mut rng);
             if shape_name == "wild" {
                 shape.extra = mesh.coupling_lengths.iter().map(|_| random_vector(&mut rng, 1.0)).collect();
+                let moved = mesh.rest_lengths.iter().map(|l| l * (1.0 + 0.4 * (uniform(&mut rng) - 0.5))).collect();
+                shape = shape.with_lengths(&mesh, moved);
             }
             all.push(Case { name: format!("{mesh_name}, {shape_name}"), spec, rod, shape });
         }
@@ -137,7 +157,14 @@ fn random_shape(rod: &dyn RodSegment, mesh: &Mesh, turn: f64, strain: f64, rng: 
         let v = Vector::z() + random_vector(rng, strain);
         points.push(points[j] + frames[mesh.segment_frames[j]] * v * *l);
     }
-    Shape { carry: vec![Vector::zeros(); points.len()], points, frames, extra: Vec::new() }
+    Shape {
+        carry: vec![Vector::zeros(); points.len()],
+        points,
+        frames,
+        extra: Vec::new(),
+        rest_lengths: mesh.rest_lengths.clone(),
+        coupling_lengths: mesh.coupling_lengths.clone(),
+    }
 }
 
 /// The energy and the gradient `(∂E/∂x_0, …, ∂E/∂θ_0, …)`; rooms are handed over full of NaN.
@@ -273,6 +300,48 @@ pub fn hessian_is_the_second_derivative_of_the_energy(factory: &Factory<'_>) {
             .collect();
         let want = symmetric(&DMatrix::from_columns(&columns));
         assert_matrix_near(&name, &got, &want, DIFFERENCES * (1.0 + want.amax()));
+    }
+}
+
+/// # Panics
+/// If what the rod says of its lengths is not the derivative of its energy and gradient in them: of each length alone, and of
+/// all at random rates.
+pub fn length_terms_are_derivatives_in_the_lengths(factory: &Factory<'_>) {
+    let mut rng = Rng::with_seed(11);
+    for Case { name, spec, rod, shape } in cases(factory) {
+        let (rod, mesh) = (rod.as_ref(), &spec.mesh);
+        let (n, m) = (mesh.segments(), mesh.coupling_lengths.len());
+        let terms = |shape: &Shape| {
+            let (mut segments, mut couplings) = (vec![[f64::NAN; 2]; n], vec![[f64::NAN; 2]; m]);
+            rod.length_terms(&shape.view(), &mut segments, &mut couplings);
+            segments.into_iter().chain(couplings).collect::<Vec<_>>()
+        };
+        let stretched = |k: usize, h: f64| {
+            let mut to = shape.clone();
+            *to.rest_lengths.iter_mut().chain(&mut to.coupling_lengths).nth(k).expect("a length") += h;
+            to
+        };
+        let energy = |shape: &Shape| rod.energy(&shape.view()).total();
+        for (k, [first, second]) in terms(&shape).into_iter().enumerate() {
+            let h = STEP * 0.1;
+            let want = [derivative(h, |h| energy(&stretched(k, h))), derivative(h, |h| terms(&stretched(k, h))[k][0])];
+            assert_near(&format!("{name}, ∂E of length {k}"), first, want[0], DIFFERENCES * (1.0 + want[0].abs()));
+            assert_near(&format!("{name}, ∂²E of length {k}"), second, want[1], DIFFERENCES * (1.0 + want[1].abs()));
+        }
+        let segment_rates: Vec<f64> = (0..n).map(|_| uniform(&mut rng) - 0.5).collect();
+        let coupling_rates: Vec<f64> = (0..m).map(|_| uniform(&mut rng) - 0.5).collect();
+        let (mut points, mut frames) = (vec![Vector::zeros(); mesh.nodes()], vec![Vector::zeros(); mesh.frames()]);
+        rod.length_mixed(&shape.view(), &segment_rates, &coupling_rates, &mut points, &mut frames);
+        let got = flat(points.iter().chain(&frames));
+        let want = derivative_of_all(STEP * 0.1, |h| {
+            let mut to = shape.clone();
+            let rates = segment_rates.iter().chain(&coupling_rates);
+            for (l, rate) in to.rest_lengths.iter_mut().chain(&mut to.coupling_lengths).zip(rates) {
+                *l += h * rate;
+            }
+            gradient(rod, &to).1
+        });
+        assert_all_near(&name, &got, &want, DIFFERENCES * (1.0 + want.amax()));
     }
 }
 
@@ -435,6 +504,8 @@ fn helix(mesh: &Mesh) -> Shape {
         carry: vec![Vector::zeros(); s.len()],
         frames,
         extra: vec![],
+        rest_lengths: mesh.rest_lengths.clone(),
+        coupling_lengths: mesh.coupling_lengths.clone(),
     }
 }
 
@@ -471,8 +542,10 @@ pub fn a_station_inside_changes_the_energy_to_second_order(factory: &Factory<'_>
 }
 
 /// # Panics
-/// If a branch with a station inside has not the energy of the two branches that meet there.
-pub fn a_branch_cut_at_a_station_is_the_sum_of_its_parts(factory: &Factory<'_>) {
+/// If a branch with a station inside has not the bending and twisting energy of the two branches that meet there. (What stations do
+/// to stretch and shear is of second order in the segments, and may differ at ends.)
+pub fn bending_of_a_branch_cut_at_a_station_is_the_sum_of_its_parts(factory: &Factory<'_>) {
+    let bending = |energy: RodEnergy| energy.bend + energy.twist;
     for Case { name, spec, rod, shape } in cases(factory) {
         let mesh = &spec.mesh;
         for (&node, &c) in mesh.stations.iter().zip(&mesh.station_frames) {
@@ -482,11 +555,13 @@ pub fn a_branch_cut_at_a_station_is_the_sum_of_its_parts(factory: &Factory<'_>) 
             let lower = |k: &usize| *k <= node;
             let part = |lengths: &[f64], stations: Vec<usize>, shape: Shape| {
                 let mesh = Mesh::new(lengths.to_vec(), stations);
-                factory(RodSpec { mesh, ..spec.clone() }).energy(&shape.view()).total()
+                bending(factory(RodSpec { mesh, ..spec.clone() }).energy(&shape.view()))
             };
             let (one, other) = mesh.rest_lengths.split_at(node);
             let slice = |points: std::ops::Range<usize>, frames: std::ops::Range<usize>| Shape {
                 points: shape.points[points.clone()].to_vec(),
+                rest_lengths: shape.rest_lengths[points.start..points.end - 1].to_vec(),
+                coupling_lengths: shape.coupling_lengths[frames.start..frames.end - 1].to_vec(),
                 carry: shape.carry[points].to_vec(),
                 extra: shape.extra.get(frames.start..frames.end - 1).unwrap_or_default().to_vec(),
                 frames: shape.frames[frames].to_vec(),
@@ -497,7 +572,7 @@ pub fn a_branch_cut_at_a_station_is_the_sum_of_its_parts(factory: &Factory<'_>) 
                 mesh.stations.iter().filter(|k| **k >= node).map(|k| k - node).collect(),
                 slice(node..mesh.nodes(), c..mesh.frames()),
             );
-            let whole = rod.energy(&shape.view()).total();
+            let whole = bending(rod.energy(&shape.view()));
             assert_near(&format!("{name}, cut at {node}"), first + second, whole, ROUND_OFF * (1.0 + whole));
         }
     }
