@@ -5,7 +5,10 @@ use crate::failure::{Failure, Outcome};
 use crate::{folder, load, size};
 use std::io::Write;
 use std::path::Path;
-use wireloom::import::kbl::{Options, import};
+use wireloom::import::kbl::{Finding, Options, import};
+
+/// Places of a finding that are shown; the file has all of them.
+const ITEMS: usize = 6;
 
 /// KBL to a scenario, which is then checked as `wireloom check` would.
 pub fn kbl(arguments: &KblArguments, out: &mut dyn Write) -> Result<Outcome, Failure> {
@@ -13,7 +16,7 @@ pub fn kbl(arguments: &KblArguments, out: &mut dyn Write) -> Result<Outcome, Fai
     let options = Options { max_segment: arguments.max_segment, name: arguments.name.clone() };
     let imported = import(&text, &options)
         .map_err(|error| Failure::Input(format!("{} cannot be imported: {error}", arguments.file.display())))?;
-    let findings: String = imported.findings.iter().map(|finding| format!("found: {finding}\n")).collect();
+    let findings: String = imported.findings.iter().map(|finding| format!("found: {}\n", shortened(finding))).collect();
     // A finding that nobody can read is no reason to give up.
     let _ = std::io::stderr().write_all(findings.as_bytes());
     match &arguments.output {
@@ -31,4 +34,13 @@ pub fn kbl(arguments: &KblArguments, out: &mut dyn Write) -> Result<Outcome, Fai
         }
         Err(faults) => Err(Failure::Refused(vec![load::refusal(target, imported.scenario, faults)])),
     }
+}
+
+fn shortened(finding: &Finding) -> String {
+    let more = finding.items.len().saturating_sub(ITEMS);
+    if more == 0 {
+        return finding.to_string();
+    }
+    let (count, shown) = (finding.items.len(), finding.items[..ITEMS].join(", "));
+    format!("{} ({count} of them): {shown}, and {more} more at the end of the scenario", finding.what)
 }

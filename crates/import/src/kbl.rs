@@ -7,7 +7,8 @@
 //! | `Routing`, `General_wire_occurrence`, `Core_occurrence` | which wires make up a branch, and which pass from arm to arm of a joint |
 //! | `General_wire`, `Wire_protection` | sections, by the rule of [`section`] |
 //! | `Referenced_components` of an end node | a `connector` that holds the end; a splice is left free |
-//! | `Fixing_assignment` | a `collar` |
+//! | `Fixing_assignment`, `Placement` of its fixing | a `collar`, seated where the fixing is drawn, along its channel (`V`) |
+//! | `Mass_information` of housings and terminals | a dead load at the end |
 //!
 //! **Length.** `Physical_length` where a file gives it (it is the length the harness is built to), else
 //! `Virtual_length` (that of the drawn curve), else the arc length of the curve itself. The files at hand have
@@ -19,15 +20,21 @@
 //! **Frames.** Every branch carries one untwisted (rotation-minimising) frame field along its drawn centre line. Joint
 //! arms and connectors take their orientations from it, so that the harness as drawn is free of twist.
 
+mod anatomy;
 mod curve;
 mod document;
 mod error;
+mod findings;
+mod fixings;
 mod harness;
 pub mod section;
 mod unit;
 mod write;
 
 pub use error::ImportError;
+pub use findings::Finding;
+
+use findings::Findings;
 
 /// What the importer may be told.
 #[derive(Clone, Debug, PartialEq)]
@@ -49,8 +56,8 @@ impl Default for Options {
 pub struct Imported {
     /// TOML text of the scenario.
     pub scenario: String,
-    /// Everything odd in the file and what was done about it, one sentence or two each, with the KBL ids.
-    pub findings: Vec<String>,
+    /// Everything odd in the file and what was done about it, equal things together.
+    pub findings: Vec<Finding>,
 }
 
 /// Turns the text of a KBL file into a scenario.
@@ -68,27 +75,4 @@ pub fn import(text: &str, options: &Options) -> Result<Imported, ImportError> {
     let harness = harness::assemble(&document, options, &mut findings);
     let scenario = write::scenario(&harness, options, &findings.list);
     Ok(Imported { scenario, findings: findings.list })
-}
-
-/// What was found odd, each thing once.
-#[derive(Default)]
-struct Findings {
-    list: Vec<String>,
-    seen: std::collections::HashSet<String>,
-}
-
-impl Findings {
-    fn add(&mut self, finding: impl Into<String>) {
-        let finding = finding.into();
-        if self.seen.insert(finding.clone()) {
-            self.list.push(finding);
-        }
-    }
-
-    /// One finding for many things of a kind; nothing where there are none.
-    fn add_list(&mut self, what: impl FnOnce(usize) -> String, ids: &[String]) {
-        if !ids.is_empty() {
-            self.add(format!("{}: {}", what(ids.len()), ids.join(", ")));
-        }
-    }
 }

@@ -5,6 +5,6 @@
 //!
 //! The road of a KBL file, which is also the order of the files in `kbl/`:
 //! `document` (XML to plain values in SI) → `curve` (drawn centre lines) → `section` (stiffness rule) →
-//! `harness` (branches, joints, fixings) → `write` (TOML text).
+//! `harness` (branches, joints; `anatomy`: what passes through joints; `fixings`: what holds) → `write` (TOML text).
 
 pub mod kbl;

@@ -77,13 +77,22 @@ fn main_harness(imported: &Imported) -> Result<(), Failed> {
     // 37 of the 133 ends are splices; of the 16 fixing assignments two are drawn far from their places.
     let kinds = |kind: &str| list(&scenario, "constraints").iter().filter(|c| c["kind"].as_str() == Some(kind)).count();
     assert_eq!((kinds("connector"), kinds("collar")), (96, 14));
-    let found = |what: &str| imported.findings.iter().filter(|finding| finding.contains(what)).count();
-    assert_eq!(found("37 end(s) carry splices"), 1);
-    assert_eq!(found("further than a clip reaches"), 2);
+    let found = |what: &str| -> Vec<usize> {
+        let like = imported.findings.iter().filter(|finding| finding.what.contains(what));
+        like.map(|finding| finding.items.len()).collect()
+    };
+    assert_eq!(found("ends carry splices"), [37]);
+    assert_eq!(found("than a clip reaches"), [2]);
+    // Three clips within 54 mm of a bundle 20 mm thick, a duct, and one near a connector.
+    assert_eq!(found("leave the cable free along itself"), [4]);
+    assert_eq!(found("fixings are assigned to no segment"), [1]);
+    assert_eq!(found("connectors are drawn far from"), [1]);
     // Of the 183 curves 178 meet their nodes; the other five are curves of runs that were split, and hold the
     // piece between the nodes.
-    assert_eq!((found("is that of a longer run"), found("stale")), (5, 0));
-    assert_eq!(found("34 modules"), 1);
+    assert_eq!((found("those of longer runs"), found("stale")), (vec![5], vec![]));
+    assert_eq!(found("34 modules").len(), 1);
+    // Equal things stand together.
+    assert!(imported.findings.len() <= 20, "{}", imported.findings.len());
     Ok(())
 }
 
@@ -108,8 +117,8 @@ fn batterie_plus(imported: &Imported) -> Result<(), Failed> {
     assert_eq!(float(&section["linear_density"]), 0.266);
     assert_eq!(float(&section["diameter"]), 0.0098);
     assert!((0.03..0.1).contains(&float(&section["bending_stiffness"])));
-    // The wire is thicker than the cross-section drawn for it.
-    assert_eq!(imported.findings.len(), 1, "{:?}", imported.findings);
+    // `Module_families` are not read; the wire is thicker than the cross-section drawn for it.
+    assert_eq!(imported.findings.len(), 2, "{:?}", imported.findings);
     Ok(())
 }
 

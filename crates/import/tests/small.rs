@@ -125,22 +125,114 @@ fn arms_and_connectors_point_as_drawn() {
 
 #[test]
 fn everything_odd_is_reported() {
-    let findings = imported(SMALL).findings;
+    let findings: Vec<String> = imported(SMALL).findings.iter().map(ToString::to_string).collect();
     let expected = [
-        "s2: Physical_length 260.0 mm (taken) and Virtual_length 250.0 mm differ",
-        "s3: its centre curve is stale, it misses the nodes by 251.0 mm and holds no piece that fits between them; straight from node to node",
-        "2 segment(s) without usable centre curve; straight from node to node: s2, s4",
-        "1 end(s) carry splices, which plug into nothing; left free: n5 (spliceS S1)",
-        "1 end(s) carry no component; left free: n4",
+        "segments without usable centre curve; straight from node to node (2 of them): s2, s4",
+        "Physical_length (taken) and Virtual_length differ: s2 (260.0 and 250.0 mm)",
+        "stale centre curves, which miss their nodes and hold no piece that fits between them; straight from node to node: s3 (by 251.0 mm)",
+        "ends carry no component; left free: n4",
+        "ends carry splices (wires joined within the harness, which plug into nothing); left free: n5 (spliceS S1)",
     ];
     assert_eq!(findings, expected);
+}
+
+/// The file with further clips on the trunk, at these shares of it, drawn at these x (mm) on its straight chord.
+fn clipped(clips: &[(f64, f64, &str)]) -> String {
+    let mut text = SMALL.to_owned();
+    for (i, (share, x, kind)) in clips.iter().enumerate() {
+        let assignment = format!(
+            "<Fixing_assignment id=\"g{i}\"><Location>{share}</Location><Fixing>more{i}</Fixing></Fixing_assignment>"
+        );
+        text = text.replace("<Protection_area", &format!("{assignment}<Protection_area"));
+        // The parabola y = 0.4 x (1 − x/300): the clip stands on it.
+        let y = 0.4 * x * (1.0 - x / 300.0);
+        let placed = format!(
+            "<Fixing_occurrence id=\"more{i}\"><Id>more-{i}</Id><Placement id=\"mp{i}\"><V>1</V><V>0</V><V>0</V>\
+             <Cartesian_point>mq{i}</Cartesian_point></Placement><Part>mf{i}</Part></Fixing_occurrence>"
+        );
+        text = text
+            .replace("<General_wire_occurrence id=\"w1\">", &format!("{placed}<General_wire_occurrence id=\"w1\">"));
+        let point = format!(
+            "<Fixing id=\"mf{i}\"><Fixing_type>{kind}</Fixing_type></Fixing><Cartesian_point id=\"mq{i}\"><Coordinates>{x}\
+             </Coordinates><Coordinates>{y}</Coordinates><Coordinates>0</Coordinates></Cartesian_point>"
+        );
+        text = text.replace("<General_wire id=\"part1\">", &format!("{point}<General_wire id=\"part1\">"));
+    }
+    text
+}
+
+#[test]
+fn clips_are_seated_where_they_are_drawn_and_along_their_channel() {
+    // Stated at 0.75 of the trunk, drawn at x = 240 of 300 mm, with a channel along x.
+    let text = clipped(&[(0.75, 240.0, "CLIP")]);
+    let scenario = parsed(&text);
+    let clip = &scenario["constraints"][3];
+    assert_eq!(clip["name"].as_str(), Some("more-0"));
+    close(&clip["position"][0], 0.240, 1e-6);
+    assert_eq!(clip["tangent"].as_array().unwrap().iter().map(float).collect::<Vec<_>>(), [1.0, 0.0, 0.0]);
+    // Arc length of the parabola from 0 to 240 mm, by its formula, of 307.9 mm (307.87 mm drawn).
+    let arc = |x: f64| {
+        let slope = 0.4 - 0.8 * x / 300.0;
+        -(slope * slope.hypot(1.0) + slope.asinh()) * 300.0 / 1.6
+    };
+    let drawn = arc(300.0) - arc(0.0);
+    close(&clip["at"]["s"], (arc(240.0) - arc(0.0)) / drawn * 0.3079, 1e-6);
+    assert!(imported(&text).findings.iter().any(|finding| finding.what.contains("beside the places stated")));
+}
+
+#[test]
+fn a_channel_across_the_cable_is_reported_and_not_used() {
+    let text = clipped(&[(0.8, 240.0, "CLIP")]).replace("<V>1</V><V>0</V>", "<V>0</V><V>1</V>");
+    let slope = 0.4 - 0.8 * 240.0 / 300.0_f64;
+    close(&parsed(&text)["constraints"][3]["tangent"][1], slope / slope.hypot(1.0), 1e-5);
+    assert!(imported(&text).findings.iter().any(|finding| finding.what.contains("channels of fixings do not lie")));
+}
+
+#[test]
+fn ducts_and_clips_close_to_others_leave_the_cable_free_along_itself() {
+    // The trunk is 4 mm thick or so: 20 mm from the clip in its middle is too close, 90 mm is not.
+    let scenario = parsed(&clipped(&[(0.57, 170.0, "CLIP"), (0.8, 240.0, "CLIP"), (0.2, 60.0, "CABLE_DUCT")]));
+    let free: Vec<(&str, bool)> = scenario["constraints"].as_array().unwrap()[2..]
+        .iter()
+        .map(|c| (c["name"].as_str().unwrap(), c.get("rail").is_some_and(|rail| rail[0] == c["tangent"])))
+        .collect();
+    assert_eq!(free, [("more-2", true), ("clip-1", false), ("more-0", true), ("more-1", false)]);
+}
+
+#[test]
+fn connectors_weigh_and_what_is_not_used_is_listed() {
+    let text = with("<Id>plug B</Id>", "<Id>plug B</Id><Part>housing</Part>").replace(
+        "<General_wire id=\"part1\">",
+        "<Connector_housing id=\"housing\"><Mass_information id=\"hm\"><Unit_component>uG</Unit_component>\
+         <Value_component>50</Value_component></Mass_information></Connector_housing>\
+         <Cavity_seal id=\"seal\"><Part_number>1</Part_number><Colour><Value>x</Value></Colour></Cavity_seal>\
+         <General_wire id=\"part1\">",
+    );
+    let text =
+        text.replace("<Unit id=\"uM\">", "<Unit id=\"uG\"><Si_unit_name>gram</Si_unit_name></Unit><Unit id=\"uM\">");
+    let text = text.replace(
+        "<General_wire_occurrence id=\"w1\">",
+        "<Fixing_occurrence id=\"spare\"><Id>spare clip</Id></Fixing_occurrence><Connector_occurrence id=\"lost\"/>\
+         <General_wire_occurrence id=\"w1\">",
+    );
+    let scenario = parsed(&text);
+    assert_eq!(scenario["loads"][0]["at"]["end"].as_str(), Some("B"));
+    close(&scenario["loads"][0]["force"][2], -0.05 * 9.81, 1e-3);
+    let findings: Vec<String> = imported(&text).findings.iter().map(ToString::to_string).collect();
+    for said in [
+        "fixings are assigned to no segment; left out: spare `spare clip`",
+        "connectors sit at no node; left out: lost `lost`",
+        "elements that are not read: 1 Cavity_seal",
+    ] {
+        assert!(findings.iter().any(|finding| finding == said), "{said}: {findings:#?}");
+    }
 }
 
 #[test]
 fn what_a_harness_can_do_without_is_a_finding() {
     let found = |text: &str, what: &str| {
         let findings = imported(text).findings;
-        assert!(findings.iter().any(|finding| finding.contains(what)), "{what}: {findings:#?}");
+        assert!(findings.iter().any(|finding| finding.to_string().contains(what)), "{what}: {findings:#?}");
     };
     found(
         &with("<Unit_name>GramPerMetre</Unit_name>", "<Unit_name>ounce</Unit_name>"),
@@ -154,24 +246,30 @@ fn what_a_harness_can_do_without_is_a_finding() {
         "a mass per length, not a length",
     );
     found(&with("<Wire>w1</Wire>", "<Wire>nobody</Wire>"), "`nobody` is not the id of a `General_wire_occurrence`");
-    found(&with("<Segments>s1 s2</Segments>", ""), "1 wire(s) are routed through no segment");
-    found(&with("<Segments>s4 s2</Segments>", ""), "no wires are routed through 1 segment(s)");
-    found(&with("<Segments>s4 s2</Segments>", ""), "an arm of this joint has no routed wires");
-    found(&with("<Segments>s1 s2</Segments>", "<Segments>s1</Segments>"), "1 wire(s) end inside this joint");
+    found(&with("<Segments>s1 s2</Segments>", ""), "wires are routed through no segment; they are not counted: w1");
+    found(&with("<Segments>s4 s2</Segments>", ""), "no wires are routed through segments");
+    found(&with("<Segments>s4 s2</Segments>", ""), "an arm of these joints has no routed wires");
+    found(
+        &with("<Segments>s1 s2</Segments>", "<Segments>s1</Segments>"),
+        "wires end inside joints, where nothing is said to hold them: n2 w1",
+    );
     found(
         &with("<Control_points>pA pA1 pJ<", "<Control_points>pA nowhere pJ<"),
         "`nowhere` is not the id of a `Cartesian_point`",
     );
-    found(&with("<Location>0.5</Location>", "<Location>1.5</Location>"), "outside it; left out");
+    found(
+        &with("<Location>0.5</Location>", "<Location>1.5</Location>"),
+        "fixings are placed outside their segments; left out: s1 f1 `clip-1` at 1.5",
+    );
     found(
         &with("<Coordinates>150</Coordinates><Coordinates>30<", "<Coordinates>150</Coordinates><Coordinates>330<"),
-        "further than a clip reaches",
+        "than a clip reaches; left out: s1 f1 `clip-1` (300 mm)",
     );
     found(
         &with("<Referenced_components>plugA<", "<Referenced_components>ghost<"),
         "component `ghost`, which is not in the file",
     );
-    found(&with("<Value_component>155<", "<Value_component>255<"), "is 255.0 mm long, the places it covers");
+    found(&with("<Value_component>155<", "<Value_component>255<"), "tape1 (255.0 mm, places 15");
 }
 
 #[test]

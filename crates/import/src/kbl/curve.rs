@@ -8,6 +8,9 @@ pub(super) type Vector = Vector3<f64>;
 /// files at hand miss by 10⁻⁹ m, stale ones by 0.05 m and more; assembly tolerances of harnesses are some mm.
 pub(super) const NODE_TOLERANCE: f64 = 1e-3;
 
+/// Distance, m, between the points of a curve that are tried first for the one nearest to a fixing; bundles bend less tightly.
+const PROJECTION_STEP: f64 = 2e-3;
+
 /// Steps per knot span of the table of arc lengths. Chords of a smooth span of 0.3 m then fall short of the
 /// arc by some 10⁻⁶ of it.
 const STEPS_PER_SPAN: usize = 200;
@@ -195,16 +198,19 @@ impl Chain {
         let i = (0..self.samples.len())
             .min_by(|&a, &b| (self.samples[a].x - x).norm_squared().total_cmp(&(self.samples[b].x - x).norm_squared()))
             .unwrap_or(0);
-        let mut low = self.samples[i.saturating_sub(1)].s;
-        let mut high = self.samples[(i + 1).min(self.samples.len() - 1)].s;
-        // Between its neighbours the distance has one minimum: ternary search.
-        for _ in 0..80 {
-            let third = (high - low) / 3.0;
-            if distance(low + third) <= distance(high - third) { high -= third } else { low += third }
-        }
-        let s = 0.5 * (low + high);
+        let (low, high) = (i.saturating_sub(1), (i + 1).min(self.samples.len() - 1));
+        let s = minimum(self.samples[low].s, self.samples[high].s, distance);
         (s, distance(s))
     }
+}
+
+/// Where a function with one minimum between `low` and `high` has it: ternary search.
+fn minimum(mut low: f64, mut high: f64, f: impl Fn(f64) -> f64) -> f64 {
+    for _ in 0..80 {
+        let third = (high - low) / 3.0;
+        if f(low + third) <= f(high - third) { high -= third } else { low += third }
+    }
+    0.5 * (low + high)
 }
 
 /// How a drawn curve came to meet its nodes.
@@ -307,6 +313,18 @@ impl Curve {
         (tangent + slope).try_normalize(1e-12).unwrap_or(tangent)
     }
 
+    /// Arc length, m, in [0, length], of the point of the branch nearest to `x`.
+    pub fn project(&self, x: &Vector) -> f64 {
+        let distance = |s: f64| (self.point(s) - x).norm_squared();
+        let steps = (self.length / PROJECTION_STEP).ceil().clamp(1.0, 10_000.0);
+        let nearest = (0..=steps as usize)
+            .map(|i| self.length * i as f64 / steps)
+            .min_by(|a, b| distance(*a).total_cmp(&distance(*b)))
+            .unwrap_or(0.0);
+        let step = self.length / steps;
+        minimum((nearest - step).max(0.0), (nearest + step).min(self.length), distance)
+    }
+
     /// Points from node to node, evenly spaced along the curve (to 1 %) at `spacing` (m) or less; at most 1001.
     pub fn path(&self, spacing: f64) -> Vec<Vector> {
         let n = (self.length / spacing).ceil().clamp(1.0, 1000.0) as usize;
@@ -339,6 +357,12 @@ impl Curve {
         let d1 = (r - t * t.dot(&r)).try_normalize(1e-6).unwrap_or(r);
         let columns = Matrix3::from_columns(&[d1, t.cross(&d1), t]);
         UnitQuaternion::from_rotation_matrix(&Rotation3::from_matrix_unchecked(columns))
+    }
+
+    /// [`Curve::frame`], turned by the shortest turn so that its d3 is the unit vector `along`.
+    pub fn frame_along(&self, s: f64, along: &Vector) -> UnitQuaternion<f64> {
+        let frame = self.frame(s);
+        UnitQuaternion::rotation_between(&(frame * Vector::z()), along).unwrap_or_default() * frame
     }
 }
 

@@ -1,9 +1,12 @@
 //! XML to plain values in SI: what the file says, and nothing decided yet.
 
+use super::ImportError;
 use super::curve::{Polygon, Vector};
+use super::findings::Findings;
 use super::unit::{Quantity, Unit};
-use super::{Findings, ImportError};
 use std::collections::{BTreeMap, HashMap};
+
+mod parts;
 
 type Xml<'a, 'i> = roxmltree::Node<'a, 'i>;
 
@@ -34,6 +37,18 @@ pub(super) struct Component {
     pub label: String,
     /// A joint of wires within the harness: it plugs into nothing.
     pub splice: bool,
+    pub placement: Option<Placement>,
+    /// kg.
+    pub mass: Option<f64>,
+}
+
+/// Where a component or fixing is drawn.
+#[derive(Clone, Copy)]
+pub(super) struct Placement {
+    /// m.
+    pub position: Vector,
+    /// Its second axis (`V`), a unit vector: along the cable, one way or the other, for what closes around a cable.
+    pub axis: Option<Vector>,
 }
 
 pub(super) struct Segment {
@@ -78,8 +93,9 @@ pub(super) struct Fixing {
     pub id: String,
     pub label: String,
     pub at: Location,
-    /// Where the fixing itself is drawn, m.
-    pub drawn: Option<Vector>,
+    pub placement: Option<Placement>,
+    /// The cable runs through it.
+    pub duct: bool,
 }
 
 pub(super) struct Covering {
@@ -129,6 +145,7 @@ pub(super) fn read(text: &str, findings: &mut Findings) -> Result<Document, Impo
     }
     let wires = reader.read_routings(root, &mut segments, &segment_index)?;
     reader.note_modules(root);
+    reader.note_unused(root, &nodes);
     reader.note_protection_lengths(root, &segments)?;
     Ok(Document { name: reader.name(root), nodes, segments, wires })
 }
@@ -334,7 +351,10 @@ impl<'a, 'i> Reader<'a, 'i, '_> {
             for holder in children(node, "Referenced_components") {
                 for reference in text(holder).unwrap_or_default().split_whitespace() {
                     match self.ids.get(reference) {
-                        Some(&component) => components.push(Self::component(component, reference)),
+                        Some(&component) => {
+                            let component = self.component(component, reference)?;
+                            components.push(component);
+                        }
                         None => self.findings.add(format!(
                             "Node `{id}` refers to component `{reference}`, which is not in the file; left out"
                         )),
@@ -346,16 +366,6 @@ impl<'a, 'i> Reader<'a, 'i, '_> {
             nodes.push(Node { label, position: self.point(point)?, components, id });
         }
         Ok((nodes, index))
-    }
-
-    /// The name of a component is its `Id`, or that of what it is part of (the connectors of a component box).
-    fn component(component: Xml<'a, 'i>, reference: &str) -> Component {
-        let label = component.ancestors().find_map(|node| child_text(node, "Id"));
-        Component {
-            id: reference.to_owned(),
-            label: label.unwrap_or(reference).to_owned(),
-            splice: child_text(component, "Usage") == Some("splice"),
-        }
     }
 
     fn read_segments(
@@ -459,29 +469,6 @@ impl<'a, 'i> Reader<'a, 'i, '_> {
         }
     }
 
-    fn read_fixings(&mut self, segment: Xml<'a, 'i>) -> Result<Vec<Fixing>, ImportError> {
-        let mut fixings = Vec::new();
-        for assignment in children(segment, "Fixing_assignment") {
-            let Some(at) = self.location(assignment, "Location", "Absolute_location")? else { continue };
-            let fixing = child_text(assignment, "Fixing").and_then(|reference| self.ids.get(reference).copied());
-            if fixing.is_none() {
-                self.findings.add(format!("{} refers to no fixing of the file; held all the same", title(assignment)));
-            }
-            let own = assignment.attribute("id").unwrap_or("fixing");
-            let point = fixing
-                .and_then(|fixing| child(fixing, "Placement"))
-                .and_then(|placement| child_text(placement, "Cartesian_point"))
-                .and_then(|reference| self.ids.get(reference).copied());
-            fixings.push(Fixing {
-                id: own.to_owned(),
-                label: fixing.and_then(|fixing| child_text(fixing, "Id")).unwrap_or(own).to_owned(),
-                at,
-                drawn: point.map(|point| self.point(point)).transpose()?,
-            });
-        }
-        Ok(fixings)
-    }
-
     fn read_coverings(&mut self, segment: Xml<'a, 'i>) -> Result<Vec<Covering>, ImportError> {
         let mut coverings = Vec::new();
         for area in children(segment, "Protection_area") {
@@ -498,15 +485,14 @@ impl<'a, 'i> Reader<'a, 'i, '_> {
             let kind = child_text(part, "Protection_type").unwrap_or_default();
             let linear_density = self.covering_density(part, occurrence)?;
             if linear_density.is_none() {
-                self.findings.add(format!("{} has no usable mass; its coverings count as weightless", title(part)));
+                self.findings.add_to("coverings without usable mass count as weightless", title(part));
             }
             let outside_diameter = outside_diameter(description);
             if let Some(d) = outside_diameter {
-                self.findings.add(format!(
-                    "{}: outside diameter {:.1} mm read from its description `{description}`",
-                    title(part),
-                    d * 1e3
-                ));
+                self.findings.add_to(
+                    "outside diameters are read from descriptions",
+                    format!("`{description}` ({:.1} mm)", d * 1e3),
+                );
             }
             coverings.push(Covering {
                 id: occurrence.attribute("id").unwrap_or_default().to_owned(),
@@ -547,7 +533,6 @@ impl<'a, 'i> Reader<'a, 'i, '_> {
         const OCCURRENCES: [&str; 3] = ["General_wire_occurrence", "Wire_occurrence", "Core_occurrence"];
         let mut wires = Vec::new();
         let mut seen: HashMap<&str, Vec<usize>> = HashMap::new();
-        let (mut nowhere, mut torn) = (Vec::new(), Vec::new());
         for routing in children(root, "Routing") {
             let routed = ["Connection", OCCURRENCES[0], OCCURRENCES[1], OCCURRENCES[2]];
             let then = "its wire is not counted";
@@ -570,12 +555,15 @@ impl<'a, 'i> Reader<'a, 'i, '_> {
             }
             let wire_id = wire.attribute("id").unwrap_or_default();
             if run.is_empty() {
-                nowhere.push(wire_id.to_owned());
+                self.findings.add_to("wires are routed through no segment; they are not counted", wire_id);
                 continue;
             }
             let meet = |a: usize, b: usize| segments[a].ends.iter().any(|end| segments[b].ends.contains(end));
             if run.windows(2).any(|pair| !meet(pair[0], pair[1])) {
-                torn.push(wire_id.to_owned());
+                self.findings.add_to(
+                    "wires run through segments that do not follow on one another; counted where they are",
+                    wire_id,
+                );
             }
             // One index for a wire, several for a cable routed as a whole.
             let strands = match seen.get(wire_id) {
@@ -596,12 +584,6 @@ impl<'a, 'i> Reader<'a, 'i, '_> {
                 }
             }
         }
-        self.findings
-            .add_list(|n| format!("{n} wire(s) are routed through no segment; they are not counted"), &nowhere);
-        self.findings.add_list(
-            |n| format!("{n} wire(s) run through segments that do not follow on one another; counted where they are"),
-            &torn,
-        );
         Ok(wires)
     }
 
@@ -653,7 +635,7 @@ impl<'a, 'i> Reader<'a, 'i, '_> {
         .map(|(name, _)| *name)
         .collect();
         if !lacking.is_empty() {
-            self.findings.add(format!("{}: no usable {}; estimated", title(part), lacking.join(", ")));
+            self.findings.add_to(format!("wires without usable {}; estimated", lacking.join(", ")), title(part));
         }
         Ok(wire)
     }
@@ -686,14 +668,12 @@ impl<'a, 'i> Reader<'a, 'i, '_> {
                 let id = occurrence.attribute("id").unwrap_or_default();
                 let stated = self.value(occurrence, "Protection_length", Quantity::Length)?;
                 match (covered.get(id), stated) {
-                    (None, _) => self.findings.add(format!("{} covers no segment; not counted", title(occurrence))),
+                    (None, _) => self.findings.add_to("coverings cover no segment; not counted", id),
                     (Some(covered), Some(stated)) if (covered - stated).abs() > 0.01 * stated + 1e-3 => {
-                        self.findings.add(format!(
-                            "{} is {:.1} mm long, the places it covers {:.1} mm together; the places count",
-                            title(occurrence),
-                            stated * 1e3,
-                            covered * 1e3
-                        ));
+                        self.findings.add_to(
+                            "coverings are not as long as the places they cover together; the places count",
+                            format!("{id} ({:.1} mm, places {:.1} mm)", stated * 1e3, covered * 1e3),
+                        );
                     }
                     _ => {}
                 }

@@ -2,7 +2,8 @@
 
 use super::Options;
 use super::curve::Vector;
-use super::harness::{Constraint, Harness, Place};
+use super::findings::Finding;
+use super::harness::{Constraint, Harness, Place, Role};
 use super::section;
 use nalgebra::UnitQuaternion;
 use std::fmt::Write;
@@ -58,9 +59,10 @@ fn share(value: f64) -> String {
 }
 
 /// Writes the scenario. Writing into a `String` cannot fail, hence the dropped results.
-pub(super) fn scenario(harness: &Harness, options: &Options, findings: &[String]) -> String {
+pub(super) fn scenario(harness: &Harness, options: &Options, findings: &[Finding]) -> String {
     let mut out = String::new();
     header(&mut out, harness);
+    let name_of = |vertex: usize| &harness.vertices[vertex].name;
     for section in &harness.sections {
         let bundle = &section.bundle;
         let _ = writeln!(out, "\n# {}", comment(&section.remark));
@@ -79,7 +81,7 @@ pub(super) fn scenario(harness: &Harness, options: &Options, findings: &[String]
     for branch in &harness.branches {
         let _ = writeln!(out, "\n[[branches]] # {}", comment(&branch.remark));
         let _ = writeln!(out, "name = {}", quoted(&branch.name));
-        let _ = writeln!(out, "from = {}\nto = {}", quoted(&branch.from), quoted(&branch.to));
+        let _ = writeln!(out, "from = {}\nto = {}", quoted(name_of(branch.ends[0])), quoted(name_of(branch.ends[1])));
         let _ = writeln!(out, "section = {}", quoted(&harness.sections[branch.section].name));
         let _ = writeln!(out, "length = {}", significant(branch.length, 9));
         let _ = writeln!(out, "max_segment = \"{} mm\"", significant(options.max_segment * 1e3, 9));
@@ -92,16 +94,17 @@ pub(super) fn scenario(harness: &Harness, options: &Options, findings: &[String]
         }
     }
     for joint in &harness.joints {
-        let _ = writeln!(out, "\n[[joints]]\nname = {}\nmodel = \"cosserat\"\narms = [", quoted(&joint.name));
+        let _ = writeln!(out, "\n[[joints]]\nname = {}\nmodel = \"cosserat\"\narms = [", quoted(name_of(joint.vertex)));
         for arm in &joint.arms {
-            let (branch, frame) = (quoted(&arm.branch), quaternion(&arm.orientation));
+            let (branch, frame) = (quoted(&harness.branches[arm.branch].name), quaternion(&arm.orientation));
             let _ = writeln!(out, "  {{ branch = {branch}, orientation = {frame} }},");
         }
         let _ = writeln!(out, "]");
         if !joint.shares.is_empty() {
             let _ = writeln!(out, "wires = [");
             for pair in &joint.shares {
-                let [a, b] = [pair.first, pair.second].map(|arm| quoted(&joint.arms[arm].branch));
+                let [a, b] =
+                    [pair.first, pair.second].map(|arm| quoted(&harness.branches[joint.arms[arm].branch].name));
                 let wires = if pair.wires == 1 { "wire" } else { "wires" };
                 let _ = writeln!(
                     out,
@@ -114,36 +117,53 @@ pub(super) fn scenario(harness: &Harness, options: &Options, findings: &[String]
         }
     }
     for constraint in &harness.constraints {
-        write_constraint(&mut out, constraint);
+        write_constraint(&mut out, harness, constraint);
     }
+    write_weights(&mut out, harness);
     let _ = writeln!(out, "\n[minimiser]\nkind = \"newton\"");
     if !findings.is_empty() {
         let _ = writeln!(out, "\n# What was odd in the KBL file, and what was done about it:");
         for finding in findings {
-            let _ = writeln!(out, "# - {}", comment(finding));
+            let _ = writeln!(out, "# - {}", comment(&finding.to_string()));
         }
     }
     out
 }
 
-fn write_constraint(out: &mut String, constraint: &Constraint) {
+fn write_constraint(out: &mut String, harness: &Harness, constraint: &Constraint) {
     let _ = writeln!(out, "\n[[constraints]] # {}", comment(&constraint.remark));
     let _ = writeln!(out, "name = {}", quoted(&constraint.name));
-    let held = match &constraint.at {
-        Place::End(vertex) => {
-            let _ = writeln!(out, "kind = \"connector\"\nat = {{ end = {} }}", quoted(vertex));
-            true
-        }
-        Place::Along { branch, s } => {
-            let _ =
-                writeln!(out, "kind = \"collar\"\nat = {{ branch = {}, s = {} }}", quoted(branch), significant(*s, 9));
-            false
-        }
-    };
+    let kind = if constraint.role == Role::Connector { "connector" } else { "collar" };
+    let _ = writeln!(out, "kind = \"{kind}\"\nat = {}", place(harness, constraint.at));
     let _ = writeln!(out, "position = {}", vector(&constraint.position));
-    let _ = writeln!(out, "tangent = {}", vector(&(constraint.frame * Vector::z())));
-    if held {
-        let _ = writeln!(out, "up = {}", vector(&(constraint.frame * Vector::x())));
+    let tangent = vector(&(constraint.frame * Vector::z()));
+    let _ = writeln!(out, "tangent = {tangent}");
+    match constraint.role {
+        Role::Connector => drop(writeln!(out, "up = {}", vector(&(constraint.frame * Vector::x())))),
+        Role::Clip => {}
+        Role::Guide => drop(writeln!(out, "rail = [{tangent}]")),
+    }
+}
+
+fn place(harness: &Harness, at: Place) -> String {
+    let name_of = |vertex: usize| quoted(&harness.vertices[vertex].name);
+    match at {
+        Place::End(vertex) => format!("{{ end = {} }}", name_of(vertex)),
+        Place::Along { branch, s } => {
+            format!("{{ branch = {}, s = {} }}", quoted(&harness.branches[branch].name), significant(s, 9))
+        }
+    }
+}
+
+/// Standard gravity along −z, m/s².
+const GRAVITY: f64 = 9.81;
+
+/// The weights of connectors, which count while they hang.
+fn write_weights(out: &mut String, harness: &Harness) {
+    for constraint in harness.constraints.iter().filter(|constraint| constraint.mass > 0.0) {
+        let name = format!("weight of {}", constraint.name);
+        let _ = writeln!(out, "\n[[loads]]\nname = {}\nat = {}", quoted(&name), place(harness, constraint.at));
+        let _ = writeln!(out, "force = [0.0, 0.0, {}]", significant(-GRAVITY * constraint.mass, 4));
     }
 }
 

@@ -1,0 +1,69 @@
+//! Which wires the arms of a joint have in common.
+
+use super::document::Document;
+use super::findings::Findings;
+use super::harness::{Incidence, Laid, Share};
+use super::section::Wire;
+use std::collections::HashMap;
+
+/// The pairs of arms that share wires.
+///
+/// `C_ab = min(K_a, K_b) Σ_{wires in a and b} EI`: the arm with the smaller bundle factor K is named first, and
+/// its share is `Σ_{common} EI / Σ_{a} EI`. A wire found in k > 2 arms gives each of its pairs 1/(k − 1).
+/// Empty where the wires of some arm are not known.
+pub(super) fn shares(
+    document: &Document,
+    wires: &[Wire],
+    laid: &[Laid],
+    node: usize,
+    arms: &[Incidence],
+    findings: &mut Findings,
+) -> Vec<Share> {
+    let id = &document.nodes[node].id;
+    let through: Vec<&Vec<usize>> = arms.iter().map(|arm| &document.segments[arm.segment].wires).collect();
+    if through.iter().any(|wires| wires.is_empty()) {
+        findings.add_to("an arm of these joints has no routed wires; what their arms share is left to the default", id);
+        return Vec::new();
+    }
+    let mut arms_of: HashMap<usize, usize> = HashMap::new();
+    for wire in through.iter().flat_map(|wires| wires.iter()) {
+        *arms_of.entry(*wire).or_default() += 1;
+    }
+    let mut of_node = |what: &str, wanted: fn(usize) -> bool| {
+        let mut found: Vec<usize> = arms_of.iter().filter(|(_, arms)| wanted(**arms)).map(|(wire, _)| *wire).collect();
+        found.sort_unstable();
+        for wire in found {
+            findings.add_to(format!("wires {what}"), format!("{id} {}", document.wires[wire].id));
+        }
+    };
+    of_node("end inside joints, where nothing is said to hold them", |arms| arms == 1);
+    of_node("run through more than two arms of a joint; divided evenly among the pairs", |arms| arms > 2);
+
+    let mut shares = Vec::new();
+    for a in 0..arms.len() {
+        let mut alone = true;
+        for b in 0..arms.len() {
+            let common: Vec<usize> = through[a].iter().filter(|wire| through[b].contains(wire)).copied().collect();
+            if a == b || common.is_empty() {
+                continue;
+            }
+            alone = false;
+            let factors = [a, b].map(|arm| laid[arms[arm].segment].bundle.factor);
+            // Once for each pair, from the arm with the smaller factor (the earlier one where they are equal).
+            if factors[0] > factors[1] || (factors[0] == factors[1] && a > b) {
+                continue;
+            }
+            let passing: f64 =
+                common.iter().map(|&wire| wires[wire].bending_stiffness() / (arms_of[&wire] - 1) as f64).sum();
+            let all: f64 = through[a].iter().map(|&wire| wires[wire].bending_stiffness()).sum();
+            shares.push(Share { first: a, second: b, share: (passing / all).min(1.0), wires: common.len() });
+        }
+        if alone {
+            findings.add_to(
+                "arms pass no wire to another arm of their joint; they hang there as on a hinge",
+                format!("{id} {}", document.segments[arms[a].segment].id),
+            );
+        }
+    }
+    shares
+}

@@ -1,0 +1,143 @@
+//! What sits on the topology (connectors, fixings), and what of the file is not read at all.
+
+use super::{
+    Component, Fixing, ImportError, Node, Placement, Quantity, Reader, Vector, Xml, child, child_text, children,
+    number, title,
+};
+use std::collections::{BTreeMap, BTreeSet};
+
+/// Children of `KBL_container` and `Harness` that are read.
+const READ: [&str; 23] = [
+    "Assembly_part",
+    "Assembly_part_occurrence",
+    "Cartesian_point",
+    "Component_box",
+    "Component_box_occurrence",
+    "Connection",
+    "Connector_housing",
+    "Connector_occurrence",
+    "Fixing",
+    "Fixing_occurrence",
+    "General_terminal",
+    "General_wire",
+    "General_wire_occurrence",
+    "Harness",
+    "Module",
+    "Node",
+    "Routing",
+    "Segment",
+    "Special_terminal_occurrence",
+    "Unit",
+    "Wire_occurrence",
+    "Wire_protection",
+    "Wire_protection_occurrence",
+];
+
+impl<'a, 'i> Reader<'a, 'i, '_> {
+    /// The name of a component is its `Id`, or that of what it is part of (the connectors of a component box); likewise its place and
+    /// weight.
+    pub(super) fn component(&mut self, component: Xml<'a, 'i>, reference: &str) -> Result<Component, ImportError> {
+        let mut placement = None;
+        for node in component.ancestors() {
+            placement = self.placement(node)?;
+            if placement.is_some() || node.tag_name().name() == "Harness" {
+                break;
+            }
+        }
+        let part = child_text(component, "Part").and_then(|reference| self.ids.get(reference).copied());
+        let mass = match part {
+            Some(part) if child(part, "Mass_information").is_some() => {
+                self.value(part, "Mass_information", Quantity::Mass)?
+            }
+            _ => None,
+        };
+        let label = component.ancestors().find_map(|node| child_text(node, "Id"));
+        Ok(Component {
+            id: reference.to_owned(),
+            label: label.unwrap_or(reference).to_owned(),
+            splice: child_text(component, "Usage") == Some("splice"),
+            placement,
+            mass,
+        })
+    }
+
+    /// Where an occurrence is drawn; none, and reported, where its point is not in the file.
+    fn placement(&mut self, occurrence: Xml<'a, 'i>) -> Result<Option<Placement>, ImportError> {
+        let Some(placement) = child(occurrence, "Placement") else { return Ok(None) };
+        let then = "it counts as drawn nowhere";
+        let Some(point) = self.optional(placement, "Cartesian_point", &["Cartesian_point"], then) else {
+            return Ok(None);
+        };
+        let mut axis = Vec::new();
+        for part in children(placement, "V") {
+            axis.push(number(part, 1e6)?);
+        }
+        let axis = <[f64; 3]>::try_from(axis).ok().and_then(|v| Vector::from(v).try_normalize(1e-6));
+        Ok(Some(Placement { position: self.point(point)?, axis }))
+    }
+
+    pub(super) fn read_fixings(&mut self, segment: Xml<'a, 'i>) -> Result<Vec<Fixing>, ImportError> {
+        let mut fixings = Vec::new();
+        for assignment in children(segment, "Fixing_assignment") {
+            let Some(at) = self.location(assignment, "Location", "Absolute_location")? else { continue };
+            let fixing = child_text(assignment, "Fixing").and_then(|reference| self.ids.get(reference).copied());
+            if fixing.is_none() {
+                self.findings
+                    .add_to("fixing assignments refer to no fixing of the file; held all the same", title(assignment));
+            }
+            let own = assignment.attribute("id").unwrap_or("fixing");
+            let part = fixing
+                .and_then(|fixing| child_text(fixing, "Part"))
+                .and_then(|reference| self.ids.get(reference).copied());
+            let kind = part.and_then(|part| child_text(part, "Fixing_type")).unwrap_or_default();
+            fixings.push(Fixing {
+                id: own.to_owned(),
+                label: fixing.and_then(|fixing| child_text(fixing, "Id")).unwrap_or(own).to_owned(),
+                at,
+                placement: fixing.map(|fixing| self.placement(fixing)).transpose()?.flatten(),
+                duct: ["DUCT", "GROMMET"].iter().any(|word| kind.to_ascii_uppercase().contains(word)),
+            });
+        }
+        Ok(fixings)
+    }
+
+    /// What stands in the file and has no place in the scenario: fixings and connectors that nothing refers to, and
+    /// elements that are not read.
+    pub(super) fn note_unused(&mut self, root: Xml<'a, 'i>, nodes: &[Node]) {
+        let placed: BTreeSet<&str> =
+            nodes.iter().flat_map(|node| &node.components).map(|component| component.id.as_str()).collect();
+        let assigned: BTreeSet<&str> = children(root, "Segment")
+            .flat_map(|segment| children(segment, "Fixing_assignment"))
+            .filter_map(|assignment| child_text(assignment, "Fixing"))
+            .collect();
+        let mut unread: BTreeMap<&str, usize> = BTreeMap::new();
+        for harness in children(root, "Harness") {
+            for occurrence in children(harness, "Fixing_occurrence") {
+                let id = occurrence.attribute("id").unwrap_or_default();
+                if !assigned.contains(id) {
+                    let label = child_text(occurrence, "Id").unwrap_or(id);
+                    self.findings.add_to("fixings are assigned to no segment; left out", format!("{id} `{label}`"));
+                }
+            }
+            for occurrence in children(harness, "Connector_occurrence") {
+                let id = occurrence.attribute("id").unwrap_or_default();
+                // Ring terminals stand twice: the node refers to the terminal.
+                let twin = child_text(occurrence, "Usage") == Some("ring terminal");
+                if !placed.contains(id) && !twin {
+                    let label = child_text(occurrence, "Id").unwrap_or(id);
+                    self.findings.add_to("connectors sit at no node; left out", format!("{id} `{label}`"));
+                }
+            }
+        }
+        for node in root.children().chain(children(root, "Harness").flat_map(|harness| harness.children())) {
+            // Elements whose only content is text describe the document, not the harness.
+            let plain = !node.children().any(|child| child.is_element());
+            if node.is_element() && !plain && !READ.contains(&node.tag_name().name()) {
+                *unread.entry(node.tag_name().name()).or_default() += 1;
+            }
+        }
+        for (name, count) in unread {
+            self.findings.add_to("elements that are not read", format!("{count} {name}"));
+        }
+    }
+}

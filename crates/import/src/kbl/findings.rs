@@ -1,0 +1,72 @@
+//! What was found odd in a file, equal things together.
+
+use std::collections::HashMap;
+use std::fmt::{self, Display, Formatter};
+
+/// Something odd in a file and what was done about it.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Finding {
+    /// One sentence or two.
+    pub what: String,
+    /// Where, with the KBL ids and the numbers at fault; empty where `what` says it all.
+    pub items: Vec<String>,
+}
+
+impl Display for Finding {
+    /// `what`, or `what: item, item, …` with the number of items where there are several.
+    fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
+        match &self.items[..] {
+            [] => f.write_str(&self.what),
+            [item] => write!(f, "{}: {item}", self.what),
+            items => write!(f, "{} ({} of them): {}", self.what, items.len(), items.join(", ")),
+        }
+    }
+}
+
+/// The findings of one import, in the order in which they were first made.
+#[derive(Default)]
+pub(super) struct Findings {
+    pub list: Vec<Finding>,
+    places: HashMap<String, usize>,
+}
+
+impl Findings {
+    /// A finding of its own; said once.
+    pub fn add(&mut self, what: impl Into<String>) {
+        self.entry(what.into());
+    }
+
+    /// One more thing of a kind; the same thing is listed once.
+    pub fn add_to(&mut self, what: impl Into<String>, item: impl Into<String>) {
+        let (at, item) = (self.entry(what.into()), item.into());
+        let items = &mut self.list[at].items;
+        if !items.contains(&item) {
+            items.push(item);
+        }
+    }
+
+    fn entry(&mut self, what: String) -> usize {
+        let list = &mut self.list;
+        *self.places.entry(what).or_insert_with_key(|what| {
+            list.push(Finding { what: what.clone(), items: Vec::new() });
+            list.len() - 1
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn equal_findings_stand_together_and_nothing_is_said_twice() {
+        let mut findings = Findings::default();
+        findings.add_to("stale", "a (1 mm)");
+        findings.add("alone");
+        findings.add_to("stale", "b (2 mm)");
+        findings.add_to("stale", "a (1 mm)");
+        findings.add("alone");
+        let said: Vec<String> = findings.list.iter().map(ToString::to_string).collect();
+        assert_eq!(said, ["stale (2 of them): a (1 mm), b (2 mm)", "alone"]);
+    }
+}
