@@ -4,7 +4,7 @@ use crate::failure::{Failure, Refusal};
 use std::path::Path;
 use wireloom::core::Registry;
 use wireloom::core::registry::Parameters;
-use wireloom::scenario::{Built, Fault, Scenario};
+use wireloom::scenario::{Built, Fault, Files, Scenario};
 
 /// Reads a text file. What is no UTF-8 is refused, not an I/O fault.
 pub fn text(path: &Path) -> Result<String, Failure> {
@@ -16,14 +16,27 @@ pub fn text(path: &Path) -> Result<String, Failure> {
     })
 }
 
+/// The files that a scenario names, relative to its folder.
+struct Beside<'a>(&'a Path);
+
+impl Files for Beside<'_> {
+    fn read(&self, path: &str) -> Result<String, String> {
+        text(&self.0.join(path)).map_err(|failure| match failure {
+            Failure::Io { source, .. } => source.to_string(),
+            other => other.to_string(),
+        })
+    }
+}
+
 /// Reads, checks and builds a scenario; `minimiser` replaces its own.
 pub fn scenario(path: &Path, minimiser: Option<&str>, registry: &Registry) -> Result<(Scenario, Built), Failure> {
     let text = text(path)?;
+    let files = Beside(path.parent().unwrap_or(Path::new("")));
     let loaded = match minimiser {
-        None => wireloom::load(&text, registry),
+        None => wireloom::load_with_files(&text, &files, registry),
         Some(kind) => {
             let parameters = parameters(kind, registry)?;
-            wireloom::scenario::parse(&text, registry)
+            wireloom::scenario::parse_with_files(&text, &files, registry)
                 .and_then(|scenario| replace(scenario, kind, parameters, registry))
         }
     };

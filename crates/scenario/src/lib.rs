@@ -14,6 +14,7 @@ mod build;
 mod conflicts;
 mod document;
 mod fault;
+mod files;
 mod fixings;
 mod freedoms;
 mod joints;
@@ -30,6 +31,7 @@ mod units;
 
 pub use build::Built;
 pub use fault::{Fault, render};
+pub use files::{Files, NoFiles};
 pub use scenario::{Arm, At, Branch, Constraint, Division, Facing, Joint, Load, Minimiser, Output, Scenario, Spans};
 pub use schema::schema;
 
@@ -43,20 +45,23 @@ pub type Span = Range<usize>;
 /// Syntax errors shown: those that follow are mostly echoes of the first ones.
 const SYNTAX_ERRORS: usize = 3;
 
-/// Reads and checks a scenario; the kinds it names are looked up in `registry`.
+/// Reads and checks a scenario that names no other files; the kinds it names are looked up in `registry`.
+///
+/// # Errors
+/// See [`parse_with_files`].
+pub fn parse(text: &str, registry: &Registry) -> Result<Scenario, Vec<Fault>> {
+    parse_with_files(text, &NoFiles, registry)
+}
+
+/// Reads and checks a scenario; the kinds it names are looked up in `registry`, the files it names in `files`.
 ///
 /// # Errors
 /// All faults, in the order of the text. Where the text is no TOML, these are the first few syntax errors. Whether
-/// the harness is held, and by constraints that agree, is judged only where all names lead somewhere.
-pub fn parse(text: &str, registry: &Registry) -> Result<Scenario, Vec<Fault>> {
-    let (table, errors) = DeTable::parse_recoverable(text);
-    if !errors.is_empty() {
-        let mut faults: Vec<Fault> = errors.iter().map(|error| syntax_fault(text, error)).collect();
-        faults.sort_by_key(|fault| fault.span.start);
-        faults.truncate(SYNTAX_ERRORS);
-        return Err(faults);
-    }
-    let reader = reader::Reader::new(text, registry);
+/// the harness is held, and by constraints that agree, is judged only where all names lead somewhere. A fault of another
+/// file stands where the scenario names that file.
+pub fn parse_with_files(text: &str, files: &dyn Files, registry: &Registry) -> Result<Scenario, Vec<Fault>> {
+    let table = toml_table(text)?;
+    let reader = reader::Reader::new(text, files, registry);
     let (scenario, whole) = document::read(&reader, table.get_ref());
     if whole {
         match scenario.build(registry) {
@@ -70,6 +75,18 @@ pub fn parse(text: &str, registry: &Registry) -> Result<Scenario, Vec<Fault>> {
     }
     let faults = reader.finish();
     if faults.is_empty() { Ok(scenario) } else { Err(faults) }
+}
+
+/// The text as a table, with the places of its values.
+fn toml_table(text: &str) -> Result<toml::Spanned<DeTable<'_>>, Vec<Fault>> {
+    let (table, errors) = DeTable::parse_recoverable(text);
+    if errors.is_empty() {
+        return Ok(table);
+    }
+    let mut faults: Vec<Fault> = errors.iter().map(|error| syntax_fault(text, error)).collect();
+    faults.sort_by_key(|fault| fault.span.start);
+    faults.truncate(SYNTAX_ERRORS);
+    Err(faults)
 }
 
 fn syntax_fault(text: &str, error: &toml::de::Error) -> Fault {

@@ -1,6 +1,7 @@
 //! Reads the values of an entry as its table of keys declares them; gathers faults and goes on.
 
 use crate::fault::{Fault, did_you_mean, nearest};
+use crate::files::Files;
 use crate::keys::{Bound, Form, Key, Keys};
 use crate::units;
 use nalgebra::{Quaternion, Unit};
@@ -13,16 +14,17 @@ use wireloom_core::{Quantity, Registry, Rotation, Vector};
 pub(crate) type Span = Range<usize>;
 type Node<'a> = Spanned<DeValue<'a>>;
 
-/// The text that is read, the kinds that are known, the faults found so far.
+/// The text that is read, the files it may name, the kinds that are known, the faults found so far.
 pub(crate) struct Reader<'a> {
     pub text: &'a str,
+    files: &'a dyn Files,
     pub registry: &'a Registry,
     faults: RefCell<Vec<Fault>>,
 }
 
 impl<'a> Reader<'a> {
-    pub fn new(text: &'a str, registry: &'a Registry) -> Self {
-        Self { text, registry, faults: RefCell::default() }
+    pub fn new(text: &'a str, files: &'a dyn Files, registry: &'a Registry) -> Self {
+        Self { text, files, registry, faults: RefCell::default() }
     }
 
     /// Notes a fault.
@@ -33,6 +35,35 @@ impl<'a> Reader<'a> {
     /// Notes faults.
     pub fn faults(&self, faults: Vec<Fault>) {
         self.faults.borrow_mut().extend(faults);
+    }
+
+    /// The text of another file, named at `span`; notes a fault where it cannot be read.
+    pub fn file(&self, path: &str, span: Span) -> Option<String> {
+        let text = self.files.read(path);
+        if let Err(reason) = &text {
+            let help = "give the path of a text file, from the folder of the scenario";
+            self.fault(span, format!("cannot read \"{path}\": {reason}"), help);
+        }
+        text.ok()
+    }
+
+    /// Reads another file, named at `span`, as TOML with keys of its own. Its faults are noted at `span`, each with its place in that
+    /// file.
+    #[cfg_attr(not(test), expect(dead_code, reason = "wire libraries and fixing catalogues, next, are read with it"))]
+    pub fn include<T>(
+        &self,
+        path: &str,
+        span: Span,
+        keys: &'static Keys,
+        read: impl FnOnce(&Entry<'_>) -> T,
+    ) -> Option<T> {
+        let text = self.file(path, span.clone())?;
+        let (found, faults) = included(path, &text, self.files, self.registry, keys, read);
+        for fault in faults {
+            let (line, column) = fault.position(&text);
+            self.fault(span.clone(), format!("{path}:{line}:{column}: {}", fault.message), fault.help);
+        }
+        found
     }
 
     /// How many faults there are so far.
@@ -225,6 +256,24 @@ impl<'a> Reader<'a> {
         self.fault(node.span(), format!("`{key}` has no choice \"{word}\""), did_you_mean(word, words));
         None
     }
+}
+
+/// What a text of its own says, and its faults, by place in it; `name` is what messages call it.
+pub(crate) fn included<T>(
+    name: &str,
+    text: &str,
+    files: &dyn Files,
+    registry: &Registry,
+    keys: &'static Keys,
+    read: impl FnOnce(&Entry<'_>) -> T,
+) -> (Option<T>, Vec<Fault>) {
+    let table = match crate::toml_table(text) {
+        Ok(table) => table,
+        Err(faults) => return (None, faults),
+    };
+    let reader = Reader::new(text, files, registry);
+    let found = read(&Entry::new(&reader, table.get_ref(), 0..0, keys, name.to_owned()));
+    (Some(found), reader.finish())
 }
 
 /// A unit vector along `vector`, whatever its length; none where it is zero.
@@ -490,4 +539,49 @@ impl<'a> Entry<'a> {
 fn some_keys(keys: &Keys) -> String {
     let names: Vec<String> = keys.keys.iter().map(|key| format!("`{}`", key.name)).collect();
     names.join(", ")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::NoFiles;
+
+    struct Two;
+
+    impl Files for Two {
+        fn read(&self, path: &str) -> Result<String, String> {
+            match path {
+                "good.toml" => Ok("vtk = true".into()),
+                "bad.toml" => Ok("\nvkt = true\ncsv = 3".into()),
+                "torn.toml" => Ok("vtk = ".into()),
+                _ => Err("no such file".into()),
+            }
+        }
+    }
+
+    #[test]
+    fn another_file_is_read_with_keys_of_its_own_and_its_faults_stand_where_it_is_named() {
+        let registry = Registry::default();
+        let reader = Reader::new("", &Two, &registry);
+        let read = |path| reader.include(path, 3..5, &crate::keys::OUTPUT, |entry| entry.flag("vtk"));
+        assert_eq!(read("good.toml"), Some(Some(true)));
+        assert_eq!(reader.fault_count(), 0);
+        assert_eq!(read("bad.toml"), Some(None));
+        assert_eq!(read("torn.toml"), None);
+        assert_eq!(read("none.toml"), None);
+        let faults = reader.finish();
+        assert!(faults.iter().all(|fault| fault.span == (3..5)));
+        let said: Vec<&str> = faults.iter().map(|fault| fault.message.as_str()).collect();
+        assert_eq!(said[0], "bad.toml:2:1: unknown key `vkt` in bad.toml");
+        assert!(said[1].starts_with("torn.toml:1:"), "{}", said[1]);
+        assert_eq!(said[2], "cannot read \"none.toml\": no such file");
+    }
+
+    #[test]
+    fn a_text_without_a_folder_has_no_files() {
+        let registry = Registry::default();
+        let reader = Reader::new("", &NoFiles, &registry);
+        assert_eq!(reader.file("good.toml", 0..0), None);
+        assert_eq!(reader.finish()[0].message, "cannot read \"good.toml\": the scenario is a text without a folder");
+    }
 }

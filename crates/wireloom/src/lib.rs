@@ -20,15 +20,23 @@ pub fn registry() -> Registry {
 }
 
 use wireloom_core::equilibrium::{Run, StepResult};
-use wireloom_scenario::{Built, Fault, Scenario};
+use wireloom_scenario::{Built, Fault, Files, Scenario};
 use wireloom_solve::{Control, Progress};
 
-/// A scenario's text, checked and built.
+/// The text of a scenario that names no other files, checked and built.
 ///
 /// # Errors
 /// All faults of the text at once, each with its place.
 pub fn load(text: &str, registry: &Registry) -> Result<(Scenario, Built), Vec<Fault>> {
-    let scenario = scenario::parse(text, registry)?;
+    load_with_files(text, &scenario::NoFiles, registry)
+}
+
+/// A scenario's text, checked and built; the files it names are read through `files`.
+///
+/// # Errors
+/// All faults of the text at once, each with its place.
+pub fn load_with_files(text: &str, files: &dyn Files, registry: &Registry) -> Result<(Scenario, Built), Vec<Fault>> {
+    let scenario = scenario::parse_with_files(text, files, registry)?;
     let built = scenario.build(registry)?;
     Ok((scenario, built))
 }
