@@ -28,7 +28,7 @@ pub fn run(arguments: &RunArguments, out: &mut dyn Write) -> Result<Outcome, Fai
     results.finish(&run)?;
     if !arguments.quiet {
         let mut print = || {
-            writeln!(out, "{}: {} ({size})\n", run.scenario, run.status.word())?;
+            writeln!(out, "{}: {} ({size})\n", summary::printable(&run.scenario), run.status.word())?;
             summary::print(&run, &extremes, notes, out)?;
             writeln!(out, "wrote {}", results.words())
         };

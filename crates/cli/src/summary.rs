@@ -1,10 +1,10 @@
-//! What a run prints: its steps, what every fixing takes, how tightly every branch is bent, remarks.
+//! What a run prints: its steps, what every fixing takes, how tightly every branch is bent, events, remarks.
 
 use crate::extremes::{Bend, Extremes, Load};
 use comfy_table::{CellAlignment, LineStyle, Table, TableStyle};
 use std::io::{self, Write};
 use wireloom::core::equilibrium::ConstraintResult;
-use wireloom::core::{Run, StepResult, Vector};
+use wireloom::core::{Event, EventKind, EventPlace, Run, StepResult, Vector};
 
 /// Rows of a table that are shown; a harness may have hundreds of branches.
 const ROWS: usize = 20;
@@ -18,6 +18,7 @@ pub fn print(run: &Run, extremes: &Extremes, built: usize, out: &mut dyn Write) 
         fixings(end, &extremes.loads, out)?;
     }
     bends(&extremes.bends, out)?;
+    events(&run.events, out)?;
     notes(&run.notes, built, out)
 }
 
@@ -26,7 +27,7 @@ fn notes(notes: &[String], built: usize, out: &mut dyn Write) -> io::Result<()> 
     let (before, during) = notes.split_at(built.min(notes.len()));
     for notes in [during, before] {
         for note in notes.iter().take(NOTES) {
-            writeln!(out, "note: {note}")?;
+            writeln!(out, "note: {}", printable(note))?;
         }
         if notes.len() > NOTES {
             writeln!(out, "({} more notes of this kind: see result.json)", notes.len() - NOTES)?;
@@ -121,6 +122,55 @@ fn bends(bends: &[Bend], out: &mut dyn Write) -> io::Result<()> {
     Ok(())
 }
 
+/// Events of one kind at one thing.
+struct Group<'a> {
+    worst: &'a Event,
+    /// In how many increments.
+    increments: usize,
+}
+
+/// What happened on the way: of each kind at each thing the first and the worst, and how often.
+fn groups(events: &[Event]) -> Vec<Group<'_>> {
+    let mut groups: Vec<Group> = vec![];
+    for event in events {
+        let same = |group: &&mut Group| {
+            let thing = |place: &EventPlace| EventPlace { s: None, ..place.clone() };
+            group.worst.kind == event.kind && thing(&group.worst.place) == thing(&event.place)
+        };
+        let Some(group) = groups.iter_mut().find(same) else {
+            groups.push(Group { worst: event, increments: event.increments });
+            continue;
+        };
+        group.increments += event.increments;
+        if let (Some(value), Some(before)) = (event.value, group.worst.value)
+            && event.kind.worse(value, before)
+        {
+            group.worst = event;
+        }
+    }
+    groups.sort_by_key(|group| EventKind::ALL.iter().position(|kind| *kind == group.worst.kind));
+    groups
+}
+
+fn events(events: &[Event], out: &mut dyn Write) -> io::Result<()> {
+    let groups = groups(events);
+    let mut table = Columns::new(["event", "where", "at its worst", "in step", ">increments"]);
+    for Group { worst, increments } in groups.iter().take(ROWS) {
+        table.row([
+            worst.kind.title().to_owned(),
+            worst.place.to_string(),
+            worst.message.clone(),
+            format!("{} ({})", worst.worst.step, worst.worst.increment),
+            increments.to_string(),
+        ]);
+    }
+    table.print(out)?;
+    if groups.len() > ROWS {
+        writeln!(out, "({} more events: see result.json)\n", groups.len() - ROWS)?;
+    }
+    Ok(())
+}
+
 /// Keeps the rows of largest weight, in the order they have. Returns how many went.
 fn keep<T>(rows: &mut Vec<&T>, weight: impl Fn(&T) -> f64) -> usize {
     if rows.len() <= ROWS {
@@ -152,6 +202,19 @@ pub fn time(seconds: f64) -> String {
     }
 }
 
+/// Names come from files: what would command the terminal is shown instead, as `\u{1b}`.
+pub fn printable(text: &str) -> String {
+    let mut shown = String::with_capacity(text.len());
+    for c in text.chars() {
+        if c.is_control() || matches!(c, '\u{200e}' | '\u{200f}' | '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}') {
+            shown.extend(c.escape_unicode());
+        } else {
+            shown.push(c);
+        }
+    }
+    shown
+}
+
 /// A table with a line under its header; a heading that begins with `>` makes its column flush right.
 pub struct Columns(Table);
 
@@ -172,7 +235,7 @@ impl Columns {
 
     /// One more row.
     pub fn row<const N: usize>(&mut self, cells: [String; N]) {
-        self.0.add_row(cells);
+        self.0.add_row(cells.map(|cell| printable(&cell)));
     }
 
     /// Prints it, and an empty line; nothing where there are no rows.
@@ -195,6 +258,12 @@ mod tests {
     fn numbers_are_readable() {
         assert_eq!(vector(&Vector::new(-0.0, -1e-9, 12.3456), 3), "   0.000    0.000   12.346");
         assert_eq!([time(2e-5), time(0.0213), time(0.213), time(3.21)], ["20 µs", "21.3 ms", "213 ms", "3.2 s"]);
+    }
+
+    #[test]
+    fn names_command_no_terminal() {
+        assert_eq!(printable("a\u{1b}[31mb\n\u{202e}"), "a\\u{1b}[31mb\\u{a}\\u{202e}");
+        assert_eq!(printable("Größe–2 µm"), "Größe–2 µm");
     }
 
     #[test]

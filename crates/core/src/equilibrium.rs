@@ -1,5 +1,6 @@
 //! What comes out: shapes, internal forces, reactions, energies, and how it was found. SI units.
 
+pub use crate::event::{Event, EventKind, EventPlace, Moment};
 use crate::minimiser::Status;
 use crate::{Rotation, Vector};
 
@@ -10,8 +11,10 @@ pub struct Run {
     pub scenario: String,
     /// Status of the run: that of its first increment that did not converge, or converged.
     pub status: Status,
-    /// Remarks: wires that end in a joint, overstretched spans and the like.
+    /// Remarks on the harness and its start: wires that end in a joint and the like.
     pub notes: Vec<String>,
+    /// What happened on the way, in the order in which it began.
+    pub events: Vec<Event>,
     /// The last increment of each step, or all of them.
     pub steps: Vec<StepResult>,
 }

@@ -16,6 +16,7 @@
 
 pub mod constraint;
 pub mod equilibrium;
+pub mod event;
 pub mod joint;
 pub mod minimiser;
 pub mod network;
@@ -67,6 +68,7 @@ impl Pose {
 
 pub use constraint::{Action, Constraint, Hold, HoldWord, Limits, Potential, RotationHold, Slide};
 pub use equilibrium::{Run, StepResult};
+pub use event::{Event, EventKind, EventPlace, Moment};
 pub use joint::{Arm, JointModel, Mounting};
 pub use minimiser::{Minimiser, Report, Status, Stop};
 pub use network::Network;

@@ -3,11 +3,23 @@
 //! Branches, joints and constraints are objects keyed by name, in the order of the scenario. Numbers have
 //! all the digits needed to read the same double back. What is not finite (the bend radius of a straight
 //! piece; anything after a failure) is `null`.
+//!
+//! `events` tells what happened on the way, increments that are not kept included. What goes on over increments that
+//! follow each other is one event:
+//!
+//! | key | meaning |
+//! | --- | --- |
+//! | `kind` | [`EventKind::word`](wireloom_core::EventKind::word) |
+//! | `place` | the `fixing`, `joint` or `branch` (with `s`, m) it happened to; empty: the harness |
+//! | `first`, `worst`, `last` | `step`, `step_index` (from 0) and `increment` (from 1; 0: while the start was found) |
+//! | `increments` | in how many increments it was so |
+//! | `value`, `limit` | the worst value, and what it should not pass, in SI units; null where there is none |
+//! | `message` | a sentence for people, of the worst increment |
 
 use serde::ser::{Serialize, SerializeMap, Serializer};
 use std::io::{self, BufWriter, Write};
 use wireloom_core::equilibrium::{
-    BranchResult, ConstraintResult, Energy, JointResult, MinimiserResult, Run, StepResult, TightestBend,
+    BranchResult, ConstraintResult, Energy, Event, JointResult, MinimiserResult, Moment, Run, StepResult, TightestBend,
 };
 use wireloom_core::rotation::columns;
 use wireloom_core::{Rotation, Vector};
@@ -32,6 +44,7 @@ struct Document<'a> {
     scenario: &'a str,
     status: &'static str,
     notes: &'a [String],
+    events: Vec<Occurrence<'a>>,
     steps: Vec<Step<'a>>,
 }
 
@@ -42,8 +55,70 @@ impl<'a> Document<'a> {
             scenario: &run.scenario,
             status: run.status.word(),
             notes: &run.notes,
+            events: run.events.iter().map(Occurrence::of).collect(),
             steps: run.steps.iter().map(Step::of).collect(),
         }
+    }
+}
+
+/// An event; `first`, `worst` and `last` are increments.
+#[derive(serde::Serialize)]
+struct Occurrence<'a> {
+    kind: &'static str,
+    place: Place<'a>,
+    first: Increment<'a>,
+    worst: Increment<'a>,
+    last: Increment<'a>,
+    increments: usize,
+    value: Option<Number>,
+    limit: Option<Number>,
+    message: &'a str,
+}
+
+impl<'a> Occurrence<'a> {
+    fn of(event: &'a Event) -> Self {
+        Self {
+            kind: event.kind.word(),
+            place: Place {
+                fixing: event.place.fixing.as_deref(),
+                branch: event.place.branch.as_deref(),
+                s: event.place.s.map(Number),
+                joint: event.place.joint.as_deref(),
+            },
+            first: Increment::of(&event.first),
+            worst: Increment::of(&event.worst),
+            last: Increment::of(&event.last),
+            increments: event.increments,
+            value: event.value.map(Number),
+            limit: event.limit.map(Number),
+            message: &event.message,
+        }
+    }
+}
+
+/// What an event happened to: the keys that apply; none: the harness.
+#[derive(serde::Serialize)]
+struct Place<'a> {
+    #[serde(skip_serializing_if = "Option::is_none")]
+    fixing: Option<&'a str>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    branch: Option<&'a str>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    s: Option<Number>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    joint: Option<&'a str>,
+}
+
+#[derive(serde::Serialize)]
+struct Increment<'a> {
+    step: &'a str,
+    step_index: usize,
+    increment: usize,
+}
+
+impl<'a> Increment<'a> {
+    fn of(moment: &'a Moment) -> Self {
+        Self { step: &moment.step, step_index: moment.step_index, increment: moment.increment }
     }
 }
 

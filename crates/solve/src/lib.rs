@@ -3,10 +3,12 @@
 //! The Hessian of a harness is a sparse symmetric matrix of 3 × 3 blocks, one block row for each point and each
 //! frame. [`structure`] orders the blocks by minimum degree, which on trees gives no fill at all; [`matrix`]
 //! gathers the parts' second derivatives into it, [`factor`] factorises it in place, [`newton`] walks downhill
-//! with it, [`border`] adds the arc lengths of fixings that slide, [`certificate`] grades the result, [`steps`] carries out the assembly.
+//! with it, [`border`] adds the arc lengths of fixings that slide, [`certificate`] grades the result, [`steps`] carries out the assembly, [`events`]
+//! keeps the log of what happened on the way.
 
 pub mod border;
 pub mod certificate;
+pub mod events;
 pub mod factor;
 pub mod matrix;
 pub mod newton;

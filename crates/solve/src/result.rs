@@ -1,11 +1,12 @@
 //! From a state to what users read: internal forces, moments, bend radii, reactions.
 
+use crate::events::Occurrence;
 use wireloom_core::constraint::Action;
 use wireloom_core::equilibrium::{BranchResult, ConstraintResult, JointResult, TightestBend};
 use wireloom_core::network::{Branch, BranchEnd, Joint, Place};
 use wireloom_core::problem::{Problem, STATION_SHIFT, Variable};
 use wireloom_core::rotation::{columns, twist_angle};
-use wireloom_core::{Rotation, State, Tangent, Vector};
+use wireloom_core::{EventKind, EventPlace, Rotation, State, Tangent, Vector};
 
 /// Curvatures below this share of 1/L count as straight.
 const STRAIGHT: f64 = 1e-9;
@@ -227,8 +228,13 @@ pub fn tightest_bend(branches: &[BranchResult]) -> Option<TightestBend> {
     })
 }
 
-/// Remarks on spans that are shorter than the distance they must bridge.
-pub fn overstretched(problem: &Problem<'_>, state: &State) -> Vec<String> {
+/// How far the point moved that moved the farthest, m.
+pub fn farthest(from: &State, to: &State) -> f64 {
+    from.points.iter().zip(&to.points).map(|(a, b)| (b - a).norm()).fold(0.0, f64::max)
+}
+
+/// Spans that are shorter than the distance they must bridge.
+pub fn overstretched(problem: &Problem<'_>, state: &State) -> Vec<Occurrence> {
     let network = problem.network;
     let held = |branch: usize, node: usize| {
         network.fixings.iter().enumerate().any(|(f, fixing)| {
@@ -237,7 +243,7 @@ pub fn overstretched(problem: &Problem<'_>, state: &State) -> Vec<String> {
                 && matches!(fixing.constraint.action(), Action::Prescribed(hold) if hold.position && hold.rails.is_empty())
         })
     };
-    let mut remarks = Vec::new();
+    let mut found = Vec::new();
     for (index, branch) in network.branches.iter().enumerate() {
         let mesh = branch.rod.mesh();
         let s = state.arc_lengths(network, index);
@@ -248,12 +254,18 @@ pub fn overstretched(problem: &Problem<'_>, state: &State) -> Vec<String> {
             let (chord, length) = ((x(pair[1]) - x(pair[0])).norm(), s[pair[1]] - s[pair[0]]);
             let allowed = if held(index, pair[0]) && held(index, pair[1]) { 1e-9 } else { LARGE_STRAIN };
             if chord > length * (1.0 + allowed) {
-                remarks.push(format!(
-                    "branch `{}` is overstretched between s = {:.4} m and s = {:.4} m: {:.4} m of cable bridge {:.4} m",
-                    branch.name, s[pair[0]], s[pair[1]], length, chord
-                ));
+                found.push(Occurrence {
+                    kind: EventKind::Overstretched,
+                    place: EventPlace::branch(&branch.name, 0.5 * (s[pair[0]] + s[pair[1]])),
+                    value: Some(chord),
+                    limit: Some(length),
+                    message: format!(
+                        "between s = {:.4} m and s = {:.4} m, {length:.4} m of cable bridge {chord:.4} m",
+                        s[pair[0]], s[pair[1]]
+                    ),
+                });
             }
         }
     }
-    remarks
+    found
 }

@@ -1,6 +1,7 @@
 //! The step driver: carries out the assembly in increments, each of which ends in an equilibrium.
 
 use crate::certificate::Certifier;
+use crate::events::{self, EventLog, Occurrence};
 use crate::{result, start};
 use std::time::Instant;
 use wireloom_core::equilibrium::{MinimiserResult, Run, StepResult};
@@ -10,7 +11,7 @@ use wireloom_core::problem::{Conditions, Problem};
 use wireloom_core::rotation::{columns, shortest};
 use wireloom_core::sliding::{SlideStop, Sliding};
 use wireloom_core::steps::{Move, Schedule, Step, Turn};
-use wireloom_core::{Network, Pose, Rotation, State, Vector};
+use wireloom_core::{EventKind, EventPlace, Moment, Network, Pose, Rotation, State, Vector};
 
 /// An increment that fails is halved, its halves likewise, up to this many times.
 const CUT_BACKS: u32 = 4;
@@ -155,6 +156,9 @@ struct Driver<'n, 'm> {
     residual: f64,
     /// While the start is being found nothing slides.
     homing: bool,
+    log: EventLog,
+    /// The smallest part of an increment at hand that was carried out at once.
+    smallest: f64,
 }
 
 /// Carries out a schedule. The observer sees every increment's end and may stop the run. The status of the run is
@@ -166,8 +170,13 @@ pub fn follow(
     schedule: &Schedule,
     observer: &mut dyn FnMut(&Progress, &StepResult) -> Control,
 ) -> Run {
-    let mut run =
-        Run { scenario: schedule.scenario.clone(), status: Status::Converged, notes: Vec::new(), steps: Vec::new() };
+    let mut run = Run {
+        scenario: schedule.scenario.clone(),
+        status: Status::Converged,
+        notes: Vec::new(),
+        events: Vec::new(),
+        steps: Vec::new(),
+    };
     let state = start::place(network, schedule);
     let conditions = Conditions {
         gravity: schedule.gravity,
@@ -188,10 +197,13 @@ pub fn follow(
         factorisations: 0,
         residual: f64::INFINITY,
         homing: true,
+        log: EventLog::default(),
+        smallest: 1.0,
     };
     let alone = [Step { name: "equilibrium".into(), increments: 1, ..Step::default() }];
     let steps = if schedule.steps.is_empty() { &alone[..] } else { &schedule.steps };
     let mut clock = Instant::now();
+    driver.log.begin(Moment { step: steps[0].name.clone(), step_index: 0, increment: 0 });
     let homed = driver.bring_home();
     if homed != Status::Converged {
         run.notes.push(format!("the start was not balanced: {}", homed.word()));
@@ -200,21 +212,11 @@ pub fn follow(
         let plan = driver.begin(step);
         for increment in 1..=step.increments {
             let share = |k: usize| k as f64 / step.increments as f64;
-            let mut status = driver.advance_through(&plan, share(increment - 1), share(increment));
-            if status == Status::IterationLimit {
-                status = driver.let_snap();
-                if status == Status::Converged {
-                    note_once(
-                        &mut run.notes,
-                        format!(
-                            "step `{}`: increment {increment} took more iterations than allowed and smaller ones did not help; the harness may have snapped",
-                            step.name
-                        ),
-                    );
-                }
-            }
+            driver.log.begin(Moment { step: step.name.clone(), step_index: index, increment });
+            let status = driver.increment(&plan, share(increment - 1), share(increment));
             let seconds = clock.elapsed().as_secs_f64();
             let end = driver.step_result(step, increment, status, seconds);
+            events::watch(&mut driver.log, &driver.problem, &driver.state, &end, stop);
             let progress = Progress {
                 step: step.name.clone(),
                 step_index: index,
@@ -229,38 +231,25 @@ pub fn follow(
             }
             let lost = !matches!(status, Status::Converged | Status::Stalled);
             let stopped = control == Control::Stop;
-            if stopped && !(lost || (index + 1 == steps.len() && increment == step.increments)) {
+            let all = index + 1 == steps.len() && increment == step.increments;
+            // What went wrong before is worth more than that somebody stopped it.
+            if stopped && run.status == Status::Converged && !all {
                 run.status = Status::Interrupted;
             }
-            if lost {
-                run.notes.push(format!("step `{}` stopped at increment {increment}: {}", step.name, status.word()));
-            }
-            if end.stable == Some(false) {
-                note_once(&mut run.notes, format!("step `{}` passes through an unstable equilibrium", step.name));
-            }
             let last = increment == step.increments || lost || stopped;
-            if last {
-                for remark in result::overstretched(&driver.problem, &driver.state) {
-                    note_once(&mut run.notes, format!("step `{}`: {remark}", step.name));
-                }
-            }
             if schedule.increments || last {
                 run.steps.push(end);
             }
             if lost || stopped {
+                run.events = driver.log.into_events();
                 return run;
             }
         }
         clock = Instant::now();
         (driver.iterations, driver.factorisations) = (0, 0);
     }
+    run.events = driver.log.into_events();
     run
-}
-
-fn note_once(notes: &mut Vec<String>, note: String) {
-    if !notes.contains(&note) {
-        notes.push(note);
-    }
 }
 
 impl Driver<'_, '_> {
@@ -354,6 +343,40 @@ impl Driver<'_, '_> {
         fallen
     }
 
+    /// One increment, from share `a` to share `b` of a plan, and what had to be done to find its end.
+    fn increment(&mut self, plan: &Plan, a: f64, b: f64) -> Status {
+        self.smallest = 1.0;
+        let began = self.state.clone();
+        let mut status = self.advance_through(plan, a, b);
+        if self.smallest < 1.0 {
+            let parts = 1.0 / self.smallest;
+            self.log.raise(Occurrence {
+                kind: EventKind::CutBack,
+                place: EventPlace::default(),
+                value: Some(parts),
+                limit: None,
+                message: format!("did not converge at once; parts as small as 1/{parts:.0} were tried"),
+            });
+        }
+        if status == Status::IterationLimit {
+            status = self.let_snap();
+            if status == Status::Converged {
+                let moved = result::farthest(&began, &self.state);
+                self.log.raise(Occurrence {
+                    kind: EventKind::Jump,
+                    place: EventPlace::default(),
+                    value: Some(moved),
+                    limit: None,
+                    message: format!(
+                        "took more iterations than allowed, and smaller increments did not help: the harness may have snapped; it moved by up to {:.1} mm",
+                        1e3 * moved
+                    ),
+                });
+            }
+        }
+        status
+    }
+
     /// Smaller increments did not help: the equilibrium that was followed has ceased to exist, and the harness falls to
     /// another one. Goes on downhill, however far that is.
     fn let_snap(&mut self) -> Status {
@@ -423,6 +446,7 @@ impl Driver<'_, '_> {
             return status;
         }
         let failed = self.state.clone();
+        self.smallest = self.smallest.min(0.5_f64.powi((CUT_BACKS - cuts + 1) as i32));
         self.state.copy_from(&self.before);
         let middle = 0.5 * (a + b);
         let half = self.advance(plan, a, middle, cuts - 1);
@@ -469,6 +493,15 @@ impl Driver<'_, '_> {
                 let knots: Vec<_> = self.problem.knots(site.branch).into_iter().map(|node| (node, s[node])).collect();
                 network.move_mesh(site.branch, &knots, &mut self.state);
                 dropped = true;
+                let fixing = &network.fixings[site.fixing].name;
+                let branch = &network.branches[site.branch].name;
+                self.log.raise(Occurrence {
+                    kind: EventKind::LeftRing,
+                    place: EventPlace { fixing: Some(fixing.clone()), ..EventPlace::branch(branch, s[site.node]) },
+                    value: None,
+                    limit: None,
+                    message: "the cable ran out of it over its end: it no longer acts".into(),
+                });
             }
         }
         dropped

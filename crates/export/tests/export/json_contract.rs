@@ -24,11 +24,19 @@ fn floats(value: &Value) -> Vec<f64> {
 fn has_the_keys_of_the_contract_in_order() {
     let step = y_harness();
     let value = parsed(&run("y-harness", vec![step]));
-    assert_eq!(keys(&value), ["schema", "scenario", "status", "notes", "steps"]);
+    assert_eq!(keys(&value), ["schema", "scenario", "status", "notes", "events", "steps"]);
     assert_eq!(value["schema"], 1);
     assert_eq!(value["scenario"], "y-harness");
     assert_eq!(value["status"], "converged");
     assert_eq!(value["notes"][0], "a remark");
+    let expected = serde_json::json!({
+        "kind": "bend-radius", "place": { "branch": "trunk", "s": 0.25 },
+        "first": { "step": "pull", "step_index": 1, "increment": 2 },
+        "worst": { "step": "pull", "step_index": 1, "increment": 3 },
+        "last": { "step": "pull", "step_index": 1, "increment": 4 },
+        "increments": 3, "value": 0.04, "limit": 0.05, "message": "bend radius 40.0 mm, allowed 50.0 mm"
+    });
+    assert_eq!(value["events"][0], expected);
     let step = &value["steps"][0];
     assert_eq!(
         keys(step),

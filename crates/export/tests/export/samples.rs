@@ -1,7 +1,8 @@
 //! Results made by hand.
 
 use wireloom_core::equilibrium::{
-    BranchResult, ConstraintResult, Energy, JointResult, MinimiserResult, Run, StepResult, TightestBend,
+    BranchResult, ConstraintResult, Energy, Event, EventKind, EventPlace, JointResult, MinimiserResult, Moment, Run,
+    StepResult, TightestBend,
 };
 use wireloom_core::rotation::{frame_from, orthogonal};
 use wireloom_core::{Rotation, Status, Vector};
@@ -110,7 +111,13 @@ pub fn step(branches: Vec<BranchResult>, joints: Vec<JointResult>, constraints: 
 }
 
 pub fn run(scenario: &str, steps: Vec<StepResult>) -> Run {
-    Run { scenario: scenario.into(), status: Status::Converged, notes: vec!["a remark".into()], steps }
+    Run {
+        scenario: scenario.into(),
+        status: Status::Converged,
+        notes: vec!["a remark".into()],
+        events: vec![event()],
+        steps,
+    }
 }
 
 /// A Y that sags, turns up and down, with one bend that is too tight and one arm without a limit.
@@ -218,4 +225,20 @@ pub fn broken() -> StepResult {
     step.energy.bend = f64::NAN;
     step.minimiser.force_residual = f64::INFINITY;
     step
+}
+
+/// An event of some length.
+pub fn event() -> Event {
+    let moment = |increment| Moment { step: "pull".into(), step_index: 1, increment };
+    Event {
+        kind: EventKind::BendRadius,
+        place: EventPlace::branch("trunk", 0.25),
+        first: moment(2),
+        worst: moment(3),
+        last: moment(4),
+        increments: 3,
+        value: Some(0.04),
+        limit: Some(0.05),
+        message: "bend radius 40.0 mm, allowed 50.0 mm".into(),
+    }
 }

@@ -1,0 +1,195 @@
+//! What happened on the way that an engineer must know: limits passed, snaps, slips, increments that were hard to find.
+
+use std::fmt;
+
+/// What kind of thing happened.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum EventKind {
+    /// A branch is bent more tightly than its section allows; value and limit are radii, m.
+    BendRadius,
+    /// A fixing takes more force than it can; N.
+    FixingForce,
+    /// A fixing takes more moment than it can; N m.
+    FixingMoment,
+    /// A span is shorter than the distance it must bridge; value: that distance, m; limit: the span's length, m.
+    Overstretched,
+    /// Pushing a connector home takes more force than allowed; N.
+    InsertionForce,
+    /// An equilibrium ceased to exist or to be stable, and the harness snapped to another one; value: the farthest that
+    /// any point moved, m.
+    Jump,
+    /// The cable slips through a fixing with friction; value: the friction, N.
+    Slip,
+    /// The cable sticks again in a fixing with friction in which it slipped; value: what friction holds, N.
+    Stick,
+    /// The cable ran out of a fixing it slides in: that no longer acts.
+    LeftRing,
+    /// The cable cannot run on through a fixing: another one or a joint has come up against it; value: what that takes, N.
+    SlideStop,
+    /// An increment did not converge and was carried out in smaller parts; value: into how many.
+    CutBack,
+    /// An increment did not converge; value: residual, relative; limit: the tolerance.
+    NotConverged,
+    /// An increment ended in an equilibrium that is not stable.
+    Unstable,
+}
+
+impl EventKind {
+    /// All kinds, in the order in which they are listed.
+    pub const ALL: [EventKind; 13] = [
+        EventKind::NotConverged,
+        EventKind::Jump,
+        EventKind::Unstable,
+        EventKind::Overstretched,
+        EventKind::BendRadius,
+        EventKind::FixingForce,
+        EventKind::FixingMoment,
+        EventKind::InsertionForce,
+        EventKind::LeftRing,
+        EventKind::SlideStop,
+        EventKind::Slip,
+        EventKind::Stick,
+        EventKind::CutBack,
+    ];
+
+    /// The word used in results.
+    pub fn word(self) -> &'static str {
+        match self {
+            EventKind::BendRadius => "bend-radius",
+            EventKind::FixingForce => "fixing-force",
+            EventKind::FixingMoment => "fixing-moment",
+            EventKind::Overstretched => "overstretched",
+            EventKind::InsertionForce => "insertion-force",
+            EventKind::Jump => "jump",
+            EventKind::Slip => "slip",
+            EventKind::Stick => "stick",
+            EventKind::LeftRing => "left-ring",
+            EventKind::SlideStop => "slide-stop",
+            EventKind::CutBack => "cut-back",
+            EventKind::NotConverged => "not-converged",
+            EventKind::Unstable => "unstable",
+        }
+    }
+
+    /// The kind in a few words for people.
+    pub fn title(self) -> &'static str {
+        match self {
+            EventKind::BendRadius => "bent too tightly",
+            EventKind::FixingForce => "fixing force above its limit",
+            EventKind::FixingMoment => "fixing moment above its limit",
+            EventKind::Overstretched => "overstretched span",
+            EventKind::InsertionForce => "insertion force above its limit",
+            EventKind::Jump => "snapped to another equilibrium",
+            EventKind::Slip => "slipped against friction",
+            EventKind::Stick => "sticks again",
+            EventKind::LeftRing => "ran out of its fixing",
+            EventKind::SlideStop => "sliding was stopped",
+            EventKind::CutBack => "increment cut back",
+            EventKind::NotConverged => "not converged",
+            EventKind::Unstable => "unstable equilibrium",
+        }
+    }
+
+    /// Whether the engineer must do something about it, or need only know.
+    pub fn is_trouble(self) -> bool {
+        !matches!(self, EventKind::Slip | EventKind::Stick | EventKind::SlideStop | EventKind::CutBack)
+    }
+
+    /// SI unit of its values; empty where they have none.
+    pub fn unit(self) -> &'static str {
+        match self {
+            EventKind::BendRadius | EventKind::Overstretched | EventKind::Jump => "m",
+            EventKind::FixingForce
+            | EventKind::InsertionForce
+            | EventKind::Slip
+            | EventKind::Stick
+            | EventKind::SlideStop => "N",
+            EventKind::FixingMoment => "N m",
+            _ => "",
+        }
+    }
+
+    /// Whether a value is worse than another one: radii should be large, everything else small.
+    pub fn worse(self, value: f64, than: f64) -> bool {
+        if self == EventKind::BendRadius { value < than } else { value > than }
+    }
+}
+
+/// What it happened to; all empty: to the harness as a whole.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct EventPlace {
+    /// Name of the fixing.
+    pub fixing: Option<String>,
+    /// Name of the branch.
+    pub branch: Option<String>,
+    /// Arc length on the branch, m.
+    pub s: Option<f64>,
+    /// Name of the joint.
+    pub joint: Option<String>,
+}
+
+impl EventPlace {
+    /// A fixing.
+    pub fn fixing(name: &str) -> Self {
+        Self { fixing: Some(name.to_owned()), ..Self::default() }
+    }
+
+    /// A place on a branch.
+    pub fn branch(name: &str, s: f64) -> Self {
+        Self { branch: Some(name.to_owned()), s: Some(s), ..Self::default() }
+    }
+
+    /// A joint.
+    pub fn joint(name: &str) -> Self {
+        Self { joint: Some(name.to_owned()), ..Self::default() }
+    }
+}
+
+/// "fixing `clip-1`", "branch `trunk` at s = 0.31 m", "harness".
+impl fmt::Display for EventPlace {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let mut parts = Vec::new();
+        parts.extend(self.fixing.as_ref().map(|name| format!("fixing `{name}`")));
+        parts.extend(self.joint.as_ref().map(|name| format!("joint `{name}`")));
+        parts.extend(self.branch.as_ref().map(|name| match self.s {
+            Some(s) => format!("branch `{name}` at s = {s:.4} m"),
+            None => format!("branch `{name}`"),
+        }));
+        f.write_str(if parts.is_empty() { "harness" } else { "" })?;
+        f.write_str(&parts.join(", "))
+    }
+}
+
+/// An increment of a run.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Moment {
+    /// Name of the step.
+    pub step: String,
+    /// Which step, from 0.
+    pub step_index: usize,
+    /// Which increment of it, from 1; 0: while the start was found.
+    pub increment: usize,
+}
+
+/// Something that happened. What goes on over increments that follow each other is one event.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Event {
+    /// What.
+    pub kind: EventKind,
+    /// To what; its arc length is that of the worst increment.
+    pub place: EventPlace,
+    /// The increment in which it began.
+    pub first: Moment,
+    /// The increment in which it was worst.
+    pub worst: Moment,
+    /// The last increment in which it was so.
+    pub last: Moment,
+    /// In how many increments it was so.
+    pub increments: usize,
+    /// The worst value; see [`EventKind`] for what it is.
+    pub value: Option<f64>,
+    /// What it should not pass.
+    pub limit: Option<f64>,
+    /// One sentence for people, of the worst increment, without its name.
+    pub message: String,
+}

@@ -1,0 +1,249 @@
+//! The log of what happened on the way, and what is looked at after every increment.
+
+use crate::result;
+use std::collections::BTreeMap;
+use wireloom_core::equilibrium::{SlideMotion, StepResult};
+use wireloom_core::minimiser::{Status, Stop};
+use wireloom_core::problem::Problem;
+use wireloom_core::{Event, EventKind, EventPlace, Moment, State};
+
+/// Something that happened in the increment at hand.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Occurrence {
+    /// What.
+    pub kind: EventKind,
+    /// To what.
+    pub place: EventPlace,
+    /// See [`Event::value`].
+    pub value: Option<f64>,
+    /// See [`Event::limit`].
+    pub limit: Option<f64>,
+    /// See [`Event::message`].
+    pub message: String,
+}
+
+/// Events so far. What goes on from one increment to the next is one event.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct EventLog {
+    events: Vec<Event>,
+    now: Moment,
+    /// Increments so far.
+    count: usize,
+    /// By kind and thing the last event of that kind there, and the increment in which it was seen last.
+    latest: BTreeMap<(EventKind, String), (usize, usize)>,
+}
+
+impl EventLog {
+    /// What is raised from now on happened in this increment.
+    pub fn begin(&mut self, now: Moment) {
+        self.count += 1;
+        self.now = now;
+    }
+
+    /// Takes note of something.
+    pub fn raise(&mut self, what: Occurrence) {
+        let thing = thing(&what.place);
+        let (now, count) = (&self.now, self.count);
+        let entry = self.latest.entry((what.kind, thing)).or_insert((self.events.len(), count));
+        if entry.1 + 1 < count {
+            *entry = (self.events.len(), count);
+        }
+        let Some(event) = self.events.get_mut(entry.0) else {
+            self.events.push(Event {
+                kind: what.kind,
+                place: what.place,
+                first: now.clone(),
+                worst: now.clone(),
+                last: now.clone(),
+                increments: 1,
+                value: what.value,
+                limit: what.limit,
+                message: what.message,
+            });
+            return;
+        };
+        if entry.1 < count {
+            event.increments += 1;
+            event.last.clone_from(now);
+        }
+        entry.1 = count;
+        if let (Some(value), Some(before)) = (what.value, event.value)
+            && what.kind.worse(value, before)
+        {
+            event.worst.clone_from(now);
+            (event.place, event.value, event.limit, event.message) = (what.place, what.value, what.limit, what.message);
+        }
+    }
+
+    /// Whether something of this kind was so in the increment before this one.
+    fn went_on(&self, kind: EventKind, place: &EventPlace) -> bool {
+        self.latest.get(&(kind, thing(place))).is_some_and(|(_, seen)| seen + 1 == self.count)
+    }
+
+    /// The events, in the order in which they began.
+    pub fn into_events(self) -> Vec<Event> {
+        self.events
+    }
+}
+
+/// What an event happened to, at whatever arc length.
+fn thing(place: &EventPlace) -> String {
+    EventPlace { s: None, ..place.clone() }.to_string()
+}
+
+/// Looks for limits that are passed at the end of an increment, and for what slides.
+pub fn watch(log: &mut EventLog, problem: &Problem<'_>, state: &State, end: &StepResult, stop: &Stop) {
+    bends(log, end);
+    fixings(log, problem, end);
+    slides(log, end);
+    for span in result::overstretched(problem, state) {
+        log.raise(span);
+    }
+    if end.stable == Some(false) {
+        log.raise(Occurrence {
+            kind: EventKind::Unstable,
+            place: EventPlace::default(),
+            value: None,
+            limit: None,
+            message: "the equilibrium is not stable: the least disturbance makes the harness leave it".into(),
+        });
+    }
+    if end.status != Status::Converged {
+        log.raise(Occurrence {
+            kind: EventKind::NotConverged,
+            place: EventPlace::default(),
+            value: Some(end.minimiser.force_residual),
+            limit: Some(stop.force_tolerance),
+            message: format!(
+                "not in balance: {}, residual {:.1e}, allowed {:.1e}",
+                end.status.word(),
+                end.minimiser.force_residual,
+                stop.force_tolerance
+            ),
+        });
+    }
+}
+
+/// Every branch that is bent more tightly than its section allows.
+fn bends(log: &mut EventLog, end: &StepResult) {
+    for branch in &end.branches {
+        let Some(limit) = branch.bend_radius_limit else { continue };
+        let tightest = branch.bend_radius.iter().zip(&branch.s).min_by(|a, b| a.0.total_cmp(b.0));
+        if let Some((&radius, &s)) = tightest.filter(|(radius, _)| **radius < limit) {
+            log.raise(Occurrence {
+                kind: EventKind::BendRadius,
+                place: EventPlace::branch(&branch.name, s),
+                value: Some(radius),
+                limit: Some(limit),
+                message: format!("bend radius {:.1} mm, allowed {:.1} mm", 1e3 * radius, 1e3 * limit),
+            });
+        }
+    }
+}
+
+/// Every fixing that takes more than it bears.
+fn fixings(log: &mut EventLog, problem: &Problem<'_>, end: &StepResult) {
+    for result in &end.constraints {
+        let Some(fixing) = problem.network.fixings.iter().find(|fixing| fixing.name == result.name) else { continue };
+        let taken = [
+            (EventKind::FixingForce, "force", result.force.norm(), fixing.limits.pull_out_force),
+            (EventKind::FixingMoment, "moment", result.moment.norm(), fixing.limits.max_moment),
+        ];
+        for (kind, what, value, limit) in taken {
+            if let Some(limit) = limit.filter(|limit| value > *limit) {
+                let unit = kind.unit();
+                log.raise(Occurrence {
+                    kind,
+                    place: EventPlace::fixing(&fixing.name),
+                    value: Some(value),
+                    limit: Some(limit),
+                    message: format!("takes a {what} of {value:.4} {unit}, bears {limit} {unit}"),
+                });
+            }
+        }
+    }
+}
+
+/// What slips, sticks again or stands at a stop.
+fn slides(log: &mut EventLog, end: &StepResult) {
+    for result in &end.constraints {
+        let Some(slide) = &result.slide else { continue };
+        let place =
+            EventPlace { fixing: Some(result.name.clone()), ..EventPlace::branch(&slide.branch, slide.arc_length) };
+        let force = slide.axial_force.abs();
+        let (kind, message) = match slide.motion {
+            SlideMotion::Slip => (EventKind::Slip, format!("the cable slips against {force:.3} N of friction")),
+            SlideMotion::Stopped => {
+                (EventKind::SlideStop, format!("the cable cannot run on: its stop takes {force:.3} N"))
+            }
+            SlideMotion::Stick if log.went_on(EventKind::Slip, &place) => {
+                (EventKind::Stick, format!("friction holds the cable again, with {force:.3} N"))
+            }
+            SlideMotion::Stick | SlideMotion::Free => continue,
+        };
+        log.raise(Occurrence { kind, place, value: Some(force), limit: None, message });
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn moment(step: usize, increment: usize) -> Moment {
+        Moment { step: format!("step {step}"), step_index: step, increment }
+    }
+
+    fn bend(s: f64, radius: f64) -> Occurrence {
+        Occurrence {
+            kind: EventKind::BendRadius,
+            place: EventPlace::branch("trunk", s),
+            value: Some(radius),
+            limit: Some(0.05),
+            message: format!("{radius}"),
+        }
+    }
+
+    #[test]
+    fn what_goes_on_is_one_event_and_what_comes_again_another() {
+        let mut log = EventLog::default();
+        let radii = [None, Some((0.1, 0.04)), Some((0.2, 0.02)), Some((0.3, 0.03)), None, Some((0.1, 0.01))];
+        for (k, radius) in radii.into_iter().enumerate() {
+            log.begin(moment(k / 3, k % 3 + 1));
+            if let Some((s, radius)) = radius {
+                log.raise(bend(s, radius));
+                // A second one in the same increment counts once.
+                log.raise(bend(s, radius));
+            }
+        }
+        let events = log.into_events();
+        let [long, again] = &events[..] else { panic!("{events:?}") };
+        assert_eq!((&long.first, &long.worst, &long.last), (&moment(0, 2), &moment(0, 3), &moment(1, 1)));
+        assert_eq!((long.increments, long.value, long.place.s), (3, Some(0.02), Some(0.2)));
+        assert_eq!(long.message, "0.02");
+        assert_eq!((&again.first, again.increments, again.value), (&moment(1, 3), 1, Some(0.01)));
+    }
+
+    #[test]
+    fn what_sticks_after_it_slipped_is_said_once() {
+        let mut log = EventLog::default();
+        let place = EventPlace { fixing: Some("ring".into()), ..EventPlace::branch("trunk", 0.1) };
+        let moved = EventPlace { s: Some(0.2), ..place.clone() };
+        log.begin(moment(0, 1));
+        log.raise(Occurrence { kind: EventKind::Slip, place, ..bend(0.1, 1.0) });
+        assert!(!log.went_on(EventKind::Slip, &moved));
+        log.begin(moment(0, 2));
+        assert!(log.went_on(EventKind::Slip, &moved) && !log.went_on(EventKind::Stick, &moved));
+        log.begin(moment(0, 3));
+        assert!(!log.went_on(EventKind::Slip, &moved));
+    }
+
+    #[test]
+    fn things_and_kinds_are_kept_apart() {
+        let mut log = EventLog::default();
+        log.begin(moment(0, 1));
+        log.raise(bend(0.1, 0.04));
+        log.raise(Occurrence { place: EventPlace::branch("arm", 0.1), ..bend(0.1, 0.03) });
+        log.raise(Occurrence { kind: EventKind::Overstretched, ..bend(0.1, 0.03) });
+        assert_eq!(log.into_events().len(), 3);
+    }
+}
