@@ -348,13 +348,10 @@ impl<'n> Problem<'n> {
         (force, carried)
     }
 
-    /// Second derivatives at `state`. `forces` (N, body frame; one vector for each branch, one entry for each segment)
-    /// replaces the rods' own forces in the geometric stiffness; see [`crate::RodSegment::hessian`]. Call after
-    /// [`Self::gradient`] at the same state.
-    pub fn hessian(&mut self, state: &State, forces: Option<&[Vec<Vector>]>, hessian: &mut Hessian) {
+    /// Second derivatives at `state`. Call after [`Self::gradient`] at the same state.
+    pub fn hessian(&mut self, state: &State, hessian: &mut Hessian) {
         for (b, (branch, room)) in self.network.branches.iter().zip(&mut hessian.branches).enumerate() {
-            let forces = forces.map(|f| f[b].as_slice());
-            branch.rod.hessian(&self.shape(state, b), forces, room);
+            branch.rod.hessian(&self.shape(state, b), room);
         }
         for (joint, table) in self.network.joints.iter().zip(&mut hessian.joints) {
             table.fill(Matrix::zeros());
@@ -390,6 +387,22 @@ impl<'n> Problem<'n> {
                 }
                 hessian.potentials[f] = Some(h);
             }
+        }
+    }
+
+    /// Second derivatives of the energy at `state` in the edges of a branch, N/m; see [`crate::RodSegment::edge_stiffness`].
+    pub fn edge_stiffness(&self, state: &State, branch: usize, stiffness: &mut [Matrix]) {
+        self.network.branches[branch].rod.edge_stiffness(&self.shape(state, branch), stiffness);
+    }
+
+    /// Second derivative in the position of the point on which a fixing acts as a spring, N/m; `None` where it does not.
+    pub fn spring_stiffness(&self, state: &State, f: usize) -> Option<Matrix> {
+        let fixing = &self.network.fixings[f];
+        match fixing.constraint.action() {
+            Action::Potential(potential) if self.conditions.active[f] => {
+                Some(potential.hessian(&state.pose(&fixing.site), &self.conditions.targets[f])[0])
+            }
+            _ => None,
         }
     }
 

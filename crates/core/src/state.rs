@@ -176,6 +176,16 @@ impl Network {
         self.follow_ties(to);
     }
 
+    /// Moves points by δ (m) and nothing else: a step that turns nothing.
+    pub fn shift_points(&self, state: &mut State, step: &Tangent) {
+        for ((x, carry), d) in state.points.iter_mut().zip(&mut state.carry).zip(&step.points) {
+            for k in 0..3 {
+                (x[k], carry[k]) = add_exactly(x[k], carry[k], d[k]);
+            }
+        }
+        self.follow_ties(state);
+    }
+
     /// Puts everything that is tied to a joint where the joint carries it.
     pub fn follow_ties(&self, state: &mut State) {
         for tie in &self.ties {

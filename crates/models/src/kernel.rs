@@ -55,13 +55,11 @@ impl StretchShear {
     }
 
     /// `∂²E/∂e² = R C Rᵀ/ℓ`, `∂²E/∂θ∂e = ([v]ₓᵀ C + [n]ₓ) Rᵀ`,
-    /// `∂²E/∂θ² = ℓ ([v]ₓᵀ C [v]ₓ + sym(n vᵀ) − (n·v) I)`; `n` is the force of the geometric part.
+    /// `∂²E/∂θ² = ℓ ([v]ₓᵀ C [v]ₓ + sym(n vᵀ) − (n·v) I)`.
     #[inline(always)]
-    pub fn hessian(&self, l: f64, c: &Vector, n: &Vector) -> SegmentHessian {
-        let (r, v) = (&self.r, &self.v);
-        let c_l = c * (1.0 / l);
-        let rc = Matrix::from_columns(&[r.column(0) * c_l.x, r.column(1) * c_l.y, r.column(2) * c_l.z]);
-        let ee = rc * r.transpose();
+    pub fn hessian(&self, l: f64, c: &Vector) -> SegmentHessian {
+        let (r, v, n) = (&self.r, &self.v, &self.n);
+        let ee = edge_stiffness(r, l, c);
         // [v]ₓᵀ C + [n]ₓ, written out.
         let b = Matrix::new(
             0.0,
@@ -86,6 +84,14 @@ impl StretchShear {
         let tt = Matrix::new(xx, xy, xz, xy, yy, yz, xz, yz, zz) * l;
         SegmentHessian { ee, te, tt }
     }
+}
+
+/// `R C Rᵀ/ℓ`.
+#[inline(always)]
+pub fn edge_stiffness(r: &Matrix, l: f64, c: &Vector) -> Matrix {
+    let c_l = c * (1.0 / l);
+    let rc = Matrix::from_columns(&[r.column(0) * c_l.x, r.column(1) * c_l.y, r.column(2) * c_l.z]);
+    rc * r.transpose()
 }
 
 /// Bending and twist between two frames: `r = q̄_a q_b` with real part w ≥ 0 and imaginary part v,
@@ -315,23 +321,15 @@ impl BlendedStretchShear {
         (self.r * force, moment, at_stations)
     }
 
-    /// δΓ for a step: `δv + δv × φ + v × δφ`, `δv = Rᵀ δe/ℓ + v × θ`.
-    pub fn strain_change(&self, l: f64, de: &Vector, theta: &Vector, at_stations: [Vector; 2]) -> Vector {
-        let dv = self.r.tr_mul(de) / l + self.v.cross(theta);
-        let mut dphi = Vector::zeros();
-        for (turn, at) in self.turns.iter().zip(&at_stations) {
-            if let Some((blend, w, im)) = turn {
-                let [segment, station] = turn_jacobians(*w, im).map(|jacobian| jacobian * *blend);
-                dphi += segment * theta + station * at;
-            }
-        }
-        dv + dv.cross(&self.phi) + self.v.cross(&dphi)
+    /// `∂²E/∂e² = R A C Aᵀ Rᵀ/ℓ` with `Aᵀ = I − [φ]ₓ`, `∂Γ/∂e = Aᵀ Rᵀ/ℓ`.
+    pub fn edge_stiffness(&self, l: f64, c: &Vector) -> Matrix {
+        edge_stiffness(&(self.r * (Matrix::identity() + skew(&self.phi))), l, c)
     }
 
-    /// Second derivatives with `n` as the force of the geometric part: `ℓ Jᵀ C J` with `J = ∂Γ`, the second
+    /// Second derivatives: `ℓ Jᵀ C J` with `J = ∂Γ`, the second
     /// derivatives of `ℓ n′·v` in (e, θ) and of `μ·φ` in (θ, θ_Q), and `ℓ n·(δv × δφ)` twice.
-    pub fn hessian(&self, l: f64, c: &Vector, n: &Vector) -> (SegmentHessian, StationHessian) {
-        let v = &self.v;
+    pub fn hessian(&self, l: f64, c: &Vector) -> (SegmentHessian, StationHessian) {
+        let (v, n) = (&self.v, &self.n);
         let rt = self.r.transpose();
         let c = Matrix::from_diagonal(c);
         // ∂v and ∂φ in (e, θ, Q_1, Q_2), then ∂Γ = (I − [φ]ₓ) ∂v + [v]ₓ ∂φ.

@@ -1,7 +1,9 @@
 //! No minimiser grades its own work: forces and moments are recomputed here from the state alone.
 
 use crate::border::Border;
+use crate::gather::Gather;
 use crate::matrix::BlockMatrix;
+use crate::structure::Structure;
 use wireloom_core::minimiser::{Status, Stop};
 use wireloom_core::problem::{Hessian, Problem};
 use wireloom_core::{Network, State, Tangent, Vector};
@@ -33,6 +35,7 @@ pub struct Certifier {
 
 /// What it takes to count negative pivots.
 struct Stability {
+    gather: Gather,
     matrix: BlockMatrix,
     hessian: Hessian,
     weights: Vec<f64>,
@@ -68,9 +71,10 @@ impl Certifier {
     /// Whether no motion lowers the energy to second order, from the inertia of the Hessian at `state`. Call after
     /// [`Self::certify`] at the same state.
     pub fn stable(&mut self, problem: &mut Problem<'_>, state: &State) -> bool {
-        let Stability { matrix, hessian, weights, border, rhs } = self.stability.get_or_insert_with(|| {
-            let matrix = BlockMatrix::new(problem.network);
+        let Stability { gather, matrix, hessian, weights, border, rhs } = self.stability.get_or_insert_with(|| {
+            let matrix = BlockMatrix::new(Structure::new(problem.network), problem.network);
             Stability {
+                gather: Gather::new(problem.network, &matrix.structure),
                 weights: matrix.frame_weights(problem.network),
                 hessian: Hessian::new(problem.network),
                 border: Border::default(),
@@ -78,8 +82,8 @@ impl Certifier {
                 matrix,
             }
         });
-        problem.hessian(state, None, hessian);
-        matrix.gather(problem.network, state, hessian);
+        problem.hessian(state, hessian);
+        gather.run(matrix, problem.network, state, hessian);
         matrix.shift(NEUTRAL * problem.scales().force, weights);
         matrix.take_out(problem);
         let negative = matrix.factorise();

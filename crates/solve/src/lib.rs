@@ -1,18 +1,20 @@
 //! CPU minimisers, certificate and step driver.
 //!
 //! The Hessian of a harness is a sparse symmetric matrix of 3 × 3 blocks, one block row for each point and each
-//! frame. [`structure`] orders the blocks by minimum degree, which on trees gives no fill at all; [`matrix`]
-//! gathers the parts' second derivatives into it, [`factor`] factorises it in place, [`newton`] walks downhill
-//! with it, [`border`] adds the arc lengths of fixings that slide, [`certificate`] grades the result, [`steps`] carries out the assembly, [`events`]
-//! keeps the log of what happened on the way.
+//! frame. [`structure`] orders the blocks by minimum degree, which on trees gives no fill at all; [`gather`]
+//! puts the parts' second derivatives into a [`matrix`], [`factor`] factorises it in place, [`newton`] walks downhill
+//! with it, [`settle`] brings the points into balance after every step, [`border`] adds the arc lengths of fixings that slide,
+//! [`certificate`] grades the result, [`steps`] carries out the assembly, [`events`] keeps the log of what happened on the way.
 
 pub mod border;
 pub mod certificate;
 pub mod events;
 pub mod factor;
+pub mod gather;
 pub mod matrix;
 pub mod newton;
 pub mod result;
+pub mod settle;
 pub mod start;
 pub mod steps;
 pub mod structure;

@@ -1,13 +1,14 @@
 //! The minimiser `newton`: Newton's method on the full Hessian.
 //!
-//! Per iteration: second derivatives, factorisation along the graph, step, line search. Where the Hessian is not
-//! positive definite the frames' diagonal is shifted until it is (Levenberg), so every step leads downhill from any
-//! start. The first step of an increment carries the prescribed motion in its right-hand side. For small
-//! increments the axial and shear forces in the geometric stiffness are those predicted by the last linear step
-//! ("mixed integration points", Magisano, Leonetti, Garcea 2017).
+//! Per iteration: second derivatives, factorisation along the graph, step, line search, in which the points follow the frames
+//! ([`crate::settle`]). Where the Hessian is not positive definite the frames' diagonal is shifted until it is (Levenberg), so
+//! every step leads downhill from any start. The first step of an increment carries the prescribed motion in its right-hand side.
 
 use crate::border::Border;
+use crate::gather::Gather;
 use crate::matrix::BlockMatrix;
+use crate::settle::Settle;
+use crate::structure::Structure;
 use wireloom_core::minimiser::{Minimiser, Report, Status, Stop};
 use wireloom_core::problem::{Hessian, Problem, Scales};
 use wireloom_core::registry::MinimiserKind;
@@ -17,12 +18,22 @@ use wireloom_core::{Network, State, Tangent, Vector};
 const LARGEST_TURN: f64 = 1.0;
 /// Largest turn (rad) of a predicted step for which the increment counts as small.
 const SMALL_TURN: f64 = 0.3;
+/// Share of the tolerance below which forces on points are not settled.
+const SETTLED_SHARE: f64 = 0.1;
 /// First shift of the frames' diagonal that is tried, per length of cable and in force scales; one tenth of it is none.
-const FIRST_SHIFT: f64 = 1e-2;
+const FIRST_SHIFT: f64 = 1e-6;
+/// How many times larger the next shift is that is tried where the matrix is not positive definite yet.
+const RAISE: f64 = 8.0;
+/// By how much a shift is lowered after a step that it let succeed.
+const LOWER: f64 = 0.1;
 /// Shift, in force scales, at which a step that still does not lower the energy is given up.
 const LARGEST_SHIFT: f64 = 1e6;
 /// Share of the predicted decrease that a step must bring (Armijo).
 const ARMIJO: f64 = 1e-4;
+/// Turn (rad) of the last step above which a state in balance to the tolerance is not taken for resolved yet: it may be flat there.
+const LAST_TURN: f64 = 1e-3;
+/// Steps that such a state is given.
+const POLISHES: usize = 3;
 /// Decreases of the energy below this share of its magnitude are round-off.
 const ENERGY_NOISE: f64 = 1e-14;
 /// Iterations without progress at round-off after which the state is called stalled.
@@ -54,7 +65,9 @@ impl Newton {
 /// Everything that is allocated once.
 struct Workspace {
     network: u64,
+    gather: Gather,
     matrix: BlockMatrix,
+    settle: Settle,
     border: Border,
     hessian: Hessian,
     /// See [`BlockMatrix::frame_weights`].
@@ -66,20 +79,22 @@ struct Workspace {
     motion: Tangent,
     trial: State,
     rhs: Vec<Vector>,
-    /// Predicted forces, by branch and segment.
-    forces: Vec<Vec<Vector>>,
     /// Where the matrix holds an unshifted, positive definite factor: the fixings that were active.
     factor_of: Option<Vec<bool>>,
+    /// Force (N) below which a point counts as settled.
+    settled_force: f64,
     factorisations: usize,
     evaluations: usize,
 }
 
 impl Workspace {
     fn new(network: &Network) -> Self {
-        let matrix = BlockMatrix::new(network);
+        let matrix = BlockMatrix::new(Structure::new(network), network);
         let weights = matrix.frame_weights(network);
         Self {
             network: network.id,
+            gather: Gather::new(network, &matrix.structure),
+            settle: Settle::new(network),
             hessian: Hessian::new(network),
             weights,
             gradient: Tangent::zeros(network),
@@ -89,10 +104,10 @@ impl Workspace {
             motion: Tangent::zeros(network),
             trial: State::origin(network),
             rhs: vec![Vector::zeros(); matrix.structure.len()],
-            forces: network.branches.iter().map(|b| vec![Vector::zeros(); b.rod.mesh().segments()]).collect(),
             matrix,
             border: Border::default(),
             factor_of: None,
+            settled_force: 0.0,
             factorisations: 0,
             evaluations: 0,
         }
@@ -107,14 +122,14 @@ impl Workspace {
 
     /// Second derivatives at `state` (where `gradient` was evaluated last), shifted, factorised. Returns the number
     /// of negative pivots.
-    fn assemble(&mut self, problem: &mut Problem<'_>, state: &State, mixed: bool, sigma: f64) -> usize {
-        problem.hessian(state, mixed.then_some(self.forces.as_slice()), &mut self.hessian);
+    fn assemble(&mut self, problem: &mut Problem<'_>, state: &State, sigma: f64) -> usize {
+        problem.hessian(state, &mut self.hessian);
         self.factorise(problem, state, sigma)
     }
 
     /// Gathers and factorises the Hessian at hand with another shift.
     fn factorise(&mut self, problem: &Problem<'_>, state: &State, sigma: f64) -> usize {
-        self.matrix.gather(problem.network, state, &self.hessian);
+        self.gather.run(&mut self.matrix, problem.network, state, &self.hessian);
         if sigma > 0.0 {
             self.matrix.shift(sigma, &self.weights);
         }
@@ -152,12 +167,22 @@ impl Workspace {
         share.min(problem.largest_slide(state, &self.step))
     }
 
-    /// Energy and gradient at `state ⊕ α step`, in `trial` and `trial_gradient`.
+    /// Energy and gradient at `state ⊕ α step` with the points settled, in `trial` and `trial_gradient`.
     fn try_step(&mut self, problem: &mut Problem<'_>, state: &State, alpha: f64) -> f64 {
         problem.retract(state, &self.step, alpha, &mut self.trial);
         problem.place_held(&mut self.trial);
         self.evaluations += 1;
-        let energy = problem.gradient(&self.trial, &mut self.trial_gradient);
+        let mut energy = problem.gradient(&self.trial, &mut self.trial_gradient);
+        if self.settle.settle(problem, &mut self.trial, &self.trial_gradient, self.settled_force) {
+            self.evaluations += 1;
+            let settled = problem.gradient(&self.trial, &mut self.trial_gradient);
+            if settled <= energy {
+                energy = settled;
+            } else {
+                self.settle.undo(&mut self.trial);
+                problem.gradient(&self.trial, &mut self.trial_gradient);
+            }
+        }
         energy - problem.moment_work(state, &self.step, alpha)
     }
 
@@ -165,17 +190,6 @@ impl Workspace {
     fn accept(&mut self, state: &mut State) {
         std::mem::swap(state, &mut self.trial);
         std::mem::swap(&mut self.gradient, &mut self.trial_gradient);
-    }
-
-    /// Forces to first order after the accepted step, for the next geometric stiffness. The state before it is in
-    /// `trial` then.
-    fn predict_forces(&mut self, problem: &Problem<'_>) {
-        for (b, branch) in problem.network.branches.iter().enumerate() {
-            let shape = self.trial.branch(problem.network, b);
-            let points = &self.step.points[branch.points.clone()];
-            let frames = &self.step.frames[branch.frames.clone()];
-            branch.rod.predicted_forces(&shape, points, frames, &mut self.forces[b]);
-        }
     }
 
     fn residual(&mut self, problem: &Problem<'_>, scales: &Scales) -> f64 {
@@ -203,6 +217,7 @@ impl Minimiser for Newton {
         let ws = Workspace::ready(&mut self.workspace, problem.network);
         (ws.factorisations, ws.evaluations) = (0, 0);
         let scales = problem.scales();
+        ws.settled_force = SETTLED_SHARE * stop.force_tolerance * scales.force;
         problem.update_held(state);
         let moving = problem.motion(state, &mut ws.motion);
         let mut report = Report {
@@ -212,10 +227,9 @@ impl Minimiser for Newton {
             evaluations: 0,
             residual: f64::INFINITY,
         };
-        let mut mixed = false;
         let mut energy;
         if moving {
-            (energy, mixed) = predict(ws, problem, state);
+            energy = predict(ws, problem, state);
             report.iterations += 1;
             problem.update_held(state);
         } else {
@@ -224,12 +238,16 @@ impl Minimiser for Newton {
             energy = problem.gradient(state, &mut ws.gradient);
         }
         let mut sigma = 0.0_f64;
-        let mut stalled = 0;
+        let (mut stalled, mut polished, mut last_turn) = (0, 0, 0.0);
         report.residual = ws.residual(problem, &scales);
         loop {
             if report.residual <= stop.force_tolerance {
-                report.status = Status::Converged;
-                break;
+                if last_turn <= LAST_TURN || polished == POLISHES || stalled > 0 {
+                    report.status = Status::Converged;
+                    break;
+                }
+                polished += 1;
+                sigma = 0.0;
             }
             if !report.residual.is_finite() || stalled >= STALLED_AFTER || report.iterations >= stop.max_iterations {
                 report.status = match () {
@@ -239,24 +257,16 @@ impl Minimiser for Newton {
                 };
                 break;
             }
-            if mixed {
-                ws.predict_forces(problem);
-            }
             // Factorise; shift until positive definite.
-            let mut negative = ws.assemble(problem, state, mixed, sigma);
-            if negative > 0 && mixed {
-                mixed = false;
-                negative = ws.assemble(problem, state, false, sigma);
-            }
+            let mut negative = ws.assemble(problem, state, sigma);
             while negative > 0 && sigma.is_finite() {
-                sigma = raised(sigma, 4.0, &scales);
+                sigma = raised(sigma, RAISE, &scales);
                 negative = ws.factorise(problem, state, sigma);
             }
             ws.solve(problem, state, false);
             report.iterations += 1;
             let slope = ws.slope();
             let noise = ENERGY_NOISE * energy.abs().max(scales.force * scales.length);
-            let turn = ws.largest_turn();
             let mut alpha = ws.longest(problem, state);
             if !slope.is_finite() {
                 report.status = Status::Failed;
@@ -275,10 +285,6 @@ impl Minimiser for Newton {
                 }
             };
             let Some(trial) = accepted else {
-                if mixed {
-                    mixed = false;
-                    continue;
-                }
                 if -slope <= noise {
                     stalled = STALLED_AFTER;
                 } else if sigma < LARGEST_SHIFT * scales.force {
@@ -289,7 +295,7 @@ impl Minimiser for Newton {
                 }
                 continue;
             };
-            mixed = turn < SMALL_TURN && alpha == 1.0 && sigma == 0.0;
+            last_turn = alpha * ws.largest_turn();
             energy = trial + problem.moment_work(state, &ws.step, alpha);
             ws.accept(state);
             problem.update_held(state);
@@ -297,7 +303,7 @@ impl Minimiser for Newton {
             stalled = if -slope <= noise && residual > 0.5 * report.residual { stalled + 1 } else { 0 };
             report.residual = residual;
             if sigma > 0.0 {
-                sigma *= if alpha < 0.25 { 4.0 } else { 0.4 };
+                sigma *= if alpha < 0.25 { 4.0 } else { LOWER };
                 if sigma < 0.1 * FIRST_SHIFT * scales.force {
                     sigma = 0.0;
                 }
@@ -320,14 +326,14 @@ fn raised(sigma: f64, factor: f64, scales: &Scales) -> f64 {
 
 /// The first step of an increment: the tangent at the old state carries the prescribed motion. Where it turns anything
 /// far, the whole step and shorter ones (the held freedoms always move all the way) are tried and the one of least energy is
-/// taken. Returns the energy and whether the increment counts as small.
-fn predict(ws: &mut Workspace, problem: &mut Problem<'_>, state: &mut State) -> (f64, bool) {
+/// taken. Returns the energy.
+fn predict(ws: &mut Workspace, problem: &mut Problem<'_>, state: &mut State) -> f64 {
     problem.gradient(state, &mut ws.gradient);
     if ws.factor_of.as_ref() != Some(&problem.conditions().active) {
         let scales = problem.scales();
         let mut sigma = 0.0_f64;
-        while ws.assemble(problem, state, false, sigma) > 0 && sigma.is_finite() {
-            sigma = raised(sigma, 4.0, &scales);
+        while ws.assemble(problem, state, sigma) > 0 && sigma.is_finite() {
+            sigma = raised(sigma, RAISE, &scales);
         }
     }
     ws.solve(problem, state, true);
@@ -335,7 +341,7 @@ fn predict(ws: &mut Workspace, problem: &mut Problem<'_>, state: &mut State) -> 
         let energy = ws.try_step(problem, state, 1.0);
         if energy.is_finite() {
             ws.accept(state);
-            return (energy, true);
+            return energy;
         }
     }
     let mut best = (f64::INFINITY, 0.0);
@@ -349,5 +355,5 @@ fn predict(ws: &mut Workspace, problem: &mut Problem<'_>, state: &mut State) -> 
     }
     let energy = ws.try_step(problem, state, best.1);
     ws.accept(state);
-    (energy, false)
+    energy
 }

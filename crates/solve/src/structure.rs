@@ -10,11 +10,14 @@ use wireloom_core::problem::Variable;
 /// on a joint by tie t of the network.
 pub const TIED: u32 = 1 << 31;
 
+/// The position of what has none: a frame, where only points are variables.
+const ABSENT: u32 = u32::MAX;
+
 /// Pattern of the factor: column by column (in elimination order) the rows below the diagonal.
 pub struct Structure {
     /// The variables in elimination order.
     pub variables: Vec<Variable>,
-    /// Position in elimination order of every point; see [`TIED`].
+    /// Position in elimination order of every point; see [`TIED`]. In [`Self::of_points`] a tied point has that of its joint.
     pub of_point: Vec<u32>,
     /// Position in elimination order of every frame; see [`TIED`].
     pub of_frame: Vec<u32>,
@@ -58,6 +61,38 @@ impl Structure {
         }
         number(&variables, &mut of_point, &mut of_frame);
         let graph = coupled(network, &of_point, &of_frame, variables.len());
+        Self::ordered(variables, of_point, of_frame, graph)
+    }
+
+    /// Of the second derivatives in the points alone, the frames being given.
+    pub fn of_points(network: &Network) -> Self {
+        let mut of_point = vec![0; network.points];
+        for tie in &network.ties {
+            of_point[tie.point] = ABSENT;
+        }
+        let own = of_point.iter().enumerate().filter(|(_, place)| **place != ABSENT);
+        let variables: Vec<Variable> = own.map(|(i, _)| Variable::Point(i)).collect();
+        number(&variables, &mut of_point, &mut []);
+        for tie in &network.ties {
+            of_point[tie.point] = of_point[tie.hub_point];
+        }
+        let mut graph = vec![Vec::new(); variables.len()];
+        for branch in &network.branches {
+            for ends in of_point[branch.points.clone()].windows(2).filter(|ends| ends[0] != ends[1]) {
+                graph[ends[0] as usize].push(ends[1]);
+                graph[ends[1] as usize].push(ends[0]);
+            }
+        }
+        sort(&mut graph);
+        let mut structure = Self::ordered(variables, of_point, vec![ABSENT; network.frames], graph);
+        for tie in &network.ties {
+            structure.of_point[tie.point] = structure.of_point[tie.hub_point];
+        }
+        structure
+    }
+
+    /// Numbers variables in their elimination order, and notes the pattern of the factor.
+    fn ordered(variables: Vec<Variable>, mut of_point: Vec<u32>, mut of_frame: Vec<u32>, graph: Vec<Vec<u32>>) -> Self {
         let (order, columns) = minimum_degree(graph);
         let mut position = vec![0; order.len()];
         for (p, &v) in order.iter().enumerate() {
@@ -86,12 +121,13 @@ impl Structure {
         self.variables.is_empty()
     }
 
-    /// Position in elimination order of a variable.
-    pub fn position(&self, variable: Variable) -> u32 {
-        match variable {
+    /// Position in elimination order of what has a variable of its own here.
+    pub fn position(&self, variable: Variable) -> Option<u32> {
+        let position = match variable {
             Variable::Point(i) => self.of_point[i],
             Variable::Frame(c) => self.of_frame[c],
-        }
+        };
+        (position < TIED).then_some(position)
     }
 
     /// Where the block (row, column), row after column in elimination order, is stored.
@@ -174,11 +210,16 @@ fn coupled(network: &Network, of_point: &[u32], of_frame: &[u32], count: usize) 
             join(&mut clique);
         }
     }
-    for neighbours in &mut graph {
+    sort(&mut graph);
+    graph
+}
+
+/// Every neighbour once, in order.
+fn sort(graph: &mut [Vec<u32>]) {
+    for neighbours in graph {
         neighbours.sort_unstable();
         neighbours.dedup();
     }
-    graph
 }
 
 /// Elimination order by minimum degree (Tinney and Walker 1967), ties broken by number, and for each eliminated

@@ -8,9 +8,11 @@ use wireloom_core::network::Place;
 use wireloom_core::problem::{Hessian, Variable};
 use wireloom_core::{Network, Parameters, Problem, Registry, State, Tangent, Value, Vector};
 use wireloom_solve::certificate::Certifier;
+use wireloom_solve::gather::Gather;
 use wireloom_solve::matrix::BlockMatrix;
 use wireloom_solve::newton::Newton;
 use wireloom_solve::result::branch;
+use wireloom_solve::settle::Settle;
 use wireloom_solve::structure::Structure;
 use wireloom_testkit::conformance::networks::{Sample, cable, cut_cable, ring, sized_y_harness, y_harness};
 use wireloom_testkit::conformance::numeric::{
@@ -150,7 +152,7 @@ fn coupled_pairs(network: &Network, structure: &Structure) -> usize {
     cliques.extend(network.joints.iter().map(|j| j.arm_frames.iter().map(|&c| frame(c)).collect()));
     let mut pairs = BTreeSet::new();
     for clique in cliques {
-        let places: BTreeSet<u32> = clique.into_iter().map(|v| structure.position(v)).collect();
+        let places: BTreeSet<u32> = clique.into_iter().filter_map(|v| structure.position(v)).collect();
         pairs.extend(places.iter().flat_map(|&a| places.iter().filter(move |&&b| a < b).map(move |&b| (a, b))));
     }
     pairs.len()
@@ -234,9 +236,9 @@ fn the_factor_of_a_loop_solves_as_a_dense_matrix_does() {
         problem.update_held(&state);
         problem.gradient(&state, &mut gradient);
         let mut hessian = Hessian::new(&sample.network);
-        problem.hessian(&state, None, &mut hessian);
-        let mut matrix = BlockMatrix::new(&sample.network);
-        matrix.gather(&sample.network, &state, &hessian);
+        problem.hessian(&state, &mut hessian);
+        let mut matrix = BlockMatrix::new(Structure::new(&sample.network), &sample.network);
+        Gather::new(&sample.network, &matrix.structure).run(&mut matrix, &sample.network, &state, &hessian);
         matrix.take_out(&problem);
         let mut rhs = vec![Vector::zeros(); matrix.structure.len()];
         matrix.right_hand_side(&problem, &gradient, None, &mut rhs);
@@ -261,9 +263,9 @@ fn check_gathered(name: &str, sample: &Sample) {
     let mut gradient = Tangent::zeros(network);
     problem.gradient(&state, &mut gradient);
     let mut hessian = Hessian::new(network);
-    problem.hessian(&state, None, &mut hessian);
-    let mut matrix = BlockMatrix::new(network);
-    matrix.gather(network, &state, &hessian);
+    problem.hessian(&state, &mut hessian);
+    let mut matrix = BlockMatrix::new(Structure::new(network), network);
+    Gather::new(network, &matrix.structure).run(&mut matrix, network, &state, &hessian);
     let (got, variables) = (dense(&matrix), matrix.structure.variables.clone());
     let (h, mut trial) = (1e-5, state.clone());
     let columns: Vec<_> = (0..3 * variables.len())
@@ -294,6 +296,35 @@ fn check_gathered(name: &str, sample: &Sample) {
     let scale = DMatrix::from_diagonal(&scale);
     let want = &scale * want * &scale;
     assert_matrix_near(name, &(&scale * got * &scale), &want, 1e-7 * want.amax());
+}
+
+#[test]
+fn settled_points_are_in_balance_and_settling_is_undone_exactly() {
+    for kind in registry().joints() {
+        let sample = ring(&registry(), &kind.name, 4, 1);
+        let mut problem = sample.problem();
+        let mut state = shaken(&sample);
+        problem.update_held(&state);
+        problem.place_held(&mut state);
+        let (before, mut gradient) = (state.clone(), Tangent::zeros(&sample.network));
+        let energy = problem.gradient(&state, &mut gradient);
+        let largest = |gradient: &Tangent, problem: &Problem<'_>| {
+            let mut free = gradient.clone();
+            problem.free_part(&mut free);
+            free.points.iter().map(|force| force.norm()).fold(0.0, f64::max)
+        };
+        let force = largest(&gradient, &problem);
+        let mut settle = Settle::new(&sample.network);
+        assert!(!settle.settle(&problem, &mut state, &gradient, 2.0 * force), "{}: nothing to do", kind.name);
+        assert!(settle.settle(&problem, &mut state, &gradient, 0.0), "{}", kind.name);
+        let settled = problem.gradient(&state, &mut gradient);
+        let rest = largest(&gradient, &problem);
+        assert!(settled < energy, "{}: {settled} J after {energy} J", kind.name);
+        assert!(rest < 1e-9 * force, "{}: {rest:e} N of {force:e} N are left", kind.name);
+        assert_eq!(state.frames, before.frames);
+        settle.undo(&mut state);
+        assert_eq!(state, before);
+    }
 }
 
 #[test]

@@ -1,11 +1,13 @@
 //! The Cosserat rod: stretch, shear, bending and twist, on a staggered grid.
 
-use crate::kernel::{BendTwist, BlendedStretchShear, END_BLEND, INNER_BLEND, StretchShear, rotation_matrix};
+use crate::kernel::{
+    BendTwist, BlendedStretchShear, END_BLEND, INNER_BLEND, StretchShear, edge_stiffness, rotation_matrix,
+};
 use nalgebra::{Quaternion, Unit};
 use std::ops::Range;
 use wireloom_core::registry::RodKind;
 use wireloom_core::rod::{Beside, BranchHessian, BranchShape, Mesh, RodEnergy, RodSegment, RodSpec};
-use wireloom_core::{Rotation, Vector};
+use wireloom_core::{Matrix, Rotation, Vector};
 
 /// The kind `cosserat`.
 pub fn kind() -> RodKind {
@@ -145,41 +147,29 @@ impl RodSegment for CosseratRod {
         energy
     }
 
-    fn hessian(&self, shape: &BranchShape<'_>, forces: Option<&[Vector]>, hessian: &mut BranchHessian) {
+    fn hessian(&self, shape: &BranchShape<'_>, hessian: &mut BranchHessian) {
         for run in &self.plain {
             for j in run.clone() {
-                let law = self.segment(shape, j);
-                let n = forces.map_or(law.n, |f| f[j]);
-                hessian.segments[j] = law.hessian(shape.rest_lengths[j], &self.stretch, &n);
+                hessian.segments[j] = self.segment(shape, j).hessian(shape.rest_lengths[j], &self.stretch);
             }
         }
         for (beside, room) in self.mesh.beside.iter().zip(&mut hessian.beside) {
             let j = beside.segment;
-            let law = self.blended(shape, beside);
-            let n = forces.map_or(law.n, |f| f[j]);
-            (hessian.segments[j], *room) = law.hessian(shape.rest_lengths[j], &self.stretch, &n);
+            (hessian.segments[j], *room) = self.blended(shape, beside).hessian(shape.rest_lengths[j], &self.stretch);
         }
         for (c, &lambda) in shape.coupling_lengths.iter().enumerate() {
             hessian.couplings[c] = self.coupling(shape, c).hessian(lambda, &self.bend);
         }
     }
 
-    /// `C (Γ + δΓ)` with `δΓ = Rᵀ δe/ℓ + v × θ` away from stations.
-    fn predicted_forces(&self, shape: &BranchShape<'_>, points: &[Vector], frames: &[Vector], forces: &mut [Vector]) {
+    fn edge_stiffness(&self, shape: &BranchShape<'_>, stiffness: &mut [Matrix]) {
         for j in self.plain() {
-            let law = self.segment(shape, j);
-            let de = points[j + 1] - points[j];
-            let theta = &frames[self.mesh.segment_frames[j]];
-            let change = law.r.tr_mul(&de) / shape.rest_lengths[j] + law.v.cross(theta);
-            forces[j] = law.n + self.stretch.component_mul(&change);
+            let r = rotation_matrix(&shape.frames[self.mesh.segment_frames[j]]);
+            stiffness[j] = edge_stiffness(&r, shape.rest_lengths[j], &self.stretch);
         }
         for beside in &self.mesh.beside {
             let j = beside.segment;
-            let law = self.blended(shape, beside);
-            let at_stations = beside.stations.map(|c| c.map_or_else(Vector::zeros, |c| frames[c]));
-            let (de, theta) = (points[j + 1] - points[j], &frames[self.mesh.segment_frames[j]]);
-            let change = law.strain_change(shape.rest_lengths[j], &de, theta, at_stations);
-            forces[j] = law.n + self.stretch.component_mul(&change);
+            stiffness[j] = self.blended(shape, beside).edge_stiffness(shape.rest_lengths[j], &self.stretch);
         }
     }
 

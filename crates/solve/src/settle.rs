@@ -1,0 +1,101 @@
+//! Points in balance for given frames.
+//!
+//! A step moves points straight and turns frames; for a turn θ the segments are then longer by the share `½ θ²`, which in a cable
+//! that hardly stretches is a force far above all others: the line search would stop there and the next Hessian would be indefinite.
+//! With the frames given the energy is a convex quadratic function of the points (for springs on points: nearly), so one linear solve
+//! brings them to where every point is in balance. Newton's method then works on the frames alone, the points always following
+//! ("variable projection", Golub and Pereyra 1973).
+
+use crate::matrix::BlockMatrix;
+use crate::structure::Structure;
+use wireloom_core::problem::{Problem, Variable};
+use wireloom_core::{Matrix, Network, State, Tangent, Vector};
+
+/// Positions of a segment's ends in the matrix, and where the block between them is; both ends at one joint: none.
+struct SegmentPlan {
+    a: u32,
+    b: u32,
+    slot: Option<u32>,
+}
+
+/// The linear solve for all points; keeps its workspace.
+pub struct Settle {
+    matrix: BlockMatrix,
+    segments: Vec<Vec<SegmentPlan>>,
+    /// Scratch, for one branch.
+    stiffness: Vec<Matrix>,
+    rhs: Vec<Vector>,
+    step: Tangent,
+    /// The points before.
+    points: Vec<Vector>,
+    carry: Vec<Vector>,
+}
+
+impl Settle {
+    /// For the states of a network.
+    pub fn new(network: &Network) -> Self {
+        let matrix = BlockMatrix::new(Structure::of_points(network), network);
+        let of_point = &matrix.structure.of_point;
+        let plan = |ends: &[u32]| {
+            let (a, b) = (ends[0], ends[1]);
+            let slot = (a != b).then(|| matrix.structure.slot(a.max(b), a.min(b)) as u32);
+            SegmentPlan { a, b, slot }
+        };
+        let segments = network.branches.iter().map(|b| of_point[b.points.clone()].windows(2).map(plan).collect());
+        let longest = network.branches.iter().map(|b| b.rod.mesh().segments()).max().unwrap_or(0);
+        Self {
+            segments: segments.collect(),
+            stiffness: vec![Matrix::zeros(); longest],
+            rhs: vec![Vector::zeros(); matrix.structure.len()],
+            step: Tangent::zeros(network),
+            points: vec![Vector::zeros(); network.points],
+            carry: vec![Vector::zeros(); network.points],
+            matrix,
+        }
+    }
+
+    /// Moves the points of `state`, where `gradient` was evaluated, into balance, the frames being as they are, unless no free force
+    /// is above `least` (N). Returns whether it did; not where the energy is not convex in the points.
+    pub fn settle(&mut self, problem: &Problem<'_>, state: &mut State, gradient: &Tangent, least: f64) -> bool {
+        let network = problem.network;
+        self.matrix.right_hand_side(problem, gradient, None, &mut self.rhs);
+        if self.rhs.iter().all(|force| force.norm_squared() <= least * least) {
+            return false;
+        }
+        self.matrix.clear();
+        for (b, plans) in self.segments.iter().enumerate() {
+            let stiffness = &mut self.stiffness[..plans.len()];
+            problem.edge_stiffness(state, b, stiffness);
+            for (plan, k) in plans.iter().zip(stiffness) {
+                if let Some(slot) = plan.slot {
+                    self.matrix.diagonal[plan.a as usize] += *k;
+                    self.matrix.diagonal[plan.b as usize] += *k;
+                    self.matrix.below[slot as usize] -= *k;
+                }
+            }
+        }
+        for (f, fixing) in network.fixings.iter().enumerate() {
+            let position = self.matrix.structure.position(Variable::Point(fixing.site.point));
+            if let (Some(p), Some(k)) = (position, problem.spring_stiffness(state, f)) {
+                self.matrix.add(p, p, &k);
+            }
+        }
+        self.matrix.take_out(problem);
+        if self.matrix.factorise() > 0 {
+            return false;
+        }
+        self.matrix.solve(&mut self.rhs);
+        self.matrix.step(problem, state, &mut self.rhs, None, &mut self.step);
+        self.points.copy_from_slice(&state.points);
+        self.carry.copy_from_slice(&state.carry);
+        network.shift_points(state, &self.step);
+        problem.place_held(state);
+        true
+    }
+
+    /// Takes the last [`Self::settle`] back.
+    pub fn undo(&mut self, state: &mut State) {
+        std::mem::swap(&mut state.points, &mut self.points);
+        std::mem::swap(&mut state.carry, &mut self.carry);
+    }
+}
