@@ -1,6 +1,6 @@
 //! The scenarios of this repository: all converge, and those with a closed form agree with it.
 //!
-//! Beside `scenarios/analytic/NAME.toml` stands `NAME.expected.toml`, a list of `[[check]]`: `step` names the step (its
+//! Beside `scenarios/analytic/NAME.toml` (and those of `assembly`) stands `NAME.expected.toml`, a list of `[[check]]`: `step` names the step (its
 //! last increment counts), `why` says what is expected, `tolerance` is the largest distance from `value` (default 0).
 //!
 //! | kind | keys |
@@ -12,12 +12,13 @@
 //! | `stable` | `value`: what the flag says |
 //! | `unstable` | `branch`, `s`, `value`, m: the flag says so, or the node is further than `tolerance` from where it would balance |
 //! | `same-shape` | `branch` is `as = { branch, from }` at every node, counted from its end if `reversed`, its coordinates times `scale` plus `shift`; `inner`: its two ends left out |
+//! | `operation` | `constraint` that was mated, clipped or grasped or is the first that was carried; `part`: `force` (N), `s` or `reach` (m); `value` |
 //! | `same-reaction` | `constraint` exerts what `as = { constraint }` does |
 
 use libtest_mimic::{Arguments, Failed, Trial};
 use std::path::{Path, PathBuf};
 use toml::Value;
-use wireloom::core::equilibrium::{BranchResult, ConstraintResult, Run, StepResult};
+use wireloom::core::equilibrium::{BranchResult, ConstraintResult, OperationResult, Run, StepResult};
 use wireloom::core::{Status, Vector};
 use wireloom_testkit::closed_forms;
 
@@ -25,7 +26,7 @@ fn main() {
     let arguments = Arguments::from_args();
     let scenarios = wireloom_tests::root().join("scenarios");
     let mut trials = vec![];
-    for path in files(&scenarios.join("analytic")) {
+    for path in files(&scenarios.join("analytic")).into_iter().chain(files(&scenarios.join("assembly"))) {
         trials.push(Trial::test(name(&path), move || analytic(&path)));
     }
     for path in files(&scenarios.join("branches")).into_iter().chain([scenarios.join("first.toml")]) {
@@ -165,6 +166,7 @@ fn fault(end: &StepResult, kind: &str, check: &Value) -> Result<Option<String>, 
                 Some(other) => return Err(format!("no part `{other}` of the energy").into()),
             }]
         }
+        "operation" => vec![operation(end, word(check, "constraint")?, word(check, "part")?)?],
         "twist" => vec![branch(end, word(check, "branch")?)?.twist_turns],
         other => return Err(format!("no kind of check `{other}`").into()),
     };
@@ -174,6 +176,20 @@ fn fault(end: &StepResult, kind: &str, check: &Value) -> Result<Option<String>, 
     }
     let distance = wanted.iter().zip(&found).map(|(w, f)| (w - f).powi(2)).sum::<f64>().sqrt();
     Ok(beyond(distance, tolerance).then(|| format!("{found:?} instead of {wanted:?}, {distance:.3e} off")))
+}
+
+/// What the operation on a constraint came to.
+fn operation(end: &StepResult, name: &str, part: &str) -> Result<f64, Failed> {
+    let found = end.operations.iter().find_map(|operation| match (operation, part) {
+        (OperationResult::Carry { constraints, force }, "force") => (constraints[0] == name).then_some(*force),
+        (OperationResult::Mate { constraint, insertion_force, .. }, "force") if constraint == name => *insertion_force,
+        (OperationResult::Clip { constraint, reach, .. }, "reach") => (constraint == name).then_some(*reach),
+        (OperationResult::Clip { constraint, place, .. } | OperationResult::Grasp { constraint, place }, "s") => {
+            place.as_ref().filter(|_| constraint == name).map(|place| place.1)
+        }
+        _ => None,
+    });
+    found.ok_or_else(|| format!("no operation on `{name}` with a `{part}`: {:?}", end.operations).into())
 }
 
 /// Largest distance of a branch's nodes from where another one says.

@@ -18,6 +18,7 @@ mod import;
 mod interrupt;
 mod length;
 mod load;
+mod operations;
 mod progress;
 mod results;
 mod run;

@@ -1,6 +1,7 @@
 //! What a run prints: its steps, what every fixing takes, how tightly every branch is bent, events, remarks.
 
 use crate::extremes::{Bend, Extremes, Load};
+use crate::operations;
 use comfy_table::{CellAlignment, LineStyle, Table, TableStyle};
 use std::io::{self, Write};
 use wireloom::core::equilibrium::ConstraintResult;
@@ -14,6 +15,7 @@ const NOTES: usize = 8;
 /// Prints the summary of a run; the first `built` of its notes were known before it began.
 pub fn print(run: &Run, extremes: &Extremes, built: usize, out: &mut dyn Write) -> io::Result<()> {
     steps(run, out)?;
+    operations::print(run, out)?;
     if let Some(end) = run.steps.last() {
         fixings(end, &extremes.loads, out)?;
     }

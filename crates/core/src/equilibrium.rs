@@ -36,6 +36,8 @@ pub struct StepResult {
     pub joints: Vec<JointResult>,
     /// Fixings that act.
     pub constraints: Vec<ConstraintResult>,
+    /// What the operations of the step came to, in the order of the scenario: grasps, carries, mates, clips.
+    pub operations: Vec<OperationResult>,
     /// Energy by effect.
     pub energy: Energy,
     /// Tightest bend of the whole harness; `None` where everything is straight.
@@ -140,6 +142,44 @@ impl SlideMotion {
             Self::Stopped => "stopped",
         }
     }
+}
+
+/// What an operation of a step came to, so far.
+#[derive(Clone, Debug, PartialEq)]
+pub enum OperationResult {
+    /// A hand took hold.
+    Grasp {
+        /// Name of the fixing.
+        constraint: String,
+        /// Branch and arc length (m) where it did; none at a joint.
+        place: Option<(String, f64)>,
+    },
+    /// Things were carried together.
+    Carry {
+        /// Names of the fixings.
+        constraints: Vec<String>,
+        /// Largest force that one of them took on the way, N.
+        force: f64,
+    },
+    /// A connector was pushed home.
+    Mate {
+        /// Name of the fixing.
+        constraint: String,
+        /// Largest force along the direction of insertion that the hand needed in the push: what the cable held against it and
+        /// what the connector itself takes, N; none before the push has begun.
+        insertion_force: Option<f64>,
+        /// Most that the hand may push, N.
+        limit: Option<f64>,
+    },
+    /// A clip closed.
+    Clip {
+        /// Name of the fixing.
+        constraint: String,
+        /// Branch and arc length (m) where it did; none at a joint.
+        place: Option<(String, f64)>,
+        /// How far from its seat it did, m.
+        reach: f64,
+    },
 }
 
 /// Energy by effect, J. Zero at rest; gravity measured from the world origin; loads −F·x.

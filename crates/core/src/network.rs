@@ -82,6 +82,8 @@ pub struct FixingPlan {
     pub slide: Option<Slide>,
     /// What it bears.
     pub limits: Limits,
+    /// Whether it closes where the cable is nearest to its position when it begins; its place is a provisional one until then.
+    pub nearest: bool,
     /// Whether it acts from the beginning (or is added by a step).
     pub from_start: bool,
 }
@@ -119,7 +121,7 @@ pub struct Branch {
     pub start: BranchEnd,
     /// What hangs at its end.
     pub end: BranchEnd,
-    /// Whether its mesh may move along it, for a fixing slides on it.
+    /// Whether its mesh may move along it, for a fixing slides on it or finds its place there.
     pub mesh_moves: bool,
 }
 
@@ -178,6 +180,8 @@ pub struct Fixing {
     pub slide: Option<Slide>,
     /// What it bears.
     pub limits: Limits,
+    /// Whether it closes where the cable is nearest to its position when it begins; its place is a provisional one until then.
+    pub nearest: bool,
     /// Whether it acts from the beginning.
     pub from_start: bool,
 }
@@ -363,6 +367,7 @@ impl Network {
                 orientation: plan.orientation,
                 slide: plan.slide,
                 limits: plan.limits,
+                nearest: plan.nearest,
                 from_start: plan.from_start,
             })
             .collect();
@@ -370,6 +375,9 @@ impl Network {
             if let (Some(slide), Place::Node { branch, node }) = (fixing.slide, fixing.place) {
                 network.branches[branch].mesh_moves = true;
                 network.slides.push(SlideSite { fixing: index, branch, node, friction: slide.friction });
+            }
+            if let (true, Place::Node { branch, .. }) = (fixing.nearest, fixing.place) {
+                network.branches[branch].mesh_moves = true;
             }
         }
         network.loads = loads

@@ -1,6 +1,7 @@
 //! Assembly operations, resolved: names are indices into the network.
 
-use crate::{Rotation, Vector};
+use crate::rotation::{columns, shortest};
+use crate::{Pose, Rotation, Vector};
 
 /// How the orientation of a target moves.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -13,17 +14,187 @@ pub enum Turn {
     Orientation(Rotation),
 }
 
-/// Motion of one fixing's target over a step.
+/// Where something goes over a motion: points and orientations, each at shares of the motion in (0, 1], increasing. Between
+/// them it goes straight, and turns by the shortest way; behind the last of them it stays.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Track {
+    /// Points, m.
+    pub positions: Vec<(f64, Vector)>,
+    /// Orientations.
+    pub turns: Vec<(f64, Turn)>,
+    /// Then turned about its tangent by this many turns, spread over the motion.
+    pub spin: f64,
+}
+
+impl Track {
+    /// The track of something that begins at a pose.
+    pub fn from(&self, start: &Pose) -> Course {
+        let mut orientations = vec![(0.0, start.orientation)];
+        let mut now = start.orientation;
+        for (t, turn) in &self.turns {
+            now = match turn {
+                Turn::Keep => now,
+                Turn::Tangent(d) => shortest(&columns(&now)[2], d) * now,
+                Turn::Orientation(end) => *end,
+            };
+            orientations.push((*t, now));
+        }
+        let positions = std::iter::once((0.0, start.position)).chain(self.positions.iter().copied()).collect();
+        Course { positions, orientations, spin: self.spin }
+    }
+}
+
+/// A [`Track`] whose beginning is known.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Move {
+pub struct Course {
+    positions: Vec<(f64, Vector)>,
+    orientations: Vec<(f64, Rotation)>,
+    spin: f64,
+}
+
+impl Course {
+    /// Pose at share `t` of the motion; exactly those of the track at its shares.
+    pub fn at(&self, t: f64) -> Pose {
+        let position = along(&self.positions, t, |a, b, share| a + (b - a) * share);
+        let turned = along(&self.orientations, t, |a, b, share| (b * a.inverse()).powf(share) * a);
+        let spin = Rotation::from_axis_angle(&Vector::z_axis(), std::f64::consts::TAU * self.spin * t);
+        Pose { position, orientation: turned * spin }
+    }
+}
+
+/// What stands at share `t` in a list of shares and values that begins with share 0.
+fn along<T: Copy>(knots: &[(f64, T)], t: f64, between: impl Fn(T, T, f64) -> T) -> T {
+    let next = knots.partition_point(|knot| knot.0 <= t);
+    let (from, a) = knots[next.saturating_sub(1)];
+    match knots.get(next) {
+        Some(&(to, b)) => between(a, b, ((t - from) / (to - from)).max(0.0)),
+        None => a,
+    }
+}
+
+/// A fixing that takes part in a motion.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Carried {
     /// Index of the fixing.
     pub fixing: usize,
-    /// Points the target passes through, at equal shares of the step; the last is the end. Empty: it stays.
-    pub path: Vec<Vector>,
-    /// Orientation.
-    pub turn: Turn,
-    /// Then turned about its tangent by this many turns, spread over the increments.
-    pub turns: f64,
+    /// Share of the step after which it begins to move.
+    pub delay: f64,
+    /// Share of the step over which it moves.
+    pub share: f64,
+}
+
+/// Motion of one fixing's target over a step, or of several together as one rigid body.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Move {
+    /// What moves; the track is that of the first, unless `origin` says otherwise.
+    pub carried: Vec<Carried>,
+    /// Point (m) and orientation that the body counts as having when the step begins; left out, those of the first.
+    pub origin: (Option<Vector>, Option<Rotation>),
+    /// Where the body goes.
+    pub track: Track,
+}
+
+impl Move {
+    /// Motion of one fixing over the whole step.
+    pub fn of(fixing: usize, track: Track) -> Self {
+        Self { carried: vec![Carried { fixing, delay: 0.0, share: 1.0 }], origin: (None, None), track }
+    }
+
+    /// Where everything that takes part goes, by what the pose of each is when the step begins.
+    pub fn journeys(&self, pose: impl Fn(usize) -> Pose) -> Vec<Journey> {
+        let Some(first) = self.carried.first() else { return Vec::new() };
+        let first = pose(first.fixing);
+        let body = Pose {
+            position: self.origin.0.unwrap_or(first.position),
+            orientation: self.origin.1.unwrap_or(first.orientation),
+        };
+        let journey = |(k, carried): (usize, &Carried)| Journey {
+            carried: *carried,
+            body: self.track.from(&body),
+            own: if k == 0 && self.origin == (None, None) {
+                Pose::identity()
+            } else {
+                body.inverse().compose(&pose(carried.fixing))
+            },
+        };
+        self.carried.iter().enumerate().map(journey).collect()
+    }
+
+    /// Shares of the step, neither its beginning nor its end, at which something takes a turn, begins or ends.
+    pub fn corners(&self) -> Vec<f64> {
+        let knots = || self.track.positions.iter().map(|k| k.0).chain(self.track.turns.iter().map(|k| k.0));
+        let of = |c: &Carried| {
+            let c = *c;
+            std::iter::once(c.delay).chain(knots().map(move |t| c.delay + c.share * t))
+        };
+        self.carried.iter().flat_map(of).filter(|t| 0.0 < *t && *t < 1.0).collect()
+    }
+}
+
+/// Where one fixing goes over a step.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Journey {
+    carried: Carried,
+    body: Course,
+    /// Its pose in the body.
+    own: Pose,
+}
+
+impl Journey {
+    /// The way of one fixing from a pose, over the whole step.
+    pub fn of(fixing: usize, track: &Track, from: &Pose) -> Self {
+        let carried = Carried { fixing, delay: 0.0, share: 1.0 };
+        Self { carried, body: track.from(from), own: Pose::identity() }
+    }
+
+    /// Index of the fixing.
+    pub fn fixing(&self) -> usize {
+        self.carried.fixing
+    }
+
+    /// Its pose at share `t` of the step.
+    pub fn at(&self, t: f64) -> Pose {
+        let Carried { delay, share, .. } = self.carried;
+        // Exactly the end at the end.
+        let own = if t >= delay + share { 1.0 } else { ((t - delay) / share).max(0.0) };
+        self.body.at(own).compose(&self.own)
+    }
+
+    /// Turns about its tangent over a share of the step.
+    pub fn turns(&self, share: f64) -> f64 {
+        (self.body.spin / self.carried.share * share).abs()
+    }
+}
+
+/// What a step does, in the words of the trade: what the run reports about it.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Operation {
+    /// A hand takes hold.
+    Grasp {
+        /// Index of the fixing.
+        fixing: usize,
+    },
+    /// Hands or connectors are carried together.
+    Carry {
+        /// Indices of the fixings.
+        fixings: Vec<usize>,
+    },
+    /// A connector is pushed home.
+    Mate {
+        /// Index of the fixing.
+        fixing: usize,
+        /// Where it is pushed; a unit vector.
+        direction: Vector,
+        /// Share of the step at which the push begins.
+        push_from: f64,
+        /// Most that a hand may push, N.
+        limit: Option<f64>,
+    },
+    /// A clip closes around the cable.
+    Clip {
+        /// Index of the fixing.
+        fixing: usize,
+    },
 }
 
 /// One assembly operation.
@@ -39,8 +210,10 @@ pub struct Step {
     pub add: Vec<usize>,
     /// Fixings that end with this step.
     pub release: Vec<usize>,
-    /// Motions.
+    /// Motions; a fixing takes part in one at most.
     pub moves: Vec<Move>,
+    /// What all this is for.
+    pub operations: Vec<Operation>,
     /// Load index and the factor reached at the end of the step.
     pub loads: Vec<(usize, f64)>,
 }
@@ -51,7 +224,7 @@ pub struct Initial {
     /// Index of the branch.
     pub branch: usize,
     /// Pose of its start.
-    pub pose: crate::Pose,
+    pub pose: Pose,
 }
 
 /// Everything that happens to a harness, in order.
@@ -67,4 +240,48 @@ pub struct Schedule {
     pub steps: Vec<Step>,
     /// Keep every increment in the result, not only the last of each step.
     pub increments: bool,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn start() -> Pose {
+        Pose { position: Vector::new(1.0, 0.0, 0.0), orientation: Rotation::identity() }
+    }
+
+    #[test]
+    fn a_course_goes_through_its_knots_and_straight_between() {
+        let quarter = Rotation::from_axis_angle(&Vector::x_axis(), std::f64::consts::FRAC_PI_2);
+        let (p, q) = (Vector::new(1.0, 2.0, 0.0), Vector::new(3.0, 2.0, 0.0));
+        let track =
+            Track { positions: vec![(0.25, p), (0.75, q)], turns: vec![(0.5, Turn::Orientation(quarter))], spin: 0.0 };
+        let course = track.from(&start());
+        assert_eq!((course.at(0.0), course.at(0.25).position, course.at(1.0).position), (start(), p, q));
+        assert!((course.at(0.5).position - Vector::new(2.0, 2.0, 0.0)).norm() < 1e-15);
+        assert_eq!(course.at(0.9).orientation, quarter);
+        assert!((course.at(0.25).orientation.angle() - std::f64::consts::FRAC_PI_4).abs() < 1e-15);
+    }
+
+    /// Two hands a quarter turn about the first: the other one goes around it, later where it is told to.
+    #[test]
+    fn a_body_turns_rigidly_about_its_origin() {
+        let quarter = Rotation::from_axis_angle(&Vector::z_axis(), std::f64::consts::FRAC_PI_2);
+        let other = Pose { position: Vector::new(3.0, 0.0, 0.0), ..start() };
+        let poses = [start(), other];
+        let track = Track { positions: vec![], turns: vec![(1.0, Turn::Orientation(quarter))], spin: 0.0 };
+        let mut together = Move::of(0, track);
+        together.carried.push(Carried { fixing: 1, delay: 0.5, share: 0.25 });
+        let journeys = together.journeys(|k| poses[k]);
+        assert!((journeys[0].at(1.0).position - Vector::x()).norm() < 1e-15);
+        assert_eq!(journeys[1].at(0.5), other);
+        for t in [0.75, 1.0] {
+            assert!((journeys[1].at(t).position - Vector::new(1.0, 2.0, 0.0)).norm() < 1e-15);
+        }
+        assert_eq!(together.corners(), [0.5, 0.75]);
+        together.origin.0 = Some(Vector::new(2.0, 0.0, 0.0));
+        let journeys = together.journeys(|k| poses[k]);
+        assert!((journeys[0].at(1.0).position - Vector::new(2.0, -1.0, 0.0)).norm() < 1e-15);
+        assert!((journeys[1].at(1.0).position - Vector::new(2.0, 1.0, 0.0)).norm() < 1e-15);
+    }
 }

@@ -19,7 +19,8 @@
 use serde::ser::{Serialize, SerializeMap, Serializer};
 use std::io::{self, BufWriter, Write};
 use wireloom_core::equilibrium::{
-    BranchResult, ConstraintResult, Energy, Event, JointResult, MinimiserResult, Moment, Run, StepResult, TightestBend,
+    BranchResult, ConstraintResult, Energy, Event, JointResult, MinimiserResult, Moment, OperationResult, Run,
+    StepResult, TightestBend,
 };
 use wireloom_core::rotation::columns;
 use wireloom_core::{Rotation, Vector};
@@ -133,6 +134,8 @@ struct Step<'a> {
     constraints: ByName<'a, ConstraintResult>,
     #[serde(skip_serializing_if = "Slides::is_empty")]
     sliding: Slides<'a>,
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    operations: Vec<Operation<'a>>,
     energy: EnergyByEffect,
     min_bend_radius: Option<Tightest<'a>>,
     stable: Option<bool>,
@@ -150,10 +153,60 @@ impl<'a> Step<'a> {
             joints: ByName(&step.joints),
             constraints: ByName(&step.constraints),
             sliding: Slides(&step.constraints),
+            operations: step.operations.iter().map(Operation::of).collect(),
             energy: EnergyByEffect::of(&step.energy),
             min_bend_radius: step.min_bend_radius.as_ref().map(Tightest::of),
             stable: step.stable,
             minimiser: Minimiser::of(&step.minimiser),
+        }
+    }
+}
+
+/// `{ "operation": "mate", "constraint": "plug-B", "insertion_force": 31.2, "limit": 45.0 }` and the like: N, m.
+#[derive(serde::Serialize)]
+#[serde(tag = "operation", rename_all = "lowercase")]
+enum Operation<'a> {
+    Grasp {
+        constraint: &'a str,
+        #[serde(flatten)]
+        place: Option<OnBranch<'a>>,
+    },
+    Carry {
+        constraints: &'a [String],
+        force: Number,
+    },
+    Mate {
+        constraint: &'a str,
+        insertion_force: Option<Number>,
+        limit: Option<Number>,
+    },
+    Clip {
+        constraint: &'a str,
+        #[serde(flatten)]
+        place: Option<OnBranch<'a>>,
+        reach: Number,
+    },
+}
+
+#[derive(serde::Serialize)]
+struct OnBranch<'a> {
+    branch: &'a str,
+    s: Number,
+}
+
+impl<'a> Operation<'a> {
+    fn of(result: &'a OperationResult) -> Self {
+        let on =
+            |place: &'a Option<(String, f64)>| place.as_ref().map(|(branch, s)| OnBranch { branch, s: Number(*s) });
+        match result {
+            OperationResult::Grasp { constraint, place } => Self::Grasp { constraint, place: on(place) },
+            OperationResult::Carry { constraints, force } => Self::Carry { constraints, force: Number(*force) },
+            OperationResult::Mate { constraint, insertion_force, limit } => {
+                Self::Mate { constraint, insertion_force: insertion_force.map(Number), limit: limit.map(Number) }
+            }
+            OperationResult::Clip { constraint, place, reach } => {
+                Self::Clip { constraint, place: on(place), reach: Number(*reach) }
+            }
         }
     }
 }

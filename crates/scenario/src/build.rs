@@ -154,6 +154,7 @@ impl Scenario {
                 orientation: if let Facing::Orientation(frame) = constraint.facing { Some(frame) } else { None },
                 slide: constraint.slide,
                 limits: constraint.limits,
+                nearest: constraint.nearest,
                 from_start: constraint.from_start,
             }));
         }

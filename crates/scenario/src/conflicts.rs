@@ -6,7 +6,7 @@ use crate::timeline::stages;
 use std::collections::BTreeSet;
 use wireloom_core::constraint::Hold;
 use wireloom_core::rotation::columns;
-use wireloom_core::steps::Turn;
+use wireloom_core::steps::{Move, Turn};
 use wireloom_core::{Action, Matrix, Network, Rotation, RotationHold, Vector};
 
 /// Constraints and loads that ask more of their place than it has.
@@ -152,20 +152,34 @@ pub(crate) fn refuse_contradictions(scenario: &Scenario, network: &Network) -> V
             target.facing = facing.unwrap_or(target.facing);
         }
         for motion in stage.step.into_iter().flat_map(|step| &step.moves) {
-            let Some(target) = &mut targets[motion.fixing] else { continue };
-            if let Some(position) = motion.path.last() {
-                target.position = Held::Given(*position);
-            }
-            match motion.turn {
-                Turn::Keep if motion.turns != 0.0 => target.facing = Held::Found(motion.fixing),
-                Turn::Keep => {}
-                Turn::Tangent(tangent) => target.facing = Held::Given(Faced::Tangent(tangent)),
-                Turn::Orientation(frame) => target.facing = Held::Given(Faced::Frame(frame)),
-            }
+            moved(motion, &mut targets);
         }
         check(&targets);
     }
     faults
+}
+
+/// What a motion leaves behind: the end of its track, but for those that follow the first one as a body.
+fn moved(motion: &Move, targets: &mut [Option<Target<'_>>]) {
+    let leads = motion.origin == (None, None);
+    let track = &motion.track;
+    for (k, carried) in motion.carried.iter().enumerate() {
+        let fixing = carried.fixing;
+        let Some(target) = &mut targets[fixing] else { continue };
+        if !(k == 0 && leads) {
+            (target.position, target.facing) = (Held::Found(fixing), Held::Found(fixing));
+            continue;
+        }
+        if let Some((_, position)) = track.positions.last() {
+            target.position = Held::Given(*position);
+        }
+        match track.turns.last() {
+            None if track.spin != 0.0 => target.facing = Held::Found(fixing),
+            None | Some((_, Turn::Keep)) => {}
+            Some((_, Turn::Tangent(tangent))) => target.facing = Held::Given(Faced::Tangent(*tangent)),
+            Some((_, Turn::Orientation(frame))) => target.facing = Held::Given(Faced::Frame(*frame)),
+        }
+    }
 }
 
 fn fault(scenario: &Scenario, a: usize, b: usize, what: &str, when: &str) -> Fault {

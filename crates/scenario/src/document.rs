@@ -6,8 +6,8 @@
 use crate::keys;
 use crate::reader::{Entry, Reader, Span};
 use crate::scenario::{Branch, Division, Joint, Output, Scenario};
-use crate::{fixings, joints, kinds, sequence};
-use std::collections::BTreeMap;
+use crate::{fixings, joints, kinds, operations, sequence};
+use std::collections::{BTreeMap, BTreeSet};
 use toml::de::DeTable;
 use wireloom_core::{Section, Vector};
 
@@ -29,6 +29,10 @@ pub(crate) struct Names<'a> {
     pub vertices: BTreeMap<&'a str, Vertex>,
     pub joints: BTreeMap<&'a str, usize>,
     pub constraints: BTreeMap<&'a str, usize>,
+    /// How many constraints there are; some may have had the same name one after the other.
+    pub fixings: usize,
+    /// Constraints that have let go, and whose names may be taken again.
+    pub let_go: BTreeSet<&'a str>,
     pub loads: BTreeMap<&'a str, usize>,
     /// Segments so far, roughly.
     pub segments: f64,
@@ -60,11 +64,12 @@ pub(crate) fn read(reader: &Reader<'_>, table: &DeTable<'_>) -> (Scenario, bool)
     let mut constraints: Vec<_> =
         entries.iter().filter_map(|entry| fixings::constraint(entry, true, &mut names)).collect();
     let entries = root.entries("loads");
-    let loads = entries.iter().filter_map(|entry| fixings::load(entry, &mut names)).collect();
+    let loads: Vec<_> = entries.iter().filter_map(|entry| fixings::load(entry, &mut names)).collect();
     let initial = root.entry("initial").and_then(|entry| sequence::initial(&entry, &mut names));
     let minimiser = sequence::minimiser(&root, &mut names);
     let entries = root.entries("steps");
     let steps = sequence::steps(&entries, &mut constraints, &mut names);
+    operations::settle_nearest(&mut constraints, &loads, &branches);
     let output = root.entry("output").map_or(DEFAULT_OUTPUT, |entry| output(&entry));
     let scenario = Scenario {
         name,
@@ -109,12 +114,13 @@ fn version(root: &Entry<'_>) {
 #[must_use]
 pub(crate) fn register<'a>(
     entry: &Entry<'a>,
+    what: &str,
     family: &mut BTreeMap<&'a str, usize>,
     name: &'a str,
     index: usize,
 ) -> bool {
     if family.contains_key(name) {
-        let message = format!("there is another {} of the name \"{name}\"", entry.keys.what);
+        let message = format!("there is another {what} of the name \"{name}\"");
         entry.fault_at("name", message, "give this one a name of its own");
         return false;
     }
@@ -157,7 +163,7 @@ fn section<'a>(name: &'a str, entry: &Entry<'a>, names: &mut Names<'a>) -> Secti
 fn branch<'a>(entry: &Entry<'a>, names: &mut Names<'a>) -> Branch {
     let index = names.lengths.len();
     let kind = kinds::read(entry);
-    let name = entry.word("name").filter(|name| register(entry, &mut names.branches, name, index));
+    let name = entry.word("name").filter(|name| register(entry, entry.keys.what, &mut names.branches, name, index));
     let (from, to) = (entry.word("from"), entry.word("to"));
     for (key, vertex, starts_here) in [("from", from, true), ("to", to, false)] {
         let Some(vertex) = vertex else { continue };

@@ -1,9 +1,9 @@
 //! Reads what attaches to the harness: constraints and loads, where they attach, which way they face.
 
 use crate::document::{Names, lookup, register};
-use crate::kinds;
 use crate::reader::Entry;
 use crate::scenario::{At, Constraint, Facing, Load};
+use crate::{keys, kinds};
 use toml::Spanned;
 use toml::de::DeValue;
 use wireloom_core::constraint::{Limits, Slide};
@@ -14,19 +14,21 @@ use wireloom_core::{HoldWord, Vector};
 pub(crate) fn constraint<'a>(entry: &Entry<'a>, from_start: bool, names: &mut Names<'a>) -> Option<Constraint> {
     let before = entry.reader.fault_count();
     let kind = kinds::read(entry);
-    let index = names.constraints.len();
-    let name = entry.word("name").filter(|name| register(entry, &mut names.constraints, name, index));
-    let at = entry.entry("at").and_then(|at| attachment(&at, names));
-    let position = entry.vector("position");
-    let facing = facing(entry);
+    let name = entry.word("name").filter(|name| begin(entry, name, names));
+    // Not every entry has every key of a constraint: a hand takes hold where the cable is.
+    let own = |key: &str| entry.keys.get(key).is_some();
+    let place = entry.entry("at").and_then(|at| attachment(&at, names, entry.keys.what == keys::CLIP.what));
+    let at = place.map(|place| place.0);
+    let position = if own("position") { entry.vector("position") } else { None };
+    let facing = if own("tangent") { facing(entry) } else { Facing::Left };
     let hold = entry.has("hold").then(|| hold(entry));
-    let free_axis = entry.direction("free_axis").map(|axis| *axis);
-    let rails = rails(entry);
-    let slide = slide(entry, at, names);
+    let free_axis = if own("free_axis") { entry.direction("free_axis").map(|axis| *axis) } else { None };
+    let rails = if own("rail") { rails(entry) } else { Vec::new() };
+    let slide = if own("slide") { slide(entry, at, names) } else { None };
     let limits = Limits {
         pull_out_force: entry.number("pull_out_force"),
         max_moment: entry.number("max_moment"),
-        insertion_force: entry.number("insertion_force"),
+        insertion_force: if own("insertion_force") { entry.number("insertion_force") } else { None },
     };
     names.broken |= entry.reader.fault_count() > before || at.is_none();
     let (kind, parameters) = kind.map(|kind| (kind.name, kind.parameters)).unwrap_or_default();
@@ -45,9 +47,20 @@ pub(crate) fn constraint<'a>(entry: &Entry<'a>, from_start: bool, names: &mut Na
         rails,
         slide,
         limits,
+        nearest: place.is_some_and(|place| place.1),
         from_start,
         spans: entry.spans(),
     })
+}
+
+/// Gives a constraint its name; that of one that has let go may be taken again.
+fn begin<'a>(entry: &Entry<'a>, name: &'a str, names: &mut Names<'a>) -> bool {
+    if names.let_go.remove(name) {
+        names.constraints.remove(name);
+    }
+    let free = register(entry, keys::CONSTRAINT.what, &mut names.constraints, name, names.fixings);
+    names.fixings += usize::from(free);
+    free
 }
 
 /// Stands for a place at fault.
@@ -110,8 +123,8 @@ fn slide(entry: &Entry<'_>, at: Option<At>, names: &Names<'_>) -> Option<Slide> 
 /// A dead load. `None` where it has no name of its own; the names are broken where it attaches to nothing.
 pub(crate) fn load<'a>(entry: &Entry<'a>, names: &mut Names<'a>) -> Option<Load> {
     let index = names.loads.len();
-    let name = entry.word("name").filter(|name| register(entry, &mut names.loads, name, index));
-    let at = entry.entry("at").and_then(|at| attachment(&at, names));
+    let name = entry.word("name").filter(|name| register(entry, entry.keys.what, &mut names.loads, name, index));
+    let at = entry.entry("at").and_then(|at| attachment(&at, names, false)).map(|place| place.0);
     let force = entry.vector("force").unwrap_or_default();
     let moment = entry.vector("moment").unwrap_or_default();
     let factor = entry.number("factor").unwrap_or(1.0);
@@ -124,16 +137,16 @@ pub(crate) fn load<'a>(entry: &Entry<'a>, names: &mut Names<'a>) -> Option<Load>
     Some(Load { name: name?.to_owned(), at, force, moment, factor, spans: entry.spans() })
 }
 
-/// Where something attaches.
-fn attachment(at: &Entry<'_>, names: &Names<'_>) -> Option<At> {
+/// Where something attaches, and whether that is the nearest place of a branch, which is known only when it begins.
+fn attachment(at: &Entry<'_>, names: &Names<'_>, nearest: bool) -> Option<(At, bool)> {
     let (end, joint, branch) = (at.word("end"), at.word("joint"), at.word("branch"));
     let s = at.number("s");
     if names.vertices.is_empty() {
         return None; // Without branches every place is unknown, and the branches have their own fault.
     }
     match (at.has("end"), at.has("joint"), at.has("branch"), at.has("s")) {
-        (true, false, false, false) => free_end(at, end?, names),
-        (false, true, false, false) => joint_place(at, joint?, names),
+        (true, false, false, false) => free_end(at, end?, names).map(|at| (at, false)),
+        (false, true, false, false) => joint_place(at, joint?, names).map(|at| (at, false)),
         (false, false, true, true) => {
             let branch = branch?;
             let index = *lookup(at, "branch", &names.branches, branch, at.span_of("branch"))?;
@@ -143,7 +156,12 @@ fn attachment(at: &Entry<'_>, names: &Names<'_>) -> Option<At> {
                 at.fault_at("s", message, format!("give an arc length from 0 to {length} m"));
                 return None;
             }
-            Some(At::Branch { branch: index, s: s.clamp(0.0, length) })
+            Some((At::Branch { branch: index, s: s.clamp(0.0, length) }, false))
+        }
+        (false, false, true, false) if nearest => {
+            let branch = branch?;
+            let index = *lookup(at, "branch", &names.branches, branch, at.span_of("branch"))?;
+            Some((At::Branch { branch: index, s: 0.5 * (*names.lengths.get(index)?)? }, true))
         }
         (false, false, true, false) => {
             at.fault_here(format!("{} has `branch` but no `s`", at.label), "add `s`: arc length along the branch");

@@ -6,7 +6,6 @@ use crate::scenario::{Facing, Scenario};
 use crate::timeline::{Stage, stages};
 use nalgebra::{Matrix6, SymmetricEigen, Vector6};
 use wireloom_core::rotation::columns;
-use wireloom_core::steps::Turn;
 use wireloom_core::{Action, Constraint, Matrix, Network, Pose, RotationHold, Vector};
 
 /// Eigenvalues below this, for rows of unit length, belong to motions that nothing opposes.
@@ -34,13 +33,9 @@ pub(crate) fn refuse_unheld(scenario: &Scenario, network: &Network) -> Vec<Fault
             faults.extend(fault);
         }
         for motion in stage.step.into_iter().flat_map(|step| &step.moves) {
-            let pose = &mut poses[motion.fixing];
-            pose.position = motion.path.last().copied().unwrap_or(pose.position);
-            pose.orientation = match motion.turn {
-                Turn::Keep => pose.orientation,
-                Turn::Tangent(tangent) => turned_to(pose, &tangent),
-                Turn::Orientation(orientation) => orientation,
-            };
+            for journey in motion.journeys(|fixing| poses[fixing]) {
+                poses[journey.fixing()] = journey.at(1.0);
+            }
         }
     }
     faults

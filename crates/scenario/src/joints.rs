@@ -15,7 +15,7 @@ pub(crate) fn joint<'a>(entry: &Entry<'a>, names: &mut Names<'a>) -> Option<Join
     let kind = kinds::read(entry);
     let mass = entry.number("mass").unwrap_or(0.0);
     let index = names.joints.len();
-    let name = entry.word("name").filter(|name| register(entry, &mut names.joints, name, index));
+    let name = entry.word("name").filter(|name| register(entry, entry.keys.what, &mut names.joints, name, index));
     let fits = name.is_some_and(|name| vertex_joins(entry, name, names));
     let arm_entries = entry.entries("arms");
     let mut by_branch = BTreeMap::new();

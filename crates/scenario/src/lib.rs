@@ -21,6 +21,7 @@ mod joints;
 mod keys;
 mod kinds;
 mod mesh;
+mod operations;
 mod placement;
 mod reader;
 mod scenario;

@@ -484,6 +484,14 @@ impl<'a> Entry<'a> {
         self.list(name).iter().filter_map(|item| Some((self.reader.word(name, item)?, item.span()))).collect()
     }
 
+    /// The strings of a list, whatever else is in it: what is wrong with it is said when its names are read.
+    pub fn texts(&self, name: &str) -> Vec<&'a str> {
+        let Some(DeValue::Array(list)) = self.table.get(name).map(Spanned::get_ref) else { return Vec::new() };
+        let text =
+            |item: &'a Node<'a>| if let DeValue::String(text) = item.get_ref() { Some(text.as_ref()) } else { None };
+        list.iter().filter_map(text).collect()
+    }
+
     /// A table as an entry of its own.
     pub fn entry(&self, name: &str) -> Option<Entry<'a>> {
         let Form::Table(keys) = self.key(name).form else { unreachable!("{name} is no table") };

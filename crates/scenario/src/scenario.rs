@@ -174,6 +174,8 @@ pub struct Constraint {
     pub slide: Option<Slide>,
     /// What it bears.
     pub limits: Limits,
+    /// Whether it closes where the cable is nearest when it begins; `at` is a provisional place then.
+    pub nearest: bool,
     /// Whether it acts from the beginning.
     pub from_start: bool,
     /// Where it is in the file.

@@ -2,12 +2,13 @@
 
 use crate::document::{Names, lookup, register};
 use crate::fixings::{constraint, facing};
-use crate::reader::Entry;
+use crate::operations;
+use crate::reader::{Entry, Span};
 use crate::scenario::{Constraint, Facing, Minimiser, Spans};
 use crate::{keys, kinds};
 use std::collections::{BTreeMap, BTreeSet};
 use wireloom_core::rotation::{frame_from, orthogonal};
-use wireloom_core::steps::{Initial, Move, Step, Turn};
+use wireloom_core::steps::{Initial, Move, Step, Track, Turn};
 use wireloom_core::{Pose, Stop, Vector};
 
 /// Where the rest shape is laid; along world x with d1 up where the file does not say.
@@ -44,56 +45,98 @@ pub(crate) fn minimiser<'a>(root: &Entry<'a>, names: &mut Names<'a>) -> Minimise
 }
 
 /// Which constraints act, as the steps go by.
-struct Acting {
-    active: BTreeSet<usize>,
+pub(crate) struct Acting {
+    pub active: BTreeSet<usize>,
     /// Those that have let go, and in which step.
-    released: BTreeMap<usize, usize>,
+    pub released: BTreeMap<usize, usize>,
+    /// Connectors that have been pushed home.
+    pub mated: BTreeSet<usize>,
 }
 
 /// The steps; the constraints they add are put behind those that act from the beginning.
 pub(crate) fn steps<'a>(entries: &[Entry<'a>], constraints: &mut Vec<Constraint>, names: &mut Names<'a>) -> Vec<Step> {
     // Names come first: a step may name a constraint that only a later one adds, and that has its own message.
-    let added: Vec<Vec<usize>> = entries
-        .iter()
-        .map(|entry| {
-            let first = constraints.len();
-            constraints.extend(entry.entries("add").iter().filter_map(|add| constraint(add, false, names)));
-            (first..constraints.len()).collect()
-        })
-        .collect();
-    let mut acting = Acting {
-        active: (0..constraints.len()).filter(|c| constraints[*c].from_start).collect(),
-        released: BTreeMap::new(),
-    };
+    let from_start = constraints.len();
+    let mut first = names.constraints.clone();
+    let begins: Vec<Begins<'a>> = entries.iter().map(|entry| begins(entry, constraints, names)).collect();
+    for (name, index) in begins.iter().flat_map(|begins| &begins.names) {
+        first.entry(name).or_insert(*index);
+    }
+    names.constraints = first;
+    let mut acting = Acting { active: (0..from_start).collect(), released: BTreeMap::new(), mated: BTreeSet::new() };
     let mut step_names = BTreeMap::new();
     entries
         .iter()
-        .zip(added)
+        .zip(begins)
         .enumerate()
-        .map(|(k, (entry, add))| {
+        .map(|(k, (entry, begins))| {
             let name = entry.word("name").inspect(|name| {
-                names.broken |= !register(entry, &mut step_names, name, k);
+                names.broken |= !register(entry, entry.keys.what, &mut step_names, name, k);
             });
             let before = entry.reader.fault_count();
             let release = release(entry, k, &mut acting, names);
-            acting.active.extend(&add);
-            let mut moves = moves(entry, &acting, constraints, names);
-            for motion in moves.iter_mut().filter(|motion| add.contains(&motion.fixing)) {
-                go_by_what_is_given(motion, &constraints[motion.fixing]);
-            }
+            names.constraints.extend(begins.names.iter().copied());
+            acting.active.extend(&begins.all);
+            let mut motions = Motions { step: entry, acting: &mut acting, moves: Vec::new() };
+            moves(entry, &mut motions, &begins.all, constraints, names);
+            let operations = operations::read(entry, &begins, &mut motions, constraints, names);
+            let moves = motions.moves;
             let loads = factors(entry, names);
+            refuse_work_while_waiting(entry);
             names.broken |= entry.reader.fault_count() > before;
             Step {
                 name: name.map_or_else(|| format!("step {}", k + 1), str::to_owned),
                 increments: entry.count("increments").unwrap_or(1),
                 gravity: entry.vector("gravity"),
-                add,
+                add: begins.all,
                 release,
                 moves,
+                operations,
                 loads,
             }
         })
         .collect()
+}
+
+/// The constraints that begin with a step, by what brings them.
+#[derive(Default)]
+pub(crate) struct Begins<'a> {
+    pub all: Vec<usize>,
+    pub names: Vec<(&'a str, usize)>,
+    pub grasps: Vec<usize>,
+    /// One for every `mate`; none where the constraint acts already.
+    pub mates: Vec<Option<usize>>,
+    pub clips: Vec<usize>,
+}
+
+fn begins<'a>(step: &Entry<'a>, constraints: &mut Vec<Constraint>, names: &mut Names<'a>) -> Begins<'a> {
+    let released = step.texts("release");
+    names.let_go.extend(released.into_iter().filter(|name| names.constraints.contains_key(name)));
+    let mut begins = Begins::default();
+    let mut begin = |entry: &Entry<'a>| {
+        let constraint = constraint(entry, false, names)?;
+        let index = constraints.len();
+        begins.all.push(index);
+        begins.names.extend(entry.word("name").map(|name| (name, index)));
+        constraints.push(constraint);
+        Some(index)
+    };
+    for add in step.entries("add") {
+        begin(&add);
+    }
+    let grasps = step.entries("grasp").iter().filter_map(&mut begin).collect();
+    let mates = step.entries("mate").iter().map(|mate| if mate.has("name") { begin(mate) } else { None }).collect();
+    let clips = step.entries("clip").iter().filter_map(begin).collect();
+    Begins { grasps, mates, clips, ..begins }
+}
+
+fn refuse_work_while_waiting(step: &Entry<'_>) {
+    let idle = ["name", "increments", "wait"];
+    let Some(work) = step.table.keys().find(|key| !idle.contains(&key.get_ref().as_ref())) else { return };
+    if step.flag("wait") == Some(true) && step.keys.get(work.get_ref()).is_some() {
+        let message = format!("{} waits, and has `{}` to do", step.label, work.get_ref());
+        step.reader.fault(work.span(), message, "put what is to be done in a step of its own, before or after");
+    }
 }
 
 fn release(entry: &Entry<'_>, step: usize, acting: &mut Acting, names: &Names<'_>) -> Vec<usize> {
@@ -102,6 +145,7 @@ fn release(entry: &Entry<'_>, step: usize, acting: &mut Acting, names: &Names<'_
         let Some(&index) = lookup(entry, "constraint", &names.constraints, name, span.clone()) else { continue };
         if acting.active.remove(&index) {
             acting.released.insert(index, step);
+            acting.mated.remove(&index);
             all.push(index);
             continue;
         }
@@ -115,10 +159,42 @@ fn release(entry: &Entry<'_>, step: usize, acting: &mut Acting, names: &Names<'_
     all
 }
 
-fn moves(entry: &Entry<'_>, acting: &Acting, constraints: &mut [Constraint], names: &Names<'_>) -> Vec<Move> {
-    let mut all: Vec<Move> = Vec::new();
-    for motion in entry.entries("move") {
-        let path = path(&motion);
+/// The motions of a step. A constraint takes part in one at most.
+pub(crate) struct Motions<'s, 'a> {
+    pub step: &'s Entry<'a>,
+    pub acting: &'s mut Acting,
+    pub moves: Vec<Move>,
+}
+
+impl Motions<'_, '_> {
+    /// The constraint of this name, if it may be moved.
+    pub fn claim(&self, entry: &Entry<'_>, name: &str, span: Span, names: &Names<'_>) -> Option<usize> {
+        let index = *lookup(entry, "constraint", &names.constraints, name, span.clone())?;
+        let step = &self.step.label;
+        let (message, help) = if self.acting.released.contains_key(&index) {
+            (format!("{step} moves \"{name}\", which has let go"), "move it before it is released")
+        } else if !self.acting.active.contains(&index) {
+            (format!("{step} moves \"{name}\", which has not begun"), "add it in this step or before")
+        } else if self.moves.iter().any(|other| other.carried.iter().any(|carried| carried.fixing == index)) {
+            let help = "give one move for every constraint, with `via` points where it needs them";
+            (format!("{step} moves \"{name}\" twice"), help)
+        } else {
+            return Some(index);
+        };
+        entry.reader.fault(span, message, help);
+        None
+    }
+}
+
+fn moves(
+    step: &Entry<'_>,
+    motions: &mut Motions<'_, '_>,
+    added: &[usize],
+    constraints: &mut [Constraint],
+    names: &Names<'_>,
+) {
+    for motion in step.entries("move") {
+        let mut path = path(&motion);
         let facing = facing(&motion);
         let turns = motion.number("turns").unwrap_or(0.0);
         let moves_something = ["position", "via", "tangent", "up", "orientation", "turns"];
@@ -127,51 +203,32 @@ fn moves(entry: &Entry<'_>, acting: &Acting, constraints: &mut [Constraint], nam
             motion.fault_here(message, "give `position`, `tangent` and `up`, `orientation` or `turns`");
         }
         let Some(name) = motion.word("constraint") else { continue };
-        let span = motion.span_of("constraint");
-        let Some(&index) = lookup(&motion, "constraint", &names.constraints, name, span.clone()) else { continue };
-        if !acting.active.contains(&index) {
-            let (message, help) = if acting.released.contains_key(&index) {
-                (format!("{} moves \"{name}\", which has let go", entry.label), "move it before it is released")
-            } else {
-                (format!("{} moves \"{name}\", which has not begun", entry.label), "add it in this step or before")
-            };
-            entry.reader.fault(span, message, help);
-            continue;
-        }
-        if all.iter().any(|other| other.fixing == index) {
-            let message = format!("{} moves \"{name}\" twice", entry.label);
-            entry.reader.fault(
-                span,
-                message,
-                "give one move for every constraint, with `via` points where it needs them",
-            );
-            continue;
-        }
+        let Some(index) = motions.claim(&motion, name, motion.span_of("constraint"), names) else { continue };
         let constraint = &mut constraints[index];
-        let turn = turn(facing);
+        let mut turn = turn(facing);
         constraint.tangent_given |= turn != Turn::Keep;
         constraint.up_given |= matches!(turn, Turn::Orientation(_));
-        all.push(Move { fixing: index, path, turn, turns });
+        if added.contains(&index) {
+            // It takes hold of the cable where it is: it goes through the position it is given, and to the facing where the
+            // motion has no other.
+            path.splice(0..0, constraint.position);
+            turn = if turn == Turn::Keep { self::turn(constraint.facing) } else { turn };
+        }
+        let legs = path.len() as f64;
+        let track = Track {
+            positions: path.into_iter().enumerate().map(|(k, point)| ((k + 1) as f64 / legs, point)).collect(),
+            turns: if turn == Turn::Keep { vec![] } else { vec![(1.0, turn)] },
+            spin: turns,
+        };
+        motions.moves.push(Move::of(index, track));
     }
-    all
 }
 
-fn turn(facing: Facing) -> Turn {
+pub(crate) fn turn(facing: Facing) -> Turn {
     match facing {
         Facing::Left => Turn::Keep,
         Facing::Tangent(tangent) => Turn::Tangent(tangent),
         Facing::Orientation(orientation) => Turn::Orientation(orientation),
-    }
-}
-
-/// A constraint that begins with a step takes hold of the cable where it is: its motion in that step goes through the
-/// position it is given, and to the facing where it has no other.
-fn go_by_what_is_given(motion: &mut Move, constraint: &Constraint) {
-    if let Some(position) = constraint.position {
-        motion.path.insert(0, position);
-    }
-    if motion.turn == Turn::Keep {
-        motion.turn = turn(constraint.facing);
     }
 }
 

@@ -2,7 +2,7 @@
 
 use crate::result;
 use std::collections::BTreeMap;
-use wireloom_core::equilibrium::{SlideMotion, StepResult};
+use wireloom_core::equilibrium::{OperationResult, SlideMotion, StepResult};
 use wireloom_core::minimiser::{Status, Stop};
 use wireloom_core::problem::Problem;
 use wireloom_core::{Event, EventKind, EventPlace, Moment, State};
@@ -96,6 +96,7 @@ pub fn watch(log: &mut EventLog, problem: &Problem<'_>, state: &State, end: &Ste
     bends(log, end);
     fixings(log, problem, end);
     slides(log, end);
+    pushes(log, end);
     for span in result::overstretched(problem, state) {
         log.raise(span);
     }
@@ -144,7 +145,9 @@ fn bends(log: &mut EventLog, end: &StepResult) {
 /// Every fixing that takes more than it bears.
 fn fixings(log: &mut EventLog, problem: &Problem<'_>, end: &StepResult) {
     for result in &end.constraints {
-        let Some(fixing) = problem.network.fixings.iter().find(|fixing| fixing.name == result.name) else { continue };
+        // One that has let go may have had the same name.
+        let mut acting = problem.network.fixings.iter().zip(&problem.conditions().active).filter(|(_, acts)| **acts);
+        let Some((fixing, _)) = acting.find(|(fixing, _)| fixing.name == result.name) else { continue };
         let taken = [
             (EventKind::FixingForce, "force", result.force.norm(), fixing.limits.pull_out_force),
             (EventKind::FixingMoment, "moment", result.moment.norm(), fixing.limits.max_moment),
@@ -160,6 +163,23 @@ fn fixings(log: &mut EventLog, problem: &Problem<'_>, end: &StepResult) {
                     message: format!("takes a {what} of {value:.4} {unit}, bears {limit} {unit}"),
                 });
             }
+        }
+    }
+}
+
+/// Every connector that takes more to push home than a hand may give.
+fn pushes(log: &mut EventLog, end: &StepResult) {
+    for operation in &end.operations {
+        if let OperationResult::Mate { constraint, insertion_force: Some(force), limit: Some(limit) } = operation
+            && force > limit
+        {
+            log.raise(Occurrence {
+                kind: EventKind::InsertionForce,
+                place: EventPlace::fixing(constraint),
+                value: Some(*force),
+                limit: Some(*limit),
+                message: format!("takes {force:.3} N to push home, allowed {limit} N"),
+            });
         }
     }
 }

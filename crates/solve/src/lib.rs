@@ -8,11 +8,14 @@
 
 pub mod border;
 pub mod certificate;
+mod clips;
 pub mod events;
 pub mod factor;
 pub mod gather;
 pub mod matrix;
 pub mod newton;
+mod operations;
+mod plan;
 pub mod result;
 pub mod settle;
 pub mod start;

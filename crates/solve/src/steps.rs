@@ -2,16 +2,16 @@
 
 use crate::certificate::Certifier;
 use crate::events::{self, EventLog, Occurrence};
-use crate::{result, start};
+use crate::plan::{self, Plan};
+use crate::{clips, operations, result, start};
 use std::time::Instant;
-use wireloom_core::equilibrium::{MinimiserResult, Run, StepResult};
+use wireloom_core::equilibrium::{MinimiserResult, OperationResult, Run, StepResult};
 use wireloom_core::minimiser::{Minimiser, Status, Stop};
 use wireloom_core::network::Place;
 use wireloom_core::problem::{Conditions, Problem};
-use wireloom_core::rotation::{columns, shortest};
 use wireloom_core::sliding::{SlideStop, Sliding};
-use wireloom_core::steps::{Move, Schedule, Step, Turn};
-use wireloom_core::{EventKind, EventPlace, Moment, Network, Pose, Rotation, State, Vector};
+use wireloom_core::steps::{Journey, Schedule, Step};
+use wireloom_core::{EventKind, EventPlace, Moment, Network, State, Vector};
 
 /// An increment that fails is halved, its halves likewise, up to this many times.
 const CUT_BACKS: u32 = 4;
@@ -63,86 +63,6 @@ pub enum Control {
     Stop,
 }
 
-/// Where something goes over a step.
-struct Course {
-    fixing: usize,
-    from: Pose,
-    path: Vec<Vector>,
-    turn: Turn,
-    turns: f64,
-}
-
-impl Course {
-    fn new(motion: &Move, from: Pose) -> Self {
-        let mut path = vec![from.position];
-        path.extend(&motion.path);
-        Self { fixing: motion.fixing, from, path, turn: motion.turn, turns: motion.turns }
-    }
-
-    /// Pose at share `t` of the step.
-    fn at(&self, t: f64) -> Pose {
-        let legs = self.path.len() - 1;
-        let position = if legs == 0 {
-            self.path[0]
-        } else {
-            let leg = ((t * legs as f64).floor() as usize).min(legs - 1);
-            let (a, b) = (self.path[leg], self.path[leg + 1]);
-            let share = t * legs as f64 - leg as f64;
-            // Exactly the end at the end.
-            if share >= 1.0 { b } else { a + (b - a) * share }
-        };
-        let q = self.from.orientation;
-        let turned = match self.turn {
-            Turn::Keep => q,
-            Turn::Tangent(d) => shortest(&columns(&q)[2], &d).powf(t) * q,
-            Turn::Orientation(end) if t >= 1.0 => end,
-            Turn::Orientation(end) => (end * q.inverse()).powf(t) * q,
-        };
-        let spin = Rotation::from_axis_angle(&Vector::z_axis(), std::f64::consts::TAU * self.turns * t);
-        Pose { position, orientation: turned * spin }
-    }
-}
-
-/// Everything that changes over a step, as functions of its progress.
-struct Plan {
-    courses: Vec<Course>,
-    gravity: (Vector, Vector),
-    loads: Vec<(usize, f64, f64)>,
-    /// Whether the drawn shape ceases to count as the rest shape.
-    undraw: bool,
-}
-
-impl Plan {
-    fn new(problem: &Problem<'_>, step: &Step, courses: Vec<Course>) -> Self {
-        let now = problem.conditions();
-        Self {
-            courses,
-            gravity: (now.gravity, step.gravity.unwrap_or(now.gravity)),
-            loads: step.loads.iter().map(|&(load, end)| (load, now.load_factors[load], end)).collect(),
-            undraw: false,
-        }
-    }
-
-    /// Sets the conditions at share `t`.
-    fn apply(&self, problem: &mut Problem<'_>, t: f64) {
-        let mix = |a: f64, b: f64| if t >= 1.0 { b } else { a + (b - a) * t };
-        if self.gravity.0 != self.gravity.1 || !self.loads.is_empty() {
-            problem.change(|c| {
-                c.gravity = self.gravity.0.zip_map(&self.gravity.1, mix);
-                for &(load, a, b) in &self.loads {
-                    c.load_factors[load] = mix(a, b);
-                }
-            });
-        }
-        for course in &self.courses {
-            problem.set_target(course.fixing, course.at(t));
-        }
-        if self.undraw {
-            problem.set_drawn_share(1.0 - t);
-        }
-    }
-}
-
 /// The run of a schedule.
 struct Driver<'n, 'm> {
     problem: Problem<'n>,
@@ -159,6 +79,8 @@ struct Driver<'n, 'm> {
     log: EventLog,
     /// The smallest part of an increment at hand that was carried out at once.
     smallest: f64,
+    /// What the operations of the step at hand came to so far.
+    operations: Vec<OperationResult>,
 }
 
 /// Carries out a schedule. The observer sees every increment's end and may stop the run. The status of the run is
@@ -199,6 +121,7 @@ pub fn follow(
         homing: true,
         log: EventLog::default(),
         smallest: 1.0,
+        operations: Vec::new(),
     };
     let alone = [Step { name: "equilibrium".into(), increments: 1, ..Step::default() }];
     let steps = if schedule.steps.is_empty() { &alone[..] } else { &schedule.steps };
@@ -209,7 +132,7 @@ pub fn follow(
         run.notes.push(format!("the start was not balanced: {}", homed.word()));
     }
     for (index, step) in steps.iter().enumerate() {
-        let plan = driver.begin(step);
+        let plan = driver.begin(step, &mut run.notes);
         for increment in 1..=step.increments {
             let share = |k: usize| k as f64 / step.increments as f64;
             driver.log.begin(Moment { step: step.name.clone(), step_index: index, increment });
@@ -258,17 +181,17 @@ impl Driver<'_, '_> {
     /// comes, while the fixings move. No edge is left to balance on.
     fn bring_home(&mut self) -> Status {
         let network = self.problem.network;
-        let mut courses = Vec::new();
+        let mut journeys = Vec::new();
         let mut increments = HOMING;
         let length = self.problem.scales().length;
         for (f, fixing) in network.fixings.iter().enumerate().filter(|(_, fixing)| fixing.from_start) {
             let from = self.problem.conditions().targets[f];
-            let course = Course::new(&given(f, fixing), from);
-            let to = course.at(1.0);
+            let journey = plan::home(f, fixing, from);
+            let to = journey.at(1.0);
             increments = increments
                 .max((to.position - from.position).norm() / (HOMING_SHARE * length))
                 .max(to.orientation.angle_to(&from.orientation) / HOMING_TURN);
-            courses.push(course);
+            journeys.push(journey);
         }
         let increments = increments.min(100.0).ceil() as usize;
         let gravity = self.problem.conditions().gravity;
@@ -278,7 +201,7 @@ impl Driver<'_, '_> {
             self.problem.hold_drawn_shape(&self.state);
         }
         let step = Step { gravity: Some(gravity), ..Step::default() };
-        let mut plan = Plan::new(&self.problem, &step, courses);
+        let mut plan = Plan::new(&self.problem, &step, journeys);
         plan.undraw = weightless;
         let stop = self.stop;
         // A part that snaps on the way needs more iterations, not smaller increments.
@@ -344,7 +267,7 @@ impl Driver<'_, '_> {
     }
 
     /// One increment, from share `a` to share `b` of a plan, and what had to be done to find its end.
-    fn increment(&mut self, plan: &Plan, a: f64, b: f64) -> Status {
+    fn increment(&mut self, plan: &Plan<'_>, a: f64, b: f64) -> Status {
         self.smallest = 1.0;
         let began = self.state.clone();
         let mut status = self.advance_through(plan, a, b);
@@ -388,7 +311,7 @@ impl Driver<'_, '_> {
     }
 
     /// Adds and releases what the step says, and plans its motions.
-    fn begin(&mut self, step: &Step) -> Plan {
+    fn begin<'s>(&mut self, step: &'s Step, notes: &mut Vec<String>) -> Plan<'s> {
         let network = self.problem.network;
         self.problem.change(|c| {
             for &f in &step.release {
@@ -398,46 +321,49 @@ impl Driver<'_, '_> {
                 c.active[f] = true;
             }
         });
-        self.put_in_place(&step.add);
+        notes.extend(self.put_in_place(&step.add).into_iter().map(|note| format!("step `{}`: {note}", step.name)));
         let state = &self.state;
         self.problem.change(|c| {
             for &f in &step.add {
                 c.targets[f] = state.pose(&network.fixings[f].site);
             }
         });
+        self.operations = operations::begin(&step.operations, &self.problem, &self.state);
         let targets = &self.problem.conditions().targets;
-        let mut courses: Vec<Course> = step.moves.iter().map(|m| Course::new(m, targets[m.fixing])).collect();
-        for &f in step.add.iter().filter(|f| !step.moves.iter().any(|m| m.fixing == **f)) {
-            courses.push(Course::new(&given(f, &network.fixings[f]), targets[f]));
+        let mut journeys: Vec<Journey> = step.moves.iter().flat_map(|m| m.journeys(|f| targets[f])).collect();
+        for &f in &step.add {
+            if !journeys.iter().any(|journey| journey.fixing() == f) {
+                journeys.push(plan::home(f, &network.fixings[f], targets[f]));
+            }
         }
-        Plan::new(&self.problem, step, courses)
+        Plan::new(&self.problem, step, journeys)
     }
 
     /// From share `a` to share `b` of a plan, in as many parts as it takes to follow its turns and to pass through every
     /// point of its paths.
-    fn advance_through(&mut self, plan: &Plan, a: f64, b: f64) -> Status {
-        let turns = plan.courses.iter().map(|course| course.turns.abs()).fold(0.0, f64::max) * (b - a);
+    fn advance_through(&mut self, plan: &Plan<'_>, a: f64, b: f64) -> Status {
+        let turns = plan.turns(b - a);
         let parts = (turns / LARGEST_TURNS).ceil().max(1.0) as usize;
         let mut places: Vec<f64> = (1..parts).map(|k| a + (b - a) * k as f64 / parts as f64).collect();
-        for course in &plan.courses {
-            let legs = course.path.len() - 1;
-            places.extend((1..legs).map(|k| k as f64 / legs as f64).filter(|t| a + 1e-9 < *t && *t < b - 1e-9));
-        }
+        places.extend(plan.corners.iter().filter(|t| a + 1e-9 < **t && **t < b - 1e-9));
         places.push(b);
         places.sort_by(f64::total_cmp);
+        places.dedup_by(|next, last| *next - *last < 1e-9);
         let (mut from, mut status) = (a, Status::Converged);
         for to in places {
             status = self.advance(plan, from, to, CUT_BACKS);
             if !matches!(status, Status::Converged | Status::Stalled) {
                 break;
             }
+            let reaction = |f: usize| self.problem.reaction(f, &self.state, &self.certifier.gradient).0;
+            operations::watch(plan.operations, &mut self.operations, self.problem.network, to, reaction);
             from = to;
         }
         status
     }
 
     /// From share `a` to share `b` of a plan; halved where it does not converge.
-    fn advance(&mut self, plan: &Plan, a: f64, b: f64, cuts: u32) -> Status {
+    fn advance(&mut self, plan: &Plan<'_>, a: f64, b: f64, cuts: u32) -> Status {
         self.before.copy_from(&self.state);
         self.problem.stick();
         plan.apply(&mut self.problem, b);
@@ -507,21 +433,27 @@ impl Driver<'_, '_> {
         dropped
     }
 
-    /// Brings the stations of fixings that begin to the arc lengths they were given: where the mesh has moved along the cable since, it
-    /// moves once more.
-    fn put_in_place(&mut self, added: &[usize]) {
+    /// Brings the stations of fixings that begin to the arc lengths they were given, or to the nearest ones: where the mesh has moved along
+    /// the cable since, it moves once more. Returns remarks.
+    fn put_in_place(&mut self, added: &[usize]) -> Vec<String> {
         let network = self.problem.network;
+        let mut notes = Vec::new();
         for (b, branch) in network.branches.iter().enumerate().filter(|(_, branch)| branch.mesh_moves) {
             let built = branch.rod.mesh().arc_lengths();
             let s = self.state.arc_lengths(network, b);
-            let begins =
-                |node: usize| added.iter().any(|&f| network.fixings[f].place == Place::Node { branch: b, node });
-            let place = |node: usize| if begins(node) { (node, built[node]) } else { (node, s[node]) };
-            let knots: Vec<_> = self.problem.knots(b).into_iter().map(place).collect();
+            let at = |node: usize| Place::Node { branch: b, node };
+            let begins = |node: usize| added.iter().copied().find(|&f| network.fixings[f].place == at(node));
+            let place = |node: usize| if begins(node).is_some() { (node, built[node]) } else { (node, s[node]) };
+            let mut knots: Vec<_> = self.problem.knots(b).into_iter().map(place).collect();
+            for &f in added.iter().filter(|&&f| network.fixings[f].nearest) {
+                let Some(k) = knots.iter().position(|knot| network.fixings[f].place == at(knot.0)) else { continue };
+                notes.extend(clips::close_on_nearest(network, &self.state, f, &mut knots, k));
+            }
             if knots.iter().any(|&(node, to)| (to - s[node]).abs() > SAME_PLACE * built[built.len() - 1]) {
                 network.move_mesh(b, &knots, &mut self.state);
             }
         }
+        notes
     }
 
     /// Grades the state as it is now.
@@ -545,6 +477,7 @@ impl Driver<'_, '_> {
             status,
             joints: network.joints.iter().map(|j| result::joint(problem, j, state)).collect(),
             constraints: result::constraints(problem, state, &self.certifier.gradient),
+            operations: self.operations.clone(),
             energy: problem.energy(state),
             min_bend_radius: result::tightest_bend(&branches),
             branches,
@@ -566,19 +499,5 @@ fn snap_iterations(stop: &Stop) -> usize {
         stop.max_iterations
     } else {
         SNAP_ITERATIONS * stop.max_iterations
-    }
-}
-
-/// The motion of a fixing from where it is to the pose the scenario gives it.
-fn given(f: usize, fixing: &wireloom_core::network::Fixing) -> Move {
-    Move {
-        fixing: f,
-        path: fixing.position.into_iter().collect(),
-        turn: match (fixing.orientation, fixing.tangent) {
-            (Some(q), _) => Turn::Orientation(q),
-            (None, Some(t)) => Turn::Tangent(t),
-            (None, None) => Turn::Keep,
-        },
-        turns: 0.0,
     }
 }

@@ -75,6 +75,7 @@ fn connector(name: &str, branch: usize, node: usize) -> FixingPlan {
         orientation: None,
         slide: None,
         limits: Limits::default(),
+        nearest: false,
         from_start: true,
     }
 }

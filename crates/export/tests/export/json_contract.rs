@@ -2,7 +2,7 @@
 
 use crate::samples::{broken, run, step, v, y_harness};
 use serde_json::Value;
-use wireloom_core::equilibrium::{Run, TightestBend};
+use wireloom_core::equilibrium::{OperationResult, Run, TightestBend};
 use wireloom_core::rotation::columns;
 
 fn parsed(run: &Run) -> Value {
@@ -130,4 +130,27 @@ fn absent_things_are_null_or_empty() {
         value["steps"][0]["min_bend_radius"],
         serde_json::json!({"branch": "b", "s": 0.5, "value": 0.1, "limit": null})
     );
+}
+
+#[test]
+fn operations_say_what_they_came_to() {
+    let mut step = y_harness();
+    let at = Some(("trunk".to_owned(), 0.25));
+    step.operations = vec![
+        OperationResult::Grasp { constraint: "hand".into(), place: at.clone() },
+        OperationResult::Carry { constraints: vec!["hand".into(), "plug-B".into()], force: 1.5 },
+        OperationResult::Mate { constraint: "plug-B".into(), insertion_force: Some(31.5), limit: Some(45.0) },
+        OperationResult::Mate { constraint: "plug-A".into(), insertion_force: None, limit: None },
+        OperationResult::Clip { constraint: "clip-1".into(), place: at, reach: 0.125 },
+        OperationResult::Clip { constraint: "clip-J".into(), place: None, reach: 0.5 },
+    ];
+    let expected = serde_json::json!([
+        { "operation": "grasp", "constraint": "hand", "branch": "trunk", "s": 0.25 },
+        { "operation": "carry", "constraints": ["hand", "plug-B"], "force": 1.5 },
+        { "operation": "mate", "constraint": "plug-B", "insertion_force": 31.5, "limit": 45.0 },
+        { "operation": "mate", "constraint": "plug-A", "insertion_force": null, "limit": null },
+        { "operation": "clip", "constraint": "clip-1", "branch": "trunk", "s": 0.25, "reach": 0.125 },
+        { "operation": "clip", "constraint": "clip-J", "reach": 0.5 },
+    ]);
+    assert_eq!(parsed(&run("y-harness", vec![step]))["steps"][0]["operations"], expected);
 }

@@ -88,6 +88,7 @@ pub fn step(branches: Vec<BranchResult>, joints: Vec<JointResult>, constraints: 
         branches,
         joints,
         constraints,
+        operations: vec![],
         energy: Energy {
             stretch: 0.1,
             shear: 0.2,

@@ -177,6 +177,7 @@ impl Sketch {
             orientation: None,
             slide: None,
             limits: Limits::default(),
+            nearest: false,
             from_start: true,
         });
         let network = Network::new(branches, joints, fixings.collect(), vec![]);

@@ -1,0 +1,72 @@
+//! What changes over a step, as functions of its progress.
+
+use wireloom_core::network::Fixing;
+use wireloom_core::problem::Problem;
+use wireloom_core::steps::{Journey, Move, Operation, Step, Track, Turn};
+use wireloom_core::{Pose, Vector};
+
+/// Everything that changes over a step.
+pub(crate) struct Plan<'s> {
+    journeys: Vec<Journey>,
+    /// Shares of the step at which something takes a turn.
+    pub corners: Vec<f64>,
+    /// What all this is for.
+    pub operations: &'s [Operation],
+    gravity: (Vector, Vector),
+    loads: Vec<(usize, f64, f64)>,
+    /// Whether the drawn shape ceases to count as the rest shape.
+    pub undraw: bool,
+}
+
+impl<'s> Plan<'s> {
+    /// What a step changes from now on, with the journeys of its fixings.
+    pub fn new(problem: &Problem<'_>, step: &'s Step, journeys: Vec<Journey>) -> Self {
+        let now = problem.conditions();
+        Self {
+            journeys,
+            corners: step.moves.iter().flat_map(Move::corners).collect(),
+            operations: &step.operations,
+            gravity: (now.gravity, step.gravity.unwrap_or(now.gravity)),
+            loads: step.loads.iter().map(|&(load, end)| (load, now.load_factors[load], end)).collect(),
+            undraw: false,
+        }
+    }
+
+    /// Most turns that something makes about its tangent over a share of the step.
+    pub fn turns(&self, share: f64) -> f64 {
+        self.journeys.iter().map(|journey| journey.turns(share)).fold(0.0, f64::max)
+    }
+
+    /// Sets the conditions at share `t`.
+    pub fn apply(&self, problem: &mut Problem<'_>, t: f64) {
+        let mix = |a: f64, b: f64| if t >= 1.0 { b } else { a + (b - a) * t };
+        if self.gravity.0 != self.gravity.1 || !self.loads.is_empty() {
+            problem.change(|c| {
+                c.gravity = self.gravity.0.zip_map(&self.gravity.1, mix);
+                for &(load, a, b) in &self.loads {
+                    c.load_factors[load] = mix(a, b);
+                }
+            });
+        }
+        for journey in &self.journeys {
+            problem.set_target(journey.fixing(), journey.at(t));
+        }
+        if self.undraw {
+            problem.set_drawn_share(1.0 - t);
+        }
+    }
+}
+
+/// The way of a fixing from where it is to the pose the scenario gives it.
+pub(crate) fn home(f: usize, fixing: &Fixing, from: Pose) -> Journey {
+    let turn = match (fixing.orientation, fixing.tangent) {
+        (Some(q), _) => Some(Turn::Orientation(q)),
+        (None, tangent) => tangent.map(Turn::Tangent),
+    };
+    let track = Track {
+        positions: fixing.position.map(|position| (1.0, position)).into_iter().collect(),
+        turns: turn.map(|turn| (1.0, turn)).into_iter().collect(),
+        spin: 0.0,
+    };
+    Journey::of(f, &track, &from)
+}
