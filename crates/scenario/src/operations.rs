@@ -71,7 +71,7 @@ fn carry(
     let tangents = track.turns.iter().all(|(_, turn)| matches!(turn, Turn::Tangent(_)));
     for Carried { fixing, .. } in &carried {
         constraints[*fixing].tangent_given |= !track.turns.is_empty();
-        constraints[*fixing].up_given |= !track.turns.is_empty() && !(tangents && carried.len() == 1);
+        constraints[*fixing].up_given |= !(track.turns.is_empty() || tangents && carried.len() == 1);
     }
     let fixings: Vec<usize> = carried.iter().map(|carried| carried.fixing).collect();
     if fixings.is_empty() {
