@@ -14,7 +14,7 @@ type Check = fn() -> Checked;
 fn main() -> ExitCode {
     let arguments = Arguments::from_args();
     let mut trials = refusals();
-    let own: [(&str, Check); 13] = [
+    let own: [(&str, Check); 14] = [
         ("first scenario: converges, is summed up, and leaves its files", first_scenario),
         ("results go to out/NAME where no place is given", default_folder),
         ("every kind of output, one VTK file for each increment", all_outputs),
@@ -25,6 +25,7 @@ fn main() -> ExitCode {
         ("a file that is no text ends with 1", no_text),
         ("a wrong command line ends with 1, help with 0", command_line),
         ("an unknown minimiser is refused with the known ones", unknown_minimiser),
+        ("wires come from files beside the scenario, and check says what they make", wires_from_files),
         ("the schema is a JSON Schema", schema),
         ("a KBL file becomes a scenario that converges", import_small),
         ("bench --json has the promised form", bench),
@@ -277,6 +278,30 @@ fn unknown_minimiser() -> Checked {
     let ended = place.run(&["run", "s.toml", "--minimiser", "magic"])?.expect(1)?;
     ensure(ended.err.contains("unknown minimiser `magic`; known: ") && ended.err.contains("newton"), &ended)?;
     place.run(&["run", "s.toml", "--minimiser", "newton"])?.expect(0).map(|_| ())
+}
+
+/// A file of wires is found from the folder of the scenario, whatever folder the program runs in.
+fn wires_from_files() -> Checked {
+    let place = Place::new()?;
+    fs::create_dir(place.path("work"))?;
+    let measured = "diameter = \"8 mm\"\nlinear_density = \"120 g/m\"\naxial_stiffness = \"20 kN\"\n\
+                    bending_stiffness = \"0.012 N m^2\"\ntorsion_stiffness = \"0.009 N m^2\"\n";
+    let text = first()?.replacen(measured, "wires = [{ type = \"ours\", count = 24 }]\n", 1);
+    ensure(text.contains("ours"), "scenarios/first.toml has another trunk by now")?;
+    place.file(
+        "work/first.toml",
+        text.replacen("[sections.trunk]", "[library]\nfiles = [\"ours.toml\"]\n\n[sections.trunk]", 1),
+    )?;
+    let ended = place.run(&["check", "work/first.toml"])?.expect(1)?;
+    ensure(ended.err.contains("cannot read \"ours.toml\": "), &ended)?;
+    let wire =
+        "[wires.ours]\nstrands = 16\nstrand = \"0.2 mm\"\nlayers = [{ material = \"pvc\", diameter = \"1.6 mm\" }]\n";
+    place.file("work/ours.toml", wire)?;
+    let ended = place.run(&["check", "work/first.toml"])?.expect(0)?;
+    ensure(
+        ended.out.contains("note: section \"trunk\", 24 wires: EI 0.0075 N m² (slip 0.004, bonded 6.5); GJ "),
+        &ended,
+    )
 }
 
 fn schema() -> Checked {

@@ -15,7 +15,8 @@ pub fn check(files: &[PathBuf], out: &mut dyn Write) -> Result<Outcome, Failure>
                 let steps = size::counted(scenario.steps.len(), "step", "steps");
                 let mut print = || {
                     writeln!(out, "{}: OK ({}, {steps})", file.display(), size::words(&built.network))?;
-                    built.notes.iter().try_for_each(|note| writeln!(out, "note: {note}"))
+                    let mut notes = built.notes.iter().chain(&built.sections);
+                    notes.try_for_each(|note| writeln!(out, "note: {note}"))
                 };
                 print().map_err(Failure::standard_output)?;
             }

@@ -34,6 +34,10 @@ pub enum Quantity {
     Angle,
     /// m/s²
     Acceleration,
+    /// Pa
+    Pressure,
+    /// kg/m³
+    Density,
 }
 
 /// What a parameter holds.

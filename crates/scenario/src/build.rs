@@ -3,6 +3,7 @@
 use crate::fault::Fault;
 use crate::mesh::Layout;
 use crate::scenario::{Constraint, Facing, Joint, Scenario, Spans};
+use crate::sections;
 use nalgebra::Unit;
 use wireloom_core::constraint::ConstraintSpec;
 use wireloom_core::joint::{JointSpec, Mounting};
@@ -24,7 +25,12 @@ pub struct Built {
     pub stop: Stop,
     /// What an engineer should know, each beginning with what it is about.
     pub notes: Vec<String>,
+    /// What the rule says of sections, a line for each, where there are too many of them for the notes.
+    pub sections: Vec<String>,
 }
+
+/// Sections by rule that have a note each; of more, one note tells.
+const FEW_SECTIONS: usize = 6;
 
 impl Scenario {
     /// Builds the parts with the factories of `registry`, which must be the one the scenario was parsed with.
@@ -42,7 +48,16 @@ impl Scenario {
         if !faults.is_empty() {
             return Err(faults);
         }
-        let notes = self.notes(&models);
+        let mut notes = self.notes(&models);
+        let mut sections = self.notes_on_sections();
+        if sections.len() <= FEW_SECTIONS {
+            notes.append(&mut sections);
+        } else {
+            notes.push(format!(
+                "{} sections follow from their wires by rule; `wireloom check` lists what it takes, and between which bounds",
+                sections.len()
+            ));
+        }
         let joints = self.joint_plans(models);
         let network = Network::new(branches, joints, fixings, self.load_plans(&layout));
         let schedule = Schedule {
@@ -52,7 +67,7 @@ impl Scenario {
             steps: self.steps.clone(),
             increments: self.output.increments,
         };
-        Ok(Built { network, schedule, minimiser, stop: self.minimiser.stop, notes })
+        Ok(Built { network, schedule, minimiser, stop: self.minimiser.stop, notes, sections })
     }
 
     /// Joint models with what they were told; `None` where one could not be built.
@@ -184,6 +199,10 @@ impl Scenario {
             model.notes().into_iter().map(move |note| format!("joint \"{name}\": {note}"))
         };
         models.iter().flat_map(of_joint).collect()
+    }
+
+    fn notes_on_sections(&self) -> Vec<String> {
+        self.by_rule.iter().map(|by_rule| sections::note(by_rule, &self.sections[by_rule.section])).collect()
     }
 }
 

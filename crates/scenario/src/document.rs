@@ -4,12 +4,13 @@
 //! out is used only where there are none.
 
 use crate::keys;
+use crate::library::Library;
 use crate::reader::{Entry, Reader, Span};
 use crate::scenario::{Branch, Division, Joint, Output, Scenario};
-use crate::{fixings, joints, kinds, operations, sequence};
+use crate::{fixings, joints, kinds, operations, sections, sequence};
 use std::collections::{BTreeMap, BTreeSet};
 use toml::de::DeTable;
-use wireloom_core::{Section, Vector};
+use wireloom_core::Vector;
 
 /// What is known of a vertex.
 pub(crate) struct Vertex {
@@ -47,8 +48,10 @@ pub(crate) fn read(reader: &Reader<'_>, table: &DeTable<'_>) -> (Scenario, bool)
     let mut names = Names::default();
     let name = root.word("name").unwrap_or("harness").to_owned();
     let gravity = root.vector("gravity").unwrap_or(Vector::new(0.0, 0.0, -9.81));
-    let sections =
-        root.named_entries("sections").iter().map(|(name, entry)| section(name, entry, &mut names)).collect();
+    let library = Library::of(&root);
+    let entries = root.named_entries("sections");
+    let (sections, by_rule): (Vec<_>, Vec<_>) =
+        entries.iter().map(|(name, entry)| sections::section(name, entry, &library, &mut names)).unzip();
     let entries = root.entries("branches");
     let branches: Vec<Branch> = entries.iter().map(|entry| branch(entry, &mut names)).collect();
     if entries.is_empty() {
@@ -75,6 +78,7 @@ pub(crate) fn read(reader: &Reader<'_>, table: &DeTable<'_>) -> (Scenario, bool)
         name,
         gravity,
         sections,
+        by_rule: by_rule.into_iter().flatten().collect(),
         branches,
         joints,
         constraints,
@@ -142,22 +146,6 @@ pub(crate) fn lookup<'m, T>(
         entry.reader.fault(span, format!("unknown {what} \"{name}\" in {}", entry.label), help);
     }
     found
-}
-
-fn section<'a>(name: &'a str, entry: &Entry<'a>, names: &mut Names<'a>) -> Section {
-    names.sections.insert(name, names.sections.len());
-    let axial_stiffness = entry.number("axial_stiffness").unwrap_or(1.0);
-    Section {
-        name: name.to_owned(),
-        diameter: entry.number("diameter").unwrap_or(1.0),
-        linear_density: entry.number("linear_density").unwrap_or(1.0),
-        axial_stiffness,
-        // GA = EA/(2(1 + ν)), ν = 0.3
-        shear_stiffness: entry.one_or_two("shear_stiffness").unwrap_or([axial_stiffness / 2.6; 2]),
-        bending_stiffness: entry.one_or_two("bending_stiffness").unwrap_or([1.0; 2]),
-        torsion_stiffness: entry.number("torsion_stiffness").unwrap_or(1.0),
-        min_bend_radius: entry.number("min_bend_radius"),
-    }
 }
 
 fn branch<'a>(entry: &Entry<'a>, names: &mut Names<'a>) -> Branch {

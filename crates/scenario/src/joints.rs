@@ -145,7 +145,8 @@ fn wires(entry: &Entry<'_>, by_branch: &BTreeMap<&str, usize>) -> Vec<WireShare>
             }
             continue;
         };
-        if from == to || shares.iter().any(|other| (other.from, other.to) == (*from, *to)) {
+        let pair = [*from.min(to), *from.max(to)];
+        if from == to || shares.iter().any(|other| [other.from.min(other.to), other.from.max(other.to)] == pair) {
             let message =
                 if from == to { "`between` names the same arm twice" } else { "this pair of arms is given twice" };
             wire.fault_at("between", message, "give one entry for every pair of different arms");

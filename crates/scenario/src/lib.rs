@@ -4,13 +4,14 @@
 //! [`Scenario::build`] makes the network, the schedule and the minimiser from what it read; [`schema()`] writes the format down as a
 //! JSON Schema. What a file may say stands in one set of tables (`keys.rs`), by which all three go.
 //!
-//! The road of a file: `document` (with `joints`, `fixings`, `sequence`) reads entries through `reader` and
-//! resolves names; `mesh` and `build` make the parts; `conflicts` and `freedoms` judge the whole.
+//! The road of a file: `document` (with `library`, `sections`, `joints`, `fixings`, `sequence`) reads entries through `reader` and
+//! resolves names; [`bundle`] makes sections of wires; `mesh` and `build` make the parts; `conflicts` and `freedoms` judge the whole.
 //!
 //! Beyond the format of the design page: a branch may have `path = [[x, y, z], …]`, the drawn centre line from
 //! `from` to `to` in world coordinates (m), which serves as a start for its shape and for nothing else.
 
 mod build;
+pub mod bundle;
 mod conflicts;
 mod document;
 mod fault;
@@ -20,12 +21,14 @@ mod freedoms;
 mod joints;
 mod keys;
 mod kinds;
+mod library;
 mod mesh;
 mod operations;
 mod placement;
 mod reader;
 mod scenario;
 mod schema;
+mod sections;
 mod sequence;
 mod timeline;
 mod units;
@@ -33,7 +36,9 @@ mod units;
 pub use build::Built;
 pub use fault::{Fault, render};
 pub use files::{Files, NoFiles};
-pub use scenario::{Arm, At, Branch, Constraint, Division, Facing, Joint, Load, Minimiser, Output, Scenario, Spans};
+pub use scenario::{
+    Arm, At, Branch, ByRule, Constraint, Division, Facing, Joint, Load, Minimiser, Output, Scenario, Spans,
+};
 pub use schema::schema;
 
 use std::ops::Range;

@@ -2,7 +2,7 @@
 
 use crate::fault::{Fault, did_you_mean, nearest};
 use crate::files::Files;
-use crate::keys::{Bound, Form, Key, Keys};
+use crate::keys::{Bound, Form, Key, Keys, Need};
 use crate::units;
 use nalgebra::{Quaternion, Unit};
 use std::cell::RefCell;
@@ -49,7 +49,6 @@ impl<'a> Reader<'a> {
 
     /// Reads another file, named at `span`, as TOML with keys of its own. Its faults are noted at `span`, each with its place in that
     /// file.
-    #[cfg_attr(not(test), expect(dead_code, reason = "wire libraries and fixing catalogues, next, are read with it"))]
     pub fn include<T>(
         &self,
         path: &str,
@@ -325,8 +324,23 @@ impl<'a> Entry<'a> {
     pub fn node(&self, name: &str) -> Option<&'a Node<'a>> {
         let key = self.key(name);
         let node = self.table.get(name);
-        if node.is_none() && key.required && !self.misspelt(name) {
+        let needed = match key.need {
+            Need::Must => true,
+            Need::Unless(other) => !self.has(other),
+            Need::May | Need::With(_) => false,
+        };
+        if node.is_none() && needed && !self.misspelt(name) {
             self.missing(key.name, key.doc);
+        }
+        if let (Some(node), Need::With(other)) = (node, key.need)
+            && !self.has(other)
+        {
+            let message = format!("{} has `{name}` but no `{other}`", self.label);
+            self.reader.fault(
+                node.span(),
+                message,
+                format!("it means nothing without `{other}`: leave it out, or add that"),
+            );
         }
         node
     }
@@ -521,6 +535,29 @@ impl<'a> Entry<'a> {
         self.list(name).iter().filter_map(entry).collect()
     }
 
+    /// Names and tables, alone or in a list.
+    pub fn names_or_entries(&self, name: &str) -> Vec<NameOrEntry<'a>> {
+        let Form::NamesOrTables(keys) = self.key(name).form else { unreachable!("{name} are no names or tables") };
+        let Some(node) = self.node(name) else { return Vec::new() };
+        let items = match node.get_ref() {
+            DeValue::Array(list) => list.as_ref(),
+            _ => std::slice::from_ref(node),
+        };
+        let one = |item: &'a Node<'a>| match item.get_ref() {
+            DeValue::String(_) => Some(NameOrEntry::Name(self.reader.word(name, item)?, item.span())),
+            DeValue::Table(table) => {
+                let label = format!("`{name}` of {}", self.label);
+                Some(NameOrEntry::Entry(Entry::new(self.reader, table, item.span(), keys, label)))
+            }
+            _ => {
+                let help = format!("write a name in quotes, a table with keys {}, or a list of them", some_keys(keys));
+                self.reader.mismatch(name, item, "a name or a table", help);
+                None
+            }
+        };
+        items.iter().filter_map(one).collect()
+    }
+
     /// The tables of a table, by name, in the order of the text.
     pub fn named_entries(&self, name: &str) -> Vec<(&'a str, Entry<'a>)> {
         let Form::Named(keys) = self.key(name).form else { unreachable!("{name} are no named tables") };
@@ -542,6 +579,14 @@ impl<'a> Entry<'a> {
         entries.sort_by_key(|(_, entry)| entry.span.start);
         entries
     }
+}
+
+/// An item of a list of names and tables.
+pub(crate) enum NameOrEntry<'a> {
+    /// A name, and where it is.
+    Name(&'a str, Span),
+    /// A table.
+    Entry(Entry<'a>),
 }
 
 fn some_keys(keys: &Keys) -> String {

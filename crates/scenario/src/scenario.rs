@@ -1,6 +1,7 @@
 //! A checked scenario: plain data, names resolved to indices, all values in SI units.
 
 use crate::Span;
+use crate::bundle::Bundle;
 use std::collections::BTreeMap;
 use wireloom_core::constraint::{Limits, Slide};
 use wireloom_core::joint::WireShare;
@@ -33,6 +34,8 @@ pub struct Scenario {
     pub gravity: Vector,
     /// Sections, in the order of the file.
     pub sections: Vec<Section>,
+    /// What the rule says of the sections that have wires.
+    pub by_rule: Vec<ByRule>,
     /// Branches, in the order of the file.
     pub branches: Vec<Branch>,
     /// Joints, in the order of the file.
@@ -51,6 +54,21 @@ pub struct Scenario {
     pub step_spans: Vec<Span>,
     /// What is written besides the result.
     pub output: Output,
+}
+
+/// What follows from the wires of a section; what is measured beside them goes before it.
+#[derive(Clone, Debug)]
+pub struct ByRule {
+    /// Index of the section.
+    pub section: usize,
+    /// What the rule says.
+    pub bundle: Bundle,
+    /// Names of the coverings, inside out.
+    pub coverings: Vec<String>,
+    /// Keys of the section that hold measured values.
+    pub measured: Vec<String>,
+    /// What does not go together.
+    pub remarks: Vec<String>,
 }
 
 /// A branch.

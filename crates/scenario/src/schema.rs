@@ -1,9 +1,10 @@
 //! The format as a JSON Schema, from the tables by which the reader goes.
 
-use crate::keys::{self, Bound, Family, Form, Key, Keys};
+use crate::keys::{self, Bound, Family, Form, Key, Keys, Need};
 use crate::kinds::{self, KindInfo};
 use crate::units;
 use serde_json::{Map, Value, json};
+use std::collections::BTreeMap;
 use wireloom_core::registry;
 use wireloom_core::{Quantity, Registry};
 
@@ -19,14 +20,23 @@ pub fn schema(registry: &Registry) -> Value {
 fn entry(table: &Keys, registry: &Registry) -> Value {
     let available = table.keys.iter().filter(|key| !matches!(key.form, Form::NotYet));
     let mut properties = Map::new();
-    let mut required = Vec::new();
+    let (mut required, mut unless, mut with) = (Vec::new(), BTreeMap::<&str, Vec<&str>>::new(), Map::new());
     for key in available {
         properties.insert(key.name.to_owned(), property(key, registry));
-        if key.required {
-            required.push(key.name);
+        match key.need {
+            Need::Must => required.push(key.name),
+            Need::May => {}
+            Need::Unless(other) => unless.entry(other).or_default().push(key.name),
+            Need::With(other) => drop(with.insert(key.name.to_owned(), json!([other]))),
         }
     }
     let mut object = json!({ "type": "object", "properties": properties, "required": required });
+    for (other, keys) in unless {
+        object["anyOf"] = json!([{ "required": [other] }, { "required": keys }]);
+    }
+    if !with.is_empty() {
+        object["dependentRequired"] = Value::Object(with);
+    }
     match table.kind() {
         None => object["additionalProperties"] = json!(false),
         Some((key, family, default)) => {
@@ -112,6 +122,10 @@ fn form(form: &Form, registry: &Registry) -> Value {
         Form::Table(table) => entry(table, registry),
         Form::Tables(table) => json!({ "type": "array", "items": entry(table, registry) }),
         Form::Named(table) => json!({ "type": "object", "additionalProperties": entry(table, registry) }),
+        Form::NamesOrTables(table) => {
+            let one = json!({ "anyOf": [name(), entry(table, registry)] });
+            json!({ "anyOf": [name(), entry(table, registry), { "type": "array", "items": one }] })
+        }
         Form::NotYet => json!(false),
     }
 }

@@ -53,10 +53,12 @@ pub(crate) fn words(quantity: Quantity) -> Words {
         },
         Quantity::Angle => of("an angle", "rad", "\"30 deg\"", dimension(0, 0, 0, 1)),
         Quantity::Acceleration => of("an acceleration", "m/s²", "\"9.81 m/s^2\"", dimension(1, 0, -2, 0)),
+        Quantity::Pressure => of("a pressure", "Pa", "\"50 MPa\"", dimension(-1, 1, -2, 0)),
+        Quantity::Density => of("a density", "kg/m³", "\"1.35 g/cm3\"", dimension(-3, 1, 0, 0)),
     }
 }
 
-const QUANTITIES: [Quantity; 12] = [
+const QUANTITIES: [Quantity; 14] = [
     Quantity::Dimensionless,
     Quantity::Length,
     Quantity::Mass,
@@ -69,6 +71,8 @@ const QUANTITIES: [Quantity; 12] = [
     Quantity::Curvature,
     Quantity::Angle,
     Quantity::Acceleration,
+    Quantity::Pressure,
+    Quantity::Density,
 ];
 
 /// What a dimension measures, for messages.
@@ -278,6 +282,9 @@ mod tests {
             ("1 kg m/s^2", Quantity::Force, 1.0),
             ("50 %", Quantity::Dimensionless, 0.5),
             ("7 MPa mm^2", Quantity::Force, 7.0),
+            ("50 MPa", Quantity::Pressure, 5e7),
+            ("120 kN/mm²", Quantity::Pressure, 1.2e11),
+            ("1.35 g/cm3", Quantity::Density, 1350.0),
         ];
         for (text, quantity, expected) in cases {
             let value = parse(text, quantity).unwrap_or_else(|e| panic!("{text}: {e}"));

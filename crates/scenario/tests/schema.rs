@@ -37,6 +37,22 @@ fn values_have_descriptions_units_and_limits() {
     assert_eq!(schema["additionalProperties"], false);
 }
 
+#[test]
+fn a_section_is_measured_or_has_wires() {
+    let schema = schema(&common::registry());
+    let section = &schema["properties"]["sections"]["additionalProperties"];
+    let measured = ["diameter", "linear_density", "axial_stiffness", "bending_stiffness", "torsion_stiffness"];
+    assert_eq!(section["required"], serde_json::json!([]));
+    assert_eq!(section["anyOf"], serde_json::json!([{ "required": ["wires"] }, { "required": measured }]));
+    assert_eq!(section["dependentRequired"]["covering"], serde_json::json!(["wires"]));
+    let covering = &section["properties"]["covering"]["anyOf"];
+    assert_eq!(covering[0]["type"], "string");
+    assert_eq!(covering[1]["required"], serde_json::json!(["type"]));
+    assert_eq!(covering[2]["items"]["anyOf"][1], covering[1]);
+    let wire = &schema["properties"]["wires"]["additionalProperties"];
+    assert_eq!(wire["required"], serde_json::json!(["strands", "strand", "layers"]));
+}
+
 /// Every key of the schema is known to the reader: one that holds nonsense is refused for its value, not its name.
 #[test]
 fn every_key_of_the_schema_is_read() {

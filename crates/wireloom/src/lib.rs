@@ -84,7 +84,7 @@ pub fn load_with_files(text: &str, files: &dyn Files, registry: &Registry) -> Re
 /// assert!(cable.position[20].z < -0.34, "it sags");
 /// ```
 pub fn run(built: Built, observer: &mut dyn FnMut(&Progress, &StepResult) -> Control) -> Run {
-    let Built { network, schedule, mut minimiser, stop, notes } = built;
+    let Built { network, schedule, mut minimiser, stop, notes, .. } = built;
     let mut run = solve::follow(&network, minimiser.as_mut(), &stop, &schedule, observer);
     run.notes.splice(0..0, notes);
     run

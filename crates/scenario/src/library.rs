@@ -1,0 +1,271 @@
+//! Wires, coverings and materials by name: those shipped with the program, then files that the scenario names, then its own.
+
+use crate::bundle::{Covering, Layer, Material, Measured, Wire};
+use crate::fault::did_you_mean;
+use crate::files::NoFiles;
+use crate::keys::LIBRARY_FILE;
+use crate::reader::{Entry, Span, included};
+use std::collections::{BTreeMap, BTreeSet};
+use std::sync::LazyLock;
+use wireloom_core::Registry;
+
+/// The shipped files, as messages call them, and their texts. Materials come first: the others name them.
+const SHIPPED: [(&str, &str); 3] = [
+    ("materials.toml", include_str!("../library/materials.toml")),
+    ("wires.toml", include_str!("../library/wires.toml")),
+    ("coverings.toml", include_str!("../library/coverings.toml")),
+];
+
+/// Things of one kind by name; `None` where one is at fault, which has been said.
+type Named<T> = BTreeMap<String, Option<T>>;
+
+/// What is shipped, read once.
+static LIBRARY: LazyLock<Library> = LazyLock::new(Library::shipped);
+
+/// What sections are made of.
+#[derive(Clone, Default)]
+pub(crate) struct Library {
+    materials: Named<Material>,
+    pub wires: Named<Wire>,
+    pub coverings: Named<Covering>,
+}
+
+impl Library {
+    fn shipped() -> Self {
+        let mut library = Self::default();
+        let registry = Registry::default();
+        for (name, text) in SHIPPED {
+            let (_, faults) = included(name, text, &NoFiles, &registry, &LIBRARY_FILE, |entry| library.read(entry));
+            debug_assert!(faults.is_empty(), "{name}: {faults:?}");
+        }
+        library
+    }
+
+    /// What a scenario can name.
+    pub fn of(root: &Entry<'_>) -> Self {
+        let mut library = LIBRARY.clone();
+        let mut from_files = BTreeSet::new();
+        for (path, span) in root.entry("library").map(|entry| entry.names("files")).unwrap_or_default() {
+            root.reader.include(path, span, &LIBRARY_FILE, |entry| {
+                for label in library.read(entry) {
+                    if !from_files.insert(label.clone()) {
+                        entry.fault_here(format!("another file has {label} too"), "leave it out of one of them");
+                    }
+                }
+            });
+        }
+        library.read(root);
+        library
+    }
+
+    /// Takes in what a file or scenario has; returns what it is called.
+    fn read(&mut self, entry: &Entry<'_>) -> Vec<String> {
+        let mut labels = Vec::new();
+        for (name, material) in entry.named_entries("materials") {
+            self.materials.insert(name.to_owned(), read_material(&material));
+            labels.push(material.label);
+        }
+        for (name, wire) in entry.named_entries("wires") {
+            self.wires.insert(name.to_owned(), self.read_wire(&wire));
+            labels.push(wire.label);
+        }
+        for (name, covering) in entry.named_entries("coverings") {
+            self.coverings.insert(name.to_owned(), self.read_covering(&covering));
+            labels.push(covering.label);
+        }
+        labels
+    }
+
+    fn material(&self, entry: &Entry<'_>, key: &str, default: Option<&str>) -> Option<Material> {
+        match (entry.word(key), default) {
+            (Some(name), _) => find(&self.materials, "material", name, entry, entry.span_of(key)).cloned(),
+            (None, Some(default)) if !entry.has(key) => self.materials.get(default)?.as_ref().cloned(),
+            _ => None,
+        }
+    }
+
+    fn read_wire(&self, entry: &Entry<'_>) -> Option<Wire> {
+        let strands = entry.count("strands");
+        let strand = entry.number("strand");
+        let conductor = self.material(entry, "conductor", Some("copper"));
+        let given = entry.number("conductor_diameter");
+        let measured = read_measured(entry);
+        let conductor_diameter = given
+            .or_else(|| Some(Wire::conductor_diameter_of(strands?, strand?)))
+            .filter(|_| given.is_some() || !entry.has("conductor_diameter"));
+        if let (Some(strands), Some(strand), Some(given)) = (strands, strand, given)
+            && given * given * (1.0 + 1e-9) < strands as f64 * strand * strand
+        {
+            let least = strand * (strands as f64).sqrt() * 1e3;
+            let message = format!("{} has more strands than fit in its conductor", entry.label);
+            let help = format!(
+                "the metal alone fills a circle of {least:.3} mm; leave `conductor_diameter` out to have it derived"
+            );
+            entry.fault_at("conductor_diameter", message, help);
+        }
+        let layers = self.read_layers(entry, conductor_diameter)?;
+        Some(Wire {
+            strands: strands?,
+            strand: strand?,
+            conductor: conductor?,
+            conductor_diameter: conductor_diameter?,
+            layers,
+            measured,
+        })
+    }
+
+    fn read_layers(&self, wire: &Entry<'_>, conductor: Option<f64>) -> Option<Vec<Layer>> {
+        let entries = wire.entries("layers");
+        if entries.is_empty() && wire.has("layers") {
+            wire.fault_at("layers", format!("{} has no layers", wire.label), "give its insulation at least");
+        }
+        let mut inside = conductor;
+        let mut layers = Vec::new();
+        for entry in &entries {
+            let material = self.material(entry, "material", None);
+            let diameter = entry.number("diameter");
+            let fill = entry.number("fill");
+            let strand = entry.number("strand");
+            if let (Some(inside), Some(diameter)) = (inside, diameter)
+                && diameter <= inside
+            {
+                let message = format!("a layer of {} is not thicker than what it lies on", wire.label);
+                entry.fault_at(
+                    "diameter",
+                    message,
+                    format!("layers stand inside out: more than {:.3} mm", inside * 1e3),
+                );
+            }
+            inside = diameter.or(inside);
+            layers.push(material.zip(diameter).map(|(material, diameter)| Layer {
+                material,
+                diameter,
+                fill: fill.unwrap_or(1.0),
+                strand,
+            }));
+        }
+        layers.into_iter().collect::<Option<Vec<Layer>>>().filter(|layers| !layers.is_empty())
+    }
+
+    fn read_covering(&self, entry: &Entry<'_>) -> Option<Covering> {
+        let material = self.material(entry, "material", None);
+        let layer = entry.number("thickness");
+        let thickness = layer.map(|one| one * entry.count("layers").unwrap_or(1) as f64);
+        let (inner_diameter, outer_diameter) = (entry.number("inner_diameter"), entry.number("outer_diameter"));
+        if let (Some(inner), Some(outer), Some(thickness)) = (inner_diameter, outer_diameter, thickness)
+            && outer < (inner + 2.0 * thickness) * (1.0 - 1e-9)
+        {
+            let message = format!("{} is thinner outside than its inside and wall", entry.label);
+            let least = (inner + 2.0 * thickness) * 1e3;
+            entry.fault_at("outer_diameter", message, format!("it must be at least {least:.3} mm"));
+        }
+        let covering = Covering {
+            material: material.unwrap_or(Material { modulus: 1.0, poisson: 0.0, density: 0.0 }),
+            thickness: thickness.unwrap_or_default(),
+            wrap: entry.flag("wrap").unwrap_or(false),
+            coverage: entry.number("coverage").unwrap_or(1.0),
+            inner_diameter,
+            outer_diameter,
+            bending_share: entry.number("bending_share").unwrap_or(1.0),
+            torsion_share: entry.number("torsion_share").unwrap_or(1.0),
+            cohesion: entry.number("cohesion").unwrap_or(crate::bundle::LOOSE),
+            measured: read_measured(entry),
+        };
+        (material.is_some() && thickness.is_some()).then_some(covering)
+    }
+}
+
+/// Looks a name up; notes a fault where it is not known. Nothing is said where what it names has been found at fault.
+pub(crate) fn find<'l, T>(
+    family: &'l Named<T>,
+    what: &str,
+    name: &str,
+    entry: &Entry<'_>,
+    span: Span,
+) -> Option<&'l T> {
+    let found = family.get(name);
+    if found.is_none() {
+        let help = did_you_mean(name, family.keys().map(String::as_str));
+        entry.reader.fault(span, format!("unknown {what} \"{name}\" in {}", entry.label), help);
+    }
+    found?.as_ref()
+}
+
+fn read_material(entry: &Entry<'_>) -> Option<Material> {
+    let (modulus, poisson, density) = (entry.number("modulus"), entry.number("poisson"), entry.number("density"));
+    Some(Material { modulus: modulus?, poisson: poisson?, density: density? })
+}
+
+fn read_measured(entry: &Entry<'_>) -> Measured {
+    Measured {
+        linear_density: entry.number("linear_density"),
+        axial_stiffness: entry.number("axial_stiffness"),
+        bending_stiffness: entry.number("bending_stiffness"),
+        torsion_stiffness: entry.number("torsion_stiffness"),
+        min_bend_radius: entry.number("min_bend_radius"),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn shipped_wire(name: &str) -> Wire {
+        Library::shipped().wires[name].clone().expect("sound")
+    }
+
+    #[test]
+    fn shipped_files_have_no_faults() {
+        let registry = Registry::default();
+        let mut library = Library::default();
+        for (name, text) in SHIPPED {
+            let (_, faults) = included(name, text, &NoFiles, &registry, &LIBRARY_FILE, |entry| library.read(entry));
+            assert!(faults.is_empty(), "{name}\n{}", crate::render(text, &faults));
+        }
+        assert!(library.wires.len() > 35 && library.coverings.len() > 15, "{}", library.wires.len());
+    }
+
+    /// Masses follow from construction and densities; makers' tables give these, g/m, with a tolerance of some 5 %.
+    #[test]
+    fn masses_are_those_of_makers_tables() {
+        let tables = [
+            ("FLRY-B 0.5", 6.6),
+            ("FLRY-B 0.75", 9.0),
+            ("FLRY-B 1.0", 11.5),
+            ("FLRY-B 1.5", 16.5),
+            ("FLRY-B 2.5", 26.5),
+            ("FLRY-B 4.0", 42.0),
+            ("FLRY-B 6.0", 61.0),
+            ("M22759/16-20", 6.7),
+            ("RG-58 C/U", 37.0),
+            ("RG-174", 11.5),
+            ("RG-316", 16.0),
+        ];
+        for (name, grams) in tables {
+            let found = shipped_wire(name).linear_density() * 1e3;
+            assert!((found / grams - 1.0).abs() < 0.12, "{name}: {found:.2} g/m, tables {grams}");
+        }
+    }
+
+    /// Nominal copper areas, mm², are electrical ones: geometric areas lie within a few percent.
+    #[test]
+    fn conductors_have_the_area_of_their_name() {
+        for (name, wire) in &Library::shipped().wires {
+            let Some(area) = name.strip_prefix("FLRY-").and_then(|rest| rest[2..].parse::<f64>().ok()) else {
+                continue;
+            };
+            let found = wire.as_ref().unwrap().conductor_area() * 1e6;
+            assert!((found / area - 1.0).abs() < 0.10, "{name}: {found:.3} mm²");
+        }
+    }
+
+    #[test]
+    fn bounds_of_every_shipped_wire_are_in_order() {
+        for (name, wire) in Library::shipped().wires {
+            let wire = wire.unwrap();
+            for x in [wire.bending_stiffness(), wire.torsion_stiffness()] {
+                assert!(0.0 < x.slip && x.slip <= x.taken && x.taken <= x.bonded, "{name}: {x:?}");
+            }
+        }
+    }
+}

@@ -1,0 +1,174 @@
+//! Reads sections: what is measured, and what follows from their wires by the rule of [`crate::bundle`].
+
+use crate::bundle::{Between, Bundle, Covered, Covering, Wire, Wires};
+use crate::document::Names;
+use crate::fault::listed;
+use crate::library::{self, Library};
+use crate::reader::{Entry, NameOrEntry, Span};
+use crate::scenario::ByRule;
+use wireloom_core::Section;
+
+/// Keys of a section that are measured values; with wires, they replace the rule's.
+const MEASURED: [&str; 6] =
+    ["diameter", "linear_density", "axial_stiffness", "bending_stiffness", "torsion_stiffness", "min_bend_radius"];
+
+/// A section, and what the rule says of it where it has wires.
+pub(crate) fn section<'a>(
+    name: &'a str,
+    entry: &Entry<'a>,
+    library: &Library,
+    names: &mut Names<'a>,
+) -> (Section, Option<ByRule>) {
+    let index = names.sections.len();
+    names.sections.insert(name, index);
+    let by_rule = by_rule(index, entry, library);
+    let bundle = by_rule.as_ref().map(|by_rule| &by_rule.bundle);
+    let or_rule = |measured: Option<f64>, rule: fn(&Bundle) -> f64| measured.or(bundle.map(rule)).unwrap_or(1.0);
+    let axial_stiffness = or_rule(entry.number("axial_stiffness"), |bundle| bundle.axial_stiffness);
+    let section = Section {
+        name: name.to_owned(),
+        diameter: or_rule(entry.number("diameter"), |bundle| bundle.diameter),
+        linear_density: or_rule(entry.number("linear_density"), |bundle| bundle.linear_density),
+        axial_stiffness,
+        // GA = EA/(2(1 + ν)), ν = 0.3
+        shear_stiffness: entry.one_or_two("shear_stiffness").unwrap_or([axial_stiffness / 2.6; 2]),
+        bending_stiffness: entry
+            .one_or_two("bending_stiffness")
+            .or(bundle.map(|bundle| [bundle.bending.taken; 2]))
+            .unwrap_or([1.0; 2]),
+        torsion_stiffness: or_rule(entry.number("torsion_stiffness"), |bundle| bundle.torsion.taken),
+        min_bend_radius: entry.number("min_bend_radius").or(bundle.map(|bundle| bundle.min_bend_radius)),
+    };
+    (section, by_rule)
+}
+
+/// What the rule says of a section; none where it has no wires, or some of them are at fault.
+fn by_rule(section: usize, entry: &Entry<'_>, library: &Library) -> Option<ByRule> {
+    let (wires, coverings) = (wires(entry, library), coverings(entry, library));
+    let (packing, cohesion) = (entry.number("packing"), entry.number("cohesion"));
+    let (wires, coverings) = (wires?, coverings?);
+    let contents: Vec<Wires<'_>> = wires.iter().map(|(wire, count)| Wires { wire, count: *count }).collect();
+    let covered: Vec<Covered<'_>> = coverings.iter().map(|(_, covered)| *covered).collect();
+    let bundle = Bundle::new(&contents, &covered, packing, cohesion);
+    let numbers = [bundle.linear_density, bundle.axial_stiffness, bundle.bending.bonded, bundle.torsion.bonded];
+    if !numbers.iter().all(|number| number.is_finite()) || bundle.bending.slip <= 0.0 || bundle.torsion.slip <= 0.0 {
+        let message = format!("the wires of {} give it no stiffness that a number can hold", entry.label);
+        entry.fault_at("wires", message, "correct their diameters, counts, moduli or measured values");
+        return None;
+    }
+    let narrow = coverings.iter().filter_map(|(name, Covered { covering, .. })| {
+        let inner = covering.inner_diameter.filter(|inner| *inner < bundle.wires_diameter)?;
+        Some(format!(
+            "{} is {:.1} mm wide inside, the wires are {:.1} mm thick",
+            quoted(name),
+            inner * 1e3,
+            bundle.wires_diameter * 1e3
+        ))
+    });
+    Some(ByRule {
+        section,
+        coverings: coverings.iter().map(|(name, _)| (*name).to_owned()).collect(),
+        remarks: narrow.collect(),
+        measured: MEASURED.iter().filter(|key| entry.has(key)).map(|key| (*key).to_owned()).collect(),
+        bundle,
+    })
+}
+
+fn wires<'l>(entry: &Entry<'_>, library: &'l Library) -> Option<Vec<(&'l Wire, usize)>> {
+    let entries = entry.entries("wires");
+    if entries.is_empty() && entry.has("wires") {
+        let message = format!("{} has `wires`, but none in it", entry.label);
+        entry.fault_at("wires", message, "write such as wires = [{ type = \"FLRY-B 0.5\", count = 24 }]");
+    }
+    let one = |wires: &Entry<'_>| {
+        let count = if wires.has("count") { wires.count("count") } else { Some(1) };
+        let name = wires.word("type")?;
+        let wire = library::find(&library.wires, "wire type", name, entry, wires.span_of("type"))?;
+        Some((wire, count?))
+    };
+    let all: Vec<Option<_>> = entries.iter().map(one).collect();
+    all.into_iter().collect::<Option<Vec<_>>>().filter(|wires| !wires.is_empty())
+}
+
+/// The coverings with their names.
+fn coverings<'a, 'l>(entry: &Entry<'a>, library: &'l Library) -> Option<Vec<(&'a str, Covered<'l>)>> {
+    let find = |name: &'a str, span: Span| -> Option<&'l Covering> {
+        library::find(&library.coverings, "covering", name, entry, span)
+    };
+    let one = |item: NameOrEntry<'a>| match item {
+        NameOrEntry::Name(name, span) => Some((name, Covered { covering: find(name, span)?, share: 1.0 })),
+        NameOrEntry::Entry(covered) => {
+            let share = if covered.has("share") { covered.number("share") } else { Some(1.0) };
+            let name = covered.word("type")?;
+            Some((name, Covered { covering: find(name, covered.span_of("type"))?, share: share? }))
+        }
+    };
+    let all: Vec<Option<_>> = entry.names_or_entries("covering").into_iter().map(one).collect();
+    all.into_iter().collect()
+}
+
+/// With a space, a name needs quotes to be seen as one.
+fn quoted(name: &str) -> String {
+    format!("\"{name}\"")
+}
+
+/// What the rule says of a section, in one line: `24 wires, "pvc tape": EI 0.0096 N m² (slip 0.0039, bonded 6.5), …`.
+pub(crate) fn note(by_rule: &ByRule, section: &Section) -> String {
+    let bundle = &by_rule.bundle;
+    let plain = if bundle.wires == 1 { "wire" } else { "wires" };
+    let under: Vec<String> = by_rule.coverings.iter().map(|name| quoted(name)).collect();
+    let under = if under.is_empty() { String::new() } else { format!(" under {}", listed(&under)) };
+    let measured = |key: &str| by_rule.measured.iter().any(|measured| measured == key);
+    let mark = |key: &str| if measured(key) { " measured" } else { "" };
+    let stiffness = |key: &str, taken: &[f64], rule: &Between| {
+        let value = match taken {
+            [a, b] if a != b => format!("[{}, {}]", digits(*a), digits(*b)),
+            [a, ..] => digits(*a),
+            [] => String::new(),
+        };
+        let (slip, bonded) = (digits(rule.slip), digits(rule.bonded));
+        if !measured(key) {
+            return format!("{value} N m² (slip {slip}, bonded {bonded})");
+        }
+        let outside = taken.iter().any(|x| *x < rule.slip || *x > rule.bonded);
+        let where_ = if outside { ", which it lies outside of" } else { "" };
+        format!("{value} N m² measured (rule {}; slip {slip}, bonded {bonded}{where_})", digits(rule.taken))
+    };
+    let radius = section.min_bend_radius.unwrap_or_default() * 1e3;
+    let mut text = format!(
+        "section {}, {} {plain}{under}: EI {}; GJ {}; EA {} N{}; diameter {} mm{}; {} g/m{}; bend radius {} mm{}",
+        quoted(&section.name),
+        bundle.wires,
+        stiffness("bending_stiffness", &section.bending_stiffness, &bundle.bending),
+        stiffness("torsion_stiffness", &[section.torsion_stiffness], &bundle.torsion),
+        digits(section.axial_stiffness),
+        mark("axial_stiffness"),
+        digits(section.diameter * 1e3),
+        mark("diameter"),
+        digits(section.linear_density * 1e3),
+        mark("linear_density"),
+        digits(radius),
+        mark("min_bend_radius"),
+    );
+    for remark in &by_rule.remarks {
+        text += &format!("; {remark}");
+    }
+    text
+}
+
+/// Two significant digits below a thousand: the rule is not better than that.
+fn digits(value: f64) -> String {
+    let rounded: f64 = format!("{value:.1e}").parse().unwrap_or(value);
+    if (1e-3..1e4).contains(&rounded.abs()) || rounded == 0.0 { rounded.to_string() } else { format!("{rounded:e}") }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_have_two_digits() {
+        let found = [0.00961, 9.61e-5, 155.2, 1_301_000.0, 9.96, 0.0].map(digits);
+        assert_eq!(found, ["0.0096", "9.6e-5", "160", "1.3e6", "10", "0"]);
+    }
+}
