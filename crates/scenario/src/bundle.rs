@@ -99,6 +99,20 @@ pub struct Layer {
     pub strand: Option<f64>,
 }
 
+impl Measured {
+    /// These values, and those of `other` where there are none.
+    #[must_use]
+    pub fn or(self, other: Self) -> Self {
+        Self {
+            linear_density: self.linear_density.or(other.linear_density),
+            axial_stiffness: self.axial_stiffness.or(other.axial_stiffness),
+            bending_stiffness: self.bending_stiffness.or(other.bending_stiffness),
+            torsion_stiffness: self.torsion_stiffness.or(other.torsion_stiffness),
+            min_bend_radius: self.min_bend_radius.or(other.min_bend_radius),
+        }
+    }
+}
+
 /// A wire as the library describes it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Wire {
@@ -136,8 +150,10 @@ pub struct Measured {
 pub struct Covering {
     /// What it is made of.
     pub material: Material,
-    /// m: the wall, all layers of a tape together.
+    /// m: the wall, or one layer of a tape.
     pub thickness: f64,
+    /// Layers that lie on each other.
+    pub layers: usize,
     /// Whether it is wound or braided, so that its turns may slide on each other.
     pub wrap: bool,
     /// Share of the surface that it covers.
@@ -311,9 +327,14 @@ struct Shell {
 }
 
 impl Covering {
+    /// t, m: all layers together.
+    pub fn wall(&self) -> f64 {
+        self.thickness * self.layers as f64
+    }
+
     /// Around something of this diameter, m.
     fn around(&self, diameter: f64) -> Shell {
-        let t = self.thickness;
+        let t = self.wall();
         let lies_at = self.inner_diameter.unwrap_or(0.0).max(diameter);
         // The wall of a corrugated tube runs to and fro between its diameters: taken in their middle.
         let inner = match (self.inner_diameter, self.outer_diameter) {

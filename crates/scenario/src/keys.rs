@@ -272,6 +272,7 @@ pub(crate) const COVERED: Keys = Keys {
     ],
 };
 
+const LIKE: Key = may("like", Form::Name, "another one of the library, from which it has what is not given here");
 const LINEAR_DENSITY: Key = may(
     "linear_density",
     Form::Number(Quantity::LinearDensity, NON_NEGATIVE),
@@ -299,15 +300,21 @@ const MIN_BEND_RADIUS: Key = may(
 pub(crate) const WIRE: Keys = Keys {
     what: "wire",
     keys: &[
-        must("strands", Form::Count(1, MANY), "strands of its conductor"),
-        must("strand", Form::Number(Quantity::Length, POSITIVE), "diameter of a strand"),
+        LIKE,
+        unless("like", "strands", Form::Count(1, MANY), "strands of its conductor"),
+        unless("like", "strand", Form::Number(Quantity::Length, POSITIVE), "diameter of a strand"),
         may("conductor", Form::Name, "material of the conductor; default \"copper\""),
         may(
             "conductor_diameter",
             Form::Number(Quantity::Length, POSITIVE),
             "diameter of the conductor; default that of strands that fill 0.75 of it",
         ),
-        must("layers", Form::Tables(&LAYER), "what lies over the conductor, inside out: insulation, shield, jacket"),
+        unless(
+            "like",
+            "layers",
+            Form::Tables(&LAYER),
+            "what lies over the conductor, inside out: insulation, shield, jacket",
+        ),
         LINEAR_DENSITY,
         AXIAL_STIFFNESS,
         BENDING_STIFFNESS,
@@ -331,8 +338,9 @@ pub(crate) const LAYER: Keys = Keys {
 pub(crate) const COVERING: Keys = Keys {
     what: "covering",
     keys: &[
-        must("material", Form::Name, "a material of the library, such as \"pvc\""),
-        must("thickness", Form::Number(Quantity::Length, POSITIVE), "wall; of a tape one layer"),
+        LIKE,
+        unless("like", "material", Form::Name, "a material of the library, such as \"pvc\""),
+        unless("like", "thickness", Form::Number(Quantity::Length, POSITIVE), "wall; of a tape one layer"),
         may("layers", Form::Count(1, 100), "layers that lie on each other; 2 for half lap; default 1"),
         may(
             "wrap",
@@ -349,8 +357,7 @@ pub(crate) const COVERING: Keys = Keys {
             Form::Number(Quantity::Length, POSITIVE),
             "of a tube; left out, it lies on what it covers",
         ),
-        with(
-            "inner_diameter",
+        may(
             "outer_diameter",
             Form::Number(Quantity::Length, POSITIVE),
             "of a corrugated tube, over the crests; default inner diameter and wall",

@@ -36,6 +36,7 @@ mod units;
 pub use build::Built;
 pub use fault::{Fault, render};
 pub use files::{Files, NoFiles};
+pub use library::{shipped_coverings, shipped_wires};
 pub use scenario::{
     Arm, At, Branch, ByRule, Constraint, Division, Facing, Joint, Load, Minimiser, Output, Scenario, Spans,
 };

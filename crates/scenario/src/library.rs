@@ -31,6 +31,7 @@ pub(crate) struct Library {
 }
 
 impl Library {
+    /// Reads what is shipped.
     fn shipped() -> Self {
         let mut library = Self::default();
         let registry = Registry::default();
@@ -76,23 +77,31 @@ impl Library {
         labels
     }
 
-    fn material(&self, entry: &Entry<'_>, key: &str, default: Option<&str>) -> Option<Material> {
-        match (entry.word(key), default) {
-            (Some(name), _) => find(&self.materials, "material", name, entry, entry.span_of(key)).cloned(),
-            (None, Some(default)) if !entry.has(key) => self.materials.get(default)?.as_ref().cloned(),
-            _ => None,
+    /// The material that a key names; where it is left out, this one or the one of this name.
+    fn material(
+        &self,
+        entry: &Entry<'_>,
+        key: &str,
+        like: Option<Material>,
+        default: Option<&str>,
+    ) -> Option<Material> {
+        match entry.word(key) {
+            Some(name) => find(&self.materials, "material", name, entry, entry.span_of(key)).copied(),
+            None if entry.has(key) => None,
+            None => like.or_else(|| *self.materials.get(default?)?),
         }
     }
 
     fn read_wire(&self, entry: &Entry<'_>) -> Option<Wire> {
-        let strands = entry.count("strands");
-        let strand = entry.number("strand");
-        let conductor = self.material(entry, "conductor", Some("copper"));
+        let like = like(&self.wires, "wire type", entry)?;
+        let like = like.as_ref();
+        let strands = entry.count("strands").or(like.map(|like| like.strands));
+        let strand = entry.number("strand").or(like.map(|like| like.strand));
+        let conductor = self.material(entry, "conductor", like.map(|like| like.conductor), Some("copper"));
         let given = entry.number("conductor_diameter");
-        let measured = read_measured(entry);
-        let conductor_diameter = given
-            .or_else(|| Some(Wire::conductor_diameter_of(strands?, strand?)))
-            .filter(|_| given.is_some() || !entry.has("conductor_diameter"));
+        let same = if entry.has("strands") || entry.has("strand") { None } else { like };
+        let derived = || Some(Wire::conductor_diameter_of(strands?, strand?));
+        let conductor_diameter = given.or(same.map(|like| like.conductor_diameter)).or_else(derived);
         if let (Some(strands), Some(strand), Some(given)) = (strands, strand, given)
             && given * given * (1.0 + 1e-9) < strands as f64 * strand * strand
         {
@@ -103,76 +112,109 @@ impl Library {
             );
             entry.fault_at("conductor_diameter", message, help);
         }
-        let layers = self.read_layers(entry, conductor_diameter)?;
+        let layers = match like {
+            Some(like) if !entry.has("layers") => Some(like.layers.clone()),
+            _ => self.read_layers(entry),
+        };
+        if let (Some(layers), Some(conductor)) = (&layers, conductor_diameter) {
+            refuse_thin_layers(entry, layers, conductor);
+        }
+        let measured = read_measured(entry).or(like.map(|like| like.measured).unwrap_or_default());
         Some(Wire {
             strands: strands?,
             strand: strand?,
             conductor: conductor?,
             conductor_diameter: conductor_diameter?,
-            layers,
+            layers: layers?,
             measured,
         })
     }
 
-    fn read_layers(&self, wire: &Entry<'_>, conductor: Option<f64>) -> Option<Vec<Layer>> {
+    fn read_layers(&self, wire: &Entry<'_>) -> Option<Vec<Layer>> {
         let entries = wire.entries("layers");
         if entries.is_empty() && wire.has("layers") {
             wire.fault_at("layers", format!("{} has no layers", wire.label), "give its insulation at least");
         }
-        let mut inside = conductor;
-        let mut layers = Vec::new();
-        for entry in &entries {
-            let material = self.material(entry, "material", None);
-            let diameter = entry.number("diameter");
-            let fill = entry.number("fill");
+        let one = |entry: &Entry<'_>| {
+            let material = self.material(entry, "material", None, None);
+            let (diameter, fill) = (entry.number("diameter"), entry.number("fill").unwrap_or(1.0));
             let strand = entry.number("strand");
-            if let (Some(inside), Some(diameter)) = (inside, diameter)
-                && diameter <= inside
-            {
-                let message = format!("a layer of {} is not thicker than what it lies on", wire.label);
-                entry.fault_at(
-                    "diameter",
-                    message,
-                    format!("layers stand inside out: more than {:.3} mm", inside * 1e3),
-                );
-            }
-            inside = diameter.or(inside);
-            layers.push(material.zip(diameter).map(|(material, diameter)| Layer {
-                material,
-                diameter,
-                fill: fill.unwrap_or(1.0),
-                strand,
-            }));
-        }
+            Some(Layer { material: material?, diameter: diameter?, fill, strand })
+        };
+        let layers: Vec<Option<Layer>> = entries.iter().map(one).collect();
         layers.into_iter().collect::<Option<Vec<Layer>>>().filter(|layers| !layers.is_empty())
     }
 
     fn read_covering(&self, entry: &Entry<'_>) -> Option<Covering> {
-        let material = self.material(entry, "material", None);
-        let layer = entry.number("thickness");
-        let thickness = layer.map(|one| one * entry.count("layers").unwrap_or(1) as f64);
-        let (inner_diameter, outer_diameter) = (entry.number("inner_diameter"), entry.number("outer_diameter"));
-        if let (Some(inner), Some(outer), Some(thickness)) = (inner_diameter, outer_diameter, thickness)
-            && outer < (inner + 2.0 * thickness) * (1.0 - 1e-9)
-        {
-            let message = format!("{} is thinner outside than its inside and wall", entry.label);
-            let least = (inner + 2.0 * thickness) * 1e3;
-            entry.fault_at("outer_diameter", message, format!("it must be at least {least:.3} mm"));
-        }
+        let like = like(&self.coverings, "covering", entry)?;
+        let like = like.as_ref();
+        let material = self.material(entry, "material", like.map(|like| like.material), None);
+        let thickness = entry.number("thickness").or(like.map(|like| like.thickness));
+        let inner_diameter = entry.number("inner_diameter").or(like.and_then(|like| like.inner_diameter));
+        let outer_diameter = entry.number("outer_diameter").or(like.and_then(|like| like.outer_diameter));
+        let or_like =
+            |key: &str, of: fn(&Covering) -> f64, default: f64| entry.number(key).or(like.map(of)).unwrap_or(default);
         let covering = Covering {
-            material: material.unwrap_or(Material { modulus: 1.0, poisson: 0.0, density: 0.0 }),
-            thickness: thickness.unwrap_or_default(),
-            wrap: entry.flag("wrap").unwrap_or(false),
-            coverage: entry.number("coverage").unwrap_or(1.0),
+            material: material?,
+            thickness: thickness?,
+            layers: entry.count("layers").or(like.map(|like| like.layers)).unwrap_or(1),
+            wrap: entry.flag("wrap").or(like.map(|like| like.wrap)).unwrap_or(false),
+            coverage: or_like("coverage", |like| like.coverage, 1.0),
             inner_diameter,
             outer_diameter,
-            bending_share: entry.number("bending_share").unwrap_or(1.0),
-            torsion_share: entry.number("torsion_share").unwrap_or(1.0),
-            cohesion: entry.number("cohesion").unwrap_or(crate::bundle::LOOSE),
-            measured: read_measured(entry),
+            bending_share: or_like("bending_share", |like| like.bending_share, 1.0),
+            torsion_share: or_like("torsion_share", |like| like.torsion_share, 1.0),
+            cohesion: or_like("cohesion", |like| like.cohesion, crate::bundle::LOOSE),
+            measured: read_measured(entry).or(like.map(|like| like.measured).unwrap_or_default()),
         };
-        (material.is_some() && thickness.is_some()).then_some(covering)
+        refuse_thin_tube(entry, &covering);
+        Some(covering)
     }
+}
+
+/// The one that an entry is like, if any; `None`, with a fault, where it is not known.
+fn like<T: Clone>(family: &Named<T>, what: &str, entry: &Entry<'_>) -> Option<Option<T>> {
+    if !entry.has("like") {
+        return Some(None);
+    }
+    find(family, what, entry.word("like")?, entry, entry.span_of("like")).cloned().map(Some)
+}
+
+/// Refuses layers that do not lie over each other.
+fn refuse_thin_layers(wire: &Entry<'_>, layers: &[Layer], conductor: f64) {
+    let mut inside = conductor;
+    for (k, layer) in layers.iter().enumerate() {
+        if layer.diameter <= inside {
+            let message = format!("layer {} of {} is not thicker than what it lies on", k + 1, wire.label);
+            let help = format!("layers stand inside out: more than {:.3} mm", inside * 1e3);
+            wire.fault_at("layers", message, help);
+        }
+        inside = layer.diameter;
+    }
+}
+
+/// Refuses a tube whose wall does not fit between its diameters.
+fn refuse_thin_tube(entry: &Entry<'_>, covering: &Covering) {
+    let Some(outer) = covering.outer_diameter else { return };
+    let Some(inner) = covering.inner_diameter else {
+        let message = format!("{} has `outer_diameter` but no `inner_diameter`", entry.label);
+        entry.fault_at("outer_diameter", message, "give the inner diameter too, or leave this one out");
+        return;
+    };
+    let least = inner + 2.0 * covering.wall();
+    if outer < least * (1.0 - 1e-9) {
+        let message = format!("{} is thinner outside than its inside and wall", entry.label);
+        entry.fault_at("outer_diameter", message, format!("it must be at least {:.3} mm", least * 1e3));
+    }
+}
+/// The wires that are shipped, by name.
+pub fn shipped_wires() -> impl Iterator<Item = (&'static str, &'static Wire)> {
+    LIBRARY.wires.iter().filter_map(|(name, wire)| Some((name.as_str(), wire.as_ref()?)))
+}
+
+/// The coverings that are shipped, by name.
+pub fn shipped_coverings() -> impl Iterator<Item = (&'static str, &'static Covering)> {
+    LIBRARY.coverings.iter().filter_map(|(name, covering)| Some((name.as_str(), covering.as_ref()?)))
 }
 
 /// Looks a name up; notes a fault where it is not known. Nothing is said where what it names has been found at fault.

@@ -50,7 +50,8 @@ fn a_section_is_measured_or_has_wires() {
     assert_eq!(covering[1]["required"], serde_json::json!(["type"]));
     assert_eq!(covering[2]["items"]["anyOf"][1], covering[1]);
     let wire = &schema["properties"]["wires"]["additionalProperties"];
-    assert_eq!(wire["required"], serde_json::json!(["strands", "strand", "layers"]));
+    assert_eq!(wire["anyOf"][0]["required"], serde_json::json!(["like"]));
+    assert_eq!(wire["anyOf"][1]["required"], serde_json::json!(["strands", "strand", "layers"]));
 }
 
 /// Every key of the schema is known to the reader: one that holds nonsense is refused for its value, not its name.

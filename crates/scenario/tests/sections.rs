@@ -219,13 +219,15 @@ impl Random {
     fn covering(&mut self) -> Covering {
         let inner_diameter = (self.below(3) == 0).then(|| self.scale(1e-3, 3e-2));
         let thickness = self.scale(1e-4, 2e-3);
+        let extra = self.below(2);
         Covering {
             material: self.material(),
             thickness,
+            layers: 1 + extra,
             wrap: self.below(2) == 0,
             coverage: self.within(0.05, 1.0),
             inner_diameter,
-            outer_diameter: inner_diameter.filter(|_| self.below(2) == 0).map(|d| 1.3 * d + 2.0 * thickness),
+            outer_diameter: inner_diameter.filter(|_| self.below(2) == 0).map(|d| 1.3 * d + 4.0 * thickness),
             bending_share: self.within(0.0, 1.0),
             torsion_share: self.within(0.0, 1.0),
             cohesion: self.within(0.0, 1.0),
@@ -341,6 +343,29 @@ fn a_type_at_fault_is_no_unknown_type() {
     let faults = refused("wires = [{ type = \"w\" }]", "[wires.w]\nstrands = 7\nstrand = \"2 m\"\nlayers = []\n");
     assert_eq!(faults.lines().count(), 2, "{faults}");
     assert!(faults.contains("wire \"w\" has no layers"), "{faults}");
+}
+
+#[test]
+fn a_type_like_another_has_what_it_does_not_say() {
+    let types = "[wires.ours]\nlike = \"FLRY-B 0.5\"\nlinear_density = \"7 g/m\"\n\
+                 [wires.double]\nlike = \"FLRY-B 0.5\"\nstrands = 32\n\
+                 layers = [{ material = \"pvc\", diameter = \"2 mm\" }]\n\
+                 [coverings.ours]\nlike = \"pvc tape, half lap\"\nlayers = 3\n";
+    let section = |wire: &str, covering: &str| {
+        let keys = format!("wires = [{{ type = \"{wire}\", count = 24 }}]\ncovering = \"{covering}\"");
+        read(&keys, types).sections[0].clone()
+    };
+    let (shipped, ours) = (section("FLRY-B 0.5", "pvc tape, half lap"), section("ours", "pvc tape, half lap"));
+    assert_eq!(ours.bending_stiffness, shipped.bending_stiffness);
+    close(ours.linear_density - shipped.linear_density, 24.0 * (0.007 - 0.006_157_835_760_301_353_5));
+    let double = section("double", "pvc tape, half lap");
+    assert!((double.axial_stiffness / shipped.axial_stiffness - 2.0).abs() < 0.01, "{}", double.axial_stiffness);
+    close(section("ours", "ours").diameter - shipped.diameter, 2.0 * 0.13e-3);
+    let wire = "[wires.w]\nlike = \"FLRY-B 0.5\"\nstrands = 320\n[wires.v]\nlike = \"FLRY-C 0.5\"\n";
+    let faults = refused("wires = [{ type = \"w\" }, { type = \"v\" }]", wire);
+    assert!(faults.contains("layer 1 of wire \"w\" is not thicker than what it lies on"), "{faults}");
+    assert!(faults.contains("unknown wire type \"FLRY-C 0.5\" in wire \"v\""), "{faults}");
+    assert_eq!(faults.lines().count(), 4, "{faults}");
 }
 
 #[test]
