@@ -161,7 +161,7 @@ impl Scenario {
             let built = made(kind, &spec, &constraint.parameters, &label, &constraint.spans, faults);
             plans.extend(built.map(|built| FixingPlan {
                 name: constraint.name.clone(),
-                kind: constraint.kind.clone(),
+                kind: constraint.called.clone(),
                 constraint: built,
                 place: layout.place(constraint.at),
                 position: constraint.position,

@@ -24,7 +24,7 @@ pub(crate) fn refuse_misplaced(scenario: &Scenario, network: &Network) -> Vec<Fa
                 help: "write hold = [\"position\"], attach it further along a branch, or use a joint model with a body"
                     .to_owned(),
             });
-        } else if fixing.site.local.position != Vector::zeros() && !holds_everything(fixing.constraint.action()) {
+        } else if fixing.site.local.position != Vector::zeros() && holds_a_part(fixing.constraint.action()) {
             faults.push(Fault {
                 span: own.spans.of(Some("at")),
                 message: format!(
@@ -95,8 +95,13 @@ fn joint_name(network: &Network, point: usize) -> String {
         .unwrap_or_default()
 }
 
-fn holds_everything(action: Action<'_>) -> bool {
-    matches!(action, Action::Prescribed(Hold { position: true, rails, rotation: RotationHold::All }) if rails.is_empty())
+/// Whether some freedoms are prescribed, and others are not.
+fn holds_a_part(action: Action<'_>) -> bool {
+    match action {
+        Action::Prescribed(Hold { position: true, rails, rotation: RotationHold::All }) => !rails.is_empty(),
+        Action::Prescribed(_) => true,
+        Action::Potential(_) => false,
+    }
 }
 
 /// Where a held value comes from: the file, or where constraint so-and-so found the cable.

@@ -3,6 +3,7 @@
 //! A value at fault is replaced by a harmless one and the reading goes on, so that all faults are found. What comes
 //! out is used only where there are none.
 
+use crate::catalogue::Types;
 use crate::keys;
 use crate::library::Library;
 use crate::reader::{Entry, Reader, Span};
@@ -30,6 +31,8 @@ pub(crate) struct Names<'a> {
     pub vertices: BTreeMap<&'a str, Vertex>,
     pub joints: BTreeMap<&'a str, usize>,
     pub constraints: BTreeMap<&'a str, usize>,
+    /// Types of fixings.
+    pub types: Types,
     /// How many constraints there are; some may have had the same name one after the other.
     pub fixings: usize,
     /// Constraints that have let go, and whose names may be taken again.
@@ -52,6 +55,7 @@ pub(crate) fn read(reader: &Reader<'_>, table: &DeTable<'_>) -> (Scenario, bool)
     let entries = root.named_entries("sections");
     let (sections, by_rule): (Vec<_>, Vec<_>) =
         entries.iter().map(|(name, entry)| sections::section(name, entry, &library, &mut names)).unzip();
+    names.types = library.fixings;
     let entries = root.entries("branches");
     let branches: Vec<Branch> = entries.iter().map(|entry| branch(entry, &mut names)).collect();
     if entries.is_empty() {

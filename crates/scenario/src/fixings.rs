@@ -1,5 +1,6 @@
 //! Reads what attaches to the harness: constraints and loads, where they attach, which way they face.
 
+use crate::catalogue::FixingType;
 use crate::document::{Names, lookup, register};
 use crate::reader::Entry;
 use crate::scenario::{At, Constraint, Facing, Load};
@@ -13,7 +14,8 @@ use wireloom_core::{HoldWord, Vector};
 /// A constraint. `None` where it has no name of its own; the names are broken where anything is at fault.
 pub(crate) fn constraint<'a>(entry: &Entry<'a>, from_start: bool, names: &mut Names<'a>) -> Option<Constraint> {
     let before = entry.reader.fault_count();
-    let kind = kinds::read(entry);
+    let (kind, of) = kinds::read_among(entry, &names.types).map(|(kind, of)| (kind, of.cloned())).unzip();
+    let of = of.flatten();
     let name = entry.word("name").filter(|name| begin(entry, name, names));
     // Not every entry has every key of a constraint: a hand takes hold where the cable is.
     let own = |key: &str| entry.keys.get(key).is_some();
@@ -21,21 +23,21 @@ pub(crate) fn constraint<'a>(entry: &Entry<'a>, from_start: bool, names: &mut Na
     let at = place.map(|place| place.0);
     let position = if own("position") { entry.vector("position") } else { None };
     let facing = if own("tangent") { facing(entry) } else { Facing::Left };
-    let hold = entry.has("hold").then(|| hold(entry));
+    let hold = hold(entry).or_else(|| of.as_ref()?.hold.clone());
     let free_axis = if own("free_axis") { entry.direction("free_axis").map(|axis| *axis) } else { None };
     let rails = if own("rail") { rails(entry) } else { Vec::new() };
-    let slide = if own("slide") { slide(entry, at, names) } else { None };
-    let limits = Limits {
-        pull_out_force: entry.number("pull_out_force"),
-        max_moment: entry.number("max_moment"),
-        insertion_force: if own("insertion_force") { entry.number("insertion_force") } else { None },
-    };
-    names.broken |= entry.reader.fault_count() > before || at.is_none();
-    let (kind, parameters) = kind.map(|kind| (kind.name, kind.parameters)).unwrap_or_default();
+    let slide = slide(entry, of.as_ref(), at, names);
+    let limits = limits(entry, &of.as_ref().map(|of| of.limits).unwrap_or_default());
+    for need in of.iter().flat_map(|of| &of.needs) {
+        refuse_unmet(entry, need);
+    }
+    names.broken |= entry.reader.fault_count() > before || at.is_none() || kind.is_none();
+    let (called, kind, parameters) = kind.map(|kind| (kind.name, kind.kind, kind.parameters)).unwrap_or_default();
     let whole = matches!(facing, Facing::Orientation(_));
     Some(Constraint {
         name: name?.to_owned(),
         kind,
+        called,
         parameters,
         at: at.unwrap_or(NOWHERE),
         position,
@@ -66,7 +68,36 @@ fn begin<'a>(entry: &Entry<'a>, name: &'a str, names: &mut Names<'a>) -> bool {
 /// Stands for a place at fault.
 const NOWHERE: At = At::Branch { branch: 0, s: 0.0 };
 
-fn hold(entry: &Entry<'_>) -> Vec<HoldWord> {
+/// What is borne, where the entry says nothing else.
+pub(crate) fn limits(entry: &Entry<'_>, otherwise: &Limits) -> Limits {
+    // A hand that takes hold is not pushed home.
+    let number = |key: &str| if entry.keys.get(key).is_some() { entry.number(key) } else { None };
+    Limits {
+        pull_out_force: number("pull_out_force").or(otherwise.pull_out_force),
+        max_moment: number("max_moment").or(otherwise.max_moment),
+        insertion_force: number("insertion_force").or(otherwise.insertion_force),
+    }
+}
+
+/// Notes that a key is not given which the type of fixing needs.
+fn refuse_unmet(entry: &Entry<'_>, need: &str) {
+    if entry.has(need) {
+        return;
+    }
+    let kind = entry.word("kind").unwrap_or_default();
+    let message = format!("{} has no `{need}`, which a \"{kind}\" needs", entry.label);
+    let help = match entry.keys.get(need) {
+        Some(key) => format!("add `{need}`: {}", key.doc),
+        None => format!("begin it by `add`, where it can have `{need}`, and `move` it"),
+    };
+    entry.fault_at("kind", message, help);
+}
+
+/// The freedoms that are spelt out.
+pub(crate) fn hold(entry: &Entry<'_>) -> Option<Vec<HoldWord>> {
+    if !entry.has("hold") {
+        return None;
+    }
     let words: Vec<HoldWord> = entry
         .choices("hold")
         .into_iter()
@@ -80,7 +111,7 @@ fn hold(entry: &Entry<'_>) -> Vec<HoldWord> {
         let message = format!("`hold` of {} is empty: it would hold nothing", entry.label);
         entry.fault_at("hold", message, "name some of \"position\", \"tangent\", \"twist\", or leave `hold` out");
     }
-    words
+    Some(words)
 }
 
 fn rails(entry: &Entry<'_>) -> Vec<Vector> {
@@ -95,9 +126,11 @@ fn rails(entry: &Entry<'_>) -> Vec<Vector> {
 }
 
 /// Whether and how the cable runs through a fixing; that needs cable on both sides of it.
-fn slide(entry: &Entry<'_>, at: Option<At>, names: &Names<'_>) -> Option<Slide> {
-    let slides = entry.flag("slide") == Some(true);
-    let friction = entry.number("friction");
+fn slide(entry: &Entry<'_>, of: Option<&FixingType>, at: Option<At>, names: &Names<'_>) -> Option<Slide> {
+    let otherwise = of.and_then(|of| of.slide);
+    let own = entry.keys.get("slide").is_some();
+    let slides = if own { entry.flag("slide") } else { None }.unwrap_or(otherwise.is_some());
+    let friction = if own { entry.number("friction") } else { None };
     if entry.has("friction") && !slides {
         let message = format!("{} has `friction` but lets no cable through", entry.label);
         entry.fault_at("friction", message, "add slide = true, or leave `friction` out");
@@ -111,13 +144,16 @@ fn slide(entry: &Entry<'_>, at: Option<At>, names: &Names<'_>) -> Option<Slide> 
         _ => None,
     };
     if let Some(place) = place {
-        entry.fault_at(
-            "slide",
-            format!("`slide` = true of {}, which is at {place}: no cable can run through", entry.label),
-            "attach it within a branch, { branch = \"…\", s = … }, or leave `slide` out",
-        );
+        let within = "attach it within a branch, { branch = \"…\", s = … }";
+        if entry.has("slide") {
+            let message = format!("`slide` = true of {}, which is at {place}: no cable can run through", entry.label);
+            entry.fault_at("slide", message, format!("{within}, or leave `slide` out"));
+        } else {
+            let message = format!("{} lets the cable through, and is at {place}: none can run through", entry.label);
+            entry.fault_at("kind", message, format!("{within}, choose another kind, or add slide = false"));
+        }
     }
-    Some(Slide { friction: friction.unwrap_or(0.0) })
+    Some(Slide { friction: friction.or(otherwise.map(|slide| slide.friction)).unwrap_or(0.0) })
 }
 
 /// A dead load. `None` where it has no name of its own; the names are broken where it attaches to nothing.

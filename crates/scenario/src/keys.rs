@@ -175,7 +175,8 @@ pub(crate) const SCENARIO: Keys = Keys {
         MATERIALS,
         WIRE_TYPES,
         COVERINGS,
-        may("library", Form::Table(&LIBRARY), "files with further wires, coverings and materials"),
+        FIXING_TYPES,
+        may("library", Form::Table(&LIBRARY), "files with further wires, coverings, materials and types of fixings"),
         must("branches", Form::Tables(&BRANCH), "the branches of the harness; vertices come into being by being named"),
         may(
             "joints",
@@ -405,16 +406,46 @@ const COVERINGS: Key = may(
     "types of coverings, by name, beside those of the library or in their place",
 );
 
-/// A file of wires, coverings and materials.
-pub(crate) const LIBRARY_FILE: Keys = Keys { what: "library", keys: &[MATERIALS, WIRE_TYPES, COVERINGS] };
+const FIXING_TYPES: Key = may(
+    "fixings",
+    Form::Named(&FIXING_TYPE),
+    "types of fixings, by name, beside those of the library or in their place",
+);
 
-/// Where further wires, coverings and materials are.
+/// A type of fixing.
+pub(crate) const FIXING_TYPE: Keys = Keys {
+    what: "fixing type",
+    keys: &[
+        may("doc", Form::Name, "what it is, in a few words"),
+        may(
+            "kind",
+            Form::Kind(Family::Constraint, Some("collar")),
+            "the built-in kind that it is at heart, whose parameters it may set; default \"collar\"",
+        ),
+        may(
+            "needs",
+            Form::Words(&["tangent", "up", "orientation", "rail", "free_axis"]),
+            "keys that every constraint of the type must give",
+        ),
+        HOLD,
+        SLIDE,
+        FRICTION,
+        PULL_OUT_FORCE,
+        MAX_MOMENT,
+        INSERTION_FORCE,
+    ],
+};
+
+/// A file of wires, coverings, materials and types of fixings.
+pub(crate) const LIBRARY_FILE: Keys = Keys { what: "library", keys: &[MATERIALS, WIRE_TYPES, COVERINGS, FIXING_TYPES] };
+
+/// Where further wires, coverings, materials and types of fixings are.
 pub(crate) const LIBRARY: Keys = Keys {
     what: "library",
     keys: &[must(
         "files",
         Form::Names,
-        "TOML files with wires, coverings and materials, from the folder of the scenario",
+        "TOML files with wires, coverings, materials and types of fixings, from the folder of the scenario",
     )],
 };
 
@@ -539,7 +570,7 @@ pub(crate) const CONSTRAINT: Keys = Keys {
     what: "constraint",
     keys: &[
         NAME,
-        must("kind", Form::Kind(Family::Constraint, None), "what it is, such as \"connector\""),
+        must("kind", Form::Kind(Family::Constraint, None), "what it is, such as \"connector\" or \"edge-clip\""),
         PLACE,
         may("position", Form::Vector(Quantity::Length), "where it holds; left out: where the cable is when it begins"),
         TANGENT,

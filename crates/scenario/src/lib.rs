@@ -4,7 +4,7 @@
 //! [`Scenario::build`] makes the network, the schedule and the minimiser from what it read; [`schema()`] writes the format down as a
 //! JSON Schema. What a file may say stands in one set of tables (`keys.rs`), by which all three go.
 //!
-//! The road of a file: `document` (with `library`, `sections`, `joints`, `fixings`, `sequence`) reads entries through `reader` and
+//! The road of a file: `document` (with `library`, `catalogue`, `sections`, `joints`, `fixings`, `sequence`) reads entries through `reader` and
 //! resolves names; [`bundle`] makes sections of wires; `mesh` and `build` make the parts; `conflicts` and `freedoms` judge the whole.
 //!
 //! Beyond the format of the design page: a branch may have `path = [[x, y, z], …]`, the drawn centre line from
@@ -12,6 +12,7 @@
 
 mod build;
 pub mod bundle;
+mod catalogue;
 mod conflicts;
 mod document;
 mod fault;

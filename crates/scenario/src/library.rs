@@ -1,6 +1,7 @@
-//! Wires, coverings and materials by name: those shipped with the program, then files that the scenario names, then its own.
+//! Wires, coverings, materials and types of fixings by name: those shipped with the program, then files that the scenario names, then its own.
 
 use crate::bundle::{Covering, Layer, Material, Measured, Wire};
+use crate::catalogue::{self, Types};
 use crate::fault::did_you_mean;
 use crate::files::NoFiles;
 use crate::keys::LIBRARY_FILE;
@@ -22,12 +23,13 @@ type Named<T> = BTreeMap<String, Option<T>>;
 /// What is shipped, read once.
 static LIBRARY: LazyLock<Library> = LazyLock::new(Library::shipped);
 
-/// What sections are made of.
+/// What sections are made of, and what holds them.
 #[derive(Clone, Default)]
 pub(crate) struct Library {
     materials: Named<Material>,
     pub wires: Named<Wire>,
     pub coverings: Named<Covering>,
+    pub fixings: Types,
 }
 
 impl Library {
@@ -45,6 +47,7 @@ impl Library {
     /// What a scenario can name.
     pub fn of(root: &Entry<'_>) -> Self {
         let mut library = LIBRARY.clone();
+        library.fixings = catalogue::shipped(root.reader.registry);
         let mut from_files = BTreeSet::new();
         for (path, span) in root.entry("library").map(|entry| entry.names("files")).unwrap_or_default() {
             root.reader.include(path, span, &LIBRARY_FILE, |entry| {
@@ -73,6 +76,10 @@ impl Library {
         for (name, covering) in entry.named_entries("coverings") {
             self.coverings.insert(name.to_owned(), self.read_covering(&covering));
             labels.push(covering.label);
+        }
+        for (name, fixing) in entry.named_entries("fixings") {
+            self.fixings.insert(name.to_owned(), catalogue::read(name, &fixing));
+            labels.push(fixing.label);
         }
         labels
     }

@@ -168,8 +168,10 @@ pub enum Facing {
 pub struct Constraint {
     /// Name.
     pub name: String,
-    /// Kind.
+    /// Kind of the registry.
     pub kind: String,
+    /// What the file calls it: that kind, or a type of fixing.
+    pub called: String,
     /// Parameters of the kind.
     pub parameters: Parameters,
     /// Where it attaches.

@@ -1,5 +1,6 @@
 //! The format as a JSON Schema, from the tables by which the reader goes.
 
+use crate::catalogue::{self, FixingType, Types};
 use crate::keys::{self, Bound, Family, Form, Key, Keys, Need};
 use crate::kinds::{self, KindInfo};
 use crate::units;
@@ -22,7 +23,7 @@ fn entry(table: &Keys, registry: &Registry) -> Value {
     let mut properties = Map::new();
     let (mut required, mut unless, mut with) = (Vec::new(), BTreeMap::<&str, Vec<&str>>::new(), Map::new());
     for key in available {
-        properties.insert(key.name.to_owned(), property(key, registry));
+        properties.insert(key.name.to_owned(), property(table, key, registry));
         match key.need {
             Need::Must => required.push(key.name),
             Need::May => {}
@@ -41,11 +42,22 @@ fn entry(table: &Keys, registry: &Registry) -> Value {
         None => object["additionalProperties"] = json!(false),
         Some((key, family, default)) => {
             let kinds = kinds::all(registry, family);
-            object["allOf"] = kinds.iter().map(|kind| when_kind(key, kind, default)).collect();
+            let mut cases: Vec<Value> = kinds.iter().map(|kind| when_kind(key, kind, default)).collect();
+            if has_types(table) {
+                let types = catalogue::shipped(registry);
+                cases.extend(types.iter().filter_map(|(name, of)| when_type(key, name, of.as_ref()?, &kinds)));
+                cases.push(when_unknown(key, &kinds, &types));
+            }
+            object["allOf"] = Value::Array(cases);
             object["unevaluatedProperties"] = json!(false);
         }
     }
     object
+}
+
+/// Whether the kind of such an entry may be a type of fixing.
+fn has_types(table: &Keys) -> bool {
+    matches!(table.kind(), Some((_, Family::Constraint, _))) && table.what != keys::FIXING_TYPE.what
 }
 
 /// If the entry is of this kind, then it may have these parameters.
@@ -54,6 +66,32 @@ fn when_kind(key: &str, kind: &KindInfo<'_>, default: Option<&str>) -> Value {
     if default != Some(kind.name) {
         condition["required"] = json!([key]);
     }
+    let required: Vec<&str> = kind
+        .parameters
+        .iter()
+        .filter(|parameter| parameter.required && parameter.default.is_none())
+        .map(|parameter| parameter.name.as_str())
+        .collect();
+    json!({ "if": condition, "then": { "properties": parameters(kind), "required": required } })
+}
+
+/// If the entry is of this type of fixing, then it may have the parameters of its kind.
+fn when_type(key: &str, name: &str, of: &FixingType, kinds: &[KindInfo<'_>]) -> Option<Value> {
+    let kind = kinds.iter().find(|kind| kind.name == of.kind)?;
+    let condition = json!({ "properties": { key: { "const": name } }, "required": [key] });
+    Some(json!({ "if": condition, "then": { "properties": parameters(kind), "required": of.needs } }))
+}
+
+/// If the entry is of a type of fixing that is not shipped, then it may have the parameters of any kind.
+fn when_unknown(key: &str, kinds: &[KindInfo<'_>], types: &Types) -> Value {
+    let known: Vec<&str> = kinds.iter().map(|kind| kind.name).chain(types.keys().map(String::as_str)).collect();
+    let condition = json!({ "properties": { key: { "not": { "enum": known } } }, "required": [key] });
+    let any: Map<String, Value> = kinds.iter().flat_map(parameters).collect();
+    json!({ "if": condition, "then": { "properties": any } })
+}
+
+/// The parameters of a kind.
+fn parameters(kind: &KindInfo<'_>) -> Map<String, Value> {
     let mut properties = Map::new();
     for parameter in kind.parameters {
         let mut value = parameter_form(&parameter.form);
@@ -63,17 +101,14 @@ fn when_kind(key: &str, kind: &KindInfo<'_>, default: Option<&str>) -> Value {
         }
         properties.insert(parameter.name.clone(), value);
     }
-    let required: Vec<&str> = kind
-        .parameters
-        .iter()
-        .filter(|parameter| parameter.required && parameter.default.is_none())
-        .map(|parameter| parameter.name.as_str())
-        .collect();
-    json!({ "if": condition, "then": { "properties": properties, "required": required } })
+    properties
 }
 
-fn property(key: &Key, registry: &Registry) -> Value {
-    let mut value = form(&key.form, registry);
+fn property(table: &Keys, key: &Key, registry: &Registry) -> Value {
+    let mut value = match key.form {
+        Form::Kind(family, default) => kind(table, family, default, registry),
+        _ => form(&key.form, registry),
+    };
     value["description"] = json!(described(key.doc, quantity(&key.form)));
     value
 }
@@ -105,7 +140,7 @@ fn form(form: &Form, registry: &Registry) -> Value {
         Form::Version => json!({ "const": 1 }),
         Form::Name => name(),
         Form::Names => json!({ "type": "array", "items": name() }),
-        Form::Kind(family, default) => kind(family, default, registry),
+        Form::Kind(..) => name(),
         Form::Number(quantity, bound) => number(quantity, bound),
         Form::OneOrTwo(quantity, bound) => {
             let one = number(quantity, bound);
@@ -146,11 +181,19 @@ fn list(items: Value, least: usize, most: Option<usize>) -> Value {
     list
 }
 
-fn kind(family: Family, default: Option<&str>, registry: &Registry) -> Value {
-    let choices = kinds::all(registry, family);
-    let choices: Vec<Value> =
-        choices.iter().map(|kind| json!({ "const": kind.name, "description": kind.doc })).collect();
-    let mut value = json!({ "type": "string", "oneOf": choices });
+fn kind(table: &Keys, family: Family, default: Option<&str>, registry: &Registry) -> Value {
+    let choice = |name: &str, doc: &str| json!({ "const": name, "description": doc });
+    let mut choices: Vec<Value> = kinds::all(registry, family).iter().map(|kind| choice(kind.name, kind.doc)).collect();
+    let mut value = json!({ "type": "string" });
+    if has_types(table) {
+        let types = catalogue::shipped(registry);
+        choices.extend(types.iter().filter_map(|(name, of)| Some(choice(name, &of.as_ref()?.doc))));
+        let own = "a type of fixing out of `fixings`, of this file or one of its library";
+        choices.push(json!({ "minLength": 1, "description": own }));
+        value["anyOf"] = Value::Array(choices);
+    } else {
+        value["oneOf"] = Value::Array(choices);
+    }
     if let Some(default) = default {
         value["default"] = json!(default);
     }

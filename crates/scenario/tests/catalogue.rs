@@ -1,0 +1,135 @@
+//! Types of fixings: shipped, of a library file, of the scenario; what a constraint says itself goes before them.
+
+mod common;
+
+use wireloom_core::constraint::{Limits, Slide};
+use wireloom_core::{HoldWord, Value};
+use wireloom_scenario::{Constraint, Files, NoFiles, parse, parse_with_files, render};
+
+const HARNESS: &str = r#"
+schema = 1
+[sections.s]
+diameter = "8 mm"
+linear_density = "120 g/m"
+axial_stiffness = 2.0e4
+bending_stiffness = 0.012
+torsion_stiffness = 0.009
+[[branches]]
+name = "b"
+from = "A"
+to = "B"
+section = "s"
+length = 1
+segments = 10
+[[constraints]]
+name = "plug"
+kind = "connector"
+at = { end = "A" }
+"#;
+
+struct Mine;
+
+impl Files for Mine {
+    fn read(&self, path: &str) -> Result<String, String> {
+        match path {
+            "mine.toml" => Ok("[fixings.\"edge-clip\"]\npull_out_force = 7\n[fixings.other]\nslide = true".into()),
+            "bad.toml" => Ok("[fixings.worse]\nkind = \"colar\"\npull_out = 7".into()),
+            _ => Err("no such file".into()),
+        }
+    }
+}
+
+/// The constraint that has these keys, in a scenario with these tables.
+fn read(keys: &str, tables: &str) -> Constraint {
+    let text = format!("{HARNESS}[[constraints]]\nname = \"it\"\n{keys}\n{tables}");
+    let scenario = parse_with_files(&text, &Mine, &common::registry());
+    scenario.unwrap_or_else(|faults| panic!("{}", render(&text, &faults))).constraints.remove(1)
+}
+
+fn refused(keys: &str, tables: &str) -> String {
+    let text = format!("{HARNESS}[[constraints]]\nname = \"it\"\n{keys}\n{tables}");
+    parse_with_files(&text, &Mine, &common::registry()).err().map(|faults| render(&text, &faults)).unwrap_or_default()
+}
+
+const MIDDLE: &str = "at = { branch = \"b\", s = 0.5 }\n";
+
+/// Every type of the shipped file can be used, and says what it is.
+#[test]
+fn every_shipped_type_is_known() {
+    let file: toml::Table = include_str!("../library/fixings.toml").parse().unwrap();
+    let types = file["fixings"].as_table().unwrap();
+    assert!(types.len() > 10);
+    for (name, of) in types {
+        assert!(of["doc"].as_str().is_some_and(|doc| doc.len() > 20), "{name}");
+        let needs = of.get("needs").and_then(|needs| needs.as_array()).map(Vec::as_slice).unwrap_or_default();
+        let given = needs.iter().map(|need| match need.as_str() {
+            Some("rail") => "rail = [[1, 0, 0]]\n",
+            Some("free_axis") => "free_axis = [0, 0, 1]\n",
+            other => panic!("{name} needs {other:?}"),
+        });
+        let it = read(&format!("kind = \"{name}\"\n{MIDDLE}{}", given.collect::<String>()), "");
+        assert_eq!(it.called, *name);
+        assert_eq!(it.kind, of.get("kind").and_then(|kind| kind.as_str()).unwrap_or("collar"));
+        assert_eq!(it.slide.is_some(), of.get("slide").is_some());
+        assert_eq!(it.limits.pull_out_force.is_some(), of.get("pull_out_force").is_some());
+    }
+}
+
+#[test]
+fn a_type_gives_freedoms_limits_and_parameters() {
+    let grommet = read(&format!("kind = \"grommet\"\n{MIDDLE}"), "");
+    assert_eq!((grommet.kind.as_str(), grommet.called.as_str()), ("collar", "grommet"));
+    assert_eq!((grommet.hold, grommet.slide), (Some(vec![HoldWord::Position]), Some(Slide { friction: 0.5 })));
+    let limits = Limits { pull_out_force: Some(150.0), max_moment: None, insertion_force: Some(80.0) };
+    assert_eq!(grommet.limits, limits);
+    let clamp = read(&format!("kind = \"cushioned-clamp\"\n{MIDDLE}"), "");
+    assert_eq!((clamp.kind.as_str(), clamp.hold), ("handle", None));
+    assert_eq!(clamp.parameters.number("stiffness"), Some(2.4e5));
+}
+
+#[test]
+fn what_a_constraint_says_goes_before_its_type() {
+    let own = "friction = 0.1\nhold = [\"position\", \"tangent\"]\npull_out_force = \"1 N\"\n";
+    let grommet = read(&format!("kind = \"grommet\"\n{MIDDLE}{own}"), "");
+    assert_eq!(grommet.slide, Some(Slide { friction: 0.1 }));
+    assert_eq!(grommet.hold, Some(vec![HoldWord::Position, HoldWord::Tangent]));
+    assert_eq!((grommet.limits.pull_out_force, grommet.limits.insertion_force), (Some(1.0), Some(80.0)));
+    assert_eq!(read(&format!("kind = \"grommet\"\nslide = false\n{MIDDLE}"), "").slide, None);
+    let clamp = read(&format!("kind = \"cushioned-clamp\"\nstiffness = 5\n{MIDDLE}"), "");
+    assert_eq!(
+        (clamp.parameters.number("stiffness"), clamp.parameters.number("angular_stiffness")),
+        (Some(5.0), Some(2.9))
+    );
+}
+
+#[test]
+fn a_scenario_and_its_files_have_types_of_their_own() {
+    let library = "[library]\nfiles = [\"mine.toml\"]\n";
+    let own = "[fixings.own]\ntwist = \"held\"\nmax_moment = \"2 N m\"\n";
+    assert_eq!(read(&format!("kind = \"edge-clip\"\n{MIDDLE}"), library).limits.pull_out_force, Some(7.0));
+    assert_eq!(read(&format!("kind = \"other\"\n{MIDDLE}"), library).slide, Some(Slide { friction: 0.0 }));
+    let it = read(&format!("kind = \"own\"\n{MIDDLE}"), own);
+    assert_eq!((it.parameters.0.get("twist"), it.limits.max_moment), (Some(&Value::Word("held".into())), Some(2.0)));
+}
+
+#[test]
+fn types_may_be_grasped_and_clipped() {
+    let steps = "[[steps]]\n[[steps.clip]]\nname = \"c\"\nkind = \"edge-clip\"\nat = { branch = \"b\" }\nposition = [1, 0, 0]\n\
+                 [[steps.grasp]]\nname = \"g\"\nkind = \"gripper\"\nat = { end = \"B\" }\n";
+    let text = format!("{HARNESS}{steps}");
+    let scenario = parse(&text, &common::registry()).unwrap_or_else(|faults| panic!("{}", render(&text, &faults)));
+    let called: Vec<&str> = scenario.constraints.iter().map(|it| it.called.as_str()).collect();
+    assert_eq!(called, ["connector", "gripper", "edge-clip"]);
+}
+
+#[test]
+fn faults_of_files_and_of_use_are_said() {
+    let bad = refused(&format!("kind = \"handle\"\n{MIDDLE}"), "[library]\nfiles = [\"bad.toml\"]\n");
+    assert!(bad.contains("bad.toml:2:8: unknown constraint kind \"colar\" in fixing type \"worse\""), "{bad}");
+    // A type at fault is not unknown too.
+    let bad = refused(&format!("kind = \"own\"\n{MIDDLE}"), "[fixings.own]\nmax_moment = 0\n");
+    assert_eq!(bad.matches("help").count(), 1, "{bad}");
+    let unknown = refused(&format!("kind = \"edge-clap\"\n{MIDDLE}"), "");
+    assert!(unknown.contains("did you mean `edge-clip`?"), "{unknown}");
+    assert!(parse_with_files(HARNESS, &NoFiles, &common::registry()).is_ok());
+}
