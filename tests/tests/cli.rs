@@ -63,7 +63,7 @@ impl Place {
         Ok(serde_json::from_str(&fs::read_to_string(self.path(name))?)?)
     }
 
-    /// All files below a folder, relative to it, sorted.
+    /// All result files below a folder, relative to it, sorted.
     fn files(&self, folder: &str) -> Result<Vec<String>, Failed> {
         let top = self.path(folder);
         let (mut open, mut files) = (vec![top.clone()], vec![]);
@@ -71,7 +71,10 @@ impl Place {
             for entry in fs::read_dir(folder)? {
                 let path = entry?.path();
                 if path.is_dir() {
-                    open.push(path);
+                    // The program's own notes.
+                    if path.file_name().is_none_or(|name| name != ".wireloom") {
+                        open.push(path);
+                    }
                 } else {
                     files.push(path.strip_prefix(&top)?.to_string_lossy().replace('\\', "/"));
                 }

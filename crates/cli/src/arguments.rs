@@ -19,7 +19,8 @@ pub enum Command {
     /// Carry out a scenario and write its results
     ///
     /// Writes result.json, picture.svg, and what else the scenario's [output] asks for: CSV tables, VTK files for
-    /// ParaView. Ctrl-C stops after the increment at hand and keeps what was computed.
+    /// ParaView. Ctrl-C stops after the increment at hand and keeps what was computed; after that, or a kill or a crash,
+    /// --resume goes on to the same result.
     Run(RunArguments),
     /// Check scenarios without carrying them out, and show all their faults at once
     Check {
@@ -45,7 +46,14 @@ pub enum Command {
 #[derive(Args)]
 pub struct RunArguments {
     /// The scenario
-    pub file: PathBuf,
+    #[arg(required_unless_present = "resume")]
+    pub file: Option<PathBuf>,
+    /// Go on with the run that was interrupted in this folder
+    ///
+    /// The scenario and the files it names must be what they were. The result is the same, to the last bit, as that of a
+    /// run that was not interrupted; only times differ.
+    #[arg(long, value_name = "DIR", conflicts_with_all = ["file", "out", "minimiser"])]
+    pub resume: Option<PathBuf>,
     /// Folder for the results, made where it is missing [default: out/ and the name of FILE without .toml]
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,

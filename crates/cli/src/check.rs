@@ -1,7 +1,7 @@
 //! `wireloom check`: all faults of scenarios, and nothing else.
 
 use crate::failure::{Failure, Outcome};
-use crate::{load, size};
+use crate::{load, size, summary};
 use std::io::Write;
 use std::path::PathBuf;
 
@@ -11,12 +11,12 @@ pub fn check(files: &[PathBuf], out: &mut dyn Write) -> Result<Outcome, Failure>
     let mut refusals = vec![];
     for file in files {
         match load::scenario(file, None, &registry) {
-            Ok((scenario, built)) => {
+            Ok(load::Loaded { scenario, built, .. }) => {
                 let steps = size::counted(scenario.steps.len(), "step", "steps");
                 let mut print = || {
                     writeln!(out, "{}: OK ({}, {steps})", file.display(), size::words(&built.network))?;
                     let mut notes = built.notes.iter().chain(&built.sections);
-                    notes.try_for_each(|note| writeln!(out, "note: {note}"))
+                    notes.try_for_each(|note| writeln!(out, "note: {}", summary::printable(note)))
                 };
                 print().map_err(Failure::standard_output)?;
             }

@@ -1,11 +1,12 @@
 //! The largest reaction of every fixing and the tightest bend of every branch over all increments: what an engineer
 //! must design for is seldom what is left at the end.
 
+use serde::{Deserialize, Serialize};
 use wireloom::core::StepResult;
 use wireloom::core::equilibrium::{BranchResult, ConstraintResult};
 
 /// The largest force a fixing exerts.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Load {
     /// The fixing.
     pub name: String,
@@ -18,7 +19,7 @@ pub struct Load {
 }
 
 /// The tightest bend of a branch.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Bend {
     /// The branch.
     pub name: String,
@@ -40,7 +41,7 @@ impl Bend {
 }
 
 /// The extremes so far.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Extremes {
     /// By fixing, in the order in which they begin to act.
     pub loads: Vec<Load>,

@@ -1,9 +1,16 @@
-//! The folder of a run's results. Files appear in it whole or not at all.
+//! The folder of a run's results. Files appear in it whole or not at all, and those of an earlier run go before a new one begins:
+//! `.wireloom/files` lists what was written.
 
 use crate::failure::Failure;
-use std::fs::{self, File};
+use std::fs::{self, File, OpenOptions};
 use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
+
+/// What the program keeps in the folder for itself.
+pub const OWN: &str = ".wireloom";
+const LIST: &str = "files";
+/// The system must find room for so much before the work begins, bytes.
+const TRIAL: usize = 1 << 16;
 
 /// A folder that can be written to.
 pub struct Folder {
@@ -17,8 +24,41 @@ impl Folder {
     pub fn create(path: &Path) -> Result<Self, Failure> {
         fs::create_dir_all(path).map_err(Failure::io("make the folder", path))?;
         let trial = partial(&path.join("trial"));
-        File::create(&trial).and_then(|_| fs::remove_file(&trial)).map_err(Failure::io("write in the folder", path))?;
-        Ok(Self { path: path.to_path_buf(), written: vec![] })
+        let attempt = File::create(&trial).and_then(|mut file| {
+            file.write_all(&[0; TRIAL])?;
+            file.sync_all()
+        });
+        let removed = fs::remove_file(&trial);
+        attempt.and(removed).map_err(Failure::io("write in the folder", path))?;
+        let list = path.join(OWN).join(LIST);
+        let written = match fs::read_to_string(&list) {
+            Err(error) if error.kind() == io::ErrorKind::NotFound => vec![],
+            other => other.map_err(Failure::io("read", &list))?.lines().map(str::to_owned).collect(),
+        };
+        Ok(Self { path: path.to_path_buf(), written })
+    }
+
+    /// Removes what an earlier run has written, so that nobody takes it for this one's.
+    pub fn clear(&mut self) -> Result<(), Failure> {
+        for name in std::mem::take(&mut self.written) {
+            // Only names that this program gives; the list may have been edited.
+            let inside = Path::new(&name).components().all(|part| matches!(part, std::path::Component::Normal(_)));
+            if !inside {
+                continue;
+            }
+            let path = self.path.join(&name);
+            match fs::remove_file(&path) {
+                Err(error) if error.kind() != io::ErrorKind::NotFound => {
+                    return Err(Failure::io("remove", &path)(error));
+                }
+                _ => {}
+            }
+            // A folder that this leaves empty goes, too.
+            for folder in Path::new(&name).ancestors().skip(1).filter(|folder| *folder != Path::new("")) {
+                let _ = fs::remove_dir(self.path.join(folder));
+            }
+        }
+        write(&self.path.join(OWN).join(LIST), |_| Ok(()))
     }
 
     /// Where it is.
@@ -33,9 +73,14 @@ impl Folder {
         content: impl FnOnce(&mut BufWriter<File>) -> io::Result<()>,
     ) -> Result<(), Failure> {
         let path = self.path.join(name);
-        write(&path, content)?;
-        self.written.push(name.to_owned());
-        Ok(())
+        if !self.written.iter().any(|written| written == name) {
+            let list = self.path.join(OWN).join(LIST);
+            let mut open =
+                OpenOptions::new().create(true).append(true).open(&list).map_err(Failure::io("write", &list))?;
+            writeln!(open, "{name}").map_err(Failure::io("write", &list))?;
+            self.written.push(name.to_owned());
+        }
+        write(&path, content)
     }
 }
 
@@ -103,12 +148,35 @@ mod tests {
     fn a_file_that_fails_leaves_nothing() {
         let place = tempfile::tempdir().expect("a folder");
         let mut folder = Folder::create(&place.path().join("a/b")).expect("made");
+        folder.clear().expect("nothing to clear");
         folder.write("x/y.txt", |file| file.write_all(b"whole")).expect("written");
         let failed = folder.write("x/y.txt", |file| file.write_all(b"half").and(Err(io::Error::other("no"))));
         assert!(failed.is_err());
         let names = |path: &Path| -> Vec<_> { fs::read_dir(path).unwrap().map(|e| e.unwrap().file_name()).collect() };
-        assert_eq!(names(folder.path()), ["x"]);
+        let mut top = names(folder.path());
+        top.sort();
+        assert_eq!(top, [OWN, "x"]);
         assert_eq!(names(&folder.path().join("x")), ["y.txt"]);
         assert_eq!(fs::read_to_string(folder.path().join("x/y.txt")).unwrap(), "whole");
+    }
+
+    #[test]
+    fn what_an_earlier_run_left_goes_and_nothing_else() {
+        let place = tempfile::tempdir().expect("a folder");
+        let out = place.path().join("out");
+        let mut first = Folder::create(&out).expect("made");
+        first.clear().expect("nothing to clear");
+        for name in ["result.json", "csv/1/a.csv", "vtk/0001.vtp"] {
+            first.write(name, |file| file.write_all(b"old")).expect("written");
+        }
+        fs::write(out.join("vtk/mine.txt"), "mine").unwrap();
+        fs::write(place.path().join("outside"), "mine").unwrap();
+        let list = out.join(OWN).join(LIST);
+        fs::write(&list, fs::read_to_string(&list).unwrap() + "../outside\n").unwrap();
+        let mut second = Folder::create(&out).expect("there");
+        second.clear().expect("cleared");
+        assert!(second.written.is_empty());
+        assert!(!out.join("result.json").exists() && !out.join("csv").exists() && !out.join("vtk/0001.vtp").exists());
+        assert!(out.join("vtk/mine.txt").exists() && place.path().join("outside").exists());
     }
 }

@@ -1,6 +1,7 @@
 //! From a file's name to a checked scenario.
 
 use crate::failure::{Failure, Refusal};
+use std::cell::RefCell;
 use std::path::Path;
 use wireloom::core::Registry;
 use wireloom::core::registry::Parameters;
@@ -16,22 +17,37 @@ pub fn text(path: &Path) -> Result<String, Failure> {
     })
 }
 
-/// The files that a scenario names, relative to its folder.
-struct Beside<'a>(&'a Path);
+/// The files that a scenario names, relative to its folder; what was read is remembered.
+struct Beside<'a> {
+    folder: &'a Path,
+    read: RefCell<Vec<(String, String)>>,
+}
 
 impl Files for Beside<'_> {
     fn read(&self, path: &str) -> Result<String, String> {
-        text(&self.0.join(path)).map_err(|failure| match failure {
+        let text = text(&self.folder.join(path)).map_err(|failure| match failure {
             Failure::Io { source, .. } => source.to_string(),
             other => other.to_string(),
-        })
+        })?;
+        self.read.borrow_mut().push((path.to_owned(), text.clone()));
+        Ok(text)
     }
 }
 
+/// A scenario ready to be carried out.
+pub struct Loaded {
+    /// As it is written.
+    pub scenario: Scenario,
+    /// As it is carried out.
+    pub built: Built,
+    /// Names and texts: of the scenario, then of all files it names.
+    pub texts: Vec<(String, String)>,
+}
+
 /// Reads, checks and builds a scenario; `minimiser` replaces its own.
-pub fn scenario(path: &Path, minimiser: Option<&str>, registry: &Registry) -> Result<(Scenario, Built), Failure> {
+pub fn scenario(path: &Path, minimiser: Option<&str>, registry: &Registry) -> Result<Loaded, Failure> {
     let text = text(path)?;
-    let files = Beside(path.parent().unwrap_or(Path::new("")));
+    let files = Beside { folder: path.parent().unwrap_or(Path::new("")), read: RefCell::default() };
     let loaded = match minimiser {
         None => wireloom::load_with_files(&text, &files, registry),
         Some(kind) => {
@@ -40,7 +56,15 @@ pub fn scenario(path: &Path, minimiser: Option<&str>, registry: &Registry) -> Re
                 .and_then(|scenario| replace(scenario, kind, parameters, registry))
         }
     };
-    loaded.map_err(|faults| Failure::Refused(vec![refusal(path, text, faults)]))
+    match loaded {
+        Ok((scenario, built)) => {
+            let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
+            let mut texts = vec![(name, text)];
+            texts.append(&mut files.read.into_inner());
+            Ok(Loaded { scenario, built, texts })
+        }
+        Err(faults) => Err(Failure::Refused(vec![refusal(path, text, faults)])),
+    }
 }
 
 /// A refusal of the scenario in `path`.

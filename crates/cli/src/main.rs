@@ -22,6 +22,7 @@ mod operations;
 mod progress;
 mod results;
 mod run;
+mod saved;
 mod size;
 mod summary;
 mod terminal;

@@ -13,11 +13,13 @@ const REFRESH: Duration = Duration::from_millis(100);
 pub struct Bar(ProgressBar);
 
 impl Bar {
-    /// A bar over so many increments; `shown`: unless the user wants none.
-    pub fn new(increments: usize, shown: bool) -> Self {
+    /// A bar over so many increments, of which some are done; `shown`: unless the user wants none.
+    pub fn new(increments: usize, done: usize, shown: bool) -> Self {
         let bar = ProgressBar::with_draw_target(Some(increments as u64), ProgressDrawTarget::hidden());
         let style = "{bar:20} {pos}/{len} in {elapsed}, about {eta} left: {wide_msg}";
         bar.set_style(ProgressStyle::with_template(style).expect("a template of known keys"));
+        bar.set_position(done as u64);
+        bar.reset_eta();
         bar.set_message("bringing the fixings to their places");
         if shown && std::io::stderr().is_terminal() {
             let late = bar.clone();

@@ -23,9 +23,14 @@ pub struct Results {
 }
 
 impl Results {
-    /// Into this folder.
-    pub fn new(folder: Folder, output: Output) -> Self {
-        Self { folder, output, series: vec![] }
+    /// Into this folder; `series`: what was written before a run was interrupted.
+    pub fn new(folder: Folder, output: Output, series: Vec<SeriesFile>) -> Self {
+        Self { folder, output, series }
+    }
+
+    /// The VTK files so far.
+    pub fn series(&self) -> &[SeriesFile] {
+        &self.series
     }
 
     /// What is written as soon as an increment has ended, so that it is there whatever comes.

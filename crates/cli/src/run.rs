@@ -1,70 +1,163 @@
-//! `wireloom run`: from a scenario to its results.
+//! `wireloom run`: from a scenario to its results, at one go or with interruptions.
 
 use crate::arguments::RunArguments;
 use crate::extremes::Extremes;
 use crate::failure::{Failure, Outcome};
 use crate::folder::Folder;
+use crate::load::{self, Loaded};
 use crate::progress::Bar;
 use crate::results::Results;
-use crate::{interrupt, load, size, summary};
+use crate::saved::{Keeper, Origin, Standing};
+use crate::{interrupt, size, summary};
 use std::io::Write;
 use std::path::{Path, PathBuf};
-use wireloom::core::{Run, Status};
+use wireloom::core::{Registry, Status, StepResult};
 use wireloom::scenario::Built;
-use wireloom::solve::Control;
+use wireloom::solve::checkpoint::{Checkpoint, Observer, Resumed};
+use wireloom::solve::{Control, Progress};
 
 /// Where results go that nobody gave a place.
 const OUT: &str = "out";
 
-/// Carries out a scenario. The folder is tried before the work begins; nothing is printed before the files are
-/// written.
+/// Carries out a scenario, or goes on with it. The folder is tried before the work begins; nothing is printed before the files
+/// are written.
 pub fn run(arguments: &RunArguments, out: &mut dyn Write) -> Result<Outcome, Failure> {
     let registry = wireloom::registry();
-    let (scenario, built) = load::scenario(&arguments.file, arguments.minimiser.as_deref(), &registry)?;
-    let folder = Folder::create(&arguments.out.clone().unwrap_or_else(|| default_folder(&arguments.file)))?;
-    let mut results = Results::new(folder, scenario.output);
+    let Job { loaded: Loaded { scenario, built, .. }, folder, keeper, standing, resumed } = match &arguments.resume {
+        Some(folder) => Job::resume(folder, &registry)?,
+        None => Job::begin(arguments, &registry)?,
+    };
+    let place = folder.path().to_path_buf();
     let (size, notes) = (size::words(&built.network), built.notes.len());
-    let (run, extremes) = follow(built, &mut results, !arguments.quiet)?;
+    let bar = Bar::new(increments(&built), standing.increments, !arguments.quiet);
+    let mut watcher = Watcher {
+        bar,
+        extremes: standing.extremes,
+        increments: standing.increments,
+        results: Results::new(folder, scenario.output, standing.series),
+        keeper,
+        failure: None,
+    };
+    interrupt::listen();
+    let run = wireloom::run_observed(built, resumed, &mut watcher);
+    let Watcher { bar, extremes, mut results, keeper, failure, .. } = watcher;
+    drop(bar);
+    if let Some(failure) = failure {
+        // The first failure is the one to report. What is there is written, if that can be.
+        let _ = results.finish(&run);
+        return Err(failure);
+    }
     results.finish(&run)?;
+    let interrupted = run.status == Status::Interrupted;
+    if !interrupted {
+        keeper.clear()?;
+    }
     if !arguments.quiet {
         let mut print = || {
             writeln!(out, "{}: {} ({size})\n", summary::printable(&run.scenario), run.status.word())?;
             summary::print(&run, &extremes, notes, out)?;
-            writeln!(out, "wrote {}", results.words())
+            writeln!(out, "wrote {}", results.words())?;
+            if interrupted {
+                writeln!(out, "`wireloom run --resume {}` goes on", place.display())?;
+            }
+            Ok(())
         };
         print().map_err(Failure::standard_output)?;
     }
     Ok(if run.status == Status::Converged { Outcome::Done } else { Outcome::NotConverged })
 }
 
-/// The run, watched. A file that cannot be written stops it; the run as far as it went is then still written, if that
-/// can be.
-fn follow(built: Built, results: &mut Results, shown: bool) -> Result<(Run, Extremes), Failure> {
-    let increments: usize = built.schedule.steps.iter().map(|step| step.increments).sum();
-    let bar = Bar::new(increments.max(1), shown);
-    let mut extremes = Extremes::default();
-    let mut failure = None;
-    interrupt::listen();
-    let run = wireloom::run(built, &mut |progress, end| {
-        bar.advance(progress);
-        extremes.see(end);
-        failure = results.increment(progress, end).err();
-        if interrupt::asked() {
-            bar.say("interrupted");
+/// All that a run needs.
+struct Job {
+    loaded: Loaded,
+    folder: Folder,
+    keeper: Keeper,
+    standing: Standing,
+    resumed: Option<Resumed>,
+}
+
+impl Job {
+    fn begin(arguments: &RunArguments, registry: &Registry) -> Result<Self, Failure> {
+        let file = arguments.file.as_deref().unwrap_or(Path::new(""));
+        let loaded = load::scenario(file, arguments.minimiser.as_deref(), registry)?;
+        let mut folder = Folder::create(&arguments.out.clone().unwrap_or_else(|| default_folder(file)))?;
+        folder.clear()?;
+        let origin = Origin::new(file, arguments.minimiser.clone(), &loaded)?;
+        let keeper = Keeper::begin(&folder, &origin)?;
+        Ok(Self { loaded, folder, keeper, standing: Standing::default(), resumed: None })
+    }
+
+    fn resume(place: &Path, registry: &Registry) -> Result<Self, Failure> {
+        let origin = Origin::read(place)?;
+        let loaded = load::scenario(&origin.file, origin.minimiser.as_deref(), registry)?;
+        origin.check(&loaded)?;
+        let folder = Folder::create(place)?;
+        let (keeper, standing, resumed) = Keeper::resume(&folder)?;
+        if resumed.as_ref().is_some_and(|resumed| !resumed.checkpoint.fits(&loaded.built.network)) {
+            return Err(Failure::Input(format!(
+                "the run in {} was begun by another build of this program: run the scenario anew",
+                place.display()
+            )));
         }
-        if failure.is_some() || interrupt::asked() { Control::Stop } else { Control::Continue }
-    });
-    match failure {
-        None => Ok((run, extremes)),
-        Some(failure) => {
-            // The first failure is the one to report.
-            let _ = results.finish(&run);
-            Err(failure)
-        }
+        Ok(Self { loaded, folder, keeper, standing, resumed })
     }
 }
 
 /// `out/first` for `scenarios/first.toml`.
 fn default_folder(file: &Path) -> PathBuf {
     Path::new(OUT).join(file.file_stem().unwrap_or_default())
+}
+
+fn increments(built: &Built) -> usize {
+    built.schedule.steps.iter().map(|step| step.increments).sum::<usize>().max(1)
+}
+
+/// Watches a run and writes what it leaves on the way. A file that cannot be written stops it.
+struct Watcher {
+    bar: Bar,
+    extremes: Extremes,
+    increments: usize,
+    results: Results,
+    keeper: Keeper,
+    failure: Option<Failure>,
+}
+
+impl Watcher {
+    fn attempt(&mut self, attempt: impl FnOnce(&mut Self) -> Result<(), Failure>) {
+        if self.failure.is_none() {
+            self.failure = attempt(self).err();
+        }
+    }
+}
+
+impl Observer for Watcher {
+    fn increment(&mut self, progress: &Progress, end: &StepResult, kept: bool) -> Control {
+        self.bar.advance(progress);
+        self.increments += 1;
+        self.extremes.see(end);
+        self.attempt(|watcher| {
+            watcher.results.increment(progress, end)?;
+            if kept { watcher.keeper.keep(end) } else { Ok(()) }
+        });
+        if interrupt::asked() {
+            self.bar.say("interrupted");
+        }
+        if self.failure.is_some() || interrupt::asked() { Control::Stop } else { Control::Continue }
+    }
+
+    fn checkpoint(&mut self, checkpoint: &Checkpoint) {
+        if self.keeper.is_due() {
+            let standing = Standing {
+                checkpoint: Some(checkpoint.clone()),
+                extremes: self.extremes.clone(),
+                series: self.results.series().to_vec(),
+                increments: self.increments,
+            };
+            self.attempt(|watcher| watcher.keeper.stand(&standing));
+        }
+    }
+
+    fn gives_up(&mut self) -> bool {
+        interrupt::asked() || self.failure.is_some()
+    }
 }

@@ -3,6 +3,7 @@
 pub use crate::event::{Event, EventKind, EventPlace, Moment};
 use crate::minimiser::Status;
 use crate::{Rotation, Vector};
+use serde::{Deserialize, Serialize};
 
 /// A whole run.
 #[derive(Clone, Debug, PartialEq)]
@@ -20,7 +21,7 @@ pub struct Run {
 }
 
 /// One increment's end.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct StepResult {
     /// Name of the step.
     pub name: String,
@@ -50,7 +51,7 @@ pub struct StepResult {
 
 /// One branch; vectors have one entry for each node. Where a fixing inside the branch makes force, moment and curvature
 /// jump, they are those of the side that is bent more tightly.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct BranchResult {
     /// Name.
     pub name: String,
@@ -77,7 +78,7 @@ pub struct BranchResult {
 }
 
 /// One joint.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct JointResult {
     /// Name of the vertex.
     pub name: String,
@@ -88,7 +89,7 @@ pub struct JointResult {
 }
 
 /// One fixing: where it holds, and what it exerts on the harness.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ConstraintResult {
     /// Name.
     pub name: String,
@@ -107,7 +108,7 @@ pub struct ConstraintResult {
 }
 
 /// How the cable runs through a fixing.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct SlideResult {
     /// Branch.
     pub branch: String,
@@ -120,7 +121,7 @@ pub struct SlideResult {
 }
 
 /// What a cable does in a fixing that slides.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum SlideMotion {
     /// It runs without friction.
     Free,
@@ -145,7 +146,7 @@ impl SlideMotion {
 }
 
 /// What an operation of a step came to, so far.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub enum OperationResult {
     /// A hand took hold.
     Grasp {
@@ -183,7 +184,7 @@ pub enum OperationResult {
 }
 
 /// Energy by effect, J. Zero at rest; gravity measured from the world origin; loads −F·x.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Energy {
     /// Stretch of the branches.
     pub stretch: f64,
@@ -211,7 +212,7 @@ impl Energy {
 }
 
 /// The tightest bend.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct TightestBend {
     /// Branch.
     pub branch: String,
@@ -224,7 +225,7 @@ pub struct TightestBend {
 }
 
 /// How an equilibrium was found.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct MinimiserResult {
     /// Kind.
     pub kind: String,

@@ -1,9 +1,10 @@
 //! What happened on the way that an engineer must know: limits passed, snaps, slips, increments that were hard to find.
 
+use serde::{Deserialize, Serialize};
 use std::fmt;
 
 /// What kind of thing happened.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 pub enum EventKind {
     /// A branch is bent more tightly than its section allows; value and limit are radii, m.
     BendRadius,
@@ -116,7 +117,7 @@ impl EventKind {
 }
 
 /// What it happened to; all empty: to the harness as a whole.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct EventPlace {
     /// Name of the fixing.
     pub fixing: Option<String>,
@@ -161,7 +162,7 @@ impl fmt::Display for EventPlace {
 }
 
 /// An increment of a run.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Moment {
     /// Name of the step.
     pub step: String,
@@ -172,7 +173,7 @@ pub struct Moment {
 }
 
 /// Something that happened. What goes on over increments that follow each other is one event.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Event {
     /// What.
     pub kind: EventKind,

@@ -14,6 +14,8 @@
 //! | `n_j` | force | N | `R_j C Γ_j`: what the part with larger s exerts on the part with smaller s |
 //! | `m_c` | moment | N m | likewise |
 
+use serde::{Deserialize, Serialize};
+
 pub mod constraint;
 pub mod equilibrium;
 pub mod event;
@@ -37,7 +39,7 @@ pub type Matrix = nalgebra::Matrix3<f64>;
 pub type Rotation = nalgebra::UnitQuaternion<f64>;
 
 /// Position (m) and orientation.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Pose {
     /// Position, m.
     pub position: Vector,

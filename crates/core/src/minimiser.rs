@@ -1,9 +1,10 @@
 //! The trait of a minimiser, and what it says when it is done.
 
 use crate::{Problem, State};
+use serde::{Deserialize, Serialize};
 
 /// How a run, a step or an increment ended.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 pub enum Status {
     /// The certificate found forces and moments in balance.
     Converged,
@@ -71,4 +72,6 @@ pub trait Minimiser {
     fn name(&self) -> &str;
     /// Carries `state` to an equilibrium of `problem`, or as near as it gets.
     fn minimise(&mut self, problem: &mut Problem<'_>, state: &mut State, stop: &Stop) -> Report;
+    /// Forgets what it remembers of earlier calls: the next one gives the same bits as that of a new minimiser.
+    fn forget(&mut self);
 }

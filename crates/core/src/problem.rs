@@ -8,13 +8,14 @@ use crate::rod::{BranchHessian, BranchShape};
 use crate::rotation::{columns, shortest};
 use crate::sliding::{ActiveSlide, LengthTerms, Sliding};
 use crate::{Matrix, Network, Pose, Rotation, State, Tangent, Vector};
+use serde::{Deserialize, Serialize};
 
 /// Share of the weight of a segment beside a station that its other node carries for it: of what the staggered scheme
 /// differs from the rod, that takes out the boundary term `−(ℓ²/24) [ρ g·t]` of each span.
 pub const STATION_SHIFT: f64 = 1.0 / 24.0;
 
 /// What acts on the harness at one moment.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Conditions {
     /// Gravity, m/s².
     pub gravity: Vector,

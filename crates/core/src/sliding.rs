@@ -11,6 +11,7 @@ use crate::network::{BranchEnd, Place};
 use crate::problem::{Problem, STATION_SHIFT};
 use crate::rotation::columns;
 use crate::{Network, State, Tangent, Vector};
+use serde::{Deserialize, Serialize};
 use std::ops::Range;
 
 /// Length (in diameters of the cable) that stays on either side of a sliding fixing: what is left there counts as run out.
@@ -23,7 +24,7 @@ const FRICTION_TOLERANCE: f64 = 1e-4;
 const AT_STOP: f64 = 1e-6;
 
 /// How a fixing slides.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Sliding {
     /// It does not: its arc length stays what it is. What it takes along the cable is a reaction.
     Stuck,

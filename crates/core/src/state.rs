@@ -4,9 +4,10 @@
 use crate::rod::BranchShape;
 use crate::rotation::turned;
 use crate::{Network, Pose, Rotation, Vector};
+use serde::{Deserialize, Serialize};
 
 /// Positions and frames of a whole harness; see [`Network`] for the places.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct State {
     /// Positions, m.
     pub points: Vec<Vector>,

@@ -2,9 +2,10 @@
 
 use crate::rotation::{columns, shortest};
 use crate::{Pose, Rotation, Vector};
+use serde::{Deserialize, Serialize};
 
 /// How the orientation of a target moves.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Turn {
     /// It stays.
     Keep,
@@ -45,7 +46,7 @@ impl Track {
 }
 
 /// A [`Track`] whose beginning is known.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Course {
     positions: Vec<(f64, Vector)>,
     orientations: Vec<(f64, Rotation)>,
@@ -73,7 +74,7 @@ fn along<T: Copy>(knots: &[(f64, T)], t: f64, between: impl Fn(T, T, f64) -> T) 
 }
 
 /// A fixing that takes part in a motion.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Carried {
     /// Index of the fixing.
     pub fixing: usize,
@@ -132,7 +133,7 @@ impl Move {
 }
 
 /// Where one fixing goes over a step.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Journey {
     carried: Carried,
     body: Course,
@@ -167,7 +168,7 @@ impl Journey {
 }
 
 /// What a step does, in the words of the trade: what the run reports about it.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Operation {
     /// A hand takes hold.
     Grasp {

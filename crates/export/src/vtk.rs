@@ -26,7 +26,7 @@ pub fn write(step: &StepResult, out: &mut impl Write) -> io::Result<()> {
 }
 
 /// One file of a series.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct SeriesFile {
     /// Path of the `.vtp`, relative to the `.pvd`.
     pub file: String,

@@ -1,6 +1,7 @@
 //! The log of what happened on the way, and what is looked at after every increment.
 
 use crate::result;
+use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use wireloom_core::equilibrium::{OperationResult, SlideMotion, StepResult};
 use wireloom_core::minimiser::{Status, Stop};
@@ -23,7 +24,7 @@ pub struct Occurrence {
 }
 
 /// Events so far. What goes on from one increment to the next is one event.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct EventLog {
     events: Vec<Event>,
     now: Moment,

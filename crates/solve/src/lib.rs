@@ -8,6 +8,7 @@
 
 pub mod border;
 pub mod certificate;
+pub mod checkpoint;
 mod clips;
 pub mod events;
 pub mod factor;
@@ -22,7 +23,7 @@ pub mod start;
 pub mod steps;
 pub mod structure;
 
-pub use steps::{Control, Progress, follow};
+pub use steps::{Control, Progress, carry_out};
 
 use wireloom_core::Registry;
 

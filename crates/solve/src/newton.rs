@@ -317,6 +317,12 @@ impl Minimiser for Newton {
         report.evaluations = ws.evaluations;
         report
     }
+
+    fn forget(&mut self) {
+        if let Some(ws) = &mut self.workspace {
+            ws.factor_of = None;
+        }
+    }
 }
 
 /// A larger shift than `sigma`.

@@ -1,31 +1,33 @@
 //! What changes over a step, as functions of its progress.
 
+use serde::{Deserialize, Serialize};
 use wireloom_core::network::Fixing;
 use wireloom_core::problem::Problem;
 use wireloom_core::steps::{Journey, Move, Operation, Step, Track, Turn};
 use wireloom_core::{Pose, Vector};
 
 /// Everything that changes over a step.
-pub(crate) struct Plan<'s> {
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub(crate) struct Plan {
     journeys: Vec<Journey>,
     /// Shares of the step at which something takes a turn.
     pub corners: Vec<f64>,
     /// What all this is for.
-    pub operations: &'s [Operation],
+    pub operations: Vec<Operation>,
     gravity: (Vector, Vector),
     loads: Vec<(usize, f64, f64)>,
     /// Whether the drawn shape ceases to count as the rest shape.
     pub undraw: bool,
 }
 
-impl<'s> Plan<'s> {
+impl Plan {
     /// What a step changes from now on, with the journeys of its fixings.
-    pub fn new(problem: &Problem<'_>, step: &'s Step, journeys: Vec<Journey>) -> Self {
+    pub fn new(problem: &Problem<'_>, step: &Step, journeys: Vec<Journey>) -> Self {
         let now = problem.conditions();
         Self {
             journeys,
             corners: step.moves.iter().flat_map(Move::corners).collect(),
-            operations: &step.operations,
+            operations: step.operations.clone(),
             gravity: (now.gravity, step.gravity.unwrap_or(now.gravity)),
             loads: step.loads.iter().map(|&(load, end)| (load, now.load_factors[load], end)).collect(),
             undraw: false,

@@ -1,6 +1,7 @@
 //! The step driver: carries out the assembly in increments, each of which ends in an equilibrium.
 
 use crate::certificate::Certifier;
+use crate::checkpoint::{self, Checkpoint, Observer, Resumed};
 use crate::events::{self, EventLog, Occurrence};
 use crate::plan::{self, Plan};
 use crate::{clips, operations, result, start};
@@ -83,14 +84,18 @@ struct Driver<'n, 'm> {
     operations: Vec<OperationResult>,
 }
 
-/// Carries out a schedule. The observer sees every increment's end and may stop the run. The status of the run is
-/// that of the first increment that did not converge.
-pub fn follow(
+/// Carries out a schedule. The observer sees every increment's end, may stop the run, and may keep checkpoints; from `resumed`
+/// it goes on with a run that one of them kept. The status of the run is that of the first increment that did not converge.
+///
+/// # Panics
+/// If the checkpoint does not fit the network ([`Checkpoint::fits`]) or the schedule.
+pub fn carry_out(
     network: &Network,
     minimiser: &mut dyn Minimiser,
     stop: &Stop,
     schedule: &Schedule,
-    observer: &mut dyn FnMut(&Progress, &StepResult) -> Control,
+    resumed: Option<Resumed>,
+    observer: &mut dyn Observer,
 ) -> Run {
     let mut run = Run {
         scenario: schedule.scenario.clone(),
@@ -99,45 +104,59 @@ pub fn follow(
         events: Vec::new(),
         steps: Vec::new(),
     };
-    let state = start::place(network, schedule);
-    let conditions = Conditions {
-        gravity: schedule.gravity,
-        load_factors: network.loads.iter().map(|load| load.factor).collect(),
-        active: network.fixings.iter().map(|f| f.from_start).collect(),
-        targets: network.fixings.iter().map(|f| state.pose(&f.site)).collect(),
-        // Nothing slides before the fixings are where the scenario puts them.
-        sliding: vec![Sliding::Stuck; network.slides.len()],
-    };
-    let mut driver = Driver {
-        problem: Problem::new(network, conditions),
-        minimiser,
-        stop: *stop,
-        certifier: Certifier::new(network),
-        before: state.clone(),
-        state,
-        iterations: 0,
-        factorisations: 0,
-        residual: f64::INFINITY,
-        homing: true,
-        log: EventLog::default(),
-        smallest: 1.0,
-        operations: Vec::new(),
-    };
     let alone = [Step { name: "equilibrium".into(), increments: 1, ..Step::default() }];
     let steps = if schedule.steps.is_empty() { &alone[..] } else { &schedule.steps };
     let mut clock = Instant::now();
-    driver.log.begin(Moment { step: steps[0].name.clone(), step_index: 0, increment: 0 });
-    let homed = driver.bring_home();
-    if homed != Status::Converged {
-        run.notes.push(format!("the start was not balanced: {}", homed.word()));
-    }
-    for (index, step) in steps.iter().enumerate() {
-        let plan = driver.begin(step, &mut run.notes);
-        for increment in 1..=step.increments {
+    let (mut spent, mut first, mut done, mut begun) = (0.0, 0, 0, None);
+    let mut driver = match resumed {
+        None => {
+            let mut driver = Driver::at_start(network, minimiser, stop, schedule);
+            driver.log.begin(Moment { step: steps[0].name.clone(), step_index: 0, increment: 0 });
+            let homed = driver.bring_home(observer);
+            if homed == Status::Interrupted {
+                run.status = homed;
+                return run;
+            }
+            if homed != Status::Converged {
+                run.notes.push(format!("the start was not balanced: {}", homed.word()));
+            }
+            driver
+        }
+        Some(Resumed { checkpoint, steps }) => {
+            let Checkpoint {
+                conditions,
+                state,
+                log,
+                plan,
+                operations,
+                step_index,
+                increment,
+                work,
+                seconds,
+                status,
+                notes,
+                kept,
+            } = checkpoint;
+            (run.status, run.notes, run.steps) = (status, notes, steps);
+            run.steps.truncate(kept);
+            (spent, first, done, begun) = (seconds, step_index, increment, plan);
+            let mut driver = Driver::new(network, minimiser, stop, state, conditions);
+            (driver.log, driver.operations, driver.homing, (driver.iterations, driver.factorisations)) =
+                (log, operations, false, work);
+            driver
+        }
+    };
+    for (index, step) in steps.iter().enumerate().skip(first) {
+        let plan = begun.take().unwrap_or_else(|| {
+            driver.minimiser.forget();
+            observer.checkpoint(&driver.checkpoint(&run, (index, 0), None, 0.0));
+            driver.begin(step, &mut run.notes)
+        });
+        for increment in std::mem::take(&mut done) + 1..=step.increments {
             let share = |k: usize| k as f64 / step.increments as f64;
             driver.log.begin(Moment { step: step.name.clone(), step_index: index, increment });
             let status = driver.increment(&plan, share(increment - 1), share(increment));
-            let seconds = clock.elapsed().as_secs_f64();
+            let seconds = spent + clock.elapsed().as_secs_f64();
             let end = driver.step_result(step, increment, status, seconds);
             events::watch(&mut driver.log, &driver.problem, &driver.state, &end, stop);
             let progress = Progress {
@@ -148,38 +167,114 @@ pub fn follow(
                 increments: step.increments,
                 iterations: driver.iterations,
             };
-            let control = observer(&progress, &end);
+            let lost = !matches!(status, Status::Converged | Status::Stalled);
+            let kept = schedule.increments || increment == step.increments || lost;
+            let stopped = observer.increment(&progress, &end, kept) == Control::Stop;
             if run.status == Status::Converged {
                 run.status = status;
             }
-            let lost = !matches!(status, Status::Converged | Status::Stalled);
-            let stopped = control == Control::Stop;
             let all = index + 1 == steps.len() && increment == step.increments;
             // What went wrong before is worth more than that somebody stopped it.
             if stopped && run.status == Status::Converged && !all {
                 run.status = Status::Interrupted;
             }
-            let last = increment == step.increments || lost || stopped;
-            if schedule.increments || last {
+            if kept || stopped {
                 run.steps.push(end);
             }
             if lost || stopped {
                 run.events = driver.log.into_events();
                 return run;
             }
+            if increment % checkpoint::EVERY == 0 && increment < step.increments {
+                driver.minimiser.forget();
+                let seconds = spent + clock.elapsed().as_secs_f64();
+                observer.checkpoint(&driver.checkpoint(&run, (index, increment), Some(&plan), seconds));
+            }
         }
-        clock = Instant::now();
+        (clock, spent) = (Instant::now(), 0.0);
         (driver.iterations, driver.factorisations) = (0, 0);
     }
     run.events = driver.log.into_events();
     run
 }
 
-impl Driver<'_, '_> {
+impl<'n, 'm> Driver<'n, 'm> {
+    fn new(
+        network: &'n Network,
+        minimiser: &'m mut dyn Minimiser,
+        stop: &Stop,
+        state: State,
+        conditions: Conditions,
+    ) -> Self {
+        Self {
+            problem: Problem::new(network, conditions),
+            minimiser,
+            stop: *stop,
+            certifier: Certifier::new(network),
+            before: state.clone(),
+            state,
+            iterations: 0,
+            factorisations: 0,
+            residual: f64::INFINITY,
+            homing: true,
+            log: EventLog::default(),
+            smallest: 1.0,
+            operations: Vec::new(),
+        }
+    }
+
+    /// The harness laid out, but not in balance.
+    fn at_start(network: &'n Network, minimiser: &'m mut dyn Minimiser, stop: &Stop, schedule: &Schedule) -> Self {
+        let state = start::place(network, schedule);
+        let conditions = Conditions {
+            gravity: schedule.gravity,
+            load_factors: network.loads.iter().map(|load| load.factor).collect(),
+            active: network.fixings.iter().map(|f| f.from_start).collect(),
+            targets: network.fixings.iter().map(|f| state.pose(&f.site)).collect(),
+            // Nothing slides before the fixings are where the scenario puts them.
+            sliding: vec![Sliding::Stuck; network.slides.len()],
+        };
+        Self::new(network, minimiser, stop, state, conditions)
+    }
+
+    /// What must be kept to go on from here: everything of the driver is named, so that nothing new is forgotten.
+    fn checkpoint(&self, run: &Run, done: (usize, usize), plan: Option<&Plan>, seconds: f64) -> Checkpoint {
+        let Self {
+            problem,
+            state,
+            iterations,
+            factorisations,
+            log,
+            operations,
+            // Made anew by the next increment, or the same in every run:
+            minimiser: _,
+            stop: _,
+            certifier: _,
+            before: _,
+            residual: _,
+            homing: _,
+            smallest: _,
+        } = self;
+        Checkpoint {
+            conditions: problem.conditions().clone(),
+            state: state.clone(),
+            log: log.clone(),
+            plan: plan.cloned(),
+            operations: operations.clone(),
+            step_index: done.0,
+            increment: done.1,
+            work: (*iterations, *factorisations),
+            seconds,
+            status: run.status,
+            notes: run.notes.clone(),
+            kept: run.steps.len(),
+        }
+    }
+
     /// From the start shape to a balanced state with the fixings that act from the start where the scenario puts them.
     /// A drawn shape is first taken for the rest shape, without weight; then it gives way to the true one and the weight
     /// comes, while the fixings move. No edge is left to balance on.
-    fn bring_home(&mut self) -> Status {
+    fn bring_home(&mut self, observer: &mut dyn Observer) -> Status {
         let network = self.problem.network;
         let mut journeys = Vec::new();
         let mut increments = HOMING;
@@ -209,6 +304,9 @@ impl Driver<'_, '_> {
         self.stop.force_tolerance = stop.force_tolerance.max(HOMING_TOLERANCE);
         let mut status = self.advance(&plan, 0.0, 0.0, 0);
         for k in 1..=increments {
+            if observer.gives_up() {
+                return Status::Interrupted;
+            }
             if k == increments {
                 self.stop.force_tolerance = stop.force_tolerance;
             }
@@ -267,7 +365,7 @@ impl Driver<'_, '_> {
     }
 
     /// One increment, from share `a` to share `b` of a plan, and what had to be done to find its end.
-    fn increment(&mut self, plan: &Plan<'_>, a: f64, b: f64) -> Status {
+    fn increment(&mut self, plan: &Plan, a: f64, b: f64) -> Status {
         self.smallest = 1.0;
         let began = self.state.clone();
         let mut status = self.advance_through(plan, a, b);
@@ -311,7 +409,7 @@ impl Driver<'_, '_> {
     }
 
     /// Adds and releases what the step says, and plans its motions.
-    fn begin<'s>(&mut self, step: &'s Step, notes: &mut Vec<String>) -> Plan<'s> {
+    fn begin(&mut self, step: &Step, notes: &mut Vec<String>) -> Plan {
         let network = self.problem.network;
         self.problem.change(|c| {
             for &f in &step.release {
@@ -341,7 +439,7 @@ impl Driver<'_, '_> {
 
     /// From share `a` to share `b` of a plan, in as many parts as it takes to follow its turns and to pass through every
     /// point of its paths.
-    fn advance_through(&mut self, plan: &Plan<'_>, a: f64, b: f64) -> Status {
+    fn advance_through(&mut self, plan: &Plan, a: f64, b: f64) -> Status {
         let turns = plan.turns(b - a);
         let parts = (turns / LARGEST_TURNS).ceil().max(1.0) as usize;
         let mut places: Vec<f64> = (1..parts).map(|k| a + (b - a) * k as f64 / parts as f64).collect();
@@ -356,14 +454,14 @@ impl Driver<'_, '_> {
                 break;
             }
             let reaction = |f: usize| self.problem.reaction(f, &self.state, &self.certifier.gradient).0;
-            operations::watch(plan.operations, &mut self.operations, self.problem.network, to, reaction);
+            operations::watch(&plan.operations, &mut self.operations, self.problem.network, to, reaction);
             from = to;
         }
         status
     }
 
     /// From share `a` to share `b` of a plan; halved where it does not converge.
-    fn advance(&mut self, plan: &Plan<'_>, a: f64, b: f64, cuts: u32) -> Status {
+    fn advance(&mut self, plan: &Plan, a: f64, b: f64, cuts: u32) -> Status {
         self.before.copy_from(&self.state);
         self.problem.stick();
         plan.apply(&mut self.problem, b);

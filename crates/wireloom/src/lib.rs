@@ -21,6 +21,7 @@ pub fn registry() -> Registry {
 
 use wireloom_core::equilibrium::{Run, StepResult};
 use wireloom_scenario::{Built, Fault, Files, Scenario};
+use wireloom_solve::checkpoint::{Observer, Resumed, Watching};
 use wireloom_solve::{Control, Progress};
 
 /// The text of a scenario that names no other files, checked and built.
@@ -84,8 +85,17 @@ pub fn load_with_files(text: &str, files: &dyn Files, registry: &Registry) -> Re
 /// assert!(cable.position[20].z < -0.34, "it sags");
 /// ```
 pub fn run(built: Built, observer: &mut dyn FnMut(&Progress, &StepResult) -> Control) -> Run {
+    run_observed(built, None, &mut Watching(observer))
+}
+
+/// As [`run`], with an observer who may keep checkpoints; from `resumed` it goes on with a run that one of them kept, to the
+/// same bits as if there had been no interruption.
+///
+/// # Panics
+/// If the checkpoint is not one of a run of the same scenario; see [`solve::checkpoint::Checkpoint::fits`].
+pub fn run_observed(built: Built, resumed: Option<Resumed>, observer: &mut dyn Observer) -> Run {
     let Built { network, schedule, mut minimiser, stop, notes, .. } = built;
-    let mut run = solve::follow(&network, minimiser.as_mut(), &stop, &schedule, observer);
+    let mut run = solve::carry_out(&network, minimiser.as_mut(), &stop, &schedule, resumed, observer);
     run.notes.splice(0..0, notes);
     run
 }

@@ -211,3 +211,29 @@ pub fn goes_from_network_to_network(factory: &Factory<'_>, registry: &Registries
     let again = cable(&registry, 24);
     assert!(bits(&follow(used.as_mut(), &again)) == bits(&follow(factory().as_mut(), &again)), "a cable after the Y");
 }
+
+/// # Panics
+/// If a minimiser that was told to forget gives other bits than a fresh one.
+pub fn forgets_when_told(factory: &Factory<'_>, registry: &Registries<'_>) {
+    let sample = cable(&registry(), 20);
+    let mut problem = sample.problem();
+    let mut used = factory();
+    let mut state = sample.state.clone();
+    let mut target = sample.conditions.targets[1];
+    for end in ENDS {
+        target.position = Vector::from(end);
+        problem.set_target(1, target);
+        let mut other = state.clone();
+        used.minimise(&mut problem, &mut state, &STOP);
+        factory().minimise(&mut sample_at(&sample, target), &mut other, &STOP);
+        used.forget();
+        assert!(bits(&state) == bits(&other), "end at {end:?}");
+    }
+}
+
+/// The problem of a sample with the end at `target`.
+fn sample_at(sample: &Sample, target: wireloom_core::Pose) -> wireloom_core::Problem<'_> {
+    let mut problem = sample.problem();
+    problem.set_target(1, target);
+    problem
+}

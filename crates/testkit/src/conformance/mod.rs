@@ -146,6 +146,7 @@ macro_rules! minimiser_conformance {
             stops_at_the_iteration_limit
             fails_on_a_start_that_is_not_finite
             goes_from_network_to_network
+            forgets_when_told
         );
     };
 }

@@ -1,0 +1,92 @@
+//! A run between two increments: all that is needed to go on from there later, in another process, to the same bits.
+//!
+//! Checkpoints are made where every step begins and after every [`EVERY`]th increment. There the minimiser forgets what it
+//! remembers, in every run, whether anybody keeps the checkpoint or not: so a run that was taken up again walks the same way
+//! as one that was never interrupted. Only clock times differ.
+
+use crate::events::EventLog;
+use crate::plan::Plan;
+use crate::steps::{Control, Progress};
+use serde::{Deserialize, Serialize};
+use wireloom_core::equilibrium::{OperationResult, StepResult};
+use wireloom_core::problem::Conditions;
+use wireloom_core::{Network, State, Status};
+
+/// A checkpoint after so many increments of a step.
+pub const EVERY: usize = 10;
+
+/// Where a run stands. What it is made of is no business of those who keep it: it may change from one version of the
+/// program to the next.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Checkpoint {
+    pub(crate) conditions: Conditions,
+    pub(crate) state: State,
+    pub(crate) log: EventLog,
+    /// The plan of the step; `None`: it has not begun.
+    pub(crate) plan: Option<Plan>,
+    /// What its operations came to so far.
+    pub(crate) operations: Vec<OperationResult>,
+    pub(crate) step_index: usize,
+    /// Increments of it that are done.
+    pub(crate) increment: usize,
+    /// Iterations and factorisations of the step so far.
+    pub(crate) work: (usize, usize),
+    /// Time spent in the step so far, s.
+    pub(crate) seconds: f64,
+    pub(crate) status: Status,
+    pub(crate) notes: Vec<String>,
+    /// Results kept so far.
+    pub(crate) kept: usize,
+}
+
+impl Checkpoint {
+    /// How many results the run had kept.
+    pub fn kept(&self) -> usize {
+        self.kept
+    }
+
+    /// Whether it can be one of this network.
+    pub fn fits(&self, network: &Network) -> bool {
+        let (state, conditions) = (&self.state, &self.conditions);
+        (state.points.len(), state.carry.len(), state.rest_lengths.len())
+            == (network.points, network.points, network.points)
+            && (state.frames.len(), state.coupling_lengths.len()) == (network.frames, network.frames)
+            && (conditions.active.len(), conditions.targets.len()) == (network.fixings.len(), network.fixings.len())
+            && (conditions.load_factors.len(), conditions.sliding.len()) == (network.loads.len(), network.slides.len())
+    }
+}
+
+/// A run that is taken up again.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Resumed {
+    /// Where it stood.
+    pub checkpoint: Checkpoint,
+    /// The results it had kept: [`Checkpoint::kept`] of them.
+    pub steps: Vec<StepResult>,
+}
+
+/// Who watches a run.
+pub trait Observer {
+    /// An increment has ended; `kept`: its end is part of the result, whatever comes.
+    fn increment(&mut self, progress: &Progress, end: &StepResult, kept: bool) -> Control;
+
+    /// From here the run can be taken up again.
+    fn checkpoint(&mut self, _: &Checkpoint) {}
+
+    /// Asked now and then while the start is being found, when there is nothing to show yet: whether to give up.
+    fn gives_up(&mut self) -> bool {
+        false
+    }
+}
+
+/// Watches increments only.
+pub struct Watching<'a>(
+    /// Sees each of them.
+    pub &'a mut dyn FnMut(&Progress, &StepResult) -> Control,
+);
+
+impl Observer for Watching<'_> {
+    fn increment(&mut self, progress: &Progress, end: &StepResult, _: bool) -> Control {
+        (self.0)(progress, end)
+    }
+}

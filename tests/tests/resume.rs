@@ -1,0 +1,279 @@
+//! Interrupted runs: whatever stops one, it goes on to the same bits.
+
+use serde_json::Value;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
+use std::time::{Duration, Instant};
+use wireloom::core::{Run, StepResult};
+use wireloom::scenario::Built;
+use wireloom::solve::checkpoint::{Checkpoint, Observer, Resumed};
+use wireloom::solve::{Control, Progress};
+use wireloom_tests::{program, root};
+
+/// A cable that is drawn through a smooth ring and a rough one, lifted and let go; more than one checkpoint in each step.
+const RINGS: &str = r#"
+schema = 1
+name = "rings"
+[sections.cable]
+diameter = "6 mm"
+linear_density = "50 g/m"
+axial_stiffness = 1e4
+bending_stiffness = 0.01
+torsion_stiffness = 0.008
+min_bend_radius = "60 mm"
+[[branches]]
+name = "cable"
+from = "A"
+to = "B"
+section = "cable"
+length = "1.5 m"
+segments = SEGMENTS
+[[constraints]]
+name = "plug-A"
+kind = "connector"
+at = { end = "A" }
+position = [0, 0, 0]
+tangent = [1, 0, 0]
+up = [0, 0, 1]
+[[constraints]]
+name = "smooth"
+kind = "collar"
+at = { branch = "cable", s = 0.5 }
+hold = ["position"]
+slide = true
+position = [0.4, 0, 0]
+[[constraints]]
+name = "rough"
+kind = "collar"
+at = { branch = "cable", s = 1.0 }
+hold = ["position"]
+slide = true
+friction = 0.2
+position = [0.8, 0, 0]
+[[constraints]]
+name = "plug-B"
+kind = "connector"
+at = { end = "B" }
+position = [1.1, 0, 0]
+tangent = [1, 0, 0]
+up = [0, 0, 1]
+[[steps]]
+name = "draw"
+increments = INCREMENTS
+move = [{ constraint = "plug-B", position = [1.3, 0.1, 0.1] }]
+[[steps]]
+name = "turn"
+increments = INCREMENTS
+move = [{ constraint = "plug-B", position = [1.1, 0.2, 0], turns = 0.5 }, { constraint = "smooth", position = [0.4, 0, 0.2] }]
+[[steps]]
+name = "let go"
+increments = INCREMENTS
+release = ["smooth"]
+gravity = [0, -3, -9]
+"#;
+
+fn rings(segments: usize, increments: usize) -> String {
+    RINGS.replace("SEGMENTS", &segments.to_string()).replace("INCREMENTS", &increments.to_string())
+}
+
+fn built(text: &str) -> Built {
+    wireloom::load(text, &wireloom::registry()).expect("no faults").1
+}
+
+/// Keeps everything.
+#[derive(Default)]
+struct Keep {
+    checkpoints: Vec<Vec<u8>>,
+    steps: Vec<StepResult>,
+}
+
+impl Observer for Keep {
+    fn increment(&mut self, _: &Progress, end: &StepResult, kept: bool) -> Control {
+        if kept {
+            self.steps.push(end.clone());
+        }
+        Control::Continue
+    }
+
+    fn checkpoint(&mut self, checkpoint: &Checkpoint) {
+        self.checkpoints.push(postcard::to_stdvec(checkpoint).expect("bytes"));
+    }
+}
+
+fn without_times(mut run: Run) -> Run {
+    run.steps.iter_mut().for_each(|step| step.minimiser.seconds = 0.0);
+    run
+}
+
+/// From every checkpoint of a run to its end: the same bits.
+fn goes_on_from_every_checkpoint(text: &str) -> Run {
+    let mut keep = Keep::default();
+    let whole = without_times(wireloom::run_observed(built(text), None, &mut keep));
+    for bytes in &keep.checkpoints {
+        let checkpoint: Checkpoint = postcard::from_bytes(bytes).expect("a checkpoint");
+        let built = built(text);
+        assert!(checkpoint.fits(&built.network));
+        let steps = keep.steps[..checkpoint.kept()].to_vec();
+        let mut ignored = Keep::default();
+        let run = wireloom::run_observed(built, Some(Resumed { checkpoint, steps }), &mut ignored);
+        // What is printed has every digit, and tells −0 from 0.
+        assert!(format!("{:?}", without_times(run)) == format!("{whole:?}"), "{}", whole.scenario);
+    }
+    whole
+}
+
+#[test]
+fn sliding_cables_go_on_from_every_checkpoint() {
+    let whole = goes_on_from_every_checkpoint(&rings(60, 25));
+    assert_eq!(whole.status.word(), "converged");
+    assert!(!whole.events.is_empty(), "something happened on the way");
+}
+
+#[test]
+fn all_scenarios_go_on_from_every_checkpoint() {
+    let mut seen = 0;
+    for folder in ["analytic", "branches", "assembly"] {
+        let Ok(entries) = fs::read_dir(root().join("scenarios").join(folder)) else { continue };
+        for path in entries.map(|entry| entry.expect("an entry").path()) {
+            let name = path.to_string_lossy();
+            if name.ends_with(".toml") && !name.ends_with(".expected.toml") {
+                let text = fs::read_to_string(&path).expect("a text");
+                if wireloom::load(&text, &wireloom::registry()).is_ok() {
+                    goes_on_from_every_checkpoint(&text);
+                    seen += 1;
+                }
+            }
+        }
+    }
+    assert!(seen > 15, "{seen} scenarios");
+}
+
+#[test]
+fn a_checkpoint_of_another_network_does_not_fit() {
+    let mut keep = Keep::default();
+    wireloom::run_observed(built(&rings(60, 1)), None, &mut keep);
+    let checkpoint: Checkpoint = postcard::from_bytes(&keep.checkpoints[0]).expect("a checkpoint");
+    assert!(!checkpoint.fits(&built(&rings(61, 1)).network));
+}
+
+/// A folder in which the program is run.
+struct Place(tempfile::TempDir);
+
+impl Place {
+    fn new(scenario: &str) -> Self {
+        let place = Self(tempfile::tempdir().expect("a folder"));
+        fs::write(place.path("s.toml"), scenario).expect("written");
+        place
+    }
+
+    fn path(&self, name: &str) -> PathBuf {
+        self.0.path().join(name)
+    }
+
+    fn command(&self, arguments: &[&str]) -> Command {
+        let mut command = Command::new(program());
+        command.args(arguments).current_dir(self.0.path());
+        command
+    }
+
+    /// Exit code, standard output and standard error.
+    fn run(&self, arguments: &[&str]) -> (i32, String, String) {
+        let output = self.command(arguments).output().expect("the program runs");
+        let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
+        (output.status.code().expect("a code"), text(&output.stdout), text(&output.stderr))
+    }
+
+    /// `result.json` without times.
+    fn result(&self, folder: &str) -> Value {
+        let text = fs::read_to_string(self.path(folder).join("result.json")).expect("a result");
+        let mut result: Value = serde_json::from_str(&text).expect("JSON");
+        for step in result["steps"].as_array_mut().expect("steps") {
+            step["minimiser"]["seconds"] = Value::Null;
+        }
+        result
+    }
+
+    fn series(&self, folder: &str) -> Vec<(String, Vec<u8>)> {
+        let entries = fs::read_dir(self.path(folder).join("vtk")).expect("a folder");
+        let mut files: Vec<_> = entries
+            .map(|entry| {
+                let path = entry.expect("an entry").path();
+                (path.file_name().expect("a name").to_string_lossy().into_owned(), fs::read(&path).expect("bytes"))
+            })
+            .collect();
+        files.sort();
+        files
+    }
+}
+
+fn stamp(path: &Path) -> Option<std::time::SystemTime> {
+    fs::metadata(path).and_then(|data| data.modified()).ok()
+}
+
+/// Killed twenty times, each time after a checkpoint more and a moment of random length, and once before there was any.
+#[test]
+fn killed_at_twenty_moments_the_result_is_the_same() {
+    let scenario = rings(400, 400) + "[output]\nincrements = true\nvtk = true\n";
+    let place = Place::new(&scenario);
+    assert_eq!(place.run(&["run", "s.toml", "--out", "whole", "-q"]), (0, String::new(), String::new()));
+    let mut random = fastrand::Rng::with_seed(20);
+    let standing = place.path("o/.wireloom/standing");
+    let mut kills = 0;
+    for round in 0..=20 {
+        let arguments: &[&str] = if round == 0 { &["run", "s.toml", "--out", "o"] } else { &["run", "--resume", "o"] };
+        let before = stamp(&standing);
+        let mut child = place.command(arguments).stdout(Stdio::null()).spawn().expect("the program runs");
+        let began = Instant::now();
+        // The first one is killed where it happens to be.
+        while round > 0 && stamp(&standing) == before && child.try_wait().expect("a state").is_none() {
+            assert!(began.elapsed() < Duration::from_secs(60), "no checkpoint");
+            std::thread::sleep(Duration::from_millis(1));
+        }
+        std::thread::sleep(Duration::from_micros(random.u64(0..60_000)));
+        child.kill().expect("killed");
+        kills += i32::from(!child.wait().expect("ended").success());
+    }
+    assert!(kills >= 15, "the run is too short: {kills} kills");
+    if place.path("o/.wireloom/origin.json").exists() {
+        let (code, out, err) = place.run(&["run", "--resume", "o"]);
+        assert_eq!((code, err.as_str()), (0, ""), "{out}");
+    }
+    assert!(place.result("o") == place.result("whole"));
+    assert!(place.series("o") == place.series("whole"));
+    assert_eq!(fs::read(place.path("o/harness.pvd")).unwrap(), fs::read(place.path("whole/harness.pvd")).unwrap());
+    assert!(!standing.exists(), "nothing is left to resume");
+}
+
+#[test]
+fn what_cannot_be_resumed_is_refused_with_the_reason() {
+    let place = Place::new(&rings(400, 150));
+    let (code, _, err) = place.run(&["run", "--resume", "nowhere"]);
+    assert_eq!(code, 1);
+    assert!(err.contains("nothing to resume in nowhere"), "{err}");
+    for wrong in [&["run", "s.toml", "--resume", "o"][..], &["run", "--resume", "o", "--minimiser", "newton"]] {
+        assert_eq!(place.run(wrong).0, 1);
+    }
+    let mut child = place.command(&["run", "s.toml", "--out", "o"]).stdout(Stdio::null()).spawn().expect("runs");
+    while !place.path("o/.wireloom/standing").exists() {
+        assert!(child.try_wait().expect("a state").is_none(), "the run is too short");
+        std::thread::sleep(Duration::from_millis(1));
+    }
+    child.kill().expect("killed");
+    child.wait().expect("ended");
+    fs::write(place.path("s.toml"), rings(400, 151)).expect("written");
+    let (code, _, err) = place.run(&["run", "--resume", "o"]);
+    assert_eq!(code, 1);
+    assert!(err.contains("s.toml has changed since the run was interrupted"), "{err}");
+    fs::write(place.path("s.toml"), rings(400, 150)).expect("written");
+    let standing = place.path("o/.wireloom/standing");
+    let bytes = fs::read(&standing).expect("bytes");
+    fs::write(&standing, &bytes[..bytes.len() / 2]).expect("written");
+    let (code, _, err) = place.run(&["run", "--resume", "o"]);
+    assert_eq!(code, 1);
+    assert!(err.contains("cannot be understood"), "{err}");
+    // A new run in the same folder begins anew, and leaves nothing of the old one.
+    fs::write(place.path("s.toml"), rings(20, 1)).expect("written");
+    assert_eq!(place.run(&["run", "s.toml", "--out", "o"]).0, 0);
+    assert!(!standing.exists() && place.run(&["run", "--resume", "o"]).0 == 1);
+}
