@@ -30,7 +30,7 @@ fn main() {
         trials.push(Trial::test(name(&path), move || analytic(&path)));
     }
     for path in files(&scenarios.join("branches")).into_iter().chain([scenarios.join("first.toml")]) {
-        trials.push(Trial::test(name(&path), move || converged(&std::fs::read_to_string(&path)?).map(|_| ())));
+        trials.push(Trial::test(name(&path), move || converged(&path).map(|_| ())));
     }
     trials.push(Trial::test("expected values are those of the closed forms", values_of_closed_forms));
     trials.push(Trial::test("order: cantilever, against the closed form", order_of_the_cantilever));
@@ -58,9 +58,23 @@ fn name(path: &Path) -> String {
     path.strip_prefix(scenarios).unwrap_or(path).with_extension("").display().to_string()
 }
 
-fn converged(text: &str) -> Result<Run, Failed> {
+/// The files beside a scenario.
+struct Beside<'a>(&'a Path);
+
+impl wireloom::scenario::Files for Beside<'_> {
+    fn read(&self, path: &str) -> Result<String, String> {
+        std::fs::read_to_string(self.0.with_file_name(path)).map_err(|e| e.to_string())
+    }
+}
+
+fn converged(path: &Path) -> Result<Run, Failed> {
+    text_converged(&std::fs::read_to_string(path)?, &Beside(path))
+}
+
+fn text_converged(text: &str, files: &dyn wireloom::scenario::Files) -> Result<Run, Failed> {
     let registry = wireloom::registry();
-    let (_, built) = wireloom::load(text, &registry).map_err(|faults| wireloom::scenario::render(text, &faults))?;
+    let (_, built) = wireloom::load_with_files(text, files, &registry)
+        .map_err(|faults| wireloom::scenario::render(text, &faults))?;
     let run = wireloom::run(built, &mut |_, _| wireloom::solve::Control::Continue);
     if run.status == Status::Converged && !run.steps.is_empty() {
         Ok(run)
@@ -80,7 +94,7 @@ fn expected(path: &Path) -> Result<Vec<Value>, Failed> {
 }
 
 fn analytic(path: &Path) -> Result<(), Failed> {
-    let run = converged(&std::fs::read_to_string(path)?)?;
+    let run = converged(path)?;
     let mut wrong = vec![];
     for check in &expected(path)? {
         let (step, kind) = (word(check, "step")?, word(check, "kind")?);
@@ -322,7 +336,8 @@ const MESHES: [usize; 5] = [20, 40, 80, 160, 320];
 /// Positions at the nodes that all meshes have in common, on the first so many meshes.
 fn curves(meshes: usize, text: impl Fn(usize) -> String) -> Result<Vec<Vec<Vector>>, Failed> {
     let curve = |&segments: &usize| {
-        let run = converged(&text(segments)).map_err(|e| format!("{segments} segments: {e:?}"))?;
+        let run = text_converged(&text(segments), &wireloom::scenario::NoFiles)
+            .map_err(|e| format!("{segments} segments: {e:?}"))?;
         let end = run.steps.last().ok_or("no step")?;
         Ok(end.branches[0].position.iter().step_by(segments / MESHES[0]).copied().collect())
     };

@@ -669,7 +669,12 @@ pub(crate) const CARRY: Keys = Keys {
             Form::Table(&ABOUT),
             "the way is that of a point and frame of the body, here when the step begins, instead of the first",
         ),
-        must("keyframes", Form::Tables(&KEYFRAME), "the way"),
+        unless("path", "keyframes", Form::Tables(&KEYFRAME), "the way"),
+        may(
+            "path",
+            Form::Name,
+            "instead of keyframes: a CSV file of poses, from the folder of the scenario; columns t, x, y, z and, all or none, qw, qx, qy, qz; lengths in m or as in x [mm]; t from the step's beginning to its end",
+        ),
         may("timing", Form::Tables(&TIMING), "those that begin later, or are done sooner, than the step"),
     ],
 };

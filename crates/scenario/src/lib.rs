@@ -26,6 +26,7 @@ mod library;
 mod mesh;
 mod operations;
 mod placement;
+mod poses;
 mod reader;
 mod scenario;
 mod schema;

@@ -2,10 +2,10 @@
 
 use crate::document::Names;
 use crate::fixings::facing;
-use crate::kinds;
 use crate::reader::Entry;
 use crate::scenario::{At, Branch, Constraint, Facing, Load};
 use crate::sequence::{Begins, Motions, turn};
+use crate::{kinds, poses};
 use wireloom_core::rotation::columns;
 use wireloom_core::steps::{Carried, Move, Operation, Track, Turn};
 use wireloom_core::{Rotation, Vector};
@@ -54,7 +54,7 @@ fn carry(
     names: &Names<'_>,
 ) -> Option<Operation> {
     let carried = carried(entry, motions, names);
-    let mut frames = keyframes(entry);
+    let mut frames = way(entry);
     let about = entry.entry("about").map(|about| (about.vector("position"), frame(&about)));
     let origin = about.or_else(|| {
         let first = frames.first().filter(|first| first.at == 0.0)?;
@@ -112,6 +112,23 @@ fn carried(entry: &Entry<'_>, motions: &Motions<'_, '_>, names: &Names<'_>) -> V
         }
     }
     all.into_iter().map(|(_, carried)| carried).collect()
+}
+
+/// The way of what is carried: keyframes, or the poses of a file.
+fn way(entry: &Entry<'_>) -> Vec<Keyframe> {
+    if !entry.has("path") {
+        return keyframes(entry);
+    }
+    for other in ["keyframes", "about"].into_iter().filter(|key| entry.has(key)) {
+        let message = format!("{} has `{other}` beside `path`", entry.label);
+        let help = "leave it out: the first pose of the file says where the body begins, the others where it goes";
+        entry.fault_at(other, message, help);
+    }
+    let turn = |frame: Option<Rotation>| frame.map_or(Turn::Keep, Turn::Orientation);
+    let poses = poses::read(entry, "path").unwrap_or_default();
+    let frame =
+        |pose: poses::TimedPose| Keyframe { at: pose.at, position: Some(pose.position), turn: turn(pose.orientation) };
+    poses.into_iter().map(frame).collect()
 }
 
 fn keyframes(entry: &Entry<'_>) -> Vec<Keyframe> {
