@@ -349,10 +349,13 @@ impl<'n> Problem<'n> {
         (force, carried)
     }
 
-    /// Second derivatives at `state`. Call after [`Self::gradient`] at the same state.
-    pub fn hessian(&mut self, state: &State, hessian: &mut Hessian) {
+    /// Second derivatives at `state`. `forces` (N, body frame; one vector for each branch, one entry for each segment)
+    /// replaces the rods' own forces in the geometric stiffness; see [`crate::RodSegment::hessian`]. Call after
+    /// [`Self::gradient`] at the same state.
+    pub fn hessian(&mut self, state: &State, forces: Option<&[Vec<Vector>]>, hessian: &mut Hessian) {
         for (b, (branch, room)) in self.network.branches.iter().zip(&mut hessian.branches).enumerate() {
-            branch.rod.hessian(&self.shape(state, b), room);
+            let forces = forces.map(|f| f[b].as_slice());
+            branch.rod.hessian(&self.shape(state, b), forces, room);
         }
         for (joint, table) in self.network.joints.iter().zip(&mut hessian.joints) {
             table.fill(Matrix::zeros());

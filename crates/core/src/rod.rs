@@ -271,12 +271,18 @@ pub trait RodSegment: Send + Sync {
     /// ∂E/∂x_i (N) and ∂E/∂θ_c (N m, body frame). Returns the energy, J.
     fn gradient(&self, shape: &BranchShape<'_>, points: &mut [Vector], frames: &mut [Vector]) -> f64;
 
-    /// Second derivatives, part by part.
-    fn hessian(&self, shape: &BranchShape<'_>, hessian: &mut BranchHessian);
+    /// Second derivatives, part by part. Where `forces` is given (one for each segment,
+    /// N, body frame) it replaces `C Γ` in the geometric part ("mixed integration points",
+    /// Magisano, Leonetti, Garcea 2017); at equilibrium both are the same.
+    fn hessian(&self, shape: &BranchShape<'_>, forces: Option<&[Vector]>, hessian: &mut BranchHessian);
 
     /// ∂²E/∂e² of each segment, N/m, the same as in [`Self::hessian`]; it does not depend on the points, so that with the frames
     /// given the energy is a convex quadratic function of the points.
     fn edge_stiffness(&self, shape: &BranchShape<'_>, stiffness: &mut [Matrix]);
+
+    /// `C (Γ + δΓ)` for each segment (N, body frame): the force to first order after the step
+    /// `(δx, θ)`.
+    fn predicted_forces(&self, shape: &BranchShape<'_>, points: &[Vector], frames: &[Vector], forces: &mut [Vector]);
 
     /// n_j for each segment, N, world axes.
     fn forces(&self, shape: &BranchShape<'_>, forces: &mut [Vector]);

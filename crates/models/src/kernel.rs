@@ -55,10 +55,10 @@ impl StretchShear {
     }
 
     /// `∂²E/∂e² = R C Rᵀ/ℓ`, `∂²E/∂θ∂e = ([v]ₓᵀ C + [n]ₓ) Rᵀ`,
-    /// `∂²E/∂θ² = ℓ ([v]ₓᵀ C [v]ₓ + sym(n vᵀ) − (n·v) I)`.
+    /// `∂²E/∂θ² = ℓ ([v]ₓᵀ C [v]ₓ + sym(n vᵀ) − (n·v) I)`; `n` is the force of the geometric part.
     #[inline(always)]
-    pub fn hessian(&self, l: f64, c: &Vector) -> SegmentHessian {
-        let (r, v, n) = (&self.r, &self.v, &self.n);
+    pub fn hessian(&self, l: f64, c: &Vector, n: &Vector) -> SegmentHessian {
+        let (r, v) = (&self.r, &self.v);
         let ee = edge_stiffness(r, l, c);
         // [v]ₓᵀ C + [n]ₓ, written out.
         let b = Matrix::new(
@@ -326,10 +326,23 @@ impl BlendedStretchShear {
         edge_stiffness(&(self.r * (Matrix::identity() + skew(&self.phi))), l, c)
     }
 
-    /// Second derivatives: `ℓ Jᵀ C J` with `J = ∂Γ`, the second
+    /// δΓ for a step: `δv + δv × φ + v × δφ`, `δv = Rᵀ δe/ℓ + v × θ`.
+    pub fn strain_change(&self, l: f64, de: &Vector, theta: &Vector, at_stations: [Vector; 2]) -> Vector {
+        let dv = self.r.tr_mul(de) / l + self.v.cross(theta);
+        let mut dphi = Vector::zeros();
+        for (turn, at) in self.turns.iter().zip(&at_stations) {
+            if let Some((blend, w, im)) = turn {
+                let [segment, station] = turn_jacobians(*w, im).map(|jacobian| jacobian * *blend);
+                dphi += segment * theta + station * at;
+            }
+        }
+        dv + dv.cross(&self.phi) + self.v.cross(&dphi)
+    }
+
+    /// Second derivatives with `n` as the force of the geometric part: `ℓ Jᵀ C J` with `J = ∂Γ`, the second
     /// derivatives of `ℓ n′·v` in (e, θ) and of `μ·φ` in (θ, θ_Q), and `ℓ n·(δv × δφ)` twice.
-    pub fn hessian(&self, l: f64, c: &Vector) -> (SegmentHessian, StationHessian) {
-        let (v, n) = (&self.v, &self.n);
+    pub fn hessian(&self, l: f64, c: &Vector, n: &Vector) -> (SegmentHessian, StationHessian) {
+        let v = &self.v;
         let rt = self.r.transpose();
         let c = Matrix::from_diagonal(c);
         // ∂v and ∂φ in (e, θ, Q_1, Q_2), then ∂Γ = (I − [φ]ₓ) ∂v + [v]ₓ ∂φ.

@@ -82,7 +82,7 @@ impl Certifier {
                 matrix,
             }
         });
-        problem.hessian(state, hessian);
+        problem.hessian(state, None, hessian);
         gather.run(matrix, problem.network, state, hessian);
         matrix.shift(NEUTRAL * problem.scales().force, weights);
         matrix.take_out(problem);

@@ -3,6 +3,8 @@
 //! Per iteration: second derivatives, factorisation along the graph, step, line search, in which the points follow the frames
 //! ([`crate::settle`]). Where the Hessian is not positive definite the frames' diagonal is shifted until it is (Levenberg), so
 //! every step leads downhill from any start. The first step of an increment carries the prescribed motion in its right-hand side.
+//! After small steps the axial and shear forces in the geometric stiffness are those predicted by the last linear step
+//! ("mixed integration points", Magisano, Leonetti, Garcea 2017).
 
 use crate::border::Border;
 use crate::gather::Gather;
@@ -16,7 +18,7 @@ use wireloom_core::{Network, State, Tangent, Vector};
 
 /// Largest turn (rad) of any frame in one line-search step; beyond it the quadratic model says nothing.
 const LARGEST_TURN: f64 = 1.0;
-/// Largest turn (rad) of a predicted step for which the increment counts as small.
+/// Largest turn (rad) of a step that counts as small: a linear prediction says something of what comes after it.
 const SMALL_TURN: f64 = 0.3;
 /// Share of the tolerance below which forces on points are not settled.
 const SETTLED_SHARE: f64 = 0.1;
@@ -79,6 +81,8 @@ struct Workspace {
     motion: Tangent,
     trial: State,
     rhs: Vec<Vector>,
+    /// Predicted forces, by branch and segment.
+    forces: Vec<Vec<Vector>>,
     /// Where the matrix holds an unshifted, positive definite factor: the fixings that were active.
     factor_of: Option<Vec<bool>>,
     /// Force (N) below which a point counts as settled.
@@ -104,6 +108,7 @@ impl Workspace {
             motion: Tangent::zeros(network),
             trial: State::origin(network),
             rhs: vec![Vector::zeros(); matrix.structure.len()],
+            forces: network.branches.iter().map(|b| vec![Vector::zeros(); b.rod.mesh().segments()]).collect(),
             matrix,
             border: Border::default(),
             factor_of: None,
@@ -122,8 +127,8 @@ impl Workspace {
 
     /// Second derivatives at `state` (where `gradient` was evaluated last), shifted, factorised. Returns the number
     /// of negative pivots.
-    fn assemble(&mut self, problem: &mut Problem<'_>, state: &State, sigma: f64) -> usize {
-        problem.hessian(state, &mut self.hessian);
+    fn assemble(&mut self, problem: &mut Problem<'_>, state: &State, mixed: bool, sigma: f64) -> usize {
+        problem.hessian(state, mixed.then_some(self.forces.as_slice()), &mut self.hessian);
         self.factorise(problem, state, sigma)
     }
 
@@ -192,6 +197,17 @@ impl Workspace {
         std::mem::swap(&mut self.gradient, &mut self.trial_gradient);
     }
 
+    /// Forces to first order after the accepted step, for the next geometric stiffness. The state before it is in
+    /// `trial` then.
+    fn predict_forces(&mut self, problem: &Problem<'_>) {
+        for (b, branch) in problem.network.branches.iter().enumerate() {
+            let shape = self.trial.branch(problem.network, b);
+            let points = &self.step.points[branch.points.clone()];
+            let frames = &self.step.frames[branch.frames.clone()];
+            branch.rod.predicted_forces(&shape, points, frames, &mut self.forces[b]);
+        }
+    }
+
     fn residual(&mut self, problem: &Problem<'_>, scales: &Scales) -> f64 {
         self.free.copy_from(&self.gradient);
         problem.free_part(&mut self.free);
@@ -227,9 +243,10 @@ impl Minimiser for Newton {
             evaluations: 0,
             residual: f64::INFINITY,
         };
+        let mut mixed = false;
         let mut energy;
         if moving {
-            energy = predict(ws, problem, state);
+            (energy, mixed) = predict(ws, problem, state);
             report.iterations += 1;
             problem.update_held(state);
         } else {
@@ -258,7 +275,10 @@ impl Minimiser for Newton {
                 break;
             }
             // Factorise; shift until positive definite.
-            let mut negative = ws.assemble(problem, state, sigma);
+            if mixed {
+                ws.predict_forces(problem);
+            }
+            let mut negative = ws.assemble(problem, state, mixed, sigma);
             while negative > 0 && sigma.is_finite() {
                 sigma = raised(sigma, RAISE, &scales);
                 negative = ws.factorise(problem, state, sigma);
@@ -285,6 +305,10 @@ impl Minimiser for Newton {
                 }
             };
             let Some(trial) = accepted else {
+                if mixed {
+                    mixed = false;
+                    continue;
+                }
                 if -slope <= noise {
                     stalled = STALLED_AFTER;
                 } else if sigma < LARGEST_SHIFT * scales.force {
@@ -295,6 +319,7 @@ impl Minimiser for Newton {
                 }
                 continue;
             };
+            mixed = ws.largest_turn() < SMALL_TURN && alpha == 1.0;
             last_turn = alpha * ws.largest_turn();
             energy = trial + problem.moment_work(state, &ws.step, alpha);
             ws.accept(state);
@@ -332,14 +357,16 @@ fn raised(sigma: f64, factor: f64, scales: &Scales) -> f64 {
 
 /// The first step of an increment: the tangent at the old state carries the prescribed motion. Where it turns anything
 /// far, the whole step and shorter ones (the held freedoms always move all the way) are tried and the one of least energy is
-/// taken. Returns the energy.
-fn predict(ws: &mut Workspace, problem: &mut Problem<'_>, state: &mut State) -> f64 {
+/// taken. Returns the energy and whether the increment counts as small.
+fn predict(ws: &mut Workspace, problem: &mut Problem<'_>, state: &mut State) -> (f64, bool) {
     problem.gradient(state, &mut ws.gradient);
     if ws.factor_of.as_ref() != Some(&problem.conditions().active) {
         let scales = problem.scales();
         let mut sigma = 0.0_f64;
-        while ws.assemble(problem, state, sigma) > 0 && sigma.is_finite() {
+        let mut negative = ws.assemble(problem, state, false, sigma);
+        while negative > 0 && sigma.is_finite() {
             sigma = raised(sigma, RAISE, &scales);
+            negative = ws.factorise(problem, state, sigma);
         }
     }
     ws.solve(problem, state, true);
@@ -347,7 +374,7 @@ fn predict(ws: &mut Workspace, problem: &mut Problem<'_>, state: &mut State) -> 
         let energy = ws.try_step(problem, state, 1.0);
         if energy.is_finite() {
             ws.accept(state);
-            return energy;
+            return (energy, true);
         }
     }
     let mut best = (f64::INFINITY, 0.0);
@@ -361,5 +388,5 @@ fn predict(ws: &mut Workspace, problem: &mut Problem<'_>, state: &mut State) -> 
     }
     let energy = ws.try_step(problem, state, best.1);
     ws.accept(state);
-    energy
+    (energy, false)
 }

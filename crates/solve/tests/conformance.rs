@@ -236,7 +236,7 @@ fn the_factor_of_a_loop_solves_as_a_dense_matrix_does() {
         problem.update_held(&state);
         problem.gradient(&state, &mut gradient);
         let mut hessian = Hessian::new(&sample.network);
-        problem.hessian(&state, &mut hessian);
+        problem.hessian(&state, None, &mut hessian);
         let mut matrix = BlockMatrix::new(Structure::new(&sample.network), &sample.network);
         Gather::new(&sample.network, &matrix.structure).run(&mut matrix, &sample.network, &state, &hessian);
         matrix.take_out(&problem);
@@ -263,7 +263,7 @@ fn check_gathered(name: &str, sample: &Sample) {
     let mut gradient = Tangent::zeros(network);
     problem.gradient(&state, &mut gradient);
     let mut hessian = Hessian::new(network);
-    problem.hessian(&state, &mut hessian);
+    problem.hessian(&state, None, &mut hessian);
     let mut matrix = BlockMatrix::new(Structure::new(network), network);
     Gather::new(network, &matrix.structure).run(&mut matrix, network, &state, &hessian);
     let (got, variables) = (dense(&matrix), matrix.structure.variables.clone());

@@ -147,15 +147,19 @@ impl RodSegment for CosseratRod {
         energy
     }
 
-    fn hessian(&self, shape: &BranchShape<'_>, hessian: &mut BranchHessian) {
+    fn hessian(&self, shape: &BranchShape<'_>, forces: Option<&[Vector]>, hessian: &mut BranchHessian) {
         for run in &self.plain {
             for j in run.clone() {
-                hessian.segments[j] = self.segment(shape, j).hessian(shape.rest_lengths[j], &self.stretch);
+                let law = self.segment(shape, j);
+                let n = forces.map_or(law.n, |f| f[j]);
+                hessian.segments[j] = law.hessian(shape.rest_lengths[j], &self.stretch, &n);
             }
         }
         for (beside, room) in self.mesh.beside.iter().zip(&mut hessian.beside) {
             let j = beside.segment;
-            (hessian.segments[j], *room) = self.blended(shape, beside).hessian(shape.rest_lengths[j], &self.stretch);
+            let law = self.blended(shape, beside);
+            let n = forces.map_or(law.n, |f| f[j]);
+            (hessian.segments[j], *room) = law.hessian(shape.rest_lengths[j], &self.stretch, &n);
         }
         for (c, &lambda) in shape.coupling_lengths.iter().enumerate() {
             hessian.couplings[c] = self.coupling(shape, c).hessian(lambda, &self.bend);
@@ -170,6 +174,25 @@ impl RodSegment for CosseratRod {
         for beside in &self.mesh.beside {
             let j = beside.segment;
             stiffness[j] = self.blended(shape, beside).edge_stiffness(shape.rest_lengths[j], &self.stretch);
+        }
+    }
+
+    /// `C (Γ + δΓ)` with `δΓ = Rᵀ δe/ℓ + v × θ` away from stations.
+    fn predicted_forces(&self, shape: &BranchShape<'_>, points: &[Vector], frames: &[Vector], forces: &mut [Vector]) {
+        for j in self.plain() {
+            let law = self.segment(shape, j);
+            let de = points[j + 1] - points[j];
+            let theta = &frames[self.mesh.segment_frames[j]];
+            let change = law.r.tr_mul(&de) / shape.rest_lengths[j] + law.v.cross(theta);
+            forces[j] = law.n + self.stretch.component_mul(&change);
+        }
+        for beside in &self.mesh.beside {
+            let j = beside.segment;
+            let law = self.blended(shape, beside);
+            let at_stations = beside.stations.map(|c| c.map_or_else(Vector::zeros, |c| frames[c]));
+            let (de, theta) = (points[j + 1] - points[j], &frames[self.mesh.segment_frames[j]]);
+            let change = law.strain_change(shape.rest_lengths[j], &de, theta, at_stations);
+            forces[j] = law.n + self.stretch.component_mul(&change);
         }
     }
 

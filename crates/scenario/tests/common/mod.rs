@@ -22,8 +22,9 @@ impl RodSegment for Rod {
     fn gradient(&self, _: &BranchShape<'_>, _: &mut [Vector], _: &mut [Vector]) -> f64 {
         0.0
     }
-    fn hessian(&self, _: &BranchShape<'_>, _: &mut BranchHessian) {}
+    fn hessian(&self, _: &BranchShape<'_>, _: Option<&[Vector]>, _: &mut BranchHessian) {}
     fn edge_stiffness(&self, _: &BranchShape<'_>, _: &mut [Matrix]) {}
+    fn predicted_forces(&self, _: &BranchShape<'_>, _: &[Vector], _: &[Vector], _: &mut [Vector]) {}
     fn forces(&self, _: &BranchShape<'_>, _: &mut [Vector]) {}
     fn moments(&self, _: &BranchShape<'_>, _: &mut [Vector]) {}
     fn length_terms(&self, _: &BranchShape<'_>, _: &mut [[f64; 2]], _: &mut [[f64; 2]]) {}

@@ -52,6 +52,8 @@ macro_rules! rod_conformance {
             hessian_is_the_second_derivative_of_the_energy
             edge_stiffness_is_that_of_the_hessian_wherever_the_points_are
             length_terms_are_derivatives_in_the_lengths
+            own_forces_reproduce_the_hessian
+            predicted_forces_are_first_order_in_the_step
             rigid_motion_changes_nothing
             the_sign_of_a_quaternion_does_not_matter
             inner_forces_and_moments_sum_to_zero

@@ -187,6 +187,15 @@ fn moments(rod: &dyn RodSegment, shape: &Shape) -> Vec<Vector> {
     moments
 }
 
+/// `C (Γ + δΓ)` for the step in this direction.
+fn predicted(rod: &dyn RodSegment, shape: &Shape, direction: &DVector<f64>) -> Vec<Vector> {
+    let vectors: Vec<Vector> = direction.as_slice().chunks(3).map(Vector::from_column_slice).collect();
+    let (points, frames) = vectors.split_at(shape.points.len());
+    let mut forces = vec![Vector::repeat(f64::NAN); rod.mesh().segments()];
+    rod.predicted_forces(&shape.view(), points, frames, &mut forces);
+    forces
+}
+
 /// Adds a block, and its transpose across the diagonal where it is off it.
 fn add(dense: &mut DMatrix<f64>, row: usize, column: usize, block: &Matrix) {
     let mut view = dense.fixed_view_mut::<3, 3>(3 * row, 3 * column);
@@ -198,7 +207,7 @@ fn add(dense: &mut DMatrix<f64>, row: usize, column: usize, block: &Matrix) {
 }
 
 /// The second derivatives of a branch in the order of [`gradient`]; rooms are handed over full of NaN.
-fn hessian(rod: &dyn RodSegment, shape: &Shape) -> DMatrix<f64> {
+fn hessian(rod: &dyn RodSegment, shape: &Shape, forces: Option<&[Vector]>) -> DMatrix<f64> {
     let mesh = rod.mesh();
     let mut parts = BranchHessian::new(mesh);
     let nan = Matrix::repeat(f64::NAN);
@@ -208,7 +217,7 @@ fn hessian(rod: &dyn RodSegment, shape: &Shape) -> DMatrix<f64> {
     for h in &mut parts.couplings {
         (h.aa, h.ab, h.bb) = (nan, nan, nan);
     }
-    rod.hessian(&shape.view(), &mut parts);
+    rod.hessian(&shape.view(), forces, &mut parts);
     let mut dense = DMatrix::zeros(shape.size(), shape.size());
     let frame = |c: usize| mesh.nodes() + c;
     for (j, h) in parts.segments.iter().enumerate() {
@@ -250,6 +259,10 @@ fn unit(shape: &Shape, i: usize) -> DVector<f64> {
     direction
 }
 
+fn random_direction_of(shape: &Shape, rng: &mut Rng) -> DVector<f64> {
+    DVector::from_fn(shape.size(), |i, _| uniform(rng) * unit(shape, i)[i])
+}
+
 /// # Panics
 /// If the mesh is not the one of the specification.
 pub fn keeps_the_mesh_it_was_built_for(factory: &Factory<'_>) {
@@ -281,7 +294,7 @@ pub fn hessian_is_the_second_derivative_of_the_energy(factory: &Factory<'_>) {
         let rod = rod.as_ref();
         let n = shape.size();
         let scale = DMatrix::from_diagonal(&DVector::from_fn(n, |i, _| unit(&shape, i)[i]));
-        let got = &scale * hessian(rod, &shape) * &scale;
+        let got = &scale * hessian(rod, &shape, None) * &scale;
         let columns: Vec<_> = (0..n)
             .map(|i| &scale * derivative_of_all(STEP, |h| gradient(rod, &shape.moved(&unit(&shape, i), h)).1))
             .collect();
@@ -296,7 +309,7 @@ pub fn edge_stiffness_is_that_of_the_hessian_wherever_the_points_are(factory: &F
     let mut rng = Rng::with_seed(12);
     for Case { name, rod, shape, .. } in cases(factory) {
         let mut parts = BranchHessian::new(rod.mesh());
-        rod.hessian(&shape.view(), &mut parts);
+        rod.hessian(&shape.view(), None, &mut parts);
         let mut elsewhere = shape.clone();
         elsewhere.points.iter_mut().for_each(|x| *x += Vector::from_fn(|_, _| 0.1 * uniform(&mut rng)));
         let mut stiffness = vec![Matrix::repeat(f64::NAN); rod.mesh().segments()];
@@ -350,6 +363,32 @@ pub fn length_terms_are_derivatives_in_the_lengths(factory: &Factory<'_>) {
 }
 
 /// # Panics
+/// If the Hessian with the rod's own forces given differs from the one without.
+pub fn own_forces_reproduce_the_hessian(factory: &Factory<'_>) {
+    for Case { name, rod, shape, .. } in cases(factory) {
+        let own = predicted(rod.as_ref(), &shape, &DVector::zeros(shape.size()));
+        let want = hessian(rod.as_ref(), &shape, None);
+        let got = hessian(rod.as_ref(), &shape, Some(&own));
+        assert_matrix_near(&name, &got, &want, ROUND_OFF * (1.0 + want.amax()));
+    }
+}
+
+/// # Panics
+/// If `predicted_forces` is not the force before the step and its derivative along it.
+pub fn predicted_forces_are_first_order_in_the_step(factory: &Factory<'_>) {
+    let mut rng = Rng::with_seed(2);
+    for Case { name, rod, shape, .. } in cases(factory) {
+        let rod = rod.as_ref();
+        let none = DVector::zeros(shape.size());
+        let now = |s: &Shape| flat(&predicted(rod, s, &none));
+        let step = random_direction_of(&shape, &mut rng);
+        let got = flat(&predicted(rod, &shape, &step)) - now(&shape);
+        let want = derivative_of_all(STEP, |h| now(&shape.moved(&step, h)));
+        assert_all_near(&name, &got, &want, DIFFERENCES * (1.0 + want.amax()));
+    }
+}
+
+/// # Panics
 /// If a rigid motion changes the energy or the body moments, or does not turn the forces with it.
 pub fn rigid_motion_changes_nothing(factory: &Factory<'_>) {
     let mut rng = Rng::with_seed(3);
@@ -374,7 +413,7 @@ pub fn rigid_motion_changes_nothing(factory: &Factory<'_>) {
 pub fn the_sign_of_a_quaternion_does_not_matter(factory: &Factory<'_>) {
     for Case { name, rod, shape, .. } in cases(factory) {
         let (energy, want) = gradient(rod.as_ref(), &shape);
-        let want_hessian = hessian(rod.as_ref(), &shape);
+        let want_hessian = hessian(rod.as_ref(), &shape, None);
         for c in 0..shape.frames.len() {
             let mut other = shape.clone();
             other.frames[c] = negated(&shape.frames[c]);
@@ -382,7 +421,7 @@ pub fn the_sign_of_a_quaternion_does_not_matter(factory: &Factory<'_>) {
             let (got_energy, got) = gradient(rod.as_ref(), &other);
             assert_near(&name, got_energy, energy, ROUND_OFF * (1.0 + energy));
             assert_all_near(&name, &got, &want, ROUND_OFF * (1.0 + want.amax()));
-            let got_hessian = hessian(rod.as_ref(), &other);
+            let got_hessian = hessian(rod.as_ref(), &other, None);
             assert_matrix_near(&name, &got_hessian, &want_hessian, ROUND_OFF * (1.0 + want_hessian.amax()));
         }
     }
@@ -445,7 +484,7 @@ pub fn rest_shape_has_no_energy_and_no_gradient(factory: &Factory<'_>) {
             for _ in 0..4 {
                 let forces = forces(rod.as_ref(), &shape);
                 let mut parts = BranchHessian::new(&mesh);
-                rod.hessian(&shape.view(), &mut parts);
+                rod.hessian(&shape.view(), None, &mut parts);
                 let mut shift = Vector::zeros();
                 for (j, (force, h)) in forces.iter().zip(&parts.segments).enumerate() {
                     shift -= h.ee.lu().solve(force).expect("stiff in every direction");
@@ -625,12 +664,12 @@ pub fn extra_curvature_shifts_the_rest_curvature(factory: &Factory<'_>) {
         shape.extra.clear();
         let curved = factory(RodSpec { curvature: spec.curvature + extra, ..spec });
         let (energy, want) = gradient(curved.as_ref(), &shape);
-        let want_hessian = hessian(curved.as_ref(), &shape);
+        let want_hessian = hessian(curved.as_ref(), &shape, None);
         shape.extra = vec![extra; rod.mesh().coupling_lengths.len()];
         let (got_energy, got) = gradient(rod.as_ref(), &shape);
         assert_near(&name, got_energy, energy, ROUND_OFF * (1.0 + energy));
         assert_all_near(&name, &got, &want, ROUND_OFF * (1.0 + want.amax()));
-        let got_hessian = hessian(rod.as_ref(), &shape);
+        let got_hessian = hessian(rod.as_ref(), &shape, None);
         assert_matrix_near(&name, &got_hessian, &want_hessian, ROUND_OFF * (1.0 + want_hessian.amax()));
     }
 }
@@ -654,7 +693,7 @@ pub fn non_finite_input_gives_non_finite_output(factory: &Factory<'_>) {
             let mut bad = shape.clone();
             bad.frames[c].as_mut_unchecked().coords.x = f64::NAN;
             check(&name, rod.as_ref(), &bad);
-            assert!(hessian(rod.as_ref(), &bad).iter().any(|x| !x.is_finite()), "{name}: hessian");
+            assert!(hessian(rod.as_ref(), &bad, None).iter().any(|x| !x.is_finite()), "{name}: hessian");
         }
     }
 }
