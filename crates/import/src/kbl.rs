@@ -5,7 +5,7 @@
 //! | `Node` | vertex; with two or more segments a joint (`cosserat`) whose arms leave it as drawn |
 //! | `Segment` | branch from `Start_node` to `End_node`, its drawn centre line as `path` |
 //! | `Routing`, `General_wire_occurrence`, `Core_occurrence` | which wires make up a branch, and which pass from arm to arm of a joint |
-//! | `General_wire`, `Wire_protection` | sections, by the rule of [`section`] |
+//! | `General_wire`, `Wire_protection` | types of wires and coverings, each like one of the library; sections by their wires |
 //! | `Referenced_components` of an end node | a `connector` that holds the end; a splice is left free |
 //! | `Fixing_assignment`, `Placement` of its fixing | a `collar`, seated where the fixing is drawn, along its channel (`V`) |
 //! | `Mass_information` of housings and terminals | a dead load at the end |
@@ -27,7 +27,7 @@ mod error;
 mod findings;
 mod fixings;
 mod harness;
-pub mod section;
+mod section;
 mod unit;
 mod write;
 

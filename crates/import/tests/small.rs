@@ -1,7 +1,11 @@
 //! A small KBL file of our own: what comes out of it, which errors its broken forms give, and that no broken form panics.
 
-use wireloom_import::kbl::section::{LOOSE, TAPED, Wire};
+mod common;
+
+use common::checked;
 use wireloom_import::kbl::{ImportError, Imported, Options, import};
+use wireloom_scenario::bundle::{Bundle, Covered, Layer, Wire, Wires};
+use wireloom_scenario::{shipped_coverings, shipped_wires};
 
 const SMALL: &str = include_str!("small.kbl");
 
@@ -38,12 +42,20 @@ fn close(value: &toml::Value, expected: f64, tolerance: f64) {
     assert!((found - expected).abs() <= tolerance * expected.abs(), "{found} instead of {expected}");
 }
 
+/// A wire of the library with these, m and kg/m.
+fn like(name: &str, outside: f64, density: f64, radius: f64) -> Wire {
+    let mut wire = shipped_wires().find(|(shipped, _)| *shipped == name).unwrap().1.clone();
+    wire.layers = vec![Layer { diameter: outside, ..wire.layers[0] }];
+    (wire.measured.linear_density, wire.measured.min_bend_radius) = (Some(density), Some(radius));
+    wire
+}
+
 fn thin() -> Wire {
-    Wire::new(Some(0.5e-6), Some(1.6e-3), Some(0.006), Some(0.005))
+    like("FLRY-B 0.5", 1.6e-3, 0.006, 0.005)
 }
 
 fn core() -> Wire {
-    Wire::new(Some(1e-6), Some(2e-3), Some(0.012), Some(0.008))
+    like("FLRY-B 1.0", 2e-3, 0.012, 0.008)
 }
 
 #[test]
@@ -68,16 +80,67 @@ fn branches_have_the_lengths_and_paths_of_their_segments() {
 
 #[test]
 fn sections_follow_the_rule() {
-    let scenario = parsed(SMALL);
-    let section = |i: usize| &scenario["sections"][scenario["branches"][i]["section"].as_str().unwrap()];
-    let factor = 1.0 / (0.5 / TAPED + 0.5 / LOOSE);
-    let all = 2.0 * thin().bending_stiffness() + core().bending_stiffness();
-    close(&section(0)["bending_stiffness"], factor * all, 1e-3);
+    let scenario = checked(&imported(SMALL).scenario);
+    let section = |i: usize| &scenario.sections[scenario.branches[i].section];
+    let (thin, core) = (thin(), core());
+    let wires = |count: usize| [Wires { wire: &thin, count }, Wires { wire: &core, count: 1 }];
+    let mut tape = shipped_coverings().find(|(name, _)| *name == "pvc tape, half lap").unwrap().1.clone();
+    tape.measured.linear_density = Some(0.004);
     // Two wires, the core with half of its cable, tape over half the length.
-    close(&section(0)["linear_density"], 0.006 + 0.006 + 0.012 + 0.5 * 0.004, 1e-3);
-    close(&section(2)["bending_stiffness"], LOOSE * (thin().bending_stiffness() + core().bending_stiffness()), 1e-3);
-    close(&section(3)["diameter"], 0.0016, 1e-3);
-    close(&section(3)["min_bend_radius"], 0.005, 1e-3);
+    let trunk = Bundle::new(&wires(2), &[Covered { covering: &tape, share: 0.5 }], None, None);
+    let right = Bundle::new(&wires(1), &[], None, None);
+    let near = |found: f64, expected: f64| assert!((found / expected - 1.0).abs() < 1e-9, "{found}, not {expected}");
+    near(section(0).bending_stiffness[0], trunk.bending.taken);
+    near(section(0).torsion_stiffness, trunk.torsion.taken);
+    near(section(0).axial_stiffness, trunk.axial_stiffness);
+    near(section(0).diameter, trunk.diameter);
+    near(section(0).linear_density, 0.006 + 0.006 + 0.012 + 0.5 * 0.004);
+    near(section(2).bending_stiffness[0], right.bending.taken);
+    near(section(3).diameter, 0.0016);
+    near(section(3).bending_stiffness[0], thin.bending_stiffness().taken);
+    near(section(3).min_bend_radius.unwrap(), 0.005);
+}
+
+#[test]
+fn sections_are_written_as_what_is_inside() {
+    let text = imported(SMALL).scenario;
+    let expected = "
+[wires.\"0.5 mm², 1.6 mm\"]
+like = \"FLRY-B 0.5\"
+linear_density = \"6 g/m\"
+min_bend_radius = \"5 mm\"
+
+[wires.\"1 mm², 2 mm\"]
+like = \"FLRY-B 1.0\"
+layers = [{ material = \"pvc\", diameter = \"2 mm\" }]
+linear_density = \"12 g/m\"
+min_bend_radius = \"8 mm\"
+
+[coverings.\"test tape\"]
+like = \"pvc tape, half lap\"
+linear_density = \"4 g/m\"
+
+[sections.\"3-wires\"] # 3 wires, 2.00 mm² copper
+wires = [{ type = \"0.5 mm², 1.6 mm\", count = 2 }, { type = \"1 mm², 2 mm\" }]
+covering = [{ type = \"test tape\", share = 0.5 }]
+";
+    assert!(text.contains(expected), "{text}");
+}
+
+/// A covering like none that is known counts with its mass.
+#[test]
+fn coverings_that_are_not_known_are_reported() {
+    let odd = with("<Protection_type>TAPE", "<Protection_type>FOAM").replace("test tape", "foam \"block\"");
+    let found = imported(&odd);
+    let findings: Vec<String> = found.findings.iter().map(ToString::to_string).collect();
+    assert!(
+        findings
+            .contains(&"coverings that are like none of the library; only their mass counts: `foam \"block\"`".into()),
+        "{findings:?}"
+    );
+    let (with_foam, with_tape) = (checked(&found.scenario), checked(&imported(SMALL).scenario));
+    assert_eq!(with_foam.sections[0].linear_density, with_tape.sections[0].linear_density);
+    assert!(with_foam.sections[0].bending_stiffness[0] < with_tape.sections[0].bending_stiffness[0]);
 }
 
 #[test]
@@ -90,12 +153,13 @@ fn joints_know_which_wires_pass() {
         .iter()
         .map(|pair| (pair["between"][0].as_str().unwrap(), pair["between"][1].as_str().unwrap(), float(&pair["share"])))
         .collect();
-    // The trunk is taped and the stiffer for it: the untaped arms are named first.
+    // A trunk of three wires, half of it taped, is stiffer than its wires by more than arms of two, those by more than one wire:
+    // the arm with the smaller factor is named first.
     assert_eq!(
         shares.iter().map(|(a, b, _)| (*a, *b)).collect::<Vec<_>>(),
-        [("left", "trunk"), ("left", "stub"), ("right", "trunk")]
+        [("left", "trunk"), ("right", "trunk"), ("stub", "left")]
     );
-    assert_eq!((shares[0].2, shares[1].2, shares[2].2), (0.5, 0.5, 1.0));
+    assert_eq!((shares[0].2, shares[1].2, shares[2].2), (0.5, 1.0, 1.0));
 }
 
 #[test]
@@ -127,6 +191,8 @@ fn arms_and_connectors_point_as_drawn() {
 fn everything_odd_is_reported() {
     let findings: Vec<String> = imported(SMALL).findings.iter().map(ToString::to_string).collect();
     let expected = [
+        "coverings are taken for some of the library (tapes for half lap where they do not say), with the file's masses and \
+         diameters: `test tape`: pvc tape, half lap",
         "segments without usable centre curve; straight from node to node (2 of them): s2, s4",
         "Physical_length (taken) and Virtual_length differ: s2 (260.0 and 250.0 mm)",
         "stale centre curves, which miss their nodes and hold no piece that fits between them; straight from node to node: s3 (by 251.0 mm)",

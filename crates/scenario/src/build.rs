@@ -48,16 +48,16 @@ impl Scenario {
         if !faults.is_empty() {
             return Err(faults);
         }
-        let mut notes = self.notes(&models);
         let mut sections = self.notes_on_sections();
-        if sections.len() <= FEW_SECTIONS {
-            notes.append(&mut sections);
+        let mut notes = if sections.len() <= FEW_SECTIONS {
+            std::mem::take(&mut sections)
         } else {
-            notes.push(format!(
+            vec![format!(
                 "{} sections follow from their wires by rule; `wireloom check` lists what it takes, and between which bounds",
                 sections.len()
-            ));
-        }
+            )]
+        };
+        notes.extend(self.notes(&models));
         let joints = self.joint_plans(models);
         let network = Network::new(branches, joints, fixings, self.load_plans(&layout));
         let schedule = Schedule {

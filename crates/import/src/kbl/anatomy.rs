@@ -3,17 +3,22 @@
 use super::document::Document;
 use super::findings::Findings;
 use super::harness::{Incidence, Laid, Share};
-use super::section::Wire;
 use std::collections::HashMap;
+use wireloom_scenario::bundle::Bundle;
 
-/// The pairs of arms that share wires.
+/// K: how much stiffer a bundle is than its wires together.
+fn bundle_factor(bundle: &Bundle) -> f64 {
+    bundle.bending.taken / bundle.wires_bending
+}
+
+/// The pairs of arms that share wires; `stiffness` is EI of the document's wires, N m².
 ///
 /// `C_ab = min(K_a, K_b) Σ_{wires in a and b} EI`: the arm with the smaller bundle factor K is named first, and
 /// its share is `Σ_{common} EI / Σ_{a} EI`. A wire found in k > 2 arms gives each of its pairs 1/(k − 1).
 /// Empty where the wires of some arm are not known.
 pub(super) fn shares(
     document: &Document,
-    wires: &[Wire],
+    stiffness: &[f64],
     laid: &[Laid],
     node: usize,
     arms: &[Incidence],
@@ -48,14 +53,13 @@ pub(super) fn shares(
                 continue;
             }
             alone = false;
-            let factors = [a, b].map(|arm| laid[arms[arm].segment].bundle.factor);
+            let factors = [a, b].map(|arm| bundle_factor(&laid[arms[arm].segment].bundle));
             // Once for each pair, from the arm with the smaller factor (the earlier one where they are equal).
             if factors[0] > factors[1] || (factors[0] == factors[1] && a > b) {
                 continue;
             }
-            let passing: f64 =
-                common.iter().map(|&wire| wires[wire].bending_stiffness() / (arms_of[&wire] - 1) as f64).sum();
-            let all: f64 = through[a].iter().map(|&wire| wires[wire].bending_stiffness()).sum();
+            let passing: f64 = common.iter().map(|&wire| stiffness[wire] / (arms_of[&wire] - 1) as f64).sum();
+            let all: f64 = through[a].iter().map(|&wire| stiffness[wire]).sum();
             shares.push(Share { first: a, second: b, share: (passing / all).min(1.0), wires: common.len() });
         }
         if alone {

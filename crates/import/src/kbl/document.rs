@@ -100,12 +100,16 @@ pub(super) struct Fixing {
 
 pub(super) struct Covering {
     pub id: String,
-    pub label: String,
-    pub tape: bool,
+    /// Its declared type; may be empty.
+    pub kind: String,
+    /// May be empty.
+    pub description: String,
     /// kg per metre of covered length.
     pub linear_density: Option<f64>,
     /// m, read from the description.
-    pub outside_diameter: Option<f64>,
+    pub inner_diameter: Option<f64>,
+    /// m, read from the description.
+    pub outer_diameter: Option<f64>,
     pub from: Location,
     pub to: Location,
 }
@@ -216,11 +220,15 @@ fn number(node: Xml, largest: f64) -> Result<f64, ImportError> {
     }
 }
 
-/// `D(a)=13.4` in the description of a tube: outside diameter in mm, as German part names give it.
-fn outside_diameter(description: &str) -> Option<f64> {
-    let rest = description.split("D(a)=").nth(1)?;
-    let end = rest.find(|c: char| !(c.is_ascii_digit() || c == '.')).unwrap_or(rest.len());
-    rest[..end].parse::<f64>().ok().filter(|d| *d > 0.0 && *d < 1000.0).map(|d| d * 1e-3)
+/// `D(i)=8.3` and `D(a)=13.4` in the description of a tube: inner and outer diameter in mm, as German part names give
+/// them; here in m.
+pub(super) fn diameters(description: &str) -> (Option<f64>, Option<f64>) {
+    let after = |mark: &str| {
+        let rest = description.split(mark).nth(1)?;
+        let end = rest.find(|c: char| !(c.is_ascii_digit() || c == '.')).unwrap_or(rest.len());
+        rest[..end].parse::<f64>().ok().filter(|d| *d > 0.1 && *d < 1000.0).map(|d| d * 1e-3)
+    };
+    (after("D(i)="), after("D(a)="))
 }
 
 struct Reader<'a, 'i, 'f> {
@@ -485,22 +493,24 @@ impl<'a, 'i> Reader<'a, 'i, '_> {
             let kind = child_text(part, "Protection_type").unwrap_or_default();
             let linear_density = self.covering_density(part, occurrence)?;
             if linear_density.is_none() {
-                self.findings.add_to("coverings without usable mass count as weightless", title(part));
+                self.findings.add_to("coverings without usable mass; theirs follows from the library", title(part));
             }
-            let outside_diameter = outside_diameter(description);
-            if let Some(d) = outside_diameter {
+            let (inner_diameter, outer_diameter) = diameters(description);
+            let read: Vec<String> =
+                [inner_diameter, outer_diameter].iter().flatten().map(|d| format!("{:.1} mm", d * 1e3)).collect();
+            if !read.is_empty() {
                 self.findings.add_to(
-                    "outside diameters are read from descriptions",
-                    format!("`{description}` ({:.1} mm)", d * 1e3),
+                    "diameters of tubes are read from descriptions",
+                    format!("`{description}` ({})", read.join(", ")),
                 );
             }
             coverings.push(Covering {
                 id: occurrence.attribute("id").unwrap_or_default().to_owned(),
-                label: if description.is_empty() { kind } else { description }.to_owned(),
-                // A tape by its declared type; without a type, whatever names no tube diameter.
-                tape: kind.to_ascii_lowercase().contains("tape") || (kind.is_empty() && outside_diameter.is_none()),
+                kind: kind.to_owned(),
+                description: description.to_owned(),
                 linear_density,
-                outside_diameter,
+                inner_diameter,
+                outer_diameter,
                 from,
                 to,
             });
@@ -685,13 +695,13 @@ impl<'a, 'i> Reader<'a, 'i, '_> {
 
 #[cfg(test)]
 mod tests {
-    use super::outside_diameter;
+    use super::diameters;
 
     #[test]
-    fn the_outside_diameter_stands_in_the_description_of_some_tubes() {
-        let d = outside_diameter("Tube size 8 D(i)=7.5 D(a)=10.25 black").unwrap();
-        assert!((d - 10.25e-3).abs() < 1e-15);
-        assert_eq!(outside_diameter("Tube D(a)="), None);
-        assert_eq!(outside_diameter("tape"), None);
+    fn diameters_stand_in_the_description_of_some_tubes() {
+        let (inner, outer) = diameters("Tube size 8 D(i)=7.5 D(a)=10.25 black");
+        assert!((inner.unwrap() - 7.5e-3).abs() < 1e-15 && (outer.unwrap() - 10.25e-3).abs() < 1e-15);
+        assert_eq!(diameters("Tube D(a)="), (None, None));
+        assert_eq!(diameters("tape"), (None, None));
     }
 }

@@ -1,14 +1,15 @@
 //! What the file says, turned into branches, sections, joints and constraints.
 
 use super::curve::{Curve, Fit, NODE_TOLERANCE, Vector};
-use super::document::{Document, Segment};
+use super::document::{Document, Segment, Wire};
 use super::findings::Findings;
 use super::fixings::Holding;
-use super::section::{Bundle, Covering, WIRE_FILL, Wire};
+use super::section::{Makeup, Types, WHOLE};
 use super::{Options, anatomy};
 use nalgebra::UnitQuaternion;
-use std::collections::{HashMap, HashSet};
+use std::collections::{BTreeMap, HashMap, HashSet};
 use std::f64::consts::PI;
+use wireloom_scenario::bundle::{Bundle, PACKING};
 
 /// Longest label that serves as a name; a longer one gives way to the XML id.
 const LONGEST_NAME: usize = 32;
@@ -17,6 +18,7 @@ const LONGEST_NAME: usize = 32;
 pub(super) struct Harness {
     pub name: String,
     pub vertices: Vec<Vertex>,
+    pub types: Types,
     pub sections: Vec<Section>,
     pub branches: Vec<Branch>,
     pub joints: Vec<Joint>,
@@ -30,7 +32,7 @@ pub(super) struct Vertex {
 
 pub(super) struct Section {
     pub name: String,
-    pub bundle: Bundle,
+    pub makeup: Makeup,
     pub remark: String,
 }
 
@@ -126,6 +128,7 @@ impl Names {
 pub(super) struct Laid {
     pub curve: Curve,
     pub length: f64,
+    pub makeup: Makeup,
     pub bundle: Bundle,
 }
 
@@ -138,17 +141,14 @@ pub(super) struct Incidence {
 
 /// Decides everything the document leaves open, and reports each decision that a user may wish to know.
 pub(super) fn assemble(document: &Document, options: &Options, findings: &mut Findings) -> Harness {
-    let wires: Vec<Wire> = document
-        .wires
-        .iter()
-        .map(|wire| Wire::new(wire.copper_area, wire.outside_diameter, wire.linear_density, wire.bend_radius))
-        .collect();
+    let mut types = Types::new();
+    let wires: Vec<usize> = document.wires.iter().map(|wire| types.wire(wire, findings)).collect();
     let mut incidences: Vec<Vec<Incidence>> = document.nodes.iter().map(|_| Vec::new()).collect();
     for (index, segment) in document.segments.iter().enumerate() {
         incidences[segment.ends[0]].push(Incidence { segment: index, starts: true });
         incidences[segment.ends[1]].push(Incidence { segment: index, starts: false });
     }
-    let laid = lay_all(document, &wires, findings);
+    let laid = lay_all(document, &mut types, &wires, findings);
 
     let mut names = Names::default();
     let vertices: Vec<String> = document.nodes.iter().map(|node| names.take(&node.label, &node.id)).collect();
@@ -178,9 +178,10 @@ pub(super) fn assemble(document: &Document, options: &Options, findings: &mut Fi
         })
         .collect();
 
+    let stiffness: Vec<f64> = wires.iter().map(|&kind| types.wires[kind].of_rule.bending_stiffness().taken).collect();
     let mut joints = Vec::new();
     for (node, arms) in incidences.iter().enumerate().filter(|(_, arms)| arms.len() >= 2) {
-        let shares = anatomy::shares(document, &wires, &laid, node, arms, findings);
+        let shares = anatomy::shares(document, &stiffness, &laid, node, arms, findings);
         let arms = arms
             .iter()
             .map(|arm| {
@@ -196,11 +197,11 @@ pub(super) fn assemble(document: &Document, options: &Options, findings: &mut Fi
     holding.note_pieces(&constraints, findings);
     let name = options.name.as_ref().or(document.name.as_ref()).cloned().unwrap_or_else(|| "harness".to_owned());
     let vertices = vertices.into_iter().map(|name| Vertex { name }).collect();
-    Harness { name, vertices, sections, branches, joints, constraints }
+    Harness { name, vertices, types, sections, branches, joints, constraints }
 }
 
-/// Centre line, length and section of every segment.
-fn lay_all(document: &Document, wires: &[Wire], findings: &mut Findings) -> Vec<Laid> {
+/// Centre line, length and make-up of every segment; `wires` are the types of the document's wires.
+fn lay_all(document: &Document, types: &mut Types, wires: &[usize], findings: &mut Findings) -> Vec<Laid> {
     let (mut arcs, mut lengths) = (0.0, 0.0);
     let laid = document
         .segments
@@ -227,25 +228,32 @@ fn lay_all(document: &Document, wires: &[Wire], findings: &mut Findings) -> Vec<
                 arcs += curve.length;
                 lengths += length;
             }
-            let covering = covering(segment, length, findings);
-            let through: Vec<Wire> = if segment.wires.is_empty() {
+            let mut counts: BTreeMap<usize, usize> = BTreeMap::new();
+            if segment.wires.is_empty() {
                 findings.add_to(
                     "no wires are routed through segments; wires of 0.5 mm² that fill the drawn area are taken",
                     &segment.id,
                 );
-                stand_in(segment.area)
-            } else {
-                segment.wires.iter().map(|&wire| wires[wire]).collect()
+                let (kind, count) = stand_in(segment.area, types, findings);
+                counts.insert(kind, count);
+            }
+            for &wire in &segment.wires {
+                *counts.entry(wires[wire]).or_default() += 1;
+            }
+            let wires = counts.into_iter().collect();
+            let makeup = Makeup { wires, coverings: coverings(segment, length, types, findings) };
+            let bundle = types.bundle(&makeup);
+            let circle = |&(kind, count): &(usize, usize)| {
+                count as f64 * 0.25 * PI * types.wires[kind].of_rule.diameter().powi(2)
             };
-            let bundle = Bundle::new(&through, &covering);
-            let copper_and_insulation: f64 = through.iter().map(|wire| 0.25 * PI * wire.outside_diameter.powi(2)).sum();
+            let copper_and_insulation: f64 = makeup.wires.iter().map(circle).sum();
             if !segment.wires.is_empty() && segment.area.is_some_and(|area| area < copper_and_insulation) {
                 findings.add_to(
                     "cross-sections are drawn smaller than their wires together; diameters are taken from the wires everywhere",
                     &segment.id,
                 );
             }
-            Laid { curve, length, bundle }
+            Laid { curve, length, makeup, bundle }
         })
         .collect();
     if lengths > 0.0 && !(0.5..2.0).contains(&(arcs / lengths)) {
@@ -300,18 +308,20 @@ fn note_length(segment: &Segment, chord: f64, length: f64, curve: &Curve, fit: &
     }
 }
 
-/// Wires of 0.5 mm² (1.6 mm outside) that fill a cross-section, where nothing is known of the real ones.
-fn stand_in(area: Option<f64>) -> Vec<Wire> {
+/// Wires of 0.5 mm² (1.6 mm outside) that fill a cross-section, where nothing is known of the real ones: type and count.
+fn stand_in(area: Option<f64>, types: &mut Types, findings: &mut Findings) -> (usize, usize) {
     const DIAMETER: f64 = 1.6e-3;
+    let (id, copper_area, outside_diameter) = (String::new(), Some(0.5e-6), Some(DIAMETER));
+    let wire = Wire { id, copper_area, outside_diameter, linear_density: None, bend_radius: None };
     let one = 0.25 * PI * DIAMETER * DIAMETER;
-    let count = (area.unwrap_or(one) * WIRE_FILL / one).round().clamp(1.0, 1000.0) as usize;
-    vec![Wire::new(Some(0.5e-6), Some(DIAMETER), None, None); count]
+    let count = (area.unwrap_or(one) * PACKING / one).round().clamp(1.0, 1000.0) as usize;
+    (types.wire(&wire, findings), count)
 }
 
-/// What covers a segment of this length, spread over it.
-fn covering(segment: &Segment, length: f64, findings: &mut Findings) -> Covering {
-    let mut all = Covering::default();
-    let mut taped: Vec<(f64, f64)> = Vec::new();
+/// What covers a segment of this length: types, tapes and other wraps before tubes, and the parts of it that they cover
+/// together.
+fn coverings(segment: &Segment, length: f64, types: &mut Types, findings: &mut Findings) -> Vec<(usize, u32)> {
+    let mut covered: Vec<(usize, Vec<(f64, f64)>)> = Vec::new();
     for covering in &segment.coverings {
         let (a, b) = (covering.from.fraction(length), covering.to.fraction(length));
         let (low, high) = (a.min(b).clamp(0.0, 1.0), a.max(b).clamp(0.0, 1.0));
@@ -322,65 +332,58 @@ fn covering(segment: &Segment, length: f64, findings: &mut Findings) -> Covering
                 format!("{} `{}`", segment.id, covering.id),
             );
         }
-        all.linear_density += (high - low) * covering.linear_density.unwrap_or(0.0);
-        all.outside_diameter = all.outside_diameter.max(covering.outside_diameter.unwrap_or(0.0));
-        if covering.tape {
-            taped.push((low, high));
-        } else {
-            findings.add_to(
-                "coverings count with their mass and diameter; their own stiffness is not known and left out",
-                format!("`{}`", covering.label),
-            );
+        let Some(kind) = types.covering(covering, findings) else { continue };
+        match covered.iter_mut().find(|(known, _)| *known == kind) {
+            Some((_, parts)) => parts.push((low, high)),
+            None => covered.push((kind, vec![(low, high)])),
         }
     }
-    // Length of the union of the taped intervals.
-    taped.sort_by(|a, b| a.0.total_cmp(&b.0));
-    let mut reached = 0.0_f64;
-    for (low, high) in taped {
-        all.taped += (high - low.max(reached)).max(0.0);
-        reached = reached.max(high);
-    }
-    all
+    covered.sort_by_key(|(kind, _)| !types.coverings[*kind].of_rule.wrap);
+    let parts = covered.into_iter().map(|(kind, parts)| (kind, (union(parts) * f64::from(WHOLE)).round() as u32));
+    parts.filter(|(_, parts)| *parts > 0).collect()
 }
 
-/// Rounded to four digits: the rule is not better than that, and equal make-ups become one section.
-fn rounded(bundle: &Bundle) -> [String; 6] {
-    [
-        bundle.diameter,
-        bundle.linear_density,
-        bundle.axial_stiffness,
-        bundle.bending_stiffness,
-        bundle.torsion_stiffness,
-        bundle.min_bend_radius,
-    ]
-    .map(|value| format!("{value:.3e}"))
+/// Length of the union of intervals.
+fn union(mut parts: Vec<(f64, f64)>) -> f64 {
+    parts.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let (mut reached, mut sum) = (0.0_f64, 0.0);
+    for (low, high) in parts {
+        sum += (high - low.max(reached)).max(0.0);
+        reached = reached.max(high);
+    }
+    sum
 }
 
 fn sections(document: &Document, laid: &[Laid]) -> (Vec<Section>, Vec<usize>) {
     let mut sections: Vec<Section> = Vec::new();
-    let mut known: HashMap<[String; 6], usize> = HashMap::new();
+    let mut known: HashMap<&Makeup, usize> = HashMap::new();
     let mut names = Names::default();
     let section_of = document
         .segments
         .iter()
         .zip(laid)
         .map(|(segment, laid)| {
-            *known.entry(rounded(&laid.bundle)).or_insert_with(|| {
-                let count = segment.wires.len();
+            *known.entry(&laid.makeup).or_insert_with(|| {
+                let count = laid.bundle.wires;
                 let plain = if count == 1 { "wire" } else { "wires" };
                 let copper: f64 = segment.wires.iter().filter_map(|&wire| document.wires[wire].copper_area).sum();
-                let mut remark = format!("{count} {plain}, {:.2} mm² copper", copper * 1e6);
-                let mut labels: Vec<&str> = segment.coverings.iter().map(|covering| covering.label.as_str()).collect();
-                labels.dedup();
-                if !labels.is_empty() {
-                    remark = format!("{remark}; {}", labels.join(", "));
-                }
-                remark = format!("{remark}; bundle factor {:.3}", laid.bundle.factor);
+                let remark = format!("{count} {plain}, {:.2} mm² copper", copper * 1e6);
                 let name = names.take(&format!("{count}-{plain}"), "wires");
-                sections.push(Section { name, bundle: laid.bundle, remark });
+                sections.push(Section { name, makeup: laid.makeup.clone(), remark });
                 sections.len() - 1
             })
         })
         .collect();
     (sections, section_of)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::union;
+
+    #[test]
+    fn parts_that_overlap_count_once() {
+        assert_eq!(union(vec![(0.5, 0.75), (0.0, 0.25), (0.125, 0.375), (0.5, 0.625)]), 0.625);
+        assert_eq!(union(vec![]), 0.0);
+    }
 }

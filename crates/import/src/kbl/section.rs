@@ -1,234 +1,380 @@
-//! The stiffness rule: what KBL does not say, from what it does.
+//! Sections from the wires and coverings of a segment, by the rule of [`wireloom_scenario::bundle`].
 //!
-//! KBL (like VEC) describes wires and coverings, not mechanics: no EI, GJ or EA stands anywhere in it. Until a section
-//! has been measured, this rule stands in. It is a first rule, good to a factor of about two for bending; every
-//! constant has its story below, and the scenario repeats the rule where it was used. Replace the sections by measured
-//! values where you have them.
+//! KBL (like VEC) describes wires and coverings, not mechanics: no EI, GJ or EA stands anywhere in it. What it says of them
+//! (copper area, outside diameter, mass, bend radius; mass and sizes of tubes) is written into the scenario as types of its
+//! own, each *like* one of the library for what the file does not say:
 //!
-//! **One wire**, copper area A, strands of diameter d, insulation between the conductor's diameter D_c and the
-//! outside diameter D. Strands slip on each other:
-//!
-//! ```text
-//! number of strands n = A / (π d²/4), each with I = π d⁴/64, so Σ I = A d²/16
-//! EI = E_cu A d²/16 + E_ins π (D⁴ − D_c⁴)/64,      D_c = √(4 A / (π φ))
-//! GJ = E_cu/(1 + ν_cu) A d²/16 + E_ins/(1 + ν_ins) π (D⁴ − D_c⁴)/64      (G J = E/(2(1+ν)) · 2 I)
-//! EA = k E_cu A + E_ins π (D² − D_c²)/4
-//! ```
-//!
-//! **A bundle.** Wires slip on each other, so their EI, GJ and EA add up. Friction between strands and wires makes
-//! the bundle stiffer than that: EI and GJ are multiplied by a bundle factor K, [`LOOSE`] where nothing binds the wires and
-//! [`TAPED`] under tape. A covering over a fraction f of a branch puts the two parts in series: 1/K = f/TAPED +
-//! (1 − f)/LOOSE. Tubes (no tape) let the wires slip; their own stiffness is not known and left out.
-//!
-//! **Joints.** The stiffness that passes between two arms is that of the wires that run from one to the other, with the
-//! smaller of the two arms' bundle factors, so that it never exceeds what either arm has.
+//! | of the file | like | instead of it |
+//! | --- | --- | --- |
+//! | wire | the FLRY-B nearest in copper area | strands for the area (beyond 10 %), outside diameter, mass, bend radius |
+//! | covering | what its type and description say, see [`COVERINGS`] | mass; of tubes also the diameters in the description |
 
+use super::document;
+use super::findings::Findings;
+use super::harness::Names;
+use std::collections::HashMap;
 use std::f64::consts::PI;
+use wireloom_scenario::bundle::{Bundle, Covered, Covering, Layer, Wire, Wires};
+use wireloom_scenario::{shipped_coverings, shipped_wires};
 
-/// E_cu, Pa: Young's modulus of annealed copper. Handbooks give 110 to 130 GPa.
-pub const COPPER_YOUNG: f64 = 120e9;
-/// ν_cu: Poisson's ratio of copper.
-pub const COPPER_POISSON: f64 = 0.34;
-/// kg/m³: density of copper.
-pub const COPPER_DENSITY: f64 = 8960.0;
-/// E_ins, Pa: small-strain modulus of the insulation. Wire PVC at 23 °C lies between some 20 MPa (soft, thick walls) and
-/// 150 MPa (thin walls, cold); it counts for 5 % of a 0.35 mm² wire and a third of a 25 mm² one.
-pub const INSULATION_YOUNG: f64 = 50e6;
-/// ν_ins: plasticised PVC is nearly incompressible.
-pub const INSULATION_POISSON: f64 = 0.45;
-/// kg/m³: density of wire PVC; used only where the file gives no mass.
-pub const INSULATION_DENSITY: f64 = 1350.0;
-/// φ: share of the conductor's circle that is copper; 7 equal strands fill 0.78, bunched ones somewhat less.
-pub const STRAND_FILL: f64 = 0.75;
-/// k: axial stiffness of a stranded conductor relative to a solid one of the same area. A lay angle β of 10° to 15°
-/// gives cos³ β = 0.90 to 0.96.
-pub const STRANDING: f64 = 0.9;
-/// K of wires that nothing binds. Full slip would be 1; strands rub on each other and on their insulation.
-pub const LOOSE: f64 = 1.5;
-/// K under tape. Wires wholly glued together would be one solid bar (K in the hundreds for a large bundle); taped bundles stay
-/// near the slipping limit, two to three times above it for bends that exceed their friction.
-pub const TAPED: f64 = 2.5;
-/// Share of a bundle's circle that its wires fill: 7 equal wires fill 0.78, random bundles some 0.7 to 0.8.
-pub const WIRE_FILL: f64 = 0.75;
-/// Minimum bend radius over outside diameter, for bundles, and for wires whose file gives none (usual for fixed laying).
-pub const BEND_RADIUS: f64 = 4.0;
+/// Words of a covering's type and description (in lower case), all of which must occur, and what of the library it is then
+/// taken for. The first row that fits counts. Tapes are half lap unless they say otherwise.
+const COVERINGS: &[(&[&str], &str)] = &[
+    (&["wellrohr"], CORRUGATED),
+    (&["wellschlauch"], CORRUGATED),
+    (&["corrugated"], CORRUGATED),
+    (&["convolute"], CORRUGATED),
+    (&["schrumpf", "kleber"], "heat-shrink, adhesive-lined"),
+    (&["shrink", "adhesive"], "heat-shrink, adhesive-lined"),
+    (&["schrumpf"], "heat-shrink"),
+    (&["shrink"], "heat-shrink"),
+    (&["geflecht"], "braided sleeve"),
+    (&["braid"], "braided sleeve"),
+    (&["vlies", "spiral"], "fleece tape, spaced"),
+    (&["vlies"], "fleece tape, half lap"),
+    (&["fleece"], "fleece tape, half lap"),
+    (&["gewebe"], "cloth tape, half lap"),
+    (&["cloth"], "cloth tape, half lap"),
+    (&["spot", "tape"], "pvc tape, spots"),
+    (&["spiral", "tape"], "pvc tape, spaced"),
+    (&["spaced", "tape"], "pvc tape, spaced"),
+    (&["tape"], "pvc tape, half lap"),
+    (&["klebeband"], "pvc tape, half lap"),
+    (&["schlauch"], SMOOTH),
+    (&["rohr"], SMOOTH),
+    (&["tube"], SMOOTH),
+    (&["tubing"], SMOOTH),
+];
+/// Tubes come in sizes: the one whose inner diameter is nearest.
+const CORRUGATED: &str = "corrugated tube NW ";
+/// Likewise.
+const SMOOTH: &str = "pvc tube ";
 
-/// d, m: strand diameter by copper area (m²), as in the flexible (type B) rows of ISO 6722-1 wire tables: 0.21 mm to
-/// 1 mm², 0.26 mm to 2.5 mm², 0.31 mm to 6 mm², 0.41 mm above.
-pub fn strand_diameter(copper_area: f64) -> f64 {
-    match copper_area * 1e6 {
-        a if a < 1.25 => 0.21e-3,
-        a if a < 3.0 => 0.26e-3,
-        a if a < 8.0 => 0.31e-3,
-        _ => 0.41e-3,
-    }
+/// Outside diameter of a wire whose file gives none: D = 2 mm √(A/mm²), within 15 % of the tables from 0.35 to 25 mm².
+fn usual_diameter(area: f64) -> f64 {
+    2.0 * area.sqrt()
 }
 
-/// One insulated wire.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Wire {
-    /// A, m².
-    pub copper_area: f64,
-    /// D, m.
-    pub outside_diameter: f64,
-    /// Mass per length, kg/m.
-    pub linear_density: f64,
-    /// Smallest bend radius its maker allows, m.
-    pub min_bend_radius: f64,
+/// A type of wire or covering that the scenario names.
+pub(super) struct Type<T> {
+    /// Name in the scenario: of the library, or one of those that the scenario has itself.
+    pub name: String,
+    /// Keys and values of its table in the scenario, as TOML; empty for one of the library.
+    pub keys: Vec<(&'static str, String)>,
+    pub of_rule: T,
 }
 
-impl Wire {
-    /// From what a file says; what it does not say is estimated: D = 2 mm · √(A/mm²) and back (within 15 % of the wire
-    /// tables from 0.35 to 25 mm²), 0.5 mm² where neither is known; the mass from copper and insulation; the bend
-    /// radius as [`BEND_RADIUS`] · D. Areas in m², diameter and radius in m, density in kg/m.
-    pub fn new(area: Option<f64>, outside: Option<f64>, density: Option<f64>, bend_radius: Option<f64>) -> Self {
-        // D = 2e-3 √(A / 1e-6) m is D = 2 √A m.
-        let copper_area = area.unwrap_or_else(|| outside.map_or(0.5e-6, |d| 0.25 * d * d));
-        let outside_diameter = outside.unwrap_or(2.0 * copper_area.sqrt());
-        let mut wire = Self { copper_area, outside_diameter, linear_density: 0.0, min_bend_radius: 0.0 };
-        wire.linear_density =
-            density.unwrap_or(COPPER_DENSITY * copper_area + INSULATION_DENSITY * wire.insulation_area());
-        wire.min_bend_radius = bend_radius.unwrap_or(BEND_RADIUS * outside_diameter);
-        wire
-    }
-
-    /// `D_c = √(4 A / (π φ))`, at most D.
-    fn conductor_diameter(&self) -> f64 {
-        (4.0 * self.copper_area / (PI * STRAND_FILL)).sqrt().min(self.outside_diameter)
-    }
-
-    /// `π (D² − D_c²)/4`.
-    fn insulation_area(&self) -> f64 {
-        0.25 * PI * (self.outside_diameter.powi(2) - self.conductor_diameter().powi(2))
-    }
-
-    /// `Σ I = A d²/16` of the strands and `π (D⁴ − D_c⁴)/64` of the insulation, m⁴.
-    fn second_moments(&self) -> (f64, f64) {
-        let d = strand_diameter(self.copper_area);
-        let insulation = PI / 64.0 * (self.outside_diameter.powi(4) - self.conductor_diameter().powi(4));
-        (self.copper_area * d * d / 16.0, insulation)
-    }
-
-    /// EI of the wire with slipping strands, N m².
-    pub fn bending_stiffness(&self) -> f64 {
-        let (strands, insulation) = self.second_moments();
-        COPPER_YOUNG * strands + INSULATION_YOUNG * insulation
-    }
-
-    /// GJ of the wire with slipping strands, N m².
-    pub fn torsion_stiffness(&self) -> f64 {
-        let (strands, insulation) = self.second_moments();
-        COPPER_YOUNG / (1.0 + COPPER_POISSON) * strands + INSULATION_YOUNG / (1.0 + INSULATION_POISSON) * insulation
-    }
-
-    /// EA of the wire, N.
-    pub fn axial_stiffness(&self) -> f64 {
-        STRANDING * COPPER_YOUNG * self.copper_area + INSULATION_YOUNG * self.insulation_area()
-    }
+/// All types of a harness.
+#[derive(Default)]
+pub(super) struct Types {
+    pub wires: Vec<Type<Wire>>,
+    pub coverings: Vec<Type<Covering>>,
+    known: HashMap<String, usize>,
+    wire_names: Names,
+    covering_names: Names,
 }
 
-/// What covers a branch.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct Covering {
-    /// Fraction of the branch under tape, 0 to 1.
-    pub taped: f64,
-    /// Mass of all coverings spread over the branch, kg/m.
-    pub linear_density: f64,
-    /// Largest stated outside diameter of a tube, m; 0 without one.
-    pub outside_diameter: f64,
+/// What a segment is made of: equal ones share a section.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Hash)]
+pub(super) struct Makeup {
+    /// Indices of types of wires, rising, and how many of each.
+    pub wires: Vec<(usize, usize)>,
+    /// Indices of types of coverings, inside out, and the ten-thousandths of the branch that they cover.
+    pub coverings: Vec<(usize, u32)>,
 }
 
-/// A section by the rule of this module.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Bundle {
-    /// Outside diameter, m.
-    pub diameter: f64,
-    /// Mass per length, kg/m.
-    pub linear_density: f64,
-    /// EA, N.
-    pub axial_stiffness: f64,
-    /// EI, N m².
-    pub bending_stiffness: f64,
-    /// GJ, N m².
-    pub torsion_stiffness: f64,
-    /// m.
-    pub min_bend_radius: f64,
-    /// K, the bundle factor in EI and GJ.
-    pub factor: f64,
+/// Ten-thousandths.
+pub(super) const WHOLE: u32 = 10_000;
+
+/// A number of so many significant digits, as TOML writes it, and its value.
+fn rounded(value: f64, digits: usize) -> f64 {
+    format!("{value:.*e}", digits - 1).parse().unwrap_or(value)
 }
 
-impl Bundle {
-    /// Wires (at least one) under coverings. The diameter is that of the wire if it is alone, else
-    /// `√(Σ D² / WIRE_FILL)`, or that of a tube.
-    pub fn new(wires: &[Wire], covering: &Covering) -> Self {
-        let sum = |of: fn(&Wire) -> f64| wires.iter().map(of).sum::<f64>();
-        let factor = 1.0 / (covering.taped / TAPED + (1.0 - covering.taped) / LOOSE);
-        let allowed = wires.iter().map(|wire| wire.min_bend_radius).fold(0.0, f64::max);
-        let (wires_diameter, min_bend_radius) = match wires {
-            [only] => (only.outside_diameter, allowed),
-            _ => {
-                let diameter = (sum(|wire| wire.outside_diameter.powi(2)) / WIRE_FILL).sqrt();
-                (diameter, allowed.max(BEND_RADIUS * diameter))
-            }
+/// A length in mm, a density in g/m: with its unit, to six digits.
+fn with_unit(value: f64, unit: &str) -> String {
+    format!("\"{} {unit}\"", rounded(value * 1e3, 6))
+}
+
+impl Types {
+    /// No types, and no names of the library to be taken by others.
+    pub fn new() -> Self {
+        let mut types = Self::default();
+        shipped_wires().for_each(|(name, _)| drop(types.wire_names.take("", name)));
+        shipped_coverings().for_each(|(name, _)| drop(types.covering_names.take("", name)));
+        types
+    }
+
+    /// Index of the type of a wire of the file.
+    pub fn wire(&mut self, file: &document::Wire, findings: &mut Findings) -> usize {
+        // Neither area nor diameter: the 0.5 mm² that the document reports.
+        let area = file.copper_area.unwrap_or_else(|| file.outside_diameter.map_or(0.5e-6, |d| 0.25 * d * d));
+        let off = |wire: &Wire| (wire.conductor_area() / area).ln().abs();
+        let of_library = shipped_wires().filter(|(name, _)| name.starts_with("FLRY-B"));
+        let Some((like, shipped)) = of_library.min_by(|(_, a), (_, b)| off(a).total_cmp(&off(b))) else {
+            unreachable!("the library has FLRY-B wires")
         };
-        Self {
-            diameter: wires_diameter.max(covering.outside_diameter),
-            linear_density: sum(|wire| wire.linear_density) + covering.linear_density,
-            axial_stiffness: sum(Wire::axial_stiffness),
-            bending_stiffness: factor * sum(Wire::bending_stiffness),
-            torsion_stiffness: factor * sum(Wire::torsion_stiffness),
-            min_bend_radius,
-            factor,
+        let mut wire = shipped.clone();
+        let mut keys = vec![("like", format!("\"{like}\""))];
+        if off(shipped) > 0.1 {
+            wire.strands = (area / (0.25 * PI * wire.strand.powi(2))).round().clamp(1.0, 1e6) as usize;
+            wire.conductor_diameter = Wire::conductor_diameter_of(wire.strands, wire.strand);
+            keys.push(("strands", wire.strands.to_string()));
         }
+        let outside = file.outside_diameter.unwrap_or_else(|| usual_diameter(area));
+        let least = 1.05 * wire.conductor_diameter;
+        let outside = rounded(outside.max(least) * 1e3, 6) * 1e-3;
+        if file.outside_diameter.is_some_and(|outside| outside < least) {
+            findings.add_to(
+                "wires are too thin for their copper; taken as thick as it and a thin insulation",
+                format!("{} ({:.2} mm)", file.id, outside * 1e3),
+            );
+        }
+        if (outside / wire.diameter() - 1.0).abs() > 1e-6 || keys.len() > 1 {
+            wire.layers = vec![Layer { diameter: outside, ..shipped.layers[0] }];
+            let diameter = with_unit(outside, "mm");
+            keys.push(("layers", format!("[{{ material = \"pvc\", diameter = {diameter} }}]")));
+        }
+        if let Some(density) = file.linear_density {
+            wire.measured.linear_density = Some(density);
+            keys.push(("linear_density", with_unit(density, "g/m")));
+        }
+        if let Some(radius) = file.bend_radius {
+            wire.measured.min_bend_radius = Some(radius);
+            keys.push(("min_bend_radius", with_unit(radius, "mm")));
+        }
+        let label = format!("{} mm², {} mm", rounded(area * 1e6, 3), rounded(outside * 1e3, 3));
+        let names = &mut self.wire_names;
+        add(&mut self.wires, &mut self.known, names, like, &label, keys, wire)
     }
+
+    /// Index of the type of a covering of the file; none, with a finding, where it is not known and has no mass either.
+    pub fn covering(&mut self, file: &document::Covering, findings: &mut Findings) -> Option<usize> {
+        let text = format!("{} {}", file.kind, file.description).to_lowercase();
+        let label = if file.description.is_empty() { &file.kind } else { &file.description };
+        let label: String = label.chars().map(|c| if c.is_control() { ' ' } else { c }).take(60).collect();
+        let row = COVERINGS.iter().find(|(words, _)| words.iter().all(|word| text.contains(word)));
+        let Some((_, like)) = row else {
+            findings
+                .add_to("coverings that are like none of the library; only their mass counts", format!("`{label}`"));
+            file.linear_density?;
+            return self.mass_only(file, &label);
+        };
+        let (like, shipped) = sized(like, file);
+        let mut covering = shipped.clone();
+        let mut keys = vec![("like", format!("\"{like}\""))];
+        if shipped.inner_diameter.is_some() && (file.inner_diameter.is_some() || file.outer_diameter.is_some()) {
+            keys.extend(tube(&mut covering, shipped, file));
+        }
+        if let Some(density) = file.linear_density {
+            covering.measured.linear_density = Some(density);
+            keys.push(("linear_density", with_unit(density, "g/m")));
+        }
+        findings.add_to(
+            "coverings are taken for some of the library (tapes for half lap where they do not say), with the file's masses and diameters",
+            format!("`{label}`: {like}"),
+        );
+        let names = &mut self.covering_names;
+        Some(add(&mut self.coverings, &mut self.known, names, like, &label, keys, covering))
+    }
+
+    /// Something thin that binds nothing.
+    fn mass_only(&mut self, file: &document::Covering, label: &str) -> Option<usize> {
+        let (like, shipped) = shipped_coverings().find(|(name, _)| *name == "pvc tape, spots")?;
+        let mut covering = shipped.clone();
+        (covering.bending_share, covering.torsion_share) = (0.0, 0.0);
+        covering.cohesion = wireloom_scenario::bundle::LOOSE;
+        covering.measured.linear_density = file.linear_density;
+        let keys = vec![
+            ("like", format!("\"{like}\"")),
+            ("bending_share", "0".to_owned()),
+            ("torsion_share", "0".to_owned()),
+            ("cohesion", covering.cohesion.to_string()),
+            ("linear_density", with_unit(file.linear_density?, "g/m")),
+        ];
+        let names = &mut self.covering_names;
+        Some(add(&mut self.coverings, &mut self.known, names, like, label, keys, covering))
+    }
+
+    /// The bundle of a make-up.
+    pub fn bundle(&self, makeup: &Makeup) -> Bundle {
+        let wires: Vec<Wires<'_>> =
+            makeup.wires.iter().map(|&(kind, count)| Wires { wire: &self.wires[kind].of_rule, count }).collect();
+        let share = |parts: u32| f64::from(parts) / f64::from(WHOLE);
+        let coverings: Vec<Covered<'_>> = makeup
+            .coverings
+            .iter()
+            .map(|&(kind, parts)| Covered { covering: &self.coverings[kind].of_rule, share: share(parts) })
+            .collect();
+        Bundle::new(&wires, &coverings, None, None)
+    }
+}
+
+/// Index of a type, which is of the library where it has no keys but `like`; equal ones are one.
+fn add<T>(
+    types: &mut Vec<Type<T>>,
+    known: &mut HashMap<String, usize>,
+    names: &mut Names,
+    like: &str,
+    label: &str,
+    mut keys: Vec<(&'static str, String)>,
+    of_rule: T,
+) -> usize {
+    let of_library = keys.len() == 1;
+    let identity = if of_library { like.to_owned() } else { format!("{label} {keys:?}") };
+    *known.entry(identity).or_insert_with(|| {
+        if of_library {
+            keys.clear();
+        }
+        let name = if of_library { like.to_owned() } else { names.take("", label) };
+        types.push(Type { name, keys, of_rule });
+        types.len() - 1
+    })
+}
+
+/// The covering of the library by name; of tubes the size nearest to the diameters that the file gives, 10 mm without any.
+fn sized(like: &str, file: &document::Covering) -> (&'static str, &'static Covering) {
+    let all = shipped_coverings()
+        .filter(|(name, _)| *name == like || [CORRUGATED, SMOOTH].contains(&like) && name.starts_with(like));
+    let off = |covering: &Covering| {
+        let [inner, outer] = [covering.inner_diameter.unwrap_or(1.0), around(covering)];
+        match (file.inner_diameter, file.outer_diameter) {
+            (Some(given), _) => (inner / given).ln().abs(),
+            (None, Some(given)) => (outer / given).ln().abs(),
+            (None, None) => (inner / 0.010).ln().abs(),
+        }
+    };
+    all.min_by(|(_, a), (_, b)| off(a).total_cmp(&off(b))).unwrap_or_else(|| unreachable!("the library has no {like}"))
+}
+
+/// Outer diameter of a tube, m.
+fn around(tube: &Covering) -> f64 {
+    tube.outer_diameter.unwrap_or(tube.inner_diameter.unwrap_or(1.0) + 2.0 * tube.wall())
+}
+
+/// Gives a tube the diameters of the file; one that is missing follows from the other as in the library.
+fn tube(covering: &mut Covering, shipped: &Covering, file: &document::Covering) -> Vec<(&'static str, String)> {
+    let ratio = around(shipped) / shipped.inner_diameter.unwrap_or(1.0);
+    let inner = file.inner_diameter.or(file.outer_diameter.map(|outer| outer / ratio)).unwrap_or(0.010);
+    let outer = file.outer_diameter.unwrap_or(inner * ratio);
+    let (inner, outer) = (rounded(inner * 1e3, 6) * 1e-3, rounded(outer * 1e3, 6) * 1e-3);
+    let mut keys = vec![("inner_diameter", with_unit(inner, "mm"))];
+    covering.inner_diameter = Some(inner);
+    // A wall at least, whatever the description says.
+    let most = 0.5 * (outer - inner).max(0.02 * inner);
+    if shipped.outer_diameter.is_none() || covering.thickness > most {
+        covering.thickness = most;
+        keys.push(("thickness", with_unit(most, "mm")));
+    }
+    if shipped.outer_diameter.is_some() {
+        let outer = outer.max(inner + 2.0 * covering.thickness);
+        covering.outer_diameter = Some(outer);
+        keys.push(("outer_diameter", with_unit(outer, "mm")));
+    }
+    keys
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    fn thin() -> Wire {
-        Wire::new(Some(0.35e-6), Some(1.3e-3), None, None)
+    fn wire(area: f64, outside: Option<f64>, density: Option<f64>) -> document::Wire {
+        document::Wire {
+            id: "w".into(),
+            copper_area: Some(area * 1e-6),
+            outside_diameter: outside.map(|d| d * 1e-3),
+            linear_density: density,
+            bend_radius: None,
+        }
+    }
+
+    fn covering(kind: &str, description: &str) -> document::Covering {
+        let at = document::Location::Relative(0.0);
+        let (inner, outer) = document::diameters(description);
+        document::Covering {
+            id: "c".into(),
+            kind: kind.into(),
+            description: description.into(),
+            linear_density: None,
+            inner_diameter: inner,
+            outer_diameter: outer,
+            from: at,
+            to: at,
+        }
     }
 
     #[test]
-    fn a_thin_wire_is_the_sum_of_its_strands() {
-        // 0.35 mm² of 0.21 mm strands: n = 10.1; π d⁴/64 each; insulation from 0.771 mm to 1.3 mm.
-        let n = 0.35e-6 / (PI * 0.21e-3_f64.powi(2) / 4.0);
-        let strands = n * PI * 0.21e-3_f64.powi(4) / 64.0 * 120e9;
-        let insulation = PI / 64.0 * (1.3e-3_f64.powi(4) - (4.0 * 0.35e-6 / (PI * 0.75)).powi(2)) * 50e6;
-        assert!((thin().bending_stiffness() - strands - insulation).abs() < 1e-12);
-        assert!((1.0e-4..1.5e-4).contains(&thin().bending_stiffness()), "{}", thin().bending_stiffness());
-    }
-
-    #[test]
-    fn twenty_taped_wires_bend_like_a_harness() {
-        let bundle = Bundle::new(&[thin(); 20], &Covering { taped: 1.0, ..Covering::default() });
-        assert!((5e-3..1e-2).contains(&bundle.bending_stiffness), "{}", bundle.bending_stiffness);
-        assert!((bundle.diameter - 1.3e-3 * (20.0_f64 / 0.75).sqrt()).abs() < 1e-12);
-        assert!((0.6..0.8).contains(&(bundle.torsion_stiffness / bundle.bending_stiffness)));
-        assert!((bundle.min_bend_radius - 4.0 * bundle.diameter).abs() < 1e-12);
-    }
-
-    #[test]
-    fn half_a_tape_is_in_series() {
-        let bundle = Bundle::new(&[thin(); 2], &Covering { taped: 0.5, ..Covering::default() });
-        // Curvature under a moment M: half the length M/(2.5 EI), half M/(1.5 EI), EI that of both wires.
-        let both = 2.0 * thin().bending_stiffness();
-        let mean_curvature = 0.5 / (2.5 * both) + 0.5 / (1.5 * both);
-        assert!((bundle.bending_stiffness * mean_curvature - 1.0).abs() < 1e-12);
-        assert!((bundle.factor - 1.875).abs() < 1e-12);
+    fn a_wire_is_like_the_one_nearest_in_copper() {
+        let (mut types, mut findings) = (Types::new(), Findings::default());
+        // All that the file says is what the library says: it is that wire.
+        let plain = types.wire(&wire(0.5, Some(1.6), None), &mut findings);
+        assert_eq!((types.wires[plain].name.as_str(), types.wires[plain].keys.len()), ("FLRY-B 0.5", 0));
+        let heavy = types.wire(&wire(0.5, Some(1.7), Some(0.007)), &mut findings);
+        let heavy_type = &types.wires[heavy];
+        assert_eq!(heavy_type.name, "0.5 mm², 1.7 mm");
+        assert_eq!(
+            heavy_type.keys,
+            [
+                ("like", "\"FLRY-B 0.5\"".to_owned()),
+                ("layers", "[{ material = \"pvc\", diameter = \"1.7 mm\" }]".to_owned()),
+                ("linear_density", "\"7 g/m\"".to_owned())
+            ]
+        );
+        assert_eq!(types.wire(&wire(0.5, Some(1.7), Some(0.007)), &mut findings), heavy);
+        // Between sizes the strands make up the area; without a diameter the usual one is taken.
+        let odd = types.wire(&wire(5.0, None, None), &mut findings);
+        let odd = &types.wires[odd].of_rule;
+        assert!((odd.conductor_area() * 1e6 - 5.0).abs() < 0.04 && (odd.diameter() - 4.472e-3).abs() < 1e-6, "{odd:?}");
+        assert!(findings.list.is_empty());
+        // Thinner than its copper: reported.
+        let thin = types.wire(&wire(4.0, Some(2.0), None), &mut findings);
+        assert!(types.wires[thin].of_rule.diameter() > 2.6e-3);
+        assert_eq!(findings.list.len(), 1);
     }
 
     #[test]
     fn what_a_file_leaves_out_is_near_the_wire_tables() {
-        // Area mm², outside diameter mm, g/m: usual values of type B wires.
-        for (area, diameter, mass) in [(0.5, 1.6, 6.0), (1.0, 2.1, 11.0), (2.5, 3.0, 26.0), (4.0, 3.7, 40.0)] {
-            let wire = Wire::new(Some(area * 1e-6), None, None, None);
-            assert!((wire.outside_diameter * 1e3 / diameter - 1.0).abs() < 0.15);
-            let wire = Wire::new(Some(area * 1e-6), Some(diameter * 1e-3), None, None);
-            assert!((wire.linear_density * 1e3 / mass - 1.0).abs() < 0.15, "{area}: {}", wire.linear_density);
+        // Area mm², outside diameter mm: usual values of type B wires.
+        for (area, diameter) in [(0.5, 1.6), (1.0, 2.1), (2.5, 3.0), (4.0, 3.7)] {
+            assert!((usual_diameter(area * 1e-6) * 1e3 / diameter - 1.0).abs() < 0.15);
         }
-        assert_eq!(Wire::new(None, None, None, None).copper_area, 0.5e-6);
+    }
+
+    #[test]
+    fn coverings_are_known_by_their_words() {
+        let (mut types, mut findings) = (Types::new(), Findings::default());
+        let mut like = |kind: &str, description: &str| {
+            let index = types.covering(&covering(kind, description), &mut findings)?;
+            let found = &types.coverings[index];
+            Some(found.keys.first().map_or(found.name.clone(), |(_, like)| like.trim_matches('"').to_owned()))
+        };
+        for (kind, description, expected) in [
+            ("TAPE", "PVC-Folie", "pvc tape, half lap"),
+            ("TAPE", "PET Vlies", "fleece tape, half lap"),
+            ("TAPE", "", "pvc tape, half lap"),
+            ("WELLROHR", "size 13.0 D(i)=12.9 D(a)=15.8", "corrugated tube NW 13"),
+            ("", "Corrugated D(a)=10", "corrugated tube NW 7.5"),
+            ("", "corrugated", "corrugated tube NW 10"),
+            ("TUBE", "D(i)=6.1 D(a)=7.3", "pvc tube 6 mm"),
+            ("", "Schrumpfschlauch mit Kleber", "heat-shrink, adhesive-lined"),
+        ] {
+            assert_eq!(like(kind, description).as_deref(), Some(expected), "{kind} {description}");
+        }
+        assert_eq!(like("", "foam block"), None);
+        assert_eq!(findings.list.len(), 2);
+    }
+
+    #[test]
+    fn tubes_have_the_diameters_of_the_file_and_a_wall() {
+        let (mut types, mut findings) = (Types::new(), Findings::default());
+        let mut tube = |kind: &str, description: &str| {
+            let index = types.covering(&covering(kind, description), &mut findings).unwrap();
+            let found = &types.coverings[index].of_rule;
+            [found.inner_diameter.unwrap(), found.wall(), around(found)].map(|x| rounded(x * 1e3, 5))
+        };
+        assert_eq!(tube("WELLROHR", "D(i)=8.3 D(a)=13.4"), [8.3, 0.25, 13.4]);
+        assert_eq!(tube("TUBE", "D(i)=6.1 D(a)=7.3"), [6.1, 0.6, 7.3]);
+        // Nonsense still has a wall.
+        assert_eq!(tube("WELLROHR", "D(i)=8.3 D(a)=8"), [8.3, 0.083, 8.466]);
     }
 }

@@ -3,8 +3,8 @@
 use super::Options;
 use super::curve::Vector;
 use super::findings::Finding;
-use super::harness::{Constraint, Harness, Place, Role};
-use super::section;
+use super::harness::{Constraint, Harness, Place, Role, Section};
+use super::section::{self, Types};
 use nalgebra::UnitQuaternion;
 use std::fmt::Write;
 
@@ -63,20 +63,9 @@ pub(super) fn scenario(harness: &Harness, options: &Options, findings: &[Finding
     let mut out = String::new();
     header(&mut out, harness);
     let name_of = |vertex: usize| &harness.vertices[vertex].name;
+    write_types(&mut out, &harness.types);
     for section in &harness.sections {
-        let bundle = &section.bundle;
-        let _ = writeln!(out, "\n# {}", comment(&section.remark));
-        let _ = writeln!(out, "[sections.{}]", quoted(&section.name));
-        for (key, value) in [
-            ("diameter", bundle.diameter),
-            ("linear_density", bundle.linear_density),
-            ("axial_stiffness", bundle.axial_stiffness),
-            ("bending_stiffness", bundle.bending_stiffness),
-            ("torsion_stiffness", bundle.torsion_stiffness),
-            ("min_bend_radius", bundle.min_bend_radius),
-        ] {
-            let _ = writeln!(out, "{key} = {}", significant(value, 4));
-        }
+        write_section(&mut out, section, &harness.types);
     }
     for branch in &harness.branches {
         let _ = writeln!(out, "\n[[branches]] # {}", comment(&branch.remark));
@@ -130,6 +119,49 @@ pub(super) fn scenario(harness: &Harness, options: &Options, findings: &[Finding
     out
 }
 
+fn write_types(out: &mut String, types: &Types) {
+    let _ = writeln!(
+        out,
+        "\n# Wires and coverings of the file, each like one of the library for what the file does not say."
+    );
+    for (family, name, keys) in types
+        .wires
+        .iter()
+        .map(|wire| ("wires", &wire.name, &wire.keys))
+        .chain(types.coverings.iter().map(|covering| ("coverings", &covering.name, &covering.keys)))
+    {
+        if !keys.is_empty() {
+            let _ = writeln!(out, "\n[{family}.{}]", quoted(name));
+            for (key, value) in keys {
+                let _ = writeln!(out, "{key} = {value}");
+            }
+        }
+    }
+}
+
+fn write_section(out: &mut String, section: &Section, types: &Types) {
+    let _ = writeln!(out, "\n[sections.{}] # {}", quoted(&section.name), comment(&section.remark));
+    let wires = section.makeup.wires.iter().map(|(kind, count)| {
+        let name = quoted(&types.wires[*kind].name);
+        if *count == 1 { format!("{{ type = {name} }}") } else { format!("{{ type = {name}, count = {count} }}") }
+    });
+    let wires: Vec<String> = wires.collect();
+    if wires.len() < 3 {
+        let _ = writeln!(out, "wires = [{}]", wires.join(", "));
+    } else {
+        let _ = writeln!(out, "wires = [\n  {},\n]", wires.join(",\n  "));
+    }
+    let coverings = section.makeup.coverings.iter().map(|(kind, parts)| {
+        let name = quoted(&types.coverings[*kind].name);
+        let share = f64::from(*parts) / f64::from(section::WHOLE);
+        if *parts == section::WHOLE { name } else { format!("{{ type = {name}, share = {share:?} }}") }
+    });
+    let coverings: Vec<String> = coverings.collect();
+    if !coverings.is_empty() {
+        let _ = writeln!(out, "covering = [{}]", coverings.join(", "));
+    }
+}
+
 fn write_constraint(out: &mut String, harness: &Harness, constraint: &Constraint) {
     let _ = writeln!(out, "\n[[constraints]] # {}", comment(&constraint.remark));
     let _ = writeln!(out, "name = {}", quoted(&constraint.name));
@@ -168,32 +200,18 @@ fn write_weights(out: &mut String, harness: &Harness) {
 }
 
 fn header(out: &mut String, harness: &Harness) {
-    let _ = write!(
-        out,
+    out.push_str(
         "# Made from a KBL file (VDA 4964) by wireloom-import. SI units: m, kg, N, N m².
 #
 # Lengths: Physical_length where the file gives it, else Virtual_length, which is that of the drawn curve.
 # Paths: the drawn centre lines, from `from` to `to`; branches are straight at rest.
 # Orientations: every branch has one untwisted frame field along its path; arms and connectors take theirs from it.
 #
-# Stiffness is nowhere in KBL. Sections follow a rule, good to a factor of about two in bending; measure where it matters.
-#   wire   EI = E_cu A d²/16 + E_ins π (D⁴ - D_c⁴)/64    strands of diameter d slip on each other
-#          GJ = E_cu/(1+ν) A d²/16 + the same of the insulation;  EA = {STRANDING} E_cu A + E_ins A_ins
-#          E_cu = {copper:.0} GPa (110 to 130), E_ins = {insulation:.0} MPa (20 to 150), D_c = √(4 A/(π {STRAND_FILL}))
-#          d = 0.21 mm to 1 mm², 0.26 mm to 2.5 mm², 0.31 mm to 6 mm², 0.41 mm above (ISO 6722-1, flexible rows)
-#   bundle sums of its wires; EI and GJ times a factor for friction: {LOOSE} loose, {TAPED} taped, in series
-#          where tape covers a part; tubes count with mass and diameter only
-#          diameter √(Σ D²/{WIRE_FILL}) or that of a tube; bend radius: the largest of its wires', {BEND_RADIUS} diameters for bundles
-#   joint  two arms are coupled by the wires they share: share = Σ common EI / Σ EI of the arm named first
+# Stiffness is nowhere in KBL. Sections follow from their wires and coverings by the rule of the library, good to a factor of
+# about two in bending; `wireloom check` prints what it takes, and between which bounds. Write measured values beside the wires
+# (bending_stiffness, torsion_stiffness, …) where it matters: they go before the rule.
+# Joints: two arms are coupled by the wires they share: share = Σ common EI / Σ EI of the wires of the arm named first.
 ",
-        STRANDING = section::STRANDING,
-        copper = section::COPPER_YOUNG * 1e-9,
-        insulation = section::INSULATION_YOUNG * 1e-6,
-        STRAND_FILL = section::STRAND_FILL,
-        LOOSE = section::LOOSE,
-        TAPED = section::TAPED,
-        WIRE_FILL = section::WIRE_FILL,
-        BEND_RADIUS = section::BEND_RADIUS,
     );
     let _ = writeln!(out, "\nschema = 1\nname = {}", quoted(&harness.name));
 }

@@ -133,7 +133,7 @@ fn stiffness_tables(spec: &JointSpec) -> ([Vec<Vec<f64>>; 3], Vec<String>) {
         let ending = 1.0 - row.iter().sum::<f64>() / own[0];
         if ending > NOTED_SHARE {
             notes.push(format!(
-                "{:.0} % of the bending stiffness of arm `{}` ends in joint `{}`: its wires pass to no other arm",
+                "{:.0} % of the bending stiffness of arm `{}` ends in joint `{}`: no other arm takes it up",
                 100.0 * ending,
                 arm.branch,
                 spec.name

@@ -1,0 +1,29 @@
+//! What a written scenario says once it is read.
+
+use wireloom_core::minimiser::{Minimiser, Report, Status, Stop};
+use wireloom_core::registry::MinimiserKind;
+use wireloom_core::{Problem, Registry, State};
+use wireloom_scenario::{Scenario, parse, render};
+
+/// The minimiser that written scenarios name; it is never asked.
+struct Idle;
+
+impl Minimiser for Idle {
+    fn name(&self) -> &str {
+        "newton"
+    }
+    fn minimise(&mut self, _: &mut Problem<'_>, _: &mut State, _: &Stop) -> Report {
+        Report { status: Status::Failed, iterations: 0, factorisations: 0, evaluations: 0, residual: 0.0 }
+    }
+    fn forget(&mut self) {}
+}
+
+/// A written scenario, checked: its sections have numbers.
+pub fn checked(text: &str) -> Scenario {
+    let mut registry = Registry::default();
+    wireloom_models::register(&mut registry);
+    let build = Box::new(|(): &(), _: &wireloom_core::Parameters| Ok(Box::new(Idle) as Box<dyn Minimiser>));
+    let newton = MinimiserKind { name: "newton".into(), doc: "none".into(), parameters: vec![], build };
+    assert!(registry.add_minimiser(newton).is_ok());
+    parse(text, &registry).unwrap_or_else(|faults| panic!("{}", render(text, &faults)))
+}
