@@ -26,6 +26,8 @@ pub struct Checkpoint {
     pub(crate) plan: Option<Plan>,
     /// What its operations came to so far.
     pub(crate) operations: Vec<OperationResult>,
+    /// How far the harness moved in the last increment, m.
+    pub(crate) pace: Option<f64>,
     pub(crate) step_index: usize,
     /// Increments of it that are done.
     pub(crate) increment: usize,

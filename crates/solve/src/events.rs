@@ -5,8 +5,15 @@ use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use wireloom_core::equilibrium::{OperationResult, SlideMotion, StepResult};
 use wireloom_core::minimiser::{Status, Stop};
-use wireloom_core::problem::Problem;
-use wireloom_core::{Event, EventKind, EventPlace, Moment, State};
+use wireloom_core::problem::{Conditions, Problem};
+use wireloom_core::{Event, EventKind, EventPlace, Moment, Pose, State};
+
+/// So many times as far as before, or as what holds it, a harness moves only when it leaves its equilibrium.
+const OUT_OF_PROPORTION: f64 = 8.0;
+/// What turns may carry a harness of several branches with it: so many times the arc over the longest.
+const TURN_SHARE: f64 = 2.0;
+/// What moves by less than this share of the longest branch is no jump that anybody would see.
+const FAR: f64 = 0.05;
 
 /// Something that happened in the increment at hand.
 #[derive(Clone, Debug, PartialEq)]
@@ -90,6 +97,41 @@ impl EventLog {
 /// What an event happened to, at whatever arc length.
 fn thing(place: &EventPlace) -> String {
     EventPlace { s: None, ..place.clone() }.to_string()
+}
+
+/// How far the fixings that act have moved their targets since, m, and turned them, rad: the most of any.
+pub fn prescribed(problem: &Problem<'_>, before: &[Pose]) -> [f64; 2] {
+    let Conditions { active, targets, .. } = problem.conditions();
+    let mut most = [0.0_f64; 2];
+    for ((from, to), _) in before.iter().zip(targets).zip(active).filter(|(_, active)| **active) {
+        most[0] = most[0].max((to.position - from.position).norm());
+        most[1] = most[1].max(to.orientation.angle_to(&from.orientation));
+    }
+    most
+}
+
+/// Whether an increment in which the harness `moved` so far (m) was a jump: it `fell` when smaller increments did not help, or
+/// moved far, and out of proportion both with the increment before (`pace`, m) and with what was prescribed (m, rad).
+/// `length` is that of the longest branch, m.
+pub fn jump(moved: f64, pace: Option<f64>, prescribed: [f64; 2], length: f64, fell: bool) -> Option<Occurrence> {
+    let expected = OUT_OF_PROPORTION * prescribed[0] + TURN_SHARE * length * prescribed[1];
+    let leapt = pace.is_some_and(|pace| moved > OUT_OF_PROPORTION * pace) && moved > expected.max(FAR * length);
+    let why = match () {
+        () if leapt => {
+            format!("where {:.1} mm and {:.1}° are prescribed", 1e3 * prescribed[0], prescribed[1].to_degrees())
+        }
+        () if fell => {
+            "and was found with more iterations than are allowed, after smaller increments did not help".to_owned()
+        }
+        () => return None,
+    };
+    Some(Occurrence {
+        kind: EventKind::Jump,
+        place: EventPlace::default(),
+        value: Some(moved),
+        limit: None,
+        message: format!("moved by {:.1} mm in one increment, {why}", 1e3 * moved),
+    })
 }
 
 /// Looks for limits that are passed at the end of an increment, and for what slides.

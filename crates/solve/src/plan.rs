@@ -34,6 +34,11 @@ impl Plan {
         }
     }
 
+    /// Whether gravity or loads change.
+    pub fn changes_loads(&self) -> bool {
+        self.gravity.0 != self.gravity.1 || !self.loads.is_empty()
+    }
+
     /// Most turns that something makes about its tangent over a share of the step.
     pub fn turns(&self, share: f64) -> f64 {
         self.journeys.iter().map(|journey| journey.turns(share)).fold(0.0, f64::max)
@@ -42,7 +47,7 @@ impl Plan {
     /// Sets the conditions at share `t`.
     pub fn apply(&self, problem: &mut Problem<'_>, t: f64) {
         let mix = |a: f64, b: f64| if t >= 1.0 { b } else { a + (b - a) * t };
-        if self.gravity.0 != self.gravity.1 || !self.loads.is_empty() {
+        if self.changes_loads() {
             problem.change(|c| {
                 c.gravity = self.gravity.0.zip_map(&self.gravity.1, mix);
                 for &(load, a, b) in &self.loads {

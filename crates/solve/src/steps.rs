@@ -80,6 +80,9 @@ struct Driver<'n, 'm> {
     log: EventLog,
     /// The smallest part of an increment at hand that was carried out at once.
     smallest: f64,
+    /// How far the harness moved in the increment before, m; `None` in the first of a step that lets go of something, takes hold or
+    /// changes loads: there any motion may be.
+    pace: Option<f64>,
     /// What the operations of the step at hand came to so far.
     operations: Vec<OperationResult>,
 }
@@ -129,6 +132,7 @@ pub fn carry_out(
                 log,
                 plan,
                 operations,
+                pace,
                 step_index,
                 increment,
                 work,
@@ -141,8 +145,8 @@ pub fn carry_out(
             run.steps.truncate(kept);
             (spent, first, done, begun) = (seconds, step_index, increment, plan);
             let mut driver = Driver::new(network, minimiser, stop, state, conditions);
-            (driver.log, driver.operations, driver.homing, (driver.iterations, driver.factorisations)) =
-                (log, operations, false, work);
+            (driver.iterations, driver.factorisations) = work;
+            (driver.log, driver.operations, driver.pace, driver.homing) = (log, operations, pace, false);
             driver
         }
     };
@@ -219,6 +223,7 @@ impl<'n, 'm> Driver<'n, 'm> {
             homing: true,
             log: EventLog::default(),
             smallest: 1.0,
+            pace: None,
             operations: Vec::new(),
         }
     }
@@ -246,6 +251,7 @@ impl<'n, 'm> Driver<'n, 'm> {
             factorisations,
             log,
             operations,
+            pace,
             // Made anew by the next increment, or the same in every run:
             minimiser: _,
             stop: _,
@@ -261,6 +267,7 @@ impl<'n, 'm> Driver<'n, 'm> {
             log: log.clone(),
             plan: plan.cloned(),
             operations: operations.clone(),
+            pace: *pace,
             step_index: done.0,
             increment: done.1,
             work: (*iterations, *factorisations),
@@ -368,6 +375,7 @@ impl<'n, 'm> Driver<'n, 'm> {
     fn increment(&mut self, plan: &Plan, a: f64, b: f64) -> Status {
         self.smallest = 1.0;
         let began = self.state.clone();
+        let targets = self.problem.conditions().targets.clone();
         let mut status = self.advance_through(plan, a, b);
         if self.smallest < 1.0 {
             let parts = 1.0 / self.smallest;
@@ -379,21 +387,18 @@ impl<'n, 'm> Driver<'n, 'm> {
                 message: format!("did not converge at once; parts as small as 1/{parts:.0} were tried"),
             });
         }
-        if status == Status::IterationLimit {
+        let fallen = status == Status::IterationLimit;
+        if fallen {
             status = self.let_snap();
-            if status == Status::Converged {
-                let moved = result::farthest(&began, &self.state);
-                self.log.raise(Occurrence {
-                    kind: EventKind::Jump,
-                    place: EventPlace::default(),
-                    value: Some(moved),
-                    limit: None,
-                    message: format!(
-                        "took more iterations than allowed, and smaller increments did not help: the harness may have snapped; it moved by up to {:.1} mm",
-                        1e3 * moved
-                    ),
-                });
+        }
+        if matches!(status, Status::Converged | Status::Stalled) {
+            let moved = result::farthest(&began, &self.state);
+            let given = events::prescribed(&self.problem, &targets);
+            let length = self.problem.scales().length;
+            if let Some(jump) = events::jump(moved, self.pace, given, length, fallen) {
+                self.log.raise(jump);
             }
+            self.pace = Some(moved);
         }
         status
     }
@@ -434,7 +439,10 @@ impl<'n, 'm> Driver<'n, 'm> {
                 journeys.push(plan::home(f, &network.fixings[f], targets[f]));
             }
         }
-        Plan::new(&self.problem, step, journeys)
+        let plan = Plan::new(&self.problem, step, journeys);
+        let moves_only = step.add.is_empty() && step.release.is_empty() && !plan.changes_loads();
+        self.pace = moves_only.then_some(0.0);
+        plan
     }
 
     /// From share `a` to share `b` of a plan, in as many parts as it takes to follow its turns and to pass through every
