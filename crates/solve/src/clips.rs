@@ -1,4 +1,4 @@
-//! Clips that close where the cable is nearest to their seat.
+//! Where on the cable the stations of fixings that begin come to stand: where the file says, or nearest to their seat.
 
 use wireloom_core::network::Place;
 use wireloom_core::{Network, State, Vector};
@@ -10,31 +10,77 @@ const ROOM_SHARE: f64 = 0.1;
 /// Distances (m) that differ by less than this are the same.
 const SAME: f64 = 1e-9;
 
-/// Gives knot `k`, the station of fixing `f`, the arc length at which the cable is nearest to the seat of `f`, between the knots beside it.
-/// Returns a remark where the cable is nearer beyond those.
-pub(crate) fn close_on_nearest(
+/// Gives the knots (increasing nodes, and their arc lengths at `state`, m) of a branch that fixings of `added` bring the arc lengths at which
+/// those begin: those given, then the nearest. All stay between what acts already. Returns remarks where that was in the way.
+pub(crate) fn put_in_place(
+    network: &Network,
+    state: &State,
+    branch: usize,
+    added: &[usize],
+    knots: &mut Vec<(usize, f64)>,
+) -> Vec<String> {
+    let mut notes = Vec::new();
+    let own = &network.branches[branch];
+    let built = own.rod.mesh().arc_lengths();
+    let begins =
+        |node: usize| added.iter().copied().find(|&f| network.fixings[f].place == Place::Node { branch, node });
+    let begun: Vec<Option<usize>> = knots.iter().map(|knot| begins(knot.0)).collect();
+    let is_nearest = |f: usize| network.fixings[f].nearest;
+    // Those that are given a place leave out of account those that are not.
+    for given in [true, false] {
+        for k in 1..knots.len() - 1 {
+            let Some(f) = begun[k].filter(|&f| is_nearest(f) != given) else { continue };
+            let standing = |other: &usize| begun[*other].is_none_or(|f| !given && !is_nearest(f));
+            let placed = |other: &usize| standing(other) || begun[*other].is_some_and(|f| is_nearest(f) != given);
+            let before = (0..k).rev().find(placed).map_or(0.0, |other| knots[other].1);
+            let next = (k + 1..knots.len()).find(standing).unwrap_or(knots.len() - 1);
+            let (after, between) = (knots[next].1, (next - k) as f64);
+            let share = ROOM_SHARE * (after - before) / between;
+            if given {
+                let wanted = built[knots[k].0];
+                let free = before < wanted && wanted < after;
+                knots[k].1 = if free { wanted } else { wanted.clamp(before + share, after - between * share) };
+                if !free {
+                    notes.push(format!(
+                        "fixing `{}` begins at s = {:.4} m of branch `{}`, not at {wanted:.4} m: what acts already has come past that",
+                        network.fixings[f].name, knots[k].1, own.name
+                    ));
+                }
+            } else {
+                let room = share.min(ROOM * own.section.diameter);
+                let (here, note) = nearest_place(network, state, f, branch, before + room, after - between * room);
+                knots[k].1 = here;
+                notes.extend(note);
+            }
+        }
+    }
+    notes
+}
+
+/// The arc length in `[low, high]` at which the cable is nearest to the seat of fixing `f`, and a remark where it is nearer beyond.
+fn nearest_place(
     network: &Network,
     state: &State,
     f: usize,
-    knots: &mut [(usize, f64)],
-    k: usize,
-) -> Option<String> {
+    branch: usize,
+    low: f64,
+    high: f64,
+) -> (f64, Option<String>) {
     let fixing = &network.fixings[f];
-    let (Place::Node { branch, .. }, Some(seat)) = (fixing.place, fixing.position) else { return None };
     let own = &network.branches[branch];
+    // A fixing of this kind has a seat: the scenario sees to it.
+    let seat = fixing.position.unwrap_or_default();
     let points: Vec<Vector> = own.points.clone().map(|i| state.points[i] + state.carry[i]).collect();
     let s = state.arc_lengths(network, branch);
-    let (before, after) = (knots[k - 1].1, knots[k + 1].1);
-    let room = (ROOM * own.section.diameter).min(ROOM_SHARE * (after - before));
-    let (here, distance) = nearest(&s, &points, &seat, before + room, after - room);
+    let (here, distance) = nearest(&s, &points, &seat, low, high);
     let (there, least) = nearest(&s, &points, &seat, s[0], s[s.len() - 1]);
-    knots[k].1 = here;
-    (least < distance - SAME).then(|| {
+    let note = (least < distance - SAME).then(|| {
         format!(
             "clip `{}` closes at s = {here:.4} m of branch `{}`, between the fixings beside it; at s = {there:.4} m the cable is nearer to its seat",
             fixing.name, own.name
         )
-    })
+    });
+    (here, note)
 }
 
 /// Arc length in `[low, high]` at which the polygon through `points` at arc lengths `s` is nearest to `seat`, and its distance, m.

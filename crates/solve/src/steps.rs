@@ -8,7 +8,6 @@ use crate::{clips, operations, result, start};
 use std::time::Instant;
 use wireloom_core::equilibrium::{MinimiserResult, OperationResult, Run, StepResult};
 use wireloom_core::minimiser::{Minimiser, Status, Stop};
-use wireloom_core::network::Place;
 use wireloom_core::problem::{Conditions, Problem};
 use wireloom_core::sliding::{SlideStop, Sliding};
 use wireloom_core::steps::{Journey, Schedule, Step};
@@ -544,19 +543,13 @@ impl<'n, 'm> Driver<'n, 'm> {
     fn put_in_place(&mut self, added: &[usize]) -> Vec<String> {
         let network = self.problem.network;
         let mut notes = Vec::new();
-        for (b, branch) in network.branches.iter().enumerate().filter(|(_, branch)| branch.mesh_moves) {
-            let built = branch.rod.mesh().arc_lengths();
+        for (b, _) in network.branches.iter().enumerate().filter(|(_, branch)| branch.mesh_moves) {
             let s = self.state.arc_lengths(network, b);
-            let at = |node: usize| Place::Node { branch: b, node };
-            let begins = |node: usize| added.iter().copied().find(|&f| network.fixings[f].place == at(node));
-            let place = |node: usize| if begins(node).is_some() { (node, built[node]) } else { (node, s[node]) };
-            let mut knots: Vec<_> = self.problem.knots(b).into_iter().map(place).collect();
-            for &f in added.iter().filter(|&&f| network.fixings[f].nearest) {
-                let Some(k) = knots.iter().position(|knot| network.fixings[f].place == at(knot.0)) else { continue };
-                notes.extend(clips::close_on_nearest(network, &self.state, f, &mut knots, k));
-            }
-            if knots.iter().any(|&(node, to)| (to - s[node]).abs() > SAME_PLACE * built[built.len() - 1]) {
-                network.move_mesh(b, &knots, &mut self.state);
+            let mut knots = self.problem.knots(b).into_iter().map(|node| (node, s[node])).collect();
+            notes.extend(clips::put_in_place(network, &self.state, b, added, &mut knots));
+            if knots.iter().any(|&(node, to)| (to - s[node]).abs() > SAME_PLACE * s[s.len() - 1]) {
+                let moved = network.move_mesh(b, &knots, &mut self.state);
+                debug_assert!(moved, "arc lengths increase: {knots:?}");
             }
         }
         notes
