@@ -17,7 +17,7 @@ pub(crate) fn put_in_place(
     state: &State,
     branch: usize,
     added: &[usize],
-    knots: &mut Vec<(usize, f64)>,
+    knots: &mut [(usize, f64)],
 ) -> Vec<String> {
     let mut notes = Vec::new();
     let own = &network.branches[branch];

@@ -545,7 +545,7 @@ impl<'n, 'm> Driver<'n, 'm> {
         let mut notes = Vec::new();
         for (b, _) in network.branches.iter().enumerate().filter(|(_, branch)| branch.mesh_moves) {
             let s = self.state.arc_lengths(network, b);
-            let mut knots = self.problem.knots(b).into_iter().map(|node| (node, s[node])).collect();
+            let mut knots: Vec<_> = self.problem.knots(b).into_iter().map(|node| (node, s[node])).collect();
             notes.extend(clips::put_in_place(network, &self.state, b, added, &mut knots));
             if knots.iter().any(|&(node, to)| (to - s[node]).abs() > SAME_PLACE * s[s.len() - 1]) {
                 let moved = network.move_mesh(b, &knots, &mut self.state);
