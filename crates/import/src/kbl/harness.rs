@@ -243,6 +243,15 @@ fn lay_all(document: &Document, types: &mut Types, wires: &[usize], findings: &m
             let wires = counts.into_iter().collect();
             let makeup = Makeup { wires, coverings: coverings(segment, length, types, findings) };
             let bundle = types.bundle(&makeup);
+            for (kind, _) in &makeup.coverings {
+                let tube = &types.coverings[*kind];
+                if tube.of_rule.inner_diameter.is_some_and(|inner| inner < bundle.wires_diameter) {
+                    findings.add_to(
+                        "tubes are narrower inside than all wires together that run through them; taken as wide as these",
+                        format!("{} `{}` ({:.1} mm of wires)", segment.id, tube.name, bundle.wires_diameter * 1e3),
+                    );
+                }
+            }
             let circle = |&(kind, count): &(usize, usize)| {
                 count as f64 * 0.25 * PI * types.wires[kind].of_rule.diameter().powi(2)
             };

@@ -6,7 +6,7 @@
 //!
 //! | of the file | like | instead of it |
 //! | --- | --- | --- |
-//! | wire | the FLRY-B nearest in copper area | strands for the area (beyond 10 %), outside diameter, mass, bend radius |
+//! | wire | the FLRY-B nearest in copper area | strands for its area (where that is 10 % off), outside diameter, mass, bend radius |
 //! | covering | what its type and description say, see [`COVERINGS`] | mass; of tubes also the diameters in the description |
 
 use super::document;
@@ -120,6 +120,12 @@ impl Types {
             wire.strands = (area / (0.25 * PI * wire.strand.powi(2))).round().clamp(1.0, 1e6) as usize;
             wire.conductor_diameter = Wire::conductor_diameter_of(wire.strands, wire.strand);
             keys.push(("strands", wire.strands.to_string()));
+            if wire.strands == 1 {
+                // Thinner than a strand of the library: a single one of its own.
+                let strand = rounded((4.0 * area / PI).sqrt() * 1e3, 6) * 1e-3;
+                (wire.strand, wire.conductor_diameter) = (strand, strand);
+                keys.push(("strand", with_unit(strand, "mm")));
+            }
         }
         let outside = file.outside_diameter.unwrap_or_else(|| usual_diameter(area));
         let least = 1.05 * wire.conductor_diameter;
@@ -221,12 +227,15 @@ fn add<T>(
     of_rule: T,
 ) -> usize {
     let of_library = keys.len() == 1;
+    // What has the same label has another mass, mostly.
+    let mass = keys.iter().find(|(key, _)| *key == "linear_density").map(|(_, mass)| mass.trim_matches('"'));
+    let longer = mass.filter(|_| types.iter().any(|known| known.name == label)).map(|mass| format!("{label}, {mass}"));
     let identity = if of_library { like.to_owned() } else { format!("{label} {keys:?}") };
     *known.entry(identity).or_insert_with(|| {
         if of_library {
             keys.clear();
         }
-        let name = if of_library { like.to_owned() } else { names.take("", label) };
+        let name = if of_library { like.to_owned() } else { names.take("", longer.as_deref().unwrap_or(label)) };
         types.push(Type { name, keys, of_rule });
         types.len() - 1
     })
@@ -326,6 +335,11 @@ mod tests {
         let odd = &types.wires[odd].of_rule;
         assert!((odd.conductor_area() * 1e6 - 5.0).abs() < 0.04 && (odd.diameter() - 4.472e-3).abs() < 1e-6, "{odd:?}");
         assert!(findings.list.is_empty());
+        let fine = types.wire(&wire(0.01, Some(0.5), None), &mut findings);
+        assert!((types.wires[fine].of_rule.conductor_area() * 1e6 - 0.01).abs() < 1e-6);
+        // What differs in its mass alone is told apart by it.
+        let light = types.wire(&wire(0.5, Some(1.7), Some(0.006)), &mut findings);
+        assert_eq!(types.wires[light].name, "0.5 mm², 1.7 mm, 6 g/m");
         // Thinner than its copper: reported.
         let thin = types.wire(&wire(4.0, Some(2.0), None), &mut findings);
         assert!(types.wires[thin].of_rule.diameter() > 2.6e-3);
