@@ -13,12 +13,14 @@
 //! | `unstable` | `branch`, `s`, `value`, m: the flag says so, or the node is further than `tolerance` from where it would balance |
 //! | `same-shape` | `branch` is `as = { branch, from }` at every node, counted from its end if `reversed`, its coordinates times `scale` plus `shift`; `inner`: its two ends left out |
 //! | `operation` | `constraint` that was mated, clipped or grasped or is the first that was carried; `part`: `force` (N), `s` or `reach` (m); `value` |
+//! | `slide` | the cable in `constraint`: `part` is `s` (m) or `force` (along the cable, N), `value` |
+//! | `motion` | the cable in `constraint`: `value` is `free`, `stick`, `slip` or `stopped` |
 //! | `same-reaction` | `constraint` exerts what `as = { constraint }` does |
 
 use libtest_mimic::{Arguments, Failed, Trial};
 use std::path::{Path, PathBuf};
 use toml::Value;
-use wireloom::core::equilibrium::{BranchResult, ConstraintResult, OperationResult, Run, StepResult};
+use wireloom::core::equilibrium::{BranchResult, ConstraintResult, OperationResult, Run, SlideResult, StepResult};
 use wireloom::core::{Status, Vector};
 use wireloom_testkit::closed_forms;
 
@@ -170,6 +172,14 @@ fn fault(end: &StepResult, kind: &str, check: &Value) -> Result<Option<String>, 
                 Some(part) => vec![all["xyz".find(part).ok_or("`part` is x, y or z")?]],
             }
         }
+        "motion" => {
+            let (found, wanted) = (slide(end, check)?.motion.word(), word(check, "value")?);
+            return Ok((found != wanted).then(|| format!("{found} instead of {wanted}")));
+        }
+        "slide" => {
+            let slide = slide(end, check)?;
+            vec![if word(check, "part")? == "s" { slide.arc_length } else { slide.axial_force }]
+        }
         "energy" => {
             let energy = &end.energy;
             vec![match check.get("part").and_then(Value::as_str) {
@@ -190,6 +200,12 @@ fn fault(end: &StepResult, kind: &str, check: &Value) -> Result<Option<String>, 
     }
     let distance = wanted.iter().zip(&found).map(|(w, f)| (w - f).powi(2)).sum::<f64>().sqrt();
     Ok(beyond(distance, tolerance).then(|| format!("{found:?} instead of {wanted:?}, {distance:.3e} off")))
+}
+
+/// What the cable does in a constraint that it runs through.
+fn slide<'a>(end: &'a StepResult, check: &Value) -> Result<&'a SlideResult, Failed> {
+    let name = word(check, "constraint")?;
+    constraint(end, name)?.slide.as_ref().ok_or_else(|| format!("nothing runs through `{name}`").into())
 }
 
 /// What the operation on a constraint came to.
@@ -282,6 +298,23 @@ fn values_of_closed_forms() -> Result<(), Failed> {
         value("catenary.toml", "hang", "position", "s", "Some(0.25)")?,
         vec![0.4 - x, 0.0, -depth],
     ));
+    let even = closed_forms::ring_right_angle([10.0, 10.0], 0.001);
+    let free_end = value("ring_pulley.toml", "equilibrium", "position", "s", "Some(0.6)")?;
+    let slid = 0.3 + even.excess[0];
+    pairs.push(("ring, end".into(), free_end, vec![even.offset[1], 0.0, slid + even.excess[1] - 0.6]));
+    pairs.push(("ring, s".into(), value("ring_pulley.toml", "equilibrium", "slide", "part", "s")?, vec![slid]));
+    for (step, pull, x) in [("it runs down", 5.0, 0.3), ("pull it up", 20.0, 0.35)] {
+        let turn = closed_forms::ring_right_angle([pull, 10.0], 0.001);
+        let found = value("ring_friction.toml", step, "slide", "part", "s")?;
+        pairs.push((step.into(), found, vec![x + turn.excess[0]]));
+        pairs.push(("friction".into(), vec![turn.friction], vec![0.5]));
+        let free_end = value("ring_friction.toml", step, "position", "s", "Some(0.6)")?;
+        pairs.push((step.into(), free_end, vec![turn.offset[1], 0.0, x + turn.excess[0] + turn.excess[1] - 0.6]));
+    }
+    let tip = closed_forms::cantilever_tip_load(1.0);
+    let sleeve = |kind, at| value("sleeve.toml", "load", kind, "constraint", at);
+    pairs.push(("sleeve, push".into(), sleeve("reaction-force", "plug-A")?, vec![-tip.slope.sin(), 0.0, 0.0]));
+    pairs.push(("sleeve".into(), sleeve("reaction-force", "sleeve")?, vec![tip.slope.sin(), 0.0, 1.0]));
     let weight = 0.1 * 9.81;
     pairs.push((
         "pull".into(),

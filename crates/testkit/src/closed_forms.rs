@@ -204,9 +204,55 @@ pub fn clamped_beam_sag(load: f64, length: f64, bending: f64, shear: f64) -> f64
     load * length.powi(4) / (384.0 * bending) + load * length * length / (8.0 * shear)
 }
 
+/// A long weightless cable around a point-like ring, by a right angle from pull to pull.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RingTurn {
+    /// Friction that the ring must have for this, its axial force over its force across: a pure number.
+    pub friction: f64,
+    /// Distance of the ring from the line of either pull, m.
+    pub offset: [f64; 2],
+    /// What the cable is longer on either side than its projection on the line of the pull, m.
+    pub excess: [f64; 2],
+}
+
+/// Inextensible cable of bending stiffness `EI` (N m²) around a ring, pulled far away by `T₁` and `T₂` (N) across each other. On either
+/// side it is the elastica that runs out into the line of its pull, at the angle φ from it at the ring:
+///
+/// ```text
+/// ½ EI κ² = T (1 − cos φ),   offset = EI κ/T,   excess = √(EI/T) 2 (1 − cos φ/2)
+/// φ₁ + φ₂ = π/2,   T₁ (1 − cos φ₁) = T₂ (1 − cos φ₂)           (κ is the same on both sides: a ring takes no moment)
+/// T₁ cos φ₁ − T₂ cos φ₂ = ± μ (T₁ sin φ₁ + T₂ sin φ₂)           (Coulomb)
+/// ```
+///
+/// so `|T₁ − T₂| = μ N`: without friction the tensions are equal, however stiff the cable; and μ = ½ makes one twice the other.
+pub fn ring_right_angle(pulls: [f64; 2], stiffness: f64) -> RingTurn {
+    let [one, two] = pulls;
+    let first = bisect(0.0, FRAC_PI_2, |phi| one * (1.0 - phi.cos()) - two * (1.0 - phi.sin()));
+    let angles = [first, FRAC_PI_2 - first];
+    let each = |of: fn(f64, f64, f64) -> f64| [0, 1].map(|k| of(pulls[k], angles[k], stiffness));
+    RingTurn {
+        friction: (one - two).abs() / (one * angles[0].sin() + two * angles[1].sin()),
+        offset: each(|pull, phi, ei| (2.0 * ei * (1.0 - phi.cos()) / pull).sqrt()),
+        excess: each(|pull, phi, ei| (ei / pull).sqrt() * 2.0 * (1.0 - (0.5 * phi).cos())),
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// By hand: the angles of the 3-4-5 triangle, and of its half.
+    #[test]
+    fn ring_of_friction_one_half() {
+        let turn = ring_right_angle([20.0, 10.0], 0.001);
+        close(turn.friction, 0.5, 1e-13);
+        close(turn.offset[0], 0.01 * 0.2_f64.sqrt(), 1e-14);
+        close(turn.offset[1], 0.01 * 0.8_f64.sqrt(), 1e-14);
+        close(turn.excess[1], 0.02 * (1.0 - 0.8_f64.sqrt()), 1e-14);
+        let even = ring_right_angle([10.0, 10.0], 0.001);
+        close(even.friction, 0.0, 1e-13);
+        close(even.offset[0], even.offset[1], 1e-14);
+    }
 
     fn close(found: f64, published: f64, tolerance: f64) {
         assert!((found - published).abs() <= tolerance, "{found} instead of {published}");
