@@ -14,9 +14,10 @@ type Check = fn() -> Checked;
 fn main() -> ExitCode {
     let arguments = Arguments::from_args();
     let mut trials = refusals();
-    let own: [(&str, Check); 14] = [
+    let own: [(&str, Check); 15] = [
         ("first scenario: converges, is summed up, and leaves its files", first_scenario),
         ("results go to out/NAME where no place is given", default_folder),
+        ("a report is written where one is asked for, and goes with the next run", report),
         ("every kind of output, one VTK file for each increment", all_outputs),
         ("--quiet prints nothing", quiet),
         ("not converging ends with 2, and all is written", not_converged),
@@ -170,6 +171,22 @@ fn default_folder() -> Checked {
     place.file("mine.toml", first()?)?;
     place.run(&["run", "mine.toml"])?.expect(0)?;
     ensure(place.files("out/mine")? == ["picture.svg", "result.json"], place.files("."))
+}
+
+fn report() -> Checked {
+    let place = Place::new()?;
+    place.file("s.toml", first()?)?;
+    place.run(&["run", "s.toml", "--out", "o", "--report", "-q"])?.expect(0)?;
+    ensure(place.files("o")? == ["picture.svg", "report.html", "result.json"], place.files("o"))?;
+    let page = fs::read_to_string(place.path("o/report.html"))?;
+    let words = ["y-harness", "plug-C", "s.toml", concat!("wireloom ", env!("CARGO_PKG_VERSION"))];
+    ensure(words.iter().all(|word| page.contains(word)), words)?;
+    // What this run does not write is not left from that one.
+    place.run(&["run", "s.toml", "--out", "o", "-q"])?.expect(0)?;
+    ensure(place.files("o")? == ["picture.svg", "result.json"], place.files("o"))?;
+    place.file("s.toml", first()? + "\n[output]\nreport = true\n")?;
+    place.run(&["run", "s.toml", "--out", "o", "-q"])?.expect(0)?;
+    ensure(place.path("o/report.html").exists(), place.files("o"))
 }
 
 fn all_outputs() -> Checked {

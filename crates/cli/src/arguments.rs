@@ -19,7 +19,7 @@ pub enum Command {
     /// Carry out a scenario and write its results
     ///
     /// Writes result.json, picture.svg, and what else the scenario's [output] asks for: CSV tables, VTK files for
-    /// ParaView. Ctrl-C stops after the increment at hand and keeps what was computed; after that, or a kill or a crash,
+    /// ParaView, a report. Ctrl-C stops after the increment at hand and keeps what was computed; after that, or a kill or a crash,
     /// --resume goes on to the same result.
     Run(RunArguments),
     /// Check scenarios without carrying them out, and show all their faults at once
@@ -60,6 +60,9 @@ pub struct RunArguments {
     /// Find equilibria with this minimiser instead of the scenario's
     #[arg(long, value_name = "KIND")]
     pub minimiser: Option<String>,
+    /// Write report.html, too: the whole run as one page, as `report = true` in the scenario's [output] does
+    #[arg(long)]
+    pub report: bool,
     /// Print nothing but faults
     #[arg(long, short)]
     pub quiet: bool,

@@ -77,7 +77,7 @@ fn document(cases: &[Case]) -> Value {
 }
 
 /// Processor, number of cores, system: as far as they can be told.
-fn machine() -> String {
+pub fn machine() -> String {
     let cores = std::thread::available_parallelism().map_or(1, usize::from);
     let processor = std::fs::read_to_string("/proc/cpuinfo").ok().and_then(|text| {
         let line = text.lines().find(|line| line.starts_with("model name"))?;

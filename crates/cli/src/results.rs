@@ -4,6 +4,7 @@
 //! | --- | --- | --- |
 //! | `result.json` | the whole run | always |
 //! | `picture.svg` | the last equilibrium | `picture` |
+//! | `report.html` | the whole run on one page | `report` |
 //! | `csv/STEP/BRANCH.csv` | the branches at the end of every step | `csv` |
 //! | `vtk/NNNN.vtp`, `harness.pvd` | every increment, and all of them as a series in time | `vtk` |
 
@@ -11,7 +12,7 @@ use crate::failure::Failure;
 use crate::folder::{Folder, file_name};
 use wireloom::core::{Run, StepResult};
 use wireloom::export::vtk::SeriesFile;
-use wireloom::export::{csv, json, picture, vtk};
+use wireloom::export::{csv, json, picture, report, vtk};
 use wireloom::scenario::Output;
 use wireloom::solve::Progress;
 
@@ -19,13 +20,14 @@ use wireloom::solve::Progress;
 pub struct Results {
     folder: Folder,
     output: Output,
+    texts: Vec<(String, String)>,
     series: Vec<SeriesFile>,
 }
 
 impl Results {
-    /// Into this folder; `series`: what was written before a run was interrupted.
-    pub fn new(folder: Folder, output: Output, series: Vec<SeriesFile>) -> Self {
-        Self { folder, output, series }
+    /// Into this folder; `texts`: those of the scenario; `series`: what was written before a run was interrupted.
+    pub fn new(folder: Folder, output: Output, texts: Vec<(String, String)>, series: Vec<SeriesFile>) -> Self {
+        Self { folder, output, texts, series }
     }
 
     /// The VTK files so far.
@@ -57,6 +59,16 @@ impl Results {
         if let Some(end) = run.steps.last().filter(|_| self.output.picture) {
             let title = format!("{}: {}", run.scenario, end.name);
             self.folder.write("picture.svg", |out| picture::write(end, &title, out))?;
+        }
+        if self.output.report {
+            let report = report::Report {
+                run,
+                texts: &self.texts,
+                program: concat!("wireloom ", env!("CARGO_PKG_VERSION")),
+                machine: &crate::bench::machine(),
+                written: &humantime::format_rfc3339_seconds(std::time::SystemTime::now()).to_string(),
+            };
+            self.folder.write("report.html", |out| report::write(&report, out))?;
         }
         Ok(())
     }

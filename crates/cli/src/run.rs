@@ -23,10 +23,12 @@ const OUT: &str = "out";
 /// are written.
 pub fn run(arguments: &RunArguments, out: &mut dyn Write) -> Result<Outcome, Failure> {
     let registry = wireloom::registry();
-    let Job { loaded: Loaded { scenario, built, .. }, folder, keeper, standing, resumed } = match &arguments.resume {
-        Some(folder) => Job::resume(folder, &registry)?,
-        None => Job::begin(arguments, &registry)?,
-    };
+    let Job { loaded: Loaded { mut scenario, built, texts }, folder, keeper, standing, resumed } =
+        match &arguments.resume {
+            Some(folder) => Job::resume(folder, &registry)?,
+            None => Job::begin(arguments, &registry)?,
+        };
+    scenario.output.report |= arguments.report;
     let place = folder.path().to_path_buf();
     let (size, notes) = (size::words(&built.network), built.notes.len());
     let bar = Bar::new(increments(&built), standing.increments, !arguments.quiet);
@@ -34,7 +36,7 @@ pub fn run(arguments: &RunArguments, out: &mut dyn Write) -> Result<Outcome, Fai
         bar,
         extremes: standing.extremes,
         increments: standing.increments,
-        results: Results::new(folder, scenario.output, standing.series),
+        results: Results::new(folder, scenario.output, texts, standing.series),
         keeper,
         failure: None,
     };

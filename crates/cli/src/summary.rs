@@ -5,7 +5,8 @@ use crate::operations;
 use comfy_table::{CellAlignment, LineStyle, Table, TableStyle};
 use std::io::{self, Write};
 use wireloom::core::equilibrium::ConstraintResult;
-use wireloom::core::{Event, EventKind, EventPlace, Run, StepResult, Vector};
+use wireloom::core::event::{Group, grouped};
+use wireloom::core::{Event, Run, StepResult, Vector};
 
 /// Rows of a table that are shown; a harness may have hundreds of branches.
 const ROWS: usize = 20;
@@ -124,40 +125,10 @@ fn bends(bends: &[Bend], out: &mut dyn Write) -> io::Result<()> {
     Ok(())
 }
 
-/// Events of one kind at one thing.
-struct Group<'a> {
-    worst: &'a Event,
-    /// In how many increments.
-    increments: usize,
-}
-
-/// What happened on the way: of each kind at each thing the first and the worst, and how often.
-fn groups(events: &[Event]) -> Vec<Group<'_>> {
-    let mut groups: Vec<Group> = vec![];
-    for event in events {
-        let same = |group: &&mut Group| {
-            let thing = |place: &EventPlace| EventPlace { s: None, ..place.clone() };
-            group.worst.kind == event.kind && thing(&group.worst.place) == thing(&event.place)
-        };
-        let Some(group) = groups.iter_mut().find(same) else {
-            groups.push(Group { worst: event, increments: event.increments });
-            continue;
-        };
-        group.increments += event.increments;
-        if let (Some(value), Some(before)) = (event.value, group.worst.value)
-            && event.kind.worse(value, before)
-        {
-            group.worst = event;
-        }
-    }
-    groups.sort_by_key(|group| EventKind::ALL.iter().position(|kind| *kind == group.worst.kind));
-    groups
-}
-
 fn events(events: &[Event], out: &mut dyn Write) -> io::Result<()> {
-    let groups = groups(events);
+    let groups = grouped(events);
     let mut table = Columns::new(["event", "where", "at its worst", "in step", ">increments"]);
-    for Group { worst, increments } in groups.iter().take(ROWS) {
+    for Group { worst, increments, .. } in groups.iter().take(ROWS) {
         table.row([
             worst.kind.title().to_owned(),
             worst.place.to_string(),

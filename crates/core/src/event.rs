@@ -194,3 +194,47 @@ pub struct Event {
     /// One sentence for people, of the worst increment, without its name.
     pub message: String,
 }
+
+impl Event {
+    /// How many times the limit its value is, or the limit its value where more is better; 0 where there is none.
+    pub fn excess(&self) -> f64 {
+        match (self.value, self.limit) {
+            (Some(value), Some(limit)) if self.kind == EventKind::BendRadius => limit / value,
+            (Some(value), Some(limit)) => value / limit,
+            _ => 0.0,
+        }
+    }
+}
+
+/// Events of one kind at one thing, at whatever arc length.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Group<'a> {
+    /// The first.
+    pub first: &'a Event,
+    /// The worst.
+    pub worst: &'a Event,
+    /// In how many increments.
+    pub increments: usize,
+}
+
+/// Events by kind and thing, in the order of [`EventKind::ALL`], what is furthest beyond its limit first: what people want to read.
+pub fn grouped(events: &[Event]) -> Vec<Group<'_>> {
+    let thing = |event: &Event| EventPlace { s: None, ..event.place.clone() };
+    let mut groups: Vec<Group> = Vec::new();
+    for event in events {
+        let same = |group: &&mut Group| group.first.kind == event.kind && thing(group.first) == thing(event);
+        let Some(group) = groups.iter_mut().find(same) else {
+            groups.push(Group { first: event, worst: event, increments: event.increments });
+            continue;
+        };
+        group.increments += event.increments;
+        if let (Some(value), Some(before)) = (event.value, group.worst.value)
+            && event.kind.worse(value, before)
+        {
+            group.worst = event;
+        }
+    }
+    let rank = |group: &Group<'_>| EventKind::ALL.iter().position(|kind| *kind == group.first.kind);
+    groups.sort_by(|a, b| rank(a).cmp(&rank(b)).then(b.worst.excess().total_cmp(&a.worst.excess())));
+    groups
+}

@@ -1,4 +1,4 @@
-//! Results as JSON, CSV, VTK and pictures.
+//! Results as JSON, CSV, VTK, pictures and reports.
 //!
 //! Every writer takes a result of `wireloom-core` and any [`std::io::Write`]; none touches the file system,
 //! prints, or depends on the clock: equal input gives equal bytes. SI units throughout; where a format has
@@ -10,6 +10,7 @@
 //! | [`csv`] | one branch as a table | spreadsheets |
 //! | [`vtk`] | one step as `.vtp`, and a `.pvd` over many | ParaView |
 //! | [`picture`] | one step as SVG: three views | people and reports |
+//! | [`report`] | the whole run as one HTML page | people, and their files |
 //!
 //! Errors are [`std::io::Error`]: those of the writer, and `InvalidInput` where the vectors of a branch
 //! differ in length.
@@ -18,5 +19,6 @@ pub mod csv;
 pub mod json;
 mod local;
 pub mod picture;
+pub mod report;
 pub mod vtk;
 mod xml;

@@ -243,4 +243,6 @@ pub struct Output {
     pub vtk: bool,
     /// A picture of the shape.
     pub picture: bool,
+    /// The whole run as one page.
+    pub report: bool,
 }

@@ -3,5 +3,6 @@
 mod csv_table;
 mod json_contract;
 mod picture_svg;
+mod report_html;
 mod samples;
 mod vtk_files;

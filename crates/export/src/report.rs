@@ -1,0 +1,375 @@
+//! `report.html`: a run on one page that needs no other file, to be read on a screen, kept, or printed.
+//!
+//! Status and events first, then what every step came to with its picture, the reactions, the branches with the one nearest to its
+//! limit first, and the scenario itself. What is long is folded away; printing unfolds it.
+
+mod plots;
+mod style;
+
+use crate::local::{Local, node_count};
+use crate::picture;
+use base64::Engine;
+use maud::{DOCTYPE, Markup, PreEscaped, html};
+use std::io::{self, Write};
+use wireloom_core::equilibrium::{BranchResult, ConstraintResult, Run, SlideMotion, StepResult};
+use wireloom_core::event::grouped;
+use wireloom_core::{Event, Status, Vector};
+
+/// Of a run with more steps than this, pictures are drawn of those with events, the first and the last.
+const PICTURES: usize = 24;
+/// In any case there are no more pictures than this, and no fewer.
+const MOST_PICTURES: usize = 40;
+/// See [`MOST_PICTURES`].
+const LEAST_PICTURES: usize = 4;
+/// Pictures of a large harness are large: together they should take no more than this.
+const PICTURE_BYTES: usize = 16 << 20;
+/// So many sections are open to begin with; a harness may have hundreds.
+const OPEN: usize = 12;
+
+/// What a report is about. Its writer knows neither clock nor machine: whoever asks for it says.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Report<'a> {
+    /// The run.
+    pub run: &'a Run,
+    /// Names and texts: of the scenario, then of the files it names.
+    pub texts: &'a [(String, String)],
+    /// Program and version.
+    pub program: &'a str,
+    /// The machine.
+    pub machine: &'a str,
+    /// Day and time.
+    pub written: &'a str,
+}
+
+/// Writes the report.
+///
+/// # Errors
+/// Those of `out`; `InvalidInput` where a branch's vectors differ in length.
+pub fn write(report: &Report<'_>, out: &mut impl Write) -> io::Result<()> {
+    for branch in report.run.steps.iter().flat_map(|step| &step.branches) {
+        node_count(branch)?;
+    }
+    out.write_all(page(report)?.into_string().as_bytes())
+}
+
+/// The last increment that was kept of every step, which is all of it that a report shows.
+fn ends(run: &Run) -> Vec<&StepResult> {
+    let goes_on = |k: usize, end: &StepResult| {
+        run.steps.get(k + 1).is_some_and(|next| next.name == end.name && next.increment > end.increment)
+    };
+    run.steps.iter().enumerate().filter(|(k, end)| !goes_on(*k, end)).map(|(_, end)| end).collect()
+}
+
+fn page(report: &Report<'_>) -> io::Result<Markup> {
+    let run = report.run;
+    let ends = ends(run);
+    let name = if run.scenario.is_empty() { "harness" } else { &run.scenario };
+    let pictures = pictures(run, &ends)?;
+    Ok(html! {
+        (DOCTYPE)
+        html lang="en" {
+            head {
+                meta charset="utf-8";
+                meta name="viewport" content="width=device-width, initial-scale=1";
+                title { (name) ": " (run.status.word()) }
+                style { (PreEscaped(style::SHEET)) }
+            }
+            body {
+                header {
+                    h1 { (name) " " span class=(if run.status == Status::Converged { "good" } else { "bad" }) { (run.status.word()) } }
+                    p { (report.program) " · " (report.machine) " · " (report.written) }
+                    (contents(&ends))
+                }
+                (events(&run.events))
+                (steps(&ends))
+                section id="pictures" { h2 { "Pictures" } (pictures) }
+                (reactions(&ends))
+                (branches(&ends))
+                @if !run.notes.is_empty() {
+                    section id="notes" { h2 { "Notes" } ul { @for note in &run.notes { li { (note) } } } }
+                }
+                section id="scenario" {
+                    h2 { "Scenario" }
+                    @for (name, text) in report.texts {
+                        details open[text.lines().count() <= 150] { summary { (name) } pre { (text) } }
+                    }
+                }
+                script { (PreEscaped(style::UNFOLD)) }
+            }
+        }
+    })
+}
+
+fn contents(ends: &[&StepResult]) -> Markup {
+    let size = ends.last().map(|end| {
+        let nodes: usize = end.branches.iter().map(|branch| branch.s.len()).sum();
+        let counted = |n: usize, one: &str, many: &str| format!("{n} {}", if n == 1 { one } else { many });
+        [
+            counted(end.branches.len(), "branch", "branches"),
+            counted(end.joints.len(), "joint", "joints"),
+            counted(nodes, "node", "nodes"),
+            counted(ends.len(), "step", "steps"),
+        ]
+        .join(", ")
+    });
+    html! {
+        p { (size.unwrap_or_else(|| "nothing was computed".into())) }
+        nav {
+            @for (id, title) in [
+                ("events", "Events"), ("steps", "Steps"), ("pictures", "Pictures"), ("reactions", "Reactions"),
+                ("branches", "Branches"), ("scenario", "Scenario"),
+            ] { a href={ "#" (id) } { (title) } " " }
+        }
+    }
+}
+
+fn events(events: &[Event]) -> Markup {
+    let groups = grouped(events);
+    html! {
+        section id="events" {
+            h2 { "Events" }
+            @if groups.is_empty() {
+                p { "Nothing to report: no limit was passed, nothing slipped or snapped, every increment was found at once." }
+            } @else {
+                table {
+                    thead { tr { th { "event" } th { "where" } th { "at its worst" } th { "first in" } th { "worst in" } th class="n" { "increments" } } }
+                    tbody {
+                        @for group in &groups {
+                            tr class=[group.worst.kind.is_trouble().then_some("trouble")] {
+                                td { (group.worst.kind.title()) }
+                                td { (group.worst.place) }
+                                td { (group.worst.message) }
+                                td { (group.first.first.step) " (" (group.first.first.increment) ")" }
+                                td { (group.worst.worst.step) " (" (group.worst.worst.increment) ")" }
+                                td class="n" { (group.increments) }
+                            }
+                        }
+                    }
+                }
+            }
+        }
+    }
+}
+
+fn steps(ends: &[&StepResult]) -> Markup {
+    html! {
+        section id="steps" {
+            h2 { "Steps" }
+            table {
+                thead { tr {
+                    th { "step" } th { "status" } th class="n" { "increments" } th class="n" { "iterations" } th class="n" { "time [s]" }
+                    th class="n" { "residual" } th class="n" { "energy [J]" } th { "stable" } th class="n" { "tightest bend [mm]" } th { "on" }
+                } }
+                tbody {
+                    @for end in ends {
+                        tr class=[(end.status != Status::Converged || end.stable == Some(false)).then_some("trouble")] {
+                            td { (end.name) }
+                            td { (end.status.word()) }
+                            td class="n" { (end.increment) @if end.increment < end.increments { " of " (end.increments) } }
+                            td class="n" { (end.minimiser.iterations) }
+                            td class="n" { (format!("{:.3}", end.minimiser.seconds)) }
+                            td class="n" { (format!("{:.0e}", end.minimiser.force_residual)) }
+                            td class="n" { (format!("{:.4}", end.energy.total())) }
+                            td { (match end.stable { Some(true) => "yes", Some(false) => "NO", None => "unknown" }) }
+                            @if let Some(bend) = &end.min_bend_radius {
+                                td class="n" { (millimetres(bend.value)) }
+                                td { (bend.branch) " at s = " (millimetres(bend.s)) " mm" }
+                            } @else { td class="n" { "straight" } td {} }
+                        }
+                    }
+                }
+            }
+        }
+    }
+}
+
+/// A picture for each step: of very many, of those in which something happened.
+fn pictures(run: &Run, ends: &[&StepResult]) -> io::Result<Markup> {
+    let told = |k: usize| {
+        run.events
+            .iter()
+            .any(|event| event.kind.is_trouble() && (event.first.step_index..=event.last.step_index).contains(&k))
+    };
+    let mut chosen: Vec<usize> =
+        (0..ends.len()).filter(|&k| ends.len() <= PICTURES || k == 0 || k + 1 == ends.len() || told(k)).collect();
+    let draw = |k: usize| -> io::Result<String> {
+        let mut svg = Vec::new();
+        picture::write(ends[k], &format!("{}: {}", run.scenario, ends[k].name), &mut svg)?;
+        Ok(format!("data:image/svg+xml;base64,{}", base64::engine::general_purpose::STANDARD.encode(svg)))
+    };
+    let size = ends.len().checked_sub(1).map(draw).transpose()?.map_or(1, |source| source.len());
+    let most = (PICTURE_BYTES / size).clamp(LEAST_PICTURES, MOST_PICTURES);
+    if chosen.len() > most {
+        chosen = (0..most).map(|k| chosen[k * (chosen.len() - 1) / (most - 1)]).collect();
+    }
+    let drawn = chosen.iter().map(|&k| Ok((k, draw(k)?))).collect::<io::Result<Vec<_>>>()?;
+    Ok(html! {
+        @for (k, source) in &drawn {
+            details open[drawn.len() <= OPEN || k + 1 == ends.len()] {
+                summary { (k + 1) ". " (ends[*k].name) }
+                img alt={ "the harness at the end of step " (ends[*k].name) } src=(source);
+            }
+        }
+        @if chosen.len() < ends.len() {
+            p { "Pictures of " (ends.len() - chosen.len()) " steps are left out, to keep this page small." }
+        }
+    })
+}
+
+fn reactions(ends: &[&StepResult]) -> Markup {
+    html! {
+        section id="reactions" {
+            h2 { "Reactions" }
+            p { "Force F and moment M about the held point that every fixing exerts on the harness at the end of each step; world axes." }
+            @for (k, end) in ends.iter().enumerate() {
+                details open[ends.len() <= OPEN / 4 || k + 1 == ends.len()] {
+                    summary { (k + 1) ". " (end.name) }
+                    table {
+                        thead { tr {
+                            th { "fixing" } th { "kind" }
+                            @for head in ["Fx [N]", "Fy [N]", "Fz [N]", "|F| [N]", "Mx [N m]", "My [N m]", "Mz [N m]", "|M| [N m]"] {
+                                th class="n" { (head) }
+                            }
+                            th { "cable" }
+                        } }
+                        tbody { @for fixing in &end.constraints { (reaction(fixing)) } }
+                    }
+                }
+            }
+        }
+    }
+}
+
+fn reaction(fixing: &ConstraintResult) -> Markup {
+    let cells = |v: &Vector, digits: usize| {
+        html! { @for c in [v.x, v.y, v.z, v.norm()] { td class="n" { (fixed(c, digits)) } } }
+    };
+    html! {
+        tr {
+            td { (fixing.name) }
+            td { (fixing.kind) }
+            (cells(&fixing.force, 3))
+            (cells(&fixing.moment, 4))
+            td {
+                @if let Some(slide) = &fixing.slide {
+                    (match slide.motion {
+                        SlideMotion::Free => "runs freely",
+                        SlideMotion::Stick => "sticks",
+                        SlideMotion::Slip => "slips",
+                        SlideMotion::Stopped => "is stopped",
+                    })
+                    " at s = " (millimetres(slide.arc_length)) " mm"
+                }
+            }
+        }
+    }
+}
+
+/// A branch over all steps shown.
+struct Course<'a> {
+    last: &'a BranchResult,
+    /// Where and when it is bent most tightly: step, radius and arc length, m.
+    tightest: (usize, f64, f64),
+    /// When and how hard it is pulled (or pushed) most: step and tension, N.
+    pulled: (usize, f64),
+}
+
+impl<'a> Course<'a> {
+    fn of(k: usize, ends: &[&'a StepResult]) -> Option<Self> {
+        let last = &ends.last()?.branches[k];
+        let (mut tightest, mut pulled) = ((0, f64::INFINITY, 0.0), (0, 0.0_f64));
+        for (step, end) in ends.iter().enumerate() {
+            let branch = &end.branches[k];
+            for (i, (&radius, &s)) in branch.bend_radius.iter().zip(&branch.s).enumerate() {
+                if radius < tightest.1 {
+                    tightest = (step, radius, s);
+                }
+                let tension = Local::at(branch, i).tension;
+                if tension.abs() > pulled.1.abs() {
+                    pulled = (step, tension);
+                }
+            }
+        }
+        Some(Self { last, tightest, pulled })
+    }
+
+    /// Above 1 it is bent too tightly; 0 where there is no limit.
+    fn use_of_limit(&self) -> f64 {
+        self.last.bend_radius_limit.map_or(0.0, |limit| limit / self.tightest.1)
+    }
+}
+
+fn branches(ends: &[&StepResult]) -> Markup {
+    let count = ends.last().map_or(0, |end| end.branches.len());
+    let mut courses: Vec<Course> = (0..count).filter_map(|k| Course::of(k, ends)).collect();
+    courses.sort_by(|a, b| b.use_of_limit().total_cmp(&a.use_of_limit()).then(a.tightest.1.total_cmp(&b.tightest.1)));
+    html! {
+        section id="branches" {
+            h2 { "Branches" }
+            p { "The one nearest to its limit first; at the ends of the steps." }
+            table {
+                thead { tr {
+                    th { "branch" } th class="n" { "tightest bend [mm]" } th class="n" { "allowed [mm]" } th class="n" { "of limit" }
+                    th class="n" { "at s [mm]" } th { "in step" } th class="n" { "largest tension [N]" } th { "in step" }
+                } }
+                tbody { @for (k, course) in courses.iter().enumerate() {
+                    tr class=[(course.use_of_limit() > 1.0).then_some("trouble")] {
+                        td { a href={ "#b" (k) } { (course.last.name) } }
+                        td class="n" { (radius(course.tightest.1)) }
+                        td class="n" { (course.last.bend_radius_limit.map_or_else(|| "any".into(), millimetres)) }
+                        td class="n" { @if course.last.bend_radius_limit.is_some() { (format!("{:.0} %", 100.0 * course.use_of_limit())) } }
+                        td class="n" { @if course.tightest.1.is_finite() { (millimetres(course.tightest.2)) } }
+                        td { (ends[course.tightest.0].name) }
+                        td class="n" { (fixed(course.pulled.1, 3)) }
+                        td { (ends[course.pulled.0].name) }
+                    }
+                } }
+            }
+            @for (k, course) in courses.iter().enumerate() {
+                details id={ "b" (k) } open[k < OPEN] {
+                    summary { (course.last.name) }
+                    div class="plots" { (plots_of(course, ends)) }
+                }
+            }
+        }
+    }
+}
+
+fn plots_of(course: &Course<'_>, ends: &[&StepResult]) -> Markup {
+    let last = ends.len() - 1;
+    let at = |step: usize| ends[step].branches.iter().find(|branch| branch.name == course.last.name);
+    let curves = |other: usize| -> Vec<&BranchResult> {
+        let other = (other != last).then(|| at(other)).flatten();
+        other.into_iter().chain([course.last]).collect()
+    };
+    let legend = |other: usize| {
+        html! {
+            @if other != last { span class="other" { (ends[other].name) } " " }
+            span class="last" { (ends[last].name) }
+        }
+    };
+    html! {
+        figure {
+            (PreEscaped(plots::bend_radius(&curves(course.tightest.0), course.last.bend_radius_limit)))
+            figcaption { "bend radius [mm] along s [mm]: " (legend(course.tightest.0)) @if course.last.bend_radius_limit.is_some() { " " span class="limit" { "allowed" } } }
+        }
+        figure {
+            (PreEscaped(plots::tension(&curves(course.pulled.0))))
+            figcaption { "tension [N] along s [mm]: " (legend(course.pulled.0)) }
+        }
+    }
+}
+
+fn millimetres(metres: f64) -> String {
+    fixed(1e3 * metres, 1)
+}
+
+fn radius(metres: f64) -> String {
+    if metres.is_finite() { millimetres(metres) } else { "straight".into() }
+}
+
+/// Without `-0.000`.
+fn fixed(value: f64, digits: usize) -> String {
+    let scale = 10f64.powi(digits as i32);
+    format!("{:.digits$}", (value * scale).round() / scale + 0.0)
+}

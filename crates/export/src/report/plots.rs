@@ -1,0 +1,106 @@
+//! Curves along a branch, as SVG.
+
+use crate::local::Local;
+use plotters::coord::ranged1d::{AsRangedCoord, Ranged, ValueFormatter};
+use plotters::prelude::*;
+use wireloom_core::equilibrium::BranchResult;
+
+const SIZE: (u32, u32) = (560, 230);
+/// The last curve is drawn over the others.
+const LAST: RGBColor = RGBColor(0x1f, 0x5f, 0xa8);
+const OTHER: RGBColor = RGBColor(0xc4, 0x6a, 0x00);
+const LIMIT: RGBColor = RGBColor(0x8b, 0x00, 0x19);
+/// Radii so many times the least (or the limit) are as good as straight: the plot ends there.
+const STRAIGHT: f64 = 30.0;
+
+/// Bend radius (mm, on a logarithmic scale) along each curve, the last one to be seen best, and the limit (m).
+pub fn bend_radius(curves: &[&BranchResult], limit: Option<f64>) -> String {
+    let all = || curves.iter().flat_map(|branch| &branch.bend_radius).copied().filter(|r| r.is_finite() && *r > 0.0);
+    let least = limit.into_iter().chain(all()).fold(f64::INFINITY, f64::min);
+    // Straight all along, and no limit: any scale will do.
+    let least = if least.is_finite() { 1e3 * least } else { 1e3 };
+    let most = STRAIGHT * limit.map_or(least, |limit| (1e3 * limit).max(least));
+    let values = |branch: &BranchResult| -> Vec<f64> {
+        branch.bend_radius.iter().map(|r| if r.is_nan() { most } else { (1e3 * r).clamp(0.5 * least, most) }).collect()
+    };
+    draw(curves, values, (0.8 * least..most).log_scale(), &short, limit.map(|limit| 1e3 * limit))
+}
+
+/// Tension (N) along each curve.
+pub fn tension(curves: &[&BranchResult]) -> String {
+    let values = |branch: &BranchResult| -> Vec<f64> {
+        let at = |i: usize| Local::at(branch, i).tension;
+        (0..branch.s.len()).map(at).map(|t| if t.is_finite() { t } else { 0.0 }).collect()
+    };
+    let all: Vec<f64> = curves.iter().flat_map(|branch| values(branch)).collect();
+    let (low, high) = all.iter().fold((0.0_f64, 0.0_f64), |(low, high), t| (low.min(*t), high.max(*t)));
+    let margin = (0.08 * (high - low)).max(1e-3);
+    // Two digits more than the size of the range has.
+    let digits = (1.5 - (high - low + margin).log10()).ceil().clamp(0.0, 9.0) as usize;
+    draw(curves, values, low - margin..high + margin, &|t| super::fixed(t, digits), None)
+}
+
+fn draw<Y>(
+    curves: &[&BranchResult],
+    values: impl Fn(&BranchResult) -> Vec<f64>,
+    y: Y,
+    words: &dyn Fn(f64) -> String,
+    limit: Option<f64>,
+) -> String
+where
+    Y: AsRangedCoord<Value = f64>,
+    Y::CoordDescType: Ranged<ValueType = f64> + ValueFormatter<f64>,
+{
+    let mut text = String::new();
+    let length = curves.iter().filter_map(|branch| branch.s.last()).fold(0.0_f64, |a, s| a.max(1e3 * s)).max(1e-6);
+    let attempt = || -> Result<(), Box<dyn std::error::Error + '_>> {
+        let area = SVGBackend::with_string(&mut text, SIZE).into_drawing_area();
+        area.fill(&WHITE).map_err(|error| error.to_string())?;
+        let mut chart = ChartBuilder::on(&area)
+            .margin(6)
+            .margin_right(14)
+            .x_label_area_size(24)
+            .y_label_area_size(58)
+            .build_cartesian_2d(0.0..length, y)
+            .map_err(|error| error.to_string())?;
+        chart
+            .configure_mesh()
+            .light_line_style(TRANSPARENT)
+            .bold_line_style(BLACK.mix(0.12))
+            .label_style(("sans-serif", 13))
+            .y_labels(10)
+            .x_label_formatter(&|x| short(*x))
+            .y_label_formatter(&|y| words(*y))
+            .draw()
+            .map_err(|error| error.to_string())?;
+        if let Some(limit) = limit {
+            let line = [(0.0, limit), (length, limit)];
+            chart
+                .draw_series(DashedLineSeries::new(line, 6, 4, LIMIT.stroke_width(2)))
+                .map_err(|error| error.to_string())?;
+        }
+        for (k, branch) in curves.iter().enumerate() {
+            let colour = if k + 1 == curves.len() { LAST } else { OTHER };
+            let points = branch.s.iter().map(|s| 1e3 * s).zip(values(branch));
+            chart.draw_series(LineSeries::new(points, colour.stroke_width(2))).map_err(|error| error.to_string())?;
+        }
+        area.present().map_err(|error| error.to_string())?;
+        Ok(())
+    };
+    match attempt() {
+        Ok(()) => text,
+        // Writing to a string cannot fail; a plot that cannot be drawn is left out.
+        Err(_) => String::new(),
+    }
+}
+
+/// `1200`, `0.25`, `3e-5`.
+fn short(value: f64) -> String {
+    match value.abs() {
+        0.0 => "0".into(),
+        size if size < 1e-3 => format!("{value:.0e}"),
+        size if size < 1.0 => format!("{value:.3}").trim_end_matches('0').to_owned(),
+        size if size < 100.0 => format!("{value:.2}").trim_end_matches('0').trim_end_matches('.').to_owned(),
+        _ => format!("{value:.0}"),
+    }
+}

@@ -1,0 +1,108 @@
+//! `report.html`.
+
+use crate::samples::{broken, run, y_harness};
+use wireloom_core::equilibrium::Run;
+use wireloom_export::report::{Report, write};
+
+fn page(run: &Run, texts: &[(String, String)]) -> String {
+    let report = Report { run, texts, program: "wireloom 0", machine: "a machine", written: "today" };
+    let mut bytes = vec![];
+    write(&report, &mut bytes).expect("written");
+    String::from_utf8(bytes).expect("UTF-8")
+}
+
+/// Names of elements in order; every one that opens is closed where it must be.
+fn elements(page: &str) -> Vec<String> {
+    let void = ["meta", "img", "!DOCTYPE", "?xml"];
+    let (mut open, mut names) = (vec![], vec![]);
+    let mut rest = page;
+    while let Some(at) = rest.find('<') {
+        rest = &rest[at + 1..];
+        let end = rest.find('>').expect("a tag ends");
+        let (tag, after) = (&rest[..end], &rest[end + 1..]);
+        let name = tag.trim_start_matches('/').split([' ', '/', '\n']).next().expect("a name").to_owned();
+        if tag.starts_with('/') {
+            assert_eq!(open.pop().as_deref(), Some(name.as_str()), "…{tag}…");
+        } else {
+            names.push(name.clone());
+            if !tag.ends_with('/') && !void.contains(&name.as_str()) {
+                open.push(name.clone());
+            }
+        }
+        rest = after;
+        if ["script", "style"].contains(&name.as_str()) && !tag.starts_with('/') {
+            rest = &rest[rest.find(&format!("</{name}>")).expect("it ends")..];
+        }
+    }
+    assert!(open.is_empty(), "{open:?}");
+    names
+}
+
+fn texts() -> Vec<(String, String)> {
+    vec![("s.toml".into(), "name = \"</pre><script>alert(1)</script>\"".into())]
+}
+
+#[test]
+fn tells_all_of_a_run_and_needs_no_other_file() {
+    let page = page(&run("y-harness", vec![y_harness()]), &texts());
+    let names = elements(&page);
+    assert_eq!(names.iter().filter(|name| *name == "script").count(), 1, "what the scenario says is text");
+    assert!(page.contains("&lt;/pre&gt;&lt;script&gt;alert(1)"));
+    for word in ["wireloom 0", "a machine", "today", "a remark", "bent too tightly", "converged", "s.toml"] {
+        assert!(page.contains(word), "{word}");
+    }
+    let step = y_harness();
+    for name in step.constraints.iter().map(|c| &c.name).chain(step.branches.iter().map(|b| &b.name)) {
+        let escaped = name.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;");
+        assert!(page.contains(&format!(">{escaped}<")), "{name}");
+    }
+    assert_eq!(names.iter().filter(|name| *name == "figure").count(), 2 * step.branches.len());
+    for source in page.split("src=\"").skip(1) {
+        assert!(source.starts_with("data:image/svg+xml;base64,"), "{}", &source[..40]);
+    }
+    for target in page.split("href=\"").skip(1) {
+        let id = target.strip_prefix('#').and_then(|t| t.split('"').next()).expect("a place on the page");
+        assert_eq!(page.matches(&format!("id=\"{id}\"")).count(), 1, "{id}");
+    }
+}
+
+#[test]
+fn the_branch_nearest_to_its_limit_comes_first() {
+    let step = y_harness();
+    let share = |b: &wireloom_core::equilibrium::BranchResult| {
+        let least = b.bend_radius.iter().copied().fold(f64::INFINITY, f64::min);
+        b.bend_radius_limit.map_or(0.0, |limit| limit / least)
+    };
+    let first = step.branches.iter().max_by(|a, b| share(a).total_cmp(&share(b))).expect("branches").name.clone();
+    let page = page(&run("y", vec![step]), &[]);
+    assert!(page.contains(&format!("<a href=\"#b0\">{first}</a>")), "{first}");
+}
+
+#[test]
+fn whatever_the_names_and_numbers_are_it_is_a_page() {
+    let mut step = broken();
+    step.name = "<b>&\"'\u{1b}[31m".into();
+    let page = page(&run("<img src=x onerror=alert(1)>", vec![step]), &[]);
+    elements(&page);
+    assert!(!page.contains("<img src=x") && page.contains("&lt;b&gt;&amp;"));
+}
+
+#[test]
+fn a_run_without_results_has_a_page() {
+    elements(&page(&run("nothing", vec![]), &[]));
+}
+
+#[test]
+fn many_steps_have_pictures_where_something_happened() {
+    let steps: Vec<_> = (0..60)
+        .map(|k| {
+            let mut step = y_harness();
+            step.name = format!("step {k}");
+            step
+        })
+        .collect();
+    let page = page(&run("long", steps), &[]);
+    // The event of the sample is of step 1; the first and the last are always drawn.
+    assert_eq!(page.matches("data:image/svg+xml").count(), 3);
+    assert!(page.contains("Pictures of 57 steps are left out"));
+}
