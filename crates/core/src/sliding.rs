@@ -20,6 +20,8 @@ const LEAST_LENGTH: f64 = 0.1;
 const LEAST_SHARE: f64 = 0.01;
 /// Coulomb's law is met to this share of its limit.
 const FRICTION_TOLERANCE: f64 = 1e-4;
+/// A motion of less than this share of the arc length is none.
+const STANDSTILL: f64 = 1e-9;
 /// Room (as a share of the length that is kept) below which a fixing counts as standing at its stop.
 const AT_STOP: f64 = 1e-6;
 
@@ -184,13 +186,17 @@ impl Problem<'_> {
         (running && found.is_stopped(g)).then_some(found.stops[usize::from(g < 0.0)])
     }
 
-    /// Everything with friction sticks where it is, until [`Self::update_friction`] finds that it cannot.
-    pub fn stick(&mut self) {
-        for (site, sliding) in self.network.slides.iter().zip(&mut self.conditions.sliding) {
-            if site.friction > 0.0 {
-                *sliding = Sliding::Stuck;
-            }
-        }
+    /// Whether the cable slips in a fixing that acts, against friction.
+    pub fn slips(&self, slide: usize) -> bool {
+        let site = &self.network.slides[slide];
+        site.friction > 0.0 && self.conditions.active[site.fixing] && self.conditions.sliding[slide] != Sliding::Stuck
+    }
+
+    /// Whether what slips has come from `before` to `state` the other way than its friction says, or stood still.
+    pub fn slips_backward(&self, slide: usize, before: &State, state: &State) -> bool {
+        let Sliding::Running { force } = self.conditions.sliding[slide] else { return false };
+        let (from, to) = (self.slide_arc_length(slide, before), self.slide_arc_length(slide, state));
+        self.slips(slide) && force.signum() * (to - from) <= STANDSTILL * to
     }
 
     /// Coulomb's law at the balanced `state` with whole gradient `gradient`: what a fixing takes along the cable, `|∂E/∂s|`, is at most μ

@@ -374,7 +374,7 @@ impl<'n, 'm> Driver<'n, 'm> {
     fn increment(&mut self, plan: &Plan, a: f64, b: f64) -> Status {
         self.smallest = 1.0;
         let began = self.state.clone();
-        let targets = self.problem.conditions().targets.clone();
+        let before = self.problem.conditions().clone();
         let mut status = self.advance_through(plan, a, b);
         if self.smallest < 1.0 {
             let parts = 1.0 / self.smallest;
@@ -392,9 +392,11 @@ impl<'n, 'm> Driver<'n, 'm> {
         }
         if matches!(status, Status::Converged | Status::Stalled) {
             let moved = result::farthest(&began, &self.state);
-            let given = events::prescribed(&self.problem, &targets);
+            let given = events::prescribed(&self.problem, &before.targets);
             let length = self.problem.scales().length;
-            if let Some(jump) = events::jump(moved, self.pace, given, length, fallen) {
+            // What falls out of a fixing has an event of its own.
+            let pace = self.pace.filter(|_| self.problem.conditions().active == before.active);
+            if let Some(jump) = events::jump(moved, pace, given, length, fallen) {
                 self.log.raise(jump);
             }
             self.pace = Some(moved);
@@ -470,15 +472,15 @@ impl<'n, 'm> Driver<'n, 'm> {
     /// From share `a` to share `b` of a plan; halved where it does not converge.
     fn advance(&mut self, plan: &Plan, a: f64, b: f64, cuts: u32) -> Status {
         self.before.copy_from(&self.state);
-        self.problem.stick();
+        let began = self.problem.conditions().clone();
         plan.apply(&mut self.problem, b);
-        let status = self.solve();
+        let status = self.solve_from(&began);
         if matches!(status, Status::Converged | Status::Stalled) || cuts == 0 {
             return status;
         }
         let failed = self.state.clone();
         self.smallest = self.smallest.min(0.5_f64.powi((CUT_BACKS - cuts + 1) as i32));
-        self.state.copy_from(&self.before);
+        self.go_back(&began, |_| false);
         let middle = 0.5 * (a + b);
         let half = self.advance(plan, a, middle, cuts - 1);
         if !matches!(half, Status::Converged | Status::Stalled) {
@@ -488,6 +490,35 @@ impl<'n, 'm> Driver<'n, 'm> {
             return self.certify(status);
         }
         self.advance(plan, middle, b, cuts - 1)
+    }
+
+    /// The equilibrium under the conditions at hand, where the increment began under others. What slipped then is taken to slip on; where
+    /// it turns out that it would have to slip backward, it sticks to begin with, and all does where no balance is found.
+    fn solve_from(&mut self, began: &Conditions) -> Status {
+        let mut sticks: Vec<bool> = (0..began.sliding.len()).map(|k| !self.problem.slips(k)).collect();
+        loop {
+            let status = self.solve();
+            let balanced = matches!(status, Status::Converged | Status::Stalled);
+            let turned = |k: usize| !balanced || self.problem.slips_backward(k, &self.before, &self.state);
+            let found: Vec<usize> = (0..sticks.len()).filter(|&k| !sticks[k] && turned(k)).collect();
+            if found.is_empty() {
+                return status;
+            }
+            found.into_iter().for_each(|k| sticks[k] = true);
+            self.go_back(began, |k| sticks[k]);
+        }
+    }
+
+    /// Back to where the increment began, under the conditions at hand; what `sticks` does so to begin with.
+    fn go_back(&mut self, began: &Conditions, sticks: impl Fn(usize) -> bool) {
+        self.state.copy_from(&self.before);
+        if self.problem.conditions().active != began.active {
+            self.problem.change(|c| c.active.clone_from(&began.active));
+        }
+        for (k, sliding) in began.sliding.iter().enumerate() {
+            let with_friction = self.problem.network.slides[k].friction > 0.0;
+            self.problem.set_sliding(k, if with_friction && sticks(k) { Sliding::Stuck } else { *sliding });
+        }
     }
 
     /// The equilibrium under the conditions at hand, friction and what runs out of its fixing included.
