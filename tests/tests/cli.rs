@@ -281,7 +281,7 @@ fn no_text() -> Checked {
 fn command_line() -> Checked {
     let place = Place::new()?;
     for wrong in
-        [&[][..], &["walk"], &["run"], &["run", "s.toml", "--fast"], &["import", "kbl", "x", "--max-segment", "far"]]
+        [&[][..], &["walk"], &["run"], &["run", "s.toml", "--fast"], &["import", "kbl", "x", "--spacing", "far"]]
     {
         let ended = place.run(wrong)?.expect(1)?;
         ensure(!ended.err.is_empty() && ended.out.is_empty(), (wrong, &ended))?;
@@ -334,12 +334,19 @@ fn import_small() -> Checked {
     let place = Place::new()?;
     let kbl = root().join("crates/import/tests/small.kbl");
     let kbl = kbl.to_str().ok_or("a path of UTF-8")?;
-    let ended = place.run(&["import", "kbl", kbl, "-o", "s.toml", "--max-segment", "5 mm"])?.expect(0)?;
+    let ended = place.run(&["import", "kbl", kbl, "-o", "s.toml", "--spacing", "5 mm"])?.expect(0)?;
     ensure(ended.out.starts_with("wrote s.toml ("), &ended)?;
     ensure(ended.err.lines().all(|line| line.starts_with("found: ")), &ended)?;
-    let printed = place.run(&["import", "kbl", kbl, "--max-segment", "5 mm"])?.expect(0)?;
+    let printed = place.run(&["import", "kbl", kbl, "--spacing", "5 mm"])?.expect(0)?;
     ensure(printed.out == fs::read_to_string(place.path("s.toml"))?, "standard output differs from the file")?;
     place.run(&["run", "s.toml"])?.expect(0)?;
+    for options in
+        [&["--as", "board"][..], &["--as", "assembly"], &["--as", "assembly", "--order", "random", "--seed", "7"]]
+    {
+        let import = [&["import", "kbl", kbl, "-o", "a.toml"][..], options].concat();
+        place.run(&import)?.expect(0)?;
+        place.run(&["run", "a.toml"])?.expect(0)?;
+    }
     place.file("not.kbl", "<other/>")?;
     let ended = place.run(&["import", "kbl", "not.kbl"])?.expect(1)?;
     ensure(ended.err.starts_with("error: not.kbl cannot be imported: 1:1: "), &ended)

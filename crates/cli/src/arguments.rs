@@ -81,9 +81,18 @@ pub struct KblArguments {
     /// Where to write the scenario [default: standard output]
     #[arg(short, long, value_name = "FILE")]
     pub output: Option<PathBuf>,
+    /// Where the scenario begins, and where it goes
+    #[arg(long = "as", value_name = "ARRANGEMENT", value_enum, default_value_t = KblArrangement::Installed)]
+    pub arrangement: KblArrangement,
+    /// In which order an assembly installs connectors and clips
+    #[arg(long, value_enum, default_value_t = KblOrder::Outward)]
+    pub order: KblOrder,
+    /// Which of the random orders
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    pub seed: u64,
     /// Longest segment of a branch, in metres or with a unit
     #[arg(long, value_name = "LENGTH", default_value = "10 mm", value_parser = crate::length::parse)]
-    pub max_segment: f64,
+    pub spacing: f64,
     /// Name of the scenario [default: what the file calls the harness]
     #[arg(long)]
     pub name: Option<String>,
@@ -97,4 +106,22 @@ mod tests {
     fn the_command_line_is_well_formed() {
         super::Arguments::command().debug_assert();
     }
+}
+
+#[derive(Clone, Copy, clap::ValueEnum)]
+pub enum KblArrangement {
+    /// In the vehicle, as drawn
+    Installed,
+    /// Flat on a formboard, held by pegs
+    Board,
+    /// From the board into the vehicle, one step per connector and clip
+    Assembly,
+}
+
+#[derive(Clone, Copy, clap::ValueEnum)]
+pub enum KblOrder {
+    /// Along the cable from the connector of the heaviest branch outward
+    Outward,
+    /// Any, by --seed
+    Random,
 }

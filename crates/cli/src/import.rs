@@ -1,11 +1,11 @@
 //! `wireloom import`: other harness files to scenarios. What was found odd in them goes to standard error.
 
-use crate::arguments::KblArguments;
+use crate::arguments::{KblArguments, KblArrangement, KblOrder};
 use crate::failure::{Failure, Outcome};
 use crate::{folder, load, size};
 use std::io::Write;
 use std::path::Path;
-use wireloom::import::kbl::{Finding, Options, import};
+use wireloom::import::kbl::{Arrangement, Finding, Options, Order, import};
 
 /// Places of a finding that are shown; the file has all of them.
 const ITEMS: usize = 6;
@@ -13,7 +13,19 @@ const ITEMS: usize = 6;
 /// KBL to a scenario, which is then checked as `wireloom check` would.
 pub fn kbl(arguments: &KblArguments, out: &mut dyn Write) -> Result<Outcome, Failure> {
     let text = load::text(&arguments.file)?;
-    let options = Options { max_segment: arguments.max_segment, name: arguments.name.clone() };
+    let options = Options {
+        max_segment: arguments.spacing,
+        arrangement: match arguments.arrangement {
+            KblArrangement::Installed => Arrangement::Installed,
+            KblArrangement::Board => Arrangement::Board,
+            KblArrangement::Assembly => Arrangement::Assembly,
+        },
+        order: match arguments.order {
+            KblOrder::Outward => Order::Outward,
+            KblOrder::Random => Order::Random(arguments.seed),
+        },
+        name: arguments.name.clone(),
+    };
     let imported = import(&text, &options)
         .map_err(|error| Failure::Input(format!("{} cannot be imported: {error}", arguments.file.display())))?;
     let findings: String = imported.findings.iter().map(|finding| format!("found: {}\n", shortened(finding))).collect();

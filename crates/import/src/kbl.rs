@@ -21,6 +21,8 @@
 //! arms and connectors take their orientations from it, so that the harness as drawn is free of twist.
 
 mod anatomy;
+mod assembly;
+mod board;
 mod curve;
 mod document;
 mod error;
@@ -28,6 +30,7 @@ mod findings;
 mod fixings;
 mod harness;
 mod section;
+mod tree;
 mod unit;
 mod write;
 
@@ -41,14 +44,38 @@ use findings::Findings;
 pub struct Options {
     /// Longest segment of the mesh and longest distance between the points of a `path`, m; above zero.
     pub max_segment: f64,
+    /// Where the scenario begins, and where it goes.
+    pub arrangement: Arrangement,
+    /// In which order [`Arrangement::Assembly`] installs.
+    pub order: Order,
     /// Name of the scenario; left out, the description or part number of the harness.
     pub name: Option<String>,
 }
 
 impl Default for Options {
     fn default() -> Self {
-        Self { max_segment: 0.010, name: None }
+        Self { max_segment: 0.010, arrangement: Arrangement::Installed, order: Order::Outward, name: None }
     }
+}
+
+/// Where a scenario begins, and where it goes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Arrangement {
+    /// In the vehicle, as drawn.
+    Installed,
+    /// Flat on a formboard.
+    Board,
+    /// From the board into the vehicle, step by step.
+    Assembly,
+}
+
+/// In which order connectors and clips are installed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Order {
+    /// Along the cable from the connector of the heaviest branch outward.
+    Outward,
+    /// Any; the same for equal seeds.
+    Random(u64),
 }
 
 /// A scenario made from a KBL file.
@@ -73,6 +100,6 @@ pub fn import(text: &str, options: &Options) -> Result<Imported, ImportError> {
     let mut findings = Findings::default();
     let document = document::read(text, &mut findings)?;
     let harness = harness::assemble(&document, options, &mut findings);
-    let scenario = write::scenario(&harness, options, &findings.list);
+    let scenario = write::scenario(&harness, options, &mut findings);
     Ok(Imported { scenario, findings: findings.list })
 }

@@ -8,3 +8,4 @@
 //! `harness` (branches, joints; `anatomy`: what passes through joints; `fixings`: what holds) → `write` (TOML text).
 
 pub mod kbl;
+pub mod layout;

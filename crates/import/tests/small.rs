@@ -3,7 +3,7 @@
 mod common;
 
 use common::checked;
-use wireloom_import::kbl::{ImportError, Imported, Options, import};
+use wireloom_import::kbl::{Arrangement, ImportError, Imported, Options, Order, import};
 use wireloom_scenario::bundle::{Bundle, Covered, Layer, Wire, Wires};
 use wireloom_scenario::{shipped_coverings, shipped_wires};
 
@@ -472,4 +472,72 @@ fn no_mutation_panics() {
         }
     }
     assert!(accepted > 200 && refused > 1000, "{accepted} accepted, {refused} refused");
+}
+
+fn arranged(arrangement: Arrangement, order: Order) -> (toml::Table, Imported) {
+    let imported = import(SMALL, &Options { arrangement, order, ..Options::default() }).unwrap();
+    checked(&imported.scenario);
+    (toml::from_str(&imported.scenario).unwrap(), imported)
+}
+
+fn tables<'t>(table: &'t toml::Table, key: &str) -> Vec<&'t toml::Table> {
+    table.get(key).map_or(vec![], |list| list.as_array().unwrap().iter().map(|t| t.as_table().unwrap()).collect())
+}
+
+fn names(list: &[&toml::Table]) -> Vec<String> {
+    list.iter().map(|table| table["name"].as_str().unwrap().to_owned()).collect()
+}
+
+#[test]
+fn a_board_is_flat_and_straight_and_true_to_length() {
+    let (board, _) = arranged(Arrangement::Board, Order::Outward);
+    let vector = |value: &toml::Value| -> Vec<f64> { value.as_array().unwrap().iter().map(float).collect() };
+    let mut heights = Vec::new();
+    for branch in tables(&board, "branches") {
+        let path: Vec<Vec<f64>> = branch["path"].as_array().unwrap().iter().map(vector).collect();
+        let [a, b] = &path[..] else { panic!("{path:?}") };
+        let distance = a.iter().zip(b).map(|(a, b)| (a - b).powi(2)).sum::<f64>().sqrt();
+        assert!((distance - float(&branch["length"])).abs() < 1e-8, "{distance} {branch:?}");
+        heights.extend([a[2], b[2]]);
+    }
+    let constraints = tables(&board, "constraints");
+    heights.extend(constraints.iter().map(|c| vector(&c["position"])[2]));
+    assert!(heights.iter().all(|z| (z - heights[0]).abs() < 1e-9), "{heights:?}");
+    // The root is held fast, everything else by springy pegs.
+    let fast: Vec<_> = constraints.iter().filter(|c| !c.contains_key("stiffness")).collect();
+    assert_eq!(fast.len(), 1);
+    assert!(!board.contains_key("steps"));
+}
+
+#[test]
+fn an_assembly_has_one_step_for_each_connector_and_clip_in_the_order_asked_for() {
+    let installed = names(&tables(&parsed(SMALL), "constraints"));
+    let installs = |order: Order| {
+        let (assembly, _) = arranged(Arrangement::Assembly, order);
+        let steps = tables(&assembly, "steps");
+        let operations = |step: &toml::Table| names(&[tables(step, "mate"), tables(step, "clip")].concat());
+        let installs: Vec<String> = steps.iter().flat_map(|step| operations(step)).collect();
+        assert_eq!(names(&steps)[..2], ["lift off the board", "carry to the vehicle"]);
+        assert!(steps.iter().all(|step| tables(step, "mate").len() + tables(step, "clip").len() <= 1));
+        // Every hand that takes hold lets go.
+        let hands = names(&steps.iter().flat_map(|step| tables(step, "add")).collect::<Vec<_>>());
+        let released: Vec<&str> = steps
+            .iter()
+            .filter_map(|step| step.get("release"))
+            .flat_map(|list| list.as_array().unwrap())
+            .map(|name| name.as_str().unwrap())
+            .collect();
+        assert!(hands.iter().all(|hand| released.contains(&hand.as_str())), "{hands:?} {released:?}");
+        let root = names(&tables(&assembly, "constraints"))[0].clone();
+        let mut all = [vec![root], installs.clone()].concat();
+        all.sort();
+        let mut expected = installed.clone();
+        expected.sort();
+        assert_eq!(all, expected);
+        installs
+    };
+    let outward = installs(Order::Outward);
+    let random: Vec<Vec<String>> = (0..6).map(|seed| installs(Order::Random(seed))).collect();
+    assert_eq!(random[1], installs(Order::Random(1)));
+    assert!(random.iter().any(|order| *order != outward), "{outward:?}");
 }

@@ -227,7 +227,7 @@ impl Holding<'_> {
         let document = self.document;
         let holds = |node: usize| {
             constraints.iter().any(|constraint| match constraint.at {
-                Place::End(vertex) => vertex == node,
+                Place::End(vertex) | Place::Joint(vertex) => vertex == node,
                 Place::Along { branch, .. } => document.segments[branch].ends.contains(&node),
             })
         };

@@ -28,6 +28,8 @@ pub(super) struct Harness {
 /// Where branches end: a node of the file.
 pub(super) struct Vertex {
     pub name: String,
+    /// Where it is drawn in the vehicle, m.
+    pub position: Vector,
 }
 
 pub(super) struct Section {
@@ -44,6 +46,8 @@ pub(super) struct Branch {
     pub section: usize,
     /// m.
     pub length: f64,
+    /// kg/m.
+    pub linear_density: f64,
     /// Centre line from the first end to the second, m; empty where both ends are drawn at one point.
     pub path: Vec<Vector>,
     pub remark: String,
@@ -79,6 +83,8 @@ pub(super) enum Place {
     End(usize),
     /// Along a branch, by index, at an arc length, m.
     Along { branch: usize, s: f64 },
+    /// At a joint, by index of the vertex.
+    Joint(usize),
 }
 
 /// What a fixing does to the harness.
@@ -114,7 +120,11 @@ impl Names {
     /// The label, or the id where the label is long or has control characters; numbered where it is taken.
     pub fn take(&mut self, label: &str, id: &str) -> String {
         let fits = !label.is_empty() && label.chars().count() <= LONGEST_NAME && !label.chars().any(char::is_control);
-        let name = if fits { label } else { id };
+        self.unique(if fits { label } else { id })
+    }
+
+    /// The name itself, or numbered where it is taken.
+    pub fn unique(&mut self, name: &str) -> String {
         let unique = std::iter::once(name.to_owned())
             .chain((2..).map(|i| format!("{name}-{i}")))
             .find(|candidate| !self.taken.contains(candidate))
@@ -172,6 +182,7 @@ pub(super) fn assemble(document: &Document, options: &Options, findings: &mut Fi
                 ends: segment.ends,
                 section: section_of[index],
                 length: laid[index].length,
+                linear_density: laid[index].bundle.linear_density,
                 path: if coincide { Vec::new() } else { laid[index].curve.path(options.max_segment) },
                 remark: format!("{}: {}", segment.id, segment.label),
             }
@@ -196,7 +207,8 @@ pub(super) fn assemble(document: &Document, options: &Options, findings: &mut Fi
     let constraints = holding.constraints(findings);
     holding.note_pieces(&constraints, findings);
     let name = options.name.as_ref().or(document.name.as_ref()).cloned().unwrap_or_else(|| "harness".to_owned());
-    let vertices = vertices.into_iter().map(|name| Vertex { name }).collect();
+    let vertices = vertices.into_iter().zip(&document.nodes);
+    let vertices = vertices.map(|(name, node)| Vertex { name, position: node.position }).collect();
     Harness { name, vertices, types, sections, branches, joints, constraints }
 }
 

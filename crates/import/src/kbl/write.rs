@@ -1,10 +1,13 @@
 //! The scenario as TOML text, with the rules it was made by.
 
-use super::Options;
+use super::assembly::{self, Assembly};
+use super::board::{self, Board, Peg};
 use super::curve::Vector;
-use super::findings::Finding;
-use super::harness::{Constraint, Harness, Place, Role, Section};
+use super::findings::Findings;
+use super::harness::{Branch, Constraint, Harness, Place, Role, Section};
 use super::section::{self, Types};
+use super::tree::Tree;
+use super::{Arrangement, Options};
 use nalgebra::UnitQuaternion;
 use std::fmt::Write;
 
@@ -59,7 +62,9 @@ fn share(value: f64) -> String {
 }
 
 /// Writes the scenario. Writing into a `String` cannot fail, hence the dropped results.
-pub(super) fn scenario(harness: &Harness, options: &Options, findings: &[Finding]) -> String {
+pub(super) fn scenario(harness: &Harness, options: &Options, findings: &mut Findings) -> String {
+    let tree = Tree::new(harness);
+    let board = (options.arrangement != Arrangement::Installed).then(|| board::lay(harness, &tree, findings));
     let mut out = String::new();
     header(&mut out, harness);
     let name_of = |vertex: usize| &harness.vertices[vertex].name;
@@ -74,12 +79,12 @@ pub(super) fn scenario(harness: &Harness, options: &Options, findings: &[Finding
         let _ = writeln!(out, "section = {}", quoted(&harness.sections[branch.section].name));
         let _ = writeln!(out, "length = {}", significant(branch.length, 9));
         let _ = writeln!(out, "max_segment = \"{} mm\"", significant(options.max_segment * 1e3, 9));
-        if !branch.path.is_empty() {
-            let _ = writeln!(out, "path = [");
-            for point in &branch.path {
-                let _ = writeln!(out, "  {},", vector(point));
+        match &board {
+            Some(board) => {
+                let [a, b] = branch.ends.map(|end| vector(&board.points[end]));
+                let _ = writeln!(out, "path = [{a}, {b}]");
             }
-            let _ = writeln!(out, "]");
+            None => write_path(&mut out, branch),
         }
     }
     for joint in &harness.joints {
@@ -105,14 +110,21 @@ pub(super) fn scenario(harness: &Harness, options: &Options, findings: &[Finding
             let _ = writeln!(out, "]");
         }
     }
-    for constraint in &harness.constraints {
-        write_constraint(&mut out, harness, constraint);
+    match &board {
+        Some(board) => write_board(&mut out, harness, &tree, board),
+        None => harness.constraints.iter().for_each(|constraint| write_constraint(&mut out, harness, constraint)),
     }
     write_weights(&mut out, harness);
+    if let (Some(board), Arrangement::Assembly) = (&board, options.arrangement) {
+        write_steps(&mut out, harness, &tree, board, &assembly::plan(harness, &tree, options.order));
+    }
     let _ = writeln!(out, "\n[minimiser]\nkind = \"newton\"");
-    if !findings.is_empty() {
+    if options.arrangement == Arrangement::Assembly {
+        let _ = writeln!(out, "max_iterations = {MAX_ITERATIONS} # where a loose end falls far, or a part snaps over");
+    }
+    if !findings.list.is_empty() {
         let _ = writeln!(out, "\n# What was odd in the KBL file, and what was done about it:");
-        for finding in findings {
+        for finding in &findings.list {
             let _ = writeln!(out, "# - {}", comment(&finding.to_string()));
         }
     }
@@ -162,11 +174,109 @@ fn write_section(out: &mut String, section: &Section, types: &Types) {
     }
 }
 
+fn write_path(out: &mut String, branch: &Branch) {
+    if !branch.path.is_empty() {
+        let _ = writeln!(out, "path = [");
+        for point in &branch.path {
+            let _ = writeln!(out, "  {},", vector(point));
+        }
+        let _ = writeln!(out, "]");
+    }
+}
+
+/// Where a root of the harness is held, and what that holder is called.
+fn root_holder(harness: &Harness, root: usize) -> String {
+    let plug = harness.constraints.iter().find(|constraint| constraint.at == Place::End(root));
+    plug.map_or_else(|| format!("board {}", harness.vertices[root].name), |plug| plug.name.clone())
+}
+
+/// The harness on the board: the roots held fast, everything else by springy pegs.
+fn write_board(out: &mut String, harness: &Harness, tree: &Tree, board: &Board) {
+    for &root in &tree.roots {
+        let is_joint = harness.joints.iter().any(|joint| joint.vertex == root);
+        let at = if is_joint { Place::Joint(root) } else { Place::End(root) };
+        let _ = writeln!(out, "\n[[constraints]] # the root, held fast on the board");
+        let _ = writeln!(out, "name = {}\nkind = \"connector\"", quoted(&root_holder(harness, root)));
+        let _ = writeln!(out, "at = {}\nposition = {}", place(harness, at), vector(&board.points[root]));
+        let branch = harness.branches.iter().position(|branch| branch.ends.contains(&root));
+        if let Some(branch) = branch.filter(|_| !is_joint) {
+            let frame = board.frames[branch];
+            let _ = writeln!(out, "tangent = {}", vector(&(frame * Vector::z())));
+            let _ = writeln!(out, "up = {}", vector(&(frame * Vector::x())));
+        }
+    }
+    for peg in &board.pegs {
+        let _ = writeln!(out, "\n[[constraints]]\nname = {}\nkind = \"handle\"", quoted(&peg.name));
+        let _ = writeln!(out, "at = {}", place(harness, peg.at));
+        let _ = writeln!(out, "position = {}\nstiffness = {:?}", vector(&peg.position), Peg::STIFFNESS);
+    }
+}
+
+/// `release = […]`, where there is anything to release.
+fn write_release(out: &mut String, names: &[String]) {
+    if !names.is_empty() {
+        let names: Vec<String> = names.iter().map(|name| quoted(name)).collect();
+        let _ = writeln!(out, "release = [{}]", names.join(", "));
+    }
+}
+
+/// A motion of a fixing to where it belongs.
+fn write_home(out: &mut String, constraint: &Constraint) {
+    let _ = writeln!(out, "[[steps.move]]\nconstraint = {}", quoted(&constraint.name));
+    let _ = writeln!(out, "position = {}", vector(&constraint.position));
+    let _ = writeln!(out, "tangent = {}", vector(&(constraint.frame * Vector::z())));
+    if constraint.role == Role::Connector {
+        let _ = writeln!(out, "up = {}", vector(&(constraint.frame * Vector::x())));
+    }
+}
+
+fn write_steps(out: &mut String, harness: &Harness, tree: &Tree, board: &Board, assembly: &Assembly) {
+    let hand = |vertex: usize| format!("hand {}", harness.vertices[vertex].name);
+    let _ = writeln!(out, "\n[[steps]]\nname = \"lift off the board\"\nincrements = 1");
+    write_release(out, &board.pegs.iter().map(|peg| peg.name.clone()).collect::<Vec<_>>());
+    for &vertex in &assembly.hands {
+        let _ = writeln!(out, "[[steps.add]]\nname = {}\nkind = \"handle\"", quoted(&hand(vertex)));
+        let _ = writeln!(out, "at = {}", place(harness, Place::Joint(vertex)));
+    }
+    let _ = writeln!(out, "\n[[steps]]\nname = \"carry to the vehicle\"");
+    let _ = writeln!(out, "increments = {}", Assembly::CARRY_INCREMENTS);
+    for constraint in &harness.constraints {
+        if matches!(constraint.at, Place::End(vertex) if tree.roots.contains(&vertex)) {
+            write_home(out, constraint);
+        }
+    }
+    for &vertex in &assembly.hands {
+        let _ = writeln!(out, "[[steps.move]]\nconstraint = {}", quoted(&hand(vertex)));
+        let _ = writeln!(out, "position = {}", vector(&harness.vertices[vertex].position));
+    }
+    for install in &assembly.installs {
+        let constraint = &harness.constraints[install.constraint];
+        let verb = if constraint.role == Role::Connector { "plug" } else { "clip" };
+        let _ = writeln!(out, "\n[[steps]] # {}", comment(&constraint.remark));
+        let _ = writeln!(out, "name = {}", quoted(&format!("{verb} {}", constraint.name)));
+        let _ = writeln!(out, "increments = {}", Assembly::INSTALL_INCREMENTS);
+        write_release(out, &install.let_go.iter().map(|&vertex| hand(vertex)).collect::<Vec<_>>());
+        let operation = if constraint.role == Role::Connector { "mate" } else { "clip" };
+        let _ = writeln!(out, "[[steps.{operation}]]\nname = {}", quoted(&constraint.name));
+        write_seat(out, harness, constraint);
+    }
+    if !assembly.last.is_empty() {
+        let _ = writeln!(out, "\n[[steps]]\nname = \"let go\"\nincrements = 1");
+        write_release(out, &assembly.last.iter().map(|&vertex| hand(vertex)).collect::<Vec<_>>());
+    }
+}
+
 fn write_constraint(out: &mut String, harness: &Harness, constraint: &Constraint) {
     let _ = writeln!(out, "\n[[constraints]] # {}", comment(&constraint.remark));
     let _ = writeln!(out, "name = {}", quoted(&constraint.name));
     let kind = if constraint.role == Role::Connector { "connector" } else { "collar" };
-    let _ = writeln!(out, "kind = \"{kind}\"\nat = {}", place(harness, constraint.at));
+    let _ = writeln!(out, "kind = \"{kind}\"");
+    write_seat(out, harness, constraint);
+}
+
+/// Where a fixing attaches, and where it holds it.
+fn write_seat(out: &mut String, harness: &Harness, constraint: &Constraint) {
+    let _ = writeln!(out, "at = {}", place(harness, constraint.at));
     let _ = writeln!(out, "position = {}", vector(&constraint.position));
     let tangent = vector(&(constraint.frame * Vector::z()));
     let _ = writeln!(out, "tangent = {tangent}");
@@ -181,11 +291,15 @@ fn place(harness: &Harness, at: Place) -> String {
     let name_of = |vertex: usize| quoted(&harness.vertices[vertex].name);
     match at {
         Place::End(vertex) => format!("{{ end = {} }}", name_of(vertex)),
+        Place::Joint(vertex) => format!("{{ joint = {} }}", name_of(vertex)),
         Place::Along { branch, s } => {
             format!("{{ branch = {}, s = {} }}", quoted(&harness.branches[branch].name), significant(s, 9))
         }
     }
 }
+
+/// Iterations allowed an increment of an assembly. Cutting increments that fall far helps less than going on.
+const MAX_ITERATIONS: usize = 4000;
 
 /// Standard gravity along −z, m/s².
 const GRAVITY: f64 = 9.81;

@@ -1,0 +1,91 @@
+//! The harness seen from its root: what hangs on what, and how far out.
+
+use super::harness::{Constraint, Harness, Place, Role};
+
+/// Shortest ways from a root of each piece to all its vertices.
+pub(super) struct Tree {
+    /// Branch and vertex each vertex is reached by; none for roots.
+    pub parent: Vec<Option<(usize, usize)>>,
+    /// Length of cable to the root, m.
+    pub distance: Vec<f64>,
+    /// Vertices, each after its parent.
+    pub order: Vec<usize>,
+    /// The root of each piece.
+    pub roots: Vec<usize>,
+}
+
+impl Tree {
+    /// The root of a piece is the connector on its heaviest branch (of equals the first), for that is where most of the harness comes
+    /// together; a piece without connectors starts at its first vertex.
+    pub fn new(harness: &Harness) -> Self {
+        let n = harness.vertices.len();
+        let mut branches_at: Vec<Vec<usize>> = vec![Vec::new(); n];
+        for (index, branch) in harness.branches.iter().enumerate() {
+            branch.ends.iter().for_each(|&end| branches_at[end].push(index));
+        }
+        let weight = |constraint: &Constraint| match constraint.at {
+            Place::End(vertex) if constraint.role == Role::Connector => {
+                let branch = &harness.branches[branches_at[vertex][0]];
+                Some((vertex, branch.linear_density))
+            }
+            _ => None,
+        };
+        let mut plugs: Vec<(usize, f64)> = harness.constraints.iter().filter_map(weight).collect();
+        plugs.sort_by(|a, b| b.1.total_cmp(&a.1));
+        let starts = plugs.into_iter().map(|(vertex, _)| vertex).chain(0..n);
+
+        let mut tree =
+            Self { parent: vec![None; n], distance: vec![f64::INFINITY; n], order: Vec::new(), roots: Vec::new() };
+        for root in starts {
+            if tree.distance[root].is_finite() || branches_at[root].is_empty() {
+                continue;
+            }
+            tree.roots.push(root);
+            tree.distance[root] = 0.0;
+            // Dijkstra's algorithm, the next vertex found by looking at all that are open.
+            let mut open = vec![root];
+            while let Some(next) =
+                (0..open.len()).min_by(|&a, &b| tree.distance[open[a]].total_cmp(&tree.distance[open[b]]))
+            {
+                let vertex = open.swap_remove(next);
+                tree.order.push(vertex);
+                for &index in &branches_at[vertex] {
+                    let branch = &harness.branches[index];
+                    let other = branch.ends[usize::from(branch.ends[0] == vertex)];
+                    let distance = tree.distance[vertex] + branch.length;
+                    if distance < tree.distance[other] {
+                        if tree.distance[other].is_infinite() {
+                            open.push(other);
+                        }
+                        tree.distance[other] = distance;
+                        tree.parent[other] = Some((index, vertex));
+                    }
+                }
+            }
+        }
+        tree
+    }
+
+    /// Length of cable from the root to a place, m.
+    pub fn distance_to(&self, harness: &Harness, at: Place) -> f64 {
+        match at {
+            Place::End(vertex) | Place::Joint(vertex) => self.distance[vertex],
+            Place::Along { branch, s } => {
+                let branch = &harness.branches[branch];
+                let [a, b] = branch.ends.map(|end| self.distance[end]);
+                (a + s).min(b + branch.length - s)
+            }
+        }
+    }
+
+    /// The vertex through which a place hangs on the rest: itself, or the outer end of its branch.
+    pub fn outer_vertex(&self, harness: &Harness, at: Place) -> usize {
+        match at {
+            Place::End(vertex) | Place::Joint(vertex) => vertex,
+            Place::Along { branch, .. } => {
+                let [a, b] = harness.branches[branch].ends;
+                if self.parent[b] == Some((branch, a)) { b } else { a }
+            }
+        }
+    }
+}
