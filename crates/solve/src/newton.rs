@@ -214,6 +214,16 @@ impl Workspace {
         problem.residual(&self.free, scales)
     }
 
+    /// The residual at the trial.
+    fn trial_residual(&mut self, problem: &Problem<'_>, scales: &Scales) -> f64 {
+        std::mem::swap(&mut self.gradient, &mut self.trial_gradient);
+        let residual = self.residual(problem, scales);
+        std::mem::swap(&mut self.gradient, &mut self.trial_gradient);
+        // The slope goes by the free part of the gradient at the state.
+        self.residual(problem, scales);
+        residual
+    }
+
     fn largest_turn(&self) -> f64 {
         self.step.frames.iter().map(Vector::norm_squared).fold(0.0, f64::max).sqrt()
     }
@@ -295,7 +305,9 @@ impl Minimiser for Newton {
             // Line search by halving, with the parabola through value, slope and trial where it helps.
             let accepted = loop {
                 let trial = ws.try_step(problem, state, alpha);
-                if trial <= energy + ARMIJO * alpha * slope + noise {
+                // Where round-off hides what the step does to the energy, the forces say whether it was a good one.
+                let lower = trial <= energy + ARMIJO * alpha * slope + noise;
+                if lower || (-slope <= noise && ws.trial_residual(problem, &scales) <= 0.5 * report.residual) {
                     break Some(trial);
                 }
                 let parabola = -0.5 * slope * alpha * alpha / (trial - energy - slope * alpha);
