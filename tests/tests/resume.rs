@@ -149,6 +149,23 @@ fn all_scenarios_go_on_from_every_checkpoint() {
     assert!(seen > 15, "{seen} scenarios");
 }
 
+/// Who gives up while the start is being found gets a run without results, which says so.
+#[test]
+fn a_start_can_be_interrupted() {
+    struct Impatient(usize);
+    impl Observer for Impatient {
+        fn increment(&mut self, _: &Progress, _: &StepResult, _: bool) -> Control {
+            panic!("there was a start")
+        }
+        fn gives_up(&mut self) -> bool {
+            self.0 += 1;
+            self.0 == 3
+        }
+    }
+    let run = wireloom::run_observed(built(&rings(60, 1)), None, &mut Impatient(0));
+    assert_eq!((run.status.word(), run.steps.len()), ("interrupted", 0));
+}
+
 #[test]
 fn a_checkpoint_of_another_network_does_not_fit() {
     let mut keep = Keep::default();

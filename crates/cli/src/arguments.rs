@@ -52,7 +52,7 @@ pub struct RunArguments {
     ///
     /// The scenario and the files it names must be what they were. The result is the same, to the last bit, as that of a
     /// run that was not interrupted; only times differ.
-    #[arg(long, value_name = "DIR", conflicts_with_all = ["file", "out", "minimiser"])]
+    #[arg(long, value_name = "DIR", conflicts_with_all = ["file", "out", "minimiser", "report"])]
     pub resume: Option<PathBuf>,
     /// Folder for the results, made where it is missing [default: out/ and the name of FILE without .toml]
     #[arg(long, value_name = "DIR")]

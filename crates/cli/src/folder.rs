@@ -38,6 +38,18 @@ impl Folder {
         Ok(Self { path: path.to_path_buf(), written })
     }
 
+    /// Makes sure that so many bytes find room on the disk, as far as the system tells.
+    pub fn has_room(&self, bytes: u64) -> Result<(), Failure> {
+        match fs4::available_space(&self.path) {
+            Ok(free) if free < bytes => {
+                let short = format!("the results take at least {} MB, {} MB are free", bytes >> 20, free >> 20);
+                Err(Failure::io("write in the folder", &self.path)(io::Error::new(io::ErrorKind::StorageFull, short)))
+            }
+            // Where the system does not tell, the work is begun.
+            _ => Ok(()),
+        }
+    }
+
     /// Removes what an earlier run has written, so that nobody takes it for this one's.
     pub fn clear(&mut self) -> Result<(), Failure> {
         for name in std::mem::take(&mut self.written) {
@@ -158,6 +170,15 @@ mod tests {
         assert_eq!(top, [OWN, "x"]);
         assert_eq!(names(&folder.path().join("x")), ["y.txt"]);
         assert_eq!(fs::read_to_string(folder.path().join("x/y.txt")).unwrap(), "whole");
+    }
+
+    #[test]
+    fn what_finds_no_room_is_said_before_the_work() {
+        let place = tempfile::tempdir().expect("a folder");
+        let folder = Folder::create(place.path()).expect("there");
+        assert!(folder.has_room(1).is_ok());
+        let failure = folder.has_room(u64::MAX / 2).expect_err("nobody has so much");
+        assert!(failure.to_string().contains("the results take at least"), "{failure}");
     }
 
     #[test]

@@ -12,10 +12,14 @@ use crate::{interrupt, size, summary};
 use std::io::Write;
 use std::path::{Path, PathBuf};
 use wireloom::core::{Registry, Status, StepResult};
-use wireloom::scenario::Built;
+use wireloom::scenario::{Built, Scenario};
 use wireloom::solve::checkpoint::{Checkpoint, Observer, Resumed};
 use wireloom::solve::{Control, Progress};
 
+/// What a node takes in `result.json` and in what is kept for `--resume`, bytes; some less than it really does.
+const BYTES_KEPT: usize = 350;
+/// Likewise in a VTK file.
+const BYTES_SERIES: usize = 150;
 /// Where results go that nobody gave a place.
 const OUT: &str = "out";
 
@@ -23,12 +27,10 @@ const OUT: &str = "out";
 /// are written.
 pub fn run(arguments: &RunArguments, out: &mut dyn Write) -> Result<Outcome, Failure> {
     let registry = wireloom::registry();
-    let Job { loaded: Loaded { mut scenario, built, texts }, folder, keeper, standing, resumed } =
-        match &arguments.resume {
-            Some(folder) => Job::resume(folder, &registry)?,
-            None => Job::begin(arguments, &registry)?,
-        };
-    scenario.output.report |= arguments.report;
+    let Job { loaded: Loaded { scenario, built, texts }, folder, keeper, standing, resumed } = match &arguments.resume {
+        Some(folder) => Job::resume(folder, &registry)?,
+        None => Job::begin(arguments, &registry)?,
+    };
     let place = folder.path().to_path_buf();
     let (size, notes) = (size::words(&built.network), built.notes.len());
     let bar = Bar::new(increments(&built), standing.increments, !arguments.quiet);
@@ -81,17 +83,20 @@ struct Job {
 impl Job {
     fn begin(arguments: &RunArguments, registry: &Registry) -> Result<Self, Failure> {
         let file = arguments.file.as_deref().unwrap_or(Path::new(""));
-        let loaded = load::scenario(file, arguments.minimiser.as_deref(), registry)?;
+        let mut loaded = load::scenario(file, arguments.minimiser.as_deref(), registry)?;
+        loaded.scenario.output.report |= arguments.report;
         let mut folder = Folder::create(&arguments.out.clone().unwrap_or_else(|| default_folder(file)))?;
         folder.clear()?;
-        let origin = Origin::new(file, arguments.minimiser.clone(), &loaded)?;
+        folder.has_room(bytes(&loaded))?;
+        let origin = Origin::new(file, arguments, &loaded)?;
         let keeper = Keeper::begin(&folder, &origin)?;
         Ok(Self { loaded, folder, keeper, standing: Standing::default(), resumed: None })
     }
 
     fn resume(place: &Path, registry: &Registry) -> Result<Self, Failure> {
         let origin = Origin::read(place)?;
-        let loaded = load::scenario(&origin.file, origin.minimiser.as_deref(), registry)?;
+        let mut loaded = load::scenario(&origin.file, origin.minimiser.as_deref(), registry)?;
+        loaded.scenario.output.report |= origin.report;
         origin.check(&loaded)?;
         let folder = Folder::create(place)?;
         let (keeper, standing, resumed) = Keeper::resume(&folder)?;
@@ -108,6 +113,15 @@ impl Job {
 /// `out/first` for `scenarios/first.toml`.
 fn default_folder(file: &Path) -> PathBuf {
     Path::new(OUT).join(file.file_stem().unwrap_or_default())
+}
+
+/// What the results of a run take at least, bytes.
+fn bytes(loaded: &Loaded) -> u64 {
+    let Loaded { scenario: Scenario { output, .. }, built, .. } = loaded;
+    let all = increments(built);
+    let kept = if output.increments { all } else { built.schedule.steps.len().max(1) };
+    let series = if output.vtk { all } else { 0 };
+    (built.network.points * (kept * BYTES_KEPT + series * BYTES_SERIES)) as u64
 }
 
 fn increments(built: &Built) -> usize {

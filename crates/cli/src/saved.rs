@@ -9,6 +9,7 @@
 //! Every file appears whole or not at all, and a checkpoint only after what it builds on is safe on the disk. All go when the run has
 //! come to its end. `DIR/.wireloom/files` ([`crate::folder`]) stays.
 
+use crate::arguments::RunArguments;
 use crate::extremes::Extremes;
 use crate::failure::Failure;
 use crate::folder::{self, Folder, OWN};
@@ -39,15 +40,23 @@ pub struct Origin {
     pub file: PathBuf,
     /// The minimiser that replaces its own.
     pub minimiser: Option<String>,
+    /// Whether a report was asked for beside the scenario's own wishes.
+    pub report: bool,
     /// Names and texts of the scenario and of all files it names.
     texts: Vec<(String, String)>,
 }
 
 impl Origin {
     /// Of a scenario that was just read.
-    pub fn new(file: &Path, minimiser: Option<String>, loaded: &Loaded) -> Result<Self, Failure> {
-        let file = std::path::absolute(file).map_err(Failure::io("find", file))?;
-        Ok(Self { format: FORMAT, program: program(), file, minimiser, texts: loaded.texts.clone() })
+    pub fn new(file: &Path, arguments: &RunArguments, loaded: &Loaded) -> Result<Self, Failure> {
+        Ok(Self {
+            format: FORMAT,
+            program: program(),
+            file: std::path::absolute(file).map_err(Failure::io("find", file))?,
+            minimiser: arguments.minimiser.clone(),
+            report: arguments.report,
+            texts: loaded.texts.clone(),
+        })
     }
 
     /// Of the run that was interrupted in this folder.

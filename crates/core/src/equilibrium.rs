@@ -41,7 +41,8 @@ pub struct StepResult {
     pub operations: Vec<OperationResult>,
     /// Energy by effect.
     pub energy: Energy,
-    /// Tightest bend of the whole harness; `None` where everything is straight.
+    /// Of the whole harness, the bend nearest to its limit, or furthest beyond it; where no branch has a limit, the one of least
+    /// radius. `None` where everything is straight.
     pub min_bend_radius: Option<TightestBend>,
     /// Whether the equilibrium is stable; `None` where it was not determined.
     pub stable: Option<bool>,

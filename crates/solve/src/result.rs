@@ -217,15 +217,14 @@ fn frame_at(branch: &Branch, state: &State, node: usize) -> Rotation {
     state.frames[branch.frames.start + c]
 }
 
-/// The tightest bend of all branches.
+/// The bend nearest to its limit, or furthest beyond it; where no branch has a limit, the one of least radius.
 pub fn tightest_bend(branches: &[BranchResult]) -> Option<TightestBend> {
     let all = branches.iter().flat_map(|b| b.s.iter().zip(&b.bend_radius).map(move |(s, r)| (b, *s, *r)));
-    all.filter(|(_, _, r)| r.is_finite()).min_by(|a, b| a.2.total_cmp(&b.2)).map(|(b, s, value)| TightestBend {
-        branch: b.name.clone(),
-        s,
-        value,
-        limit: b.bend_radius_limit,
-    })
+    // A small share of the limit is worse than a large one, and any better known than none.
+    let share = |b: &BranchResult, r: f64| b.bend_radius_limit.map_or(f64::INFINITY, |limit| r / limit);
+    all.filter(|(_, _, r)| r.is_finite())
+        .min_by(|a, b| share(a.0, a.2).total_cmp(&share(b.0, b.2)).then(a.2.total_cmp(&b.2)))
+        .map(|(b, s, value)| TightestBend { branch: b.name.clone(), s, value, limit: b.bend_radius_limit })
 }
 
 /// How far the point moved that moved the farthest, m.
@@ -268,4 +267,38 @@ pub fn overstretched(problem: &Problem<'_>, state: &State) -> Vec<Occurrence> {
         }
     }
     found
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn bent(name: &str, limit: Option<f64>, radii: [f64; 2]) -> BranchResult {
+        BranchResult {
+            name: name.into(),
+            diameter: 0.01,
+            bend_radius_limit: limit,
+            axial_stiffness: 1.0,
+            s: vec![0.0, 1.0],
+            position: vec![Vector::zeros(), Vector::z()],
+            frame: vec![Rotation::identity(); 2],
+            force: vec![Vector::zeros(); 2],
+            moment: vec![Vector::zeros(); 2],
+            bend_radius: radii.to_vec(),
+            twist_turns: 0.0,
+        }
+    }
+
+    #[test]
+    fn the_tightest_bend_is_the_one_nearest_to_its_limit() {
+        let branches = [
+            bent("free", None, [0.01, 0.02]),
+            bent("thick", Some(0.1), [f64::INFINITY, 0.09]),
+            bent("thin", Some(0.01), [0.02, 0.03]),
+        ];
+        let worst = tightest_bend(&branches).expect("bends");
+        assert_eq!((worst.branch.as_str(), worst.s, worst.value, worst.limit), ("thick", 1.0, 0.09, Some(0.1)));
+        assert_eq!(tightest_bend(&branches[..1]).expect("bends").value, 0.01);
+        assert_eq!(tightest_bend(&[bent("straight", Some(0.1), [f64::INFINITY; 2])]), None);
+    }
 }
