@@ -117,6 +117,20 @@ fn limits_are_watched() {
     assert_eq!((bend.value, bend.limit, bend.place.s), (Some(tightest.value), Some(0.4), Some(tightest.s)));
 }
 
+/// A plug whose cable must be stretched to reach its seat: 10 N, and 20 N of the connector itself.
+#[test]
+fn an_insertion_force_above_what_a_hand_may_push_is_told() {
+    let text = fs::read_to_string(root().join("scenarios/assembly/mate_straight.toml")).expect("a text");
+    assert!(of(&run(&text), EventKind::InsertionForce).is_empty());
+    let run = run(&text.replace("max_insertion_force = \"45 N\"", "max_insertion_force = \"25 N\""));
+    let [push] = of(&run, EventKind::InsertionForce)[..] else { panic!("{:?}", run.events) };
+    assert_eq!(
+        (push.place.fixing.as_deref(), push.limit, push.last.step.as_str()),
+        (Some("plug-B"), Some(25.0), "mate B")
+    );
+    assert!((push.value.expect("a force") - 30.0).abs() < 1e-3, "{push:?}");
+}
+
 /// The shipped scenarios follow one equilibrium each, but for one whose cable snaps over as it is lifted: its energy falls there.
 #[test]
 fn scenarios_that_do_not_snap_have_no_jumps() {

@@ -311,6 +311,12 @@ fn values_of_closed_forms() -> Result<(), Failed> {
         let free_end = value("ring_friction.toml", step, "position", "s", "Some(0.6)")?;
         pairs.push((step.into(), free_end, vec![turn.offset[1], 0.0, x + turn.excess[0] + turn.excess[1] - 0.6]));
     }
+    let first = closed_forms::chain_through_a_ring([0.4, 0.6], 1.1);
+    let chains = [closed_forms::catenary(0.4, first), closed_forms::catenary(0.6, 1.1 - first)];
+    pairs.push(("ring, chain".into(), value("ring_catenary.toml", "hang", "slide", "part", "s")?, vec![first]));
+    let ring = value("ring_catenary.toml", "hang", "reaction-force", "constraint", "ring")?;
+    let pull = 0.981 * (chains[0].parameter - chains[1].parameter);
+    pairs.push(("ring, chain's pull".into(), ring, vec![pull, 0.0, 0.981 * 0.55]));
     let tip = closed_forms::cantilever_tip_load(1.0);
     let sleeve = |kind, at| value("sleeve.toml", "load", kind, "constraint", at);
     pairs.push(("sleeve, push".into(), sleeve("reaction-force", "plug-A")?, vec![-tip.slope.sin(), 0.0, 0.0]));

@@ -4,6 +4,7 @@ pub use crate::event::{Event, EventKind, EventPlace, Moment};
 use crate::minimiser::Status;
 use crate::{Rotation, Vector};
 use serde::{Deserialize, Serialize};
+use std::fmt;
 
 /// A whole run.
 #[derive(Clone, Debug, PartialEq)]
@@ -184,6 +185,57 @@ pub enum OperationResult {
     },
 }
 
+impl OperationResult {
+    /// What it is called.
+    pub fn word(&self) -> &'static str {
+        match self {
+            OperationResult::Grasp { .. } => "grasp",
+            OperationResult::Carry { .. } => "carry",
+            OperationResult::Mate { .. } => "mate",
+            OperationResult::Clip { .. } => "clip",
+        }
+    }
+
+    /// Names of the fixings that take part.
+    pub fn of(&self) -> &[String] {
+        match self {
+            OperationResult::Carry { constraints, .. } => constraints,
+            OperationResult::Grasp { constraint, .. }
+            | OperationResult::Mate { constraint, .. }
+            | OperationResult::Clip { constraint, .. } => std::slice::from_ref(constraint),
+        }
+    }
+}
+
+/// What it came to: "insertion force 19.60 N, allowed 45 N".
+impl fmt::Display for OperationResult {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let place = |f: &mut fmt::Formatter<'_>, place: &Option<(String, f64)>| match place {
+            Some((branch, s)) => write!(f, "at s = {:.1} mm of {branch}", 1e3 * s),
+            None => f.write_str("at a joint"),
+        };
+        match self {
+            OperationResult::Grasp { place: at, .. } => place(f, at),
+            OperationResult::Carry { force, .. } => write!(f, "largest force {force:.3} N"),
+            OperationResult::Mate { insertion_force, limit, .. } => {
+                match insertion_force {
+                    Some(force) => write!(f, "insertion force {force:.2} N")?,
+                    None => f.write_str("not pushed home")?,
+                }
+                match (limit, insertion_force) {
+                    (Some(limit), Some(force)) if force > limit => write!(f, ", TOO LARGE: allowed {limit} N"),
+                    (Some(limit), _) => write!(f, ", allowed {limit} N"),
+                    (None, _) => Ok(()),
+                }
+            }
+            OperationResult::Clip { place: at, reach, .. } => {
+                place(f, at)?;
+                write!(f, ", {:.1} mm from its seat", 1e3 * reach)
+            }
+        }
+    }
+}
+
 /// Energy by effect, J. Zero at rest; gravity measured from the world origin; loads −F·x.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Energy {
@@ -238,4 +290,20 @@ pub struct MinimiserResult {
     pub seconds: f64,
     /// Largest residual force (and moment) relative to its scale, from the certificate.
     pub force_residual: f64,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_insertion_force_is_compared_with_what_is_allowed() {
+        let mate = |insertion_force, limit| {
+            OperationResult::Mate { constraint: "B".into(), insertion_force, limit }.to_string()
+        };
+        assert_eq!(mate(Some(46.0), Some(45.0)), "insertion force 46.00 N, TOO LARGE: allowed 45 N");
+        assert_eq!(mate(Some(44.0), Some(45.0)), "insertion force 44.00 N, allowed 45 N");
+        assert_eq!(mate(Some(44.0), None), "insertion force 44.00 N");
+        assert_eq!(mate(None, None), "not pushed home");
+    }
 }

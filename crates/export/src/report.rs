@@ -82,6 +82,7 @@ fn page(report: &Report<'_>) -> io::Result<Markup> {
                 }
                 (events(&run.events))
                 (steps(&ends))
+                (operations(&ends))
                 section id="pictures" { h2 { "Pictures" } (pictures) }
                 (reactions(&ends))
                 (branches(&ends))
@@ -175,6 +176,33 @@ fn steps(ends: &[&StepResult]) -> Markup {
                                 td class="n" { (millimetres(bend.value)) }
                                 td { (bend.branch) " at s = " (millimetres(bend.s)) " mm" }
                             } @else { td class="n" { "straight" } td {} }
+                        }
+                    }
+                }
+            }
+        }
+    }
+}
+
+/// What was grasped, carried, mated and clipped.
+fn operations(ends: &[&StepResult]) -> Markup {
+    if ends.iter().all(|end| end.operations.is_empty()) {
+        return html! {};
+    }
+    html! {
+        section id="operations" {
+            h2 { "Operations" }
+            table {
+                thead { tr { th { "step" } th { "operation" } th { "of" } th { "came to" } } }
+                tbody {
+                    @for end in ends {
+                        @for operation in &end.operations {
+                            tr {
+                                td { (end.name) }
+                                td { (operation.word()) }
+                                td { (operation.of().join(", ")) }
+                                td { (operation) }
+                            }
                         }
                     }
                 }

@@ -177,6 +177,19 @@ pub fn catenary(span: f64, length: f64) -> Catenary {
     Catenary { parameter: a, sag: a * (v.cosh() - 1.0) }
 }
 
+/// How a chain of length `L` divides between two level spans side by side, with a frictionless ring at their common end, m: the
+/// tension at the ring, `w (a + sag)`, is the same on both sides. The length over the first span; where the chain is so short that a
+/// span's tension falls as it gets more of it, `L/S < 1.25`, there is just one, and it is stable.
+pub fn chain_through_a_ring(spans: [f64; 2], length: f64) -> f64 {
+    let tension = |span: f64, length: f64| {
+        let chain = catenary(span, length);
+        chain.parameter + chain.sag
+    };
+    let [one, two] = spans;
+    let slack = length - one - two;
+    bisect(one + 1e-6 * slack, one + (1.0 - 1e-6) * slack, |first| tension(two, length - first) - tension(one, first))
+}
+
 /// Depth below the ends of the catenary's point at arc length `s` from its lowest point, and its distance from there
 /// across, m: `x = a asinh(s/a)`, `y = √(a² + s²) − a` above the lowest point.
 pub fn catenary_point(chain: &Catenary, s: f64) -> [f64; 2] {
@@ -313,6 +326,16 @@ mod tests {
     fn greenhill_as_published() {
         close(greenhill_clamped(), 2.0 * 4.493_409_457_909_064, 1e-13);
         close(greenhill_critical_angle(0.01, 0.008), 1.25 * 8.986_818_915_818_128, 1e-12);
+    }
+
+    /// Two equal spans share equally; twice the size, twice the length.
+    #[test]
+    fn chain_through_a_ring_divides() {
+        close(chain_through_a_ring([0.5, 0.5], 1.1), 0.55, 1e-12);
+        let once = chain_through_a_ring([0.4, 0.6], 1.1);
+        close(chain_through_a_ring([0.8, 1.2], 2.2), 2.0 * once, 1e-12);
+        let (first, second) = (catenary(0.4, once), catenary(0.6, 1.1 - once));
+        close(first.parameter + first.sag, second.parameter + second.sag, 1e-9);
     }
 
     /// By construction: `a = 1`, half span 1: length `2 sinh 1`, sag `cosh 1 − 1`.

@@ -1,7 +1,7 @@
 //! `report.html`.
 
 use crate::samples::{broken, run, y_harness};
-use wireloom_core::equilibrium::Run;
+use wireloom_core::equilibrium::{OperationResult, Run};
 use wireloom_export::report::{Report, write};
 
 fn page(run: &Run, texts: &[(String, String)]) -> String {
@@ -40,6 +40,17 @@ fn elements(page: &str) -> Vec<String> {
 
 fn texts() -> Vec<(String, String)> {
     vec![("s.toml".into(), "name = \"</pre><script>alert(1)</script>\"".into())]
+}
+
+#[test]
+fn operations_have_a_table_where_there_are_any() {
+    let mut step = y_harness();
+    assert!(!page(&run("y-harness", vec![step.clone()]), &texts()).contains("Operations"));
+    let plug = "plug-B".to_owned();
+    step.operations = vec![OperationResult::Mate { constraint: plug, insertion_force: Some(31.5), limit: None }];
+    let page = page(&run("y-harness", vec![step]), &texts());
+    elements(&page);
+    assert!(page.contains("<td>mate</td><td>plug-B</td><td>insertion force 31.50 N</td>"));
 }
 
 #[test]
