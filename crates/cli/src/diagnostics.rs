@@ -2,6 +2,7 @@
 //! form `FILE:LINE:COLUMN: fault` that editors and scripts know.
 
 use crate::failure::{Failure, Refusal};
+use crate::summary::printable;
 use miette::{Diagnostic, LabeledSpan, MietteHandlerOpts, NamedSource, ReportHandler, SourceCode};
 use std::fmt;
 use std::io::{IsTerminal, Write};
@@ -14,7 +15,7 @@ pub fn show(failure: &Failure, err: &mut (impl Write + IsTerminal)) {
             let fancy = err.is_terminal();
             refusals.iter().map(|refusal| if fancy { drawn(refusal, &terminal()) } else { plain(refusal) }).collect()
         }
-        _ => format!("error: {failure}\n"),
+        _ => format!("error: {}\n", safe(&failure.to_string())),
     };
     // Nobody is left to hear of it if this fails.
     let _ = err.write_all(text.as_bytes());
@@ -24,14 +25,26 @@ pub fn show(failure: &Failure, err: &mut (impl Write + IsTerminal)) {
 pub fn plain(refusal: &Refusal) -> String {
     let mut text = String::new();
     for fault in &refusal.faults {
-        text += &format!("{}:{}", refusal.file, render(&refusal.text, std::slice::from_ref(fault)));
+        let lines = render(&refusal.text, std::slice::from_ref(fault));
+        text += &format!("{}:{}\n", refusal.file, safe(&lines));
     }
     text + &count(refusal)
 }
 
+/// Lines that command no terminal, whatever is quoted in them.
+fn safe(text: &str) -> String {
+    text.lines().map(printable).collect::<Vec<_>>().join("\n")
+}
+
+/// A file's text with a `?` for every byte of what might command a terminal: places stay what they are.
+fn masked(text: &str) -> String {
+    let commands = |c: char| c.is_control() && !"\n\r\t".contains(c);
+    text.chars().map(|c| if commands(c) { "?".repeat(c.len_utf8()) } else { c.to_string() }).collect()
+}
+
 /// The same with the lines at fault.
 fn drawn(refusal: &Refusal, handler: &dyn ReportHandler) -> String {
-    let source = NamedSource::new(&refusal.file, refusal.text.clone());
+    let source = NamedSource::new(&refusal.file, masked(&refusal.text));
     let mut text = String::new();
     for fault in &refusal.faults {
         let drawing = Drawing { report: Report { fault, source: &source }, handler };
@@ -71,7 +84,7 @@ struct Report<'a> {
 
 impl fmt::Display for Report<'_> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(&self.fault.message)
+        f.write_str(&safe(&self.fault.message))
     }
 }
 
@@ -79,7 +92,7 @@ impl std::error::Error for Report<'_> {}
 
 impl Diagnostic for Report<'_> {
     fn help<'a>(&'a self) -> Option<Box<dyn fmt::Display + 'a>> {
-        Some(Box::new(&self.fault.help))
+        Some(Box::new(safe(&self.fault.help)))
     }
     fn source_code(&self) -> Option<&dyn SourceCode> {
         Some(self.source)
@@ -97,6 +110,12 @@ impl Diagnostic for Report<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn what_files_say_commands_no_terminal() {
+        assert_eq!(masked("a\u{1b}[31m\u{9b}\tb\r\n"), "a?[31m??\tb\r\n");
+        assert_eq!(safe("unknown key `a\u{1b}[31m`\n  help: x\n"), "unknown key `a\\u{1b}[31m`\n  help: x");
+    }
     use miette::{GraphicalReportHandler, GraphicalTheme};
 
     fn refusal() -> Refusal {
