@@ -40,6 +40,9 @@ pub enum Command {
         /// As JSON, for programs
         #[arg(long)]
         json: bool,
+        /// Also how long a real harness takes from the board into the vehicle (about a minute), and a move of one of its plugs
+        #[arg(long, value_name = "FILE.kbl")]
+        harness: Option<PathBuf>,
     },
 }
 

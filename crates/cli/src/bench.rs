@@ -4,18 +4,29 @@ use crate::failure::{Failure, Outcome};
 use crate::summary::{Columns, time};
 use serde_json::{Value, json};
 use std::io::Write;
-use wireloom::bench::Case;
+use std::path::Path;
+use wireloom::bench::{Case, Installation};
 
 /// Measures all cases and prints them.
-pub fn bench(as_json: bool, out: &mut dyn Write) -> Result<Outcome, Failure> {
-    let cases = wireloom::bench::all();
-    let print = if as_json { writeln!(out, "{:#}", document(&cases)) } else { table(&cases, out) };
+pub fn bench(as_json: bool, harness: Option<&Path>, out: &mut dyn Write) -> Result<Outcome, Failure> {
+    let mut cases = wireloom::bench::all();
+    let mut installed = None;
+    if let Some(path) = harness {
+        let kbl = crate::load::text(path)?;
+        let refused = |message: String| Failure::Input(format!("{}: {message}", path.display()));
+        cases.push(wireloom::bench::drag_installed(&kbl).map_err(refused)?);
+        installed = Some(wireloom::bench::install(&kbl).map_err(refused)?);
+    }
+    let print = match as_json {
+        true => writeln!(out, "{:#}", document(&cases, installed.as_ref())),
+        false => table(&cases, installed.as_ref(), out),
+    };
     print.map_err(Failure::standard_output)?;
-    let sound = cases.iter().all(|case| case.failures == 0);
+    let sound = cases.iter().all(|case| case.failures == 0) && installed.is_none_or(|all| all.failures == 0);
     Ok(if sound { Outcome::Done } else { Outcome::NotConverged })
 }
 
-fn table(cases: &[Case], out: &mut dyn Write) -> std::io::Result<()> {
+fn table(cases: &[Case], installed: Option<&Installation>, out: &mut dyn Write) -> std::io::Result<()> {
     writeln!(out, "wireloom {} on {}", env!("CARGO_PKG_VERSION"), machine())?;
     if cfg!(debug_assertions) {
         writeln!(out, "This build checks itself as it goes: a release build is faster.")?;
@@ -47,7 +58,24 @@ fn table(cases: &[Case], out: &mut dyn Write) -> std::io::Result<()> {
             case.failures.to_string(),
         ]);
     }
-    table.print(out)
+    table.print(out)?;
+    if let Some(all) = installed {
+        let Installation { nodes, steps, increments, failures, iterations, seconds } = all;
+        writeln!(
+            out,
+            "\nFrom the board into the vehicle: {nodes} nodes, {steps} steps, {increments} increments ({failures} not converged), {iterations} iterations, {}{}",
+            time(*seconds),
+            peak_memory().map_or_else(String::new, |bytes| format!(", {} MB at most", bytes / 1_000_000)),
+        )?;
+    }
+    Ok(())
+}
+
+/// Most memory this process has had so far, where the system tells.
+fn peak_memory() -> Option<u64> {
+    let status = std::fs::read_to_string("/proc/self/status").ok()?;
+    let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"))?;
+    Some(line.trim().strip_suffix(" kB")?.parse::<u64>().ok()? * 1024)
 }
 
 /// Three digits.
@@ -55,7 +83,7 @@ fn precise(seconds: f64) -> String {
     if seconds < 1.0 { format!("{:.3} ms", 1e3 * seconds) } else { time(seconds) }
 }
 
-fn document(cases: &[Case]) -> Value {
+fn document(cases: &[Case], installed: Option<&Installation>) -> Value {
     let cases: Vec<Value> = cases
         .iter()
         .map(|case| {
@@ -73,7 +101,24 @@ fn document(cases: &[Case]) -> Value {
             })
         })
         .collect();
-    json!({ "version": env!("CARGO_PKG_VERSION"), "machine": machine(), "optimised": !cfg!(debug_assertions), "cases": cases })
+    let mut document = json!({
+        "version": env!("CARGO_PKG_VERSION"),
+        "machine": machine(),
+        "optimised": !cfg!(debug_assertions),
+        "cases": cases,
+    });
+    if let Some(all) = installed {
+        document["installation"] = json!({
+            "nodes": all.nodes,
+            "steps": all.steps,
+            "increments": all.increments,
+            "failures": all.failures,
+            "iterations": all.iterations,
+            "seconds": all.seconds,
+            "peak_memory": peak_memory(),
+        });
+    }
+    document
 }
 
 /// Processor, number of cores, system: as far as they can be told.

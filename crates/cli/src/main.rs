@@ -66,6 +66,6 @@ fn follow(command: &Command, out: &mut dyn Write) -> Result<Outcome, Failure> {
             Ok(Outcome::Done)
         }
         Command::Import { format: Format::Kbl(arguments) } => import::kbl(arguments, out),
-        Command::Bench { json } => bench::bench(*json, out),
+        Command::Bench { json, harness } => bench::bench(*json, harness.as_deref(), out),
     }
 }

@@ -1,7 +1,10 @@
 //! Drag-step times: how long one small move of a held end takes, on the machine at hand.
 
+use crate::import::kbl::{Arrangement, Options};
 use crate::models::joints::cosserat::CosseratJoint;
 use crate::models::rods::cosserat::CosseratRod;
+use crate::scenario::Built;
+use crate::solve::Control;
 use crate::solve::certificate::Certifier;
 use crate::solve::newton::Newton;
 use std::time::Instant;
@@ -10,7 +13,7 @@ use wireloom_core::joint::{Arm, JointSpec};
 use wireloom_core::network::{BranchPlan, FixingPlan, JointPlan, Place};
 use wireloom_core::registry::Parameters;
 use wireloom_core::rod::{Mesh, RodSpec};
-use wireloom_core::rotation::frame_from;
+use wireloom_core::rotation::{columns, frame_from};
 use wireloom_core::steps::{Initial, Schedule};
 use wireloom_core::{Conditions, Minimiser, Network, Pose, Problem, Rotation, Section, State, Status, Stop, Vector};
 
@@ -160,10 +163,24 @@ pub fn drag(
 ) -> Case {
     let stop = Stop { force_tolerance: 1e-8, max_iterations: 200 };
     let mut newton = Newton::new();
-    let mut problem = hung(network, &mut newton, &stop, shift);
+    let hung = hung(network, &mut newton, &stop, shift);
+    stroke(case, hung, &mut newton, &stop, 1, outward, (strokes, steps))
+}
+
+/// Moves a fixing out and back, so many strokes of so many steps each way.
+fn stroke(
+    case: &'static str,
+    (mut problem, mut state): (Problem<'_>, State),
+    newton: &mut Newton,
+    stop: &Stop,
+    fixing: usize,
+    outward: Vector,
+    (strokes, steps): (usize, usize),
+) -> Case {
+    let network = problem.network;
     let mut certifier = Certifier::new(network);
-    let (problem, state) = (&mut problem.0, &mut problem.1);
-    let mut target = problem.conditions().targets[1];
+    let (problem, state) = (&mut problem, &mut state);
+    let mut target = problem.conditions().targets[fixing];
     let mut times = [vec![], vec![]];
     let (mut iterations, mut factorisations, mut residual, mut failures) = (0, 0, 0.0_f64, 0);
     for _ in 0..strokes {
@@ -171,10 +188,10 @@ pub fn drag(
             for _ in 0..steps {
                 target.position += direction * STRIDE;
                 let clock = Instant::now();
-                problem.set_target(1, target);
-                let report = newton.minimise(problem, state, &stop);
+                problem.set_target(fixing, target);
+                let report = newton.minimise(problem, state, stop);
                 times.push(clock.elapsed().as_secs_f64());
-                let certificate = certifier.certify(problem, state, &stop, report.status);
+                let certificate = certifier.certify(problem, state, stop, report.status);
                 iterations += report.iterations;
                 factorisations += report.factorisations;
                 residual = residual.max(certificate.residual);
@@ -199,6 +216,93 @@ pub fn drag(
         residual,
         failures,
     }
+}
+
+/// The longest distance between nodes at which an installed harness is dragged, m.
+const DRAG_SPACING: f64 = 0.005;
+
+/// A connector of a harness from a KBL file, hung as it is installed, pushed back towards its cable and out again, to the usual tolerance:
+/// the connector at the end of the longest branch.
+///
+/// # Errors
+/// What is wrong with the file.
+pub fn drag_installed(kbl: &str) -> Result<Case, String> {
+    let built = imported(kbl, Arrangement::Installed, DRAG_SPACING)?;
+    let (network, stop) = (&built.network, built.stop);
+    let mut state = crate::solve::start::place(network, &built.schedule);
+    let conditions = Conditions {
+        gravity: built.schedule.gravity,
+        load_factors: vec![1.0; network.loads.len()],
+        active: vec![true; network.fixings.len()],
+        targets: network.fixings.iter().map(|f| state.pose(&f.site)).collect(),
+        sliding: vec![],
+    };
+    let mut problem = Problem::new(network, conditions);
+    let mut newton = Newton::new();
+    newton.minimise(&mut problem, &mut state, &Stop { max_iterations: 20_000, ..stop });
+    let ends = network.fixings.iter().enumerate().filter_map(|(f, fixing)| match fixing.place {
+        Place::Node { branch, node } if fixing.kind == "connector" => {
+            let mesh = network.branches[branch].rod.mesh();
+            let outward = if node == 0 { -1.0 } else { 1.0 };
+            Some((mesh.length(), f, -outward * columns(&state.pose(&fixing.site).orientation)[2]))
+        }
+        _ => None,
+    });
+    let (_, fixing, back) = ends.max_by(|a, b| a.0.total_cmp(&b.0)).ok_or("the harness has no connector")?;
+    Ok(stroke("drag-installed", (problem, state), &mut newton, &stop, fixing, back, (5, 5)))
+}
+
+/// A harness brought from the board into the vehicle.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Installation {
+    /// Nodes of the mesh.
+    pub nodes: usize,
+    /// Steps carried out.
+    pub steps: usize,
+    /// Increments carried out.
+    pub increments: usize,
+    /// Increments that did not converge.
+    pub failures: usize,
+    /// Iterations in all.
+    pub iterations: usize,
+    /// All in all, s.
+    pub seconds: f64,
+}
+
+/// The longest distance between nodes at which a harness is installed, m.
+const INSTALL_SPACING: f64 = 0.010;
+
+/// A harness from a KBL file brought from the board into the vehicle.
+///
+/// # Errors
+/// What is wrong with the file.
+pub fn install(kbl: &str) -> Result<Installation, String> {
+    let built = imported(kbl, Arrangement::Assembly, INSTALL_SPACING)?;
+    let nodes = built.network.branches.iter().map(|b| b.rod.mesh().nodes()).sum();
+    let clock = Instant::now();
+    let (mut increments, mut failures) = (0, 0);
+    let run = crate::run(built, &mut |_, end| {
+        increments += 1;
+        failures += usize::from(end.status != Status::Converged);
+        Control::Continue
+    });
+    let iterations =
+        run.steps.iter().filter(|end| end.increment == end.increments).map(|end| end.minimiser.iterations).sum();
+    Ok(Installation {
+        nodes,
+        steps: run.steps.len(),
+        increments,
+        failures,
+        iterations,
+        seconds: clock.elapsed().as_secs_f64(),
+    })
+}
+
+fn imported(kbl: &str, arrangement: Arrangement, max_segment: f64) -> Result<Built, String> {
+    let options = Options { arrangement, max_segment, ..Options::default() };
+    let imported = crate::import::kbl::import(kbl, &options).map_err(|error| error.to_string())?;
+    let loaded = crate::load(&imported.scenario, &crate::registry());
+    loaded.map(|(_, built)| built).map_err(|faults| crate::scenario::render(&imported.scenario, &faults))
 }
 
 /// The first branch laid along x from the origin, under gravity.

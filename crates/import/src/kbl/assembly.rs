@@ -10,7 +10,7 @@ const REACH: f64 = 0.75;
 
 /// Increments of the way into the vehicle, and of the way of one connector or clip from where it hangs to its place.
 const CARRY_INCREMENTS: usize = 8;
-const INSTALL_INCREMENTS: usize = 3;
+const INSTALL_INCREMENTS: usize = 2;
 
 /// The steps of an assembly.
 pub(super) struct Assembly {
