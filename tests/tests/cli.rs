@@ -347,6 +347,11 @@ fn import_small() -> Checked {
         place.run(&import)?.expect(0)?;
         place.run(&["run", "a.toml"])?.expect(0)?;
     }
+    let ended = place.run(&["import", "kbl", kbl, "--order", "random"])?.expect(1)?;
+    ensure(ended.err.contains("add --as assembly"), &ended)?;
+    let ended =
+        place.run(&["import", "kbl", kbl, "--as", "assembly", "--order", "outward", "--seed", "3"])?.expect(1)?;
+    ensure(ended.err.contains("add --order random"), &ended)?;
     place.file("not.kbl", "<other/>")?;
     let ended = place.run(&["import", "kbl", "not.kbl"])?.expect(1)?;
     ensure(ended.err.starts_with("error: not.kbl cannot be imported: 1:1: "), &ended)

@@ -87,12 +87,12 @@ pub struct KblArguments {
     /// Where the scenario begins, and where it goes
     #[arg(long = "as", value_name = "ARRANGEMENT", value_enum, default_value_t = KblArrangement::Installed)]
     pub arrangement: KblArrangement,
-    /// In which order an assembly installs connectors and clips
-    #[arg(long, value_enum, default_value_t = KblOrder::Outward)]
-    pub order: KblOrder,
-    /// Which of the random orders
-    #[arg(long, value_name = "N", default_value_t = 1)]
-    pub seed: u64,
+    /// In which order an assembly installs connectors and clips [default: outward]
+    #[arg(long, value_enum)]
+    pub order: Option<KblOrder>,
+    /// Which of the random orders [default: 0]
+    #[arg(long, value_name = "N", requires = "order")]
+    pub seed: Option<u64>,
     /// Longest segment of a branch, in metres or with a unit
     #[arg(long, value_name = "LENGTH", default_value = "10 mm", value_parser = crate::length::parse)]
     pub spacing: f64,
@@ -101,16 +101,7 @@ pub struct KblArguments {
     pub name: Option<String>,
 }
 
-#[cfg(test)]
-mod tests {
-    use clap::CommandFactory;
-
-    #[test]
-    fn the_command_line_is_well_formed() {
-        super::Arguments::command().debug_assert();
-    }
-}
-
+/// Where the scenario of a KBL file begins, and where it goes.
 #[derive(Clone, Copy, clap::ValueEnum)]
 pub enum KblArrangement {
     /// In the vehicle, as drawn
@@ -121,10 +112,21 @@ pub enum KblArrangement {
     Assembly,
 }
 
+/// In which order an assembly installs.
 #[derive(Clone, Copy, clap::ValueEnum)]
 pub enum KblOrder {
     /// Along the cable from the connector of the heaviest branch outward
     Outward,
     /// Any, by --seed
     Random,
+}
+
+#[cfg(test)]
+mod tests {
+    use clap::CommandFactory;
+
+    #[test]
+    fn the_command_line_is_well_formed() {
+        super::Arguments::command().debug_assert();
+    }
 }

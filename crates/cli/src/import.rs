@@ -10,20 +10,31 @@ use wireloom::import::kbl::{Arrangement, Finding, Options, Order, import};
 /// Places of a finding that are shown; the file has all of them.
 const ITEMS: usize = 6;
 
+/// The order of an assembly; nothing else has one.
+fn order(arguments: &KblArguments, arrangement: Arrangement) -> Result<Order, Failure> {
+    let refused = |message: &str| Err(Failure::Input(message.to_owned()));
+    match (arguments.order, arguments.seed) {
+        (Some(_), _) if arrangement != Arrangement::Assembly => {
+            refused("--order says how an assembly goes; add --as assembly")
+        }
+        (Some(KblOrder::Random), seed) => Ok(Order::Random(seed.unwrap_or(0))),
+        (Some(KblOrder::Outward), Some(_)) => refused("--seed says which random order; add --order random"),
+        (Some(KblOrder::Outward) | None, _) => Ok(Order::Outward),
+    }
+}
+
 /// KBL to a scenario, which is then checked as `wireloom check` would.
 pub fn kbl(arguments: &KblArguments, out: &mut dyn Write) -> Result<Outcome, Failure> {
     let text = load::text(&arguments.file)?;
+    let arrangement = match arguments.arrangement {
+        KblArrangement::Installed => Arrangement::Installed,
+        KblArrangement::Board => Arrangement::Board,
+        KblArrangement::Assembly => Arrangement::Assembly,
+    };
     let options = Options {
         max_segment: arguments.spacing,
-        arrangement: match arguments.arrangement {
-            KblArrangement::Installed => Arrangement::Installed,
-            KblArrangement::Board => Arrangement::Board,
-            KblArrangement::Assembly => Arrangement::Assembly,
-        },
-        order: match arguments.order {
-            KblOrder::Outward => Order::Outward,
-            KblOrder::Random => Order::Random(arguments.seed),
-        },
+        arrangement,
+        order: order(arguments, arrangement)?,
         name: arguments.name.clone(),
     };
     let imported = import(&text, &options)

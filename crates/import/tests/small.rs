@@ -541,3 +541,19 @@ fn an_assembly_has_one_step_for_each_connector_and_clip_in_the_order_asked_for()
     assert_eq!(random[1], installs(Order::Random(1)));
     assert!(random.iter().any(|order| *order != outward), "{outward:?}");
 }
+
+#[test]
+fn a_piece_without_plugs_hangs_on_its_first_vertex_until_clips_hold_it() {
+    let plug = |id: &str| format!("<Referenced_components>{id}</Referenced_components>");
+    let bare = SMALL.replace(&plug("plugA"), "").replace(&plug("plugB"), "");
+    let options = Options { arrangement: Arrangement::Assembly, ..Options::default() };
+    let scenario = import(&bare, &options).unwrap().scenario;
+    checked(&scenario);
+    let assembly: toml::Table = toml::from_str(&scenario).unwrap();
+    let steps = assembly["steps"].as_array().unwrap();
+    let moved = steps[1]["move"].as_array().unwrap();
+    assert!(moved.iter().any(|moved| moved["constraint"].as_str() == Some("board A")), "{moved:?}");
+    let last = &steps[steps.len() - 1];
+    assert_eq!(last["name"].as_str(), Some("let go"));
+    assert!(last["release"].as_array().unwrap().iter().any(|name| name.as_str() == Some("board A")), "{last:?}");
+}

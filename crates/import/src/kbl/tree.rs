@@ -88,4 +88,13 @@ impl Tree {
             }
         }
     }
+
+    /// The root of the piece that a place belongs to.
+    pub fn root_of(&self, harness: &Harness, at: Place) -> usize {
+        let mut vertex = self.outer_vertex(harness, at);
+        while let Some((_, before)) = self.parent[vertex] {
+            vertex = before;
+        }
+        vertex
+    }
 }

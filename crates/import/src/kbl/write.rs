@@ -245,6 +245,13 @@ fn write_steps(out: &mut String, harness: &Harness, tree: &Tree, board: &Board, 
             write_home(out, constraint);
         }
     }
+    // A piece without connectors hangs on its first vertex until its clips hold it.
+    let plugged = |root: usize| harness.constraints.iter().any(|constraint| constraint.at == Place::End(root));
+    let bare: Vec<usize> = tree.roots.iter().copied().filter(|&root| !plugged(root)).collect();
+    for &root in &bare {
+        let _ = writeln!(out, "[[steps.move]]\nconstraint = {}", quoted(&root_holder(harness, root)));
+        let _ = writeln!(out, "position = {}", vector(&harness.vertices[root].position));
+    }
     for &vertex in &assembly.hands {
         let _ = writeln!(out, "[[steps.move]]\nconstraint = {}", quoted(&hand(vertex)));
         let _ = writeln!(out, "position = {}", vector(&harness.vertices[vertex].position));
@@ -260,9 +267,17 @@ fn write_steps(out: &mut String, harness: &Harness, tree: &Tree, board: &Board, 
         let _ = writeln!(out, "[[steps.{operation}]]\nname = {}", quoted(&constraint.name));
         write_seat(out, harness, constraint);
     }
-    if !assembly.last.is_empty() {
+    let clipped = |root: usize| {
+        assembly
+            .installs
+            .iter()
+            .any(|install| tree.root_of(harness, harness.constraints[install.constraint].at) == root)
+    };
+    let mut last: Vec<String> = assembly.last.iter().map(|&vertex| hand(vertex)).collect();
+    last.extend(bare.into_iter().filter(|&root| clipped(root)).map(|root| root_holder(harness, root)));
+    if !last.is_empty() {
         let _ = writeln!(out, "\n[[steps]]\nname = \"let go\"\nincrements = 1");
-        write_release(out, &assembly.last.iter().map(|&vertex| hand(vertex)).collect::<Vec<_>>());
+        write_release(out, &last);
     }
 }
 
