@@ -519,8 +519,14 @@ fn an_assembly_has_one_step_for_each_connector_and_clip_in_the_order_asked_for()
         let installs: Vec<String> = steps.iter().flat_map(|step| operations(step)).collect();
         assert_eq!(names(&steps)[..2], ["lift off the board", "carry to the vehicle"]);
         assert!(steps.iter().all(|step| tables(step, "mate").len() + tables(step, "clip").len() <= 1));
+        assert_eq!(names(&steps)[steps.len() - 2..], ["take the twist out", "plug all in again"]);
         // Every hand that takes hold lets go.
-        let hands = names(&steps.iter().flat_map(|step| tables(step, "add")).collect::<Vec<_>>());
+        let hands = names(
+            &steps[..steps.len() - 1]
+                .iter()
+                .flat_map(|step| [tables(step, "add"), tables(step, "grasp")].concat())
+                .collect::<Vec<_>>(),
+        );
         let released: Vec<&str> = steps
             .iter()
             .filter_map(|step| step.get("release"))

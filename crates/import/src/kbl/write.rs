@@ -279,6 +279,33 @@ fn write_steps(out: &mut String, harness: &Harness, tree: &Tree, board: &Board, 
         let _ = writeln!(out, "\n[[steps]]\nname = \"let go\"\nincrements = 1");
         write_release(out, &last);
     }
+    write_untwist(out, harness, assembly);
+}
+
+/// Each plug went home by the shortest turn, whatever the rest was doing then: whole turns of twist stay behind that depend on the
+/// order. So in the end all plugs but the roots' are let turn as the cable wants, and are turned home from there.
+fn write_untwist(out: &mut String, harness: &Harness, assembly: &Assembly) {
+    let installed = assembly.installs.iter().map(|install| &harness.constraints[install.constraint]);
+    let plugs: Vec<&Constraint> = installed.filter(|constraint| constraint.role == Role::Connector).collect();
+    if plugs.is_empty() {
+        return;
+    }
+    let turning = |plug: &Constraint| format!("turning {}", plug.name);
+    let _ = writeln!(out, "\n[[steps]] # every plug comes off and turns where it is, as the cable wants");
+    let _ = writeln!(out, "name = \"take the twist out\"\nincrements = 1");
+    write_release(out, &plugs.iter().map(|plug| plug.name.clone()).collect::<Vec<_>>());
+    for plug in &plugs {
+        let _ = writeln!(out, "[[steps.grasp]]\nname = {}", quoted(&turning(plug)));
+        let _ = writeln!(out, "at = {}\nhold = [\"position\", \"tangent\"]", place(harness, plug.at));
+    }
+    let _ = writeln!(out, "\n[[steps]]\nname = \"plug all in again\"");
+    let _ = writeln!(out, "increments = {}", Assembly::INSTALL_INCREMENTS);
+    write_release(out, &plugs.iter().map(|plug| turning(plug)).collect::<Vec<_>>());
+    for plug in &plugs {
+        let _ = writeln!(out, "[[steps.add]]\nname = {}\nkind = \"connector\"", quoted(&plug.name));
+        let _ = writeln!(out, "at = {}", place(harness, plug.at));
+        write_home(out, plug);
+    }
 }
 
 fn write_constraint(out: &mut String, harness: &Harness, constraint: &Constraint) {
