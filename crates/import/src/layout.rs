@@ -42,8 +42,8 @@ pub struct Layout {
 
 /// Smallest gap between neighbouring subtrees that is left where there is room, rad.
 const LEAST_GAP: f64 = 0.05;
-/// Where less than this, rad, is left between all subtrees together, they stay where they are.
-const LEAST_DAYLIGHT: f64 = 1e-6;
+/// Where less than this, rad, is left between all subtrees together, they stay where they are: neighbours keep apart by its half, shared.
+const LEAST_DAYLIGHT: f64 = 0.02;
 /// Rounds of turning; later rounds turn little.
 const ROUNDS: usize = 30;
 /// A round that turns nothing further than this, rad, is the last.
