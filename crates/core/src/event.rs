@@ -125,8 +125,6 @@ pub struct EventPlace {
     pub branch: Option<String>,
     /// Arc length on the branch, m.
     pub s: Option<f64>,
-    /// Name of the joint.
-    pub joint: Option<String>,
 }
 
 impl EventPlace {
@@ -139,11 +137,6 @@ impl EventPlace {
     pub fn branch(name: &str, s: f64) -> Self {
         Self { branch: Some(name.to_owned()), s: Some(s), ..Self::default() }
     }
-
-    /// A joint.
-    pub fn joint(name: &str) -> Self {
-        Self { joint: Some(name.to_owned()), ..Self::default() }
-    }
 }
 
 /// "fixing `clip-1`", "branch `trunk` at s = 0.31 m", "harness".
@@ -151,7 +144,6 @@ impl fmt::Display for EventPlace {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let mut parts = Vec::new();
         parts.extend(self.fixing.as_ref().map(|name| format!("fixing `{name}`")));
-        parts.extend(self.joint.as_ref().map(|name| format!("joint `{name}`")));
         parts.extend(self.branch.as_ref().map(|name| match self.s {
             Some(s) => format!("branch `{name}` at s = {s:.4} m"),
             None => format!("branch `{name}`"),

@@ -10,7 +10,7 @@
 //! | key | meaning |
 //! | --- | --- |
 //! | `kind` | [`EventKind::word`](wireloom_core::EventKind::word) |
-//! | `place` | the `fixing`, `joint` or `branch` (with `s`, m) it happened to; empty: the harness |
+//! | `place` | the `fixing` or `branch` (with `s`, m) it happened to; empty: the harness |
 //! | `first`, `worst`, `last` | `step`, `step_index` (from 0) and `increment` (from 1; 0: while the start was found) |
 //! | `increments` | in how many increments it was so |
 //! | `value`, `limit` | the worst value, and what it should not pass, in SI units; null where there is none |
@@ -84,7 +84,6 @@ impl<'a> Occurrence<'a> {
                 fixing: event.place.fixing.as_deref(),
                 branch: event.place.branch.as_deref(),
                 s: event.place.s.map(Number),
-                joint: event.place.joint.as_deref(),
             },
             first: Increment::of(&event.first),
             worst: Increment::of(&event.worst),
@@ -106,8 +105,6 @@ struct Place<'a> {
     branch: Option<&'a str>,
     #[serde(skip_serializing_if = "Option::is_none")]
     s: Option<Number>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    joint: Option<&'a str>,
 }
 
 #[derive(serde::Serialize)]

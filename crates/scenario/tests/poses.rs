@@ -6,30 +6,15 @@ use wireloom_core::steps::Turn;
 use wireloom_core::{Rotation, Vector};
 use wireloom_scenario::{Files, Scenario, parse_with_files, render};
 
-const HARNESS: &str = r#"
-schema = 1
-[sections.s]
-diameter = "8 mm"
-linear_density = "120 g/m"
-axial_stiffness = 2.0e4
-bending_stiffness = 0.012
-torsion_stiffness = 0.009
-[[branches]]
-name = "b"
-from = "A"
-to = "B"
-section = "s"
-length = 1
-segments = 10
-[[constraints]]
-name = "plug"
-kind = "connector"
-at = { end = "A" }
-[[steps]]
+const HARNESS: &str = concat!(
+    include_str!("section.toml"),
+    include_str!("branch.toml"),
+    r#"[[steps]]
 [[steps.carry]]
 what = ["plug"]
 path = "way.csv"
-"#;
+"#
+);
 
 struct One<'t>(&'t str);
 

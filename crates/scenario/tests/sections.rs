@@ -5,19 +5,7 @@ mod common;
 use wireloom_scenario::bundle::{Between, Bundle, Covered, Covering, Layer, Material, Measured, PACKING, Wire, Wires};
 use wireloom_scenario::{Files, Scenario, parse, parse_with_files, render};
 
-const HARNESS: &str = r#"
-[[branches]]
-name = "b"
-from = "A"
-to = "B"
-section = "s"
-length = 1
-segments = 10
-[[constraints]]
-name = "plug"
-kind = "connector"
-at = { end = "A" }
-"#;
+const HARNESS: &str = include_str!("branch.toml");
 
 /// A solid wire of 1 mm in PVC to 2 mm.
 const SOLID: &str = r#"

@@ -125,11 +125,15 @@ impl Workspace {
         slot.as_mut().expect("made above")
     }
 
-    /// Second derivatives at `state` (where `gradient` was evaluated last), shifted, factorised. Returns the number
-    /// of negative pivots.
-    fn assemble(&mut self, problem: &mut Problem<'_>, state: &State, mixed: bool, sigma: f64) -> usize {
+    /// Second derivatives at `state` (where `gradient` was evaluated last), factorised with the first shift from `sigma` on that makes
+    /// them positive definite. Returns that shift.
+    fn assemble(&mut self, problem: &mut Problem<'_>, state: &State, mixed: bool, mut sigma: f64) -> f64 {
         problem.hessian(state, mixed.then_some(self.forces.as_slice()), &mut self.hessian);
-        self.factorise(problem, state, sigma)
+        let scales = problem.scales();
+        while self.factorise(problem, state, sigma) > 0 && sigma.is_finite() {
+            sigma = raised(sigma, RAISE, &scales);
+        }
+        sigma
     }
 
     /// Gathers and factorises the Hessian at hand with another shift.
@@ -269,7 +273,8 @@ impl Minimiser for Newton {
         report.residual = ws.residual(problem, &scales);
         loop {
             if report.residual <= stop.force_tolerance {
-                if last_turn <= LAST_TURN || polished == POLISHES || stalled > 0 {
+                let spent = polished == POLISHES || stalled > 0 || report.iterations >= stop.max_iterations;
+                if last_turn <= LAST_TURN || spent {
                     report.status = Status::Converged;
                     break;
                 }
@@ -284,15 +289,10 @@ impl Minimiser for Newton {
                 };
                 break;
             }
-            // Factorise; shift until positive definite.
             if mixed {
                 ws.predict_forces(problem);
             }
-            let mut negative = ws.assemble(problem, state, mixed, sigma);
-            while negative > 0 && sigma.is_finite() {
-                sigma = raised(sigma, RAISE, &scales);
-                negative = ws.factorise(problem, state, sigma);
-            }
+            sigma = ws.assemble(problem, state, mixed, sigma);
             ws.solve(problem, state, false);
             report.iterations += 1;
             let slope = ws.slope();
@@ -373,13 +373,7 @@ fn raised(sigma: f64, factor: f64, scales: &Scales) -> f64 {
 fn predict(ws: &mut Workspace, problem: &mut Problem<'_>, state: &mut State) -> (f64, bool) {
     problem.gradient(state, &mut ws.gradient);
     if ws.factor_of.as_ref() != Some(&problem.conditions().active) {
-        let scales = problem.scales();
-        let mut sigma = 0.0_f64;
-        let mut negative = ws.assemble(problem, state, false, sigma);
-        while negative > 0 && sigma.is_finite() {
-            sigma = raised(sigma, RAISE, &scales);
-            negative = ws.factorise(problem, state, sigma);
-        }
+        ws.assemble(problem, state, false, 0.0);
     }
     ws.solve(problem, state, true);
     if ws.largest_turn() < SMALL_TURN && problem.largest_slide(state, &ws.step) == 1.0 {
