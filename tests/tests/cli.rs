@@ -14,11 +14,12 @@ type Check = fn() -> Checked;
 fn main() -> ExitCode {
     let arguments = Arguments::from_args();
     let mut trials = refusals();
-    let own: [(&str, Check); 15] = [
+    let own: [(&str, Check); 16] = [
         ("first scenario: converges, is summed up, and leaves its files", first_scenario),
         ("results go to out/NAME where no place is given", default_folder),
         ("a report is written where one is asked for, and goes with the next run", report),
         ("every kind of output, one VTK file for each increment", all_outputs),
+        ("compare says what is the same equilibrium, what is not, and why", compare),
         ("--quiet prints nothing", quiet),
         ("not converging ends with 2, and all is written", not_converged),
         ("a folder that cannot be made ends with 3, before any work", unwritable),
@@ -164,6 +165,29 @@ fn first_scenario() -> Checked {
     ensure(result["status"] == "converged" && result["scenario"] == "y-harness", &result["status"])?;
     let steps = result["steps"].as_array().ok_or("no steps")?;
     ensure(steps.len() == 2 && steps.iter().all(|step| step["stable"] == true), steps.len())
+}
+
+/// A folder and a scenario that end in the same equilibrium, and one whose cable leans to the other side.
+fn compare() -> Checked {
+    let place = Place::new()?;
+    let coarse = first()?.replace("max_segment = \"10 mm\"", "max_segment = \"12 mm\"");
+    ensure(coarse != first()?, "the first scenario has other segments now")?;
+    place.file("fine.toml", first()?)?;
+    place.file("coarse.toml", coarse)?;
+    place.file("held.toml", first()?.replace("\"-250 mm\", 0]", "\"-260 mm\", 0]"))?;
+    place.run(&["run", "fine.toml", "--out", "fine", "--quiet"])?.expect(0)?;
+    let ended = place.run(&["compare", "fine", "coarse.toml"])?.expect(0)?;
+    ensure(ended.out.contains("All 2 are the same equilibrium"), &ended)?;
+    let ended = place.run(&["compare", "fine/result.json", "coarse.toml", "held.toml"])?.expect(0)?;
+    ensure(ended.out.contains("2 different equilibria"), &ended)?;
+    ensure(ended.out.contains("holds 10.0 mm from where it does in the reference"), &ended)?;
+    ensure(ended.out.contains("1. fine, coarse\n2. held"), &ended)?;
+    place.file("torn.json", "{")?;
+    let ended = place.run(&["compare", "fine", "torn.json"])?.expect(1)?;
+    ensure(ended.err.contains("torn.json is no result of `wireloom run`"), &ended)?;
+    place.run(&["compare", "fine", "nowhere"])?.expect(3)?;
+    let ended = place.run(&["compare", "fine"])?.expect(1)?;
+    ensure(ended.err.contains("nothing to compare it with"), &ended)
 }
 
 fn default_folder() -> Checked {

@@ -28,6 +28,10 @@ pub enum Command {
         #[arg(required = true, value_name = "FILE")]
         files: Vec<PathBuf>,
     },
+    /// Show what differs between results, and why they are not the same equilibrium
+    ///
+    /// Takes folders that `run` has written, and scenarios, which are carried out for the purpose (nothing is written of them).
+    Compare(CompareArguments),
     /// Print the JSON Schema of scenario files, for editors that complete and check
     Schema,
     /// Make a scenario from a harness file of another format
@@ -67,6 +71,19 @@ pub struct RunArguments {
     #[arg(long)]
     pub report: bool,
     /// Print nothing but faults
+    #[arg(long, short)]
+    pub quiet: bool,
+}
+
+#[derive(Args)]
+pub struct CompareArguments {
+    /// Folders with results, result.json files, or scenarios (.toml)
+    #[arg(required = true, value_name = "DIR|FILE")]
+    pub inputs: Vec<PathBuf>,
+    /// Shapes nearer to each other than this are the same, in metres or with a unit
+    #[arg(long, value_name = "LENGTH", default_value = "1 mm", value_parser = crate::length::parse)]
+    pub tolerance: f64,
+    /// Show no progress
     #[arg(long, short)]
     pub quiet: bool,
 }

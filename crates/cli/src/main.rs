@@ -4,13 +4,15 @@
 //! | --- | --- |
 //! | 0 | done; for `run`: every increment converged |
 //! | 1 | the input was refused: the scenario, the imported file or the command line |
-//! | 2 | `run` did not converge or was interrupted; everything computed is written all the same |
+//! | 2 | `run` did not converge or was interrupted (everything computed is written all the same), or `compare` met a run that did not converge |
 //! | 3 | a file or folder could not be read or written |
 
 mod arguments;
 mod bench;
 mod check;
+mod compare;
 mod diagnostics;
+mod differences;
 mod extremes;
 mod failure;
 mod folder;
@@ -60,6 +62,7 @@ fn follow(command: &Command, out: &mut dyn Write) -> Result<Outcome, Failure> {
     match command {
         Command::Run(arguments) => run::run(arguments, out),
         Command::Check { files } => check::check(files, out),
+        Command::Compare(arguments) => compare::compare(arguments, out),
         Command::Schema => {
             let schema = wireloom::scenario::schema(&wireloom::registry());
             writeln!(out, "{schema:#}").map_err(Failure::standard_output)?;

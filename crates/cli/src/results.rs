@@ -16,6 +16,9 @@ use wireloom::export::{csv, json, picture, report, vtk};
 use wireloom::scenario::Output;
 use wireloom::solve::Progress;
 
+/// Where the whole run is.
+pub const RESULT: &str = "result.json";
+
 /// Writes what a scenario's `[output]` asks for.
 pub struct Results {
     folder: Folder,
@@ -49,7 +52,7 @@ impl Results {
 
     /// What is written when all is done.
     pub fn finish(&mut self, run: &Run) -> Result<(), Failure> {
-        self.folder.write("result.json", |out| json::write(run, out))?;
+        self.folder.write(RESULT, |out| json::write(run, out))?;
         if self.output.vtk {
             self.folder.write("harness.pvd", |out| vtk::write_series(&self.series, out))?;
         }

@@ -124,7 +124,8 @@ fn bytes(loaded: &Loaded) -> u64 {
     (built.network.points * (kept * BYTES_KEPT + series * BYTES_SERIES)) as u64
 }
 
-fn increments(built: &Built) -> usize {
+/// How many increments a run has.
+pub fn increments(built: &Built) -> usize {
     built.schedule.steps.iter().map(|step| step.increments).sum::<usize>().max(1)
 }
 

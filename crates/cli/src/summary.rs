@@ -9,7 +9,7 @@ use wireloom::core::event::{Group, grouped};
 use wireloom::core::{Event, Run, StepResult, Vector};
 
 /// Rows of a table that are shown; a harness may have hundreds of branches.
-const ROWS: usize = 20;
+pub const ROWS: usize = 20;
 /// Likewise notes.
 const NOTES: usize = 8;
 

@@ -16,6 +16,9 @@
 //! | `value`, `limit` | the worst value, and what it should not pass, in SI units; null where there is none |
 //! | `message` | a sentence for people, of the worst increment |
 
+mod read;
+
+pub use read::read;
 use serde::ser::{Serialize, SerializeMap, Serializer};
 use std::io::{self, BufWriter, Write};
 use wireloom_core::equilibrium::{

@@ -12,10 +12,14 @@
 //! | [`picture`] | one step as SVG: three views | people and reports |
 //! | [`report`] | the whole run as one HTML page | people, and their files |
 //!
+//! [`json::read`] reads a `result.json` back as an [`ending::Ending`]; [`comparison`] says what differs between several of them.
+//!
 //! Errors are [`std::io::Error`]: those of the writer, and `InvalidInput` where the vectors of a branch
 //! differ in length.
 
+pub mod comparison;
 pub mod csv;
+pub mod ending;
 pub mod json;
 mod local;
 pub mod picture;

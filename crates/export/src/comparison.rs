@@ -1,0 +1,464 @@
+//! What differs between the ends of runs, and why they are not the same.
+//!
+//! Branches are laid beside each other by the share of their arc length, whatever their meshes: between nodes a shape is the
+//! cubic through positions and tangents, so that a coarse mesh is not blamed for its corners. Runs whose branches
+//! all lie within a tolerance of each other have ended in the same equilibrium. Of those that have not, [`Comparison::parts`] says which
+//! parts of the harness lie in more than one way, and [`Group::reasons`] why the runs may have parted.
+
+mod shape;
+
+use crate::ending::{Ending, FixingEnd};
+use shape::Gap;
+use std::fmt;
+use wireloom_core::Vector;
+
+/// Twist that differs by more than this (turns) is another one, not an inaccuracy.
+const TURNS: f64 = 0.05;
+/// Ends of branches that are nearer to each other than this many tolerances meet there.
+const MEET: f64 = 2.0;
+
+/// A run under the name by which it is told from the others.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Case {
+    /// Name.
+    pub name: String,
+    /// How it ended.
+    pub ending: Ending,
+}
+
+/// Some runs beside each other.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Comparison {
+    /// Shapes nearer to each other than this are the same, m.
+    pub tolerance: f64,
+    /// Index of the case against which the others are measured.
+    pub reference: usize,
+    /// What is different from the reference, case by case.
+    pub differences: Vec<Difference>,
+    /// Cases that ended in the same equilibrium; that of the reference first, then by energy.
+    pub groups: Vec<Group>,
+    /// Parts of the harness that do not lie the same way in all cases, the one that moves farthest first.
+    pub parts: Vec<Part>,
+}
+
+/// What is different from the reference.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Difference {
+    /// Branches that both have, in the order of the reference.
+    pub branches: Vec<BranchDifference>,
+    /// Fixings that act in both, in the order of the reference.
+    pub fixings: Vec<FixingDifference>,
+    /// Branches and fixings that only one of the two has.
+    pub unmatched: Vec<String>,
+    /// Total energy above that of the reference, J.
+    pub energy: f64,
+}
+
+/// A branch beside that of the reference.
+#[derive(Clone, Debug, PartialEq)]
+pub struct BranchDifference {
+    /// Name.
+    pub name: String,
+    /// Largest distance, m.
+    pub largest: f64,
+    /// Where, m of arc length of the reference.
+    pub s: f64,
+    /// Mean distance along the branch, m.
+    pub mean: f64,
+    /// Length of the reference's branch, m.
+    pub length: f64,
+    /// Tightest bend radius, of the reference and here, m; infinite where straight.
+    pub bend_radius: [f64; 2],
+    /// Twist, of the reference and here, turns.
+    pub twist_turns: [f64; 2],
+}
+
+/// A fixing beside that of the reference.
+#[derive(Clone, Debug, PartialEq)]
+pub struct FixingDifference {
+    /// Name.
+    pub name: String,
+    /// Length of the difference of the forces, N.
+    pub force: f64,
+    /// Length of the difference of the moments, N m.
+    pub moment: f64,
+    /// Distance of the held points, m.
+    pub position: f64,
+}
+
+/// Cases that ended in the same equilibrium.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Group {
+    /// Indices of the cases; the first one stands for all.
+    pub cases: Vec<usize>,
+    /// Why it is not the equilibrium of the reference; none for that itself.
+    pub reasons: Vec<Reason>,
+}
+
+/// A part of the harness that lies in more than one way.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Part {
+    /// Names of its branches, which hang together.
+    pub branches: Vec<String>,
+    /// The ways, that of the reference first.
+    pub ways: Vec<Way>,
+}
+
+/// One way in which a part lies.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Way {
+    /// Indices of the cases.
+    pub cases: Vec<usize>,
+    /// Branch, arc length (m) and distance (m) of the point that is farthest from the first way; none for that itself.
+    pub farthest: Option<(String, f64, f64)>,
+}
+
+/// Why a run has not ended where the reference has.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Reason {
+    /// It, or the reference, is no equilibrium at all.
+    NotConverged {
+        /// Whether it is the reference that did not converge.
+        reference: bool,
+        /// Word for the status.
+        status: String,
+    },
+    /// It, or the reference, is an equilibrium that a real harness would leave.
+    Unstable {
+        /// Whether it is the reference.
+        reference: bool,
+    },
+    /// Branches or fixings are not those of the reference.
+    OtherHarness {
+        /// Names that only one of the two has.
+        unmatched: Vec<String>,
+    },
+    /// A fixing does not hold where that of the reference does.
+    HeldElsewhere {
+        /// Name of the fixing.
+        fixing: String,
+        /// Distance, m.
+        distance: f64,
+    },
+    /// A fixing has closed at, or the cable runs through it at, another place of the cable.
+    OtherPlace {
+        /// Name of the fixing.
+        fixing: String,
+        /// Branch and arc length (m), of the reference and here; none at a joint.
+        places: [Option<(String, f64)>; 2],
+    },
+    /// A branch has taken up another twist.
+    Twist {
+        /// Name of the branch.
+        branch: String,
+        /// Of the reference and here, turns.
+        turns: [f64; 2],
+    },
+    /// Nothing else is different: both are equilibria of the same harness.
+    Multistable {
+        /// Whether both are known to be stable.
+        stable: bool,
+    },
+}
+
+impl fmt::Display for Reason {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let whose = |reference: &bool| if *reference { "the reference" } else { "it" };
+        match self {
+            Self::NotConverged { reference, status } => {
+                write!(f, "{} did not converge ({status}): this is no equilibrium", whose(reference))
+            }
+            Self::Unstable { reference } => {
+                write!(f, "{} is not stable: a real harness would leave this equilibrium", whose(reference))
+            }
+            Self::OtherHarness { unmatched } => write!(f, "only one of the two has {}", some(unmatched)),
+            Self::HeldElsewhere { fixing, distance } => {
+                write!(f, "fixing {fixing} holds {:.1} mm from where it does in the reference", 1e3 * distance)
+            }
+            Self::OtherPlace { fixing, places: [reference, here] } => {
+                let place = |place: &Option<(String, f64)>| match place {
+                    Some((branch, s)) => format!("s = {:.1} mm of {branch}", 1e3 * s),
+                    None => "a joint".to_owned(),
+                };
+                write!(f, "fixing {fixing} is at {}, in the reference at {}", place(here), place(reference))
+            }
+            Self::Twist { branch, turns: [reference, here] } => {
+                write!(f, "branch {branch} is twisted by {here:.2} turns, in the reference by {reference:.2}")
+            }
+            Self::Multistable { stable: true } => {
+                f.write_str("both are stable, and fixings and twist are the same: which one is reached depends on the way there")
+            }
+            Self::Multistable { stable: false } => f.write_str(
+                "fixings and twist are the same, whether both are stable was not determined: which one is reached depends on the way there",
+            ),
+        }
+    }
+}
+
+/// The first few of many.
+fn some(names: &[String]) -> String {
+    const SHOWN: usize = 4;
+    let more = names.len().saturating_sub(SHOWN);
+    let shown = names[..names.len().min(SHOWN)].join(", ");
+    if more == 0 { shown } else { format!("{shown} and {more} more") }
+}
+
+impl Comparison {
+    /// Compares; `reference`: index of the case against which the others are measured, or none for the first one of the largest
+    /// group. Shapes nearer to each other than `tolerance` (m) are the same.
+    ///
+    /// # Panics
+    /// Where there are no cases.
+    pub fn of(cases: &[Case], reference: Option<usize>, tolerance: f64) -> Self {
+        let mut gaps = Gaps::new(cases);
+        let all: Vec<usize> = (0..cases.len()).collect();
+        let alike = alike(&all, |a, b| gaps.largest(a, b) <= tolerance);
+        let reference = reference
+            .unwrap_or_else(|| alike.iter().rev().max_by_key(|group| group.len()).expect("at least one case")[0]);
+        let differences: Vec<Difference> =
+            cases.iter().map(|case| difference(&cases[reference].ending, &case.ending)).collect();
+        let mut groups: Vec<Group> = alike
+            .into_iter()
+            .map(|mut members| {
+                if let Some(k) = members.iter().position(|member| *member == reference) {
+                    members.swap(0, k);
+                }
+                let reasons = reasons(cases, reference, members[0], &differences[members[0]], tolerance);
+                Group { cases: members, reasons }
+            })
+            .collect();
+        groups.sort_by(|a, b| {
+            let energy = |group: &Group| differences[group.cases[0]].energy;
+            (a.cases[0] != reference).cmp(&(b.cases[0] != reference)).then(energy(a).total_cmp(&energy(b)))
+        });
+        let parts = parts(cases, reference, tolerance, &mut gaps);
+        Self { tolerance, reference, differences, groups, parts }
+    }
+}
+
+impl Difference {
+    /// The branch that is farthest away.
+    pub fn farthest(&self) -> Option<&BranchDifference> {
+        self.branches.iter().max_by(|a, b| a.largest.total_cmp(&b.largest))
+    }
+
+    /// Mean distance over all branches, by length, m.
+    pub fn mean(&self) -> f64 {
+        let length: f64 = self.branches.iter().map(|branch| branch.length).sum();
+        self.branches.iter().map(|branch| branch.mean * branch.length).sum::<f64>() / length
+    }
+
+    /// The fixing whose force is most different.
+    pub fn hardest(&self) -> Option<&FixingDifference> {
+        self.fixings.iter().max_by(|a, b| a.force.total_cmp(&b.force))
+    }
+}
+
+/// Distances of branches of every pair of cases, computed once.
+struct Gaps<'a> {
+    cases: &'a [Case],
+    known: std::collections::BTreeMap<(usize, usize), Vec<(String, Gap)>>,
+}
+
+impl<'a> Gaps<'a> {
+    fn new(cases: &'a [Case]) -> Self {
+        Self { cases, known: std::collections::BTreeMap::new() }
+    }
+
+    /// Of all branches that both have, by name; arc lengths are those of the first.
+    fn between(&mut self, a: usize, b: usize) -> &[(String, Gap)] {
+        let cases = self.cases;
+        self.known.entry((a, b)).or_insert_with(|| {
+            let [first, second] = [a, b].map(|k| &cases[k].ending.branches);
+            let gap = |branch: &crate::ending::BranchEnd| {
+                let other = second.iter().find(|other| other.name == branch.name)?;
+                Some((branch.name.clone(), shape::gap(branch, other)))
+            };
+            first.iter().filter_map(gap).collect()
+        })
+    }
+
+    fn of_branch(&mut self, a: usize, b: usize, name: &str) -> Option<Gap> {
+        self.between(a, b).iter().find(|(other, _)| other == name).map(|(_, gap)| *gap)
+    }
+
+    /// Infinite where one has a branch that the other has not.
+    fn largest(&mut self, a: usize, b: usize) -> f64 {
+        let branches = self.cases[a].ending.branches.len().max(self.cases[b].ending.branches.len());
+        let gaps = self.between(a, b);
+        if gaps.len() < branches {
+            return f64::INFINITY;
+        }
+        gaps.iter().fold(0.0, |largest, (_, gap)| if gap.largest > largest { gap.largest } else { largest })
+    }
+}
+
+/// Puts each into the first group to whose first member it is alike.
+fn alike(all: &[usize], mut same: impl FnMut(usize, usize) -> bool) -> Vec<Vec<usize>> {
+    let mut groups: Vec<Vec<usize>> = Vec::new();
+    for &k in all {
+        match groups.iter_mut().find(|group| same(group[0], k)) {
+            Some(group) => group.push(k),
+            None => groups.push(vec![k]),
+        }
+    }
+    groups
+}
+
+fn difference(reference: &Ending, here: &Ending) -> Difference {
+    let mut unmatched = Vec::new();
+    let mut branches = Vec::new();
+    for branch in &reference.branches {
+        let Some(other) = here.branches.iter().find(|other| other.name == branch.name) else {
+            unmatched.push(branch.name.clone());
+            continue;
+        };
+        let Gap { largest, share, mean } = shape::gap(branch, other);
+        let length = branch.s.last().copied().unwrap_or(0.0);
+        branches.push(BranchDifference {
+            name: branch.name.clone(),
+            largest,
+            s: share * length,
+            mean,
+            length,
+            bend_radius: [branch, other].map(|branch| branch.tightest().map_or(f64::INFINITY, |(_, radius)| radius)),
+            twist_turns: [branch.twist_turns, other.twist_turns],
+        });
+    }
+    let known = |name: &str| reference.branches.iter().any(|branch| branch.name == name);
+    unmatched.extend(here.branches.iter().filter(|branch| !known(&branch.name)).map(|branch| branch.name.clone()));
+    let mut fixings = Vec::new();
+    for fixing in &reference.fixings {
+        let Some(other) = here.fixings.iter().find(|other| other.name == fixing.name) else {
+            unmatched.push(fixing.name.clone());
+            continue;
+        };
+        let between = |part: fn(&FixingEnd) -> Vector| (part(other) - part(fixing)).norm();
+        fixings.push(FixingDifference {
+            name: fixing.name.clone(),
+            force: between(|fixing| fixing.force),
+            moment: between(|fixing| fixing.moment),
+            position: between(|fixing| fixing.position),
+        });
+    }
+    let known = |name: &str| reference.fixings.iter().any(|fixing| fixing.name == name);
+    unmatched.extend(here.fixings.iter().filter(|fixing| !known(&fixing.name)).map(|fixing| fixing.name.clone()));
+    Difference { branches, fixings, unmatched, energy: here.energy.total() - reference.energy.total() }
+}
+
+/// Why `here` is not the reference; empty where it is.
+fn reasons(cases: &[Case], reference: usize, here: usize, difference: &Difference, tolerance: f64) -> Vec<Reason> {
+    if reference == here {
+        return Vec::new();
+    }
+    let endings = [reference, here].map(|k| &cases[k].ending);
+    let mut reasons = Vec::new();
+    for (ending, reference) in endings.into_iter().zip([true, false]) {
+        if !ending.converged {
+            reasons.push(Reason::NotConverged { reference, status: ending.status.clone() });
+        } else if ending.stable == Some(false) {
+            reasons.push(Reason::Unstable { reference });
+        }
+    }
+    if !difference.unmatched.is_empty() {
+        reasons.push(Reason::OtherHarness { unmatched: difference.unmatched.clone() });
+    }
+    let moved = difference.fixings.iter().filter(|fixing| fixing.position > tolerance);
+    reasons.extend(moved.map(|f| Reason::HeldElsewhere { fixing: f.name.clone(), distance: f.position }));
+    let [known, found] = endings.map(places);
+    for (fixing, place) in found {
+        let Some((_, before)) = known.iter().find(|(name, _)| *name == fixing) else { continue };
+        let same = match (before, &place) {
+            (Some((a, s)), Some((b, t))) => a == b && (s - t).abs() <= tolerance,
+            (None, None) => true,
+            _ => false,
+        };
+        if !same {
+            reasons.push(Reason::OtherPlace { fixing, places: [before.clone(), place] });
+        }
+    }
+    let twisted = |branch: &&BranchDifference| (branch.twist_turns[1] - branch.twist_turns[0]).abs() > TURNS;
+    reasons.extend(
+        difference
+            .branches
+            .iter()
+            .filter(twisted)
+            .map(|branch| Reason::Twist { branch: branch.name.clone(), turns: branch.twist_turns }),
+    );
+    if reasons.is_empty() {
+        reasons.push(Reason::Multistable { stable: endings.iter().all(|ending| ending.stable == Some(true)) });
+    }
+    reasons
+}
+
+/// Where on the cable fixings sit that were free to choose.
+fn places(ending: &Ending) -> Vec<(String, Option<(String, f64)>)> {
+    let slides = ending.fixings.iter().filter(|fixing| fixing.slide.is_some());
+    let slides = slides.map(|fixing| (fixing.name.clone(), fixing.slide.clone()));
+    let acts = |name: &str| ending.fixings.iter().any(|fixing| fixing.name == name && fixing.slide.is_none());
+    let closed = ending.closed.iter().filter(|closed| acts(&closed.fixing));
+    slides.chain(closed.map(|closed| (closed.fixing.clone(), closed.place.clone()))).collect()
+}
+
+/// Branches that lie in the same ways in the same cases and hang together are one part.
+fn parts(cases: &[Case], reference: usize, tolerance: f64, gaps: &mut Gaps<'_>) -> Vec<Part> {
+    let mut order: Vec<usize> = (0..cases.len()).filter(|k| *k != reference).collect();
+    order.insert(0, reference);
+    let mut found: Vec<(Vec<String>, Vec<Vec<usize>>)> = Vec::new();
+    for branch in &cases[reference].ending.branches {
+        let name = &branch.name;
+        let present: Vec<usize> =
+            order.iter().copied().filter(|k| cases[*k].ending.branches.iter().any(|b| b.name == *name)).collect();
+        let ways = alike(&present, |a, b| gaps.of_branch(a, b, name).is_some_and(|gap| gap.largest <= tolerance));
+        if ways.len() < 2 {
+            continue;
+        }
+        // It may join parts that hung together nowhere before.
+        let touches = |other: &(Vec<String>, Vec<Vec<usize>>)| {
+            other.1 == ways && other.0.iter().any(|other| meet(cases, reference, name, other, tolerance))
+        };
+        let (joined, apart) = found.into_iter().partition(|other| touches(other));
+        found = apart;
+        let joined: Vec<(Vec<String>, _)> = joined;
+        let mut branches: Vec<String> = joined.into_iter().flat_map(|(branches, _)| branches).collect();
+        branches.push(name.clone());
+        found.push((branches, ways));
+    }
+    let mut parts: Vec<Part> = found
+        .into_iter()
+        .map(|(branches, ways)| {
+            let first = ways[0][0];
+            let ways = ways.into_iter().map(|members| {
+                let distances = branches.iter().filter_map(|name| {
+                    let gap = gaps.of_branch(first, members[0], name)?;
+                    let length = length(cases, first, name);
+                    Some((name.clone(), gap.share * length, gap.largest))
+                });
+                let farthest = distances.max_by(|a, b| a.2.total_cmp(&b.2)).filter(|_| members[0] != first);
+                Way { cases: members, farthest }
+            });
+            Part { ways: ways.collect(), branches }
+        })
+        .collect();
+    let reach =
+        |part: &Part| part.ways.iter().filter_map(|way| way.farthest.as_ref()).fold(0.0, |r: f64, f| r.max(f.2));
+    parts.sort_by(|a, b| reach(b).total_cmp(&reach(a)));
+    parts
+}
+
+fn length(cases: &[Case], k: usize, name: &str) -> f64 {
+    let branch = cases[k].ending.branches.iter().find(|branch| branch.name == name);
+    branch.and_then(|branch| branch.s.last().copied()).unwrap_or(0.0)
+}
+
+/// Whether two branches have an end in common.
+fn meet(cases: &[Case], k: usize, a: &str, b: &str, tolerance: f64) -> bool {
+    let ends = |name: &str| {
+        let branch = cases[k].ending.branches.iter().find(|branch| branch.name == name);
+        branch.map_or(vec![], |branch| {
+            branch.position.first().into_iter().chain(branch.position.last()).copied().collect()
+        })
+    };
+    let (first, second): (Vec<Vector>, Vec<Vector>) = (ends(a), ends(b));
+    first.iter().any(|x| second.iter().any(|y| (x - y).norm() <= MEET * tolerance))
+}

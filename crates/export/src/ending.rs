@@ -1,0 +1,178 @@
+//! How a run ended: what is compared of it. From a run at hand ([`Ending::of`]) or from its `result.json`
+//! ([`crate::json::read`]).
+
+use wireloom_core::equilibrium::{
+    BranchResult, ConstraintResult, Energy, OperationResult, Run, SlideResult, StepResult,
+};
+use wireloom_core::rotation::columns;
+use wireloom_core::{EventKind, Status, Vector};
+
+/// The last equilibrium of a run, and what its way there was like.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Ending {
+    /// Name of the scenario.
+    pub scenario: String,
+    /// Word for the status of the run.
+    pub status: String,
+    /// Whether the run converged.
+    pub converged: bool,
+    /// Whether the equilibrium is stable; `None` where it was not determined.
+    pub stable: Option<bool>,
+    /// Branches, in the order of the scenario.
+    pub branches: Vec<BranchEnd>,
+    /// Fixings that act.
+    pub fixings: Vec<FixingEnd>,
+    /// Where clips closed and hands took hold, over all steps.
+    pub closed: Vec<Closed>,
+    /// Energy by effect, J.
+    pub energy: Energy,
+    /// Events on the way, kind by kind: how many of each.
+    pub events: Vec<(EventKind, usize)>,
+    /// Iterations over all steps.
+    pub iterations: usize,
+    /// Factorisations over all steps.
+    pub factorisations: usize,
+    /// Time over all steps, s.
+    pub seconds: f64,
+    /// Kind of the minimiser.
+    pub minimiser: String,
+}
+
+/// A branch as it lies in the end; vectors have one entry a node.
+#[derive(Clone, Debug, PartialEq)]
+pub struct BranchEnd {
+    /// Name.
+    pub name: String,
+    /// Arc length, m.
+    pub s: Vec<f64>,
+    /// Position, m, world.
+    pub position: Vec<Vector>,
+    /// Tangent d3.
+    pub tangent: Vec<Vector>,
+    /// Bend radius, m; infinite where straight.
+    pub bend_radius: Vec<f64>,
+    /// Total material twist, turns.
+    pub twist_turns: f64,
+}
+
+/// A fixing in the end.
+#[derive(Clone, Debug, PartialEq)]
+pub struct FixingEnd {
+    /// Name.
+    pub name: String,
+    /// Held point, m.
+    pub position: Vector,
+    /// Force on the harness, N, world.
+    pub force: Vector,
+    /// Moment on the harness about the held point, N m, world.
+    pub moment: Vector,
+    /// Branch and arc length (m) where the cable runs through, where it slides.
+    pub slide: Option<(String, f64)>,
+}
+
+/// Where on the cable something closed.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Closed {
+    /// Name of the fixing.
+    pub fixing: String,
+    /// Branch and arc length, m; none at a joint.
+    pub place: Option<(String, f64)>,
+}
+
+impl Ending {
+    /// Of a run; `None` where nothing was computed.
+    pub fn of(run: &Run) -> Option<Self> {
+        let end = run.steps.last()?;
+        let goes_on = |k: usize, step: &StepResult| {
+            run.steps.get(k + 1).is_some_and(|next| next.name == step.name && next.increment > step.increment)
+        };
+        let work = run.steps.iter().enumerate().filter(|(k, step)| !goes_on(*k, step)).map(|(_, step)| &step.minimiser);
+        let mut ending = Self {
+            scenario: run.scenario.clone(),
+            status: run.status.word().to_owned(),
+            converged: run.status == Status::Converged,
+            stable: end.stable,
+            branches: end.branches.iter().map(BranchEnd::of).collect(),
+            fixings: end.constraints.iter().map(FixingEnd::of).collect(),
+            closed: run.steps.iter().flat_map(|step| &step.operations).filter_map(Closed::of).collect(),
+            energy: end.energy,
+            events: count(run.events.iter().map(|event| event.kind)),
+            iterations: work.clone().map(|m| m.iterations).sum(),
+            factorisations: work.clone().map(|m| m.factorisations).sum(),
+            seconds: work.map(|m| m.seconds).sum(),
+            minimiser: end.minimiser.kind.clone(),
+        };
+        ending.settle();
+        Some(ending)
+    }
+
+    /// With `increments = true` an operation is told of once for every increment: the last one holds.
+    pub(crate) fn settle(&mut self) {
+        let mut last: Vec<Closed> = Vec::new();
+        for closed in std::mem::take(&mut self.closed) {
+            match last.iter_mut().find(|known| known.fixing == closed.fixing) {
+                Some(known) => *known = closed,
+                None => last.push(closed),
+            }
+        }
+        self.closed = last;
+    }
+
+    /// The tightest bend of all: branch, arc length and radius (m).
+    pub fn tightest(&self) -> Option<(&str, f64, f64)> {
+        let bends = self.branches.iter().filter_map(|branch| {
+            let (s, radius) = branch.tightest()?;
+            Some((branch.name.as_str(), s, radius))
+        });
+        bends.min_by(|a, b| a.2.total_cmp(&b.2))
+    }
+}
+
+/// How many of each kind, in the order in which kinds are listed.
+pub(crate) fn count(kinds: impl Iterator<Item = EventKind> + Clone) -> Vec<(EventKind, usize)> {
+    let counted = EventKind::ALL.into_iter().map(|kind| (kind, kinds.clone().filter(|other| *other == kind).count()));
+    counted.filter(|(_, n)| *n > 0).collect()
+}
+
+impl BranchEnd {
+    fn of(branch: &BranchResult) -> Self {
+        Self {
+            name: branch.name.clone(),
+            s: branch.s.clone(),
+            position: branch.position.clone(),
+            tangent: branch.frame.iter().map(|frame| columns(frame)[2]).collect(),
+            bend_radius: branch.bend_radius.clone(),
+            twist_turns: branch.twist_turns,
+        }
+    }
+
+    /// Arc length and radius (m) of its tightest bend; none where it is straight.
+    pub fn tightest(&self) -> Option<(f64, f64)> {
+        let bends = self.s.iter().copied().zip(self.bend_radius.iter().copied());
+        bends.filter(|(_, radius)| radius.is_finite()).min_by(|a, b| a.1.total_cmp(&b.1))
+    }
+}
+
+impl FixingEnd {
+    fn of(fixing: &ConstraintResult) -> Self {
+        let slide = |slide: &SlideResult| (slide.branch.clone(), slide.arc_length);
+        Self {
+            name: fixing.name.clone(),
+            position: fixing.position,
+            force: fixing.force,
+            moment: fixing.moment,
+            slide: fixing.slide.as_ref().map(slide),
+        }
+    }
+}
+
+impl Closed {
+    fn of(operation: &OperationResult) -> Option<Self> {
+        match operation {
+            OperationResult::Grasp { constraint, place } | OperationResult::Clip { constraint, place, .. } => {
+                Some(Self { fixing: constraint.clone(), place: place.clone() })
+            }
+            OperationResult::Carry { .. } | OperationResult::Mate { .. } => None,
+        }
+    }
+}

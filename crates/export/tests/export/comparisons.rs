@@ -1,0 +1,143 @@
+//! What differs between results, and how they are read back.
+
+use crate::samples::{branch, fixing, run, step, v, y_harness};
+use wireloom_core::equilibrium::{OperationResult, Run, SlideMotion, SlideResult};
+use wireloom_core::{Status, StepResult};
+use wireloom_export::comparison::{Case, Comparison, Reason};
+use wireloom_export::ending::Ending;
+use wireloom_export::json;
+
+fn ending(step: StepResult) -> Ending {
+    Ending::of(&run("y", vec![step])).unwrap()
+}
+
+fn cases(endings: Vec<Ending>) -> Vec<Case> {
+    endings.into_iter().enumerate().map(|(k, ending)| Case { name: format!("seed{k}"), ending }).collect()
+}
+
+/// Three cables in a row (a and b meet), each of which bulges to one side: +1 or −1.
+fn cables(bulges: [f64; 3]) -> StepResult {
+    let cable = |name: &str, start: f64, bulge: f64| {
+        branch(name, 0.01, None, 20, move |t| v(start + t, 0.1 * bulge * (std::f64::consts::PI * t).sin(), 0.0))
+    };
+    let branches = vec![cable("a", 0.0, bulges[0]), cable("b", 1.0, bulges[1]), cable("c", 5.0, bulges[2])];
+    step(branches, vec![], vec![fixing("clip", "collar", v(0.0, 0.0, 0.0), v(0.0, 0.0, 1.0))])
+}
+
+fn read(run: &Run) -> Option<Ending> {
+    let mut bytes = Vec::new();
+    json::write(run, &mut bytes).unwrap();
+    json::read(bytes.as_slice()).unwrap()
+}
+
+#[test]
+fn a_result_comes_back_from_its_file() {
+    let mut sliding = fixing("ring", "collar", v(0.0, 0.1, 0.0), v(0.0, 0.0, 3.0));
+    let slide = SlideResult { branch: "trunk".into(), arc_length: 0.25, axial_force: 0.5, motion: SlideMotion::Slip };
+    sliding.slide = Some(slide);
+    let clip = |s| OperationResult::Clip { constraint: "clip".into(), place: Some(("trunk".into(), s)), reach: 0.01 };
+    let (mut first, mut second, mut third) = (y_harness(), y_harness(), y_harness());
+    (first.increment, first.increments, second.increment, second.increments) = (1, 2, 2, 2);
+    first.operations = vec![clip(0.1)];
+    second.operations = vec![clip(0.2), OperationResult::Carry { constraints: vec!["hand".into()], force: 1.0 }];
+    second.minimiser.iterations = 11;
+    third.name = "last".into();
+    third.constraints.push(sliding);
+    third.branches[0].position[1].x = f64::NAN;
+    let mut run = run("y", vec![first, second, third]);
+    run.status = Status::Stalled;
+    let (mut read, expected) = (read(&run).unwrap(), Ending::of(&run).unwrap());
+    assert_eq!((read.iterations, read.closed.len(), read.events[0].1), (11 + 6, 1, 1));
+    assert_eq!(read.closed[0].place, Some(("trunk".into(), 0.2)));
+    assert_eq!(read.fixings.last().unwrap().slide, Some(("trunk".into(), 0.25)));
+    let lost = &mut read.branches[0].position[1].x;
+    assert!(lost.is_nan());
+    let mut expected = expected;
+    (*lost, expected.branches[0].position[1].x) = (0.0, 0.0);
+    // Directors are columns of a rotation matrix on one side, and numbers in a text on the other.
+    assert_eq!(read, expected);
+}
+
+#[test]
+fn what_is_no_result_is_refused_with_its_place() {
+    for text in ["", "{}", "[1]", r#"{"schema": 2, "scenario": "", "status": "", "steps": []}"#, r#"{"schema": 1"#] {
+        let refused = json::read(text.as_bytes()).unwrap_err();
+        assert!(!refused.to_string().is_empty(), "{text}");
+    }
+    assert_eq!(read(&run("nothing", vec![])), None);
+}
+
+#[test]
+fn the_same_equilibrium_is_the_same_on_any_mesh() {
+    let cable = |n| step(vec![branch("a", 0.01, None, n, |t| v(t, 0.1 * (3.0 * t).sin(), 0.0))], vec![], vec![]);
+    let cases = cases(vec![ending(cable(20)), ending(cable(33))]);
+    let comparison = Comparison::of(&cases, None, 1e-3);
+    assert_eq!(comparison.groups.len(), 1);
+    assert!(comparison.parts.is_empty() && comparison.groups[0].reasons.is_empty());
+    let apart = comparison.differences[1].farthest().unwrap().largest;
+    assert!(apart > 0.0 && apart < 1e-3, "{apart}");
+}
+
+#[test]
+fn independent_parts_that_lie_on_either_side_are_found() {
+    let mut lower = cables([-1.0, -1.0, 1.0]);
+    lower.energy.bend -= 0.002;
+    let ends = [cables([1.0; 3]), cables([1.0; 3]), lower, cables([1.0, 1.0, -1.0]), cables([-1.0; 3])];
+    let cases = cases(ends.map(ending).to_vec());
+    let comparison = Comparison::of(&cases, None, 1e-3);
+    let groups: Vec<&[usize]> = comparison.groups.iter().map(|group| &group.cases[..]).collect();
+    assert_eq!(groups, [&[0, 1][..], &[2], &[3], &[4]], "the largest first, then by energy");
+    assert_eq!(comparison.groups[1].reasons, [Reason::Multistable { stable: true }]);
+    assert!((comparison.differences[2].energy + 0.002).abs() < 1e-12);
+    // a and b change sides together and meet; c does for itself.
+    let parts: Vec<Vec<&str>> =
+        comparison.parts.iter().map(|part| part.branches.iter().map(String::as_str).collect()).collect();
+    assert_eq!(parts.len(), 2);
+    assert!(parts.contains(&vec!["a", "b"]) && parts.contains(&vec!["c"]), "{parts:?}");
+    for part in &comparison.parts {
+        let expected = if part.branches[0] == "c" { [vec![0, 1, 2], vec![3, 4]] } else { [vec![0, 1, 3], vec![2, 4]] };
+        assert_eq!(part.ways.iter().map(|way| way.cases.clone()).collect::<Vec<_>>(), expected);
+        let (_, s, distance) = part.ways[1].farthest.clone().unwrap();
+        assert!((distance - 0.2).abs() < 1e-9 && (s - 0.52).abs() < 0.03, "{distance} at {s}");
+    }
+}
+
+#[test]
+fn what_may_be_the_reason_is_told() {
+    let base = || cables([1.0; 3]);
+    let other = || cables([1.0, 1.0, -1.0]);
+    let reasons = |ends: [Ending; 2]| {
+        let comparison = Comparison::of(&cases(ends.to_vec()), Some(0), 1e-3);
+        comparison.groups[1].reasons.clone()
+    };
+    let mut unstable = ending(other());
+    unstable.stable = Some(false);
+    assert_eq!(reasons([ending(base()), unstable]), [Reason::Unstable { reference: false }]);
+    let mut torn = ending(other());
+    (torn.converged, torn.status) = (false, "stalled".into());
+    let expected = Reason::NotConverged { reference: true, status: "stalled".into() };
+    assert_eq!(reasons([torn, ending(base())]), [expected]);
+    let mut twisted = other();
+    twisted.branches[2].twist_turns = 1.25;
+    let expected = Reason::Twist { branch: "c".into(), turns: [0.25, 1.25] };
+    assert_eq!(reasons([ending(base()), ending(twisted)]), [expected]);
+    let mut moved = other();
+    moved.constraints[0].position.x = 0.5;
+    let expected = Reason::HeldElsewhere { fixing: "clip".into(), distance: 0.5 };
+    assert_eq!(reasons([ending(base()), ending(moved)]), [expected]);
+    let clipped = |mut step: StepResult, s| {
+        let place = Some(("c".into(), s));
+        step.operations = vec![OperationResult::Clip { constraint: "clip".into(), place, reach: 0.0 }];
+        ending(step)
+    };
+    let [Reason::OtherPlace { fixing, .. }] = &reasons([clipped(base(), 0.1), clipped(other(), 0.2)])[..] else {
+        panic!("the clip closed elsewhere")
+    };
+    assert_eq!(fixing, "clip");
+    let mut fewer = other();
+    fewer.branches.pop();
+    let [Reason::OtherHarness { unmatched }] = &reasons([ending(base()), ending(fewer)])[..] else {
+        panic!("a branch is missing")
+    };
+    assert_eq!(unmatched, &["c"]);
+}
