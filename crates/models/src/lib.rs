@@ -14,6 +14,8 @@ use wireloom_core::Registry;
 pub fn register(registry: &mut Registry) {
     const FIRST: &str = "built-ins are registered first";
     registry.add_rod(rods::cosserat::kind()).map_err(|_| FIRST).unwrap();
+    registry.add_rod(rods::kirchhoff::kind()).map_err(|_| FIRST).unwrap();
+    registry.add_rod(rods::mass_spring::kind()).map_err(|_| FIRST).unwrap();
     registry.add_joint(joints::cosserat::kind()).map_err(|_| FIRST).unwrap();
     registry.add_joint(joints::hub::rigid_body()).map_err(|_| FIRST).unwrap();
     registry.add_joint(joints::hub::fused()).map_err(|_| FIRST).unwrap();

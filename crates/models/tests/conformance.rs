@@ -3,9 +3,12 @@
 use nalgebra::Unit;
 use wireloom_core::constraint::{Constraint, ConstraintSpec, HoldWord};
 use wireloom_core::joint::{JointModel, JointSpec};
-use wireloom_core::rod::{RodSegment, RodSpec};
-use wireloom_core::{Parameters, Registry, Value, Vector};
-use wireloom_testkit::{constraint_conformance, joint_conformance, potential_conformance, rod_conformance};
+use wireloom_core::rod::{BranchShape, Mesh, RodSegment, RodSpec};
+use wireloom_core::{Parameters, Registry, Rotation, Value, Vector};
+use wireloom_testkit::conformance::rod::section;
+use wireloom_testkit::{
+    constraint_conformance, joint_conformance, potential_conformance, rod_conformance, rod_order_conformance,
+};
 
 fn registry() -> Registry {
     let mut registry = Registry::default();
@@ -62,6 +65,36 @@ fn springs(angular: Option<f64>) -> Vec<(&'static str, Value)> {
 }
 
 rod_conformance!(cosserat_rod, rod("cosserat"));
+rod_order_conformance!(cosserat_rod_order, rod("cosserat"));
+rod_conformance!(kirchhoff_rod, rod("kirchhoff"));
+rod_conformance!(mass_spring_chain, rod("mass-spring"));
+
+/// What a rod without shear does is the same to the last bit whatever the shear stiffness of its section.
+#[test]
+fn rods_without_shear_do_not_look_at_the_shear_stiffness() {
+    let mesh = Mesh::new(vec![0.1, 0.13, 0.07], vec![0, 3]);
+    let points: Vec<Vector> = [0.0, 0.1, 0.22, 0.3].map(|x| Vector::new(x, 0.1 * x * x, 0.02)).to_vec();
+    let turns = [0.0, 0.1, 0.25, 0.3, 0.2].map(|a| Rotation::from_euler_angles(a, 1.5 - a, 0.5 * a)).to_vec();
+    let energy = |kind: &'static str, shear: f64| {
+        let mut section = section();
+        section.shear_stiffness = [shear; 2];
+        let spec = RodSpec { section, mesh: mesh.clone(), curvature: Vector::new(0.3, 0.0, 0.1) };
+        let carry = vec![Vector::zeros(); points.len()];
+        let shape = BranchShape {
+            points: &points,
+            carry: &carry,
+            frames: &turns,
+            rest_lengths: &mesh.rest_lengths,
+            coupling_lengths: &mesh.coupling_lengths,
+            extra_curvature: &[],
+        };
+        rod(kind)(spec).energy(&shape).total()
+    };
+    for kind in ["kirchhoff", "mass-spring"] {
+        assert_eq!(energy(kind, 1e3).to_bits(), energy(kind, 1e5).to_bits(), "{kind}");
+    }
+    assert!(energy("cosserat", 1e3) < energy("cosserat", 1e5));
+}
 
 joint_conformance!(cosserat_joint, joint("cosserat"));
 joint_conformance!(rigid_body_joint, joint("rigid-body"));

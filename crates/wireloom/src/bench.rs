@@ -2,7 +2,7 @@
 
 use crate::import::kbl::{Arrangement, Options};
 use crate::models::joints::cosserat::CosseratJoint;
-use crate::models::rods::cosserat::CosseratRod;
+use crate::models::rods::cosserat;
 use crate::scenario::Built;
 use crate::solve::Control;
 use crate::solve::certificate::Certifier;
@@ -61,7 +61,7 @@ fn section(bending: f64, torsion: f64, axial: f64, density: f64) -> Section {
 fn branch(name: String, section: &Section, length: f64, segments: usize, stations: Vec<usize>) -> BranchPlan {
     let mesh = Mesh::new(vec![length / segments as f64; segments], stations);
     let spec = RodSpec { section: section.clone(), mesh, curvature: Vector::zeros() };
-    BranchPlan { name, section: section.clone(), rod: Box::new(CosseratRod::new(spec)), path: vec![] }
+    BranchPlan { name, section: section.clone(), rod: Box::new(cosserat::rod(spec)), path: vec![] }
 }
 
 fn connector(name: &str, branch: usize, node: usize) -> FixingPlan {
