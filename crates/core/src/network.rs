@@ -4,6 +4,7 @@ use crate::constraint::{Constraint, Limits, Slide};
 use crate::joint::{Arm, JointModel, Mounting};
 use crate::rod::RodSegment;
 use crate::{Pose, Rotation, Section, Vector};
+use rayon::prelude::*;
 use std::ops::Range;
 
 /// What hangs at one end of a branch.
@@ -259,6 +260,9 @@ pub struct Network {
     pub frames: usize,
 }
 
+/// Points of branches from which on their evaluation is worth another thread.
+pub(crate) const WORTHWHILE: usize = 1024;
+
 fn next_id() -> u64 {
     static NEXT: std::sync::atomic::AtomicU64 = std::sync::atomic::AtomicU64::new(0);
     NEXT.fetch_add(1, std::sync::atomic::Ordering::Relaxed)
@@ -422,6 +426,23 @@ impl Network {
                     },
                 }
             }
+        }
+    }
+
+    /// Whether the harness is so large that several threads share the work on its branches.
+    pub fn is_shared(&self) -> bool {
+        self.points >= 2 * WORTHWHILE
+    }
+
+    /// Does something with every branch, its index and its own entry of `rooms`; on several threads where that pays, so nothing may
+    /// depend on the order.
+    pub fn for_branches<R: Send>(&self, rooms: &mut [R], work: impl Fn(usize, &Branch, &mut R) + Sync) {
+        if self.is_shared() {
+            let pairs = self.branches.par_iter().zip(rooms);
+            pairs.enumerate().for_each(|(b, (branch, room))| work(b, branch, room));
+        } else {
+            let pairs = self.branches.iter().zip(rooms);
+            pairs.enumerate().for_each(|(b, (branch, room))| work(b, branch, room));
         }
     }
 

@@ -3,7 +3,7 @@
 
 use crate::constraint::{Action, RotationHold};
 use crate::equilibrium::Energy;
-use crate::network::Site;
+use crate::network::{Site, WORTHWHILE};
 use crate::rod::{BranchHessian, BranchShape};
 use crate::rotation::{columns, shortest};
 use crate::sliding::{ActiveSlide, LengthTerms, Sliding};
@@ -107,7 +107,8 @@ pub struct Problem<'n> {
     extra_curvature: Vec<Vector>,
     /// Force at each tied point in the last gradient, N, world.
     tie_forces: Vec<Vector>,
-    /// Scratch: frames and gradients of the arms of a joint.
+    /// Scratch: energies of the branches, frames and gradients of the arms of a joint.
+    energies: Vec<f64>,
     arm_frames: Vec<Rotation>,
     arm_gradients: Vec<Vector>,
 }
@@ -127,6 +128,7 @@ impl<'n> Problem<'n> {
             drawn: Vec::new(),
             extra_curvature: Vec::new(),
             tie_forces: vec![Vector::zeros(); network.ties.len()],
+            energies: vec![0.0; network.branches.len()],
             arm_frames: Vec::with_capacity(arms),
             arm_gradients: vec![Vector::zeros(); arms],
         };
@@ -286,13 +288,11 @@ impl<'n> Problem<'n> {
                 gradient.frames[frame] = Vector::zeros();
             }
         }
-        for (b, branch) in self.network.branches.iter().enumerate() {
-            energy += branch.rod.gradient(
-                &self.shape(state, b),
-                &mut gradient.points[branch.points.clone()],
-                &mut gradient.frames[branch.frames.clone()],
-            );
-        }
+        let mut energies = std::mem::take(&mut self.energies);
+        self.branch_gradients(state, 0, &mut energies, &mut gradient.points, &mut gradient.frames);
+        // In this order, whoever was done first: the sum is the same for any number of threads.
+        energy += energies.iter().sum::<f64>();
+        self.energies = energies;
         for ((g, x), f) in gradient.points.iter_mut().zip(&state.points).zip(&self.dead) {
             *g -= f;
             energy -= f.dot(x);
@@ -340,6 +340,39 @@ impl<'n> Problem<'n> {
         energy
     }
 
+    /// Energies and gradients of as many branches as `energies` has room for, from `first` on; `points` and `frames` begin with theirs.
+    fn branch_gradients(
+        &self,
+        state: &State,
+        first: usize,
+        energies: &mut [f64],
+        points: &mut [Vector],
+        frames: &mut [Vector],
+    ) {
+        let branches = &self.network.branches[first..first + energies.len()];
+        let (Some(start), Some(end)) = (branches.first(), branches.last()) else { return };
+        let all = start.points.start..end.points.end;
+        if branches.len() > 1 && all.len() >= 2 * WORTHWHILE {
+            let half = branches.partition_point(|branch| branch.points.end <= all.start + all.len() / 2);
+            let half = half.clamp(1, branches.len() - 1);
+            let (energies, other_energies) = energies.split_at_mut(half);
+            let (points, other_points) = points.split_at_mut(branches[half].points.start - all.start);
+            let (frames, other_frames) = frames.split_at_mut(branches[half].frames.start - start.frames.start);
+            rayon::join(
+                || self.branch_gradients(state, first, energies, points, frames),
+                || self.branch_gradients(state, first + half, other_energies, other_points, other_frames),
+            );
+            return;
+        }
+        let (mut points, mut frames) = (points, frames);
+        for (k, (branch, energy)) in branches.iter().zip(energies).enumerate() {
+            let (own_points, later_points) = points.split_at_mut(branch.points.len());
+            let (own_frames, later_frames) = frames.split_at_mut(branch.frames.len());
+            *energy = branch.rod.gradient(&self.shape(state, first + k), own_points, own_frames);
+            (points, frames) = (later_points, later_frames);
+        }
+    }
+
     /// A gradient in the pose of a station, as one in the variables of its site.
     fn potential_gradient(&self, state: &State, site: &Site, (force, moment): (Vector, Vector)) -> (Vector, Vector) {
         let carried = site.frame.map_or_else(Vector::zeros, |frame| {
@@ -353,10 +386,10 @@ impl<'n> Problem<'n> {
     /// replaces the rods' own forces in the geometric stiffness; see [`crate::RodSegment::hessian`]. Call after
     /// [`Self::gradient`] at the same state.
     pub fn hessian(&mut self, state: &State, forces: Option<&[Vec<Vector>]>, hessian: &mut Hessian) {
-        for (b, (branch, room)) in self.network.branches.iter().zip(&mut hessian.branches).enumerate() {
-            let forces = forces.map(|f| f[b].as_slice());
-            branch.rod.hessian(&self.shape(state, b), forces, room);
-        }
+        let this = &*self;
+        this.network.for_branches(&mut hessian.branches, |b, branch, room| {
+            branch.rod.hessian(&this.shape(state, b), forces.map(|f| f[b].as_slice()), room);
+        });
         for (joint, table) in self.network.joints.iter().zip(&mut hessian.joints) {
             table.fill(Matrix::zeros());
             self.arm_frames.clear();

@@ -6,6 +6,8 @@
 //! matrix (Sylvester).
 
 use crate::matrix::BlockMatrix;
+use crate::parts::Part;
+use crate::structure::{Pattern, Structure};
 use wireloom_core::{Matrix, Vector};
 
 /// `(P⁻¹, negative pivots)` of a symmetric 3 × 3 block, through `P = L D Lᵀ`.
@@ -30,51 +32,110 @@ fn invert(p: &Matrix) -> (Matrix, u32) {
     (Matrix::new(x11, x12, x13, x12, x22, x23, x13, x23, i3), negative)
 }
 
+/// Eliminates the columns of a part; `diagonal` and `below` are the blocks of these columns. What that does to later rows is left in
+/// the part's updates. Returns the number of negative pivots.
+fn eliminate(part: &mut Part, pattern: &Pattern, diagonal: &mut [Matrix], below: &mut [Matrix]) -> usize {
+    let first = part.columns.start;
+    let end = part.columns.end as u32;
+    let first_block = pattern.starts[first] as usize;
+    part.updates.fill(Matrix::zeros());
+    let mut negative = eliminate_all(&mut part.children, pattern, diagonal, below);
+    let Part { children, beyond, updates, .. } = part;
+    for child in children {
+        for (i, &row) in child.beyond.iter().enumerate() {
+            for (j, &column) in child.beyond[..=i].iter().enumerate() {
+                let update = &child.updates[Part::place(i, j)];
+                if column >= end {
+                    updates[Part::update_of(beyond, row, column)] += update;
+                } else if row == column {
+                    diagonal[row as usize - first] += update;
+                } else if let Some(slot) = pattern.find(row, column) {
+                    below[slot - first_block] += update;
+                }
+            }
+        }
+    }
+    let rows = &pattern.rows[first_block..];
+    for p in part.own..part.columns.end {
+        let local = p - first;
+        let (inverse, signs) = invert(&diagonal[local]);
+        negative += signs as usize;
+        diagonal[local] = inverse;
+        let (start, stop) = (pattern.starts[p] as usize - first_block, pattern.starts[p + 1] as usize - first_block);
+        if stop == start + 2
+            && rows[start] as usize == p + 1
+            && rows[start + 1] as usize == p + 2
+            && p + 2 < end as usize
+        {
+            let (b1, b2) = (below[start], below[start + 1]);
+            let (w1, w2) = (b1 * inverse, b2 * inverse);
+            diagonal[local + 1] -= w1 * b1.transpose();
+            // Column p + 1 begins with row p + 2: there is no row between.
+            below[stop] -= w2 * b1.transpose();
+            diagonal[local + 2] -= w2 * b2.transpose();
+            below[start] = w1;
+            below[start + 1] = w2;
+            continue;
+        }
+        for i in start..stop {
+            let row = rows[i];
+            let w = below[i] * inverse;
+            // The blocks before this one are multiplied by the inverse already: A_ij −= (B_i P⁻¹) B_jᵀ = B_i W_jᵀ.
+            for (j, &column) in (start..i).zip(&rows[start..i]) {
+                let update = below[i] * below[j].transpose();
+                if column < end {
+                    below[pattern.slot(row, column) - first_block] -= update;
+                } else {
+                    updates[Part::update_of(beyond, row, column)] -= update;
+                }
+            }
+            let update = w * below[i].transpose();
+            if row < end {
+                diagonal[row as usize - first] -= update;
+            } else {
+                updates[Part::update_of(beyond, row, row)] -= update;
+            }
+            below[i] = w;
+        }
+    }
+    negative
+}
+
+/// Eliminates parts that are independent and follow each other, side by side.
+fn eliminate_all(parts: &mut [Part], pattern: &Pattern, diagonal: &mut [Matrix], below: &mut [Matrix]) -> usize {
+    match parts {
+        [] => 0,
+        [part] => {
+            let (columns, first_block) = (part.columns.len(), pattern.starts[part.columns.start]);
+            let blocks = (pattern.starts[part.columns.end] - first_block) as usize;
+            eliminate(part, pattern, &mut diagonal[..columns], &mut below[..blocks])
+        }
+        _ => {
+            let (parts, others) = parts.split_at_mut(parts.len() / 2);
+            let (first, cut) = (parts[0].columns.start, others[0].columns.start);
+            let (diagonal, other_diagonal) = diagonal.split_at_mut(cut - first);
+            let (below, other_below) = below.split_at_mut((pattern.starts[cut] - pattern.starts[first]) as usize);
+            let (a, b) = rayon::join(
+                || eliminate_all(parts, pattern, diagonal, below),
+                || eliminate_all(others, pattern, other_diagonal, other_below),
+            );
+            a + b
+        }
+    }
+}
+
 impl BlockMatrix {
     /// Factorises in place: `diagonal` then holds the inverse pivots, `below` the blocks of L. Returns the number
     /// of negative pivots; not finite numbers in the factor show in the solution.
     pub fn factorise(&mut self) -> usize {
-        let n = self.structure.len();
-        let starts = &self.structure.starts;
-        let rows = &self.structure.rows;
-        let mut negative = 0;
-        for p in 0..n {
-            let (inverse, signs) = invert(&self.diagonal[p]);
-            negative += signs as usize;
-            self.diagonal[p] = inverse;
-            let (start, end) = (starts[p] as usize, starts[p + 1] as usize);
-            if end == start + 2 && rows[start] as usize == p + 1 && rows[start + 1] as usize == p + 2 {
-                let (b1, b2) = (self.below[start], self.below[start + 1]);
-                let (w1, w2) = (b1 * inverse, b2 * inverse);
-                self.diagonal[p + 1] -= w1 * b1.transpose();
-                // Column p + 1 begins with row p + 2: there is no row between.
-                self.below[end] -= w2 * b1.transpose();
-                self.diagonal[p + 2] -= w2 * b2.transpose();
-                self.below[start] = w1;
-                self.below[start + 1] = w2;
-                continue;
-            }
-            for i in start..end {
-                let row = rows[i];
-                let w = self.below[i] * inverse;
-                // The blocks before this one are multiplied by the inverse already: A_ij −= (B_i P⁻¹) B_jᵀ = B_i W_jᵀ.
-                for (j, &column) in (start..i).zip(&rows[start..i]) {
-                    let update = self.below[i] * self.below[j].transpose();
-                    let slot = self.structure.slot(row, column);
-                    self.below[slot] -= update;
-                }
-                self.diagonal[row as usize] -= w * self.below[i].transpose();
-                self.below[i] = w;
-            }
-        }
-        negative
+        let Structure { pattern, parts, .. } = &mut self.structure;
+        eliminate(parts, pattern, &mut self.diagonal, &mut self.below)
     }
 
     /// Solves `L D Lᵀ u = rhs` in place.
     pub fn solve(&self, rhs: &mut [Vector]) {
         let n = self.structure.len();
-        let starts = &self.structure.starts;
-        let rows = &self.structure.rows;
+        let Pattern { starts, rows } = &self.structure.pattern;
         for p in 0..n {
             let r = rhs[p];
             for i in starts[p] as usize..starts[p + 1] as usize {

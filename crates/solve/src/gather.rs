@@ -1,7 +1,8 @@
 //! Gathering of the Hessian: where the second derivatives of every part go in the matrix.
 
 use crate::matrix::BlockMatrix;
-use crate::structure::{Structure, TIED};
+use crate::structure::{Pattern, Structure, TIED};
+use std::ops::Range;
 use wireloom_core::problem::Hessian;
 use wireloom_core::rotation::skew;
 use wireloom_core::{Matrix, Network, State};
@@ -30,6 +31,119 @@ struct CouplingPlan {
     ba: Slot,
 }
 
+/// Plans of parts of a branch that follow each other.
+struct Run<P> {
+    branch: usize,
+    first: usize,
+    plans: Vec<P>,
+}
+
+/// Everything that goes in the blocks of a range of columns; places are counted from the first of them.
+struct Group {
+    columns: Range<usize>,
+    blocks: Range<usize>,
+    segments: Vec<Run<SegmentPlan>>,
+    couplings: Vec<Run<CouplingPlan>>,
+}
+
+impl Group {
+    fn new(columns: Range<usize>, pattern: &Pattern) -> Self {
+        let blocks = pattern.starts[columns.start] as usize..pattern.starts[columns.end] as usize;
+        Self { columns, blocks, segments: vec![], couplings: vec![] }
+    }
+
+    /// The place of a block at any two positions.
+    fn slot(&self, pattern: &Pattern, row: u32, column: u32) -> Slot {
+        let index = pattern.slot(row.max(column), row.min(column)) - self.blocks.start;
+        Slot { index: index as u32, turned: row < column }
+    }
+
+    fn place(&self, position: u32) -> u32 {
+        position - self.columns.start as u32
+    }
+
+    fn add_segment(&mut self, pattern: &Pattern, branch: usize, j: usize, [a, b, f]: [u32; 3]) {
+        let plan = SegmentPlan {
+            a: self.place(a),
+            b: self.place(b),
+            f: self.place(f),
+            ba: self.slot(pattern, b, a),
+            fa: self.slot(pattern, f, a),
+            fb: self.slot(pattern, f, b),
+        };
+        push(&mut self.segments, branch, j, plan);
+    }
+
+    fn add_coupling(&mut self, pattern: &Pattern, branch: usize, c: usize, [a, b]: [u32; 2]) {
+        let plan = CouplingPlan { a: self.place(a), b: self.place(b), ba: self.slot(pattern, b, a) };
+        push(&mut self.couplings, branch, c, plan);
+    }
+
+    /// Adds the second derivatives to the blocks of its columns.
+    fn fill(&self, hessian: &Hessian, diagonal: &mut [Matrix], below: &mut [Matrix]) {
+        for run in &self.segments {
+            for (plan, h) in run.plans.iter().zip(&hessian.branches[run.branch].segments[run.first..]) {
+                diagonal[plan.a as usize] += h.ee;
+                diagonal[plan.b as usize] += h.ee;
+                diagonal[plan.f as usize] += h.tt;
+                // e = x_b − x_a
+                below[plan.ba.index as usize] -= h.ee;
+                if plan.fa.turned {
+                    below[plan.fa.index as usize] -= h.te.transpose();
+                } else {
+                    below[plan.fa.index as usize] -= h.te;
+                }
+                add_below(below, plan.fb, &h.te);
+            }
+        }
+        for run in &self.couplings {
+            for (plan, h) in run.plans.iter().zip(&hessian.branches[run.branch].couplings[run.first..]) {
+                diagonal[plan.a as usize] += h.aa;
+                diagonal[plan.b as usize] += h.bb;
+                let block = Slot { turned: !plan.ba.turned, ..plan.ba };
+                add_below(below, block, &h.ab);
+            }
+        }
+    }
+}
+
+/// Appends a plan to the run that it goes on with.
+fn push<P>(runs: &mut Vec<Run<P>>, branch: usize, index: usize, plan: P) {
+    match runs.last_mut() {
+        Some(run) if run.branch == branch && run.first + run.plans.len() == index => run.plans.push(plan),
+        _ => runs.push(Run { branch, first: index, plans: vec![plan] }),
+    }
+}
+
+#[inline(always)]
+fn add_below(below: &mut [Matrix], slot: Slot, block: &Matrix) {
+    if slot.turned {
+        below[slot.index as usize] += block.transpose();
+    } else {
+        below[slot.index as usize] += block;
+    }
+}
+
+/// Clears and fills the blocks of groups that follow each other, side by side.
+fn fill_all(groups: &[Group], hessian: &Hessian, diagonal: &mut [Matrix], below: &mut [Matrix]) {
+    match groups {
+        [] => return,
+        [group] => {
+            diagonal.fill(Matrix::zeros());
+            below.fill(Matrix::zeros());
+            return group.fill(hessian, diagonal, below);
+        }
+        _ => {}
+    }
+    let (groups, others) = groups.split_at(groups.len() / 2);
+    let (diagonal, other_diagonal) = diagonal.split_at_mut(others[0].columns.start - groups[0].columns.start);
+    let (below, other_below) = below.split_at_mut(others[0].blocks.start - groups[0].blocks.start);
+    rayon::join(
+        || fill_all(groups, hessian, diagonal, below),
+        || fill_all(others, hessian, other_diagonal, other_below),
+    );
+}
+
 /// A segment at a joint: its edge is a linear function of other variables than its own end points.
 struct TiedSegment {
     branch: usize,
@@ -42,62 +156,42 @@ type Lever = (u32, Matrix);
 
 /// The places of a network's second derivatives in a matrix with [`Structure::new`].
 pub struct Gather {
-    segments: Vec<Vec<SegmentPlan>>,
-    first_regular: Vec<usize>,
+    /// One for each of [`crate::parts::Part::ranges`].
+    groups: Vec<Group>,
+    /// Segments and couplings with variables in more than one of them.
+    across: Group,
     tied_segments: Vec<TiedSegment>,
-    couplings: Vec<Vec<(usize, CouplingPlan)>>,
     tied_couplings: Vec<(usize, usize)>,
 }
 
 impl Gather {
     /// For a network, whose [`Structure::new`] is `s`.
     pub fn new(network: &Network, s: &Structure) -> Self {
-        let slot = |row: u32, column: u32| {
-            if row > column {
-                Slot { index: s.slot(row, column) as u32, turned: false }
-            } else {
-                Slot { index: s.slot(column, row) as u32, turned: true }
-            }
-        };
-        let (mut segments, mut couplings, mut first_regular) = (vec![], vec![], vec![]);
+        let pattern = &s.pattern;
+        let mut groups: Vec<Group> = s.parts.ranges().into_iter().map(|range| Group::new(range, pattern)).collect();
+        let mut across = Group::new(0..s.len(), pattern);
         let (mut tied_segments, mut tied_couplings) = (vec![], vec![]);
         for (branch_index, branch) in network.branches.iter().enumerate() {
             let mesh = branch.rod.mesh();
-            let mut regular = vec![];
-            let mut first = None;
             for (j, frame) in mesh.segment_frames.iter().enumerate() {
                 let (a, b) = (s.of_point[branch.points.start + j], s.of_point[branch.points.start + j + 1]);
                 let f = s.of_frame[branch.frames.start + frame];
                 if a.max(b) >= TIED {
                     tied_segments.push(TiedSegment { branch: branch_index, segment: j, frame: f });
                 } else {
-                    first.get_or_insert(j);
-                    regular.push(SegmentPlan { a, b, f, ba: slot(b, a), fa: slot(f, a), fb: slot(f, b) });
+                    group_of(&mut groups, &mut across, &[a, b, f]).add_segment(pattern, branch_index, j, [a, b, f]);
                 }
             }
-            segments.push(regular);
-            first_regular.push(first.unwrap_or(0));
-            let mut regular = vec![];
             for c in 0..mesh.coupling_lengths.len() {
                 let (a, b) = (s.of_frame[branch.frames.start + c], s.of_frame[branch.frames.start + c + 1]);
                 if a.max(b) >= TIED {
                     tied_couplings.push((branch_index, c));
                 } else {
-                    regular.push((c, CouplingPlan { a, b, ba: slot(b, a) }));
+                    group_of(&mut groups, &mut across, &[a, b]).add_coupling(pattern, branch_index, c, [a, b]);
                 }
             }
-            couplings.push(regular);
         }
-        Self { segments, first_regular, tied_segments, couplings, tied_couplings }
-    }
-
-    #[inline(always)]
-    fn add_below(below: &mut [Matrix], slot: Slot, block: &Matrix) {
-        if slot.turned {
-            below[slot.index as usize] += block.transpose();
-        } else {
-            below[slot.index as usize] += block;
-        }
+        Self { groups, across, tied_segments, tied_couplings }
     }
 
     /// The edge from `point` to the next as a linear function of independent variables: ends that are tied to a joint
@@ -133,30 +227,8 @@ impl Gather {
 
     /// Gathers the parts' second derivatives at `state`.
     pub fn run(&self, matrix: &mut BlockMatrix, network: &Network, state: &State, hessian: &Hessian) {
-        matrix.clear();
-        let (diagonal, below) = (&mut matrix.diagonal, &mut matrix.below);
-        for (b, branch) in hessian.branches.iter().enumerate() {
-            for (plan, h) in self.segments[b].iter().zip(&branch.segments[self.first_regular[b]..]) {
-                diagonal[plan.a as usize] += h.ee;
-                diagonal[plan.b as usize] += h.ee;
-                diagonal[plan.f as usize] += h.tt;
-                // e = x_b − x_a
-                below[plan.ba.index as usize] -= h.ee;
-                if plan.fa.turned {
-                    below[plan.fa.index as usize] -= h.te.transpose();
-                } else {
-                    below[plan.fa.index as usize] -= h.te;
-                }
-                Self::add_below(below, plan.fb, &h.te);
-            }
-            for (c, plan) in &self.couplings[b] {
-                let h = &branch.couplings[*c];
-                diagonal[plan.a as usize] += h.aa;
-                diagonal[plan.b as usize] += h.bb;
-                let block = Slot { turned: !plan.ba.turned, ..plan.ba };
-                Self::add_below(below, block, &h.ab);
-            }
-        }
+        fill_all(&self.groups, hessian, &mut matrix.diagonal, &mut matrix.below);
+        self.across.fill(hessian, &mut matrix.diagonal, &mut matrix.below);
         self.gather_tied(matrix, network, state, hessian);
         for (joint, table) in network.joints.iter().zip(&hessian.joints) {
             let k = joint.arm_frames.len();
@@ -255,4 +327,11 @@ impl Gather {
             }
         }
     }
+}
+
+/// The group that has all these positions.
+fn group_of<'g>(groups: &'g mut [Group], across: &'g mut Group, positions: &[u32]) -> &'g mut Group {
+    let index = groups.partition_point(|group| group.columns.end <= positions[0] as usize);
+    let group = &mut groups[index];
+    if positions.iter().all(|&p| group.columns.contains(&(p as usize))) { group } else { across }
 }

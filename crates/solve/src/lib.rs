@@ -16,6 +16,7 @@ pub mod gather;
 pub mod matrix;
 pub mod newton;
 mod operations;
+pub mod parts;
 mod plan;
 pub mod result;
 pub mod settle;

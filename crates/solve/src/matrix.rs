@@ -29,16 +29,17 @@ impl BlockMatrix {
                 rows_of[position as usize] = Some(Vec::new());
             }
         }
+        let pattern = &structure.pattern;
         for column in 0..structure.len() {
-            for slot in structure.starts[column]..structure.starts[column + 1] {
-                if let Some(blocks) = &mut rows_of[structure.rows[slot as usize] as usize] {
+            for slot in pattern.starts[column]..pattern.starts[column + 1] {
+                if let Some(blocks) = &mut rows_of[pattern.rows[slot as usize] as usize] {
                     blocks.push((slot, column as u32));
                 }
             }
         }
         Self {
             diagonal: vec![Matrix::zeros(); structure.len()],
-            below: vec![Matrix::zeros(); structure.rows.len()],
+            below: vec![Matrix::zeros(); pattern.rows.len()],
             structure,
             rows_of,
             removed: Vec::new(),
@@ -56,7 +57,7 @@ impl BlockMatrix {
         if row == column {
             self.diagonal[row as usize] += block;
         } else if row > column {
-            let slot = self.structure.slot(row, column);
+            let slot = self.structure.pattern.slot(row, column);
             self.below[slot] += block;
         }
     }
@@ -113,8 +114,9 @@ impl BlockMatrix {
     /// held variable. What is removed is kept for [`Self::right_hand_side`].
     pub fn take_out(&mut self, problem: &Problem<'_>) {
         let structure = &self.structure;
+        let pattern = &structure.pattern;
         let blocks = |p: u32| {
-            let own = structure.starts[p as usize]..structure.starts[p as usize + 1];
+            let own = pattern.starts[p as usize]..pattern.starts[p as usize + 1];
             let crossing = self.rows_of[p as usize].as_deref().unwrap_or_default();
             (own, crossing)
         };
@@ -122,7 +124,7 @@ impl BlockMatrix {
         for (p, _) in held(structure, problem) {
             let (own, crossing) = blocks(p);
             self.removed.push((p, p, self.diagonal[p as usize]));
-            self.removed.extend(own.map(|s| (p, structure.rows[s as usize], self.below[s as usize])));
+            self.removed.extend(own.map(|s| (p, pattern.rows[s as usize], self.below[s as usize])));
             self.removed.extend(crossing.iter().map(|&(s, column)| (p, column, self.below[s as usize].transpose())));
         }
         for (p, held) in held(structure, problem) {

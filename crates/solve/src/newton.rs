@@ -204,12 +204,13 @@ impl Workspace {
     /// Forces to first order after the accepted step, for the next geometric stiffness. The state before it is in
     /// `trial` then.
     fn predict_forces(&mut self, problem: &Problem<'_>) {
-        for (b, branch) in problem.network.branches.iter().enumerate() {
-            let shape = self.trial.branch(problem.network, b);
-            let points = &self.step.points[branch.points.clone()];
-            let frames = &self.step.frames[branch.frames.clone()];
-            branch.rod.predicted_forces(&shape, points, frames, &mut self.forces[b]);
-        }
+        let (trial, step) = (&self.trial, &self.step);
+        problem.network.for_branches(&mut self.forces, |b, branch, forces| {
+            let shape = trial.branch(problem.network, b);
+            let points = &step.points[branch.points.clone()];
+            let frames = &step.frames[branch.frames.clone()];
+            branch.rod.predicted_forces(&shape, points, frames, forces);
+        });
     }
 
     fn residual(&mut self, problem: &Problem<'_>, scales: &Scales) -> f64 {
@@ -245,114 +246,12 @@ impl Minimiser for Newton {
 
     fn minimise(&mut self, problem: &mut Problem<'_>, state: &mut State, stop: &Stop) -> Report {
         let ws = Workspace::ready(&mut self.workspace, problem.network);
-        (ws.factorisations, ws.evaluations) = (0, 0);
-        let scales = problem.scales();
-        ws.settled_force = SETTLED_SHARE * stop.force_tolerance * scales.force;
-        problem.update_held(state);
-        let moving = problem.motion(state, &mut ws.motion);
-        let mut report = Report {
-            status: Status::Failed,
-            iterations: 0,
-            factorisations: 0,
-            evaluations: 0,
-            residual: f64::INFINITY,
-        };
-        let mut mixed = false;
-        let mut energy;
-        if moving {
-            (energy, mixed) = predict(ws, problem, state);
-            report.iterations += 1;
-            problem.update_held(state);
+        if problem.network.is_shared() {
+            // Among the threads of the pool, so that handing them work costs little.
+            rayon::scope(|_| descend(ws, problem, state, stop))
         } else {
-            problem.place_held(state);
-            ws.evaluations += 1;
-            energy = problem.gradient(state, &mut ws.gradient);
+            descend(ws, problem, state, stop)
         }
-        let mut sigma = 0.0_f64;
-        let (mut stalled, mut polished, mut last_turn) = (0, 0, 0.0);
-        report.residual = ws.residual(problem, &scales);
-        loop {
-            if report.residual <= stop.force_tolerance {
-                let spent = polished == POLISHES || stalled > 0 || report.iterations >= stop.max_iterations;
-                if last_turn <= LAST_TURN || spent {
-                    report.status = Status::Converged;
-                    break;
-                }
-                polished += 1;
-                sigma = 0.0;
-            }
-            if !report.residual.is_finite() || stalled >= STALLED_AFTER || report.iterations >= stop.max_iterations {
-                report.status = match () {
-                    () if !report.residual.is_finite() => Status::Failed,
-                    () if stalled >= STALLED_AFTER => Status::Stalled,
-                    () => Status::IterationLimit,
-                };
-                break;
-            }
-            if mixed {
-                ws.predict_forces(problem);
-            }
-            sigma = ws.assemble(problem, state, mixed, sigma);
-            ws.solve(problem, state, false);
-            report.iterations += 1;
-            let slope = ws.slope();
-            let noise = ENERGY_NOISE * energy.abs().max(scales.force * scales.length);
-            let mut alpha = ws.longest(problem, state);
-            if !slope.is_finite() {
-                report.status = Status::Failed;
-                break;
-            }
-            // Line search by halving, with the parabola through value, slope and trial where it helps.
-            let accepted = loop {
-                let trial = ws.try_step(problem, state, alpha);
-                // Where round-off hides what the step does to the energy, the forces say whether it was a good one.
-                let lower = trial <= energy + ARMIJO * alpha * slope + noise;
-                if lower || (-slope <= noise && ws.trial_residual(problem, &scales) <= 0.5 * report.residual) {
-                    break Some(trial);
-                }
-                let parabola = -0.5 * slope * alpha * alpha / (trial - energy - slope * alpha);
-                alpha = if parabola.is_finite() { parabola.clamp(0.1 * alpha, 0.5 * alpha) } else { 0.25 * alpha };
-                if alpha < 1e-10 {
-                    break None;
-                }
-            };
-            let Some(trial) = accepted else {
-                if mixed {
-                    mixed = false;
-                    continue;
-                }
-                if -slope <= noise {
-                    stalled = STALLED_AFTER;
-                } else if sigma < LARGEST_SHIFT * scales.force {
-                    sigma = raised(sigma, 16.0, &scales);
-                } else {
-                    report.status = Status::Failed;
-                    break;
-                }
-                continue;
-            };
-            mixed = ws.largest_turn() < SMALL_TURN && alpha == 1.0;
-            last_turn = alpha * ws.largest_turn();
-            energy = trial + problem.moment_work(state, &ws.step, alpha);
-            ws.accept(state);
-            problem.update_held(state);
-            let residual = ws.residual(problem, &scales);
-            stalled = if -slope <= noise && residual > 0.5 * report.residual { stalled + 1 } else { 0 };
-            report.residual = residual;
-            if sigma > 0.0 {
-                sigma *= if alpha < 0.25 { 4.0 } else { LOWER };
-                if sigma < 0.1 * FIRST_SHIFT * scales.force {
-                    sigma = 0.0;
-                }
-            }
-        }
-        if report.status != Status::Converged {
-            // Whoever goes on from here may go on from somewhere else.
-            ws.factor_of = None;
-        }
-        report.factorisations = ws.factorisations;
-        report.evaluations = ws.evaluations;
-        report
     }
 
     fn forget(&mut self) {
@@ -360,6 +259,113 @@ impl Minimiser for Newton {
             ws.factor_of = None;
         }
     }
+}
+
+/// See [`Minimiser::minimise`].
+fn descend(ws: &mut Workspace, problem: &mut Problem<'_>, state: &mut State, stop: &Stop) -> Report {
+    (ws.factorisations, ws.evaluations) = (0, 0);
+    let scales = problem.scales();
+    ws.settled_force = SETTLED_SHARE * stop.force_tolerance * scales.force;
+    problem.update_held(state);
+    let moving = problem.motion(state, &mut ws.motion);
+    let mut report =
+        Report { status: Status::Failed, iterations: 0, factorisations: 0, evaluations: 0, residual: f64::INFINITY };
+    let mut mixed = false;
+    let mut energy;
+    if moving {
+        (energy, mixed) = predict(ws, problem, state);
+        report.iterations += 1;
+        problem.update_held(state);
+    } else {
+        problem.place_held(state);
+        ws.evaluations += 1;
+        energy = problem.gradient(state, &mut ws.gradient);
+    }
+    let mut sigma = 0.0_f64;
+    let (mut stalled, mut polished, mut last_turn) = (0, 0, 0.0);
+    report.residual = ws.residual(problem, &scales);
+    loop {
+        if report.residual <= stop.force_tolerance {
+            let spent = polished == POLISHES || stalled > 0 || report.iterations >= stop.max_iterations;
+            if last_turn <= LAST_TURN || spent {
+                report.status = Status::Converged;
+                break;
+            }
+            polished += 1;
+            sigma = 0.0;
+        }
+        if !report.residual.is_finite() || stalled >= STALLED_AFTER || report.iterations >= stop.max_iterations {
+            report.status = match () {
+                () if !report.residual.is_finite() => Status::Failed,
+                () if stalled >= STALLED_AFTER => Status::Stalled,
+                () => Status::IterationLimit,
+            };
+            break;
+        }
+        if mixed {
+            ws.predict_forces(problem);
+        }
+        sigma = ws.assemble(problem, state, mixed, sigma);
+        ws.solve(problem, state, false);
+        report.iterations += 1;
+        let slope = ws.slope();
+        let noise = ENERGY_NOISE * energy.abs().max(scales.force * scales.length);
+        let mut alpha = ws.longest(problem, state);
+        if !slope.is_finite() {
+            report.status = Status::Failed;
+            break;
+        }
+        // Line search by halving, with the parabola through value, slope and trial where it helps.
+        let accepted = loop {
+            let trial = ws.try_step(problem, state, alpha);
+            // Where round-off hides what the step does to the energy, the forces say whether it was a good one.
+            let lower = trial <= energy + ARMIJO * alpha * slope + noise;
+            if lower || (-slope <= noise && ws.trial_residual(problem, &scales) <= 0.5 * report.residual) {
+                break Some(trial);
+            }
+            let parabola = -0.5 * slope * alpha * alpha / (trial - energy - slope * alpha);
+            alpha = if parabola.is_finite() { parabola.clamp(0.1 * alpha, 0.5 * alpha) } else { 0.25 * alpha };
+            if alpha < 1e-10 {
+                break None;
+            }
+        };
+        let Some(trial) = accepted else {
+            if mixed {
+                mixed = false;
+                continue;
+            }
+            if -slope <= noise {
+                stalled = STALLED_AFTER;
+            } else if sigma < LARGEST_SHIFT * scales.force {
+                sigma = raised(sigma, 16.0, &scales);
+            } else {
+                report.status = Status::Failed;
+                break;
+            }
+            continue;
+        };
+        mixed = ws.largest_turn() < SMALL_TURN && alpha == 1.0;
+        last_turn = alpha * ws.largest_turn();
+        energy = trial + problem.moment_work(state, &ws.step, alpha);
+        ws.accept(state);
+        problem.update_held(state);
+        let residual = ws.residual(problem, &scales);
+        stalled = if -slope <= noise && residual > 0.5 * report.residual { stalled + 1 } else { 0 };
+        report.residual = residual;
+        if sigma > 0.0 {
+            sigma *= if alpha < 0.25 { 4.0 } else { LOWER };
+            if sigma < 0.1 * FIRST_SHIFT * scales.force {
+                sigma = 0.0;
+            }
+        }
+    }
+    if report.status != Status::Converged {
+        // Whoever goes on from here may go on from somewhere else.
+        ws.factor_of = None;
+    }
+    report.factorisations = ws.factorisations;
+    report.evaluations = ws.evaluations;
+    report
 }
 
 /// A larger shift than `sigma`.

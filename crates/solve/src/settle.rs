@@ -38,7 +38,7 @@ impl Settle {
         let of_point = &matrix.structure.of_point;
         let plan = |ends: &[u32]| {
             let (a, b) = (ends[0], ends[1]);
-            let slot = (a != b).then(|| matrix.structure.slot(a.max(b), a.min(b)) as u32);
+            let slot = (a != b).then(|| matrix.structure.pattern.slot(a.max(b), a.min(b)) as u32);
             SegmentPlan { a, b, slot }
         };
         let segments = network.branches.iter().map(|b| of_point[b.points.clone()].windows(2).map(plan).collect());

@@ -1,7 +1,8 @@
 //! Which blocks of the Hessian are not zero, and in which order they are eliminated.
 
+use crate::parts::{Part, Tree};
 use std::cmp::Reverse;
-use std::collections::BinaryHeap;
+use std::collections::{BinaryHeap, VecDeque};
 use wireloom_core::Network;
 use wireloom_core::constraint::Action;
 use wireloom_core::problem::Variable;
@@ -14,6 +15,30 @@ pub const TIED: u32 = 1 << 31;
 const ABSENT: u32 = u32::MAX;
 
 /// Pattern of the factor: column by column (in elimination order) the rows below the diagonal.
+pub struct Pattern {
+    /// `rows[starts[p]..starts[p + 1]]` are the rows of column p, increasing.
+    pub starts: Vec<u32>,
+    /// Rows below the diagonal.
+    pub rows: Vec<u32>,
+}
+
+impl Pattern {
+    /// Where the block (row, column), row after column in elimination order, is stored.
+    ///
+    /// # Panics
+    /// If the pattern has no such block.
+    pub fn slot(&self, row: u32, column: u32) -> usize {
+        self.find(row, column).expect("a block of the pattern")
+    }
+
+    /// The same, where there is such a block.
+    pub fn find(&self, row: u32, column: u32) -> Option<usize> {
+        let (start, end) = (self.starts[column as usize] as usize, self.starts[column as usize + 1] as usize);
+        self.rows[start..end].binary_search(&row).ok().map(|place| start + place)
+    }
+}
+
+/// The variables in elimination order, and the pattern of their factor.
 pub struct Structure {
     /// The variables in elimination order.
     pub variables: Vec<Variable>,
@@ -21,10 +46,10 @@ pub struct Structure {
     pub of_point: Vec<u32>,
     /// Position in elimination order of every frame; see [`TIED`].
     pub of_frame: Vec<u32>,
-    /// `rows[starts[p]..starts[p + 1]]` are the rows of column p, increasing.
-    pub starts: Vec<u32>,
-    /// Rows below the diagonal.
-    pub rows: Vec<u32>,
+    /// Which blocks are not zero.
+    pub pattern: Pattern,
+    /// What can be eliminated at the same time.
+    pub parts: Part,
 }
 
 impl Structure {
@@ -61,7 +86,7 @@ impl Structure {
         }
         number(&variables, &mut of_point, &mut of_frame);
         let graph = coupled(network, &of_point, &of_frame, variables.len());
-        Self::ordered(variables, of_point, of_frame, graph)
+        Self::ordered(variables, of_point, of_frame, graph, network.is_shared())
     }
 
     /// Of the second derivatives in the points alone, the frames being given.
@@ -84,7 +109,8 @@ impl Structure {
             }
         }
         sort(&mut graph);
-        let mut structure = Self::ordered(variables, of_point, vec![ABSENT; network.frames], graph);
+        let mut structure =
+            Self::ordered(variables, of_point, vec![ABSENT; network.frames], graph, network.is_shared());
         for tie in &network.ties {
             structure.of_point[tie.point] = structure.of_point[tie.hub_point];
         }
@@ -92,23 +118,30 @@ impl Structure {
     }
 
     /// Numbers variables in their elimination order, and notes the pattern of the factor.
-    fn ordered(variables: Vec<Variable>, mut of_point: Vec<u32>, mut of_frame: Vec<u32>, graph: Vec<Vec<u32>>) -> Self {
-        let (order, columns) = minimum_degree(graph);
-        let mut position = vec![0; order.len()];
-        for (p, &v) in order.iter().enumerate() {
-            position[v as usize] = p as u32;
-        }
-        let mut starts = vec![0];
-        let mut rows = Vec::new();
-        for column in columns {
+    fn ordered(
+        variables: Vec<Variable>,
+        mut of_point: Vec<u32>,
+        mut of_frame: Vec<u32>,
+        graph: Vec<Vec<u32>>,
+        shared: bool,
+    ) -> Self {
+        let (order, cliques) = minimum_degree(graph);
+        let position = positions(&order);
+        let columns: Vec<Vec<u32>> =
+            cliques.iter().map(|clique| clique.iter().map(|&v| position[v as usize]).collect()).collect();
+        let (arranged, parts) = Tree::new(&columns, shared).arrange();
+        let order: Vec<u32> = arranged.iter().map(|&p| order[p]).collect();
+        let position = positions(&order);
+        let (mut starts, mut rows) = (vec![0], Vec::new());
+        for p in arranged {
             let first = rows.len();
-            rows.extend(column.into_iter().map(|v| position[v as usize]));
+            rows.extend(cliques[p].iter().map(|&v| position[v as usize]));
             rows[first..].sort_unstable();
             starts.push(rows.len() as u32);
         }
         let variables: Vec<Variable> = order.iter().map(|&v| variables[v as usize]).collect();
         number(&variables, &mut of_point, &mut of_frame);
-        Self { variables, of_point, of_frame, starts, rows }
+        Self { variables, of_point, of_frame, pattern: Pattern { starts, rows }, parts }
     }
 
     /// Number of block rows.
@@ -128,15 +161,6 @@ impl Structure {
             Variable::Frame(c) => self.of_frame[c],
         };
         (position < TIED).then_some(position)
-    }
-
-    /// Where the block (row, column), row after column in elimination order, is stored.
-    ///
-    /// # Panics
-    /// If the pattern has no such block.
-    pub fn slot(&self, row: u32, column: u32) -> usize {
-        let (start, end) = (self.starts[column as usize] as usize, self.starts[column as usize + 1] as usize);
-        start + self.rows[start..end].binary_search(&row).expect("a block of the pattern")
     }
 }
 
@@ -222,15 +246,68 @@ fn sort(graph: &mut [Vec<u32>]) {
     }
 }
 
-/// Elimination order by minimum degree (Tinney and Walker 1967), ties broken by number, and for each eliminated
-/// vertex the neighbours it has then. On trees of chains this causes no fill.
+/// Where each vertex stands in an order of all of them.
+fn positions(order: &[u32]) -> Vec<u32> {
+    let mut position = vec![0; order.len()];
+    for (p, &v) in order.iter().enumerate() {
+        position[v as usize] = p as u32;
+    }
+    position
+}
+
+/// Vertices by breadth, from `start` on, with those they were found from.
+fn by_breadth(graph: &[Vec<u32>], start: u32, found: &mut [bool]) -> Vec<(u32, u32)> {
+    let (mut order, mut open) = (Vec::new(), VecDeque::from([(start, start)]));
+    found[start as usize] = true;
+    while let Some((v, from)) = open.pop_front() {
+        order.push((v, from));
+        for &next in &graph[v as usize] {
+            if !std::mem::replace(&mut found[next as usize], true) {
+                open.push_back((next, v));
+            }
+        }
+    }
+    order
+}
+
+/// How many steps every vertex is away from the middle of its piece: the vertex without which no part of a spanning tree holds
+/// more than half of it (Jordan 1869).
+fn from_the_middle(graph: &[Vec<u32>]) -> Vec<u32> {
+    let n = graph.len();
+    let mut away = vec![0; n];
+    let (mut found, mut weight) = (vec![false; n], vec![1; n]);
+    for start in 0..n as u32 {
+        if found[start as usize] {
+            continue;
+        }
+        let piece = by_breadth(graph, start, &mut found);
+        for &(v, from) in piece.iter().rev().filter(|(v, from)| v != from) {
+            weight[from as usize] += weight[v as usize];
+        }
+        // The last of the heavy ones: all of them lie on one path from the start.
+        let middle = piece.iter().rev().find(|(v, _)| 2 * weight[*v as usize] >= piece.len());
+        let middle = middle.expect("the start holds all").0;
+        for (v, _) in &piece {
+            found[*v as usize] = false;
+        }
+        for (v, from) in by_breadth(graph, middle, &mut found) {
+            away[v as usize] = if v == from { 0 } else { away[from as usize] + 1 };
+        }
+    }
+    away
+}
+
+/// Elimination order by minimum degree (Tinney and Walker 1967), and for each eliminated vertex the neighbours it has then. On trees
+/// of chains this causes no fill. Ties are broken from the outside in, then by number: so the tree of the elimination has its root in the
+/// middle, and what hangs on either side of it can be eliminated at the same time.
 fn minimum_degree(mut graph: Vec<Vec<u32>>) -> (Vec<u32>, Vec<Vec<u32>>) {
     let n = graph.len();
-    let mut heap: BinaryHeap<Reverse<(usize, u32)>> =
-        graph.iter().enumerate().map(|(v, neighbours)| Reverse((neighbours.len(), v as u32))).collect();
+    let inward: Vec<Reverse<u32>> = from_the_middle(&graph).into_iter().map(Reverse).collect();
+    let mut heap: BinaryHeap<_> =
+        graph.iter().enumerate().map(|(v, neighbours)| Reverse((neighbours.len(), inward[v], v as u32))).collect();
     let mut gone = vec![false; n];
     let (mut order, mut columns) = (Vec::with_capacity(n), Vec::with_capacity(n));
-    while let Some(Reverse((degree, v))) = heap.pop() {
+    while let Some(Reverse((degree, _, v))) = heap.pop() {
         if gone[v as usize] || degree != graph[v as usize].len() {
             continue;
         }
@@ -244,7 +321,7 @@ fn minimum_degree(mut graph: Vec<Vec<u32>>) -> (Vec<u32>, Vec<Vec<u32>>) {
                     neighbours.insert(place, b);
                 }
             }
-            heap.push(Reverse((neighbours.len(), a)));
+            heap.push(Reverse((neighbours.len(), inward[a as usize], a)));
         }
         order.push(v);
         columns.push(clique);
