@@ -17,6 +17,8 @@ use wireloom_core::{Arm, JointModel, Minimiser, Network, Registry, RodSegment, S
 pub struct Built {
     /// The harness.
     pub network: Network,
+    /// The same with fewer segments, where it has so many that its start is better looked for there first.
+    pub coarse: Option<Network>,
     /// What happens to it.
     pub schedule: Schedule,
     /// Finds equilibria.
@@ -29,6 +31,12 @@ pub struct Built {
     pub sections: Vec<String>,
 }
 
+/// Points from which on a start is looked for on a coarse mesh first.
+const LARGE: usize = 2000;
+
+/// So many segments of the mesh are one of the coarse mesh.
+const COARSER: usize = 4;
+
 /// Sections by rule that have a note each; of more, one note tells.
 const FEW_SECTIONS: usize = 6;
 
@@ -39,7 +47,7 @@ impl Scenario {
     /// What the factories refuse, each fault at its place in the file.
     pub fn build(&self, registry: &Registry) -> Result<Built, Vec<Fault>> {
         let mut faults = Vec::new();
-        let layout = Layout::new(self);
+        let layout = Layout::new(self, 1);
         let models = self.joint_models(&layout, registry, &mut faults);
         let fixings = self.fixing_plans(&layout, registry, &mut faults);
         let minimiser = self.minimiser(registry, &mut faults);
@@ -60,6 +68,7 @@ impl Scenario {
         notes.extend(self.notes(&models));
         let joints = self.joint_plans(models);
         let network = Network::new(branches, joints, fixings, self.load_plans(&layout));
+        let coarse = self.coarse(&network, registry);
         let schedule = Schedule {
             scenario: self.name.clone(),
             gravity: self.gravity,
@@ -67,7 +76,25 @@ impl Scenario {
             steps: self.steps.clone(),
             increments: self.output.increments,
         };
-        Ok(Built { network, schedule, minimiser, stop: self.minimiser.stop, notes, sections })
+        Ok(Built { network, coarse, schedule, minimiser, stop: self.minimiser.stop, notes, sections })
+    }
+
+    /// The harness with fewer segments; `None` where that makes little difference, or where the mesh moves along the cable.
+    fn coarse(&self, fine: &Network, registry: &Registry) -> Option<Network> {
+        if fine.points < LARGE || fine.branches.iter().any(|branch| branch.mesh_moves) {
+            return None;
+        }
+        let layout = Layout::new(self, COARSER);
+        // What the factories refuse they refused before.
+        let mut faults = Vec::new();
+        let models = self.joint_models(&layout, registry, &mut faults)?;
+        let fixings = self.fixing_plans(&layout, registry, &mut faults);
+        let branches = self.branch_plans(&layout, &models, registry, &mut faults);
+        if !faults.is_empty() {
+            return None;
+        }
+        let network = Network::new(branches, self.joint_plans(models), fixings, self.load_plans(&layout));
+        (2 * network.points <= fine.points).then_some(network)
     }
 
     /// Joint models with what they were told; `None` where one could not be built.

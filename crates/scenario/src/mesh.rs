@@ -32,8 +32,8 @@ pub(crate) struct Layout {
 }
 
 impl Layout {
-    /// Divides all branches of a scenario.
-    pub fn new(scenario: &Scenario) -> Self {
+    /// Divides all branches of a scenario, in each span into one segment where the scenario wants `coarser`.
+    pub fn new(scenario: &Scenario, coarser: usize) -> Self {
         let places = || scenario.constraints.iter().map(|c| c.at).chain(scenario.loads.iter().map(|load| load.at));
         let branches: Vec<Divided> = scenario
             .branches
@@ -46,7 +46,7 @@ impl Layout {
                 };
                 let sliding =
                     scenario.constraints.iter().filter(|c| c.slide.is_some()).filter_map(|c| arc_length(c.at));
-                divide(branch, places().filter_map(arc_length).collect(), &sliding.collect::<Vec<_>>())
+                divide(branch, places().filter_map(arc_length).collect(), &sliding.collect::<Vec<_>>(), coarser)
             })
             .collect();
         let mut layout = Self { stations: vec![BTreeSet::new(); branches.len()], branches };
@@ -70,7 +70,7 @@ impl Layout {
 
 /// Divides a branch with attachments at these arc lengths (m): uniform between neighbouring attachments. Beside those that
 /// slide a span has two segments at least: the one at a joint keeps its length.
-fn divide(branch: &Branch, mut attachments: Vec<f64>, sliding: &[f64]) -> Divided {
+fn divide(branch: &Branch, mut attachments: Vec<f64>, sliding: &[f64], coarser: usize) -> Divided {
     let length = branch.length;
     attachments.sort_by(f64::total_cmp);
     let mut breaks = vec![0.0];
@@ -92,6 +92,7 @@ fn divide(branch: &Branch, mut attachments: Vec<f64>, sliding: &[f64]) -> Divide
             spans.iter().zip(&least).map(whole).collect()
         }
     };
+    let counts: Vec<usize> = counts.into_iter().map(|count: usize| count.div_ceil(coarser)).collect();
     let mut marks = vec![(0.0, 0)];
     let mut rest_lengths = Vec::with_capacity(counts.iter().sum());
     for ((span, count), end) in spans.iter().zip(counts).zip(&breaks[1..]) {

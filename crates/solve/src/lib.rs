@@ -4,7 +4,7 @@
 //! frame. [`structure`] orders the blocks by minimum degree, which on trees gives no fill at all; [`gather`]
 //! puts the parts' second derivatives into a [`matrix`], [`factor`] factorises it in place, [`newton`] walks downhill
 //! with it, [`settle`] brings the points into balance after every step, [`border`] adds the arc lengths of fixings that slide,
-//! [`certificate`] grades the result, [`steps`] carries out the assembly, [`events`] keeps the log of what happened on the way.
+//! [`nested`] carries a start over from a coarse mesh, [`certificate`] grades the result, [`steps`] carries out the assembly, [`events`] keeps the log of what happened on the way.
 
 pub mod border;
 pub mod certificate;
@@ -14,6 +14,7 @@ pub mod events;
 pub mod factor;
 pub mod gather;
 pub mod matrix;
+pub mod nested;
 pub mod newton;
 mod operations;
 pub mod parts;

@@ -4,7 +4,8 @@ use crate::certificate::Certifier;
 use crate::checkpoint::{self, Checkpoint, Observer, Resumed};
 use crate::events::{self, EventLog, Occurrence};
 use crate::plan::{self, Plan};
-use crate::{clips, operations, result, start};
+use crate::settle::Settle;
+use crate::{clips, nested, operations, result, start};
 use std::time::Instant;
 use wireloom_core::equilibrium::{MinimiserResult, OperationResult, Run, StepResult};
 use wireloom_core::minimiser::{Minimiser, Status, Stop};
@@ -86,13 +87,14 @@ struct Driver<'n, 'm> {
     operations: Vec<OperationResult>,
 }
 
-/// Carries out a schedule. The observer sees every increment's end, may stop the run, and may keep checkpoints; from `resumed`
+/// Carries out a schedule; where there is the same harness on a `coarse` mesh, its start is looked for there first. The observer sees every increment's end, may stop the run, and may keep checkpoints; from `resumed`
 /// it goes on with a run that one of them kept. The status of the run is that of the first increment that did not converge.
 ///
 /// # Panics
 /// If the checkpoint does not fit the network ([`Checkpoint::fits`]) or the schedule.
 pub fn carry_out(
     network: &Network,
+    coarse: Option<&Network>,
     minimiser: &mut dyn Minimiser,
     stop: &Stop,
     schedule: &Schedule,
@@ -114,7 +116,8 @@ pub fn carry_out(
         None => {
             let mut driver = Driver::at_start(network, minimiser, stop, schedule);
             driver.log.begin(Moment { step: steps[0].name.clone(), step_index: 0, increment: 0 });
-            let homed = driver.bring_home(observer);
+            let nested = coarse.and_then(|coarse| driver.come_from(coarse, schedule, observer));
+            let homed = nested.unwrap_or_else(|| driver.bring_home(observer));
             if homed == Status::Interrupted {
                 run.status = homed;
                 return run;
@@ -335,6 +338,43 @@ impl<'n, 'm> Driver<'n, 'm> {
         status = self.off_the_edge(status);
         self.stop = stop;
         status
+    }
+
+    /// The balanced start of a coarse mesh, carried over to this one. `None` where that leads to no balance: the harness then lies as
+    /// it did.
+    fn come_from(&mut self, coarse: &Network, schedule: &Schedule, observer: &mut dyn Observer) -> Option<Status> {
+        let mut rough = Driver::at_start(coarse, &mut *self.minimiser, &self.stop, schedule);
+        let status = rough.bring_home(observer);
+        let (state, work) = (rough.state, (rough.iterations, rough.factorisations));
+        self.iterations += work.0;
+        self.factorisations += work.1;
+        if status != Status::Converged {
+            return (status == Status::Interrupted).then_some(status);
+        }
+        let network = self.problem.network;
+        let began = std::mem::replace(&mut self.state, nested::refined(coarse, &state, network));
+        let targets = self.problem.conditions().targets.clone();
+        for (f, fixing) in network.fixings.iter().enumerate().filter(|(_, fixing)| fixing.from_start) {
+            self.problem.set_target(f, plan::home(f, fixing, self.state.pose(&fixing.site)).at(1.0));
+        }
+        self.problem.update_held(&self.state);
+        self.problem.place_held(&mut self.state);
+        self.problem.gradient(&self.state, &mut self.certifier.gradient);
+        Settle::new(network).settle(&self.problem, &mut self.state, &self.certifier.gradient, 0.0);
+        let stop = self.stop;
+        self.stop.max_iterations = snap_iterations(&stop);
+        let mut status = self.solve();
+        status = self.off_the_edge(status);
+        self.stop = stop;
+        if status != Status::Converged {
+            self.state = began;
+            for (f, target) in targets.into_iter().enumerate() {
+                self.problem.set_target(f, target);
+            }
+            return None;
+        }
+        self.homing = false;
+        Some(status)
     }
 
     /// Lets the cable run through what slides without friction.

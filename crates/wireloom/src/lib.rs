@@ -94,8 +94,8 @@ pub fn run(built: Built, observer: &mut dyn FnMut(&Progress, &StepResult) -> Con
 /// # Panics
 /// If the checkpoint is not one of a run of the same scenario; see [`solve::checkpoint::Checkpoint::fits`].
 pub fn run_observed(built: Built, resumed: Option<Resumed>, observer: &mut dyn Observer) -> Run {
-    let Built { network, schedule, mut minimiser, stop, notes, .. } = built;
-    let mut run = solve::carry_out(&network, minimiser.as_mut(), &stop, &schedule, resumed, observer);
+    let Built { network, coarse, schedule, mut minimiser, stop, notes, .. } = built;
+    let mut run = solve::carry_out(&network, coarse.as_ref(), minimiser.as_mut(), &stop, &schedule, resumed, observer);
     run.notes.splice(0..0, notes);
     run
 }
