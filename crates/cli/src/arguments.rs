@@ -31,6 +31,8 @@ pub enum Command {
     /// Show what differs between results, and why they are not the same equilibrium
     ///
     /// Takes folders that `run` has written, and scenarios, which are carried out for the purpose (nothing is written of them).
+    /// Or one scenario, and what to try in it: --joint cosserat,rigid-body, --segments 20,40,80; of several such options, every
+    /// combination.
     Compare(CompareArguments),
     /// Print the JSON Schema of scenario files, for editors that complete and check
     Schema,
@@ -80,6 +82,24 @@ pub struct CompareArguments {
     /// Folders with results, result.json files, or scenarios (.toml)
     #[arg(required = true, value_name = "DIR|FILE")]
     pub inputs: Vec<PathBuf>,
+    /// Run the one scenario given with each of these models for all its joints
+    #[arg(long, value_name = "MODELS", value_delimiter = ',')]
+    pub joint: Vec<String>,
+    /// ... with each of these rods for all its branches
+    #[arg(long, value_name = "RODS", value_delimiter = ',')]
+    pub rod: Vec<String>,
+    /// ... with each of these minimisers
+    #[arg(long, value_name = "KINDS", value_delimiter = ',')]
+    pub minimiser: Vec<String>,
+    /// ... with each of these numbers of segments for every branch; of three or more, how fast results settle
+    #[arg(long, value_name = "NUMBERS", value_delimiter = ',')]
+    pub segments: Vec<usize>,
+    /// ... with each of these values for a key, such as branches.left.length=0.4,"500 mm" (`*` stands for every entry)
+    #[arg(long, value_name = "KEY=VALUES")]
+    pub set: Vec<String>,
+    /// Write the comparison as one HTML page, with the shapes over each other
+    #[arg(long, value_name = "FILE")]
+    pub report: Option<PathBuf>,
     /// Shapes nearer to each other than this are the same, in metres or with a unit
     #[arg(long, value_name = "LENGTH", default_value = "1 mm", value_parser = crate::length::parse)]
     pub tolerance: f64,

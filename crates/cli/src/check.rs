@@ -10,7 +10,7 @@ pub fn check(files: &[PathBuf], out: &mut dyn Write) -> Result<Outcome, Failure>
     let registry = wireloom::registry();
     let mut refusals = vec![];
     for file in files {
-        match load::scenario(file, None, &registry) {
+        match load::scenario(file, &[], &registry) {
             Ok(load::Loaded { scenario, built, .. }) => {
                 let steps = size::counted(scenario.steps.len(), "step", "steps");
                 let mut print = || {

@@ -4,44 +4,109 @@ use crate::arguments::CompareArguments;
 use crate::failure::{Failure, Outcome};
 use crate::load::{self, Loaded};
 use crate::progress::Bar;
-use crate::{differences, interrupt, run};
+use crate::variants::{self, Variant};
+use crate::{differences, folder, interrupt, run};
 use std::fs::File;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
-use wireloom::core::Run;
-use wireloom::export::comparison::{Case, Comparison};
+use wireloom::export::comparison::{Case, Comparison, Trend, convergence};
 use wireloom::export::ending::Ending;
 use wireloom::export::json;
+use wireloom::export::report::{Beside, write_beside};
 use wireloom::solve::Control;
 
-/// Compares folders with results, and scenarios that are carried out for the purpose.
+/// Compares folders with results, and scenarios that are carried out for the purpose, or one scenario with what is tried in it.
 pub fn compare(arguments: &CompareArguments, out: &mut dyn Write) -> Result<Outcome, Failure> {
-    if arguments.inputs.len() < 2 {
-        return Err(Failure::Input("nothing to compare it with: give two or more folders or scenarios".into()));
-    }
-    let registry = wireloom::registry();
-    let names = names(&arguments.inputs);
-    interrupt::listen();
-    let mut cases = vec![];
-    for (input, name) in arguments.inputs.iter().zip(names) {
-        let ending = if input.extension().is_some_and(|extension| extension == "toml") {
-            let loaded = load::scenario(input, None, &registry)?;
-            Ending::of(&carry_out(loaded, !arguments.quiet))
-        } else {
-            read(input)?
-        };
-        if interrupt::asked() {
-            return Err(Failure::Input("interrupted before all scenarios were carried out".into()));
+    let variants = variants::variants(arguments)?;
+    let refused = |message: &str| Err(Failure::Input(message.into()));
+    let (cases, reference) = match (&arguments.inputs[..], variants.len()) {
+        ([_], 0 | 1) => {
+            return refused(
+                "nothing to compare it with: give two or more folders or scenarios, or what to try in it, such as --segments 20,40,80",
+            );
         }
-        let Some(ending) = ending else {
-            return Err(Failure::Input(format!("{}: the run has come to no equilibrium", input.display())));
+        ([file], _) if is_scenario(file) => {
+            // The finest mesh is the nearest to the truth; otherwise the first is what the user has now.
+            let finest = arguments.segments.iter().enumerate().max_by_key(|(_, n)| **n);
+            let only = variants.len() == arguments.segments.len();
+            (tried(file, &variants, !arguments.quiet)?, Some(finest.filter(|_| only).map_or(0, |(k, _)| k)))
+        }
+        (_, 0) => (gathered(&arguments.inputs, !arguments.quiet)?, None),
+        _ => return refused("what is to be tried needs one scenario (.toml), not results or several"),
+    };
+    let comparison = Comparison::of(&cases, reference, arguments.tolerance);
+    let trends = trends(arguments, &cases);
+    let alike = [&arguments.joint, &arguments.rod, &arguments.set].iter().all(|tried| tried.is_empty())
+        && arguments.segments.is_empty();
+    if let Some(path) = &arguments.report {
+        let beside = Beside {
+            title: &title(arguments),
+            cases: &cases,
+            comparison: &comparison,
+            trends: &trends,
+            alike,
+            program: crate::results::PROGRAM,
+            machine: &crate::bench::machine(),
+            written: &humantime::format_rfc3339_seconds(std::time::SystemTime::now()).to_string(),
         };
-        cases.push(Case { name, ending });
+        folder::write(path, |out| write_beside(&beside, out))?;
     }
-    let comparison = Comparison::of(&cases, None, arguments.tolerance);
-    differences::print(&cases, &comparison, out).map_err(Failure::standard_output)?;
+    differences::print(&cases, &comparison, &trends, alike, out).map_err(Failure::standard_output)?;
     let converged = cases.iter().all(|case| case.ending.converged);
     Ok(if converged { Outcome::Done } else { Outcome::NotConverged })
+}
+
+/// Of the page: the scenario at hand, or all results.
+fn title(arguments: &CompareArguments) -> String {
+    match &arguments.inputs[..] {
+        [file] => file.file_stem().unwrap_or_default().to_string_lossy().into_owned(),
+        inputs => names(inputs).join(", "),
+    }
+}
+
+fn is_scenario(path: &Path) -> bool {
+    path.extension().is_some_and(|extension| extension == "toml")
+}
+
+/// How results settle, where three or more meshes are all that is tried.
+fn trends(arguments: &CompareArguments, cases: &[Case]) -> Vec<Trend> {
+    if arguments.segments.len() < 3 || arguments.segments.len() != cases.len() {
+        return vec![];
+    }
+    let mut meshes: Vec<(usize, &Ending)> =
+        arguments.segments.iter().copied().zip(cases.iter().map(|case| &case.ending)).collect();
+    meshes.sort_by_key(|(segments, _)| *segments);
+    convergence(&meshes)
+}
+
+/// One scenario with each of the variants. All are checked before the first is carried out.
+fn tried(file: &Path, variants: &[Variant], shown: bool) -> Result<Vec<Case>, Failure> {
+    let registry = wireloom::registry();
+    let loaded = variants.iter().map(|variant| load::scenario(file, &variant.settings, &registry));
+    let loaded = loaded.collect::<Result<Vec<_>, _>>()?;
+    interrupt::listen();
+    let cases =
+        loaded.into_iter().zip(variants).map(|(loaded, variant)| case(variant.name.clone(), carry_out(loaded, shown)?));
+    cases.collect()
+}
+
+/// Results of folders and of scenarios.
+fn gathered(inputs: &[PathBuf], shown: bool) -> Result<Vec<Case>, Failure> {
+    let registry = wireloom::registry();
+    interrupt::listen();
+    let cases = inputs.iter().zip(names(inputs)).map(|(input, name)| {
+        let ending =
+            if is_scenario(input) { carry_out(load::scenario(input, &[], &registry)?, shown)? } else { read(input)? };
+        case(name, ending)
+    });
+    cases.collect()
+}
+
+fn case(name: String, ending: Option<Ending>) -> Result<Case, Failure> {
+    let Some(ending) = ending else {
+        return Err(Failure::Input(format!("{name}: the run has come to no equilibrium")));
+    };
+    Ok(Case { name, ending })
 }
 
 /// The end of the run whose results lie in a folder, or in a file.
@@ -57,12 +122,16 @@ fn read(path: &Path) -> Result<Option<Ending>, Failure> {
 }
 
 /// Carries a scenario out; nothing is written.
-fn carry_out(loaded: Loaded, shown: bool) -> Run {
+fn carry_out(loaded: Loaded, shown: bool) -> Result<Option<Ending>, Failure> {
     let bar = Bar::new(run::increments(&loaded.built), 0, shown);
-    wireloom::run(loaded.built, &mut |progress, _| {
+    let run = wireloom::run(loaded.built, &mut |progress, _| {
         bar.advance(progress);
         if interrupt::asked() { Control::Stop } else { Control::Continue }
-    })
+    });
+    if interrupt::asked() {
+        return Err(Failure::Input("interrupted before all scenarios were carried out".into()));
+    }
+    Ok(Ending::of(&run))
 }
 
 /// The shortest ends of the paths that tell them apart, without `.toml` and `result.json`.

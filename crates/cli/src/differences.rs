@@ -4,13 +4,23 @@
 use crate::size::counted;
 use crate::summary::{Columns, ROWS, printable, time};
 use std::io::{self, Write};
-use wireloom::export::comparison::{BranchDifference, Case, Comparison, Part};
+use wireloom::export::comparison::{BranchDifference, Case, Comparison, Part, Trend};
 
-/// Prints a comparison.
-pub fn print(cases: &[Case], comparison: &Comparison, out: &mut dyn Write) -> io::Result<()> {
+/// Prints a comparison; `alike`: all are the same problem, so that they could have ended in the same equilibrium.
+pub fn print(
+    cases: &[Case],
+    comparison: &Comparison,
+    trends: &[Trend],
+    alike: bool,
+    out: &mut dyn Write,
+) -> io::Result<()> {
     endings(cases, out)?;
     differences(cases, comparison, out)?;
     branches(comparison, out)?;
+    settling(trends, out)?;
+    if !alike {
+        return Ok(());
+    }
     groups(cases, comparison, out)?;
     parts(cases, comparison, out)
 }
@@ -118,6 +128,30 @@ fn branches(comparison: &Comparison, out: &mut dyn Write) -> io::Result<()> {
         writeln!(out, "({} more branches, nearer to each other)\n", rows.len() - ROWS)?;
     }
     Ok(())
+}
+
+/// How results settle as meshes get finer.
+fn settling(trends: &[Trend], out: &mut dyn Write) -> io::Result<()> {
+    let mut table = Columns::new([
+        "quantity",
+        "unit",
+        "changes from mesh to mesh",
+        ">observed order",
+        ">error of the finest",
+        ">limit",
+    ]);
+    for trend in trends {
+        let changes: Vec<String> = trend.changes.iter().map(|change| format!("{change:.2e}")).collect();
+        table.row([
+            trend.quantity.to_owned(),
+            trend.unit.to_owned(),
+            changes.join(", "),
+            trend.order.map_or("–".into(), |order| format!("{order:.2}")),
+            trend.error.map_or("–".into(), |error| format!("{error:.1e}")),
+            trend.limit.map_or(String::new(), |limit| format!("{limit:.6}")),
+        ]);
+    }
+    table.print(out)
 }
 
 fn groups(cases: &[Case], comparison: &Comparison, out: &mut dyn Write) -> io::Result<()> {

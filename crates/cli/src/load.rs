@@ -4,7 +4,7 @@ use crate::failure::{Failure, Refusal};
 use std::cell::RefCell;
 use std::path::Path;
 use wireloom::core::Registry;
-use wireloom::core::registry::Parameters;
+use wireloom::scenario::settings::{self, Setting};
 use wireloom::scenario::{Built, Fault, Files, Scenario};
 
 /// Reads a text file. What is no UTF-8 is refused, not an I/O fault.
@@ -44,58 +44,35 @@ pub struct Loaded {
     pub texts: Vec<(String, String)>,
 }
 
-/// Reads, checks and builds a scenario; `minimiser` replaces its own.
-pub fn scenario(path: &Path, minimiser: Option<&str>, registry: &Registry) -> Result<Loaded, Failure> {
+/// Reads, checks and builds a scenario; `settings` take the place of what it says.
+pub fn scenario(path: &Path, settings: &[Setting], registry: &Registry) -> Result<Loaded, Failure> {
     let text = text(path)?;
     let files = Beside { folder: path.parent().unwrap_or(Path::new("")), read: RefCell::default() };
-    let loaded = match minimiser {
-        None => wireloom::load_with_files(&text, &files, registry),
-        Some(kind) => {
-            let parameters = parameters(kind, registry)?;
-            wireloom::scenario::parse_with_files(&text, &files, registry)
-                .and_then(|scenario| replace(scenario, kind, parameters, registry))
-        }
-    };
-    match loaded {
+    match wireloom::load_with_settings(&text, settings, &files, registry) {
         Ok((scenario, built)) => {
             let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
             let mut texts = vec![(name, text)];
             texts.append(&mut files.read.into_inner());
             Ok(Loaded { scenario, built, texts })
         }
-        Err(faults) => Err(Failure::Refused(vec![refusal(path, text, faults)])),
+        Err(faults) => {
+            let (own, set) = settings::apart(&text, faults);
+            let mut refusals = vec![];
+            if !own.is_empty() {
+                refusals.push(refusal(path, text, own));
+            }
+            if !set.is_empty() {
+                refusals.push(refusal(Path::new(COMMAND_LINE), settings::lines(settings), set));
+            }
+            Err(Failure::Refused(refusals))
+        }
     }
 }
+
+/// What faults of settings name instead of a file.
+const COMMAND_LINE: &str = "command line";
 
 /// A refusal of the scenario in `path`.
 pub fn refusal(path: &Path, text: String, faults: Vec<Fault>) -> Refusal {
     Refusal { file: path.display().to_string(), text, faults }
-}
-
-fn replace(
-    mut scenario: Scenario,
-    kind: &str,
-    parameters: Parameters,
-    registry: &Registry,
-) -> Result<(Scenario, Built), Vec<Fault>> {
-    if scenario.minimiser.kind != kind {
-        scenario.minimiser.kind = kind.to_owned();
-        scenario.minimiser.parameters = parameters;
-    }
-    let built = scenario.build(registry)?;
-    Ok((scenario, built))
-}
-
-/// The parameters of a minimiser about which the scenario says nothing.
-fn parameters(kind: &str, registry: &Registry) -> Result<Parameters, Failure> {
-    let Some(found) = registry.minimiser(kind) else {
-        let known: Vec<&str> = registry.minimisers().map(|kind| kind.name.as_str()).collect();
-        return Err(Failure::Input(format!("unknown minimiser `{kind}`; known: {}", known.join(", "))));
-    };
-    if let Some(missing) = found.parameters.iter().find(|parameter| parameter.required) {
-        let name = &missing.name;
-        return Err(Failure::Input(format!("minimiser `{kind}` needs `{name}`: choose it in the scenario instead")));
-    }
-    let defaults = found.parameters.iter().filter_map(|p| Some((p.name.clone(), p.default.clone()?)));
-    Ok(Parameters(defaults.collect()))
 }

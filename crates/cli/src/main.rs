@@ -28,6 +28,7 @@ mod saved;
 mod size;
 mod summary;
 mod terminal;
+mod variants;
 
 use arguments::{Arguments, Command, Format};
 use clap::Parser;

@@ -19,6 +19,9 @@ use wireloom::solve::Progress;
 /// Where the whole run is.
 pub const RESULT: &str = "result.json";
 
+/// Name and version of this program.
+pub const PROGRAM: &str = concat!("wireloom ", env!("CARGO_PKG_VERSION"));
+
 /// Writes what a scenario's `[output]` asks for.
 pub struct Results {
     folder: Folder,
@@ -67,7 +70,7 @@ impl Results {
             let report = report::Report {
                 run,
                 texts: &self.texts,
-                program: concat!("wireloom ", env!("CARGO_PKG_VERSION")),
+                program: PROGRAM,
                 machine: &crate::bench::machine(),
                 written: &humantime::format_rfc3339_seconds(std::time::SystemTime::now()).to_string(),
             };

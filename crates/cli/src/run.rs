@@ -12,7 +12,7 @@ use crate::{interrupt, size, summary};
 use std::io::Write;
 use std::path::{Path, PathBuf};
 use wireloom::core::{Registry, Status, StepResult};
-use wireloom::scenario::{Built, Scenario};
+use wireloom::scenario::{Built, Scenario, Setting};
 use wireloom::solve::checkpoint::{Checkpoint, Observer, Resumed};
 use wireloom::solve::{Control, Progress};
 
@@ -83,7 +83,7 @@ struct Job {
 impl Job {
     fn begin(arguments: &RunArguments, registry: &Registry) -> Result<Self, Failure> {
         let file = arguments.file.as_deref().unwrap_or(Path::new(""));
-        let mut loaded = load::scenario(file, arguments.minimiser.as_deref(), registry)?;
+        let mut loaded = load::scenario(file, &minimiser(arguments.minimiser.as_deref()), registry)?;
         loaded.scenario.output.report |= arguments.report;
         let mut folder = Folder::create(&arguments.out.clone().unwrap_or_else(|| default_folder(file)))?;
         folder.clear()?;
@@ -95,7 +95,7 @@ impl Job {
 
     fn resume(place: &Path, registry: &Registry) -> Result<Self, Failure> {
         let origin = Origin::read(place)?;
-        let mut loaded = load::scenario(&origin.file, origin.minimiser.as_deref(), registry)?;
+        let mut loaded = load::scenario(&origin.file, &minimiser(origin.minimiser.as_deref()), registry)?;
         loaded.scenario.output.report |= origin.report;
         origin.check(&loaded)?;
         let folder = Folder::create(place)?;
@@ -108,6 +108,11 @@ impl Job {
         }
         Ok(Self { loaded, folder, keeper, standing, resumed })
     }
+}
+
+/// What stands for a minimiser of the command line.
+fn minimiser(kind: Option<&str>) -> Vec<Setting> {
+    kind.map(Setting::minimiser).into_iter().collect()
 }
 
 /// `out/first` for `scenarios/first.toml`.

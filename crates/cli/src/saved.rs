@@ -14,6 +14,7 @@ use crate::extremes::Extremes;
 use crate::failure::Failure;
 use crate::folder::{self, Folder, OWN};
 use crate::load::Loaded;
+use crate::results::PROGRAM;
 use serde::{Deserialize, Serialize};
 use std::fs::{self, File};
 use std::io::{self, Write};
@@ -51,7 +52,7 @@ impl Origin {
     pub fn new(file: &Path, arguments: &RunArguments, loaded: &Loaded) -> Result<Self, Failure> {
         Ok(Self {
             format: FORMAT,
-            program: program(),
+            program: PROGRAM.to_owned(),
             file: std::path::absolute(file).map_err(Failure::io("find", file))?,
             minimiser: arguments.minimiser.clone(),
             report: arguments.report,
@@ -72,12 +73,12 @@ impl Origin {
             other => other.map_err(Failure::io("read", &path))?,
         };
         let origin: Self = serde_json::from_slice(&bytes).map_err(|error| unreadable(&path, &error))?;
-        if (origin.format, &origin.program) != (FORMAT, &program()) {
+        if (origin.format, origin.program.as_str()) != (FORMAT, PROGRAM) {
             return Err(Failure::Input(format!(
                 "the run in {} was begun by {} and cannot be resumed by {}: run the scenario anew",
                 folder.display(),
                 origin.program,
-                program()
+                PROGRAM
             )));
         }
         Ok(origin)
@@ -94,11 +95,6 @@ impl Origin {
             ))),
         }
     }
-}
-
-/// Name and version of this program.
-fn program() -> String {
-    format!("wireloom {}", env!("CARGO_PKG_VERSION"))
 }
 
 fn unreadable(path: &Path, error: &dyn std::fmt::Display) -> Failure {

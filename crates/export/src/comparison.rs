@@ -5,15 +5,18 @@
 //! all lie within a tolerance of each other have ended in the same equilibrium. Of those that have not, [`Comparison::parts`] says which
 //! parts of the harness lie in more than one way, and [`Group::reasons`] why the runs may have parted.
 
+mod convergence;
 mod shape;
+
+pub use convergence::{Trend, convergence};
 
 use crate::ending::{Ending, FixingEnd};
 use shape::Gap;
 use std::fmt;
 use wireloom_core::Vector;
 
-/// Twist that differs by more than this (turns) is another one, not an inaccuracy.
-const TURNS: f64 = 0.05;
+/// Twist that differs by more than this (turns) was put in on the way; less comes from lying in another shape.
+const TURNS: f64 = 0.5;
 /// Ends of branches that are nearer to each other than this many tolerances meet there.
 const MEET: f64 = 2.0;
 
@@ -186,10 +189,10 @@ impl fmt::Display for Reason {
                 write!(f, "branch {branch} is twisted by {here:.2} turns, in the reference by {reference:.2}")
             }
             Self::Multistable { stable: true } => {
-                f.write_str("both are stable, and fixings and twist are the same: which one is reached depends on the way there")
+                f.write_str("both are stable, held alike and without another turn of twist: which one is reached depends on the way there")
             }
             Self::Multistable { stable: false } => f.write_str(
-                "fixings and twist are the same, whether both are stable was not determined: which one is reached depends on the way there",
+                "both are held alike and without another turn of twist (whether they are stable was not determined): which one is reached depends on the way there",
             ),
         }
     }

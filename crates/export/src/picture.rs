@@ -11,9 +11,12 @@ mod labels;
 mod layout;
 mod legend;
 mod marks;
+mod overlay;
 mod panel;
 mod svg;
 mod view;
+
+pub(crate) use overlay::{colour, overlay};
 
 use crate::local::node_count;
 use std::io::{self, Write};

@@ -3,8 +3,11 @@
 //! Status and events first, then what every step came to with its picture, the reactions, the branches with the one nearest to its
 //! limit first, and the scenario itself. What is long is folded away; printing unfolds it.
 
+mod beside;
 mod plots;
 mod style;
+
+pub use beside::{Beside, write_beside};
 
 use crate::local::{Local, node_count};
 use crate::picture;

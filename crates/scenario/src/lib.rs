@@ -32,6 +32,7 @@ mod scenario;
 mod schema;
 mod sections;
 mod sequence;
+pub mod settings;
 mod timeline;
 mod units;
 
@@ -43,6 +44,7 @@ pub use scenario::{
     Arm, At, Branch, ByRule, Constraint, Division, Facing, Joint, Load, Minimiser, Output, Scenario, Spans,
 };
 pub use schema::schema;
+pub use settings::Setting;
 
 use std::ops::Range;
 use toml::de::DeTable;
@@ -69,8 +71,26 @@ pub fn parse(text: &str, registry: &Registry) -> Result<Scenario, Vec<Fault>> {
 /// the harness is held, and by constraints that agree, is judged only where all names lead somewhere. A fault of another
 /// file stands where the scenario names that file.
 pub fn parse_with_files(text: &str, files: &dyn Files, registry: &Registry) -> Result<Scenario, Vec<Fault>> {
-    let table = toml_table(text)?;
-    let reader = reader::Reader::new(text, files, registry);
+    parse_with_settings(text, &[], files, registry)
+}
+
+/// Reads and checks a scenario in which `settings` take the place of what it says.
+///
+/// # Errors
+/// See [`parse_with_files`]. Faults of what is set have places after the end of the text: see [`settings::apart`].
+pub fn parse_with_settings(
+    text: &str,
+    settings: &[Setting],
+    files: &dyn Files,
+    registry: &Registry,
+) -> Result<Scenario, Vec<Fault>> {
+    let whole_text = format!("{text}\n{}", settings::lines(settings));
+    let mut table = toml_table(&whole_text[..text.len()])?;
+    let reader = reader::Reader::new(&whole_text, files, registry);
+    let unset = settings::put(table.get_mut(), &whole_text, text.len(), settings, registry);
+    if !unset.is_empty() {
+        return Err(unset);
+    }
     let (scenario, whole) = document::read(&reader, table.get_ref());
     if whole {
         match scenario.build(registry) {

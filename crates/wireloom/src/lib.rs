@@ -20,7 +20,7 @@ pub fn registry() -> Registry {
 }
 
 use wireloom_core::equilibrium::{Run, StepResult};
-use wireloom_scenario::{Built, Fault, Files, Scenario};
+use wireloom_scenario::{Built, Fault, Files, Scenario, Setting};
 use wireloom_solve::checkpoint::{Observer, Resumed, Watching};
 use wireloom_solve::{Control, Progress};
 
@@ -37,7 +37,20 @@ pub fn load(text: &str, registry: &Registry) -> Result<(Scenario, Built), Vec<Fa
 /// # Errors
 /// All faults of the text at once, each with its place.
 pub fn load_with_files(text: &str, files: &dyn Files, registry: &Registry) -> Result<(Scenario, Built), Vec<Fault>> {
-    let scenario = scenario::parse_with_files(text, files, registry)?;
+    load_with_settings(text, &[], files, registry)
+}
+
+/// A scenario's text in which `settings` take the place of what it says, checked and built.
+///
+/// # Errors
+/// All faults at once; those of what is set have places after the end of the text: see [`scenario::settings::apart`].
+pub fn load_with_settings(
+    text: &str,
+    settings: &[Setting],
+    files: &dyn Files,
+    registry: &Registry,
+) -> Result<(Scenario, Built), Vec<Fault>> {
+    let scenario = scenario::parse_with_settings(text, settings, files, registry)?;
     let built = scenario.build(registry)?;
     Ok((scenario, built))
 }

@@ -1,5 +1,6 @@
 //! Directions of sight, and what there is to see.
 
+use wireloom_core::equilibrium::BranchResult;
 use wireloom_core::{StepResult, Vector};
 
 /// Where one looks from.
@@ -66,25 +67,30 @@ pub struct Scene {
 
 impl Scene {
     pub fn of(step: &StepResult) -> Self {
+        let of_branch = |branch: &BranchResult| -> Vec<(Vector, f64)> {
+            let r = radius(branch.diameter);
+            branch.position.iter().map(|x| (*x, r)).collect()
+        };
+        let branches = step.branches.iter().flat_map(of_branch);
+        let joints = step.joints.iter().map(|joint| (joint.position, 0.0));
+        Self::around(branches.chain(joints).chain(step.constraints.iter().map(|fixing| (fixing.position, 0.0))))
+    }
+
+    /// Around points, each with a radius (m).
+    pub fn around(points: impl Iterator<Item = (Vector, f64)>) -> Self {
         let mut low = [f64::INFINITY; 3];
         let mut high = [f64::NEG_INFINITY; 3];
         let mut hidden = 0;
-        let mut include = |x: &Vector, r: f64| {
-            if !visible(x) {
+        for (x, r) in points {
+            if !visible(&x) {
                 hidden += 1;
-                return;
+                continue;
             }
             for i in 0..3 {
                 low[i] = low[i].min(x[i] - r);
                 high[i] = high[i].max(x[i] + r);
             }
-        };
-        for branch in &step.branches {
-            let r = radius(branch.diameter);
-            branch.position.iter().for_each(|x| include(x, r));
         }
-        step.joints.iter().for_each(|joint| include(&joint.position, 0.0));
-        step.constraints.iter().for_each(|fixing| include(&fixing.position, 0.0));
         if low[0] > high[0] {
             (low, high) = ([0.0; 3], [0.0; 3]);
         }

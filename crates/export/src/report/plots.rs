@@ -1,5 +1,6 @@
 //! Curves along a branch, as SVG.
 
+use crate::ending::BranchEnd;
 use crate::local::Local;
 use plotters::coord::ranged1d::{AsRangedCoord, Ranged, ValueFormatter};
 use plotters::prelude::*;
@@ -23,7 +24,43 @@ pub fn bend_radius(curves: &[&BranchResult], limit: Option<f64>) -> String {
     let values = |branch: &BranchResult| -> Vec<f64> {
         branch.bend_radius.iter().map(|r| if r.is_nan() { most } else { (1e3 * r).clamp(0.5 * least, most) }).collect()
     };
-    draw(curves, values, (0.8 * least..most).log_scale(), &short, limit.map(|limit| 1e3 * limit))
+    draw(&lines(curves, values), (0.8 * least..most).log_scale(), &short, limit.map(|limit| 1e3 * limit))
+}
+
+/// Bend radius (mm, on a logarithmic scale) along several shapes of a branch, each in its colour (`#rrggbb`).
+pub fn bend_radii(curves: &[(&BranchEnd, &str)]) -> String {
+    let all = curves.iter().flat_map(|(branch, _)| &branch.bend_radius).copied();
+    let least = all.filter(|r| r.is_finite() && *r > 0.0).fold(f64::INFINITY, f64::min);
+    let least = if least.is_finite() { 1e3 * least } else { 1e3 };
+    let most = STRAIGHT * least;
+    let line = |(branch, colour): &(&BranchEnd, &str)| {
+        let radius = |r: &f64| if r.is_nan() { most } else { (1e3 * r).clamp(0.5 * least, most) };
+        let points = branch.s.iter().map(|s| 1e3 * s).zip(branch.bend_radius.iter().map(radius)).collect();
+        Line { points, colour: rgb(colour) }
+    };
+    let lines: Vec<Line> = curves.iter().map(line).collect();
+    draw(&lines, (0.8 * least..most).log_scale(), &short, None)
+}
+
+/// A curve and its colour.
+struct Line {
+    points: Vec<(f64, f64)>,
+    colour: RGBColor,
+}
+
+/// Values along each curve; the last one is to be seen best.
+fn lines(curves: &[&BranchResult], values: impl Fn(&BranchResult) -> Vec<f64>) -> Vec<Line> {
+    let line = |(k, branch): (usize, &&BranchResult)| Line {
+        points: branch.s.iter().map(|s| 1e3 * s).zip(values(branch)).collect(),
+        colour: if k + 1 == curves.len() { LAST } else { OTHER },
+    };
+    curves.iter().enumerate().map(line).collect()
+}
+
+/// Of `#rrggbb`.
+fn rgb(hex: &str) -> RGBColor {
+    let part = |k: usize| hex.get(k..k + 2).and_then(|part| u8::from_str_radix(part, 16).ok()).unwrap_or(0);
+    RGBColor(part(1), part(3), part(5))
 }
 
 /// Tension (N) along each curve.
@@ -37,22 +74,17 @@ pub fn tension(curves: &[&BranchResult]) -> String {
     let margin = (0.08 * (high - low)).max(1e-3);
     // Two digits more than the size of the range has.
     let digits = (1.5 - (high - low + margin).log10()).ceil().clamp(0.0, 9.0) as usize;
-    draw(curves, values, low - margin..high + margin, &|t| super::fixed(t, digits), None)
+    draw(&lines(curves, values), low - margin..high + margin, &|t| super::fixed(t, digits), None)
 }
 
-fn draw<Y>(
-    curves: &[&BranchResult],
-    values: impl Fn(&BranchResult) -> Vec<f64>,
-    y: Y,
-    words: &dyn Fn(f64) -> String,
-    limit: Option<f64>,
-) -> String
+/// Curves over s (mm).
+fn draw<Y>(lines: &[Line], y: Y, words: &dyn Fn(f64) -> String, limit: Option<f64>) -> String
 where
     Y: AsRangedCoord<Value = f64>,
     Y::CoordDescType: Ranged<ValueType = f64> + ValueFormatter<f64>,
 {
     let mut text = String::new();
-    let length = curves.iter().filter_map(|branch| branch.s.last()).fold(0.0_f64, |a, s| a.max(1e3 * s)).max(1e-6);
+    let length = lines.iter().filter_map(|line| line.points.last()).fold(0.0_f64, |a, (s, _)| a.max(*s)).max(1e-6);
     let attempt = || -> Result<(), Box<dyn std::error::Error + '_>> {
         let area = SVGBackend::with_string(&mut text, SIZE).into_drawing_area();
         area.fill(&WHITE).map_err(|error| error.to_string())?;
@@ -79,10 +111,9 @@ where
                 .draw_series(DashedLineSeries::new(line, 6, 4, LIMIT.stroke_width(2)))
                 .map_err(|error| error.to_string())?;
         }
-        for (k, branch) in curves.iter().enumerate() {
-            let colour = if k + 1 == curves.len() { LAST } else { OTHER };
-            let points = branch.s.iter().map(|s| 1e3 * s).zip(values(branch));
-            chart.draw_series(LineSeries::new(points, colour.stroke_width(2))).map_err(|error| error.to_string())?;
+        for Line { points, colour } in lines {
+            let series = LineSeries::new(points.iter().copied(), colour.stroke_width(2));
+            chart.draw_series(series).map_err(|error| error.to_string())?;
         }
         area.present().map_err(|error| error.to_string())?;
         Ok(())

@@ -1,0 +1,120 @@
+//! Convergence studies: how fast results settle as meshes get finer, and how far the finest still is from its limit.
+//!
+//! With `h` the length of a segment and `f(h) = f₀ + C hᵖ`, three meshes `h₁ > h₂ > h₃` give the observed order `p` from
+//! `(h₁ᵖ − h₂ᵖ)/(h₂ᵖ − h₃ᵖ) = e₁₂/e₂₃`, where `eᵢⱼ` is the change from one to the next, and Richardson's estimate of what is
+//! left, `|f(h₃) − f₀| = e₂₃ h₃ᵖ/(h₂ᵖ − h₃ᵖ)`. For shapes the changes are distances.
+
+use super::shape;
+use crate::ending::Ending;
+
+/// A quantity over meshes that get finer.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Trend {
+    /// What it is.
+    pub quantity: &'static str,
+    /// SI unit.
+    pub unit: &'static str,
+    /// Changes from each mesh to the next, in that unit.
+    pub changes: Vec<f64>,
+    /// Observed order, from the last three meshes; none where the changes do not get smaller.
+    pub order: Option<f64>,
+    /// Richardson's estimate of the error of the finest.
+    pub error: Option<f64>,
+    /// Of a quantity that is a number: its limit, extrapolated.
+    pub limit: Option<f64>,
+}
+
+/// Orders looked for.
+const ORDERS: [f64; 2] = [0.05, 12.0];
+
+/// How shape, energy, tightest bend and largest reaction settle. `meshes`: segments of a branch, from coarse to fine, and how
+/// that ended.
+pub fn convergence(meshes: &[(usize, &Ending)]) -> Vec<Trend> {
+    let h: Vec<f64> = meshes.iter().map(|(segments, _)| 1.0 / *segments as f64).collect();
+    let shapes = |measure: fn(&[shape::Gap], &[f64]) -> f64| -> Vec<f64> {
+        meshes.windows(2).map(|pair| distance(pair[0].1, pair[1].1, measure)).collect()
+    };
+    let mean = |gaps: &[shape::Gap], lengths: &[f64]| {
+        let whole: f64 = lengths.iter().sum();
+        gaps.iter().zip(lengths).map(|(gap, length)| gap.mean * length).sum::<f64>() / whole
+    };
+    let largest = |gaps: &[shape::Gap], _: &[f64]| gaps.iter().fold(0.0, |a: f64, gap| a.max(gap.largest));
+    let number = |quantity, unit, of: fn(&Ending) -> f64| {
+        let values: Vec<f64> = meshes.iter().map(|(_, ending)| of(ending)).collect();
+        trend(quantity, unit, &h, values.windows(2).map(|pair| pair[1] - pair[0]).collect(), values.last().copied())
+    };
+    vec![
+        trend("shape, mean distance", "m", &h, shapes(mean), None),
+        trend("shape, largest distance", "m", &h, shapes(largest), None),
+        number("energy", "J", |ending| ending.energy.total()),
+        number("tightest bend radius", "m", |ending| ending.tightest().map_or(f64::INFINITY, |(_, _, radius)| radius)),
+        number("largest fixing force", "N", |ending| {
+            ending.fixings.iter().fold(0.0, |f: f64, fixing| f.max(fixing.force.norm()))
+        }),
+    ]
+}
+
+fn distance(a: &Ending, b: &Ending, measure: fn(&[shape::Gap], &[f64]) -> f64) -> f64 {
+    let both = a.branches.iter().filter_map(|branch| {
+        let other = b.branches.iter().find(|other| other.name == branch.name)?;
+        Some((shape::gap(branch, other), branch.s.last().copied().unwrap_or(0.0)))
+    });
+    let (gaps, lengths): (Vec<_>, Vec<_>) = both.unzip();
+    measure(&gaps, &lengths)
+}
+
+/// `changes` may have signs; `finest`: the value on the finest mesh.
+fn trend(quantity: &'static str, unit: &'static str, h: &[f64], changes: Vec<f64>, finest: Option<f64>) -> Trend {
+    let mut trend = Trend { quantity, unit, order: None, error: None, limit: None, changes };
+    if let ([.., e12, e23], [.., h1, h2, h3]) = (&trend.changes[..], h)
+        && let Some(p) = order([*h1, *h2, *h3], e12 / e23)
+    {
+        let left = e23 * h3.powf(p) / (h2.powf(p) - h3.powf(p));
+        trend.order = Some(p);
+        trend.error = Some(left.abs());
+        trend.limit = finest.map(|finest| finest + left);
+    }
+    trend.changes.iter_mut().for_each(|change| *change = change.abs());
+    trend
+}
+
+/// `p` with `(h₁ᵖ − h₂ᵖ)/(h₂ᵖ − h₃ᵖ) = ratio`, by bisection: the left side grows with `p`.
+fn order([h1, h2, h3]: [f64; 3], ratio: f64) -> Option<f64> {
+    let excess = |p: f64| (h1.powf(p) - h2.powf(p)) / (h2.powf(p) - h3.powf(p)) - ratio;
+    let [mut low, mut high] = ORDERS;
+    if !(excess(low) < 0.0 && excess(high) > 0.0) {
+        return None;
+    }
+    for _ in 0..60 {
+        let middle = 0.5 * (low + high);
+        if excess(middle) < 0.0 { low = middle } else { high = middle }
+    }
+    Some(0.5 * (low + high))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_power_law_is_found_whatever_the_steps_of_refinement() {
+        for (p, c) in [(1.0, 0.3), (2.0, -4.0), (3.5, 1.0)] {
+            let h = [1.0 / 20.0, 1.0 / 30.0, 1.0 / 80.0];
+            let f: Vec<f64> = h.iter().map(|h: &f64| 7.0 + c * h.powf(p)).collect();
+            let trend = trend("f", "", &h, vec![f[1] - f[0], f[2] - f[1]], Some(f[2]));
+            assert!((trend.order.unwrap() - p).abs() < 1e-9, "{trend:?}");
+            assert!((trend.limit.unwrap() - 7.0).abs() < 1e-12, "{trend:?}");
+            assert!((trend.error.unwrap() - (f[2] - 7.0).abs()).abs() < 1e-12, "{trend:?}");
+            assert!(trend.changes.iter().all(|change| *change > 0.0));
+        }
+    }
+
+    #[test]
+    fn what_does_not_settle_has_no_order() {
+        let h = [0.1, 0.05, 0.025];
+        for changes in [[1.0, 2.0], [1.0, -0.5], [0.0, 0.0], [1.0, 0.0], [f64::NAN, 1.0]] {
+            assert_eq!(trend("f", "", &h, changes.to_vec(), Some(1.0)).order, None, "{changes:?}");
+        }
+        assert_eq!(trend("f", "", &h[..2], vec![1.0], Some(1.0)).order, None);
+    }
+}
