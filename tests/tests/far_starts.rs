@@ -85,14 +85,11 @@ fn dragged(network: &Network, newton: &mut Newton) -> (Vec<bool>, Vec<Pose>, Sta
 }
 
 fn problem<'n>(network: &'n Network, active: &[bool], targets: &[Pose]) -> Problem<'n> {
-    let conditions = Conditions {
-        gravity: Vector::new(0.0, 0.0, -9.81),
-        load_factors: vec![],
-        active: active.to_vec(),
-        targets: targets.to_vec(),
-        sliding: vec![],
-    };
-    Problem::new(network, conditions)
+    let mut conditions = Conditions::new(network, Vector::new(0.0, 0.0, -9.81), &State::origin(network));
+    conditions.active = active.to_vec();
+    let mut problem = Problem::new(network, conditions);
+    targets.iter().enumerate().for_each(|(fixing, target)| problem.set_target(fixing, *target));
+    problem
 }
 
 /// A Y of three arms that hang between plugs, with so many segments each.

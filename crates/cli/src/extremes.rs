@@ -61,7 +61,7 @@ impl Extremes {
     }
 
     fn see_fixing(&mut self, fixing: &ConstraintResult, step: &str) {
-        let force = fixing.force.norm();
+        let force = fixing.largest_force();
         match self.loads.iter_mut().find(|load| load.name == fixing.name) {
             Some(load) if force > load.force => (load.force, load.step) = (force, step.to_owned()),
             Some(_) => {}

@@ -1,7 +1,8 @@
-//! The trait of a constraint: what fixes a station of the harness.
+//! The trait of a constraint: what acts on stations of the harness, or along a span of a branch.
 
 use crate::{Matrix, Pose, Vector};
 use nalgebra::Unit;
+use std::ops::RangeInclusive;
 
 /// A freedom of a station, as scenarios spell it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -76,39 +77,171 @@ impl Hold {
     }
 }
 
-/// A potential on the pose of a station: a spring, say.
+/// What a constraint sees of the harness: m stations, and n nodes of its span; either may be none.
+#[derive(Clone, Copy, Debug)]
+pub struct Situation<'a> {
+    /// Pose of each station. One that needs no frame and has none is not turned.
+    pub stations: &'a [Pose],
+    /// Target of each station; see [`Constraint::target`]. Those of the second and further ones go along with the first as one rigid
+    /// body: they keep the places that the stations had relative to the first when the constraint began to act.
+    pub targets: &'a [Pose],
+    /// Position of each node of the span, m.
+    pub span: &'a [Vector],
+    /// Unstressed length of cable that each of them stands for, m: half of the span's segments on either side.
+    pub span_lengths: &'a [f64],
+    /// Share, 0 to 1, of the step in which the constraint began to act; from then on 1.
+    pub progress: f64,
+    /// What it remembers; see [`Constraint::memory`].
+    pub memory: &'a [f64],
+}
+
+/// An energy of stations and of nodes of a span: a spring, say.
 ///
-/// Derivatives are taken along `x + δ`, `q ∘ exp(θ)` (θ in the station's body frame).
+/// Contract: twice differentiable (but for lines where a second derivative jumps), finite, the same bits for the same input. Derivatives
+/// are taken along `x + δ`, `q ∘ exp(θ)` (θ in the station's body frame). All room for derivatives holds zeros when it is handed over.
+/// A potential whose energy is the least possible at its targets makes that 0.
 pub trait Potential: Send + Sync {
     /// Energy, J.
-    fn energy(&self, at: &Pose, target: &Pose) -> f64;
-    /// (∂E/∂x, N; ∂E/∂θ, N m).
-    fn gradient(&self, at: &Pose, target: &Pose) -> (Vector, Vector);
-    /// `[∂²E/∂x², ∂²E/∂θ∂x, ∂²E/∂θ²]`.
-    fn hessian(&self, at: &Pose, target: &Pose) -> [Matrix; 3];
+    fn energy(&self, at: &Situation<'_>) -> f64;
+    /// First derivatives; returns the energy, J. `stations` has 2 m entries: ∂E/∂x (N) and ∂E/∂θ (N m) of each station; `span` has n:
+    /// ∂E/∂x (N) of each node.
+    fn gradient(&self, at: &Situation<'_>, stations: &mut [Vector], span: &mut [Vector]) -> f64;
+    /// Second derivatives. `stations` is a 2 m × 2 m table of blocks, row by row, in the order of [`Self::gradient`], symmetric as a
+    /// whole: block (2 a + 1, 2 b) is ∂²E/∂θ_a∂x_b. `span` has n blocks ∂²E/∂x²: the nodes are coupled neither with one another nor with
+    /// stations.
+    fn hessian(&self, at: &Situation<'_>, stations: &mut [Matrix], span: &mut [Matrix]);
+}
+
+/// What a residual must be.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Relation {
+    /// `c = 0`.
+    Zero,
+    /// `c ≤ 0`.
+    NotPositive,
+}
+
+/// One equation or inequality.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Residual {
+    /// What it must be.
+    pub relation: Relation,
+    /// What counts as one, in the residual's unit: 1 m for a distance, 1 rad for an angle. The residual is met to the force tolerance
+    /// times a hundredth of this (1e-8 of it where the tolerance is 1e-6).
+    pub scale: f64,
+}
+
+impl Residual {
+    /// `c = 0`, measured by `scale`.
+    pub fn zero(scale: f64) -> Self {
+        Self { relation: Relation::Zero, scale }
+    }
+    /// `c ≤ 0`, measured by `scale`.
+    pub fn not_positive(scale: f64) -> Self {
+        Self { relation: Relation::NotPositive, scale }
+    }
+}
+
+/// Equations `c = 0` and inequalities `c ≤ 0` of stations, and of each node of a span for itself. They are enforced by an augmented
+/// Lagrangian (Hestenes 1969, Powell 1969; Rockafellar 1973 for inequalities); what they exert is −Jᵀλ.
+///
+/// Contract: twice differentiable, finite, the same bits for the same input; a residual that is not met has a derivative that is not 0.
+/// Derivatives are taken as those of a [`Potential`], and all room holds zeros when it is handed over. Residuals come in this order: those of the
+/// stations, then those of the first node of the span, of the second, and so on.
+pub trait Equations: Send + Sync {
+    /// The residuals of the stations.
+    fn of_stations(&self) -> Vec<Residual>;
+    /// The residuals of one node of the span; every node has the same.
+    fn of_each_node(&self) -> Vec<Residual> {
+        Vec::new()
+    }
+    /// c.
+    fn residuals(&self, at: &Situation<'_>, c: &mut [f64]);
+    /// c and J = ∂c/∂(x, θ). `stations` has a row of 2 m vectors for each residual of the stations: ∂c/∂x and ∂c/∂θ of each station;
+    /// `span` has one vector for each residual of a node: ∂c/∂x of that node.
+    fn jacobian(&self, at: &Situation<'_>, c: &mut [f64], stations: &mut [Vector], span: &mut [Vector]);
+    /// Σ w c″ over all residuals, in the places of [`Potential::hessian`]. Left at zero (as this does), second derivatives are those of
+    /// Gauss and Newton, and it takes more iterations where a residual is curved.
+    fn curvature(&self, _at: &Situation<'_>, _w: &[f64], _stations: &mut [Matrix], _span: &mut [Matrix]) {}
 }
 
 /// How a constraint acts.
 pub enum Action<'a> {
-    /// Some of the station's six freedoms are given: eliminated, exact.
+    /// Some of the six freedoms of its one station are given: eliminated, exact.
     Prescribed(&'a Hold),
-    /// An energy pulls the station towards its target.
+    /// An energy pulls at the stations, or along the span.
     Potential(&'a dyn Potential),
+    /// Equations and inequalities hold for them.
+    Equations(&'a dyn Equations),
 }
 
-/// A fixing at one station. Its target pose belongs to the [`crate::Conditions`] and is moved by the steps.
+/// What acts on one station, on several, or along a span. Its target pose belongs to the [`crate::Conditions`] and is moved by the steps.
 ///
-/// Contract: a potential is ≥ 0, 0 at the target, twice differentiable, and unchanged when station and
-/// target undergo the same rigid motion.
+/// Contract: hot calls (those of [`Action`], [`Self::target`]) neither fail nor allocate, and say the same each time.
 pub trait Constraint: Send + Sync {
     /// How it acts.
     fn action(&self) -> Action<'_>;
-    /// Whether it needs the station to have a frame.
+    /// Whether it needs its stations to have frames.
     fn needs_frame(&self) -> bool {
         match self.action() {
             Action::Prescribed(hold) => hold.rotation != RotationHold::Free,
-            Action::Potential(_) => true,
+            Action::Potential(_) | Action::Equations(_) => true,
         }
+    }
+    /// Whether nothing changes when stations, span and targets undergo the same rigid motion: false for what knows a place or a direction
+    /// of the world by itself.
+    fn objective(&self) -> bool {
+        true
+    }
+    /// The target that follows from the one the scenario gives (`base`) at a share of the step in which the constraint began to act; see
+    /// [`Situation::progress`].
+    fn target(&self, base: &Pose, _progress: f64) -> Pose {
+        *base
+    }
+    /// What it remembers when it begins to act, each time anew: as many numbers as it will ever need.
+    fn memory(&self) -> Vec<f64> {
+        Vec::new()
+    }
+    /// Called once at the equilibrium that an increment ends in, never for one that is tried and taken back: what is remembered from
+    /// here on. `memory` holds what was remembered before.
+    fn commit(&self, _at: &Situation<'_>, _memory: &mut [f64]) {}
+    /// Why nothing it has said may be relied on any more, if so (a plugin that crashed or took too long); the run then ends.
+    fn fault(&self) -> Option<String> {
+        None
+    }
+}
+
+/// Whether a kind acts along a span.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum SpanUse {
+    /// No.
+    Never,
+    /// Where the scenario gives one.
+    Maybe,
+    /// Always.
+    Always,
+}
+
+/// What a kind of constraint attaches to.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Attaches {
+    /// How many stations.
+    pub stations: RangeInclusive<usize>,
+    /// Whether it acts along a span.
+    pub span: SpanUse,
+}
+
+impl Attaches {
+    /// To so many stations and no span.
+    pub fn to_stations(stations: RangeInclusive<usize>) -> Self {
+        Self { stations, span: SpanUse::Never }
+    }
+}
+
+/// To one station.
+impl Default for Attaches {
+    fn default() -> Self {
+        Self::to_stations(1..=1)
     }
 }
 
@@ -130,11 +263,35 @@ pub struct Slide {
     pub friction: f64,
 }
 
+/// A place that a constraint acts on, as its factory is told.
+#[derive(Clone, Debug, PartialEq)]
+pub struct StationSpec {
+    /// Branch and arc length, m; `None`: a joint.
+    pub place: Option<(String, f64)>,
+    /// Diameter of the cable there, m; of the thickest arm of a joint.
+    pub diameter: f64,
+}
+
+/// A span that a constraint acts along, as its factory is told.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SpanSpec {
+    /// Branch.
+    pub branch: String,
+    /// Arc lengths where it begins and ends, m.
+    pub range: (f64, f64),
+    /// Diameter of the cable, m.
+    pub diameter: f64,
+}
+
 /// Everything a constraint factory is told.
 #[derive(Clone, Debug, Default)]
 pub struct ConstraintSpec {
     /// Name in the scenario.
     pub name: String,
+    /// Stations.
+    pub stations: Vec<StationSpec>,
+    /// Span.
+    pub span: Option<SpanSpec>,
     /// Whether the scenario (or a later move) gives a tangent.
     pub tangent_given: bool,
     /// Whether the scenario (or a later move) gives the direction of d1, or a whole orientation.

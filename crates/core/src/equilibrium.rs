@@ -19,6 +19,36 @@ pub struct Run {
     pub events: Vec<Event>,
     /// The last increment of each step, or all of them.
     pub steps: Vec<StepResult>,
+    /// What ended the run before its time, where a constraint did.
+    pub fault: Option<ConstraintFault>,
+}
+
+/// A constraint of which nothing may be relied on any more: the increment that it happened in is not part of the result.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct ConstraintFault {
+    /// Name of the constraint.
+    pub constraint: String,
+    /// Its kind.
+    pub kind: String,
+    /// Step.
+    pub step: String,
+    /// Which increment of it, from 1; 0: while the start was being found.
+    pub increment: usize,
+    /// What happened.
+    pub message: String,
+}
+
+/// "constraint `tie` (cable-tie) in step `pull`, increment 3: …".
+impl fmt::Display for ConstraintFault {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { constraint, kind, step, increment, message } = self;
+        write!(f, "constraint `{constraint}` ({kind}) in step `{step}`, ")?;
+        match increment {
+            0 => f.write_str("while the start was being found")?,
+            increment => write!(f, "increment {increment}")?,
+        }
+        write!(f, ": {message}")
+    }
 }
 
 /// One increment's end.
@@ -97,16 +127,59 @@ pub struct ConstraintResult {
     pub name: String,
     /// Kind.
     pub kind: String,
-    /// Held point, m.
+    /// Held point, m: the first station, or where the span begins.
     pub position: Vector,
     /// Frame at the held point.
     pub orientation: Rotation,
-    /// Force, N, world.
+    /// Force at the held point, N, world; where there is only a span, all that acts on it.
     pub force: Vector,
     /// Moment about the held point, N m, world.
     pub moment: Vector,
+    /// Every station, the first one included, where there are several.
+    pub stations: Vec<StationResult>,
+    /// The span, where it acts along one.
+    pub span: Option<SpanResult>,
     /// How the cable runs through it, where it slides.
     pub slide: Option<SlideResult>,
+}
+
+impl ConstraintResult {
+    /// The largest force at any station, or all that acts on the span, N.
+    pub fn largest_force(&self) -> f64 {
+        let others = self.stations.iter().map(|station| station.force.norm());
+        others.chain(self.span.iter().map(|span| span.force.norm())).fold(self.force.norm(), f64::max)
+    }
+
+    /// The largest moment at any station, N m.
+    pub fn largest_moment(&self) -> f64 {
+        self.stations.iter().map(|station| station.moment.norm()).fold(self.moment.norm(), f64::max)
+    }
+}
+
+/// One of several stations of a fixing, and what it exerts there.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct StationResult {
+    /// Where it is, m.
+    pub position: Vector,
+    /// Force, N, world.
+    pub force: Vector,
+    /// Moment about the station, N m, world.
+    pub moment: Vector,
+}
+
+/// The span of a fixing, and what it exerts along it.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct SpanResult {
+    /// Branch.
+    pub branch: String,
+    /// Unstressed arc lengths where it begins and ends, m.
+    pub range: (f64, f64),
+    /// All that acts on it, N, world.
+    pub force: Vector,
+    /// The largest force on one of its nodes, N, world.
+    pub largest: Vector,
+    /// Arc length of that node, m.
+    pub largest_at: f64,
 }
 
 /// How the cable runs through a fixing.
@@ -290,6 +363,8 @@ pub struct MinimiserResult {
     pub seconds: f64,
     /// Largest residual force (and moment) relative to its scale, from the certificate.
     pub force_residual: f64,
+    /// How far equations and inequalities of constraints are from being met at most, in units of their scales; none where there are none.
+    pub constraint_residual: Option<f64>,
 }
 
 #[cfg(test)]

@@ -19,6 +19,7 @@ use serde::{Deserialize, Serialize};
 pub mod constraint;
 pub mod equilibrium;
 pub mod event;
+pub mod fixings;
 pub mod joint;
 pub mod minimiser;
 pub mod network;
@@ -68,7 +69,10 @@ impl Pose {
     }
 }
 
-pub use constraint::{Action, Constraint, Hold, HoldWord, Limits, Potential, RotationHold, Slide};
+pub use constraint::{
+    Action, Constraint, Equations, Hold, HoldWord, Limits, Potential, Relation, Residual, RotationHold, Situation,
+    Slide,
+};
 pub use equilibrium::{Run, StepResult};
 pub use event::{Event, EventKind, EventPlace, Moment};
 pub use joint::{Arm, JointModel, Mounting};

@@ -1,6 +1,6 @@
 //! The harness as a graph of branches, joints and fixings, and where each has its place in a [`crate::State`].
 
-use crate::constraint::{Constraint, Limits, Slide};
+use crate::constraint::{Action, Constraint, Limits, Residual, Slide};
 use crate::joint::{Arm, JointModel, Mounting};
 use crate::rod::RodSegment;
 use crate::{Pose, Rotation, Section, Vector};
@@ -63,6 +63,26 @@ pub enum Place {
     Joint(usize),
 }
 
+/// Some nodes of a branch, one after the other.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct NodeRange {
+    /// Index of the branch.
+    pub branch: usize,
+    /// The nodes.
+    pub nodes: Range<usize>,
+}
+
+/// A span in its place.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Span {
+    /// Index of the branch.
+    pub branch: usize,
+    /// Its nodes in the state's points.
+    pub points: Range<usize>,
+    /// What carries each of them: at a joint it is another point.
+    pub sites: Vec<Site>,
+}
+
 /// A fixing before it has its place in the network.
 pub struct FixingPlan {
     /// Name.
@@ -71,8 +91,10 @@ pub struct FixingPlan {
     pub kind: String,
     /// The constraint.
     pub constraint: Box<dyn Constraint>,
-    /// Where it acts.
-    pub place: Place,
+    /// Its stations.
+    pub stations: Vec<Place>,
+    /// The nodes of a branch along which it acts.
+    pub span: Option<NodeRange>,
     /// Position it holds; left out: where it is when it begins.
     pub position: Option<Vector>,
     /// Tangent it holds.
@@ -167,10 +189,20 @@ pub struct Fixing {
     pub kind: String,
     /// The constraint.
     pub constraint: Box<dyn Constraint>,
-    /// Where it acts, as the scenario says.
+    /// Where it acts, as the scenario says: its first station, or where its span begins.
     pub place: Place,
-    /// Where it acts in the state.
+    /// Where that is in the state.
     pub site: Site,
+    /// All its stations, as the scenario says.
+    pub places: Vec<Place>,
+    /// Where they are in the state.
+    pub stations: Vec<Site>,
+    /// The nodes along which it acts.
+    pub span: Option<Span>,
+    /// Its equations and inequalities: so many of its stations, then those of its span, node by node.
+    pub residuals: Vec<Residual>,
+    /// How many of them are of its stations.
+    pub of_stations: usize,
     /// Position it holds, where given.
     pub position: Option<Vector>,
     /// Tangent it holds, where given.
@@ -185,6 +217,14 @@ pub struct Fixing {
     pub nearest: bool,
     /// Whether it acts from the beginning.
     pub from_start: bool,
+}
+
+impl Fixing {
+    /// The node of the span to which a residual belongs that is none of the stations.
+    pub(crate) fn node_of(&self, residual: usize) -> usize {
+        let nodes = self.span.as_ref().map_or(1, |span| span.sites.len());
+        (residual - self.of_stations) / ((self.residuals.len() - self.of_stations) / nodes)
+    }
 }
 
 /// Where the cable runs through a fixing.
@@ -272,7 +312,7 @@ impl Network {
     /// Gives every part its place.
     ///
     /// # Panics
-    /// If indices of the plans do not exist, a place that needs a frame is no station, or the mesh of a
+    /// If indices of the plans do not exist, a fixing has neither station nor span, a place that needs a frame is no station, or the mesh of a
     /// rod has a station at a [`Mounting::Point`] joint or none at a free end or a hub: what the scenario's
     /// check has excluded.
     pub fn new(
@@ -358,23 +398,7 @@ impl Network {
             points,
             frames,
         };
-        network.fixings = fixings
-            .into_iter()
-            .map(|plan| Fixing {
-                site: network.site(plan.place),
-                name: plan.name,
-                kind: plan.kind,
-                constraint: plan.constraint,
-                place: plan.place,
-                position: plan.position,
-                tangent: plan.tangent,
-                orientation: plan.orientation,
-                slide: plan.slide,
-                limits: plan.limits,
-                nearest: plan.nearest,
-                from_start: plan.from_start,
-            })
-            .collect();
+        network.fixings = fixings.into_iter().map(|plan| network.fixing(plan)).collect();
         for (index, fixing) in network.fixings.iter().enumerate() {
             if let (Some(slide), Place::Node { branch, node }) = (fixing.slide, fixing.place) {
                 network.branches[branch].mesh_moves = true;
@@ -399,6 +423,47 @@ impl Network {
             })
             .collect();
         network
+    }
+
+    /// A fixing in its place.
+    fn fixing(&self, plan: FixingPlan) -> Fixing {
+        let span = plan.span.map(|NodeRange { branch, nodes }| {
+            let start = self.branches[branch].points.start;
+            let sites = nodes.clone().map(|node| self.site(Place::Node { branch, node })).collect();
+            Span { branch, points: start + nodes.start..start + nodes.end, sites }
+        });
+        let begin = |span: &Span| Place::Node {
+            branch: span.branch,
+            node: span.points.start - self.branches[span.branch].points.start,
+        };
+        let place = plan.stations.first().copied().or_else(|| span.as_ref().map(begin));
+        let place = place.expect("a fixing has a station or a span");
+        let (mut residuals, mut of_stations) = (Vec::new(), 0);
+        if let Action::Equations(equations) = plan.constraint.action() {
+            residuals = equations.of_stations();
+            of_stations = residuals.len();
+            let nodes = span.iter().flat_map(|span| &span.sites);
+            residuals.extend(nodes.flat_map(|_| equations.of_each_node()));
+        }
+        Fixing {
+            place,
+            site: self.site(place),
+            stations: plan.stations.iter().map(|&place| self.site(place)).collect(),
+            places: plan.stations,
+            span,
+            residuals,
+            of_stations,
+            name: plan.name,
+            kind: plan.kind,
+            constraint: plan.constraint,
+            position: plan.position,
+            tangent: plan.tangent,
+            orientation: plan.orientation,
+            slide: plan.slide,
+            limits: plan.limits,
+            nearest: plan.nearest,
+            from_start: plan.from_start,
+        }
     }
 
     /// The independent point and frame that carry a place.

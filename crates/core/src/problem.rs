@@ -3,7 +3,8 @@
 
 use crate::constraint::{Action, RotationHold};
 use crate::equilibrium::Energy;
-use crate::network::{Site, WORTHWHILE};
+use crate::fixings::{Block, Exerted, FixingState, Room};
+use crate::network::WORTHWHILE;
 use crate::rod::{BranchHessian, BranchShape};
 use crate::rotation::{columns, shortest};
 use crate::sliding::{ActiveSlide, LengthTerms, Sliding};
@@ -23,8 +24,10 @@ pub struct Conditions {
     pub load_factors: Vec<f64>,
     /// Which fixings act.
     pub active: Vec<bool>,
-    /// Where each fixing holds (or pulls) its station.
+    /// Where each fixing holds (or pulls) its first station.
     pub targets: Vec<Pose>,
+    /// What each fixing carries along.
+    pub fixings: Vec<FixingState>,
     /// How each fixing of [`Network::slides`] slides, while it acts.
     pub sliding: Vec<Sliding>,
 }
@@ -57,8 +60,8 @@ pub struct Hessian {
     pub branches: Vec<BranchHessian>,
     /// For each joint with energy the k × k table of [`crate::JointModel::add_hessian`].
     pub joints: Vec<Vec<Matrix>>,
-    /// For each fixing that is a potential `[xx, θx, θθ]` in its site's own variables.
-    pub potentials: Vec<Option<[Matrix; 3]>>,
+    /// Of all fixings that pull or set equations; see [`Problem::fixing_hessian`].
+    pub fixings: Vec<Block>,
     /// For each tie the second derivative in the rotation of its hub.
     pub ties: Vec<Matrix>,
 }
@@ -69,7 +72,7 @@ impl Hessian {
         Self {
             branches: network.branches.iter().map(|b| BranchHessian::new(b.rod.mesh())).collect(),
             joints: network.joints.iter().map(|j| vec![Matrix::zeros(); j.arm_frames.len().pow(2)]).collect(),
-            potentials: vec![None; network.fixings.len()],
+            fixings: Vec::new(),
             ties: vec![Matrix::zeros(); network.ties.len()],
         }
     }
@@ -111,6 +114,11 @@ pub struct Problem<'n> {
     energies: Vec<f64>,
     arm_frames: Vec<Rotation>,
     arm_gradients: Vec<Vector>,
+    pub(crate) fixing_room: Room,
+    /// ρ per unit of penalty of a residual whose scale is 1, J.
+    pub(crate) penalty_unit: f64,
+    /// A fixing that has said what is not finite of a harness that is.
+    pub(crate) odd: Option<usize>,
 }
 
 impl<'n> Problem<'n> {
@@ -131,6 +139,9 @@ impl<'n> Problem<'n> {
             energies: vec![0.0; network.branches.len()],
             arm_frames: Vec::with_capacity(arms),
             arm_gradients: vec![Vector::zeros(); arms],
+            fixing_room: Room::default(),
+            penalty_unit: 0.0,
+            odd: None,
         };
         problem.lump_dead_loads();
         problem.find_slides();
@@ -154,11 +165,6 @@ impl<'n> Problem<'n> {
         self.conditions.sliding[slide] = sliding;
     }
 
-    /// Moves the target of a fixing.
-    pub fn set_target(&mut self, fixing: usize, target: Pose) {
-        self.conditions.targets[fixing] = target;
-    }
-
     /// Gravity lumped at nodes and dead loads.
     fn lump_dead_loads(&mut self) {
         let mut dead = std::mem::take(&mut self.dead);
@@ -180,6 +186,8 @@ impl<'n> Problem<'n> {
                 self.dead_moments.push((frame, load.moment * *factor));
             }
         }
+        let scales = self.scales();
+        self.penalty_unit = scales.force * scales.length;
     }
 
     /// Takes the curvature and twist that the branches have at `state` for their rest curvature, until
@@ -261,13 +269,7 @@ impl<'n> Problem<'n> {
         let dead: f64 = self.dead.iter().zip(&state.points).map(|(f, x)| -f.dot(x)).sum();
         energy.gravity = dead - energy.load;
         self.for_moving_weights(state, |point, force| energy.gravity -= force.dot(&state.points[point]));
-        for (f, fixing) in self.network.fixings.iter().enumerate() {
-            if self.conditions.active[f]
-                && let Action::Potential(potential) = fixing.constraint.action()
-            {
-                energy.constraint += potential.energy(&state.pose(&fixing.site), &self.conditions.targets[f]);
-            }
-        }
+        energy.constraint = self.fixing_energy(state);
         energy
     }
 
@@ -324,20 +326,7 @@ impl<'n> Problem<'n> {
             *force = gradient.points[tie.point];
         }
         self.network.pull_back(state, gradient);
-        for (f, fixing) in self.network.fixings.iter().enumerate() {
-            if self.conditions.active[f]
-                && let Action::Potential(potential) = fixing.constraint.action()
-            {
-                let (at, target) = (state.pose(&fixing.site), &self.conditions.targets[f]);
-                energy += potential.energy(&at, target);
-                let (force, moment) = self.potential_gradient(state, &fixing.site, potential.gradient(&at, target));
-                gradient.points[fixing.site.point] += force;
-                if let Some(frame) = fixing.site.frame {
-                    gradient.frames[frame] += moment;
-                }
-            }
-        }
-        energy
+        energy + self.fixing_gradient(state, gradient)
     }
 
     /// Energies and gradients of as many branches as `energies` has room for, from `first` on; `points` and `frames` begin with theirs.
@@ -373,15 +362,6 @@ impl<'n> Problem<'n> {
         }
     }
 
-    /// A gradient in the pose of a station, as one in the variables of its site.
-    fn potential_gradient(&self, state: &State, site: &Site, (force, moment): (Vector, Vector)) -> (Vector, Vector) {
-        let carried = site.frame.map_or_else(Vector::zeros, |frame| {
-            let body_force = state.frames[frame].inverse_transform_vector(&force);
-            site.local.orientation * moment + site.local.position.cross(&body_force)
-        });
-        (force, carried)
-    }
-
     /// Second derivatives at `state`. `forces` (N, body frame; one vector for each branch, one entry for each segment)
     /// replaces the rods' own forces in the geometric stiffness; see [`crate::RodSegment::hessian`]. Call after
     /// [`Self::gradient`] at the same state.
@@ -401,46 +381,12 @@ impl<'n> Problem<'n> {
                 *h = lever_hessian(&state.frames[hub], force, &tie.offset);
             }
         }
-        for (f, fixing) in self.network.fixings.iter().enumerate() {
-            hessian.potentials[f] = None;
-            if self.conditions.active[f]
-                && let Action::Potential(potential) = fixing.constraint.action()
-            {
-                let (at, target) = (state.pose(&fixing.site), &self.conditions.targets[f]);
-                let mut h = potential.hessian(&at, target);
-                if let Some(frame) = fixing.site.frame {
-                    // δx = δX + J θ with J = −R [o]ₓ, θ_station = Aᵀ θ.
-                    let r = state.frames[frame].to_rotation_matrix();
-                    let a = fixing.site.local.orientation.to_rotation_matrix();
-                    let j = -(r.matrix() * crate::rotation::skew(&fixing.site.local.position));
-                    let (xx, tx, tt) = (h[0], a * h[1], a * h[2] * a.inverse());
-                    let force = potential.gradient(&at, target).0;
-                    h[1] = tx + j.transpose() * xx;
-                    h[2] = tt
-                        + tx * j
-                        + (tx * j).transpose()
-                        + j.transpose() * xx * j
-                        + lever_hessian(&state.frames[frame], &force, &fixing.site.local.position);
-                }
-                hessian.potentials[f] = Some(h);
-            }
-        }
+        self.fixing_hessian(state, &mut hessian.fixings);
     }
 
     /// Second derivatives of the energy at `state` in the edges of a branch, N/m; see [`crate::RodSegment::edge_stiffness`].
     pub fn edge_stiffness(&self, state: &State, branch: usize, stiffness: &mut [Matrix]) {
         self.network.branches[branch].rod.edge_stiffness(&self.shape(state, branch), stiffness);
-    }
-
-    /// Second derivative in the position of the point on which a fixing acts as a spring, N/m; `None` where it does not.
-    pub fn spring_stiffness(&self, state: &State, f: usize) -> Option<Matrix> {
-        let fixing = &self.network.fixings[f];
-        match fixing.constraint.action() {
-            Action::Potential(potential) if self.conditions.active[f] => {
-                Some(potential.hessian(&state.pose(&fixing.site), &self.conditions.targets[f])[0])
-            }
-            _ => None,
-        }
     }
 
     /// Which variables are held, as [`Self::update_held`] found them.
@@ -621,15 +567,24 @@ impl<'n> Problem<'n> {
         self.free_slides(gradient);
     }
 
-    /// What fixing `f` exerts on the harness: force (N) and moment about the held point (N m), world axes. `gradient`
-    /// is the whole gradient at `state`; the held directions must be up to date.
-    pub fn reaction(&self, f: usize, state: &State, gradient: &Tangent) -> (Vector, Vector) {
-        let fixing = &self.network.fixings[f];
-        if let Action::Potential(potential) = fixing.constraint.action() {
-            let at = state.pose(&fixing.site);
-            let (force, moment) = potential.gradient(&at, &self.conditions.targets[f]);
-            return (-force, -(at.orientation * moment));
+    /// What fixing `f` exerts on the harness at `state`; see [`Self::reaction`].
+    pub fn exerted(&self, f: usize, state: &State, gradient: &Tangent) -> Exerted {
+        match self.network.fixings[f].constraint.action() {
+            Action::Prescribed(_) => Exerted { stations: vec![self.held_reaction(f, state, gradient)], span: vec![] },
+            _ => self.pull(f, state),
         }
+    }
+
+    /// What fixing `f` exerts on the harness: force (N) and moment about the held point (N m), world axes, at its first station; where it has
+    /// none the force on its span. `gradient` is the whole gradient at `state`; the held directions must be up to date.
+    pub fn reaction(&self, f: usize, state: &State, gradient: &Tangent) -> (Vector, Vector) {
+        let exerted = self.exerted(f, state, gradient);
+        exerted.stations.first().copied().unwrap_or_else(|| (exerted.span.iter().sum(), Vector::zeros()))
+    }
+
+    /// What a fixing that prescribes exerts.
+    fn held_reaction(&self, f: usize, state: &State, gradient: &Tangent) -> (Vector, Vector) {
+        let fixing = &self.network.fixings[f];
         let (mut force, mut moment) = (Vector::zeros(), Vector::zeros());
         for h in &self.held {
             for k in (0..h.count).filter(|&k| h.fixing[k] == f) {
@@ -656,7 +611,7 @@ impl<'n> Problem<'n> {
 }
 
 /// Second derivative in θ of `f · R exp(θ) o`: with `f_b = Rᵀ f` it is `sym(f_b oᵀ) − (f_b·o) I`.
-fn lever_hessian(q: &Rotation, force: &Vector, offset: &Vector) -> Matrix {
+pub(crate) fn lever_hessian(q: &Rotation, force: &Vector, offset: &Vector) -> Matrix {
     let f = q.inverse_transform_vector(force);
     let outer = f * offset.transpose();
     (outer + outer.transpose()) * 0.5 - Matrix::identity() * f.dot(offset)

@@ -1,7 +1,7 @@
 //! Kind name → factory, with declared parameters. Built-ins and plugins come through the same door.
 
 use crate::Vector;
-use crate::constraint::{Constraint, ConstraintSpec};
+use crate::constraint::{Attaches, Constraint, ConstraintSpec};
 use crate::joint::{JointModel, JointSpec};
 use crate::minimiser::Minimiser;
 use crate::rod::{RodSegment, RodSpec};
@@ -180,7 +180,18 @@ pub type RodKind = Kind<RodSpec, dyn RodSegment>;
 /// A joint kind.
 pub type JointKind = Kind<JointSpec, dyn JointModel>;
 /// A constraint kind.
-pub type ConstraintKind = Kind<ConstraintSpec, dyn Constraint>;
+pub struct ConstraintKind {
+    /// Name in scenarios.
+    pub name: String,
+    /// One line: what it is for.
+    pub doc: String,
+    /// What it attaches to.
+    pub attaches: Attaches,
+    /// Declared parameters.
+    pub parameters: Vec<Parameter>,
+    /// Makes one.
+    pub build: Factory<ConstraintSpec, dyn Constraint>,
+}
 /// A minimiser kind.
 pub type MinimiserKind = Kind<(), dyn Minimiser>;
 

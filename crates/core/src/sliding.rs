@@ -116,7 +116,8 @@ impl Problem<'_> {
             for (side, end) in [(0, branch.start), (1, branch.end)] {
                 let last = [0, mesh.segments()][side];
                 let held = network.fixings.iter().enumerate().any(|(f, fixing)| {
-                    self.conditions().active[f] && fixing.place == Place::Node { branch: site.branch, node: last }
+                    self.conditions().active[f]
+                        && fixing.places.contains(&Place::Node { branch: site.branch, node: last })
                 });
                 least[side] = (LEAST_LENGTH * branch.section.diameter)
                     .min(LEAST_SHARE * mesh.rest_lengths[sides[side].clone()].iter().sum::<f64>());
@@ -153,8 +154,8 @@ impl Problem<'_> {
         let network = self.network;
         let points = &network.branches[branch].points;
         let acting = network.fixings.iter().zip(&self.conditions().active).filter(|(_, active)| **active);
-        let of_fixings = acting.filter_map(|(fixing, _)| match fixing.place {
-            Place::Node { branch: b, node } if b == branch => Some(node),
+        let of_fixings = acting.flat_map(|(fixing, _)| &fixing.places).filter_map(|place| match place {
+            Place::Node { branch: b, node } if *b == branch => Some(*node),
             _ => None,
         });
         let of_loads =

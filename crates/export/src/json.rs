@@ -15,6 +15,10 @@
 //! | `increments` | in how many increments it was so |
 //! | `value`, `limit` | the worst value, and what it should not pass, in SI units; null where there is none |
 //! | `message` | a sentence for people, of the worst increment |
+//!
+//! A constraint that acts on several stations has `stations`, each with `position`, `force` and `moment`; one that acts along a span has
+//! `span`: `branch`, `from`, `to`, all the `force` on it, the `largest` on one node, and `largest_at`, its arc length. `fault` stands
+//! there only where a constraint ended the run: `constraint`, `kind`, `step`, `increment` and `message`.
 
 mod read;
 
@@ -22,8 +26,8 @@ pub use read::read;
 use serde::ser::{Serialize, SerializeMap, Serializer};
 use std::io::{self, BufWriter, Write};
 use wireloom_core::equilibrium::{
-    BranchResult, ConstraintResult, Energy, Event, JointResult, MinimiserResult, Moment, OperationResult, Run,
-    StepResult, TightestBend,
+    BranchResult, ConstraintFault, ConstraintResult, Energy, Event, JointResult, MinimiserResult, Moment,
+    OperationResult, Run, SpanResult, StationResult, StepResult, TightestBend,
 };
 use wireloom_core::rotation::columns;
 use wireloom_core::{Rotation, Vector};
@@ -50,6 +54,25 @@ struct Document<'a> {
     notes: &'a [String],
     events: Vec<Occurrence<'a>>,
     steps: Vec<Step<'a>>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    fault: Option<Fault<'a>>,
+}
+
+/// What ended a run before its time.
+#[derive(serde::Serialize)]
+struct Fault<'a> {
+    constraint: &'a str,
+    kind: &'a str,
+    step: &'a str,
+    increment: usize,
+    message: &'a str,
+}
+
+impl<'a> Fault<'a> {
+    fn of(fault: &'a ConstraintFault) -> Self {
+        let ConstraintFault { constraint, kind, step, increment, message } = fault;
+        Self { constraint, kind, step, increment: *increment, message }
+    }
 }
 
 impl<'a> Document<'a> {
@@ -61,6 +84,7 @@ impl<'a> Document<'a> {
             notes: &run.notes,
             events: run.events.iter().map(Occurrence::of).collect(),
             steps: run.steps.iter().map(Step::of).collect(),
+            fault: run.fault.as_ref().map(Fault::of),
         }
     }
 }
@@ -297,6 +321,46 @@ struct Constraint<'a> {
     orientation: [Number; 4],
     force: [Number; 3],
     moment: [Number; 3],
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    stations: Vec<Station>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    span: Option<Span<'a>>,
+}
+
+#[derive(serde::Serialize)]
+struct Station {
+    position: [Number; 3],
+    force: [Number; 3],
+    moment: [Number; 3],
+}
+
+impl Station {
+    fn of(station: &StationResult) -> Self {
+        Self { position: vector(&station.position), force: vector(&station.force), moment: vector(&station.moment) }
+    }
+}
+
+#[derive(serde::Serialize)]
+struct Span<'a> {
+    branch: &'a str,
+    from: Number,
+    to: Number,
+    force: [Number; 3],
+    largest: [Number; 3],
+    largest_at: Number,
+}
+
+impl<'a> Span<'a> {
+    fn of(span: &'a SpanResult) -> Self {
+        Self {
+            branch: &span.branch,
+            from: Number(span.range.0),
+            to: Number(span.range.1),
+            force: vector(&span.force),
+            largest: vector(&span.largest),
+            largest_at: Number(span.largest_at),
+        }
+    }
 }
 
 impl Named for ConstraintResult {
@@ -311,6 +375,8 @@ impl Named for ConstraintResult {
             orientation: quaternion(&self.orientation),
             force: vector(&self.force),
             moment: vector(&self.moment),
+            stations: self.stations.iter().map(Station::of).collect(),
+            span: self.span.as_ref().map(Span::of),
         }
     }
 }
@@ -365,6 +431,8 @@ struct Minimiser<'a> {
     factorisations: usize,
     seconds: Number,
     force_residual: Number,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    constraint_residual: Option<Number>,
 }
 
 impl<'a> Minimiser<'a> {
@@ -375,6 +443,7 @@ impl<'a> Minimiser<'a> {
             factorisations: minimiser.factorisations,
             seconds: Number(minimiser.seconds),
             force_residual: Number(minimiser.force_residual),
+            constraint_residual: minimiser.constraint_residual.map(Number),
         }
     }
 }

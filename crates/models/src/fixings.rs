@@ -1,7 +1,7 @@
 //! Built-in constraints: `connector`, `collar`, `handle`.
 
 use crate::kernel::BendTwist;
-use wireloom_core::constraint::{Action, Constraint, ConstraintSpec, Hold, HoldWord, Potential};
+use wireloom_core::constraint::{Action, Attaches, Constraint, ConstraintSpec, Hold, HoldWord, Potential, Situation};
 use wireloom_core::registry::{BuildError, ConstraintKind, Form, Parameter, Parameters, Quantity, Value};
 use wireloom_core::rotation::columns;
 use wireloom_core::{Matrix, Pose, Vector};
@@ -20,6 +20,7 @@ pub fn connector() -> ConstraintKind {
     ConstraintKind {
         name: "connector".into(),
         doc: "holds position, tangent and twist, as a plugged connector does".into(),
+        attaches: Attaches::default(),
         parameters: vec![],
         build: Box::new(|spec, _| {
             Ok(Box::new(Fixed(spec.hold(&[HoldWord::Position, HoldWord::Tangent, HoldWord::Twist]))))
@@ -32,6 +33,7 @@ pub fn collar() -> ConstraintKind {
     ConstraintKind {
         name: "collar".into(),
         doc: "a clip around the bundle: holds position and tangent; the twist is free unless held".into(),
+        attaches: Attaches::default(),
         parameters: vec![Parameter {
             name: "twist".into(),
             doc: "whether the clip also keeps the bundle from turning about its own axis".into(),
@@ -62,6 +64,7 @@ pub fn handle() -> ConstraintKind {
         name: "handle".into(),
         doc: "what a hand or robot holds: the position, and tangent and twist where they are given; rigid or springy"
             .into(),
+        attaches: Attaches::default(),
         parameters: vec![
             spring("stiffness", "spring between hand and cable; left out, the hand is rigid", Quantity::ForcePerLength),
             spring(
@@ -151,7 +154,8 @@ impl Spring {
 }
 
 impl Potential for Spring {
-    fn energy(&self, at: &Pose, target: &Pose) -> f64 {
+    fn energy(&self, at: &Situation<'_>) -> f64 {
+        let (at, target) = (&at.stations[0], &at.targets[0]);
         let turn = match self.angular {
             Angular::None => 0.0,
             Angular::Tangent(k) => {
@@ -166,7 +170,8 @@ impl Potential for Spring {
     }
 
     /// For the tangent: `½|d3 − t|² = 1 − d3·t`, `δd3 = R (θ × e3)`, so `∂/∂θ = −k e3 × Rᵀt`.
-    fn gradient(&self, at: &Pose, target: &Pose) -> (Vector, Vector) {
+    fn gradient(&self, situation: &Situation<'_>, stations: &mut [Vector], _: &mut [Vector]) -> f64 {
+        let (at, target) = (&situation.stations[0], &situation.targets[0]);
         let turn = match self.angular {
             Angular::None => Vector::zeros(),
             Angular::Tangent(k) => {
@@ -175,11 +180,14 @@ impl Potential for Spring {
             }
             Angular::Frame(k) => Self::turn(k, at, target).0.gradient().1,
         };
-        ((at.position - target.position) * self.linear, turn)
+        stations[0] = (at.position - target.position) * self.linear;
+        stations[1] = turn;
+        self.energy(situation)
     }
 
     /// For the tangent: `−k t_b·(½ θ × (θ × e3))'' = k (t_b·e3 I − sym(t_b e3ᵀ))`, `t_b = Rᵀ t`.
-    fn hessian(&self, at: &Pose, target: &Pose) -> [Matrix; 3] {
+    fn hessian(&self, at: &Situation<'_>, stations: &mut [Matrix], _: &mut [Matrix]) {
+        let (at, target) = (&at.stations[0], &at.targets[0]);
         let turn = match self.angular {
             Angular::None => Matrix::zeros(),
             Angular::Tangent(k) => {
@@ -192,6 +200,7 @@ impl Potential for Spring {
                 law.hessian(1.0, &c).bb
             }
         };
-        [Matrix::identity() * self.linear, Matrix::zeros(), turn]
+        stations[0] = Matrix::identity() * self.linear;
+        stations[3] = turn;
     }
 }

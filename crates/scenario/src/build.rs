@@ -2,10 +2,10 @@
 
 use crate::fault::Fault;
 use crate::mesh::Layout;
-use crate::scenario::{Constraint, Facing, Joint, Scenario, Spans};
+use crate::scenario::{At, Constraint, Facing, Joint, Scenario, Spans, Stretch};
 use crate::sections;
 use nalgebra::Unit;
-use wireloom_core::constraint::ConstraintSpec;
+use wireloom_core::constraint::{ConstraintSpec, SpanSpec, StationSpec};
 use wireloom_core::joint::{JointSpec, Mounting};
 use wireloom_core::network::{BranchPlan, FixingPlan, JointPlan, LoadPlan};
 use wireloom_core::registry::{BuildError, Factory, Parameters};
@@ -184,13 +184,14 @@ impl Scenario {
         for constraint in &self.constraints {
             let kind = registry.constraint(&constraint.kind).map(|kind| &kind.build);
             let label = format!("constraint \"{}\"", constraint.name);
-            let spec = constraint_spec(constraint);
+            let spec = self.constraint_spec(constraint);
             let built = made(kind, &spec, &constraint.parameters, &label, &constraint.spans, faults);
             plans.extend(built.map(|built| FixingPlan {
                 name: constraint.name.clone(),
                 kind: constraint.called.clone(),
                 constraint: built,
-                place: layout.place(constraint.at),
+                stations: constraint.at.iter().map(|&at| layout.place(at)).collect(),
+                span: constraint.span.as_ref().map(|span| layout.span(span)),
                 position: constraint.position,
                 tangent: if let Facing::Tangent(tangent) = constraint.facing { Some(tangent) } else { None },
                 orientation: if let Facing::Orientation(frame) = constraint.facing { Some(frame) } else { None },
@@ -201,6 +202,35 @@ impl Scenario {
             }));
         }
         plans
+    }
+
+    fn constraint_spec(&self, constraint: &Constraint) -> ConstraintSpec {
+        let diameter = |branch: usize| self.sections[self.branches[branch].section].diameter;
+        let station = |at: &At| match at {
+            At::Branch { branch, s } => {
+                let place = Some((self.branches[*branch].name.clone(), *s));
+                StationSpec { place, diameter: diameter(*branch) }
+            }
+            At::Joint(joint) => {
+                let arms = self.joints[*joint].arms.iter().map(|arm| diameter(arm.branch));
+                StationSpec { place: None, diameter: arms.fold(0.0, f64::max) }
+            }
+        };
+        let span = |span: &Stretch| SpanSpec {
+            branch: self.branches[span.branch].name.clone(),
+            range: (span.from, span.to),
+            diameter: diameter(span.branch),
+        };
+        ConstraintSpec {
+            name: constraint.name.clone(),
+            stations: constraint.at.iter().map(station).collect(),
+            span: constraint.span.as_ref().map(span),
+            tangent_given: constraint.tangent_given,
+            up_given: constraint.up_given,
+            hold: constraint.hold.clone(),
+            free_axis: constraint.free_axis.map(Unit::new_unchecked),
+            rails: constraint.rails.clone(),
+        }
     }
 
     fn load_plans(&self, layout: &Layout) -> Vec<LoadPlan> {
@@ -230,17 +260,6 @@ impl Scenario {
 
     fn notes_on_sections(&self) -> Vec<String> {
         self.by_rule.iter().map(|by_rule| sections::note(by_rule, &self.sections[by_rule.section])).collect()
-    }
-}
-
-fn constraint_spec(constraint: &Constraint) -> ConstraintSpec {
-    ConstraintSpec {
-        name: constraint.name.clone(),
-        tangent_given: constraint.tangent_given,
-        up_given: constraint.up_given,
-        hold: constraint.hold.clone(),
-        free_axis: constraint.free_axis.map(Unit::new_unchecked),
-        rails: constraint.rails.clone(),
     }
 }
 

@@ -13,13 +13,15 @@ use wireloom_core::{Action, Matrix, Network, Rotation, RotationHold, Vector};
 pub(crate) fn refuse_misplaced(scenario: &Scenario, network: &Network) -> Vec<Fault> {
     let mut faults = Vec::new();
     for (own, fixing) in scenario.constraints.iter().zip(&network.fixings) {
-        if fixing.constraint.needs_frame() && fixing.site.frame.is_none() {
+        if fixing.constraint.needs_frame()
+            && let Some(site) = fixing.stations.iter().find(|site| site.frame.is_none())
+        {
             faults.push(Fault {
                 span: own.spans.of(Some("at")),
                 message: format!(
                     "constraint \"{}\" holds more than the position at joint {}, which has no frame",
                     own.name,
-                    joint_name(network, fixing.site.point),
+                    joint_name(network, site.point),
                 ),
                 help: "write hold = [\"position\"], attach it further along a branch, or use a joint model with a body"
                     .to_owned(),
@@ -37,6 +39,7 @@ pub(crate) fn refuse_misplaced(scenario: &Scenario, network: &Network) -> Vec<Fa
         }
     }
     faults.extend(refuse_bad_slides(scenario, network));
+    faults.extend(refuse_bad_shapes(scenario, network));
     for (own, load) in scenario.loads.iter().zip(&network.loads) {
         if own.moment != Vector::zeros() && load.site.frame.is_none() {
             faults.push(Fault {
@@ -60,7 +63,8 @@ fn refuse_bad_slides(scenario: &Scenario, network: &Network) -> Vec<Fault> {
         if fixing.slide.is_none() {
             continue;
         }
-        let other = network.fixings.iter().enumerate().find(|(k, other)| *k != index && other.place == fixing.place);
+        let others = network.fixings.iter().enumerate();
+        let other = others.filter(|(k, _)| *k != index).find(|(_, other)| other.places.contains(&fixing.place));
         let load = network.loads.iter().find(|load| load.point == fixing.site.point);
         let message = match (other, load) {
             (Some((_, other)), _) => {
@@ -86,6 +90,40 @@ fn refuse_bad_slides(scenario: &Scenario, network: &Network) -> Vec<Fault> {
     faults
 }
 
+/// What prescribes acts on one station; equations have something to measure by; the nodes of a span stay where they are on the cable.
+fn refuse_bad_shapes(scenario: &Scenario, network: &Network) -> Vec<Fault> {
+    let mut faults = Vec::new();
+    for (own, fixing) in scenario.constraints.iter().zip(&network.fixings) {
+        let mut refuse = |key: &str, message: String, help: &str| {
+            faults.push(Fault { span: own.spans.of(Some(key)), message, help: help.to_owned() });
+        };
+        let name = &own.name;
+        if matches!(fixing.constraint.action(), Action::Prescribed(_))
+            && (fixing.stations.len() != 1 || fixing.span.is_some())
+        {
+            let message = format!("constraint \"{name}\" prescribes freedoms, and does not attach to one place alone");
+            refuse(
+                "at",
+                message,
+                "give one place in `at` and no `span`: a constraint prescribes one station's freedoms",
+            );
+        }
+        if let Some(odd) =
+            fixing.residuals.iter().find(|residual| !(residual.scale > 0.0 && residual.scale.is_finite()))
+        {
+            let message = format!("constraint \"{name}\" measures an equation by {}", odd.scale);
+            refuse("kind", message, "its kind is at fault: what counts as one is a positive number");
+        }
+        if let Some(span) = fixing.span.as_ref().filter(|span| network.branches[span.branch].mesh_moves) {
+            let branch = &network.branches[span.branch].name;
+            let message =
+                format!("constraint \"{name}\" acts along branch \"{branch}\", which runs through another fixing");
+            refuse("span", message, "let nothing slide on that branch, or divide it by a joint");
+        }
+    }
+    faults
+}
+
 fn joint_name(network: &Network, point: usize) -> String {
     network
         .joints
@@ -100,7 +138,7 @@ fn holds_a_part(action: Action<'_>) -> bool {
     match action {
         Action::Prescribed(Hold { position: true, rails, rotation: RotationHold::All }) => !rails.is_empty(),
         Action::Prescribed(_) => true,
-        Action::Potential(_) => false,
+        Action::Potential(_) | Action::Equations(_) => false,
     }
 }
 
@@ -189,7 +227,7 @@ fn moved(motion: &Move, targets: &mut [Option<Target<'_>>]) {
 
 fn fault(scenario: &Scenario, a: usize, b: usize, what: &str, when: &str) -> Fault {
     let (first, second) = (&scenario.constraints[a], &scenario.constraints[b]);
-    let place = match second.at {
+    let place = match second.place() {
         At::Joint(joint) => format!("joint \"{}\"", scenario.joints[joint].name),
         At::Branch { branch, s } => format!("s = {s} m of branch \"{}\"", scenario.branches[branch].name),
     };

@@ -3,11 +3,11 @@
 use crate::catalogue::FixingType;
 use crate::document::{Names, lookup, register};
 use crate::reader::Entry;
-use crate::scenario::{At, Constraint, Facing, Load};
+use crate::scenario::{At, Constraint, Facing, Load, NOWHERE, Stretch};
 use crate::{keys, kinds};
 use toml::Spanned;
 use toml::de::DeValue;
-use wireloom_core::constraint::{Limits, Slide};
+use wireloom_core::constraint::{Limits, Slide, SpanUse};
 use wireloom_core::rotation::frame_from;
 use wireloom_core::{HoldWord, Vector};
 
@@ -19,8 +19,13 @@ pub(crate) fn constraint<'a>(entry: &Entry<'a>, from_start: bool, names: &mut Na
     let name = entry.word("name").filter(|name| begin(entry, name, names));
     // Not every entry has every key of a constraint: a hand takes hold where the cable is.
     let own = |key: &str| entry.keys.get(key).is_some();
-    let place = entry.entry("at").and_then(|at| attachment(&at, names, entry.keys.what == keys::CLIP.what));
-    let at = place.map(|place| place.0);
+    let clip = entry.keys.what == keys::CLIP.what;
+    let given = entry.one_or_more("at");
+    let places: Vec<_> = given.iter().filter_map(|at| attachment(at, names, clip)).collect();
+    let span = if own("span") { entry.entry("span") } else { None };
+    let span = span.map(|span| stretch(&span, names));
+    let attached = places.len() == given.len() && places.len() + usize::from(span.is_some()) > 0 && span != Some(None);
+    let at = places.first().map(|place| place.0);
     let position = if own("position") { entry.vector("position") } else { None };
     let facing = if own("tangent") { facing(entry) } else { Facing::Left };
     let hold = hold(entry).or_else(|| of.as_ref()?.hold.clone());
@@ -31,7 +36,10 @@ pub(crate) fn constraint<'a>(entry: &Entry<'a>, from_start: bool, names: &mut Na
     for need in of.iter().flat_map(|of| &of.needs) {
         refuse_unmet(entry, need);
     }
-    names.broken |= entry.reader.fault_count() > before || at.is_none() || kind.is_none();
+    if let Some(kind) = &kind {
+        refuse_count(entry, &kind.kind, places.len(), span.is_some());
+    }
+    names.broken |= entry.reader.fault_count() > before || !attached || kind.is_none();
     let (called, kind, parameters) = kind.map(|kind| (kind.name, kind.kind, kind.parameters)).unwrap_or_default();
     let whole = matches!(facing, Facing::Orientation(_));
     Some(Constraint {
@@ -39,7 +47,8 @@ pub(crate) fn constraint<'a>(entry: &Entry<'a>, from_start: bool, names: &mut Na
         kind,
         called,
         parameters,
-        at: at.unwrap_or(NOWHERE),
+        at: places.iter().map(|place| place.0).collect(),
+        span: span.flatten(),
         position,
         facing,
         tangent_given: whole || matches!(facing, Facing::Tangent(_)),
@@ -49,7 +58,7 @@ pub(crate) fn constraint<'a>(entry: &Entry<'a>, from_start: bool, names: &mut Na
         rails,
         slide,
         limits,
-        nearest: place.is_some_and(|place| place.1),
+        nearest: places.iter().any(|place| place.1),
         from_start,
         spans: entry.spans(),
     })
@@ -65,8 +74,71 @@ fn begin<'a>(entry: &Entry<'a>, name: &'a str, names: &mut Names<'a>) -> bool {
     free
 }
 
-/// Stands for a place at fault.
-const NOWHERE: At = At::Branch { branch: 0, s: 0.0 };
+/// Refuses what does not attach to as much as its kind does.
+fn refuse_count(entry: &Entry<'_>, kind: &str, stations: usize, span: bool) {
+    let Some(attaches) = entry.reader.registry.constraint(kind).map(|kind| &kind.attaches) else { return };
+    let (least, most) = (*attaches.stations.start(), *attaches.stations.end());
+    let places = |count: usize| if count == 1 { "one place".to_owned() } else { format!("{count} places") };
+    if !attaches.stations.contains(&stations) && (stations > 0 || entry.has("span")) {
+        let message = format!("{} attaches to {}, and its kind \"{kind}\" does not", entry.label, places(stations));
+        let help = match (least, most) {
+            (_, 0) => "leave `at` out".to_owned(),
+            (least, most) if least == most => format!("give {} in `at`", places(least)),
+            (least, usize::MAX) => format!("give at least {} in `at`", places(least)),
+            (least, most) => format!("give {least} to {} in `at`", places(most)),
+        };
+        entry.fault_at(if stations > 0 { "at" } else { "span" }, message, help);
+    }
+    match attaches.span {
+        SpanUse::Never if span => {
+            let message = format!("{} has a `span`, and its kind \"{kind}\" does not act along one", entry.label);
+            entry.fault_at("span", message, "leave `span` out, or choose a kind that acts along a span");
+        }
+        SpanUse::Always if !span && !entry.has("span") => {
+            let message = format!("{} has no `span`, along which its kind \"{kind}\" acts", entry.label);
+            entry.fault_at("at", message, "add span = { branch = \"…\", from = …, to = … }");
+        }
+        _ => {}
+    }
+    if entry.keys.get("slide").is_some() && entry.flag("slide") == Some(true) && (stations > 1 || span) {
+        let message = format!("no cable can run through {}: it does not act on one place alone", entry.label);
+        entry.fault_at("slide", message, "leave `slide` out");
+    }
+}
+
+/// A part of a branch.
+fn stretch(entry: &Entry<'_>, names: &Names<'_>) -> Option<Stretch> {
+    let (branch, from, to) = (entry.word("branch"), entry.number("from"), entry.number("to"));
+    if names.vertices.is_empty() {
+        return None; // The branches have their own fault.
+    }
+    let branch = branch?;
+    let index = *lookup(entry, "branch", &names.branches, branch, entry.span_of("branch"))?;
+    let length = (*names.lengths.get(index)?)?;
+    let mut ends = [0.0, length];
+    for (end, (key, s)) in ends.iter_mut().zip([("from", from), ("to", to)]) {
+        if entry.has(key) {
+            *end = along(entry, key, s?, branch, length)?;
+        }
+    }
+    let [from, to] = ends;
+    if to - from <= 1e-9 * length {
+        let message = format!("the span of branch \"{branch}\" from {from} m to {to} m has no length");
+        entry.fault_here(message, "`from` comes before `to`, both in arc length along the branch");
+        return None;
+    }
+    Some(Stretch { branch: index, from, to })
+}
+
+/// An arc length that is on its branch.
+fn along(entry: &Entry<'_>, key: &str, s: f64, branch: &str, length: f64) -> Option<f64> {
+    if s < -1e-9 * length || s > length * (1.0 + 1e-9) {
+        let message = format!("`{key}` = {s} m is outside branch \"{branch}\"");
+        entry.fault_at(key, message, format!("give an arc length from 0 to {length} m"));
+        return None;
+    }
+    Some(s.clamp(0.0, length))
+}
 
 /// What is borne, where the entry says nothing else.
 pub(crate) fn limits(entry: &Entry<'_>, otherwise: &Limits) -> Limits {
@@ -187,12 +259,8 @@ fn attachment(at: &Entry<'_>, names: &Names<'_>, nearest: bool) -> Option<(At, b
             let branch = branch?;
             let index = *lookup(at, "branch", &names.branches, branch, at.span_of("branch"))?;
             let (s, length) = (s?, (*names.lengths.get(index)?)?);
-            if s < -1e-9 * length || s > length * (1.0 + 1e-9) {
-                let message = format!("`s` = {s} m is outside branch \"{branch}\"");
-                at.fault_at("s", message, format!("give an arc length from 0 to {length} m"));
-                return None;
-            }
-            Some((At::Branch { branch: index, s: s.clamp(0.0, length) }, false))
+            let s = along(at, "s", s, branch, length)?;
+            Some((At::Branch { branch: index, s }, false))
         }
         (false, false, true, false) if nearest => {
             let branch = branch?;

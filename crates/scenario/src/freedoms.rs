@@ -2,11 +2,12 @@
 
 use crate::fault::{Fault, listed};
 use crate::placement::{Placement, branch_of};
-use crate::scenario::{Facing, Scenario};
+use crate::scenario::{At, Constraint as Given, Facing, Scenario};
 use crate::timeline::{Stage, stages};
 use nalgebra::{Matrix6, SymmetricEigen, Vector6};
+use wireloom_core::network::Fixing;
 use wireloom_core::rotation::columns;
-use wireloom_core::{Action, Constraint, Matrix, Network, Pose, RotationHold, Vector};
+use wireloom_core::{Action, Constraint, Matrix, Network, Pose, Relation, RotationHold, Situation, Vector};
 
 /// Eigenvalues below this, for rows of unit length, belong to motions that nothing opposes.
 const UNOPPOSED: f64 = 1e-12;
@@ -15,7 +16,8 @@ const UNOPPOSED: f64 = 1e-12;
 pub(crate) fn refuse_unheld(scenario: &Scenario, network: &Network) -> Vec<Fault> {
     let (pieces, count) = network.pieces();
     let placement = Placement::new(scenario, &pieces);
-    let mut poses: Vec<Pose> = scenario.constraints.iter().map(|constraint| placement.pose(constraint.at)).collect();
+    let mut poses: Vec<Pose> =
+        scenario.constraints.iter().map(|constraint| placement.pose(constraint.place())).collect();
     for (pose, constraint) in poses.iter_mut().zip(&scenario.constraints) {
         pose.position = constraint.position.unwrap_or(pose.position);
         pose.orientation = match constraint.facing {
@@ -27,8 +29,10 @@ pub(crate) fn refuse_unheld(scenario: &Scenario, network: &Network) -> Vec<Fault
     let mut faults = Vec::new();
     let mut refused = vec![false; count];
     for stage in stages(scenario) {
-        for piece in (0..count).filter(|piece| !refused[*piece]).collect::<Vec<_>>() {
-            let fault = refuse_piece(scenario, network, &pieces, piece, &stage, &poses);
+        let pieces = tied(scenario, &pieces, &stage);
+        let apart = |piece: &usize| !refused[*piece] && pieces.contains(piece);
+        for piece in (0..count).filter(apart).collect::<Vec<_>>() {
+            let fault = refuse_piece(scenario, network, &pieces, piece, &stage, (&placement, &poses));
             refused[piece] = fault.is_some();
             faults.extend(fault);
         }
@@ -41,6 +45,19 @@ pub(crate) fn refuse_unheld(scenario: &Scenario, network: &Network) -> Vec<Fault
     faults
 }
 
+/// For each branch the number of its piece, where those count as one that a constraint ties together.
+fn tied(scenario: &Scenario, pieces: &[usize], stage: &Stage<'_>) -> Vec<usize> {
+    let mut pieces = pieces.to_vec();
+    for fixing in &stage.active {
+        let mut on =
+            scenario.constraints[*fixing].places().map(|at| pieces[branch_of(scenario, at)]).collect::<Vec<_>>();
+        on.sort_unstable();
+        let first = on.first().copied();
+        pieces.iter_mut().filter(|piece| on.contains(piece)).for_each(|piece| *piece = first.unwrap_or(*piece));
+    }
+    pieces
+}
+
 fn turned_to(pose: &Pose, tangent: &Vector) -> wireloom_core::Rotation {
     wireloom_core::rotation::shortest(&columns(&pose.orientation)[2], tangent) * pose.orientation
 }
@@ -51,19 +68,23 @@ fn refuse_piece(
     pieces: &[usize],
     piece: usize,
     stage: &Stage<'_>,
-    poses: &[Pose],
+    (placement, poses): (&Placement<'_>, &[Pose]),
 ) -> Option<Fault> {
     let branches: Vec<usize> = (0..pieces.len()).filter(|branch| pieces[*branch] == piece).collect();
     let size: f64 = branches.iter().map(|branch| scenario.branches[*branch].length).sum();
     let here = |at| pieces[branch_of(scenario, at)] == piece;
     let holding: Vec<usize> =
-        stage.active.iter().copied().filter(|fixing| here(scenario.constraints[*fixing].at)).collect();
+        stage.active.iter().copied().filter(|fixing| here(scenario.constraints[*fixing].place())).collect();
     let centre = holding.iter().map(|f| poses[*f].position).sum::<Vector>() / holding.len().max(1) as f64;
     let rows: Vec<Vector6<f64>> = holding
         .iter()
         .flat_map(|f| {
-            let local = Pose { position: (poses[*f].position - centre) / size, ..poses[*f] };
-            rows(network.fixings[*f].constraint.as_ref(), &local)
+            let fixing = &network.fixings[*f];
+            if fixing.stations.len() == 1 && fixing.residuals.is_empty() && fixing.span.is_none() {
+                let local = Pose { position: (poses[*f].position - centre) / size, ..poses[*f] };
+                return rows(fixing.constraint.as_ref(), &local);
+            }
+            rows_of_several(fixing, &scenario.constraints[*f], network, placement, (&centre, size))
         })
         .collect();
     let heavy = stage.gravity && has_mass(scenario, &branches);
@@ -120,13 +141,115 @@ fn rows(constraint: &dyn Constraint, pose: &Pose) -> Vec<Vector6<f64>> {
             (hold.held_directions(), axes)
         }
         Action::Potential(potential) => {
-            let [points, _, frames] = potential.hessian(pose, pose);
-            let axes = stiff(&frames).into_iter().map(|axis| pose.orientation * axis).collect();
-            (stiff(&points), axes)
+            let mut table = [Matrix::zeros(); 4];
+            let (poses, memory) = ([*pose], constraint.memory());
+            let at = Situation {
+                stations: &poses,
+                targets: &poses,
+                span: &[],
+                span_lengths: &[],
+                progress: 0.0,
+                memory: &memory,
+            };
+            potential.hessian(&at, &mut table, &mut []);
+            let axes = stiff(&table[3]).into_iter().map(|axis| pose.orientation * axis).collect();
+            (stiff(&table[0]), axes)
         }
+        Action::Equations(_) => (vec![], vec![]),
     };
     let of_point = directions.into_iter().map(|d| row(d, pose.position.cross(&d)));
     of_point.chain(axes.into_iter().map(|a| row(Vector::zeros(), a))).collect()
+}
+
+/// Rigid motions that a constraint of several stations, of a span, or of equations opposes: rows of unit length. What is tied together
+/// moves as one here, so only what is bound to the world counts.
+fn rows_of_several(
+    fixing: &Fixing,
+    own: &Given,
+    network: &Network,
+    placement: &Placement<'_>,
+    (centre, size): (&Vector, f64),
+) -> Vec<Vector6<f64>> {
+    let stations: Vec<Pose> = own.at.iter().map(|&at| placement.pose(at)).collect();
+    let (mut span, mut lengths) = (Vec::new(), Vec::new());
+    if let (Some(own), Some(span_of)) = (own.span, &fixing.span) {
+        let lengths_of = &network.branches[own.branch].rod.mesh().rest_lengths;
+        let first = span_of.points.start - network.branches[own.branch].points.start;
+        let between = &lengths_of[first..first + span_of.points.len() - 1];
+        let mut s = own.from;
+        for node in 0..=between.len() {
+            let (before, after) = (node.checked_sub(1).map_or(0.0, |j| between[j]), between.get(node).unwrap_or(&0.0));
+            s += before;
+            span.push(placement.pose(At::Branch { branch: own.branch, s }).position);
+            lengths.push(0.5 * (before + after));
+        }
+    }
+    let memory = fixing.constraint.memory();
+    let at = Situation {
+        stations: &stations,
+        targets: &stations,
+        span: &span,
+        span_lengths: &lengths,
+        progress: 0.0,
+        memory: &memory,
+    };
+    let (m, n) = (stations.len(), span.len());
+    // How stations and nodes move with (t, ω), lengths being measured by `size`: δx = size (t + ω × r), θ = Rᵀ ω.
+    let of_point = |x: &Vector, g: &Vector| -> Vector6<f64> {
+        let w = ((x - centre) / size).cross(g) * size;
+        Vector6::new(size * g.x, size * g.y, size * g.z, w.x, w.y, w.z)
+    };
+    let of_frame = |pose: &Pose, g: &Vector| -> Vector6<f64> {
+        let w = pose.orientation * g;
+        Vector6::new(0.0, 0.0, 0.0, w.x, w.y, w.z)
+    };
+    let of_all = |g: &[Vector]| -> Vector6<f64> {
+        let of = |(pose, g): (&Pose, &[Vector])| of_point(&pose.position, &g[0]) + of_frame(pose, &g[1]);
+        stations.iter().zip(g.chunks_exact(2)).map(of).sum()
+    };
+    let rows: Vec<Vector6<f64>> = match fixing.constraint.action() {
+        Action::Prescribed(_) => vec![],
+        Action::Equations(equations) => {
+            let mut c = vec![0.0; fixing.residuals.len()];
+            let mut of_stations = vec![Vector::zeros(); 2 * m * fixing.of_stations];
+            let mut of_span = vec![Vector::zeros(); fixing.residuals.len() - fixing.of_stations];
+            equations.jacobian(&at, &mut c, &mut of_stations, &mut of_span);
+            let per_node = of_span.len() / n.max(1);
+            let stations = of_stations.chunks_exact(2 * m.max(1)).map(of_all);
+            let nodes = of_span.iter().enumerate().map(|(r, g)| of_point(&span[r / per_node], g));
+            let all = stations.chain(nodes).zip(&fixing.residuals);
+            // An inequality lets go.
+            all.filter(|(_, residual)| residual.relation == Relation::Zero).map(|(row, _)| row).collect()
+        }
+        Action::Potential(potential) => {
+            let (mut table, mut nodes) = (vec![Matrix::zeros(); 4 * m * m], vec![Matrix::zeros(); n]);
+            potential.hessian(&at, &mut table, &mut nodes);
+            // Columns of the stiffness against rigid motions, one motion after the other.
+            let column = |k: usize| -> Vector6<f64> {
+                let motion = Vector6::ith(k, 1.0);
+                let (t, w) = (motion.fixed_rows::<3>(0).into_owned(), motion.fixed_rows::<3>(3).into_owned());
+                let moved = |x: &Vector| size * (t + w.cross(&((x - centre) / size)));
+                let motions: Vec<Vector> = stations
+                    .iter()
+                    .flat_map(|pose| [moved(&pose.position), pose.orientation.inverse_transform_vector(&w)])
+                    .collect();
+                let forces: Vec<Vector> = table
+                    .chunks_exact(2 * m.max(1))
+                    .map(|row| row.iter().zip(&motions).map(|(block, motion)| block * motion).sum())
+                    .collect();
+                of_all(&forces)
+                    + span.iter().zip(&nodes).map(|(x, h)| of_point(x, &(h * moved(x)))).sum::<Vector6<f64>>()
+            };
+            let stiffness = Matrix6::from_fn(|i, k| column(k)[i]);
+            if !stiffness.iter().all(|x| x.is_finite()) {
+                return vec![];
+            }
+            let modes = SymmetricEigen::new((stiffness + stiffness.transpose()) * 0.5);
+            let opposed = |k: &usize| modes.eigenvalues[*k] > 1e-9 * modes.eigenvalues.amax();
+            (0..6).filter(opposed).map(|k| modes.eigenvectors.column(k).into_owned()).collect()
+        }
+    };
+    rows.into_iter().filter_map(|row| row.try_normalize(1e-9)).collect()
 }
 
 /// Directions in which a stiffness matrix opposes motion.

@@ -94,6 +94,8 @@ pub(crate) enum Form {
     Table(&'static Keys),
     /// A list of tables.
     Tables(&'static Keys),
+    /// A table, or a list of them.
+    OneOrMoreTables(&'static Keys),
     /// A table of tables, by name.
     Named(&'static Keys),
     /// A name, a table, or a list of them; a name stands for a table that has nothing but it.
@@ -318,13 +320,29 @@ const MAX_MOMENT: Key =
 const INSERTION_FORCE: Key =
     may("insertion_force", Form::Number(Quantity::Force, POSITIVE), "force it takes to push it home");
 
+/// A part of a branch.
+pub(crate) const SPAN: Keys = Keys {
+    what: "span",
+    keys: &[
+        must("branch", Form::Name, "the branch"),
+        may("from", Form::Number(Quantity::Length, ANY), "arc length where it begins; default 0"),
+        may("to", Form::Number(Quantity::Length, ANY), "arc length where it ends; default the end of the branch"),
+    ],
+};
+
 /// A constraint.
 pub(crate) const CONSTRAINT: Keys = Keys {
     what: "constraint",
     keys: &[
         NAME,
         must("kind", Form::Kind(Family::Constraint, None), "what it is, such as \"connector\" or \"edge-clip\""),
-        PLACE,
+        unless(
+            "span",
+            "at",
+            Form::OneOrMoreTables(&AT),
+            "where it attaches; a list, for kinds that take several places",
+        ),
+        may("span", Form::Table(&SPAN), "the part of a branch along which it acts, for kinds that act along one"),
         may("position", Form::Vector(Quantity::Length), "where it holds; left out: where the cable is when it begins"),
         TANGENT,
         UP,

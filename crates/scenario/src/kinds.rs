@@ -22,6 +22,12 @@ impl<'r, S, T: ?Sized> From<&'r registry::Kind<S, T>> for KindInfo<'r> {
     }
 }
 
+impl<'r> From<&'r registry::ConstraintKind> for KindInfo<'r> {
+    fn from(kind: &'r registry::ConstraintKind) -> Self {
+        Self { name: &kind.name, doc: &kind.doc, parameters: &kind.parameters }
+    }
+}
+
 /// All kinds of a family, by name.
 pub(crate) fn all(registry: &Registry, family: Family) -> Vec<KindInfo<'_>> {
     match family {

@@ -1,8 +1,8 @@
 //! Divides branches into segments so that everything that attaches sits on a node.
 
-use crate::scenario::{At, Branch, Division, Scenario};
+use crate::scenario::{At, Branch, Division, Scenario, Stretch};
 use std::collections::BTreeSet;
-use wireloom_core::network::Place;
+use wireloom_core::network::{NodeRange, Place};
 
 /// Attachments closer than this, relative to the branch, share a node.
 const COINCIDENT: f64 = 1e-9;
@@ -34,7 +34,8 @@ pub(crate) struct Layout {
 impl Layout {
     /// Divides all branches of a scenario, in each span into one segment where the scenario wants `coarser`.
     pub fn new(scenario: &Scenario, coarser: usize) -> Self {
-        let places = || scenario.constraints.iter().map(|c| c.at).chain(scenario.loads.iter().map(|load| load.at));
+        let of_constraints = || scenario.constraints.iter().flat_map(|constraint| constraint.places());
+        let places = || of_constraints().chain(scenario.loads.iter().map(|load| load.at));
         let branches: Vec<Divided> = scenario
             .branches
             .iter()
@@ -45,18 +46,24 @@ impl Layout {
                     _ => None,
                 };
                 let sliding =
-                    scenario.constraints.iter().filter(|c| c.slide.is_some()).filter_map(|c| arc_length(c.at));
+                    scenario.constraints.iter().filter(|c| c.slide.is_some()).filter_map(|c| arc_length(c.place()));
                 divide(branch, places().filter_map(arc_length).collect(), &sliding.collect::<Vec<_>>(), coarser)
             })
             .collect();
         let mut layout = Self { stations: vec![BTreeSet::new(); branches.len()], branches };
         let of_loads = scenario.loads.iter().map(|load| load.at);
-        for at in scenario.constraints.iter().map(|constraint| constraint.at).chain(of_loads) {
+        for at in scenario.constraints.iter().flat_map(|constraint| constraint.at.iter().copied()).chain(of_loads) {
             if let Place::Node { branch, node } = layout.place(at) {
                 layout.stations[branch].insert(node);
             }
         }
         layout
+    }
+
+    /// The nodes of a span.
+    pub fn span(&self, span: &Stretch) -> NodeRange {
+        let own = &self.branches[span.branch];
+        NodeRange { branch: span.branch, nodes: own.node(span.from)..own.node(span.to) + 1 }
     }
 
     /// The node or joint of an attachment.

@@ -210,7 +210,7 @@ fn mate(
     let fixing = which(entry, begun, motions, names)?;
     let direction = match (direction, tangent) {
         (Some(direction), _) => direction,
-        (None, Some(tangent)) => tangent * outward(entry, constraints[fixing].at, names)?,
+        (None, Some(tangent)) => tangent * outward(entry, constraints[fixing].place(), names)?,
         (None, None) => return None,
     };
     let (seat, tangent) = (seat?, tangent?);
@@ -290,12 +290,13 @@ fn outward(entry: &Entry<'_>, at: At, names: &Names<'_>) -> Option<f64> {
 /// is known of the branch, puts their seat, or else in the middle of the longest free span. Their order along the branch remains.
 pub(crate) fn settle_nearest(constraints: &mut [Constraint], loads: &[Load], branches: &[Branch]) {
     let on = |at: At| if let At::Branch { branch, s } = at { Some((branch, s)) } else { None };
-    let settled = constraints.iter().filter(|c| !c.nearest).map(|c| c.at).chain(loads.iter().map(|load| load.at));
+    let settled =
+        constraints.iter().filter(|c| !c.nearest).flat_map(|c| c.places()).chain(loads.iter().map(|load| load.at));
     let mut taken: Vec<(usize, f64)> = settled.filter_map(on).collect();
     let seats = constraints.iter().filter(|c| !c.nearest);
-    let seats: Vec<((usize, f64), Vector)> = seats.filter_map(|c| Some((on(c.at)?, c.position?))).collect();
+    let seats: Vec<((usize, f64), Vector)> = seats.filter_map(|c| Some((on(c.place())?, c.position?))).collect();
     for constraint in constraints.iter_mut().filter(|c| c.nearest) {
-        let At::Branch { branch, .. } = constraint.at else { continue };
+        let At::Branch { branch, .. } = constraint.place() else { continue };
         let Some(own) = branches.get(branch) else { continue };
         let mut places: Vec<f64> = taken.iter().filter(|(b, _)| *b == branch).map(|(_, s)| *s).collect();
         places.extend([0.0, own.length]);
@@ -312,7 +313,7 @@ pub(crate) fn settle_nearest(constraints: &mut [Constraint], loads: &[Load], bra
             Some(0.5 * (longest[0] + longest[1]))
         });
         let s = s.unwrap_or(0.5 * own.length);
-        constraint.at = At::Branch { branch, s };
+        constraint.at = vec![At::Branch { branch, s }];
         taken.push((branch, s));
     }
 }

@@ -36,10 +36,10 @@ impl<'s> Placement<'s> {
         let laid = scenario.initial.map(|initial| pieces[initial.branch]);
         let mut anchored: Vec<usize> = laid.into_iter().collect();
         for constraint in scenario.constraints.iter().filter(|constraint| constraint.from_start) {
-            let piece = pieces[branch_of(scenario, constraint.at)];
+            let piece = pieces[branch_of(scenario, constraint.place())];
             let Some(position) = constraint.position.filter(|_| !anchored.contains(&piece)) else { continue };
             anchored.push(piece);
-            let now = placement.pose(constraint.at);
+            let now = placement.pose(constraint.place());
             let turn = match constraint.facing {
                 Facing::Left => Rotation::identity(),
                 Facing::Tangent(tangent) => shortest(&columns(&now.orientation)[2], &tangent),

@@ -517,6 +517,30 @@ impl<'a> Entry<'a> {
         Some(Entry::new(self.reader, table, node.span(), keys, format!("`{name}` of {}", self.label)))
     }
 
+    /// A table, or those of a list, as entries of their own.
+    pub fn one_or_more(&self, name: &str) -> Vec<Entry<'a>> {
+        let Form::OneOrMoreTables(keys) = self.key(name).form else { return self.entry(name).into_iter().collect() };
+        let Some(node) = self.node(name) else { return Vec::new() };
+        let items = match node.get_ref() {
+            DeValue::Array(list) => list.as_ref(),
+            _ => std::slice::from_ref(node),
+        };
+        if items.is_empty() {
+            self.reader.mismatch(name, node, "a table or a list of them", "name one place at least, or leave it out");
+        }
+        let one = |item: &'a Node<'a>| match item.get_ref() {
+            DeValue::Table(table) => {
+                Some(Entry::new(self.reader, table, item.span(), keys, format!("`{name}` of {}", self.label)))
+            }
+            _ => {
+                let help = format!("write a table with keys {}, or a list of them", some_keys(keys));
+                self.reader.mismatch(name, item, "a table", help);
+                None
+            }
+        };
+        items.iter().filter_map(one).collect()
+    }
+
     /// Tables as entries of their own, called by their name or by what they belong to.
     pub fn entries(&self, name: &str) -> Vec<Entry<'a>> {
         let Form::Tables(keys) = self.key(name).form else { unreachable!("{name} are no tables") };

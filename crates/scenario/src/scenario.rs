@@ -151,6 +151,34 @@ pub enum At {
     Joint(usize),
 }
 
+/// A part of a branch.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Stretch {
+    /// Index of the branch.
+    pub branch: usize,
+    /// Unstressed arc length where it begins, m.
+    pub from: f64,
+    /// And where it ends, m.
+    pub to: f64,
+}
+
+impl Constraint {
+    /// The first place it attaches to, or else where its span begins.
+    pub fn place(&self) -> At {
+        let of_span = || self.span.map(|span| At::Branch { branch: span.branch, s: span.from });
+        self.at.first().copied().or_else(of_span).unwrap_or(NOWHERE)
+    }
+
+    /// Every place it attaches to, and both ends of its span.
+    pub fn places(&self) -> impl Iterator<Item = At> {
+        let ends = self.span.into_iter().flat_map(|span| [span.from, span.to].map(|s| (span.branch, s)));
+        self.at.iter().copied().chain(ends.map(|(branch, s)| At::Branch { branch, s }))
+    }
+}
+
+/// Stands for a place at fault.
+pub(crate) const NOWHERE: At = At::Branch { branch: 0, s: 0.0 };
+
 /// A direction or frame that a scenario gives.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum Facing {
@@ -175,7 +203,9 @@ pub struct Constraint {
     /// Parameters of the kind.
     pub parameters: Parameters,
     /// Where it attaches.
-    pub at: At,
+    pub at: Vec<At>,
+    /// Along which part of a branch it acts.
+    pub span: Option<Stretch>,
     /// Where it holds, m; left out: where the cable is when it begins.
     pub position: Option<Vector>,
     /// Direction or frame it holds.
@@ -194,7 +224,7 @@ pub struct Constraint {
     pub slide: Option<Slide>,
     /// What it bears.
     pub limits: Limits,
-    /// Whether it closes where the cable is nearest when it begins; `at` is a provisional place then.
+    /// Whether it closes where the cable is nearest when it begins; its place is a provisional one then.
     pub nearest: bool,
     /// Whether it acts from the beginning.
     pub from_start: bool,

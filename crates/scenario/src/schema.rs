@@ -156,6 +156,10 @@ fn form(form: &Form, registry: &Registry) -> Value {
         Form::Words(words) => list(json!({ "enum": words }), 1, None),
         Form::Table(table) => entry(table, registry),
         Form::Tables(table) => json!({ "type": "array", "items": entry(table, registry) }),
+        Form::OneOrMoreTables(table) => {
+            let one = entry(table, registry);
+            json!({ "anyOf": [one, list(one.clone(), 1, None)] })
+        }
         Form::Named(table) => json!({ "type": "object", "additionalProperties": entry(table, registry) }),
         Form::NamesOrTables(table) => {
             let one = json!({ "anyOf": [name(), entry(table, registry)] });

@@ -59,7 +59,7 @@ fn joint_arms_have_the_frames_of_their_branches() {
 fn constraints_know_what_they_are_given() {
     let scenario = read(HARNESS);
     let [plug, clip, hand, plug_b] = scenario.constraints.as_slice() else { panic!() };
-    assert_eq!(plug.at, At::Branch { branch: 0, s: 0.0 });
+    assert_eq!(plug.at, [At::Branch { branch: 0, s: 0.0 }]);
     assert!(matches!(plug.facing, Facing::Orientation(_)) && plug.tangent_given && plug.up_given);
     assert!(clip.tangent_given && !clip.up_given && clip.from_start);
     assert_eq!(clip.parameters.word("twist"), Some("held"));

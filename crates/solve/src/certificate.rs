@@ -4,12 +4,15 @@ use crate::border::Border;
 use crate::gather::Gather;
 use crate::matrix::BlockMatrix;
 use crate::structure::Structure;
+use wireloom_core::fixings::Unmet;
 use wireloom_core::minimiser::{Status, Stop};
 use wireloom_core::problem::{Hessian, Problem};
 use wireloom_core::{Network, State, Tangent, Vector};
 
 /// Distance (m) or turn (rad) by which a held freedom may be off its target.
 const VIOLATION: f64 = 1e-9;
+/// Share of the force tolerance to which equations and inequalities are met, in units of their scales.
+pub const FEASIBLE: f64 = 1e-2;
 /// Pivots above minus this share of the force scale count as not negative: an equilibrium that may turn freely,
 /// as a cable hung from one point may about the vertical, is not unstable.
 const NEUTRAL: f64 = 1e-5;
@@ -21,6 +24,8 @@ pub struct Certificate {
     pub residual: f64,
     /// Largest distance (m) or turn (rad) by which a held freedom is off its target.
     pub violation: f64,
+    /// The equation or inequality that is furthest from being met, where any acts.
+    pub unmet: Option<Unmet>,
     /// Converged, or what the minimiser said if the numbers do not bear it out.
     pub status: Status,
 }
@@ -59,13 +64,15 @@ impl Certifier {
         self.scratch.copy_from(&self.gradient);
         problem.free_part(&mut self.scratch);
         let residual = problem.residual(&self.scratch, &problem.scales());
-        let holds = residual <= stop.force_tolerance && violation <= VIOLATION && state.is_finite();
+        let unmet = problem.unmet(state);
+        let feasible = unmet.is_none_or(|unmet| unmet.value <= FEASIBLE * stop.force_tolerance);
+        let holds = residual <= stop.force_tolerance && violation <= VIOLATION && feasible && state.is_finite();
         let status = match (holds, claimed) {
             (true, _) => Status::Converged,
             (false, Status::Converged) => Status::Failed,
             (false, other) => other,
         };
-        Certificate { residual, violation, status }
+        Certificate { residual, violation, unmet, status }
     }
 
     /// Whether no motion lowers the energy to second order, from the inertia of the Hessian at `state`. Call after

@@ -54,6 +54,13 @@ impl Checkpoint {
             == (network.points, network.points, network.points)
             && (state.frames.len(), state.coupling_lengths.len()) == (network.frames, network.frames)
             && (conditions.active.len(), conditions.targets.len()) == (network.fixings.len(), network.fixings.len())
+            && conditions.fixings.len() == network.fixings.len()
+            && network.fixings.iter().zip(&conditions.fixings).all(|(fixing, own)| {
+                let count = fixing.residuals.len();
+                (own.multipliers.len(), own.penalties.len()) == (count, count)
+                    && own.beside.len() + 1 == fixing.stations.len().max(1)
+                    && own.memory.len() == fixing.constraint.memory().len()
+            })
             && (conditions.load_factors.len(), conditions.sliding.len()) == (network.loads.len(), network.slides.len())
     }
 }

@@ -1,5 +1,6 @@
 //! The log of what happened on the way, and what is looked at after every increment.
 
+use crate::certificate::FEASIBLE;
 use crate::result;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -153,13 +154,18 @@ pub fn watch(log: &mut EventLog, problem: &Problem<'_>, state: &State, end: &Ste
         });
     }
     if end.status != Status::Converged {
+        let allowed = FEASIBLE * stop.force_tolerance;
+        let unmet = end.minimiser.constraint_residual.filter(|unmet| *unmet > allowed || unmet.is_nan());
+        let unmet = unmet.map_or_else(String::new, |unmet| {
+            format!("; equations of constraints are off by {unmet:.1e}, allowed {allowed:.1e}")
+        });
         log.raise(Occurrence {
             kind: EventKind::NotConverged,
             place: EventPlace::default(),
             value: Some(end.minimiser.force_residual),
             limit: Some(stop.force_tolerance),
             message: format!(
-                "not in balance: {}, residual {:.1e}, allowed {:.1e}",
+                "not in balance: {}, residual {:.1e}, allowed {:.1e}{unmet}",
                 end.status.word(),
                 end.minimiser.force_residual,
                 stop.force_tolerance
@@ -192,8 +198,8 @@ fn fixings(log: &mut EventLog, problem: &Problem<'_>, end: &StepResult) {
         let mut acting = problem.network.fixings.iter().zip(&problem.conditions().active).filter(|(_, acts)| **acts);
         let Some((fixing, _)) = acting.find(|(fixing, _)| fixing.name == result.name) else { continue };
         let taken = [
-            (EventKind::FixingForce, "force", result.force.norm(), fixing.limits.pull_out_force),
-            (EventKind::FixingMoment, "moment", result.moment.norm(), fixing.limits.max_moment),
+            (EventKind::FixingForce, "force", result.largest_force(), fixing.limits.pull_out_force),
+            (EventKind::FixingMoment, "moment", result.largest_moment(), fixing.limits.max_moment),
         ];
         for (kind, what, value, limit) in taken {
             if let Some(limit) = limit.filter(|limit| value > *limit) {

@@ -247,15 +247,8 @@ impl Gather {
                 }
             }
         }
-        for (fixing, h) in network.fixings.iter().zip(&hessian.potentials) {
-            let Some([xx, tx, tt]) = h else { continue };
-            let x = matrix.structure.of_point[fixing.site.point];
-            matrix.add(x, x, xx);
-            if let Some(frame) = fixing.site.frame {
-                let t = matrix.structure.of_frame[frame];
-                matrix.add(t, t, tt);
-                matrix.add_both(t, x, tx);
-            }
+        for block in &hessian.fixings {
+            matrix.add_block(block);
         }
     }
 

@@ -1,6 +1,7 @@
 //! Second derivatives as a sparse block matrix: taking out what is held, right-hand sides and steps.
 
 use crate::structure::Structure;
+use wireloom_core::fixings::Block;
 use wireloom_core::problem::{Held, Problem, Variable};
 use wireloom_core::{Matrix, Network, State, Tangent, Vector};
 
@@ -23,6 +24,7 @@ impl BlockMatrix {
     pub fn new(structure: Structure, network: &Network) -> Self {
         let mut rows_of = vec![None; structure.len()];
         for fixing in &network.fixings {
+            // Only what has one station prescribes.
             let point = Some(Variable::Point(fixing.site.point));
             let variables = [point, fixing.site.frame.map(Variable::Frame)].into_iter().flatten();
             for position in variables.filter_map(|variable| structure.position(variable)) {
@@ -59,6 +61,13 @@ impl BlockMatrix {
         } else if row > column {
             let slot = self.structure.pattern.slot(row, column);
             self.below[slot] += block;
+        }
+    }
+
+    /// Adds a block where its variables are, if they are variables here.
+    pub fn add_block(&mut self, block: &Block) {
+        if let (Some(row), Some(column)) = (self.structure.position(block.row), self.structure.position(block.column)) {
+            self.add(row, column, &block.matrix);
         }
     }
 

@@ -16,6 +16,8 @@ pub(crate) struct Plan {
     pub operations: Vec<Operation>,
     gravity: (Vector, Vector),
     loads: Vec<(usize, f64, f64)>,
+    /// The fixings that begin with the step.
+    begun: Vec<usize>,
     /// Whether the drawn shape ceases to count as the rest shape.
     pub undraw: bool,
 }
@@ -30,8 +32,14 @@ impl Plan {
             operations: step.operations.clone(),
             gravity: (now.gravity, step.gravity.unwrap_or(now.gravity)),
             loads: step.loads.iter().map(|&(load, end)| (load, now.load_factors[load], end)).collect(),
+            begun: Vec::new(),
             undraw: false,
         }
+    }
+
+    /// The same, for a step in which these fixings begin.
+    pub fn beginning(self, begun: Vec<usize>) -> Self {
+        Self { begun, ..self }
     }
 
     /// Whether gravity or loads change.
@@ -54,6 +62,9 @@ impl Plan {
                     c.load_factors[load] = mix(a, b);
                 }
             });
+        }
+        for &f in &self.begun {
+            problem.set_progress(f, t);
         }
         for journey in &self.journeys {
             problem.set_target(journey.fixing(), journey.at(t));

@@ -2,8 +2,11 @@
 
 use crate::events::Occurrence;
 use wireloom_core::constraint::Action;
-use wireloom_core::equilibrium::{BranchResult, ConstraintResult, JointResult, TightestBend};
-use wireloom_core::network::{Branch, BranchEnd, Joint, Place};
+use wireloom_core::equilibrium::{
+    BranchResult, ConstraintResult, JointResult, SpanResult, StationResult, TightestBend,
+};
+use wireloom_core::fixings::Exerted;
+use wireloom_core::network::{Branch, BranchEnd, Fixing, Joint, Place, Site, Span};
 use wireloom_core::problem::{Problem, STATION_SHIFT, Variable};
 use wireloom_core::rotation::{columns, twist_angle};
 use wireloom_core::{EventKind, EventPlace, Rotation, State, Tangent, Vector};
@@ -187,7 +190,9 @@ pub fn constraints(problem: &Problem<'_>, state: &State, gradient: &Tangent) -> 
     let active = problem.network.fixings.iter().enumerate().filter(|(f, _)| problem.conditions().active[*f]);
     active
         .map(|(f, fixing)| {
-            let (force, moment) = problem.reaction(f, state, gradient);
+            let exerted = problem.exerted(f, state, gradient);
+            let of_span = || (exerted.span.iter().sum(), Vector::zeros());
+            let (force, moment) = exerted.stations.first().copied().unwrap_or_else(of_span);
             let mut pose = state.pose(&fixing.site);
             if let (None, Place::Node { branch, node }) = (fixing.site.frame, fixing.place) {
                 pose.orientation = frame_at(&problem.network.branches[branch], state, node);
@@ -199,6 +204,8 @@ pub fn constraints(problem: &Problem<'_>, state: &State, gradient: &Tangent) -> 
                 orientation: pose.orientation,
                 force,
                 moment,
+                stations: stations(fixing, &exerted, state),
+                span: fixing.span.as_ref().map(|span| along(problem, span, &exerted.span, state)),
                 slide: problem
                     .network
                     .slides
@@ -208,6 +215,35 @@ pub fn constraints(problem: &Problem<'_>, state: &State, gradient: &Tangent) -> 
             }
         })
         .collect()
+}
+
+/// What a fixing exerts on each of its stations, where there are several.
+fn stations(fixing: &Fixing, exerted: &Exerted, state: &State) -> Vec<StationResult> {
+    if fixing.stations.len() < 2 {
+        return Vec::new();
+    }
+    let result = |(site, &(force, moment)): (&Site, &(Vector, Vector))| StationResult {
+        position: state.pose(site).position,
+        force,
+        moment,
+    };
+    fixing.stations.iter().zip(&exerted.stations).map(result).collect()
+}
+
+/// What a fixing exerts along its span.
+fn along(problem: &Problem<'_>, span: &Span, forces: &[Vector], state: &State) -> SpanResult {
+    let branch = &problem.network.branches[span.branch];
+    let s = state.arc_lengths(problem.network, span.branch);
+    let s = &s[span.points.start - branch.points.start..span.points.end - branch.points.start];
+    let largest = s.iter().zip(forces).max_by(|a, b| a.1.norm().total_cmp(&b.1.norm()));
+    let (largest_at, largest) = largest.map_or((s[0], Vector::zeros()), |(s, force)| (*s, *force));
+    SpanResult {
+        branch: branch.name.clone(),
+        range: (s[0], s[s.len() - 1]),
+        force: forces.iter().sum(),
+        largest,
+        largest_at,
+    }
 }
 
 /// Frame of the segment at a node.

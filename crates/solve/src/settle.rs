@@ -2,13 +2,14 @@
 //!
 //! A step moves points straight and turns frames; for a turn θ the segments are then longer by the share `½ θ²`, which in a cable
 //! that hardly stretches is a force far above all others: the line search would stop there and the next Hessian would be indefinite.
-//! With the frames given the energy is a convex quadratic function of the points (for springs on points: nearly), so one linear solve
-//! brings them to where every point is in balance. Newton's method then works on the frames alone, the points always following
+//! With the frames given the energy is a convex quadratic function of the points (but for what fixings add: nearly), so one linear solve
+//! brings them to where every point is in balance; where that does not lower the energy, it is taken back. Newton's method then works on the frames alone, the points always following
 //! ("variable projection", Golub and Pereyra 1973).
 
 use crate::matrix::BlockMatrix;
 use crate::structure::Structure;
-use wireloom_core::problem::{Problem, Variable};
+use wireloom_core::fixings::Block;
+use wireloom_core::problem::Problem;
 use wireloom_core::{Matrix, Network, State, Tangent, Vector};
 
 /// Positions of a segment's ends in the matrix, and where the block between them is; both ends at one joint: none.
@@ -26,6 +27,7 @@ pub struct Settle {
     stiffness: Vec<Matrix>,
     rhs: Vec<Vector>,
     step: Tangent,
+    blocks: Vec<Block>,
     /// The points before.
     points: Vec<Vector>,
     carry: Vec<Vector>,
@@ -48,6 +50,7 @@ impl Settle {
             stiffness: vec![Matrix::zeros(); longest],
             rhs: vec![Vector::zeros(); matrix.structure.len()],
             step: Tangent::zeros(network),
+            blocks: Vec::new(),
             points: vec![Vector::zeros(); network.points],
             carry: vec![Vector::zeros(); network.points],
             matrix,
@@ -56,7 +59,7 @@ impl Settle {
 
     /// Moves the points of `state`, where `gradient` was evaluated, into balance, the frames being as they are, unless no free force
     /// is above `least` (N). Returns whether it did; not where the energy is not convex in the points.
-    pub fn settle(&mut self, problem: &Problem<'_>, state: &mut State, gradient: &Tangent, least: f64) -> bool {
+    pub fn settle(&mut self, problem: &mut Problem<'_>, state: &mut State, gradient: &Tangent, least: f64) -> bool {
         let network = problem.network;
         self.matrix.right_hand_side(problem, gradient, None, &mut self.rhs);
         if self.rhs.iter().all(|force| force.norm_squared() <= least * least) {
@@ -74,11 +77,9 @@ impl Settle {
                 }
             }
         }
-        for (f, fixing) in network.fixings.iter().enumerate() {
-            let position = self.matrix.structure.position(Variable::Point(fixing.site.point));
-            if let (Some(p), Some(k)) = (position, problem.spring_stiffness(state, f)) {
-                self.matrix.add(p, p, &k);
-            }
+        problem.fixing_hessian(state, &mut self.blocks);
+        for block in &self.blocks {
+            self.matrix.add_block(block);
         }
         self.matrix.take_out(problem);
         if self.matrix.factorise() > 0 {

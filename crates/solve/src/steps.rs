@@ -1,13 +1,13 @@
 //! The step driver: carries out the assembly in increments, each of which ends in an equilibrium.
 
-use crate::certificate::Certifier;
+use crate::certificate::{Certifier, FEASIBLE};
 use crate::checkpoint::{self, Checkpoint, Observer, Resumed};
 use crate::events::{self, EventLog, Occurrence};
 use crate::plan::{self, Plan};
 use crate::settle::Settle;
 use crate::{clips, nested, operations, result, start};
 use std::time::Instant;
-use wireloom_core::equilibrium::{MinimiserResult, OperationResult, Run, StepResult};
+use wireloom_core::equilibrium::{ConstraintFault, MinimiserResult, OperationResult, Run, StepResult};
 use wireloom_core::minimiser::{Minimiser, Status, Stop};
 use wireloom_core::problem::{Conditions, Problem};
 use wireloom_core::sliding::{SlideStop, Sliding};
@@ -30,6 +30,8 @@ const HOMING_TOLERANCE: f64 = 0.1;
 const SNAP_ITERATIONS: usize = 20;
 /// Friction is settled in so many rounds, or the increment is cut back.
 const FRICTION_ROUNDS: usize = 40;
+/// The multipliers of equations are updated so many times, or the increment is cut back.
+const MULTIPLIER_ROUNDS: usize = 40;
 /// Arc lengths that differ by less than this share of the branch are the same.
 const SAME_PLACE: f64 = 1e-12;
 /// Turn (rad) by which a start that is balanced on an edge is disturbed.
@@ -75,6 +77,10 @@ struct Driver<'n, 'm> {
     iterations: usize,
     factorisations: usize,
     residual: f64,
+    /// How far equations of fixings are from being met, in units of their scales.
+    unmet: Option<f64>,
+    /// A fixing that cannot go on, and why.
+    fault: Option<(usize, String)>,
     /// While the start is being found nothing slides.
     homing: bool,
     log: EventLog,
@@ -107,6 +113,7 @@ pub fn carry_out(
         notes: Vec::new(),
         events: Vec::new(),
         steps: Vec::new(),
+        fault: None,
     };
     let alone = [Step { name: "equilibrium".into(), increments: 1, ..Step::default() }];
     let steps = if schedule.steps.is_empty() { &alone[..] } else { &schedule.steps };
@@ -118,8 +125,9 @@ pub fn carry_out(
             driver.log.begin(Moment { step: steps[0].name.clone(), step_index: 0, increment: 0 });
             let nested = coarse.and_then(|coarse| driver.come_from(coarse, schedule, observer));
             let homed = nested.unwrap_or_else(|| driver.bring_home(observer));
-            if homed == Status::Interrupted {
+            if homed == Status::Interrupted || driver.fault.is_some() {
                 run.status = homed;
+                run.fault = driver.named_fault(&steps[0], 0);
                 return run;
             }
             if homed != Status::Converged {
@@ -156,12 +164,21 @@ pub fn carry_out(
         let plan = begun.take().unwrap_or_else(|| {
             driver.minimiser.forget();
             observer.checkpoint(&driver.checkpoint(&run, (index, 0), None, 0.0));
-            driver.begin(step, &mut run.notes)
+            driver.begin(step, index == 0, &mut run.notes)
         });
+        // The last increment's end, where it is not kept for its own sake.
+        let mut passed = None;
         for increment in std::mem::take(&mut done) + 1..=step.increments {
             let share = |k: usize| k as f64 / step.increments as f64;
             driver.log.begin(Moment { step: step.name.clone(), step_index: index, increment });
             let status = driver.increment(&plan, share(increment - 1), share(increment));
+            if driver.fault.is_some() {
+                run.steps.extend(passed);
+                run.status = status;
+                run.fault = driver.named_fault(step, increment);
+                run.events = driver.log.into_events();
+                return run;
+            }
             let seconds = spent + clock.elapsed().as_secs_f64();
             let end = driver.step_result(step, increment, status, seconds);
             events::watch(&mut driver.log, &driver.problem, &driver.state, &end, stop);
@@ -186,11 +203,14 @@ pub fn carry_out(
             }
             if kept || stopped {
                 run.steps.push(end);
+            } else {
+                passed = Some(end);
             }
             if lost || stopped {
                 run.events = driver.log.into_events();
                 return run;
             }
+            driver.problem.commit(&driver.state);
             if increment % checkpoint::EVERY == 0 && increment < step.increments {
                 driver.minimiser.forget();
                 let seconds = spent + clock.elapsed().as_secs_f64();
@@ -222,6 +242,8 @@ impl<'n, 'm> Driver<'n, 'm> {
             iterations: 0,
             factorisations: 0,
             residual: f64::INFINITY,
+            unmet: None,
+            fault: None,
             homing: true,
             log: EventLog::default(),
             smallest: 1.0,
@@ -233,14 +255,7 @@ impl<'n, 'm> Driver<'n, 'm> {
     /// The harness laid out, but not in balance.
     fn at_start(network: &'n Network, minimiser: &'m mut dyn Minimiser, stop: &Stop, schedule: &Schedule) -> Self {
         let state = start::place(network, schedule);
-        let conditions = Conditions {
-            gravity: schedule.gravity,
-            load_factors: network.loads.iter().map(|load| load.factor).collect(),
-            active: network.fixings.iter().map(|f| f.from_start).collect(),
-            targets: network.fixings.iter().map(|f| state.pose(&f.site)).collect(),
-            // Nothing slides before the fixings are where the scenario puts them.
-            sliding: vec![Sliding::Stuck; network.slides.len()],
-        };
+        let conditions = Conditions::new(network, schedule.gravity, &state);
         Self::new(network, minimiser, stop, state, conditions)
     }
 
@@ -260,6 +275,8 @@ impl<'n, 'm> Driver<'n, 'm> {
             certifier: _,
             before: _,
             residual: _,
+            unmet: _,
+            fault: _,
             homing: _,
             smallest: _,
         } = self;
@@ -289,7 +306,7 @@ impl<'n, 'm> Driver<'n, 'm> {
         let mut increments = HOMING;
         let length = self.problem.scales().length;
         for (f, fixing) in network.fixings.iter().enumerate().filter(|(_, fixing)| fixing.from_start) {
-            let from = self.problem.conditions().targets[f];
+            let from = self.problem.conditions().fixings[f].base;
             let journey = plan::home(f, fixing, from);
             let to = journey.at(1.0);
             increments = increments
@@ -325,6 +342,9 @@ impl<'n, 'm> Driver<'n, 'm> {
                 break;
             }
         }
+        if self.fault.is_some() {
+            return status;
+        }
         if !matches!(status, Status::Converged | Status::Stalled) {
             // The way is barred: go down from here without it.
             self.stop.force_tolerance = stop.force_tolerance;
@@ -353,14 +373,14 @@ impl<'n, 'm> Driver<'n, 'm> {
         }
         let network = self.problem.network;
         let began = std::mem::replace(&mut self.state, nested::refined(coarse, &state, network));
-        let targets = self.problem.conditions().targets.clone();
+        let conditions = self.problem.conditions().clone();
         for (f, fixing) in network.fixings.iter().enumerate().filter(|(_, fixing)| fixing.from_start) {
             self.problem.set_target(f, plan::home(f, fixing, self.state.pose(&fixing.site)).at(1.0));
         }
         self.problem.update_held(&self.state);
         self.problem.place_held(&mut self.state);
         self.problem.gradient(&self.state, &mut self.certifier.gradient);
-        Settle::new(network).settle(&self.problem, &mut self.state, &self.certifier.gradient, 0.0);
+        Settle::new(network).settle(&mut self.problem, &mut self.state, &self.certifier.gradient, 0.0);
         let stop = self.stop;
         self.stop.max_iterations = snap_iterations(&stop);
         let mut status = self.solve();
@@ -368,8 +388,9 @@ impl<'n, 'm> Driver<'n, 'm> {
         self.stop = stop;
         if status != Status::Converged {
             self.state = began;
-            for (f, target) in targets.into_iter().enumerate() {
-                self.problem.set_target(f, target);
+            self.problem.set_multipliers(&conditions);
+            for (f, own) in conditions.fixings.into_iter().enumerate() {
+                self.problem.set_target(f, own.base);
             }
             return None;
         }
@@ -426,7 +447,7 @@ impl<'n, 'm> Driver<'n, 'm> {
                 message: format!("did not converge at once; parts as small as 1/{parts:.0} were tried"),
             });
         }
-        let fallen = status == Status::IterationLimit;
+        let fallen = status == Status::IterationLimit && self.fault.is_none();
         if fallen {
             status = self.let_snap();
         }
@@ -455,7 +476,7 @@ impl<'n, 'm> Driver<'n, 'm> {
     }
 
     /// Adds and releases what the step says, and plans its motions.
-    fn begin(&mut self, step: &Step, notes: &mut Vec<String>) -> Plan {
+    fn begin(&mut self, step: &Step, first: bool, notes: &mut Vec<String>) -> Plan {
         let network = self.problem.network;
         self.problem.change(|c| {
             for &f in &step.release {
@@ -466,21 +487,20 @@ impl<'n, 'm> Driver<'n, 'm> {
             }
         });
         notes.extend(self.put_in_place(&step.add).into_iter().map(|note| format!("step `{}`: {note}", step.name)));
-        let state = &self.state;
-        self.problem.change(|c| {
-            for &f in &step.add {
-                c.targets[f] = state.pose(&network.fixings[f].site);
-            }
-        });
+        for &f in &step.add {
+            self.problem.begin_fixing(f, &self.state);
+        }
         self.operations = operations::begin(&step.operations, &self.problem, &self.state);
-        let targets = &self.problem.conditions().targets;
-        let mut journeys: Vec<Journey> = step.moves.iter().flat_map(|m| m.journeys(|f| targets[f])).collect();
+        let fixings = &self.problem.conditions().fixings;
+        let mut journeys: Vec<Journey> = step.moves.iter().flat_map(|m| m.journeys(|f| fixings[f].base)).collect();
         for &f in &step.add {
             if !journeys.iter().any(|journey| journey.fixing() == f) {
-                journeys.push(plan::home(f, &network.fixings[f], targets[f]));
+                journeys.push(plan::home(f, &network.fixings[f], fixings[f].base));
             }
         }
-        let plan = Plan::new(&self.problem, step, journeys);
+        let begun = |f: &usize| step.add.contains(f) || first && network.fixings[*f].from_start;
+        let begun = (0..network.fixings.len()).filter(begun).collect();
+        let plan = Plan::new(&self.problem, step, journeys).beginning(begun);
         let moves_only = step.add.is_empty() && step.release.is_empty() && !plan.changes_loads();
         self.pace = moves_only.then_some(0.0);
         plan
@@ -515,7 +535,7 @@ impl<'n, 'm> Driver<'n, 'm> {
         let began = self.problem.conditions().clone();
         plan.apply(&mut self.problem, b);
         let status = self.solve_from(&began);
-        if matches!(status, Status::Converged | Status::Stalled) || cuts == 0 {
+        if matches!(status, Status::Converged | Status::Stalled) || cuts == 0 || self.fault.is_some() {
             return status;
         }
         let failed = self.state.clone();
@@ -523,6 +543,9 @@ impl<'n, 'm> Driver<'n, 'm> {
         self.go_back(&began, |_| false);
         let middle = 0.5 * (a + b);
         let half = self.advance(plan, a, middle, cuts - 1);
+        if self.fault.is_some() {
+            return half;
+        }
         if !matches!(half, Status::Converged | Status::Stalled) {
             // Keep what got furthest: the whole increment's last state.
             self.state = failed;
@@ -541,7 +564,7 @@ impl<'n, 'm> Driver<'n, 'm> {
             let balanced = matches!(status, Status::Converged | Status::Stalled);
             let turned = |k: usize| !balanced || self.problem.slips_backward(k, &self.before, &self.state);
             let found: Vec<usize> = (0..sticks.len()).filter(|&k| !sticks[k] && turned(k)).collect();
-            if found.is_empty() {
+            if found.is_empty() || self.fault.is_some() {
                 return status;
             }
             found.into_iter().for_each(|k| sticks[k] = true);
@@ -555,6 +578,7 @@ impl<'n, 'm> Driver<'n, 'm> {
         if self.problem.conditions().active != began.active {
             self.problem.change(|c| c.active.clone_from(&began.active));
         }
+        self.problem.set_multipliers(began);
         for (k, sliding) in began.sliding.iter().enumerate() {
             let with_friction = self.problem.network.slides[k].friction > 0.0;
             self.problem.set_sliding(k, if with_friction && sticks(k) { Sliding::Stuck } else { *sliding });
@@ -577,11 +601,39 @@ impl<'n, 'm> Driver<'n, 'm> {
         Status::IterationLimit
     }
 
+    /// The least energy under the conditions at hand. Where fixings set equations, their multipliers are updated around the minimiser until
+    /// the equations are met (Hestenes 1969, Powell 1969).
     fn minimise(&mut self) -> Status {
-        let report = self.minimiser.minimise(&mut self.problem, &mut self.state, &self.stop);
-        self.iterations += report.iterations;
-        self.factorisations += report.factorisations;
-        self.certify(report.status)
+        let mut last = Vec::new();
+        for round in 1..=MULTIPLIER_ROUNDS {
+            let report = self.minimiser.minimise(&mut self.problem, &mut self.state, &self.stop);
+            self.iterations += report.iterations;
+            self.factorisations += report.factorisations;
+            let balanced = matches!(report.status, Status::Converged | Status::Stalled);
+            let tolerance = FEASIBLE * self.stop.force_tolerance;
+            let met = self.problem.unmet(&self.state).is_none_or(|unmet| unmet.value <= tolerance);
+            if !balanced || met || round == MULTIPLIER_ROUNDS {
+                let status = self.certify(if balanced && !met { Status::IterationLimit } else { report.status });
+                let found = self.problem.fault(!matches!(status, Status::Converged | Status::Stalled));
+                self.fault = self.fault.take().or(found);
+                return if self.fault.is_some() { Status::Failed } else { status };
+            }
+            self.problem.update_multipliers(&self.state, tolerance, &mut last);
+        }
+        Status::IterationLimit
+    }
+
+    /// The fault that ended the run.
+    fn named_fault(&self, step: &Step, increment: usize) -> Option<ConstraintFault> {
+        let (f, message) = self.fault.clone()?;
+        let fixing = &self.problem.network.fixings[f];
+        Some(ConstraintFault {
+            constraint: fixing.name.clone(),
+            kind: fixing.kind.clone(),
+            step: step.name.clone(),
+            increment,
+            message,
+        })
     }
 
     /// Takes away the fixings that the cable has run out of. Returns whether there was one.
@@ -630,6 +682,7 @@ impl<'n, 'm> Driver<'n, 'm> {
     fn certify(&mut self, claimed: Status) -> Status {
         let certificate = self.certifier.certify(&mut self.problem, &self.state, &self.stop, claimed);
         self.residual = certificate.residual;
+        self.unmet = certificate.unmet.map(|unmet| unmet.value);
         certificate.status
     }
 
@@ -658,6 +711,7 @@ impl<'n, 'm> Driver<'n, 'm> {
                 factorisations: self.factorisations,
                 seconds,
                 force_residual: self.residual,
+                constraint_residual: self.unmet,
             },
         }
     }

@@ -108,6 +108,15 @@ impl Structure {
                 graph[ends[1] as usize].push(ends[0]);
             }
         }
+        for fixing in &network.fixings {
+            if matches!(fixing.constraint.action(), Action::Prescribed(_)) {
+                continue;
+            }
+            let points = || fixing.stations.iter().map(|site| of_point[site.point]);
+            for a in points() {
+                graph[a as usize].extend(points().filter(|&b| b != a));
+            }
+        }
         sort(&mut graph);
         let mut structure =
             Self::ordered(variables, of_point, vec![ABSENT; network.frames], graph, network.is_shared());
@@ -228,11 +237,16 @@ fn coupled(network: &Network, of_point: &[u32], of_frame: &[u32], count: usize) 
         join(&mut clique);
     }
     for fixing in &network.fixings {
-        if let (Action::Potential(_), Some(c)) = (fixing.constraint.action(), fixing.site.frame) {
-            point(fixing.site.point, &mut clique);
-            frame(c, &mut clique);
-            join(&mut clique);
+        if matches!(fixing.constraint.action(), Action::Prescribed(_)) {
+            continue;
         }
+        for site in &fixing.stations {
+            point(site.point, &mut clique);
+            if let Some(c) = site.frame {
+                frame(c, &mut clique);
+            }
+        }
+        join(&mut clique);
     }
     sort(&mut graph);
     graph

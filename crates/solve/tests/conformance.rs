@@ -362,8 +362,8 @@ fn settled_points_are_in_balance_and_settling_is_undone_exactly() {
         };
         let force = largest(&gradient, &problem);
         let mut settle = Settle::new(&sample.network);
-        assert!(!settle.settle(&problem, &mut state, &gradient, 2.0 * force), "{}: nothing to do", kind.name);
-        assert!(settle.settle(&problem, &mut state, &gradient, 0.0), "{}", kind.name);
+        assert!(!settle.settle(&mut problem, &mut state, &gradient, 2.0 * force), "{}: nothing to do", kind.name);
+        assert!(settle.settle(&mut problem, &mut state, &gradient, 0.0), "{}", kind.name);
         let settled = problem.gradient(&state, &mut gradient);
         let rest = largest(&gradient, &problem);
         assert!(settled < energy, "{}: {settled} J after {energy} J", kind.name);
@@ -396,7 +396,7 @@ fn levers_and_springs_are_in_the_gathered_matrix() {
     for fixing in [0, 1] {
         sample.network.fixings[fixing].constraint = (handle.build)(&spec, &values).unwrap();
     }
-    sample.network.fixings[1].site = sample.network.site(Place::Node { branch: 1, node: 0 });
+    sample.network.fixings[1].stations = vec![sample.network.site(Place::Node { branch: 1, node: 0 })];
     check_gathered("offsets and springs", &sample);
 }
 

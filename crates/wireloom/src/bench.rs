@@ -72,7 +72,8 @@ fn connector(name: &str, branch: usize, node: usize) -> FixingPlan {
         name: name.into(),
         kind: kind.name.clone(),
         constraint: (kind.build)(&spec, &Parameters::default()).expect("a connector holds everything"),
-        place: Place::Node { branch, node },
+        stations: vec![Place::Node { branch, node }],
+        span: None,
         position: None,
         tangent: None,
         orientation: None,
@@ -230,13 +231,9 @@ pub fn drag_installed(kbl: &str) -> Result<Case, String> {
     let built = imported(kbl, Arrangement::Installed, DRAG_SPACING)?;
     let (network, stop) = (&built.network, built.stop);
     let mut state = crate::solve::start::place(network, &built.schedule);
-    let conditions = Conditions {
-        gravity: built.schedule.gravity,
-        load_factors: vec![1.0; network.loads.len()],
-        active: vec![true; network.fixings.len()],
-        targets: network.fixings.iter().map(|f| state.pose(&f.site)).collect(),
-        sliding: vec![],
-    };
+    let mut conditions = Conditions::new(network, built.schedule.gravity, &state);
+    conditions.load_factors.fill(1.0);
+    conditions.active.fill(true);
     let mut problem = Problem::new(network, conditions);
     let mut newton = Newton::new();
     newton.minimise(&mut problem, &mut state, &Stop { max_iterations: 20_000, ..stop });
@@ -321,13 +318,7 @@ pub fn schedule() -> Schedule {
 fn hung<'n>(network: &'n Network, newton: &mut Newton, stop: &Stop, shift: Vector) -> (Problem<'n>, State) {
     let schedule = schedule();
     let mut state = crate::solve::start::place(network, &schedule);
-    let conditions = Conditions {
-        gravity: schedule.gravity,
-        load_factors: vec![],
-        active: vec![true; network.fixings.len()],
-        targets: network.fixings.iter().map(|f| state.pose(&f.site)).collect(),
-        sliding: vec![],
-    };
+    let conditions = Conditions::new(network, schedule.gravity, &state);
     let mut problem = Problem::new(network, conditions);
     let mut target = problem.conditions().targets[1];
     let increments = (shift.norm() / 0.01).ceil().max(1.0);

@@ -62,6 +62,8 @@ pub fn fixing(name: &str, kind: &str, position: Vector, force: Vector) -> Constr
         orientation: Rotation::identity(),
         force,
         moment: v(0.01, 0.0, 0.0),
+        stations: vec![],
+        span: None,
         slide: None,
     }
 }
@@ -107,6 +109,7 @@ pub fn step(branches: Vec<BranchResult>, joints: Vec<JointResult>, constraints: 
             factorisations: 7,
             seconds: 0.004,
             force_residual: 1.25e-9,
+            constraint_residual: None,
         },
     }
 }
@@ -118,6 +121,7 @@ pub fn run(scenario: &str, steps: Vec<StepResult>) -> Run {
         notes: vec!["a remark".into()],
         events: vec![event()],
         steps,
+        fault: None,
     }
 }
 

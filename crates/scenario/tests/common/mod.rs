@@ -1,14 +1,14 @@
 //! A registry of kinds that have the names and parameters of the built-in ones and no mechanics, so that this
 //! crate is tested without them.
 
-use wireloom_core::constraint::{Action, Constraint, ConstraintSpec, Hold, HoldWord, Potential};
+use wireloom_core::constraint::{Action, Attaches, Constraint, ConstraintSpec, Hold, HoldWord, Potential, Situation};
 use wireloom_core::joint::{JointModel, JointSpec, Mounting};
 use wireloom_core::minimiser::{Minimiser, Report, Status, Stop};
 use wireloom_core::registry::{
     BuildError, ConstraintKind, Form, JointKind, MinimiserKind, Parameter, Parameters, Quantity, RodKind, Value,
 };
 use wireloom_core::rod::{BranchHessian, BranchShape, Mesh, RodEnergy, RodSegment};
-use wireloom_core::{Matrix, Pose, Problem, Registry, Rotation, State, Vector};
+use wireloom_core::{Matrix, Problem, Registry, Rotation, State, Vector};
 
 struct Rod(Mesh);
 
@@ -59,14 +59,14 @@ impl Constraint for Fixed {
 struct Spring(f64);
 
 impl Potential for Spring {
-    fn energy(&self, _: &Pose, _: &Pose) -> f64 {
+    fn energy(&self, _: &Situation<'_>) -> f64 {
         0.0
     }
-    fn gradient(&self, _: &Pose, _: &Pose) -> (Vector, Vector) {
-        (Vector::zeros(), Vector::zeros())
+    fn gradient(&self, _: &Situation<'_>, _: &mut [Vector], _: &mut [Vector]) -> f64 {
+        0.0
     }
-    fn hessian(&self, _: &Pose, _: &Pose) -> [Matrix; 3] {
-        [Matrix::identity() * self.0, Matrix::zeros(), Matrix::zeros()]
+    fn hessian(&self, _: &Situation<'_>, stations: &mut [Matrix], _: &mut [Matrix]) {
+        stations[0] = Matrix::identity() * self.0;
     }
 }
 
@@ -128,7 +128,13 @@ fn spring(name: &str, quantity: Quantity) -> Parameter {
 type Build<S, T> = fn(&S, &Parameters) -> Result<Box<T>, BuildError>;
 
 fn constraint(name: &str, parameters: Vec<Parameter>, build: Build<ConstraintSpec, dyn Constraint>) -> ConstraintKind {
-    ConstraintKind { name: name.into(), doc: format!("a {name}"), parameters, build: Box::new(build) }
+    ConstraintKind {
+        name: name.into(),
+        doc: format!("a {name}"),
+        attaches: Attaches::default(),
+        parameters,
+        build: Box::new(build),
+    }
 }
 
 fn joint(name: &str, build: Build<JointSpec, dyn JointModel>) -> JointKind {

@@ -107,24 +107,88 @@ macro_rules! joint_conformance {
     };
 }
 
-/// Holds a constraint that is a potential against the contract of [`wireloom_core::Potential`]:
-/// `potential_conformance!(name, factory)` with `factory: Fn() -> Box<dyn Constraint>`.
+/// The checks of one of the ways in which constraints act, handed to another macro behind what it is to have first.
+#[doc(hidden)]
 #[macro_export]
-macro_rules! potential_conformance {
-    ($name:ident, $factory:expr) => {
-        $crate::conformance_suite!(
-            $name, constraint, ($factory),
+macro_rules! constraint_checks {
+    (potential, $then:ident $($before:tt)*) => {
+        $crate::$then! { $($before)*
             is_a_potential
             gradient_is_the_derivative_of_the_energy
             hessian_is_the_second_derivative_of_the_energy
-            moving_station_and_target_together_changes_nothing
+            moving_everything_together_changes_nothing
             the_sign_of_a_quaternion_does_not_matter
+            without_need_of_a_frame_there_is_no_moment
+            what_is_remembered_keeps_its_length_and_is_finite
+            targets_are_poses
+            same_input_gives_same_bits
+        }
+    };
+    (equations, $then:ident $($before:tt)*) => {
+        $crate::$then! { $($before)*
+            sets_equations
+            every_residual_has_a_scale
+            jacobian_is_the_derivative_of_the_residuals
+            curvature_is_the_second_derivative_of_the_residuals_or_nothing
+            moving_everything_together_changes_no_residual
+            the_sign_of_a_quaternion_changes_no_residual
+            without_need_of_a_frame_there_is_no_moment
+            what_is_remembered_keeps_its_length_and_is_finite
+            targets_are_poses
+            same_input_gives_same_bits
+        }
+    };
+    (prescribed, $then:ident $($before:tt)*) => {
+        $crate::$then! { $($before)*
+            prescribes_freedoms
+            rails_and_held_directions_span_space
+            needs_a_frame_exactly_if_it_holds_a_rotation
+            describes_the_same_hold_every_time
+            targets_are_poses
+            same_input_gives_same_bits
+        }
+    };
+}
+
+/// A list of checks with their names, for those who learn only while they run how a constraint acts.
+#[doc(hidden)]
+#[macro_export]
+macro_rules! listed_checks {
+    ($name:ident, $($check:ident)+) => {
+        #[doc = concat!("The checks of this way to act, by name.")]
+        pub const $name: &[(&str, Check)] = &[$((stringify!($check), $check)),+];
+    };
+}
+
+/// Holds a constraint that is a potential against the contract of [`wireloom_core::Potential`]:
+/// `potential_conformance!(name, factory, stations, nodes)` with `factory: Fn() -> Box<dyn Constraint>`, the number of its
+/// stations, and of nodes of a span to try it on (0: it acts along none). `potential_conformance!(name, factory)` is for springs that pull one station to
+/// its target, and holds them to that, too.
+#[macro_export]
+macro_rules! potential_conformance {
+    ($name:ident, $factory:expr) => {
+        $crate::constraint_checks! { potential, conformance_suite $name, constraint,
+            ($crate::conformance::constraint::Subject::new($factory, 1, 0)),
             at_the_target_there_is_no_energy_and_no_force
             energy_is_not_negative
-            without_need_of_a_frame_there_is_no_moment
             non_finite_input_gives_non_finite_output
-            same_input_gives_same_bits
-        );
+        }
+    };
+    ($name:ident, $factory:expr, $stations:expr, $nodes:expr) => {
+        $crate::constraint_checks! { potential, conformance_suite $name, constraint,
+            ($crate::conformance::constraint::Subject::new($factory, $stations, $nodes)),
+        }
+    };
+}
+
+/// Holds a constraint that sets equations against the contract of [`wireloom_core::Equations`]:
+/// `equations_conformance!(name, factory, stations, nodes)`; see [`potential_conformance`].
+#[macro_export]
+macro_rules! equations_conformance {
+    ($name:ident, $factory:expr, $stations:expr, $nodes:expr) => {
+        $crate::constraint_checks! { equations, conformance_suite $name, constraint,
+            ($crate::conformance::constraint::Subject::new($factory, $stations, $nodes)),
+        }
     };
 }
 
@@ -133,13 +197,9 @@ macro_rules! potential_conformance {
 #[macro_export]
 macro_rules! constraint_conformance {
     ($name:ident, $factory:expr) => {
-        $crate::conformance_suite!(
-            $name, constraint, ($factory),
-            prescribes_freedoms
-            rails_and_held_directions_span_space
-            needs_a_frame_exactly_if_it_holds_a_rotation
-            describes_the_same_hold_every_time
-        );
+        $crate::constraint_checks! { prescribed, conformance_suite $name, constraint,
+            ($crate::conformance::constraint::Subject::new($factory, 1, 0)),
+        }
     };
 }
 

@@ -171,7 +171,8 @@ impl Sketch {
             name: format!("clamp of branch {branch}"),
             kind: "connector".into(),
             constraint: (connector.build)(&ConstraintSpec::default(), &none).expect("a connector"),
-            place: Place::Node { branch, node: if at_start { 0 } else { self.branches[branch].segments } },
+            stations: vec![Place::Node { branch, node: if at_start { 0 } else { self.branches[branch].segments } }],
+            span: None,
             position: None,
             tangent: None,
             orientation: None,
@@ -194,13 +195,7 @@ impl Sketch {
             state.points[joint.point] = *at;
         }
         network.follow_ties(&mut state);
-        let conditions = Conditions {
-            gravity: Vector::new(0.0, 0.0, -9.81),
-            load_factors: vec![],
-            active: vec![true; network.fixings.len()],
-            targets: network.fixings.iter().map(|f| state.pose(&f.site)).collect(),
-            sliding: vec![],
-        };
+        let conditions = Conditions::new(&network, Vector::new(0.0, 0.0, -9.81), &state);
         Sample { network, conditions, state }
     }
 }
