@@ -1,6 +1,6 @@
 //! A run between two increments: all that is needed to go on from there later, in another process, to the same bits.
 //!
-//! Checkpoints are made where every step begins and after every [`EVERY`]th increment. There the minimiser forgets what it
+//! Checkpoints are made where every step begins and after every increment. There the minimiser forgets what it
 //! remembers, in every run, whether anybody keeps the checkpoint or not: so a run that was taken up again walks the same way
 //! as one that was never interrupted. Only clock times differ.
 
@@ -11,9 +11,6 @@ use serde::{Deserialize, Serialize};
 use wireloom_core::equilibrium::{OperationResult, StepResult};
 use wireloom_core::problem::Conditions;
 use wireloom_core::{Network, State, Status};
-
-/// A checkpoint after so many increments of a step.
-pub const EVERY: usize = 10;
 
 /// Where a run stands. What it is made of is no business of those who keep it: it may change from one version of the
 /// program to the next.

@@ -1,7 +1,7 @@
 //! The step driver: carries out the assembly in increments, each of which ends in an equilibrium.
 
 use crate::certificate::{Certifier, FEASIBLE};
-use crate::checkpoint::{self, Checkpoint, Observer, Resumed};
+use crate::checkpoint::{Checkpoint, Observer, Resumed};
 use crate::events::{self, EventLog, Occurrence};
 use crate::plan::{self, Plan};
 use crate::settle::Settle;
@@ -211,7 +211,7 @@ pub fn carry_out(
                 return run;
             }
             driver.problem.commit(&driver.state);
-            if increment % checkpoint::EVERY == 0 && increment < step.increments {
+            if increment < step.increments {
                 driver.minimiser.forget();
                 let seconds = spent + clock.elapsed().as_secs_f64();
                 observer.checkpoint(&driver.checkpoint(&run, (index, increment), Some(&plan), seconds));
