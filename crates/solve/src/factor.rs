@@ -1,7 +1,7 @@
 //! Factorisation `A = L D Lᵀ` of a block matrix in place, and the solve.
 //!
-//! Right-looking, column by column in elimination order. Along a branch every column has two blocks below its
-//! diagonal, in the next two rows; those columns are handled without any index look-up. Pivots are 3 × 3
+//! Right-looking, column by column in elimination order. Along a branch every column has two blocks below its diagonal, and the next
+//! column begins with the later of their rows; those columns are handled without any index look-up. Pivots are 3 × 3
 //! blocks, themselves factorised without exchanges; the signs of their scalars give the inertia of the
 //! matrix (Sylvester).
 
@@ -62,20 +62,20 @@ fn eliminate(part: &mut Part, pattern: &Pattern, diagonal: &mut [Matrix], below:
         negative += signs as usize;
         diagonal[local] = inverse;
         let (start, stop) = (pattern.starts[p] as usize - first_block, pattern.starts[p + 1] as usize - first_block);
-        if stop == start + 2
-            && rows[start] as usize == p + 1
-            && rows[start + 1] as usize == p + 2
-            && p + 2 < end as usize
-        {
-            let (b1, b2) = (below[start], below[start + 1]);
-            let (w1, w2) = (b1 * inverse, b2 * inverse);
-            diagonal[local + 1] -= w1 * b1.transpose();
-            // Column p + 1 begins with row p + 2: there is no row between.
-            below[stop] -= w2 * b1.transpose();
-            diagonal[local + 2] -= w2 * b2.transpose();
-            below[start] = w1;
-            below[start + 1] = w2;
-            continue;
+        if stop == start + 2 && rows[start + 1] < end {
+            let (row, later) = (rows[start] as usize, rows[start + 1] as usize);
+            let slot = pattern.starts[row] as usize - first_block;
+            // Along a branch the next column begins with the later row: there is no row between.
+            if rows[slot] as usize == later {
+                let (b1, b2) = (below[start], below[start + 1]);
+                let (w1, w2) = (b1 * inverse, b2 * inverse);
+                diagonal[row - first] -= w1 * b1.transpose();
+                below[slot] -= w2 * b1.transpose();
+                diagonal[later - first] -= w2 * b2.transpose();
+                below[start] = w1;
+                below[start + 1] = w2;
+                continue;
+            }
         }
         for i in start..stop {
             let row = rows[i];

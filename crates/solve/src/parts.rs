@@ -132,18 +132,15 @@ impl<'c> Tree<'c> {
         Part { columns: start..self.order.len(), own: first, children, beyond: vec![], updates: vec![] }
     }
 
-    /// Puts a subtree in order, parents right after the last of their children.
+    /// Takes a subtree in the order of the elimination: that goes from branch to branch, so the processor, too, has several things to do
+    /// at the same time.
     fn subtree(&mut self, root: usize) {
-        let mut open = vec![(root, 0)];
-        while let Some((v, next)) = open.last_mut() {
-            if let Some(&child) = self.children[*v].get(*next) {
-                *next += 1;
-                open.push((child, 0));
-            } else {
-                self.order.push(*v);
-                open.pop();
-            }
+        let (first, mut open) = (self.order.len(), vec![root]);
+        while let Some(v) = open.pop() {
+            self.order.push(v);
+            open.extend_from_slice(&self.children[v]);
         }
+        self.order[first..].sort_unstable();
     }
 
     fn find_beyond(&self, part: &mut Part, position: &[u32]) {
