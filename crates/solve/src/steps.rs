@@ -93,8 +93,9 @@ struct Driver<'n, 'm> {
     operations: Vec<OperationResult>,
 }
 
-/// Carries out a schedule; where there is the same harness on a `coarse` mesh, its start is looked for there first. The observer sees every increment's end, may stop the run, and may keep checkpoints; from `resumed`
-/// it goes on with a run that one of them kept. The status of the run is that of the first increment that did not converge.
+/// Carries out a schedule; where there is the same harness on a `coarse` mesh, its start is looked for there first. The observer sees
+/// every increment's end, may stop the run, and may keep checkpoints; from `resumed` it goes on with a run that one of them kept. The
+/// status of the run is that of the first increment that did not converge.
 ///
 /// # Panics
 /// If the checkpoint does not fit the network ([`Checkpoint::fits`]) or the schedule.
