@@ -1,4 +1,5 @@
-//! The scenarios of this repository: all converge, and those with a closed form agree with it.
+//! The scenarios of this repository: all converge, and those with a closed form agree with it, with any minimiser and with the rod
+//! `kirchhoff`, too.
 //!
 //! Beside `scenarios/analytic/NAME.toml` (and those of `assembly`) stands `NAME.expected.toml`, a list of `[[check]]`: `step` names the step (its
 //! last increment counts), `why` says what is expected, `tolerance` is the largest distance from `value` (default 0).
@@ -29,10 +30,23 @@ fn main() {
     let scenarios = wireloom_tests::root().join("scenarios");
     let mut trials = vec![];
     for path in files(&scenarios.join("analytic")).into_iter().chain(files(&scenarios.join("assembly"))) {
-        trials.push(Trial::test(name(&path), move || analytic(&path)));
+        let plain = path.clone();
+        trials.push(Trial::test(name(&path), move || analytic(&plain, Swap::default())));
+        // It is laid out far from any balance, and each finds its own of several stable ones.
+        if path.ends_with("analytic/ring_loop.toml") {
+            continue;
+        }
+        for minimiser in ["lbfgs", "ncg"] {
+            let path = path.clone();
+            let swap = Swap { minimiser: Some(minimiser), ..Swap::default() };
+            trials.push(Trial::test(format!("{}, {minimiser}", name(&path)), move || analytic(&path, swap)));
+        }
+        // What is expected there is the closed form of a rod without shear, or has a tolerance that shear is within.
+        let swap = Swap { rod: Some("kirchhoff"), ..Swap::default() };
+        trials.push(Trial::test(format!("{}, kirchhoff", name(&path)), move || analytic(&path, swap)));
     }
     for path in files(&scenarios.join("branches")).into_iter().chain([scenarios.join("first.toml")]) {
-        trials.push(Trial::test(name(&path), move || converged(&path).map(|_| ())));
+        trials.push(Trial::test(name(&path), move || converged(&path, Swap::default()).map(|_| ())));
     }
     trials.push(Trial::test("expected values are those of the closed forms", values_of_closed_forms));
     trials.push(Trial::test("order: cantilever, against the closed form", order_of_the_cantilever));
@@ -69,14 +83,31 @@ impl wireloom::scenario::Files for Beside<'_> {
     }
 }
 
-fn converged(path: &Path) -> Result<Run, Failed> {
-    text_converged(&std::fs::read_to_string(path)?, &Beside(path))
+/// Tolerances are made for Newton's method, whose last step goes far below the balance asked for; by gradients one comes just below it.
+const SLACK: f64 = 20.0;
+
+/// Kinds in place of those of a scenario.
+#[derive(Clone, Copy, Default)]
+struct Swap {
+    rod: Option<&'static str>,
+    minimiser: Option<&'static str>,
 }
 
-fn text_converged(text: &str, files: &dyn wireloom::scenario::Files) -> Result<Run, Failed> {
+fn converged(path: &Path, swap: Swap) -> Result<Run, Failed> {
+    text_converged(&std::fs::read_to_string(path)?, &Beside(path), swap)
+}
+
+fn text_converged(text: &str, files: &dyn wireloom::scenario::Files, swap: Swap) -> Result<Run, Failed> {
     let registry = wireloom::registry();
-    let (_, built) = wireloom::load_with_files(text, files, &registry)
-        .map_err(|faults| wireloom::scenario::render(text, &faults))?;
+    let shown = |faults: Vec<wireloom::scenario::Fault>| wireloom::scenario::render(text, &faults);
+    let mut scenario = wireloom::scenario::parse_with_files(text, files, &registry).map_err(shown)?;
+    if let Some(rod) = swap.rod {
+        scenario.branches.iter_mut().for_each(|branch| branch.rod = rod.into());
+    }
+    if let Some(minimiser) = swap.minimiser {
+        scenario.minimiser.kind = minimiser.into();
+    }
+    let built = scenario.build(&registry).map_err(shown)?;
     let run = wireloom::run(built, &mut |_, _| wireloom::solve::Control::Continue);
     if run.status == Status::Converged && !run.steps.is_empty() {
         Ok(run)
@@ -95,13 +126,13 @@ fn expected(path: &Path) -> Result<Vec<Value>, Failed> {
     Ok(checks.try_into()?)
 }
 
-fn analytic(path: &Path) -> Result<(), Failed> {
-    let run = converged(path)?;
+fn analytic(path: &Path, swap: Swap) -> Result<(), Failed> {
+    let run = converged(path, swap)?;
     let mut wrong = vec![];
     for check in &expected(path)? {
         let (step, kind) = (word(check, "step")?, word(check, "kind")?);
         let end = run.steps.iter().rfind(|s| s.name == step).ok_or_else(|| format!("no step `{step}`"))?;
-        if let Some(fault) = fault(end, kind, check)? {
+        if let Some(fault) = fault(end, kind, check, if swap.minimiser.is_some() { SLACK } else { 1.0 })? {
             wrong.push(format!("`{step}`: {kind} ({}): {fault}", word(check, "why")?));
         }
     }
@@ -142,8 +173,8 @@ fn beyond(distance: f64, tolerance: f64) -> bool {
 }
 
 /// What is wrong with the end of a step, if anything.
-fn fault(end: &StepResult, kind: &str, check: &Value) -> Result<Option<String>, Failed> {
-    let tolerance = check.get("tolerance").and_then(number).unwrap_or(0.0);
+fn fault(end: &StepResult, kind: &str, check: &Value, slack: f64) -> Result<Option<String>, Failed> {
+    let tolerance = slack * check.get("tolerance").and_then(number).unwrap_or(0.0);
     let found: Vec<f64> = match kind {
         "stable" => {
             let wanted = check.get("value").and_then(Value::as_bool);
@@ -375,7 +406,7 @@ const MESHES: [usize; 5] = [20, 40, 80, 160, 320];
 /// Positions at the nodes that all meshes have in common, on the first so many meshes.
 fn curves(meshes: usize, text: impl Fn(usize) -> String) -> Result<Vec<Vec<Vector>>, Failed> {
     let curve = |&segments: &usize| {
-        let run = text_converged(&text(segments), &wireloom::scenario::NoFiles)
+        let run = text_converged(&text(segments), &wireloom::scenario::NoFiles, Swap::default())
             .map_err(|e| format!("{segments} segments: {e:?}"))?;
         let end = run.steps.last().ok_or("no step")?;
         Ok(end.branches[0].position.iter().step_by(segments / MESHES[0]).copied().collect())

@@ -276,8 +276,8 @@ pub trait RodSegment: Send + Sync {
     /// Magisano, Leonetti, Garcea 2017); at equilibrium both are the same.
     fn hessian(&self, shape: &BranchShape<'_>, forces: Option<&[Vector]>, hessian: &mut BranchHessian);
 
-    /// ∂²E/∂e² of each segment, N/m, the same as in [`Self::hessian`]; it does not depend on the points, so that with the frames
-    /// given the energy is a convex quadratic function of the points.
+    /// ∂²E/∂e² of each segment, N/m, the same as in [`Self::hessian`]; it does not depend on the points as long as no edge points
+    /// against its frame, so that with the frames given the energy is a convex function of the points, and quadratic.
     fn edge_stiffness(&self, shape: &BranchShape<'_>, stiffness: &mut [Matrix]);
 
     /// `C (Γ + δΓ)` for each segment (N, body frame): the force to first order after the step

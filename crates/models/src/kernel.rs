@@ -9,7 +9,27 @@ use wireloom_core::rod::{CouplingHessian, SegmentHessian, StationHessian};
 use wireloom_core::rotation::skew;
 use wireloom_core::{Matrix, Rotation, Vector};
 
-/// Stretch and shear of one segment: `Γ = Rᵀ e/ℓ − e3`, `E = ½ ℓ Γᵀ C Γ`, `C = diag(GA1, GA2, EA)`.
+/// Stiffness of a segment: `W = ½ Γᵀ C Γ + ½ B min(v3, 0)²` is the energy per length, `v = Γ + e3`. B acts on an edge that points
+/// against its frame, and makes C there `diag(GA1, GA2, EA + B)`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SegmentStiffness {
+    /// C: diag(GA1, GA2, EA), N.
+    pub c: Vector,
+    /// B, N. Where GA is above 2 EA an overturned segment would be a minimum of the energy; with `B ≥ GA` it is none.
+    pub overturned: f64,
+}
+
+impl SegmentStiffness {
+    /// The second derivative of W at v, its part beyond EA in EA's place, N.
+    #[inline(always)]
+    fn at(&self, v: &Vector) -> (Vector, f64) {
+        let beyond = if v.z < 0.0 { self.overturned } else { 0.0 };
+        (Vector::new(self.c.x, self.c.y, self.c.z + beyond), beyond)
+    }
+}
+
+/// Stretch and shear of one segment: `Γ = Rᵀ e/ℓ − e3`, `E = ½ ℓ Γᵀ C Γ`, `C = diag(GA1, GA2, EA)`; see [`SegmentStiffness`] for edges
+/// that are overturned.
 ///
 /// `v = Γ + e3`, `n = C Γ` (N, body frame).
 pub struct StretchShear {
@@ -19,23 +39,28 @@ pub struct StretchShear {
     pub v: Vector,
     /// n = C Γ.
     pub n: Vector,
+    /// C at v.
+    pub c: Vector,
+    /// What of it B is responsible for.
+    beyond: f64,
 }
 
 impl StretchShear {
-    /// At edge `e` (m) and frame `q`, for rest length `l` (m) and stiffness diagonal `c` (N).
+    /// At edge `e` (m) and frame `q`, for rest length `l` (m).
     #[inline(always)]
-    pub fn new(e: &Vector, q: &Rotation, l: f64, c: &Vector) -> Self {
+    pub fn new(e: &Vector, q: &Rotation, l: f64, stiffness: &SegmentStiffness) -> Self {
         let r = rotation_matrix(q);
         let v = r.tr_mul(e) * (1.0 / l);
-        let n = Vector::new(c.x * v.x, c.y * v.y, c.z * (v.z - 1.0));
-        Self { r, v, n }
+        let (c, beyond) = stiffness.at(&v);
+        let n = Vector::new(c.x * v.x, c.y * v.y, stiffness.c.z * (v.z - 1.0) + beyond * v.z);
+        Self { r, v, n, c, beyond }
     }
 
     /// (shear, stretch) energy, J.
     #[inline(always)]
     pub fn energy(&self, l: f64) -> (f64, f64) {
         let (n, v) = (&self.n, &self.v);
-        (0.5 * l * (n.x * v.x + n.y * v.y), 0.5 * l * n.z * (v.z - 1.0))
+        (0.5 * l * (n.x * v.x + n.y * v.y), 0.5 * l * (n.z * (v.z - 1.0) + self.beyond * v.z))
     }
 
     /// `(∂E/∂e, ∂E/∂θ) = (R n, ℓ n × v)`.
@@ -45,19 +70,20 @@ impl StretchShear {
     }
 
     /// `[∂E/∂ℓ, ∂²E/∂ℓ²]` with e and q fixed, where `v = Rᵀ e/ℓ` goes with 1/ℓ: `½ (EA − vᵀ C v)` and `vᵀ C v/ℓ`.
-    pub fn length_terms(&self, l: f64, c: &Vector) -> [f64; 2] {
-        length_terms(&self.v, &Vector::z(), l, c)
+    pub fn length_terms(&self, l: f64) -> [f64; 2] {
+        stretch_length_terms(&self.v, l, &self.c, self.beyond)
     }
 
     /// The law whose gradient is the derivative of the gradient in ℓ: that with `∂n/∂ℓ = −C v/ℓ` in place of n.
-    pub fn per_length(self, l: f64, c: &Vector) -> Self {
-        Self { n: c.component_mul(&self.v) / -l, ..self }
+    pub fn per_length(self, l: f64) -> Self {
+        Self { n: self.c.component_mul(&self.v) / -l, ..self }
     }
 
     /// `∂²E/∂e² = R C Rᵀ/ℓ`, `∂²E/∂θ∂e = ([v]ₓᵀ C + [n]ₓ) Rᵀ`,
     /// `∂²E/∂θ² = ℓ ([v]ₓᵀ C [v]ₓ + sym(n vᵀ) − (n·v) I)`; `n` is the force of the geometric part.
     #[inline(always)]
-    pub fn hessian(&self, l: f64, c: &Vector, n: &Vector) -> SegmentHessian {
+    pub fn hessian(&self, l: f64, n: &Vector) -> SegmentHessian {
+        let c = &self.c;
         let (r, v) = (&self.r, &self.v);
         let ee = edge_stiffness(r, l, c);
         // [v]ₓᵀ C + [n]ₓ, written out.
@@ -196,6 +222,12 @@ impl BendTwist {
     }
 }
 
+/// The same of a segment at v: `[½ (EA − vᵀ C v), vᵀ C v/ℓ]`, EA being C3 but for what lies beyond it.
+fn stretch_length_terms(v: &Vector, l: f64, c: &Vector, beyond: f64) -> [f64; 2] {
+    let [first, second] = length_terms(v, &Vector::z(), l, c);
+    [first - 0.5 * beyond, second]
+}
+
 /// `[½ (e°ᵀ C e° − eᵀ C e), eᵀ C e/ℓ]`: derivatives in ℓ of `½ ℓ (e−e°)ᵀ C (e−e°)` where e goes with 1/ℓ.
 fn length_terms(e: &Vector, rest: &Vector, l: f64, c: &Vector) -> [f64; 2] {
     let twice = c.dot(&e.component_mul(e));
@@ -248,6 +280,10 @@ pub struct BlendedStretchShear {
     pub v: Vector,
     /// n = C Γ.
     pub n: Vector,
+    /// C at Γ + e3.
+    pub c: Vector,
+    /// What of it B is responsible for.
+    beyond: f64,
     /// Γ.
     gamma: Vector,
     /// φ.
@@ -262,9 +298,14 @@ pub const END_BLEND: f64 = 1.0 / 8.0;
 pub const INNER_BLEND: f64 = 3.0 / 16.0;
 
 impl BlendedStretchShear {
-    /// At edge `e` (m) and frame `q` beside stations, each with its frame and β, for rest length `l` (m) and stiffness
-    /// diagonal `c` (N).
-    pub fn new(e: &Vector, q: &Rotation, stations: [Option<(&Rotation, f64)>; 2], l: f64, c: &Vector) -> Self {
+    /// At edge `e` (m) and frame `q` beside stations, each with its frame and β, for rest length `l` (m).
+    pub fn new(
+        e: &Vector,
+        q: &Rotation,
+        stations: [Option<(&Rotation, f64)>; 2],
+        l: f64,
+        stiffness: &SegmentStiffness,
+    ) -> Self {
         let r = rotation_matrix(q);
         let v = r.tr_mul(e) / l;
         let turns = stations.map(|station| {
@@ -274,14 +315,17 @@ impl BlendedStretchShear {
             })
         });
         let phi = turns.iter().flatten().map(|(blend, w, v)| v * (2.0 * blend * w)).sum();
-        let gamma = v + v.cross(&phi) - Vector::z();
-        Self { r, v, n: c.component_mul(&gamma), gamma, phi, turns }
+        let u = v + v.cross(&phi);
+        let (c, beyond) = stiffness.at(&u);
+        let gamma = u - Vector::z();
+        let n = stiffness.c.component_mul(&gamma) + Vector::z() * (beyond * u.z);
+        Self { r, v, n, c, beyond, gamma, phi, turns }
     }
 
     /// (shear, stretch) energy, J.
     pub fn energy(&self, l: f64) -> (f64, f64) {
         let (n, g) = (&self.n, &self.gamma);
-        (0.5 * l * (n.x * g.x + n.y * g.y), 0.5 * l * n.z * g.z)
+        (0.5 * l * (n.x * g.x + n.y * g.y), 0.5 * l * (n.z * g.z + self.beyond * (g.z + 1.0)))
     }
 
     /// `n′ = n + φ × n`, the force conjugate to v.
@@ -290,13 +334,13 @@ impl BlendedStretchShear {
     }
 
     /// As [`StretchShear::length_terms`], with `Γ + e3` in place of v.
-    pub fn length_terms(&self, l: f64, c: &Vector) -> [f64; 2] {
-        length_terms(&(self.gamma + Vector::z()), &Vector::z(), l, c)
+    pub fn length_terms(&self, l: f64) -> [f64; 2] {
+        stretch_length_terms(&(self.gamma + Vector::z()), l, &self.c, self.beyond)
     }
 
     /// As [`StretchShear::per_length`].
-    pub fn per_length(self, l: f64, c: &Vector) -> Self {
-        Self { n: c.component_mul(&(self.gamma + Vector::z())) / -l, ..self }
+    pub fn per_length(self, l: f64) -> Self {
+        Self { n: self.c.component_mul(&(self.gamma + Vector::z())) / -l, ..self }
     }
 
     /// World force on the edge, `R n′`, N.
@@ -322,8 +366,8 @@ impl BlendedStretchShear {
     }
 
     /// `∂²E/∂e² = R A C Aᵀ Rᵀ/ℓ` with `Aᵀ = I − [φ]ₓ`, `∂Γ/∂e = Aᵀ Rᵀ/ℓ`.
-    pub fn edge_stiffness(&self, l: f64, c: &Vector) -> Matrix {
-        edge_stiffness(&(self.r * (Matrix::identity() + skew(&self.phi))), l, c)
+    pub fn edge_stiffness(&self, l: f64) -> Matrix {
+        edge_stiffness(&(self.r * (Matrix::identity() + skew(&self.phi))), l, &self.c)
     }
 
     /// δΓ for a step: `δv + δv × φ + v × δφ`, `δv = Rᵀ δe/ℓ + v × θ`.
@@ -341,10 +385,10 @@ impl BlendedStretchShear {
 
     /// Second derivatives with `n` as the force of the geometric part: `ℓ Jᵀ C J` with `J = ∂Γ`, the second
     /// derivatives of `ℓ n′·v` in (e, θ) and of `μ·φ` in (θ, θ_Q), and `ℓ n·(δv × δφ)` twice.
-    pub fn hessian(&self, l: f64, c: &Vector, n: &Vector) -> (SegmentHessian, StationHessian) {
+    pub fn hessian(&self, l: f64, n: &Vector) -> (SegmentHessian, StationHessian) {
         let v = &self.v;
         let rt = self.r.transpose();
-        let c = Matrix::from_diagonal(c);
+        let c = Matrix::from_diagonal(&self.c);
         // ∂v and ∂φ in (e, θ, Q_1, Q_2), then ∂Γ = (I − [φ]ₓ) ∂v + [v]ₓ ∂φ.
         let dv = [rt / l, skew(v), Matrix::zeros(), Matrix::zeros()];
         let mut dphi = [Matrix::zeros(); 4];

@@ -3,27 +3,34 @@
 //! The Hessian of a harness is a sparse symmetric matrix of 3 × 3 blocks, one block row for each point and each
 //! frame. [`structure`] orders the blocks by minimum degree, which on trees gives no fill at all; [`gather`]
 //! puts the parts' second derivatives into a [`matrix`], [`factor`] factorises it in place, [`newton`] walks downhill
-//! with it, [`settle`] brings the points into balance after every step, [`border`] adds the arc lengths of fixings that slide,
-//! [`nested`] carries a start over from a coarse mesh, [`certificate`] grades the result, [`steps`] carries out the assembly, [`events`] keeps the log of what happened on the way.
+//! with it ([`lbfgs`] and [`ncg`] go by gradients), [`settle`] brings the points into balance after every step, [`border`] adds the arc
+//! lengths of fixings that slide, [`nested`] carries a start over from a coarse mesh, [`certificate`] grades the result, [`steps`]
+//! carries out the assembly, [`events`] keeps the log of what happened on the way.
 
 pub mod border;
 pub mod certificate;
 pub mod checkpoint;
 mod clips;
+mod descent;
 pub mod events;
 pub mod factor;
 pub mod gather;
+pub mod lbfgs;
+mod line_search;
 pub mod matrix;
+pub mod ncg;
 pub mod nested;
 pub mod newton;
 mod operations;
 pub mod parts;
 mod plan;
+mod precondition;
 pub mod result;
 pub mod settle;
 pub mod start;
 pub mod steps;
 pub mod structure;
+mod transport;
 
 pub use steps::{Control, Progress, carry_out};
 
@@ -34,5 +41,7 @@ use wireloom_core::Registry;
 /// # Panics
 /// If one of their names is taken: built-ins are registered first.
 pub fn register(registry: &mut Registry) {
-    registry.add_minimiser(newton::kind()).map_err(|_| "built-ins are registered first").unwrap();
+    for kind in [newton::kind(), lbfgs::kind(), ncg::kind()] {
+        registry.add_minimiser(kind).map_err(|_| "built-ins are registered first").unwrap();
+    }
 }

@@ -1,6 +1,6 @@
 //! The Cosserat rod: stretch, shear, bending and twist with the stiffnesses of the section.
 
-use crate::kernel::{END_BLEND, INNER_BLEND};
+use crate::kernel::{END_BLEND, INNER_BLEND, SegmentStiffness};
 use crate::rods::staggered::{StaggeredRod, Stiffness};
 use wireloom_core::registry::RodKind;
 use wireloom_core::rod::RodSpec;
@@ -17,8 +17,9 @@ pub fn kind() -> RodKind {
 
 /// A branch as a Cosserat rod.
 pub fn rod(spec: RodSpec) -> StaggeredRod {
+    let segment = SegmentStiffness { c: spec.section.stretch_diagonal(), overturned: 0.0 };
     let stiffness = Stiffness {
-        segments: vec![spec.section.stretch_diagonal(); spec.mesh.segments()],
+        segments: vec![segment; spec.mesh.segments()],
         couplings: vec![spec.section.bend_diagonal(); spec.mesh.coupling_lengths.len()],
         blends: [END_BLEND, INNER_BLEND],
     };

@@ -19,10 +19,13 @@
 //! chose the shear compliance of beam elements in this way.) The energy of the alignment is what results call shear; where a
 //! mesh is fine enough for what it bears, it is next to nothing.
 //!
+//! An edge that points against its frame (a far start may bring that about) meets A along the frame, too: the energy then falls all the
+//! way as the frame turns to its edge, where the quadratic law alone would have a minimum with the segment overturned.
+//!
 //! The frames turn by a smallest rotation where a tilt follows an edge, and about the edge only where twist asks for it: the
 //! minimisers' steps carry them in time as Bergou's are.
 
-use crate::kernel::{END_BLEND, INNER_BLEND};
+use crate::kernel::{END_BLEND, INNER_BLEND, SegmentStiffness};
 use crate::rods::staggered::{StaggeredRod, Stiffness};
 use wireloom_core::registry::RodKind;
 use wireloom_core::rod::RodSpec;
@@ -51,8 +54,8 @@ fn stiffness(spec: &RodSpec) -> Stiffness {
     }
 }
 
-/// diag(A1, A2, EA), N, of a segment of this length (m).
-pub(super) fn aligned(section: &Section, length: f64) -> Vector {
-    let [ei1, ei2] = section.bending_stiffness.map(|ei| ALIGNMENT * ei / (length * length));
-    Vector::new(ei2, ei1, section.axial_stiffness)
+/// diag(A1, A2, EA) and what keeps edges from being overturned, of a segment of this length (m).
+pub(super) fn aligned(section: &Section, length: f64) -> SegmentStiffness {
+    let [a2, a1] = section.bending_stiffness.map(|ei| ALIGNMENT * ei / (length * length));
+    SegmentStiffness { c: Vector::new(a1, a2, section.axial_stiffness), overturned: a1.max(a2) }
 }

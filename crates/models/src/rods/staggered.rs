@@ -1,7 +1,7 @@
 //! Rods on the staggered grid: stretch and shear in every segment, bending and twist in every coupling. What a kind of rod is
 //! made of are the stiffnesses of these parts ([`Stiffness`]).
 
-use crate::kernel::{BendTwist, BlendedStretchShear, StretchShear, edge_stiffness, rotation_matrix};
+use crate::kernel::{BendTwist, BlendedStretchShear, SegmentStiffness, StretchShear, edge_stiffness, rotation_matrix};
 use nalgebra::{Quaternion, Unit};
 use std::ops::Range;
 use wireloom_core::rod::{Beside, BranchHessian, BranchShape, Mesh, RodEnergy, RodSegment, RodSpec};
@@ -9,8 +9,8 @@ use wireloom_core::{Matrix, Rotation, Vector};
 
 /// The stiffness of every part of a branch.
 pub struct Stiffness {
-    /// C of each segment: diag(GA1, GA2, EA), N.
-    pub segments: Vec<Vector>,
+    /// Of each segment.
+    pub segments: Vec<SegmentStiffness>,
     /// C of each coupling: diag(EI1, EI2, GJ), N m².
     pub couplings: Vec<Vector>,
     /// Share β of the tangent of a station at an end of the branch, and of one within it, in that of the segments beside it.
@@ -142,14 +142,14 @@ impl RodSegment for StaggeredRod {
             for j in run.clone() {
                 let law = self.segment(shape, j);
                 let n = forces.map_or(law.n, |f| f[j]);
-                hessian.segments[j] = law.hessian(shape.rest_lengths[j], &self.stiffness.segments[j], &n);
+                hessian.segments[j] = law.hessian(shape.rest_lengths[j], &n);
             }
         }
         for (beside, room) in self.mesh.beside.iter().zip(&mut hessian.beside) {
             let j = beside.segment;
             let law = self.blended(shape, beside);
             let n = forces.map_or(law.n, |f| f[j]);
-            (hessian.segments[j], *room) = law.hessian(shape.rest_lengths[j], &self.stiffness.segments[j], &n);
+            (hessian.segments[j], *room) = law.hessian(shape.rest_lengths[j], &n);
         }
         for (c, &lambda) in shape.coupling_lengths.iter().enumerate() {
             hessian.couplings[c] = self.coupling(shape, c).hessian(lambda, &self.stiffness.couplings[c]);
@@ -158,13 +158,12 @@ impl RodSegment for StaggeredRod {
 
     fn edge_stiffness(&self, shape: &BranchShape<'_>, stiffness: &mut [Matrix]) {
         for j in self.plain() {
-            let r = rotation_matrix(&shape.frames[self.mesh.segment_frames[j]]);
-            stiffness[j] = edge_stiffness(&r, shape.rest_lengths[j], &self.stiffness.segments[j]);
+            let law = self.segment(shape, j);
+            stiffness[j] = edge_stiffness(&law.r, shape.rest_lengths[j], &law.c);
         }
         for beside in &self.mesh.beside {
             let j = beside.segment;
-            stiffness[j] =
-                self.blended(shape, beside).edge_stiffness(shape.rest_lengths[j], &self.stiffness.segments[j]);
+            stiffness[j] = self.blended(shape, beside).edge_stiffness(shape.rest_lengths[j]);
         }
     }
 
@@ -175,7 +174,7 @@ impl RodSegment for StaggeredRod {
             let de = points[j + 1] - points[j];
             let theta = &frames[self.mesh.segment_frames[j]];
             let change = law.r.tr_mul(&de) / shape.rest_lengths[j] + law.v.cross(theta);
-            forces[j] = law.n + self.stiffness.segments[j].component_mul(&change);
+            forces[j] = law.n + law.c.component_mul(&change);
         }
         for beside in &self.mesh.beside {
             let j = beside.segment;
@@ -183,7 +182,7 @@ impl RodSegment for StaggeredRod {
             let at_stations = beside.stations.map(|c| c.map_or_else(Vector::zeros, |c| frames[c]));
             let (de, theta) = (points[j + 1] - points[j], &frames[self.mesh.segment_frames[j]]);
             let change = law.strain_change(shape.rest_lengths[j], &de, theta, at_stations);
-            forces[j] = law.n + self.stiffness.segments[j].component_mul(&change);
+            forces[j] = law.n + law.c.component_mul(&change);
         }
     }
 
@@ -199,11 +198,11 @@ impl RodSegment for StaggeredRod {
 
     fn length_terms(&self, shape: &BranchShape<'_>, segments: &mut [[f64; 2]], couplings: &mut [[f64; 2]]) {
         for j in self.plain() {
-            segments[j] = self.segment(shape, j).length_terms(shape.rest_lengths[j], &self.stiffness.segments[j]);
+            segments[j] = self.segment(shape, j).length_terms(shape.rest_lengths[j]);
         }
         for beside in &self.mesh.beside {
             let j = beside.segment;
-            segments[j] = self.blended(shape, beside).length_terms(shape.rest_lengths[j], &self.stiffness.segments[j]);
+            segments[j] = self.blended(shape, beside).length_terms(shape.rest_lengths[j]);
         }
         for (c, &lambda) in shape.coupling_lengths.iter().enumerate() {
             couplings[c] = self.coupling(shape, c).length_terms(lambda, &self.stiffness.couplings[c]);
@@ -220,7 +219,7 @@ impl RodSegment for StaggeredRod {
     ) {
         for j in self.plain().filter(|&j| segment_rates[j] != 0.0) {
             let (rate, l) = (segment_rates[j], shape.rest_lengths[j]);
-            let (force, moment) = self.segment(shape, j).per_length(l, &self.stiffness.segments[j]).gradient(l);
+            let (force, moment) = self.segment(shape, j).per_length(l).gradient(l);
             points[j] -= force * rate;
             points[j + 1] += force * rate;
             frames[self.mesh.segment_frames[j]] += moment * rate;
@@ -228,7 +227,7 @@ impl RodSegment for StaggeredRod {
         for beside in self.mesh.beside.iter().filter(|b| segment_rates[b.segment] != 0.0) {
             let j = beside.segment;
             let (rate, l) = (segment_rates[j], shape.rest_lengths[j]);
-            let law = self.blended(shape, beside).per_length(l, &self.stiffness.segments[j]);
+            let law = self.blended(shape, beside).per_length(l);
             let (force, moment, at_stations) = law.gradient(l);
             points[j] -= force * rate;
             points[j + 1] += force * rate;
