@@ -2,13 +2,14 @@
 
 use std::io;
 use std::path::Path;
+use wireloom::core::equilibrium::ConstraintFault;
 use wireloom::scenario::Fault;
 
 /// Exit code for refused input.
 pub const REFUSED: u8 = 1;
 /// Exit code for a run that did not converge.
 const NOT_CONVERGED: u8 = 2;
-/// Exit code for a file or folder that could not be read or written.
+/// Exit code for a file or folder that could not be read or written, and for a constraint that broke down.
 const IO: u8 = 3;
 
 /// A command that did its work.
@@ -50,6 +51,9 @@ pub enum Failure {
     /// Other input that cannot be used.
     #[error("{0}")]
     Input(String),
+    /// A constraint broke down; what was finished before is written.
+    #[error("{0}")]
+    Constraint(ConstraintFault),
     /// Reading or writing failed.
     #[error("{what}: {source}")]
     Io {
@@ -65,7 +69,7 @@ impl Failure {
     pub fn code(&self) -> u8 {
         match self {
             Failure::Refused(_) | Failure::Input(_) => REFUSED,
-            Failure::Io { .. } => IO,
+            Failure::Io { .. } | Failure::Constraint(_) => IO,
         }
     }
 

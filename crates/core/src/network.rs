@@ -398,15 +398,8 @@ impl Network {
             points,
             frames,
         };
-        network.fixings = fixings.into_iter().map(|plan| network.fixing(plan)).collect();
-        for (index, fixing) in network.fixings.iter().enumerate() {
-            if let (Some(slide), Place::Node { branch, node }) = (fixing.slide, fixing.place) {
-                network.branches[branch].mesh_moves = true;
-                network.slides.push(SlideSite { fixing: index, branch, node, friction: slide.friction });
-            }
-            if let (true, Place::Node { branch, .. }) = (fixing.nearest, fixing.place) {
-                network.branches[branch].mesh_moves = true;
-            }
+        for plan in fixings {
+            network.add_fixing(plan);
         }
         network.loads = loads
             .into_iter()
@@ -425,8 +418,11 @@ impl Network {
         network
     }
 
-    /// A fixing in its place.
-    fn fixing(&self, plan: FixingPlan) -> Fixing {
+    /// Gives a fixing its place.
+    ///
+    /// # Panics
+    /// If its indices do not exist, or it has neither station nor span.
+    pub fn add_fixing(&mut self, plan: FixingPlan) {
         let span = plan.span.map(|NodeRange { branch, nodes }| {
             let start = self.branches[branch].points.start;
             let sites = nodes.clone().map(|node| self.site(Place::Node { branch, node })).collect();
@@ -445,7 +441,7 @@ impl Network {
             let nodes = span.iter().flat_map(|span| &span.sites);
             residuals.extend(nodes.flat_map(|_| equations.of_each_node()));
         }
-        Fixing {
+        let fixing = Fixing {
             place,
             site: self.site(place),
             stations: plan.stations.iter().map(|&place| self.site(place)).collect(),
@@ -463,7 +459,15 @@ impl Network {
             limits: plan.limits,
             nearest: plan.nearest,
             from_start: plan.from_start,
+        };
+        if let (Some(slide), Place::Node { branch, node }) = (fixing.slide, place) {
+            self.branches[branch].mesh_moves = true;
+            self.slides.push(SlideSite { fixing: self.fixings.len(), branch, node, friction: slide.friction });
         }
+        if let (true, Place::Node { branch, .. }) = (fixing.nearest, place) {
+            self.branches[branch].mesh_moves = true;
+        }
+        self.fixings.push(fixing);
     }
 
     /// The independent point and frame that carry a place.

@@ -13,6 +13,7 @@ mod legend;
 mod marks;
 mod overlay;
 mod panel;
+mod reach;
 mod svg;
 mod view;
 
@@ -47,6 +48,7 @@ fn draw(step: &StepResult, title: &str) -> String {
         page.open(&format!("class=\"view\" id=\"{}\"", panel.view.name()));
         panel::draw(&mut page, panel, &layout);
         branches::draw(&mut page, step, panel);
+        reach::draw(&mut page, step, panel);
         marks::draw(&mut page, &marks, panel);
         labels::draw(&mut page, step, &marks, panel);
         page.close();

@@ -77,28 +77,25 @@ fn begin<'a>(entry: &Entry<'a>, name: &'a str, names: &mut Names<'a>) -> bool {
 /// Refuses what does not attach to as much as its kind does.
 fn refuse_count(entry: &Entry<'_>, kind: &str, stations: usize, span: bool) {
     let Some(attaches) = entry.reader.registry.constraint(kind).map(|kind| &kind.attaches) else { return };
-    let (least, most) = (*attaches.stations.start(), *attaches.stations.end());
-    let places = |count: usize| if count == 1 { "one place".to_owned() } else { format!("{count} places") };
-    if !attaches.stations.contains(&stations) && (stations > 0 || entry.has("span")) {
-        let message = format!("{} attaches to {}, and its kind \"{kind}\" does not", entry.label, places(stations));
-        let help = match (least, most) {
+    if attaches.span == SpanUse::Never && span {
+        let message = format!("{} has a `span`, and its kind \"{kind}\" does not act along one", entry.label);
+        entry.fault_at("span", message, "leave `span` out, or choose a kind that acts along a span");
+    } else if attaches.span == SpanUse::Always && !span && !entry.has("span") {
+        let message = format!("{} has no `span`, along which its kind \"{kind}\" acts", entry.label);
+        entry.fault_at("at", message, "add span = { branch = \"…\", from = …, to = … }");
+    } else if !attaches.stations.contains(&stations) && (stations > 0 || span) {
+        let places = |count: usize| if count == 1 { "one place".to_owned() } else { format!("{count} places") };
+        let help = match (*attaches.stations.start(), *attaches.stations.end()) {
             (_, 0) => "leave `at` out".to_owned(),
             (least, most) if least == most => format!("give {} in `at`", places(least)),
             (least, usize::MAX) => format!("give at least {} in `at`", places(least)),
             (least, most) => format!("give {least} to {} in `at`", places(most)),
         };
-        entry.fault_at(if stations > 0 { "at" } else { "span" }, message, help);
-    }
-    match attaches.span {
-        SpanUse::Never if span => {
-            let message = format!("{} has a `span`, and its kind \"{kind}\" does not act along one", entry.label);
-            entry.fault_at("span", message, "leave `span` out, or choose a kind that acts along a span");
-        }
-        SpanUse::Always if !span && !entry.has("span") => {
-            let message = format!("{} has no `span`, along which its kind \"{kind}\" acts", entry.label);
-            entry.fault_at("at", message, "add span = { branch = \"…\", from = …, to = … }");
-        }
-        _ => {}
+        let (key, message) = match stations {
+            0 => ("span", format!("{} attaches to no place, and its kind \"{kind}\" does", entry.label)),
+            _ => ("at", format!("{} attaches to {}, and its kind \"{kind}\" does not", entry.label, places(stations))),
+        };
+        entry.fault_at(key, message, help);
     }
     if entry.keys.get("slide").is_some() && entry.flag("slide") == Some(true) && (stations > 1 || span) {
         let message = format!("no cable can run through {}: it does not act on one place alone", entry.label);

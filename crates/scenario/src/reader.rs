@@ -526,7 +526,11 @@ impl<'a> Entry<'a> {
             _ => std::slice::from_ref(node),
         };
         if items.is_empty() {
-            self.reader.mismatch(name, node, "a table or a list of them", "name one place at least, or leave it out");
+            self.fault_at(
+                name,
+                format!("`{name}` of {} is empty", self.label),
+                "give one table at least, or leave it out",
+            );
         }
         let one = |item: &'a Node<'a>| match item.get_ref() {
             DeValue::Table(table) => {

@@ -168,7 +168,10 @@ pub fn carry_out(
             driver.begin(step, index == 0, &mut run.notes)
         });
         // The last increment's end, where it is not kept for its own sake.
-        let mut passed = None;
+        let mut passed = (done > 0 && !schedule.increments).then(|| {
+            let status = driver.certify(Status::Stalled);
+            driver.step_result(step, done, status, spent)
+        });
         for increment in std::mem::take(&mut done) + 1..=step.increments {
             let share = |k: usize| k as f64 / step.increments as f64;
             driver.log.begin(Moment { step: step.name.clone(), step_index: index, increment });
@@ -202,16 +205,25 @@ pub fn carry_out(
             if stopped && run.status == Status::Converged && !all {
                 run.status = Status::Interrupted;
             }
-            if kept || stopped {
+            passed = if kept || stopped {
                 run.steps.push(end);
+                None
             } else {
-                passed = Some(end);
-            }
+                Some(end)
+            };
             if lost || stopped {
                 run.events = driver.log.into_events();
                 return run;
             }
             driver.problem.commit(&driver.state);
+            driver.fault = driver.problem.fault(false);
+            if driver.fault.is_some() {
+                run.steps.extend(passed.take());
+                run.status = Status::Failed;
+                run.fault = driver.named_fault(step, increment);
+                run.events = driver.log.into_events();
+                return run;
+            }
             if increment < step.increments {
                 driver.minimiser.forget();
                 let seconds = spent + clock.elapsed().as_secs_f64();

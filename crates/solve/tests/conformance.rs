@@ -2,11 +2,14 @@
 
 use nalgebra::{DMatrix, DVector};
 use std::collections::BTreeSet;
-use wireloom_core::constraint::ConstraintSpec;
+use wireloom_core::constraint::{ConstraintSpec, Limits};
 use wireloom_core::minimiser::{Minimiser, Status, Stop};
-use wireloom_core::network::Place;
-use wireloom_core::problem::{Hessian, Variable};
-use wireloom_core::{Network, Parameters, Problem, Registry, State, Tangent, Value, Vector};
+use wireloom_core::network::{FixingPlan, NodeRange, Place};
+use wireloom_core::problem::{Conditions, Hessian, Variable};
+use wireloom_core::{
+    Action, Constraint, Matrix, Network, Parameters, Potential, Problem, Registry, Situation, State, Tangent, Value,
+    Vector,
+};
 use wireloom_solve::certificate::Certifier;
 use wireloom_solve::gather::Gather;
 use wireloom_solve::matrix::BlockMatrix;
@@ -18,6 +21,7 @@ use wireloom_testkit::conformance::networks::{Sample, cable, cut_cable, ring, si
 use wireloom_testkit::conformance::numeric::{
     assert_matrix_near, random_rotation, random_turn, random_vector, symmetric,
 };
+use wireloom_testkit::constraints::{Link, Sight, Strut};
 use wireloom_testkit::minimiser_conformance;
 
 fn registry() -> Registry {
@@ -398,6 +402,76 @@ fn levers_and_springs_are_in_the_gathered_matrix() {
     }
     sample.network.fixings[1].stations = vec![sample.network.site(Place::Node { branch: 1, node: 0 })];
     check_gathered("offsets and springs", &sample);
+}
+
+/// Stations on one hub with and without levers, on one variable and far apart, and a span that begins at the hub.
+#[test]
+fn constraints_of_several_stations_are_in_the_gathered_matrix() {
+    for (kind, size) in [("rigid-body", 0.04), ("cosserat", 0.0)] {
+        let mut sample = sized_y_harness(&registry(), kind, 3, size);
+        let place = |branch, node| Place::Node { branch, node };
+        let hub = size > 0.0;
+        // Where the joint has no frame, stations sit elsewhere.
+        let near = if hub { [place(0, 3), place(1, 0)] } else { [place(1, 3), place(2, 3)] };
+        let pairs = [near, [place(2, 3), place(0, 0)], [near[0], place(2, 3)]];
+        let kinds: [Box<dyn Constraint>; 3] =
+            [Box::new(Strut { rest: 0.01, stiffness: 70.0 }), Box::new(Link(0.3)), Box::new(Sight)];
+        for (kind, pair) in kinds.into_iter().zip(pairs) {
+            sample.network.add_fixing(plan(kind, pair.into(), None));
+        }
+        sample.network.add_fixing(plan(Box::new(Bowl), vec![], Some(NodeRange { branch: 1, nodes: 0..3 })));
+        sample.conditions = Conditions::new(&sample.network, Vector::new(0.0, 0.0, -9.81), &sample.state);
+        // Multipliers that are not zero, and penalties that do not drown all else.
+        for own in &mut sample.conditions.fixings {
+            own.multipliers.fill(0.7);
+            own.penalties.fill(5.0);
+        }
+        check_gathered(kind, &sample);
+    }
+}
+
+fn plan(constraint: Box<dyn Constraint>, stations: Vec<Place>, span: Option<NodeRange>) -> FixingPlan {
+    FixingPlan {
+        name: String::new(),
+        kind: String::new(),
+        constraint,
+        stations,
+        span,
+        position: None,
+        tangent: None,
+        orientation: None,
+        slide: None,
+        limits: Limits::default(),
+        nearest: false,
+        from_start: true,
+    }
+}
+
+/// `½ k |x|⁴` for every node of a span.
+struct Bowl;
+
+impl Constraint for Bowl {
+    fn action(&self) -> Action<'_> {
+        Action::Potential(self)
+    }
+    fn objective(&self) -> bool {
+        false
+    }
+}
+
+impl Potential for Bowl {
+    fn energy(&self, at: &Situation<'_>) -> f64 {
+        at.span.iter().map(|x| x.norm_squared().powi(2)).sum::<f64>() * 2.5
+    }
+    fn gradient(&self, at: &Situation<'_>, _: &mut [Vector], span: &mut [Vector]) -> f64 {
+        span.iter_mut().zip(at.span).for_each(|(g, x)| *g = x * (10.0 * x.norm_squared()));
+        self.energy(at)
+    }
+    fn hessian(&self, at: &Situation<'_>, _: &mut [Matrix], span: &mut [Matrix]) {
+        for (h, x) in span.iter_mut().zip(at.span) {
+            *h = Matrix::identity() * (10.0 * x.norm_squared()) + x * x.transpose() * 20.0;
+        }
+    }
 }
 
 #[test]

@@ -2,7 +2,7 @@
 
 use crate::samples::{broken, run, step, v, y_harness};
 use serde_json::Value;
-use wireloom_core::equilibrium::{OperationResult, Run, TightestBend};
+use wireloom_core::equilibrium::{ConstraintFault, OperationResult, Run, SpanResult, StationResult, TightestBend};
 use wireloom_core::rotation::columns;
 
 fn parsed(run: &Run) -> Value {
@@ -18,6 +18,42 @@ fn keys(value: &Value) -> Vec<&str> {
 
 fn floats(value: &Value) -> Vec<f64> {
     value.as_array().unwrap().iter().map(|x| x.as_f64().unwrap()).collect()
+}
+
+#[test]
+fn constraints_of_several_stations_have_each_of_them() {
+    let mut step = y_harness();
+    let station = |z: f64| StationResult { position: v(0.0, 0.0, z), force: v(z, 0.0, 0.0), moment: v(0.0, z, 0.0) };
+    step.constraints[0].stations = vec![station(1.0), station(2.0)];
+    step.constraints[1].span = Some(SpanResult {
+        branch: "trunk".into(),
+        range: (0.1, 0.3),
+        force: v(0.0, 0.0, 2.0),
+        largest: v(0.0, 0.0, 1.5),
+        largest_at: 0.2,
+    });
+    step.minimiser.constraint_residual = Some(1e-10);
+    let mut run = run("ties", vec![step]);
+    run.fault = Some(ConstraintFault {
+        constraint: "tie".into(),
+        kind: "cable-tie".into(),
+        step: "pull".into(),
+        increment: 3,
+        message: "it broke".into(),
+    });
+    let value = parsed(&run);
+    let constraints = &value["steps"][0]["constraints"];
+    let second =
+        serde_json::json!({ "position": [0.0, 0.0, 2.0], "force": [2.0, 0.0, 0.0], "moment": [0.0, 2.0, 0.0] });
+    assert_eq!(constraints["plug-A"]["stations"][1], second);
+    let span = serde_json::json!({ "branch": "trunk", "from": 0.1, "to": 0.3, "force": [0.0, 0.0, 2.0],
+        "largest": [0.0, 0.0, 1.5], "largest_at": 0.2 });
+    assert_eq!(constraints["clip-1"]["span"], span);
+    assert_eq!(keys(&constraints["hand"]), ["kind", "position", "orientation", "force", "moment"]);
+    assert_eq!(value["steps"][0]["minimiser"]["constraint_residual"], 1e-10);
+    let fault = serde_json::json!({ "constraint": "tie", "kind": "cable-tie", "step": "pull", "increment": 3,
+        "message": "it broke" });
+    assert_eq!(value["fault"], fault);
 }
 
 #[test]

@@ -2,6 +2,7 @@
 //! `CARGO_TARGET_TMPDIR`, to be looked at.
 
 use crate::samples::{big_harness, branch, broken, planar, step, straight, v, y_harness};
+use wireloom_core::equilibrium::{SpanResult, StationResult};
 use wireloom_core::{Status, StepResult};
 use wireloom_export::picture::write;
 
@@ -35,6 +36,31 @@ fn count(text: &str, view: &str, class: &str) -> usize {
 fn words(text: &str) -> Vec<String> {
     let document = roxmltree::Document::parse(text).unwrap();
     document.descendants().filter(|n| n.has_tag_name("text")).map(|n| n.text().unwrap_or("").to_string()).collect()
+}
+
+/// A tie is a line between its stations, a span a rim of its branch.
+#[test]
+fn what_acts_on_several_places_is_drawn_between_them() {
+    let mut step = y_harness();
+    let positions = [step.constraints[1].position, step.constraints[2].position, step.constraints[3].position];
+    let station = |position| StationResult { position, force: v(0.0, 0.0, 1.0), moment: v(0.0, 0.0, 0.0) };
+    step.constraints[1].stations = positions.map(station).into();
+    let s = &step.branches[0].s;
+    step.constraints[4].span = Some(SpanResult {
+        branch: "trunk".into(),
+        range: (s[20], s[40]),
+        force: v(0.0, 0.0, 2.0),
+        largest: v(0.0, 0.0, 1.0),
+        largest_at: s[20],
+    });
+    let text = drawn(&step, "ties", "ties");
+    for view in ["front", "side", "above"] {
+        assert_eq!((count(&text, view, "tie"), count(&text, view, "span")), (1, 1), "{view}");
+    }
+    let document = roxmltree::Document::parse(&text).unwrap();
+    let of = |class: &str| document.descendants().find(|node| node.attribute("class") == Some(class)).unwrap();
+    let points = |class: &str| of(class).attribute("points").unwrap().split(' ').count();
+    assert_eq!((points("tie"), points("span")), (3, 21));
 }
 
 #[test]

@@ -254,24 +254,22 @@ pub fn hessian_is_the_second_derivative_of_the_energy(subject: &Subject<'_>) {
 
 /// # Panics
 /// If the constraint is said to be objective, and energy or body moments change, or forces do not turn along, when everything undergoes
-/// the same rigid motion; or if it is said not to be, and nothing changes.
+/// the same rigid motion.
 pub fn moving_everything_together_changes_nothing(subject: &Subject<'_>) {
     let constraint = subject.make();
     let potential = potential(constraint.as_ref());
     let mut rng = Rng::with_seed(22);
-    let mut changes = false;
+    if !constraint.objective() {
+        return;
+    }
     for scene in scenes(subject, constraint.as_ref()) {
         let motion = Pose { position: random_vector(&mut rng, 1.0), orientation: random_rotation(&mut rng) };
         let (want, energy) = gradient(potential, &scene);
         let want = along(&motion.orientation, &scene, &want);
         let (got, moved) = gradient(potential, &scene.carried(&motion));
-        changes |= (&got - &want).amax() > 1e-11 * (1.0 + want.amax());
-        if constraint.objective() {
-            assert_near("energy", moved, energy, ROUND_OFF * (1.0 + energy.abs()));
-            assert_all_near("gradient", &got, &want, 1e-11 * (1.0 + want.amax()));
-        }
+        assert_near("energy", moved, energy, ROUND_OFF * (1.0 + energy.abs()));
+        assert_all_near("gradient", &got, &want, 1e-11 * (1.0 + want.amax()));
     }
-    assert!(changes || constraint.objective(), "it says it knows a place of the world, and does not");
 }
 
 /// # Panics
@@ -480,28 +478,23 @@ pub fn curvature_is_the_second_derivative_of_the_residuals_or_nothing(subject: &
 
 /// # Panics
 /// If the constraint is said to be objective, and residuals change, or their derivatives do not turn along, when everything undergoes the
-/// same rigid motion; or if it is said not to be, and nothing changes.
+/// same rigid motion.
 pub fn moving_everything_together_changes_no_residual(subject: &Subject<'_>) {
     let constraint = subject.make();
     let equations = equations(constraint.as_ref());
     let mut rng = Rng::with_seed(25);
-    let mut changes = false;
+    if !constraint.objective() {
+        return;
+    }
     for scene in scenes(subject, constraint.as_ref()) {
         let motion = Pose { position: random_vector(&mut rng, 1.0), orientation: random_rotation(&mut rng) };
         let ((j, c), (j2, c2)) = (jacobian(equations, &scene), jacobian(equations, &scene.carried(&motion)));
         for (row, row2) in j.row_iter().zip(j2.row_iter()) {
             let want = along(&motion.orientation, &scene, &row.transpose());
-            changes |= (row2.transpose() - &want).amax() > 1e-11 * (1.0 + want.amax());
-            if constraint.objective() {
-                assert_all_near("jacobian", &row2.transpose(), &want, 1e-11 * (1.0 + want.amax()));
-            }
+            assert_all_near("jacobian", &row2.transpose(), &want, 1e-11 * (1.0 + want.amax()));
         }
-        changes |= (&c2 - &c).amax() > 1e-11 * (1.0 + c.amax());
-        if constraint.objective() {
-            assert_all_near("residuals", &c2, &c, 1e-11 * (1.0 + c.amax()));
-        }
+        assert_all_near("residuals", &c2, &c, 1e-11 * (1.0 + c.amax()));
     }
-    assert!(changes || constraint.objective(), "it says it knows a place of the world, and does not");
 }
 
 /// # Panics
