@@ -119,7 +119,7 @@ fn minimiser(kind: Option<&str>) -> Vec<Setting> {
 }
 
 /// `out/first` for `scenarios/first.toml`.
-fn default_folder(file: &Path) -> PathBuf {
+pub fn default_folder(file: &Path) -> PathBuf {
     Path::new(OUT).join(file.file_stem().unwrap_or_default())
 }
 
