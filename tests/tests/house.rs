@@ -20,6 +20,8 @@ const ARROWS: &[(&str, &[&str])] = &[
     ("export", &["core"]),
     ("plugin", &["core", "abi"]),
     ("host", &["core", "abi"]),
+    ("cable-tie", &["plugin"]),
+    ("hinge-guide", &["plugin"]),
     ("testkit", &["core"]),
     ("wireloom", &["core", "models", "contact", "solve", "gpu", "scenario", "import", "export", "host", "testkit"]),
     ("studio", &["wireloom"]),
@@ -38,7 +40,6 @@ const ONE_NAMES: &[(&str, &str)] = &[
     ("parry*", "contact"),
     ("wgpu*", "gpu"),
     ("libloading", "host"),
-    ("parquet", "export"),
     ("clap", "cli"),
     ("comfy-table", "cli"),
     ("ctrlc", "cli"),
@@ -98,10 +99,11 @@ fn sources(folder: &Path, found: &mut Vec<PathBuf>) {
     }
 }
 
-/// `(crate, file, text)` of every file in `crates/*/src`.
+/// `(crate, file, text)` of every file in `crates/*/src` and `plugins/*/src`.
 fn library_sources() -> Vec<(String, PathBuf, String)> {
     let mut all = vec![];
-    for entry in fs::read_dir(root().join("crates")).expect("crates/") {
+    let entries = ["crates", "plugins"].map(|folder| fs::read_dir(root().join(folder)).expect("a folder"));
+    for entry in entries.into_iter().flatten() {
         let folder = entry.expect("an entry").path();
         let mut files = vec![];
         sources(&folder.join("src"), &mut files);

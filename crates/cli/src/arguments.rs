@@ -6,7 +6,7 @@ use std::path::PathBuf;
 /// Computes how a branched cable harness hangs, bends, twists and pulls while it is being installed.
 ///
 /// Exit codes: 0 converged; 1 the input was refused; 2 not converged or interrupted (everything computed is still
-/// written); 3 a file or folder could not be read or written.
+/// written); 3 a file or folder could not be read or written, or a plugin failed.
 #[derive(Parser)]
 #[command(name = "wireloom", version)]
 pub struct Arguments {
@@ -27,6 +27,8 @@ pub enum Command {
         /// The scenarios
         #[arg(required = true, value_name = "FILE")]
         files: Vec<PathBuf>,
+        #[command(flatten)]
+        allowed: Allowed,
     },
     /// Show what differs between results, and why they are not the same equilibrium
     ///
@@ -34,22 +36,6 @@ pub enum Command {
     /// Or one scenario, and what to try in it: --joint cosserat,rigid-body, --segments 20,40,80; of several such options, every
     /// combination.
     Compare(CompareArguments),
-    /// Carry out a scenario over all values of its [sweep], on all cores
-    ///
-    /// Writes points.parquet, a row for each point. A point that fails is a row with its status. After Ctrl-C, a kill or a crash the
-    /// same command goes on.
-    Sweep(SweepArguments),
-    /// Show a sweep as one HTML page: distributions, responses, and which key matters most
-    ///
-    /// (The page of a run is written by `run --report`.)
-    Report {
-        /// Folder that `sweep` has written, or its points.parquet
-        #[arg(value_name = "DIR")]
-        results: PathBuf,
-        /// Where to write the page [default: report.html beside the table]
-        #[arg(short, long, value_name = "FILE")]
-        output: Option<PathBuf>,
-    },
     /// Print the JSON Schema of scenario files, for editors that complete and check
     Schema,
     /// Make a scenario from a harness file of another format
@@ -57,6 +43,14 @@ pub enum Command {
         #[command(subcommand)]
         format: Format,
     },
+    /// Make, check and list plugins: libraries with further kinds
+    Plugin {
+        #[command(subcommand)]
+        task: PluginTask,
+    },
+    /// What this program becomes when a plugin has ended it
+    #[command(hide = true)]
+    PluginFault(PluginFault),
     /// Measure drag-step times on this machine: how long one small move of a held end takes
     Bench {
         /// As JSON, for programs
@@ -91,21 +85,67 @@ pub struct RunArguments {
     /// Print nothing but faults
     #[arg(long, short)]
     pub quiet: bool,
+    #[command(flatten)]
+    pub allowed: Allowed,
 }
 
+/// Plugins that the user trusts.
+#[derive(Args, Clone, Default)]
+pub struct Allowed {
+    /// Allow a plugin that the scenario names: native code, which may do whatever you may
+    ///
+    /// FILE is the library. `run` and `compare` also load what lies in a folder of the search path: those of the variable
+    /// WIRELOOM_PLUGINS, and .wireloom/plugins in the home folder. `check` loads nothing but what is allowed here.
+    #[arg(long = "allow-plugin", value_name = "FILE")]
+    pub allow_plugin: Vec<PathBuf>,
+}
+
+#[derive(Subcommand)]
+pub enum PluginTask {
+    /// Make a folder with a plugin, ready to be built: source, README, scenario, test
+    New {
+        /// Its name: letters, digits and hyphens
+        name: String,
+        /// In C instead of Rust
+        #[arg(long)]
+        c: bool,
+        /// Where the sources of this program lie, which a plugin in Rust is built with
+        #[arg(long, value_name = "DIR", conflicts_with = "c")]
+        sources: Option<PathBuf>,
+    },
+    /// Load a plugin and try whether it keeps what it promises
+    ///
+    /// Derivatives, objectivity where claimed, the same bits for the same input, input that is not finite or extreme, several threads, panics, memory
+    /// over 10 000 cycles of making and unmaking, time of an evaluation.
+    Check {
+        /// The library
+        file: PathBuf,
+        /// How long one call may take, s
+        #[arg(long, value_name = "SECONDS", default_value_t = 10.0)]
+        time_limit: f64,
+    },
+    /// Show the plugins of the search path, with their kinds and parameters
+    List,
+}
+
+/// Whose doing it was.
 #[derive(Args)]
-pub struct SweepArguments {
-    /// The scenario
-    pub file: PathBuf,
-    /// Folder for the results, made where it is missing [default: out/ and the name of FILE without .toml]
-    #[arg(long, value_name = "DIR")]
-    pub out: Option<PathBuf>,
-    /// Find equilibria with this minimiser instead of the scenario's
-    #[arg(long, value_name = "KIND")]
-    pub minimiser: Option<String>,
-    /// Print nothing but faults
-    #[arg(long, short)]
-    pub quiet: bool,
+pub struct PluginFault {
+    /// Folder of the run, where one had begun
+    #[arg(long, requires = "step", requires = "increment")]
+    pub folder: Option<PathBuf>,
+    /// Step at hand
+    #[arg(long)]
+    pub step: Option<String>,
+    /// Increment of it
+    #[arg(long)]
+    pub increment: Option<usize>,
+    /// Plugin and constraint
+    pub site: String,
+    /// Function
+    pub function: String,
+    /// What happened
+    pub happened: String,
 }
 
 #[derive(Args)]
@@ -137,6 +177,8 @@ pub struct CompareArguments {
     /// Show no progress
     #[arg(long, short)]
     pub quiet: bool,
+    #[command(flatten)]
+    pub allowed: Allowed,
 }
 
 #[derive(Subcommand)]

@@ -1,16 +1,16 @@
 //! `wireloom check`: all faults of scenarios, and nothing else.
 
 use crate::failure::{Failure, Outcome};
+use crate::plugins::Trust;
 use crate::{load, size, summary};
 use std::io::Write;
 use std::path::PathBuf;
 
 /// Checks every file, whatever is wrong with those before it.
-pub fn check(files: &[PathBuf], out: &mut dyn Write) -> Result<Outcome, Failure> {
-    let registry = wireloom::registry();
+pub fn check(files: &[PathBuf], trust: &Trust, out: &mut dyn Write) -> Result<Outcome, Failure> {
     let mut refusals = vec![];
     for file in files {
-        match load::scenario(file, &[], &registry) {
+        match load::scenario(file, &[], trust) {
             Ok(load::Loaded { scenario, built, .. }) => {
                 let steps = size::counted(scenario.steps.len(), "step", "steps");
                 let mut print = || {

@@ -3,6 +3,7 @@
 use crate::arguments::CompareArguments;
 use crate::failure::{Failure, Outcome};
 use crate::load::{self, Loaded};
+use crate::plugins::Trust;
 use crate::progress::Bar;
 use crate::variants::{self, Variant};
 use crate::{differences, folder, interrupt, run};
@@ -18,6 +19,7 @@ use wireloom::solve::Control;
 /// Compares folders with results, and scenarios that are carried out for the purpose, or one scenario with what is tried in it.
 pub fn compare(arguments: &CompareArguments, out: &mut dyn Write) -> Result<Outcome, Failure> {
     let variants = variants::variants(arguments)?;
+    let trust = Trust::to_run(&arguments.allowed);
     let refused = |message: &str| Err(Failure::Input(message.into()));
     let (cases, reference) = match (&arguments.inputs[..], variants.len()) {
         ([_], 0 | 1) => {
@@ -29,9 +31,9 @@ pub fn compare(arguments: &CompareArguments, out: &mut dyn Write) -> Result<Outc
             // The finest mesh is the nearest to the truth; otherwise the first is what the user has now.
             let finest = arguments.segments.iter().enumerate().max_by_key(|(_, n)| **n);
             let only = variants.len() == arguments.segments.len();
-            (tried(file, &variants, !arguments.quiet)?, Some(finest.filter(|_| only).map_or(0, |(k, _)| k)))
+            (tried(file, &variants, &trust, !arguments.quiet)?, Some(finest.filter(|_| only).map_or(0, |(k, _)| k)))
         }
-        (_, 0) => (gathered(&arguments.inputs, !arguments.quiet)?, None),
+        (_, 0) => (gathered(&arguments.inputs, &trust, !arguments.quiet)?, None),
         _ => return refused("what is to be tried needs one scenario (.toml), not results or several"),
     };
     let comparison = Comparison::of(&cases, reference, arguments.tolerance);
@@ -80,9 +82,8 @@ fn trends(arguments: &CompareArguments, cases: &[Case]) -> Vec<Trend> {
 }
 
 /// One scenario with each of the variants. All are checked before the first is carried out.
-fn tried(file: &Path, variants: &[Variant], shown: bool) -> Result<Vec<Case>, Failure> {
-    let registry = wireloom::registry();
-    let loaded = variants.iter().map(|variant| load::scenario(file, &variant.settings, &registry));
+fn tried(file: &Path, variants: &[Variant], trust: &Trust, shown: bool) -> Result<Vec<Case>, Failure> {
+    let loaded = variants.iter().map(|variant| load::scenario(file, &variant.settings, trust));
     let loaded = loaded.collect::<Result<Vec<_>, _>>()?;
     interrupt::listen();
     let cases =
@@ -91,12 +92,11 @@ fn tried(file: &Path, variants: &[Variant], shown: bool) -> Result<Vec<Case>, Fa
 }
 
 /// Results of folders and of scenarios.
-fn gathered(inputs: &[PathBuf], shown: bool) -> Result<Vec<Case>, Failure> {
-    let registry = wireloom::registry();
+fn gathered(inputs: &[PathBuf], trust: &Trust, shown: bool) -> Result<Vec<Case>, Failure> {
     interrupt::listen();
     let cases = inputs.iter().zip(names(inputs)).map(|(input, name)| {
         let ending =
-            if is_scenario(input) { carry_out(load::scenario(input, &[], &registry)?, shown)? } else { read(input)? };
+            if is_scenario(input) { carry_out(load::scenario(input, &[], trust)?, shown)? } else { read(input)? };
         case(name, ending)
     });
     cases.collect()
@@ -130,6 +130,9 @@ fn carry_out(loaded: Loaded, shown: bool) -> Result<Option<Ending>, Failure> {
     });
     if interrupt::asked() {
         return Err(Failure::Input("interrupted before all scenarios were carried out".into()));
+    }
+    if let Some(fault) = run.fault {
+        return Err(Failure::Constraint(fault));
     }
     Ok(Ending::of(&run))
 }

@@ -9,7 +9,7 @@ use wireloom::scenario::Fault;
 pub const REFUSED: u8 = 1;
 /// Exit code for a run that did not converge.
 const NOT_CONVERGED: u8 = 2;
-/// Exit code for a file or folder that could not be read or written, and for a constraint that broke down.
+/// Exit code for a file or folder that could not be read or written, and for a constraint or a plugin that broke down.
 const IO: u8 = 3;
 
 /// A command that did its work.
@@ -54,6 +54,9 @@ pub enum Failure {
     /// A constraint broke down; what was finished before is written.
     #[error("{0}")]
     Constraint(ConstraintFault),
+    /// A plugin broke down outside of a run, or keeps not what it promises.
+    #[error("{0}")]
+    Plugin(String),
     /// Reading or writing failed.
     #[error("{what}: {source}")]
     Io {
@@ -69,7 +72,7 @@ impl Failure {
     pub fn code(&self) -> u8 {
         match self {
             Failure::Refused(_) | Failure::Input(_) => REFUSED,
-            Failure::Io { .. } | Failure::Constraint(_) => IO,
+            Failure::Io { .. } | Failure::Constraint(_) | Failure::Plugin(_) => IO,
         }
     }
 

@@ -1,9 +1,10 @@
 //! From a file's name to a checked scenario.
 
 use crate::failure::{Failure, Refusal};
-use std::path::{Path, PathBuf};
-use std::sync::{Mutex, MutexGuard, PoisonError};
-use wireloom::core::Registry;
+use crate::plugins::{self, Trust};
+use std::cell::RefCell;
+use std::path::Path;
+use wireloom::host::Plugin;
 use wireloom::scenario::settings::{self, Setting};
 use wireloom::scenario::{Built, Fault, Files, Scenario};
 
@@ -18,33 +19,18 @@ pub fn text(path: &Path) -> Result<String, Failure> {
 }
 
 /// The files that a scenario names, relative to its folder; what was read is remembered.
-pub struct Beside {
-    folder: PathBuf,
-    read: Mutex<Vec<(String, String)>>,
+struct Beside<'a> {
+    folder: &'a Path,
+    read: RefCell<Vec<(String, String)>>,
 }
 
-impl Beside {
-    /// Those of the scenario at `path`.
-    pub fn of(path: &Path) -> Self {
-        Self { folder: path.parent().unwrap_or(Path::new("")).to_owned(), read: Mutex::default() }
-    }
-
-    fn known(&self) -> MutexGuard<'_, Vec<(String, String)>> {
-        // Nothing that holds it can panic half way.
-        self.read.lock().unwrap_or_else(PoisonError::into_inner)
-    }
-}
-
-impl Files for Beside {
+impl Files for Beside<'_> {
     fn read(&self, path: &str) -> Result<String, String> {
-        if let Some((_, text)) = self.known().iter().find(|(known, _)| known == path) {
-            return Ok(text.clone());
-        }
         let text = text(&self.folder.join(path)).map_err(|failure| match failure {
             Failure::Io { source, .. } => source.to_string(),
             other => other.to_string(),
         })?;
-        self.known().push((path.to_owned(), text.clone()));
+        self.read.borrow_mut().push((path.to_owned(), text.clone()));
         Ok(text)
     }
 }
@@ -57,18 +43,23 @@ pub struct Loaded {
     pub built: Built,
     /// Names and texts: of the scenario, then of all files it names.
     pub texts: Vec<(String, String)>,
+    /// The plugins it uses.
+    pub plugins: Vec<Plugin>,
 }
 
-/// Reads, checks and builds a scenario; `settings` take the place of what it says.
-pub fn scenario(path: &Path, settings: &[Setting], registry: &Registry) -> Result<Loaded, Failure> {
+/// Reads, checks and builds a scenario, with the plugins it wants and the user trusts; `settings` take the place of what it says.
+pub fn scenario(path: &Path, settings: &[Setting], trust: &Trust) -> Result<Loaded, Failure> {
     let text = text(path)?;
-    let files = Beside::of(path);
+    let mut registry = wireloom::registry();
+    let plugins = plugins::load(path, &text, trust, &mut registry)?;
+    let registry = &registry;
+    let files = Beside { folder: path.parent().unwrap_or(Path::new("")), read: RefCell::default() };
     match wireloom::load_with_settings(&text, settings, &files, registry) {
         Ok((scenario, built)) => {
             let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
             let mut texts = vec![(name, text)];
-            texts.append(&mut files.known());
-            Ok(Loaded { scenario, built, texts })
+            texts.append(&mut files.read.into_inner());
+            Ok(Loaded { scenario, built, texts, plugins })
         }
         Err(faults) => {
             let (own, set) = settings::apart(&text, faults);

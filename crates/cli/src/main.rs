@@ -5,7 +5,7 @@
 //! | 0 | done; for `run`: every increment converged |
 //! | 1 | the input was refused: the scenario, the imported file or the command line |
 //! | 2 | `run` did not converge or was interrupted (everything computed is written all the same), or `compare` met a run that did not converge |
-//! | 3 | a file or folder could not be read or written |
+//! | 3 | a file or folder could not be read or written, or a plugin failed |
 
 mod arguments;
 mod bench;
@@ -21,19 +21,24 @@ mod interrupt;
 mod length;
 mod load;
 mod operations;
+mod plugin;
+mod plugin_check;
+mod plugin_fault;
+mod plugin_new;
+mod plugins;
 mod progress;
 mod results;
 mod run;
 mod saved;
 mod size;
 mod summary;
-mod sweep;
 mod terminal;
 mod variants;
 
 use arguments::{Arguments, Command, Format};
 use clap::Parser;
 use failure::{Failure, Outcome};
+use plugins::Trust;
 use std::io::Write;
 use std::process::ExitCode;
 
@@ -63,15 +68,15 @@ fn main() -> ExitCode {
 fn follow(command: &Command, out: &mut dyn Write) -> Result<Outcome, Failure> {
     match command {
         Command::Run(arguments) => run::run(arguments, out),
-        Command::Check { files } => check::check(files, out),
+        Command::Check { files, allowed } => check::check(files, &Trust::to_look(allowed), out),
         Command::Compare(arguments) => compare::compare(arguments, out),
-        Command::Sweep(arguments) => sweep::sweep(arguments, out),
-        Command::Report { results, output } => sweep::report(results, output.as_deref(), out),
         Command::Schema => {
             let schema = wireloom::scenario::schema(&wireloom::registry());
             writeln!(out, "{schema:#}").map_err(Failure::standard_output)?;
             Ok(Outcome::Done)
         }
+        Command::Plugin { task } => plugin::plugin(task, out),
+        Command::PluginFault(fault) => Err(plugin_fault::report(fault)),
         Command::Import { format: Format::Kbl(arguments) } => import::kbl(arguments, out),
         Command::Bench { json, harness } => bench::bench(*json, harness.as_deref(), out),
     }

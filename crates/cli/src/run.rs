@@ -5,13 +5,14 @@ use crate::extremes::Extremes;
 use crate::failure::{Failure, Outcome};
 use crate::folder::Folder;
 use crate::load::{self, Loaded};
+use crate::plugins::{self, Trust, Worst};
 use crate::progress::Bar;
 use crate::results::Results;
 use crate::saved::{Keeper, Origin, Standing};
 use crate::{interrupt, size, summary};
 use std::io::Write;
 use std::path::{Path, PathBuf};
-use wireloom::core::{Registry, Status, StepResult};
+use wireloom::core::{Status, StepResult};
 use wireloom::scenario::{Built, Scenario, Setting};
 use wireloom::solve::checkpoint::{Checkpoint, Observer, Resumed};
 use wireloom::solve::{Control, Progress};
@@ -26,12 +27,16 @@ const OUT: &str = "out";
 /// Carries out a scenario, or goes on with it. The folder is tried before the work begins; nothing is printed before the files
 /// are written.
 pub fn run(arguments: &RunArguments, out: &mut dyn Write) -> Result<Outcome, Failure> {
-    let registry = wireloom::registry();
-    let Job { loaded: Loaded { scenario, built, texts }, folder, keeper, standing, resumed } = match &arguments.resume {
-        Some(folder) => Job::resume(folder, &registry)?,
-        None => Job::begin(arguments, &registry)?,
+    let trust = Trust::to_run(&arguments.allowed);
+    let job = match &arguments.resume {
+        Some(folder) => Job::resume(folder, &trust)?,
+        None => Job::begin(arguments, &trust)?,
     };
+    let Job { loaded: Loaded { scenario, built, texts, plugins }, folder, keeper, standing, resumed } = job;
     let place = folder.path().to_path_buf();
+    let steps: Vec<String> = built.schedule.steps.iter().map(|step| step.name.clone()).collect();
+    let time_limit = wireloom::scenario::plugins(&texts[0].1).time_limit;
+    let worst = (!plugins.is_empty()).then(|| Worst::new(&place, steps, time_limit));
     let (size, notes) = (size::words(&built.network), built.notes.len());
     let bar = Bar::new(increments(&built), standing.increments, !arguments.quiet);
     let mut watcher = Watcher {
@@ -41,9 +46,12 @@ pub fn run(arguments: &RunArguments, out: &mut dyn Write) -> Result<Outcome, Fai
         results: Results::new(folder, scenario.output, texts, standing.series),
         keeper,
         failure: None,
+        worst,
     };
     interrupt::listen();
-    let run = wireloom::run_observed(built, resumed, &mut watcher);
+    let mut run = wireloom::run_observed(built, resumed, &mut watcher);
+    run.plugins = plugins.iter().map(plugins::record).collect();
+    run.notes.extend(wireloom::host::differentiated());
     let Watcher { bar, extremes, mut results, keeper, failure, .. } = watcher;
     drop(bar);
     if let Some(failure) = failure {
@@ -58,6 +66,9 @@ pub fn run(arguments: &RunArguments, out: &mut dyn Write) -> Result<Outcome, Fai
     }
     if !arguments.quiet {
         let mut print = || {
+            for plugin in &run.plugins {
+                writeln!(out, "{}", summary::printable(&plugin.to_string()))?;
+            }
             writeln!(out, "{}: {} ({size})\n", summary::printable(&run.scenario), run.status.word())?;
             summary::print(&run, &extremes, notes, out)?;
             writeln!(out, "wrote {}", results.words())?;
@@ -84,9 +95,9 @@ struct Job {
 }
 
 impl Job {
-    fn begin(arguments: &RunArguments, registry: &Registry) -> Result<Self, Failure> {
+    fn begin(arguments: &RunArguments, trust: &Trust) -> Result<Self, Failure> {
         let file = arguments.file.as_deref().unwrap_or(Path::new(""));
-        let mut loaded = load::scenario(file, &minimiser(arguments.minimiser.as_deref()), registry)?;
+        let mut loaded = load::scenario(file, &minimiser(arguments.minimiser.as_deref()), trust)?;
         loaded.scenario.output.report |= arguments.report;
         let mut folder = Folder::create(&arguments.out.clone().unwrap_or_else(|| default_folder(file)))?;
         folder.clear()?;
@@ -96,9 +107,9 @@ impl Job {
         Ok(Self { loaded, folder, keeper, standing: Standing::default(), resumed: None })
     }
 
-    fn resume(place: &Path, registry: &Registry) -> Result<Self, Failure> {
+    fn resume(place: &Path, trust: &Trust) -> Result<Self, Failure> {
         let origin = Origin::read(place)?;
-        let mut loaded = load::scenario(&origin.file, &minimiser(origin.minimiser.as_deref()), registry)?;
+        let mut loaded = load::scenario(&origin.file, &minimiser(origin.minimiser.as_deref()), trust)?;
         loaded.scenario.output.report |= origin.report;
         origin.check(&loaded)?;
         let folder = Folder::create(place)?;
@@ -119,7 +130,7 @@ fn minimiser(kind: Option<&str>) -> Vec<Setting> {
 }
 
 /// `out/first` for `scenarios/first.toml`.
-pub fn default_folder(file: &Path) -> PathBuf {
+fn default_folder(file: &Path) -> PathBuf {
     Path::new(OUT).join(file.file_stem().unwrap_or_default())
 }
 
@@ -145,6 +156,8 @@ struct Watcher {
     results: Results,
     keeper: Keeper,
     failure: Option<Failure>,
+    /// Where a plugin may end the process.
+    worst: Option<Worst>,
 }
 
 impl Watcher {
@@ -158,6 +171,9 @@ impl Watcher {
 impl Observer for Watcher {
     fn increment(&mut self, progress: &Progress, end: &StepResult, kept: bool) -> Control {
         self.bar.advance(progress);
+        if let Some(worst) = &self.worst {
+            worst.after(progress);
+        }
         self.increments += 1;
         self.extremes.see(end);
         self.attempt(|watcher| {

@@ -14,6 +14,7 @@ use crate::extremes::Extremes;
 use crate::failure::Failure;
 use crate::folder::{self, Folder, OWN};
 use crate::load::Loaded;
+use crate::plugins;
 use crate::results::PROGRAM;
 use serde::{Deserialize, Serialize};
 use std::fs::{self, File};
@@ -21,11 +22,12 @@ use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 use wireloom::core::StepResult;
+use wireloom::core::equilibrium::Library;
 use wireloom::export::vtk::SeriesFile;
 use wireloom::solve::checkpoint::{Checkpoint, Resumed};
 
 /// Changes with what the files mean.
-const FORMAT: u32 = 1;
+const FORMAT: u32 = 2;
 const ORIGIN: &str = "origin.json";
 const RESULTS: &str = "results";
 const STANDING: &str = "standing";
@@ -45,6 +47,10 @@ pub struct Origin {
     pub report: bool,
     /// Names and texts of the scenario and of all files it names.
     texts: Vec<(String, String)>,
+    /// Name of the scenario.
+    pub scenario: String,
+    /// The plugins it uses.
+    pub plugins: Vec<Library>,
 }
 
 impl Origin {
@@ -57,6 +63,8 @@ impl Origin {
             minimiser: arguments.minimiser.clone(),
             report: arguments.report,
             texts: loaded.texts.clone(),
+            scenario: loaded.scenario.name.clone(),
+            plugins: loaded.plugins.iter().map(plugins::record).collect(),
         })
     }
 
@@ -84,8 +92,16 @@ impl Origin {
         Ok(origin)
     }
 
-    /// Makes sure that the scenario still is what it was.
+    /// Makes sure that the scenario and its plugins still are what they were.
     pub fn check(&self, loaded: &Loaded) -> Result<(), Failure> {
+        let hashes =
+            |plugins: Vec<Library>| plugins.into_iter().map(|plugin| (plugin.name, plugin.hash)).collect::<Vec<_>>();
+        let now = hashes(loaded.plugins.iter().map(plugins::record).collect());
+        if let Some((name, _)) = hashes(self.plugins.clone()).iter().zip(&now).find(|(a, b)| a != b).map(|(a, _)| a) {
+            return Err(Failure::Input(format!(
+                "plugin `{name}` has changed since the run was interrupted: it cannot be resumed; run the scenario anew"
+            )));
+        }
         let gone = self.texts.iter().find(|text| !loaded.texts.contains(text));
         let come = loaded.texts.iter().find(|text| !self.texts.contains(text));
         match gone.or(come) {
@@ -149,6 +165,12 @@ impl Keeper {
         Ok((keeper, standing, Some(Resumed { checkpoint, steps })))
     }
 
+    /// What a run that a plugin ended has left: the ends that belong to the result.
+    pub fn salvage(folder: &Path) -> Result<Vec<StepResult>, Failure> {
+        let keeper = Self { folder: folder.join(OWN), kept: 0, unsafe_yet: vec![], last: None };
+        (1..).map(|k| keeper.result(k)).take_while(|path| path.exists()).map(|path| decode(&path)).collect()
+    }
+
     fn result(&self, k: usize) -> PathBuf {
         self.folder.join(RESULTS).join(format!("{k:06}"))
     }
@@ -197,13 +219,11 @@ impl Keeper {
     }
 }
 
-/// Writes a value in the form of these files.
-pub fn encode(value: &impl Serialize, out: &mut impl Write) -> io::Result<()> {
+fn encode(value: &impl Serialize, out: &mut impl Write) -> io::Result<()> {
     out.write_all(&postcard::to_stdvec(value).map_err(io::Error::other)?)
 }
 
-/// Reads a value back.
-pub fn decode<T: for<'a> Deserialize<'a>>(path: &Path) -> Result<T, Failure> {
+fn decode<T: for<'a> Deserialize<'a>>(path: &Path) -> Result<T, Failure> {
     let bytes = fs::read(path).map_err(Failure::io("read", path))?;
     postcard::from_bytes(&bytes).map_err(|error| unreadable(path, &error))
 }

@@ -21,6 +21,8 @@ pub struct Run {
     pub steps: Vec<StepResult>,
     /// What ended the run before its time, where a constraint did.
     pub fault: Option<ConstraintFault>,
+    /// Libraries that brought kinds of their own.
+    pub plugins: Vec<Library>,
 }
 
 /// A constraint of which nothing may be relied on any more: the increment that it happened in is not part of the result.
@@ -48,6 +50,25 @@ impl fmt::Display for ConstraintFault {
             increment => write!(f, "increment {increment}")?,
         }
         write!(f, ": {message}")
+    }
+}
+
+/// A library that brought kinds of its own.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Library {
+    /// Its name.
+    pub name: String,
+    /// Its version.
+    pub version: String,
+    /// Where it was.
+    pub file: String,
+    /// SHA-256 of the file, hexadecimal.
+    pub hash: String,
+}
+
+impl fmt::Display for Library {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "plugin `{}` {} from {} (SHA-256 {})", self.name, self.version, self.file, self.hash)
     }
 }
 

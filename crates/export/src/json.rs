@@ -4,6 +4,8 @@
 //! all the digits needed to read the same double back. What is not finite (the bend radius of a straight
 //! piece; anything after a failure) is `null`.
 //!
+//! `plugins` names the libraries that brought kinds of their own: name, version, file, and SHA-256 of the file as `hash`. Without any, the key is not there.
+//!
 //! `events` tells what happened on the way, increments that are not kept included. What goes on over increments that
 //! follow each other is one event:
 //!
@@ -26,7 +28,7 @@ pub use read::read;
 use serde::ser::{Serialize, SerializeMap, Serializer};
 use std::io::{self, BufWriter, Write};
 use wireloom_core::equilibrium::{
-    BranchResult, ConstraintFault, ConstraintResult, Energy, Event, JointResult, MinimiserResult, Moment,
+    BranchResult, ConstraintFault, ConstraintResult, Energy, Event, JointResult, Library, MinimiserResult, Moment,
     OperationResult, Run, SpanResult, StationResult, StepResult, TightestBend,
 };
 use wireloom_core::rotation::columns;
@@ -52,6 +54,8 @@ struct Document<'a> {
     scenario: &'a str,
     status: &'static str,
     notes: &'a [String],
+    #[serde(skip_serializing_if = "<[_]>::is_empty")]
+    plugins: &'a [Library],
     events: Vec<Occurrence<'a>>,
     steps: Vec<Step<'a>>,
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -82,6 +86,7 @@ impl<'a> Document<'a> {
             scenario: &run.scenario,
             status: run.status.word(),
             notes: &run.notes,
+            plugins: &run.plugins,
             events: run.events.iter().map(Occurrence::of).collect(),
             steps: run.steps.iter().map(Step::of).collect(),
             fault: run.fault.as_ref().map(Fault::of),

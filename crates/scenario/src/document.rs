@@ -8,7 +8,7 @@ use crate::keys;
 use crate::library::Library;
 use crate::reader::{Entry, Reader, Span};
 use crate::scenario::{Branch, Division, Joint, Output, Scenario};
-use crate::{fixings, joints, kinds, operations, sections, sequence, sweep};
+use crate::{fixings, joints, kinds, operations, plugins, sections, sequence};
 use std::collections::{BTreeMap, BTreeSet};
 use toml::de::DeTable;
 use wireloom_core::Vector;
@@ -48,6 +48,9 @@ pub(crate) struct Names<'a> {
 pub(crate) fn read(reader: &Reader<'_>, table: &DeTable<'_>) -> (Scenario, bool) {
     let root = Entry::new(reader, table, 0..0, &keys::SCENARIO, "the scenario".to_owned());
     version(&root);
+    if let Some(entry) = root.entry("plugins") {
+        plugins::read(&entry);
+    }
     let mut names = Names::default();
     let name = root.word("name").unwrap_or("harness").to_owned();
     let gravity = root.vector("gravity").unwrap_or(Vector::new(0.0, 0.0, -9.81));
@@ -77,7 +80,6 @@ pub(crate) fn read(reader: &Reader<'_>, table: &DeTable<'_>) -> (Scenario, bool)
     let entries = root.entries("steps");
     let steps = sequence::steps(&entries, &mut constraints, &mut names);
     operations::settle_nearest(&mut constraints, &loads, &branches);
-    let sweep = root.entry("sweep").and_then(|entry| sweep::sweep(&entry));
     let output = root.entry("output").map_or(DEFAULT_OUTPUT, |entry| output(&entry));
     let scenario = Scenario {
         name,
@@ -92,7 +94,6 @@ pub(crate) fn read(reader: &Reader<'_>, table: &DeTable<'_>) -> (Scenario, bool)
         minimiser,
         steps,
         step_spans: entries.iter().map(|entry| entry.span.clone()).collect(),
-        sweep,
         output,
     };
     (scenario, !names.broken)

@@ -3,13 +3,11 @@
 
 mod library;
 mod steps;
-mod sweep;
 
 use library::{COVERINGS, FIXING_TYPES, LIBRARY, MATERIALS, SECTION, WIRE_TYPES};
 pub(crate) use library::{FIXING_TYPE, LIBRARY_FILE};
 pub(crate) use steps::CLIP;
 use steps::STEP;
-use sweep::SWEEP;
 use wireloom_core::Quantity;
 
 /// Limits of a number.
@@ -90,12 +88,6 @@ pub(crate) enum Form {
     Count(usize, usize),
     /// true or false.
     Flag,
-    /// One of these words.
-    Choice(&'static [&'static str]),
-    /// A number of any quantity, or a string with a unit.
-    Quantity,
-    /// A list of values of any kind.
-    Values,
     /// Some of these words.
     Words(&'static [&'static str]),
     /// A table.
@@ -206,9 +198,26 @@ pub(crate) const SCENARIO: Keys = Keys {
         may("minimiser", Form::Table(&MINIMISER), "how equilibria are found"),
         may("steps", Form::Tables(&STEP), "assembly operations, in order; left out, the scenario is one equilibrium"),
         may("output", Form::Table(&OUTPUT), "what is written besides the result"),
-        may("plugins", Form::NotYet, "libraries with further kinds"),
+        may("plugins", Form::Table(&PLUGINS), "libraries with further kinds"),
         may("obstacles", Form::NotYet, "what the harness may touch"),
-        may("sweep", Form::Table(&SWEEP), "values to run the scenario over, with `wireloom sweep`"),
+        may("sweep", Form::NotYet, "values to run the scenario over"),
+    ],
+};
+
+/// Plugins.
+const PLUGINS: Keys = Keys {
+    what: "plugins",
+    keys: &[
+        must(
+            "load",
+            Form::Names,
+            "names of plugins in the search path, or paths of libraries from the scenario's folder",
+        ),
+        may(
+            "time_limit",
+            Form::Number(Quantity::Dimensionless, POSITIVE),
+            "how long one call of a plugin may take, in seconds; default 10",
+        ),
     ],
 };
 

@@ -1,7 +1,7 @@
 //! Kinds of the registry, and their open parameters.
 
 use crate::catalogue::{FixingType, Types};
-use crate::fault::did_you_mean;
+use crate::fault::{did_you_mean, nearest};
 use crate::keys::{Bound, Family};
 use crate::reader::Entry;
 use std::collections::BTreeMap;
@@ -70,7 +70,10 @@ pub(crate) fn read_among<'t>(entry: &Entry<'_>, types: &'t Types) -> Option<(Cho
     let Some(kind) = kind else {
         if let (Some(name), None) = (given, named) {
             let known = kinds.iter().map(|kind| kind.name).chain(types.keys().map(String::as_str));
-            let help = did_you_mean(name, known);
+            let mut help = did_you_mean(name, known.clone());
+            if nearest(name, known).is_none() {
+                help += "; kinds of a plugin are there once `load` of [plugins] names it";
+            }
             entry.fault_at(key, format!("unknown {} \"{name}\" in {}", family.word(), entry.label), help);
         }
         entry.refuse_unknown_keys(kinds.iter().flat_map(|kind| kind.parameters.iter().map(|p| p.name.as_str())));

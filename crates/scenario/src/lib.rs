@@ -26,6 +26,7 @@ mod library;
 mod mesh;
 mod operations;
 mod placement;
+mod plugins;
 mod poses;
 mod reader;
 mod scenario;
@@ -33,7 +34,6 @@ mod schema;
 mod sections;
 mod sequence;
 pub mod settings;
-pub mod sweep;
 mod timeline;
 mod units;
 
@@ -41,11 +41,13 @@ pub use build::Built;
 pub use fault::{Fault, render};
 pub use files::{Files, NoFiles};
 pub use library::{shipped_coverings, shipped_wires};
+pub use plugins::{Plugins, plugins};
 pub use scenario::{
     Arm, At, Branch, ByRule, Constraint, Division, Facing, Joint, Load, Minimiser, Output, Scenario, Spans,
 };
 pub use schema::schema;
 pub use settings::Setting;
+pub use units::unit_of;
 
 use std::ops::Range;
 use toml::de::DeTable;
@@ -104,15 +106,7 @@ pub fn parse_with_settings(
         }
     }
     let faults = reader.finish();
-    if !faults.is_empty() {
-        return Err(faults);
-    }
-    // What a sweep sets is tried once, or a slip would be found only after all its points have failed.
-    if let (Some(sweep), []) = (&scenario.sweep, settings) {
-        parse_with_settings(text, &sweep.settings(0), files, registry)
-            .map_err(|faults| sweep::placed(sweep, text, faults))?;
-    }
-    Ok(scenario)
+    if faults.is_empty() { Ok(scenario) } else { Err(faults) }
 }
 
 /// The text as a table, with the places of its values.

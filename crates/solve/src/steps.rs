@@ -115,6 +115,7 @@ pub fn carry_out(
         events: Vec::new(),
         steps: Vec::new(),
         fault: None,
+        plugins: Vec::new(),
     };
     let alone = [Step { name: "equilibrium".into(), increments: 1, ..Step::default() }];
     let steps = if schedule.steps.is_empty() { &alone[..] } else { &schedule.steps };

@@ -1,14 +1,15 @@
 //! Wireloom: scenario text in, equilibria out.
 
 pub mod bench;
-pub mod sweep;
 
 pub use wireloom_core as core;
 pub use wireloom_export as export;
+pub use wireloom_host as host;
 pub use wireloom_import as import;
 pub use wireloom_models as models;
 pub use wireloom_scenario as scenario;
 pub use wireloom_solve as solve;
+pub use wireloom_testkit as testkit;
 
 use wireloom_core::Registry;
 

@@ -60,7 +60,7 @@ fn constraints_of_several_stations_have_each_of_them() {
 fn has_the_keys_of_the_contract_in_order() {
     let step = y_harness();
     let value = parsed(&run("y-harness", vec![step]));
-    assert_eq!(keys(&value), ["schema", "scenario", "status", "notes", "events", "steps"]);
+    assert_eq!(keys(&value), ["schema", "scenario", "status", "notes", "plugins", "events", "steps"]);
     assert_eq!(value["schema"], 1);
     assert_eq!(value["scenario"], "y-harness");
     assert_eq!(value["status"], "converged");

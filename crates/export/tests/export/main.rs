@@ -4,7 +4,6 @@ mod beside_html;
 mod comparisons;
 mod csv_table;
 mod json_contract;
-mod parquet_table;
 mod picture_svg;
 mod report_html;
 mod samples;

@@ -1,8 +1,8 @@
 //! Results made by hand.
 
 use wireloom_core::equilibrium::{
-    BranchResult, ConstraintResult, Energy, Event, EventKind, EventPlace, JointResult, MinimiserResult, Moment, Run,
-    StepResult, TightestBend,
+    BranchResult, ConstraintResult, Energy, Event, EventKind, EventPlace, JointResult, Library, MinimiserResult,
+    Moment, Run, StepResult, TightestBend,
 };
 use wireloom_core::rotation::{frame_from, orthogonal};
 use wireloom_core::{Rotation, Status, Vector};
@@ -122,6 +122,12 @@ pub fn run(scenario: &str, steps: Vec<StepResult>) -> Run {
         events: vec![event()],
         steps,
         fault: None,
+        plugins: vec![Library {
+            name: "straps".into(),
+            version: "1.2.3".into(),
+            file: "plugins/libstraps.so".into(),
+            hash: "5e".into(),
+        }],
     }
 }
 

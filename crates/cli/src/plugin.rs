@@ -1,0 +1,113 @@
+//! `wireloom plugin`: lists plugins, makes new ones, checks them.
+
+use crate::arguments::PluginTask;
+use crate::failure::{Failure, Outcome};
+use crate::summary::printable;
+use crate::{plugin_check, plugin_new, plugins};
+use std::io::{self, Write};
+use wireloom::core::constraint::SpanUse;
+use wireloom::core::registry::{ConstraintKind, Form, Parameter, Value};
+use wireloom::host::Plugins;
+
+/// Does what is asked.
+pub fn plugin(task: &PluginTask, out: &mut dyn Write) -> Result<Outcome, Failure> {
+    match task {
+        PluginTask::New { name, c, sources } => plugin_new::new(name, *c, sources.as_deref(), out),
+        PluginTask::Check { file, time_limit } => plugin_check::check(file, *time_limit, out),
+        PluginTask::List => list(out),
+    }
+}
+
+/// All plugins of the search path; one that cannot be loaded is listed with the reason.
+fn list(out: &mut dyn Write) -> Result<Outcome, Failure> {
+    let folders = plugins::search_path();
+    let files = folders.libraries().map_err(|(folder, error)| Failure::io("read the folder", &folder)(error))?;
+    let mut print = || {
+        if folders.0.is_empty() {
+            return writeln!(
+                out,
+                "the search path is empty: name folders in WIRELOOM_PLUGINS, or make .wireloom/plugins in your home folder"
+            );
+        }
+        if files.is_empty() {
+            let folders: Vec<String> = folders.0.iter().map(|folder| folder.display().to_string()).collect();
+            return writeln!(out, "no plugins in {}", folders.join(", "));
+        }
+        let mut loaded = Plugins::default();
+        for file in &files {
+            plugins::prepare_for_the_worst(10.0);
+            let mut registry = wireloom::registry();
+            match loaded.load(file, &mut registry) {
+                Ok(plugin) => {
+                    let record = plugins::record(plugin);
+                    writeln!(out, "{}: {}", printable(&record.to_string()), printable(&plugin.doc))?;
+                    for kind in plugin.constraints.iter().filter_map(|name| registry.constraint(name)) {
+                        describe(kind, out)?;
+                    }
+                }
+                Err(error) => writeln!(out, "{}\n  {}", printable(&error.to_string()), error.reason.help())?,
+            }
+            writeln!(out)?;
+        }
+        Ok(())
+    };
+    print().map_err(Failure::standard_output)?;
+    Ok(Outcome::Done)
+}
+
+/// A kind, what it acts on, and its parameters.
+pub fn describe(kind: &ConstraintKind, out: &mut dyn Write) -> io::Result<()> {
+    let stations = &kind.attaches.stations;
+    let on = match (stations.start(), stations.end()) {
+        (0, 0) => String::new(),
+        (1, 1) => "one station".into(),
+        (a, b) if a == b => format!("{a} stations"),
+        (a, b) => format!("{a} to {b} stations"),
+    };
+    let along = match kind.attaches.span {
+        SpanUse::Never => "",
+        SpanUse::Maybe => "a span, if one is given",
+        SpanUse::Always => "a span",
+    };
+    let on: Vec<&str> = [on.as_str(), along].into_iter().filter(|words| !words.is_empty()).collect();
+    writeln!(out, "  constraint `{}` on {}: {}", kind.name, on.join(" and "), printable(&kind.doc))?;
+    for parameter in &kind.parameters {
+        writeln!(out, "    {} ({}): {}", parameter.name, form(parameter), printable(&parameter.doc))?;
+    }
+    Ok(())
+}
+
+fn form(parameter: &Parameter) -> String {
+    let what = match &parameter.form {
+        Form::Number { quantity, minimum, exclusive, maximum } => {
+            let mut range = String::new();
+            if minimum.is_finite() {
+                range += &format!(", {} {minimum}", if *exclusive { "above" } else { "at least" });
+            }
+            if maximum.is_finite() {
+                range += &format!(", at most {maximum}");
+            }
+            format!("{}{range}", wireloom::scenario::unit_of(*quantity))
+        }
+        Form::Vector { quantity } => format!("three numbers, {}", wireloom::scenario::unit_of(*quantity)),
+        Form::Count { minimum } => format!("a whole number, at least {minimum}"),
+        Form::Flag => "true or false".into(),
+        Form::Choice(words) => words.join(" | "),
+    };
+    let otherwise = match (&parameter.default, parameter.required) {
+        (Some(value), _) => format!("; default {}", plain(value)),
+        (None, true) => "; required".into(),
+        (None, false) => "; may be left out".into(),
+    };
+    what + &otherwise
+}
+
+fn plain(value: &Value) -> String {
+    match value {
+        Value::Number(x) => x.to_string(),
+        Value::Vector(v) => format!("[{}, {}, {}]", v.x, v.y, v.z),
+        Value::Count(n) => n.to_string(),
+        Value::Flag(flag) => flag.to_string(),
+        Value::Word(word) => word.clone(),
+    }
+}

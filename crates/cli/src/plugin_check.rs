@@ -1,0 +1,328 @@
+//! `wireloom plugin check`: loads a plugin and tries whether its kinds keep what they promise.
+
+use crate::failure::{Failure, Outcome};
+use crate::plugin::describe;
+use crate::summary::printable;
+use crate::{plugins, size};
+use std::io::Write;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::path::Path;
+use std::time::Instant;
+use wireloom::core::constraint::{ConstraintSpec, Situation, SpanSpec, SpanUse, StationSpec};
+use wireloom::core::registry::{ConstraintKind, Form, Parameter};
+use wireloom::core::{Action, Constraint, Matrix, Parameters, Pose, Value, Vector};
+use wireloom::host::{Plugins, differentiated};
+use wireloom::testkit::conformance::constraint::{Subject, checks};
+
+/// Nodes of a span that constraints are tried on.
+const NODES: usize = 5;
+/// Times that a constraint is made and unmade.
+const CYCLES: usize = 10_000;
+/// Bytes that may stay of one of them: the system counts memory by pages.
+const LEFT_BEHIND: f64 = 16.0;
+/// Evaluations that are timed.
+const TIMED: u32 = 10_000;
+/// Threads that evaluate at a time, and how often each.
+const THREADS: (usize, usize) = (4, 500);
+
+type Verdict = Result<String, String>;
+
+/// Tries all kinds of the plugin in `file`.
+pub fn check(file: &Path, time_limit: f64, out: &mut dyn Write) -> Result<Outcome, Failure> {
+    if !(time_limit.is_finite() && time_limit > 0.0) {
+        return Err(Failure::Input(format!("--time-limit {time_limit} is no time: give seconds above 0")));
+    }
+    plugins::prepare_for_the_worst(time_limit);
+    let mut registry = wireloom::registry();
+    let mut loaded = Plugins::default();
+    let plugin = loaded
+        .load(file, &mut registry)
+        .map_err(|error| Failure::Input(format!("{error}\n  help: {}", error.reason.help())))?;
+    let mut faults = 0;
+    let mut print = || {
+        writeln!(out, "{}: {}", printable(&plugins::record(plugin).to_string()), printable(&plugin.doc))?;
+        for kind in plugin.constraints.iter().filter_map(|name| registry.constraint(name)) {
+            describe(kind, out)?;
+            for (what, try_it) in trials(kind) {
+                // Whoever reads sees how far it came, should the plugin end it.
+                write!(out, "    {what} … ")?;
+                out.flush()?;
+                match quietly(try_it) {
+                    Ok(words) => writeln!(out, "{words}")?,
+                    Err(words) => {
+                        faults += 1;
+                        writeln!(out, "FAILED\n      {}", printable(&words))?;
+                    }
+                }
+            }
+        }
+        if faults == 0 { writeln!(out, "all holds") } else { Ok(()) }
+    };
+    print().map_err(Failure::standard_output)?;
+    out.flush().map_err(Failure::standard_output)?;
+    match faults {
+        0 => Ok(Outcome::Done),
+        n => Err(Failure::Plugin(size::counted(n, "promise is not kept", "promises are not kept"))),
+    }
+}
+
+/// A check's verdict; what it panics with is why it failed.
+fn quietly(try_it: Box<dyn FnOnce() -> Verdict + '_>) -> Verdict {
+    let before = std::panic::take_hook();
+    std::panic::set_hook(Box::new(|_| {}));
+    let verdict = catch_unwind(AssertUnwindSafe(try_it));
+    std::panic::set_hook(before);
+    verdict.unwrap_or_else(|payload| {
+        let words = payload.downcast_ref::<String>().cloned();
+        Err(words.or_else(|| payload.downcast_ref::<&str>().map(|s| (*s).to_owned())).unwrap_or_default())
+    })
+}
+
+type Trial<'k> = (String, Box<dyn FnOnce() -> Verdict + 'k>);
+
+/// What is tried with a kind, by name.
+fn trials(kind: &ConstraintKind) -> Vec<Trial<'_>> {
+    let stations = (*kind.attaches.stations.start())
+        .max(usize::from(kind.attaches.span != SpanUse::Always))
+        .min(*kind.attaches.stations.end());
+    let nodes = if kind.attaches.span == SpanUse::Never { 0 } else { NODES };
+    let values = parameters(kind, typical);
+    let mut all: Vec<Trial<'_>> = vec![];
+    let what = "one can be made of typical values".to_owned();
+    match made(kind, &values, stations, nodes) {
+        Ok(first) => all.push((what, Box::new(move || Ok(acts(first.as_ref()).into())))),
+        Err(why) => {
+            all.push((what, Box::new(move || Err(why))));
+            return all;
+        }
+    }
+    // What could be made once can be made again.
+    let make = move || made(kind, &values, stations, nodes).unwrap_or_else(|why| panic!("{why}"));
+    let subject = Subject::new(make.clone(), stations, nodes);
+    let listed: &'static [_] = checks(&subject);
+    let subject = std::rc::Rc::new(subject);
+    for (name, check) in listed {
+        let subject = subject.clone();
+        let numeric = name.contains("derivative")
+            && differentiated().iter().any(|words| words.contains(&format!("`{}`", kind.name)));
+        all.push((
+            name.replace('_', " "),
+            Box::new(move || {
+                if numeric {
+                    return Ok("not tried: the program takes them numerically, which is slower and less exact than what the plugin could give".into());
+                }
+                check(&subject);
+                Ok("ok".into())
+            }),
+        ));
+    }
+    let maker = make.clone();
+    all.push((
+        "comes back from input that is not finite or extreme".into(),
+        Box::new(move || extreme_input(&maker, stations, nodes)),
+    ));
+    all.push((
+        "makes or refuses whatever its parameters allow".into(),
+        Box::new(move || extreme_parameters(kind, stations, nodes)),
+    ));
+    let maker = make.clone();
+    all.push(("says the same to several threads".into(), Box::new(move || threads(maker().as_ref(), stations, nodes))));
+    let maker = make.clone();
+    all.push((format!("leaves no memory behind, {CYCLES} times"), Box::new(move || leaks(&maker, stations, nodes))));
+    all.push(("time of an evaluation".into(), Box::new(move || time(make().as_ref(), stations, nodes))));
+    all
+}
+
+fn acts(constraint: &dyn Constraint) -> &'static str {
+    match constraint.action() {
+        Action::Prescribed(_) => "ok: prescribes",
+        Action::Potential(_) => "ok: a potential",
+        Action::Equations(_) => "ok: equations",
+    }
+}
+
+/// A value that is in the middle of what may be.
+fn typical(form: &Form) -> Value {
+    match form {
+        Form::Number { minimum, maximum, .. } => Value::Number(match (minimum.is_finite(), maximum.is_finite()) {
+            (true, true) => 0.5 * (minimum + maximum),
+            (true, false) => minimum + 1.0,
+            (false, true) => maximum - 1.0,
+            (false, false) => 1.0,
+        }),
+        Form::Vector { .. } => Value::Vector(Vector::new(0.0, 0.0, 1.0)),
+        Form::Count { minimum } => Value::Count(*minimum),
+        Form::Flag => Value::Flag(false),
+        Form::Choice(words) => Value::Word(words[0].clone()),
+    }
+}
+
+/// Defaults, and values of this sort where there are none.
+fn parameters(kind: &ConstraintKind, sort: impl Fn(&Form) -> Value) -> Parameters {
+    let value = |p: &Parameter| p.default.clone().unwrap_or_else(|| sort(&p.form));
+    Parameters(kind.parameters.iter().map(|p| (p.name.clone(), value(p))).collect())
+}
+
+fn made(
+    kind: &ConstraintKind,
+    values: &Parameters,
+    stations: usize,
+    nodes: usize,
+) -> Result<Box<dyn Constraint>, String> {
+    let spec = ConstraintSpec {
+        name: "trial".into(),
+        stations: (0..stations)
+            .map(|k| StationSpec { place: Some(("branch".into(), 0.1 * k as f64)), diameter: 0.01 })
+            .collect(),
+        span: (nodes > 0).then(|| SpanSpec { branch: "branch".into(), range: (0.0, 0.1), diameter: 0.01 }),
+        tangent_given: true,
+        up_given: true,
+        ..ConstraintSpec::default()
+    };
+    (kind.build)(&spec, values).map_err(|error| error.message)
+}
+
+/// Stations and nodes at these coordinates, evaluated in every way.
+fn evaluate(constraint: &dyn Constraint, stations: usize, nodes: usize, x: f64) -> Vec<u64> {
+    let pose = |k: usize, x: f64| Pose { position: Vector::new(x, 0.1 * k as f64, x), ..Pose::identity() };
+    let at: Vec<Pose> = (0..stations).map(|k| pose(k, x)).collect();
+    let targets: Vec<Pose> = (0..stations).map(|k| constraint.target(&pose(k, 0.02), 0.5)).collect();
+    let span: Vec<Vector> = (0..nodes).map(|k| Vector::new(0.05 * k as f64, x, -x)).collect();
+    let memory = constraint.memory();
+    let lengths = vec![0.01; nodes];
+    let at = Situation {
+        stations: &at,
+        targets: &targets,
+        span: &span,
+        span_lengths: &lengths,
+        progress: 0.5,
+        memory: &memory,
+    };
+    let mut remembered = memory.clone();
+    constraint.commit(&at, &mut remembered);
+    let mut numbers = remembered;
+    let mut blocks = vec![Matrix::zeros(); 4 * stations * stations];
+    let mut of_span = vec![Matrix::zeros(); nodes];
+    match constraint.action() {
+        Action::Prescribed(_) => {}
+        Action::Potential(potential) => {
+            let mut gradient = vec![Vector::zeros(); 2 * stations];
+            let mut along = vec![Vector::zeros(); nodes];
+            numbers.push(potential.energy(&at));
+            numbers.push(potential.gradient(&at, &mut gradient, &mut along));
+            numbers.extend(gradient.iter().chain(&along).flat_map(|v| [v.x, v.y, v.z]));
+            potential.hessian(&at, &mut blocks, &mut of_span);
+        }
+        Action::Equations(equations) => {
+            let (r, p) = (equations.of_stations().len(), equations.of_each_node().len());
+            let mut c = vec![0.0; r + p * nodes];
+            let mut jacobian = vec![Vector::zeros(); r * 2 * stations];
+            let mut along = vec![Vector::zeros(); p * nodes];
+            equations.residuals(&at, &mut c);
+            equations.jacobian(&at, &mut c, &mut jacobian, &mut along);
+            numbers.extend(jacobian.iter().chain(&along).flat_map(|v| [v.x, v.y, v.z]));
+            equations.curvature(&at, &c, &mut blocks, &mut of_span);
+            numbers.extend(c);
+        }
+    }
+    numbers.extend(blocks.iter().chain(&of_span).flat_map(|block| block.iter().copied().collect::<Vec<_>>()));
+    numbers.iter().map(|x| x.to_bits()).collect()
+}
+
+type Make<'m> = dyn Fn() -> Box<dyn Constraint> + 'm;
+
+/// What is no position must not end the program, nor panic; it may well be refused.
+fn extreme_input(make: &Make<'_>, stations: usize, nodes: usize) -> Verdict {
+    for x in [0.0, f64::NAN, f64::INFINITY, f64::NEG_INFINITY, f64::MAX, 1e200, -1e30, f64::MIN_POSITIVE] {
+        let constraint = make();
+        evaluate(constraint.as_ref(), stations, nodes, x);
+        if let Some(fault) = constraint.fault().filter(|fault| fault.contains("panicked")) {
+            return Err(format!("at {x}: {fault}"));
+        }
+        if let (Some(fault), true) = (constraint.fault(), x.abs() < 1e-3) {
+            return Err(format!("at {x}: {fault}"));
+        }
+    }
+    Ok("ok".into())
+}
+
+/// The ends of all ranges, one parameter after the other.
+fn extreme_parameters(kind: &ConstraintKind, stations: usize, nodes: usize) -> Verdict {
+    let mut tried = 0;
+    for parameter in &kind.parameters {
+        let ends = match &parameter.form {
+            Form::Number { minimum, exclusive, maximum, .. } => {
+                let low = if *exclusive { minimum + minimum.abs().max(1.0) * 1e-12 } else { *minimum };
+                vec![Value::Number(low.max(-1e12)), Value::Number(maximum.min(1e12))]
+            }
+            Form::Vector { .. } => vec![Value::Vector(Vector::zeros()), Value::Vector(Vector::repeat(1e12))],
+            Form::Count { minimum } => vec![Value::Count(*minimum), Value::Count(minimum + 1000)],
+            Form::Flag => vec![Value::Flag(true)],
+            Form::Choice(words) => words.iter().cloned().map(Value::Word).collect(),
+        };
+        for end in ends {
+            let mut values = parameters(kind, typical);
+            values.0.insert(parameter.name.clone(), end.clone());
+            tried += 1;
+            let fault = match made(kind, &values, stations, nodes) {
+                Ok(constraint) => {
+                    evaluate(constraint.as_ref(), stations, nodes, 0.1);
+                    constraint.fault()
+                }
+                Err(message) => Some(message).filter(|message| message.contains("panicked")),
+            };
+            if let Some(fault) = fault {
+                return Err(format!("with {} = {end:?}: {fault}", parameter.name));
+            }
+        }
+    }
+    Ok(format!("ok ({tried} values)"))
+}
+
+fn threads(constraint: &dyn Constraint, stations: usize, nodes: usize) -> Verdict {
+    let (threads, times) = THREADS;
+    let place = |k: usize| 0.01 * (k % 7) as f64;
+    let want: Vec<Vec<u64>> = (0..7).map(|k| evaluate(constraint, stations, nodes, place(k))).collect();
+    let same = std::thread::scope(|scope| {
+        let all: Vec<_> = (0..threads)
+            .map(|_| scope.spawn(|| (0..times).all(|k| evaluate(constraint, stations, nodes, place(k)) == want[k % 7])))
+            .collect();
+        all.into_iter().all(|thread| thread.join().unwrap_or(false))
+    });
+    match constraint.fault() {
+        Some(fault) => Err(fault),
+        None if same => Ok("ok".into()),
+        None => {
+            Err(format!("{threads} threads at a time do not get the same numbers as one: leave `thread_safe` at 0"))
+        }
+    }
+}
+
+fn leaks(make: &Make<'_>, stations: usize, nodes: usize) -> Verdict {
+    let cycle = || drop(evaluate(make().as_ref(), stations, nodes, 0.01));
+    (0..CYCLES / 10).for_each(|_| cycle());
+    let before = memory();
+    (0..CYCLES).for_each(|_| cycle());
+    let (Some(before), Some(after)) = (before, memory()) else {
+        return Ok("not tried: this system does not tell".into());
+    };
+    let each = after.saturating_sub(before) as f64 / CYCLES as f64;
+    if each > LEFT_BEHIND {
+        Err(format!("about {each:.0} bytes stay of every one that is made and unmade"))
+    } else {
+        Ok("ok".into())
+    }
+}
+
+/// Memory that this process has, bytes, where the system tells.
+fn memory() -> Option<u64> {
+    let statm = std::fs::read_to_string("/proc/self/statm").ok()?;
+    let pages: u64 = statm.split(' ').nth(1)?.parse().ok()?;
+    Some(pages * 4096)
+}
+
+fn time(constraint: &dyn Constraint, stations: usize, nodes: usize) -> Verdict {
+    let clock = Instant::now();
+    (0..TIMED).for_each(|_| drop(evaluate(constraint, stations, nodes, 0.01)));
+    Ok(format!("{:.2} µs for all values and derivatives", clock.elapsed().as_secs_f64() * 1e6 / f64::from(TIMED)))
+}

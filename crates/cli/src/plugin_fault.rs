@@ -1,0 +1,55 @@
+//! What this program becomes when a plugin has ended it, by a crash or by a call that never came back: it says whose doing that was, and writes what the
+//! run had come to.
+
+use crate::arguments::PluginFault;
+use crate::failure::Failure;
+use crate::folder::Folder;
+use crate::results::RESULT;
+use crate::saved::{Keeper, Origin};
+use std::path::Path;
+use wireloom::core::equilibrium::ConstraintFault;
+use wireloom::core::{Run, Status};
+use wireloom::export::json;
+
+/// Says what happened, after it has saved what there is.
+pub fn report(fault: &PluginFault) -> Failure {
+    let what = format!("{} (in `{}`)", fault.happened, fault.function);
+    let Some(folder) = fault.folder.as_deref() else { return Failure::Plugin(format!("{} {what}", fault.site)) };
+    let (constraint, kind, owner) = parts(&fault.site);
+    let fault = ConstraintFault {
+        constraint: constraint.to_owned(),
+        kind: kind.to_owned(),
+        step: fault.step.clone().unwrap_or_default(),
+        increment: fault.increment.unwrap_or_default(),
+        message: format!("{owner} {what}"),
+    };
+    match save(folder, &fault) {
+        Ok(()) => Failure::Constraint(fault),
+        Err(other) => Failure::Plugin(format!("{fault}; what was computed before cannot be written: {other}")),
+    }
+}
+
+/// Constraint, kind and the rest of "constraint `tie` (cable-tie): plugin …".
+fn parts(site: &str) -> (&str, &str, &str) {
+    let parts = || {
+        let (constraint, rest) = site.strip_prefix("constraint `")?.split_once("` (")?;
+        let (kind, owner) = rest.split_once("): ")?;
+        Some((constraint, kind, owner))
+    };
+    parts().unwrap_or(("", "", site))
+}
+
+/// Writes the result as far as it goes.
+fn save(place: &Path, fault: &ConstraintFault) -> Result<(), Failure> {
+    let origin = Origin::read(place)?;
+    let run = Run {
+        scenario: origin.scenario,
+        status: Status::Failed,
+        notes: vec![],
+        events: vec![],
+        steps: Keeper::salvage(place)?,
+        fault: Some(fault.clone()),
+        plugins: origin.plugins,
+    };
+    Folder::create(place)?.write(RESULT, |out| json::write(&run, out))
+}

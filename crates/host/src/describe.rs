@@ -1,0 +1,233 @@
+//! A plugin's descriptors in words of the core, checked.
+
+use crate::error::Reason;
+use crate::read;
+use std::collections::BTreeSet;
+use wireloom_abi as abi;
+use wireloom_core::Vector;
+use wireloom_core::constraint::{Attaches, SpanUse};
+use wireloom_core::registry::{Form, Parameter, Quantity, Value};
+
+/// Most kinds of a plugin, parameters of a kind, words of a choice, stations of a constraint.
+const MOST: u32 = 256;
+const MOST_STATIONS: u32 = 64;
+
+/// What a kind says of itself.
+pub struct Described {
+    /// Name in scenarios.
+    pub name: String,
+    /// One line.
+    pub doc: String,
+    /// Parameters.
+    pub parameters: Vec<Parameter>,
+    /// What it attaches to.
+    pub attaches: Attaches,
+    /// Where its descriptor is.
+    pub kind: *const abi::Kind,
+    /// Its functions.
+    pub functions: abi::ConstraintKind,
+}
+
+/// All kinds.
+///
+/// # Safety
+/// `kinds` and what it points to are what the ABI says, where that cannot be checked.
+pub unsafe fn kinds(kinds: *const abi::Kinds) -> Result<Vec<Described>, Reason> {
+    // SAFETY: as the caller promises; the size stands first.
+    unsafe {
+        read::pointer("its list of kinds", kinds)?;
+        let table: abi::Kinds = read::prefix("list of kinds", kinds, (*kinds).size)?;
+        let all = read::array("kinds", table.first, table.count, table.stride, MOST)?;
+        let mut names = BTreeSet::new();
+        let mut described = vec![];
+        for (k, kind) in all.iter().enumerate() {
+            let at = table.first.byte_add(k * table.stride as usize);
+            let one = one(at, kind, &format!("kind {}", k + 1))?;
+            if !names.insert(one.name.clone()) {
+                return Err(Reason::Twice { what: format!("kind `{}`", one.name) });
+            }
+            described.push(one);
+        }
+        if described.is_empty() {
+            return Err(Reason::Kinds("it has none".into()));
+        }
+        Ok(described)
+    }
+}
+
+fn wrong(what: String, value: impl ToString, right: &str) -> Reason {
+    Reason::Value { what, value: value.to_string(), right: right.to_owned() }
+}
+
+/// # Safety
+/// As for [`kinds`].
+unsafe fn one(at: *const abi::Kind, kind: &abi::Kind, which: &str) -> Result<Described, Reason> {
+    // SAFETY: as the caller promises.
+    unsafe {
+        let name = read::name(&format!("the name of {which}"), kind.name)?;
+        let which = format!("kind `{name}`");
+        let doc = read::text(&format!("the doc of {which}"), kind.doc)?;
+        if kind.family != abi::FAMILY_CONSTRAINT {
+            return Err(wrong(format!("the family of {which}"), kind.family, "1 is a constraint"));
+        }
+        let what = format!("parameters of {which}");
+        let declared = read::array(&what, kind.parameters, kind.parameter_count, kind.parameter_stride, MOST)?;
+        let mut parameters: Vec<Parameter> = vec![];
+        for (k, declared) in declared.iter().enumerate() {
+            let one = parameter(declared, &format!("parameter {} of {which}", k + 1))?;
+            if parameters.iter().any(|other| other.name == one.name) {
+                return Err(Reason::Twice { what: format!("parameter `{}` of {which}", one.name) });
+            }
+            parameters.push(one);
+        }
+        let functions = format!("functions of {which}");
+        read::pointer(&format!("the table of {functions}"), kind.constraint)?;
+        let functions: abi::ConstraintKind =
+            read::prefix(&format!("table of {functions}"), kind.constraint, (*kind.constraint).size)?;
+        for (there, function) in [(functions.create.is_some(), "create"), (functions.destroy.is_some(), "destroy")] {
+            if !there {
+                return Err(Reason::Pointer {
+                    what: format!("the function `{function}` of {which}"),
+                    value: "null".into(),
+                });
+            }
+        }
+        let attaches = attaches(&functions, &which)?;
+        Ok(Described { name, doc, parameters, attaches, kind: at, functions })
+    }
+}
+
+fn attaches(functions: &abi::ConstraintKind, which: &str) -> Result<Attaches, Reason> {
+    let (least, most) = (functions.stations_min, functions.stations_max);
+    if least > most || most > MOST_STATIONS {
+        let right = format!("the first must not be above the second, nor that above {MOST_STATIONS}");
+        return Err(wrong(format!("the number of stations of {which}"), format!("{least} to {most}"), &right));
+    }
+    let span = match functions.span {
+        0 => SpanUse::Never,
+        1 => SpanUse::Maybe,
+        2 => SpanUse::Always,
+        other => return Err(wrong(format!("`span` of {which}"), other, "0: never, 1: where one is given, 2: always")),
+    };
+    if most == 0 && span == SpanUse::Never {
+        return Err(wrong(
+            format!("the number of stations of {which}"),
+            0,
+            "it would act on nothing: take stations or a span",
+        ));
+    }
+    Ok(Attaches { stations: least as usize..=most as usize, span })
+}
+
+/// # Safety
+/// As for [`kinds`].
+unsafe fn parameter(declared: &abi::Parameter, which: &str) -> Result<Parameter, Reason> {
+    // SAFETY: as the caller promises.
+    let name = unsafe { read::name(&format!("the name of {which}"), declared.name) }?;
+    let which = format!("{which} (`{name}`)");
+    // SAFETY: likewise.
+    let doc = unsafe { read::text(&format!("the doc of {which}"), declared.doc) }?;
+    let quantity = || {
+        quantity(declared.quantity)
+            .ok_or_else(|| wrong(format!("the quantity of {which}"), declared.quantity, "0 to 13 are known"))
+    };
+    let form = match declared.form {
+        abi::FORM_NUMBER => {
+            let (minimum, maximum) = (declared.minimum, declared.maximum);
+            if minimum.is_nan() || maximum.is_nan() || minimum > maximum {
+                let right = "the first must not be above the second; -INFINITY and INFINITY are no bounds";
+                return Err(wrong(format!("the range of {which}"), format!("{minimum} to {maximum}"), right));
+            }
+            Form::Number { quantity: quantity()?, minimum, exclusive: declared.minimum_excluded != 0, maximum }
+        }
+        abi::FORM_VECTOR => Form::Vector { quantity: quantity()? },
+        abi::FORM_COUNT => Form::Count { minimum: declared.minimum.clamp(0.0, 1e15) as usize },
+        abi::FORM_FLAG => Form::Flag,
+        // SAFETY: as the caller promises.
+        abi::FORM_CHOICE => Form::Choice(unsafe { choices(declared, &which) }?),
+        other => return Err(wrong(format!("the form of {which}"), other, "1 to 5 are known")),
+    };
+    let default = match declared.presence {
+        abi::PRESENCE_DEFAULT => Some(default(declared.default_value, &form).ok_or_else(|| {
+            wrong(
+                format!("the default of {which}"),
+                format!("{:?}", declared.default_value),
+                "it must be a value that a scenario may give",
+            )
+        })?),
+        abi::PRESENCE_REQUIRED | abi::PRESENCE_OPTIONAL => None,
+        other => {
+            return Err(wrong(
+                format!("the presence of {which}"),
+                other,
+                "0: required, 1: optional, 2: with a default",
+            ));
+        }
+    };
+    Ok(Parameter { name, doc, form, default, required: declared.presence == abi::PRESENCE_REQUIRED })
+}
+
+/// # Safety
+/// As for [`kinds`].
+unsafe fn choices(declared: &abi::Parameter, which: &str) -> Result<Vec<String>, Reason> {
+    let count = declared.choice_count;
+    if count == 0 || count > MOST {
+        return Err(wrong(format!("the number of words of {which}"), count, "a choice has some, and not hundreds"));
+    }
+    read::pointer(&format!("the words of {which}"), declared.choices)?;
+    // SAFETY: as the caller promises.
+    (0..count as usize)
+        .map(|k| unsafe { read::text(&format!("word {} of {which}", k + 1), *declared.choices.add(k)) })
+        .collect()
+}
+
+/// The default, if it is one that a scenario might give.
+fn default(value: [f64; 3], form: &Form) -> Option<Value> {
+    let whole = (value[0] >= 0.0 && value[0].fract() == 0.0 && value[0] <= 1e15).then_some(value[0] as usize);
+    match form {
+        Form::Number { minimum, exclusive, maximum, .. } => {
+            let x = value[0];
+            let low = x < *minimum || (*exclusive && x == *minimum);
+            (x.is_finite() && !low && x <= *maximum).then_some(Value::Number(x))
+        }
+        Form::Vector { .. } => value.iter().all(|x| x.is_finite()).then(|| Value::Vector(Vector::from(value))),
+        Form::Count { minimum } => whole.filter(|n| n >= minimum).map(Value::Count),
+        Form::Flag => whole.filter(|n| *n < 2).map(|n| Value::Flag(n == 1)),
+        Form::Choice(words) => words.get(whole?).cloned().map(Value::Word),
+    }
+}
+
+fn quantity(plain: i32) -> Option<Quantity> {
+    Some(match plain {
+        abi::QUANTITY_DIMENSIONLESS => Quantity::Dimensionless,
+        abi::QUANTITY_LENGTH => Quantity::Length,
+        abi::QUANTITY_MASS => Quantity::Mass,
+        abi::QUANTITY_LINEAR_DENSITY => Quantity::LinearDensity,
+        abi::QUANTITY_FORCE => Quantity::Force,
+        abi::QUANTITY_MOMENT => Quantity::Moment,
+        abi::QUANTITY_FORCE_PER_LENGTH => Quantity::ForcePerLength,
+        abi::QUANTITY_MOMENT_PER_ANGLE => Quantity::MomentPerAngle,
+        abi::QUANTITY_BENDING_STIFFNESS => Quantity::BendingStiffness,
+        abi::QUANTITY_CURVATURE => Quantity::Curvature,
+        abi::QUANTITY_ANGLE => Quantity::Angle,
+        abi::QUANTITY_ACCELERATION => Quantity::Acceleration,
+        abi::QUANTITY_PRESSURE => Quantity::Pressure,
+        abi::QUANTITY_DENSITY => Quantity::Density,
+        _ => return None,
+    })
+}
+
+/// The value of a parameter for C.
+pub fn plain_value(value: Option<&Value>, form: &Form) -> abi::Value {
+    let value = value.map(|value| match (value, form) {
+        (Value::Number(x), _) => [*x, 0.0, 0.0],
+        (Value::Vector(v), _) => (*v).into(),
+        (Value::Count(n), _) => [*n as f64, 0.0, 0.0],
+        (Value::Flag(flag), _) => [f64::from(u8::from(*flag)), 0.0, 0.0],
+        (Value::Word(word), Form::Choice(words)) => {
+            [words.iter().position(|choice| choice == word).unwrap_or_default() as f64, 0.0, 0.0]
+        }
+        (Value::Word(_), _) => [0.0; 3],
+    });
+    abi::Value { value: value.unwrap_or_default(), given: i32::from(value.is_some()), reserved: 0 }
+}

@@ -1,0 +1,63 @@
+//! Where plugins lie.
+
+use std::env::consts::{DLL_PREFIX, DLL_SUFFIX};
+use std::ffi::OsStr;
+use std::path::{Path, PathBuf};
+
+/// Folders whose libraries the user trusts, in order.
+#[derive(Clone, Debug, Default)]
+pub struct Folders(pub Vec<PathBuf>);
+
+impl Folders {
+    /// The folders of a search path, written as the system writes such lists.
+    pub fn of(path: &OsStr) -> Self {
+        Self(std::env::split_paths(path).filter(|folder| !folder.as_os_str().is_empty()).collect())
+    }
+
+    /// All libraries in the folders, sorted within each.
+    ///
+    /// # Errors
+    /// The first folder that cannot be read, with the reason.
+    pub fn libraries(&self) -> Result<Vec<PathBuf>, (PathBuf, std::io::Error)> {
+        let mut all = vec![];
+        for folder in &self.0 {
+            let entries = std::fs::read_dir(folder).and_then(|entries| entries.collect::<Result<Vec<_>, _>>());
+            let entries = entries.map_err(|error| (folder.clone(), error))?;
+            let mut here: Vec<PathBuf> =
+                entries.into_iter().map(|entry| entry.path()).filter(|path| is_library(path)).collect();
+            here.sort();
+            all.append(&mut here);
+        }
+        Ok(all)
+    }
+
+    /// The library of a plugin of this name, in the first folder that has one.
+    pub fn find(&self, name: &str) -> Option<PathBuf> {
+        self.0.iter().find_map(|folder| named(&folder.join(name)))
+    }
+
+    /// Whether a file lies in one of the folders.
+    pub fn contain(&self, file: &Path) -> bool {
+        let folder = file.canonicalize().ok().and_then(|file| Some(file.parent()?.to_owned()));
+        folder.is_some_and(|folder| self.0.iter().any(|own| own.canonicalize().is_ok_and(|own| own == folder)))
+    }
+}
+
+fn is_library(path: &Path) -> bool {
+    path.file_name().is_some_and(|name| name.to_string_lossy().ends_with(DLL_SUFFIX)) && path.is_file()
+}
+
+/// `libcable_tie.so` for `cable-tie`, as cargo calls it on this system.
+pub fn file_name(name: &str) -> String {
+    format!("{DLL_PREFIX}{}{DLL_SUFFIX}", name.replace('-', "_"))
+}
+
+/// The file itself, or, where the path says only the plugin's name, the library of that name in its folder.
+pub fn named(path: &Path) -> Option<PathBuf> {
+    if path.is_file() {
+        return Some(path.to_owned());
+    }
+    let name = path.file_name()?.to_string_lossy().into_owned();
+    let plain = format!("{name}{DLL_SUFFIX}");
+    [file_name(&name), plain].iter().map(|file| path.with_file_name(file)).find(|file| file.is_file())
+}

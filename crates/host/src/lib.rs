@@ -1,0 +1,99 @@
+//! Finds plugins, checks them, loads them, and stands between them and the rest: what a plugin does wrong becomes a fault with its name.
+//!
+//! A plugin is native code: once loaded it may do whatever this process may do. So nothing is loaded here but what the caller names.
+//!
+//! The road of a library: [`Plugins::load`] opens it; `handshake` checks its entry before anything in it is called; `describe` reads its kinds;
+//! `proxy` makes constraints of them, which the rest of the program cannot tell from built-in ones. Every call goes through `call`, so that a watchdog
+//! and a signal handler know where a thread is (`last_words`).
+#![allow(unsafe_code, reason = "this crate calls into libraries of others")]
+
+mod call;
+mod describe;
+mod error;
+mod find;
+mod handshake;
+mod last_words;
+mod numeric;
+mod proxy;
+mod read;
+
+pub use error::{LoadError, Reason};
+pub use find::{Folders, file_name, named};
+pub use last_words::stand_by;
+pub use proxy::differentiated;
+pub use wireloom_abi::{ABI_MAJOR, ABI_MINOR, HEADER};
+
+use call::Site;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use wireloom_core::Registry;
+
+/// A plugin that is loaded.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Plugin {
+    /// Its name.
+    pub name: String,
+    /// Its version.
+    pub version: String,
+    /// One line: what it is for.
+    pub doc: String,
+    /// Its file.
+    pub file: PathBuf,
+    /// SHA-256 of the file, hexadecimal.
+    pub hash: String,
+    /// ABI that it is built for: major and minor version.
+    pub abi: (u32, u32),
+    /// Names of its kinds of constraints.
+    pub constraints: Vec<String>,
+}
+
+/// The plugins of this process.
+#[derive(Debug, Default)]
+pub struct Plugins(Vec<Plugin>);
+
+impl Plugins {
+    /// Those that are loaded, in the order in which they were.
+    pub fn loaded(&self) -> &[Plugin] {
+        &self.0
+    }
+
+    /// Loads a library, and adds its kinds to the registry. The library stays until the process ends.
+    ///
+    /// # Errors
+    /// Where it is no plugin for this program, or has a name that is taken; then nothing of it is in the registry.
+    pub fn load(&mut self, file: &Path, registry: &mut Registry) -> Result<&Plugin, LoadError> {
+        let refuse = LoadError::new(file);
+        let opened = handshake::open(file).map_err(&refuse)?;
+        if let Some(other) = self.0.iter().find(|other| other.name == opened.name) {
+            return Err(refuse(Reason::NameTaken { name: opened.name, other: other.file.clone() }));
+        }
+        if let Some(kind) = opened.kinds.iter().find(|kind| registry.constraint(&kind.name).is_some()) {
+            let owner = self.0.iter().find(|other| other.constraints.contains(&kind.name));
+            let owner = owner.map_or("the program itself".to_owned(), |other| {
+                format!("plugin `{}` ({})", other.name, other.file.display())
+            });
+            return Err(refuse(Reason::KindTaken { kind: kind.name.clone(), owner }));
+        }
+        let plugin = Plugin {
+            name: opened.name,
+            version: opened.version,
+            doc: opened.doc,
+            file: file.to_owned(),
+            hash: opened.hash,
+            abi: opened.abi,
+            constraints: opened.kinds.iter().map(|kind| kind.name.clone()).collect(),
+        };
+        let owner = Arc::new(format!("plugin `{}` {} ({})", plugin.name, plugin.version, file.display()));
+        for kind in opened.kinds {
+            // No name is taken: that was just looked at.
+            let _ = registry.add_constraint(proxy::kind(kind, owner.clone()));
+        }
+        self.0.push(plugin);
+        Ok(self.0.last().expect("one was just added"))
+    }
+}
+
+/// The place of calls that belong to no constraint.
+fn site_of(file: &Path) -> Arc<Site> {
+    Site::new(&format!("plugin {}", file.display()))
+}

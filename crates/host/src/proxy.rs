@@ -1,0 +1,632 @@
+//! Constraints whose functions are in a plugin.
+//!
+//! The first thing that goes wrong is kept as the constraint's fault; from then on the plugin is not called any more, and all values are not-a-number.
+
+use crate::call::{Site, into_plugin};
+use crate::describe::{Described, plain_value};
+use crate::numeric;
+use crate::read::Message;
+use std::cell::RefCell;
+use std::collections::BTreeSet;
+use std::ffi::{CStr, CString, c_void};
+use std::ptr::{null, null_mut};
+use std::sync::{Arc, Mutex, OnceLock, PoisonError};
+use wireloom_abi as abi;
+use wireloom_core::constraint::{ConstraintSpec, Equations, HoldWord, Relation, Residual, Situation};
+use wireloom_core::registry::{BuildError, ConstraintKind, Parameters};
+use wireloom_core::{Action, Constraint, Hold, Matrix, Pose, Potential, RotationHold, Vector};
+
+/// Most numbers that a constraint remembers, and most residuals.
+const MOST: u32 = 4096;
+const HELP: &str = "`wireloom plugin check` on the file tells more; its author can mend it";
+
+/// Kinds of which a constraint was made that gives not all derivatives, with what becomes of them.
+static DIFFERENTIATED: Mutex<BTreeSet<String>> = Mutex::new(BTreeSet::new());
+
+/// What is said of kinds that do not give all their derivatives, of all constraints that this process has made.
+pub fn differentiated() -> Vec<String> {
+    DIFFERENTIATED.lock().unwrap_or_else(PoisonError::into_inner).iter().cloned().collect()
+}
+
+/// A kind whose constraints are made by a plugin; `owner` says which, in words.
+pub fn kind(described: Described, owner: Arc<String>) -> ConstraintKind {
+    let Described { name, doc, parameters, attaches, kind, functions } = described;
+    let maker = Maker { name: name.clone(), kind, functions, owner, parameters: parameters.clone() };
+    ConstraintKind {
+        name,
+        doc,
+        attaches,
+        parameters,
+        build: Box::new(move |spec, values| Ok(Box::new(maker.make(spec, values)?))),
+    }
+}
+
+/// Makes constraints of a kind.
+struct Maker {
+    name: String,
+    kind: *const abi::Kind,
+    functions: abi::ConstraintKind,
+    owner: Arc<String>,
+    parameters: Vec<wireloom_core::Parameter>,
+}
+
+// SAFETY: descriptors are never written to, and `create` may be called from any thread.
+unsafe impl Send for Maker {}
+// SAFETY: likewise.
+unsafe impl Sync for Maker {}
+
+impl Maker {
+    fn make(&self, spec: &ConstraintSpec, values: &Parameters) -> Result<Proxy, BuildError> {
+        let owner = &self.owner;
+        let site = Site::new(&format!("constraint `{}` ({}): {owner}", spec.name, self.name));
+        let refuse = |what: String| BuildError::new(format!("{owner} {what}"), HELP);
+        let name = c_string(&spec.name);
+        let branches: Vec<Option<CString>> =
+            spec.stations.iter().map(|station| station.place.as_ref().map(|(branch, _)| c_string(branch))).collect();
+        let stations: Vec<abi::Station> = spec
+            .stations
+            .iter()
+            .zip(&branches)
+            .map(|(station, branch)| abi::Station {
+                branch: branch.as_ref().map_or(null(), |branch| branch.as_ptr()),
+                arc_length: station.place.as_ref().map_or(0.0, |(_, s)| *s),
+                diameter: station.diameter,
+            })
+            .collect();
+        let span_branch = spec.span.as_ref().map(|span| c_string(&span.branch)).unwrap_or_default();
+        let span = spec.span.as_ref().map(|span| abi::Span {
+            size: size_of::<abi::Span>() as u32,
+            reserved: 0,
+            branch: span_branch.as_ptr(),
+            begins: span.range.0,
+            ends: span.range.1,
+            diameter: span.diameter,
+        });
+        let values: Vec<abi::Value> =
+            self.parameters.iter().map(|p| plain_value(values.0.get(&p.name), &p.form)).collect();
+        let mut rails = [[0.0; 3]; 2];
+        for (to, rail) in rails.iter_mut().zip(&spec.rails) {
+            *to = (*rail).into();
+        }
+        let plain = abi::ConstraintSpec {
+            size: size_of::<abi::ConstraintSpec>() as u32,
+            station_count: stations.len() as u32,
+            station_stride: size_of::<abi::Station>() as u32,
+            value_count: values.len() as u32,
+            name: name.as_ptr(),
+            stations: stations.as_ptr(),
+            span: span.as_ref().map_or(null(), |span| span),
+            values: values.as_ptr(),
+            tangent_given: i32::from(spec.tangent_given),
+            up_given: i32::from(spec.up_given),
+            hold: spec.hold.iter().flatten().map(|word| plain_hold(*word)).fold(0, |all, bit| all | bit),
+            free_axis_given: i32::from(spec.free_axis.is_some()),
+            free_axis: spec.free_axis.map_or([0.0; 3], |axis| (*axis).into()),
+            rails,
+            rail_count: spec.rails.len().min(2) as u32,
+            reserved: 0,
+        };
+        // SAFETY: zeroes are no size, no shape, no numbers and null.
+        let mut description: abi::Description = unsafe { std::mem::zeroed() };
+        description.size = size_of::<abi::Description>() as u32;
+        let mut instance = null_mut();
+        let mut message = Message::new();
+        let mut text = message.text();
+        let create = self.functions.create.expect("descriptors without it are refused");
+        // SAFETY: all is as the ABI says.
+        let status = into_plugin(&site, c"create", || unsafe {
+            create(self.kind, &plain, &mut instance, &mut description, &mut text)
+        });
+        match status {
+            abi::STATUS_OK => {}
+            abi::STATUS_ERROR => return Err(refuse(format!("refuses: {}", message.words()))),
+            abi::STATUS_PANIC => return Err(refuse(format!("panicked in `create`: {}", message.words()))),
+            other => return Err(refuse(format!("returned {other} from `create`; 0, 1 and 2 have a meaning"))),
+        }
+        if instance.is_null() {
+            return Err(refuse("made nothing: `create` says it is done, but wrote no instance".into()));
+        }
+        let mut proxy = Proxy {
+            site,
+            owner: owner.clone(),
+            functions: self.functions,
+            instance,
+            description,
+            stations: spec.stations.len(),
+            hold: Hold { position: false, rails: vec![], rotation: RotationHold::Free },
+            memory: vec![],
+            residuals: [vec![], vec![]],
+            lock: (description.thread_safe == 0).then(Mutex::default),
+            fault: OnceLock::new(),
+        };
+        proxy.understand(&self.functions).map_err(refuse)?;
+        let missing = match (description.has_gradient != 0, description.has_hessian != 0, description.shape) {
+            (_, _, abi::SHAPE_PRESCRIBED) | (true, true, _) => return Ok(proxy),
+            (false, _, abi::SHAPE_EQUATIONS) => "the Jacobian is taken numerically, second derivatives are left out",
+            (true, false, abi::SHAPE_EQUATIONS) => "second derivatives are left out",
+            (false, ..) => "gradient and Hessian are taken numerically",
+            (true, false, _) => "the Hessian is taken numerically",
+        };
+        let words = format!("kind `{}` of {owner} gives not all derivatives: {missing}", self.name);
+        DIFFERENTIATED.lock().unwrap_or_else(PoisonError::into_inner).insert(words);
+        Ok(proxy)
+    }
+}
+
+fn c_string(words: &str) -> CString {
+    CString::new(words.replace('\0', "")).unwrap_or_default()
+}
+
+fn plain_hold(word: HoldWord) -> i32 {
+    match word {
+        HoldWord::Position => abi::HOLD_POSITION,
+        HoldWord::Tangent => abi::HOLD_TANGENT,
+        HoldWord::Twist => abi::HOLD_TWIST,
+    }
+}
+
+/// A constraint whose functions are in a plugin.
+struct Proxy {
+    site: Arc<Site>,
+    owner: Arc<String>,
+    functions: abi::ConstraintKind,
+    instance: *mut c_void,
+    description: abi::Description,
+    stations: usize,
+    hold: Hold,
+    memory: Vec<f64>,
+    residuals: [Vec<Residual>; 2],
+    lock: Option<Mutex<()>>,
+    fault: OnceLock<String>,
+}
+
+// SAFETY: `create` and `destroy` may be called from any thread, and calls with the same instance at a time are locked out unless it
+// allows them; what the description points to is read as the proxy is made, and not after.
+unsafe impl Send for Proxy {}
+// SAFETY: likewise.
+unsafe impl Sync for Proxy {}
+
+impl Drop for Proxy {
+    fn drop(&mut self) {
+        if let Some(destroy) = self.functions.destroy {
+            // SAFETY: the instance is one of this plugin's, and nobody else has it.
+            into_plugin(&self.site, c"destroy", || unsafe { destroy(self.instance) });
+        }
+    }
+}
+
+/// What is asked of `evaluate`.
+type Wanted = abi::Evaluation;
+
+const NOTHING: Wanted = Wanted {
+    size: size_of::<Wanted>() as u32,
+    reserved: 0,
+    energy: null_mut(),
+    gradient: null_mut(),
+    span_gradient: null_mut(),
+    hessian: null_mut(),
+    span_hessian: null_mut(),
+    residuals: null_mut(),
+    jacobian: null_mut(),
+    span_jacobian: null_mut(),
+    weights: null(),
+};
+
+/// Poses and rows of one call.
+#[derive(Default)]
+struct Scratch {
+    stations: Vec<abi::Pose>,
+    targets: Vec<abi::Pose>,
+    rows: Vec<f64>,
+}
+
+thread_local! {
+    static SCRATCH: RefCell<Scratch> = RefCell::default();
+}
+
+impl Proxy {
+    /// Takes what `create` wrote at its word where that can be checked.
+    fn understand(&mut self, functions: &abi::ConstraintKind) -> Result<(), String> {
+        let said = self.description;
+        if !(abi::SHAPE_PRESCRIBED..=abi::SHAPE_EQUATIONS).contains(&said.shape) {
+            return Err(match said.shape {
+                0 => "wrote no shape: `create` must fill in the description".into(),
+                other => format!("has shape {other}; 1, 2 and 3 are known"),
+            });
+        }
+        if said.shape == abi::SHAPE_PRESCRIBED {
+            if self.stations != 1 {
+                return Err(format!("prescribes freedoms of {} stations; that goes with one", self.stations));
+            }
+            self.hold = hold(&said.hold)?;
+        } else if functions.evaluate.is_none() {
+            return Err("has no function `evaluate`".into());
+        }
+        self.memory = numbers(said.memory, said.memory_count, "memory", 0.0)?;
+        if self.memory.iter().any(|x| !x.is_finite()) {
+            return Err(format!("begins with a memory that is not finite: {:?}", self.memory));
+        }
+        if said.shape == abi::SHAPE_EQUATIONS {
+            let all = said.residual_count.saturating_add(said.node_residual_count);
+            if all == 0 {
+                return Err("has no residuals: equations need some".into());
+            }
+            let scales = numbers(said.scales, all, "residuals", 1.0)?;
+            if let Some(scale) = scales.iter().find(|scale| !(scale.is_finite() && **scale > 0.0)) {
+                return Err(format!("measures a residual by {scale}; a scale is above 0"));
+            }
+            let relation = |k: usize| {
+                // SAFETY: null, or as many as there are residuals.
+                let inequality = !said.inequalities.is_null() && unsafe { *said.inequalities.add(k) } != 0;
+                if inequality { Relation::NotPositive } else { Relation::Zero }
+            };
+            let residual = |(k, scale): (usize, &f64)| Residual { relation: relation(k), scale: *scale };
+            let mut all: Vec<Residual> = scales.iter().enumerate().map(residual).collect();
+            let of_each_node = all.split_off(said.residual_count as usize);
+            self.residuals = [all, of_each_node];
+        }
+        Ok(())
+    }
+
+    /// Keeps the first thing that went wrong.
+    fn broke(&self, what: String) {
+        let _ = self.fault.set(format!("{} {what}", self.owner));
+    }
+
+    /// Calls a function of the plugin unless something went wrong before; whether it did what it should.
+    fn call(&self, function: &'static CStr, call: impl FnOnce(*const c_void, *mut abi::Text) -> i32) -> bool {
+        if self.fault.get().is_some() {
+            return false;
+        }
+        let _one_at_a_time = self.lock.as_ref().map(|lock| lock.lock().unwrap_or_else(PoisonError::into_inner));
+        let mut message = Message::new();
+        let mut text = message.text();
+        let status = into_plugin(&self.site, function, || call(self.instance, &mut text));
+        let name = function.to_string_lossy();
+        match status {
+            abi::STATUS_OK => return true,
+            abi::STATUS_ERROR => self.broke(format!("failed in `{name}`: {}", message.words())),
+            abi::STATUS_PANIC => self.broke(format!("panicked in `{name}`: {}", message.words())),
+            other => self.broke(format!("returned {other} from `{name}`; 0, 1 and 2 have a meaning")),
+        }
+        false
+    }
+
+    /// Calls with the situation in C, and room for rows.
+    fn with_situation<R>(&self, at: &Situation<'_>, call: impl FnOnce(&abi::Situation, &mut Vec<f64>) -> R) -> R {
+        SCRATCH.with_borrow_mut(|Scratch { stations, targets, rows }| {
+            stations.clear();
+            stations.extend(at.stations.iter().map(plain_pose));
+            targets.clear();
+            targets.extend(at.targets.iter().map(plain_pose));
+            let situation = abi::Situation {
+                size: size_of::<abi::Situation>() as u32,
+                station_count: stations.len() as u32,
+                span_count: at.span.len() as u32,
+                memory_count: at.memory.len() as u32,
+                stations: stations.as_ptr(),
+                targets: targets.as_ptr(),
+                // A vector of nalgebra is three numbers and nothing else (`repr(C)`, `repr(transparent)`).
+                span: at.span.as_ptr().cast(),
+                span_lengths: at.span_lengths.as_ptr(),
+                memory: at.memory.as_ptr(),
+                progress: at.progress,
+            };
+            call(&situation, rows)
+        })
+    }
+
+    fn evaluate(&self, situation: &abi::Situation, wanted: &mut Wanted) -> bool {
+        let evaluate = self.functions.evaluate.expect("looked for as it was made");
+        // SAFETY: all is as the ABI says.
+        self.call(c"evaluate", |own, text| unsafe { evaluate(own, situation, wanted, text) })
+    }
+
+    /// Whether numbers are finite; if not, that is a fault.
+    fn finite(&self, what: &str, numbers: &[f64]) -> bool {
+        let Some(at) = numbers.iter().position(|x| !x.is_finite()) else { return true };
+        let which = if numbers.len() == 1 { String::new() } else { format!(", entry {at} of {}", numbers.len()) };
+        let x = numbers[at];
+        self.broke(if x.to_bits() == UNWRITTEN.to_bits() {
+            format!("wrote no {what}{which} in `evaluate`, which was asked for")
+        } else {
+            format!("returned {x} as {what}{which}")
+        });
+        false
+    }
+
+    fn energy_alone(&self, at: &Situation<'_>) -> f64 {
+        let mut energy = UNWRITTEN;
+        let done = self.with_situation(at, |situation, _| {
+            self.evaluate(situation, &mut Wanted { energy: &mut energy, ..NOTHING })
+        });
+        if done && self.finite("energy", &[energy]) { energy } else { f64::NAN }
+    }
+
+    fn residuals_alone(&self, at: &Situation<'_>, c: &mut [f64]) {
+        c.fill(UNWRITTEN);
+        let done = self.with_situation(at, |situation, _| {
+            self.evaluate(situation, &mut Wanted { residuals: c.as_mut_ptr(), ..NOTHING })
+        });
+        if !(done && self.finite("residuals", c)) {
+            c.fill(f64::NAN);
+        }
+    }
+
+    /// Second derivatives as the plugin writes them, by rows, to the core's blocks.
+    fn second(&self, at: &Situation<'_>, w: &[f64], stations: &mut [Matrix], span: &mut [Matrix]) {
+        let (m, k) = (at.stations.len(), at.span.len());
+        let done = self.with_situation(at, |situation, rows| {
+            rows.clear();
+            rows.resize(36 * m * m + 9 * k, UNWRITTEN);
+            let (of_stations, of_span) = rows.split_at_mut(36 * m * m);
+            let mut wanted = Wanted {
+                hessian: of_stations.as_mut_ptr(),
+                span_hessian: of_span.as_mut_ptr(),
+                weights: w.as_ptr(),
+                ..NOTHING
+            };
+            if !self.evaluate(situation, &mut wanted) {
+                return false;
+            }
+            if !(self.finite("Hessian", of_stations) && self.finite("Hessian of the span", of_span)) {
+                return false;
+            }
+            for (at, x) in of_stations.iter().enumerate() {
+                let (row, column) = (at / (6 * m), at % (6 * m));
+                stations[row / 3 * 2 * m + column / 3][(row % 3, column % 3)] = *x;
+            }
+            for (at, x) in of_span.iter().enumerate() {
+                span[at / 9][(at % 9 / 3, at % 3)] = *x;
+            }
+            true
+        });
+        if !done {
+            stations.fill(Matrix::repeat(f64::NAN));
+            span.fill(Matrix::repeat(f64::NAN));
+        }
+    }
+}
+
+/// Stands where nothing was written yet: a not-a-number that arithmetic does not make.
+const UNWRITTEN: f64 = f64::from_bits(0x7ff8_5749_5245_4c4d);
+
+impl Constraint for Proxy {
+    fn action(&self) -> Action<'_> {
+        match self.description.shape {
+            abi::SHAPE_PRESCRIBED => Action::Prescribed(&self.hold),
+            abi::SHAPE_POTENTIAL => Action::Potential(self),
+            _ => Action::Equations(self),
+        }
+    }
+
+    fn needs_frame(&self) -> bool {
+        match self.description.shape {
+            abi::SHAPE_PRESCRIBED => self.hold.rotation != RotationHold::Free,
+            _ => self.description.needs_frames != 0,
+        }
+    }
+
+    fn objective(&self) -> bool {
+        self.description.objective != 0
+    }
+
+    fn target(&self, base: &Pose, progress: f64) -> Pose {
+        let Some(target) = self.functions.target else { return *base };
+        let base = plain_pose(base);
+        let mut to = abi::Pose { position: [UNWRITTEN; 3], orientation: [UNWRITTEN; 4] };
+        // SAFETY: all is as the ABI says.
+        let done = self.call(c"target", |own, text| unsafe { target(own, &base, progress, &mut to, text) });
+        let q = to.orientation;
+        let [w, x, y, z] = q;
+        let norm = q.iter().map(|x| x * x).sum::<f64>().sqrt();
+        if done && self.finite("target's position", &to.position) && self.finite("target's orientation", &q) {
+            if (norm - 1.0).abs() < 1e-6 {
+                return pose(to.position, q);
+            }
+            self.broke(format!(
+                "returned a target with orientation [{w}, {x}, {y}, {z}], of length {norm} instead of 1"
+            ));
+        }
+        pose(base.position, base.orientation)
+    }
+
+    fn memory(&self) -> Vec<f64> {
+        self.memory.clone()
+    }
+
+    fn commit(&self, at: &Situation<'_>, memory: &mut [f64]) {
+        let Some(commit) = self.functions.commit else { return };
+        self.with_situation(at, |situation, rows| {
+            rows.clear();
+            rows.extend_from_slice(memory);
+            // SAFETY: all is as the ABI says; `rows` has as many numbers as the memory.
+            let done = self.call(c"commit", |own, text| unsafe { commit(own, situation, rows.as_mut_ptr(), text) });
+            if done && self.finite("memory", rows) {
+                memory.copy_from_slice(rows);
+            }
+        });
+    }
+
+    fn fault(&self) -> Option<String> {
+        self.fault.get().cloned()
+    }
+}
+
+impl Potential for Proxy {
+    fn energy(&self, at: &Situation<'_>) -> f64 {
+        self.energy_alone(at)
+    }
+
+    fn gradient(&self, at: &Situation<'_>, stations: &mut [Vector], span: &mut [Vector]) -> f64 {
+        if self.description.has_gradient == 0 {
+            numeric::gradient(at, &|at| self.energy_alone(at), stations, span);
+            return self.energy_alone(at);
+        }
+        let mut energy = UNWRITTEN;
+        stations.fill(Vector::repeat(UNWRITTEN));
+        span.fill(Vector::repeat(UNWRITTEN));
+        let done = self.with_situation(at, |situation, _| {
+            let mut wanted = Wanted {
+                energy: &mut energy,
+                gradient: stations.as_mut_ptr().cast(),
+                span_gradient: span.as_mut_ptr().cast(),
+                ..NOTHING
+            };
+            self.evaluate(situation, &mut wanted)
+        });
+        let good = done
+            && self.finite("energy", &[energy])
+            && self.finite("gradient", stations.as_flattened_numbers())
+            && self.finite("gradient of the span", span.as_flattened_numbers());
+        if !good {
+            stations.fill(Vector::repeat(f64::NAN));
+            span.fill(Vector::repeat(f64::NAN));
+            return f64::NAN;
+        }
+        energy
+    }
+
+    fn hessian(&self, at: &Situation<'_>, stations: &mut [Matrix], span: &mut [Matrix]) {
+        if self.description.has_hessian == 0 {
+            numeric::hessian(
+                at,
+                &|at, x, s| {
+                    Potential::gradient(self, at, x, s);
+                },
+                stations,
+                span,
+            );
+            return;
+        }
+        self.second(at, &[], stations, span);
+    }
+}
+
+impl Equations for Proxy {
+    fn of_stations(&self) -> Vec<Residual> {
+        self.residuals[0].clone()
+    }
+
+    fn of_each_node(&self) -> Vec<Residual> {
+        self.residuals[1].clone()
+    }
+
+    fn residuals(&self, at: &Situation<'_>, c: &mut [f64]) {
+        self.residuals_alone(at, c);
+    }
+
+    fn jacobian(&self, at: &Situation<'_>, c: &mut [f64], stations: &mut [Vector], span: &mut [Vector]) {
+        if self.description.has_gradient == 0 {
+            numeric::jacobian(
+                at,
+                self.residuals[0].len(),
+                &|at, c| self.residuals_alone(at, c),
+                c.len(),
+                stations,
+                span,
+            );
+            self.residuals_alone(at, c);
+            return;
+        }
+        c.fill(UNWRITTEN);
+        stations.fill(Vector::repeat(UNWRITTEN));
+        span.fill(Vector::repeat(UNWRITTEN));
+        let done = self.with_situation(at, |situation, _| {
+            let mut wanted = Wanted {
+                residuals: c.as_mut_ptr(),
+                jacobian: stations.as_mut_ptr().cast(),
+                span_jacobian: span.as_mut_ptr().cast(),
+                ..NOTHING
+            };
+            self.evaluate(situation, &mut wanted)
+        });
+        let good = done
+            && self.finite("residuals", c)
+            && self.finite("Jacobian", stations.as_flattened_numbers())
+            && self.finite("Jacobian of the span", span.as_flattened_numbers());
+        if !good {
+            c.fill(f64::NAN);
+            stations.fill(Vector::repeat(f64::NAN));
+            span.fill(Vector::repeat(f64::NAN));
+        }
+    }
+
+    /// Without second derivatives of the plugin's own, those of Gauss and Newton do.
+    fn curvature(&self, at: &Situation<'_>, w: &[f64], stations: &mut [Matrix], span: &mut [Matrix]) {
+        if self.description.has_hessian != 0 {
+            self.second(at, w, stations, span);
+        }
+    }
+}
+
+/// Vectors as the numbers they are made of.
+trait Numbers {
+    fn as_flattened_numbers(&self) -> &[f64];
+}
+
+impl Numbers for [Vector] {
+    fn as_flattened_numbers(&self) -> &[f64] {
+        // SAFETY: a vector of nalgebra is three numbers and nothing else (`repr(C)`, `repr(transparent)`).
+        unsafe { std::slice::from_raw_parts(self.as_ptr().cast(), 3 * self.len()) }
+    }
+}
+
+fn plain_pose(pose: &Pose) -> abi::Pose {
+    let q = &pose.orientation;
+    abi::Pose { position: pose.position.into(), orientation: [q.w, q.i, q.j, q.k] }
+}
+
+fn pose(position: [f64; 3], [w, x, y, z]: [f64; 4]) -> Pose {
+    let q = nalgebra::Quaternion::new(w, x, y, z);
+    Pose { position: Vector::from(position), orientation: nalgebra::Unit::new_unchecked(q) }
+}
+
+/// `count` numbers of the plugin's, or so many times `otherwise` where it gives none.
+fn numbers(first: *const f64, count: u32, what: &str, otherwise: f64) -> Result<Vec<f64>, String> {
+    if count > MOST {
+        return Err(format!("says it has {count} numbers of {what}; at most {MOST} make sense"));
+    }
+    if first.is_null() || count == 0 {
+        return Ok(vec![otherwise; count as usize]);
+    }
+    if !first.is_aligned() || (first as usize) < 4096 {
+        return Err(format!("has its {what} at {first:p}, where nothing of the kind can be"));
+    }
+    // SAFETY: the plugin says that there are so many.
+    Ok(unsafe { std::slice::from_raw_parts(first, count as usize) }.to_vec())
+}
+
+/// What a plugin prescribes.
+fn hold(said: &abi::Hold) -> Result<Hold, String> {
+    let one = |what: &str, v: &[f64; 3]| {
+        let v = Vector::from(*v);
+        if (v.norm() - 1.0).abs() < 1e-9 {
+            Ok(v)
+        } else {
+            Err(format!("has {what} of length {} instead of 1", v.norm()))
+        }
+    };
+    let rotation = match said.rotation {
+        abi::ROTATION_FREE => RotationHold::Free,
+        abi::ROTATION_TANGENT => RotationHold::Tangent,
+        abi::ROTATION_TWIST => RotationHold::Twist,
+        abi::ROTATION_ALL => RotationHold::All,
+        abi::ROTATION_HINGE => RotationHold::Hinge(nalgebra::Unit::new_unchecked(one("a hinge's axis", &said.axis)?)),
+        other => return Err(format!("holds rotations in way {other}; 0 to 4 are known")),
+    };
+    if said.rail_count > 2 {
+        return Err(format!("has {} rails; two are a plane, more hold nothing", said.rail_count));
+    }
+    let rails: Vec<Vector> =
+        said.rails.iter().take(said.rail_count as usize).map(|rail| one("a rail", rail)).collect::<Result<_, _>>()?;
+    if let [a, b] = rails.as_slice()
+        && a.dot(b).abs() > 1e-9
+    {
+        return Err("has two rails that are not at right angles".into());
+    }
+    if said.position == 0 && rotation == RotationHold::Free {
+        return Err("prescribes nothing: neither position nor rotation".into());
+    }
+    Ok(Hold { position: said.position != 0, rails, rotation })
+}

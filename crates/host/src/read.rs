@@ -1,0 +1,158 @@
+//! Reads what a plugin points to, and believes nothing that can be checked.
+
+use crate::error::Reason;
+use std::ffi::{CStr, c_char};
+
+/// Longest text, bytes: one that has no end before is taken for none.
+const LONGEST: usize = 4096;
+
+/// No struct of any version is as large, bytes.
+const LARGEST: u32 = 65536;
+
+/// A struct of C that grows at its end, and for which zeroes are valid.
+///
+/// # Safety
+/// All bit patterns of zeroes are valid values, also of its last fields alone.
+pub unsafe trait Grows: Copy {
+    /// Its size in ABI 1.0, bytes.
+    const LEAST: usize;
+}
+
+macro_rules! grows {
+    ($($name:ident: $least:expr),+ $(,)?) => {$(
+        // SAFETY: integers, pointers and functions that may be absent.
+        unsafe impl Grows for wireloom_abi::$name {
+            const LEAST: usize = $least;
+        }
+    )+};
+}
+
+// Sizes where pointers have eight bytes, as ABI 1.0 had them. A field that comes later must not change them.
+grows! {
+    Entry: if cfg!(target_pointer_width = "64") { 64 } else { size_of::<wireloom_abi::Entry>() },
+    Kinds: if cfg!(target_pointer_width = "64") { 24 } else { size_of::<wireloom_abi::Kinds>() },
+    Kind: if cfg!(target_pointer_width = "64") { 48 } else { size_of::<wireloom_abi::Kind>() },
+    Parameter: if cfg!(target_pointer_width = "64") { 88 } else { size_of::<wireloom_abi::Parameter>() },
+    ConstraintKind: if cfg!(target_pointer_width = "64") { 56 } else { size_of::<wireloom_abi::ConstraintKind>() },
+}
+
+/// Refuses pointers that cannot be followed.
+pub fn pointer<T>(what: &str, pointer: *const T) -> Result<(), Reason> {
+    let value = if pointer.is_null() {
+        "null".to_owned()
+    } else if !pointer.is_aligned() || (pointer as usize) < 4096 {
+        format!("{pointer:p}, where nothing of the kind can be")
+    } else {
+        return Ok(());
+    };
+    Err(Reason::Pointer { what: what.to_owned(), value })
+}
+
+/// The struct at `from`, whose size it says to be `size`: what is beyond that is zero.
+///
+/// # Safety
+/// `from` is null, or points to as many bytes.
+pub unsafe fn prefix<T: Grows>(what: &str, from: *const T, size: u32) -> Result<T, Reason> {
+    pointer(what, from)?;
+    if (size as usize) < T::LEAST {
+        return Err(Reason::Short { what: what.to_owned(), size, least: T::LEAST as u32 });
+    }
+    if size > LARGEST {
+        return Err(Reason::Value {
+            what: format!("the size of its {what}"),
+            value: size.to_string(),
+            right: format!("no struct has more than {LARGEST} bytes"),
+        });
+    }
+    let mut whole = std::mem::MaybeUninit::<T>::zeroed();
+    // SAFETY: as many bytes are there as the caller says, and no more than `whole` has are written; zeroes are valid.
+    unsafe {
+        std::ptr::copy_nonoverlapping(from.cast::<u8>(), whole.as_mut_ptr().cast(), size_of::<T>().min(size as usize));
+        Ok(whole.assume_init())
+    }
+}
+
+/// The structs of an array that says how many it has and how large they are.
+///
+/// # Safety
+/// `first` is null, or points to as many bytes as that makes.
+pub unsafe fn array<T: Grows>(
+    what: &str,
+    first: *const T,
+    count: u32,
+    stride: u32,
+    most: u32,
+) -> Result<Vec<T>, Reason> {
+    if count == 0 {
+        return Ok(vec![]);
+    }
+    if count > most {
+        return Err(Reason::Value {
+            what: format!("its number of {what}"),
+            value: count.to_string(),
+            right: format!("at most {most} make sense"),
+        });
+    }
+    pointer(&format!("its array of {what}"), first)?;
+    let one = |k: u32| {
+        // SAFETY: as the caller promises.
+        unsafe { prefix(&format!("array of {what}"), first.byte_add(k as usize * stride as usize), stride) }
+    };
+    (0..count).map(one).collect()
+}
+
+/// A text.
+///
+/// # Safety
+/// `text` is null, or points to bytes that can be read up to a zero or [`LONGEST`].
+pub unsafe fn text(what: &str, text: *const c_char) -> Result<String, Reason> {
+    pointer(what, text)?;
+    let wrong = |problem: &str| Reason::Text { what: what.to_owned(), problem: problem.to_owned() };
+    // SAFETY: as the caller promises.
+    let length = (0..LONGEST).find(|at| unsafe { text.add(*at).read() } == 0);
+    let length = length.ok_or_else(|| wrong("has no end: its zero byte is missing"))?;
+    // SAFETY: so many bytes were just read.
+    let bytes = unsafe { std::slice::from_raw_parts(text.cast::<u8>(), length) };
+    let words = std::str::from_utf8(bytes).map_err(|_| wrong("is no UTF-8"))?;
+    Ok(words.to_owned())
+}
+
+/// A text that is a name: letters, digits, hyphens and underscores.
+///
+/// # Safety
+/// As for [`text`].
+pub unsafe fn name(what: &str, words: *const c_char) -> Result<String, Reason> {
+    // SAFETY: as the caller promises.
+    let name = unsafe { text(what, words) }?;
+    let problem = if name.is_empty() {
+        "is empty".to_owned()
+    } else if name.chars().all(|c| c.is_ascii_alphanumeric() || c == '-' || c == '_') {
+        return Ok(name);
+    } else {
+        format!("is {name:?}: names have letters, digits, `-` and `_`")
+    };
+    Err(Reason::Text { what: what.to_owned(), problem })
+}
+
+/// Room for a message of a plugin.
+pub struct Message {
+    room: [u8; 512],
+}
+
+impl Message {
+    pub fn new() -> Self {
+        Self { room: [0; 512] }
+    }
+
+    /// For C to write to.
+    pub fn text(&mut self) -> wireloom_abi::Text {
+        // The last byte stays a zero, whatever is written.
+        wireloom_abi::Text { data: self.room.as_mut_ptr().cast(), capacity: self.room.len() - 1 }
+    }
+
+    /// What was written.
+    pub fn words(&self) -> String {
+        let words = CStr::from_bytes_until_nul(&self.room).unwrap_or_default().to_string_lossy();
+        if words.is_empty() { "it says no more".to_owned() } else { words.into_owned() }
+    }
+}

@@ -1,0 +1,316 @@
+//! The functions of a constraint kind, as C calls them.
+//!
+//! All of them are given what the ABI says: pointers that are null or hold what it says they hold.
+
+use crate::descriptors::Functions;
+use crate::panics::guarded;
+use crate::read::{parameters, plain_pose, pose, slice, spec};
+use std::cell::RefCell;
+use std::ffi::c_void;
+use wireloom_abi as abi;
+use wireloom_core::constraint::{Equations, Relation, Residual, Situation};
+use wireloom_core::{Action, Constraint, Hold, Matrix, Pose, Potential, RotationHold, Vector};
+
+/// What a `*mut c_void` points to.
+struct Instance {
+    constraint: Box<dyn Constraint>,
+    memory: Vec<f64>,
+    inequalities: Vec<i32>,
+    scales: Vec<f64>,
+    /// Residuals of the stations, and of each node.
+    residuals: [usize; 2],
+}
+
+/// Poses and blocks of one call.
+#[derive(Default)]
+struct Scratch {
+    stations: Vec<Pose>,
+    targets: Vec<Pose>,
+    blocks: Vec<Matrix>,
+}
+
+thread_local! {
+    static SCRATCH: RefCell<Scratch> = RefCell::default();
+}
+
+pub unsafe extern "C" fn create(
+    kind: *const abi::Kind,
+    said: *const abi::ConstraintSpec,
+    instance: *mut *mut c_void,
+    description: *mut abi::Description,
+    message: *mut abi::Text,
+) -> i32 {
+    // SAFETY: see the head of this file. `kind` is one of ours, so behind its table of functions its owner stands.
+    unsafe {
+        guarded(message, || {
+            let owner = &(*(*kind).constraint.cast::<Functions>()).owner;
+            let values = slice((*said).values, (*said).value_count as usize);
+            let made = (owner.build)(&spec(&*said), &parameters(&owner.parameters, values))
+                .map_err(|error| format!("{}; {}", error.message, error.help))?;
+            let residuals = match made.action() {
+                Action::Equations(equations) => [equations.of_stations(), equations.of_each_node()],
+                _ => [vec![], vec![]],
+            };
+            let all = || residuals.iter().flatten();
+            let own = Box::new(Instance {
+                memory: made.memory(),
+                inequalities: all().map(|c| i32::from(c.relation == Relation::NotPositive)).collect(),
+                scales: all().map(|c: &Residual| c.scale).collect(),
+                residuals: residuals.each_ref().map(Vec::len),
+                constraint: made,
+            });
+            *description = abi::Description {
+                size: (*description).size,
+                shape: match own.constraint.action() {
+                    Action::Prescribed(_) => abi::SHAPE_PRESCRIBED,
+                    Action::Potential(_) => abi::SHAPE_POTENTIAL,
+                    Action::Equations(_) => abi::SHAPE_EQUATIONS,
+                },
+                needs_frames: i32::from(own.constraint.needs_frame()),
+                objective: i32::from(own.constraint.objective()),
+                thread_safe: 1,
+                has_gradient: 1,
+                has_hessian: 1,
+                memory_count: own.memory.len() as u32,
+                memory: own.memory.as_ptr(),
+                residual_count: own.residuals[0] as u32,
+                node_residual_count: own.residuals[1] as u32,
+                inequalities: own.inequalities.as_ptr(),
+                scales: own.scales.as_ptr(),
+                hold: match own.constraint.action() {
+                    Action::Prescribed(hold) => plain_hold(hold),
+                    _ => NO_HOLD,
+                },
+            };
+            *instance = Box::into_raw(own).cast();
+            Ok(())
+        })
+    }
+}
+
+const NO_HOLD: abi::Hold = abi::Hold {
+    position: 0,
+    rotation: abi::ROTATION_FREE,
+    axis: [0.0; 3],
+    rails: [[0.0; 3]; 2],
+    rail_count: 0,
+    reserved: 0,
+};
+
+fn plain_hold(hold: &Hold) -> abi::Hold {
+    let mut plain = abi::Hold { position: i32::from(hold.position), rail_count: hold.rails.len() as u32, ..NO_HOLD };
+    for (to, rail) in plain.rails.iter_mut().zip(&hold.rails) {
+        *to = (*rail).into();
+    }
+    plain.rotation = match &hold.rotation {
+        RotationHold::Free => abi::ROTATION_FREE,
+        RotationHold::Tangent => abi::ROTATION_TANGENT,
+        RotationHold::Twist => abi::ROTATION_TWIST,
+        RotationHold::All => abi::ROTATION_ALL,
+        RotationHold::Hinge(axis) => {
+            plain.axis = (**axis).into();
+            abi::ROTATION_HINGE
+        }
+    };
+    plain
+}
+
+pub unsafe extern "C" fn destroy(instance: *mut c_void) {
+    // SAFETY: see the head of this file; an instance is destroyed once.
+    unsafe {
+        guarded(std::ptr::null_mut(), || {
+            drop(Box::from_raw(instance.cast::<Instance>()));
+            Ok(())
+        });
+    }
+}
+
+pub unsafe extern "C" fn target(
+    instance: *const c_void,
+    base: *const abi::Pose,
+    progress: f64,
+    target: *mut abi::Pose,
+    message: *mut abi::Text,
+) -> i32 {
+    // SAFETY: see the head of this file.
+    unsafe {
+        guarded(message, || {
+            let own = &*instance.cast::<Instance>();
+            *target = plain_pose(&own.constraint.target(&pose(&*base), progress));
+            Ok(())
+        })
+    }
+}
+
+pub unsafe extern "C" fn commit(
+    instance: *const c_void,
+    situation: *const abi::Situation,
+    memory: *mut f64,
+    message: *mut abi::Text,
+) -> i32 {
+    // SAFETY: see the head of this file.
+    unsafe {
+        guarded(message, || {
+            let own = &*instance.cast::<Instance>();
+            let memory = match own.memory.len() {
+                0 => &mut [],
+                count => std::slice::from_raw_parts_mut(memory, count),
+            };
+            in_words(&*situation, |at, _| own.constraint.commit(at, memory));
+            Ok(())
+        })
+    }
+}
+
+pub unsafe extern "C" fn evaluate(
+    instance: *const c_void,
+    situation: *const abi::Situation,
+    evaluation: *mut abi::Evaluation,
+    message: *mut abi::Text,
+) -> i32 {
+    // SAFETY: see the head of this file.
+    unsafe {
+        guarded(message, || {
+            let own = &*instance.cast::<Instance>();
+            let wanted = &*evaluation;
+            in_words(&*situation, |at, blocks| match own.constraint.action() {
+                Action::Prescribed(_) => {}
+                Action::Potential(potential) => of_potential(potential, at, wanted, blocks),
+                Action::Equations(equations) => of_equations(equations, own.residuals, at, wanted, blocks),
+            });
+            Ok(())
+        })
+    }
+}
+
+/// # Safety
+/// `wanted` is what the ABI says.
+unsafe fn of_potential(
+    potential: &dyn Potential,
+    at: &Situation<'_>,
+    wanted: &abi::Evaluation,
+    blocks: &mut Vec<Matrix>,
+) {
+    let (m, k) = (at.stations.len(), at.span.len());
+    // SAFETY: as the caller promises.
+    unsafe {
+        let energy = if wanted.gradient.is_null() {
+            if wanted.energy.is_null() { None } else { Some(potential.energy(at)) }
+        } else {
+            Some(potential.gradient(at, vectors(wanted.gradient, 2 * m), vectors(wanted.span_gradient, k)))
+        };
+        if let (Some(energy), Some(to)) = (energy, wanted.energy.as_mut()) {
+            *to = energy;
+        }
+        if !wanted.hessian.is_null() {
+            second(m, k, wanted, blocks, |stations, span| potential.hessian(at, stations, span));
+        }
+    }
+}
+
+/// # Safety
+/// As for [`of_potential`]; there are `r` residuals of the stations and `p` of each node.
+unsafe fn of_equations(
+    equations: &dyn Equations,
+    [r, p]: [usize; 2],
+    at: &Situation<'_>,
+    wanted: &abi::Evaluation,
+    blocks: &mut Vec<Matrix>,
+) {
+    let (m, k) = (at.stations.len(), at.span.len());
+    let all = r + k * p;
+    // SAFETY: as the caller promises.
+    unsafe {
+        let c = room(wanted.residuals, all);
+        if !wanted.jacobian.is_null() {
+            let stations = vectors(wanted.jacobian, r * 2 * m);
+            equations.jacobian(at, c, stations, vectors(wanted.span_jacobian, all - r));
+        } else if !c.is_empty() {
+            equations.residuals(at, c);
+        }
+        if !wanted.hessian.is_null() {
+            let w = slice(wanted.weights, all);
+            second(m, k, wanted, blocks, |stations, span| equations.curvature(at, w, stations, span));
+        }
+    }
+}
+
+/// Second derivatives: blocks of the core, which are stored by columns, to rows of C.
+///
+/// # Safety
+/// As for [`of_potential`].
+unsafe fn second(
+    m: usize,
+    k: usize,
+    wanted: &abi::Evaluation,
+    blocks: &mut Vec<Matrix>,
+    hessian: impl FnOnce(&mut [Matrix], &mut [Matrix]),
+) {
+    blocks.clear();
+    blocks.resize(4 * m * m + k, Matrix::zeros());
+    let (stations, span) = blocks.split_at_mut(4 * m * m);
+    hessian(stations, span);
+    // SAFETY: as the caller promises.
+    unsafe {
+        let rows = room(wanted.hessian, 36 * m * m);
+        for (at, x) in rows.iter_mut().enumerate() {
+            let (row, column) = (at / (6 * m), at % (6 * m));
+            *x = stations[row / 3 * 2 * m + column / 3][(row % 3, column % 3)];
+        }
+        let rows = room(wanted.span_hessian, 9 * k);
+        for (at, x) in rows.iter_mut().enumerate() {
+            *x = span[at / 9][(at % 9 / 3, at % 3)];
+        }
+    }
+}
+
+/// So many zeros at `first`, to be written to; none where it is null.
+///
+/// # Safety
+/// `first` is null, or has room for them.
+unsafe fn room<'a>(first: *mut f64, count: usize) -> &'a mut [f64] {
+    if first.is_null() || count == 0 {
+        return &mut [];
+    }
+    // SAFETY: as the caller promises.
+    let room = unsafe { std::slice::from_raw_parts_mut(first, count) };
+    room.fill(0.0);
+    room
+}
+
+/// The same as vectors of three.
+///
+/// # Safety
+/// As for [`room`], for `3 count` numbers.
+unsafe fn vectors<'a>(first: *mut f64, count: usize) -> &'a mut [Vector] {
+    // SAFETY: as the caller promises; a vector of nalgebra is three numbers and nothing else (`repr(C)`, `repr(transparent)`).
+    let numbers = unsafe { room(first, 3 * count) };
+    unsafe { std::slice::from_raw_parts_mut(numbers.as_mut_ptr().cast(), numbers.len() / 3) }
+}
+
+/// Calls with the situation in words of the core.
+///
+/// # Safety
+/// `situation` is what the ABI says.
+unsafe fn in_words(situation: &abi::Situation, call: impl FnOnce(&Situation<'_>, &mut Vec<Matrix>)) {
+    let count = situation.station_count as usize;
+    let nodes = situation.span_count as usize;
+    SCRATCH.with_borrow_mut(|Scratch { stations, targets, blocks }| {
+        stations.clear();
+        targets.clear();
+        // SAFETY: as the caller promises; vectors as in `vectors`.
+        let at = unsafe {
+            stations.extend(slice(situation.stations, count).iter().map(pose));
+            targets.extend(slice(situation.targets, count).iter().map(pose));
+            Situation {
+                stations,
+                targets,
+                span: slice(situation.span.cast(), nodes),
+                span_lengths: slice(situation.span_lengths, nodes),
+                progress: situation.progress,
+                memory: slice(situation.memory, situation.memory_count as usize),
+            }
+        };
+        call(&at, blocks);
+    });
+}

@@ -1,0 +1,142 @@
+//! Descriptors of kinds, as C reads them. They live as long as the library, which is never unloaded.
+
+use crate::{Plugin, constraint};
+use std::ffi::{CString, c_char};
+use std::ptr::null;
+use wireloom_abi as abi;
+use wireloom_core::constraint::SpanUse;
+use wireloom_core::registry::{ConstraintKind, Form, Parameter, Quantity, Value};
+
+/// The functions of a kind, and behind them, where the program does not look, the kind itself.
+#[repr(C)]
+pub struct Functions {
+    table: abi::ConstraintKind,
+    /// Whose they are.
+    pub owner: ConstraintKind,
+}
+
+/// Describes kinds.
+pub fn kinds(plugin: Plugin) -> &'static abi::Kinds {
+    let kinds: Vec<abi::Kind> = plugin.constraints.into_iter().map(constraint_kind).collect();
+    leaked(abi::Kinds {
+        size: size_of::<abi::Kinds>() as u32,
+        count: kinds.len() as u32,
+        stride: size_of::<abi::Kind>() as u32,
+        reserved: 0,
+        first: kinds.leak().as_ptr(),
+    })
+}
+
+fn constraint_kind(owner: ConstraintKind) -> abi::Kind {
+    let parameters: Vec<abi::Parameter> = owner.parameters.iter().map(parameter).collect();
+    let (name, doc) = (words(&owner.name), words(&owner.doc));
+    let table = abi::ConstraintKind {
+        size: size_of::<abi::ConstraintKind>() as u32,
+        stations_min: *owner.attaches.stations.start() as u32,
+        stations_max: *owner.attaches.stations.end() as u32,
+        span: match owner.attaches.span {
+            SpanUse::Never => 0,
+            SpanUse::Maybe => 1,
+            SpanUse::Always => 2,
+        },
+        create: Some(constraint::create),
+        destroy: Some(constraint::destroy),
+        evaluate: Some(constraint::evaluate),
+        target: Some(constraint::target),
+        commit: Some(constraint::commit),
+    };
+    abi::Kind {
+        family: abi::FAMILY_CONSTRAINT,
+        parameter_count: parameters.len() as u32,
+        parameter_stride: size_of::<abi::Parameter>() as u32,
+        reserved: 0,
+        name,
+        doc,
+        parameters: parameters.leak().as_ptr(),
+        constraint: &raw const leaked(Functions { table, owner }).table,
+    }
+}
+
+fn parameter(parameter: &Parameter) -> abi::Parameter {
+    let mut described = abi::Parameter {
+        name: words(&parameter.name),
+        doc: words(&parameter.doc),
+        form: 0,
+        quantity: abi::QUANTITY_DIMENSIONLESS,
+        presence: match (&parameter.default, parameter.required) {
+            (Some(_), _) => abi::PRESENCE_DEFAULT,
+            (None, true) => abi::PRESENCE_REQUIRED,
+            (None, false) => abi::PRESENCE_OPTIONAL,
+        },
+        minimum_excluded: 0,
+        minimum: f64::NEG_INFINITY,
+        maximum: f64::INFINITY,
+        default_value: [0.0; 3],
+        choices: null(),
+        choice_count: 0,
+        reserved: 0,
+    };
+    match &parameter.form {
+        Form::Number { quantity, minimum, exclusive, maximum } => {
+            described.form = abi::FORM_NUMBER;
+            described.quantity = plain_quantity(*quantity);
+            (described.minimum, described.maximum) = (*minimum, *maximum);
+            described.minimum_excluded = i32::from(*exclusive);
+        }
+        Form::Vector { quantity } => {
+            described.form = abi::FORM_VECTOR;
+            described.quantity = plain_quantity(*quantity);
+        }
+        Form::Count { minimum } => {
+            described.form = abi::FORM_COUNT;
+            described.minimum = *minimum as f64;
+        }
+        Form::Flag => described.form = abi::FORM_FLAG,
+        Form::Choice(choices) => {
+            described.form = abi::FORM_CHOICE;
+            described.choice_count = choices.len() as u32;
+            let choices: Vec<*const c_char> = choices.iter().map(|word| words(word)).collect();
+            described.choices = choices.leak().as_ptr();
+        }
+    }
+    described.default_value = match (&parameter.default, &parameter.form) {
+        (Some(Value::Number(x)), _) => [*x, 0.0, 0.0],
+        (Some(Value::Vector(v)), _) => (*v).into(),
+        (Some(Value::Count(n)), _) => [*n as f64, 0.0, 0.0],
+        (Some(Value::Flag(flag)), _) => [f64::from(u8::from(*flag)), 0.0, 0.0],
+        (Some(Value::Word(word)), Form::Choice(choices)) => {
+            // An index beyond the words is refused by the program.
+            [choices.iter().position(|choice| choice == word).unwrap_or(choices.len()) as f64, 0.0, 0.0]
+        }
+        _ => [0.0; 3],
+    };
+    described
+}
+
+fn plain_quantity(quantity: Quantity) -> i32 {
+    match quantity {
+        Quantity::Dimensionless => abi::QUANTITY_DIMENSIONLESS,
+        Quantity::Length => abi::QUANTITY_LENGTH,
+        Quantity::Mass => abi::QUANTITY_MASS,
+        Quantity::LinearDensity => abi::QUANTITY_LINEAR_DENSITY,
+        Quantity::Force => abi::QUANTITY_FORCE,
+        Quantity::Moment => abi::QUANTITY_MOMENT,
+        Quantity::ForcePerLength => abi::QUANTITY_FORCE_PER_LENGTH,
+        Quantity::MomentPerAngle => abi::QUANTITY_MOMENT_PER_ANGLE,
+        Quantity::BendingStiffness => abi::QUANTITY_BENDING_STIFFNESS,
+        Quantity::Curvature => abi::QUANTITY_CURVATURE,
+        Quantity::Angle => abi::QUANTITY_ANGLE,
+        Quantity::Acceleration => abi::QUANTITY_ACCELERATION,
+        Quantity::Pressure => abi::QUANTITY_PRESSURE,
+        Quantity::Density => abi::QUANTITY_DENSITY,
+    }
+}
+
+fn words(words: &str) -> *const c_char {
+    let until_zero = words.split('\0').next().unwrap_or_default();
+    CString::new(until_zero).unwrap_or_default().into_raw()
+}
+
+fn leaked<T>(value: T) -> &'static T {
+    Box::leak(Box::new(value))
+}

@@ -1,0 +1,89 @@
+//! Plugins in Rust: write kinds as the built-in ones are written, against [`core`], and [`export!`] them.
+//!
+//! A guide for authors, in Rust and in C, is `crates/plugin/README.md`. What crosses the boundary is in [`abi`]; nothing here needs to be known of it.
+//!
+//! A panic in any of the author's functions is caught and becomes a fault of the plugin, with its message and place; the run ends and keeps what it
+//! had. A library built with `panic = "abort"` takes the program down instead.
+#![allow(unsafe_code, reason = "this crate is the safe side of a C boundary")]
+
+mod constraint;
+mod descriptors;
+mod panics;
+mod read;
+
+pub use wireloom_abi as abi;
+pub use wireloom_core as core;
+
+use abi::{Kinds, Text};
+use std::sync::OnceLock;
+use wireloom_core::registry::ConstraintKind;
+
+/// What a plugin has.
+#[derive(Default)]
+pub struct Plugin {
+    /// Constraints.
+    pub constraints: Vec<ConstraintKind>,
+}
+
+/// Descriptors of a plugin's kinds, made when they are first asked for. Used by [`export!`].
+#[doc(hidden)]
+pub struct Shelf(OnceLock<&'static Kinds>);
+
+impl Shelf {
+    /// Nothing yet.
+    #[doc(hidden)]
+    pub const fn empty() -> Self {
+        Self(OnceLock::new())
+    }
+
+    /// The descriptors; null, with a message, where `plugin` panics.
+    ///
+    /// # Safety
+    /// `message` is null, or points to a text with the room that it says.
+    #[doc(hidden)]
+    pub unsafe fn kinds(&'static self, message: *mut Text, plugin: fn() -> Plugin) -> *const Kinds {
+        panics::listen();
+        let mut found = std::ptr::null();
+        // SAFETY: as the caller promises.
+        unsafe {
+            panics::guarded(message, || {
+                found = std::ptr::from_ref(*self.0.get_or_init(|| descriptors::kinds(plugin())));
+                Ok(())
+            });
+        }
+        found
+    }
+}
+
+/// Makes a library a plugin: `export! { constraints: [my_kind()] }`, once in a crate whose `crate-type` is `cdylib`.
+///
+/// Name, version and description are those of the crate. What stands in the brackets are expressions for
+/// [`ConstraintKind`](core::registry::ConstraintKind)s.
+#[macro_export]
+macro_rules! export {
+    (constraints: [$($constraint:expr),* $(,)?] $(,)?) => {
+        #[allow(unsafe_code, reason = "a plugin exports one symbol, and this is it")]
+        const _: () = {
+            unsafe extern "C" fn kinds(message: *mut $crate::abi::Text) -> *const $crate::abi::Kinds {
+                static SHELF: $crate::Shelf = $crate::Shelf::empty();
+                // SAFETY: who calls this promises what the ABI demands.
+                unsafe { SHELF.kinds(message, || $crate::Plugin { constraints: vec![$($constraint),*] }) }
+            }
+
+            #[unsafe(no_mangle)]
+            #[allow(non_upper_case_globals, reason = "the name that the ABI gives it")]
+            pub static wireloom_plugin: $crate::abi::Entry = $crate::abi::Entry {
+                magic: $crate::abi::MAGIC,
+                size: size_of::<$crate::abi::Entry>() as u32,
+                abi_major: $crate::abi::ABI_MAJOR,
+                abi_minor: $crate::abi::ABI_MINOR,
+                reserved: 0,
+                name: concat!(env!("CARGO_PKG_NAME"), "\0").as_ptr().cast(),
+                version: concat!(env!("CARGO_PKG_VERSION"), "\0").as_ptr().cast(),
+                doc: concat!(env!("CARGO_PKG_DESCRIPTION"), "\0").as_ptr().cast(),
+                kinds: Some(kinds),
+                get_extension: None,
+            };
+        };
+    };
+}

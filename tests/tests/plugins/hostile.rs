@@ -1,0 +1,310 @@
+//! Plugins that do one thing wrong each. Whatever it is, the program ends by itself, with the code it should and with words that say what is wrong, whose
+//! doing it was, and where; and what was computed before is kept.
+
+use crate::*;
+
+/// A cantilever, with the plugin's spring at its end.
+pub const SCENARIO: &str = r#"schema = 1
+name = "hostile"
+gravity = [0, 0, 0]
+
+[plugins]
+load = ["hostile"]
+time_limit = 0.5
+
+[sections.cable]
+diameter = "6 mm"
+linear_density = "50 g/m"
+axial_stiffness = 1e4
+bending_stiffness = 0.01
+torsion_stiffness = 0.008
+
+[[branches]]
+name = "cable"
+from = "A"
+to = "B"
+section = "cable"
+length = "0.5 m"
+segments = 10
+
+[[constraints]]
+name = "clamp"
+kind = "connector"
+at = { end = "A" }
+position = [0, 0, 0]
+tangent = [1, 0, 0]
+up = [0, 0, 1]
+
+[[constraints]]
+name = "bad"
+kind = "hostile"
+at = { end = "B" }
+position = [0.5, 0, "10 mm"]
+
+[[loads]]
+name = "tool"
+at = { end = "B" }
+force = [0, 0.001, 0]
+factor = 0
+
+[[steps]]
+name = "first"
+
+[[steps]]
+name = "second"
+increments = 2
+[[steps.load]]
+load = "tool"
+factor = 1
+"#;
+
+/// Case of `hostile.c`, what it does, what must be said.
+type Case = (u32, &'static str, &'static [&'static str]);
+
+/// Refused before anything is computed.
+const REFUSED: &[Case] = &[
+    (1, "exports nothing", &["exports no `wireloom_plugin`"]),
+    (2, "wrong magic", &["begins with 0x1122334455667788 instead of 0x4d4f4f4c45524957, the letters WIRELOOM"]),
+    (3, "another major version", &["is built for ABI 2.", "this program speaks ABI 1."]),
+    (
+        4,
+        "a later minor version",
+        &["is built for ABI 1.900, this program speaks ABI 1.", "a later version of this program"],
+    ),
+    (5, "a kind without a name", &["the name of kind 1 is empty"]),
+    (6, "a kind with the name of a built-in one", &["its kind `collar` is there already, from the program itself"]),
+    (7, "a name that is no UTF-8", &["the name of kind 1 is no UTF-8"]),
+    (8, "an unknown family", &["the family of kind `hostile` is 3"]),
+    (9, "no table of functions", &["the table of functions of kind `hostile` is null"]),
+    (10, "two kinds of one name", &["kind `hostile` stands there twice"]),
+    (11, "parameters that overlap", &["array of parameters of kind `hostile` says it has 3 bytes; ABI 1.0 has"]),
+    (12, "a short table of functions", &["table of functions of kind `hostile` says it has 8 bytes; ABI 1.0 has"]),
+    (13, "more stations at least than at most", &["the number of stations of kind `hostile` is 3 to 1"]),
+    (14, "a huge stencil", &["the number of stations of kind `hostile` is 1 to 1000000"]),
+    (15, "an unknown use of spans", &["`span` of kind `hostile` is 3"]),
+    (16, "no create", &["the function `create` of kind `hostile` is null"]),
+    (17, "no destroy", &["the function `destroy` of kind `hostile` is null"]),
+    (18, "no evaluate", &["plugin `hostile` 0.0.1 (libhostile.so) has no function `evaluate`", "constraint \"bad\""]),
+    (19, "very many parameters", &["number of parameters of kind `hostile` is 100000"]),
+    (20, "a parameter whose name is none", &["the name of parameter 1 of kind `hostile` is \"no name\""]),
+    (21, "an unknown form of parameter", &["the form of parameter 1 of kind `hostile` (`one`) is 17"]),
+    (22, "an unknown quantity", &["the quantity of parameter 1 of kind `hostile` (`one`) is 99"]),
+    (23, "an unknown presence", &["the presence of parameter 1 of kind `hostile` (`one`) is 5"]),
+    (24, "a range from nothing", &["the range of parameter 1 of kind `hostile` (`one`) is NaN to 1"]),
+    (25, "a default out of its range", &["the default of parameter 1 of kind `hostile` (`one`) is [7.0, 0.0, 0.0]"]),
+    (26, "two parameters of one name", &["parameter `one` of kind `hostile` stands there twice"]),
+    (27, "a parameter without a doc", &["the doc of parameter 2 of kind `hostile` (`other`) is null"]),
+    (28, "a choice without words", &["the words of parameter 2 of kind `hostile` (`other`) is null"]),
+    (29, "a choice of nothing", &["the number of words of parameter 2 of kind `hostile` (`other`) is 0"]),
+    (
+        30,
+        "a constraint that is refused",
+        &["(libhostile.so) refuses: I will not, since it is Saturday", "constraint \"bad\""],
+    ),
+    (31, "an unknown status", &["(libhostile.so) returned 77 from `create`"]),
+    (32, "no instance", &["made nothing: `create` says it is done, but wrote no instance"]),
+    (33, "no description", &["wrote no shape: `create` must fill in the description"]),
+    (70, "a memory that is not finite", &["begins with a memory that is not finite: [NaN]"]),
+    (71, "an unknown shape", &["has shape 99; 1, 2 and 3 are known"]),
+    (72, "equations without residuals", &["has no residuals"]),
+    (73, "a huge memory", &["says it has 4000000000 numbers of memory"]),
+    (74, "a memory at no address", &["has its memory at 0x8"]),
+    (75, "a hold of nothing", &["prescribes nothing: neither position nor rotation"]),
+    (76, "five rails", &["has 5 rails"]),
+    (77, "an unknown way to hold", &["holds rotations in way 12"]),
+    (80, "a short list of kinds", &["list of kinds says it has 4 bytes; ABI 1.0 has"]),
+    (81, "billions of kinds", &["its number of kinds is 4000000000"]),
+    (82, "no kinds", &["could not list its kinds: it has none"]),
+    (83, "kinds that overlap", &["array of kinds says it has 8 bytes; ABI 1.0 has"]),
+    (84, "kinds as large as the memory", &["the size of its array of kinds is 4000000000"]),
+    (85, "null for the kinds", &["its array of kinds is null"]),
+    (86, "kinds at an odd address", &["its array of kinds is 0x", "where nothing of the kind can be"]),
+    (87, "kinds that cannot be listed", &["could not list its kinds: the licence server does not answer"]),
+    (88, "a list of kinds at no address", &["its list of kinds is 0x18, where nothing of the kind can be"]),
+    (91, "an entry as large as the memory", &["the size of its entry is 4000000000"]),
+    (92, "no name", &["the name of the plugin is null"]),
+    (93, "a name without an end", &["the name of the plugin has no end"]),
+    (94, "a name of two words", &["the name of the plugin is \"two words\""]),
+    (95, "no version", &["its version is null"]),
+    (96, "a doc that is no UTF-8", &["its doc is no UTF-8"]),
+    (97, "no function that lists kinds", &["its function `kinds` is null"]),
+    (90, "a short entry", &["its entry says it has", "ABI 1.0 has"]),
+];
+
+/// Ends the process before anything is computed.
+const ENDED: &[Case] = &[
+    (
+        34,
+        "a crash in create",
+        &["constraint `bad` (hostile): plugin `hostile` 0.0.1 (libhostile.so) crashed", "SIGSEGV", "(in `create`)"],
+    ),
+    (
+        35,
+        "an exit in create",
+        &["constraint `bad` (hostile): plugin `hostile` 0.0.1 (libhostile.so) ended the process (exit) (in `create`)"],
+    ),
+    (36, "a create that never returns", &["did not come back within 0.5 s (in `create`)"]),
+    (50, "a crash as it is loaded", &["libhostile.so crashed", "(in `the library's own start`)"]),
+    (52, "a start that never ends", &["libhostile.so did not come back within 0.5 s (in `the library's own start`)"]),
+    (89, "a crash while it lists its kinds", &["libhostile.so crashed", "(in `kinds`)"]),
+];
+
+/// Goes wrong in the second step.
+const FAILING: &[Case] = &[
+    (37, "a crash in evaluate", &["crashed: it touched memory that is not its own (SIGSEGV) (in `evaluate`)"]),
+    (38, "an evaluation that never returns", &["did not come back within 0.5 s (in `evaluate`)"]),
+    (39, "an abort", &["aborted the process (SIGABRT) (in `evaluate`)"]),
+    (40, "an exit in evaluate", &["ended the process (exit) (in `evaluate`)"]),
+    (41, "a recursion without an end", &["crashed: it touched memory that is not its own (SIGSEGV) (in `evaluate`)"]),
+    (42, "an error in evaluate", &["failed in `evaluate`: the table has no entry for this"]),
+    (43, "an unknown status from evaluate", &["returned -5 from `evaluate`"]),
+    (44, "a message without an end", &["failed in `evaluate`: xxxx"]),
+    (45, "an energy that is not a number", &["returned NaN as energy"]),
+    (46, "a gradient that is not written", &["wrote no gradient, entry 0 of 6 in `evaluate`, which was asked for"]),
+    (47, "an infinite Hessian", &["returned inf as Hessian, entry 7 of 36"]),
+];
+
+/// Does no harm.
+const HARMLESS: &[(u32, &str)] =
+    &[(0, "nothing wrong"), (49, "closes itself while it is in use"), (61, "gives no Hessian")];
+
+pub fn trials() -> Vec<Named> {
+    let mut all = vec![
+        named("hostile: no library at all is refused with the loader's reason", no_library),
+        named("hostile: an empty file is refused", empty_file),
+        named("hostile: a memory that becomes not-a-number ends the run", bad_memory),
+        named("hostile: a target that is not a number, or not turned but stretched, ends the run", bad_target),
+        named("hostile: a crash as it is unmade ends the run, and all is kept", crash_at_the_end),
+        named("hostile: plugin check says what is wrong, and in which function", checked),
+        named("hostile: exits at once as it is loaded, which nothing can see", silent_exit),
+    ];
+    for case in REFUSED {
+        all.push((format!("hostile: {} is refused", case.1), Box::new(move || refused(case))));
+    }
+    for case in ENDED {
+        all.push((format!("hostile: {} is reported", case.1), Box::new(move || ended(case))));
+    }
+    for case in FAILING {
+        all.push((
+            format!("hostile: {} ends the run, and the first step is kept", case.1),
+            Box::new(move || failing(case)),
+        ));
+    }
+    for (case, what) in HARMLESS {
+        all.push((format!("hostile: {what} does no harm"), Box::new(move || harmless(*case))));
+    }
+    all
+}
+
+/// Runs the scenario with a case.
+fn run(case: u32) -> Result<(Place, Ended), Failed> {
+    let place = Place::new()?;
+    let flag = format!("-DCASE={case}");
+    // What is wrong on purpose is not to be warned of.
+    let more = [&flag, "-Wno-infinite-recursion", "-Wno-unused-function", "-Wno-unused-variable", "-ldl"];
+    compile(&root().join("tests/tests/plugins/hostile.c"), &place.path("libhostile.so"), &more)?;
+    fs::write(place.path("s.toml"), SCENARIO)?;
+    let ended = place.wireloom(&["run", "s.toml", "--allow-plugin", "libhostile.so"])?;
+    Ok((place, ended))
+}
+
+fn refused((case, _, words): &Case) -> Checked {
+    let (place, ended) = run(*case)?;
+    let ended = ended.expect(1)?;
+    ended.says(words)?;
+    ended.says(&["s.toml:", "libhostile.so"])?;
+    ensure(!place.path("out").exists(), "something was written")
+}
+
+fn ended((case, _, words): &Case) -> Checked {
+    let (_place, ended) = run(*case)?;
+    ended.expect(3)?.says(words)
+}
+
+fn failing((case, _, words): &Case) -> Checked {
+    let (place, ended) = run(*case)?;
+    let ended = ended.expect(3)?;
+    ended.says(words)?;
+    ended
+        .says(&["constraint `bad` (hostile) in step `second`, increment 1: plugin `hostile` 0.0.1 (libhostile.so) "])?;
+    let result = place.json("out/s/result.json")?;
+    let fault = &result["fault"];
+    ensure(fault["constraint"] == "bad" && fault["kind"] == "hostile" && fault["step"] == "second", &result)?;
+    ensure(fault["increment"] == 1 && result["plugins"][0]["name"] == "hostile", &result)?;
+    let steps = result["steps"].as_array().map_or(0, Vec::len);
+    ensure(steps == 1 && result["steps"][0]["name"] == "first", &result)?;
+    near("end", number(&result, "/steps/0/branches/cable/position/10/2"), 0.01 / 1.24, 1e-3)
+}
+
+/// The end is drawn towards 10 mm by 1 N/m against `3 EI / L³` = 0.24 N/m.
+fn harmless(case: u32) -> Checked {
+    let (place, ended) = run(case)?;
+    let ended = ended.expect(0)?;
+    let result = place.json("out/s/result.json")?;
+    ensure(result["steps"].as_array().is_some_and(|steps| steps.len() == 2), &result)?;
+    if case == 61 {
+        let words = "kind `hostile` of plugin `hostile` 0.0.1 (libhostile.so) gives not all derivatives: the Hessian is taken numerically";
+        ensure(ended.out.contains(words), &ended)?;
+    }
+    near("end", number(&result, "/steps/1/branches/cable/position/10/2"), 0.01 / 1.24, 1e-3)
+}
+
+fn without_compiler(content: &[u8], words: &[&str]) -> Checked {
+    let place = Place::new()?;
+    fs::write(place.path("libhostile.so"), content)?;
+    fs::write(place.path("s.toml"), SCENARIO)?;
+    let ended = place.wireloom(&["run", "s.toml", "--allow-plugin", "libhostile.so"])?.expect(1)?;
+    ended.says(&["s.toml:6:9: plugin libhostile.so: is no library that this system can load: "])?;
+    ended.says(words)
+}
+
+fn no_library() -> Checked {
+    without_compiler(
+        b"This is no library, but it is long enough to be taken for one at first sight.\n",
+        &["libhostile.so"],
+    )
+}
+
+fn empty_file() -> Checked {
+    without_compiler(b"", &["libhostile.so"])
+}
+
+fn bad_memory() -> Checked {
+    let (place, ended) = run(48)?;
+    ended.expect(3)?.says(&["constraint `bad` (hostile) in step `", "returned NaN as memory"])?;
+    ensure(place.path("out/s/result.json").exists(), "nothing is kept")
+}
+
+fn bad_target() -> Checked {
+    let words =
+        [(65, "returned NaN as target's position, entry 1 of 3"), (66, "returned a target with orientation [7, ")];
+    for (case, words) in words {
+        let (place, ended) = run(case)?;
+        ended.expect(3)?.says(&["constraint `bad` (hostile) in step `first`", words])?;
+        ensure(place.path("out/s/result.json").exists(), "nothing is kept")?;
+    }
+    Ok(())
+}
+
+fn crash_at_the_end() -> Checked {
+    let (place, ended) = run(60)?;
+    ended.expect(3)?.says(&["crashed", "(in `destroy`)"])?;
+    let result = place.json("out/s/result.json")?;
+    ensure(result["steps"].as_array().is_some_and(|steps| steps.len() == 2), &result)
+}
+
+fn checked() -> Checked {
+    for (case, code, words) in [(45, 3, "returned NaN as energy"), (46, 3, "wrote no gradient"), (34, 3, "crashed")] {
+        let (place, _) = run(case)?;
+        let ended = place.wireloom(&["plugin", "check", "libhostile.so", "--time-limit", "0.5"])?.expect(code)?;
+        ensure(format!("{}{}", ended.out, ended.err).contains(words), &ended)?;
+    }
+    Ok(())
+}
+
+/// `_Exit` from a library's own start leaves no trace for anybody; at least it harms nothing.
+fn silent_exit() -> Checked {
+    let (place, ended) = run(51)?;
+    ended.expect(0)?;
+    ensure(!place.path("out").exists(), "something was written")
+}

@@ -1,0 +1,121 @@
+//! A new user, with nothing but what `plugin new` says: five commands from nothing to a run with a constraint of their own.
+
+use crate::*;
+
+pub fn trials() -> Vec<Named> {
+    vec![
+        named("new user, C: five commands", in_c),
+        named("new user, Rust: five commands; then panics in every function, one after the other", in_rust),
+        named("plugin new refuses what is no name, or is taken", bad_names),
+    ]
+}
+
+/// Runs the commands that `plugin new` prints, in a shell as a user would.
+fn follow(place: &Place, arguments: &[&str]) -> Result<PathBuf, Failed> {
+    let ended = place.wireloom(arguments)?.expect(0)?;
+    let commands: Vec<&str> = ended.out.lines().filter_map(|line| line.strip_prefix("  ")).collect();
+    ensure(commands.len() == 4 && commands[0] == "cd my-spring", &ended)?;
+    let bin = place.path("bin");
+    fs::create_dir(&bin)?;
+    fs::copy(program(), bin.join("wireloom").with_extension(std::env::consts::EXE_EXTENSION))?;
+    let path = format!("{}:{}", bin.display(), std::env::var("PATH").unwrap_or_default());
+    let output = Command::new("sh")
+        .arg("-ec")
+        .arg(commands.join("\n"))
+        .current_dir(place.path("."))
+        .env("PATH", path)
+        .env_remove("WIRELOOM_PLUGINS")
+        .env_remove("CARGO_TARGET_DIR")
+        .env("CARGO_NET_OFFLINE", "true")
+        .output()?;
+    let words = String::from_utf8_lossy(&output.stdout).into_owned() + &String::from_utf8_lossy(&output.stderr);
+    ensure(output.status.success() && words.contains("all holds"), &words)?;
+    let result = place.json("my-spring/out/my-spring/result.json")?;
+    near("end", number(&result, "/steps/0/branches/cable/position/0/2"), -2.4525e-3, 1e-9)?;
+    Ok(place.path("my-spring"))
+}
+
+fn in_c() -> Checked {
+    let place = Place::new()?;
+    let folder = follow(&place, &["plugin", "new", "my-spring", "--c"])?;
+    let test = Command::new("make").arg("test").current_dir(&folder).output()?;
+    ensure(test.status.success(), &test)
+}
+
+fn in_rust() -> Checked {
+    let place = Place::new()?;
+    let folder = follow(&place, &["plugin", "new", "my-spring"])?;
+    let source = fs::read_to_string(folder.join("src/lib.rs"))?;
+    let build = |arguments: &[&str], source: &str| -> Result<std::process::Output, Failed> {
+        fs::write(folder.join("src/lib.rs"), source)?;
+        let mut cargo = Command::new(std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into()));
+        cargo
+            .args(arguments)
+            .args(["--release", "--offline", "--quiet"])
+            .current_dir(&folder)
+            .env_remove("CARGO_TARGET_DIR");
+        Ok(cargo.output()?)
+    };
+    let test = build(&["test"], &source)?;
+    ensure(test.status.success(), &test)?;
+    let panics = [
+        ("build: Box::new(|_, parameters| {", "panicked in `create`: on purpose (src/lib.rs:", 1),
+        ("fn energy(&self, at: &Situation<'_>) -> f64 {", "panicked in `evaluate`: on purpose (src/lib.rs:", 3),
+        (
+            "fn gradient(&self, at: &Situation<'_>, stations: &mut [Vector], _span: &mut [Vector]) -> f64 {",
+            "panicked in `evaluate`: on purpose",
+            3,
+        ),
+        (
+            "fn hessian(&self, _at: &Situation<'_>, stations: &mut [Matrix], _span: &mut [Matrix]) {",
+            "panicked in `evaluate`: on purpose",
+            -1,
+        ),
+        ("pub fn kind() -> ConstraintKind {", "could not list its kinds: on purpose (src/lib.rs:", 1),
+    ];
+    let more = [
+        ("fn target(&self, base: &Pose, _progress: f64) -> Pose {", "*base }", "panicked in `target`: on purpose", 3),
+        ("fn commit(&self, _at: &Situation<'_>, _memory: &mut [f64]) {", "}", "panicked in `commit`: on purpose", 3),
+        ("fn memory(&self) -> Vec<f64> {", "vec![] }", "panicked in `create`: on purpose", 1),
+    ];
+    let mut cases = vec![];
+    for (function, words, code) in panics {
+        ensure(source.contains(function), function)?;
+        let wrong = source
+            .replace(function, &format!("{function}\n    if std::hint::black_box(true) {{ panic!(\"on purpose\") }}"));
+        cases.push((wrong, words, code));
+    }
+    for (function, rest, words, code) in more {
+        let own =
+            format!("    {function} if std::hint::black_box(true) {{ panic!(\"on purpose\") }} {rest}\n    fn action");
+        let wrong = source.replacen("    fn action", &own, 1).replace("core::{Action,", "core::{Pose, Action,");
+        cases.push((wrong, words, code));
+    }
+    for (wrong, words, code) in cases {
+        let built = build(&["build"], &wrong)?;
+        ensure(built.status.success(), &built)?;
+        let library = format!(
+            "my-spring/target/release/{}my_spring{}",
+            std::env::consts::DLL_PREFIX,
+            std::env::consts::DLL_SUFFIX
+        );
+        let ended = place.wireloom(&["run", "my-spring/my-spring.toml", "--allow-plugin", &library, "--quiet"])?;
+        // Second derivatives are first asked for while the scenario is read.
+        let right = if code < 0 { [Some(1), Some(3)].contains(&ended.code) } else { ended.code == Some(code) };
+        ensure(right, &ended)?;
+        ended.says(&[words])?;
+    }
+    Ok(())
+}
+
+fn bad_names() -> Checked {
+    let place = Place::new()?;
+    for name in ["My-Spring", "7up", "a b", "../up", "", "ü"] {
+        place.wireloom(&["plugin", "new", name, "--c"])?.expect(1)?.says(&["is no name for a plugin"])?;
+    }
+    place.wireloom(&["plugin", "new", "collar", "--c"])?.expect(1)?.says(&["a kind `collar` is built in"])?;
+    fs::create_dir(place.path("mine"))?;
+    place.wireloom(&["plugin", "new", "mine", "--c"])?.expect(1)?.says(&["there is a `mine` already"])?;
+    place.wireloom(&["plugin", "new", "other", "--sources", "."])?.expect(1)?.says(&["--sources DIR", "--c"])?;
+    Ok(())
+}

@@ -1,0 +1,144 @@
+//! The plugins of this repository, each in the scenario of its name, against a closed form.
+
+use crate::*;
+
+pub fn trials() -> Vec<Named> {
+    vec![
+        named("cable-tie: two cantilevers drawn together bear 3 EI δ / L³", cable_tie),
+        named("hinge-guide: a cable along the hinge is twisted by G J φ / L", hinge_guide),
+        named("elastic-strap: strap and cantilever are two springs in a row", elastic_strap),
+        named("all three keep what they promise", all_keep_their_promises),
+        named("a plugin in C and one in Rust in one scenario", both_languages),
+        named("list shows what is installed, with parameters", list),
+        named("a run that was killed goes on to the same bits with its plugins, and not with others", resumed),
+    ]
+}
+
+/// Runs the scenario of a plugin with its library.
+fn run(plugin: &str, library: &Path) -> Result<Value, Failed> {
+    let place = Place::new()?;
+    let scenario = root().join(format!("plugins/{plugin}/{plugin}.toml"));
+    let (scenario, library) = (scenario.to_string_lossy(), library.to_string_lossy());
+    let ended = place.wireloom(&["run", &scenario, "--allow-plugin", &library, "--out", "out"])?.expect(0)?;
+    ensure(ended.out.starts_with(&format!("plugin `{plugin}` 0.1.0 from {library} (SHA-256 ")), &ended)?;
+    let result = place.json("out/result.json")?;
+    ensure(result["status"] == "converged", &result["status"])?;
+    ensure(result["plugins"][0]["name"] == plugin, &result["plugins"])?;
+    ensure(ended.out.contains(result["plugins"][0]["hash"].as_str().unwrap_or("no hash")), &ended)?;
+    Ok(result)
+}
+
+fn cable_tie() -> Checked {
+    let result = run("cable-tie", &library("cable-tie"))?;
+    let end = &result["steps"][0];
+    let (lower, upper) = ("/branches/lower/position/25/2", "/branches/upper/position/25/2");
+    let apart = number(end, upper) - number(end, lower);
+    // The equation d = D is met to 1e-8 m; the ends stay one above the other.
+    near("distance", apart, 6e-3, 1e-5)?;
+    // Small deflections: (δ/L)² = 2e-4.
+    let force = 3.0 * 0.01 * 7e-3 / 0.125;
+    near("force on the lower end", number(end, "/constraints/tie/stations/0/force/2"), force, 1e-3)?;
+    near("force on the upper end", number(end, "/constraints/tie/stations/1/force/2"), -force, 1e-3)
+}
+
+fn hinge_guide() -> Checked {
+    let result = run("hinge-guide", &library("hinge-guide"))?;
+    let end = &result["steps"][0];
+    let moment = 0.008 * std::f64::consts::FRAC_PI_2 / 0.5;
+    // A straight rod that is twisted: exact but for the tolerance of the equilibrium.
+    near("moment of the clip", number(end, "/constraints/door/moment/0"), moment, 1e-6)?;
+    near("turns of the cable", number(end, "/branches/cable/twist_turns"), 0.25, 1e-6)
+}
+
+fn elastic_strap() -> Checked {
+    let place = Place::new()?;
+    let result = run("elastic-strap", &strap(place.0.path())?)?;
+    let end = &result["steps"][0];
+    // Small deflections: (δ/L)² = 4e-4.
+    near("height of the end", number(end, "/branches/cable/position/25/2"), 10e-3, 2e-3)?;
+    near("force of the strap", number(end, "/constraints/strap/force/2"), 2.4e-3, 2e-3)
+}
+
+fn all_keep_their_promises() -> Checked {
+    let place = Place::new()?;
+    for library in [library("cable-tie"), library("hinge-guide"), strap(place.0.path())?] {
+        let ended = place.wireloom(&["plugin", "check", &library.to_string_lossy()])?.expect(0)?;
+        ensure(ended.out.ends_with("all holds\n") && !ended.out.contains("not tried"), &ended)?;
+    }
+    Ok(())
+}
+
+/// The cantilevers of the tie, and a strap between their middles.
+fn both_languages() -> Checked {
+    let place = Place::new()?;
+    let text = fs::read_to_string(root().join("plugins/cable-tie/cable-tie.toml"))?
+        .replace(r#"load = ["cable-tie"]"#, r#"load = ["cable-tie", "elastic-strap"]"#)
+        + r#"
+        [[steps]]
+        name = "strap"
+        increments = 2
+        [[steps.add]]
+        name = "strap"
+        kind = "elastic-strap"
+        at = [{ branch = "lower", s = 0.26 }, { branch = "upper", s = 0.26 }]
+        stiffness = "5 N/m"
+        pretension = "1 mN"
+        "#;
+    fs::write(place.path("both.toml"), text)?;
+    let (tie, strap) = (library("cable-tie"), strap(place.0.path())?);
+    let allowed = ["--allow-plugin", &tie.to_string_lossy(), "--allow-plugin", &strap.to_string_lossy()];
+    place.wireloom(&[&["run", "both.toml"], &allowed[..]].concat())?.expect(0)?;
+    let result = place.json("out/both/result.json")?;
+    let end = &result["steps"][1];
+    let middle = |branch: &str| number(end, &format!("/branches/{branch}/position/13/2"));
+    // The strap began at the distance of the step before.
+    let before = &result["steps"][0];
+    let put_on = number(before, "/branches/upper/position/13/2") - number(before, "/branches/lower/position/13/2");
+    let drawn = (middle("upper") - middle("lower")) - (put_on - 1e-3 / 5.0);
+    near("force of the strap", number(end, "/constraints/strap/stations/0/force/2"), 5.0 * drawn, 1e-3)?;
+    ensure(result["plugins"].as_array().is_some_and(|plugins| plugins.len() == 2), &result["plugins"])
+}
+
+fn list() -> Checked {
+    let place = Place::new()?;
+    fs::create_dir(place.path("plugins"))?;
+    strap(&place.path("plugins"))?;
+    fs::copy(library("cable-tie"), place.path("plugins/libcable_tie.so"))?;
+    fs::write(place.path("plugins/broken.so"), "no library")?;
+    let ended = place.wireloom_with(&["plugin", "list"], Some(&place.path("plugins")))?.expect(0)?;
+    for words in [
+        "plugin `cable-tie` 0.1.0",
+        "constraint `cable-tie` on 2 stations",
+        "gap (m, at least 0; default 0)",
+        "constraint `elastic-strap` on 1 to 2 stations",
+        "stiffness (N/m, above 0; required): of the drawn strap",
+        "broken.so: is no library that this system can load",
+    ] {
+        ensure(ended.out.contains(words), (words, &ended))?;
+    }
+    Ok(())
+}
+
+/// Stops a run after its first step by a plugin that is another one in the second, and takes it up again with the first.
+fn resumed() -> Checked {
+    let place = Place::new()?;
+    let source = root().join("tests/tests/plugins/hostile.c");
+    let library = place.path("libhostile.so");
+    compile(&source, &library, &["-DCASE=0"])?;
+    fs::write(place.path("s.toml"), hostile::SCENARIO)?;
+    let run = ["run", "s.toml", "--allow-plugin", "libhostile.so", "--out", "whole"];
+    place.wireloom(&run)?.expect(0)?;
+    let whole = place.json("whole/result.json")?;
+    compile(&source, &library, &["-DCASE=0", "-DOTHER"])?;
+    place.wireloom(&["run", "s.toml", "--allow-plugin", "libhostile.so", "--out", "other"])?.expect(0)?;
+    let other = place.json("other/result.json")?;
+    ensure(whole["plugins"][0]["hash"] != other["plugins"][0]["hash"], "the same hash for another library")?;
+    // The crash leaves what --resume needs; the library with which the run began is the only one it goes on with.
+    compile(&source, &library, &["-DCASE=37"])?;
+    place.wireloom(&["run", "s.toml", "--allow-plugin", "libhostile.so", "--out", "crashed"])?.expect(3)?;
+    compile(&source, &library, &["-DCASE=0"])?;
+    place
+        .wireloom(&["run", "--resume", "crashed", "--allow-plugin", "libhostile.so"])?
+        .expect(1)?
+        .says(&["plugin `hostile` has changed since the run was interrupted"])
+}
