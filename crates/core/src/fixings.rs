@@ -7,9 +7,10 @@
 
 use crate::constraint::{Action, Equations, Relation, Residual, Situation};
 use crate::network::{Fixing, Site};
-use crate::problem::{Conditions, Problem, Variable, lever_hessian};
+use crate::problem::{Conditions, Hessian, Problem, Variable, lever_hessian};
 use crate::rotation::skew;
 use crate::{Matrix, Network, Pose, State, Tangent, Vector};
+use nalgebra::{DMatrix, SymmetricEigen};
 use serde::{Deserialize, Serialize};
 
 /// First penalty, in units of (force scale × length scale) / (scale of the residual)²: far stiffer than a cable in bending, so that every
@@ -19,6 +20,8 @@ const PENALTY: f64 = 1e3;
 const SHRINKS: f64 = 0.25;
 /// By how much.
 const RAISE: f64 = 10.0;
+/// Eigenvalues above minus this share of the largest are not negative.
+const ROUND_OFF: f64 = 1e-12;
 /// Highest penalty, in the same units: beyond it round-off rules.
 const HIGHEST: f64 = 1e11;
 
@@ -297,14 +300,30 @@ impl Problem<'_> {
         energy
     }
 
-    /// The second derivatives of what fixings add to the energy at `state`, in the independent variables: both triangles.
-    pub fn fixing_hessian(&mut self, state: &State, blocks: &mut Vec<Block>) {
+    /// Makes the second derivatives of what fixings add convex: negative curvatures of potentials, and of μ c″ of equations, are turned over
+    /// (Dauphin and others 2014), and every station gets a little stiffness against moving. `hessian` is that of `state`. Returns whether that
+    /// changed anything. A matrix that is not positive definite for a fixing's sake (a strut that is pushed, a penalty far from its
+    /// equation, a piece that hangs by a tie alone) becomes so by no shift of frames.
+    pub fn make_convex(&mut self, state: &State, hessian: &mut Hessian) -> bool {
+        if hessian.fixings.is_empty() {
+            return false;
+        }
+        let exact = std::mem::take(&mut hessian.fixings);
+        self.fixing_hessian(state, true, &mut hessian.fixings);
+        exact != hessian.fixings
+    }
+
+    /// The second derivatives of what fixings add to the energy at `state`, in the independent variables: both triangles; with `convex`
+    /// those of [`Self::make_convex`].
+    pub fn fixing_hessian(&mut self, state: &State, convex: bool, blocks: &mut Vec<Block>) {
         blocks.clear();
         if self.pulling().next().is_none() {
             return;
         }
         let mut room = std::mem::take(&mut self.fixing_room);
         let (unit, mut odd) = (self.penalty_unit, None);
+        let scales = self.scales();
+        let stiffness = scales.force / scales.length;
         for (f, fixing) in self.pulling() {
             let own = &self.conditions.fixings[f];
             room.view.look(fixing, own, &self.conditions.targets[f], state);
@@ -323,9 +342,17 @@ impl Problem<'_> {
             let at = view.situation(own);
             match fixing.constraint.action() {
                 Action::Prescribed(_) => {}
-                Action::Potential(potential) => potential.hessian(&at, table, span_table),
+                Action::Potential(potential) => {
+                    potential.hessian(&at, table, span_table);
+                    if convex {
+                        turn_over(stiffness, table, span_table);
+                    }
+                }
                 Action::Equations(equations) => {
                     equations.curvature(&at, &slopes.mu, table, span_table);
+                    if convex {
+                        turn_over(stiffness, table, span_table);
+                    }
                     add_penalties(fixing, own, slopes, unit, (table, span_table));
                 }
             }
@@ -523,6 +550,33 @@ fn carry(state: &State, sites: &[Site], slopes: &[Vector], table: &mut [Matrix])
         }
         table[(2 * k + 1) * width + 2 * k + 1] +=
             lever_hessian(&state.frames[frame], &slopes[2 * k], &site.local.position);
+    }
+}
+
+/// Makes the second derivatives of a fixing those of [`Problem::make_convex`]: its stations get `stiffness`, N/m.
+fn turn_over(stiffness: f64, table: &mut [Matrix], span_table: &mut [Matrix]) {
+    let width = table.len().isqrt();
+    without_negative_part(table, width);
+    span_table.chunks_exact_mut(1).for_each(|own| without_negative_part(own, 1));
+    for k in (0..width).step_by(2) {
+        table[k * width + k] += Matrix::identity() * stiffness;
+    }
+}
+
+/// Makes the eigenvalues of a symmetric table of blocks, so many of them to a row, positive.
+fn without_negative_part(table: &mut [Matrix], width: usize) {
+    let whole = DMatrix::from_fn(3 * width, 3 * width, |i, k| table[i / 3 * width + k / 3][(i % 3, k % 3)]);
+    if whole.is_empty() || !whole.iter().all(|x| x.is_finite()) {
+        return;
+    }
+    let modes = SymmetricEigen::new(whole);
+    if modes.eigenvalues.iter().all(|e| *e >= -ROUND_OFF * modes.eigenvalues.amax()) {
+        return;
+    }
+    let positive = modes.eigenvalues.map(f64::abs);
+    let whole = &modes.eigenvectors * DMatrix::from_diagonal(&positive) * modes.eigenvectors.transpose();
+    for (k, block) in table.iter_mut().enumerate() {
+        block.copy_from(&whole.fixed_view::<3, 3>(3 * (k / width), 3 * (k % width)));
     }
 }
 

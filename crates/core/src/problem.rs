@@ -381,7 +381,7 @@ impl<'n> Problem<'n> {
                 *h = lever_hessian(&state.frames[hub], force, &tie.offset);
             }
         }
-        self.fixing_hessian(state, &mut hessian.fixings);
+        self.fixing_hessian(state, false, &mut hessian.fixings);
     }
 
     /// Second derivatives of the energy at `state` in the edges of a branch, N/m; see [`crate::RodSegment::edge_stiffness`].

@@ -128,12 +128,15 @@ impl Workspace {
     }
 
     /// Second derivatives at `state` (where `gradient` was evaluated last), factorised with the first shift from `sigma` on that makes
-    /// them positive definite. Returns that shift.
+    /// them positive definite, fixings being made convex before there is any. Returns that shift.
     fn assemble(&mut self, problem: &mut Problem<'_>, state: &State, mixed: bool, mut sigma: f64) -> f64 {
         problem.hessian(state, mixed.then_some(self.forces.as_slice()), &mut self.hessian);
         let scales = problem.scales();
+        let mut convex = false;
         while self.factorise(problem, state, sigma) > 0 && sigma.is_finite() {
-            sigma = raised(sigma, RAISE, &scales);
+            if std::mem::replace(&mut convex, true) || !problem.make_convex(state, &mut self.hessian) {
+                sigma = raised(sigma, RAISE, &scales);
+            }
         }
         sigma
     }
@@ -399,6 +402,10 @@ fn predict(ws: &mut Workspace, problem: &mut Problem<'_>, state: &mut State) -> 
             best = (energy, alpha);
         }
         alpha *= 0.5;
+    }
+    if best.0.is_infinite() {
+        // No step is worth anything: only what is held moves.
+        ws.step.clear();
     }
     let energy = ws.try_step(problem, state, best.1);
     ws.accept(state);

@@ -64,9 +64,11 @@ impl Preconditioner {
     pub(crate) fn make(&mut self, problem: &mut Problem<'_>, state: &State) {
         problem.hessian(state, None, &mut self.hessian);
         let first = FIRST_SHIFT * problem.scales().force;
-        let mut sigma = 0.0_f64;
+        let (mut sigma, mut convex) = (0.0_f64, false);
         while self.factorise(problem, state, sigma) > 0 && sigma.is_finite() {
-            sigma = (RAISE * sigma).max(first);
+            if std::mem::replace(&mut convex, true) || !problem.make_convex(state, &mut self.hessian) {
+                sigma = (RAISE * sigma).max(first);
+            }
         }
     }
 

@@ -65,6 +65,23 @@ impl Settle {
         if self.rhs.iter().all(|force| force.norm_squared() <= least * least) {
             return false;
         }
+        let definite =
+            self.factorise(problem, state, false) || !self.blocks.is_empty() && self.factorise(problem, state, true);
+        if !definite {
+            return false;
+        }
+        self.matrix.solve(&mut self.rhs);
+        self.matrix.step(problem, state, &mut self.rhs, None, &mut self.step);
+        self.points.copy_from_slice(&state.points);
+        self.carry.copy_from_slice(&state.carry);
+        network.shift_points(state, &self.step);
+        problem.place_held(state);
+        true
+    }
+
+    /// Gathers and factorises the second derivatives in the points, with `convex` those of [`Problem::make_convex`]. Returns whether they
+    /// are positive definite.
+    fn factorise(&mut self, problem: &mut Problem<'_>, state: &State, convex: bool) -> bool {
         self.matrix.clear();
         for (b, plans) in self.segments.iter().enumerate() {
             let stiffness = &mut self.stiffness[..plans.len()];
@@ -77,21 +94,12 @@ impl Settle {
                 }
             }
         }
-        problem.fixing_hessian(state, &mut self.blocks);
+        problem.fixing_hessian(state, convex, &mut self.blocks);
         for block in &self.blocks {
             self.matrix.add_block(block);
         }
         self.matrix.take_out(problem);
-        if self.matrix.factorise() > 0 {
-            return false;
-        }
-        self.matrix.solve(&mut self.rhs);
-        self.matrix.step(problem, state, &mut self.rhs, None, &mut self.step);
-        self.points.copy_from_slice(&state.points);
-        self.carry.copy_from_slice(&state.carry);
-        network.shift_points(state, &self.step);
-        problem.place_held(state);
-        true
+        self.matrix.factorise() == 0
     }
 
     /// Takes the last [`Self::settle`] back.

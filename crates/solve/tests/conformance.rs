@@ -430,6 +430,41 @@ fn constraints_of_several_stations_are_in_the_gathered_matrix() {
     }
 }
 
+/// Newton's steps on a cable with a link between two of its nodes, after a small move of its end: near the solution each of them squares
+/// the residual, multipliers and penalty being what they are; and the next update of the multipliers finds the link met.
+#[test]
+fn newton_keeps_its_order_through_equations() {
+    let mut sample = cable(&registry(), 60);
+    let nodes = [15, 45].map(|node| Place::Node { branch: 0, node });
+    sample.network.add_fixing(plan(Box::new(Link(0.35)), nodes.into(), None));
+    sample.conditions = Conditions::new(&sample.network, Vector::new(0.0, 0.0, -9.81), &sample.state);
+    let (mut problem, mut state, mut newton) = (sample.problem(), sample.state.clone(), Newton::new());
+    let (stop, mut last) = (Stop { force_tolerance: 1e-10, max_iterations: 500 }, Vec::new());
+    let unmet = |problem: &Problem<'_>, state: &State| problem.unmet(state).expect("a link").value;
+    for x in [0.95, 0.9, 0.85, 0.8] {
+        let mut target = problem.conditions().targets[1];
+        target.position = Vector::new(x, 0.02, 0.05);
+        problem.set_target(1, target);
+        last.clear();
+        for _ in 0..20 {
+            newton.minimise(&mut problem, &mut state, &stop);
+            problem.update_multipliers(&state, 1e-10, &mut last);
+        }
+        assert!(unmet(&problem, &state) < 1e-10, "{:e}", unmet(&problem, &state));
+    }
+    let mut target = problem.conditions().targets[1];
+    target.position.x -= 0.002;
+    problem.set_target(1, target);
+    let one = Stop { force_tolerance: 0.0, max_iterations: 1 };
+    let residuals: Vec<f64> = (0..8).map(|_| newton.minimise(&mut problem, &mut state, &one).residual).collect();
+    let near = residuals.iter().position(|r| *r < 1e-2).expect("comes near");
+    let home = residuals.iter().position(|r| *r < 1e-9).expect("comes home");
+    assert!(residuals[near + 1] <= residuals[near].powi(2) && home - near <= 3, "{residuals:?}");
+    problem.update_multipliers(&state, 1e-10, &mut last);
+    newton.minimise(&mut problem, &mut state, &stop);
+    assert!(unmet(&problem, &state) < 1e-7, "{:e}", unmet(&problem, &state));
+}
+
 fn plan(constraint: Box<dyn Constraint>, stations: Vec<Place>, span: Option<NodeRange>) -> FixingPlan {
     FixingPlan {
         name: String::new(),

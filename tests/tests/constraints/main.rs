@@ -223,6 +223,67 @@ fn equations_keep_the_order_of_newton() {
     assert!((apart - 0.02).abs() < 1e-8, "{apart}");
 }
 
+/// The multipliers are updated around whatever minimiser there is.
+#[test]
+fn every_minimiser_meets_equations() {
+    let with = |kind: &str| {
+        let minimiser = format!("[minimiser]\nkind = \"{kind}\"\nmax_iterations = 2000\n");
+        let run = run(&(include_str!("tied.toml").to_owned() + &minimiser));
+        assert_eq!(run.status, Status::Converged, "{kind}: {:?}", run.events);
+        fixing(run.steps.last().expect("a step"), "tie").force
+    };
+    let newton = with("newton");
+    for kind in ["lbfgs", "ncg"] {
+        let force = with(kind);
+        assert!((force - newton).norm() < 1e-4 * newton.norm(), "{kind}: {force} instead of {newton}");
+    }
+}
+
+/// A second cable hangs from the first one by two ties and by nothing else.
+fn hung(ties: &str) -> String {
+    beam(
+        &format!(
+            r#"
+[[branches]]
+name = "second"
+from = "E"
+to = "F"
+section = "beam"
+length = 0.5
+segments = 40
+[[constraints]]
+name = "B"
+kind = "connector"
+at = {{ end = "B" }}
+position = [0.9, 0, 0]
+tangent = [1, 0, 0]
+up = [0, 0, 1]
+{ties}
+"#
+        ),
+        -9.81,
+    )
+}
+
+#[test]
+fn a_cable_may_hang_from_another_one() {
+    let tie = |name: &str, s: f64, of_second: f64| {
+        format!(
+            "[[constraints]]\nname = \"{name}\"\nkind = \"link\"\ndistance = \"20 mm\"\n\
+             at = [{{ branch = \"beam\", s = {s} }}, {{ branch = \"second\", s = {of_second} }}]\n"
+        )
+    };
+    let run = run(&hung(&(tie("one", 0.3, 0.1) + &tie("other", 0.6, 0.4))));
+    assert_eq!(run.status, Status::Converged, "{:?}", run.events);
+    let end = &run.steps[0];
+    let carried: Vector = ["one", "other"].iter().map(|name| fixing(end, name).stations[1].force).sum();
+    assert!((carried - Vector::z() * (0.5 * 0.05 * 9.81)).norm() < 1e-6, "{carried}");
+    let both = fixing(end, "A").force.z + fixing(end, "B").force.z;
+    assert!((both - 1.5 * 0.05 * 9.81).abs() < 1e-6, "{both}");
+    let loose = refused(&hung(""));
+    assert!(loose[0].0.starts_with("branch \"second\" is not held"), "{loose:?}");
+}
+
 /// A hand carries the end of a hanging cable out and back; a ratchet on the cable does not let it come back.
 fn ratchet(iterations: usize, increments: usize) -> String {
     beam(
@@ -447,5 +508,18 @@ fn what_does_not_attach_as_its_kind_does_is_refused() {
         [
             "the span of branch \"left\" from 0.5 m to 0.5 m has no length; `from` comes before `to`, both in arc length along the branch"
         ]
+    );
+    assert_eq!(
+        said(
+            "link",
+            "at = [{ branch = \"left\", s = 0.5 }, { branch = \"right\", s = 0.5 }]\nslide = true\ndistance = 1"
+        ),
+        ["no cable can run through constraint \"x\": it does not act on one place alone; leave `slide` out"]
+    );
+    let ring = "[[constraints]]\nname = \"ring\"\nkind = \"collar\"\nat = { branch = \"left\", s = 0.5 }\nslide = true";
+    assert_eq!(
+        said("floor", &format!("span = {{ branch = \"left\" }}\nheight = 0\n{ring}")),
+        ["constraint \"x\" acts along branch \"left\", which runs through another fixing; \
+             let nothing slide on that branch, or divide it by a joint"]
     );
 }
