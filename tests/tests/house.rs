@@ -40,6 +40,7 @@ const ONE_NAMES: &[(&str, &str)] = &[
     ("parry*", "contact"),
     ("wgpu*", "gpu"),
     ("libloading", "host"),
+    ("parquet", "export"),
     ("clap", "cli"),
     ("comfy-table", "cli"),
     ("ctrlc", "cli"),

@@ -36,6 +36,22 @@ pub enum Command {
     /// Or one scenario, and what to try in it: --joint cosserat,rigid-body, --segments 20,40,80; of several such options, every
     /// combination.
     Compare(CompareArguments),
+    /// Carry out a scenario over all values of its [sweep], on all cores
+    ///
+    /// Writes points.parquet, a row for each point. A point that fails is a row with its status. After Ctrl-C, a kill or a crash the
+    /// same command goes on.
+    Sweep(SweepArguments),
+    /// Show a sweep as one HTML page: distributions, responses, and which key matters most
+    ///
+    /// (The page of a run is written by `run --report`.)
+    Report {
+        /// Folder that `sweep` has written, or its points.parquet
+        #[arg(value_name = "DIR")]
+        results: PathBuf,
+        /// Where to write the page [default: report.html beside the table]
+        #[arg(short, long, value_name = "FILE")]
+        output: Option<PathBuf>,
+    },
     /// Print the JSON Schema of scenario files, for editors that complete and check
     Schema,
     /// Make a scenario from a harness file of another format
@@ -94,7 +110,7 @@ pub struct RunArguments {
 pub struct Allowed {
     /// Allow a plugin that the scenario names: native code, which may do whatever you may
     ///
-    /// FILE is the library. `run` and `compare` also load what lies in a folder of the search path: those of the variable
+    /// FILE is the library. `run`, `sweep` and `compare` also load what lies in a folder of the search path: those of the variable
     /// WIRELOOM_PLUGINS, and .wireloom/plugins in the home folder. `check` loads nothing but what is allowed here.
     #[arg(long = "allow-plugin", value_name = "FILE")]
     pub allow_plugin: Vec<PathBuf>,
@@ -146,6 +162,23 @@ pub struct PluginFault {
     pub function: String,
     /// What happened
     pub happened: String,
+}
+
+#[derive(Args)]
+pub struct SweepArguments {
+    /// The scenario
+    pub file: PathBuf,
+    /// Folder for the results, made where it is missing [default: out/ and the name of FILE without .toml]
+    #[arg(long, value_name = "DIR")]
+    pub out: Option<PathBuf>,
+    /// Find equilibria with this minimiser instead of the scenario's
+    #[arg(long, value_name = "KIND")]
+    pub minimiser: Option<String>,
+    /// Print nothing but faults
+    #[arg(long, short)]
+    pub quiet: bool,
+    #[command(flatten)]
+    pub allowed: Allowed,
 }
 
 #[derive(Args)]

@@ -2,8 +2,9 @@
 
 use crate::failure::{Failure, Refusal};
 use crate::plugins::{self, Trust};
-use std::cell::RefCell;
-use std::path::Path;
+use std::path::{Path, PathBuf};
+use std::sync::{Mutex, MutexGuard, PoisonError};
+use wireloom::core::Registry;
 use wireloom::host::Plugin;
 use wireloom::scenario::settings::{self, Setting};
 use wireloom::scenario::{Built, Fault, Files, Scenario};
@@ -19,18 +20,33 @@ pub fn text(path: &Path) -> Result<String, Failure> {
 }
 
 /// The files that a scenario names, relative to its folder; what was read is remembered.
-struct Beside<'a> {
-    folder: &'a Path,
-    read: RefCell<Vec<(String, String)>>,
+pub struct Beside {
+    folder: PathBuf,
+    read: Mutex<Vec<(String, String)>>,
 }
 
-impl Files for Beside<'_> {
+impl Beside {
+    /// Those of the scenario at `path`.
+    pub fn of(path: &Path) -> Self {
+        Self { folder: path.parent().unwrap_or(Path::new("")).to_owned(), read: Mutex::default() }
+    }
+
+    fn known(&self) -> MutexGuard<'_, Vec<(String, String)>> {
+        // Nothing that holds it can panic half way.
+        self.read.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+impl Files for Beside {
     fn read(&self, path: &str) -> Result<String, String> {
+        if let Some((_, text)) = self.known().iter().find(|(known, _)| known == path) {
+            return Ok(text.clone());
+        }
         let text = text(&self.folder.join(path)).map_err(|failure| match failure {
             Failure::Io { source, .. } => source.to_string(),
             other => other.to_string(),
         })?;
-        self.read.borrow_mut().push((path.to_owned(), text.clone()));
+        self.known().push((path.to_owned(), text.clone()));
         Ok(text)
     }
 }
@@ -45,6 +61,8 @@ pub struct Loaded {
     pub texts: Vec<(String, String)>,
     /// The plugins it uses.
     pub plugins: Vec<Plugin>,
+    /// All kinds that it may name.
+    pub registry: Registry,
 }
 
 /// Reads, checks and builds a scenario, with the plugins it wants and the user trusts; `settings` take the place of what it says.
@@ -52,14 +70,13 @@ pub fn scenario(path: &Path, settings: &[Setting], trust: &Trust) -> Result<Load
     let text = text(path)?;
     let mut registry = wireloom::registry();
     let plugins = plugins::load(path, &text, trust, &mut registry)?;
-    let registry = &registry;
-    let files = Beside { folder: path.parent().unwrap_or(Path::new("")), read: RefCell::default() };
-    match wireloom::load_with_settings(&text, settings, &files, registry) {
+    let files = Beside::of(path);
+    match wireloom::load_with_settings(&text, settings, &files, &registry) {
         Ok((scenario, built)) => {
             let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
             let mut texts = vec![(name, text)];
-            texts.append(&mut files.read.into_inner());
-            Ok(Loaded { scenario, built, texts, plugins })
+            texts.append(&mut files.known());
+            Ok(Loaded { scenario, built, texts, plugins, registry })
         }
         Err(faults) => {
             let (own, set) = settings::apart(&text, faults);

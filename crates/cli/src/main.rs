@@ -32,6 +32,7 @@ mod run;
 mod saved;
 mod size;
 mod summary;
+mod sweep;
 mod terminal;
 mod variants;
 
@@ -70,6 +71,8 @@ fn follow(command: &Command, out: &mut dyn Write) -> Result<Outcome, Failure> {
         Command::Run(arguments) => run::run(arguments, out),
         Command::Check { files, allowed } => check::check(files, &Trust::to_look(allowed), out),
         Command::Compare(arguments) => compare::compare(arguments, out),
+        Command::Sweep(arguments) => sweep::sweep(arguments, out),
+        Command::Report { results, output } => sweep::report(results, output.as_deref(), out),
         Command::Schema => {
             let schema = wireloom::scenario::schema(&wireloom::registry());
             writeln!(out, "{schema:#}").map_err(Failure::standard_output)?;

@@ -34,6 +34,11 @@ impl Bar {
         Self(bar)
     }
 
+    /// One more is done.
+    pub fn one(&self) {
+        self.0.inc(1);
+    }
+
     /// One increment is done.
     pub fn advance(&self, progress: &Progress) {
         self.0.inc(1);

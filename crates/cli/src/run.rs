@@ -32,7 +32,7 @@ pub fn run(arguments: &RunArguments, out: &mut dyn Write) -> Result<Outcome, Fai
         Some(folder) => Job::resume(folder, &trust)?,
         None => Job::begin(arguments, &trust)?,
     };
-    let Job { loaded: Loaded { scenario, built, texts, plugins }, folder, keeper, standing, resumed } = job;
+    let Job { loaded: Loaded { scenario, built, texts, plugins, .. }, folder, keeper, standing, resumed } = job;
     let place = folder.path().to_path_buf();
     let steps: Vec<String> = built.schedule.steps.iter().map(|step| step.name.clone()).collect();
     let time_limit = wireloom::scenario::plugins(&texts[0].1).time_limit;
@@ -130,7 +130,7 @@ fn minimiser(kind: Option<&str>) -> Vec<Setting> {
 }
 
 /// `out/first` for `scenarios/first.toml`.
-fn default_folder(file: &Path) -> PathBuf {
+pub fn default_folder(file: &Path) -> PathBuf {
     Path::new(OUT).join(file.file_stem().unwrap_or_default())
 }
 

@@ -219,11 +219,13 @@ impl Keeper {
     }
 }
 
-fn encode(value: &impl Serialize, out: &mut impl Write) -> io::Result<()> {
+/// Writes a value in the form of these files.
+pub fn encode(value: &impl Serialize, out: &mut impl Write) -> io::Result<()> {
     out.write_all(&postcard::to_stdvec(value).map_err(io::Error::other)?)
 }
 
-fn decode<T: for<'a> Deserialize<'a>>(path: &Path) -> Result<T, Failure> {
+/// Reads a value back.
+pub fn decode<T: for<'a> Deserialize<'a>>(path: &Path) -> Result<T, Failure> {
     let bytes = fs::read(path).map_err(Failure::io("read", path))?;
     postcard::from_bytes(&bytes).map_err(|error| unreadable(path, &error))
 }

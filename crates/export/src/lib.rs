@@ -11,6 +11,7 @@
 //! | [`vtk`] | one step as `.vtp`, and a `.pvd` over many | ParaView |
 //! | [`picture`] | one step as SVG: three views | people and reports |
 //! | [`report`] | the whole run as one HTML page | people, and their files |
+//! | [`table`] | the points of a sweep as Parquet | DuckDB, pandas, Polars |
 //!
 //! [`json::read`] reads a `result.json` back as an [`ending::Ending`]; [`comparison`] says what differs between several of them.
 //!
@@ -24,5 +25,6 @@ pub mod json;
 mod local;
 pub mod picture;
 pub mod report;
+pub mod table;
 pub mod vtk;
 mod xml;

@@ -5,9 +5,11 @@
 
 mod beside;
 mod plots;
+mod points;
 mod style;
 
 pub use beside::{Beside, write_beside};
+pub use points::{Points, write_points};
 
 use crate::local::{Local, node_count};
 use crate::picture;

@@ -8,7 +8,7 @@ use crate::keys;
 use crate::library::Library;
 use crate::reader::{Entry, Reader, Span};
 use crate::scenario::{Branch, Division, Joint, Output, Scenario};
-use crate::{fixings, joints, kinds, operations, plugins, sections, sequence};
+use crate::{fixings, joints, kinds, operations, plugins, sections, sequence, sweep};
 use std::collections::{BTreeMap, BTreeSet};
 use toml::de::DeTable;
 use wireloom_core::Vector;
@@ -80,6 +80,7 @@ pub(crate) fn read(reader: &Reader<'_>, table: &DeTable<'_>) -> (Scenario, bool)
     let entries = root.entries("steps");
     let steps = sequence::steps(&entries, &mut constraints, &mut names);
     operations::settle_nearest(&mut constraints, &loads, &branches);
+    let sweep = root.entry("sweep").and_then(|entry| sweep::sweep(&entry));
     let output = root.entry("output").map_or(DEFAULT_OUTPUT, |entry| output(&entry));
     let scenario = Scenario {
         name,
@@ -94,6 +95,7 @@ pub(crate) fn read(reader: &Reader<'_>, table: &DeTable<'_>) -> (Scenario, bool)
         minimiser,
         steps,
         step_spans: entries.iter().map(|entry| entry.span.clone()).collect(),
+        sweep,
         output,
     };
     (scenario, !names.broken)

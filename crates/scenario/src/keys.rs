@@ -3,11 +3,13 @@
 
 mod library;
 mod steps;
+mod sweep;
 
 use library::{COVERINGS, FIXING_TYPES, LIBRARY, MATERIALS, SECTION, WIRE_TYPES};
 pub(crate) use library::{FIXING_TYPE, LIBRARY_FILE};
 pub(crate) use steps::CLIP;
 use steps::STEP;
+use sweep::SWEEP;
 use wireloom_core::Quantity;
 
 /// Limits of a number.
@@ -88,6 +90,12 @@ pub(crate) enum Form {
     Count(usize, usize),
     /// true or false.
     Flag,
+    /// One of these words.
+    Choice(&'static [&'static str]),
+    /// A number of any quantity, or a string with a unit.
+    Quantity,
+    /// A list of values of any kind.
+    Values,
     /// Some of these words.
     Words(&'static [&'static str]),
     /// A table.
@@ -200,7 +208,7 @@ pub(crate) const SCENARIO: Keys = Keys {
         may("output", Form::Table(&OUTPUT), "what is written besides the result"),
         may("plugins", Form::Table(&PLUGINS), "libraries with further kinds"),
         may("obstacles", Form::NotYet, "what the harness may touch"),
-        may("sweep", Form::NotYet, "values to run the scenario over"),
+        may("sweep", Form::Table(&SWEEP), "values to run the scenario over, with `wireloom sweep`"),
     ],
 };
 

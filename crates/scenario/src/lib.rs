@@ -34,6 +34,7 @@ mod schema;
 mod sections;
 mod sequence;
 pub mod settings;
+pub mod sweep;
 mod timeline;
 mod units;
 
@@ -106,7 +107,15 @@ pub fn parse_with_settings(
         }
     }
     let faults = reader.finish();
-    if faults.is_empty() { Ok(scenario) } else { Err(faults) }
+    if !faults.is_empty() {
+        return Err(faults);
+    }
+    // What a sweep sets is tried once, or a slip would be found only after all its points have failed.
+    if let (Some(sweep), []) = (&scenario.sweep, settings) {
+        parse_with_settings(text, &sweep.settings(0), files, registry)
+            .map_err(|faults| sweep::placed(sweep, text, faults))?;
+    }
+    Ok(scenario)
 }
 
 /// The text as a table, with the places of its values.

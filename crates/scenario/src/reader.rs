@@ -487,6 +487,18 @@ impl<'a> Entry<'a> {
         self.list(name).iter().map(|item| self.reader.direction(name, item)).collect()
     }
 
+    /// One of the words declared.
+    pub fn choice(&self, name: &str) -> Option<&'a str> {
+        let Form::Choice(words) = self.key(name).form else { unreachable!("{name} is no choice") };
+        self.node(name).and_then(|node| self.reader.choice(name, node, words.iter().copied()))
+    }
+
+    /// The values of a list, whatever they are.
+    pub fn values(&self, name: &str) -> &'a [Node<'a>] {
+        let Form::Values = self.key(name).form else { unreachable!("{name} is no list of values") };
+        self.list(name)
+    }
+
     /// Words of a list out of those declared.
     pub fn choices(&self, name: &str) -> Vec<&'a str> {
         let Form::Words(words) = self.key(name).form else { unreachable!("{name} are no words") };

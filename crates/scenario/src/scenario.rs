@@ -2,6 +2,7 @@
 
 use crate::Span;
 use crate::bundle::Bundle;
+use crate::sweep::Sweep;
 use std::collections::BTreeMap;
 use wireloom_core::constraint::{Limits, Slide};
 use wireloom_core::joint::WireShare;
@@ -52,6 +53,8 @@ pub struct Scenario {
     pub steps: Vec<Step>,
     /// Where each step is in the file, bytes.
     pub step_spans: Vec<Span>,
+    /// What it is run over, by `wireloom sweep`.
+    pub sweep: Option<Sweep>,
     /// What is written besides the result.
     pub output: Output,
 }

@@ -80,12 +80,7 @@ fn describe(d: Dimension) -> String {
     if let Some(words) = QUANTITIES.into_iter().map(words).find(|w| w.dimension == d) {
         return words.name.to_owned();
     }
-    let factors: Vec<String> = [("kg", d.kilogram), ("m", d.metre), ("s", d.second), ("rad", d.radian)]
-        .into_iter()
-        .filter(|(_, exponent)| *exponent != 0)
-        .map(|(symbol, exponent)| if exponent == 1 { symbol.to_owned() } else { format!("{symbol}^{exponent}") })
-        .collect();
-    format!("measured in {}", factors.join(" "))
+    format!("measured in {}", symbols(d))
 }
 
 /// Symbol, factor to SI, dimension, whether it takes prefixes.
@@ -262,6 +257,29 @@ pub(crate) fn parse(text: &str, quantity: Quantity) -> Result<f64, String> {
     if value.is_finite() { Ok(value) } else { Err("is too large".to_owned()) }
 }
 
+/// The value of a string with any unit, in SI, and that SI unit as [`parse`] reads it; empty for a pure number.
+///
+/// # Errors
+/// What is wrong with it, to follow the quoted text in a message.
+pub(crate) fn any(text: &str) -> Result<(f64, String), String> {
+    let trimmed = text.trim();
+    let (number, rest) = trimmed.split_at(number_length(trimmed));
+    let number: f64 = number.parse().map_err(|_| "is no number".to_owned())?;
+    let (factor, found) = unit(rest).map_err(|part| format!("has the unknown unit `{part}`"))?;
+    let value = if factor < 1.0 && (1.0 / factor).fract() == 0.0 { number / (1.0 / factor) } else { number * factor };
+    Ok((value, symbols(found)))
+}
+
+/// `kg m^2 s^-2`.
+fn symbols(d: Dimension) -> String {
+    let factors: Vec<String> = [("kg", d.kilogram), ("m", d.metre), ("s", d.second), ("rad", d.radian)]
+        .into_iter()
+        .filter(|(_, exponent)| *exponent != 0)
+        .map(|(symbol, exponent)| if exponent == 1 { symbol.to_owned() } else { format!("{symbol}^{exponent}") })
+        .collect();
+    factors.join(" ")
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -298,6 +316,24 @@ mod tests {
             let value = parse(text, quantity).unwrap_or_else(|e| panic!("{text}: {e}"));
             assert!((value - expected).abs() <= 1e-15 * expected.abs(), "{text}: {value:e}, not {expected:e}");
         }
+    }
+
+    #[test]
+    fn any_unit_becomes_an_si_unit_that_is_understood() {
+        for (text, quantity) in [
+            ("412 mm", Quantity::Length),
+            ("3 kN", Quantity::Force),
+            ("30 deg", Quantity::Angle),
+            ("5 N mm/deg", Quantity::MomentPerAngle),
+            ("1.35 g/cm3", Quantity::Density),
+            ("7 MPa", Quantity::Pressure),
+        ] {
+            let (value, unit) = any(text).unwrap();
+            assert_eq!(parse(&format!("{value:?} {unit}"), quantity), Ok(value), "{text}: {unit}");
+            assert_eq!(parse(text, quantity), Ok(value));
+        }
+        assert_eq!(any("0.5"), Ok((0.5, String::new())));
+        assert!(any("cosserat").is_err() && any("5 furlongs").is_err());
     }
 
     #[test]

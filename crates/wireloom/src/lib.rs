@@ -1,6 +1,7 @@
 //! Wireloom: scenario text in, equilibria out.
 
 pub mod bench;
+pub mod sweep;
 
 pub use wireloom_core as core;
 pub use wireloom_export as export;

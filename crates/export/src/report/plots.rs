@@ -3,6 +3,7 @@
 use crate::ending::BranchEnd;
 use crate::local::Local;
 use plotters::coord::ranged1d::{AsRangedCoord, Ranged, ValueFormatter};
+use plotters::coord::types::RangedCoordf64;
 use plotters::prelude::*;
 use wireloom_core::equilibrium::BranchResult;
 
@@ -123,6 +124,86 @@ where
         // Writing to a string cannot fail; a plot that cannot be drawn is left out.
         Err(_) => String::new(),
     }
+}
+
+/// How often values occur, in bars of equal width.
+pub fn histogram(values: &[f64]) -> String {
+    let (low, high) = values.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), x| (a.min(*x), b.max(*x)));
+    if high <= low {
+        return String::new();
+    }
+    // As many bars as have some twenty values each, but at least a few, and not too many.
+    let bars = (values.len() as f64).sqrt().clamp(5.0, 40.0) as usize;
+    let width = (high - low) / bars as f64;
+    let mut counts = vec![0_u32; bars];
+    for x in values {
+        counts[(((x - low) / width) as usize).min(bars - 1)] += 1;
+    }
+    let most = f64::from(counts.iter().copied().max().unwrap_or(1));
+    chart((low, high), (0.0, 1.05 * most), |chart| {
+        let bars = counts.iter().enumerate().map(|(k, n)| {
+            let left = low + k as f64 * width;
+            Rectangle::new([(left, 0.0), (left + width, f64::from(*n))], LAST.mix(0.75).filled())
+        });
+        chart.draw_series(bars).map(|_| ()).map_err(|error| error.to_string())
+    })
+}
+
+/// Points, and a line through them where they are `joined`.
+pub fn response(points: &[(f64, f64)], joined: bool) -> String {
+    let range = |of: fn(&(f64, f64)) -> f64| {
+        let (low, high) =
+            points.iter().map(of).fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), x| (a.min(x), b.max(x)));
+        let margin = 0.04 * (high - low);
+        (low - margin, high + margin)
+    };
+    let (x, y) = (range(|point| point.0), range(|point| point.1));
+    let sound = |(low, high): (f64, f64)| low.is_finite() && high.is_finite() && high > low;
+    if !sound(x) || !sound(y) {
+        return String::new();
+    }
+    chart(x, y, |chart| {
+        if joined {
+            let line = LineSeries::new(points.iter().copied(), LAST.stroke_width(2));
+            chart.draw_series(line).map_err(|error| error.to_string())?;
+        }
+        let dots = points.iter().map(|point| Circle::new(*point, 2, LAST.mix(0.6).filled()));
+        chart.draw_series(dots).map(|_| ()).map_err(|error| error.to_string())
+    })
+}
+
+/// Axes with plain numbers, and what is drawn between them.
+type Plane<'a, 'b> = ChartContext<'a, SVGBackend<'b>, Cartesian2d<RangedCoordf64, RangedCoordf64>>;
+
+fn chart(x: (f64, f64), y: (f64, f64), fill: impl FnOnce(&mut Plane<'_, '_>) -> Result<(), String>) -> String {
+    let mut text = String::new();
+    let attempt = || -> Result<(), String> {
+        let area = SVGBackend::with_string(&mut text, SIZE).into_drawing_area();
+        area.fill(&WHITE).map_err(|error| error.to_string())?;
+        let mut chart = ChartBuilder::on(&area)
+            .margin(6)
+            .margin_right(14)
+            .x_label_area_size(24)
+            .y_label_area_size(62)
+            .build_cartesian_2d(x.0..x.1, y.0..y.1)
+            .map_err(|error| error.to_string())?;
+        let digits = |(low, high): (f64, f64)| (1.5 - (high - low).log10()).ceil().clamp(0.0, 9.0) as usize;
+        chart
+            .configure_mesh()
+            .light_line_style(TRANSPARENT)
+            .bold_line_style(BLACK.mix(0.12))
+            .label_style(("sans-serif", 13))
+            .x_labels(6)
+            .y_labels(8)
+            .x_label_formatter(&|value| super::fixed(*value, digits(x)))
+            .y_label_formatter(&|value| super::fixed(*value, digits(y)))
+            .draw()
+            .map_err(|error| error.to_string())?;
+        fill(&mut chart)?;
+        area.present().map_err(|error| error.to_string())
+    };
+    // Writing to a string cannot fail; a plot that cannot be drawn is left out.
+    if attempt().is_ok() { text } else { String::new() }
 }
 
 /// `1200`, `0.25`, `3e-5`.

@@ -4,6 +4,7 @@ mod beside_html;
 mod comparisons;
 mod csv_table;
 mod json_contract;
+mod parquet_table;
 mod picture_svg;
 mod report_html;
 mod samples;

@@ -1,0 +1,199 @@
+//! `wireloom sweep`: a scenario over many values, to a table.
+//!
+//! | in `DIR/` | what |
+//! | --- | --- |
+//! | `points.parquet` | a row for each point, written when all are done |
+//! | `.wireloom/sweep/origin.json` | which scenario, while the sweep goes |
+//! | `.wireloom/sweep/NNNNNN` | blocks of points that are done, while the sweep goes |
+
+use crate::arguments::SweepArguments;
+use crate::failure::{Failure, Outcome};
+use crate::folder::{self, Folder, OWN};
+use crate::load::{self, Beside};
+use crate::plugins::{self, Trust};
+use crate::progress::Bar;
+use crate::results::PROGRAM;
+use crate::saved::{decode, encode};
+use crate::summary::{Columns, printable};
+use crate::{interrupt, run, size};
+use serde::{Deserialize, Serialize};
+use std::fs;
+use std::io::{self, Write};
+use std::path::{Path, PathBuf};
+use wireloom::core::equilibrium::Library;
+use wireloom::export::report;
+use wireloom::export::table::{self, Column, Row, Table};
+use wireloom::scenario::Setting;
+use wireloom::sweep::{Points, header};
+
+/// The table.
+const TABLE: &str = "points.parquet";
+/// The page.
+const REPORT: &str = "report.html";
+/// Points of a block: what a kill costs at most. Whole blocks are computed, whatever the number of threads.
+const BLOCK: usize = 64;
+const PARTS: &str = "sweep";
+/// Changes with what the blocks mean.
+const FORMAT: u32 = 2;
+/// Messages of refused points that are shown.
+const REFUSALS: usize = 3;
+
+/// What a sweep was made from.
+#[derive(PartialEq, Serialize, Deserialize)]
+struct Origin {
+    format: u32,
+    program: String,
+    minimiser: Option<String>,
+    texts: Vec<(String, String)>,
+    plugins: Vec<Library>,
+}
+
+/// Carries out a sweep, or goes on with it where it was interrupted.
+pub fn sweep(arguments: &SweepArguments, out: &mut dyn Write) -> Result<Outcome, Failure> {
+    let trust = Trust::to_run(&arguments.allowed);
+    let file = &arguments.file;
+    let minimiser: Vec<Setting> = arguments.minimiser.iter().map(|kind| Setting::minimiser(kind)).collect();
+    let loaded = load::scenario(file, &minimiser, &trust)?;
+    let Some(sweep) = &loaded.scenario.sweep else {
+        let help = "add one, such as\n[sweep.vary]\n\"branches.NAME.length\" = { from = \"400 mm\", to = \"500 mm\", count = 11 }";
+        return Err(Failure::Input(format!("{} has no [sweep]: {help}", file.display())));
+    };
+    let place = arguments.out.clone().unwrap_or_else(|| run::default_folder(file));
+    let origin = Origin {
+        format: FORMAT,
+        program: PROGRAM.to_owned(),
+        minimiser: arguments.minimiser.clone(),
+        texts: loaded.texts.clone(),
+        plugins: loaded.plugins.iter().map(plugins::record).collect(),
+    };
+    let mut folder = Folder::create(&place)?;
+    let parts = Parts::begin(&mut folder, &origin)?;
+    let points = Points {
+        text: &loaded.texts[0].1,
+        files: &Beside::of(file),
+        minimiser: arguments.minimiser.as_deref(),
+        registry: &loaded.registry,
+        sweep,
+        header: header(sweep, &loaded.built.network),
+    };
+    let blocks: Vec<usize> = (0..sweep.points.div_ceil(BLOCK)).filter(|k| !parts.path(*k).exists()).collect();
+    let range = |k: usize| k * BLOCK..((k + 1) * BLOCK).min(sweep.points);
+    let left: usize = blocks.iter().map(|k| range(*k).len()).sum();
+    if left < sweep.points && !arguments.quiet {
+        writeln!(out, "going on after {} points", sweep.points - left).map_err(Failure::standard_output)?;
+        out.flush().map_err(Failure::standard_output)?;
+    }
+    let bar = Bar::new(sweep.points, sweep.points - left, !arguments.quiet);
+    bar.say("points");
+    interrupt::listen();
+    for k in blocks {
+        let Some(rows) = points.compute(range(k), &interrupt::asked, &|| bar.one()) else { break };
+        folder::write(&parts.path(k), |out| encode(&rows, out))?;
+    }
+    drop(bar);
+    if interrupt::asked() {
+        let words = format!("interrupted; the same command goes on, from {}", place.display());
+        writeln!(out, "{words}").map_err(Failure::standard_output)?;
+        return Ok(Outcome::NotConverged);
+    }
+    let rows = parts.read(sweep.points.div_ceil(BLOCK))?;
+    let notes = [
+        ("program", PROGRAM.to_owned()),
+        ("scenario", loaded.scenario.name.clone()),
+        ("text", loaded.texts[0].1.clone()),
+    ];
+    let table = Table::of(&points.header, &rows, notes.map(|(key, text)| (format!("wireloom.{key}"), text)).to_vec());
+    folder.write(TABLE, |out| table::write(&table, out))?;
+    parts.clear()?;
+    if !arguments.quiet {
+        print(&rows, &table, out).map_err(Failure::standard_output)?;
+        writeln!(out, "wrote {}", place.join(TABLE).display()).map_err(Failure::standard_output)?;
+    }
+    Ok(Outcome::Done)
+}
+
+/// How many points ended how, and between which values the results lie.
+fn print(rows: &[Row], table: &Table, out: &mut dyn Write) -> io::Result<()> {
+    let mut counts: Vec<(&str, usize)> = vec![];
+    for row in rows {
+        match counts.iter_mut().find(|(status, _)| *status == row.status) {
+            Some((_, n)) => *n += 1,
+            None => counts.push((&row.status, 1)),
+        }
+    }
+    counts.sort_by_key(|(_, n)| std::cmp::Reverse(*n));
+    let words: Vec<String> = counts.iter().map(|(status, n)| format!("{n} {status}")).collect();
+    writeln!(out, "{}: {}\n", size::counted(rows.len(), "point", "points"), words.join(", "))?;
+    let mut columns = Columns::new(["result", ">least", ">mean", ">greatest"]);
+    for (name, unit) in [("energy.total", "J"), ("bend_radius", "m"), ("force", "N")] {
+        let Some(Column::Numbers(numbers)) = table.column(name) else { continue };
+        let numbers: Vec<f64> = numbers.iter().flatten().copied().collect();
+        if numbers.is_empty() {
+            continue;
+        }
+        let (least, greatest) =
+            numbers.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), x| (a.min(*x), b.max(*x)));
+        let mean = numbers.iter().sum::<f64>() / numbers.len() as f64;
+        let cell = |number: f64| format!("{number:.5}");
+        columns.row([format!("{name} [{unit}]"), cell(least), cell(mean), cell(greatest)]);
+    }
+    columns.print(out)?;
+    let refused = rows.iter().enumerate().filter_map(|(k, row)| Some((k, row.message.as_ref()?)));
+    for (k, message) in refused.take(REFUSALS) {
+        writeln!(out, "point {k} refused: {}", printable(message))?;
+    }
+    Ok(())
+}
+
+/// What is done of a sweep while it goes.
+struct Parts(PathBuf);
+
+impl Parts {
+    /// Goes on where the same sweep was interrupted; begins anew otherwise.
+    fn begin(folder: &mut Folder, origin: &Origin) -> Result<Self, Failure> {
+        let parts = Self(folder.path().join(OWN).join(PARTS));
+        let path = parts.0.join("origin.json");
+        let known = fs::read(&path).ok().and_then(|bytes| serde_json::from_slice::<Origin>(&bytes).ok());
+        if known.as_ref() != Some(origin) {
+            folder.clear()?;
+            parts.clear()?;
+            folder::write(&path, |out| Ok(serde_json::to_writer(out, origin)?))?;
+        }
+        Ok(parts)
+    }
+
+    fn path(&self, block: usize) -> PathBuf {
+        self.0.join(format!("{block:06}"))
+    }
+
+    fn read(&self, blocks: usize) -> Result<Vec<Row>, Failure> {
+        let parts: Result<Vec<Vec<Row>>, Failure> = (0..blocks).map(|k| decode(&self.path(k))).collect();
+        Ok(parts?.into_iter().flatten().collect())
+    }
+
+    fn clear(&self) -> Result<(), Failure> {
+        match fs::remove_dir_all(&self.0) {
+            Err(error) if error.kind() != io::ErrorKind::NotFound => Err(Failure::io("remove", &self.0)(error)),
+            _ => Ok(()),
+        }
+    }
+}
+
+/// `wireloom report`: the table of a sweep as one page.
+pub fn report(place: &Path, target: Option<&Path>, out: &mut dyn Write) -> Result<Outcome, Failure> {
+    let path = if place.is_dir() { place.join(TABLE) } else { place.to_owned() };
+    let bytes = fs::read(&path).map_err(Failure::io("read", &path))?;
+    let table = table::read(bytes)
+        .map_err(|error| Failure::Input(format!("{} is no table of a sweep: {error}", path.display())))?;
+    let name = table.notes.iter().find(|(key, _)| key == "wireloom.scenario").map_or("sweep", |(_, name)| name);
+    let points = report::Points {
+        title: name,
+        table: &table,
+        program: PROGRAM,
+        written: &humantime::format_rfc3339_seconds(std::time::SystemTime::now()).to_string(),
+    };
+    let target = target.map_or_else(|| path.with_file_name(REPORT), Path::to_owned);
+    folder::write(&target, |out| report::write_points(&points, out))?;
+    writeln!(out, "wrote {}", target.display()).map_err(Failure::standard_output)?;
+    Ok(Outcome::Done)
+}

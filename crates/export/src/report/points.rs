@@ -1,0 +1,288 @@
+//! A sweep on one page: how many points ended how, how results are distributed, how they respond to every key, and which key
+//! matters most. What `wireloom report` writes.
+
+use super::{fixed, plots, style};
+use crate::table::{Column, Table};
+use maud::{DOCTYPE, Markup, PreEscaped, html};
+use nalgebra::{DMatrix, DVector};
+use std::io::{self, Write};
+
+/// What the page is about. Its writer knows neither clock nor machine: whoever asks for it says.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Points<'a> {
+    /// Headline.
+    pub title: &'a str,
+    /// The table of the sweep.
+    pub table: &'a Table,
+    /// Program and version.
+    pub program: &'a str,
+    /// Day and time.
+    pub written: &'a str,
+}
+
+/// Points of a plot; of more, every so many are drawn.
+const DRAWN: usize = 1500;
+/// Results that are open to begin with: those of the whole harness.
+const WHOLE: [(&str, &str); 3] = [("bend_radius", "m"), ("force", "N"), ("energy.total", "J")];
+/// Results of single branches and fixings that have a section.
+const MORE: usize = 40;
+
+/// Writes the page.
+///
+/// # Errors
+/// Those of `out`.
+pub fn write_points(points: &Points<'_>, out: &mut impl Write) -> io::Result<()> {
+    out.write_all(page(points).into_string().as_bytes())
+}
+
+/// Numbers of a column where there are any, and the rows they are of.
+struct Series<'a> {
+    name: &'a str,
+    unit: &'static str,
+    entries: &'a [Option<f64>],
+}
+
+impl<'a> Series<'a> {
+    fn of(table: &'a Table, name: &'a str, unit: &'static str) -> Option<Self> {
+        let Some(Column::Numbers(entries)) = table.column(name) else { return None };
+        Some(Self { name, unit, entries })
+    }
+
+    fn finite(&self) -> impl Iterator<Item = f64> + '_ {
+        self.entries.iter().flatten().copied().filter(|x| x.is_finite())
+    }
+
+    fn range(&self) -> (f64, f64) {
+        self.finite().fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), x| (a.min(x), b.max(x)))
+    }
+
+    fn varies(&self) -> bool {
+        let (low, high) = self.range();
+        high > low
+    }
+}
+
+fn page(points: &Points<'_>) -> Markup {
+    let table = points.table;
+    let keys = keys(table);
+    let numeric: Vec<Series> =
+        keys.iter().filter_map(|key| Series::of(table, key, "")).filter(Series::varies).collect();
+    let results = results(table);
+    html! {
+        (DOCTYPE)
+        html lang="en" {
+            head {
+                meta charset="utf-8";
+                meta name="viewport" content="width=device-width, initial-scale=1";
+                title { (points.title) }
+                style { (PreEscaped(style::SHEET)) }
+            }
+            body {
+                header {
+                    h1 { (points.title) ": " (table.rows()) " points" }
+                    p { (points.program) " · " (points.written) }
+                }
+                (statuses(table))
+                (distributions(&results))
+                @for (k, result) in results.iter().enumerate() {
+                    section {
+                        details open[k < WHOLE.len()] {
+                            summary { (result.name) " [" (result.unit) "]" }
+                            (tornado(&numeric, result))
+                            div class="plots" {
+                                figure {
+                                    (PreEscaped(plots::histogram(&result.finite().collect::<Vec<_>>())))
+                                    figcaption { "how many points have which " (result.name) " [" (result.unit) "]" }
+                                }
+                                @for key in &numeric { (response(key, result, keys.len() == 1)) }
+                            }
+                        }
+                    }
+                }
+                @for (key, text) in &table.notes { @if key == "wireloom.text" {
+                    section id="scenario" { h2 { "Scenario" } details { summary { "text" } pre { (text) } } }
+                } }
+                script { (PreEscaped(style::UNFOLD)) }
+            }
+        }
+    }
+}
+
+/// The columns between the number of a point and its status.
+fn keys(table: &Table) -> Vec<&str> {
+    table.columns.iter().map(|(name, _)| name.as_str()).skip(1).take_while(|name| *name != "status").collect()
+}
+
+/// Results that differ from point to point: those of the whole harness, then those of its parts.
+fn results(table: &Table) -> Vec<Series<'_>> {
+    let whole = WHOLE.iter().filter_map(|(name, unit)| Series::of(table, name, unit));
+    let part = |(name, _): &'_ (String, Column)| {
+        [("bend_radius.", "m"), ("force.", "N")]
+            .into_iter()
+            .find(|(start, _)| name.starts_with(start))
+            .map(|(_, unit)| unit)
+    };
+    let keys = keys(table);
+    let parts = table.columns.iter().filter(|(name, _)| !keys.contains(&name.as_str()));
+    let parts = parts.filter_map(|column| Series::of(table, &column.0, part(column)?));
+    whole.chain(parts.take(MORE)).filter(Series::varies).collect()
+}
+
+fn statuses(table: &Table) -> Markup {
+    let Some(Column::Words(words)) = table.column("status") else { return html! {} };
+    let mut counts: Vec<(&str, usize)> = Vec::new();
+    for word in words.iter().map(|word| word.as_deref().unwrap_or("unknown")) {
+        match counts.iter_mut().find(|(known, _)| *known == word) {
+            Some((_, n)) => *n += 1,
+            None => counts.push((word, 1)),
+        }
+    }
+    counts.sort_by_key(|(_, n)| std::cmp::Reverse(*n));
+    let refused = match table.column("message") {
+        Some(Column::Words(messages)) => {
+            messages.iter().enumerate().find_map(|(k, message)| Some((k, message.as_ref()?)))
+        }
+        _ => None,
+    };
+    html! {
+        section id="status" {
+            h2 { "How points ended" }
+            table { tbody { @for (word, n) in &counts {
+                tr class=[(*word != "converged").then_some("trouble")] { td { (word) } td class="n" { (n) } }
+            } } }
+            @if let Some((k, message)) = refused { p { "The first refused one, point " (k) ": " (message) } }
+        }
+    }
+}
+
+fn distributions(results: &[Series<'_>]) -> Markup {
+    html! {
+        section id="results" {
+            h2 { "Results" }
+            table {
+                thead { tr {
+                    th { "result" } th class="n" { "points" } th class="n" { "least" } th class="n" { "5 %" } th class="n" { "median" }
+                    th class="n" { "95 %" } th class="n" { "greatest" } th class="n" { "mean" } th class="n" { "standard deviation" }
+                } }
+                tbody { @for result in results {
+                    @let mut sorted = result.finite().collect::<Vec<f64>>();
+                    @let () = sorted.sort_by(f64::total_cmp);
+                    @let n = sorted.len() as f64;
+                    @let mean = sorted.iter().sum::<f64>() / n;
+                    @let deviation = (sorted.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / (n - 1.0).max(1.0)).sqrt();
+                    tr {
+                        td { (result.name) " [" (result.unit) "]" }
+                        td class="n" { (sorted.len()) }
+                        @for share in [0.0, 0.05, 0.5, 0.95, 1.0] {
+                            td class="n" { (fixed(sorted[(share * (n - 1.0)).round() as usize], 5)) }
+                        }
+                        td class="n" { (fixed(mean, 5)) }
+                        td class="n" { (format!("{deviation:.2e}")) }
+                    }
+                } }
+            }
+        }
+    }
+}
+
+/// How far each key, over its whole range, moves the result, by a plane through all points.
+fn tornado(keys: &[Series<'_>], result: &Series<'_>) -> Markup {
+    let Some(Fit { mut swings, share }) = fit(keys, result) else { return html! {} };
+    swings.sort_by(|a, b| b.1.abs().total_cmp(&a.1.abs()));
+    let most = swings.first().map_or(1.0, |(_, swing)| swing.abs()).max(f64::MIN_POSITIVE);
+    html! {
+        table {
+            thead { tr { th { "key" } th class="n" { "its range" } th class="n" { "moves " (result.name) " by [" (result.unit) "]" } th {} } }
+            tbody { @for (k, swing) in &swings {
+                @let (low, high) = keys[*k].range();
+                tr {
+                    td { (keys[*k].name) }
+                    td class="n" { (fixed(low, 5)) " to " (fixed(high, 5)) }
+                    td class="n" { (format!("{swing:+.3e}")) }
+                    td { div style={ "height:.7rem;min-width:1px;background:" (if *swing < 0.0 { "#c46a00" } else { "#1f5fa8" })
+                        ";width:" (fixed(16.0 * swing.abs() / most, 2)) "rem" } {} }
+                }
+            } }
+        }
+        p { "By the plane nearest to all points, which explains " (fixed(100.0 * share, 1)) " % of the variance." }
+    }
+}
+
+/// A plane through the points.
+#[derive(Debug)]
+struct Fit {
+    /// Index of a key, and change of the result over the key's whole range.
+    swings: Vec<(usize, f64)>,
+    /// Share of the variance that the plane explains, R².
+    share: f64,
+}
+
+/// Least squares of `y = b₀ + Σ bᵢ xᵢ`, keys scaled to −½ .. ½ so that `bᵢ` are the swings; none where there are too few points.
+fn fit(keys: &[Series<'_>], result: &Series<'_>) -> Option<Fit> {
+    let rows: Vec<usize> = (0..result.entries.len())
+        .filter(|&row| {
+            let finite = |series: &Series<'_>| series.entries[row].is_some_and(f64::is_finite);
+            finite(result) && keys.iter().all(finite)
+        })
+        .collect();
+    if keys.is_empty() || rows.len() < keys.len() + 2 {
+        return None;
+    }
+    let at = |series: &Series<'_>, row: usize| series.entries[row].unwrap_or(f64::NAN);
+    let x = DMatrix::from_fn(rows.len(), keys.len() + 1, |i, j| match j.checked_sub(1) {
+        None => 1.0,
+        Some(k) => {
+            let (low, high) = keys[k].range();
+            (at(&keys[k], rows[i]) - low) / (high - low) - 0.5
+        }
+    });
+    let y = DVector::from_fn(rows.len(), |i, _| at(result, rows[i]));
+    let b = (x.transpose() * &x).cholesky()?.solve(&(x.transpose() * &y));
+    let mean = y.mean();
+    let left = (&y - &x * &b).norm_squared();
+    let all = y.add_scalar(-mean).norm_squared();
+    Some(Fit {
+        swings: (0..keys.len()).map(|k| (k, b[k + 1])).collect(),
+        share: if all > 0.0 { 1.0 - left / all } else { 1.0 },
+    })
+}
+
+/// The result over a key.
+fn response(key: &Series<'_>, result: &Series<'_>, joined: bool) -> Markup {
+    let points = key.entries.iter().zip(result.entries);
+    let mut points: Vec<(f64, f64)> =
+        points.filter_map(|(x, y)| Some(((*x)?, (*y)?))).filter(|(x, y)| x.is_finite() && y.is_finite()).collect();
+    let every = points.len().div_ceil(DRAWN).max(1);
+    points = points.into_iter().step_by(every).collect();
+    points.sort_by(|a, b| a.0.total_cmp(&b.0));
+    html! {
+        figure {
+            (PreEscaped(plots::response(&points, joined)))
+            figcaption { (result.name) " [" (result.unit) "] over " (key.name) @if every > 1 { " (every " (every) "th point)" } }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_plane_is_found_and_what_it_explains() {
+        let x: Vec<Option<f64>> = (0..30).map(|k| Some(1.0 + f64::from(k % 5))).collect();
+        let z: Vec<Option<f64>> = (0..30).map(|k| Some(f64::from(k % 7))).collect();
+        let y: Vec<Option<f64>> = x.iter().zip(&z).map(|(x, z)| Some(3.0 + 2.0 * (*x)? - 0.5 * (*z)?)).collect();
+        let series = |name, entries| Series { name, unit: "", entries };
+        let Fit { swings, share } = fit(&[series("x", &x), series("z", &z)], &series("y", &y)).unwrap();
+        assert!((swings[0].1 - 8.0).abs() < 1e-10 && (swings[1].1 + 3.0).abs() < 1e-10, "{swings:?}");
+        assert!((share - 1.0).abs() < 1e-12);
+        assert!(
+            fit(&[series("x", &x[..2])], &series("y", &y[..2])).is_none(),
+            "two points make no plane of two numbers"
+        );
+        // A parabola about the middle of its range has no slope.
+        let square: Vec<Option<f64>> = x.iter().map(|x| Some((x.unwrap() - 3.0).powi(2))).collect();
+        let flat = fit(&[series("x", &x)], &series("y", &square)).unwrap();
+        assert!(flat.swings[0].1.abs() < 1e-10 && flat.share < 1e-10, "{flat:?}");
+    }
+}

@@ -1,0 +1,335 @@
+//! The points of a sweep as a table, in Parquet: a row for each point, for DuckDB, pandas, Polars and the like.
+//!
+//! | column | what |
+//! | --- | --- |
+//! | `point` | its number, from 0 |
+//! | the keys that vary | their values, in SI units where they are numbers |
+//! | `status` | how the run ended; `refused` where the scenario is none with these values |
+//! | `message` | why it was refused; null where it was not |
+//! | `stable` | whether the equilibrium is stable; null where it was not determined |
+//! | `events` | what an engineer must know: kinds of events and how many of each |
+//! | `iterations` | of the minimiser, over all steps |
+//! | `energy.total` ... | J, by effect |
+//! | `bend_radius`, `force` | the tightest bend of all branches (m; infinite where all are straight), the largest force of all fixings (N) |
+//! | `bend_radius.BRANCH`, `twist_turns.BRANCH` | tightest bend of a branch (m), its twist (turns) |
+//! | `force.FIXING`, `force_x.FIXING` ... | what a fixing exerts in the end: norm and world components (N); null where it has let go |
+//! | `moment.FIXING`, `moment_x.FIXING` ... | likewise about the held point (N m) |
+//!
+//! No times: the same sweep gives the same bytes.
+
+use crate::ending::{Ending, FixingEnd};
+use bytes::Bytes;
+use parquet::basic::{Compression, LogicalType, Repetition, Type as Physical};
+use parquet::column::reader::ColumnReader;
+use parquet::data_type::{BoolType, ByteArray, ByteArrayType, DataType, DoubleType, Int64Type};
+use parquet::errors::ParquetError;
+use parquet::file::metadata::KeyValue;
+use parquet::file::properties::WriterProperties;
+use parquet::file::reader::{FileReader, SerializedFileReader};
+use parquet::file::writer::{SerializedFileWriter, SerializedRowGroupWriter};
+use parquet::schema::types::Type;
+use serde::{Deserialize, Serialize};
+use std::io::{self, Write};
+use std::sync::Arc;
+use wireloom_core::Vector;
+
+/// Rows written at once.
+const ROWS: usize = 1 << 16;
+/// Status of a point whose values make no scenario.
+pub const REFUSED: &str = "refused";
+
+/// A point of a sweep.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Row {
+    /// Values of the keys that vary.
+    pub values: Vec<Cell>,
+    /// How the run ended.
+    pub status: String,
+    /// Why it was refused.
+    pub message: Option<String>,
+    /// Whether the equilibrium is stable.
+    pub stable: Option<bool>,
+    /// Kinds of events, and how many of each.
+    pub events: String,
+    /// In the order of [`Header::numbers`].
+    pub numbers: Vec<Option<f64>>,
+}
+
+/// A value of a key.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub enum Cell {
+    /// In SI units.
+    Number(f64),
+    /// Anything else.
+    Word(String),
+}
+
+/// The names of the columns.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Header {
+    /// Keys that vary.
+    pub keys: Vec<String>,
+    /// Branches.
+    pub branches: Vec<String>,
+    /// Fixings.
+    pub fixings: Vec<String>,
+}
+
+impl Header {
+    /// Names of the columns of numbers.
+    pub fn numbers(&self) -> Vec<String> {
+        let energies = ["total", "stretch", "shear", "bend", "twist", "gravity", "load", "joint", "constraint"];
+        let mut names = vec!["iterations".to_owned()];
+        names.extend(energies.map(|effect| format!("energy.{effect}")));
+        names.extend(["bend_radius", "force"].map(str::to_owned));
+        for branch in &self.branches {
+            names.extend(["bend_radius", "twist_turns"].map(|what| format!("{what}.{branch}")));
+        }
+        for fixing in &self.fixings {
+            for what in ["force", "moment"] {
+                names.push(format!("{what}.{fixing}"));
+                names.extend(["x", "y", "z"].map(|axis| format!("{what}_{axis}.{fixing}")));
+            }
+        }
+        names
+    }
+
+    /// A point that was computed.
+    pub fn row(&self, values: Vec<Cell>, ending: &Ending) -> Row {
+        let e = &ending.energy;
+        let energies = [e.total(), e.stretch, e.shear, e.bend, e.twist, e.gravity, e.load, e.joint, e.constraint];
+        let mut numbers = vec![ending.iterations as f64];
+        numbers.extend(energies);
+        numbers.push(ending.tightest().map_or(f64::INFINITY, |(_, _, radius)| radius));
+        numbers.push(ending.fixings.iter().fold(0.0, |force: f64, fixing| force.max(fixing.force.norm())));
+        for name in &self.branches {
+            let branch = ending.branches.iter().find(|branch| branch.name == *name);
+            let radius = branch.map(|branch| branch.tightest().map_or(f64::INFINITY, |(_, radius)| radius));
+            numbers.extend([radius, branch.map(|branch| branch.twist_turns)].map(|number| number.unwrap_or(f64::NAN)));
+        }
+        for name in &self.fixings {
+            let fixing = ending.fixings.iter().find(|fixing| fixing.name == *name);
+            let parts: [fn(&FixingEnd) -> Vector; 2] = [|fixing| fixing.force, |fixing| fixing.moment];
+            for part in parts {
+                let v = fixing.map_or(Vector::repeat(f64::NAN), part);
+                numbers.extend([v.norm(), v.x, v.y, v.z]);
+            }
+        }
+        let trouble = ending.events.iter().filter(|(kind, _)| kind.is_trouble());
+        let events: Vec<String> = trouble.map(|(kind, n)| format!("{n} {}", kind.word())).collect();
+        Row {
+            values,
+            status: ending.status.clone(),
+            message: None,
+            stable: ending.stable,
+            events: events.join(", "),
+            numbers: numbers.into_iter().map(|number| (!number.is_nan()).then_some(number)).collect(),
+        }
+    }
+
+    /// A point whose values make no scenario.
+    pub fn refused(&self, values: Vec<Cell>, message: String) -> Row {
+        Row {
+            values,
+            status: REFUSED.to_owned(),
+            message: Some(message),
+            stable: None,
+            events: String::new(),
+            numbers: vec![None; self.numbers().len()],
+        }
+    }
+}
+
+/// A table by columns.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Table {
+    /// Names and entries, as many in each.
+    pub columns: Vec<(String, Column)>,
+    /// What is said of the whole: names and texts.
+    pub notes: Vec<(String, String)>,
+}
+
+/// The entries of a column; `None`: null.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Column {
+    /// Whole numbers.
+    Counts(Vec<Option<i64>>),
+    /// Numbers.
+    Numbers(Vec<Option<f64>>),
+    /// Texts.
+    Words(Vec<Option<String>>),
+    /// Yes or no.
+    Flags(Vec<Option<bool>>),
+}
+
+impl Table {
+    /// The points of a sweep, in order.
+    pub fn of(header: &Header, rows: &[Row], notes: Vec<(String, String)>) -> Self {
+        let mut columns = vec![("point".to_owned(), Column::Counts((0..rows.len() as i64).map(Some).collect()))];
+        for (k, key) in header.keys.iter().enumerate() {
+            let number = |row: &Row| if let Cell::Number(number) = &row.values[k] { Some(*number) } else { None };
+            let word = |row: &Row| match &row.values[k] {
+                Cell::Number(number) => number.to_string(),
+                Cell::Word(word) => word.clone(),
+            };
+            let column = if rows.iter().all(|row| number(row).is_some()) {
+                Column::Numbers(rows.iter().map(number).collect())
+            } else {
+                Column::Words(rows.iter().map(|row| Some(word(row))).collect())
+            };
+            columns.push((key.clone(), column));
+        }
+        let words = |of: fn(&Row) -> Option<String>| Column::Words(rows.iter().map(of).collect());
+        columns.push(("status".to_owned(), words(|row| Some(row.status.clone()))));
+        columns.push(("message".to_owned(), words(|row| row.message.clone())));
+        columns.push(("stable".to_owned(), Column::Flags(rows.iter().map(|row| row.stable).collect())));
+        columns.push(("events".to_owned(), words(|row| Some(row.events.clone()))));
+        for (k, name) in header.numbers().into_iter().enumerate() {
+            columns.push((name, Column::Numbers(rows.iter().map(|row| row.numbers[k]).collect())));
+        }
+        Self { columns, notes }
+    }
+
+    /// The column of this name.
+    pub fn column(&self, name: &str) -> Option<&Column> {
+        self.columns.iter().find(|(other, _)| other == name).map(|(_, column)| column)
+    }
+
+    /// Number of rows.
+    pub fn rows(&self) -> usize {
+        self.columns.first().map_or(0, |(_, column)| column.len())
+    }
+}
+
+impl Column {
+    fn len(&self) -> usize {
+        match self {
+            Column::Counts(entries) => entries.len(),
+            Column::Numbers(entries) => entries.len(),
+            Column::Words(entries) => entries.len(),
+            Column::Flags(entries) => entries.len(),
+        }
+    }
+
+    fn field(&self, name: &str) -> Result<Type, ParquetError> {
+        let (physical, logical) = match self {
+            Column::Counts(_) => (Physical::INT64, None),
+            Column::Numbers(_) => (Physical::DOUBLE, None),
+            Column::Words(_) => (Physical::BYTE_ARRAY, Some(LogicalType::String)),
+            Column::Flags(_) => (Physical::BOOLEAN, None),
+        };
+        let field = Type::primitive_type_builder(name, physical).with_repetition(Repetition::OPTIONAL);
+        field.with_logical_type(logical).build()
+    }
+}
+
+/// Writes a table as Parquet.
+///
+/// # Errors
+/// Those of `out`.
+pub fn write(table: &Table, out: &mut (impl Write + Send)) -> io::Result<()> {
+    let attempt = |out| -> Result<(), ParquetError> {
+        let fields = table.columns.iter().map(|(name, column)| Ok(Arc::new(column.field(name)?)));
+        let fields = fields.collect::<Result<Vec<_>, ParquetError>>()?;
+        let schema = Arc::new(Type::group_type_builder("points").with_fields(fields).build()?);
+        let notes = table.notes.iter().map(|(key, text)| KeyValue::new(key.clone(), text.clone())).collect();
+        let properties = WriterProperties::builder()
+            .set_compression(Compression::SNAPPY)
+            .set_key_value_metadata(Some(notes))
+            .build();
+        let mut file = SerializedFileWriter::new(out, schema, Arc::new(properties))?;
+        for start in (0..table.rows()).step_by(ROWS) {
+            let rows = start..(start + ROWS).min(table.rows());
+            let mut group = file.next_row_group()?;
+            for (_, column) in &table.columns {
+                match column {
+                    Column::Counts(entries) => put::<Int64Type, _>(&mut group, &entries[rows.clone()], |x| *x)?,
+                    Column::Numbers(entries) => put::<DoubleType, _>(&mut group, &entries[rows.clone()], |x| *x)?,
+                    Column::Flags(entries) => put::<BoolType, _>(&mut group, &entries[rows.clone()], |x| *x)?,
+                    Column::Words(entries) => {
+                        put::<ByteArrayType, _>(&mut group, &entries[rows.clone()], |word| {
+                            ByteArray::from(word.as_str())
+                        })?;
+                    }
+                }
+            }
+            group.close()?;
+        }
+        file.close()?;
+        Ok(())
+    };
+    attempt(out).map_err(io::Error::other)
+}
+
+fn put<T: DataType, E>(
+    group: &mut SerializedRowGroupWriter<'_, impl Write + Send>,
+    entries: &[Option<E>],
+    stored: impl Fn(&E) -> T::T,
+) -> Result<(), ParquetError> {
+    let Some(mut column) = group.next_column()? else { return Ok(()) };
+    let present: Vec<i16> = entries.iter().map(|entry| i16::from(entry.is_some())).collect();
+    let values: Vec<T::T> = entries.iter().flatten().map(stored).collect();
+    column.typed::<T>().write_batch(&values, Some(&present), None)?;
+    column.close()
+}
+
+/// Reads a table that [`write`] has written.
+///
+/// # Errors
+/// `InvalidData`, with the reason, where it is none.
+pub fn read(bytes: Vec<u8>) -> io::Result<Table> {
+    let attempt = || -> Result<Table, ParquetError> {
+        let file = SerializedFileReader::new(Bytes::from(bytes))?;
+        let metadata = file.metadata();
+        let notes = metadata.file_metadata().key_value_metadata().into_iter().flatten();
+        let notes = notes.map(|note| (note.key.clone(), note.value.clone().unwrap_or_default())).collect();
+        let mut columns: Vec<(String, Column)> = Vec::new();
+        for g in 0..metadata.num_row_groups() {
+            let group = file.get_row_group(g)?;
+            let rows = usize::try_from(group.metadata().num_rows()).unwrap_or(0);
+            for c in 0..group.num_columns() {
+                let name = group.metadata().column(c).column_descr().name().to_owned();
+                let read = entries(group.get_column_reader(c)?, rows)?;
+                match columns.get_mut(c) {
+                    None => columns.push((name, read)),
+                    Some((_, column)) => column.append(read)?,
+                }
+            }
+        }
+        Ok(Table { columns, notes })
+    };
+    attempt().map_err(|error| io::Error::new(io::ErrorKind::InvalidData, error))
+}
+
+fn entries(reader: ColumnReader, rows: usize) -> Result<Column, ParquetError> {
+    macro_rules! read {
+        ($reader:expr, $stored:expr) => {{
+            let mut reader = $reader;
+            let (mut values, mut present) = (Vec::new(), Vec::new());
+            reader.read_records(rows, Some(&mut present), None, &mut values)?;
+            let mut values = values.into_iter().map($stored);
+            present.into_iter().map(|level| if level > 0 { values.next() } else { None }).collect()
+        }};
+    }
+    let text = |word: ByteArray| String::from_utf8_lossy(word.data()).into_owned();
+    Ok(match reader {
+        ColumnReader::Int64ColumnReader(reader) => Column::Counts(read!(reader, |x| x)),
+        ColumnReader::DoubleColumnReader(reader) => Column::Numbers(read!(reader, |x| x)),
+        ColumnReader::BoolColumnReader(reader) => Column::Flags(read!(reader, |x| x)),
+        ColumnReader::ByteArrayColumnReader(reader) => Column::Words(read!(reader, text)),
+        _ => return Err(ParquetError::General("a column is neither number, text nor flag".to_owned())),
+    })
+}
+
+impl Column {
+    fn append(&mut self, more: Column) -> Result<(), ParquetError> {
+        match (self, more) {
+            (Column::Counts(entries), Column::Counts(more)) => entries.extend(more),
+            (Column::Numbers(entries), Column::Numbers(more)) => entries.extend(more),
+            (Column::Words(entries), Column::Words(more)) => entries.extend(more),
+            (Column::Flags(entries), Column::Flags(more)) => entries.extend(more),
+            _ => return Err(ParquetError::General("a column changes its type".to_owned())),
+        }
+        Ok(())
+    }
+}

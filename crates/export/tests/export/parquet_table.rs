@@ -1,0 +1,81 @@
+//! The table of a sweep.
+
+use crate::samples::{run, y_harness};
+use wireloom_export::ending::Ending;
+use wireloom_export::report::{Points, write_points};
+use wireloom_export::table::{Cell, Column, Header, Table, read, write};
+
+fn table(points: usize) -> Table {
+    let ending = Ending::of(&run("y", vec![y_harness()])).unwrap();
+    let names = |names: &[&str]| names.iter().map(|name| (*name).to_owned()).collect::<Vec<String>>();
+    let fixings: Vec<String> = ending.fixings.iter().map(|fixing| fixing.name.clone()).chain(["gone".into()]).collect();
+    let header =
+        Header { keys: names(&["branches.left.length", "joints.J.model"]), branches: names(&["trunk"]), fixings };
+    let row = |k: usize| {
+        let values = vec![Cell::Number(k as f64 / 3.0), Cell::Word(format!("model {k}"))];
+        if k % 3 == 2 { header.refused(values, "too short".into()) } else { header.row(values, &ending) }
+    };
+    let rows: Vec<_> = (0..points).map(row).collect();
+    Table::of(&header, &rows, vec![("program".into(), "wireloom".into())])
+}
+
+#[test]
+fn comes_back_bit_for_bit_with_its_nulls() {
+    let table = table(7);
+    let mut bytes = Vec::new();
+    write(&table, &mut bytes).unwrap();
+    let back = read(bytes.clone()).unwrap();
+    assert_eq!(back, table);
+    let Some(Column::Numbers(lengths)) = back.column("branches.left.length") else { panic!("a column of numbers") };
+    assert_eq!(lengths[1], Some(1.0 / 3.0));
+    let Some(Column::Numbers(forces)) = back.column("force.gone") else { panic!("a column of numbers") };
+    assert!(forces.iter().all(Option::is_none));
+    let Some(Column::Words(words)) = back.column("message") else { panic!("a column of texts") };
+    assert_eq!((words[0].as_deref(), words[2].as_deref()), (None, Some("too short")));
+    let mut again = Vec::new();
+    write(&back, &mut again).unwrap();
+    assert_eq!(bytes, again);
+}
+
+#[test]
+fn large_ones_are_written_in_pieces() {
+    let numbers: Vec<Option<f64>> = (0..200_000).map(|k| (k % 7 > 0).then_some(f64::from(k))).collect();
+    let table = Table { columns: vec![("x".into(), Column::Numbers(numbers))], notes: vec![] };
+    let mut bytes = Vec::new();
+    write(&table, &mut bytes).unwrap();
+    assert_eq!(read(bytes).unwrap().columns, table.columns);
+}
+
+#[test]
+fn what_is_no_table_is_refused() {
+    let mut bytes = Vec::new();
+    write(&table(3), &mut bytes).unwrap();
+    for length in [0, 4, bytes.len() / 2, bytes.len() - 1] {
+        assert!(read(bytes[..length].to_vec()).is_err(), "{length}");
+    }
+}
+
+#[test]
+fn the_report_shows_how_results_respond() {
+    let numbers = |of: fn(f64) -> f64| Column::Numbers((0..50).map(|k| Some(of(f64::from(k)))).collect());
+    let columns = vec![
+        ("point".to_owned(), Column::Counts((0..50).map(Some).collect())),
+        ("<key>".to_owned(), numbers(|k| 0.1 * k)),
+        ("same".to_owned(), numbers(|_| 1.0)),
+        ("status".to_owned(), Column::Words(vec![Some("converged".into()); 50])),
+        ("force".to_owned(), numbers(|k| 5.0 + 2.0 * k)),
+        ("bend_radius".to_owned(), numbers(|k| if k > 10.0 { f64::INFINITY } else { k })),
+        ("energy.total".to_owned(), numbers(|_| 7.0)),
+    ];
+    let table = Table { columns, notes: vec![("wireloom.text".into(), "schema = 1 # <text>".into())] };
+    let points = Points { title: "a & b", table: &table, program: "wireloom", written: "today" };
+    let mut bytes = Vec::new();
+    write_points(&points, &mut bytes).unwrap();
+    let text = String::from_utf8(bytes).unwrap();
+    assert!(text.contains("a &amp; b: 50 points") && text.contains("&lt;text&gt;"));
+    // From 5 N to 103 N over the whole range of the key, all of it explained by the key.
+    assert!(text.contains("+9.800e1") && text.contains("explains 100.0 %"), "{text}");
+    // Two results vary, each with a histogram and a response to the one key that does.
+    assert_eq!(text.matches("<svg").count(), 4);
+    assert!(!text.contains("NaN") && !text.contains("<key>"));
+}

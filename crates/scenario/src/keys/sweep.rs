@@ -1,0 +1,38 @@
+//! Sweeps: a scenario run over many values.
+
+use super::*;
+
+/// How points are chosen.
+pub(crate) const METHODS: &[&str] = &["grid", "zip", "random", "latin-hypercube", "sobol"];
+
+/// A sweep.
+pub(crate) const SWEEP: Keys = Keys {
+    what: "sweep",
+    keys: &[
+        may(
+            "method",
+            Form::Choice(METHODS),
+            "how points are chosen: every combination (grid), value by value together (zip), at random, or spread evenly by Latin hypercube or Sobol's sequence; default \"grid\"",
+        ),
+        may("samples", Form::Count(1, MANY), "how many points; for random, latin-hypercube and sobol"),
+        may("seed", Form::Count(0, u32::MAX as usize), "of the random numbers; default 0"),
+        must(
+            "vary",
+            Form::Named(&VARIED),
+            "what varies, by the way to its key in quotes, such as \"branches.left.length\" = { from = 0.4, to = 0.5 }; `*` stands for every entry of a list",
+        ),
+    ],
+};
+
+/// A key that varies.
+pub(crate) const VARIED: Keys = Keys {
+    what: "varied key",
+    keys: &[
+        may("values", Form::Values, "the values, one after the other, as they would stand in the file"),
+        may("from", Form::Quantity, "least value of a range"),
+        may("to", Form::Quantity, "greatest value of a range"),
+        may("count", Form::Count(2, MANY), "how many values of the range, ends included; for grid and zip"),
+        may("mean", Form::Quantity, "mean of a normal distribution"),
+        may("deviation", Form::Quantity, "standard deviation of a normal distribution"),
+    ],
+};

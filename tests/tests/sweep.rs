@@ -1,0 +1,224 @@
+//! Sweeps: every point accounted for, whatever stops them, whoever reads them.
+
+use libtest_mimic::{Arguments, Failed, Trial};
+use std::fs;
+use std::path::Path;
+use std::process::{Command, ExitCode, Stdio};
+use wireloom::export::table::{Column, Table, read};
+use wireloom_tests::{program, root};
+
+type Checked = Result<(), Failed>;
+type Check = fn() -> Checked;
+
+fn main() -> ExitCode {
+    let arguments = Arguments::from_args();
+    let own: [(&str, Check); 4] = [
+        ("killed ten times and taken up again, it has the same bytes as one of one thread that was left alone", killed),
+        ("points that fail are rows, those beside them are not touched, and the report tells of both", failing_points),
+        ("a scenario that changes begins anew, one without a sweep is refused", other_scenarios),
+        ("a refused sweep names its keys", refused),
+    ];
+    let mut trials: Vec<Trial> = own.into_iter().map(|(name, check)| Trial::test(name, check)).collect();
+    let python = python();
+    let reason =
+        if python.is_some() { "" } else { " (ignored: no python3, or the one WIRELOOM_PYTHON names, with duckdb)" };
+    let trial = Trial::test(format!("DuckDB reads the table{reason}"), || duckdb(&self::python().unwrap_or_default()));
+    trials.push(trial.with_ignored_flag(python.is_none()));
+    libtest_mimic::run(&arguments, trials).exit_code()
+}
+
+fn ensure(holds: bool, otherwise: impl std::fmt::Debug) -> Checked {
+    if holds { Ok(()) } else { Err(format!("{otherwise:#?}").into()) }
+}
+
+/// A cable of a few segments between two plugs, over these values.
+fn cable(sweep: &str) -> String {
+    format!(
+        r#"
+schema = 1
+name = "cable"
+[sections.cable]
+diameter = "6 mm"
+linear_density = "50 g/m"
+axial_stiffness = 1e4
+bending_stiffness = 0.01
+torsion_stiffness = 0.008
+[[branches]]
+name = "cable"
+from = "A"
+to = "B"
+section = "cable"
+length = "1 m"
+segments = 12
+[[constraints]]
+name = "plug-A"
+kind = "connector"
+at = {{ end = "A" }}
+position = [0, 0, 0]
+tangent = [1, 0, 0]
+up = [0, 0, 1]
+[[constraints]]
+name = "plug-B"
+kind = "connector"
+at = {{ end = "B" }}
+position = [0.6, 0, 0]
+tangent = [1, 0, 0]
+up = [0, 0, 1]
+[sweep]
+{sweep}
+"#
+    )
+}
+
+fn sweep(folder: &Path, out: &str) -> Command {
+    let mut command = Command::new(program());
+    command.args(["sweep", "s.toml", "--out", out]).current_dir(folder);
+    command
+}
+
+fn table(folder: &Path) -> Result<Table, Failed> {
+    Ok(read(fs::read(folder.join("points.parquet"))?)?)
+}
+
+fn numbers<'a>(table: &'a Table, name: &str) -> Result<&'a [Option<f64>], Failed> {
+    match table.column(name) {
+        Some(Column::Numbers(numbers)) => Ok(numbers),
+        other => Err(format!("{name}: {other:?}").into()),
+    }
+}
+
+fn words<'a>(table: &'a Table, name: &str) -> Result<Vec<&'a str>, Failed> {
+    match table.column(name) {
+        Some(Column::Words(words)) => Ok(words.iter().map(|word| word.as_deref().unwrap_or_default()).collect()),
+        other => Err(format!("{name}: {other:?}").into()),
+    }
+}
+
+const MANY: &str = r#"
+method = "latin-hypercube"
+samples = 1500
+seed = 5
+[sweep.vary]
+"branches.cable.length" = { mean = "1 m", deviation = "20 mm" }
+"constraints.plug-B.position.0" = { from = 0.5, to = 0.7 }
+"sections.cable.bending_stiffness" = { values = [0.01, "12000 N mm^2"] }
+"#;
+
+/// Blocks that are done.
+fn blocks(folder: &Path) -> usize {
+    fs::read_dir(folder.join(".wireloom/sweep")).map_or(0, |entries| entries.count())
+}
+
+fn killed() -> Checked {
+    let place = tempfile::tempdir()?;
+    fs::write(place.path().join("s.toml"), cable(MANY))?;
+    let left_alone = sweep(place.path(), "alone").arg("--quiet").env("RAYON_NUM_THREADS", "1").status()?;
+    ensure(left_alone.success(), left_alone)?;
+    let folder = place.path().join("killed");
+    for _ in 0..10 {
+        let before = blocks(&folder);
+        let mut child = sweep(place.path(), "killed").stdout(Stdio::null()).stderr(Stdio::null()).spawn()?;
+        // Somewhere after the next block is done: where, nobody knows.
+        while blocks(&folder) <= before + 1 && child.try_wait()?.is_none() {
+            std::thread::yield_now();
+        }
+        child.kill()?;
+        child.wait()?;
+    }
+    ensure(blocks(&folder) > 5 && !folder.join("points.parquet").exists(), "it was over before it was killed")?;
+    let last = sweep(place.path(), "killed").output()?;
+    let said = String::from_utf8_lossy(&last.stdout).into_owned();
+    ensure(last.status.success() && said.starts_with("going on after "), &said)?;
+    ensure(said.contains("1500 points: 1500 converged"), &said)?;
+    let bytes = |name: &str| fs::read(place.path().join(name).join("points.parquet"));
+    ensure(bytes("alone")? == bytes("killed")?, "the tables differ")?;
+    ensure(blocks(&folder) == 0, "blocks are left behind")
+}
+
+fn failing_points() -> Checked {
+    let place = tempfile::tempdir()?;
+    let grid = r#"
+[sweep.vary]
+"branches.cable.length" = { values = ["1 m", -1, 1.2] }
+"name" = { values = ["x", "y"] }
+"#;
+    fs::write(place.path().join("s.toml"), cable(grid))?;
+    let ended = sweep(place.path(), "o").output()?;
+    let said = String::from_utf8_lossy(&ended.stdout).into_owned();
+    ensure(ended.status.success() && said.contains("6 points: 4 converged, 2 refused"), &said)?;
+    let table = table(&place.path().join("o"))?;
+    let status = words(&table, "status")?;
+    ensure(status == ["converged", "converged", "refused", "refused", "converged", "converged"], &status)?;
+    ensure(words(&table, "name")? == ["x", "y", "x", "y", "x", "y"], &table.columns[2])?;
+    ensure(words(&table, "message")?[2].contains("`length` = -1 is too small"), words(&table, "message")?)?;
+    let lengths = numbers(&table, "branches.cable.length")?;
+    ensure(lengths == [1.0, 1.0, -1.0, -1.0, 1.2, 1.2].map(Some), lengths)?;
+    let energy = numbers(&table, "energy.total")?;
+    ensure(energy[2].is_none() && energy[0].is_some() && energy[0] == energy[1] && energy[0] != energy[4], energy)?;
+    // A longer cable is a heavier one: what both plugs bear is its weight.
+    let force = |name: &str| numbers(&table, name).map(|forces| forces[4].unwrap_or(0.0));
+    let borne = force("force_z.plug-A")? + force("force_z.plug-B")?;
+    ensure((borne - 1.2 * 0.05 * 9.81).abs() < 1e-4, borne)?;
+    let ended = Command::new(program()).args(["report", "o"]).current_dir(place.path()).output()?;
+    ensure(ended.status.success(), &ended)?;
+    let page = fs::read_to_string(place.path().join("o/report.html"))?;
+    ensure(page.contains("cable: 6 points") && page.contains("is too small") && page.contains("<svg"), &page)?;
+    fs::write(place.path().join("o/points.parquet"), "PAR1")?;
+    let ended = Command::new(program()).args(["report", "o"]).current_dir(place.path()).output()?;
+    ensure(ended.status.code() == Some(1), &ended)
+}
+
+fn other_scenarios() -> Checked {
+    let place = tempfile::tempdir()?;
+    let write = |count: usize| {
+        let range = format!("{{ from = \"900 mm\", to = \"1100 mm\", count = {count} }}");
+        fs::write(place.path().join("s.toml"), cable(&format!("[sweep.vary]\n\"branches.cable.length\" = {range}")))
+    };
+    for count in [3, 5] {
+        write(count)?;
+        let ended = sweep(place.path(), "o").output()?;
+        let said = String::from_utf8_lossy(&ended.stdout).into_owned();
+        ensure(said.starts_with(&format!("{count} points: {count} converged")), &said)?;
+    }
+    fs::write(place.path().join("s.toml"), cable("").replace("[sweep]", ""))?;
+    let ended = sweep(place.path(), "o").output()?;
+    let said = String::from_utf8_lossy(&ended.stderr).into_owned();
+    ensure(ended.status.code() == Some(1) && said.contains("s.toml has no [sweep]"), &said)
+}
+
+fn refused() -> Checked {
+    let place = tempfile::tempdir()?;
+    let grid = "[sweep.vary]\n\"branches.cabel.length\" = { values = [1] }\n";
+    fs::write(place.path().join("s.toml"), cable(grid))?;
+    let ended = sweep(place.path(), "o").output()?;
+    let said = String::from_utf8_lossy(&ended.stderr).into_owned();
+    ensure(ended.status.code() == Some(1), &said)?;
+    ensure(said.contains("at the first point of the sweep: there is no entry `cabel`"), &said)?;
+    ensure(said.contains("did you mean `cable`?") && said.starts_with("s.toml:"), &said)
+}
+
+/// A Python that knows DuckDB.
+fn python() -> Option<String> {
+    let python = std::env::var("WIRELOOM_PYTHON").unwrap_or_else(|_| "python3".into());
+    let mut try_it = Command::new(&python);
+    try_it.args(["-c", "import duckdb"]).stdout(Stdio::null()).stderr(Stdio::null());
+    try_it.status().is_ok_and(|status| status.success()).then_some(python)
+}
+
+fn duckdb(python: &str) -> Checked {
+    let place = tempfile::tempdir()?;
+    fs::copy(root().join("scenarios/sweeps/y_tolerances.toml"), place.path().join("s.toml"))?;
+    ensure(sweep(place.path(), "o").arg("--quiet").status()?.success(), "the sweep fails")?;
+    let query = "import duckdb\nprint(duckdb.sql(\"\"\"select count(*), count(message), avg(\"energy.total\"), \
+                 min(\"branches.left.length\") from 'o/points.parquet' where status = 'converged' and stable\"\"\").fetchall()[0])";
+    let output = Command::new(python).args(["-c", query]).current_dir(place.path()).output()?;
+    let said = String::from_utf8(output.stdout)?;
+    let table = table(&place.path().join("o"))?;
+    let mean = numbers(&table, "energy.total")?.iter().flatten().sum::<f64>() / 256.0;
+    let least = numbers(&table, "branches.left.length")?.iter().flatten().fold(f64::INFINITY, |a, x| a.min(*x));
+    let found: Vec<f64> =
+        said.trim().trim_matches(['(', ')']).split(", ").filter_map(|number| number.parse().ok()).collect();
+    let expected = [256.0, 0.0, mean, least];
+    let near = found.len() == 4 && found.iter().zip(expected).all(|(a, b)| (a - b).abs() <= 1e-12);
+    ensure(near, (said, expected, String::from_utf8_lossy(&output.stderr)))
+}
