@@ -14,8 +14,8 @@ use nalgebra::{DMatrix, SymmetricEigen};
 use serde::{Deserialize, Serialize};
 
 /// First penalty, in units of (force scale × length scale) / (scale of the residual)²: far stiffer than a cable in bending, so that every
-/// update of the multipliers takes three digits off; in a taut one it is raised.
-const PENALTY: f64 = 1e3;
+/// update of the multipliers takes three or four digits off; in a taut one it is raised.
+const PENALTY: f64 = 1e4;
 /// Where an update takes less than this share off a residual that is not met, its penalty is raised.
 const SHRINKS: f64 = 0.25;
 /// By how much.
@@ -23,7 +23,7 @@ const RAISE: f64 = 10.0;
 /// Eigenvalues above minus this share of the largest are not negative.
 const ROUND_OFF: f64 = 1e-12;
 /// Highest penalty, in the same units: beyond it round-off rules.
-const HIGHEST: f64 = 1e11;
+const HIGHEST: f64 = 1e9;
 
 /// What a fixing carries along from one equilibrium to the next.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]

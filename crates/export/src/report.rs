@@ -82,6 +82,7 @@ fn page(report: &Report<'_>) -> io::Result<Markup> {
             body {
                 header {
                     h1 { (name) " " span class=(if run.status == Status::Converged { "good" } else { "bad" }) { (run.status.word()) } }
+                    @if let Some(fault) = &run.fault { p class="bad" { (fault) } }
                     p { (report.program) " · " (report.machine) " · " (report.written) }
                     (contents(&ends))
                 }
@@ -253,7 +254,7 @@ fn reactions(ends: &[&StepResult]) -> Markup {
     html! {
         section id="reactions" {
             h2 { "Reactions" }
-            p { "Force F and moment M about the held point that every fixing exerts on the harness at the end of each step; world axes." }
+            p { "Force F and moment M about the held point that every fixing exerts on the harness at the end of each step, at each of its stations, or all along its span; world axes." }
             @for (k, end) in ends.iter().enumerate() {
                 details open[ends.len() <= OPEN / 4 || k + 1 == ends.len()] {
                     summary { (k + 1) ". " (end.name) }
@@ -293,6 +294,18 @@ fn reaction(fixing: &ConstraintResult) -> Markup {
                     })
                     " at s = " (millimetres(slide.arc_length)) " mm"
                 }
+                @if let Some(span) = &fixing.span {
+                    (span.branch) " from s = " (millimetres(span.range.0)) " mm to " (millimetres(span.range.1)) " mm"
+                }
+            }
+        }
+        @for (k, station) in fixing.stations.iter().enumerate().skip(1) {
+            tr {
+                td { (fixing.name) ", station " (k + 1) }
+                td {}
+                (cells(&station.force, 3))
+                (cells(&station.moment, 4))
+                td {}
             }
         }
     }

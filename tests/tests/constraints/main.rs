@@ -6,8 +6,9 @@ use kinds::{Ratchet, counting, registry};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use wireloom::core::equilibrium::ConstraintResult;
-use wireloom::core::{EventKind, Run, Status, StepResult, Vector};
+use wireloom::core::{Conditions, EventKind, Minimiser, Pose, Problem, Run, Status, StepResult, Stop, Vector};
 use wireloom::solve::checkpoint::{Checkpoint, Observer, Resumed};
+use wireloom::solve::newton::Newton;
 use wireloom::solve::{Control, Progress};
 use wireloom_testkit::constraints::{Floor, Link, Sight, Strut};
 use wireloom_testkit::{equations_conformance, potential_conformance};
@@ -341,6 +342,53 @@ fn a_ratchet_remembers() {
     let back = fixing(&run.steps[23], "ratchet");
     assert!(back.force.x > 0.05 && out - back.position.x < 0.02, "{} N, {places:?}", back.force.x);
     assert!((back.force.x - kinds::RATCHET * (out - back.position.x)).abs() < 1e-9);
+}
+
+/// What lets go forgets: a ratchet that takes hold again pulls at nothing.
+#[test]
+fn a_ratchet_that_begins_again_has_forgotten() {
+    let again = "[[steps]]\nname = \"off\"\nincrements = 1\nrelease = [\"ratchet\"]\n\
+                 [[steps]]\nname = \"on\"\nincrements = 1\n[[steps.add]]\nname = \"ratchet\"\nkind = \"ratchet\"\n\
+                 at = { branch = \"beam\", s = 0.8 }\n";
+    let run = run(&(ratchet(200, 12) + again));
+    assert_eq!(run.status, Status::Converged, "{:?}", run.events);
+    let forces: Vec<f64> = ["back", "on"]
+        .map(|name| fixing(run.steps.iter().rfind(|end| end.name == name).expect("a step"), "ratchet").force.norm())
+        .into();
+    assert!(forces[0] > 1.0 && forces[1] == 0.0, "{forces:?}");
+}
+
+/// Equations cost no allocation once there is room for them.
+#[test]
+fn a_step_through_equations_does_not_allocate() {
+    let (_, built) = wireloom::load(include_str!("tied.toml"), &registry()).expect("no faults");
+    let network = &built.network;
+    let mut state = wireloom::solve::start::place(network, &built.schedule);
+    let mut conditions = Conditions::new(network, built.schedule.gravity, &state);
+    conditions.active.fill(true);
+    let mut problem = Problem::new(network, conditions);
+    let targets = |problem: &mut Problem<'_>, shift: f64| {
+        for (f, fixing) in network.fixings.iter().enumerate() {
+            if let Some(position) = fixing.position {
+                let base = problem.conditions().fixings[f].base;
+                let moved = if fixing.name == "D" { Vector::y() * shift } else { Vector::zeros() };
+                problem.set_target(f, Pose { position: position + moved, ..base });
+            }
+        }
+    };
+    let mut newton = Newton::new();
+    let stop = Stop { max_iterations: 2000, ..Stop::default() };
+    targets(&mut problem, 0.0);
+    for _ in 0..10 {
+        newton.minimise(&mut problem, &mut state, &stop);
+        problem.update_multipliers(&state, 0.0, &mut Vec::new());
+    }
+    let mut status = Status::Failed;
+    let count = allocation_counter::measure(|| {
+        targets(&mut problem, 0.003);
+        status = newton.minimise(&mut problem, &mut state, &stop).status;
+    });
+    assert_eq!((status, count.count_total), (Status::Converged, 0));
 }
 
 /// An increment that is halved, because it is allowed few iterations, remembers once, at its end: as where it was not halved.

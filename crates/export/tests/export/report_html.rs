@@ -1,7 +1,7 @@
 //! `report.html`.
 
-use crate::samples::{broken, run, y_harness};
-use wireloom_core::equilibrium::{OperationResult, Run};
+use crate::samples::{broken, run, v, y_harness};
+use wireloom_core::equilibrium::{ConstraintFault, OperationResult, Run, SpanResult, StationResult};
 use wireloom_export::report::{Report, write};
 
 fn page(run: &Run, texts: &[(String, String)]) -> String {
@@ -40,6 +40,30 @@ fn elements(page: &str) -> Vec<String> {
 
 fn texts() -> Vec<(String, String)> {
     vec![("s.toml".into(), "name = \"</pre><script>alert(1)</script>\"".into())]
+}
+
+/// Every station has a row, a span its place, a fault its sentence.
+#[test]
+fn stations_spans_and_faults_are_told() {
+    let mut step = y_harness();
+    let station = |x: f64| StationResult { position: v(0.0, 0.0, x), force: v(x, 0.0, 0.0), moment: v(0.0, 0.0, 0.0) };
+    step.constraints[0].stations = vec![station(1.0), station(12.345)];
+    let (force, largest) = (v(0.0, 0.0, 2.0), v(0.0, 0.0, 1.0));
+    step.constraints[1].span =
+        Some(SpanResult { branch: "trunk".into(), range: (0.1, 0.25), force, largest, largest_at: 0.2 });
+    let mut run = run("y-harness", vec![step]);
+    let [constraint, kind, name] = ["tie", "cable-tie", "pull"].map(str::to_owned);
+    run.fault = Some(ConstraintFault { constraint, kind, step: name, increment: 3, message: "it broke".into() });
+    let page = page(&run, &texts());
+    elements(&page);
+    for told in [
+        "plug-A, station 2",
+        "12.345",
+        "trunk from s = 100",
+        "constraint `tie` (cable-tie) in step `pull`, increment 3: it broke",
+    ] {
+        assert!(page.contains(told), "{told}");
+    }
 }
 
 #[test]
