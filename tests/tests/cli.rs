@@ -14,7 +14,7 @@ type Check = fn() -> Checked;
 fn main() -> ExitCode {
     let arguments = Arguments::from_args();
     let mut trials = refusals();
-    let own: [(&str, Check); 17] = [
+    let own: Vec<(&str, Check)> = vec![
         ("first scenario: converges, is summed up, and leaves its files", first_scenario),
         ("results go to out/NAME where no place is given", default_folder),
         ("a report is written where one is asked for, and goes with the next run", report),
@@ -30,6 +30,8 @@ fn main() -> ExitCode {
         ("an unknown minimiser is refused with the known ones", unknown_minimiser),
         ("wires come from files beside the scenario, and check says what they make", wires_from_files),
         ("the schema is a JSON Schema", schema),
+        ("models lists every kind of the registry", models),
+        ("explain says what a key means", explain),
         ("a KBL file becomes a scenario that converges", import_small),
         ("bench --json has the promised form", bench),
     ];
@@ -372,6 +374,32 @@ fn wires_from_files() -> Checked {
         ended.out.contains("note: section \"trunk\", 24 wires: EI 0.0075 N m² (slip 0.004, bonded 6.5); GJ "),
         &ended,
     )
+}
+
+fn models() -> Checked {
+    let ended = Place::new()?.run(&["models"])?.expect(0)?;
+    let registry = wireloom::registry();
+    let rods = registry.rods().map(|kind| (&kind.name, &kind.doc, &kind.parameters));
+    let joints = registry.joints().map(|kind| (&kind.name, &kind.doc, &kind.parameters));
+    let constraints = registry.constraints().map(|kind| (&kind.name, &kind.doc, &kind.parameters));
+    let minimisers = registry.minimisers().map(|kind| (&kind.name, &kind.doc, &kind.parameters));
+    for (name, doc, parameters) in rods.chain(joints).chain(constraints).chain(minimisers) {
+        ensure(ended.out.contains(&format!("  {name}\n    {doc}\n")), &ended)?;
+        for parameter in parameters {
+            ensure(ended.out.contains(&format!("    - {}: {} (", parameter.name, parameter.doc)), &ended)?;
+        }
+    }
+    ensure(ended.out.contains("(a force per length (N/m), above 0; may be left out)"), &ended)
+}
+
+fn explain() -> Checked {
+    let place = Place::new()?;
+    let ended = place.run(&["explain", "minimiser.memory"])?.expect(0)?;
+    let said = "minimiser.memory, where kind = \"lbfgs\"\n  how many steps it remembers\n  holds    a whole number, at least 1\n  \
+                default  8\n  example  [minimiser]\n           kind = \"lbfgs\"\n           memory = 8\n";
+    ensure(ended.out == said, &ended)?;
+    let ended = place.run(&["explain", "branches.lenght"])?.expect(1)?;
+    ensure(ended.err == "error: a scenario has no key `branches.lenght`: did you mean `length`?\n", &ended)
 }
 
 fn schema() -> Checked {

@@ -54,6 +54,18 @@ pub enum Command {
     },
     /// Print the JSON Schema of scenario files, for editors that complete and check
     Schema,
+    /// List every rod, joint, constraint and minimiser with its parameters, their units and defaults
+    Models {
+        #[command(flatten)]
+        allowed: Allowed,
+    },
+    /// Say what a key of a scenario means, what it holds and how it is written
+    Explain {
+        /// The key, such as `length`, `branches.length` or `minimiser.memory`; or the name of a kind, such as `ncg`
+        key: String,
+        #[command(flatten)]
+        allowed: Allowed,
+    },
     /// Make a scenario from a harness file of another format
     Import {
         #[command(subcommand)]

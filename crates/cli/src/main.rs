@@ -35,6 +35,7 @@ mod summary;
 mod sweep;
 mod terminal;
 mod variants;
+mod vocabulary;
 
 use arguments::{Arguments, Command, Format};
 use clap::Parser;
@@ -80,6 +81,8 @@ fn follow(command: &Command, out: &mut dyn Write) -> Result<Outcome, Failure> {
         }
         Command::Plugin { task } => plugin::plugin(task, out),
         Command::PluginFault(fault) => Err(plugin_fault::report(fault)),
+        Command::Models { allowed } => vocabulary::list(allowed, out),
+        Command::Explain { key, allowed } => vocabulary::explain_key(key, allowed, out),
         Command::Import { format: Format::Kbl(arguments) } => import::kbl(arguments, out),
         Command::Bench { json, harness } => bench::bench(*json, harness.as_deref(), out),
     }

@@ -11,6 +11,8 @@ use wireloom::host::{Folders, LoadError, Plugin, Plugins, named, stand_by};
 use wireloom::scenario::Fault;
 use wireloom::solve::Progress;
 
+/// Time that a plugin has to say what it is, where no scenario says so, s.
+const LOOK_LIMIT: f64 = 10.0;
 /// Names the folders of the search path.
 const PATH: &str = "WIRELOOM_PLUGINS";
 
@@ -153,6 +155,17 @@ pub fn load(path: &Path, text: &str, trust: &Trust, registry: &mut Registry) -> 
         return Ok(plugins.loaded().to_vec());
     }
     Err(Failure::Refused(vec![Refusal { file: path.display().to_string(), text: text.to_owned(), faults }]))
+}
+
+/// Loads the plugins that are allowed by name, whoever may want them.
+pub fn load_allowed(allowed: &Allowed, registry: &mut Registry) -> Result<Plugins, Failure> {
+    let mut plugins = Plugins::default();
+    for file in &allowed.allow_plugin {
+        prepare_for_the_worst(LOOK_LIMIT);
+        let loaded = plugins.load(file, registry);
+        loaded.map_err(|error| Failure::Input(format!("{error}; {}", error.reason.help())))?;
+    }
+    Ok(plugins)
 }
 
 /// How the result remembers a plugin.

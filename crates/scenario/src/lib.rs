@@ -2,7 +2,7 @@
 //!
 //! [`parse`] reads a scenario file and refuses it with all its faults at once, each at its place;
 //! [`Scenario::build`] makes the network, the schedule and the minimiser from what it read; [`schema()`] writes the format down as a
-//! JSON Schema. What a file may say stands in one set of tables (`keys.rs`), by which all three go.
+//! JSON Schema, [`explain`] in words. What a file may say stands in one set of tables (`keys.rs`), by which all go.
 //!
 //! The road of a file: `document` (with `library`, `catalogue`, `sections`, `joints`, `fixings`, `sequence`) reads entries through `reader` and
 //! resolves names; [`bundle`] makes sections of wires; `mesh` and `build` make the parts; `conflicts` and `freedoms` judge the whole.
@@ -15,6 +15,7 @@ pub mod bundle;
 mod catalogue;
 mod conflicts;
 mod document;
+pub mod explain;
 mod fault;
 mod files;
 mod fixings;
