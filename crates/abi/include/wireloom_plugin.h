@@ -457,13 +457,13 @@ typedef struct WireloomEntry {
     const void *(*get_extension)(const char *id);
 } WireloomEntry;
 
-// What an engineer should know about an instance: that wires end in a joint, say.
+// What an engineer should know about an instance: that a strap hangs loose as it is put on, say.
 typedef struct WireloomNotes {
     // Size of this struct, bytes.
     uint32_t size;
     // Zero.
     uint32_t reserved;
-    // Writes the note of this index, from 0, of an instance of the kind; `STATUS_ERROR` where there is none.
+    // Writes the note of this index, from 0, of an instance of the kind; an error where there is none.
     int32_t (*note)(const char *kind, const void *instance, uint32_t index, struct WireloomText *note);
 } WireloomNotes;
 

@@ -7,7 +7,7 @@ use core::ffi::{c_char, c_void};
 /// Id of [`Notes`].
 pub const EXTENSION_NOTES: &core::ffi::CStr = c"wireloom.draft.notes/1";
 
-/// What an engineer should know about an instance: that wires end in a joint, say.
+/// What an engineer should know about an instance: that a strap hangs loose as it is put on, say.
 #[repr(C)]
 #[derive(Clone, Copy, Debug)]
 pub struct Notes {
@@ -15,7 +15,7 @@ pub struct Notes {
     pub size: u32,
     /// Zero.
     pub reserved: u32,
-    /// Writes the note of this index, from 0, of an instance of the kind; `STATUS_ERROR` where there is none.
+    /// Writes the note of this index, from 0, of an instance of the kind; an error where there is none.
     pub note:
         Option<unsafe extern "C" fn(kind: *const c_char, instance: *const c_void, index: u32, note: *mut Text) -> i32>,
 }

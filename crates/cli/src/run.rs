@@ -51,7 +51,7 @@ pub fn run(arguments: &RunArguments, out: &mut dyn Write) -> Result<Outcome, Fai
     interrupt::listen();
     let mut run = wireloom::run_observed(built, resumed, &mut watcher);
     run.plugins = plugins.iter().map(plugins::record).collect();
-    run.notes.extend(wireloom::host::differentiated());
+    run.notes.extend(wireloom::host::notes());
     let Watcher { bar, extremes, mut results, keeper, failure, .. } = watcher;
     drop(bar);
     if let Some(failure) = failure {

@@ -1,6 +1,6 @@
 //! Opens a library, and looks at its entry before anything in it is called.
 
-use crate::call::into_plugin;
+use crate::call::{Site, into_plugin};
 use crate::describe::{self, Described};
 use crate::error::Reason;
 use crate::read::{self, Message};
@@ -8,6 +8,8 @@ use crate::site_of;
 use sha2::{Digest, Sha256};
 use std::error::Error;
 use std::path::Path;
+use std::sync::Arc;
+use wireloom_abi::draft::{EXTENSION_NOTES, Notes};
 use wireloom_abi::{ABI_MAJOR, ABI_MINOR, Entry, MAGIC};
 
 /// A library that is a plugin.
@@ -18,6 +20,7 @@ pub struct Opened {
     pub hash: String,
     pub abi: (u32, u32),
     pub kinds: Vec<Described>,
+    pub notes: Option<Notes>,
 }
 
 /// Opens, checks, lists.
@@ -51,7 +54,26 @@ pub fn open(file: &Path) -> Result<Opened, Reason> {
             return Err(Reason::Kinds(message.words()));
         }
         let kinds = describe::kinds(list)?;
-        Ok(Opened { name, version, doc, hash, abi: (entry.abi_major, entry.abi_minor), kinds })
+        let notes = notes(&entry, &site)?;
+        Ok(Opened { name, version, doc, hash, abi: (entry.abi_major, entry.abi_minor), kinds, notes })
+    }
+}
+
+/// The extension of this name, where the plugin has it.
+///
+/// # Safety
+/// `entry` is one of a plugin.
+unsafe fn notes(entry: &Entry, site: &Arc<Site>) -> Result<Option<Notes>, Reason> {
+    let Some(get) = entry.get_extension else { return Ok(None) };
+    // SAFETY: as the caller promises; an extension of this id has this type, and its size stands first.
+    unsafe {
+        let found: *const Notes = into_plugin(site, c"get_extension", || get(EXTENSION_NOTES.as_ptr())).cast();
+        if found.is_null() {
+            return Ok(None);
+        }
+        let what = format!("extension `{}`", EXTENSION_NOTES.to_string_lossy());
+        read::pointer(&format!("its {what}"), found)?;
+        read::prefix(&what, found, (*found).size).map(Some)
     }
 }
 
@@ -84,4 +106,68 @@ fn words(error: &dyn Error) -> String {
         next = reason.source();
     }
     words
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::ptr::null;
+
+    const ENTRY: Entry = Entry {
+        magic: MAGIC,
+        size: size_of::<Entry>() as u32,
+        abi_major: 1,
+        abi_minor: 0,
+        reserved: 0,
+        name: c"old".as_ptr(),
+        version: null(),
+        doc: null(),
+        kinds: None,
+        get_extension: None,
+    };
+
+    fn checked(entry: &Entry, program: (u32, u32)) -> Result<Entry, Reason> {
+        // SAFETY: it is an entry.
+        unsafe { check(entry, program) }
+    }
+
+    #[test]
+    fn a_plugin_of_an_earlier_minor_version_is_taken_and_one_of_a_later_is_not() {
+        assert!(checked(&ENTRY, (1, 0)).is_ok_and(|entry| entry.name == ENTRY.name));
+        assert!(checked(&ENTRY, (1, 7)).is_ok());
+        for (plugin, program) in [((1, 8), (1, 7)), ((2, 0), (1, 7)), ((1, 7), (2, 0))] {
+            let entry = Entry { abi_major: plugin.0, abi_minor: plugin.1, ..ENTRY };
+            let refused = checked(&entry, program).expect_err("it does not fit");
+            let versions = [format!("ABI {}.{}", plugin.0, plugin.1), format!("ABI {}.{}", program.0, program.1)];
+            assert!(versions.iter().all(|words| refused.to_string().contains(words)), "{refused}");
+        }
+    }
+
+    #[test]
+    fn what_an_earlier_version_did_not_have_is_zero() {
+        /// The table of functions as a later program knows it, with one more.
+        #[repr(C)]
+        #[derive(Clone, Copy)]
+        struct Later {
+            known: wireloom_abi::ConstraintKind,
+            more: Option<extern "C" fn()>,
+        }
+        // SAFETY: integers and functions that may be absent.
+        unsafe impl read::Grows for Later {
+            const LEAST: usize = <wireloom_abi::ConstraintKind as read::Grows>::LEAST;
+        }
+        extern "C" fn never() {}
+        // SAFETY: zeroes are valid.
+        let mut here: Later = unsafe { std::mem::zeroed() };
+        here.known.stations_max = 3;
+        // What happens to stand behind an old struct must not be taken for a function.
+        here.more = Some(never);
+        for (size, more) in [(size_of::<wireloom_abi::ConstraintKind>(), false), (size_of::<Later>(), true)] {
+            // SAFETY: as many bytes are there.
+            let read = unsafe { read::prefix("table", &raw const here, size as u32) }.expect("long enough");
+            assert_eq!((read.known.stations_max, read.more.is_some()), (3, more));
+        }
+        // SAFETY: likewise.
+        assert!(unsafe { read::prefix("table", &raw const here, 40) }.is_err());
+    }
 }

@@ -20,7 +20,7 @@ mod read;
 pub use error::{LoadError, Reason};
 pub use find::{Folders, file_name, named};
 pub use last_words::stand_by;
-pub use proxy::differentiated;
+pub use proxy::{differentiated, notes};
 pub use wireloom_abi::{ABI_MAJOR, ABI_MINOR, HEADER};
 
 use call::Site;
@@ -86,7 +86,7 @@ impl Plugins {
         let owner = Arc::new(format!("plugin `{}` {} ({})", plugin.name, plugin.version, file.display()));
         for kind in opened.kinds {
             // No name is taken: that was just looked at.
-            let _ = registry.add_constraint(proxy::kind(kind, owner.clone()));
+            let _ = registry.add_constraint(proxy::kind(kind, owner.clone(), opened.notes));
         }
         self.0.push(plugin);
         Ok(self.0.last().expect("one was just added"))

@@ -10,8 +10,9 @@ use std::cell::RefCell;
 use std::collections::BTreeSet;
 use std::ffi::{CStr, CString, c_void};
 use std::ptr::{null, null_mut};
-use std::sync::{Arc, Mutex, OnceLock, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
 use wireloom_abi as abi;
+use wireloom_abi::draft::Notes;
 use wireloom_core::constraint::{ConstraintSpec, Equations, HoldWord, Relation, Residual, Situation};
 use wireloom_core::registry::{BuildError, ConstraintKind, Parameters};
 use wireloom_core::{Action, Constraint, Hold, Matrix, Pose, Potential, RotationHold, Vector};
@@ -23,15 +24,29 @@ const HELP: &str = "`wireloom plugin check` on the file tells more; its author c
 /// Kinds of which a constraint was made that gives not all derivatives, with what becomes of them.
 static DIFFERENTIATED: Mutex<BTreeSet<String>> = Mutex::new(BTreeSet::new());
 
+/// What plugins say of their constraints.
+static NOTES: Mutex<BTreeSet<String>> = Mutex::new(BTreeSet::new());
+/// Most notes of a constraint.
+const MOST_NOTES: u32 = 16;
+
+fn kept(all: &Mutex<BTreeSet<String>>) -> MutexGuard<'_, BTreeSet<String>> {
+    all.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// What an engineer should know of the constraints that plugins have made in this process: what they say themselves, and which derivatives are missing.
+pub fn notes() -> Vec<String> {
+    kept(&NOTES).iter().cloned().chain(differentiated()).collect()
+}
+
 /// What is said of kinds that do not give all their derivatives, of all constraints that this process has made.
 pub fn differentiated() -> Vec<String> {
-    DIFFERENTIATED.lock().unwrap_or_else(PoisonError::into_inner).iter().cloned().collect()
+    kept(&DIFFERENTIATED).iter().cloned().collect()
 }
 
 /// A kind whose constraints are made by a plugin; `owner` says which, in words.
-pub fn kind(described: Described, owner: Arc<String>) -> ConstraintKind {
+pub fn kind(described: Described, owner: Arc<String>, notes: Option<Notes>) -> ConstraintKind {
     let Described { name, doc, parameters, attaches, kind, functions } = described;
-    let maker = Maker { name: name.clone(), kind, functions, owner, parameters: parameters.clone() };
+    let maker = Maker { name: name.clone(), kind, functions, owner, parameters: parameters.clone(), notes };
     ConstraintKind {
         name,
         doc,
@@ -48,6 +63,7 @@ struct Maker {
     functions: abi::ConstraintKind,
     owner: Arc<String>,
     parameters: Vec<wireloom_core::Parameter>,
+    notes: Option<Notes>,
 }
 
 // SAFETY: descriptors are never written to, and `create` may be called from any thread.
@@ -140,6 +156,7 @@ impl Maker {
             fault: OnceLock::new(),
         };
         proxy.understand(&self.functions).map_err(refuse)?;
+        self.take_note(spec, &proxy);
         let missing = match (description.has_gradient != 0, description.has_hessian != 0, description.shape) {
             (_, _, abi::SHAPE_PRESCRIBED) | (true, true, _) => return Ok(proxy),
             (false, _, abi::SHAPE_EQUATIONS) => "the Jacobian is taken numerically, second derivatives are left out",
@@ -148,8 +165,27 @@ impl Maker {
             (true, false, _) => "the Hessian is taken numerically",
         };
         let words = format!("kind `{}` of {owner} gives not all derivatives: {missing}", self.name);
-        DIFFERENTIATED.lock().unwrap_or_else(PoisonError::into_inner).insert(words);
+        kept(&DIFFERENTIATED).insert(words);
         Ok(proxy)
+    }
+}
+
+impl Maker {
+    /// Asks for what an engineer should know.
+    fn take_note(&self, spec: &ConstraintSpec, proxy: &Proxy) {
+        let Some(note) = self.notes.and_then(|notes| notes.note) else { return };
+        let kind = c_string(&self.name);
+        for index in 0..MOST_NOTES {
+            let mut message = Message::new();
+            let mut text = message.text();
+            // SAFETY: all is as the ABI says.
+            let status =
+                into_plugin(&proxy.site, c"note", || unsafe { note(kind.as_ptr(), proxy.instance, index, &mut text) });
+            if status != abi::STATUS_OK {
+                return;
+            }
+            kept(&NOTES).insert(format!("constraint `{}` ({}): {}", spec.name, self.name, message.words()));
+        }
     }
 }
 

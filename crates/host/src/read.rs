@@ -19,21 +19,22 @@ pub unsafe trait Grows: Copy {
 }
 
 macro_rules! grows {
-    ($($name:ident: $least:expr),+ $(,)?) => {$(
+    ($($name:ty: $least:expr),+ $(,)?) => {$(
         // SAFETY: integers, pointers and functions that may be absent.
-        unsafe impl Grows for wireloom_abi::$name {
-            const LEAST: usize = $least;
+        unsafe impl Grows for $name {
+            const LEAST: usize = if cfg!(target_pointer_width = "64") { $least } else { size_of::<$name>() };
         }
     )+};
 }
 
 // Sizes where pointers have eight bytes, as ABI 1.0 had them. A field that comes later must not change them.
 grows! {
-    Entry: if cfg!(target_pointer_width = "64") { 64 } else { size_of::<wireloom_abi::Entry>() },
-    Kinds: if cfg!(target_pointer_width = "64") { 24 } else { size_of::<wireloom_abi::Kinds>() },
-    Kind: if cfg!(target_pointer_width = "64") { 48 } else { size_of::<wireloom_abi::Kind>() },
-    Parameter: if cfg!(target_pointer_width = "64") { 88 } else { size_of::<wireloom_abi::Parameter>() },
-    ConstraintKind: if cfg!(target_pointer_width = "64") { 56 } else { size_of::<wireloom_abi::ConstraintKind>() },
+    wireloom_abi::Entry: 64,
+    wireloom_abi::Kinds: 24,
+    wireloom_abi::Kind: 48,
+    wireloom_abi::Parameter: 88,
+    wireloom_abi::ConstraintKind: 56,
+    wireloom_abi::draft::Notes: 16,
 }
 
 /// Refuses pointers that cannot be followed.

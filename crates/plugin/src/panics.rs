@@ -74,7 +74,7 @@ mod tests {
     #[test]
     fn a_message_fits_its_room_and_ends() {
         let (status, room) = written(6, || Err("größer".into()));
-        assert_eq!((status, &room[..6]), (STATUS_ERROR, "grö\0\x07\x07".as_bytes()));
+        assert_eq!((status, &room[..6]), (STATUS_ERROR, "grö\0\x07".as_bytes()));
         let (status, room) = written(0, || Err("words".into()));
         assert_eq!((status, room[0]), (STATUS_ERROR, 7));
         assert_eq!(written(16, || Ok(())), (STATUS_OK, vec![7; 16]));

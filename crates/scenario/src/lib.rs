@@ -103,7 +103,10 @@ pub fn parse_with_settings(
             Ok(built) => {
                 reader.faults(conflicts::refuse_misplaced(&scenario, &built.network));
                 reader.faults(conflicts::refuse_contradictions(&scenario, &built.network));
-                reader.faults(freedoms::refuse_unheld(&scenario, &built.network));
+                let unheld = freedoms::refuse_unheld(&scenario, &built.network);
+                // Of a constraint that has broken down it is not known what it holds.
+                let broken = broken_down(&scenario, &built.network);
+                reader.faults(if broken.is_empty() { unheld } else { broken });
             }
         }
     }
@@ -117,6 +120,17 @@ pub fn parse_with_settings(
             .map_err(|faults| sweep::placed(sweep, text, faults))?;
     }
     Ok(scenario)
+}
+
+/// Constraints that broke down as they were asked what they hold.
+fn broken_down(scenario: &Scenario, network: &wireloom_core::Network) -> Vec<Fault> {
+    let fixings = scenario.constraints.iter().zip(&network.fixings);
+    let faults = fixings.filter_map(|(own, fixing)| {
+        let message = format!("constraint \"{}\": {}", own.name, fixing.constraint.fault()?);
+        let help = format!("the fault is that of the kind \"{}\", not of the scenario", own.kind);
+        Some(Fault { span: own.spans.of(Some("kind")), message, help })
+    });
+    faults.collect()
 }
 
 /// The text as a table, with the places of its values.

@@ -220,6 +220,19 @@ static const WireloomKinds *list_kinds(WireloomText *message) {
     return &list;
 }
 
+static int32_t note(const char *kind, const void *instance, uint32_t index, WireloomText *text) {
+    (void)kind;
+    (void)instance;
+    snprintf(text->data, text->capacity, "mind the gap");
+    return index == 0 ? WIRELOOM_STATUS_OK : WIRELOOM_STATUS_ERROR;
+}
+
+static const void *get_extension(const char *id) {
+    static const WireloomNotes notes = {.size = sizeof notes, .note = note};
+    if (strcmp(id, "wireloom.draft.notes/1") != 0) return NULL;
+    return CASE == 98 ? (const void *)1 : &notes;
+}
+
 static const char endless[8192] = {[0 ... 8191] = 'a'};
 
 /* An entry as it might have been in a minor version before this one, had there been one: without what came last. */
@@ -234,7 +247,7 @@ static const char endless[8192] = {[0 ... 8191] = 'a'};
 #if CASE == 1
 WIRELOOM_EXPORT const int another_name;
 const int another_name = sizeof endless;
-const void *const used = &list_kinds;
+const void *const used[] = {&list_kinds, &get_extension};
 #else
 WIRELOOM_EXPORT const WireloomEntry wireloom_plugin = {
     .magic = CASE == 2 ? 0x1122334455667788 : WIRELOOM_MAGIC,
@@ -245,5 +258,6 @@ WIRELOOM_EXPORT const WireloomEntry wireloom_plugin = {
     .version = CASE == 95 ? NULL : "0.0.1",
     .doc = CASE == 96 ? "\xff\xfe" : "does something wrong",
     .kinds = CASE == 97 ? NULL : list_kinds,
+    .get_extension = CASE == 62 || CASE == 98 ? get_extension : NULL,
 };
 #endif

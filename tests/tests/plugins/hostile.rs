@@ -128,6 +128,11 @@ const REFUSED: &[Case] = &[
     (95, "no version", &["its version is null"]),
     (96, "a doc that is no UTF-8", &["its doc is no UTF-8"]),
     (97, "no function that lists kinds", &["its function `kinds` is null"]),
+    (
+        98,
+        "an extension at an odd address",
+        &["its extension `wireloom.draft.notes/1` is 0x1, where nothing of the kind can be"],
+    ),
     (90, "a short entry", &["its entry says it has", "ABI 1.0 has"]),
 ];
 
@@ -242,6 +247,9 @@ fn harmless(case: u32) -> Checked {
     let ended = ended.expect(0)?;
     let result = place.json("out/s/result.json")?;
     ensure(result["steps"].as_array().is_some_and(|steps| steps.len() == 2), &result)?;
+    if case == 62 {
+        ensure(ended.out.contains("note: constraint `bad` (hostile): mind the gap"), &ended)?;
+    }
     if case == 61 {
         let words = "kind `hostile` of plugin `hostile` 0.0.1 (libhostile.so) gives not all derivatives: the Hessian is taken numerically";
         ensure(ended.out.contains(words), &ended)?;
