@@ -99,7 +99,7 @@ pub struct RunArguments {
     ///
     /// The scenario and the files it names must be what they were. The result is the same, to the last bit, as that of a
     /// run that was not interrupted; only times differ.
-    #[arg(long, value_name = "DIR", conflicts_with_all = ["file", "out", "minimiser", "report"])]
+    #[arg(long, value_name = "DIR", conflicts_with_all = ["file", "out", "minimiser", "set", "point", "report"])]
     pub resume: Option<PathBuf>,
     /// Folder for the results, made where it is missing [default: out/ and the name of FILE without .toml]
     #[arg(long, value_name = "DIR")]
@@ -107,6 +107,12 @@ pub struct RunArguments {
     /// Find equilibria with this minimiser instead of the scenario's
     #[arg(long, value_name = "KIND")]
     pub minimiser: Option<String>,
+    /// Give a key another value, such as branches.left.length="500 mm" (`*` stands for every entry of a list)
+    #[arg(long, value_name = "KEY=VALUE")]
+    pub set: Vec<String>,
+    /// Carry out this point of the scenario's [sweep], counted from 0, to see its shape
+    #[arg(long, value_name = "N")]
+    pub point: Option<usize>,
     /// Write report.html, too: the whole run as one page, as `report = true` in the scenario's [output] does
     #[arg(long)]
     pub report: bool,

@@ -2,9 +2,11 @@
 
 use crate::failure::{Failure, Refusal};
 use crate::plugins::{self, Trust};
+use crate::results::PROGRAM;
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use wireloom::core::Registry;
+use wireloom::export::json::Provenance;
 use wireloom::host::Plugin;
 use wireloom::scenario::settings::{self, Setting};
 use wireloom::scenario::{Built, Fault, Files, Scenario};
@@ -63,6 +65,15 @@ pub struct Loaded {
     pub plugins: Vec<Plugin>,
     /// All kinds that it may name.
     pub registry: Registry,
+    /// What was set beside it.
+    pub settings: Vec<Setting>,
+}
+
+impl Loaded {
+    /// What results of it say of their making.
+    pub fn provenance(&self) -> Provenance {
+        wireloom::provenance(PROGRAM, &self.scenario, &self.texts, &self.settings)
+    }
 }
 
 /// Reads, checks and builds a scenario, with the plugins it wants and the user trusts; `settings` take the place of what it says.
@@ -76,7 +87,7 @@ pub fn scenario(path: &Path, settings: &[Setting], trust: &Trust) -> Result<Load
             let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
             let mut texts = vec![(name, text)];
             texts.append(&mut files.known());
-            Ok(Loaded { scenario, built, texts, plugins, registry })
+            Ok(Loaded { scenario, built, texts, plugins, registry, settings: settings.to_vec() })
         }
         Err(faults) => {
             let (own, set) = settings::apart(&text, faults);

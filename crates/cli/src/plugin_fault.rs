@@ -51,5 +51,5 @@ fn save(place: &Path, fault: &ConstraintFault) -> Result<(), Failure> {
         fault: Some(fault.clone()),
         plugins: origin.plugins,
     };
-    Folder::create(place)?.write(RESULT, |out| json::write(&run, out))
+    Folder::create(place)?.write(RESULT, |out| json::write(&run, &origin.provenance, out))
 }

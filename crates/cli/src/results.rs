@@ -11,6 +11,7 @@
 use crate::failure::Failure;
 use crate::folder::{Folder, file_name};
 use wireloom::core::{Run, StepResult};
+use wireloom::export::json::Provenance;
 use wireloom::export::vtk::SeriesFile;
 use wireloom::export::{csv, json, picture, report, vtk};
 use wireloom::scenario::Output;
@@ -27,13 +28,20 @@ pub struct Results {
     folder: Folder,
     output: Output,
     texts: Vec<(String, String)>,
+    provenance: Provenance,
     series: Vec<SeriesFile>,
 }
 
 impl Results {
     /// Into this folder; `texts`: those of the scenario; `series`: what was written before a run was interrupted.
-    pub fn new(folder: Folder, output: Output, texts: Vec<(String, String)>, series: Vec<SeriesFile>) -> Self {
-        Self { folder, output, texts, series }
+    pub fn new(
+        folder: Folder,
+        output: Output,
+        texts: Vec<(String, String)>,
+        provenance: Provenance,
+        series: Vec<SeriesFile>,
+    ) -> Self {
+        Self { folder, output, texts, provenance, series }
     }
 
     /// The VTK files so far.
@@ -55,7 +63,8 @@ impl Results {
 
     /// What is written when all is done.
     pub fn finish(&mut self, run: &Run) -> Result<(), Failure> {
-        self.folder.write(RESULT, |out| json::write(run, out))?;
+        let provenance = &self.provenance;
+        self.folder.write(RESULT, |out| json::write(run, provenance, out))?;
         if self.output.vtk {
             self.folder.write("harness.pvd", |out| vtk::write_series(&self.series, out))?;
         }

@@ -9,7 +9,7 @@ use crate::plugins::{self, Trust, Worst};
 use crate::progress::Bar;
 use crate::results::Results;
 use crate::saved::{Keeper, Origin, Standing};
-use crate::{interrupt, size, summary};
+use crate::{interrupt, size, summary, variants};
 use std::io::Write;
 use std::path::{Path, PathBuf};
 use wireloom::core::{Status, StepResult};
@@ -32,6 +32,7 @@ pub fn run(arguments: &RunArguments, out: &mut dyn Write) -> Result<Outcome, Fai
         Some(folder) => Job::resume(folder, &trust)?,
         None => Job::begin(arguments, &trust)?,
     };
+    let provenance = job.loaded.provenance();
     let Job { loaded: Loaded { scenario, built, texts, plugins, .. }, folder, keeper, standing, resumed } = job;
     let place = folder.path().to_path_buf();
     let steps: Vec<String> = built.schedule.steps.iter().map(|step| step.name.clone()).collect();
@@ -43,7 +44,7 @@ pub fn run(arguments: &RunArguments, out: &mut dyn Write) -> Result<Outcome, Fai
         bar,
         extremes: standing.extremes,
         increments: standing.increments,
-        results: Results::new(folder, scenario.output, texts, standing.series),
+        results: Results::new(folder, scenario.output, texts, provenance, standing.series),
         keeper,
         failure: None,
         worst,
@@ -97,7 +98,7 @@ struct Job {
 impl Job {
     fn begin(arguments: &RunArguments, trust: &Trust) -> Result<Self, Failure> {
         let file = arguments.file.as_deref().unwrap_or(Path::new(""));
-        let mut loaded = load::scenario(file, &minimiser(arguments.minimiser.as_deref()), trust)?;
+        let mut loaded = load::scenario(file, &settings(file, arguments, trust)?, trust)?;
         loaded.scenario.output.report |= arguments.report;
         let mut folder = Folder::create(&arguments.out.clone().unwrap_or_else(|| default_folder(file)))?;
         folder.clear()?;
@@ -109,7 +110,7 @@ impl Job {
 
     fn resume(place: &Path, trust: &Trust) -> Result<Self, Failure> {
         let origin = Origin::read(place)?;
-        let mut loaded = load::scenario(&origin.file, &minimiser(origin.minimiser.as_deref()), trust)?;
+        let mut loaded = load::scenario(&origin.file, &origin.settings(), trust)?;
         loaded.scenario.output.report |= origin.report;
         origin.check(&loaded)?;
         let folder = Folder::create(place)?;
@@ -124,9 +125,25 @@ impl Job {
     }
 }
 
-/// What stands for a minimiser of the command line.
-fn minimiser(kind: Option<&str>) -> Vec<Setting> {
-    kind.map(Setting::minimiser).into_iter().collect()
+/// What the command line sets: a point of the sweep, a minimiser, keys.
+fn settings(file: &Path, arguments: &RunArguments, trust: &Trust) -> Result<Vec<Setting>, Failure> {
+    let mut settings = vec![];
+    if let Some(k) = arguments.point {
+        let scenario = load::scenario(file, &[], trust)?.scenario;
+        let points = scenario.sweep.as_ref().map_or(0, |sweep| sweep.points);
+        match &scenario.sweep {
+            Some(sweep) if k < points => settings = sweep.settings(k),
+            Some(_) => {
+                return Err(Failure::Input(format!("there is no point {k}: the sweep has points 0 to {}", points - 1)));
+            }
+            None => return Err(Failure::Input(format!("{} has no [sweep], so it has no point {k}", file.display()))),
+        }
+    }
+    settings.extend(arguments.minimiser.as_deref().map(Setting::minimiser));
+    for set in &arguments.set {
+        settings.push(variants::setting(set)?);
+    }
+    Ok(settings)
 }
 
 /// `out/first` for `scenarios/first.toml`.

@@ -23,7 +23,9 @@ use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 use wireloom::core::StepResult;
 use wireloom::core::equilibrium::Library;
+use wireloom::export::json::Provenance;
 use wireloom::export::vtk::SeriesFile;
+use wireloom::scenario::Setting;
 use wireloom::solve::checkpoint::{Checkpoint, Resumed};
 
 /// Changes with what the files mean.
@@ -41,14 +43,16 @@ pub struct Origin {
     program: String,
     /// The scenario's file.
     pub file: PathBuf,
-    /// The minimiser that replaces its own.
-    pub minimiser: Option<String>,
+    /// What was set beside it: keys and values.
+    settings: Vec<(String, String)>,
     /// Whether a report was asked for beside the scenario's own wishes.
     pub report: bool,
     /// Names and texts of the scenario and of all files it names.
     texts: Vec<(String, String)>,
     /// Name of the scenario.
     pub scenario: String,
+    /// What results say of all this.
+    pub provenance: Provenance,
     /// The plugins it uses.
     pub plugins: Vec<Library>,
 }
@@ -60,10 +64,11 @@ impl Origin {
             format: FORMAT,
             program: PROGRAM.to_owned(),
             file: std::path::absolute(file).map_err(Failure::io("find", file))?,
-            minimiser: arguments.minimiser.clone(),
+            settings: loaded.settings.iter().map(|set| (set.key.clone(), set.value.clone())).collect(),
             report: arguments.report,
             texts: loaded.texts.clone(),
             scenario: loaded.scenario.name.clone(),
+            provenance: loaded.provenance(),
             plugins: loaded.plugins.iter().map(plugins::record).collect(),
         })
     }
@@ -90,6 +95,11 @@ impl Origin {
             )));
         }
         Ok(origin)
+    }
+
+    /// What was set beside the scenario.
+    pub fn settings(&self) -> Vec<Setting> {
+        self.settings.iter().map(|(key, value)| Setting::new(key, value)).collect()
     }
 
     /// Makes sure that the scenario and its plugins still are what they were.

@@ -27,12 +27,12 @@ pub fn variants(arguments: &CompareArguments) -> Result<Vec<Variant>, Failure> {
         segments.map(|n| (format!("{n} segments"), Setting::new("branches.*.segments", n.to_string()))).collect(),
     );
     for set in &arguments.set {
-        let Some((key, values)) = set.split_once('=') else {
-            return Err(Failure::Input(format!("--set {set} has no value: write KEY=VALUE, or KEY=VALUE,VALUE")));
-        };
-        let key = key.trim();
+        let Setting { key, value: values } = setting(set)?;
         axes.push(
-            listed(values).into_iter().map(|value| (format!("{key} = {value}"), Setting::new(key, value))).collect(),
+            listed(&values)
+                .into_iter()
+                .map(|value| (format!("{key} = {value}"), Setting::new(key.as_str(), value)))
+                .collect(),
         );
     }
     axes.retain(|axis| !axis.is_empty());
@@ -55,6 +55,14 @@ pub fn variants(arguments: &CompareArguments) -> Result<Vec<Variant>, Failure> {
         all = all.iter().flat_map(more).collect();
     }
     Ok(if axes.is_empty() { vec![] } else { all })
+}
+
+/// What `--set` says: KEY=VALUE.
+pub fn setting(set: &str) -> Result<Setting, Failure> {
+    let Some((key, value)) = set.split_once('=') else {
+        return Err(Failure::Input(format!("--set {set} has no value: write KEY=VALUE")));
+    };
+    Ok(Setting::new(key.trim(), value.trim()))
 }
 
 /// Values between commas; commas in brackets and quotes belong to a value.

@@ -6,6 +6,9 @@
 //!
 //! `plugins` names the libraries that brought kinds of their own: name, version, file, and SHA-256 of the file as `hash`. Without any, the key is not there.
 //!
+//! `provenance` says what made it: program, files (with their SHA-256), what was set beside them, kinds of rods, joints,
+//! constraints and minimiser with all its options, and the seed of a sweep's point. With the same provenance comes the same result.
+//!
 //! `events` tells what happened on the way, increments that are not kept included. What goes on over increments that
 //! follow each other is one event:
 //!
@@ -22,8 +25,10 @@
 //! `span`: `branch`, `from`, `to`, all the `force` on it, the `largest` on one node, and `largest_at`, its arc length. `fault` stands
 //! there only where a constraint ended the run: `constraint`, `kind`, `step`, `increment` and `message`.
 
+mod provenance;
 mod read;
 
+pub use provenance::{Provenance, options};
 pub use read::read;
 use serde::ser::{Serialize, SerializeMap, Serializer};
 use std::io::{self, BufWriter, Write};
@@ -41,9 +46,9 @@ pub const SCHEMA: u32 = 1;
 ///
 /// # Errors
 /// Those of `out`.
-pub fn write(run: &Run, out: &mut impl Write) -> io::Result<()> {
+pub fn write(run: &Run, provenance: &Provenance, out: &mut impl Write) -> io::Result<()> {
     let mut out = BufWriter::new(out);
-    serde_json::to_writer(&mut out, &Document::of(run))?;
+    serde_json::to_writer(&mut out, &Document::of(run, provenance))?;
     out.write_all(b"\n")?;
     out.flush()
 }
@@ -53,6 +58,7 @@ struct Document<'a> {
     schema: u32,
     scenario: &'a str,
     status: &'static str,
+    provenance: &'a Provenance,
     notes: &'a [String],
     #[serde(skip_serializing_if = "<[_]>::is_empty")]
     plugins: &'a [Library],
@@ -80,11 +86,12 @@ impl<'a> Fault<'a> {
 }
 
 impl<'a> Document<'a> {
-    fn of(run: &'a Run) -> Self {
+    fn of(run: &'a Run, provenance: &'a Provenance) -> Self {
         Self {
             schema: SCHEMA,
             scenario: &run.scenario,
             status: run.status.word(),
+            provenance,
             notes: &run.notes,
             plugins: &run.plugins,
             events: run.events.iter().map(Occurrence::of).collect(),

@@ -5,7 +5,7 @@
 //! | `point` | its number, from 0 |
 //! | the keys that vary | their values, in SI units where they are numbers |
 //! | `status` | how the run ended; `refused` where the scenario is none with these values |
-//! | `message` | why it was refused; null where it was not |
+//! | `message` | why it was refused, or ended before its time; null where it was not |
 //! | `stable` | whether the equilibrium is stable; null where it was not determined |
 //! | `events` | what an engineer must know: kinds of events and how many of each |
 //! | `iterations` | of the minimiser, over all steps |
@@ -45,7 +45,7 @@ pub struct Row {
     pub values: Vec<Cell>,
     /// How the run ended.
     pub status: String,
-    /// Why it was refused.
+    /// Why it was refused, or ended before its time.
     pub message: Option<String>,
     /// Whether the equilibrium is stable.
     pub stable: Option<bool>,

@@ -1,8 +1,10 @@
 //! Wireloom: scenario text in, equilibria out.
 
 pub mod bench;
+mod provenance;
 pub mod sweep;
 
+pub use provenance::provenance;
 pub use wireloom_core as core;
 pub use wireloom_export as export;
 pub use wireloom_host as host;

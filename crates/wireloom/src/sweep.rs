@@ -75,15 +75,16 @@ impl Points<'_> {
         };
         let control = || if stop() { Control::Stop } else { Control::Continue };
         let run = crate::run(built, &mut |_, _| control());
-        match Ending::of(&run) {
-            _ if run.status == Status::Interrupted => None,
-            Some(ending) => Some(self.header.row(values, &ending)),
-            None => Some(Row {
-                status: run.status.word().to_owned(),
-                message: None,
-                ..self.header.refused(values, String::new())
-            }),
+        if run.status == Status::Interrupted {
+            return None;
         }
+        // Why a run ended before its time.
+        let message = run.fault.as_ref().map(|fault| fault.message.clone());
+        let row = match Ending::of(&run) {
+            Some(ending) => self.header.row(values, &ending),
+            None => Row { status: run.status.word().to_owned(), ..self.header.refused(values, String::new()) },
+        };
+        Some(Row { message, ..row })
     }
 }
 

@@ -150,7 +150,7 @@ fn statuses(table: &Table) -> Markup {
             table { tbody { @for (word, n) in &counts {
                 tr class=[(*word != "converged").then_some("trouble")] { td { (word) } td class="n" { (n) } }
             } } }
-            @if let Some((k, message)) = refused { p { "The first refused one, point " (k) ": " (message) } }
+            @if let Some((k, message)) = refused { p { "The first that says why, point " (k) ": " (message) } }
         }
     }
 }

@@ -26,7 +26,7 @@ fn cables(bulges: [f64; 3]) -> StepResult {
 
 fn read(run: &Run) -> Option<Ending> {
     let mut bytes = Vec::new();
-    json::write(run, &mut bytes).unwrap();
+    json::write(run, &json::Provenance::default(), &mut bytes).unwrap();
     json::read(bytes.as_slice()).unwrap()
 }
 

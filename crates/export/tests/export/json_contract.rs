@@ -4,12 +4,46 @@ use crate::samples::{broken, run, step, v, y_harness};
 use serde_json::Value;
 use wireloom_core::equilibrium::{ConstraintFault, OperationResult, Run, SpanResult, StationResult, TightestBend};
 use wireloom_core::rotation::columns;
+use wireloom_core::{Parameters, Stop};
+use wireloom_export::json::{Provenance, options};
 
 fn parsed(run: &Run) -> Value {
     let mut bytes = Vec::new();
-    wireloom_export::json::write(run, &mut bytes).unwrap();
+    wireloom_export::json::write(run, &provenance(), &mut bytes).unwrap();
     assert_eq!(bytes.last(), Some(&b'\n'));
     serde_json::from_slice(&bytes).unwrap()
+}
+
+fn provenance() -> Provenance {
+    Provenance {
+        program: "wireloom 1".into(),
+        files: [("y.toml".into(), "e3b0".into())].into(),
+        set: vec!["branches.left.length = 1".into()],
+        seed: Some(7),
+        rods: vec!["cosserat".into()],
+        joints: vec!["fused".into()],
+        constraints: vec!["connector".into()],
+        minimiser: options(
+            "newton",
+            &Stop { force_tolerance: 1e-7, max_iterations: 50 },
+            &Parameters([("memory".to_owned(), wireloom_core::Value::Count(9))].into()),
+        ),
+    }
+}
+
+#[test]
+fn what_made_it_stands_in_it() {
+    let expected = serde_json::json!({
+        "program": "wireloom 1",
+        "files": { "y.toml": "e3b0" },
+        "set": ["branches.left.length = 1"],
+        "seed": 7,
+        "rods": ["cosserat"],
+        "joints": ["fused"],
+        "constraints": ["connector"],
+        "minimiser": { "kind": "newton", "force_tolerance": 1e-7, "max_iterations": 50, "memory": 9 }
+    });
+    assert_eq!(parsed(&run("y", vec![]))["provenance"], expected);
 }
 
 fn keys(value: &Value) -> Vec<&str> {
@@ -60,7 +94,7 @@ fn constraints_of_several_stations_have_each_of_them() {
 fn has_the_keys_of_the_contract_in_order() {
     let step = y_harness();
     let value = parsed(&run("y-harness", vec![step]));
-    assert_eq!(keys(&value), ["schema", "scenario", "status", "notes", "plugins", "events", "steps"]);
+    assert_eq!(keys(&value), ["schema", "scenario", "status", "provenance", "notes", "plugins", "events", "steps"]);
     assert_eq!(value["schema"], 1);
     assert_eq!(value["scenario"], "y-harness");
     assert_eq!(value["status"], "converged");
