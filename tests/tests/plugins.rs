@@ -11,6 +11,8 @@ use wireloom_tests::{cargo, program, root};
 
 #[path = "plugins/hostile.rs"]
 mod hostile;
+#[path = "plugins/joint.rs"]
+mod joint;
 #[path = "plugins/newcomer.rs"]
 mod newcomer;
 #[path = "plugins/real.rs"]
@@ -24,7 +26,8 @@ fn main() -> ExitCode {
     let arguments = Arguments::from_args();
     let compiler = Command::new(compiler()).arg("--version").output().is_ok();
     let mut trials = vec![];
-    for (name, check) in [real::trials(), trust::trials(), newcomer::trials(), hostile::trials()].into_iter().flatten()
+    for (name, check) in
+        [real::trials(), joint::trials(), trust::trials(), newcomer::trials(), hostile::trials()].into_iter().flatten()
     {
         let reason = if compiler { "" } else { " (ignored: no C compiler, `cc` or what CC names)" };
         trials.push(Trial::test(format!("{name}{reason}"), check).with_ignored_flag(!compiler));

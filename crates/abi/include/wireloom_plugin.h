@@ -29,8 +29,8 @@ struct WireloomKind;
 // Version of this ABI: programs and plugins of different major versions do not fit.
 #define WIRELOOM_ABI_MAJOR 1
 
-// Version of this ABI: grows with every addition.
-#define WIRELOOM_ABI_MINOR 0
+// Version of this ABI: grows with every addition. 1: joint models.
+#define WIRELOOM_ABI_MINOR 1
 
 // Done.
 #define WIRELOOM_STATUS_OK 0
@@ -43,6 +43,9 @@ struct WireloomKind;
 
 // `Kind::family`: a constraint.
 #define WIRELOOM_FAMILY_CONSTRAINT 1
+
+// `Kind::family`: a joint model.
+#define WIRELOOM_FAMILY_JOINT 2
 
 // `Parameter::form`: one number.
 #define WIRELOOM_FORM_NUMBER 1
@@ -142,6 +145,12 @@ struct WireloomKind;
 
 // `ConstraintSpec::hold`: turning about d3.
 #define WIRELOOM_HOLD_TWIST 4
+
+// `JointDescription::mounting`: the arms share one point, and an energy couples the frames of their segments there.
+#define WIRELOOM_MOUNTING_POINT 1
+
+// `JointDescription::mounting`: the joint is a hub with a pose that carries the ends of its arms rigidly; it has no energy.
+#define WIRELOOM_MOUNTING_POSE 2
 
 // Where a plugin writes words: at most `capacity` bytes, the zero at the end among them.
 typedef struct WireloomText {
@@ -399,9 +408,125 @@ typedef struct WireloomConstraintKind {
                       struct WireloomText *message);
 } WireloomConstraintKind;
 
+// One arm of a joint.
+typedef struct WireloomArm {
+    // Its branch.
+    const char *branch;
+    // Whether the branch starts here: its d3 then points out of the joint (0 or 1).
+    int32_t starts_here;
+    // Zero.
+    uint32_t reserved;
+    // Rest frame of the branch (d3 from its start to its end) at the joint, in the joint's frame: `w, x, y, z`.
+    double rest[4];
+    // Where the arm leaves, in the joint's frame, m.
+    double offset[3];
+    // Rest curvature of its branch about d1, d2, d3, 1/m.
+    double curvature[3];
+    // Rest length of its segment at the joint, m.
+    double segment_length;
+    // Diameter, m.
+    double diameter;
+    // kg/m.
+    double linear_density;
+    // EA, N.
+    double axial_stiffness;
+    // GA along d1 and d2, N.
+    double shear_stiffness[2];
+    // EI about d1 and d2, N m².
+    double bending_stiffness[2];
+    // GJ, N m².
+    double torsion_stiffness;
+} WireloomArm;
+
+// Which share of the wires of one arm passes to another.
+typedef struct WireloomWireShare {
+    // Index of the first arm.
+    uint32_t from;
+    // Index of the second arm.
+    uint32_t to;
+    // Share of the wires of the first arm, 0 to 1.
+    double share;
+} WireloomWireShare;
+
+// What the scenario says of a joint.
+typedef struct WireloomJointSpec {
+    // Size of this struct, bytes.
+    uint32_t size;
+    // Arms, two at least.
+    uint32_t arm_count;
+    // Size of an `Arm`, bytes.
+    uint32_t arm_stride;
+    // Wire shares; none: the scenario has no table of them.
+    uint32_t wire_count;
+    // Name in the scenario.
+    const char *name;
+    // The arms.
+    const struct WireloomArm *arms;
+    // The wire shares; each has `WireShare`'s size.
+    const struct WireloomWireShare *wires;
+    // The values, in the order of the kind's parameters; each has `Value`'s size.
+    const struct WireloomValue *values;
+    // Values, as many as the kind has parameters.
+    uint32_t value_count;
+    // Zero.
+    uint32_t reserved;
+} WireloomJointSpec;
+
+// What an instance of a joint model is. Written by `create`.
+typedef struct WireloomJointDescription {
+    // Size of this struct, bytes, as the program knows it.
+    uint32_t size;
+    // `MOUNTING_…`.
+    int32_t mounting;
+    // Whether one instance may be evaluated from several threads at a time (0 or 1).
+    int32_t thread_safe;
+    // Whether `evaluate` writes gradients. If not, the program differentiates numerically, and says so.
+    int32_t has_gradient;
+    // Whether `evaluate` writes Hessians. If not, the program differentiates numerically, and says so.
+    int32_t has_hessian;
+    // Zero.
+    uint32_t reserved;
+} WireloomJointDescription;
+
+// Where the values of a joint of `k` arms go: what is null is not asked for. The energy is 0 or more, 0 at the rest directions, and does not change when
+// all frames turn together.
+typedef struct WireloomJointEvaluation {
+    // Size of this struct, bytes.
+    uint32_t size;
+    // Arms.
+    uint32_t arm_count;
+    // Energy, J: one number.
+    double *energy;
+    // Derivative of the energy by θ of each arm, N m: `3 k` numbers.
+    double *gradient;
+    // Second derivative: `3 k × 3 k` numbers, symmetric.
+    double *hessian;
+} WireloomJointEvaluation;
+
+// The functions of a joint model. Threads: as for `ConstraintKind`.
+typedef struct WireloomJointKind {
+    // Size of this struct, bytes.
+    uint32_t size;
+    // Zero.
+    uint32_t reserved;
+    // Makes an instance and describes it. `description` comes with its size and zeroes.
+    int32_t (*create)(const struct WireloomKind *kind,
+                      const struct WireloomJointSpec *spec,
+                      void **instance,
+                      struct WireloomJointDescription *description,
+                      struct WireloomText *message);
+    // Frees an instance.
+    void (*destroy)(void *instance);
+    // Energy and derivatives for frames of the arms: `w, x, y, z` of each, in the order of the arms. Left out only where all instances are hubs.
+    int32_t (*evaluate)(const void *instance,
+                        const double *frames,
+                        struct WireloomJointEvaluation *evaluation,
+                        struct WireloomText *message);
+} WireloomJointKind;
+
 // A kind that scenarios may name.
 typedef struct WireloomKind {
-    // `FAMILY_CONSTRAINT`.
+    // `FAMILY_…`.
     int32_t family;
     // Parameters.
     uint32_t parameter_count;
@@ -417,6 +542,8 @@ typedef struct WireloomKind {
     const struct WireloomParameter *parameters;
     // Its functions, where it is a constraint.
     const struct WireloomConstraintKind *constraint;
+    // Its functions, where it is a joint model.
+    const struct WireloomJointKind *joint;
 } WireloomKind;
 
 // What a plugin has. Lives, with all it points to, as long as the library.

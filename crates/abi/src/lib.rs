@@ -42,8 +42,8 @@ pub static HEADER: &str = include_str!("../include/wireloom_plugin.h");
 pub const MAGIC: u64 = 0x4d4f_4f4c_4552_4957;
 /// Version of this ABI: programs and plugins of different major versions do not fit.
 pub const ABI_MAJOR: u32 = 1;
-/// Version of this ABI: grows with every addition.
-pub const ABI_MINOR: u32 = 0;
+/// Version of this ABI: grows with every addition. 1: joint models.
+pub const ABI_MINOR: u32 = 1;
 
 /// Done.
 pub const STATUS_OK: i32 = 0;
@@ -54,6 +54,8 @@ pub const STATUS_PANIC: i32 = 2;
 
 /// [`Kind::family`]: a constraint.
 pub const FAMILY_CONSTRAINT: i32 = 1;
+/// [`Kind::family`]: a joint model.
+pub const FAMILY_JOINT: i32 = 2;
 
 /// [`Parameter::form`]: one number.
 pub const FORM_NUMBER: i32 = 1;
@@ -127,6 +129,11 @@ pub const HOLD_TANGENT: i32 = 2;
 /// [`ConstraintSpec::hold`]: turning about d3.
 pub const HOLD_TWIST: i32 = 4;
 
+/// [`JointDescription::mounting`]: the arms share one point, and an energy couples the frames of their segments there.
+pub const MOUNTING_POINT: i32 = 1;
+/// [`JointDescription::mounting`]: the joint is a hub with a pose that carries the ends of its arms rigidly; it has no energy.
+pub const MOUNTING_POSE: i32 = 2;
+
 /// Where a plugin writes words: at most `capacity` bytes, the zero at the end among them.
 #[repr(C)]
 #[derive(Clone, Copy, Debug)]
@@ -189,7 +196,7 @@ unsafe impl Sync for Kinds {}
 #[repr(C)]
 #[derive(Clone, Copy, Debug)]
 pub struct Kind {
-    /// [`FAMILY_CONSTRAINT`].
+    /// `FAMILY_…`.
     pub family: i32,
     /// Parameters.
     pub parameter_count: u32,
@@ -205,6 +212,8 @@ pub struct Kind {
     pub parameters: *const Parameter,
     /// Its functions, where it is a constraint.
     pub constraint: *const ConstraintKind,
+    /// Its functions, where it is a joint model.
+    pub joint: *const JointKind,
 }
 
 // SAFETY: as for `Kinds`.
@@ -500,4 +509,143 @@ pub struct Evaluation {
     pub span_jacobian: *mut f64,
     /// w, one for each residual; given where a Hessian of equations is asked for.
     pub weights: *const f64,
+}
+
+/// The functions of a joint model. Threads: as for [`ConstraintKind`].
+#[repr(C)]
+#[derive(Clone, Copy, Debug)]
+pub struct JointKind {
+    /// Size of this struct, bytes.
+    pub size: u32,
+    /// Zero.
+    pub reserved: u32,
+    /// Makes an instance and describes it. `description` comes with its size and zeroes.
+    pub create: Option<
+        unsafe extern "C" fn(
+            kind: *const Kind,
+            spec: *const JointSpec,
+            instance: *mut *mut c_void,
+            description: *mut JointDescription,
+            message: *mut Text,
+        ) -> i32,
+    >,
+    /// Frees an instance.
+    pub destroy: Option<unsafe extern "C" fn(instance: *mut c_void)>,
+    /// Energy and derivatives for frames of the arms: `w, x, y, z` of each, in the order of the arms. Left out only where all instances are hubs.
+    pub evaluate: Option<
+        unsafe extern "C" fn(
+            instance: *const c_void,
+            frames: *const f64,
+            evaluation: *mut JointEvaluation,
+            message: *mut Text,
+        ) -> i32,
+    >,
+}
+
+// SAFETY: as for `Kinds`.
+unsafe impl Sync for JointKind {}
+
+/// One arm of a joint.
+#[repr(C)]
+#[derive(Clone, Copy, Debug)]
+pub struct Arm {
+    /// Its branch.
+    pub branch: *const c_char,
+    /// Whether the branch starts here: its d3 then points out of the joint (0 or 1).
+    pub starts_here: i32,
+    /// Zero.
+    pub reserved: u32,
+    /// Rest frame of the branch (d3 from its start to its end) at the joint, in the joint's frame: `w, x, y, z`.
+    pub rest: [f64; 4],
+    /// Where the arm leaves, in the joint's frame, m.
+    pub offset: [f64; 3],
+    /// Rest curvature of its branch about d1, d2, d3, 1/m.
+    pub curvature: [f64; 3],
+    /// Rest length of its segment at the joint, m.
+    pub segment_length: f64,
+    /// Diameter, m.
+    pub diameter: f64,
+    /// kg/m.
+    pub linear_density: f64,
+    /// EA, N.
+    pub axial_stiffness: f64,
+    /// GA along d1 and d2, N.
+    pub shear_stiffness: [f64; 2],
+    /// EI about d1 and d2, N m².
+    pub bending_stiffness: [f64; 2],
+    /// GJ, N m².
+    pub torsion_stiffness: f64,
+}
+
+/// Which share of the wires of one arm passes to another.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct WireShare {
+    /// Index of the first arm.
+    pub from: u32,
+    /// Index of the second arm.
+    pub to: u32,
+    /// Share of the wires of the first arm, 0 to 1.
+    pub share: f64,
+}
+
+/// What the scenario says of a joint.
+#[repr(C)]
+#[derive(Clone, Copy, Debug)]
+pub struct JointSpec {
+    /// Size of this struct, bytes.
+    pub size: u32,
+    /// Arms, two at least.
+    pub arm_count: u32,
+    /// Size of an [`Arm`], bytes.
+    pub arm_stride: u32,
+    /// Wire shares; none: the scenario has no table of them.
+    pub wire_count: u32,
+    /// Name in the scenario.
+    pub name: *const c_char,
+    /// The arms.
+    pub arms: *const Arm,
+    /// The wire shares; each has [`WireShare`]'s size.
+    pub wires: *const WireShare,
+    /// The values, in the order of the kind's parameters; each has [`Value`]'s size.
+    pub values: *const Value,
+    /// Values, as many as the kind has parameters.
+    pub value_count: u32,
+    /// Zero.
+    pub reserved: u32,
+}
+
+/// What an instance of a joint model is. Written by `create`.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct JointDescription {
+    /// Size of this struct, bytes, as the program knows it.
+    pub size: u32,
+    /// `MOUNTING_…`.
+    pub mounting: i32,
+    /// Whether one instance may be evaluated from several threads at a time (0 or 1).
+    pub thread_safe: i32,
+    /// Whether `evaluate` writes gradients. If not, the program differentiates numerically, and says so.
+    pub has_gradient: i32,
+    /// Whether `evaluate` writes Hessians. If not, the program differentiates numerically, and says so.
+    pub has_hessian: i32,
+    /// Zero.
+    pub reserved: u32,
+}
+
+/// Where the values of a joint of `k` arms go: what is null is not asked for. The energy is 0 or more, 0 at the rest directions, and does not change when
+/// all frames turn together.
+#[repr(C)]
+#[derive(Clone, Copy, Debug)]
+pub struct JointEvaluation {
+    /// Size of this struct, bytes.
+    pub size: u32,
+    /// Arms.
+    pub arm_count: u32,
+    /// Energy, J: one number.
+    pub energy: *mut f64,
+    /// Derivative of the energy by θ of each arm, N m: `3 k` numbers.
+    pub gradient: *mut f64,
+    /// Second derivative: `3 k × 3 k` numbers, symmetric.
+    pub hessian: *mut f64,
 }

@@ -31,6 +31,12 @@ const STRUCTS: &[&str] = &[
     "Hold",
     "Situation",
     "Evaluation",
+    "JointKind",
+    "Arm",
+    "WireShare",
+    "JointSpec",
+    "JointDescription",
+    "JointEvaluation",
     "Notes",
 ];
 
@@ -46,6 +52,7 @@ const CONSTANTS: &[&str] = &[
     "SHAPE_",
     "ROTATION_",
     "HOLD_",
+    "MOUNTING_",
     "EXTENSION_",
 ];
 
@@ -145,7 +152,7 @@ fn layout() -> String {
         Text { data, capacity }
         Entry { magic, size, abi_major, abi_minor, reserved, name, version, doc, kinds, get_extension }
         Kinds { size, count, stride, reserved, first }
-        Kind { family, parameter_count, parameter_stride, reserved, name, doc, parameters, constraint }
+        Kind { family, parameter_count, parameter_stride, reserved, name, doc, parameters, constraint, joint }
         Parameter {
             name, doc, form, quantity, presence, minimum_excluded, minimum, maximum, default_value, choices, choice_count, reserved,
         }
@@ -169,6 +176,15 @@ fn layout() -> String {
         Evaluation {
             size, reserved, energy, gradient, span_gradient, hessian, span_hessian, residuals, jacobian, span_jacobian, weights,
         }
+        JointKind { size, reserved, create, destroy, evaluate }
+        Arm {
+            branch, starts_here, reserved, rest, offset, curvature, segment_length, diameter, linear_density, axial_stiffness, shear_stiffness,
+            bending_stiffness, torsion_stiffness,
+        }
+        WireShare { from, to, share }
+        JointSpec { size, arm_count, arm_stride, wire_count, name, arms, wires, values, value_count, reserved }
+        JointDescription { size, mounting, thread_safe, has_gradient, has_hessian, reserved }
+        JointEvaluation { size, arm_count, energy, gradient, hessian }
     }
     c
 }

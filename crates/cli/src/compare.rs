@@ -132,7 +132,7 @@ fn carry_out(loaded: Loaded, shown: bool) -> Result<Option<Ending>, Failure> {
         return Err(Failure::Input("interrupted before all scenarios were carried out".into()));
     }
     if let Some(fault) = run.fault {
-        return Err(Failure::Constraint(fault));
+        return Err(Failure::Part(fault));
     }
     Ok(Ending::of(&run))
 }

@@ -2,7 +2,7 @@
 
 use std::io;
 use std::path::Path;
-use wireloom::core::equilibrium::ConstraintFault;
+use wireloom::core::equilibrium::PartFault;
 use wireloom::scenario::Fault;
 
 /// Exit code for refused input.
@@ -51,9 +51,9 @@ pub enum Failure {
     /// Other input that cannot be used.
     #[error("{0}")]
     Input(String),
-    /// A constraint broke down; what was finished before is written.
+    /// A constraint or joint broke down; what was finished before is written.
     #[error("{0}")]
-    Constraint(ConstraintFault),
+    Part(PartFault),
     /// A plugin broke down outside of a run, or keeps not what it promises.
     #[error("{0}")]
     Plugin(String),
@@ -72,7 +72,7 @@ impl Failure {
     pub fn code(&self) -> u8 {
         match self {
             Failure::Refused(_) | Failure::Input(_) => REFUSED,
-            Failure::Io { .. } | Failure::Constraint(_) | Failure::Plugin(_) => IO,
+            Failure::Io { .. } | Failure::Part(_) | Failure::Plugin(_) => IO,
         }
     }
 

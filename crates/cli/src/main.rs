@@ -23,6 +23,7 @@ mod load;
 mod operations;
 mod plugin;
 mod plugin_check;
+mod plugin_check_joint;
 mod plugin_fault;
 mod plugin_new;
 mod plugins;

@@ -6,7 +6,7 @@ use crate::summary::printable;
 use crate::{plugin_check, plugin_new, plugins};
 use std::io::{self, Write};
 use wireloom::core::constraint::SpanUse;
-use wireloom::core::registry::{ConstraintKind, Form, Parameter, Value};
+use wireloom::core::registry::{ConstraintKind, Form, JointKind, Parameter, Value};
 use wireloom::host::Plugins;
 
 /// Does what is asked.
@@ -44,6 +44,9 @@ fn list(out: &mut dyn Write) -> Result<Outcome, Failure> {
                     for kind in plugin.constraints.iter().filter_map(|name| registry.constraint(name)) {
                         describe(kind, out)?;
                     }
+                    for kind in plugin.joints.iter().filter_map(|name| registry.joint(name)) {
+                        describe_joint(kind, out)?;
+                    }
                 }
                 Err(error) => writeln!(out, "{}\n  {}", printable(&error.to_string()), error.reason.help())?,
             }
@@ -71,7 +74,17 @@ pub fn describe(kind: &ConstraintKind, out: &mut dyn Write) -> io::Result<()> {
     };
     let on: Vec<&str> = [on.as_str(), along].into_iter().filter(|words| !words.is_empty()).collect();
     writeln!(out, "  constraint `{}` on {}: {}", kind.name, on.join(" and "), printable(&kind.doc))?;
-    for parameter in &kind.parameters {
+    describe_parameters(&kind.parameters, out)
+}
+
+/// A joint model and its parameters.
+pub fn describe_joint(kind: &JointKind, out: &mut dyn Write) -> io::Result<()> {
+    writeln!(out, "  joint model `{}`: {}", kind.name, printable(&kind.doc))?;
+    describe_parameters(&kind.parameters, out)
+}
+
+fn describe_parameters(parameters: &[Parameter], out: &mut dyn Write) -> io::Result<()> {
+    for parameter in parameters {
         writeln!(out, "    {} ({}): {}", parameter.name, form(parameter), printable(&parameter.doc))?;
     }
     Ok(())

@@ -1,10 +1,10 @@
 //! `wireloom plugin check`: loads a plugin and tries whether its kinds keep what they promise.
 
 use crate::failure::{Failure, Outcome};
-use crate::plugin::describe;
+use crate::plugin::{describe, describe_joint};
 use crate::summary::printable;
-use crate::{plugins, size};
-use std::io::Write;
+use crate::{plugin_check_joint, plugins, size};
+use std::io::{self, Write};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
 use std::time::Instant;
@@ -17,15 +17,15 @@ use wireloom::testkit::conformance::constraint::{Subject, checks};
 /// Nodes of a span that constraints are tried on.
 const NODES: usize = 5;
 /// Times that a constraint is made and unmade.
-const CYCLES: usize = 10_000;
+pub const CYCLES: usize = 10_000;
 /// Bytes that may stay of one of them: the system counts memory by pages.
 const LEFT_BEHIND: f64 = 16.0;
 /// Evaluations that are timed.
-const TIMED: u32 = 10_000;
+pub const TIMED: u32 = 10_000;
 /// Threads that evaluate at a time, and how often each.
-const THREADS: (usize, usize) = (4, 500);
+pub const THREADS: (usize, usize) = (4, 500);
 
-type Verdict = Result<String, String>;
+pub type Verdict = Result<String, String>;
 
 /// Tries all kinds of the plugin in `file`.
 pub fn check(file: &Path, time_limit: f64, out: &mut dyn Write) -> Result<Outcome, Failure> {
@@ -43,18 +43,11 @@ pub fn check(file: &Path, time_limit: f64, out: &mut dyn Write) -> Result<Outcom
         writeln!(out, "{}: {}", printable(&plugins::record(plugin).to_string()), printable(&plugin.doc))?;
         for kind in plugin.constraints.iter().filter_map(|name| registry.constraint(name)) {
             describe(kind, out)?;
-            for (what, try_it) in trials(kind) {
-                // Whoever reads sees how far it came, should the plugin end it.
-                write!(out, "    {what} … ")?;
-                out.flush()?;
-                match quietly(try_it) {
-                    Ok(words) => writeln!(out, "{words}")?,
-                    Err(words) => {
-                        faults += 1;
-                        writeln!(out, "FAILED\n      {}", printable(&words))?;
-                    }
-                }
-            }
+            faults += carry_out(trials(kind), out)?;
+        }
+        for kind in plugin.joints.iter().filter_map(|name| registry.joint(name)) {
+            describe_joint(kind, out)?;
+            faults += carry_out(plugin_check_joint::trials(kind), out)?;
         }
         if faults == 0 { writeln!(out, "all holds") } else { Ok(()) }
     };
@@ -64,6 +57,24 @@ pub fn check(file: &Path, time_limit: f64, out: &mut dyn Write) -> Result<Outcom
         0 => Ok(Outcome::Done),
         n => Err(Failure::Plugin(size::counted(n, "promise is not kept", "promises are not kept"))),
     }
+}
+
+/// Tries all of this; returns how much of it failed.
+fn carry_out(trials: Vec<Trial<'_>>, out: &mut dyn Write) -> io::Result<usize> {
+    let mut faults = 0;
+    for (what, try_it) in trials {
+        // Whoever reads sees how far it came, should the plugin end it.
+        write!(out, "    {what} … ")?;
+        out.flush()?;
+        match quietly(try_it) {
+            Ok(words) => writeln!(out, "{words}")?,
+            Err(words) => {
+                faults += 1;
+                writeln!(out, "FAILED\n      {}", printable(&words))?;
+            }
+        }
+    }
+    Ok(faults)
 }
 
 /// A check's verdict; what it panics with is why it failed.
@@ -78,7 +89,7 @@ fn quietly(try_it: Box<dyn FnOnce() -> Verdict + '_>) -> Verdict {
     })
 }
 
-type Trial<'k> = (String, Box<dyn FnOnce() -> Verdict + 'k>);
+pub type Trial<'k> = (String, Box<dyn FnOnce() -> Verdict + 'k>);
 
 /// What is tried with a kind, by name.
 fn trials(kind: &ConstraintKind) -> Vec<Trial<'_>> {
@@ -86,7 +97,7 @@ fn trials(kind: &ConstraintKind) -> Vec<Trial<'_>> {
         .max(usize::from(kind.attaches.span != SpanUse::Always))
         .min(*kind.attaches.stations.end());
     let nodes = if kind.attaches.span == SpanUse::Never { 0 } else { NODES };
-    let values = parameters(kind, typical);
+    let values = parameters(&kind.parameters, typical);
     let mut all: Vec<Trial<'_>> = vec![];
     let what = "one can be made of typical values".to_owned();
     match made(kind, &values, stations, nodes) {
@@ -128,7 +139,10 @@ fn trials(kind: &ConstraintKind) -> Vec<Trial<'_>> {
     let maker = make.clone();
     all.push(("says the same to several threads".into(), Box::new(move || threads(maker().as_ref(), stations, nodes))));
     let maker = make.clone();
-    all.push((format!("leaves no memory behind, {CYCLES} times"), Box::new(move || leaks(&maker, stations, nodes))));
+    all.push((
+        format!("leaves no memory behind, {CYCLES} times"),
+        Box::new(move || leaks(|| drop(evaluate(maker().as_ref(), stations, nodes, 0.01)))),
+    ));
     all.push(("time of an evaluation".into(), Box::new(move || time(make().as_ref(), stations, nodes))));
     all
 }
@@ -142,7 +156,7 @@ fn acts(constraint: &dyn Constraint) -> &'static str {
 }
 
 /// A value that is in the middle of what may be.
-fn typical(form: &Form) -> Value {
+pub fn typical(form: &Form) -> Value {
     match form {
         Form::Number { minimum, maximum, .. } => Value::Number(match (minimum.is_finite(), maximum.is_finite()) {
             (true, true) => 0.5 * (minimum + maximum),
@@ -158,9 +172,9 @@ fn typical(form: &Form) -> Value {
 }
 
 /// Defaults, and values of this sort where there are none.
-fn parameters(kind: &ConstraintKind, sort: impl Fn(&Form) -> Value) -> Parameters {
+pub fn parameters(declared: &[Parameter], sort: impl Fn(&Form) -> Value) -> Parameters {
     let value = |p: &Parameter| p.default.clone().unwrap_or_else(|| sort(&p.form));
-    Parameters(kind.parameters.iter().map(|p| (p.name.clone(), value(p))).collect())
+    Parameters(declared.iter().map(|p| (p.name.clone(), value(p))).collect())
 }
 
 fn made(
@@ -261,7 +275,7 @@ fn extreme_parameters(kind: &ConstraintKind, stations: usize, nodes: usize) -> V
             Form::Choice(words) => words.iter().cloned().map(Value::Word).collect(),
         };
         for end in ends {
-            let mut values = parameters(kind, typical);
+            let mut values = parameters(&kind.parameters, typical);
             values.0.insert(parameter.name.clone(), end.clone());
             tried += 1;
             let fault = match made(kind, &values, stations, nodes) {
@@ -298,8 +312,8 @@ fn threads(constraint: &dyn Constraint, stations: usize, nodes: usize) -> Verdic
     }
 }
 
-fn leaks(make: &Make<'_>, stations: usize, nodes: usize) -> Verdict {
-    let cycle = || drop(evaluate(make().as_ref(), stations, nodes, 0.01));
+/// Whether making, using and unmaking something again and again keeps memory.
+pub fn leaks(cycle: impl Fn()) -> Verdict {
     (0..CYCLES / 10).for_each(|_| cycle());
     let before = memory();
     (0..CYCLES).for_each(|_| cycle());

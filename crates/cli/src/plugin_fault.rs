@@ -7,7 +7,7 @@ use crate::folder::Folder;
 use crate::results::RESULT;
 use crate::saved::{Keeper, Origin};
 use std::path::Path;
-use wireloom::core::equilibrium::ConstraintFault;
+use wireloom::core::equilibrium::{PartFamily, PartFault};
 use wireloom::core::{Run, Status};
 use wireloom::export::json;
 
@@ -15,32 +15,34 @@ use wireloom::export::json;
 pub fn report(fault: &PluginFault) -> Failure {
     let what = format!("{} (in `{}`)", fault.happened, fault.function);
     let Some(folder) = fault.folder.as_deref() else { return Failure::Plugin(format!("{} {what}", fault.site)) };
-    let (constraint, kind, owner) = parts(&fault.site);
-    let fault = ConstraintFault {
-        constraint: constraint.to_owned(),
+    let (family, name, kind, owner) = parts(&fault.site);
+    let fault = PartFault {
+        family,
+        name: name.to_owned(),
         kind: kind.to_owned(),
         step: fault.step.clone().unwrap_or_default(),
         increment: fault.increment.unwrap_or_default(),
         message: format!("{owner} {what}"),
     };
     match save(folder, &fault) {
-        Ok(()) => Failure::Constraint(fault),
+        Ok(()) => Failure::Part(fault),
         Err(other) => Failure::Plugin(format!("{fault}; what was computed before cannot be written: {other}")),
     }
 }
 
-/// Constraint, kind and the rest of "constraint `tie` (cable-tie): plugin …".
-fn parts(site: &str) -> (&str, &str, &str) {
-    let parts = || {
-        let (constraint, rest) = site.strip_prefix("constraint `")?.split_once("` (")?;
+/// What it is, its name, its kind and the rest of "constraint `tie` (cable-tie): plugin …".
+fn parts(site: &str) -> (PartFamily, &str, &str, &str) {
+    let parts = |family: PartFamily| {
+        let (name, rest) = site.strip_prefix(family.word())?.strip_prefix(" `")?.split_once("` (")?;
         let (kind, owner) = rest.split_once("): ")?;
-        Some((constraint, kind, owner))
+        Some((family, name, kind, owner))
     };
-    parts().unwrap_or(("", "", site))
+    let known = parts(PartFamily::Constraint).or_else(|| parts(PartFamily::Joint));
+    known.unwrap_or((PartFamily::Constraint, "", "", site))
 }
 
 /// Writes the result as far as it goes.
-fn save(place: &Path, fault: &ConstraintFault) -> Result<(), Failure> {
+fn save(place: &Path, fault: &PartFault) -> Result<(), Failure> {
     let origin = Origin::read(place)?;
     let run = Run {
         scenario: origin.scenario,

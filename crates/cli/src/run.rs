@@ -81,7 +81,7 @@ pub fn run(arguments: &RunArguments, out: &mut dyn Write) -> Result<Outcome, Fai
         print().map_err(Failure::standard_output)?;
     }
     if let Some(fault) = run.fault {
-        return Err(Failure::Constraint(fault));
+        return Err(Failure::Part(fault));
     }
     Ok(if run.status == Status::Converged { Outcome::Done } else { Outcome::NotConverged })
 }

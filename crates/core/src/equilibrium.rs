@@ -19,18 +19,39 @@ pub struct Run {
     pub events: Vec<Event>,
     /// The last increment of each step, or all of them.
     pub steps: Vec<StepResult>,
-    /// What ended the run before its time, where a constraint did.
-    pub fault: Option<ConstraintFault>,
+    /// What ended the run before its time, where a constraint or joint did.
+    pub fault: Option<PartFault>,
     /// Libraries that brought kinds of their own.
     pub plugins: Vec<Library>,
 }
 
-/// A constraint of which nothing may be relied on any more: the increment that it happened in is not part of the result.
+/// A part of the harness that may have functions of its own.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum PartFamily {
+    /// A constraint.
+    Constraint,
+    /// A joint.
+    Joint,
+}
+
+impl PartFamily {
+    /// As results and scenarios call it.
+    pub fn word(self) -> &'static str {
+        match self {
+            PartFamily::Constraint => "constraint",
+            PartFamily::Joint => "joint",
+        }
+    }
+}
+
+/// A constraint or joint of which nothing may be relied on any more: the increment that it happened in is not part of the result.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct ConstraintFault {
-    /// Name of the constraint.
-    pub constraint: String,
-    /// Its kind.
+pub struct PartFault {
+    /// Which it is.
+    pub family: PartFamily,
+    /// Its name.
+    pub name: String,
+    /// Its kind, or its model.
     pub kind: String,
     /// Step.
     pub step: String,
@@ -41,10 +62,10 @@ pub struct ConstraintFault {
 }
 
 /// "constraint `tie` (cable-tie) in step `pull`, increment 3: …".
-impl fmt::Display for ConstraintFault {
+impl fmt::Display for PartFault {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self { constraint, kind, step, increment, message } = self;
-        write!(f, "constraint `{constraint}` ({kind}) in step `{step}`, ")?;
+        let Self { family, name, kind, step, increment, message } = self;
+        write!(f, "{} `{name}` ({kind}) in step `{step}`, ", family.word())?;
         match increment {
             0 => f.write_str("while the start was being found")?,
             increment => write!(f, "increment {increment}")?,

@@ -6,6 +6,7 @@
 //! `c ≤ 0 ≤ λ` with one of them 0.
 
 use crate::constraint::{Action, Equations, Relation, Residual, Situation};
+use crate::equilibrium::PartFamily;
 use crate::network::{Fixing, Site};
 use crate::problem::{Conditions, Hessian, Problem, Variable, lever_hessian};
 use crate::rotation::skew;
@@ -472,20 +473,25 @@ impl Problem<'_> {
         }
     }
 
-    /// A fixing (by index) of which nothing may be relied on any more, and why: it says so itself, what it remembers is not finite, or,
-    /// with `lost`, it has said what is not finite of what is since this was asked last.
-    pub fn fault(&mut self, lost: bool) -> Option<(usize, String)> {
+    /// A part (by index) of which nothing may be relied on any more, and why: it says so itself, or it is a fixing that remembers what is not
+    /// finite or, with `lost`, has said what is not finite of what is since this was asked last.
+    pub fn fault(&mut self, lost: bool) -> Option<(PartFamily, usize, String)> {
+        for (j, joint) in self.network.joints.iter().enumerate() {
+            if let Some(message) = joint.model.fault() {
+                return Some((PartFamily::Joint, j, message));
+            }
+        }
         let acting = self.network.fixings.iter().enumerate().filter(|(f, _)| self.conditions.active[*f]);
         for (f, fixing) in acting {
             if let Some(message) = fixing.constraint.fault() {
-                return Some((f, message));
+                return Some((PartFamily::Constraint, f, message));
             }
             if self.conditions.fixings[f].memory.iter().any(|x| !x.is_finite()) {
-                return Some((f, "what it remembers is not a finite number".to_owned()));
+                return Some((PartFamily::Constraint, f, "what it remembers is not a finite number".to_owned()));
             }
         }
         let odd = self.odd.take().filter(|_| lost)?;
-        Some((odd, "it gave a number that is not finite for a harness that is".to_owned()))
+        Some((PartFamily::Constraint, odd, "it gave a number that is not finite for a harness that is".to_owned()))
     }
 
     /// A fixing takes hold where its stations are at `state`, with nothing remembered.

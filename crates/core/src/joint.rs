@@ -77,6 +77,11 @@ pub trait JointModel: Send + Sync {
     /// Adds ∂²E/∂θ_a∂θ_b to `hessian[a * k + b]` for b ≤ a (N m).
     fn add_hessian(&self, _frames: &[Rotation], _hessian: &mut [Matrix]) {}
 
+    /// Why nothing it has said may be relied on any more, if so (a plugin that crashed or took too long); the run then ends.
+    fn fault(&self) -> Option<String> {
+        None
+    }
+
     /// What an engineer should know about this joint: wires that end in it, for example.
     fn notes(&self) -> Vec<String> {
         Vec::new()

@@ -33,8 +33,8 @@ pub use read::read;
 use serde::ser::{Serialize, SerializeMap, Serializer};
 use std::io::{self, BufWriter, Write};
 use wireloom_core::equilibrium::{
-    BranchResult, ConstraintFault, ConstraintResult, Energy, Event, JointResult, Library, MinimiserResult, Moment,
-    OperationResult, Run, SpanResult, StationResult, StepResult, TightestBend,
+    BranchResult, ConstraintResult, Energy, Event, JointResult, Library, MinimiserResult, Moment, OperationResult,
+    PartFamily, PartFault, Run, SpanResult, StationResult, StepResult, TightestBend,
 };
 use wireloom_core::rotation::columns;
 use wireloom_core::{Rotation, Vector};
@@ -71,7 +71,10 @@ struct Document<'a> {
 /// What ended a run before its time.
 #[derive(serde::Serialize)]
 struct Fault<'a> {
-    constraint: &'a str,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    constraint: Option<&'a str>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    joint: Option<&'a str>,
     kind: &'a str,
     step: &'a str,
     increment: usize,
@@ -79,9 +82,11 @@ struct Fault<'a> {
 }
 
 impl<'a> Fault<'a> {
-    fn of(fault: &'a ConstraintFault) -> Self {
-        let ConstraintFault { constraint, kind, step, increment, message } = fault;
-        Self { constraint, kind, step, increment: *increment, message }
+    fn of(fault: &'a PartFault) -> Self {
+        let PartFault { family, name, kind, step, increment, message } = fault;
+        let named = |which: PartFamily| (*family == which).then_some(name.as_str());
+        let (constraint, joint) = (named(PartFamily::Constraint), named(PartFamily::Joint));
+        Self { constraint, joint, kind, step, increment: *increment, message }
     }
 }
 

@@ -20,12 +20,18 @@ pub struct Described {
     pub doc: String,
     /// Parameters.
     pub parameters: Vec<Parameter>,
-    /// What it attaches to.
-    pub attaches: Attaches,
     /// Where its descriptor is.
     pub kind: *const abi::Kind,
     /// Its functions.
-    pub functions: abi::ConstraintKind,
+    pub functions: Functions,
+}
+
+/// The functions of a kind.
+pub enum Functions {
+    /// Of a constraint, and what it attaches to.
+    Constraint(abi::ConstraintKind, Attaches),
+    /// Of a joint model.
+    Joint(abi::JointKind),
 }
 
 /// All kinds.
@@ -67,9 +73,6 @@ unsafe fn one(at: *const abi::Kind, kind: &abi::Kind, which: &str) -> Result<Des
         let name = read::name(&format!("the name of {which}"), kind.name)?;
         let which = format!("kind `{name}`");
         let doc = read::text(&format!("the doc of {which}"), kind.doc)?;
-        if kind.family != abi::FAMILY_CONSTRAINT {
-            return Err(wrong(format!("the family of {which}"), kind.family, "1 is a constraint"));
-        }
         let what = format!("parameters of {which}");
         let declared = read::array(&what, kind.parameters, kind.parameter_count, kind.parameter_stride, MOST)?;
         let mut parameters: Vec<Parameter> = vec![];
@@ -80,11 +83,16 @@ unsafe fn one(at: *const abi::Kind, kind: &abi::Kind, which: &str) -> Result<Des
             }
             parameters.push(one);
         }
-        let functions = format!("functions of {which}");
-        read::pointer(&format!("the table of {functions}"), kind.constraint)?;
-        let functions: abi::ConstraintKind =
-            read::prefix(&format!("table of {functions}"), kind.constraint, (*kind.constraint).size)?;
-        for (there, function) in [(functions.create.is_some(), "create"), (functions.destroy.is_some(), "destroy")] {
+        let table = format!("table of functions of {which}");
+        read::pointer(&format!("the {table}"), functions_at(kind, &which)?)?;
+        let (functions, create, destroy) = if kind.family == abi::FAMILY_JOINT {
+            let own: abi::JointKind = read::prefix(&table, kind.joint, (*kind.joint).size)?;
+            (Functions::Joint(own), own.create.is_some(), own.destroy.is_some())
+        } else {
+            let own: abi::ConstraintKind = read::prefix(&table, kind.constraint, (*kind.constraint).size)?;
+            (Functions::Constraint(own, attaches(&own, &which)?), own.create.is_some(), own.destroy.is_some())
+        };
+        for (there, function) in [(create, "create"), (destroy, "destroy")] {
             if !there {
                 return Err(Reason::Pointer {
                     what: format!("the function `{function}` of {which}"),
@@ -92,11 +100,20 @@ unsafe fn one(at: *const abi::Kind, kind: &abi::Kind, which: &str) -> Result<Des
                 });
             }
         }
-        let attaches = attaches(&functions, &which)?;
-        Ok(Described { name, doc, parameters, attaches, kind: at, functions })
+        Ok(Described { name, doc, parameters, kind: at, functions })
     }
 }
 
+/// Where the functions of a kind are said to be.
+fn functions_at(kind: &abi::Kind, which: &str) -> Result<*const u32, Reason> {
+    match kind.family {
+        abi::FAMILY_CONSTRAINT => Ok(kind.constraint.cast()),
+        abi::FAMILY_JOINT => Ok(kind.joint.cast()),
+        other => Err(wrong(format!("the family of {which}"), other, "1 is a constraint, 2 a joint model")),
+    }
+}
+
+/// What a kind of constraint attaches to.
 fn attaches(functions: &abi::ConstraintKind, which: &str) -> Result<Attaches, Reason> {
     let (least, most) = (functions.stations_min, functions.stations_max);
     if least > most || most > MOST_STATIONS {

@@ -3,7 +3,7 @@
 //! A plugin is native code: once loaded it may do whatever this process may do. So nothing is loaded here but what the caller names.
 //!
 //! The road of a library: [`Plugins::load`] opens it; `handshake` checks its entry before anything in it is called; `describe` reads its kinds;
-//! `proxy` makes constraints of them, which the rest of the program cannot tell from built-in ones. Every call goes through `call`, so that a watchdog
+//! `proxy` makes constraints of them and `joint` joint models, which the rest of the program cannot tell from built-in ones. Every call goes through `line` and `call`, so that a watchdog
 //! and a signal handler know where a thread is (`last_words`).
 #![allow(unsafe_code, reason = "this crate calls into libraries of others")]
 
@@ -12,7 +12,9 @@ mod describe;
 mod error;
 mod find;
 mod handshake;
+mod joint;
 mod last_words;
+mod line;
 mod numeric;
 mod proxy;
 mod read;
@@ -20,10 +22,12 @@ mod read;
 pub use error::{LoadError, Reason};
 pub use find::{Folders, file_name, named};
 pub use last_words::stand_by;
-pub use proxy::{differentiated, notes};
+pub use line::differentiated;
+pub use proxy::notes;
 pub use wireloom_abi::{ABI_MAJOR, ABI_MINOR, HEADER};
 
 use call::Site;
+use describe::{Described, Functions};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use wireloom_core::Registry;
@@ -45,6 +49,8 @@ pub struct Plugin {
     pub abi: (u32, u32),
     /// Names of its kinds of constraints.
     pub constraints: Vec<String>,
+    /// Names of its joint models.
+    pub joints: Vec<String>,
 }
 
 /// The plugins of this process.
@@ -67,8 +73,13 @@ impl Plugins {
         if let Some(other) = self.0.iter().find(|other| other.name == opened.name) {
             return Err(refuse(Reason::NameTaken { name: opened.name, other: other.file.clone() }));
         }
-        if let Some(kind) = opened.kinds.iter().find(|kind| registry.constraint(&kind.name).is_some()) {
-            let owner = self.0.iter().find(|other| other.constraints.contains(&kind.name));
+        let taken = |kind: &&Described| match kind.functions {
+            Functions::Constraint(..) => registry.constraint(&kind.name).is_some(),
+            Functions::Joint(_) => registry.joint(&kind.name).is_some(),
+        };
+        if let Some(kind) = opened.kinds.iter().find(taken) {
+            let owner =
+                self.0.iter().find(|other| other.constraints.contains(&kind.name) || other.joints.contains(&kind.name));
             let owner = owner.map_or("the program itself".to_owned(), |other| {
                 format!("plugin `{}` ({})", other.name, other.file.display())
             });
@@ -81,16 +92,30 @@ impl Plugins {
             file: file.to_owned(),
             hash: opened.hash,
             abi: opened.abi,
-            constraints: opened.kinds.iter().map(|kind| kind.name.clone()).collect(),
+            constraints: names(&opened.kinds, |functions| matches!(functions, Functions::Constraint(..))),
+            joints: names(&opened.kinds, |functions| matches!(functions, Functions::Joint(_))),
         };
         let owner = Arc::new(format!("plugin `{}` {} ({})", plugin.name, plugin.version, file.display()));
         for kind in opened.kinds {
             // No name is taken: that was just looked at.
-            let _ = registry.add_constraint(proxy::kind(kind, owner.clone(), opened.notes));
+            match kind.functions {
+                Functions::Constraint(functions, ref attaches) => {
+                    let made = (functions, attaches.clone());
+                    let _ = registry.add_constraint(proxy::kind(kind, made, owner.clone(), opened.notes));
+                }
+                Functions::Joint(functions) => {
+                    let _ = registry.add_joint(joint::kind(kind, functions, owner.clone()));
+                }
+            }
         }
         self.0.push(plugin);
         Ok(self.0.last().expect("one was just added"))
     }
+}
+
+/// Names of some kinds.
+fn names(kinds: &[Described], which: impl Fn(&Functions) -> bool) -> Vec<String> {
+    kinds.iter().filter(|kind| which(&kind.functions)).map(|kind| kind.name.clone()).collect()
 }
 
 /// The place of calls that belong to no constraint.

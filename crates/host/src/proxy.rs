@@ -4,48 +4,42 @@
 
 use crate::call::{Site, into_plugin};
 use crate::describe::{Described, plain_value};
+use crate::line::{Line, UNWRITTEN, differentiate, differentiated, kept};
 use crate::numeric;
 use crate::read::Message;
 use std::cell::RefCell;
 use std::collections::BTreeSet;
-use std::ffi::{CStr, CString, c_void};
+use std::ffi::CString;
 use std::ptr::{null, null_mut};
-use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
+use std::sync::{Arc, Mutex};
 use wireloom_abi as abi;
 use wireloom_abi::draft::Notes;
-use wireloom_core::constraint::{ConstraintSpec, Equations, HoldWord, Relation, Residual, Situation};
+use wireloom_core::constraint::{Attaches, ConstraintSpec, Equations, HoldWord, Relation, Residual, Situation};
 use wireloom_core::registry::{BuildError, ConstraintKind, Parameters};
 use wireloom_core::{Action, Constraint, Hold, Matrix, Pose, Potential, RotationHold, Vector};
 
 /// Most numbers that a constraint remembers, and most residuals.
 const MOST: u32 = 4096;
-const HELP: &str = "`wireloom plugin check` on the file tells more; its author can mend it";
-
-/// Kinds of which a constraint was made that gives not all derivatives, with what becomes of them.
-static DIFFERENTIATED: Mutex<BTreeSet<String>> = Mutex::new(BTreeSet::new());
+pub const HELP: &str = "`wireloom plugin check` on the file tells more; its author can mend it";
 
 /// What plugins say of their constraints.
 static NOTES: Mutex<BTreeSet<String>> = Mutex::new(BTreeSet::new());
 /// Most notes of a constraint.
 const MOST_NOTES: u32 = 16;
 
-fn kept(all: &Mutex<BTreeSet<String>>) -> MutexGuard<'_, BTreeSet<String>> {
-    all.lock().unwrap_or_else(PoisonError::into_inner)
-}
-
 /// What an engineer should know of the constraints that plugins have made in this process: what they say themselves, and which derivatives are missing.
 pub fn notes() -> Vec<String> {
     kept(&NOTES).iter().cloned().chain(differentiated()).collect()
 }
 
-/// What is said of kinds that do not give all their derivatives, of all constraints that this process has made.
-pub fn differentiated() -> Vec<String> {
-    kept(&DIFFERENTIATED).iter().cloned().collect()
-}
-
 /// A kind whose constraints are made by a plugin; `owner` says which, in words.
-pub fn kind(described: Described, owner: Arc<String>, notes: Option<Notes>) -> ConstraintKind {
-    let Described { name, doc, parameters, attaches, kind, functions } = described;
+pub fn kind(
+    described: Described,
+    (functions, attaches): (abi::ConstraintKind, Attaches),
+    owner: Arc<String>,
+    notes: Option<Notes>,
+) -> ConstraintKind {
+    let Described { name, doc, parameters, kind, .. } = described;
     let maker = Maker { name: name.clone(), kind, functions, owner, parameters: parameters.clone(), notes };
     ConstraintKind {
         name,
@@ -125,36 +119,23 @@ impl Maker {
         // SAFETY: zeroes are no size, no shape, no numbers and null.
         let mut description: abi::Description = unsafe { std::mem::zeroed() };
         description.size = size_of::<abi::Description>() as u32;
-        let mut instance = null_mut();
-        let mut message = Message::new();
-        let mut text = message.text();
         let create = self.functions.create.expect("descriptors without it are refused");
         // SAFETY: all is as the ABI says.
-        let status = into_plugin(&site, c"create", || unsafe {
-            create(self.kind, &plain, &mut instance, &mut description, &mut text)
+        let line = Line::create(site, owner.clone(), |instance, text| unsafe {
+            create(self.kind, &plain, instance, &mut description, text)
         });
-        match status {
-            abi::STATUS_OK => {}
-            abi::STATUS_ERROR => return Err(refuse(format!("refuses: {}", message.words()))),
-            abi::STATUS_PANIC => return Err(refuse(format!("panicked in `create`: {}", message.words()))),
-            other => return Err(refuse(format!("returned {other} from `create`; 0, 1 and 2 have a meaning"))),
-        }
-        if instance.is_null() {
-            return Err(refuse("made nothing: `create` says it is done, but wrote no instance".into()));
-        }
         let mut proxy = Proxy {
-            site,
-            owner: owner.clone(),
+            line: line.map_err(refuse)?,
             functions: self.functions,
-            instance,
             description,
             stations: spec.stations.len(),
             hold: Hold { position: false, rails: vec![], rotation: RotationHold::Free },
             memory: vec![],
             residuals: [vec![], vec![]],
-            lock: (description.thread_safe == 0).then(Mutex::default),
-            fault: OnceLock::new(),
         };
+        if description.thread_safe != 0 {
+            proxy.line.unlock();
+        }
         proxy.understand(&self.functions).map_err(refuse)?;
         self.take_note(spec, &proxy);
         let missing = match (description.has_gradient != 0, description.has_hessian != 0, description.shape) {
@@ -164,8 +145,7 @@ impl Maker {
             (false, ..) => "gradient and Hessian are taken numerically",
             (true, false, _) => "the Hessian is taken numerically",
         };
-        let words = format!("kind `{}` of {owner} gives not all derivatives: {missing}", self.name);
-        kept(&DIFFERENTIATED).insert(words);
+        differentiate(&self.name, owner, missing);
         Ok(proxy)
     }
 }
@@ -179,8 +159,9 @@ impl Maker {
             let mut message = Message::new();
             let mut text = message.text();
             // SAFETY: all is as the ABI says.
-            let status =
-                into_plugin(&proxy.site, c"note", || unsafe { note(kind.as_ptr(), proxy.instance, index, &mut text) });
+            let status = into_plugin(&proxy.line.site, c"note", || unsafe {
+                note(kind.as_ptr(), proxy.line.instance, index, &mut text)
+            });
             if status != abi::STATUS_OK {
                 return;
             }
@@ -189,7 +170,7 @@ impl Maker {
     }
 }
 
-fn c_string(words: &str) -> CString {
+pub fn c_string(words: &str) -> CString {
     CString::new(words.replace('\0', "")).unwrap_or_default()
 }
 
@@ -203,17 +184,13 @@ fn plain_hold(word: HoldWord) -> i32 {
 
 /// A constraint whose functions are in a plugin.
 struct Proxy {
-    site: Arc<Site>,
-    owner: Arc<String>,
+    line: Line,
     functions: abi::ConstraintKind,
-    instance: *mut c_void,
     description: abi::Description,
     stations: usize,
     hold: Hold,
     memory: Vec<f64>,
     residuals: [Vec<Residual>; 2],
-    lock: Option<Mutex<()>>,
-    fault: OnceLock<String>,
 }
 
 // SAFETY: `create` and `destroy` may be called from any thread, and calls with the same instance at a time are locked out unless it
@@ -226,7 +203,7 @@ impl Drop for Proxy {
     fn drop(&mut self) {
         if let Some(destroy) = self.functions.destroy {
             // SAFETY: the instance is one of this plugin's, and nobody else has it.
-            into_plugin(&self.site, c"destroy", || unsafe { destroy(self.instance) });
+            into_plugin(&self.line.site, c"destroy", || unsafe { destroy(self.line.instance) });
         }
     }
 }
@@ -304,30 +281,6 @@ impl Proxy {
         Ok(())
     }
 
-    /// Keeps the first thing that went wrong.
-    fn broke(&self, what: String) {
-        let _ = self.fault.set(format!("{} {what}", self.owner));
-    }
-
-    /// Calls a function of the plugin unless something went wrong before; whether it did what it should.
-    fn call(&self, function: &'static CStr, call: impl FnOnce(*const c_void, *mut abi::Text) -> i32) -> bool {
-        if self.fault.get().is_some() {
-            return false;
-        }
-        let _one_at_a_time = self.lock.as_ref().map(|lock| lock.lock().unwrap_or_else(PoisonError::into_inner));
-        let mut message = Message::new();
-        let mut text = message.text();
-        let status = into_plugin(&self.site, function, || call(self.instance, &mut text));
-        let name = function.to_string_lossy();
-        match status {
-            abi::STATUS_OK => return true,
-            abi::STATUS_ERROR => self.broke(format!("failed in `{name}`: {}", message.words())),
-            abi::STATUS_PANIC => self.broke(format!("panicked in `{name}`: {}", message.words())),
-            other => self.broke(format!("returned {other} from `{name}`; 0, 1 and 2 have a meaning")),
-        }
-        false
-    }
-
     /// Calls with the situation in C, and room for rows.
     fn with_situation<R>(&self, at: &Situation<'_>, call: impl FnOnce(&abi::Situation, &mut Vec<f64>) -> R) -> R {
         SCRATCH.with_borrow_mut(|Scratch { stations, targets, rows }| {
@@ -355,20 +308,7 @@ impl Proxy {
     fn evaluate(&self, situation: &abi::Situation, wanted: &mut Wanted) -> bool {
         let evaluate = self.functions.evaluate.expect("looked for as it was made");
         // SAFETY: all is as the ABI says.
-        self.call(c"evaluate", |own, text| unsafe { evaluate(own, situation, wanted, text) })
-    }
-
-    /// Whether numbers are finite; if not, that is a fault.
-    fn finite(&self, what: &str, numbers: &[f64]) -> bool {
-        let Some(at) = numbers.iter().position(|x| !x.is_finite()) else { return true };
-        let which = if numbers.len() == 1 { String::new() } else { format!(", entry {at} of {}", numbers.len()) };
-        let x = numbers[at];
-        self.broke(if x.to_bits() == UNWRITTEN.to_bits() {
-            format!("wrote no {what}{which} in `evaluate`, which was asked for")
-        } else {
-            format!("returned {x} as {what}{which}")
-        });
-        false
+        self.line.call(c"evaluate", |own, text| unsafe { evaluate(own, situation, wanted, text) })
     }
 
     fn energy_alone(&self, at: &Situation<'_>) -> f64 {
@@ -376,7 +316,7 @@ impl Proxy {
         let done = self.with_situation(at, |situation, _| {
             self.evaluate(situation, &mut Wanted { energy: &mut energy, ..NOTHING })
         });
-        if done && self.finite("energy", &[energy]) { energy } else { f64::NAN }
+        if done && self.line.finite("energy", &[energy]) { energy } else { f64::NAN }
     }
 
     fn residuals_alone(&self, at: &Situation<'_>, c: &mut [f64]) {
@@ -384,7 +324,7 @@ impl Proxy {
         let done = self.with_situation(at, |situation, _| {
             self.evaluate(situation, &mut Wanted { residuals: c.as_mut_ptr(), ..NOTHING })
         });
-        if !(done && self.finite("residuals", c)) {
+        if !(done && self.line.finite("residuals", c)) {
             c.fill(f64::NAN);
         }
     }
@@ -405,7 +345,7 @@ impl Proxy {
             if !self.evaluate(situation, &mut wanted) {
                 return false;
             }
-            if !(self.finite("Hessian", of_stations) && self.finite("Hessian of the span", of_span)) {
+            if !(self.line.finite("Hessian", of_stations) && self.line.finite("Hessian of the span", of_span)) {
                 return false;
             }
             for (at, x) in of_stations.iter().enumerate() {
@@ -423,9 +363,6 @@ impl Proxy {
         }
     }
 }
-
-/// Stands where nothing was written yet: a not-a-number that arithmetic does not make.
-const UNWRITTEN: f64 = f64::from_bits(0x7ff8_5749_5245_4c4d);
 
 impl Constraint for Proxy {
     fn action(&self) -> Action<'_> {
@@ -452,15 +389,15 @@ impl Constraint for Proxy {
         let base = plain_pose(base);
         let mut to = abi::Pose { position: [UNWRITTEN; 3], orientation: [UNWRITTEN; 4] };
         // SAFETY: all is as the ABI says.
-        let done = self.call(c"target", |own, text| unsafe { target(own, &base, progress, &mut to, text) });
+        let done = self.line.call(c"target", |own, text| unsafe { target(own, &base, progress, &mut to, text) });
         let q = to.orientation;
         let [w, x, y, z] = q;
         let norm = q.iter().map(|x| x * x).sum::<f64>().sqrt();
-        if done && self.finite("target's position", &to.position) && self.finite("target's orientation", &q) {
+        if done && self.line.finite("target's position", &to.position) && self.line.finite("target's orientation", &q) {
             if (norm - 1.0).abs() < 1e-6 {
                 return pose(to.position, q);
             }
-            self.broke(format!(
+            self.line.broke(format!(
                 "returned a target with orientation [{w}, {x}, {y}, {z}], of length {norm} instead of 1"
             ));
         }
@@ -477,15 +414,16 @@ impl Constraint for Proxy {
             rows.clear();
             rows.extend_from_slice(memory);
             // SAFETY: all is as the ABI says; `rows` has as many numbers as the memory.
-            let done = self.call(c"commit", |own, text| unsafe { commit(own, situation, rows.as_mut_ptr(), text) });
-            if done && self.finite("memory", rows) {
+            let done =
+                self.line.call(c"commit", |own, text| unsafe { commit(own, situation, rows.as_mut_ptr(), text) });
+            if done && self.line.finite("memory", rows) {
                 memory.copy_from_slice(rows);
             }
         });
     }
 
     fn fault(&self) -> Option<String> {
-        self.fault.get().cloned()
+        self.line.fault()
     }
 }
 
@@ -512,9 +450,9 @@ impl Potential for Proxy {
             self.evaluate(situation, &mut wanted)
         });
         let good = done
-            && self.finite("energy", &[energy])
-            && self.finite("gradient", stations.as_flattened_numbers())
-            && self.finite("gradient of the span", span.as_flattened_numbers());
+            && self.line.finite("energy", &[energy])
+            && self.line.finite("gradient", stations.as_flattened_numbers())
+            && self.line.finite("gradient of the span", span.as_flattened_numbers());
         if !good {
             stations.fill(Vector::repeat(f64::NAN));
             span.fill(Vector::repeat(f64::NAN));
@@ -578,9 +516,9 @@ impl Equations for Proxy {
             self.evaluate(situation, &mut wanted)
         });
         let good = done
-            && self.finite("residuals", c)
-            && self.finite("Jacobian", stations.as_flattened_numbers())
-            && self.finite("Jacobian of the span", span.as_flattened_numbers());
+            && self.line.finite("residuals", c)
+            && self.line.finite("Jacobian", stations.as_flattened_numbers())
+            && self.line.finite("Jacobian of the span", span.as_flattened_numbers());
         if !good {
             c.fill(f64::NAN);
             stations.fill(Vector::repeat(f64::NAN));

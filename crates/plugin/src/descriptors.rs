@@ -1,11 +1,11 @@
 //! Descriptors of kinds, as C reads them. They live as long as the library, which is never unloaded.
 
-use crate::{Plugin, constraint};
+use crate::{Plugin, constraint, joint};
 use std::ffi::{CString, c_char};
 use std::ptr::null;
 use wireloom_abi as abi;
 use wireloom_core::constraint::SpanUse;
-use wireloom_core::registry::{ConstraintKind, Form, Parameter, Quantity, Value};
+use wireloom_core::registry::{ConstraintKind, Form, JointKind, Parameter, Quantity, Value};
 
 /// The functions of a kind, and behind them, where the program does not look, the kind itself.
 #[repr(C)]
@@ -15,9 +15,18 @@ pub struct Functions {
     pub owner: ConstraintKind,
 }
 
+/// The same of a joint model.
+#[repr(C)]
+pub struct JointFunctions {
+    table: abi::JointKind,
+    /// Whose they are.
+    pub owner: JointKind,
+}
+
 /// Describes kinds.
 pub fn kinds(plugin: Plugin) -> &'static abi::Kinds {
-    let kinds: Vec<abi::Kind> = plugin.constraints.into_iter().map(constraint_kind).collect();
+    let constraints = plugin.constraints.into_iter().map(constraint_kind);
+    let kinds: Vec<abi::Kind> = constraints.chain(plugin.joints.into_iter().map(joint_kind)).collect();
     leaked(abi::Kinds {
         size: size_of::<abi::Kinds>() as u32,
         count: kinds.len() as u32,
@@ -28,8 +37,7 @@ pub fn kinds(plugin: Plugin) -> &'static abi::Kinds {
 }
 
 fn constraint_kind(owner: ConstraintKind) -> abi::Kind {
-    let parameters: Vec<abi::Parameter> = owner.parameters.iter().map(parameter).collect();
-    let (name, doc) = (words(&owner.name), words(&owner.doc));
+    let described = described(abi::FAMILY_CONSTRAINT, &owner.name, &owner.doc, &owner.parameters);
     let table = abi::ConstraintKind {
         size: size_of::<abi::ConstraintKind>() as u32,
         stations_min: *owner.attaches.stations.start() as u32,
@@ -45,15 +53,34 @@ fn constraint_kind(owner: ConstraintKind) -> abi::Kind {
         target: Some(constraint::target),
         commit: Some(constraint::commit),
     };
+    abi::Kind { constraint: &raw const leaked(Functions { table, owner }).table, ..described }
+}
+
+fn joint_kind(owner: JointKind) -> abi::Kind {
+    let described = described(abi::FAMILY_JOINT, &owner.name, &owner.doc, &owner.parameters);
+    let table = abi::JointKind {
+        size: size_of::<abi::JointKind>() as u32,
+        reserved: 0,
+        create: Some(joint::create),
+        destroy: Some(joint::destroy),
+        evaluate: Some(joint::evaluate),
+    };
+    abi::Kind { joint: &raw const leaked(JointFunctions { table, owner }).table, ..described }
+}
+
+/// A kind without its functions.
+fn described(family: i32, name: &str, doc: &str, parameters: &[Parameter]) -> abi::Kind {
+    let parameters: Vec<abi::Parameter> = parameters.iter().map(parameter).collect();
     abi::Kind {
-        family: abi::FAMILY_CONSTRAINT,
+        family,
         parameter_count: parameters.len() as u32,
         parameter_stride: size_of::<abi::Parameter>() as u32,
         reserved: 0,
-        name,
-        doc,
+        name: words(name),
+        doc: words(doc),
         parameters: parameters.leak().as_ptr(),
-        constraint: &raw const leaked(Functions { table, owner }).table,
+        constraint: null(),
+        joint: null(),
     }
 }
 

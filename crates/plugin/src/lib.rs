@@ -8,6 +8,7 @@
 
 mod constraint;
 mod descriptors;
+mod joint;
 mod panics;
 mod read;
 
@@ -16,13 +17,15 @@ pub use wireloom_core as core;
 
 use abi::{Kinds, Text};
 use std::sync::OnceLock;
-use wireloom_core::registry::ConstraintKind;
+use wireloom_core::registry::{ConstraintKind, JointKind};
 
 /// What a plugin has.
 #[derive(Default)]
 pub struct Plugin {
     /// Constraints.
     pub constraints: Vec<ConstraintKind>,
+    /// Joint models.
+    pub joints: Vec<JointKind>,
 }
 
 /// Descriptors of a plugin's kinds, made when they are first asked for. Used by [`export!`].
@@ -55,19 +58,22 @@ impl Shelf {
     }
 }
 
-/// Makes a library a plugin: `export! { constraints: [my_kind()] }`, once in a crate whose `crate-type` is `cdylib`.
+/// Makes a library a plugin: `export! { constraints: [my_kind()] }`, or `joints: [...]`, or both, once in a crate whose `crate-type` is
+/// `cdylib`.
 ///
 /// Name, version and description are those of the crate. What stands in the brackets are expressions for
-/// [`ConstraintKind`](core::registry::ConstraintKind)s.
+/// [`ConstraintKind`](core::registry::ConstraintKind)s and [`JointKind`](core::registry::JointKind)s.
 #[macro_export]
 macro_rules! export {
-    (constraints: [$($constraint:expr),* $(,)?] $(,)?) => {
+    ($($family:ident: [$($kind:expr),* $(,)?]),+ $(,)?) => {
         #[allow(unsafe_code, reason = "a plugin exports one symbol, and this is it")]
         const _: () = {
             unsafe extern "C" fn kinds(message: *mut $crate::abi::Text) -> *const $crate::abi::Kinds {
                 static SHELF: $crate::Shelf = $crate::Shelf::empty();
+                #[allow(clippy::needless_update, reason = "all families may be named")]
+                let plugin = || $crate::Plugin { $($family: vec![$($kind),*],)+ ..$crate::Plugin::default() };
                 // SAFETY: who calls this promises what the ABI demands.
-                unsafe { SHELF.kinds(message, || $crate::Plugin { constraints: vec![$($constraint),*] }) }
+                unsafe { SHELF.kinds(message, plugin) }
             }
 
             #[unsafe(no_mangle)]

@@ -5,7 +5,7 @@ use std::ffi::{CStr, c_char};
 use wireloom_abi as abi;
 use wireloom_core::constraint::{ConstraintSpec, HoldWord, SpanSpec, StationSpec};
 use wireloom_core::registry::Form;
-use wireloom_core::{Parameter, Parameters, Pose, Value, Vector};
+use wireloom_core::{Parameter, Parameters, Pose, Rotation, Value, Vector};
 
 /// The array, empty where there is none.
 ///
@@ -33,8 +33,12 @@ pub unsafe fn words(text: *const c_char) -> Option<String> {
 
 /// A pose.
 pub fn pose(pose: &abi::Pose) -> Pose {
-    let [w, x, y, z] = pose.orientation;
-    Pose { position: Vector::from(pose.position), orientation: Unit::new_unchecked(Quaternion::new(w, x, y, z)) }
+    Pose { position: Vector::from(pose.position), orientation: frame(&pose.orientation) }
+}
+
+/// A frame.
+pub fn frame([w, x, y, z]: &[f64; 4]) -> Rotation {
+    Unit::new_unchecked(Quaternion::new(*w, *x, *y, *z))
 }
 
 /// The same for C.

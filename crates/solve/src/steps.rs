@@ -7,7 +7,7 @@ use crate::plan::{self, Plan};
 use crate::settle::Settle;
 use crate::{clips, nested, operations, result, start};
 use std::time::Instant;
-use wireloom_core::equilibrium::{ConstraintFault, MinimiserResult, OperationResult, Run, StepResult};
+use wireloom_core::equilibrium::{MinimiserResult, OperationResult, PartFamily, PartFault, Run, StepResult};
 use wireloom_core::minimiser::{Minimiser, Status, Stop};
 use wireloom_core::problem::{Conditions, Problem};
 use wireloom_core::sliding::{SlideStop, Sliding};
@@ -79,8 +79,8 @@ struct Driver<'n, 'm> {
     residual: f64,
     /// How far equations of fixings are from being met, in units of their scales.
     unmet: Option<f64>,
-    /// A fixing that cannot go on, and why.
-    fault: Option<(usize, String)>,
+    /// A fixing or joint that cannot go on, and why.
+    fault: Option<(PartFamily, usize, String)>,
     /// While the start is being found nothing slides.
     homing: bool,
     log: EventLog,
@@ -638,16 +638,15 @@ impl<'n, 'm> Driver<'n, 'm> {
     }
 
     /// The fault that ended the run.
-    fn named_fault(&self, step: &Step, increment: usize) -> Option<ConstraintFault> {
-        let (f, message) = self.fault.clone()?;
-        let fixing = &self.problem.network.fixings[f];
-        Some(ConstraintFault {
-            constraint: fixing.name.clone(),
-            kind: fixing.kind.clone(),
-            step: step.name.clone(),
-            increment,
-            message,
-        })
+    fn named_fault(&self, step: &Step, increment: usize) -> Option<PartFault> {
+        let (family, index, message) = self.fault.clone()?;
+        let network = self.problem.network;
+        let (name, kind) = match family {
+            PartFamily::Constraint => (&network.fixings[index].name, &network.fixings[index].kind),
+            PartFamily::Joint => (&network.joints[index].name, &network.joints[index].kind),
+        };
+        let (name, kind, step) = (name.clone(), kind.clone(), step.name.clone());
+        Some(PartFault { family, name, kind, step, increment, message })
     }
 
     /// Takes away the fixings that the cable has run out of. Returns whether there was one.

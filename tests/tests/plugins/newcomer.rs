@@ -102,7 +102,59 @@ fn in_rust() -> Checked {
         let ended = ended.expect(code)?;
         ended.says(&[words])?;
     }
-    Ok(())
+    parts_of_plugins_are_as_good(&place, &folder, &build)
+}
+
+/// As the first scenario has it.
+const COLLAR: &str = "kind = \"collar\"";
+const MODEL: &str = "model = \"cosserat\"";
+
+/// Builds with another source.
+type Build<'b> = dyn Fn(&[&str], &str) -> Result<std::process::Output, Failed> + 'b;
+
+/// The built-in collar and joint, exported by a plugin under other names, hold a harness to the same bits, and pass the check.
+fn parts_of_plugins_are_as_good(place: &Place, folder: &Path, build: &Build<'_>) -> Checked {
+    let manifest = fs::read_to_string(folder.join("Cargo.toml"))?;
+    let models = format!("wireloom-models = {{ path = {:?} }}\n", root().join("crates/models"));
+    fs::write(folder.join("Cargo.toml"), manifest.replace("[dependencies]\n", &format!("[dependencies]\n{models}")))?;
+    let source = r#"
+        use wireloom_plugin::core::registry::{ConstraintKind, JointKind};
+        wireloom_plugin::export! { constraints: [kind()], joints: [joint()] }
+        pub fn kind() -> ConstraintKind {
+            ConstraintKind { name: "own-collar".into(), ..wireloom_models::fixings::collar() }
+        }
+        fn joint() -> JointKind {
+            JointKind { name: "own-cosserat".into(), ..wireloom_models::joints::cosserat::kind() }
+        }
+    "#;
+    let built = build(&["build"], source)?;
+    ensure(built.status.success(), &built)?;
+    let library = format!("target/release/{}my_spring{}", std::env::consts::DLL_PREFIX, std::env::consts::DLL_SUFFIX);
+    let text = fs::read_to_string(root().join("scenarios/first.toml"))?;
+    ensure(text.contains(COLLAR), "the first scenario has no collar")?;
+    let mut found = vec![];
+    place.wireloom(&["plugin", "check", &format!("my-spring/{library}")])?.expect(0)?;
+    ensure(text.contains(MODEL), "the first scenario has no joint of this model")?;
+    for (kind, model) in [("collar", "cosserat"), ("own-collar", "own-cosserat")] {
+        let more = "\n[plugins]\nload = [\"target/release/my-spring\"]\n[output]\nincrements = true\npicture = false\n";
+        let text =
+            text.replace(COLLAR, &format!("kind = \"{kind}\"")).replace(MODEL, &format!("model = \"{model}\"")) + more;
+        fs::write(folder.join("collars.toml"), text)?;
+        let out = format!("out-{kind}");
+        let arguments =
+            ["run", "my-spring/collars.toml", "--allow-plugin", &format!("my-spring/{library}"), "--out", &out];
+        place.wireloom(&arguments)?.expect(0)?;
+        let mut result = place.json(&format!("{out}/result.json"))?;
+        for step in result["steps"].as_array_mut().into_iter().flatten() {
+            step["minimiser"]["seconds"] = Value::Null;
+            for (_, constraint) in step["constraints"].as_object_mut().into_iter().flatten() {
+                constraint["kind"] = Value::Null;
+            }
+        }
+        found.push(result);
+    }
+    ensure(found[0]["steps"].as_array().is_some_and(|steps| steps.len() == 40), &found[0]["steps"])?;
+    ensure(found[0]["steps"] == found[1]["steps"], "parts of a plugin give other bits than the built-in ones")
 }
 
 fn bad_names() -> Checked {

@@ -2,7 +2,9 @@
 
 use crate::samples::{broken, run, step, v, y_harness};
 use serde_json::Value;
-use wireloom_core::equilibrium::{ConstraintFault, OperationResult, Run, SpanResult, StationResult, TightestBend};
+use wireloom_core::equilibrium::{
+    OperationResult, PartFamily, PartFault, Run, SpanResult, StationResult, TightestBend,
+};
 use wireloom_core::rotation::columns;
 use wireloom_core::{Parameters, Stop};
 use wireloom_export::json::{Provenance, options};
@@ -68,8 +70,9 @@ fn constraints_of_several_stations_have_each_of_them() {
     });
     step.minimiser.constraint_residual = Some(1e-10);
     let mut run = run("ties", vec![step]);
-    run.fault = Some(ConstraintFault {
-        constraint: "tie".into(),
+    run.fault = Some(PartFault {
+        family: PartFamily::Constraint,
+        name: "tie".into(),
         kind: "cable-tie".into(),
         step: "pull".into(),
         increment: 3,

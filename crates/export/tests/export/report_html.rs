@@ -1,7 +1,7 @@
 //! `report.html`.
 
 use crate::samples::{broken, run, v, y_harness};
-use wireloom_core::equilibrium::{ConstraintFault, OperationResult, Run, SpanResult, StationResult};
+use wireloom_core::equilibrium::{OperationResult, PartFamily, PartFault, Run, SpanResult, StationResult};
 use wireloom_export::report::{Report, write};
 
 fn page(run: &Run, texts: &[(String, String)]) -> String {
@@ -52,8 +52,9 @@ fn stations_spans_and_faults_are_told() {
     step.constraints[1].span =
         Some(SpanResult { branch: "trunk".into(), range: (0.1, 0.25), force, largest, largest_at: 0.2 });
     let mut run = run("y-harness", vec![step]);
-    let [constraint, kind, name] = ["tie", "cable-tie", "pull"].map(str::to_owned);
-    run.fault = Some(ConstraintFault { constraint, kind, step: name, increment: 3, message: "it broke".into() });
+    let [name, kind, step] = ["tie", "cable-tie", "pull"].map(str::to_owned);
+    let family = PartFamily::Constraint;
+    run.fault = Some(PartFault { family, name, kind, step, increment: 3, message: "it broke".into() });
     let page = page(&run, &texts());
     elements(&page);
     for told in [

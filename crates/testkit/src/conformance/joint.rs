@@ -310,3 +310,8 @@ pub fn same_input_gives_same_bits(factory: &Factory<'_>) {
         assert_eq!(first, bits(gradient(other.as_ref(), &frames)), "{name}: second joint");
     }
 }
+
+/// A check of [`joint_conformance`](crate::joint_conformance).
+pub type Check = fn(&Factory<'_>);
+
+crate::joint_checks! { listed_checks CHECKS, }

@@ -84,13 +84,12 @@ macro_rules! rod_order_conformance {
     };
 }
 
-/// Holds a joint against the contract of [`wireloom_core::JointModel`]: `joint_conformance!(name, factory)` with
-/// `factory: Fn(JointSpec) -> Box<dyn JointModel>`.
+/// The checks of joints, handed to another macro behind what it is to have first.
+#[doc(hidden)]
 #[macro_export]
-macro_rules! joint_conformance {
-    ($name:ident, $factory:expr) => {
-        $crate::conformance_suite!(
-            $name, joint, ($factory),
+macro_rules! joint_checks {
+    ($then:ident $($before:tt)*) => {
+        $crate::$then! { $($before)*
             hubs_have_no_energy
             gradient_is_the_derivative_of_the_energy
             hessian_is_the_second_derivative_of_the_energy
@@ -103,7 +102,16 @@ macro_rules! joint_conformance {
             running_a_branch_from_its_other_end_changes_nothing
             non_finite_input_gives_non_finite_output
             same_input_gives_same_bits
-        );
+        }
+    };
+}
+
+/// Holds a joint against the contract of [`wireloom_core::JointModel`]: `joint_conformance!(name, factory)` with
+/// `factory: Fn(JointSpec) -> Box<dyn JointModel>`.
+#[macro_export]
+macro_rules! joint_conformance {
+    ($name:ident, $factory:expr) => {
+        $crate::joint_checks! { conformance_suite $name, joint, ($factory), }
     };
 }
 
@@ -150,12 +158,12 @@ macro_rules! constraint_checks {
     };
 }
 
-/// A list of checks with their names, for those who learn only while they run how a constraint acts.
+/// A list of checks with their names, for those who learn only while they run what they check.
 #[doc(hidden)]
 #[macro_export]
 macro_rules! listed_checks {
     ($name:ident, $($check:ident)+) => {
-        #[doc = concat!("The checks of this way to act, by name.")]
+        #[doc = concat!("The checks, by name.")]
         pub const $name: &[(&str, Check)] = &[$((stringify!($check), $check)),+];
     };
 }

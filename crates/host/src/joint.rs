@@ -1,0 +1,277 @@
+//! Joint models whose functions are in a plugin.
+
+use crate::call::{Site, into_plugin};
+use crate::describe::{Described, plain_value};
+use crate::line::{Line, UNWRITTEN, differentiate};
+use crate::numeric;
+use crate::proxy::{HELP, c_string};
+use std::cell::RefCell;
+use std::ffi::CString;
+use std::ptr::null_mut;
+use std::sync::Arc;
+use wireloom_abi as abi;
+use wireloom_core::constraint::Situation;
+use wireloom_core::joint::{Arm, JointModel, JointSpec, Mounting};
+use wireloom_core::registry::{BuildError, JointKind, Parameters};
+use wireloom_core::{Matrix, Parameter, Pose, Rotation, Vector};
+
+/// A kind whose joint models are made by a plugin; `owner` says which, in words.
+pub fn kind(described: Described, functions: abi::JointKind, owner: Arc<String>) -> JointKind {
+    let Described { name, doc, parameters, kind, .. } = described;
+    let maker = Maker { name: name.clone(), kind, functions, owner, parameters: parameters.clone() };
+    JointKind { name, doc, parameters, build: Box::new(move |spec, values| Ok(Box::new(maker.make(spec, values)?))) }
+}
+
+/// Makes joint models of a kind.
+struct Maker {
+    name: String,
+    kind: *const abi::Kind,
+    functions: abi::JointKind,
+    owner: Arc<String>,
+    parameters: Vec<Parameter>,
+}
+
+// SAFETY: descriptors are never written to, and `create` may be called from any thread.
+unsafe impl Send for Maker {}
+// SAFETY: likewise.
+unsafe impl Sync for Maker {}
+
+impl Maker {
+    fn make(&self, spec: &JointSpec, values: &Parameters) -> Result<Proxy, BuildError> {
+        let owner = &self.owner;
+        let site = Site::new(&format!("joint `{}` ({}): {owner}", spec.name, self.name));
+        let refuse = |what: String| BuildError::new(format!("{owner} {what}"), HELP);
+        let name = c_string(&spec.name);
+        let branches: Vec<CString> = spec.arms.iter().map(|arm| c_string(&arm.branch)).collect();
+        let arms: Vec<abi::Arm> = spec.arms.iter().zip(&branches).map(|(arm, name)| plain_arm(arm, name)).collect();
+        let wires: Vec<abi::WireShare> = spec
+            .wires
+            .iter()
+            .map(|wire| abi::WireShare { from: wire.from as u32, to: wire.to as u32, share: wire.share })
+            .collect();
+        let values: Vec<abi::Value> =
+            self.parameters.iter().map(|p| plain_value(values.0.get(&p.name), &p.form)).collect();
+        let plain = abi::JointSpec {
+            size: size_of::<abi::JointSpec>() as u32,
+            arm_count: arms.len() as u32,
+            arm_stride: size_of::<abi::Arm>() as u32,
+            wire_count: wires.len() as u32,
+            name: name.as_ptr(),
+            arms: arms.as_ptr(),
+            wires: wires.as_ptr(),
+            values: values.as_ptr(),
+            value_count: values.len() as u32,
+            reserved: 0,
+        };
+        // SAFETY: zeroes are no size, no mounting and no derivatives.
+        let mut description: abi::JointDescription = unsafe { std::mem::zeroed() };
+        description.size = size_of::<abi::JointDescription>() as u32;
+        let create = self.functions.create.expect("descriptors without it are refused");
+        // SAFETY: all is as the ABI says.
+        let line = Line::create(site, owner.clone(), |instance, text| unsafe {
+            create(self.kind, &plain, instance, &mut description, text)
+        });
+        let mut proxy = Proxy { line: line.map_err(refuse)?, functions: self.functions, description };
+        if description.thread_safe != 0 {
+            proxy.line.unlock();
+        }
+        match description.mounting {
+            abi::MOUNTING_POSE => return Ok(proxy),
+            abi::MOUNTING_POINT if self.functions.evaluate.is_some() => {}
+            abi::MOUNTING_POINT => return Err(refuse("has no function `evaluate`".into())),
+            0 => return Err(refuse("wrote no mounting: `create` must fill in the description".into())),
+            other => return Err(refuse(format!("has mounting {other}; 1 and 2 are known"))),
+        }
+        match (description.has_gradient != 0, description.has_hessian != 0) {
+            (true, true) => {}
+            (true, false) => differentiate(&self.name, owner, "the Hessian is taken numerically"),
+            (false, _) => differentiate(&self.name, owner, "gradient and Hessian are taken numerically"),
+        }
+        Ok(proxy)
+    }
+}
+
+fn plain_arm(arm: &Arm, branch: &CString) -> abi::Arm {
+    abi::Arm {
+        branch: branch.as_ptr(),
+        starts_here: i32::from(arm.starts_here),
+        reserved: 0,
+        rest: plain_frame(&arm.rest),
+        offset: arm.offset.into(),
+        curvature: arm.curvature.into(),
+        segment_length: arm.segment_length,
+        diameter: arm.section.diameter,
+        linear_density: arm.section.linear_density,
+        axial_stiffness: arm.section.axial_stiffness,
+        shear_stiffness: arm.section.shear_stiffness,
+        bending_stiffness: arm.section.bending_stiffness,
+        torsion_stiffness: arm.section.torsion_stiffness,
+    }
+}
+
+fn plain_frame(q: &Rotation) -> [f64; 4] {
+    [q.w, q.i, q.j, q.k]
+}
+
+/// A joint model whose functions are in a plugin.
+struct Proxy {
+    line: Line,
+    functions: abi::JointKind,
+    description: abi::JointDescription,
+}
+
+// SAFETY: `create` and `destroy` may be called from any thread, and calls with the same instance at a time are locked out unless it
+// allows them.
+unsafe impl Send for Proxy {}
+// SAFETY: likewise.
+unsafe impl Sync for Proxy {}
+
+impl Drop for Proxy {
+    fn drop(&mut self) {
+        if let Some(destroy) = self.functions.destroy {
+            // SAFETY: the instance is one of this plugin's, and nobody else has it.
+            into_plugin(&self.line.site, c"destroy", || unsafe { destroy(self.line.instance) });
+        }
+    }
+}
+
+thread_local! {
+    /// Frames and derivatives of one call.
+    static SCRATCH: RefCell<(Vec<f64>, Vec<f64>)> = RefCell::default();
+}
+
+/// What is asked of `evaluate`.
+#[derive(Clone, Copy, PartialEq)]
+enum Asked {
+    Energy,
+    Gradient,
+    Hessian,
+}
+
+impl Proxy {
+    /// Evaluates; `take` sees the energy and the derivatives that were asked for, all finite. Returns the energy, or not-a-number.
+    fn evaluate(&self, frames: &[Rotation], asked: Asked, take: impl FnOnce(&[f64])) -> f64 {
+        let evaluate = self.functions.evaluate.expect("looked for as it was made");
+        SCRATCH.with_borrow_mut(|(plain, numbers)| {
+            let n = 3 * frames.len();
+            plain.clear();
+            plain.extend(frames.iter().flat_map(plain_frame));
+            numbers.clear();
+            numbers.resize(if asked == Asked::Hessian { n * n } else { n }, UNWRITTEN);
+            let mut energy = if asked == Asked::Hessian { 0.0 } else { UNWRITTEN };
+            let room = |wanted: bool, room: *mut f64| if wanted { room } else { null_mut() };
+            let mut wanted = abi::JointEvaluation {
+                size: size_of::<abi::JointEvaluation>() as u32,
+                arm_count: frames.len() as u32,
+                energy: room(asked != Asked::Hessian, &mut energy),
+                gradient: room(asked == Asked::Gradient, numbers.as_mut_ptr()),
+                hessian: room(asked == Asked::Hessian, numbers.as_mut_ptr()),
+            };
+            // SAFETY: all is as the ABI says.
+            let done =
+                self.line.call(c"evaluate", |own, text| unsafe { evaluate(own, plain.as_ptr(), &mut wanted, text) });
+            let good = done
+                && self.line.finite("energy", &[energy])
+                && match asked {
+                    Asked::Energy => true,
+                    Asked::Gradient => self.line.finite("gradient", numbers),
+                    Asked::Hessian => self.line.finite("Hessian", numbers),
+                };
+            if !good {
+                numbers.fill(f64::NAN);
+                energy = f64::NAN;
+            }
+            take(numbers);
+            energy
+        })
+    }
+
+    /// As stations that all stand at the origin, which the numerical derivatives know how to turn.
+    fn turned<R>(frames: &[Rotation], call: impl FnOnce(&Situation<'_>) -> R) -> R {
+        let pose = |q: &Rotation| Pose { position: Vector::zeros(), orientation: *q };
+        let stations: Vec<Pose> = frames.iter().map(pose).collect();
+        let none =
+            Situation { stations: &stations, targets: &[], span: &[], span_lengths: &[], progress: 0.0, memory: &[] };
+        call(&none)
+    }
+
+    /// Gradient in the variables of such stations, which leaves positions out.
+    fn gradient_of_stations(&self, at: &Situation<'_>, slopes: &mut [Vector]) {
+        let frames = orientations(at);
+        if self.description.has_gradient == 0 {
+            let energy = |at: &Situation<'_>| self.evaluate(&orientations(at), Asked::Energy, |_| {});
+            numeric::gradient(at, &energy, slopes, &mut []);
+            return;
+        }
+        self.evaluate(&frames, Asked::Gradient, |g| {
+            for (a, theta) in g.chunks_exact(3).enumerate() {
+                slopes[2 * a] = Vector::zeros();
+                slopes[2 * a + 1] = Vector::from_row_slice(theta);
+            }
+        });
+    }
+}
+
+fn orientations(at: &Situation<'_>) -> Vec<Rotation> {
+    at.stations.iter().map(|pose| pose.orientation).collect()
+}
+
+impl JointModel for Proxy {
+    fn mounting(&self) -> Mounting {
+        if self.description.mounting == abi::MOUNTING_POSE { Mounting::Pose } else { Mounting::Point }
+    }
+
+    fn energy(&self, frames: &[Rotation]) -> f64 {
+        if self.mounting() == Mounting::Pose { 0.0 } else { self.evaluate(frames, Asked::Energy, |_| {}) }
+    }
+
+    fn add_gradient(&self, frames: &[Rotation], gradient: &mut [Vector]) -> f64 {
+        if self.mounting() == Mounting::Pose {
+            return 0.0;
+        }
+        if self.description.has_gradient == 0 {
+            let mut slopes = vec![Vector::zeros(); 2 * frames.len()];
+            Self::turned(frames, |at| self.gradient_of_stations(at, &mut slopes));
+            for (to, slope) in gradient.iter_mut().zip(slopes.chunks_exact(2)) {
+                *to += slope[1];
+            }
+            return self.evaluate(frames, Asked::Energy, |_| {});
+        }
+        self.evaluate(frames, Asked::Gradient, |g| {
+            for (to, theta) in gradient.iter_mut().zip(g.chunks_exact(3)) {
+                *to += Vector::from_row_slice(theta);
+            }
+        })
+    }
+
+    fn add_hessian(&self, frames: &[Rotation], hessian: &mut [Matrix]) {
+        let k = frames.len();
+        if self.mounting() == Mounting::Pose {
+            return;
+        }
+        if self.description.has_hessian == 0 {
+            let mut blocks = vec![Matrix::zeros(); 4 * k * k];
+            let gradient = |at: &Situation<'_>, slopes: &mut [Vector], _: &mut [Vector]| {
+                self.gradient_of_stations(at, slopes);
+            };
+            Self::turned(frames, |at| numeric::hessian(at, &gradient, &mut blocks, &mut []));
+            for a in 0..k {
+                for b in 0..=a {
+                    hessian[a * k + b] += blocks[(2 * a + 1) * 2 * k + 2 * b + 1];
+                }
+            }
+            return;
+        }
+        self.evaluate(frames, Asked::Hessian, |rows| {
+            for a in 0..k {
+                for b in 0..=a {
+                    hessian[a * k + b] += Matrix::from_fn(|i, j| rows[(3 * a + i) * 3 * k + 3 * b + j]);
+                }
+            }
+        });
+    }
+
+    fn fault(&self) -> Option<String> {
+        self.line.fault()
+    }
+}

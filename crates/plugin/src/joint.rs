@@ -1,0 +1,157 @@
+//! The functions of a joint model, as C calls them.
+//!
+//! All of them are given what the ABI says: pointers that are null or hold what it says they hold.
+
+use crate::descriptors::JointFunctions;
+use crate::panics::guarded;
+use crate::read::{frame, parameters, slice, words};
+use std::cell::RefCell;
+use std::ffi::c_void;
+use wireloom_abi as abi;
+use wireloom_core::joint::{Arm, JointModel, JointSpec, Mounting, WireShare};
+use wireloom_core::{Matrix, Rotation, Section, Vector};
+
+/// Frames, moments and blocks of one call.
+#[derive(Default)]
+struct Scratch {
+    frames: Vec<Rotation>,
+    gradient: Vec<Vector>,
+    blocks: Vec<Matrix>,
+}
+
+thread_local! {
+    static SCRATCH: RefCell<Scratch> = RefCell::default();
+}
+
+/// What a `*mut c_void` points to.
+type Instance = Box<dyn JointModel>;
+
+pub unsafe extern "C" fn create(
+    kind: *const abi::Kind,
+    said: *const abi::JointSpec,
+    instance: *mut *mut c_void,
+    description: *mut abi::JointDescription,
+    message: *mut abi::Text,
+) -> i32 {
+    // SAFETY: see the head of this file. `kind` is one of ours, so behind its table of functions its owner stands.
+    unsafe {
+        guarded(message, || {
+            let owner = &(*(*kind).joint.cast::<JointFunctions>()).owner;
+            let values = slice((*said).values, (*said).value_count as usize);
+            let made: Instance = (owner.build)(&spec(&*said), &parameters(&owner.parameters, values))
+                .map_err(|error| format!("{}; {}", error.message, error.help))?;
+            *description = abi::JointDescription {
+                size: (*description).size,
+                mounting: match made.mounting() {
+                    Mounting::Point => abi::MOUNTING_POINT,
+                    Mounting::Pose => abi::MOUNTING_POSE,
+                },
+                thread_safe: 1,
+                has_gradient: 1,
+                has_hessian: 1,
+                reserved: 0,
+            };
+            *instance = Box::into_raw(Box::new(made)).cast();
+            Ok(())
+        })
+    }
+}
+
+pub unsafe extern "C" fn destroy(instance: *mut c_void) {
+    // SAFETY: see the head of this file; an instance is destroyed once.
+    unsafe {
+        guarded(std::ptr::null_mut(), || {
+            drop(Box::from_raw(instance.cast::<Instance>()));
+            Ok(())
+        });
+    }
+}
+
+pub unsafe extern "C" fn evaluate(
+    instance: *const c_void,
+    frames: *const f64,
+    evaluation: *mut abi::JointEvaluation,
+    message: *mut abi::Text,
+) -> i32 {
+    // SAFETY: see the head of this file.
+    unsafe {
+        guarded(message, || {
+            let model = &*instance.cast::<Instance>();
+            let wanted = &*evaluation;
+            let k = wanted.arm_count as usize;
+            SCRATCH.with_borrow_mut(|Scratch { frames: own, gradient, blocks }| {
+                own.clear();
+                own.extend(slice(frames.cast::<[f64; 4]>(), k).iter().map(frame));
+                let mut energy = None;
+                if !wanted.gradient.is_null() {
+                    gradient.clear();
+                    gradient.resize(k, Vector::zeros());
+                    energy = Some(model.add_gradient(own, gradient));
+                    for (a, theta) in gradient.iter().enumerate() {
+                        for i in 0..3 {
+                            *wanted.gradient.add(3 * a + i) = theta[i];
+                        }
+                    }
+                }
+                if let Some(to) = wanted.energy.as_mut() {
+                    *to = energy.unwrap_or_else(|| model.energy(own));
+                }
+                if !wanted.hessian.is_null() {
+                    blocks.clear();
+                    blocks.resize(k * k, Matrix::zeros());
+                    model.add_hessian(own, blocks);
+                    // The model writes the lower triangle of blocks.
+                    for row in 0..3 * k {
+                        for column in 0..3 * k {
+                            let (a, b) = (row / 3, column / 3);
+                            *wanted.hessian.add(row * 3 * k + column) = if b <= a {
+                                blocks[a * k + b][(row % 3, column % 3)]
+                            } else {
+                                blocks[b * k + a][(column % 3, row % 3)]
+                            };
+                        }
+                    }
+                }
+            });
+            Ok(())
+        })
+    }
+}
+
+/// What the scenario says.
+///
+/// # Safety
+/// `spec` is what the ABI says.
+unsafe fn spec(spec: &abi::JointSpec) -> JointSpec {
+    // SAFETY: what `spec` points to is what the ABI says.
+    unsafe {
+        let arms = slice(spec.arms, spec.arm_count as usize).iter().map(|arm| {
+            let branch = words(arm.branch).unwrap_or_default();
+            Arm {
+                starts_here: arm.starts_here != 0,
+                rest: frame(&arm.rest),
+                offset: Vector::from(arm.offset),
+                section: Section {
+                    name: branch.clone(),
+                    diameter: arm.diameter,
+                    linear_density: arm.linear_density,
+                    axial_stiffness: arm.axial_stiffness,
+                    shear_stiffness: arm.shear_stiffness,
+                    bending_stiffness: arm.bending_stiffness,
+                    torsion_stiffness: arm.torsion_stiffness,
+                    min_bend_radius: None,
+                },
+                segment_length: arm.segment_length,
+                curvature: Vector::from(arm.curvature),
+                branch,
+            }
+        });
+        let share =
+            |wire: &abi::WireShare| WireShare { from: wire.from as usize, to: wire.to as usize, share: wire.share };
+        JointSpec {
+            name: words(spec.name).unwrap_or_default(),
+            arms: arms.collect(),
+            wires: slice(spec.wires, spec.wire_count as usize).iter().map(share).collect(),
+        }
+    }
+}

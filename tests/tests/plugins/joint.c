@@ -1,0 +1,111 @@
+// A joint model for two arms: a bend-twist spring between them, with the stiffness of the arms over the mean of their segments at the joint. With CASE
+// above 0 it does one thing wrong.
+#include "wireloom_plugin.h"
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+#ifndef CASE
+#define CASE 0
+#endif
+
+typedef struct { double rest[2][4], stiffness[3]; } Joint;
+
+static void product(const double a[4], const double b[4], double c[4]) {
+    c[0] = a[0] * b[0] - a[1] * b[1] - a[2] * b[2] - a[3] * b[3];
+    c[1] = a[0] * b[1] + a[1] * b[0] + a[2] * b[3] - a[3] * b[2];
+    c[2] = a[0] * b[2] - a[1] * b[3] + a[2] * b[0] + a[3] * b[1];
+    c[3] = a[0] * b[3] + a[1] * b[2] - a[2] * b[1] + a[3] * b[0];
+}
+
+static void inverse(const double a[4], double c[4]) {
+    c[0] = a[0];
+    for (int i = 1; i < 4; i++) c[i] = -a[i];
+}
+
+static int32_t create(const WireloomKind *kind, const WireloomJointSpec *spec, void **instance,
+                      WireloomJointDescription *description, WireloomText *message) {
+    (void)kind;
+    if (spec->arm_count != 2) {
+        strncpy(message->data, "it joins two arms, not more", message->capacity - 1);
+        return WIRELOOM_STATUS_ERROR;
+    }
+    Joint *joint = malloc(sizeof *joint);
+    const WireloomArm *first = spec->arms;
+    const WireloomArm *second = (const WireloomArm *)((const char *)spec->arms + spec->arm_stride);
+    memcpy(joint->rest[0], first->rest, sizeof first->rest);
+    memcpy(joint->rest[1], second->rest, sizeof second->rest);
+    const double length = 0.5 * (first->segment_length + second->segment_length);
+    joint->stiffness[0] = first->bending_stiffness[0] / length;
+    joint->stiffness[1] = first->bending_stiffness[1] / length;
+    joint->stiffness[2] = first->torsion_stiffness / length;
+    description->mounting = CASE == 1 ? 0 : CASE == 2 ? 7 : WIRELOOM_MOUNTING_POINT;
+    description->thread_safe = 1;
+    *instance = CASE == 3 ? NULL : joint;
+    return WIRELOOM_STATUS_OK;
+}
+
+static void destroy(void *instance) { free(instance); }
+
+// phi = log(q0^-1 q1 r1^-1 r0), E = phi . C phi / 2.
+static int32_t evaluate(const void *instance, const double *frames, WireloomJointEvaluation *evaluation,
+                        WireloomText *message) {
+    (void)message;
+    const Joint *joint = instance;
+    double back[4], turn[4], rest[4], all[4];
+    inverse(frames, back);
+    product(back, frames + 4, turn);
+    inverse(joint->rest[1], back);
+    product(back, joint->rest[0], rest);
+    product(turn, rest, all);
+    const double length = sqrt(all[1] * all[1] + all[2] * all[2] + all[3] * all[3]);
+    const double sign = all[0] < 0 ? -1 : 1;
+    const double factor = length > 1e-12 ? sign * 2 * atan2(length, sign * all[0]) / length : sign * 2;
+    double energy = 0;
+    for (int i = 0; i < 3; i++) energy += 0.5 * joint->stiffness[i] * factor * all[i + 1] * factor * all[i + 1];
+    if (CASE == 4) energy = NAN;
+    if (CASE == 5) return -3;
+    if (CASE == 6) for (;;) usleep(1000);
+    if (CASE == 7) *(volatile int *)16 = 1;
+    if (evaluation->energy && CASE != 8) *evaluation->energy = energy;
+    return WIRELOOM_STATUS_OK;
+}
+
+static const WireloomJointKind functions = {
+    .size = CASE == 9 ? 8 : sizeof functions,
+    .create = create,
+    .destroy = CASE == 10 ? NULL : destroy,
+    .evaluate = CASE == 11 ? NULL : evaluate,
+};
+
+static const WireloomKind kind = {
+    .family = CASE == 12 ? 3 : WIRELOOM_FAMILY_JOINT,
+    .name = CASE == 13 ? "fused" : "two-arm-spring",
+    .doc = "a spring between two arms",
+    .joint = CASE == 14 ? NULL : &functions,
+};
+
+static const WireloomKinds all = {
+    .size = sizeof all,
+    .count = 1,
+    // An older program would have stopped before the joint.
+    .stride = CASE == 15 ? offsetof(WireloomKind, joint) : sizeof kind,
+    .first = &kind,
+};
+
+static const WireloomKinds *kinds(WireloomText *message) {
+    (void)message;
+    return &all;
+}
+
+WIRELOOM_EXPORT const WireloomEntry wireloom_plugin = {
+    .magic = WIRELOOM_MAGIC,
+    .size = sizeof wireloom_plugin,
+    .abi_major = WIRELOOM_ABI_MAJOR,
+    .abi_minor = WIRELOOM_ABI_MINOR,
+    .name = "joiner",
+    .version = "0.0.1",
+    .doc = "joins",
+    .kinds = kinds,
+};

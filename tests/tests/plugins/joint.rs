@@ -1,0 +1,94 @@
+//! Joint models from plugins: one in C against the plain cable, and what it may do wrong.
+
+use crate::*;
+
+/// What it does wrong, the exit code, and words that it is told with.
+const WRONG: &[(u32, i32, &[&str])] = &[
+    (1, 1, &["wrote no mounting: `create` must fill in the description"]),
+    (2, 1, &["has mounting 7; 1 and 2 are known"]),
+    (3, 1, &["made nothing: `create` says it is done, but wrote no instance"]),
+    (4, 3, &["returned NaN as energy"]),
+    (5, 3, &["returned -3 from `evaluate`"]),
+    (6, 3, &["did not come back within 0.5 s (in `evaluate`)"]),
+    (7, 3, &["crashed: it touched memory that is not its own (SIGSEGV) (in `evaluate`)"]),
+    (8, 3, &["wrote no energy in `evaluate`, which was asked for"]),
+    (9, 1, &["table of functions of kind `two-arm-spring` says it has 8 bytes; ABI 1.0 has"]),
+    (10, 1, &["the function `destroy` of kind `two-arm-spring` is null"]),
+    (11, 1, &["has no function `evaluate`"]),
+    (12, 1, &["the family of kind `two-arm-spring` is 3; 1 is a constraint, 2 a joint model"]),
+    (13, 1, &["its kind `fused` is there already, from the program itself"]),
+    (14, 1, &["the table of functions of kind `two-arm-spring` is null"]),
+    (15, 1, &["the table of functions of kind `two-arm-spring` is null"]),
+];
+
+pub fn trials() -> Vec<Named> {
+    let mut all = vec![
+        named("a joint model in C is the plain cable, and passes the check", as_good_as_the_cable),
+        named("a joint model refuses arms that it cannot join", three_arms),
+    ];
+    for (case, code, words) in WRONG {
+        all.push((
+            format!("hostile joint model, {}", words[0]),
+            Box::new(move || {
+                let place = Place::new()?;
+                write(&place, *case, "two-arm-spring")?;
+                let ended = place.wireloom(&["run", "s.toml", "--allow-plugin", "libjoiner.so"])?.expect(*code)?;
+                ended.says(words)?;
+                if *code == 3 {
+                    ended.says(&["joint `J` (two-arm-spring) in step `hang`, "])?;
+                    let fault = &place.json("out/s/result.json")?["fault"];
+                    ensure(fault["joint"] == "J" && fault["kind"] == "two-arm-spring", fault)?;
+                }
+                Ok(())
+            }),
+        ));
+    }
+    all
+}
+
+/// The plugin, and the scenario of the built-in joint with this model instead.
+fn write(place: &Place, case: u32, model: &str) -> Checked {
+    let flag = format!("-DCASE={case}");
+    compile(&root().join("tests/tests/plugins/joint.c"), &place.path("libjoiner.so"), &[&flag])?;
+    let text = fs::read_to_string(root().join("scenarios/analytic/two_arm_joint.toml"))?;
+    let own = "model = \"cosserat\"";
+    ensure(text.contains(own) && text.contains("schema = 1\n"), "the scenario is another one now")?;
+    let text = text
+        .replace(own, &format!("model = \"{model}\""))
+        .replace("wires = [{ between = [\"left\", \"right\"], share = 1.0 }]", "")
+        .replace("schema = 1\n", "schema = 1\nplugins = { load = [\"joiner\"], time_limit = 0.5 }\n");
+    fs::write(place.path("s.toml"), text)?;
+    Ok(())
+}
+
+/// The rod's law of bending is the rotation vector to fourth order of the angle between segments, a hundredth here.
+fn as_good_as_the_cable() -> Checked {
+    let place = Place::new()?;
+    write(&place, 0, "two-arm-spring")?;
+    let ended = place.wireloom(&["run", "s.toml", "--allow-plugin", "libjoiner.so"])?.expect(0)?;
+    let words = "kind `two-arm-spring` of plugin `joiner` 0.0.1 (libjoiner.so) gives not all derivatives: gradient and Hessian are taken numerically";
+    ensure(ended.out.contains(words), &ended)?;
+    let result = place.json("out/s/result.json")?;
+    let last = result["steps"].as_array().map_or(0, Vec::len) - 1;
+    for (branch, first, nodes) in [("left", 0, 25), ("right", 24, 37)] {
+        for node in 0..nodes {
+            for (axis, shift) in [(0, 0.0), (1, 0.5), (2, 0.0)] {
+                let got = number(&result, &format!("/steps/{last}/branches/{branch}/position/{node}/{axis}"));
+                let plain = number(&result, &format!("/steps/{last}/branches/plain/position/{}/{axis}", first + node));
+                ensure((got - shift - plain).abs() < 1e-6, format!("{branch} {node} {axis}: {got} beside {plain}"))?;
+            }
+        }
+    }
+    let listed = place.wireloom_with(&["plugin", "list"], Some(place.0.path()))?.expect(0)?;
+    ensure(listed.out.contains("joint model `two-arm-spring`: a spring between two arms"), &listed)
+}
+
+fn three_arms() -> Checked {
+    let place = Place::new()?;
+    write(&place, 0, "two-arm-spring")?;
+    let text = fs::read_to_string(root().join("scenarios/branches/y_cosserat.toml"))?;
+    let text = text.replace("model = \"cosserat\"", "model = \"two-arm-spring\"");
+    fs::write(place.path("y.toml"), text.replace("schema = 1\n", "schema = 1\nplugins = { load = [\"joiner\"] }\n"))?;
+    let ended = place.wireloom(&["run", "y.toml", "--allow-plugin", "libjoiner.so"])?.expect(1)?;
+    ended.says(&["refuses: it joins two arms, not more"])
+}
