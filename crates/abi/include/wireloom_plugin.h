@@ -74,43 +74,43 @@ struct WireloomKind;
 // `Parameter::quantity`: a pure number.
 #define WIRELOOM_QUANTITY_DIMENSIONLESS 0
 
-// `Parameter::quantity`: m
+// `Parameter::quantity`: in m.
 #define WIRELOOM_QUANTITY_LENGTH 1
 
-// `Parameter::quantity`: kg
+// `Parameter::quantity`: in kg.
 #define WIRELOOM_QUANTITY_MASS 2
 
-// `Parameter::quantity`: kg/m
+// `Parameter::quantity`: in kg/m.
 #define WIRELOOM_QUANTITY_LINEAR_DENSITY 3
 
-// `Parameter::quantity`: N
+// `Parameter::quantity`: in N.
 #define WIRELOOM_QUANTITY_FORCE 4
 
-// `Parameter::quantity`: N m
+// `Parameter::quantity`: in N m.
 #define WIRELOOM_QUANTITY_MOMENT 5
 
-// `Parameter::quantity`: N/m
+// `Parameter::quantity`: in N/m.
 #define WIRELOOM_QUANTITY_FORCE_PER_LENGTH 6
 
-// `Parameter::quantity`: N m/rad
+// `Parameter::quantity`: in N m/rad.
 #define WIRELOOM_QUANTITY_MOMENT_PER_ANGLE 7
 
-// `Parameter::quantity`: N m²
+// `Parameter::quantity`: in N m².
 #define WIRELOOM_QUANTITY_BENDING_STIFFNESS 8
 
-// `Parameter::quantity`: 1/m
+// `Parameter::quantity`: in 1/m.
 #define WIRELOOM_QUANTITY_CURVATURE 9
 
-// `Parameter::quantity`: rad
+// `Parameter::quantity`: in rad.
 #define WIRELOOM_QUANTITY_ANGLE 10
 
-// `Parameter::quantity`: m/s²
+// `Parameter::quantity`: in m/s².
 #define WIRELOOM_QUANTITY_ACCELERATION 11
 
-// `Parameter::quantity`: Pa
+// `Parameter::quantity`: in Pa.
 #define WIRELOOM_QUANTITY_PRESSURE 12
 
-// `Parameter::quantity`: kg/m³
+// `Parameter::quantity`: in kg/m³.
 #define WIRELOOM_QUANTITY_DENSITY 13
 
 // `Description::shape`: some of the six freedoms of the only station are given.

@@ -77,31 +77,31 @@ pub const PRESENCE_DEFAULT: i32 = 2;
 
 /// [`Parameter::quantity`]: a pure number.
 pub const QUANTITY_DIMENSIONLESS: i32 = 0;
-/// [`Parameter::quantity`]: m
+/// [`Parameter::quantity`]: in m.
 pub const QUANTITY_LENGTH: i32 = 1;
-/// [`Parameter::quantity`]: kg
+/// [`Parameter::quantity`]: in kg.
 pub const QUANTITY_MASS: i32 = 2;
-/// [`Parameter::quantity`]: kg/m
+/// [`Parameter::quantity`]: in kg/m.
 pub const QUANTITY_LINEAR_DENSITY: i32 = 3;
-/// [`Parameter::quantity`]: N
+/// [`Parameter::quantity`]: in N.
 pub const QUANTITY_FORCE: i32 = 4;
-/// [`Parameter::quantity`]: N m
+/// [`Parameter::quantity`]: in N m.
 pub const QUANTITY_MOMENT: i32 = 5;
-/// [`Parameter::quantity`]: N/m
+/// [`Parameter::quantity`]: in N/m.
 pub const QUANTITY_FORCE_PER_LENGTH: i32 = 6;
-/// [`Parameter::quantity`]: N m/rad
+/// [`Parameter::quantity`]: in N m/rad.
 pub const QUANTITY_MOMENT_PER_ANGLE: i32 = 7;
-/// [`Parameter::quantity`]: N m²
+/// [`Parameter::quantity`]: in N m².
 pub const QUANTITY_BENDING_STIFFNESS: i32 = 8;
-/// [`Parameter::quantity`]: 1/m
+/// [`Parameter::quantity`]: in 1/m.
 pub const QUANTITY_CURVATURE: i32 = 9;
-/// [`Parameter::quantity`]: rad
+/// [`Parameter::quantity`]: in rad.
 pub const QUANTITY_ANGLE: i32 = 10;
-/// [`Parameter::quantity`]: m/s²
+/// [`Parameter::quantity`]: in m/s².
 pub const QUANTITY_ACCELERATION: i32 = 11;
-/// [`Parameter::quantity`]: Pa
+/// [`Parameter::quantity`]: in Pa.
 pub const QUANTITY_PRESSURE: i32 = 12;
-/// [`Parameter::quantity`]: kg/m³
+/// [`Parameter::quantity`]: in kg/m³.
 pub const QUANTITY_DENSITY: i32 = 13;
 
 /// [`Description::shape`]: some of the six freedoms of the only station are given.

@@ -273,7 +273,7 @@ fn put<T: DataType, E>(
     column.close()
 }
 
-/// Reads a table that [`write`] has written.
+/// Reads a table that [`write()`] has written.
 ///
 /// # Errors
 /// `InvalidData`, with the reason, where it is none.
