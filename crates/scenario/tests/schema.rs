@@ -33,7 +33,7 @@ fn values_have_descriptions_units_and_limits() {
     assert_eq!(length["description"], "unstressed length (m)");
     assert_eq!(length["anyOf"][0]["exclusiveMinimum"], 0.0);
     assert_eq!(length["anyOf"][1]["type"], "string");
-    assert_eq!(schema["properties"]["plugins"], Value::Null);
+    assert_eq!(schema["properties"]["obstacles"], Value::Null, "what is not there yet");
     assert_eq!(schema["additionalProperties"], false);
 }
 
