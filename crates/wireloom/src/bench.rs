@@ -27,7 +27,7 @@ pub struct Case {
     pub case: &'static str,
     /// Segments in all.
     pub segments: usize,
-    /// Threads used.
+    /// Threads that share the work.
     pub threads: usize,
     /// Median time of a step out and of a step back, s.
     pub seconds_out: f64,
@@ -208,7 +208,7 @@ fn stroke(
     Case {
         case,
         segments: network.branches.iter().map(|b| b.rod.mesh().segments()).sum(),
-        threads: 1,
+        threads: if network.is_shared() { rayon::current_num_threads() } else { 1 },
         seconds_out: out,
         seconds_back: back,
         seconds_per_step: 0.5 * (out + back),
