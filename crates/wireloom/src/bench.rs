@@ -330,13 +330,19 @@ fn hung<'n>(network: &'n Network, newton: &mut Newton, stop: &Stop, shift: Vecto
     (problem, state)
 }
 
-/// The cases of the benchmark: the cable with 100, 1,000 and 10,000 segments and the branched harness.
+/// The cases of the benchmark, on one thread: the cable with 100, 1,000 and 10,000 segments and the branched harness.
+///
+/// # Panics
+/// If the system has no thread left.
 pub fn all() -> Vec<Case> {
-    let shift = Vector::new(-0.4, 0.0, 0.0);
-    let mut cases: Vec<Case> = [(100, 40), (1_000, 20), (10_000, 4)]
-        .into_iter()
-        .map(|(segments, strokes)| drag("drag", &cable(segments), shift, Vector::x(), strokes, 10))
-        .collect();
-    cases.push(drag("drag-harness", &harness(), Vector::new(-0.8, 0.0, 0.0), Vector::x(), 4, 10));
-    cases
+    let alone = rayon::ThreadPoolBuilder::new().num_threads(1).build().expect("one thread");
+    alone.install(|| {
+        let shift = Vector::new(-0.4, 0.0, 0.0);
+        let mut cases: Vec<Case> = [(100, 40), (1_000, 20), (10_000, 4)]
+            .into_iter()
+            .map(|(segments, strokes)| drag("drag", &cable(segments), shift, Vector::x(), strokes, 10))
+            .collect();
+        cases.push(drag("drag-harness", &harness(), Vector::new(-0.8, 0.0, 0.0), Vector::x(), 4, 10));
+        cases
+    })
 }
