@@ -9,6 +9,7 @@
 //! methods are those of the textbooks, in metres and radians.
 
 use crate::line_search::{self, Wolfe};
+use crate::newton::{ENERGY_NOISE, LARGEST_TURN, LAST_TURN, POLISHES, SETTLED_SHARE, SMALL_TURN};
 use crate::precondition::{Metric, Preconditioner};
 use crate::settle::Settle;
 use crate::transport::{carry, slope};
@@ -17,18 +18,6 @@ use wireloom_core::problem::{Problem, Scales};
 use wireloom_core::registry::{Form, MinimiserKind, Parameter, Parameters, Quantity, Value};
 use wireloom_core::{Network, State, Tangent, Vector};
 
-/// Largest turn (rad) of any frame in one step.
-const LARGEST_TURN: f64 = 1.0;
-/// Turn (rad) of the first step below which it is taken whole.
-const SMALL_TURN: f64 = 0.3;
-/// Share of the tolerance below which forces on points are not settled.
-const SETTLED_SHARE: f64 = 0.1;
-/// Turn (rad) of the last step above which a state in balance to the tolerance is not taken for resolved yet.
-const LAST_TURN: f64 = 1e-3;
-/// Steps that such a state is given.
-const POLISHES: usize = 3;
-/// Decreases of the energy below this share of its magnitude are round-off.
-const ENERGY_NOISE: f64 = 1e-14;
 /// Iterations without progress at round-off after which the state is called stalled: with a metric, and without, where a method
 /// that gets anywhere gets there slowly.
 const STALLED_AFTER: [usize; 2] = [4, 500];

@@ -19,15 +19,15 @@ use wireloom_core::registry::MinimiserKind;
 use wireloom_core::{Network, State, Tangent, Vector};
 
 /// Largest turn (rad) of any frame in one line-search step; beyond it the quadratic model says nothing.
-const LARGEST_TURN: f64 = 1.0;
+pub(crate) const LARGEST_TURN: f64 = 1.0;
 /// Largest turn (rad) of a step that counts as small: a linear prediction says something of what comes after it.
-const SMALL_TURN: f64 = 0.3;
+pub(crate) const SMALL_TURN: f64 = 0.3;
 /// Share of the tolerance below which forces on points are not settled.
-const SETTLED_SHARE: f64 = 0.1;
+pub(crate) const SETTLED_SHARE: f64 = 0.1;
 /// First shift of the frames' diagonal that is tried, per length of cable and in force scales; one tenth of it is none.
-const FIRST_SHIFT: f64 = 1e-6;
+pub(crate) const FIRST_SHIFT: f64 = 1e-6;
 /// How many times larger the next shift is that is tried where the matrix is not positive definite yet.
-const RAISE: f64 = 8.0;
+pub(crate) const RAISE: f64 = 8.0;
 /// By how much a shift is lowered after a step that it let succeed.
 const LOWER: f64 = 0.1;
 /// Shift, in force scales, at which a step that still does not lower the energy is given up.
@@ -35,11 +35,11 @@ const LARGEST_SHIFT: f64 = 1e6;
 /// Share of the predicted decrease that a step must bring (Armijo).
 const ARMIJO: f64 = 1e-4;
 /// Turn (rad) of the last step above which a state in balance to the tolerance is not taken for resolved yet: it may be flat there.
-const LAST_TURN: f64 = 1e-3;
+pub(crate) const LAST_TURN: f64 = 1e-3;
 /// Steps that such a state is given.
-const POLISHES: usize = 3;
+pub(crate) const POLISHES: usize = 3;
 /// Decreases of the energy below this share of its magnitude are round-off.
-const ENERGY_NOISE: f64 = 1e-14;
+pub(crate) const ENERGY_NOISE: f64 = 1e-14;
 /// Iterations without progress at round-off after which the state is called stalled.
 const STALLED_AFTER: usize = 4;
 

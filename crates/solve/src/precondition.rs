@@ -3,15 +3,10 @@
 use crate::border::Border;
 use crate::gather::Gather;
 use crate::matrix::BlockMatrix;
+use crate::newton::{FIRST_SHIFT, RAISE};
 use crate::structure::Structure;
 use wireloom_core::problem::{Hessian, Problem};
 use wireloom_core::{Network, State, Tangent, Vector};
-
-/// First shift of the frames' diagonal that is tried where the matrix is not positive definite, per length of cable and in force
-/// scales.
-const FIRST_SHIFT: f64 = 1e-6;
-/// How many times larger the next one is.
-const RAISE: f64 = 8.0;
 
 /// Which metric M.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
