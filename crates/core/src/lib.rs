@@ -23,6 +23,7 @@ pub mod fixings;
 pub mod joint;
 pub mod minimiser;
 pub mod network;
+pub mod obstacle;
 pub mod problem;
 pub mod registry;
 pub mod rod;

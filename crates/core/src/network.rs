@@ -2,6 +2,7 @@
 
 use crate::constraint::{Action, Constraint, Limits, Residual, Slide};
 use crate::joint::{Arm, JointModel, Mounting};
+use crate::obstacle::{ContactSettings, Obstacle};
 use crate::rod::RodSegment;
 use crate::{Pose, Rotation, Section, Vector};
 use rayon::prelude::*;
@@ -294,6 +295,10 @@ pub struct Network {
     pub loads: Vec<Load>,
     /// What rides on the joints.
     pub ties: Vec<Tie>,
+    /// Bodies about the harness.
+    pub obstacles: Vec<Obstacle>,
+    /// How cables meet them, and each other.
+    pub contact: ContactSettings,
     /// Number of points of a state.
     pub points: usize,
     /// Number of frames of a state.
@@ -395,6 +400,8 @@ impl Network {
             slides: Vec::new(),
             loads: Vec::new(),
             ties,
+            obstacles: Vec::new(),
+            contact: ContactSettings::default(),
             points,
             frames,
         };

@@ -4,6 +4,7 @@ use crate::Vector;
 use crate::constraint::{Attaches, Constraint, ConstraintSpec};
 use crate::joint::{JointModel, JointSpec};
 use crate::minimiser::Minimiser;
+use crate::obstacle::{Shape, ShapeSpec};
 use crate::rod::{RodSegment, RodSpec};
 use std::collections::BTreeMap;
 
@@ -195,6 +196,9 @@ pub struct ConstraintKind {
 /// A minimiser kind.
 pub type MinimiserKind = Kind<(), dyn Minimiser>;
 
+/// A kind of obstacle, by its shape.
+pub type ShapeKind = Kind<ShapeSpec, dyn Shape>;
+
 /// All kinds known to the program, by name.
 #[derive(Default)]
 pub struct Registry {
@@ -202,6 +206,7 @@ pub struct Registry {
     joints: BTreeMap<String, JointKind>,
     constraints: BTreeMap<String, ConstraintKind>,
     minimisers: BTreeMap<String, MinimiserKind>,
+    shapes: BTreeMap<String, ShapeKind>,
 }
 
 macro_rules! family {
@@ -230,4 +235,5 @@ impl Registry {
     family!(add_joint, joint, joints, JointKind, "joint");
     family!(add_constraint, constraint, constraints, ConstraintKind, "constraint");
     family!(add_minimiser, minimiser, minimisers, MinimiserKind, "minimiser");
+    family!(add_shape, shape, shapes, ShapeKind, "shape");
 }

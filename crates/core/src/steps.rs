@@ -198,6 +198,15 @@ pub enum Operation {
     },
 }
 
+/// Motion of an obstacle over a step.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ObstacleMove {
+    /// Index of the obstacle.
+    pub obstacle: usize,
+    /// Where it goes.
+    pub track: Track,
+}
+
 /// One assembly operation.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Step {
@@ -213,6 +222,8 @@ pub struct Step {
     pub release: Vec<usize>,
     /// Motions; a fixing takes part in one at most.
     pub moves: Vec<Move>,
+    /// Motions of obstacles; each moves in one of them at most.
+    pub obstacle_moves: Vec<ObstacleMove>,
     /// What all this is for.
     pub operations: Vec<Operation>,
     /// Load index and the factor reached at the end of the step.

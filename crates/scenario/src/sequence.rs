@@ -90,6 +90,7 @@ pub(crate) fn steps<'a>(entries: &[Entry<'a>], constraints: &mut Vec<Constraint>
                 gravity: entry.vector("gravity"),
                 add: begins.all,
                 release,
+                obstacle_moves: Vec::new(),
                 moves,
                 operations,
                 loads,
