@@ -100,12 +100,12 @@ fn sources(folder: &Path, found: &mut Vec<PathBuf>) {
     }
 }
 
-/// `(crate, file, text)` of every file in `crates/*/src` and `plugins/*/src`.
+/// `(crate, file, text)` of every file in `crates/*/src`, `plugins/*/src` and `shaders/src`.
 fn library_sources() -> Vec<(String, PathBuf, String)> {
     let mut all = vec![];
     let entries = ["crates", "plugins"].map(|folder| fs::read_dir(root().join(folder)).expect("a folder"));
-    for entry in entries.into_iter().flatten() {
-        let folder = entry.expect("an entry").path();
+    let folders = entries.into_iter().flatten().map(|entry| entry.expect("an entry").path());
+    for folder in folders.chain([root().join("shaders")]) {
         let mut files = vec![];
         sources(&folder.join("src"), &mut files);
         let name = folder.file_name().expect("a name").to_string_lossy().into_owned();
@@ -258,8 +258,9 @@ fn libraries_reach_for_nothing_outside() {
 #[test]
 fn every_exception_to_a_lint_has_a_reason() {
     let mut files = vec![];
-    sources(&root().join("crates"), &mut files);
-    sources(&root().join("tests"), &mut files);
+    for folder in ["crates", "shaders", "tests"] {
+        sources(&root().join(folder), &mut files);
+    }
     let mut faults = vec![];
     for file in files {
         let text = without_comments(&fs::read_to_string(&file).expect("UTF-8"));

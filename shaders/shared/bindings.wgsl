@@ -1,0 +1,223 @@
+// What all stages are bound to. Every number lies at `entry * variants + variant`, so that neighbouring invocations, which work on
+// neighbouring variants, read neighbouring words.
+
+// Sizes and places, the same for all variants; counted in words of `program` (…_program) and in entries of the other buffers.
+struct Places {
+    variants: u32,
+    variables: u32,
+    segments: u32,
+    station_segments: u32,
+    couplings: u32,
+    springs: u32,
+    holds: u32,
+    matrix_blocks: u32,
+    tasks: u32,
+    chunks: u32,
+    kinds_program: u32,
+    holds_program: u32,
+    segments_program: u32,
+    station_segments_program: u32,
+    couplings_program: u32,
+    springs_program: u32,
+    forces_program: u32,
+    blocks_program: u32,
+    factor_program: u32,
+    forward_program: u32,
+    backward_program: u32,
+    variables_numbers: u32,
+    holds_numbers: u32,
+    segments_numbers: u32,
+    station_segments_numbers: u32,
+    couplings_numbers: u32,
+    springs_numbers: u32,
+    segments_parts: u32,
+    station_segments_parts: u32,
+    couplings_parts: u32,
+    springs_parts: u32,
+    step_vectors: u32,
+    gradient_vectors: u32,
+    energies_vectors: u32,
+    partials_vectors: u32,
+    negatives_vectors: u32,
+}
+
+// Which items a dispatch works on.
+struct Range {
+    first: u32,
+    count: u32,
+}
+
+// Where a variant stands. `phase` says which stages have anything to do.
+struct Control {
+    force_scale: real,
+    moment_scale: real,
+    tolerance: real,
+    noise: real,
+    energy: real,
+    trial_energy: real,
+    slope: real,
+    alpha: real,
+    largest_turn: real,
+    sigma: real,
+    residual: real,
+    trial_residual: real,
+    last_turn: real,
+    phase: u32,
+    outcome: u32,
+    current: u32,
+    moving: u32,
+    begun: u32,
+    iterations: u32,
+    factorisations: u32,
+    evaluations: u32,
+    stalled: u32,
+    polished: u32,
+    max_iterations: u32,
+    negative: u32,
+}
+
+@group(0) @binding(0) var<uniform> places: Places;
+@group(0) @binding(1) var<uniform> range: Range;
+@group(0) @binding(2) var<storage, read> program: array<u32>;
+@group(0) @binding(3) var<storage, read> numbers: array<real>;
+@group(0) @binding(4) var<storage, read_write> state: array<real>;
+@group(0) @binding(5) var<storage, read_write> parts: array<real>;
+@group(0) @binding(6) var<storage, read_write> blocks: array<real>;
+@group(0) @binding(7) var<storage, read_write> vectors: array<real>;
+@group(0) @binding(8) var<storage, read_write> control: array<Control>;
+
+const NONE: u32 = 0xffffffffu;
+
+const LINEARISE: u32 = 0u;
+const REFACTOR: u32 = 1u;
+const SOLVE: u32 = 2u;
+const SEARCH: u32 = 3u;
+const DONE: u32 = 4u;
+
+// The item and the variant of an invocation; none beyond the range.
+struct Item {
+    index: u32,
+    variant: u32,
+    there: bool,
+}
+
+fn item(group: vec3<u32>, groups: vec3<u32>, local: u32) -> Item {
+    let i = (group.y * groups.x + group.x) * 64u + local;
+    let index = i / places.variants;
+    return Item(range.first + index, i % places.variants, index < range.count);
+}
+
+fn phase(variant: u32) -> u32 {
+    return control[variant].phase;
+}
+
+fn number(entry: u32, variant: u32) -> real {
+    return numbers[entry * places.variants + variant];
+}
+
+fn number3(entry: u32, variant: u32) -> vec3<real> {
+    return vec3<real>(number(entry, variant), number(entry + 1u, variant), number(entry + 2u, variant));
+}
+
+fn number4(entry: u32, variant: u32) -> vec4<real> {
+    return vec4<real>(number3(entry, variant), number(entry + 3u, variant));
+}
+
+// Entry of a variable in the state at hand (0) or on trial (1).
+fn state_entry(variable: u32, trial: u32, variant: u32) -> u32 {
+    let slot = control[variant].current ^ trial;
+    return (slot * places.variables + variable) * 7u;
+}
+
+fn state_at(entry: u32, variant: u32) -> real {
+    return state[entry * places.variants + variant];
+}
+
+fn value3(entry: u32, variant: u32) -> vec3<real> {
+    return vec3<real>(state_at(entry, variant), state_at(entry + 1u, variant), state_at(entry + 2u, variant));
+}
+
+fn value4(entry: u32, variant: u32) -> vec4<real> {
+    return vec4<real>(value3(entry, variant), state_at(entry + 3u, variant));
+}
+
+fn carry3(entry: u32, variant: u32) -> vec3<real> {
+    return value3(entry + 4u, variant);
+}
+
+fn set_state(entry: u32, variant: u32, x: real) {
+    state[entry * places.variants + variant] = x;
+}
+
+fn set_part(entry: u32, variant: u32, x: real) {
+    parts[entry * places.variants + variant] = x;
+}
+
+fn set_part3(entry: u32, variant: u32, x: vec3<real>) {
+    set_part(entry, variant, x.x);
+    set_part(entry + 1u, variant, x.y);
+    set_part(entry + 2u, variant, x.z);
+}
+
+fn set_part33(entry: u32, variant: u32, m: mat3x3<real>) {
+    set_part3(entry, variant, m[0]);
+    set_part3(entry + 3u, variant, m[1]);
+    set_part3(entry + 6u, variant, m[2]);
+}
+
+fn part(entry: u32, variant: u32) -> real {
+    return parts[entry * places.variants + variant];
+}
+
+fn part3(entry: u32, variant: u32) -> vec3<real> {
+    return vec3<real>(part(entry, variant), part(entry + 1u, variant), part(entry + 2u, variant));
+}
+
+fn part33(entry: u32, variant: u32) -> mat3x3<real> {
+    return mat3x3<real>(part3(entry, variant), part3(entry + 3u, variant), part3(entry + 6u, variant));
+}
+
+fn vector(entry: u32, variant: u32) -> real {
+    return vectors[entry * places.variants + variant];
+}
+
+fn vector3(entry: u32, variant: u32) -> vec3<real> {
+    return vec3<real>(vector(entry, variant), vector(entry + 1u, variant), vector(entry + 2u, variant));
+}
+
+fn set_vector(entry: u32, variant: u32, x: real) {
+    vectors[entry * places.variants + variant] = x;
+}
+
+fn set_vector3(entry: u32, variant: u32, x: vec3<real>) {
+    set_vector(entry, variant, x.x);
+    set_vector(entry + 1u, variant, x.y);
+    set_vector(entry + 2u, variant, x.z);
+}
+
+fn block_at(entry: u32, variant: u32) -> real {
+    return blocks[entry * places.variants + variant];
+}
+
+fn block_column(entry: u32, variant: u32) -> vec3<real> {
+    return vec3<real>(block_at(entry, variant), block_at(entry + 1u, variant), block_at(entry + 2u, variant));
+}
+
+// Block b of the matrix, of its factor, or of what a task leaves for those after it.
+fn block33(b: u32, variant: u32) -> mat3x3<real> {
+    let entry = 9u * b;
+    return mat3x3<real>(
+        block_column(entry, variant),
+        block_column(entry + 3u, variant),
+        block_column(entry + 6u, variant),
+    );
+}
+
+fn set_block33(b: u32, variant: u32, m: mat3x3<real>) {
+    let entry = 9u * b;
+    for (var i = 0u; i < 3u; i++) {
+        for (var k = 0u; k < 3u; k++) {
+            blocks[(entry + 3u * i + k) * places.variants + variant] = m[i][k];
+        }
+    }
+}

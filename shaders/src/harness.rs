@@ -1,0 +1,230 @@
+//! The master description of a harness, in f64: what `gpu` makes out of a problem, and what everything else here is made of.
+//!
+//! Only independent variables exist: points (m) and frames (unit quaternions x, y, z, w). What rides on a hub does not: the parts
+//! that touch it say how their end is carried ([`Station`], [`Turned`]). SI units; rotations along `q ∘ exp(θ)`, θ in the body frame.
+
+/// An independent variable.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub enum Variable {
+    /// Position of a point.
+    Point(u32),
+    /// Rotation of a frame.
+    Frame(u32),
+}
+
+/// A segment that is not beside a station, `E = ½ ℓ (Γᵀ C Γ + B min(v3, 0)²)`, `v = Rᵀ (x_b − x_a)/ℓ`, `Γ = v − e3`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Segment {
+    /// Its first point.
+    pub a: u32,
+    /// Its second point.
+    pub b: u32,
+    /// Its frame.
+    pub frame: u32,
+    /// ℓ, m.
+    pub length: f64,
+    /// C: diag(GA1, GA2, EA), N.
+    pub stiffness: [f64; 3],
+    /// B, N.
+    pub overturned: f64,
+}
+
+/// A station at the end of a segment: the frame `q ∘ rest`, which an independent frame q carries. The end of the segment sits at
+/// `x + R(q) offset`, where x is the end's point.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Station {
+    /// The independent frame: the station's own, or that of the hub which carries it.
+    pub frame: u32,
+    /// Rest rotation in that frame; the identity for a station of its own.
+    pub rest: [f64; 4],
+    /// Where the end is in that frame, m; zero for a station of its own.
+    pub offset: [f64; 3],
+    /// Share β of the station's tangent in the segment's.
+    pub blend: f64,
+}
+
+/// One end of a segment beside a station.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct End {
+    /// The independent point: the node itself, or the joint that carries it.
+    pub point: u32,
+    /// The station there, if there is one.
+    pub station: Option<Station>,
+}
+
+/// A segment with a station at one or both ends: as [`Segment`] with `Γ = v + v × φ − e3`, `φ = Σ 2 β w v` over the stations, `(w, v)`
+/// of `q̄ Q`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct StationSegment {
+    /// Both ends.
+    pub ends: [End; 2],
+    /// Its frame.
+    pub frame: u32,
+    /// ℓ, m.
+    pub length: f64,
+    /// C: diag(GA1, GA2, EA), N.
+    pub stiffness: [f64; 3],
+    /// B, N.
+    pub overturned: f64,
+}
+
+/// A frame `q ∘ rest` that an independent frame q carries.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Turned {
+    /// The independent frame.
+    pub frame: u32,
+    /// Rotation in it.
+    pub rest: [f64; 4],
+}
+
+/// Bending and twist between two frames, within a branch or in a joint:
+/// `κ = (2/λ)(1 + |v|²/6) v`, (w ≥ 0, v) of `q̄_a q_b`, `E = ½ λ (κ−κ°)ᵀ C (κ−κ°)`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Coupling {
+    /// First frame.
+    pub a: Turned,
+    /// Second frame.
+    pub b: Turned,
+    /// λ, m.
+    pub length: f64,
+    /// C: diag(EI1, EI2, GJ), N m².
+    pub stiffness: [f64; 3],
+    /// κ°, 1/m.
+    pub rest_curvature: [f64; 3],
+}
+
+/// What pulls at one place, a springy handle or a dead force with a lever. With `X = x + R(q) offset` and `S = q ∘ rest`:
+/// `E = ½ k |X − X°|² − F·X + k_t (1 − d3(S)·d3(S°)) + ½ k_f |κ|²`, κ that of a [`Coupling`] of length 1 m from S° to S.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Spring {
+    /// The independent point.
+    pub point: u32,
+    /// The independent frame, where there is one; without it offset and rest are not looked at.
+    pub frame: Option<u32>,
+    /// Rotation of the place in that frame.
+    pub rest: [f64; 4],
+    /// Position of the place in that frame, m.
+    pub offset: [f64; 3],
+    /// k, N/m.
+    pub stiffness: f64,
+    /// k_t, N m.
+    pub tangent_stiffness: f64,
+    /// k_f, N m.
+    pub frame_stiffness: f64,
+    /// X°, m.
+    pub position: [f64; 3],
+    /// S°.
+    pub orientation: [f64; 4],
+    /// F, N, world axes.
+    pub force: [f64; 3],
+}
+
+/// A variable at which directions are, or may come to be, prescribed.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Hold {
+    /// The variable.
+    pub variable: Variable,
+    /// Orthonormal directions, world axes for points, body axes for frames; the held ones come first.
+    pub basis: [[f64; 3]; 3],
+    /// How many are held now, 0 to 3. Of a frame 0, 2 (its third axis is held) or 3.
+    pub count: u32,
+    /// What is prescribed: a position (m; the fourth number is not looked at) or a rotation. Of what is held in part, the rest
+    /// is not looked at.
+    pub target: [f64; 4],
+    /// How it must move in its first step, to first order, m or rad; zero but in held directions.
+    pub motion: [f64; 3],
+}
+
+/// A harness under conditions.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Harness {
+    /// Number of points.
+    pub points: usize,
+    /// Number of frames.
+    pub frames: usize,
+    /// Segments away from stations.
+    pub segments: Vec<Segment>,
+    /// Segments beside stations.
+    pub station_segments: Vec<StationSegment>,
+    /// Couplings of branches and joints.
+    pub couplings: Vec<Coupling>,
+    /// Springs, and forces with levers.
+    pub springs: Vec<Spring>,
+    /// Dead force at each point, N, world axes.
+    pub dead: Vec<[f64; 3]>,
+    /// Rest length around each frame, m: what a shift of its diagonal is multiplied by.
+    pub weights: Vec<f64>,
+    /// What is, or may come to be, held; each variable once.
+    pub holds: Vec<Hold>,
+}
+
+/// Where a harness is.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Shape {
+    /// Positions, m.
+    pub points: Vec<[f64; 3]>,
+    /// Low-order parts of the positions, m: the position is the sum of both, unevaluated.
+    pub carry: Vec<[f64; 3]>,
+    /// Unit quaternions x, y, z, w.
+    pub frames: Vec<[f64; 4]>,
+}
+
+/// What forces and moments are measured by, and when to stop.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Stop {
+    /// Forces are relative to this, N.
+    pub force_scale: f64,
+    /// Moments are relative to this, N m.
+    pub moment_scale: f64,
+    /// The longest branch, m.
+    pub length_scale: f64,
+    /// Largest relative residual.
+    pub tolerance: f64,
+    /// Iterations allowed.
+    pub max_iterations: u32,
+}
+
+impl Harness {
+    /// The links alone, without any number: equal for harnesses that one plan serves.
+    pub fn links(&self) -> Links {
+        let station = |end: &End| [end.point, end.station.map_or(NONE, |station| station.frame)];
+        Links {
+            points: self.points,
+            frames: self.frames,
+            segments: self.segments.iter().map(|s| [s.a, s.b, s.frame]).collect(),
+            station_segments: self
+                .station_segments
+                .iter()
+                .map(|s| {
+                    let ([a, qa], [b, qb]) = (station(&s.ends[0]), station(&s.ends[1]));
+                    [a, b, s.frame, qa, qb]
+                })
+                .collect(),
+            couplings: self.couplings.iter().map(|c| [c.a.frame, c.b.frame]).collect(),
+            springs: self.springs.iter().map(|s| [s.point, s.frame.unwrap_or(NONE)]).collect(),
+            holds: self.holds.iter().map(|hold| hold.variable).collect(),
+        }
+    }
+}
+
+/// No variable.
+pub const NONE: u32 = u32::MAX;
+
+/// Which variables every part of a harness has; see [`Harness::links`].
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Links {
+    /// Number of points.
+    pub points: usize,
+    /// Number of frames.
+    pub frames: usize,
+    /// Two points and a frame.
+    pub segments: Vec<[u32; 3]>,
+    /// Two points, a frame, and the frames at the two ends or [`NONE`].
+    pub station_segments: Vec<[u32; 5]>,
+    /// Two frames.
+    pub couplings: Vec<[u32; 2]>,
+    /// A point, and a frame or [`NONE`].
+    pub springs: Vec<[u32; 2]>,
+    /// What may be held.
+    pub holds: Vec<Variable>,
+}

@@ -1,0 +1,219 @@
+//! The structs that shaders and Rust share. Their twins in WGSL are in `shared/bindings.wgsl`; a test compares the offsets.
+
+/// Sizes and places, the same for all variants. Places in `program` are counted in words (`…_program`), those in the other buffers in
+/// entries, of which each variant has one number.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Places {
+    /// Number of variants.
+    pub variants: u32,
+    /// Number of variables.
+    pub variables: u32,
+    /// Number of segments away from stations.
+    pub segments: u32,
+    /// Number of segments beside stations.
+    pub station_segments: u32,
+    /// Number of couplings.
+    pub couplings: u32,
+    /// Number of springs.
+    pub springs: u32,
+    /// Number of variables that may be held.
+    pub holds: u32,
+    /// Number of blocks of the matrix: diagonal, then below it.
+    pub matrix_blocks: u32,
+    /// Number of tasks.
+    pub tasks: u32,
+    /// Number of chunks in which sums are taken.
+    pub chunks: u32,
+    /// Of each variable 0, a point, or 1, a frame.
+    pub kinds_program: u32,
+    /// Of each variable its place among those that may be held, or none.
+    pub holds_program: u32,
+    /// Two points and a frame of each segment.
+    pub segments_program: u32,
+    /// Two points, a frame and two frames or none of each segment beside stations.
+    pub station_segments_program: u32,
+    /// Two frames of each coupling.
+    pub couplings_program: u32,
+    /// A point and a frame or none of each spring.
+    pub springs_program: u32,
+    /// Of each variable where its sources begin (and end), then the sources: what its gradient is the sum of.
+    pub forces_program: u32,
+    /// The same of each block of the matrix.
+    pub blocks_program: u32,
+    /// Of each task where its instructions begin (and end), then the instructions: factorisation.
+    pub factor_program: u32,
+    /// Forward substitution.
+    pub forward_program: u32,
+    /// Backward substitution.
+    pub backward_program: u32,
+    /// Of each variable its dead force and the weight of its shift.
+    pub variables_numbers: u32,
+    /// Numbers of holds.
+    pub holds_numbers: u32,
+    /// Numbers of segments.
+    pub segments_numbers: u32,
+    /// Numbers of segments beside stations.
+    pub station_segments_numbers: u32,
+    /// Numbers of couplings.
+    pub couplings_numbers: u32,
+    /// Numbers of springs.
+    pub springs_numbers: u32,
+    /// Derivatives of segments.
+    pub segments_parts: u32,
+    /// Derivatives of segments beside stations.
+    pub station_segments_parts: u32,
+    /// Derivatives of couplings.
+    pub couplings_parts: u32,
+    /// Derivatives of springs.
+    pub springs_parts: u32,
+    /// The step of each variable; before it the solution, then what tasks leave for those after them.
+    pub step_vectors: u32,
+    /// The free gradient, of the state at hand and on trial.
+    pub gradient_vectors: u32,
+    /// Energy of each part.
+    pub energies_vectors: u32,
+    /// Sums over chunks.
+    pub partials_vectors: u32,
+    /// Negative pivots of each task.
+    pub negatives_vectors: u32,
+}
+
+/// Which items a dispatch works on: `first..first + count`, of every variant.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Range {
+    /// The first.
+    pub first: u32,
+    /// How many.
+    pub count: u32,
+}
+
+/// Where a variant stands, in numbers of type `R`.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Control<R> {
+    /// N.
+    pub force_scale: R,
+    /// N m.
+    pub moment_scale: R,
+    /// Largest relative residual of an equilibrium.
+    pub tolerance: R,
+    /// Energy (J) below which a change is round-off.
+    pub noise: R,
+    /// Energy of the state at hand, J.
+    pub energy: R,
+    /// Energy of the state on trial, J.
+    pub trial_energy: R,
+    /// Slope of the energy along the step, J.
+    pub slope: R,
+    /// Share of the step that is tried.
+    pub alpha: R,
+    /// Largest turn of a frame in the whole step, rad.
+    pub largest_turn: R,
+    /// Shift of the frames' diagonal, N m per metre of cable.
+    pub sigma: R,
+    /// Relative residual of the state at hand.
+    pub residual: R,
+    /// Of the state on trial.
+    pub trial_residual: R,
+    /// Largest turn in the last step taken, rad.
+    pub last_turn: R,
+    /// What comes next; see [`Phase`].
+    pub phase: u32,
+    /// How it ended; see [`Outcome`].
+    pub outcome: u32,
+    /// Which half of `state` is the state at hand.
+    pub current: u32,
+    /// 1 as long as prescribed motion is still to be carried out.
+    pub moving: u32,
+    /// 1 from the first state on that is where its holds want it.
+    pub begun: u32,
+    /// Steps taken.
+    pub iterations: u32,
+    /// Matrices factorised.
+    pub factorisations: u32,
+    /// Energies and gradients evaluated.
+    pub evaluations: u32,
+    /// Steps in a row that brought nothing but round-off.
+    pub stalled: u32,
+    /// Steps taken since the forces are in balance.
+    pub polished: u32,
+    /// Iterations allowed.
+    pub max_iterations: u32,
+    /// Negative pivots of the last factorisation.
+    pub negative: u32,
+}
+
+/// What a variant is waiting for; the stages of other phases leave it alone.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(u32)]
+pub enum Phase {
+    /// Second derivatives at the state at hand.
+    Linearise = 0,
+    /// Another factorisation of them, with a larger shift.
+    Refactor = 1,
+    /// The step.
+    Solve = 2,
+    /// A state on trial.
+    Search = 3,
+    /// Nothing.
+    Done = 4,
+}
+
+/// How a variant ended, in its own view.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(u32)]
+pub enum Outcome {
+    /// It has not.
+    None = 0,
+    /// Residual below the tolerance.
+    Converged = 1,
+    /// No progress but round-off.
+    Stalled = 2,
+    /// The iterations were used up.
+    IterationLimit = 3,
+    /// No step lowers the energy, or numbers ceased to be finite.
+    Failed = 4,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{RECORDS, Record};
+    use std::mem::{offset_of, size_of};
+
+    fn record(real: usize, name: &str) -> &'static Record {
+        RECORDS[real].iter().find(|record| record.name == name).expect("a record of this name")
+    }
+
+    /// Every member named in WGSL, with its offset in Rust.
+    macro_rules! offsets {
+        ($kind:ty: $($member:ident)*) => { vec![$((stringify!($member), offset_of!($kind, $member) as u32)),*] };
+    }
+
+    macro_rules! control {
+        ($real:ty) => {
+            offsets!(Control<$real>: force_scale moment_scale tolerance noise energy trial_energy slope alpha largest_turn sigma
+                residual trial_residual last_turn phase outcome current moving begun iterations factorisations evaluations stalled
+                polished max_iterations negative)
+        };
+    }
+
+    #[test]
+    fn structs_lie_as_in_the_shaders() {
+        for (real, control) in [control!(f32), control!(f64)].into_iter().enumerate() {
+            assert_eq!(record(real, "Control").members, control);
+            let places = offsets!(Places: variants variables segments station_segments couplings springs holds matrix_blocks tasks
+                chunks kinds_program holds_program segments_program station_segments_program couplings_program springs_program
+                forces_program blocks_program factor_program forward_program backward_program variables_numbers holds_numbers
+                segments_numbers station_segments_numbers couplings_numbers springs_numbers segments_parts station_segments_parts
+                couplings_parts springs_parts step_vectors gradient_vectors energies_vectors partials_vectors negatives_vectors);
+            assert_eq!(record(real, "Places").members, places);
+            assert_eq!(record(real, "Range").members, offsets!(Range: first count));
+            assert_eq!(record(real, "Places").size as usize, size_of::<Places>());
+        }
+        assert_eq!(record(0, "Control").size as usize, size_of::<Control<f32>>());
+        assert_eq!(record(1, "Control").size as usize, size_of::<Control<f64>>());
+    }
+}
