@@ -29,7 +29,7 @@ pub struct Surface {
 /// The shape of a body, in axes of its own. Beyond its surface the distance φ grows with slope 1 (`|∂φ/∂x| = 1`) as far as the nearest
 /// place is unique.
 ///
-/// Contract: the same bits for the same input; methods neither fail nor, but for [`Self::surface`], allocate. A shape that has no end (a plane)
+/// Contract: the same bits for the same input; methods neither fail nor, but for [`Self::surface`] and [`Self::notes`], allocate. A shape that has no end (a plane)
 /// is cut off in [`Self::surface`] only.
 pub trait Shape: Send + Sync {
     /// φ(x), m, negative inside; any number above `reach` where it is above it.
@@ -41,6 +41,10 @@ pub trait Shape: Send + Sync {
     fn crossing(&self, from: &Vector, to: &Vector) -> Option<f64>;
     /// The surface as triangles, `size` (m) being how far a body without end is drawn.
     fn surface(&self, size: f64) -> Surface;
+    /// What an engineer should know of it.
+    fn notes(&self) -> Vec<String> {
+        Vec::new()
+    }
 }
 
 /// A body in the scene.
@@ -60,11 +64,22 @@ pub struct Obstacle {
     pub min_clearance: Option<f64>,
 }
 
+/// A file with the surface of a body.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ShapeFile {
+    /// Its name, whose ending tells the format.
+    pub name: String,
+    /// What it holds.
+    pub bytes: Vec<u8>,
+    /// Length, m, of a unit of its coordinates.
+    pub scale: f64,
+}
+
 /// Everything the factory of a shape is told beside its parameters.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct ShapeSpec {
-    /// The surface, for a body that is given by one: in its own axes, m.
-    pub surface: Option<Surface>,
+    /// The surface, for a body that is given by one. What is wrong with it is said of the key `mesh`.
+    pub file: Option<ShapeFile>,
 }
 
 /// How cables meet each other and what is about them.

@@ -5,6 +5,7 @@ mod provenance;
 pub mod sweep;
 
 pub use provenance::provenance;
+pub use wireloom_contact as contact;
 pub use wireloom_core as core;
 pub use wireloom_export as export;
 pub use wireloom_host as host;
@@ -16,11 +17,12 @@ pub use wireloom_testkit as testkit;
 
 use wireloom_core::Registry;
 
-/// All built-in rods, joints, constraints and minimisers.
+/// All built-in rods, joints, constraints, minimisers and shapes.
 pub fn registry() -> Registry {
     let mut registry = Registry::default();
     models::register(&mut registry);
     solve::register(&mut registry);
+    contact::register(&mut registry);
     registry
 }
 

@@ -13,6 +13,7 @@ pub mod minimiser;
 pub mod networks;
 pub mod numeric;
 pub mod rod;
+pub mod shape;
 
 /// A module `$name` with one test for each named check, called with `$arguments`.
 #[doc(hidden)]
@@ -229,6 +230,27 @@ macro_rules! minimiser_conformance {
             fails_on_a_start_that_is_not_finite
             goes_from_network_to_network
             forgets_when_told
+        );
+    };
+}
+
+/// Holds a shape against the contract of [`wireloom_core::obstacle::Shape`]: `shape_conformance!(name, factory)` with
+/// `factory: Fn() -> Box<dyn Shape>`.
+#[macro_export]
+macro_rules! shape_conformance {
+    ($name:ident, $factory:expr) => {
+        $crate::conformance_suite!(
+            $name, shape, ($factory),
+            normals_are_unit_vectors_along_which_nothing_bends
+            normals_are_the_derivative_of_the_distance
+            curvature_is_the_derivative_of_the_normal
+            the_distance_is_that_of_the_nearest_touch
+            parts_come_in_order_and_within_reach
+            the_distance_grows_no_faster_than_the_way
+            the_surface_is_where_the_distance_is_zero_and_faces_outward
+            ways_cross_where_the_sign_changes
+            a_point_that_is_nowhere_touches_nothing
+            same_input_gives_same_bits
         );
     };
 }

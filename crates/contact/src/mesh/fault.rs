@@ -1,0 +1,102 @@
+//! What may be wrong with a mesh.
+
+use wireloom_core::Vector;
+use wireloom_core::registry::BuildError;
+
+/// Why triangles make no body.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum MeshFault {
+    /// There is nothing.
+    #[error("it has no triangles")]
+    Empty,
+    /// All triangles have no area.
+    #[error("all its {triangles} triangles have no area")]
+    Degenerate {
+        /// How many there are.
+        triangles: usize,
+    },
+    /// A triangle names a corner that is not there.
+    #[error("triangle {triangle} has corner {corner}, of {corners}")]
+    NoSuchCorner {
+        /// Which triangle, from 0.
+        triangle: usize,
+        /// Which corner, from 0.
+        corner: u32,
+        /// How many there are.
+        corners: usize,
+    },
+    /// A coordinate is no number.
+    #[error("corner {corner} has a coordinate that is not finite")]
+    NotFinite {
+        /// Which corner, from 0.
+        corner: usize,
+    },
+    /// It cannot be meant.
+    #[error("it is {size:.4} m large")]
+    Gigantic {
+        /// Longest side of a box about it, m.
+        size: f64,
+    },
+    /// It has holes, or is a sheet.
+    #[error("its surface is open: {edges} edges have a triangle on one side only, one of them at {}", place(at))]
+    Open {
+        /// How many edges.
+        edges: usize,
+        /// Middle of one of them, m.
+        at: Vector,
+    },
+    /// More than two triangles meet in an edge.
+    #[error("{edges} edges have more than two triangles, one of them, with {triangles}, at {}", place(at))]
+    NonManifold {
+        /// How many edges.
+        edges: usize,
+        /// How many triangles one of them has.
+        triangles: usize,
+        /// Middle of one of them, m.
+        at: Vector,
+    },
+    /// Its sides cannot be told from each other.
+    #[error(
+        "its surface has one side only, like a Möbius strip; it closes on itself the wrong way round at {}",
+        place(at)
+    )]
+    OneSided {
+        /// Middle of an edge where this shows, m.
+        at: Vector,
+    },
+}
+
+fn place(at: &Vector) -> String {
+    format!("[{:.4}, {:.4}, {:.4}]", at.x, at.y, at.z)
+}
+
+impl MeshFault {
+    /// What would be right.
+    fn help(&self) -> String {
+        match self {
+            Self::Empty | Self::Degenerate { .. } => "export the body again, as a surface of triangles".into(),
+            Self::NoSuchCorner { .. } | Self::NotFinite { .. } => "the file is damaged: export the body again".into(),
+            Self::Gigantic { size } => format!(
+                "at most {LARGEST} m are taken for meant; if the file is in millimetres, write scale = 0.001: {:.4} m",
+                size * 1e-3
+            ),
+            Self::Open { .. } => {
+                "close its holes where it is drawn; or write open = true for a sheet that is solid on both sides".into()
+            }
+            Self::NonManifold { .. } => {
+                "export bodies that touch each other as files of their own, without walls between them".into()
+            }
+            Self::OneSided { .. } => "export the body again, as a surface with an inside and an outside".into(),
+        }
+    }
+}
+
+/// The size of a body, m, from which on its units are taken for mistaken.
+pub(crate) const LARGEST: f64 = 1000.0;
+
+impl From<MeshFault> for BuildError {
+    fn from(fault: MeshFault) -> Self {
+        let key = if matches!(fault, MeshFault::Gigantic { .. }) { "scale" } else { "mesh" };
+        BuildError::new(fault.to_string(), fault.help()).at(key)
+    }
+}
