@@ -2,7 +2,7 @@
 
 pub use crate::event::{Event, EventKind, EventPlace, Moment};
 use crate::minimiser::Status;
-use crate::{Rotation, Vector};
+use crate::{Pose, Rotation, Vector};
 use serde::{Deserialize, Serialize};
 use std::fmt;
 
@@ -110,6 +110,8 @@ pub struct StepResult {
     pub joints: Vec<JointResult>,
     /// Fixings that act.
     pub constraints: Vec<ConstraintResult>,
+    /// Obstacles.
+    pub obstacles: Vec<ObstacleResult>,
     /// What the operations of the step came to, in the order of the scenario: grasps, carries, mates, clips.
     pub operations: Vec<OperationResult>,
     /// Energy by effect.
@@ -121,6 +123,23 @@ pub struct StepResult {
     pub stable: Option<bool>,
     /// How it was found.
     pub minimiser: MinimiserResult,
+}
+
+/// An obstacle, and what it exerts on the harness.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ObstacleResult {
+    /// Name.
+    pub name: String,
+    /// Where it stands.
+    pub pose: Pose,
+    /// Force on the harness, N, world axes.
+    pub force: Vector,
+    /// Moment on the harness about the obstacle's position, N m, world axes.
+    pub moment: Vector,
+    /// Number of places of the cables that it pushes.
+    pub contacts: usize,
+    /// How deep the deepest of them is, m.
+    pub depth: f64,
 }
 
 /// One branch; vectors have one entry for each node. Where a fixing inside the branch makes force, moment and curvature

@@ -6,6 +6,7 @@
 //! `c ≤ 0 ≤ λ` with one of them 0.
 
 use crate::constraint::{Action, Equations, Relation, Residual, Situation};
+use crate::contact::ContactState;
 use crate::equilibrium::PartFamily;
 use crate::network::{Fixing, Site};
 use crate::problem::{Conditions, Hessian, Problem, Variable, lever_hessian};
@@ -69,6 +70,7 @@ impl Conditions {
             targets: network.fixings.iter().zip(&fixings).map(|(f, own)| f.constraint.target(&own.base, 0.0)).collect(),
             fixings,
             sliding: vec![crate::sliding::Sliding::Stuck; network.slides.len()],
+            contact: ContactState::new(network),
         }
     }
 }
@@ -318,6 +320,7 @@ impl Problem<'_> {
     /// those of [`Self::make_convex`].
     pub fn fixing_hessian(&mut self, state: &State, convex: bool, blocks: &mut Vec<Block>) {
         blocks.clear();
+        self.contact_hessian(state, convex, blocks);
         if self.pulling().next().is_none() {
             return;
         }
@@ -460,6 +463,7 @@ impl Problem<'_> {
 
     /// Lets every fixing that acts note what it remembers from here on; called at the equilibrium an increment ends in.
     pub fn commit(&mut self, state: &State) {
+        self.commit_contacts(state);
         let mut view = View::default();
         for (f, fixing) in self.network.fixings.iter().enumerate() {
             let own = &self.conditions.fixings[f];

@@ -17,6 +17,7 @@
 use serde::{Deserialize, Serialize};
 
 pub mod constraint;
+pub mod contact;
 pub mod equilibrium;
 pub mod event;
 pub mod fixings;

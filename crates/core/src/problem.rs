@@ -2,6 +2,7 @@
 //! freedoms the fixings leave.
 
 use crate::constraint::{Action, RotationHold};
+use crate::contact::{ContactState, Contacts};
 use crate::equilibrium::Energy;
 use crate::fixings::{Block, Exerted, FixingState, Room};
 use crate::network::WORTHWHILE;
@@ -30,6 +31,8 @@ pub struct Conditions {
     pub fixings: Vec<FixingState>,
     /// How each fixing of [`Network::slides`] slides, while it acts.
     pub sliding: Vec<Sliding>,
+    /// Where obstacles stand, and what touches them.
+    pub contact: ContactState,
 }
 
 /// An independent variable: three numbers of a [`Tangent`].
@@ -119,15 +122,18 @@ pub struct Problem<'n> {
     pub(crate) penalty_unit: f64,
     /// A fixing that has said what is not finite of a harness that is.
     pub(crate) odd: Option<usize>,
+    pub(crate) contacts: Contacts,
 }
 
 impl<'n> Problem<'n> {
     /// A network under conditions.
     pub fn new(network: &'n Network, conditions: Conditions) -> Self {
         let arms = network.joints.iter().map(|j| j.arm_frames.len()).max().unwrap_or(0);
+        let contacts = Contacts::new(network, &conditions);
         let mut problem = Self {
             network,
             conditions,
+            contacts,
             dead: vec![Vector::zeros(); network.points],
             slides: Vec::new(),
             length_terms: LengthTerms::default(),
@@ -269,7 +275,7 @@ impl<'n> Problem<'n> {
         let dead: f64 = self.dead.iter().zip(&state.points).map(|(f, x)| -f.dot(x)).sum();
         energy.gravity = dead - energy.load;
         self.for_moving_weights(state, |point, force| energy.gravity -= force.dot(&state.points[point]));
-        energy.constraint = self.fixing_energy(state);
+        energy.constraint = self.fixing_energy(state) + self.contact_energy(state);
         energy
     }
 
@@ -322,6 +328,7 @@ impl<'n> Problem<'n> {
                 gradient.frames[c] += *g;
             }
         }
+        energy += self.contact_gradient(state, gradient);
         for (tie, force) in self.network.ties.iter().zip(&mut self.tie_forces) {
             *force = gradient.points[tie.point];
         }
@@ -452,6 +459,7 @@ impl<'n> Problem<'n> {
             complete_basis(h);
         }
         self.held = held;
+        self.note_held_near();
         self.update_room(state);
     }
 

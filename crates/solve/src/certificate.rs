@@ -26,6 +26,8 @@ pub struct Certificate {
     pub violation: f64,
     /// The equation or inequality that is furthest from being met, where any acts.
     pub unmet: Option<Unmet>,
+    /// How far contact is from being met, in units of what is let pass ([`wireloom_core::contact`]), where anything can touch.
+    pub contact: Option<f64>,
     /// Converged, or what the minimiser said if the numbers do not bear it out.
     pub status: Status,
 }
@@ -66,13 +68,15 @@ impl Certifier {
         let residual = problem.residual(&self.scratch, &problem.scales());
         let unmet = problem.unmet(state);
         let feasible = unmet.is_none_or(|unmet| unmet.value <= FEASIBLE * stop.force_tolerance);
+        let contact = problem.contact_unmet(state);
+        let feasible = feasible && contact.is_none_or(|unmet| unmet <= 1.0);
         let holds = residual <= stop.force_tolerance && violation <= VIOLATION && feasible && state.is_finite();
         let status = match (holds, claimed) {
             (true, _) => Status::Converged,
             (false, Status::Converged) => Status::Failed,
             (false, other) => other,
         };
-        Certificate { residual, violation, unmet, status }
+        Certificate { residual, violation, unmet, contact, status }
     }
 
     /// Whether no motion lowers the energy to second order, from the inertia of the Hessian at `state`. Call after

@@ -164,9 +164,13 @@ impl Workspace {
         }
     }
 
-    /// Energy and gradient at the trial, whose held freedoms are put in place and whose points are settled.
-    fn evaluate(&mut self, problem: &mut Problem<'_>) -> f64 {
+    /// Energy and gradient at the trial, whose held freedoms are put in place and whose points are settled; infinite where a cable would go
+    /// through an obstacle on the way there.
+    fn evaluate(&mut self, problem: &mut Problem<'_>, from: Option<&State>) -> f64 {
         problem.place_held(&mut self.trial);
+        if from.is_some_and(|from| problem.free_share(from, &self.trial, None) < 1.0) {
+            return f64::INFINITY;
+        }
         self.evaluations += 1;
         let energy = problem.gradient(&self.trial, &mut self.trial_gradient);
         let Some(settle) = &mut self.settle else { return energy };
@@ -175,7 +179,7 @@ impl Workspace {
         }
         self.evaluations += 1;
         let settled = problem.gradient(&self.trial, &mut self.trial_gradient);
-        if settled <= energy {
+        if settled <= energy && from.is_none_or(|from| problem.free_share(from, &self.trial, None) == 1.0) {
             return settled;
         }
         settle.undo(&mut self.trial);
@@ -185,7 +189,7 @@ impl Workspace {
     /// Energy (less the work of dead moments) and slope at `state ⊕ α step`.
     fn try_step(&mut self, problem: &mut Problem<'_>, state: &State, alpha: f64) -> (f64, f64) {
         problem.retract(state, &self.step, alpha, &mut self.trial);
-        let energy = self.evaluate(problem) - problem.moment_work(state, &self.step, alpha);
+        let energy = self.evaluate(problem, Some(state)) - problem.moment_work(state, &self.step, alpha);
         (energy, slope(&self.trial_gradient, &self.step, alpha))
     }
 
@@ -300,9 +304,13 @@ fn descend(
     if moves && metric {
         energy = ws.predict(problem, state);
         report.iterations += 1;
+        if energy.is_infinite() {
+            // What is held goes through an obstacle, or drags a cable through one: the increment is too large.
+            return report;
+        }
     } else {
         ws.trial.copy_from(state);
-        energy = ws.evaluate(problem);
+        energy = ws.evaluate(problem, None);
         ws.accept(problem, state);
     }
     // Iterations since the metric was taken: none was yet.

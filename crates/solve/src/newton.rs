@@ -185,12 +185,16 @@ impl Workspace {
     fn try_step(&mut self, problem: &mut Problem<'_>, state: &State, alpha: f64) -> f64 {
         problem.retract(state, &self.step, alpha, &mut self.trial);
         problem.place_held(&mut self.trial);
+        if problem.free_share(state, &self.trial, None) < 1.0 {
+            // A cable would go through an obstacle.
+            return f64::INFINITY;
+        }
         self.evaluations += 1;
         let mut energy = problem.gradient(&self.trial, &mut self.trial_gradient);
         if self.settle.settle(problem, &mut self.trial, &self.trial_gradient, self.settled_force) {
             self.evaluations += 1;
             let settled = problem.gradient(&self.trial, &mut self.trial_gradient);
-            if settled <= energy {
+            if settled <= energy && problem.free_share(state, &self.trial, None) == 1.0 {
                 energy = settled;
             } else {
                 self.settle.undo(&mut self.trial);
@@ -280,6 +284,11 @@ fn descend(ws: &mut Workspace, problem: &mut Problem<'_>, state: &mut State, sto
     if moving {
         (energy, mixed) = predict(ws, problem, state);
         report.iterations += 1;
+        if energy.is_infinite() {
+            // What is held goes through an obstacle, or drags a cable through one: the increment is too large.
+            ws.factor_of = None;
+            return report;
+        }
         problem.update_held(state);
     } else {
         problem.place_held(state);

@@ -3,13 +3,15 @@
 use serde::{Deserialize, Serialize};
 use wireloom_core::network::Fixing;
 use wireloom_core::problem::Problem;
-use wireloom_core::steps::{Journey, Move, Operation, Step, Track, Turn};
+use wireloom_core::steps::{Course, Journey, Move, Operation, Step, Track, Turn};
 use wireloom_core::{Pose, Vector};
 
 /// Everything that changes over a step.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Plan {
     journeys: Vec<Journey>,
+    /// Obstacles that move, by index.
+    obstacles: Vec<(usize, Course)>,
     /// Shares of the step at which something takes a turn.
     pub corners: Vec<f64>,
     /// What all this is for.
@@ -28,6 +30,11 @@ impl Plan {
         let now = problem.conditions();
         Self {
             journeys,
+            obstacles: step
+                .obstacle_moves
+                .iter()
+                .map(|m| (m.obstacle, m.track.from(&now.contact.poses[m.obstacle])))
+                .collect(),
             corners: step.moves.iter().flat_map(Move::corners).collect(),
             operations: step.operations.clone(),
             gravity: (now.gravity, step.gravity.unwrap_or(now.gravity)),
@@ -40,6 +47,11 @@ impl Plan {
     /// The same, for a step in which these fixings begin.
     pub fn beginning(self, begun: Vec<usize>) -> Self {
         Self { begun, ..self }
+    }
+
+    /// Whether an obstacle moves.
+    pub fn moves_obstacles(&self) -> bool {
+        !self.obstacles.is_empty()
     }
 
     /// Whether gravity or loads change.
@@ -68,6 +80,9 @@ impl Plan {
         }
         for journey in &self.journeys {
             problem.set_target(journey.fixing(), journey.at(t));
+        }
+        for (obstacle, course) in &self.obstacles {
+            problem.set_obstacle(*obstacle, course.at(t));
         }
         if self.undraw {
             problem.set_drawn_share(1.0 - t);

@@ -2,14 +2,16 @@
 
 use crate::events::Occurrence;
 use wireloom_core::constraint::Action;
+use wireloom_core::contact::Touching;
 use wireloom_core::equilibrium::{
-    BranchResult, ConstraintResult, JointResult, SpanResult, StationResult, TightestBend,
+    BranchResult, ConstraintResult, JointResult, ObstacleResult, SpanResult, StationResult, TightestBend,
 };
 use wireloom_core::fixings::Exerted;
 use wireloom_core::network::{Branch, BranchEnd, Fixing, Joint, Place, Site, Span};
+use wireloom_core::obstacle::Obstacle;
 use wireloom_core::problem::{Problem, STATION_SHIFT, Variable};
 use wireloom_core::rotation::{columns, twist_angle};
-use wireloom_core::{EventKind, EventPlace, Rotation, State, Tangent, Vector};
+use wireloom_core::{EventKind, EventPlace, Pose, Rotation, State, Tangent, Vector};
 
 /// Curvatures below this share of 1/L count as straight.
 const STRAIGHT: f64 = 1e-9;
@@ -183,6 +185,22 @@ fn mean_rotation(mut rotations: impl Iterator<Item = Rotation>) -> Rotation {
     let sum = rotations
         .fold(first.into_inner(), |sum, q| sum + if q.dot(&first) < 0.0 { -q.into_inner() } else { q.into_inner() });
     if sum.norm() > 1e-6 { Rotation::new_normalize(sum) } else { first }
+}
+
+/// Every obstacle of a problem, and what it exerts on the harness at `state`.
+pub fn obstacles(problem: &mut Problem<'_>, state: &State) -> Vec<ObstacleResult> {
+    let touching = problem.touching(state);
+    let network = problem.network;
+    let poses = &problem.conditions().contact.poses;
+    let result = |((obstacle, pose), touching): ((&Obstacle, &Pose), Touching)| ObstacleResult {
+        name: obstacle.name.clone(),
+        pose: *pose,
+        force: touching.force,
+        moment: touching.moment,
+        contacts: touching.spots,
+        depth: touching.depth,
+    };
+    network.obstacles.iter().zip(poses).zip(touching).map(result).collect()
 }
 
 /// What the fixings that act exert on the harness.

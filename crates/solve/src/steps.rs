@@ -7,6 +7,7 @@ use crate::plan::{self, Plan};
 use crate::settle::Settle;
 use crate::{clips, nested, operations, result, start};
 use std::time::Instant;
+use wireloom_core::contact::Rounds;
 use wireloom_core::equilibrium::{MinimiserResult, OperationResult, PartFamily, PartFault, Run, StepResult};
 use wireloom_core::minimiser::{Minimiser, Status, Stop};
 use wireloom_core::problem::{Conditions, Problem};
@@ -28,14 +29,19 @@ const HOMING_TOLERANCE: f64 = 0.1;
 /// So many times the iterations of an increment are allowed where parts may snap: in homing, and where smaller
 /// increments did not help.
 const SNAP_ITERATIONS: usize = 20;
+/// Smallest part of a step that is tried where an obstacle moves against a cable.
+const SMALLEST_PART: f64 = 1e-4;
+/// Force tolerance above which contact is not met strictly either: nobody sees such a state.
+const STRICT: f64 = 1e-3;
 /// Friction is settled in so many rounds, or the increment is cut back.
 const FRICTION_ROUNDS: usize = 40;
 /// The multipliers of equations are updated so many times, or the increment is cut back.
 const MULTIPLIER_ROUNDS: usize = 40;
 /// Arc lengths that differ by less than this share of the branch are the same.
 const SAME_PLACE: f64 = 1e-12;
-/// Turn (rad) by which a start that is balanced on an edge is disturbed.
-const DISTURBANCE: f64 = 1e-3;
+/// Turns (rad) by which a start that is balanced on an edge is disturbed, one after the other until it falls: where it falls slowly, small
+/// ones have died away in all other directions first, and it stands again.
+const DISTURBANCES: [f64; 3] = [1e-3, 1e-2, 1e-1];
 
 /// Turns that a fixing may make at once: half a turn would look the same either way round.
 const LARGEST_TURNS: f64 = 0.2;
@@ -403,6 +409,7 @@ impl<'n, 'm> Driver<'n, 'm> {
         if status != Status::Converged {
             self.state = began;
             self.problem.set_multipliers(&conditions);
+            self.problem.set_contacts(&conditions);
             for (f, own) in conditions.fixings.into_iter().enumerate() {
                 self.problem.set_target(f, own.base);
             }
@@ -415,6 +422,7 @@ impl<'n, 'm> Driver<'n, 'm> {
     /// Lets the cable run through what slides without friction.
     fn let_run(&mut self) {
         self.homing = false;
+        self.problem.let_rub();
         for (k, _) in self.problem.network.slides.iter().enumerate().filter(|(_, site)| site.friction == 0.0) {
             self.problem.set_sliding(k, Sliding::Running { force: 0.0 });
         }
@@ -429,20 +437,24 @@ impl<'n, 'm> Driver<'n, 'm> {
         if status == Status::Converged && self.certifier.stable(&mut self.problem, &self.state) {
             return status;
         }
-        self.before.copy_from(&self.state);
-        for (c, q) in self.state.frames.iter_mut().enumerate() {
-            let phase = 0.7 * c as f64;
-            let theta = Vector::new(phase.sin(), (0.6 * phase + 1.0).cos(), 0.0) * DISTURBANCE;
-            *q = wireloom_core::rotation::turned(q, &theta);
+        let (began, conditions) = (self.state.clone(), self.problem.conditions().clone());
+        for disturbance in DISTURBANCES {
+            for (c, q) in self.state.frames.iter_mut().enumerate() {
+                let phase = 0.7 * c as f64;
+                let theta = Vector::new(phase.sin(), (0.6 * phase + 1.0).cos(), 0.0) * disturbance;
+                *q = wireloom_core::rotation::turned(q, &theta);
+            }
+            self.problem.network.follow_ties(&mut self.state);
+            let fallen = self.solve();
+            if fallen == Status::Converged && self.certifier.stable(&mut self.problem, &self.state) {
+                return fallen;
+            }
         }
-        self.problem.network.follow_ties(&mut self.state);
-        let fallen = self.solve();
-        if fallen != Status::Converged {
-            self.state.copy_from(&self.before);
-            self.certify(status);
-            return status;
-        }
-        fallen
+        self.state = began;
+        self.problem.set_multipliers(&conditions);
+        self.problem.set_contacts(&conditions);
+        self.certify(status);
+        status
     }
 
     /// One increment, from share `a` to share `b` of a plan, and what had to be done to find its end.
@@ -548,6 +560,16 @@ impl<'n, 'm> Driver<'n, 'm> {
         self.before.copy_from(&self.state);
         let began = self.problem.conditions().clone();
         plan.apply(&mut self.problem, b);
+        let poses = plan.moves_obstacles().then_some(began.contact.poses.as_slice());
+        let run_over = poses.is_some() && self.problem.free_share(&self.before, &self.state, poses) < 1.0;
+        if run_over && b - a > SMALLEST_PART {
+            // An obstacle would go through the cable: in smaller parts it pushes it.
+            self.go_back(&began, |_| false);
+            let middle = 0.5 * (a + b);
+            let half = self.advance(plan, a, middle, cuts);
+            let balanced = matches!(half, Status::Converged | Status::Stalled);
+            return if balanced { self.advance(plan, middle, b, cuts) } else { half };
+        }
         let status = self.solve_from(&began);
         if matches!(status, Status::Converged | Status::Stalled) || cuts == 0 || self.fault.is_some() {
             return status;
@@ -593,6 +615,7 @@ impl<'n, 'm> Driver<'n, 'm> {
             self.problem.change(|c| c.active.clone_from(&began.active));
         }
         self.problem.set_multipliers(began);
+        self.problem.set_contacts(began);
         for (k, sliding) in began.sliding.iter().enumerate() {
             let with_friction = self.problem.network.slides[k].friction > 0.0;
             self.problem.set_sliding(k, if with_friction && sticks(k) { Sliding::Stuck } else { *sliding });
@@ -615,17 +638,24 @@ impl<'n, 'm> Driver<'n, 'm> {
         Status::IterationLimit
     }
 
-    /// The least energy under the conditions at hand. Where fixings set equations, their multipliers are updated around the minimiser until
-    /// the equations are met (Hestenes 1969, Powell 1969).
+    /// The least energy under the conditions at hand. Where fixings set equations, or cables touch obstacles, multipliers are updated around
+    /// the minimiser until everything is met (Hestenes 1969, Powell 1969).
     fn minimise(&mut self) -> Status {
-        let mut last = Vec::new();
+        let (mut last, mut rounds) = (Vec::new(), Rounds::default());
+        let let_pass = (self.stop.force_tolerance / STRICT).max(1.0);
         for round in 1..=MULTIPLIER_ROUNDS {
             let report = self.minimiser.minimise(&mut self.problem, &mut self.state, &self.stop);
             self.iterations += report.iterations;
             self.factorisations += report.factorisations;
             let balanced = matches!(report.status, Status::Converged | Status::Stalled);
             let tolerance = FEASIBLE * self.stop.force_tolerance;
-            let met = self.problem.unmet(&self.state).is_none_or(|unmet| unmet.value <= tolerance);
+            let met = self.problem.unmet(&self.state).is_none_or(|unmet| unmet.value <= tolerance)
+                && self.problem.contact_unmet(&self.state).is_none_or(|unmet| unmet <= let_pass);
+            // Only what is met everywhere else is worth looking at between spots.
+            let more = balanced && met && round < MULTIPLIER_ROUNDS && self.problem.refine_spots(&self.state);
+            if more {
+                continue;
+            }
             if !balanced || met || round == MULTIPLIER_ROUNDS {
                 let status = self.certify(if balanced && !met { Status::IterationLimit } else { report.status });
                 let found = self.problem.fault(!matches!(status, Status::Converged | Status::Stalled));
@@ -633,6 +663,7 @@ impl<'n, 'm> Driver<'n, 'm> {
                 return if self.fault.is_some() { Status::Failed } else { status };
             }
             self.problem.update_multipliers(&self.state, tolerance, &mut last);
+            self.problem.update_contacts(&self.state, &mut rounds);
         }
         Status::IterationLimit
     }
@@ -713,6 +744,7 @@ impl<'n, 'm> Driver<'n, 'm> {
             status,
             joints: network.joints.iter().map(|j| result::joint(problem, j, state)).collect(),
             constraints: result::constraints(problem, state, &self.certifier.gradient),
+            obstacles: result::obstacles(problem, state),
             operations: self.operations.clone(),
             energy: problem.energy(state),
             min_bend_radius: result::tightest_bend(&branches),

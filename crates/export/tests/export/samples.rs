@@ -83,6 +83,7 @@ pub fn step(branches: Vec<BranchResult>, joints: Vec<JointResult>, constraints: 
         }
     }
     StepResult {
+        obstacles: vec![],
         name: "equilibrium".into(),
         increment: 1,
         increments: 1,

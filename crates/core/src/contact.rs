@@ -1,0 +1,474 @@
+//! Contact: cables are kept out of obstacles.
+//!
+//! A cable of radius R is looked at in **spots**: its nodes, places between them that are no farther apart than [`SPACING`] R, and places
+//! that were found to lie deeper than [`BETWEEN`] R ([`crate::Problem::refine_spots`]). With φ(x) the distance of a spot x from the
+//! surface of a body, it must be `c = R − φ(x) ≤ 0`: an inequality as those of [`crate::fixings`], with multiplier λ (the force between
+//! them, N) and penalty ρ (N/m), which adds `(μ² − λ²)/(2ρ)`, `μ = max(0, λ + ρ c)`, to the energy; the force on the spot is `μ n` with
+//! `n = ∂φ/∂x`, and the second derivatives are `ρ n nᵀ − μ ∂²φ/∂x²` (Alart and Curnier 1991, without their friction). Multipliers are
+//! updated until no spot is deeper than [`DEPTH`] R, nor pushed while it is farther than that from the surface.
+//!
+//! **Friction** (Coulomb, quasi-static): a spot that touches is bound to the place of the body where it first touched (its anchor) by a
+//! tangential spring of stiffness k = ρ, whose force is at most `f N`: with u the tangential distance from the anchor it adds `½ k u²`,
+//! beyond `u = f N/k` `f N (u − f N/(2k))`. Normal force N and normal n are those of the round before; at the end of an increment the
+//! anchor follows a spot that slipped (return mapping), so that what sticks does not creep.
+//!
+//! Near what holds a cable inside a body or at its surface (a clip on a panel) R grows from what it is there to the radius over
+//! [`RUN_OUT`] radii of cable.
+
+mod cross;
+mod look;
+mod update;
+
+use crate::constraint::Action;
+use crate::fixings::Block;
+use crate::network::Place;
+use crate::problem::{Conditions, Problem, Variable};
+use crate::rotation::skew;
+use crate::{Matrix, Network, Pose, State, Tangent, Vector};
+use serde::{Deserialize, Serialize};
+
+pub use update::{Rounds, Touching};
+
+/// Largest distance between spots, in radii: whatever comes between two of them touches one before it touches the centre line.
+const SPACING: f64 = 1.5;
+/// Depth, and distance at which there is still a force, that are let pass, in radii.
+pub const DEPTH: f64 = 1e-4;
+/// Depth between spots, in radii, from which on one is put there: the cable is a smooth curve, of which straight segments cut corners.
+const BETWEEN: f64 = 0.02;
+/// Depth that the weight of the cable alone may cause before multipliers are updated, in radii: it sets the first penalty.
+const SOFTNESS: f64 = 1e-3;
+/// First penalty in units of EI/ℓ³, the stiffness of the cable against a push on one node: an update of the multipliers takes about so
+/// much off the depth.
+const STIFFER: f64 = 100.0;
+/// Acceleration (m/s²) that stands for weight in it.
+const WEIGHT: f64 = 9.81;
+/// Length of cable, in radii, over which it leaves a body that it is held in.
+const RUN_OUT: f64 = 8.0;
+
+/// A place of a cable: between nodes `segment` and `segment + 1` of a branch.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Spot {
+    /// Index of the branch.
+    pub branch: usize,
+    /// Index of the segment.
+    pub segment: usize,
+    /// Share of the way from its first to its second node.
+    pub share: f64,
+}
+
+/// What a spot touches.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+pub struct Against {
+    /// Index of the obstacle.
+    pub obstacle: u32,
+    /// Part of its surface.
+    pub part: u32,
+}
+
+/// What binds a spot to a place of a body.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Grip {
+    /// Where it is bound to, in the axes of the body, m.
+    anchor: Vector,
+    /// n in the axes of the body.
+    normal: Vector,
+    /// N, N.
+    force: f64,
+}
+
+/// What is carried along of a spot that touches.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Mark {
+    /// Index of the spot.
+    pub spot: u32,
+    /// What it touches.
+    pub against: Against,
+    /// λ, N.
+    pub multiplier: f64,
+    /// ρ in units of the first one.
+    pub penalty: f64,
+    /// Friction; none where the body is smooth.
+    pub grip: Option<Grip>,
+}
+
+/// What contact carries along from one equilibrium to the next.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct ContactState {
+    /// Where each obstacle stands.
+    pub poses: Vec<Pose>,
+    /// Whether friction acts: not while a start is being found.
+    pub friction: bool,
+    /// Spots beside those that every harness of the network has.
+    pub extra: Vec<Spot>,
+    /// Sorted by spot, then by what it touches.
+    pub marks: Vec<Mark>,
+}
+
+impl ContactState {
+    /// At the beginning: nothing touches.
+    pub fn new(network: &Network) -> Self {
+        Self { poses: network.obstacles.iter().map(|o| o.pose).collect(), ..Self::default() }
+    }
+}
+
+/// A spot that touches, or nearly so.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Contact {
+    /// Index of the spot.
+    pub spot: u32,
+    /// What it touches.
+    pub against: Against,
+    /// Where the spot is, m.
+    pub position: Vector,
+    /// −c, m: how far the surfaces are apart.
+    pub gap: f64,
+    /// Radius that counts there, m.
+    pub radius: f64,
+    /// n, world axes.
+    pub normal: Vector,
+    /// ∂²φ/∂x², world axes, 1/m.
+    curvature: Matrix,
+    /// μ, N.
+    pub force: f64,
+    /// ρ, N/m.
+    penalty: f64,
+}
+
+/// Friction on a spot: the force (N), and the second derivative of its energy (N/m); world axes.
+struct Rub {
+    spot: u32,
+    against: Against,
+    force: Vector,
+    stiffness: Matrix,
+}
+
+/// A fixing that holds a cable nearer to a body than its radius.
+struct Sunk {
+    place: (usize, f64),
+    obstacle: u32,
+    distance: f64,
+}
+
+/// Workspace of contact.
+#[derive(Default)]
+pub(crate) struct Contacts {
+    spots: Vec<Spot>,
+    /// How many of them every harness of the network has.
+    own: usize,
+    /// For every spot: where it was looked at, and how far it may go from there before it may touch what it does not watch, m.
+    looks: Vec<(Vector, f64)>,
+    /// Obstacles that each spot watches.
+    watched: Vec<Vec<u32>>,
+    /// The spots that watch any.
+    near: Vec<u32>,
+    /// First penalty by branch, N/m.
+    penalties: Vec<f64>,
+    /// By point: which tie carries it.
+    ties: Vec<Option<usize>>,
+    /// By point: whether a fixing holds it.
+    held: Vec<bool>,
+    held_before: Vec<bool>,
+    sunk: Vec<Sunk>,
+    found: Vec<Contact>,
+    rubs: Vec<Rub>,
+}
+
+/// Energy of an inequality `−gap ≤ 0`, and μ.
+fn pushed(gap: f64, lambda: f64, rho: f64) -> (f64, f64) {
+    let mu = (lambda - rho * gap).max(0.0);
+    ((mu * mu - lambda * lambda) / (2.0 * rho), mu)
+}
+
+impl Grip {
+    /// Energy (J), force on the spot (N) and second derivative (N/m) of friction with coefficient `f` and stiffness `k`; all in the axes of
+    /// the body.
+    fn drag(&self, x: &Vector, f: f64, k: f64) -> (f64, Vector, Matrix) {
+        let along = Matrix::identity() - self.normal * self.normal.transpose();
+        let u = along * (x - self.anchor);
+        let (length, most) = (u.norm(), f * self.force);
+        if k * length <= most {
+            return (0.5 * k * length * length, -u * k, along * k);
+        }
+        let d = u / length;
+        (most * (length - 0.5 * most / k), -d * most, (along - d * d.transpose()) * (most / length))
+    }
+
+    /// Where the anchor is once the spot has slipped to `x`.
+    fn followed(&self, x: &Vector, f: f64, k: f64) -> Vector {
+        let u = (x - self.anchor) - self.normal * self.normal.dot(&(x - self.anchor));
+        let (length, most) = (u.norm(), f * self.force);
+        let elastic = if k * length <= most { u } else { u * (most / (k * length)) };
+        x - elastic
+    }
+}
+
+impl Contacts {
+    pub(crate) fn new(network: &Network, conditions: &Conditions) -> Self {
+        let mut contacts = Self::default();
+        if network.obstacles.is_empty() {
+            return contacts;
+        }
+        for (b, branch) in network.branches.iter().enumerate() {
+            let mesh = branch.rod.mesh();
+            let radius = 0.5 * branch.section.diameter;
+            let length = mesh.length() / mesh.segments() as f64;
+            let pieces = (length / (SPACING * radius)).ceil().clamp(1.0, 64.0) as usize;
+            for segment in 0..mesh.segments() {
+                let share = |k: usize| k as f64 / pieces as f64;
+                contacts.spots.extend((0..pieces).map(|k| Spot { branch: b, segment, share: share(k) }));
+            }
+            contacts.spots.push(Spot { branch: b, segment: mesh.segments() - 1, share: 1.0 });
+            let bending = STIFFER * branch.section.bend_diagonal().xy().max() / length.powi(3);
+            let weight = branch.section.linear_density * WEIGHT * length / (SOFTNESS * radius);
+            contacts.penalties.push(bending.max(weight) / pieces as f64);
+        }
+        contacts.own = contacts.spots.len();
+        contacts.ties = vec![None; network.points];
+        for (t, tie) in network.ties.iter().enumerate() {
+            contacts.ties[tie.point] = Some(t);
+        }
+        contacts.held = vec![false; network.points];
+        contacts.held_before = contacts.held.clone();
+        contacts.set_extra(&conditions.contact.extra);
+        contacts
+    }
+
+    /// Whether there is anything to touch.
+    fn is_idle(&self) -> bool {
+        self.spots.is_empty()
+    }
+
+    /// Everything must be looked at anew.
+    fn look_again(&mut self) {
+        self.looks.clear();
+        self.looks.resize(self.spots.len(), (Vector::zeros(), f64::NEG_INFINITY));
+    }
+
+    fn set_extra(&mut self, extra: &[Spot]) {
+        self.spots.truncate(self.own);
+        self.spots.extend_from_slice(extra);
+        self.watched.resize_with(self.spots.len(), Vec::new);
+        self.near.clear();
+        self.look_again();
+    }
+}
+
+/// Where a spot is, m.
+fn position(network: &Network, state: &State, spot: &Spot) -> Vector {
+    let i = network.branches[spot.branch].points.start + spot.segment;
+    let (a, b) = (state.points[i] + state.carry[i], state.points[i + 1] + state.carry[i + 1]);
+    a + (b - a) * spot.share
+}
+
+/// The marks of a spot.
+fn marks_of(marks: &[Mark], spot: u32) -> &[Mark] {
+    let from = marks.partition_point(|mark| mark.spot < spot);
+    let marks = &marks[from..];
+    &marks[..marks.partition_point(|mark| mark.spot == spot)]
+}
+
+impl Problem<'_> {
+    /// Radius that counts for a spot against an obstacle, m.
+    fn touch_radius(&self, state: &State, spot: &Spot, obstacle: u32) -> f64 {
+        let branch = &self.network.branches[spot.branch];
+        let radius = 0.5 * branch.section.diameter;
+        let mut least = radius;
+        for sunk in self.contacts.sunk.iter().filter(|sunk| sunk.obstacle == obstacle && sunk.place.0 == spot.branch) {
+            let lengths = &state.rest_lengths[branch.points.start..];
+            let s: f64 = lengths[..spot.segment].iter().sum::<f64>() + lengths[spot.segment] * spot.share;
+            let t = ((s - sunk.place.1).abs() / (RUN_OUT * radius)).min(1.0);
+            least = least.min(sunk.distance + (radius - sunk.distance) * t * t * (3.0 - 2.0 * t));
+        }
+        least
+    }
+
+    /// Finds every spot that touches at `state`, in order; returns the energy of contact, J.
+    fn find_contacts(&mut self, state: &State) -> f64 {
+        if self.contacts.is_idle() {
+            return 0.0;
+        }
+        self.look(state);
+        let mut found = std::mem::take(&mut self.contacts.found);
+        found.clear();
+        let contact = &self.conditions.contact;
+        // What is marked and touches no more leaves this behind.
+        let rho = |mark: &Mark| self.contacts.penalties[self.contacts.spots[mark.spot as usize].branch] * mark.penalty;
+        let mut energy: f64 = contact.marks.iter().map(|m| -0.5 * m.multiplier * m.multiplier / rho(m)).sum();
+        for &index in &self.contacts.near {
+            let spot = &self.contacts.spots[index as usize];
+            let position = position(self.network, state, spot);
+            let marks = marks_of(&contact.marks, index);
+            let first = self.contacts.penalties[spot.branch];
+            for &o in &self.contacts.watched[index as usize] {
+                let (obstacle, pose) = (&self.network.obstacles[o as usize], &contact.poses[o as usize]);
+                let radius = self.touch_radius(state, spot, o);
+                let marks = || marks.iter().filter(|mark| mark.against.obstacle == o);
+                let pull = marks().map(|mark| mark.multiplier / (first * mark.penalty)).fold(0.0, f64::max);
+                let x = pose.inverse().compose(&Pose { position, ..Pose::identity() }).position;
+                obstacle.shape.touches(&x, radius + pull, &mut |touch| {
+                    let against = Against { obstacle: o, part: touch.part };
+                    let mark = marks().find(|mark| mark.against == against);
+                    let rho = first * mark.map_or(1.0, |mark| mark.penalty);
+                    let lambda = mark.map_or(0.0, |mark| mark.multiplier);
+                    let gap = touch.distance - radius;
+                    let (e, force) = pushed(gap, lambda, rho);
+                    energy += e + 0.5 * lambda * lambda / rho;
+                    let r = pose.orientation.to_rotation_matrix();
+                    if force > 0.0 {
+                        found.push(Contact {
+                            spot: index,
+                            against,
+                            position,
+                            gap,
+                            radius,
+                            normal: r * touch.normal,
+                            curvature: r.matrix() * touch.curvature * r.matrix().transpose(),
+                            force,
+                            penalty: rho,
+                        });
+                    }
+                });
+            }
+        }
+        self.contacts.found = found;
+        energy + self.find_rubs(state)
+    }
+
+    /// Finds what friction exerts at `state`; returns its energy, J. It acts as long as its normal force is taken to be there, wherever the spot is.
+    fn find_rubs(&mut self, state: &State) -> f64 {
+        let mut rubs = std::mem::take(&mut self.contacts.rubs);
+        rubs.clear();
+        let mut energy = 0.0;
+        for mark in &self.conditions.contact.marks {
+            let Some(grip) = &mark.grip else { continue };
+            let spot = &self.contacts.spots[mark.spot as usize];
+            let pose = &self.conditions.contact.poses[mark.against.obstacle as usize];
+            let x = Pose { position: position(self.network, state, spot), ..Pose::identity() };
+            let x = pose.inverse().compose(&x).position;
+            let k = self.contacts.penalties[spot.branch] * mark.penalty;
+            let (e, force, stiffness) = grip.drag(&x, self.friction(mark.against.obstacle), k);
+            energy += e;
+            let r = pose.orientation.to_rotation_matrix();
+            let stiffness = r.matrix() * stiffness * r.matrix().transpose();
+            rubs.push(Rub { spot: mark.spot, against: mark.against, force: r * force, stiffness });
+        }
+        self.contacts.rubs = rubs;
+        energy
+    }
+
+    /// What friction exerts on a spot, N.
+    fn drag_on(&self, contact: &Contact) -> Vector {
+        let own = |rub: &&Rub| rub.spot == contact.spot && rub.against == contact.against;
+        self.contacts.rubs.iter().find(own).map_or_else(Vector::zeros, |rub| rub.force)
+    }
+
+    /// Energy of contact at `state`, J; multipliers leave nothing behind at an equilibrium.
+    pub(crate) fn contact_energy(&mut self, state: &State) -> f64 {
+        self.find_contacts(state)
+    }
+
+    /// Adds the first derivatives of the energy of contact in the positions of all points, tied ones included; returns that energy, J.
+    pub(crate) fn contact_gradient(&mut self, state: &State, gradient: &mut Tangent) -> f64 {
+        let energy = self.find_contacts(state);
+        let pushes = self.contacts.found.iter().map(|contact| (contact.spot, contact.normal * contact.force));
+        for (spot, force) in pushes.chain(self.contacts.rubs.iter().map(|rub| (rub.spot, rub.force))) {
+            let spot = &self.contacts.spots[spot as usize];
+            let i = self.network.branches[spot.branch].points.start + spot.segment;
+            gradient.points[i] -= force * (1.0 - spot.share);
+            gradient.points[i + 1] -= force * spot.share;
+        }
+        energy
+    }
+
+    /// Adds the second derivatives of the energy of contact at `state` in the independent variables: both triangles; with `convex` without what
+    /// makes it less convex. The levers of tied points have theirs from the forces at them.
+    pub(crate) fn contact_hessian(&mut self, state: &State, convex: bool, blocks: &mut Vec<Block>) {
+        self.find_contacts(state);
+        let pushes = self.contacts.found.iter().map(|contact| {
+            let n = contact.normal;
+            let stiff = n * n.transpose() * contact.penalty;
+            (contact.spot, if convex { stiff } else { stiff - contact.curvature * contact.force })
+        });
+        for (spot, h) in pushes.chain(self.contacts.rubs.iter().map(|rub| (rub.spot, rub.stiffness))) {
+            let spot = &self.contacts.spots[spot as usize];
+            let i = self.network.branches[spot.branch].points.start + spot.segment;
+            let mut columns = [None; 4];
+            for (end, weight) in [(0, 1.0 - spot.share), (1, spot.share)] {
+                if weight == 0.0 {
+                    continue;
+                }
+                match self.contacts.ties[i + end].map(|t| &self.network.ties[t]) {
+                    None => columns[2 * end] = Some((Variable::Point(i + end), Matrix::identity() * weight)),
+                    Some(tie) => {
+                        columns[2 * end] = Some((Variable::Point(tie.hub_point), Matrix::identity() * weight));
+                        if let Some(hub) = tie.hub_frame {
+                            let r = state.frames[hub].to_rotation_matrix();
+                            let lever = r.matrix() * skew(&tie.offset) * -weight;
+                            columns[2 * end + 1] = Some((Variable::Frame(hub), lever));
+                        }
+                    }
+                }
+            }
+            for (row, a) in columns.iter().flatten() {
+                for (column, b) in columns.iter().flatten() {
+                    blocks.push(Block { row: *row, column: *column, matrix: a.transpose() * h * b });
+                }
+            }
+        }
+    }
+
+    /// Coefficient of friction of an obstacle, where it acts.
+    fn friction(&self, obstacle: u32) -> f64 {
+        if self.conditions.contact.friction { self.network.obstacles[obstacle as usize].friction } else { 0.0 }
+    }
+
+    /// Finds which points fixings hold, and which of them within a radius of an obstacle.
+    pub(crate) fn note_held_near(&mut self) {
+        if self.contacts.is_idle() {
+            return;
+        }
+        let before = std::mem::take(&mut self.contacts.held_before);
+        self.contacts.held_before = std::mem::replace(&mut self.contacts.held, before);
+        self.contacts.held.fill(false);
+        self.contacts.sunk.clear();
+        let network = self.network;
+        for (f, fixing) in network.fixings.iter().enumerate().filter(|(f, _)| self.conditions.active[*f]) {
+            let Action::Prescribed(hold) = fixing.constraint.action() else { continue };
+            if !hold.position {
+                continue;
+            }
+            if hold.rails.is_empty() {
+                self.contacts.held[fixing.site.point] = true;
+            }
+            for (o, obstacle) in network.obstacles.iter().enumerate() {
+                let x = self.conditions.contact.poses[o].inverse().compose(&self.conditions.targets[f]).position;
+                let mut sink = |branch: usize, s: f64| {
+                    let radius = 0.5 * network.branches[branch].section.diameter;
+                    let distance = obstacle.shape.distance(&x, radius);
+                    if distance < radius {
+                        self.contacts.sunk.push(Sunk { place: (branch, s), obstacle: o as u32, distance });
+                    }
+                };
+                match fixing.place {
+                    Place::Node { branch, node } => {
+                        let mesh = network.branches[branch].rod.mesh();
+                        sink(branch, mesh.rest_lengths[..node].iter().sum());
+                    }
+                    Place::Joint(j) => {
+                        for (arm, &branch) in network.joints[j].arms.iter().zip(&network.joints[j].branches) {
+                            let mesh = network.branches[branch].rod.mesh();
+                            sink(branch, if arm.starts_here { 0.0 } else { mesh.length() });
+                        }
+                    }
+                }
+            }
+        }
+        for tie in &network.ties {
+            let rides = tie.hub_frame.is_none() && self.contacts.held[tie.hub_point];
+            self.contacts.held[tie.point] |= rides;
+        }
+        if self.contacts.held != self.contacts.held_before {
+            self.contacts.look_again();
+        }
+    }
+}
