@@ -11,7 +11,7 @@ struct Places {
     springs: u32,
     holds: u32,
     matrix_blocks: u32,
-    tasks: u32,
+    roots: u32,
     chunks: u32,
     kinds_program: u32,
     holds_program: u32,
@@ -21,6 +21,7 @@ struct Places {
     springs_program: u32,
     forces_program: u32,
     blocks_program: u32,
+    roots_program: u32,
     factor_program: u32,
     forward_program: u32,
     backward_program: u32,
@@ -41,10 +42,12 @@ struct Places {
     negatives_vectors: u32,
 }
 
-// Which items a dispatch works on.
+// Which items a dispatch works on, of the variants that are in one of these phases.
 struct Range {
     first: u32,
     count: u32,
+    phases: u32,
+    unused: u32,
 }
 
 // Where a variant stands. `phase` says which stages have anything to do.
@@ -62,6 +65,7 @@ struct Control {
     residual: real,
     trial_residual: real,
     last_turn: real,
+    unit: real,
     phase: u32,
     outcome: u32,
     current: u32,
@@ -94,7 +98,7 @@ const SOLVE: u32 = 2u;
 const SEARCH: u32 = 3u;
 const DONE: u32 = 4u;
 
-// The item and the variant of an invocation; none beyond the range.
+// The item and the variant of an invocation; none beyond the range, and none for a variant in another phase.
 struct Item {
     index: u32,
     variant: u32,
@@ -104,11 +108,9 @@ struct Item {
 fn item(group: vec3<u32>, groups: vec3<u32>, local: u32) -> Item {
     let i = (group.y * groups.x + group.x) * 64u + local;
     let index = i / places.variants;
-    return Item(range.first + index, i % places.variants, index < range.count);
-}
-
-fn phase(variant: u32) -> u32 {
-    return control[variant].phase;
+    let variant = i % places.variants;
+    let there = index < range.count && ((range.phases >> control[variant].phase) & 1u) == 1u;
+    return Item(range.first + index, variant, there);
 }
 
 fn number(entry: u32, variant: u32) -> real {
@@ -201,6 +203,26 @@ fn block_at(entry: u32, variant: u32) -> real {
 
 fn block_column(entry: u32, variant: u32) -> vec3<real> {
     return vec3<real>(block_at(entry, variant), block_at(entry + 1u, variant), block_at(entry + 2u, variant));
+}
+
+// Entry of a variable in the free gradient of the state at hand (0) or on trial (1).
+fn gradient_entry(variable: u32, trial: u32, variant: u32) -> u32 {
+    let slot = control[variant].current ^ trial;
+    return places.gradient_vectors + (slot * places.variables + variable) * 3u;
+}
+
+// The edge between two points of the state at entries a and b, free of the round-off of large coordinates.
+fn edge(a: u32, b: u32, variant: u32) -> vec3<real> {
+    return (value3(b, variant) - value3(a, variant)) + (carry3(b, variant) - carry3(a, variant));
+}
+
+// How a variable must move in its first step.
+fn motion(variable: u32, variant: u32) -> vec3<real> {
+    let hold = program[places.holds_program + variable];
+    if hold == NONE || control[variant].moving == 0u {
+        return vec3<real>(real(0.0), real(0.0), real(0.0));
+    }
+    return number3(places.holds_numbers + 17u * hold + 14u, variant);
 }
 
 // Block b of the matrix, of its factor, or of what a task leaves for those after it.

@@ -1,7 +1,7 @@
 //! The compute shaders of the GPU minimiser: WGSL stages, a CPU twin of each, and the plan by which they eliminate.
 //!
-//! The crate knows no graphics API. [`harness`] is the description in f64 that everything is made of, `plan` orders the variables and
-//! writes down once which block gathers what, `memory` lays numbers out as the stages want them, `twin` is every
+//! The crate knows no graphics API. [`harness`] is the description in f64 that everything is made of, [`plan`] orders the variables and
+//! writes down once which block gathers what, [`memory`] lays numbers out as the stages want them, [`twin`] is every
 //! stage as a Rust function, laid beside the WGSL of the same name.
 //!
 //! | word | meaning |
@@ -12,8 +12,13 @@
 //! | task | a range of variables that one invocation eliminates in order; tasks of a level are independent |
 //! | cycle | the dispatches that are encoded again and again; each variant's phase says which of them do anything |
 
+pub mod elimination;
 pub mod harness;
+pub mod memory;
+mod order;
 pub mod places;
+pub mod plan;
+pub mod twin;
 
 /// The number type of a permutation: all stages exist in both.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]

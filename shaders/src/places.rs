@@ -21,8 +21,8 @@ pub struct Places {
     pub holds: u32,
     /// Number of blocks of the matrix: diagonal, then below it.
     pub matrix_blocks: u32,
-    /// Number of tasks.
-    pub tasks: u32,
+    /// Number of tasks that nothing comes after.
+    pub roots: u32,
     /// Number of chunks in which sums are taken.
     pub chunks: u32,
     /// Of each variable 0, a point, or 1, a frame.
@@ -41,6 +41,8 @@ pub struct Places {
     pub forces_program: u32,
     /// The same of each block of the matrix.
     pub blocks_program: u32,
+    /// The tasks that nothing comes after.
+    pub roots_program: u32,
     /// Of each task where its instructions begin (and end), then the instructions: factorisation.
     pub factor_program: u32,
     /// Forward substitution.
@@ -79,7 +81,7 @@ pub struct Places {
     pub negatives_vectors: u32,
 }
 
-/// Which items a dispatch works on: `first..first + count`, of every variant.
+/// Which items a dispatch works on: `first..first + count`, of every variant in one of its phases.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Range {
@@ -87,6 +89,10 @@ pub struct Range {
     pub first: u32,
     /// How many.
     pub count: u32,
+    /// The phases: bit p for phase p.
+    pub phases: u32,
+    /// Makes it sixteen bytes.
+    pub unused: u32,
 }
 
 /// Where a variant stands, in numbers of type `R`.
@@ -99,7 +105,7 @@ pub struct Control<R> {
     pub moment_scale: R,
     /// Largest relative residual of an equilibrium.
     pub tolerance: R,
-    /// Energy (J) below which a change is round-off.
+    /// Share of the energy that is round-off.
     pub noise: R,
     /// Energy of the state at hand, J.
     pub energy: R,
@@ -119,6 +125,8 @@ pub struct Control<R> {
     pub trial_residual: R,
     /// Largest turn in the last step taken, rad.
     pub last_turn: R,
+    /// 1, which no compiler of a device can know.
+    pub unit: R,
     /// What comes next; see [`Phase`].
     pub phase: u32,
     /// How it ended; see [`Outcome`].
@@ -143,6 +151,129 @@ pub struct Control<R> {
     pub max_iterations: u32,
     /// Negative pivots of the last factorisation.
     pub negative: u32,
+}
+
+impl Places {
+    /// Its words, in order.
+    pub(crate) fn words(&self) -> [u32; 37] {
+        [
+            self.variants,
+            self.variables,
+            self.segments,
+            self.station_segments,
+            self.couplings,
+            self.springs,
+            self.holds,
+            self.matrix_blocks,
+            self.roots,
+            self.chunks,
+            self.kinds_program,
+            self.holds_program,
+            self.segments_program,
+            self.station_segments_program,
+            self.couplings_program,
+            self.springs_program,
+            self.forces_program,
+            self.blocks_program,
+            self.roots_program,
+            self.factor_program,
+            self.forward_program,
+            self.backward_program,
+            self.variables_numbers,
+            self.holds_numbers,
+            self.segments_numbers,
+            self.station_segments_numbers,
+            self.couplings_numbers,
+            self.springs_numbers,
+            self.segments_parts,
+            self.station_segments_parts,
+            self.couplings_parts,
+            self.springs_parts,
+            self.step_vectors,
+            self.gradient_vectors,
+            self.energies_vectors,
+            self.partials_vectors,
+            self.negatives_vectors,
+        ]
+    }
+}
+
+impl Control<f64> {
+    /// Its numbers, in order.
+    pub(crate) fn reals(&self) -> [f64; 14] {
+        [
+            self.force_scale,
+            self.moment_scale,
+            self.tolerance,
+            self.noise,
+            self.energy,
+            self.trial_energy,
+            self.slope,
+            self.alpha,
+            self.largest_turn,
+            self.sigma,
+            self.residual,
+            self.trial_residual,
+            self.last_turn,
+            self.unit,
+        ]
+    }
+
+    /// Its words, in order.
+    pub(crate) fn words(&self) -> [u32; 12] {
+        [
+            self.phase,
+            self.outcome,
+            self.current,
+            self.moving,
+            self.begun,
+            self.iterations,
+            self.factorisations,
+            self.evaluations,
+            self.stalled,
+            self.polished,
+            self.max_iterations,
+            self.negative,
+        ]
+    }
+
+    /// From its numbers and words.
+    ///
+    /// # Panics
+    /// If there are too few of them.
+    pub(crate) fn from_parts(reals: &[f64], words: &[u32]) -> Self {
+        let (mut reals, mut words) = (reals.iter().copied(), words.iter().copied());
+        let mut real = || reals.next().expect("a number for every member");
+        let mut word = || words.next().expect("a word for every member");
+        Self {
+            force_scale: real(),
+            moment_scale: real(),
+            tolerance: real(),
+            noise: real(),
+            energy: real(),
+            trial_energy: real(),
+            slope: real(),
+            alpha: real(),
+            largest_turn: real(),
+            sigma: real(),
+            residual: real(),
+            trial_residual: real(),
+            last_turn: real(),
+            unit: real(),
+            phase: word(),
+            outcome: word(),
+            current: word(),
+            moving: word(),
+            begun: word(),
+            iterations: word(),
+            factorisations: word(),
+            evaluations: word(),
+            stalled: word(),
+            polished: word(),
+            max_iterations: word(),
+            negative: word(),
+        }
+    }
 }
 
 /// What a variant is waiting for; the stages of other phases leave it alone.
@@ -195,7 +326,7 @@ mod tests {
     macro_rules! control {
         ($real:ty) => {
             offsets!(Control<$real>: force_scale moment_scale tolerance noise energy trial_energy slope alpha largest_turn sigma
-                residual trial_residual last_turn phase outcome current moving begun iterations factorisations evaluations stalled
+                residual trial_residual last_turn unit phase outcome current moving begun iterations factorisations evaluations stalled
                 polished max_iterations negative)
         };
     }
@@ -204,13 +335,13 @@ mod tests {
     fn structs_lie_as_in_the_shaders() {
         for (real, control) in [control!(f32), control!(f64)].into_iter().enumerate() {
             assert_eq!(record(real, "Control").members, control);
-            let places = offsets!(Places: variants variables segments station_segments couplings springs holds matrix_blocks tasks
+            let places = offsets!(Places: variants variables segments station_segments couplings springs holds matrix_blocks roots
                 chunks kinds_program holds_program segments_program station_segments_program couplings_program springs_program
-                forces_program blocks_program factor_program forward_program backward_program variables_numbers holds_numbers
+                forces_program blocks_program roots_program factor_program forward_program backward_program variables_numbers holds_numbers
                 segments_numbers station_segments_numbers couplings_numbers springs_numbers segments_parts station_segments_parts
                 couplings_parts springs_parts step_vectors gradient_vectors energies_vectors partials_vectors negatives_vectors);
             assert_eq!(record(real, "Places").members, places);
-            assert_eq!(record(real, "Range").members, offsets!(Range: first count));
+            assert_eq!(record(real, "Range").members, offsets!(Range: first count phases unused));
             assert_eq!(record(real, "Places").size as usize, size_of::<Places>());
         }
         assert_eq!(record(0, "Control").size as usize, size_of::<Control<f32>>());

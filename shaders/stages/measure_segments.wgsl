@@ -8,19 +8,19 @@ fn main(
     @builtin(local_invocation_index) local: u32,
 ) {
     let it = item(group, groups, local);
-    if !it.there || phase(it.variant) != SEARCH {
+    if !it.there {
         return;
     }
     let k = it.index;
-    let s = segment(k, it.variant);
+    let variant = it.variant;
+    let s = segment(k, variant);
     let links = places.segments_program + 3u * k;
-    let a = state_entry(program[links], 1u, it.variant);
-    let b = state_entry(program[links + 1u], 1u, it.variant);
-    let f = state_entry(program[links + 2u], 1u, it.variant);
-    let e = (value3(b, it.variant) - value3(a, it.variant)) + (carry3(b, it.variant) - carry3(a, it.variant));
-    let law = segment_law(s, e, value4(f, it.variant));
+    let a = state_entry(program[links], 1u, variant);
+    let b = state_entry(program[links + 1u], 1u, variant);
+    let f = state_entry(program[links + 2u], 1u, variant);
+    let law = segment_law(s, edge(a, b, variant), value4(f, variant));
     let entry = places.segments_parts + 33u * k;
-    set_vector(places.energies_vectors + k, it.variant, segment_energy(law, s.l));
-    set_part3(entry, it.variant, law.r * law.n);
-    set_part3(entry + 3u, it.variant, cross3(law.n, law.v) * s.l);
+    set_vector(places.energies_vectors + k, variant, segment_energy(law, s.l));
+    set_part3(entry, variant, law.r * law.n);
+    set_part3(entry + 3u, variant, cross3(law.n, law.v) * s.l);
 }

@@ -1,0 +1,96 @@
+#import algebra
+#import bindings
+
+// A segment beside a station: Γ = v + v × φ − e3 with φ = Σ 2 β w v over the stations, (w, v) = q̄ Q; see segment.wgsl for the rest.
+
+struct StationSegment {
+    c: vec3<real>,
+    l: real,
+    overturned: real,
+}
+
+// A station of it: whether there is one, the independent frame that carries it, its matrix R, rest and offset in that frame, β, and
+// (w, v) of the turn from the segment to the station.
+struct Station {
+    there: bool,
+    r: mat3x3<real>,
+    rest: vec4<real>,
+    offset: vec3<real>,
+    blend: real,
+    w: real,
+    v: vec3<real>,
+}
+
+struct StationLaw {
+    r: mat3x3<real>,
+    v: vec3<real>,
+    n: vec3<real>,
+    c: vec3<real>,
+    beyond: real,
+    gamma: vec3<real>,
+    phi: vec3<real>,
+}
+
+fn station_segment(k: u32, variant: u32) -> StationSegment {
+    let entry = places.station_segments_numbers + 21u * k;
+    return StationSegment(number3(entry, variant), number(entry + 3u, variant), number(entry + 4u, variant));
+}
+
+// The station at end 0 or 1 of segment k, whose frame is q; `trial`: which state.
+fn station(k: u32, end: u32, q: vec4<real>, trial: u32, variant: u32) -> Station {
+    let variable = program[places.station_segments_program + 5u * k + 3u + end];
+    let o = real(0.0);
+    let zero = vec3<real>(o, o, o);
+    if variable == NONE {
+        return Station(false, zero33(), vec4<real>(o, o, o, o), zero, o, o, zero);
+    }
+    let entry = places.station_segments_numbers + 21u * k + 5u + 8u * end;
+    let carrier = value4(state_entry(variable, trial, variant), variant);
+    let rest = number4(entry, variant);
+    let turn = relative(q, turned_by(carrier, rest));
+    return Station(
+        true,
+        rotation_matrix(carrier),
+        rest,
+        number3(entry + 4u, variant),
+        number(entry + 7u, variant),
+        turn.w,
+        turn.xyz,
+    );
+}
+
+fn station_law(s: StationSegment, e: vec3<real>, q: vec4<real>, first: Station, second: Station) -> StationLaw {
+    let r = rotation_matrix(q);
+    let v = (e * r) * (real(1.0) / s.l);
+    let phi = first.v * (real(2.0) * first.blend * first.w) + second.v * (real(2.0) * second.blend * second.w);
+    let u = v + cross3(v, phi);
+    let beyond = select(real(0.0), s.overturned, u.z < real(0.0));
+    let gamma = vec3<real>(u.xy, u.z - real(1.0));
+    let n = vec3<real>(s.c.x * gamma.x, s.c.y * gamma.y, s.c.z * gamma.z + beyond * u.z);
+    return StationLaw(r, v, n, vec3<real>(s.c.xy, s.c.z + beyond), beyond, gamma, phi);
+}
+
+fn station_energy(law: StationLaw, l: real) -> real {
+    return real(0.5) * l * (dot3(law.n, law.gamma) + law.beyond * (law.gamma.z + real(1.0)));
+}
+
+// ∂φ/∂θ of the segment over β: −(w (w I − [v]ₓ) − v vᵀ)
+fn turn_of_segment(w: real, v: vec3<real>) -> mat3x3<real> {
+    return outer(v, v) + skew(v) * w - identity(w * w);
+}
+
+// ∂φ/∂θ of the station over β: w (w I + [v]ₓ) − v vᵀ
+fn turn_of_station(w: real, v: vec3<real>) -> mat3x3<real> {
+    return identity(w * w) + skew(v) * w - outer(v, v);
+}
+
+// n′ = n + φ × n, the force conjugate to v.
+fn conjugate_force(law: StationLaw) -> vec3<real> {
+    return law.n + cross3(law.phi, law.n);
+}
+
+// What a station bears, in the body frame of what carries it: the lever of the force on the end (world) and the moment μ through φ.
+fn station_moment(s: Station, force: vec3<real>, mu: vec3<real>) -> vec3<real> {
+    let own = (mu * turn_of_station(s.w, s.v)) * s.blend;
+    return cross3(s.offset, force * s.r) + rotation_matrix(s.rest) * own;
+}

@@ -1,0 +1,472 @@
+//! The buffers as the stages want them, in f64: what twins work on, and what becomes the bytes of a device.
+//!
+//! Every number lies at `entry * variants + variant`. See [`crate::places::Places`] for the entries.
+
+use crate::Real;
+use crate::harness::{Harness, NONE, Shape, Stop, Variable};
+use crate::places::{Control, Phase, Places};
+use crate::plan::{Plan, sizes};
+use nalgebra::{Matrix3, Quaternion, Vector3};
+
+/// A vector of the mechanics.
+pub type Vector = Vector3<f64>;
+/// A matrix of the mechanics.
+pub type Matrix = Matrix3<f64>;
+/// A rotation; coordinates are x, y, z, w.
+pub type Rotation = Quaternion<f64>;
+
+/// A buffer; its place is that of the binding of this name.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Buffer {
+    /// Sizes and places.
+    Places,
+    /// What stages look up.
+    Program,
+    /// What changes from variant to variant, and from increment to increment.
+    Numbers,
+    /// Where every variant is, and its trial.
+    State,
+    /// Derivatives of the parts.
+    Parts,
+    /// Blocks of the matrix, its factor and updates.
+    Blocks,
+    /// Vectors.
+    Vectors,
+    /// Where every variant stands.
+    Control,
+}
+
+impl Buffer {
+    /// All of them.
+    pub const ALL: [Self; 8] = [
+        Self::Places,
+        Self::Program,
+        Self::Numbers,
+        Self::State,
+        Self::Parts,
+        Self::Blocks,
+        Self::Vectors,
+        Self::Control,
+    ];
+
+    /// The buffers that say where variants are and what acts on them; the others are made once for a plan.
+    pub const CHANGING: [Self; 3] = [Self::Numbers, Self::State, Self::Control];
+
+    /// The buffer of the binding of this name.
+    pub fn named(name: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|buffer| buffer.name() == name)
+    }
+
+    /// The name of the binding.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Places => "places",
+            Self::Program => "program",
+            Self::Numbers => "numbers",
+            Self::State => "state",
+            Self::Parts => "parts",
+            Self::Blocks => "blocks",
+            Self::Vectors => "vectors",
+            Self::Control => "control",
+        }
+    }
+}
+
+/// A harness that was made for another plan.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("the harness has other links than the one that the plan was made for")]
+pub struct OtherLinks;
+
+/// See the module.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Memory {
+    /// Sizes and places.
+    pub places: Places,
+    /// What stages look up.
+    pub program: Vec<u32>,
+    /// Parameters, dead forces and holds.
+    pub numbers: Vec<f64>,
+    /// Values and carries, twice.
+    pub state: Vec<f64>,
+    /// Derivatives of the parts.
+    pub parts: Vec<f64>,
+    /// Blocks of the matrix, its factor and updates.
+    pub blocks: Vec<f64>,
+    /// Solution and updates, steps, gradients, energies, sums.
+    pub vectors: Vec<f64>,
+    /// Where every variant stands.
+    pub control: Vec<Control<f64>>,
+}
+
+/// Share of the energy that is round-off: sums of this many digits lose about two of them.
+fn noise(real: Real) -> f64 {
+    match real {
+        Real::F32 => 1e-6,
+        Real::F64 => 1e-14,
+    }
+}
+
+impl Memory {
+    /// Room for so many variants, all of them done.
+    pub fn new(plan: &Plan, variants: usize) -> Self {
+        let room = |entries: u32| vec![0.0; entries as usize * variants];
+        let done = Control { phase: Phase::Done as u32, ..Control::default() };
+        Self {
+            places: Places { variants: variants as u32, ..plan.places },
+            program: plan.program.clone(),
+            numbers: room(plan.numbers),
+            state: room(2 * sizes::STATE * plan.places.variables),
+            parts: room(plan.parts),
+            blocks: room(9 * plan.elimination.blocks as u32),
+            vectors: room(plan.vectors),
+            control: vec![done; variants],
+        }
+    }
+
+    /// Number of variants.
+    pub fn variants(&self) -> usize {
+        self.control.len()
+    }
+
+    /// Writes what a variant is made of and what acts on it.
+    ///
+    /// # Errors
+    /// If the harness has other links than the one the plan was made for.
+    pub fn set_harness(&mut self, plan: &Plan, variant: usize, harness: &Harness) -> Result<(), OtherLinks> {
+        if harness.links() != plan.links {
+            return Err(OtherLinks);
+        }
+        let variants = self.variants();
+        let numbers = &mut self.numbers;
+        let mut write = |first: u32, k: usize, size: u32, own: &[&[f64]]| {
+            let entries = first as usize + k * size as usize;
+            debug_assert_eq!(own.iter().map(|x| x.len()).sum::<usize>(), size as usize);
+            for (entry, x) in (entries..).zip(own.iter().copied().flatten()) {
+                numbers[entry * variants + variant] = *x;
+            }
+        };
+        let p = &plan.places;
+        for (k, variable) in plan.variables.iter().enumerate() {
+            let (dead, weight) = match variable {
+                Variable::Point(i) => (harness.dead[*i as usize], 0.0),
+                Variable::Frame(c) => ([0.0; 3], harness.weights[*c as usize]),
+            };
+            write(p.variables_numbers, k, sizes::VARIABLE, &[&dead, &[weight]]);
+        }
+        for (k, hold) in harness.holds.iter().enumerate() {
+            let basis = hold.basis.as_flattened();
+            write(p.holds_numbers, k, sizes::HOLD, &[basis, &[f64::from(hold.count)], &hold.target, &hold.motion]);
+        }
+        for (k, s) in harness.segments.iter().enumerate() {
+            write(p.segments_numbers, k, sizes::SEGMENT, &[&s.stiffness, &[s.length, s.overturned]]);
+        }
+        for (k, s) in harness.station_segments.iter().enumerate() {
+            let stations = s.ends.map(|end| {
+                let mut numbers = [0.0; 8];
+                if let Some(station) = end.station {
+                    numbers[..4].copy_from_slice(&station.rest);
+                    numbers[4..7].copy_from_slice(&station.offset);
+                    numbers[7] = station.blend;
+                }
+                numbers
+            });
+            let own: [&[f64]; 4] = [&s.stiffness, &[s.length, s.overturned], &stations[0], &stations[1]];
+            write(p.station_segments_numbers, k, sizes::STATION_SEGMENT, &own);
+        }
+        for (k, c) in harness.couplings.iter().enumerate() {
+            let own: [&[f64]; 5] = [&c.stiffness, &[c.length], &c.rest_curvature, &c.a.rest, &c.b.rest];
+            write(p.couplings_numbers, k, sizes::COUPLING, &own);
+        }
+        for (k, s) in harness.springs.iter().enumerate() {
+            let stiffness = [s.stiffness, s.tangent_stiffness, s.frame_stiffness];
+            let own: [&[f64]; 6] = [&s.rest, &s.offset, &stiffness, &s.position, &s.orientation, &s.force];
+            write(p.springs_numbers, k, sizes::SPRING, &own);
+        }
+        Ok(())
+    }
+
+    /// Puts a variant somewhere.
+    pub fn set_shape(&mut self, plan: &Plan, variant: usize, shape: &Shape) {
+        for (k, variable) in plan.variables.iter().enumerate() {
+            let entry = self.state_entry(k, 0, variant);
+            match variable {
+                Variable::Point(i) => {
+                    self.set_value3(entry, variant, &shape.points[*i as usize].into());
+                    self.set_value3(entry + 4, variant, &shape.carry[*i as usize].into());
+                }
+                Variable::Frame(c) => self.set_value4(entry, variant, &Quaternion::from(shape.frames[*c as usize])),
+            }
+        }
+    }
+
+    /// Where a variant is.
+    pub fn shape(&self, plan: &Plan, variant: usize) -> Shape {
+        let zeros = vec![[0.0; 3]; plan.of_point.len()];
+        let mut shape = Shape { points: zeros.clone(), carry: zeros, frames: vec![[0.0; 4]; plan.of_frame.len()] };
+        for (k, variable) in plan.variables.iter().enumerate() {
+            let entry = self.state_entry(k, 0, variant);
+            match variable {
+                Variable::Point(i) => {
+                    shape.points[*i as usize] = self.value3(entry, variant).into();
+                    shape.carry[*i as usize] = self.carry3(entry, variant).into();
+                }
+                Variable::Frame(c) => shape.frames[*c as usize] = self.value4(entry, variant).coords.into(),
+            }
+        }
+        shape
+    }
+
+    /// Lets a variant begin where it is. With motion among its holds the first step carries it; else it is only put where they want it.
+    pub fn begin(&mut self, variant: usize, stop: &Stop, real: Real) {
+        let moving = (0..self.places.holds as usize).any(|k| {
+            let entry = self.places.holds_numbers as usize + sizes::HOLD as usize * k + 14;
+            self.number3(entry, variant) != Vector::zeros()
+        });
+        self.control[variant] = Control {
+            force_scale: stop.force_scale,
+            moment_scale: stop.moment_scale,
+            tolerance: stop.tolerance,
+            noise: noise(real),
+            unit: 1.0,
+            phase: if moving { Phase::Linearise } else { Phase::Search } as u32,
+            current: self.control[variant].current,
+            moving: u32::from(moving),
+            max_iterations: stop.max_iterations,
+            ..Control::default()
+        };
+    }
+
+    /// The contents of a buffer, as a device has them.
+    pub fn bytes(&self, buffer: Buffer, real: Real) -> Vec<u8> {
+        let mut bytes = Vec::new();
+        match buffer {
+            Buffer::Places => {
+                for word in self.places.words() {
+                    bytes.extend(word.to_le_bytes());
+                }
+            }
+            Buffer::Program => bytes.extend(self.program.iter().flat_map(|word| word.to_le_bytes())),
+            Buffer::Numbers => put(&mut bytes, &self.numbers, real),
+            Buffer::State => put(&mut bytes, &self.rounded_state(real), real),
+            Buffer::Parts => put(&mut bytes, &self.parts, real),
+            Buffer::Blocks => put(&mut bytes, &self.blocks, real),
+            Buffer::Vectors => put(&mut bytes, &self.vectors, real),
+            Buffer::Control => {
+                for control in &self.control {
+                    put(&mut bytes, &control.reals(), real);
+                    bytes.extend(control.words().iter().flat_map(|word| word.to_le_bytes()));
+                    bytes.resize(bytes.len().next_multiple_of(real.bytes()), 0);
+                }
+            }
+        }
+        bytes
+    }
+
+    /// Takes the contents of a buffer from a device; of what the stages do not write nothing changes.
+    ///
+    /// # Panics
+    /// If there are too few bytes.
+    pub fn take(&mut self, buffer: Buffer, real: Real, bytes: &[u8]) {
+        match buffer {
+            Buffer::Places | Buffer::Program | Buffer::Numbers => {}
+            Buffer::State => get(bytes, &mut self.state, real),
+            Buffer::Parts => get(bytes, &mut self.parts, real),
+            Buffer::Blocks => get(bytes, &mut self.blocks, real),
+            Buffer::Vectors => get(bytes, &mut self.vectors, real),
+            Buffer::Control => {
+                let size = bytes.len() / self.control.len().max(1);
+                for (control, own) in self.control.iter_mut().zip(bytes.chunks_exact(size.max(1))) {
+                    let mut reals = control.reals();
+                    get(own, &mut reals, real);
+                    let words = own[reals.len() * real.bytes()..].chunks_exact(4);
+                    let words: Vec<u32> =
+                        words.map(|word| u32::from_le_bytes(word.try_into().expect("four bytes"))).collect();
+                    *control = Control::from_parts(&reals, &words);
+                }
+            }
+        }
+    }
+
+    /// The state in a precision: what does not fit in a position goes in its carry.
+    fn rounded_state(&self, real: Real) -> Vec<f64> {
+        let mut state = self.state.clone();
+        if real == Real::F64 {
+            return state;
+        }
+        let (variants, size) = (self.variants(), sizes::STATE as usize);
+        for entry in 0..state.len() / variants.max(1) {
+            let (variable, k) = (entry / size % self.places.variables as usize, entry % size);
+            let kind = self.program[self.places.kinds_program as usize + variable];
+            if kind == 0 && k < 3 {
+                for variant in 0..variants {
+                    let own = entry * variants + variant;
+                    let carry = (entry + 4) * variants + variant;
+                    let rounded = f64::from(state[own] as f32);
+                    state[carry] += state[own] - rounded;
+                    state[own] = rounded;
+                }
+            }
+        }
+        state
+    }
+}
+
+fn put(bytes: &mut Vec<u8>, numbers: &[f64], real: Real) {
+    match real {
+        Real::F32 => bytes.extend(numbers.iter().flat_map(|x| (*x as f32).to_le_bytes())),
+        Real::F64 => bytes.extend(numbers.iter().flat_map(|x| x.to_le_bytes())),
+    }
+}
+
+fn get(bytes: &[u8], numbers: &mut [f64], real: Real) {
+    assert!(bytes.len() >= numbers.len() * real.bytes(), "too few bytes");
+    match real {
+        Real::F32 => {
+            for (x, bytes) in numbers.iter_mut().zip(bytes.chunks_exact(4)) {
+                *x = f64::from(f32::from_le_bytes(bytes.try_into().expect("four bytes")));
+            }
+        }
+        Real::F64 => {
+            for (x, bytes) in numbers.iter_mut().zip(bytes.chunks_exact(8)) {
+                *x = f64::from_le_bytes(bytes.try_into().expect("eight bytes"));
+            }
+        }
+    }
+}
+
+/// The functions of `shared/bindings.wgsl` and `shared/gather.wgsl`.
+impl Memory {
+    fn at(&self, entry: usize, variant: usize) -> usize {
+        entry * self.control.len() + variant
+    }
+
+    pub(crate) fn word(&self, at: usize) -> u32 {
+        self.program[at]
+    }
+
+    pub(crate) fn number(&self, entry: usize, variant: usize) -> f64 {
+        self.numbers[self.at(entry, variant)]
+    }
+
+    pub(crate) fn number3(&self, entry: usize, variant: usize) -> Vector {
+        Vector::from_fn(|i, _| self.number(entry + i, variant))
+    }
+
+    pub(crate) fn number4(&self, entry: usize, variant: usize) -> Rotation {
+        Quaternion::from([0, 1, 2, 3].map(|i| self.number(entry + i, variant)))
+    }
+
+    pub(crate) fn state_entry(&self, variable: usize, trial: u32, variant: usize) -> usize {
+        let slot = self.control[variant].current ^ trial;
+        (slot as usize * self.places.variables as usize + variable) * sizes::STATE as usize
+    }
+
+    pub(crate) fn gradient_entry(&self, variable: usize, trial: u32, variant: usize) -> usize {
+        let slot = self.control[variant].current ^ trial;
+        self.places.gradient_vectors as usize + (slot as usize * self.places.variables as usize + variable) * 3
+    }
+
+    pub(crate) fn value3(&self, entry: usize, variant: usize) -> Vector {
+        Vector::from_fn(|i, _| self.state[self.at(entry + i, variant)])
+    }
+
+    pub(crate) fn value4(&self, entry: usize, variant: usize) -> Rotation {
+        Quaternion::from([0, 1, 2, 3].map(|i| self.state[self.at(entry + i, variant)]))
+    }
+
+    pub(crate) fn carry3(&self, entry: usize, variant: usize) -> Vector {
+        self.value3(entry + 4, variant)
+    }
+
+    pub(crate) fn set_value3(&mut self, entry: usize, variant: usize, x: &Vector) {
+        for i in 0..3 {
+            let at = self.at(entry + i, variant);
+            self.state[at] = x[i];
+        }
+    }
+
+    pub(crate) fn set_value4(&mut self, entry: usize, variant: usize, q: &Rotation) {
+        for i in 0..4 {
+            let at = self.at(entry + i, variant);
+            self.state[at] = q.coords[i];
+        }
+    }
+
+    pub(crate) fn edge(&self, a: usize, b: usize, variant: usize) -> Vector {
+        (self.value3(b, variant) - self.value3(a, variant)) + (self.carry3(b, variant) - self.carry3(a, variant))
+    }
+
+    pub(crate) fn motion(&self, variable: usize, variant: usize) -> Vector {
+        let hold = self.word(self.places.holds_program as usize + variable);
+        if hold == NONE || self.control[variant].moving == 0 {
+            return Vector::zeros();
+        }
+        self.number3(self.places.holds_numbers as usize + 17 * hold as usize + 14, variant)
+    }
+
+    pub(crate) fn part3(&self, entry: usize, variant: usize) -> Vector {
+        Vector::from_fn(|i, _| self.parts[self.at(entry + i, variant)])
+    }
+
+    pub(crate) fn part33(&self, entry: usize, variant: usize) -> Matrix {
+        Matrix::from_fn(|i, k| self.parts[self.at(entry + 3 * k + i, variant)])
+    }
+
+    pub(crate) fn set_part3(&mut self, entry: usize, variant: usize, x: &Vector) {
+        for i in 0..3 {
+            let at = self.at(entry + i, variant);
+            self.parts[at] = x[i];
+        }
+    }
+
+    pub(crate) fn set_part33(&mut self, entry: usize, variant: usize, m: &Matrix) {
+        for i in 0..9 {
+            let at = self.at(entry + i, variant);
+            self.parts[at] = m[i];
+        }
+    }
+
+    pub(crate) fn block33(&self, block: usize, variant: usize) -> Matrix {
+        Matrix::from_fn(|i, k| self.blocks[self.at(9 * block + 3 * k + i, variant)])
+    }
+
+    pub(crate) fn set_block33(&mut self, block: usize, variant: usize, m: &Matrix) {
+        for i in 0..9 {
+            let at = self.at(9 * block + i, variant);
+            self.blocks[at] = m[i];
+        }
+    }
+
+    pub(crate) fn vector(&self, entry: usize, variant: usize) -> f64 {
+        self.vectors[self.at(entry, variant)]
+    }
+
+    pub(crate) fn vector3(&self, entry: usize, variant: usize) -> Vector {
+        Vector::from_fn(|i, _| self.vector(entry + i, variant))
+    }
+
+    pub(crate) fn set_vector(&mut self, entry: usize, variant: usize, x: f64) {
+        let at = self.at(entry, variant);
+        self.vectors[at] = x;
+    }
+
+    pub(crate) fn set_vector3(&mut self, entry: usize, variant: usize, x: &Vector) {
+        for i in 0..3 {
+            self.set_vector(entry + i, variant, x[i]);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::BINDINGS;
+
+    #[test]
+    fn every_binding_but_the_range_has_its_buffer() {
+        for binding in BINDINGS.iter().filter(|binding| binding.name != "range") {
+            assert_eq!(Buffer::named(binding.name).map(Buffer::name), Some(binding.name));
+        }
+        assert_eq!(BINDINGS.len(), Buffer::ALL.len() + 1);
+    }
+}

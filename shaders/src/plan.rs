@@ -1,0 +1,461 @@
+//! The plan of a harness: everything that depends on its graph alone, made once on the CPU.
+//!
+//! Variables are numbered in elimination order. `program` holds what the stages look up: the links of the parts, of every variable and every
+//! block the parts it is the sum of, and the instructions of the elimination. [`Plan::cycle`] lists the dispatches of a cycle.
+
+use crate::Stage;
+use crate::elimination::{Elimination, Instructions};
+use crate::harness::{Links, NONE, Variable};
+use crate::places::{Phase, Places, Range};
+
+/// Flag of a source: it is subtracted.
+pub(crate) const NEGATIVE: u32 = 1 << 31;
+/// Flag of a source: it is transposed.
+pub(crate) const TRANSPOSED: u32 = 1 << 30;
+
+/// Numbers of each part, and entries of its derivatives: kinds of parts in the order of their energies.
+pub(crate) mod sizes {
+    /// Dead force, weight.
+    pub(crate) const VARIABLE: u32 = 4;
+    /// Basis, count, target, motion.
+    pub(crate) const HOLD: u32 = 17;
+    /// C, ℓ, B.
+    pub(crate) const SEGMENT: u32 = 5;
+    /// C, ℓ, B; of both stations rest, offset, β.
+    pub(crate) const STATION_SEGMENT: u32 = 21;
+    /// C, λ, κ°, both rests.
+    pub(crate) const COUPLING: u32 = 15;
+    /// Rest, offset, k, k_t, k_f, X°, S°, F.
+    pub(crate) const SPRING: u32 = 20;
+    /// Two gradients, three blocks: segments, couplings and springs.
+    pub(crate) const PART: u32 = 33;
+    /// Four gradients, ten blocks.
+    pub(crate) const STATION_PART: u32 = 102;
+    /// Value and carry.
+    pub(crate) const STATE: u32 = 7;
+    /// Energy, slope; largest force, moment and turn (squared).
+    pub(crate) const PARTIAL: u32 = 5;
+}
+
+/// One dispatch: a stage over a range of items of every variant.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Dispatch {
+    /// The stage.
+    pub stage: Stage,
+    /// What it works on, and in which phases.
+    pub range: Range,
+}
+
+impl Dispatch {
+    /// Workgroups, so many that every item of every variant has an invocation.
+    pub fn workgroups(&self, variants: u32) -> [u32; 3] {
+        /// Most that any device must allow in one direction.
+        const MOST: u64 = 65_535;
+        let size = u64::from(self.stage.workgroup_size());
+        let groups = (u64::from(self.range.count) * u64::from(variants)).div_ceil(size);
+        let rows = groups.div_ceil(MOST).max(1);
+        [groups.div_ceil(rows) as u32, rows as u32, 1]
+    }
+}
+
+/// See the module.
+pub struct Plan {
+    /// The graph it was made for.
+    pub links: Links,
+    /// The variable at each place.
+    pub variables: Vec<Variable>,
+    /// Place of each point.
+    pub of_point: Vec<u32>,
+    /// Place of each frame.
+    pub of_frame: Vec<u32>,
+    /// The elimination of all variables.
+    pub elimination: Elimination,
+    /// What the stages look up.
+    pub program: Vec<u32>,
+    /// Sizes and places, for one variant.
+    pub places: Places,
+    /// Numbers of every variant.
+    pub numbers: u32,
+    /// Entries of `parts` of every variant.
+    pub parts: u32,
+    /// Entries of `vectors` of every variant.
+    pub vectors: u32,
+    cycle: Vec<Dispatch>,
+}
+
+/// A sum of parts.
+type Sources = Vec<Vec<u32>>;
+
+impl Plan {
+    /// For harnesses with these links. Pieces of at most `leaf` variables are eliminated by one invocation: few for one large harness,
+    /// `usize::MAX` for thousands of variants.
+    ///
+    /// # Panics
+    /// If a link names a variable that there is not, or the harness has more than 2³⁰ derivatives.
+    pub fn new(links: Links, leaf: usize) -> Self {
+        let points = links.points as u32;
+        let vertex = |variable: Variable| match variable {
+            Variable::Point(i) => i,
+            Variable::Frame(c) => points + c,
+        };
+        let elimination = Elimination::new(&graph(&links, vertex), leaf);
+        let variables: Vec<Variable> = elimination
+            .order
+            .iter()
+            .map(|&v| if v < points { Variable::Point(v) } else { Variable::Frame(v - points) })
+            .collect();
+        let mut place = vec![0; variables.len()];
+        for (p, &v) in elimination.order.iter().enumerate() {
+            place[v as usize] = p as u32;
+        }
+        let of_frame = place.split_off(links.points);
+        let mut plan = Self {
+            links,
+            variables,
+            of_point: place,
+            of_frame,
+            elimination,
+            program: Vec::new(),
+            places: Places::default(),
+            numbers: 0,
+            parts: 0,
+            vectors: 0,
+            cycle: Vec::new(),
+        };
+        plan.give_places();
+        plan.write_program();
+        plan.cycle = plan.list_cycle();
+        plan
+    }
+
+    /// The dispatches of a cycle, in order; those that have nothing to do are left out.
+    pub fn cycle(&self) -> &[Dispatch] {
+        &self.cycle
+    }
+
+    /// Number of variables.
+    pub fn len(&self) -> usize {
+        self.variables.len()
+    }
+
+    /// Whether there is nothing to solve for.
+    pub fn is_empty(&self) -> bool {
+        self.variables.is_empty()
+    }
+
+    /// Place of a variable.
+    pub fn place(&self, variable: Variable) -> u32 {
+        match variable {
+            Variable::Point(i) => self.of_point[i as usize],
+            Variable::Frame(c) => self.of_frame[c as usize],
+        }
+    }
+
+    /// Number of parts, all kinds.
+    pub fn part_count(&self) -> u32 {
+        let p = &self.places;
+        p.segments + p.station_segments + p.couplings + p.springs
+    }
+
+    fn give_places(&mut self) {
+        let (links, p) = (&self.links, &mut self.places);
+        p.variants = 1;
+        p.variables = self.variables.len() as u32;
+        p.segments = links.segments.len() as u32;
+        p.station_segments = links.station_segments.len() as u32;
+        p.couplings = links.couplings.len() as u32;
+        p.springs = links.springs.len() as u32;
+        p.holds = links.holds.len() as u32;
+        p.matrix_blocks = self.elimination.matrix_blocks as u32;
+        p.roots = self.elimination.roots().len() as u32;
+        let count = p.segments + p.station_segments + p.couplings + p.springs;
+        // As many chunks as there are items in each: what then is left to add up is as short as it can be.
+        p.chunks = p.variables.max(count).isqrt().max(1);
+        let mut numbers = 0;
+        for (place, count, size) in [
+            (&mut p.variables_numbers, p.variables, sizes::VARIABLE),
+            (&mut p.holds_numbers, p.holds, sizes::HOLD),
+            (&mut p.segments_numbers, p.segments, sizes::SEGMENT),
+            (&mut p.station_segments_numbers, p.station_segments, sizes::STATION_SEGMENT),
+            (&mut p.couplings_numbers, p.couplings, sizes::COUPLING),
+            (&mut p.springs_numbers, p.springs, sizes::SPRING),
+        ] {
+            *place = numbers;
+            numbers += count * size;
+        }
+        let mut parts = 0;
+        for (place, count, size) in [
+            (&mut p.segments_parts, p.segments, sizes::PART),
+            (&mut p.station_segments_parts, p.station_segments, sizes::STATION_PART),
+            (&mut p.couplings_parts, p.couplings, sizes::PART),
+            (&mut p.springs_parts, p.springs, sizes::PART),
+        ] {
+            *place = parts;
+            parts += count * size;
+        }
+        let mut vectors = 3 * self.elimination.vectors as u32;
+        for (place, size) in [
+            (&mut p.step_vectors, 3 * p.variables),
+            (&mut p.gradient_vectors, 6 * p.variables),
+            (&mut p.energies_vectors, count),
+            (&mut p.partials_vectors, sizes::PARTIAL * p.chunks),
+            (&mut p.negatives_vectors, self.elimination.tasks.len() as u32),
+        ] {
+            *place = vectors;
+            vectors += size;
+        }
+        assert!(parts < TRANSPOSED, "a harness with more than 2^30 derivatives");
+        (self.numbers, self.parts, self.vectors) = (numbers, parts, vectors);
+    }
+
+    fn write_program(&mut self) {
+        let (forces, blocks) = self.sources();
+        let links = &self.links;
+        let (point, frame) = (|i: u32| self.of_point[i as usize], |c: u32| self.of_frame[c as usize]);
+        let some_frame = |c: u32| if c == NONE { NONE } else { frame(c) };
+        let mut holds = vec![NONE; self.variables.len()];
+        for (k, &variable) in links.holds.iter().enumerate() {
+            holds[self.place(variable) as usize] = k as u32;
+        }
+        let mut words: Vec<u32> = Vec::new();
+        let p = &mut self.places;
+        let mut append = |place: &mut u32, own: Vec<u32>| {
+            *place = words.len() as u32;
+            words.extend(own);
+        };
+        let kinds = self.variables.iter().map(|variable| u32::from(matches!(variable, Variable::Frame(_))));
+        append(&mut p.kinds_program, kinds.collect());
+        append(&mut p.holds_program, holds);
+        let segments = links.segments.iter().flat_map(|s| [point(s[0]), point(s[1]), frame(s[2])]);
+        append(&mut p.segments_program, segments.collect());
+        let station_segments = links
+            .station_segments
+            .iter()
+            .flat_map(|s| [point(s[0]), point(s[1]), frame(s[2]), some_frame(s[3]), some_frame(s[4])]);
+        append(&mut p.station_segments_program, station_segments.collect());
+        append(&mut p.couplings_program, links.couplings.iter().flatten().map(|&c| frame(c)).collect());
+        append(&mut p.springs_program, links.springs.iter().flat_map(|s| [point(s[0]), some_frame(s[1])]).collect());
+        append(&mut p.forces_program, listed(&forces, |_| []));
+        append(&mut p.blocks_program, {
+            let elimination = &self.elimination;
+            let mut places = vec![[0; 2]; elimination.matrix_blocks];
+            for column in 0..elimination.len() as u32 {
+                places[column as usize] = [column; 2];
+                for (k, &row) in elimination.rows[column as usize].iter().enumerate() {
+                    places[elimination.first_block[column as usize] as usize + k] = [row, column];
+                }
+            }
+            listed(&blocks, |block| places[block])
+        });
+        append(&mut p.roots_program, self.elimination.roots());
+        for (place, instructions) in [
+            (&mut p.factor_program, &self.elimination.factor),
+            (&mut p.forward_program, &self.elimination.forward),
+            (&mut p.backward_program, &self.elimination.backward),
+        ] {
+            append(place, instructed(instructions));
+        }
+        self.program = words;
+    }
+
+    /// Of every variable and of every block of the matrix the derivatives it is the sum of.
+    fn sources(&self) -> (Sources, Sources) {
+        let mut sources = Gather {
+            elimination: &self.elimination,
+            forces: vec![Vec::new(); self.variables.len()],
+            blocks: vec![Vec::new(); self.elimination.matrix_blocks],
+        };
+        let (links, places) = (&self.links, &self.places);
+        let (point, frame) = (|i: u32| self.of_point[i as usize], |c: u32| self.of_frame[c as usize]);
+        for (k, &[a, b, f]) in (0..).zip(&links.segments) {
+            let [a, b, f] = [point(a), point(b), frame(f)];
+            let entry = places.segments_parts + sizes::PART * k;
+            sources.edge(a, b, entry, entry + 6);
+            sources.force(f, entry + 3);
+            sources.across_edge(f, a, b, entry + 15);
+            sources.block(f, f, entry + 24);
+        }
+        for (k, &[a, b, f, first, second]) in (0..).zip(&links.station_segments) {
+            let [a, b, f] = [point(a), point(b), frame(f)];
+            let entry = places.station_segments_parts + sizes::STATION_PART * k;
+            let block = |k: u32| entry + 12 + 9 * k;
+            sources.edge(a, b, entry, block(0));
+            sources.force(f, entry + 3);
+            sources.across_edge(f, a, b, block(1));
+            sources.block(f, f, block(2));
+            for (station, force, first_block) in [(first, entry + 6, 3), (second, entry + 9, 6)] {
+                if station == NONE {
+                    continue;
+                }
+                let q = frame(station);
+                sources.force(q, force);
+                sources.across_edge(q, a, b, block(first_block));
+                sources.block(q, f, block(first_block + 1));
+                sources.block(q, q, block(if first_block == 3 { 5 } else { 9 }));
+            }
+            if first != NONE && second != NONE {
+                sources.mixed(frame(second), frame(first), block(8));
+            }
+        }
+        for (k, &[a, b]) in (0..).zip(&links.couplings) {
+            let [a, b] = [frame(a), frame(b)];
+            let entry = places.couplings_parts + sizes::PART * k;
+            sources.force(a, entry);
+            sources.force(b, entry + 3);
+            sources.block(a, a, entry + 6);
+            sources.mixed(a, b, entry + 15);
+            sources.block(b, b, entry + 24);
+        }
+        for (k, &[x, q]) in (0..).zip(&links.springs) {
+            let x = point(x);
+            let entry = places.springs_parts + sizes::PART * k;
+            sources.force(x, entry);
+            sources.block(x, x, entry + 6);
+            if q != NONE {
+                let q = frame(q);
+                sources.force(q, entry + 3);
+                sources.block(q, x, entry + 15);
+                sources.block(q, q, entry + 24);
+            }
+        }
+        (sources.forces, sources.blocks)
+    }
+
+    fn list_cycle(&self) -> Vec<Dispatch> {
+        use Phase::{Linearise, Refactor, Search, Solve};
+        let p = &self.places;
+        let mut cycle = Vec::new();
+        let mut add = |stage: Stage, first: u32, count: u32, phases: &[Phase]| {
+            if count > 0 {
+                let phases = phases.iter().fold(0, |all, phase| all | 1 << *phase as u32);
+                cycle.push(Dispatch { stage, range: Range { first, count, phases, unused: 0 } });
+            }
+        };
+        add(Stage::LineariseSegments, 0, p.segments, &[Linearise]);
+        add(Stage::LineariseStationSegments, 0, p.station_segments, &[Linearise]);
+        add(Stage::LineariseCouplings, 0, p.couplings, &[Linearise]);
+        add(Stage::LineariseSprings, 0, p.springs, &[Linearise]);
+        add(Stage::GatherMatrix, 0, p.matrix_blocks, &[Linearise, Refactor]);
+        add(Stage::GatherRightHandSide, 0, p.variables, &[Linearise, Refactor]);
+        for level in &self.elimination.levels {
+            add(Stage::Factorise, level.start, level.len() as u32, &[Linearise, Refactor]);
+        }
+        add(Stage::Inspect, 0, 1, &[Linearise, Refactor]);
+        for level in &self.elimination.levels {
+            add(Stage::SolveForward, level.start, level.len() as u32, &[Solve]);
+        }
+        for level in self.elimination.levels.iter().rev() {
+            add(Stage::SolveBackward, level.start, level.len() as u32, &[Solve]);
+        }
+        add(Stage::MeasureStep, 0, p.chunks, &[Solve]);
+        add(Stage::BeginSearch, 0, 1, &[Solve]);
+        add(Stage::Retract, 0, p.variables, &[Search]);
+        add(Stage::MeasureSegments, 0, p.segments, &[Search]);
+        add(Stage::MeasureStationSegments, 0, p.station_segments, &[Search]);
+        add(Stage::MeasureCouplings, 0, p.couplings, &[Search]);
+        add(Stage::MeasureSprings, 0, p.springs, &[Search]);
+        add(Stage::GatherGradient, 0, p.variables, &[Search]);
+        add(Stage::MeasureTrial, 0, p.chunks, &[Search]);
+        add(Stage::Judge, 0, 1, &[Search]);
+        cycle
+    }
+}
+
+/// Which variables share an energy.
+fn graph(links: &Links, vertex: impl Fn(Variable) -> u32) -> Vec<Vec<u32>> {
+    let mut graph = vec![Vec::new(); links.points + links.frames];
+    let mut join = |clique: &[Variable]| {
+        for &a in clique {
+            let own = vertex(a);
+            graph[own as usize].extend(clique.iter().map(|&b| vertex(b)).filter(|&b| b != own));
+        }
+    };
+    let (point, frame) = (Variable::Point, Variable::Frame);
+    for &[a, b, f] in &links.segments {
+        join(&[point(a), point(b), frame(f)]);
+    }
+    for &[a, b, f, first, second] in &links.station_segments {
+        let stations = [first, second].into_iter().filter(|&q| q != NONE).map(frame);
+        join(&[point(a), point(b), frame(f)].into_iter().chain(stations).collect::<Vec<_>>());
+    }
+    for &[a, b] in &links.couplings {
+        join(&[frame(a), frame(b)]);
+    }
+    for &[x, q] in links.springs.iter().filter(|spring| spring[1] != NONE) {
+        join(&[point(x), frame(q)]);
+    }
+    for neighbours in &mut graph {
+        neighbours.sort_unstable();
+        neighbours.dedup();
+    }
+    graph
+}
+
+/// What variables and blocks are sums of, while it is collected.
+struct Gather<'e> {
+    elimination: &'e Elimination,
+    forces: Sources,
+    blocks: Sources,
+}
+
+impl Gather<'_> {
+    fn force(&mut self, variable: u32, entry: u32) {
+        self.forces[variable as usize].push(entry);
+    }
+
+    /// A block of second derivatives in two variables, which may be the same one.
+    fn block(&mut self, row: u32, column: u32, source: u32) {
+        let block = |row, column| self.elimination.block(row, column).expect("variables of one part") as usize;
+        let turned = source ^ TRANSPOSED;
+        if row >= column {
+            self.blocks[block(row, column)].push(source);
+        } else {
+            self.blocks[block(column, row)].push(turned);
+        }
+    }
+
+    /// A block of two different places of a part, which is not on the diagonal of its own table: in one and the same variable its transpose
+    /// counts, too.
+    fn mixed(&mut self, row: u32, column: u32, source: u32) {
+        self.block(row, column, source);
+        if row == column {
+            self.block(row, column, source ^ TRANSPOSED);
+        }
+    }
+
+    /// Derivatives in the edge x_b − x_a.
+    fn edge(&mut self, a: u32, b: u32, force: u32, block: u32) {
+        self.forces[a as usize].push(force | NEGATIVE);
+        self.forces[b as usize].push(force);
+        self.block(a, a, block);
+        self.block(b, b, block);
+        self.mixed(b, a, block | NEGATIVE);
+    }
+
+    /// Second derivatives in a frame and the edge x_b − x_a.
+    fn across_edge(&mut self, frame: u32, a: u32, b: u32, block: u32) {
+        self.mixed(frame, a, block | NEGATIVE);
+        self.mixed(frame, b, block);
+    }
+}
+
+/// A table `[start, head…]` of every sum and one more start, then all sources; starts are counted from the table.
+fn listed<const N: usize>(sources: &Sources, head: impl Fn(usize) -> [u32; N]) -> Vec<u32> {
+    let width = 1 + N;
+    let mut words = Vec::new();
+    let mut start = width * sources.len() + 1;
+    for (k, own) in sources.iter().enumerate() {
+        words.push(start as u32);
+        words.extend(head(k));
+        start += own.len();
+    }
+    words.push(start as u32);
+    words.extend(sources.iter().flatten());
+    words
+}
+
+/// A table of starts, then the instructions; starts are counted from the table.
+fn instructed(instructions: &Instructions) -> Vec<u32> {
+    let offset = instructions.starts.len() as u32;
+    instructions.starts.iter().map(|start| start + offset).chain(instructions.words.iter().copied()).collect()
+}

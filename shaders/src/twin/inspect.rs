@@ -1,0 +1,21 @@
+use super::shared::limits::{FIRST_SHIFT, RAISE, can_be_raised};
+use crate::memory::Memory;
+use crate::places::Phase;
+
+/// After a factorisation: where the matrix is not positive definite, the next shift of the frames' diagonal and another one.
+pub(crate) fn inspect(m: &mut Memory, _: usize, variant: usize) {
+    let roots = m.places.roots_program as usize;
+    let negatives = m.places.negatives_vectors as usize;
+    let of_root = |i: usize| m.vector(negatives + m.word(roots + i) as usize, variant);
+    let negative: f64 = (0..m.places.roots as usize).map(of_root).sum();
+    let control = &mut m.control[variant];
+    control.negative = negative as u32;
+    control.factorisations += 1;
+    if negative > 0.0 && can_be_raised(control.sigma, control.force_scale) {
+        control.sigma = (RAISE * control.sigma).max(FIRST_SHIFT * control.force_scale);
+        control.phase = Phase::Refactor as u32;
+    } else {
+        control.iterations += 1;
+        control.phase = Phase::Solve as u32;
+    }
+}

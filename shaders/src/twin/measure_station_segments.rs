@@ -1,0 +1,29 @@
+use super::shared::station_segment::{
+    conjugate_force, station, station_energy, station_law, station_moment, station_segment, turn_of_segment,
+};
+use crate::memory::Memory;
+
+/// Energy of every segment beside a station on trial, ∂E/∂e = R n′, ∂E/∂θ = ℓ n′ × v + (∂φ/∂θ)ᵀ μ with μ = ℓ n × v, and what its
+/// stations bear.
+pub(crate) fn measure_station_segments(m: &mut Memory, k: usize, variant: usize) {
+    let s = station_segment(m, k, variant);
+    let links = m.places.station_segments_program as usize + 5 * k;
+    let [a, b, f] = [0, 1, 2].map(|i| m.word(links + i) as usize);
+    let q = m.value4(m.state_entry(f, 1, variant), variant);
+    let first = station(m, k, 0, &q, 1, variant);
+    let second = station(m, k, 1, &q, 1, variant);
+    let nodes = m.edge(m.state_entry(a, 1, variant), m.state_entry(b, 1, variant), variant);
+    let e = nodes + (second.r * second.offset - first.r * first.offset);
+    let law = station_law(&s, &e, &q, &first, &second);
+    let force = law.r * conjugate_force(&law);
+    let mu = law.n.cross(&law.v) * s.l;
+    let through = turn_of_segment(first.w, &first.v).tr_mul(&mu) * first.blend
+        + turn_of_segment(second.w, &second.v).tr_mul(&mu) * second.blend;
+    let entry = m.places.station_segments_parts as usize + 102 * k;
+    let energy = (m.places.energies_vectors + m.places.segments) as usize + k;
+    m.set_vector(energy, variant, station_energy(&law, s.l));
+    m.set_part3(entry, variant, &force);
+    m.set_part3(entry + 3, variant, &(conjugate_force(&law).cross(&law.v) * s.l + through));
+    m.set_part3(entry + 6, variant, &station_moment(&first, &-force, &mu));
+    m.set_part3(entry + 9, variant, &station_moment(&second, &force, &mu));
+}

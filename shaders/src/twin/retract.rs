@@ -1,0 +1,54 @@
+use super::shared::algebra::{normalised, rotation_matrix, turned};
+use super::shared::gather::{free_directions, hold_basis, hold_entry};
+use crate::memory::{Memory, Rotation, Vector};
+use nalgebra::Quaternion;
+
+/// x + δ with its rounding error: the error-free sum of Knuth. `unit` is 1, which no compiler can know: so none takes the error for 0.
+fn add_exactly(x: &Vector, carry: &Vector, step: &Vector, unit: f64) -> (Vector, Vector) {
+    let delta = step + carry;
+    let sum = (x + delta) * unit;
+    let rounded = (sum - x) * unit;
+    (sum, (x - (sum - rounded) * unit) + (delta - rounded))
+}
+
+/// The shortest rotation that takes direction a to b, both of length 1; the identity where they are opposite.
+fn shortest(a: &Vector, b: &Vector) -> Rotation {
+    let w = 1.0 + a.dot(b);
+    if w < 1e-12 {
+        return Quaternion::identity();
+    }
+    normalised(Quaternion::from_parts(w, a.cross(b)))
+}
+
+/// The state on trial: points move by α δ, frames turn by α θ, and what is held is put where its hold wants it.
+pub(crate) fn retract(m: &mut Memory, k: usize, variant: usize) {
+    let at = m.state_entry(k, 0, variant);
+    let to = m.state_entry(k, 1, variant);
+    let control = &m.control[variant];
+    let step = m.vector3(m.places.step_vectors as usize + 3 * k, variant) * control.alpha;
+    let held = hold_entry(m, k);
+    let count = held.map_or(0.0, |held| m.number(held + 9, variant));
+    let held = held.unwrap_or(0);
+    if m.word(m.places.kinds_program as usize + k) == 1 {
+        let mut q = turned(&m.value4(at, variant), &step);
+        if count > 2.5 {
+            q = m.number4(held + 10, variant);
+        } else if count > 1.5 {
+            let tangent = |q: &Rotation| -> Vector { rotation_matrix(q).column(2).into() };
+            q = normalised(shortest(&tangent(&q), &tangent(&m.number4(held + 10, variant))) * q);
+        }
+        m.set_value4(to, variant, &q);
+        return;
+    }
+    let (mut x, mut carry) = add_exactly(&m.value3(at, variant), &m.carry3(at, variant), &step, control.unit);
+    if count > 2.5 {
+        x = m.number3(held + 10, variant);
+        carry = Vector::zeros();
+    } else if count > 0.5 {
+        let basis = hold_basis(m, held, variant);
+        let gap = basis.tr_mul(&(m.number3(held + 10, variant) - x));
+        x += basis * gap.component_mul(&(Vector::repeat(1.0) - free_directions(m, held, variant)));
+    }
+    m.set_value3(to, variant, &x);
+    m.set_value3(to + 4, variant, &carry);
+}

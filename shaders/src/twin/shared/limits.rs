@@ -1,0 +1,45 @@
+//! Twin of `shared/limits.wgsl`.
+
+use crate::memory::Memory;
+use crate::places::{Outcome, Phase};
+
+/// Largest turn of a frame in a step, rad.
+pub(crate) const LARGEST_TURN: f64 = 1.0;
+/// First shift, per length of cable and in force scales.
+pub(crate) const FIRST_SHIFT: f64 = 1e-6;
+/// How many times larger the next one is.
+pub(crate) const RAISE: f64 = 8.0;
+/// The same after a step that lowers nothing.
+pub(crate) const RAISE_AFTER_SEARCH: f64 = 16.0;
+/// By how much a shift is lowered after a step that it let succeed.
+pub(crate) const LOWER: f64 = 0.1;
+/// Shift, in force scales, at which a step that still does not lower the energy is given up.
+pub(crate) const LARGEST_SHIFT: f64 = 1e6;
+/// Share of the predicted decrease that a step must bring.
+pub(crate) const ARMIJO: f64 = 1e-4;
+/// Shortest share of a step that is tried.
+pub(crate) const SHORTEST: f64 = 1e-10;
+/// Turn (rad) of the last step above which a state is not taken for resolved yet.
+pub(crate) const LAST_TURN: f64 = 1e-3;
+/// Steps that such a state is given.
+pub(crate) const POLISHES: u32 = 3;
+/// Iterations without progress after which the state is called stalled.
+pub(crate) const STALLED_AFTER: u32 = 4;
+/// Numbers from here on count as infinite: their squares may be.
+const HUGE: f64 = 1e18;
+
+/// False for what is not a number, too.
+pub(crate) fn is_finite(x: f64) -> bool {
+    x.abs() < HUGE
+}
+
+/// Whether a shift can still be raised.
+pub(crate) fn can_be_raised(sigma: f64, force_scale: f64) -> bool {
+    sigma < HUGE * force_scale
+}
+
+/// A variant is done.
+pub(crate) fn end(m: &mut Memory, variant: usize, outcome: Outcome) {
+    m.control[variant].outcome = outcome as u32;
+    m.control[variant].phase = Phase::Done as u32;
+}

@@ -1,0 +1,9 @@
+//! The twins of `shared/`: what several stages have in common.
+
+pub(crate) mod algebra;
+pub(crate) mod coupling;
+pub(crate) mod gather;
+pub(crate) mod limits;
+pub(crate) mod segment;
+pub(crate) mod spring;
+pub(crate) mod station_segment;

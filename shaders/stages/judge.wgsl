@@ -1,0 +1,93 @@
+#import algebra
+#import bindings
+#import limits
+
+// Takes the state on trial or a shorter step, and says what comes next. The line search is by halving (Armijo), with the parabola through value,
+// slope and trial where it helps; where round-off hides what a step does to the energy, the forces say whether it was a good one.
+@compute @workgroup_size(64)
+fn main(
+    @builtin(workgroup_id) group: vec3<u32>,
+    @builtin(num_workgroups) groups: vec3<u32>,
+    @builtin(local_invocation_index) local: u32,
+) {
+    let it = item(group, groups, local);
+    if !it.there {
+        return;
+    }
+    let variant = it.variant;
+    var energy = real(0.0);
+    var force = real(0.0);
+    var moment = real(0.0);
+    for (var chunk = 0u; chunk < places.chunks; chunk++) {
+        let at = places.partials_vectors + 5u * chunk;
+        energy += vector(at, variant);
+        force = max(force, vector(at + 2u, variant));
+        moment = max(moment, vector(at + 3u, variant));
+    }
+    let c = control[variant];
+    let residual = max(sqrt(force) / c.force_scale, sqrt(moment) / c.moment_scale);
+    let finite = is_finite(energy) && is_finite(residual);
+    control[variant].evaluations += 1u;
+    control[variant].trial_energy = energy;
+    control[variant].trial_residual = residual;
+    if c.begun == 0u {
+        // The first state that is where its holds want it: there is nothing to compare it with.
+        control[variant].begun = 1u;
+        control[variant].moving = 0u;
+        control[variant].last_turn = c.alpha * c.largest_turn;
+        if !finite {
+            end(variant, FAILED);
+            return;
+        }
+    } else {
+        let noise = c.noise * max(abs(c.energy), c.moment_scale);
+        let hidden = -c.slope <= noise;
+        let lower = energy <= c.energy + ARMIJO * c.alpha * c.slope + noise;
+        if !finite || !(lower || (hidden && residual <= real(0.5) * c.residual)) {
+            let parabola = real(-0.5) * c.slope * c.alpha * c.alpha / (energy - c.energy - c.slope * c.alpha);
+            var alpha = real(0.25) * c.alpha;
+            if finite && is_finite(parabola) {
+                alpha = clamp(parabola, real(0.1) * c.alpha, real(0.5) * c.alpha);
+            }
+            control[variant].alpha = alpha;
+            if alpha >= SHORTEST {
+                return;
+            }
+            if hidden {
+                end(variant, STALLED);
+            } else if c.sigma < LARGEST_SHIFT * c.force_scale {
+                control[variant].sigma = max(RAISE_AFTER_SEARCH * c.sigma, FIRST_SHIFT * c.force_scale);
+                control[variant].phase = LINEARISE;
+            } else {
+                end(variant, FAILED);
+            }
+            return;
+        }
+        control[variant].last_turn = c.alpha * c.largest_turn;
+        control[variant].stalled = select(0u, c.stalled + 1u, hidden && residual > real(0.5) * c.residual);
+        if c.sigma > real(0.0) {
+            let sigma = c.sigma * select(LOWER, real(4.0), c.alpha < real(0.25));
+            control[variant].sigma = select(sigma, real(0.0), sigma < real(0.1) * FIRST_SHIFT * c.force_scale);
+        }
+    }
+    control[variant].current = 1u - c.current;
+    control[variant].energy = energy;
+    control[variant].residual = residual;
+    let now = control[variant];
+    if residual <= now.tolerance {
+        let spent = now.polished == POLISHES || now.stalled > 0u || now.iterations >= now.max_iterations;
+        if now.last_turn <= LAST_TURN || spent {
+            end(variant, CONVERGED);
+            return;
+        }
+        control[variant].polished += 1u;
+        control[variant].sigma = real(0.0);
+    }
+    if now.stalled >= STALLED_AFTER {
+        end(variant, STALLED);
+    } else if now.iterations >= now.max_iterations {
+        end(variant, ITERATION_LIMIT);
+    } else {
+        control[variant].phase = LINEARISE;
+    }
+}

@@ -1,0 +1,37 @@
+#import station_segment
+
+// Energy of every segment beside a station on trial, ∂E/∂e = R n′, ∂E/∂θ = ℓ n′ × v + (∂φ/∂θ)ᵀ μ with μ = ℓ n × v, and what its stations bear.
+@compute @workgroup_size(64)
+fn main(
+    @builtin(workgroup_id) group: vec3<u32>,
+    @builtin(num_workgroups) groups: vec3<u32>,
+    @builtin(local_invocation_index) local: u32,
+) {
+    let it = item(group, groups, local);
+    if !it.there {
+        return;
+    }
+    let k = it.index;
+    let variant = it.variant;
+    let s = station_segment(k, variant);
+    let links = places.station_segments_program + 5u * k;
+    let a = program[links];
+    let b = program[links + 1u];
+    let f = program[links + 2u];
+    let q = value4(state_entry(f, 1u, variant), variant);
+    let first = station(k, 0u, q, 1u, variant);
+    let second = station(k, 1u, q, 1u, variant);
+    let nodes = edge(state_entry(a, 1u, variant), state_entry(b, 1u, variant), variant);
+    let e = nodes + (second.r * second.offset - first.r * first.offset);
+    let law = station_law(s, e, q, first, second);
+    let force = law.r * conjugate_force(law);
+    let mu = cross3(law.n, law.v) * s.l;
+    let through = (mu * turn_of_segment(first.w, first.v)) * first.blend
+        + (mu * turn_of_segment(second.w, second.v)) * second.blend;
+    let entry = places.station_segments_parts + 102u * k;
+    set_vector(places.energies_vectors + places.segments + k, variant, station_energy(law, s.l));
+    set_part3(entry, variant, force);
+    set_part3(entry + 3u, variant, cross3(conjugate_force(law), law.v) * s.l + through);
+    set_part3(entry + 6u, variant, station_moment(first, -force, mu));
+    set_part3(entry + 9u, variant, station_moment(second, force, mu));
+}

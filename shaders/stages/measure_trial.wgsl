@@ -1,0 +1,43 @@
+#import algebra
+#import bindings
+
+// Maximum that keeps what is not a number.
+fn larger(a: real, b: real) -> real {
+    return select(b, a, a >= b);
+}
+
+// A chunk of the state on trial: its energy, and its largest free force and moment (squared).
+@compute @workgroup_size(64)
+fn main(
+    @builtin(workgroup_id) group: vec3<u32>,
+    @builtin(num_workgroups) groups: vec3<u32>,
+    @builtin(local_invocation_index) local: u32,
+) {
+    let it = item(group, groups, local);
+    if !it.there {
+        return;
+    }
+    let k = it.index;
+    let variant = it.variant;
+    let parts_count = places.segments + places.station_segments + places.couplings + places.springs;
+    var energy = real(0.0);
+    for (var own = k; own < parts_count; own += places.chunks) {
+        energy += vector(places.energies_vectors + own, variant);
+    }
+    var force = real(0.0);
+    var moment = real(0.0);
+    for (var variable = k; variable < places.variables; variable += places.chunks) {
+        let gradient = vector3(gradient_entry(variable, 1u, variant), variant);
+        let square = dot3(gradient, gradient);
+        if program[places.kinds_program + variable] == 1u {
+            moment = larger(moment, square);
+        } else {
+            force = larger(force, square);
+            let dead = number3(places.variables_numbers + 4u * variable, variant);
+            energy -= dot3(dead, value3(state_entry(variable, 1u, variant), variant));
+        }
+    }
+    set_vector(places.partials_vectors + 5u * k, variant, energy);
+    set_vector(places.partials_vectors + 5u * k + 2u, variant, force);
+    set_vector(places.partials_vectors + 5u * k + 3u, variant, moment);
+}

@@ -1,0 +1,78 @@
+#import gather
+
+struct Sum {
+    sum: vec3<real>,
+    error: vec3<real>,
+}
+
+// x + δ with its rounding error: the error-free sum of Knuth. `unit` is 1, which no compiler can know: so none takes the error for 0.
+fn add_exactly(x: vec3<real>, carry: vec3<real>, step: vec3<real>, unit: real) -> Sum {
+    let delta = step + carry;
+    let sum = (x + delta) * unit;
+    let rounded = (sum - x) * unit;
+    return Sum(sum, (x - (sum - rounded) * unit) + (delta - rounded));
+}
+
+// The shortest rotation that takes direction a to b, both of length 1; the identity where they are opposite.
+fn shortest(a: vec3<real>, b: vec3<real>) -> vec4<real> {
+    let w = real(1.0) + dot3(a, b);
+    if w < real(1e-12) {
+        return vec4<real>(real(0.0), real(0.0), real(0.0), real(1.0));
+    }
+    return normalised(vec4<real>(cross3(a, b), w));
+}
+
+// The state on trial: points move by α δ, frames turn by α θ, and what is held is put where its hold wants it.
+@compute @workgroup_size(64)
+fn main(
+    @builtin(workgroup_id) group: vec3<u32>,
+    @builtin(num_workgroups) groups: vec3<u32>,
+    @builtin(local_invocation_index) local: u32,
+) {
+    let it = item(group, groups, local);
+    if !it.there {
+        return;
+    }
+    let k = it.index;
+    let variant = it.variant;
+    let at = state_entry(k, 0u, variant);
+    let to = state_entry(k, 1u, variant);
+    let step = vector3(places.step_vectors + 3u * k, variant) * control[variant].alpha;
+    let held = hold_entry(k);
+    var count = real(0.0);
+    if held != NONE {
+        count = number(held + 9u, variant);
+    }
+    if program[places.kinds_program + k] == 1u {
+        var q = turned(value4(at, variant), step);
+        if count > real(2.5) {
+            q = number4(held + 10u, variant);
+        } else if count > real(1.5) {
+            let wanted = rotation_matrix(number4(held + 10u, variant))[2];
+            q = normalised(turned_by(shortest(rotation_matrix(q)[2], wanted), q));
+        }
+        set_state(to, variant, q.x);
+        set_state(to + 1u, variant, q.y);
+        set_state(to + 2u, variant, q.z);
+        set_state(to + 3u, variant, q.w);
+        return;
+    }
+    let moved = add_exactly(value3(at, variant), carry3(at, variant), step, control[variant].unit);
+    var x = moved.sum;
+    var carry = moved.error;
+    if count > real(2.5) {
+        x = number3(held + 10u, variant);
+        carry = vec3<real>(real(0.0), real(0.0), real(0.0));
+    } else if count > real(0.5) {
+        let basis = hold_basis(held, variant);
+        let one = vec3<real>(real(1.0), real(1.0), real(1.0));
+        let gap = (number3(held + 10u, variant) - x) * basis;
+        x += basis * (gap * (one - free_directions(held, variant)));
+    }
+    set_state(to, variant, x.x);
+    set_state(to + 1u, variant, x.y);
+    set_state(to + 2u, variant, x.z);
+    set_state(to + 4u, variant, carry.x);
+    set_state(to + 5u, variant, carry.y);
+    set_state(to + 6u, variant, carry.z);
+}

@@ -1,0 +1,101 @@
+//! Whole descents of the twins.
+
+use crate::harnesses::{Builder, cable, fork, ring};
+use wireloom_shaders::harness::{Shape, Stop, Variable};
+use wireloom_shaders::memory::Memory;
+use wireloom_shaders::places::{Control, Outcome};
+use wireloom_shaders::plan::Plan;
+use wireloom_shaders::{Real, twin};
+
+const STOP: Stop =
+    Stop { force_scale: 0.3, moment_scale: 0.3, length_scale: 1.0, tolerance: 1e-9, max_iterations: 200 };
+
+/// Both free ends of the first and the last branch are plugged in.
+fn plugged(mut builder: Builder) -> Builder {
+    let ends: Vec<_> = [builder.harness.station_segments.first(), builder.harness.station_segments.last()]
+        .into_iter()
+        .flatten()
+        .flat_map(|s| s.ends)
+        .filter(|end| end.station.is_some_and(|station| station.offset == [0.0; 3] && station.blend == 0.125))
+        .collect();
+    for end in ends {
+        builder.hold(Variable::Point(end.point));
+        builder.hold(Variable::Frame(end.station.expect("filtered").frame));
+    }
+    builder
+}
+
+fn descend(plan: &Plan, harnesses: &[(&Builder, &Shape)]) -> Memory {
+    let mut memory = Memory::new(plan, harnesses.len());
+    for (variant, (builder, shape)) in harnesses.iter().enumerate() {
+        memory.set_harness(plan, variant, &builder.harness).expect("its own links");
+        memory.set_shape(plan, variant, shape);
+        memory.begin(variant, &STOP, Real::F64);
+    }
+    twin::descend(&mut memory, plan, 2000);
+    memory
+}
+
+fn converged(control: &Control<f64>) -> bool {
+    control.outcome == Outcome::Converged as u32 && control.residual <= STOP.tolerance && control.negative == 0
+}
+
+#[test]
+fn harnesses_come_to_rest_and_any_leaf_finds_the_same() {
+    for (h, builder) in [cable(1, 30), fork(2, 10, false), fork(3, 10, true), ring(4, 6)].into_iter().enumerate() {
+        let builder = plugged(builder);
+        let mut found: Vec<Shape> = vec![];
+        for leaf in [4, usize::MAX] {
+            let plan = Plan::new(builder.harness.links(), leaf);
+            let memory = descend(&plan, &[(&builder, &builder.shape)]);
+            assert!(converged(&memory.control[0]), "harness {h}, leaf {leaf}: {:?}", memory.control[0]);
+            found.push(memory.shape(&plan, 0));
+        }
+        let off = found[0].points.iter().flatten().zip(found[1].points.iter().flatten());
+        let off = off.map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+        assert!(off < 1e-7, "harness {h}: {off} m apart");
+    }
+}
+
+#[test]
+fn variants_of_a_batch_are_what_they_are_alone() {
+    let builders: Vec<Builder> = (0..5)
+        .map(|k| {
+            let mut builder = plugged(fork(2, 8, true));
+            for s in &mut builder.harness.couplings {
+                s.stiffness[0] *= 1.0 + 0.2 * f64::from(k);
+            }
+            builder
+        })
+        .collect();
+    let plan = Plan::new(builders[0].harness.links(), usize::MAX);
+    let all: Vec<(&Builder, &Shape)> = builders.iter().map(|builder| (builder, &builder.shape)).collect();
+    let batch = descend(&plan, &all);
+    for (variant, one) in all.iter().enumerate() {
+        let alone = descend(&plan, &[*one]);
+        assert!(converged(&alone.control[0]), "{:?}", alone.control[0]);
+        assert_eq!(batch.control[variant], alone.control[0], "variant {variant}");
+        assert_eq!(batch.shape(&plan, variant), alone.shape(&plan, 0), "variant {variant}");
+    }
+}
+
+#[test]
+fn a_moved_end_takes_the_harness_along() {
+    let mut builder = plugged(cable(1, 60));
+    let plan = Plan::new(builder.harness.links(), 8);
+    let memory = descend(&plan, &[(&builder, &builder.shape)]);
+    builder.shape = memory.shape(&plan, 0);
+    let mut work = vec![];
+    for step in 0..3 {
+        for hold in builder.harness.holds.iter_mut().filter(|hold| hold.variable == Variable::Point(60)) {
+            hold.motion = [0.0, -0.005, 0.0];
+            hold.target[1] -= 0.005;
+        }
+        let memory = descend(&plan, &[(&builder, &builder.shape)]);
+        assert!(converged(&memory.control[0]), "step {step}: {:?}", memory.control[0]);
+        builder.shape = memory.shape(&plan, 0);
+        assert_eq!(builder.shape.points[60][1], builder.harness.holds[2].target[1]);
+        work.push((memory.control[0].iterations, memory.control[0].evaluations));
+    }
+    assert_eq!(work, [(3, 3), (4, 4), (4, 4)]);
+}

@@ -1,0 +1,82 @@
+//! The factorisation and the solves, against dense ones.
+
+use crate::harnesses::{Builder, cable, fork, ring};
+use nalgebra::{DMatrix, DVector};
+use wireloom_shaders::harness::{Stop, Variable};
+use wireloom_shaders::memory::Memory;
+use wireloom_shaders::plan::Plan;
+use wireloom_shaders::{Real, Stage, twin};
+
+const STOP: Stop = Stop { force_scale: 1.0, moment_scale: 1.0, length_scale: 1.0, tolerance: 1e-9, max_iterations: 50 };
+
+fn prepare(builder: &Builder, leaf: usize) -> (Plan, Memory) {
+    let plan = Plan::new(builder.harness.links(), leaf);
+    let mut memory = Memory::new(&plan, 1);
+    memory.set_harness(&plan, 0, &builder.harness).expect("its own links");
+    memory.set_shape(&plan, 0, &builder.shape);
+    memory.begin(0, &STOP, Real::F64);
+    memory.control[0].phase = 0;
+    (plan, memory)
+}
+
+fn whole(plan: &Plan, memory: &Memory) -> DMatrix<f64> {
+    let n = 3 * plan.len();
+    let mut whole = DMatrix::zeros(n, n);
+    for column in 0..plan.len() as u32 {
+        for &row in [column].iter().chain(&plan.elimination.rows[column as usize]) {
+            let block = plan.elimination.block(row, column).expect("a block of the pattern") as usize;
+            for i in 0..9 {
+                let x = memory.blocks[9 * block + i];
+                let (r, c) = (3 * row as usize + i % 3, 3 * column as usize + i / 3);
+                whole[(r, c)] = x;
+                whole[(c, r)] = x;
+            }
+        }
+    }
+    whole
+}
+
+fn harnesses() -> Vec<Builder> {
+    let mut all = vec![cable(1, 40), fork(2, 12, false), fork(3, 12, true), ring(4, 9), ring(5, 1)];
+    for (k, builder) in all.iter_mut().enumerate() {
+        builder.hold(Variable::Point(0));
+        builder.hold(Variable::Frame(0));
+        // Some of them far from anything stable.
+        builder.shake(if k % 2 == 0 { 0.05 } else { 0.6 });
+    }
+    all
+}
+
+#[test]
+fn solutions_are_those_of_a_dense_solve_for_any_leaf() {
+    for (h, builder) in harnesses().iter().enumerate() {
+        for leaf in [1, 6, usize::MAX] {
+            let (plan, mut memory) = prepare(builder, leaf);
+            let (mut dense, mut rhs) = (DMatrix::zeros(0, 0), DVector::zeros(0));
+            for dispatch in plan.cycle().iter().take_while(|d| d.stage != Stage::MeasureStep) {
+                if dispatch.stage == Stage::Factorise && dense.is_empty() {
+                    dense = whole(&plan, &memory);
+                    rhs = DVector::from_column_slice(&memory.vectors[..3 * plan.len()]);
+                }
+                twin::run(&mut memory, dispatch);
+                if dispatch.stage == Stage::Inspect {
+                    let negative = dense.clone().symmetric_eigenvalues().iter().filter(|x| **x < 0.0).count();
+                    assert_eq!(memory.control[0].negative as usize, negative, "harness {h}, leaf {leaf}");
+                    memory.control[0].phase = 2;
+                }
+            }
+            let solution = DVector::from_column_slice(&memory.vectors[..3 * plan.len()]);
+            let left = (&dense * &solution - &rhs).amax();
+            assert!(left < 1e-9 * (dense.amax() * solution.amax()), "harness {h}, leaf {leaf}: {left}");
+        }
+    }
+}
+
+#[test]
+fn small_leaves_make_few_levels() {
+    let levels = |n: usize, leaf: usize| Plan::new(cable(1, n).harness.links(), leaf).elimination.levels.len();
+    assert_eq!([16, 128, 1024].map(|n| levels(n, 8)), [4, 7, 10]);
+    assert_eq!([16, 128, 1024].map(|n| levels(n, usize::MAX)), [1, 1, 1]);
+    let fork = Plan::new(fork(1, 60, false).harness.links(), usize::MAX);
+    assert_eq!(fork.elimination.levels.len(), 2);
+}

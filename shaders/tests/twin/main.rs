@@ -1,0 +1,6 @@
+//! The twins: their derivatives, the elimination, whole descents.
+
+mod derivatives;
+mod descent;
+mod elimination;
+mod harnesses;
