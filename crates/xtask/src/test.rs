@@ -12,7 +12,11 @@ pub fn test() -> Result<(), String> {
     let docs = ["doc", "--quiet", "--workspace", "--no-deps"];
     step("docs: every link leads somewhere", command("cargo", &docs).env("RUSTDOCFLAGS", "-D warnings"))?;
     let tests = ["test", "--quiet", "--workspace", "--no-fail-fast"];
-    step("tests, and the examples in the docs", &mut command("cargo", &tests))?;
+    let mut tests = command("cargo", &tests);
+    if let Some(python) = tools::python() {
+        tests.env("WIRELOOM_PYTHON", python);
+    }
+    step("tests, and the examples in the docs", &mut tests)?;
     let deny = tools::deny()?;
     let licences = ["--log-level", "error", "check", "licenses", "bans", "sources"];
     step("licences and sources of everything that is built in", &mut command(&deny, &licences))?;

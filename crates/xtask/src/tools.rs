@@ -1,8 +1,9 @@
-//! What the tests need beyond cargo: two components of Rust, and cargo-deny, which goes into the target folder.
+//! What the tests need beyond cargo: two components of Rust, cargo-deny, and a Python with DuckDB; the last two go into the target folder.
 
 use crate::run::{command, step, target, works};
 
 const DENY: &str = "0.20.2";
+const DUCKDB: &str = "2.0.0";
 
 /// Makes sure that `cargo fmt` and `cargo clippy` are there.
 pub fn components() -> Result<(), String> {
@@ -29,4 +30,39 @@ pub fn deny() -> Result<String, String> {
         step("install cargo-deny into the target folder (minutes, once)", &mut command("cargo", &arguments))?;
     }
     Ok(path)
+}
+
+/// A Python that knows DuckDB, in a virtual environment; `None` where there is none to be had, and so the tests that want one are ignored.
+pub fn python() -> Option<String> {
+    let root = target().join("tools/python");
+    let path =
+        root.join(if cfg!(windows) { "Scripts/python.exe" } else { "bin/python" }).to_string_lossy().into_owned();
+    let known = format!("import duckdb; assert duckdb.__version__ == '{DUCKDB}'");
+    if works(&mut command(&path, &["-c", &known])) {
+        return Some(path);
+    }
+    let root = root.to_string_lossy().into_owned();
+    let duckdb = format!("duckdb=={DUCKDB}");
+    let made = virtual_environment(&root).and_then(|()| {
+        let pip = ["-m", "pip", "install", "--quiet", "--disable-pip-version-check", &duckdb];
+        step("install DuckDB into it, another reader of the tables of sweeps", &mut command(&path, &pip))
+    });
+    made.inspect_err(|error| println!("{error}\n   so what is tested with DuckDB is ignored")).ok().map(|()| path)
+}
+
+/// A virtual environment of Python; on Debian the module for it may be missing, which only root can mend.
+fn virtual_environment(root: &str) -> Result<(), String> {
+    let mut make = command("python3", &["-m", "venv", "--clear", root]);
+    let why = "make a virtual environment of Python in the target folder";
+    if works(&mut make) {
+        return Ok(());
+    }
+    let is_root = command("id", &["-u"]).output().is_ok_and(|out| out.stdout.trim_ascii() == b"0");
+    if !is_root || !works(&mut command("apt-get", &["--version"])) {
+        return Err(format!("\nfailed: {why}: install python3 with its module venv by hand (Debian: python3-venv)"));
+    }
+    step("look up what Debian has", &mut command("apt-get", &["update", "-qq"]))?;
+    let install = ["install", "-qq", "--yes", "--no-install-recommends", "python3-venv"];
+    step("install Python's module venv", command("apt-get", &install).env("DEBIAN_FRONTEND", "noninteractive"))?;
+    step(why, &mut make)
 }
