@@ -32,10 +32,6 @@ fn main() {
     for path in files(&scenarios.join("analytic")).into_iter().chain(files(&scenarios.join("assembly"))) {
         let plain = path.clone();
         trials.push(Trial::test(name(&path), move || analytic(&plain, Swap::default())));
-        // It is laid out far from any balance, and each finds its own of several stable ones.
-        if path.ends_with("analytic/ring_loop.toml") {
-            continue;
-        }
         for minimiser in ["lbfgs", "ncg"] {
             let path = path.clone();
             let swap = Swap { minimiser: Some(minimiser), ..Swap::default() };
