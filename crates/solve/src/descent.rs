@@ -8,8 +8,9 @@
 //! the frames into balance ([`crate::settle`]): what is minimised is then the energy of the frames alone. Without it the
 //! methods are those of the textbooks, in metres and radians.
 
+use crate::judge::{Judge, Verdict};
 use crate::line_search::{self, Wolfe};
-use crate::newton::{ENERGY_NOISE, LARGEST_TURN, LAST_TURN, POLISHES, SETTLED_SHARE, SMALL_TURN};
+use crate::newton::{LARGEST_TURN, SETTLED_SHARE, SMALL_TURN};
 use crate::precondition::{Metric, Preconditioner};
 use crate::settle::Settle;
 use crate::transport::{carry, slope};
@@ -315,26 +316,12 @@ fn descend(
     }
     // Iterations since the metric was taken: none was yet.
     let mut age = choices.refresh;
-    let (mut stalled, mut polished, mut last_turn) = (0, 0, 0.0);
     let mut last = None;
-    report.residual = ws.residual(problem, &scales);
-    let mut least = report.residual;
-    loop {
-        if report.residual <= stop.force_tolerance {
-            let spent = polished == POLISHES || stalled > 0 || report.iterations >= stop.max_iterations;
-            if last_turn <= LAST_TURN || spent {
-                report.status = Status::Converged;
-                break;
-            }
-            polished += 1;
-        }
-        if !report.residual.is_finite() || stalled >= patience || report.iterations >= stop.max_iterations {
-            report.status = match () {
-                () if !report.residual.is_finite() => Status::Failed,
-                () if stalled >= patience => Status::Stalled,
-                () => Status::IterationLimit,
-            };
-            break;
+    let mut judge = Judge::new(stop, scales, patience);
+    judge.begin(ws.residual(problem, &scales));
+    report.status = loop {
+        if let Verdict::Over(status) = judge.verdict(report.iterations) {
+            break status;
         }
         if age >= choices.refresh {
             if metric {
@@ -346,10 +333,9 @@ fn descend(
         let first_slope = ws.direction(method, problem, state, metric);
         report.iterations += 1;
         if !first_slope.is_finite() {
-            report.status = Status::Failed;
-            break;
+            break Status::Failed;
         }
-        let noise = ENERGY_NOISE * energy.abs().max(scales.force * scales.length);
+        let noise = judge.noise(energy);
         let first = match last {
             _ if metric || (method.knows_lengths() && !method.is_blank()) => 1.0,
             Some((alpha, slope)) => alpha * slope / first_slope,
@@ -372,24 +358,22 @@ fn descend(
                 continue;
             }
             if -first_slope > noise {
-                report.status = Status::Failed;
-                break;
+                break Status::Failed;
             }
-            stalled = patience;
+            judge.stall();
             continue;
         };
         last = Some((alpha, first_slope));
-        last_turn = alpha * ws.largest_turn();
+        let turn = alpha * ws.largest_turn();
         energy = end.0 + problem.moment_work(state, &ws.step, alpha);
         ws.before.copy_from(&ws.free);
         carry(&mut ws.before, &ws.step, alpha);
         ws.accept(problem, state);
-        report.residual = ws.residual(problem, &scales);
-        stalled = if -first_slope <= noise && report.residual > 0.5 * least { stalled + 1 } else { 0 };
-        least = least.min(report.residual);
+        judge.moved(turn, -first_slope > noise, ws.residual(problem, &scales));
         method.learn(&ws.step, alpha, &ws.free, &ws.before);
         age = if metric && alpha < SHORT { choices.refresh } else { age + 1 };
-    }
+    };
+    report.residual = judge.residual;
     report.factorisations = ws.preconditioner.factorisations;
     report.evaluations = ws.evaluations;
     report

@@ -15,6 +15,7 @@ mod descent;
 pub mod events;
 pub mod factor;
 pub mod gather;
+mod judge;
 pub mod lbfgs;
 mod line_search;
 pub mod matrix;

@@ -10,6 +10,7 @@
 
 use crate::border::Border;
 use crate::gather::Gather;
+use crate::judge::{Judge, PROGRESS, Verdict};
 use crate::matrix::BlockMatrix;
 use crate::settle::Settle;
 use crate::structure::Structure;
@@ -34,12 +35,6 @@ const LOWER: f64 = 0.1;
 const LARGEST_SHIFT: f64 = 1e6;
 /// Share of the predicted decrease that a step must bring (Armijo).
 const ARMIJO: f64 = 1e-4;
-/// Turn (rad) of the last step above which a state in balance to the tolerance is not taken for resolved yet: it may be flat there.
-pub(crate) const LAST_TURN: f64 = 1e-3;
-/// Steps that such a state is given.
-pub(crate) const POLISHES: usize = 3;
-/// Decreases of the energy below this share of its magnitude are round-off.
-pub(crate) const ENERGY_NOISE: f64 = 1e-14;
 /// Iterations without progress at round-off after which the state is called stalled.
 const STALLED_AFTER: usize = 4;
 
@@ -296,25 +291,13 @@ fn descend(ws: &mut Workspace, problem: &mut Problem<'_>, state: &mut State, sto
         energy = problem.gradient(state, &mut ws.gradient);
     }
     let mut sigma = 0.0_f64;
-    let (mut stalled, mut polished, mut last_turn) = (0, 0, 0.0);
-    report.residual = ws.residual(problem, &scales);
-    loop {
-        if report.residual <= stop.force_tolerance {
-            let spent = polished == POLISHES || stalled > 0 || report.iterations >= stop.max_iterations;
-            if last_turn <= LAST_TURN || spent {
-                report.status = Status::Converged;
-                break;
-            }
-            polished += 1;
-            sigma = 0.0;
-        }
-        if !report.residual.is_finite() || stalled >= STALLED_AFTER || report.iterations >= stop.max_iterations {
-            report.status = match () {
-                () if !report.residual.is_finite() => Status::Failed,
-                () if stalled >= STALLED_AFTER => Status::Stalled,
-                () => Status::IterationLimit,
-            };
-            break;
+    let mut judge = Judge::new(stop, scales, STALLED_AFTER);
+    judge.begin(ws.residual(problem, &scales));
+    report.status = loop {
+        match judge.verdict(report.iterations) {
+            Verdict::Over(status) => break status,
+            Verdict::Polish => sigma = 0.0,
+            Verdict::Step => {}
         }
         if mixed {
             ws.predict_forces(problem);
@@ -323,18 +306,17 @@ fn descend(ws: &mut Workspace, problem: &mut Problem<'_>, state: &mut State, sto
         ws.solve(problem, state, false);
         report.iterations += 1;
         let slope = ws.slope();
-        let noise = ENERGY_NOISE * energy.abs().max(scales.force * scales.length);
+        let noise = judge.noise(energy);
         let mut alpha = ws.longest(problem, state);
         if !slope.is_finite() {
-            report.status = Status::Failed;
-            break;
+            break Status::Failed;
         }
         // Line search by halving, with the parabola through value, slope and trial where it helps.
         let accepted = loop {
             let trial = ws.try_step(problem, state, alpha);
             // Where round-off hides what the step does to the energy, the forces say whether it was a good one.
             let lower = trial <= energy + ARMIJO * alpha * slope + noise;
-            if lower || (-slope <= noise && ws.trial_residual(problem, &scales) <= 0.5 * report.residual) {
+            if lower || (-slope <= noise && ws.trial_residual(problem, &scales) <= PROGRESS * judge.residual) {
                 break Some(trial);
             }
             let parabola = -0.5 * slope * alpha * alpha / (trial - energy - slope * alpha);
@@ -349,34 +331,32 @@ fn descend(ws: &mut Workspace, problem: &mut Problem<'_>, state: &mut State, sto
                 continue;
             }
             if -slope <= noise {
-                stalled = STALLED_AFTER;
+                judge.stall();
             } else if sigma < LARGEST_SHIFT * scales.force {
                 sigma = raised(sigma, 16.0, &scales);
             } else {
-                report.status = Status::Failed;
-                break;
+                break Status::Failed;
             }
             continue;
         };
         mixed = ws.largest_turn() < SMALL_TURN && alpha == 1.0;
-        last_turn = alpha * ws.largest_turn();
+        let turn = alpha * ws.largest_turn();
         energy = trial + problem.moment_work(state, &ws.step, alpha);
         ws.accept(state);
         problem.update_held(state);
-        let residual = ws.residual(problem, &scales);
-        stalled = if -slope <= noise && residual > 0.5 * report.residual { stalled + 1 } else { 0 };
-        report.residual = residual;
+        judge.moved(turn, -slope > noise, ws.residual(problem, &scales));
         if sigma > 0.0 {
             sigma *= if alpha < 0.25 { 4.0 } else { LOWER };
             if sigma < 0.1 * FIRST_SHIFT * scales.force {
                 sigma = 0.0;
             }
         }
-    }
+    };
     if report.status != Status::Converged {
         // Whoever goes on from here may go on from somewhere else.
         ws.factor_of = None;
     }
+    report.residual = judge.residual;
     report.factorisations = ws.factorisations;
     report.evaluations = ws.evaluations;
     report
