@@ -436,7 +436,7 @@ fn import_small() -> Checked {
 }
 
 fn bench() -> Checked {
-    let ended = Place::new()?.run(&["bench", "--json"])?.expect(0)?;
+    let ended = Place::new()?.run(&["bench", "--json", "--points", "40", "--iterations", "100"])?.expect(0)?;
     let document: Value = serde_json::from_str(&ended.out)?;
     ensure(document["version"].is_string() && document["machine"].is_string(), &document)?;
     let cases = document["cases"].as_array().ok_or("no cases")?;
@@ -447,7 +447,22 @@ fn bench() -> Checked {
         let positive = |key: &str| case[key].as_f64().is_some_and(|value| value > 0.0);
         ensure(positive("seconds_per_step") && positive("iterations_per_step") && case["threads"] == 1, case)?;
     }
-    Ok(())
+    let minimisers = document["minimisers"].as_array().ok_or("no minimisers")?;
+    let of = |kind: &str, preconditioner: Value| {
+        let mut all = minimisers.iter();
+        all.find(|one| one["minimiser"] == kind && one["preconditioner"] == preconditioner)
+            .ok_or("a minimiser is missing")
+    };
+    ensure(minimisers.len() == 5 && of("newton", Value::Null)?["times_newton"] == 1.0, minimisers)?;
+    for kind in ["lbfgs", "ncg"] {
+        ensure(of(kind, "hessian".into())?["failures"] == 0, minimisers)?;
+        // A hundred iterations are nothing to them.
+        let textbook = of(kind, "none".into())?;
+        ensure(textbook["failures"] == 2 && textbook["iterations_per_step"] == 100.0, textbook)?;
+    }
+    let sweep = &document["monte_carlo"];
+    ensure(sweep["points"] == 40 && sweep["statuses"] == serde_json::json!({ "converged": 40 }), sweep)?;
+    ensure(sweep["seconds"].as_f64().is_some_and(|seconds| seconds > 0.0), sweep)
 }
 
 /// A harness of a real car, from its KBL file to an equilibrium with its picture.

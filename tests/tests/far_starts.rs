@@ -166,7 +166,7 @@ fn a_state_carried_over_to_a_finer_mesh_is_nearly_balanced() {
     let stop = Stop { max_iterations: 5000, ..Stop::default() };
     let report = newton.minimise(&mut problem(coarse, &active, &targets), &mut state, &stop);
     assert_eq!(report.status, Status::Converged);
-    let mut fine = wireloom::solve::nested::refined(coarse, &state, &built.network);
+    let mut fine = wireloom::solve::nested::carried_over(coarse, &state, &built.network);
     let report = newton.minimise(&mut problem(&built.network, &active, &targets), &mut fine, &stop);
     assert_eq!(report.status, Status::Converged);
     assert!(report.iterations <= 3, "{} iterations", report.iterations);

@@ -4,7 +4,11 @@ use libtest_mimic::{Arguments, Failed, Trial};
 use std::fs;
 use std::path::Path;
 use std::process::{Command, ExitCode, Stdio};
-use wireloom::export::table::{Column, Table, read};
+use std::sync::Mutex;
+use wireloom::export::table::{Column, Row, Table, read};
+use wireloom::scenario::{NoFiles, Setting};
+use wireloom::solve::Control;
+use wireloom::sweep::{Points, header};
 use wireloom_tests::{program, root};
 
 type Checked = Result<(), Failed>;
@@ -12,11 +16,14 @@ type Check = fn() -> Checked;
 
 fn main() -> ExitCode {
     let arguments = Arguments::from_args();
-    let own: [(&str, Check); 4] = [
+    let own: [(&str, Check); 7] = [
         ("killed ten times and taken up again, it has the same bytes as one of one thread that was left alone", killed),
         ("points that fail are rows, those beside them are not touched, and the report tells of both", failing_points),
         ("a scenario that changes begins anew, one without a sweep is refused", other_scenarios),
         ("a refused sweep names its keys", refused),
+        ("a start from a neighbour leads to what one afresh leads to, by a shorter way", from_neighbours),
+        ("where it would lead to another equilibrium, points are started afresh", hysteresis),
+        ("columns that a sweep asks for say what is there", outputs),
     ];
     let mut trials: Vec<Trial> = own.into_iter().map(|(name, check)| Trial::test(name, check)).collect();
     let python = python();
@@ -214,6 +221,127 @@ fn refused() -> Checked {
     ensure(ended.status.code() == Some(1), &said)?;
     ensure(said.contains("at the first point of the sweep: there is no entry `cabel`"), &said)?;
     ensure(said.contains("did you mean `cable`?") && said.starts_with("s.toml:"), &said)
+}
+
+/// Energy (J) and iterations.
+type Ended = (f64, f64);
+
+/// The rows of a sweep, and how a run of each point alone ends.
+fn rows_and_runs(text: &str) -> Result<(Vec<Row>, Vec<Ended>), Failed> {
+    let registry = wireloom::registry();
+    let load = |settings: &[Setting]| {
+        let loaded = wireloom::load_with_settings(text, settings, &NoFiles, &registry);
+        loaded.map_err(|faults| Failed::from(wireloom::scenario::render(text, &faults)))
+    };
+    let (scenario, built) = load(&[])?;
+    let sweep = scenario.sweep.as_ref().ok_or("no sweep")?;
+    let header = header(sweep, &built.network);
+    let points = Points { text, files: &NoFiles, minimiser: None, registry: &registry, sweep, header };
+    let chains = points.chains();
+    let kept = Mutex::new(vec![Vec::new(); chains.len()]);
+    points.compute(&(0..chains.len()).collect::<Vec<_>>(), &|| false, &|| (), |k, rows| {
+        kept.lock().map_err(|_| "poisoned")?[k] = rows;
+        Ok::<(), &str>(())
+    })?;
+    let rows: Vec<Row> = kept.into_inner()?.into_iter().flatten().collect();
+    ensure(rows.len() == sweep.points, rows.len())?;
+    let mut runs = Vec::new();
+    for k in 0..sweep.points {
+        let run = wireloom::run(load(&sweep.settings(k))?.1, &mut |_, _| Control::Continue);
+        let end = run.steps.last().ok_or("nothing was computed")?;
+        runs.push((end.energy.total(), end.minimiser.iterations as f64));
+    }
+    Ok((rows, runs))
+}
+
+/// How a row says that its point ended.
+fn energy_and_iterations(row: &Row) -> Ended {
+    (row.numbers[1].unwrap_or(f64::NAN), row.numbers[0].unwrap_or(f64::NAN))
+}
+
+fn from_neighbours() -> Checked {
+    let text = fs::read_to_string(root().join("scenarios/sweeps/y_tolerances.toml"))?;
+    let (rows, runs) = rows_and_runs(&text)?;
+    let mut shorter = 0;
+    for (row, (energy, iterations)) in rows.iter().zip(&runs) {
+        ensure(row.status == "converged" && row.stable == Some(true), row)?;
+        let (found, spent) = energy_and_iterations(row);
+        ensure((found - energy).abs() <= 1e-8 * energy.abs(), (row, energy))?;
+        shorter += usize::from(4.0 * spent < *iterations);
+    }
+    // Chains of 16 points: all but both ends.
+    ensure(shorter == 256 / 16 * 14, shorter)
+}
+
+/// A strip pressed together hangs down or stands up in an arch, as gravity points; once it does, it would go on doing so for a while where
+/// gravity has turned around.
+fn hysteresis() -> Checked {
+    let gravity = "[sweep.vary]\n\"gravity.2\" = { from = -3, to = 3.12, count = 128 }\n";
+    let text = cable(gravity)
+        .replace("[0.6, 0, 0]", "[0.9, 0, 0]")
+        .replace("bending_stiffness = 0.01", "bending_stiffness = [0.1, 0.01]")
+        .replace("schema = 1", "schema = 1\ngravity = [0, 0, -9.81]");
+    let (rows, runs) = rows_and_runs(&text)?;
+    let mut shorter = 0;
+    for (row, (energy, iterations)) in rows.iter().zip(&runs) {
+        let (found, spent) = energy_and_iterations(row);
+        ensure((found - energy).abs() <= 1e-8 * energy.abs(), (row, energy))?;
+        shorter += usize::from(spent < *iterations);
+    }
+    // The strip turns over between points 62 and 63. They are in the chain of points 56 to 63, all of which have to be started afresh.
+    let afresh = |k: usize| energy_and_iterations(&rows[k]) == runs[k];
+    let falls = |k: usize| runs[k].0 > runs[k + 1].0;
+    ensure(!falls(61) && falls(62) && (56..64).all(afresh), &runs[56..64])?;
+    // All but the ends of the other chains, of 8 points each, are not.
+    ensure(shorter == 15 * 6, shorter)
+}
+
+fn outputs() -> Checked {
+    let place = tempfile::tempdir()?;
+    let grid = r#"
+[sweep.vary]
+"branches.cable.length" = { values = ["1 m", 1.2] }
+[sweep.outputs]
+end = { quantity = "position", at = { end = "B" } }
+middle = { quantity = "position", at = { branch = "cable", s = "0.5 m" } }
+start = { quantity = "force", at = { end = "A" } }
+clamp = { quantity = "moment", at = { end = "A" } }
+lowest = { quantity = "tension", at = { branch = "cable", s = 0.5 } }
+beginning = { quantity = "bend-radius", span = { branch = "cable", to = 0.2 } }
+whole = { quantity = "slack", span = { branch = "cable" } }
+half = { quantity = "slack", span = { branch = "cable", from = 0.5 } }
+"#;
+    fs::write(place.path().join("s.toml"), cable(grid))?;
+    let ended = sweep(place.path(), "o").output()?;
+    ensure(ended.status.success(), &ended)?;
+    let table = table(&place.path().join("o"))?;
+    let at = |name: &str| Ok::<f64, Failed>(numbers(&table, name)?[0].unwrap_or(f64::NAN));
+    let near = |a: f64, b: f64, by: f64| ensure((a - b).abs() <= by, (a, b));
+    near(at("position_x.end")?, 0.6, 1e-12)?;
+    near(at("position_x.middle")?, 0.3, 1e-6)?;
+    let whole = numbers(&table, "slack.whole")?;
+    near(whole[0].unwrap_or(f64::NAN), 0.4, 1e-12)?;
+    near(whole[1].unwrap_or(f64::NAN), 0.6, 1e-12)?;
+    let (dx, dz) = (at("position_x.middle")? - 0.6, at("position_z.middle")?);
+    near(at("slack.half")?, 0.5 - dx.hypot(dz), 1e-9)?;
+    // What the fixing bears is what the cable exerts there, but for the weight of half a segment.
+    for axis in ["x", "y", "z"] {
+        near(at(&format!("force_{axis}.start"))?, -at(&format!("force_{axis}.plug-A"))?, 0.05 * 9.81 / 24.0 + 1e-6)?;
+        near(at(&format!("moment_{axis}.clamp"))?, -at(&format!("moment_{axis}.plug-A"))?, 1e-3)?;
+    }
+    // In the middle it is level: all of the force there is along it, and that is the horizontal force everywhere.
+    near(at("tension.lowest")?, at("force_x.start")?, 1e-4)?;
+    ensure(at("bend_radius.beginning")? > at("bend_radius")? && at("bend_radius.beginning")? < 1.0, at("bend_radius"))?;
+    // A place outside one of the branches is a fault of those points alone.
+    let grid = grid.replace("s = \"0.5 m\"", "s = 1.1");
+    fs::write(
+        place.path().join("s.toml"),
+        cable(&grid).replace("length = \"1 m\"", "length = 1.2").replace("\"1 m\", 1.2", "1.2, 1"),
+    )?;
+    let ended = sweep(place.path(), "o").output()?;
+    let said = String::from_utf8_lossy(&ended.stdout).into_owned();
+    ensure(said.contains("2 points: 1 converged, 1 refused"), &ended)?;
+    ensure(said.contains("`s` = 1.1 m is outside branch \"cable\""), &said)
 }
 
 /// A Python that knows DuckDB.

@@ -79,15 +79,24 @@ pub enum Command {
     /// What this program becomes when a plugin has ended it
     #[command(hide = true)]
     PluginFault(PluginFault),
-    /// Measure drag-step times on this machine: how long one small move of a held end takes
-    Bench {
-        /// As JSON, for programs
-        #[arg(long)]
-        json: bool,
-        /// Also how long a real harness takes from the board into the vehicle (about a minute), and a move of one of its plugs
-        #[arg(long, value_name = "FILE.kbl")]
-        harness: Option<PathBuf>,
-    },
+    /// Measure on this machine how long one small move of a held end takes, with each minimiser, and a sweep of many points
+    Bench(BenchArguments),
+}
+
+#[derive(Args)]
+pub struct BenchArguments {
+    /// As JSON, for programs
+    #[arg(long)]
+    pub json: bool,
+    /// Points of the sweep
+    #[arg(long, value_name = "N", default_value_t = 10_000, value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
+    pub points: u32,
+    /// Iterations after which a minimiser gives up a step
+    #[arg(long, value_name = "N", default_value_t = 20_000, value_parser = clap::value_parser!(u32).range(1..))]
+    pub iterations: u32,
+    /// Also how long a real harness takes from the board into the vehicle (about a minute), and a move of one of its plugs
+    #[arg(long, value_name = "FILE.kbl")]
+    pub harness: Option<PathBuf>,
 }
 
 #[derive(Args)]

@@ -1,32 +1,48 @@
-//! `wireloom bench`: drag-step times on the machine at hand.
+//! `wireloom bench`: drag-step times on the machine at hand, the minimisers side by side, and a sweep of many points.
 
+use crate::arguments::BenchArguments;
 use crate::failure::{Failure, Outcome};
 use crate::summary::{Columns, time};
 use serde_json::{Value, json};
 use std::io::Write;
-use std::path::Path;
-use wireloom::bench::{Case, Installation};
+use wireloom::bench::{Case, Contender, Installation, MonteCarlo};
+
+/// All that was measured.
+struct Measured {
+    cases: Vec<Case>,
+    minimisers: Vec<Contender>,
+    monte_carlo: MonteCarlo,
+    installed: Option<Installation>,
+}
 
 /// Measures all cases and prints them.
-pub fn bench(as_json: bool, harness: Option<&Path>, out: &mut dyn Write) -> Result<Outcome, Failure> {
-    let mut cases = wireloom::bench::all();
-    let mut installed = None;
-    if let Some(path) = harness {
+pub fn bench(arguments: &BenchArguments, out: &mut dyn Write) -> Result<Outcome, Failure> {
+    let registry = wireloom::registry();
+    let mut measured = Measured {
+        cases: wireloom::bench::all(),
+        minimisers: wireloom::bench::minimisers(&registry, arguments.iterations as usize),
+        monte_carlo: wireloom::bench::monte_carlo(arguments.points as usize, &registry),
+        installed: None,
+    };
+    if let Some(path) = &arguments.harness {
         let kbl = crate::load::text(path)?;
         let refused = |message: String| Failure::Input(format!("{}: {message}", path.display()));
-        cases.push(wireloom::bench::drag_installed(&kbl).map_err(refused)?);
-        installed = Some(wireloom::bench::install(&kbl).map_err(refused)?);
+        measured.cases.push(wireloom::bench::drag_installed(&kbl).map_err(refused)?);
+        measured.installed = Some(wireloom::bench::install(&kbl).map_err(refused)?);
     }
-    let print = match as_json {
-        true => writeln!(out, "{:#}", document(&cases, installed.as_ref())),
-        false => table(&cases, installed.as_ref(), out),
+    let print = match arguments.json {
+        true => writeln!(out, "{:#}", document(&measured)),
+        false => table(&measured, out),
     };
     print.map_err(Failure::standard_output)?;
-    let sound = cases.iter().all(|case| case.failures == 0) && installed.is_none_or(|all| all.failures == 0);
+    // That others than Newton's method do not get there is a result.
+    let sound = measured.cases.iter().all(|case| case.failures == 0)
+        && measured.monte_carlo.converged() == measured.monte_carlo.points
+        && measured.installed.is_none_or(|all| all.failures == 0);
     Ok(if sound { Outcome::Done } else { Outcome::NotConverged })
 }
 
-fn table(cases: &[Case], installed: Option<&Installation>, out: &mut dyn Write) -> std::io::Result<()> {
+fn table(measured: &Measured, out: &mut dyn Write) -> std::io::Result<()> {
     writeln!(out, "wireloom {} on {}", env!("CARGO_PKG_VERSION"), machine())?;
     if cfg!(debug_assertions) {
         writeln!(out, "This build checks itself as it goes: a release build is faster.")?;
@@ -44,7 +60,7 @@ fn table(cases: &[Case], installed: Option<&Installation>, out: &mut dyn Write) 
         ">largest residual",
         ">failures",
     ]);
-    for case in cases {
+    for case in &measured.cases {
         table.row([
             case.case.to_owned(),
             case.segments.to_string(),
@@ -59,7 +75,18 @@ fn table(cases: &[Case], installed: Option<&Installation>, out: &mut dyn Write) 
         ]);
     }
     table.print(out)?;
-    if let Some(all) = installed {
+    writeln!(out, "\nThe same step of 1,000 segments with each minimiser, to the same certificate.\n")?;
+    minimisers(&measured.minimisers, out)?;
+    let MonteCarlo { points, statuses, threads, seconds } = &measured.monte_carlo;
+    let statuses: Vec<String> = statuses.iter().map(|(status, n)| format!("{n} {status}")).collect();
+    let (threads, each) = (crate::size::counted(*threads, "thread", "threads"), precise(seconds / *points as f64));
+    let statuses = statuses.join(", ");
+    writeln!(
+        out,
+        "\nA sweep of a Y harness over {points} points ({statuses}) on {threads}: {}, {each} a point",
+        time(*seconds)
+    )?;
+    if let Some(all) = &measured.installed {
         let Installation { nodes, steps, increments, failures, iterations, seconds } = all;
         writeln!(
             out,
@@ -69,6 +96,35 @@ fn table(cases: &[Case], installed: Option<&Installation>, out: &mut dyn Write) 
         )?;
     }
     Ok(())
+}
+
+fn minimisers(all: &[Contender], out: &mut dyn Write) -> std::io::Result<()> {
+    let mut table = Columns::new([
+        "minimiser",
+        "preconditioner",
+        ">step",
+        ">times newton",
+        ">iterations",
+        ">evaluations",
+        ">factorisations",
+        ">largest residual",
+        "converged",
+    ]);
+    for Contender { minimiser, preconditioner, case, times_newton } in all {
+        let at_least = if case.failures > 0 { "> " } else { "" };
+        table.row([
+            (*minimiser).to_owned(),
+            preconditioner.unwrap_or("").to_owned(),
+            format!("{at_least}{}", precise(case.seconds_per_step)),
+            format!("{at_least}{times_newton:.1}"),
+            format!("{:.1}", case.iterations_per_step),
+            format!("{:.1}", case.evaluations_per_step),
+            format!("{:.1}", case.factorisations_per_step),
+            format!("{:.0e}", case.residual),
+            if case.failures == 0 { "yes" } else { "no" }.to_owned(),
+        ]);
+    }
+    table.print(out)
 }
 
 /// Most memory this process has had so far, where the system tells.
@@ -83,31 +139,46 @@ fn precise(seconds: f64) -> String {
     if seconds < 1.0 { format!("{:.3} ms", 1e3 * seconds) } else { time(seconds) }
 }
 
-fn document(cases: &[Case], installed: Option<&Installation>) -> Value {
-    let cases: Vec<Value> = cases
-        .iter()
-        .map(|case| {
-            json!({
-                "case": case.case,
-                "segments": case.segments,
-                "threads": case.threads,
-                "seconds_per_step": case.seconds_per_step,
-                "seconds_out": case.seconds_out,
-                "seconds_back": case.seconds_back,
-                "iterations_per_step": case.iterations_per_step,
-                "factorisations_per_step": case.factorisations_per_step,
-                "residual": case.residual,
-                "failures": case.failures,
-            })
+fn document(measured: &Measured) -> Value {
+    let case = |case: &Case| {
+        json!({
+            "case": case.case,
+            "segments": case.segments,
+            "threads": case.threads,
+            "seconds_per_step": case.seconds_per_step,
+            "seconds_out": case.seconds_out,
+            "seconds_back": case.seconds_back,
+            "iterations_per_step": case.iterations_per_step,
+            "evaluations_per_step": case.evaluations_per_step,
+            "factorisations_per_step": case.factorisations_per_step,
+            "residual": case.residual,
+            "failures": case.failures,
         })
-        .collect();
+    };
+    let minimisers = measured.minimisers.iter().map(|contender| {
+        let mut entry = case(&contender.case);
+        entry["minimiser"] = contender.minimiser.into();
+        entry["preconditioner"] = contender.preconditioner.into();
+        entry["times_newton"] = contender.times_newton.into();
+        entry
+    });
+    let all = &measured.monte_carlo;
+    let statuses: serde_json::Map<String, Value> =
+        all.statuses.iter().map(|(status, n)| (status.clone(), (*n).into())).collect();
     let mut document = json!({
         "version": env!("CARGO_PKG_VERSION"),
         "machine": machine(),
         "optimised": !cfg!(debug_assertions),
-        "cases": cases,
+        "cases": measured.cases.iter().map(case).collect::<Vec<Value>>(),
+        "minimisers": minimisers.collect::<Vec<Value>>(),
+        "monte_carlo": {
+            "points": all.points,
+            "statuses": statuses,
+            "threads": all.threads,
+            "seconds": all.seconds,
+        },
     });
-    if let Some(all) = installed {
+    if let Some(all) = &measured.installed {
         document["installation"] = json!({
             "nodes": all.nodes,
             "steps": all.steps,

@@ -85,6 +85,6 @@ fn follow(command: &Command, out: &mut dyn Write) -> Result<Outcome, Failure> {
         Command::Models { allowed } => vocabulary::list(allowed, out),
         Command::Explain { key, allowed } => vocabulary::explain_key(key, allowed, out),
         Command::Import { format: Format::Kbl(arguments) } => import::kbl(arguments, out),
-        Command::Bench { json, harness } => bench::bench(*json, harness.as_deref(), out),
+        Command::Bench(arguments) => bench::bench(arguments, out),
     }
 }

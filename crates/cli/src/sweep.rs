@@ -4,7 +4,7 @@
 //! | --- | --- |
 //! | `points.parquet` | a row for each point, written when all are done |
 //! | `.wireloom/sweep/origin.json` | which scenario, while the sweep goes |
-//! | `.wireloom/sweep/NNNNNN` | blocks of points that are done, while the sweep goes |
+//! | `.wireloom/sweep/NNNNNN` | chains of points that are done, while the sweep goes |
 
 use crate::arguments::SweepArguments;
 use crate::failure::{Failure, Outcome};
@@ -30,11 +30,9 @@ use wireloom::sweep::{Points, header};
 const TABLE: &str = "points.parquet";
 /// The page.
 const REPORT: &str = "report.html";
-/// Points of a block: what a kill costs at most. Whole blocks are computed, whatever the number of threads.
-const BLOCK: usize = 64;
 const PARTS: &str = "sweep";
-/// Changes with what the blocks mean.
-const FORMAT: u32 = 2;
+/// Changes with what the chains mean.
+const FORMAT: u32 = 3;
 /// Messages of refused points that are shown.
 const REFUSALS: usize = 3;
 
@@ -76,9 +74,9 @@ pub fn sweep(arguments: &SweepArguments, out: &mut dyn Write) -> Result<Outcome,
         sweep,
         header: header(sweep, &loaded.built.network),
     };
-    let blocks: Vec<usize> = (0..sweep.points.div_ceil(BLOCK)).filter(|k| !parts.path(*k).exists()).collect();
-    let range = |k: usize| k * BLOCK..((k + 1) * BLOCK).min(sweep.points);
-    let left: usize = blocks.iter().map(|k| range(*k).len()).sum();
+    let chains = points.chains();
+    let to_do: Vec<usize> = (0..chains.len()).filter(|k| !parts.path(*k).exists()).collect();
+    let left: usize = to_do.iter().map(|k| chains[*k].len()).sum();
     if left < sweep.points && !arguments.quiet {
         writeln!(out, "going on after {} points", sweep.points - left).map_err(Failure::standard_output)?;
         out.flush().map_err(Failure::standard_output)?;
@@ -86,17 +84,16 @@ pub fn sweep(arguments: &SweepArguments, out: &mut dyn Write) -> Result<Outcome,
     let bar = Bar::new(sweep.points, sweep.points - left, !arguments.quiet);
     bar.say("points");
     interrupt::listen();
-    for k in blocks {
-        let Some(rows) = points.compute(range(k), &interrupt::asked, &|| bar.one()) else { break };
-        folder::write(&parts.path(k), |out| encode(&rows, out))?;
-    }
+    points.compute(&to_do, &interrupt::asked, &|| bar.one(), |k, rows| {
+        folder::write(&parts.path(k), |out| encode(&rows, out))
+    })?;
     drop(bar);
     if interrupt::asked() {
         let words = format!("interrupted; the same command goes on, from {}", place.display());
         writeln!(out, "{words}").map_err(Failure::standard_output)?;
         return Ok(Outcome::NotConverged);
     }
-    let rows = parts.read(sweep.points.div_ceil(BLOCK))?;
+    let rows = parts.read(chains.len())?;
     let notes = [
         ("program", PROGRAM.to_owned()),
         ("scenario", loaded.scenario.name.clone()),
@@ -162,12 +159,12 @@ impl Parts {
         Ok(parts)
     }
 
-    fn path(&self, block: usize) -> PathBuf {
-        self.0.join(format!("{block:06}"))
+    fn path(&self, chain: usize) -> PathBuf {
+        self.0.join(format!("{chain:06}"))
     }
 
-    fn read(&self, blocks: usize) -> Result<Vec<Row>, Failure> {
-        let parts: Result<Vec<Vec<Row>>, Failure> = (0..blocks).map(|k| decode(&self.path(k))).collect();
+    fn read(&self, chains: usize) -> Result<Vec<Row>, Failure> {
+        let parts: Result<Vec<Vec<Row>>, Failure> = (0..chains).map(|k| decode(&self.path(k))).collect();
         Ok(parts?.into_iter().flatten().collect())
     }
 

@@ -6,7 +6,7 @@
 //! parts of the harness lie in more than one way, and [`Group::reasons`] why the runs may have parted.
 
 mod convergence;
-mod shape;
+pub(crate) mod shape;
 
 pub use convergence::{Trend, convergence};
 

@@ -146,6 +146,11 @@ impl BranchEnd {
         }
     }
 
+    /// Position (m) at an arc length (m), between nodes on the cubic through positions and tangents.
+    pub fn position_at(&self, s: f64) -> Vector {
+        crate::comparison::shape::position(self, s)
+    }
+
     /// Arc length and radius (m) of its tightest bend; none where it is straight.
     pub fn tightest(&self) -> Option<(f64, f64)> {
         let bends = self.s.iter().copied().zip(self.bend_radius.iter().copied());

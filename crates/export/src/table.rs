@@ -14,6 +14,9 @@
 //! | `bend_radius.BRANCH`, `twist_turns.BRANCH` | tightest bend of a branch (m), its twist (turns) |
 //! | `force.FIXING`, `force_x.FIXING` ... | what a fixing exerts in the end: norm and world components (N); null where it has let go |
 //! | `moment.FIXING`, `moment_x.FIXING` ... | likewise about the held point (N m) |
+//! | `position_x.OUTPUT` ... | position that a sweep asks for (m) |
+//! | `force.OUTPUT`, `force_x.OUTPUT` ..., `moment.OUTPUT` ..., `tension.OUTPUT` | internal force, moment (N, N m) and the part of the force along the branch (N) at a place that it asks for |
+//! | `bend_radius.OUTPUT`, `slack.OUTPUT` | tightest bend, and unstressed length beyond the distance of the ends, of a part of a branch that it asks for (m) |
 //!
 //! No times: the same sweep gives the same bytes.
 
@@ -73,6 +76,8 @@ pub struct Header {
     pub branches: Vec<String>,
     /// Fixings.
     pub fixings: Vec<String>,
+    /// Columns that the sweep asks for.
+    pub outputs: Vec<String>,
 }
 
 impl Header {
@@ -91,11 +96,12 @@ impl Header {
                 names.extend(["x", "y", "z"].map(|axis| format!("{what}_{axis}.{fixing}")));
             }
         }
+        names.extend_from_slice(&self.outputs);
         names
     }
 
-    /// A point that was computed.
-    pub fn row(&self, values: Vec<Cell>, ending: &Ending) -> Row {
+    /// A point that was computed, with what stands in the columns that the sweep asks for.
+    pub fn row(&self, values: Vec<Cell>, ending: &Ending, outputs: Vec<f64>) -> Row {
         let e = &ending.energy;
         let energies = [e.total(), e.stretch, e.shear, e.bend, e.twist, e.gravity, e.load, e.joint, e.constraint];
         let mut numbers = vec![ending.iterations as f64];
@@ -115,6 +121,7 @@ impl Header {
                 numbers.extend([v.norm(), v.x, v.y, v.z]);
             }
         }
+        numbers.extend(outputs);
         let trouble = ending.events.iter().filter(|(kind, _)| kind.is_trouble());
         let events: Vec<String> = trouble.map(|(kind, n)| format!("{n} {}", kind.word())).collect();
         Row {

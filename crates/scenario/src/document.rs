@@ -80,7 +80,7 @@ pub(crate) fn read(reader: &Reader<'_>, table: &DeTable<'_>) -> (Scenario, bool)
     let entries = root.entries("steps");
     let steps = sequence::steps(&entries, &mut constraints, &mut names);
     operations::settle_nearest(&mut constraints, &loads, &branches);
-    let sweep = root.entry("sweep").and_then(|entry| sweep::sweep(&entry));
+    let sweep = root.entry("sweep").and_then(|entry| sweep::sweep(&entry, &names));
     let output = root.entry("output").map_or(DEFAULT_OUTPUT, |entry| output(&entry));
     let scenario = Scenario {
         name,

@@ -104,7 +104,7 @@ fn refuse_count(entry: &Entry<'_>, kind: &str, stations: usize, span: bool) {
 }
 
 /// A part of a branch.
-fn stretch(entry: &Entry<'_>, names: &Names<'_>) -> Option<Stretch> {
+pub(crate) fn stretch(entry: &Entry<'_>, names: &Names<'_>) -> Option<Stretch> {
     let (branch, from, to) = (entry.word("branch"), entry.number("from"), entry.number("to"));
     if names.vertices.is_empty() {
         return None; // The branches have their own fault.
@@ -243,7 +243,7 @@ pub(crate) fn load<'a>(entry: &Entry<'a>, names: &mut Names<'a>) -> Option<Load>
 }
 
 /// Where something attaches, and whether that is the nearest place of a branch, which is known only when it begins.
-fn attachment(at: &Entry<'_>, names: &Names<'_>, nearest: bool) -> Option<(At, bool)> {
+pub(crate) fn attachment(at: &Entry<'_>, names: &Names<'_>, nearest: bool) -> Option<(At, bool)> {
     let (end, joint, branch) = (at.word("end"), at.word("joint"), at.word("branch"));
     let s = at.number("s");
     if names.vertices.is_empty() {

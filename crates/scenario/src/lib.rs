@@ -45,7 +45,7 @@ pub use files::{Files, NoFiles};
 pub use library::{shipped_coverings, shipped_wires};
 pub use plugins::{Plugins, plugins};
 pub use scenario::{
-    Arm, At, Branch, ByRule, Constraint, Division, Facing, Joint, Load, Minimiser, Output, Scenario, Spans,
+    Arm, At, Branch, ByRule, Constraint, Division, Facing, Joint, Load, Minimiser, Output, Scenario, Spans, Stretch,
 };
 pub use schema::schema;
 pub use settings::Setting;
@@ -89,6 +89,19 @@ pub fn parse_with_settings(
     files: &dyn Files,
     registry: &Registry,
 ) -> Result<Scenario, Vec<Fault>> {
+    build_with_settings(text, settings, files, registry).map(|(scenario, _)| scenario)
+}
+
+/// The same, with what a run needs: it is built in order to be checked.
+///
+/// # Errors
+/// See [`parse_with_settings`].
+pub fn build_with_settings(
+    text: &str,
+    settings: &[Setting],
+    files: &dyn Files,
+    registry: &Registry,
+) -> Result<(Scenario, Built), Vec<Fault>> {
     let whole_text = format!("{text}\n{}", settings::lines(settings));
     let mut table = toml_table(&whole_text[..text.len()])?;
     let reader = reader::Reader::new(&whole_text, files, registry);
@@ -97,29 +110,29 @@ pub fn parse_with_settings(
         return Err(unset);
     }
     let (scenario, whole) = document::read(&reader, table.get_ref());
+    let mut built = None;
     if whole {
         match scenario.build(registry) {
             Err(faults) => reader.faults(faults),
-            Ok(built) => {
-                reader.faults(conflicts::refuse_misplaced(&scenario, &built.network));
-                reader.faults(conflicts::refuse_contradictions(&scenario, &built.network));
-                let unheld = freedoms::refuse_unheld(&scenario, &built.network);
+            Ok(own) => {
+                reader.faults(conflicts::refuse_misplaced(&scenario, &own.network));
+                reader.faults(conflicts::refuse_contradictions(&scenario, &own.network));
+                let unheld = freedoms::refuse_unheld(&scenario, &own.network);
                 // Of a constraint that has broken down it is not known what it holds.
-                let broken = broken_down(&scenario, &built.network);
+                let broken = broken_down(&scenario, &own.network);
                 reader.faults(if broken.is_empty() { unheld } else { broken });
+                built = Some(own);
             }
         }
     }
     let faults = reader.finish();
-    if !faults.is_empty() {
-        return Err(faults);
-    }
+    let Some(built) = built.filter(|_| faults.is_empty()) else { return Err(faults) };
     // What a sweep sets is tried once, or a slip would be found only after all its points have failed.
     if let (Some(sweep), []) = (&scenario.sweep, settings) {
         parse_with_settings(text, &sweep.settings(0), files, registry)
             .map_err(|faults| sweep::placed(sweep, text, faults))?;
     }
-    Ok(scenario)
+    Ok((scenario, built))
 }
 
 /// Constraints that broke down as they were asked what they hold.

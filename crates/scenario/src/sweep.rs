@@ -1,16 +1,24 @@
 //! Sweeps: which values a scenario is run over. Every point follows from its number and the seed alone, so any of them can be
 //! computed again, on any machine, in any order.
 
+mod outputs;
+
+pub use crate::scenario::At;
+pub(crate) use outputs::QUANTITIES;
+pub use outputs::{Measured, Output};
+
 use crate::Span;
+use crate::document::Names;
 use crate::fault::Fault;
 use crate::reader::Entry;
 use crate::settings::Setting;
 use crate::units;
 use statrs::distribution::{ContinuousCDF, Normal};
+use std::sync::OnceLock;
 use toml::Spanned;
 use toml::de::DeValue;
 
-/// The most points of Sobol's sequence.
+/// Points of Sobol's sequence, as far as it is tabulated; after them it begins anew, scrambled otherwise.
 const SOBOL: usize = 1 << 16;
 /// The most keys of it.
 const SOBOL_KEYS: usize = 256;
@@ -43,8 +51,10 @@ pub struct Sweep {
     pub axes: Vec<Axis>,
     /// Number of points.
     pub points: usize,
-    /// Of a Latin hypercube: which slice each point has, key by key.
-    slices: Vec<Vec<usize>>,
+    /// What is measured beside what always is.
+    pub outputs: Vec<Output>,
+    /// Of a Latin hypercube: which slice each point has, key by key; there once a point is asked for.
+    slices: OnceLock<Vec<Vec<usize>>>,
 }
 
 /// A key that varies.
@@ -160,15 +170,42 @@ impl Sweep {
     fn share(&self, k: usize, axis: usize) -> f64 {
         let u = match self.method {
             Method::Sobol => {
+                let scrambling = (self.seed as u32).wrapping_add(0x9e37_79b9_u32.wrapping_mul((k / SOBOL) as u32));
+                let sample = sobol_burley::sample((k % SOBOL) as u32, axis as u32, scrambling);
                 // The middle of the smallest interval that the sequence knows.
-                f64::from(sobol_burley::sample(k as u32, axis as u32, self.seed as u32)) + f64::from(f32::EPSILON) / 4.0
+                f64::from(sample) + f64::from(f32::EPSILON) / 4.0
             }
             Method::LatinHypercube => {
-                (self.slices[axis][k] as f64 + random(self.seed, k, axis).f64()) / self.points as f64
+                (self.slices()[axis][k] as f64 + random(self.seed, k, axis).f64()) / self.points as f64
             }
             _ => random(self.seed, k, axis).f64(),
         };
         u.clamp(f64::EPSILON, 1.0 - f64::EPSILON)
+    }
+
+    /// Where a point is among all, key by key, each between 0 and 1: what is near there has values that are near. Words are as far
+    /// from each other as places in their list.
+    pub fn place(&self, k: usize) -> Vec<f64> {
+        let listed = |i: usize, n: usize| i as f64 / (n.max(2) - 1) as f64;
+        let mut left = k;
+        let mut places: Vec<f64> = (0..self.axes.len())
+            .rev()
+            .map(|axis| match (self.method, count(&self.axes[axis].range)) {
+                (Method::Grid, n) => {
+                    let i = left % n;
+                    left /= n;
+                    listed(i, n)
+                }
+                (Method::Zip, n) => listed(k, n),
+                (Method::Random | Method::LatinHypercube | Method::Sobol, _) => self.share(k, axis),
+            })
+            .collect();
+        places.reverse();
+        places
+    }
+
+    fn slices(&self) -> &[Vec<usize>] {
+        self.slices.get_or_init(|| (0..self.axes.len()).map(|axis| permutation(self.seed, axis, self.points)).collect())
     }
 
     /// What to set for a point.
@@ -194,7 +231,7 @@ fn count(range: &Range) -> usize {
 }
 
 /// Reads a sweep; `None` where it is at fault.
-pub(crate) fn sweep(entry: &Entry<'_>) -> Option<Sweep> {
+pub(crate) fn sweep(entry: &Entry<'_>, names: &Names<'_>) -> Option<Sweep> {
     let before = entry.reader.fault_count();
     let method = match entry.choice("method").unwrap_or("grid") {
         "zip" => Method::Zip,
@@ -225,6 +262,9 @@ pub(crate) fn sweep(entry: &Entry<'_>) -> Option<Sweep> {
             "add a key, such as \"branches.left.length\" = { from = 0.4, to = 0.5 }",
         );
     }
+    let measured = entry.named_entries("outputs");
+    let outputs: Vec<Output> =
+        measured.iter().filter_map(|(name, output)| outputs::output(name, output, names)).collect();
     if entry.reader.fault_count() > before || axes.is_empty() {
         return None;
     }
@@ -242,12 +282,8 @@ pub(crate) fn sweep(entry: &Entry<'_>) -> Option<Sweep> {
         }
         _ => samples.unwrap_or(1),
     };
-    let most = if method == Method::Sobol { SOBOL } else { POINTS };
-    if points > most {
-        entry.fault_here(
-            format!("this sweep has {points} points"),
-            format!("at most {most} are possible with this method"),
-        );
+    if points > POINTS {
+        entry.fault_here(format!("this sweep has {points} points"), format!("at most {POINTS} are possible"));
         return None;
     }
     if method == Method::Sobol && axes.len() > SOBOL_KEYS {
@@ -257,11 +293,7 @@ pub(crate) fn sweep(entry: &Entry<'_>) -> Option<Sweep> {
         );
         return None;
     }
-    let slices = match method {
-        Method::LatinHypercube => (0..axes.len()).map(|axis| permutation(seed, axis, points)).collect(),
-        _ => vec![],
-    };
-    Some(Sweep { method, seed, axes, points, slices })
+    Some(Sweep { method, seed, axes, points, outputs, slices: OnceLock::new() })
 }
 
 fn permutation(seed: u64, axis: usize, n: usize) -> Vec<usize> {
@@ -400,8 +432,7 @@ mod tests {
             span: 0..0,
         };
         let axes = vec![axis("a"), axis("b")];
-        let slices = (0..2).map(|axis| permutation(7, axis, points)).collect();
-        Sweep { method, seed: 7, axes, points, slices }
+        Sweep { method, seed: 7, axes, points, outputs: vec![], slices: OnceLock::new() }
     }
 
     fn numbers(sweep: &Sweep) -> Vec<[f64; 2]> {
@@ -423,6 +454,15 @@ mod tests {
             assert!((mean - 0.5).abs() < 0.02, "{method:?}: {mean}");
             assert_eq!(points, numbers(&uniform(method, 1024)));
         }
+        // Beyond the end of Sobol's tables each further 65,536 points fill it evenly, and are others.
+        let sobol = uniform(Method::Sobol, 2 * SOBOL);
+        let mut squares = [[0; 256]; 256];
+        for k in SOBOL..2 * SOBOL {
+            let [a, b] = [0, 1].map(|axis| sobol.share(k, axis));
+            squares[(256.0 * a) as usize][(256.0 * b) as usize] += 1;
+            assert!(a != sobol.share(k - SOBOL, 0));
+        }
+        assert!(squares.iter().flatten().all(|n| *n == 1), "one in each of as many squares");
         let slices = |axis: usize| {
             let mut slices: Vec<usize> = numbers(&uniform(Method::LatinHypercube, 100))
                 .iter()

@@ -12,6 +12,9 @@ use wireloom_core::equilibrium::{OperationResult, StepResult};
 use wireloom_core::problem::Conditions;
 use wireloom_core::{Network, State, Status};
 
+/// States are the same where nothing is farther away than this share of the longest branch, and nothing turned by more than this (rad).
+const SAME: f64 = 1e-4;
+
 /// Where a run stands. What it is made of is no business of those who keep it: it may change from one version of the
 /// program to the next.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -42,6 +45,21 @@ impl Checkpoint {
     /// How many results the run had kept.
     pub fn kept(&self) -> usize {
         self.kept
+    }
+
+    /// Whether nothing has happened yet but that a balanced start was found.
+    pub fn is_balanced_start(&self) -> bool {
+        // What is said before the first step is that its start was not balanced.
+        (self.step_index, self.increment) == (0, 0) && self.plan.is_none() && self.notes.is_empty()
+    }
+
+    /// Whether the state of a checkpoint of the same network is that of this one, but for what a minimiser leaves.
+    pub fn is_same_state(&self, other: &Checkpoint, network: &Network) -> bool {
+        let length = network.branches.iter().map(|branch| branch.rod.mesh().length()).fold(0.0, f64::max);
+        let (one, other) = (&self.state, &other.state);
+        let mut moves = one.points.iter().zip(&other.points).map(|(a, b)| (a - b).norm() / length);
+        let mut turns = one.frames.iter().zip(&other.frames).map(|(a, b)| a.angle_to(b));
+        moves.all(|share| share <= SAME) && turns.all(|angle| angle <= SAME)
     }
 
     /// Whether it can be one of this network.

@@ -4,7 +4,7 @@
 //! frame. [`structure`] orders the blocks by minimum degree, which on trees gives no fill at all; [`gather`]
 //! puts the parts' second derivatives into a [`matrix`], [`factor`] factorises it in place, [`newton`] walks downhill
 //! with it ([`lbfgs`] and [`ncg`] go by gradients), [`settle`] brings the points into balance after every step, [`border`] adds the arc
-//! lengths of fixings that slide, [`nested`] carries a start over from a coarse mesh, [`certificate`] grades the result, [`steps`]
+//! lengths of fixings that slide, [`nested`] carries a start over from a coarse mesh, or from a neighbour in a sweep, [`certificate`] grades the result, [`steps`]
 //! carries out the assembly, [`events`] keeps the log of what happened on the way.
 
 pub mod border;
@@ -33,7 +33,7 @@ pub mod steps;
 pub mod structure;
 mod transport;
 
-pub use steps::{Control, Progress, carry_out};
+pub use steps::{Control, Progress, carry_out, start_near};
 
 use wireloom_core::Registry;
 

@@ -1,31 +1,49 @@
-//! Nested iteration: a start found on a coarse mesh, carried over to a fine one.
+//! A start found for a harness that is nearly the same, carried over: from a coarse mesh to a fine one, or from one point of a sweep to
+//! the next.
 //!
-//! From far away the number of iterations hardly depends on the mesh, so they are cheap where segments are few; on the fine mesh
+//! Nested iteration: from far away the number of iterations hardly depends on the mesh, so they are cheap where segments are few; on the fine mesh
 //! a handful is left (Brandt 1977).
 
 use std::ops::Range;
 use wireloom_core::{Network, State};
 
-/// The state of a harness on a coarse mesh, on a finer mesh of the same harness: points and frames between those of the coarse one
-/// by their arc lengths, those of stations and joints as they are.
+/// Whether harnesses have the same branches and joints, of whatever lengths and meshes, and nothing by which their states would know how they
+/// came about: meshes that move along their cables, or obstacles that these may lie on either side of.
+pub fn alike(one: &Network, other: &Network) -> bool {
+    let branches = |network: &Network| -> Vec<_> {
+        network.branches.iter().map(|b| (b.name.clone(), b.start, b.end, b.mesh_moves)).collect()
+    };
+    let joints = |network: &Network| -> Vec<_> {
+        network.joints.iter().map(|j| (j.name.clone(), j.branches.clone(), j.frame.is_some())).collect()
+    };
+    branches(one) == branches(other)
+        && joints(one) == joints(other)
+        && one.branches.iter().all(|branch| !branch.mesh_moves)
+        && one.obstacles.is_empty()
+        && other.obstacles.is_empty()
+}
+
+/// The state of a harness on the mesh of another one with the same branches and joints: points and frames between the known ones by their
+/// shares of the branches' lengths, those of joints as they are.
 ///
 /// # Panics
-/// If the networks are not of the same branches and joints.
-pub fn refined(coarse: &Network, state: &State, network: &Network) -> State {
-    let mut fine = State::origin(network);
-    for (b, (from, to)) in coarse.branches.iter().zip(&network.branches).enumerate() {
-        let s = state.arc_lengths(coarse, b);
-        let places = from.rod.mesh().frame_places(&s);
-        let (points, frames) = (&state.points[from.points.clone()], &state.frames[from.frames.clone()]);
-        let mesh = to.rod.mesh();
-        let fine_s = mesh.arc_lengths();
-        for (i, &at) in to.points.clone().zip(&fine_s) {
+/// If the networks have not the same branches and joints.
+pub fn carried_over(from: &Network, state: &State, network: &Network) -> State {
+    let mut carried = State::origin(network);
+    for (b, (old, new)) in from.branches.iter().zip(&network.branches).enumerate() {
+        let s = state.arc_lengths(from, b);
+        let places = old.rod.mesh().frame_places(&s);
+        let (points, frames) = (&state.points[old.points.clone()], &state.frames[old.frames.clone()]);
+        let mesh = new.rod.mesh();
+        let longer = s[s.len() - 1] / mesh.length();
+        let at: Vec<f64> = mesh.arc_lengths().into_iter().map(|s| s * longer).collect();
+        for (i, &at) in new.points.clone().zip(&at) {
             let (k, t) = between(&s, at);
-            fine.points[i] = points[k].lerp(&points[k + 1], t);
+            carried.points[i] = points[k].lerp(&points[k + 1], t);
         }
-        for (c, at) in to.frames.clone().zip(mesh.frame_places(&fine_s)) {
+        for (c, at) in new.frames.clone().zip(mesh.frame_places(&at)) {
             // A branch of one segment between two points has one frame.
-            fine.frames[c] = if frames.len() < 2 {
+            carried.frames[c] = if frames.len() < 2 {
                 frames[0]
             } else {
                 let (k, t) = between(&places, at);
@@ -33,14 +51,14 @@ pub fn refined(coarse: &Network, state: &State, network: &Network) -> State {
             };
         }
     }
-    for (from, to) in coarse.joints.iter().zip(&network.joints) {
-        fine.points[to.point] = state.points[from.point];
-        if let (Some(from), Some(to)) = (from.frame, to.frame) {
-            fine.frames[to] = state.frames[from];
+    for (old, new) in from.joints.iter().zip(&network.joints) {
+        carried.points[new.point] = state.points[old.point];
+        if let (Some(old), Some(new)) = (old.frame, new.frame) {
+            carried.frames[new] = state.frames[old];
         }
     }
-    network.follow_ties(&mut fine);
-    fine
+    network.follow_ties(&mut carried);
+    carried
 }
 
 /// Which two of increasing places `at` is between (or next to, at the ends): the first of them, and how far on the way to the second.

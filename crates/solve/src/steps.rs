@@ -1,11 +1,14 @@
 //! The step driver: carries out the assembly in increments, each of which ends in an equilibrium.
 
+mod homing;
+
+pub use homing::start_near;
+
 use crate::certificate::{Certifier, FEASIBLE};
 use crate::checkpoint::{Checkpoint, Observer, Resumed};
 use crate::events::{self, EventLog, Occurrence};
 use crate::plan::{self, Plan};
-use crate::settle::Settle;
-use crate::{clips, nested, operations, result, start};
+use crate::{clips, operations, result, start};
 use std::time::Instant;
 use wireloom_core::contact::Rounds;
 use wireloom_core::equilibrium::{MinimiserResult, OperationResult, PartFamily, PartFault, Run, StepResult};
@@ -13,19 +16,10 @@ use wireloom_core::minimiser::{Minimiser, Status, Stop};
 use wireloom_core::problem::{Conditions, Problem};
 use wireloom_core::sliding::{SlideStop, Sliding};
 use wireloom_core::steps::{Journey, Schedule, Step};
-use wireloom_core::{EventKind, EventPlace, Moment, Network, State, Vector};
+use wireloom_core::{EventKind, EventPlace, Moment, Network, State};
 
 /// An increment that fails is halved, its halves likewise, up to this many times.
 const CUT_BACKS: u32 = 4;
-/// Least number of increments in which the start shape gives way and the fixings are brought to where the scenario puts
-/// them.
-const HOMING: f64 = 10.0;
-/// One increment of homing for so much of the longest branch's length.
-const HOMING_SHARE: f64 = 0.1;
-/// One increment of homing for so many radians.
-const HOMING_TURN: f64 = 0.3;
-/// Nobody sees the increments of homing: they need only be near a balance.
-const HOMING_TOLERANCE: f64 = 0.1;
 /// So many times the iterations of an increment are allowed where parts may snap: in homing, and where smaller
 /// increments did not help.
 const SNAP_ITERATIONS: usize = 20;
@@ -39,10 +33,6 @@ const FRICTION_ROUNDS: usize = 40;
 const MULTIPLIER_ROUNDS: usize = 40;
 /// Arc lengths that differ by less than this share of the branch are the same.
 const SAME_PLACE: f64 = 1e-12;
-/// Turns (rad) by which a start that is balanced on an edge is disturbed, one after the other until it falls: where it falls slowly, small
-/// ones have died away in all other directions first, and it stands again.
-const DISTURBANCES: [f64; 3] = [1e-3, 1e-2, 1e-1];
-
 /// Turns that a fixing may make at once: half a turn would look the same either way round.
 const LARGEST_TURNS: f64 = 0.2;
 
@@ -99,6 +89,19 @@ struct Driver<'n, 'm> {
     operations: Vec<OperationResult>,
 }
 
+/// Nothing is done yet.
+fn begun(schedule: &Schedule) -> Run {
+    Run {
+        scenario: schedule.scenario.clone(),
+        status: Status::Converged,
+        notes: Vec::new(),
+        events: Vec::new(),
+        steps: Vec::new(),
+        fault: None,
+        plugins: Vec::new(),
+    }
+}
+
 /// Carries out a schedule; where there is the same harness on a `coarse` mesh, its start is looked for there first. The observer sees
 /// every increment's end, may stop the run, and may keep checkpoints; from `resumed` it goes on with a run that one of them kept. The
 /// status of the run is that of the first increment that did not converge.
@@ -114,15 +117,7 @@ pub fn carry_out(
     resumed: Option<Resumed>,
     observer: &mut dyn Observer,
 ) -> Run {
-    let mut run = Run {
-        scenario: schedule.scenario.clone(),
-        status: Status::Converged,
-        notes: Vec::new(),
-        events: Vec::new(),
-        steps: Vec::new(),
-        fault: None,
-        plugins: Vec::new(),
-    };
+    let mut run = begun(schedule);
     let alone = [Step { name: "equilibrium".into(), increments: 1, ..Step::default() }];
     let steps = if schedule.steps.is_empty() { &alone[..] } else { &schedule.steps };
     let mut clock = Instant::now();
@@ -315,146 +310,6 @@ impl<'n, 'm> Driver<'n, 'm> {
             notes: run.notes.clone(),
             kept: run.steps.len(),
         }
-    }
-
-    /// From the start shape to a balanced state with the fixings that act from the start where the scenario puts them.
-    /// A drawn shape is first taken for the rest shape, without weight; then it gives way to the true one and the weight
-    /// comes, while the fixings move. No edge is left to balance on.
-    fn bring_home(&mut self, observer: &mut dyn Observer) -> Status {
-        let network = self.problem.network;
-        let mut journeys = Vec::new();
-        let mut increments = HOMING;
-        let length = self.problem.scales().length;
-        for (f, fixing) in network.fixings.iter().enumerate().filter(|(_, fixing)| fixing.from_start) {
-            let from = self.problem.conditions().fixings[f].base;
-            let journey = plan::home(f, fixing, from);
-            let to = journey.at(1.0);
-            increments = increments
-                .max((to.position - from.position).norm() / (HOMING_SHARE * length))
-                .max(to.orientation.angle_to(&from.orientation) / HOMING_TURN);
-            journeys.push(journey);
-        }
-        let increments = increments.min(100.0).ceil() as usize;
-        let gravity = self.problem.conditions().gravity;
-        let weightless = !network.branches.iter().all(|b| b.path.is_empty());
-        if weightless {
-            self.problem.change(|c| c.gravity = Vector::zeros());
-            self.problem.hold_drawn_shape(&self.state);
-        }
-        let step = Step { gravity: Some(gravity), ..Step::default() };
-        let mut plan = Plan::new(&self.problem, &step, journeys);
-        plan.undraw = weightless;
-        let stop = self.stop;
-        // A part that snaps on the way needs more iterations, not smaller increments.
-        self.stop.max_iterations = snap_iterations(&stop);
-        self.stop.force_tolerance = stop.force_tolerance.max(HOMING_TOLERANCE);
-        let mut status = self.advance(&plan, 0.0, 0.0, 0);
-        for k in 1..=increments {
-            if observer.gives_up() {
-                return Status::Interrupted;
-            }
-            if k == increments {
-                self.stop.force_tolerance = stop.force_tolerance;
-            }
-            let (a, b) = ((k - 1) as f64 / increments as f64, k as f64 / increments as f64);
-            status = self.advance_through(&plan, a, b);
-            if !matches!(status, Status::Converged | Status::Stalled) {
-                break;
-            }
-        }
-        if self.fault.is_some() {
-            return status;
-        }
-        if !matches!(status, Status::Converged | Status::Stalled) {
-            // The way is barred: go down from here without it.
-            self.stop.force_tolerance = stop.force_tolerance;
-            plan.apply(&mut self.problem, 1.0);
-            status = self.solve();
-        }
-        self.let_run();
-        if !network.slides.is_empty() {
-            status = self.solve();
-        }
-        status = self.off_the_edge(status);
-        self.stop = stop;
-        status
-    }
-
-    /// The balanced start of a coarse mesh, carried over to this one. `None` where that leads to no balance: the harness then lies as
-    /// it did.
-    fn come_from(&mut self, coarse: &Network, schedule: &Schedule, observer: &mut dyn Observer) -> Option<Status> {
-        let mut rough = Driver::at_start(coarse, &mut *self.minimiser, &self.stop, schedule);
-        let status = rough.bring_home(observer);
-        let (state, work) = (rough.state, (rough.iterations, rough.factorisations));
-        self.iterations += work.0;
-        self.factorisations += work.1;
-        if status != Status::Converged {
-            return (status == Status::Interrupted).then_some(status);
-        }
-        let network = self.problem.network;
-        let began = std::mem::replace(&mut self.state, nested::refined(coarse, &state, network));
-        let conditions = self.problem.conditions().clone();
-        for (f, fixing) in network.fixings.iter().enumerate().filter(|(_, fixing)| fixing.from_start) {
-            self.problem.set_target(f, plan::home(f, fixing, self.state.pose(&fixing.site)).at(1.0));
-        }
-        self.problem.update_held(&self.state);
-        self.problem.place_held(&mut self.state);
-        self.problem.gradient(&self.state, &mut self.certifier.gradient);
-        Settle::new(network).settle(&mut self.problem, &mut self.state, &self.certifier.gradient, 0.0);
-        let stop = self.stop;
-        self.stop.max_iterations = snap_iterations(&stop);
-        let mut status = self.solve();
-        status = self.off_the_edge(status);
-        self.stop = stop;
-        if status != Status::Converged {
-            self.state = began;
-            self.problem.set_multipliers(&conditions);
-            self.problem.set_contacts(&conditions);
-            for (f, own) in conditions.fixings.into_iter().enumerate() {
-                self.problem.set_target(f, own.base);
-            }
-            return None;
-        }
-        self.homing = false;
-        Some(status)
-    }
-
-    /// Lets the cable run through what slides without friction.
-    fn let_run(&mut self) {
-        self.homing = false;
-        self.problem.let_rub();
-        for (k, _) in self.problem.network.slides.iter().enumerate().filter(|(_, site)| site.friction == 0.0) {
-            self.problem.set_sliding(k, Sliding::Running { force: 0.0 });
-        }
-    }
-
-    /// Where the start is balanced on an edge, or the way down is not to be found from it, disturbs it a little (the same way every time) and lets it fall.
-    fn off_the_edge(&mut self, status: Status) -> Status {
-        let judged = matches!(status, Status::Converged | Status::Failed) && !self.problem.has_dead_moments();
-        if !judged || self.problem.network.fixings.is_empty() {
-            return status;
-        }
-        if status == Status::Converged && self.certifier.stable(&mut self.problem, &self.state) {
-            return status;
-        }
-        let (began, conditions) = (self.state.clone(), self.problem.conditions().clone());
-        for disturbance in DISTURBANCES {
-            for (c, q) in self.state.frames.iter_mut().enumerate() {
-                let phase = 0.7 * c as f64;
-                let theta = Vector::new(phase.sin(), (0.6 * phase + 1.0).cos(), 0.0) * disturbance;
-                *q = wireloom_core::rotation::turned(q, &theta);
-            }
-            self.problem.network.follow_ties(&mut self.state);
-            let fallen = self.solve();
-            if fallen == Status::Converged && self.certifier.stable(&mut self.problem, &self.state) {
-                return fallen;
-            }
-        }
-        self.state = began;
-        self.problem.set_multipliers(&conditions);
-        self.problem.set_contacts(&conditions);
-        self.certify(status);
-        status
     }
 
     /// One increment, from share `a` to share `b` of a plan, and what had to be done to find its end.

@@ -1,4 +1,11 @@
-//! Drag-step times: how long one small move of a held end takes, on the machine at hand.
+//! Drag-step times: how long one small move of a held end takes, on the machine at hand; the minimisers side by side, and a sweep of many
+//! points.
+
+mod minimisers;
+mod monte_carlo;
+
+pub use minimisers::{Contender, minimisers};
+pub use monte_carlo::{MonteCarlo, monte_carlo};
 
 use crate::import::kbl::{Arrangement, Options};
 use crate::models::joints::cosserat::CosseratJoint;
@@ -23,7 +30,7 @@ const STRIDE: f64 = 0.005;
 /// One measured case.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Case {
-    /// `drag` for the single cable, `drag-harness` for the branched one.
+    /// `drag` for the single cable, `drag-harness` for the branched one, and so on.
     pub case: &'static str,
     /// Segments in all.
     pub segments: usize,
@@ -37,6 +44,8 @@ pub struct Case {
     pub seconds_per_step: f64,
     /// Mean number of linear solves in a step.
     pub iterations_per_step: f64,
+    /// Mean number of evaluations of the gradient in a step.
+    pub evaluations_per_step: f64,
     /// Mean number of factorisations in a step.
     pub factorisations_per_step: f64,
     /// Largest relative residual after any step, recomputed.
@@ -172,7 +181,7 @@ pub fn drag(
 fn stroke(
     case: &'static str,
     (mut problem, mut state): (Problem<'_>, State),
-    newton: &mut Newton,
+    minimiser: &mut dyn Minimiser,
     stop: &Stop,
     fixing: usize,
     outward: Vector,
@@ -183,17 +192,18 @@ fn stroke(
     let (problem, state) = (&mut problem, &mut state);
     let mut target = problem.conditions().targets[fixing];
     let mut times = [vec![], vec![]];
-    let (mut iterations, mut factorisations, mut residual, mut failures) = (0, 0, 0.0_f64, 0);
+    let (mut iterations, mut evaluations, mut factorisations, mut residual, mut failures) = (0, 0, 0, 0.0_f64, 0);
     for _ in 0..strokes {
         for (direction, times) in [outward, -outward].iter().zip(&mut times) {
             for _ in 0..steps {
                 target.position += direction * STRIDE;
                 let clock = Instant::now();
                 problem.set_target(fixing, target);
-                let report = newton.minimise(problem, state, stop);
+                let report = minimiser.minimise(problem, state, stop);
                 times.push(clock.elapsed().as_secs_f64());
                 let certificate = certifier.certify(problem, state, stop, report.status);
                 iterations += report.iterations;
+                evaluations += report.evaluations;
                 factorisations += report.factorisations;
                 residual = residual.max(certificate.residual);
                 failures += usize::from(certificate.status != Status::Converged);
@@ -213,6 +223,7 @@ fn stroke(
         seconds_back: back,
         seconds_per_step: 0.5 * (out + back),
         iterations_per_step: iterations as f64 / count,
+        evaluations_per_step: evaluations as f64 / count,
         factorisations_per_step: factorisations as f64 / count,
         residual,
         failures,

@@ -57,9 +57,7 @@ pub fn load_with_settings(
     files: &dyn Files,
     registry: &Registry,
 ) -> Result<(Scenario, Built), Vec<Fault>> {
-    let scenario = scenario::parse_with_settings(text, settings, files, registry)?;
-    let built = scenario.build(registry)?;
-    Ok((scenario, built))
+    scenario::build_with_settings(text, settings, files, registry)
 }
 
 /// Carries out a built scenario. The observer sees every increment's end and may stop the run; what was computed is

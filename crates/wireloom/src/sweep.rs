@@ -1,14 +1,35 @@
-//! Sweeps: a scenario over many values. Every point begins afresh, so that it does not depend on its neighbours, on the number of
-//! threads, or on where an interrupted sweep was taken up again.
+//! Sweeps: a scenario over many values.
+//!
+//! Points are computed in *chains*: so many consecutive ones, which depend on nothing outside. The first point of a chain is started
+//! afresh, as a run of it alone would be; the others from the balanced start of the nearest point of the chain that is done, which
+//! saves laying the harness out and bringing it home. Their steps are carried out in full. A neighbour's start is a way to the same
+//! equilibrium, not to another one:
+//!
+//! - a start must be near: found, and nothing turned far on the way ([`wireloom_solve::start_near`]);
+//! - the last point of a chain is started afresh, too, and must come to the same start.
+//!
+//! Where either fails, where there is more than one equilibrium and which one is found depends on the way, all points of the chain are
+//! started afresh. So what is between the ends of a chain has the equilibrium that both have; what a start afresh would find at single points
+//! between them, and at neither end, is not looked for. How chains are cut follows from the number of points alone: so rows are the same, to the last bit, for any number of
+//! threads, and wherever an interrupted sweep was taken up again.
+
+mod outputs;
 
 use rayon::prelude::*;
 use std::ops::Range;
+use wireloom_core::equilibrium::StepResult;
 use wireloom_core::{Network, Registry, Status};
 use wireloom_export::ending::Ending;
 use wireloom_export::table::{Cell, Header, Row};
-use wireloom_scenario::sweep::{Sweep, Value};
-use wireloom_scenario::{Fault, Files};
-use wireloom_solve::Control;
+use wireloom_scenario::sweep::{Axis, Sweep, Value};
+use wireloom_scenario::{Built, Fault, Files};
+use wireloom_solve::checkpoint::{Checkpoint, Observer, Resumed};
+use wireloom_solve::{Control, Progress};
+
+/// The most points of a chain: what a kill costs, on each core. One of them is computed twice.
+const LONGEST: usize = 32;
+/// Chains there are at least, so that all cores have work.
+const CHAINS: usize = 16;
 
 /// What is computed at each point.
 pub struct Points<'a> {
@@ -39,52 +60,196 @@ pub fn header(sweep: &Sweep, network: &Network) -> Header {
         keys: sweep.axes.iter().map(|axis| axis.key.clone()).collect(),
         branches: network.branches.iter().map(|branch| branch.name.clone()).collect(),
         fixings,
+        outputs: sweep.outputs.iter().flat_map(outputs::columns).collect(),
     }
 }
 
+/// A point that was computed.
+struct Point {
+    row: Row,
+    /// What others may start from.
+    start: Option<Start>,
+}
+
+/// The balanced start of a point.
+struct Start {
+    network: Network,
+    checkpoint: Checkpoint,
+}
+
+/// How a point is started.
+#[derive(Clone, Copy)]
+enum Began<'s> {
+    /// As a run of it alone.
+    Afresh,
+    /// From the start of another one.
+    Near(&'s Start),
+}
+
 impl Points<'_> {
-    /// Computes points on all cores, in order; `None` where `stop` says so before all are done. `done` is told of each.
-    pub fn compute(
+    /// How the points are cut into chains.
+    pub fn chains(&self) -> Vec<Range<usize>> {
+        let points = self.sweep.points;
+        let length = (points / CHAINS).clamp(1, LONGEST);
+        (0..points).step_by(length).map(|first| first..(first + length).min(points)).collect()
+    }
+
+    /// Computes chains on all cores until `stop` says so; `keep` is given the rows of each that is done (its number is that of
+    /// [`Self::chains`]), `done` told of each point.
+    ///
+    /// # Errors
+    /// Those of `keep`.
+    pub fn compute<E: Send>(
+        &self,
+        chains: &[usize],
+        stop: &(dyn Fn() -> bool + Sync),
+        done: &(dyn Fn() + Sync),
+        keep: impl Fn(usize, Vec<Row>) -> Result<(), E> + Sync,
+    ) -> Result<(), E> {
+        let all = self.chains();
+        // One at a time: which thread takes which makes no difference.
+        chains.par_iter().with_max_len(1).try_for_each(|&k| match self.chain(all[k].clone(), stop, done) {
+            Some(rows) => keep(k, rows),
+            None => Ok(()),
+        })
+    }
+
+    /// The rows of a chain; `None` where it was stopped.
+    fn chain(
         &self,
         points: Range<usize>,
         stop: &(dyn Fn() -> bool + Sync),
         done: &(dyn Fn() + Sync),
     ) -> Option<Vec<Row>> {
-        let point = |k| {
-            let row = self.point(k, stop);
+        let mut told = 0;
+        let rows = match self.near_each_other(points.clone(), stop, &mut || {
+            told += 1;
             done();
-            row
+        }) {
+            Some(rows) => rows,
+            None => {
+                let afresh = |k| Some(self.point(k, Began::Afresh, stop)?.row);
+                points.clone().map(afresh).collect::<Option<Vec<Row>>>()?
+            }
         };
-        points.into_par_iter().map(point).collect()
+        points.skip(told).for_each(|_| done());
+        Some(rows)
     }
 
-    fn point(&self, k: usize, stop: &(dyn Fn() -> bool + Sync)) -> Option<Row> {
+    /// The rows of a chain whose points are started from each other; `None` where they must be started afresh, or it was stopped.
+    fn near_each_other(
+        &self,
+        points: Range<usize>,
+        stop: &(dyn Fn() -> bool + Sync),
+        done: &mut dyn FnMut(),
+    ) -> Option<Vec<Row>> {
+        let places: Vec<Vec<f64>> = points.clone().map(|k| self.sweep.place(k)).collect();
+        let distance =
+            |a: usize, b: usize| -> f64 { places[a].iter().zip(&places[b]).map(|(a, b)| (a - b) * (a - b)).sum() };
+        let mut all: Vec<Option<Point>> = points.clone().map(|_| None).collect();
+        let mut last = None;
+        loop {
+            let has_start = |i: &usize| all[*i].as_ref().is_some_and(|point| point.start.is_some());
+            let (starts, left): (Vec<usize>, Vec<usize>) =
+                ((0..all.len()).filter(has_start).collect(), (0..all.len()).filter(|i| all[*i].is_none()).collect());
+            let pairs = left.iter().flat_map(|i| starts.iter().map(move |near| (*i, *near)));
+            // The first of equals.
+            let nearest = pairs.min_by(|a, b| distance(a.0, a.1).total_cmp(&distance(b.0, b.1)));
+            let (i, from) = match (nearest, left.first()) {
+                (Some((i, near)), _) => {
+                    last = Some(i);
+                    (i, all[near].as_ref().and_then(|point| point.start.as_ref()).map_or(Began::Afresh, Began::Near))
+                }
+                (None, Some(&first)) => (first, Began::Afresh),
+                (None, None) => break,
+            };
+            all[i] = Some(self.point(points.start + i, from, stop)?);
+            done();
+        }
+        let mut all: Vec<Point> = all.into_iter().flatten().collect();
+        if let Some(i) = last {
+            let afresh = self.point(points.start + i, Began::Afresh, stop)?;
+            let same = match (&afresh.start, &all[i].start) {
+                (Some(one), Some(other)) => one.checkpoint.is_same_state(&other.checkpoint, &one.network),
+                (None, None) => true,
+                _ => false,
+            };
+            if !same {
+                return None;
+            }
+            all[i] = afresh;
+        }
+        Some(all.into_iter().map(|point| point.row).collect())
+    }
+
+    /// Computes a point; `None` where it has no start near that of the other one, or it was stopped.
+    fn point(&self, k: usize, from: Began<'_>, stop: &(dyn Fn() -> bool + Sync)) -> Option<Point> {
         if stop() {
             return None;
         }
-        let cell = |(axis, value): (&wireloom_scenario::sweep::Axis, Value)| match value.number {
+        let cell = |(axis, value): (&Axis, Value)| match value.number {
             Some(number) if axis.range.is_numeric() => Cell::Number(number),
             _ => Cell::Word(value.word().to_owned()),
         };
         let values: Vec<Cell> = self.sweep.axes.iter().zip(self.sweep.point(k)).map(cell).collect();
         let mut settings = self.sweep.settings(k);
         settings.extend(self.minimiser.map(wireloom_scenario::Setting::minimiser));
-        let built = match crate::load_with_settings(self.text, &settings, self.files, self.registry) {
-            Ok((_, built)) => built,
-            Err(faults) => return Some(self.header.refused(values, said(&faults))),
+        let (scenario, built) = match crate::load_with_settings(self.text, &settings, self.files, self.registry) {
+            Ok(loaded) => loaded,
+            Err(faults) => {
+                return Some(Point { row: self.header.refused(values, said(&faults)), start: None });
+            }
         };
-        let control = || if stop() { Control::Stop } else { Control::Continue };
-        let run = crate::run(built, &mut |_, _| control());
+        let Built { network, coarse, schedule, mut minimiser, stop: when, .. } = built;
+        let resumed = match from {
+            Began::Afresh => None,
+            Began::Near(Start { network: other, checkpoint }) => {
+                let near = (other, checkpoint);
+                let checkpoint = wireloom_solve::start_near(&network, minimiser.as_mut(), &when, &schedule, near)?;
+                Some(Resumed { checkpoint, steps: Vec::new() })
+            }
+        };
+        let mut watching = Watching { stop, start: None };
+        let minimiser = minimiser.as_mut();
+        let run =
+            wireloom_solve::carry_out(&network, coarse.as_ref(), minimiser, &when, &schedule, resumed, &mut watching);
         if run.status == Status::Interrupted {
             return None;
         }
         // Why a run ended before its time.
         let message = run.fault.as_ref().map(|fault| fault.message.clone());
-        let row = match Ending::of(&run) {
-            Some(ending) => self.header.row(values, &ending),
-            None => Row { status: run.status.word().to_owned(), ..self.header.refused(values, String::new()) },
+        let row = match (Ending::of(&run), run.steps.last()) {
+            (Some(ending), Some(end)) => {
+                // Where they are measured may vary.
+                let outputs = scenario.sweep.iter().flat_map(|sweep| &sweep.outputs);
+                let outputs = outputs.flat_map(|output| outputs::values(output, &ending, end)).collect();
+                self.header.row(values, &ending, outputs)
+            }
+            _ => Row { status: run.status.word().to_owned(), ..self.header.refused(values, String::new()) },
         };
-        Some(Row { message, ..row })
+        let start = watching.start.filter(Checkpoint::is_balanced_start);
+        let start = start.map(|checkpoint| Start { network, checkpoint });
+        Some(Point { row: Row { message, ..row }, start })
+    }
+}
+
+/// Keeps the first checkpoint.
+struct Watching<'s> {
+    stop: &'s (dyn Fn() -> bool + Sync),
+    start: Option<Checkpoint>,
+}
+
+impl Observer for Watching<'_> {
+    fn increment(&mut self, _: &Progress, _: &StepResult, _: bool) -> Control {
+        if self.gives_up() { Control::Stop } else { Control::Continue }
+    }
+
+    fn checkpoint(&mut self, checkpoint: &Checkpoint) {
+        self.start.get_or_insert_with(|| checkpoint.clone());
+    }
+
+    fn gives_up(&mut self) -> bool {
+        (self.stop)()
     }
 }
 

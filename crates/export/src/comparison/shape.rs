@@ -38,6 +38,11 @@ pub fn gap(a: &BranchEnd, b: &BranchEnd) -> Gap {
     gap
 }
 
+/// Position at an arc length (m), in m; not finite where there is no curve.
+pub(crate) fn position(branch: &BranchEnd, s: f64) -> Vector {
+    Curve::of(branch).map_or(Vector::repeat(f64::NAN), |curve| curve.at(s / curve.length))
+}
+
 /// Shares of the arc length that differ by less are the same.
 const SAME: f64 = 1e-9;
 

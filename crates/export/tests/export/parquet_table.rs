@@ -9,11 +9,19 @@ fn table(points: usize) -> Table {
     let ending = Ending::of(&run("y", vec![y_harness()])).unwrap();
     let names = |names: &[&str]| names.iter().map(|name| (*name).to_owned()).collect::<Vec<String>>();
     let fixings: Vec<String> = ending.fixings.iter().map(|fixing| fixing.name.clone()).chain(["gone".into()]).collect();
-    let header =
-        Header { keys: names(&["branches.left.length", "joints.J.model"]), branches: names(&["trunk"]), fixings };
+    let header = Header {
+        keys: names(&["branches.left.length", "joints.J.model"]),
+        branches: names(&["trunk"]),
+        fixings,
+        outputs: names(&["slack.sag", "tension.pull"]),
+    };
     let row = |k: usize| {
         let values = vec![Cell::Number(k as f64 / 3.0), Cell::Word(format!("model {k}"))];
-        if k % 3 == 2 { header.refused(values, "too short".into()) } else { header.row(values, &ending) }
+        if k % 3 == 2 {
+            header.refused(values, "too short".into())
+        } else {
+            header.row(values, &ending, vec![0.25, f64::NAN])
+        }
     };
     let rows: Vec<_> = (0..points).map(row).collect();
     Table::of(&header, &rows, vec![("program".into(), "wireloom".into())])
@@ -30,6 +38,11 @@ fn comes_back_bit_for_bit_with_its_nulls() {
     assert_eq!(lengths[1], Some(1.0 / 3.0));
     let Some(Column::Numbers(forces)) = back.column("force.gone") else { panic!("a column of numbers") };
     assert!(forces.iter().all(Option::is_none));
+    assert_eq!(
+        back.column("slack.sag"),
+        Some(&Column::Numbers([Some(0.25), Some(0.25), None].repeat(3)[..7].to_vec()))
+    );
+    assert_eq!(back.column("tension.pull"), Some(&Column::Numbers(vec![None; 7])));
     let Some(Column::Words(words)) = back.column("message") else { panic!("a column of texts") };
     assert_eq!((words[0].as_deref(), words[2].as_deref()), (None, Some("too short")));
     let mut again = Vec::new();

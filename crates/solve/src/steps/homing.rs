@@ -1,0 +1,203 @@
+//! Homing: from where a harness is laid out to the balanced start of its first step.
+
+use super::{Driver, snap_iterations};
+use crate::checkpoint::{Checkpoint, Observer};
+use crate::nested;
+use crate::plan::{self, Plan};
+use crate::settle::Settle;
+use wireloom_core::minimiser::{Minimiser, Status, Stop};
+use wireloom_core::sliding::Sliding;
+use wireloom_core::steps::{Schedule, Step};
+use wireloom_core::{Network, State, Vector};
+
+/// Least number of increments in which the start shape gives way and the fixings are brought to where the scenario puts
+/// them.
+const HOMING: f64 = 10.0;
+/// One increment of homing for so much of the longest branch's length.
+const HOMING_SHARE: f64 = 0.1;
+/// One increment of homing for so many radians.
+const HOMING_TURN: f64 = 0.3;
+/// Nobody sees the increments of homing: they need only be near a balance.
+const HOMING_TOLERANCE: f64 = 0.1;
+/// Turns (rad) by which a start that is balanced on an edge is disturbed, one after the other until it falls: where it falls slowly, small
+/// ones have died away in all other directions first, and it stands again.
+const DISTURBANCES: [f64; 3] = [1e-3, 1e-2, 1e-1];
+/// Largest turn (rad) of any frame on the way from the start of another harness for that harness to be near: beyond it this one's own
+/// start may be another equilibrium.
+const NEAR: f64 = 0.5;
+
+/// The balanced start of a harness, found from that of `other`, which is the same but for a little: for [`super::carry_out`] to go on from.
+/// `None` where they are not alike, where no balance is found from there, or where it is not near: then the start is to be looked for
+/// afresh.
+pub fn start_near(
+    network: &Network,
+    minimiser: &mut dyn Minimiser,
+    stop: &Stop,
+    schedule: &Schedule,
+    (other, start): (&Network, &Checkpoint),
+) -> Option<Checkpoint> {
+    if !nested::alike(other, network) {
+        return None;
+    }
+    let mut driver = Driver::at_start(network, minimiser, stop, schedule);
+    let carried_over = nested::carried_over(other, &start.state, network);
+    let status = driver.go_down_from(carried_over.clone());
+    let turns = carried_over.frames.iter().zip(&driver.state.frames).map(|(a, b)| a.angle_to(b));
+    let near = status == Status::Converged && driver.fault.is_none() && turns.fold(0.0, f64::max) <= NEAR;
+    driver.homing = false;
+    near.then(|| driver.checkpoint(&super::begun(schedule), (0, 0), None, 0.0))
+}
+
+impl Driver<'_, '_> {
+    /// From the start shape to a balanced state with the fixings that act from the start where the scenario puts them.
+    /// A drawn shape is first taken for the rest shape, without weight; then it gives way to the true one and the weight
+    /// comes, while the fixings move. No edge is left to balance on.
+    pub(super) fn bring_home(&mut self, observer: &mut dyn Observer) -> Status {
+        let network = self.problem.network;
+        let mut journeys = Vec::new();
+        let mut increments = HOMING;
+        let length = self.problem.scales().length;
+        for (f, fixing) in network.fixings.iter().enumerate().filter(|(_, fixing)| fixing.from_start) {
+            let from = self.problem.conditions().fixings[f].base;
+            let journey = plan::home(f, fixing, from);
+            let to = journey.at(1.0);
+            increments = increments
+                .max((to.position - from.position).norm() / (HOMING_SHARE * length))
+                .max(to.orientation.angle_to(&from.orientation) / HOMING_TURN);
+            journeys.push(journey);
+        }
+        let increments = increments.min(100.0).ceil() as usize;
+        let gravity = self.problem.conditions().gravity;
+        let weightless = !network.branches.iter().all(|b| b.path.is_empty());
+        if weightless {
+            self.problem.change(|c| c.gravity = Vector::zeros());
+            self.problem.hold_drawn_shape(&self.state);
+        }
+        let step = Step { gravity: Some(gravity), ..Step::default() };
+        let mut plan = Plan::new(&self.problem, &step, journeys);
+        plan.undraw = weightless;
+        let stop = self.stop;
+        // A part that snaps on the way needs more iterations, not smaller increments.
+        self.stop.max_iterations = snap_iterations(&stop);
+        self.stop.force_tolerance = stop.force_tolerance.max(HOMING_TOLERANCE);
+        let mut status = self.advance(&plan, 0.0, 0.0, 0);
+        for k in 1..=increments {
+            if observer.gives_up() {
+                return Status::Interrupted;
+            }
+            if k == increments {
+                self.stop.force_tolerance = stop.force_tolerance;
+            }
+            let (a, b) = ((k - 1) as f64 / increments as f64, k as f64 / increments as f64);
+            status = self.advance_through(&plan, a, b);
+            if !matches!(status, Status::Converged | Status::Stalled) {
+                break;
+            }
+        }
+        if self.fault.is_some() {
+            return status;
+        }
+        if !matches!(status, Status::Converged | Status::Stalled) {
+            // The way is barred: go down from here without it.
+            self.stop.force_tolerance = stop.force_tolerance;
+            plan.apply(&mut self.problem, 1.0);
+            status = self.solve();
+        }
+        self.let_run();
+        if !network.slides.is_empty() {
+            status = self.solve();
+        }
+        status = self.off_the_edge(status);
+        self.stop = stop;
+        status
+    }
+
+    /// The balanced start of a coarse mesh, carried over to this one. `None` where that leads to no balance: the harness then lies as
+    /// it did.
+    pub(super) fn come_from(
+        &mut self,
+        coarse: &Network,
+        schedule: &Schedule,
+        observer: &mut dyn Observer,
+    ) -> Option<Status> {
+        let mut rough = Driver::at_start(coarse, &mut *self.minimiser, &self.stop, schedule);
+        let status = rough.bring_home(observer);
+        let (state, work) = (rough.state, (rough.iterations, rough.factorisations));
+        self.iterations += work.0;
+        self.factorisations += work.1;
+        if status != Status::Converged {
+            return (status == Status::Interrupted).then_some(status);
+        }
+        let network = self.problem.network;
+        let (began, conditions) = (self.state.clone(), self.problem.conditions().clone());
+        let stop = self.stop;
+        self.stop.max_iterations = snap_iterations(&stop);
+        let status = self.go_down_from(nested::carried_over(coarse, &state, network));
+        self.stop = stop;
+        if status != Status::Converged {
+            self.state = began;
+            self.problem.set_multipliers(&conditions);
+            self.problem.set_contacts(&conditions);
+            for (f, own) in conditions.fixings.into_iter().enumerate() {
+                self.problem.set_target(f, own.base);
+            }
+            return None;
+        }
+        self.homing = false;
+        Some(status)
+    }
+
+    /// From a state that is balanced but for a little, with the fixings that act from the start where the scenario puts them.
+    fn go_down_from(&mut self, state: State) -> Status {
+        let network = self.problem.network;
+        self.state = state;
+        for (f, fixing) in network.fixings.iter().enumerate().filter(|(_, fixing)| fixing.from_start) {
+            let from = self.problem.conditions().fixings[f].base;
+            self.problem.set_target(f, plan::home(f, fixing, from).at(1.0));
+        }
+        self.problem.update_held(&self.state);
+        self.problem.place_held(&mut self.state);
+        self.problem.gradient(&self.state, &mut self.certifier.gradient);
+        Settle::new(network).settle(&mut self.problem, &mut self.state, &self.certifier.gradient, 0.0);
+        let status = self.solve();
+        self.off_the_edge(status)
+    }
+
+    /// Lets the cable run through what slides without friction.
+    fn let_run(&mut self) {
+        self.homing = false;
+        self.problem.let_rub();
+        for (k, _) in self.problem.network.slides.iter().enumerate().filter(|(_, site)| site.friction == 0.0) {
+            self.problem.set_sliding(k, Sliding::Running { force: 0.0 });
+        }
+    }
+
+    /// Where the start is balanced on an edge, or the way down is not to be found from it, disturbs it a little (the same way every time) and lets it fall.
+    fn off_the_edge(&mut self, status: Status) -> Status {
+        let judged = matches!(status, Status::Converged | Status::Failed) && !self.problem.has_dead_moments();
+        if !judged || self.problem.network.fixings.is_empty() {
+            return status;
+        }
+        if status == Status::Converged && self.certifier.stable(&mut self.problem, &self.state) {
+            return status;
+        }
+        let (began, conditions) = (self.state.clone(), self.problem.conditions().clone());
+        for disturbance in DISTURBANCES {
+            for (c, q) in self.state.frames.iter_mut().enumerate() {
+                let phase = 0.7 * c as f64;
+                let theta = Vector::new(phase.sin(), (0.6 * phase + 1.0).cos(), 0.0) * disturbance;
+                *q = wireloom_core::rotation::turned(q, &theta);
+            }
+            self.problem.network.follow_ties(&mut self.state);
+            let fallen = self.solve();
+            if fallen == Status::Converged && self.certifier.stable(&mut self.problem, &self.state) {
+                return fallen;
+            }
+        }
+        self.state = began;
+        self.problem.set_multipliers(&conditions);
+        self.problem.set_contacts(&conditions);
+        self.certify(status);
+        status
+    }
+}

@@ -1,0 +1,63 @@
+//! A tolerance study of many points: a Y harness of three branches of 60 segments, whose lengths and whose clip's places vary.
+
+use crate::scenario::{NoFiles, Setting};
+use crate::sweep::{Points, header};
+use std::convert::Infallible;
+use std::sync::Mutex;
+use std::time::Instant;
+use wireloom_core::{Registry, Status};
+
+/// Its small sister, of which it has more points.
+const SCENARIO: &str = include_str!("../../../../scenarios/sweeps/y_tolerances.toml");
+
+/// What became of the points.
+#[derive(Clone, Debug, PartialEq)]
+pub struct MonteCarlo {
+    /// Points in all.
+    pub points: usize,
+    /// How many ended how; together they are all points.
+    pub statuses: Vec<(String, usize)>,
+    /// Threads that share them.
+    pub threads: usize,
+    /// All in all, s.
+    pub seconds: f64,
+}
+
+impl MonteCarlo {
+    /// How many converged.
+    pub fn converged(&self) -> usize {
+        self.statuses.iter().filter(|(status, _)| status == Status::Converged.word()).map(|(_, n)| n).sum()
+    }
+}
+
+/// So many points at random, on all cores.
+///
+/// # Panics
+/// If the scenario that is built in is at fault, or there are no points.
+pub fn monte_carlo(points: usize, registry: &Registry) -> MonteCarlo {
+    let settings = [Setting::new("sweep.method", "random"), Setting::new("sweep.samples", points.to_string())];
+    let loaded = crate::load_with_settings(SCENARIO, &settings, &NoFiles, registry);
+    let (scenario, built) =
+        loaded.map_err(|faults| crate::scenario::render(SCENARIO, &faults)).expect("a sound scenario");
+    let sweep = scenario.sweep.as_ref().expect("it has a sweep");
+    let header = header(sweep, &built.network);
+    let all = Points { text: SCENARIO, files: &NoFiles, minimiser: None, registry, sweep, header };
+    let clock = Instant::now();
+    let statuses: Mutex<Vec<(String, usize)>> = Mutex::default();
+    let chains: Vec<usize> = (0..all.chains().len()).collect();
+    let kept = all.compute(&chains, &|| false, &|| (), |_, rows| {
+        let mut statuses = statuses.lock().expect("nobody panics with it");
+        for row in rows {
+            match statuses.iter_mut().find(|(status, _)| *status == row.status) {
+                Some((_, n)) => *n += 1,
+                None => statuses.push((row.status, 1)),
+            }
+        }
+        Ok::<(), Infallible>(())
+    });
+    kept.unwrap_or_else(|never| match never {});
+    let mut statuses = statuses.into_inner().expect("nobody panics with it");
+    statuses.sort();
+    let seconds = clock.elapsed().as_secs_f64();
+    MonteCarlo { points, statuses, threads: rayon::current_num_threads(), seconds }
+}
