@@ -137,6 +137,9 @@ fn refusals() -> Vec<Trial> {
 fn refused(file: &Path) -> Checked {
     let expected = fs::read_to_string(file.with_extension("expected"))?;
     let place = Place::new()?;
+    for beside in fs::read_dir(root().join("scenarios/refused"))?.flatten() {
+        place.file(&beside.file_name().to_string_lossy(), fs::read(beside.path())?)?;
+    }
     place.file("s.toml", fs::read(file)?)?;
     let faults = expected.lines().filter(|line| !line.starts_with(' ')).count();
     let mut words: String = expected

@@ -31,7 +31,7 @@ const ARROWS: &[(&str, &[&str])] = &[
 ];
 
 /// What any crate may use in its own tests besides.
-const FOR_TESTS: &[&str] = &["core", "testkit", "models", "scenario"];
+const FOR_TESTS: &[&str] = &["core", "testkit", "models", "contact", "scenario"];
 
 /// Crates from outside (a `*` ends a prefix) that one crate of the house alone may name.
 const ONE_NAMES: &[(&str, &str)] = &[

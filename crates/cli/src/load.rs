@@ -3,6 +3,7 @@
 use crate::failure::{Failure, Refusal};
 use crate::plugins::{self, Trust};
 use crate::results::PROGRAM;
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use wireloom::core::Registry;
@@ -25,12 +26,18 @@ pub fn text(path: &Path) -> Result<String, Failure> {
 pub struct Beside {
     folder: PathBuf,
     read: Mutex<Vec<(String, String)>>,
+    /// Names and SHA-256 of files that are no texts.
+    hashed: Mutex<BTreeMap<String, String>>,
 }
 
 impl Beside {
     /// Those of the scenario at `path`.
     pub fn of(path: &Path) -> Self {
-        Self { folder: path.parent().unwrap_or(Path::new("")).to_owned(), read: Mutex::default() }
+        Self {
+            folder: path.parent().unwrap_or(Path::new("")).to_owned(),
+            read: Mutex::default(),
+            hashed: Mutex::default(),
+        }
     }
 
     fn known(&self) -> MutexGuard<'_, Vec<(String, String)>> {
@@ -51,6 +58,13 @@ impl Files for Beside {
         self.known().push((path.to_owned(), text.clone()));
         Ok(text)
     }
+
+    fn bytes(&self, path: &str) -> Result<Vec<u8>, String> {
+        let bytes = std::fs::read(self.folder.join(path)).map_err(|error| error.to_string())?;
+        let mut hashed = self.hashed.lock().unwrap_or_else(PoisonError::into_inner);
+        hashed.insert(path.to_owned(), wireloom::sha256(&bytes));
+        Ok(bytes)
+    }
 }
 
 /// A scenario ready to be carried out.
@@ -61,6 +75,8 @@ pub struct Loaded {
     pub built: Built,
     /// Names and texts: of the scenario, then of all files it names.
     pub texts: Vec<(String, String)>,
+    /// Names and SHA-256 of the files it names that are no texts.
+    pub hashed: Vec<(String, String)>,
     /// The plugins it uses.
     pub plugins: Vec<Plugin>,
     /// All kinds that it may name.
@@ -72,7 +88,7 @@ pub struct Loaded {
 impl Loaded {
     /// What results of it say of their making.
     pub fn provenance(&self) -> Provenance {
-        wireloom::provenance(PROGRAM, &self.scenario, &self.texts, &self.settings)
+        wireloom::provenance(PROGRAM, &self.scenario, &self.texts, &self.hashed, &self.settings)
     }
 }
 
@@ -87,7 +103,8 @@ pub fn scenario(path: &Path, settings: &[Setting], trust: &Trust) -> Result<Load
             let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
             let mut texts = vec![(name, text)];
             texts.append(&mut files.known());
-            Ok(Loaded { scenario, built, texts, plugins, registry, settings: settings.to_vec() })
+            let hashed = files.hashed.into_inner().unwrap_or_else(PoisonError::into_inner).into_iter().collect();
+            Ok(Loaded { scenario, built, texts, hashed, plugins, registry, settings: settings.to_vec() })
         }
         Err(faults) => {
             let (own, set) = settings::apart(&text, faults);

@@ -2,7 +2,7 @@
 //!
 //! | in `DIR/.wireloom/` | what |
 //! | --- | --- |
-//! | `origin.json` | which scenario, with all texts it was made from, and which program |
+//! | `origin.json` | which scenario, with the hashes of all files it was made from, and which program |
 //! | `results/NNNNNN` | the ends of steps (or increments) that belong to the result, one file each, written as soon as they are there |
 //! | `standing` | the last checkpoint, and what was seen up to it |
 //!
@@ -47,8 +47,6 @@ pub struct Origin {
     settings: Vec<(String, String)>,
     /// Whether a report was asked for beside the scenario's own wishes.
     pub report: bool,
-    /// Names and texts of the scenario and of all files it names.
-    texts: Vec<(String, String)>,
     /// Name of the scenario.
     pub scenario: String,
     /// What results say of all this.
@@ -66,7 +64,6 @@ impl Origin {
             file: std::path::absolute(file).map_err(Failure::io("find", file))?,
             settings: loaded.settings.iter().map(|set| (set.key.clone(), set.value.clone())).collect(),
             report: arguments.report,
-            texts: loaded.texts.clone(),
             scenario: loaded.scenario.name.clone(),
             provenance: loaded.provenance(),
             plugins: loaded.plugins.iter().map(plugins::record).collect(),
@@ -112,8 +109,9 @@ impl Origin {
                 "plugin `{name}` has changed since the run was interrupted: it cannot be resumed; run the scenario anew"
             )));
         }
-        let gone = self.texts.iter().find(|text| !loaded.texts.contains(text));
-        let come = loaded.texts.iter().find(|text| !self.texts.contains(text));
+        let (then, now) = (&self.provenance.files, loaded.provenance().files);
+        let gone = then.iter().find(|(name, hash)| now.get(*name) != Some(hash));
+        let come = now.iter().find(|(name, hash)| then.get(*name) != Some(hash));
         match gone.or(come) {
             None => Ok(()),
             Some((name, _)) => Err(Failure::Input(format!(

@@ -66,8 +66,9 @@ impl Scenario {
             )]
         };
         notes.extend(self.notes(&models));
+        notes.extend(self.obstacles.iter().flat_map(|body| body.notes.iter().cloned()));
         let joints = self.joint_plans(models);
-        let network = Network::new(branches, joints, fixings, self.load_plans(&layout));
+        let network = self.among_obstacles(Network::new(branches, joints, fixings, self.load_plans(&layout)));
         let coarse = self.coarse(&network, registry);
         let schedule = Schedule {
             scenario: self.name.clone(),
@@ -94,7 +95,14 @@ impl Scenario {
             return None;
         }
         let network = Network::new(branches, self.joint_plans(models), fixings, self.load_plans(&layout));
+        let network = self.among_obstacles(network);
         (2 * network.points <= fine.points).then_some(network)
+    }
+
+    /// The harness with all that is about it.
+    fn among_obstacles(&self, network: Network) -> Network {
+        let obstacles = self.obstacles.iter().map(|body| body.obstacle.clone()).collect();
+        Network { obstacles, contact: self.contact, ..network }
     }
 
     /// Joint models with what they were told; `None` where one could not be built.

@@ -8,10 +8,11 @@ use crate::keys;
 use crate::library::Library;
 use crate::reader::{Entry, Reader, Span};
 use crate::scenario::{Branch, Division, Joint, Output, Scenario};
-use crate::{fixings, joints, kinds, operations, plugins, sections, sequence, sweep};
+use crate::{fixings, joints, kinds, obstacles, operations, plugins, sections, sequence, sweep};
 use std::collections::{BTreeMap, BTreeSet};
 use toml::de::DeTable;
 use wireloom_core::Vector;
+use wireloom_core::obstacle::ContactSettings;
 
 /// What is known of a vertex.
 pub(crate) struct Vertex {
@@ -38,6 +39,7 @@ pub(crate) struct Names<'a> {
     /// Constraints that have let go, and whose names may be taken again.
     pub let_go: BTreeSet<&'a str>,
     pub loads: BTreeMap<&'a str, usize>,
+    pub obstacles: BTreeMap<&'a str, usize>,
     /// Segments so far, roughly.
     pub segments: f64,
     /// Whether a name leads nowhere, so that the harness cannot be put together.
@@ -77,6 +79,10 @@ pub(crate) fn read(reader: &Reader<'_>, table: &DeTable<'_>) -> (Scenario, bool)
     let loads: Vec<_> = entries.iter().filter_map(|entry| fixings::load(entry, &mut names)).collect();
     let initial = root.entry("initial").and_then(|entry| sequence::initial(&entry, &mut names));
     let minimiser = sequence::minimiser(&root, &mut names);
+    let lengths: f64 = branches.iter().map(|branch| branch.length).sum();
+    let entries = root.entries("obstacles");
+    let obstacles = entries.iter().filter_map(|entry| obstacles::obstacle(entry, lengths, &mut names)).collect();
+    let contact = root.entry("contact").map_or_else(ContactSettings::default, |entry| obstacles::contact(&entry));
     let entries = root.entries("steps");
     let steps = sequence::steps(&entries, &mut constraints, &mut names);
     operations::settle_nearest(&mut constraints, &loads, &branches);
@@ -91,6 +97,8 @@ pub(crate) fn read(reader: &Reader<'_>, table: &DeTable<'_>) -> (Scenario, bool)
         joints,
         constraints,
         loads,
+        obstacles,
+        contact,
         initial,
         minimiser,
         steps,

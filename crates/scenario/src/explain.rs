@@ -58,6 +58,7 @@ pub fn models(registry: &Registry) -> Vec<Models> {
         ("joints.model", &keys::JOINT),
         ("constraints.kind", &keys::CONSTRAINT),
         ("minimiser.kind", &keys::MINIMISER),
+        ("obstacles.shape", &keys::OBSTACLE),
     ];
     let of = |(key, table): (&'static str, &'static Keys)| {
         let (word, family, default) = table.kind()?;
@@ -300,7 +301,6 @@ fn holds(form: &Form) -> String {
         Form::OneOrMoreTables(inner) => format!("a table or a list of them, each with: {}", names(inner)),
         Form::Named(inner) => format!("tables by name, each with: {}", names(inner)),
         Form::NamesOrTables(inner) => format!("a name, a table or a list of them, with: {}", names(inner)),
-        Form::NotYet => "planned; refused until it is there".into(),
     }
 }
 
@@ -368,7 +368,6 @@ fn value(form: &Form) -> String {
             format!("[{}]", inline(inner))
         }
         Form::Named(inner) => format!("{{ NAME = {} }}", inline(inner)),
-        Form::NotYet => "{}".into(),
     }
 }
 

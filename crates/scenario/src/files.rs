@@ -8,6 +8,14 @@ pub trait Files {
     /// # Errors
     /// Why it cannot be read, in words that may follow a colon.
     fn read(&self, path: &str) -> Result<String, String>;
+
+    /// The bytes of the file at `path`, which need be no text.
+    ///
+    /// # Errors
+    /// As [`Self::read`].
+    fn bytes(&self, path: &str) -> Result<Vec<u8>, String> {
+        self.read(path).map(String::into_bytes)
+    }
 }
 
 /// For a text that lies in no folder: whatever it names cannot be read.

@@ -315,7 +315,8 @@ pub(crate) fn facing(entry: &Entry<'_>) -> Facing {
         }
         (false, true, false) => {
             let message = format!("{} has `up` but no `tangent`", entry.label);
-            entry.fault_at("up", message, "add `tangent`: the direction of d3, along the branch");
+            let doc = entry.keys.get("tangent").map_or("", |key| key.doc);
+            entry.fault_at("up", message, format!("add `tangent`: {doc}"));
             Facing::Left
         }
         (_, _, true) => {

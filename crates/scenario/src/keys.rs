@@ -47,6 +47,8 @@ pub(crate) enum Family {
     Constraint,
     /// Minimisers.
     Minimiser,
+    /// Shapes of obstacles.
+    Shape,
 }
 
 impl Family {
@@ -57,6 +59,7 @@ impl Family {
             Family::Joint => "joint model",
             Family::Constraint => "constraint kind",
             Family::Minimiser => "minimiser",
+            Family::Shape => "shape",
         }
     }
 }
@@ -108,8 +111,6 @@ pub(crate) enum Form {
     Named(&'static Keys),
     /// A name, a table, or a list of them; a name stands for a table that has nothing but it.
     NamesOrTables(&'static Keys),
-    /// Planned, and refused by name until it is there.
-    NotYet,
 }
 
 /// Whether a key must be given.
@@ -207,7 +208,8 @@ pub(crate) const SCENARIO: Keys = Keys {
         may("steps", Form::Tables(&STEP), "assembly operations, in order; left out, the scenario is one equilibrium"),
         may("output", Form::Table(&OUTPUT), "what is written besides the result"),
         may("plugins", Form::Table(&PLUGINS), "libraries with further kinds"),
-        may("obstacles", Form::NotYet, "what the harness may touch"),
+        may("obstacles", Form::Tables(&OBSTACLE), "bodies that the harness may touch but not enter"),
+        may("contact", Form::Table(&CONTACT), "how cables meet each other and the obstacles"),
         may("sweep", Form::Table(&SWEEP), "values to run the scenario over, with `wireloom sweep`"),
     ],
 };
@@ -404,6 +406,53 @@ pub(crate) const INITIAL: Keys = Keys {
         TANGENT,
         UP,
         ORIENTATION,
+    ],
+};
+
+/// A body that the harness may touch.
+pub(crate) const OBSTACLE: Keys = Keys {
+    what: "obstacle",
+    keys: &[
+        NAME,
+        may("shape", Form::Kind(Family::Shape, Some("mesh")), "what it is; default \"mesh\""),
+        may("mesh", Form::Name, "a file with its surface, from the folder of the scenario: STL, OBJ, PLY, glTF or GLB"),
+        with(
+            "mesh",
+            "scale",
+            Form::Number(Quantity::Dimensionless, POSITIVE),
+            "length of a unit of the file in m: 0.001 for a file in millimetres; default 1",
+        ),
+        may("position", Form::Vector(Quantity::Length), "where its origin is; default the world's"),
+        may(
+            "tangent",
+            Form::Direction,
+            "direction of its third axis, such as that of a cylinder; default the world's z",
+        ),
+        may("up", Form::Direction, "with tangent: direction of its first axis; projected where not orthogonal"),
+        may("orientation", Form::Orientation, "instead of tangent and up: its axes; default the world's"),
+        may(
+            "friction",
+            Form::Number(Quantity::Dimensionless, NON_NEGATIVE),
+            "coefficient of Coulomb friction: force along its surface, per force across, before a cable slips; default 0",
+        ),
+        may(
+            "min_clearance",
+            Form::Number(Quantity::Length, NON_NEGATIVE),
+            "least distance from the surface of a cable to its own; reported against",
+        ),
+    ],
+};
+
+/// How things meet.
+const CONTACT: Keys = Keys {
+    what: "contact",
+    keys: &[
+        may("cables", Form::Flag, "whether cables touch each other, and themselves; default false"),
+        may(
+            "resolve",
+            Form::Flag,
+            "true: a harness that begins within an obstacle is pushed out first; default false: it is refused",
+        ),
     ],
 };
 

@@ -35,6 +35,7 @@ pub(crate) fn all(registry: &Registry, family: Family) -> Vec<KindInfo<'_>> {
         Family::Joint => registry.joints().map(KindInfo::from).collect(),
         Family::Constraint => registry.constraints().map(KindInfo::from).collect(),
         Family::Minimiser => registry.minimisers().map(KindInfo::from).collect(),
+        Family::Shape => registry.shapes().map(KindInfo::from).collect(),
     }
 }
 

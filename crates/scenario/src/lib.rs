@@ -25,6 +25,7 @@ mod keys;
 mod kinds;
 mod library;
 mod mesh;
+mod obstacles;
 mod operations;
 mod placement;
 mod plugins;
@@ -45,7 +46,8 @@ pub use files::{Files, NoFiles};
 pub use library::{shipped_coverings, shipped_wires};
 pub use plugins::{Plugins, plugins};
 pub use scenario::{
-    Arm, At, Branch, ByRule, Constraint, Division, Facing, Joint, Load, Minimiser, Output, Scenario, Spans, Stretch,
+    Arm, At, Body, Branch, ByRule, Constraint, Division, Facing, Joint, Load, Minimiser, Output, Scenario, Spans,
+    Stretch,
 };
 pub use schema::schema;
 pub use settings::Setting;

@@ -47,6 +47,16 @@ impl<'a> Reader<'a> {
         text.ok()
     }
 
+    /// The bytes of another file, named at `span`; notes a fault where it cannot be read.
+    pub fn bytes(&self, path: &str, span: Span) -> Option<Vec<u8>> {
+        let bytes = self.files.bytes(path);
+        if let Err(reason) = &bytes {
+            let help = "give the path of a file, from the folder of the scenario";
+            self.fault(span, format!("cannot read \"{path}\": {reason}"), help);
+        }
+        bytes.ok()
+    }
+
     /// Reads another file, named at `span`, as TOML with keys of its own. Its faults are noted at `span`, each with its place in that
     /// file.
     pub fn include<T>(
@@ -386,16 +396,11 @@ impl<'a> Entry<'a> {
 
     /// Notes keys that are neither declared nor parameters of the entry's kind.
     pub fn refuse_unknown_keys<'w>(&self, parameters: impl IntoIterator<Item = &'w str> + Clone) {
-        let own = self.keys.keys.iter().filter(|key| !matches!(key.form, Form::NotYet)).map(|key| key.name);
+        let own = self.keys.keys.iter().map(|key| key.name);
         let known: Vec<&str> = own.chain(parameters).collect();
         for (key, value) in self.table {
             let name = key.get_ref().as_ref();
             if known.contains(&name) {
-                continue;
-            }
-            if let Some(planned) = self.keys.get(name) {
-                let help = format!("leave it out; it is meant for {}", planned.doc);
-                self.reader.fault(key.span(), format!("`{name}` is not available yet"), help);
                 continue;
             }
             let span = if key.span().is_empty() { value.span() } else { key.span() };

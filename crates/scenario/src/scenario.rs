@@ -6,6 +6,7 @@ use crate::sweep::Sweep;
 use std::collections::BTreeMap;
 use wireloom_core::constraint::{Limits, Slide};
 use wireloom_core::joint::WireShare;
+use wireloom_core::obstacle::{ContactSettings, Obstacle};
 use wireloom_core::steps::{Initial, Step};
 use wireloom_core::{HoldWord, Parameters, Rotation, Section, Stop, Vector};
 
@@ -45,6 +46,10 @@ pub struct Scenario {
     pub constraints: Vec<Constraint>,
     /// Dead loads.
     pub loads: Vec<Load>,
+    /// Bodies that the harness may touch, in the order of the file.
+    pub obstacles: Vec<Body>,
+    /// How cables meet each other and these.
+    pub contact: ContactSettings,
     /// Where the rest shape is laid, where the file says so.
     pub initial: Option<Initial>,
     /// How equilibria are found.
@@ -250,6 +255,24 @@ pub struct Load {
     pub factor: f64,
     /// Where it is in the file.
     pub spans: Spans,
+}
+
+/// A body that the harness may touch. Its shape is made as it is read, once.
+#[derive(Clone)]
+pub struct Body {
+    /// As the mechanics knows it.
+    pub obstacle: Obstacle,
+    /// What an engineer should know of it.
+    pub notes: Vec<String>,
+}
+
+impl std::fmt::Debug for Body {
+    fn fmt(&self, out: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let Obstacle { name, kind, pose, friction, min_clearance, .. } = &self.obstacle;
+        let mut out = out.debug_struct("Body");
+        out.field("name", name).field("kind", kind).field("pose", pose).field("friction", friction);
+        out.field("min_clearance", min_clearance).field("notes", &self.notes).finish_non_exhaustive()
+    }
 }
 
 /// How equilibria are found.

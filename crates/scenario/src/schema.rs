@@ -19,10 +19,9 @@ pub fn schema(registry: &Registry) -> Value {
 
 /// An entry: its keys, and for each kind the kind's parameters.
 fn entry(table: &Keys, registry: &Registry) -> Value {
-    let available = table.keys.iter().filter(|key| !matches!(key.form, Form::NotYet));
     let mut properties = Map::new();
     let (mut required, mut unless, mut with) = (Vec::new(), BTreeMap::<&str, Vec<&str>>::new(), Map::new());
-    for key in available {
+    for key in table.keys {
         properties.insert(key.name.to_owned(), property(table, key, registry));
         match key.need {
             Need::Must => required.push(key.name),
@@ -168,7 +167,6 @@ fn form(form: &Form, registry: &Registry) -> Value {
             let one = json!({ "anyOf": [name(), entry(table, registry)] });
             json!({ "anyOf": [name(), entry(table, registry), { "type": "array", "items": one }] })
         }
-        Form::NotYet => json!(false),
     }
 }
 

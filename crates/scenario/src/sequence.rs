@@ -8,7 +8,7 @@ use crate::scenario::{Constraint, Facing, Minimiser, Spans};
 use crate::{keys, kinds};
 use std::collections::{BTreeMap, BTreeSet};
 use wireloom_core::rotation::{frame_from, orthogonal};
-use wireloom_core::steps::{Initial, Move, Step, Track, Turn};
+use wireloom_core::steps::{Initial, Move, ObstacleMove, Step, Track, Turn};
 use wireloom_core::{Pose, Stop, Vector};
 
 /// Where the rest shape is laid; along world x with d1 up where the file does not say.
@@ -77,10 +77,10 @@ pub(crate) fn steps<'a>(entries: &[Entry<'a>], constraints: &mut Vec<Constraint>
             let release = release(entry, k, &mut acting, names);
             names.constraints.extend(begins.names.iter().copied());
             acting.active.extend(&begins.all);
-            let mut motions = Motions { step: entry, acting: &mut acting, moves: Vec::new() };
+            let mut motions = Motions { step: entry, acting: &mut acting, moves: Vec::new(), obstacles: Vec::new() };
             moves(entry, &mut motions, &begins.all, constraints, names);
             let operations = operations::read(entry, &begins, &mut motions, constraints, names);
-            let moves = motions.moves;
+            let (moves, obstacle_moves) = (motions.moves, motions.obstacles);
             let loads = factors(entry, names);
             refuse_work_while_waiting(entry);
             names.broken |= entry.reader.fault_count() > before;
@@ -90,8 +90,8 @@ pub(crate) fn steps<'a>(entries: &[Entry<'a>], constraints: &mut Vec<Constraint>
                 gravity: entry.vector("gravity"),
                 add: begins.all,
                 release,
-                obstacle_moves: Vec::new(),
                 moves,
+                obstacle_moves,
                 operations,
                 loads,
             }
@@ -160,11 +160,12 @@ fn release(entry: &Entry<'_>, step: usize, acting: &mut Acting, names: &Names<'_
     all
 }
 
-/// The motions of a step. A constraint takes part in one at most.
+/// The motions of a step. A constraint or an obstacle takes part in one at most.
 pub(crate) struct Motions<'s, 'a> {
     pub step: &'s Entry<'a>,
     pub acting: &'s mut Acting,
     pub moves: Vec<Move>,
+    pub obstacles: Vec<ObstacleMove>,
 }
 
 impl Motions<'_, '_> {
@@ -185,6 +186,29 @@ impl Motions<'_, '_> {
         entry.reader.fault(span, message, help);
         None
     }
+
+    /// The obstacle of this name, if nothing else moves it.
+    fn claim_obstacle(&self, entry: &Entry<'_>, name: &str, names: &Names<'_>) -> Option<usize> {
+        let span = entry.span_of("obstacle");
+        let index = *lookup(entry, "obstacle", &names.obstacles, name, span.clone())?;
+        if self.obstacles.iter().any(|other| other.obstacle == index) {
+            let message = format!("{} moves the obstacle \"{name}\" twice", self.step.label);
+            let help = "give one move for every obstacle, with `via` points where it needs them";
+            entry.reader.fault(span, message, help);
+            return None;
+        }
+        Some(index)
+    }
+}
+
+/// Where something goes through these points, at equal shares of the step.
+fn track(path: Vec<Vector>, turn: Turn, spin: f64) -> Track {
+    let legs = path.len() as f64;
+    Track {
+        positions: path.into_iter().enumerate().map(|(k, point)| ((k + 1) as f64 / legs, point)).collect(),
+        turns: if turn == Turn::Keep { vec![] } else { vec![(1.0, turn)] },
+        spin,
+    }
 }
 
 fn moves(
@@ -203,6 +227,17 @@ fn moves(
             let message = format!("{} moves nothing", motion.label);
             motion.fault_here(message, "give `position`, `tangent` and `up`, `orientation` or `turns`");
         }
+        if motion.has("constraint") && motion.has("obstacle") {
+            let message = format!("{} has both `constraint` and `obstacle`", motion.label);
+            motion.fault_at("obstacle", message, "give each of them a move of its own");
+            continue;
+        }
+        if let Some(name) = motion.word("obstacle") {
+            let obstacle = motions.claim_obstacle(&motion, name, names);
+            let track = track(path, turn(facing), turns);
+            motions.obstacles.extend(obstacle.map(|obstacle| ObstacleMove { obstacle, track }));
+            continue;
+        }
         let Some(name) = motion.word("constraint") else { continue };
         let Some(index) = motions.claim(&motion, name, motion.span_of("constraint"), names) else { continue };
         let constraint = &mut constraints[index];
@@ -215,13 +250,7 @@ fn moves(
             path.splice(0..0, constraint.position);
             turn = if turn == Turn::Keep { self::turn(constraint.facing) } else { turn };
         }
-        let legs = path.len() as f64;
-        let track = Track {
-            positions: path.into_iter().enumerate().map(|(k, point)| ((k + 1) as f64 / legs, point)).collect(),
-            turns: if turn == Turn::Keep { vec![] } else { vec![(1.0, turn)] },
-            spin: turns,
-        };
-        motions.moves.push(Move::of(index, track));
+        motions.moves.push(Move::of(index, track(path, turn, turns)));
     }
 }
 

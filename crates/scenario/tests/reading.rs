@@ -153,3 +153,45 @@ fn handing_over_is_no_contradiction() {
     );
     read(&text);
 }
+
+#[test]
+fn obstacles_have_shapes_that_stand_and_move() {
+    let text = format!(
+        "{HARNESS}
+[contact]
+cables = true
+[[obstacles]]
+name = \"floor\"
+shape = \"plane\"
+point = [0, 0, \"-200 mm\"]
+[[obstacles]]
+name = \"door\"
+shape = \"box\"
+size = [0.4, 0.2, \"10 mm\"]
+position = [1, 0, 0]
+tangent = [1, 0, 0]
+friction = 0.3
+min_clearance = \"6 mm\"
+[[steps]]
+name = \"close\"
+increments = 3
+[[steps.move]]
+obstacle = \"door\"
+via = [[1, 1, 0]]
+position = [2, 1, 0]
+turns = 0.25
+"
+    );
+    let scenario = read(&text);
+    let network = built(&text).network;
+    assert!(network.contact.cables && !network.contact.resolve);
+    let [floor, door] = network.obstacles.as_slice() else { panic!("{} obstacles", network.obstacles.len()) };
+    assert_eq!((floor.name.as_str(), floor.kind.as_str(), floor.min_clearance), ("floor", "plane", None));
+    assert_eq!(floor.shape.distance(&Vector::zeros(), 1.0), 0.2);
+    assert_eq!((door.friction, door.min_clearance), (0.3, Some(0.006)));
+    // Its third axis, along which it is thin, points along x.
+    assert!((door.pose.orientation * Vector::z() - Vector::x()).norm() < 1e-15);
+    let [motion] = scenario.steps.last().unwrap().obstacle_moves.as_slice() else { panic!() };
+    assert_eq!((motion.obstacle, motion.track.spin), (1, 0.25));
+    assert_eq!(motion.track.positions, [(0.5, Vector::new(1.0, 1.0, 0.0)), (1.0, Vector::new(2.0, 1.0, 0.0))]);
+}

@@ -3,7 +3,7 @@
 mod common;
 
 use std::path::{Path, PathBuf};
-use wireloom_scenario::{parse, render};
+use wireloom_scenario::{Files, parse_with_files, render};
 
 fn files() -> Vec<PathBuf> {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../scenarios/refused");
@@ -11,6 +11,16 @@ fn files() -> Vec<PathBuf> {
     let mut files: Vec<PathBuf> = entries.filter(|path| path.extension().is_some_and(|e| e == "toml")).collect();
     files.sort();
     files
+}
+
+/// The files beside them.
+struct Beside;
+
+impl Files for Beside {
+    fn read(&self, path: &str) -> Result<String, String> {
+        let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../scenarios/refused");
+        std::fs::read_to_string(folder.join(path)).map_err(|error| error.to_string())
+    }
 }
 
 #[test]
@@ -22,7 +32,8 @@ fn every_file_is_refused_in_the_words_expected() {
     for file in files {
         let text = std::fs::read_to_string(&file).unwrap();
         let expected = std::fs::read_to_string(file.with_extension("expected")).unwrap_or_default();
-        let found = parse(&text, &registry).err().map(|faults| render(&text, &faults)).unwrap_or_default();
+        let found =
+            parse_with_files(&text, &Beside, &registry).err().map(|faults| render(&text, &faults)).unwrap_or_default();
         if found != expected || found.is_empty() {
             wrong.push(format!("{}\n--- expected\n{expected}--- found\n{found}", file.display()));
         }

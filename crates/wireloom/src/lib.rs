@@ -4,7 +4,7 @@ pub mod bench;
 mod provenance;
 pub mod sweep;
 
-pub use provenance::provenance;
+pub use provenance::{provenance, sha256};
 pub use wireloom_contact as contact;
 pub use wireloom_core as core;
 pub use wireloom_export as export;

@@ -4,13 +4,23 @@ use sha2::{Digest, Sha256};
 use wireloom_export::json::{Provenance, options};
 use wireloom_scenario::{Scenario, Setting};
 
-/// Of a scenario; `program`: name and version; `texts`: names and texts of the scenario and of all files it names; `settings`: what
-/// was set beside them.
-pub fn provenance(program: &str, scenario: &Scenario, texts: &[(String, String)], settings: &[Setting]) -> Provenance {
+/// Of a scenario; `program`: name and version; `texts`: names and texts of the scenario and of all files it names; `hashed`: names and
+/// SHA-256 of those that are no texts; `settings`: what was set beside them.
+pub fn provenance(
+    program: &str,
+    scenario: &Scenario,
+    texts: &[(String, String)],
+    hashed: &[(String, String)],
+    settings: &[Setting],
+) -> Provenance {
     let minimiser = &scenario.minimiser;
     Provenance {
         program: program.to_owned(),
-        files: texts.iter().map(|(name, text)| (name.clone(), sha256(text))).collect(),
+        files: texts
+            .iter()
+            .map(|(name, text)| (name.clone(), sha256(text.as_bytes())))
+            .chain(hashed.iter().cloned())
+            .collect(),
         set: settings.iter().map(|setting| format!("{} = {}", setting.key, setting.value)).collect(),
         seed: scenario.sweep.as_ref().map(|sweep| sweep.seed),
         rods: kinds(scenario.branches.iter().map(|branch| &branch.rod)),
@@ -28,14 +38,15 @@ fn kinds<'a>(all: impl Iterator<Item = &'a String>) -> Vec<String> {
     kinds
 }
 
-fn sha256(text: &str) -> String {
-    Sha256::digest(text).iter().map(|byte| format!("{byte:02x}")).collect()
+/// SHA-256 of bytes, in hexadecimal digits.
+pub fn sha256(bytes: &[u8]) -> String {
+    Sha256::digest(bytes).iter().map(|byte| format!("{byte:02x}")).collect()
 }
 
 #[cfg(test)]
 mod tests {
     #[test]
     fn hashes_are_those_of_sha256sum() {
-        assert_eq!(super::sha256("abc"), "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad");
+        assert_eq!(super::sha256(b"abc"), "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad");
     }
 }

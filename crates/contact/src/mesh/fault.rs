@@ -32,13 +32,13 @@ pub enum MeshFault {
         corner: usize,
     },
     /// It cannot be meant.
-    #[error("it is {size:.4} m large")]
+    #[error("it is {size:.1} m large")]
     Gigantic {
         /// Longest side of a box about it, m.
         size: f64,
     },
     /// It has holes, or is a sheet.
-    #[error("its surface is open: {edges} edges have a triangle on one side only, one of them at {}", place(at))]
+    #[error("its surface is open: {} a triangle on one side only, one of them at {}", some(*edges), place(at))]
     Open {
         /// How many edges.
         edges: usize,
@@ -46,7 +46,7 @@ pub enum MeshFault {
         at: Vector,
     },
     /// More than two triangles meet in an edge.
-    #[error("{edges} edges have more than two triangles, one of them, with {triangles}, at {}", place(at))]
+    #[error("{} more than two triangles, one of them, with {triangles}, at {}", some(*edges), place(at))]
     NonManifold {
         /// How many edges.
         edges: usize,
@@ -66,6 +66,10 @@ pub enum MeshFault {
     },
 }
 
+fn some(edges: usize) -> String {
+    if edges == 1 { "1 edge has".into() } else { format!("{edges} edges have") }
+}
+
 fn place(at: &Vector) -> String {
     format!("[{:.4}, {:.4}, {:.4}]", at.x, at.y, at.z)
 }
@@ -77,7 +81,7 @@ impl MeshFault {
             Self::Empty | Self::Degenerate { .. } => "export the body again, as a surface of triangles".into(),
             Self::NoSuchCorner { .. } | Self::NotFinite { .. } => "the file is damaged: export the body again".into(),
             Self::Gigantic { size } => format!(
-                "at most {LARGEST} m are taken for meant; if the file is in millimetres, write scale = 0.001: {:.4} m",
+                "at most {LARGEST} m are taken for meant; if the file is in millimetres, write scale = 0.001: {:.1} m",
                 size * 1e-3
             ),
             Self::Open { .. } => {

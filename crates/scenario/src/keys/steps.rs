@@ -12,7 +12,7 @@ pub(crate) const STEP: Keys = Keys {
         may("release", Form::Names, "constraints that let go when this step begins"),
         may("grasp", Form::Tables(&GRASP), "hands that take hold of the cable where it is when this step begins"),
         may("add", Form::Tables(&CONSTRAINT), "constraints that begin with this step"),
-        may("move", Form::Tables(&MOVE), "motions of constraints, one by one"),
+        may("move", Form::Tables(&MOVE), "motions of constraints and obstacles, one by one"),
         may("carry", Form::Tables(&CARRY), "motions of hands or connectors that are carried together"),
         may("mate", Form::Tables(&MATE), "connectors that are brought before their seats and pushed home"),
         may("clip", Form::Tables(&CLIP), "clips that close around the cable and bring it to their seats"),
@@ -157,11 +157,12 @@ pub(crate) const CLIP: Keys = Keys {
     ],
 };
 
-/// Motion of a constraint.
+/// Motion of a constraint or an obstacle.
 pub(crate) const MOVE: Keys = Keys {
     what: "move",
     keys: &[
-        must("constraint", Form::Name, "name of the constraint"),
+        unless("obstacle", "constraint", Form::Name, "name of the constraint"),
+        may("obstacle", Form::Name, "instead of a constraint: name of the obstacle"),
         may("position", Form::Vector(Quantity::Length), "position reached at the end"),
         may("via", Form::Points(1), "points passed on the way, at equal shares of the step"),
         TANGENT,

@@ -1,5 +1,5 @@
 //! A registry of kinds that have the names and parameters of the built-in ones and no mechanics, so that this
-//! crate is tested without them.
+//! crate is tested without them; shapes are the built-in ones.
 
 use wireloom_core::constraint::{Action, Attaches, Constraint, ConstraintSpec, Hold, HoldWord, Potential, Situation};
 use wireloom_core::joint::{JointModel, JointSpec, Mounting};
@@ -144,6 +144,7 @@ fn joint(name: &str, build: Build<JointSpec, dyn JointModel>) -> JointKind {
 /// The names and parameters of the built-in kinds.
 pub fn registry() -> Registry {
     let mut registry = Registry::default();
+    wireloom_contact::register(&mut registry);
     let rod = RodKind {
         name: "cosserat".into(),
         doc: "a rod".into(),

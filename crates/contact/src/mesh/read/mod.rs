@@ -56,7 +56,11 @@ pub fn read(file: &ShapeFile) -> Result<Surface, ReadFault> {
         "gltf" | "glb" => ("glTF", gltf::read),
         _ => return Err(ReadFault::UnknownFormat { name }),
     };
-    let mut surface = read(&file.bytes).map_err(|reason| ReadFault::Unreadable { name, format, reason })?;
+    let mut surface = read(&file.bytes).map_err(|reason| {
+        // Some readers write over several lines.
+        let reason = reason.split_whitespace().collect::<Vec<_>>().join(" ");
+        ReadFault::Unreadable { name, format, reason }
+    })?;
     surface.corners.iter_mut().for_each(|corner| *corner *= file.scale);
     Ok(surface)
 }
