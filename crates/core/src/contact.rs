@@ -15,6 +15,7 @@
 //! Near what holds a cable inside a body or at its surface (a clip on a panel) R grows from what it is there to the radius over
 //! [`RUN_OUT`] radii of cable.
 
+mod cables;
 mod cross;
 mod look;
 mod update;
@@ -25,8 +26,10 @@ use crate::network::Place;
 use crate::problem::{Conditions, Problem, Variable};
 use crate::rotation::skew;
 use crate::{Matrix, Network, Pose, State, Tangent, Vector};
+use cables::Cables;
 use serde::{Deserialize, Serialize};
 
+pub use cables::Overlap;
 pub use update::{Rounds, Touching};
 
 /// Largest distance between spots, in radii: whatever comes between two of them touches one before it touches the centre line.
@@ -58,11 +61,31 @@ pub struct Spot {
 
 /// What a spot touches.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
-pub struct Against {
-    /// Index of the obstacle.
-    pub obstacle: u32,
-    /// Part of its surface.
-    pub part: u32,
+pub enum Against {
+    /// A body.
+    Obstacle {
+        /// Index of the obstacle.
+        obstacle: u32,
+        /// Part of its surface.
+        part: u32,
+    },
+    /// A cable.
+    Cable {
+        /// Index of the branch.
+        branch: u32,
+        /// Index of the segment.
+        segment: u32,
+    },
+}
+
+impl Against {
+    /// Index of the obstacle, if it is one.
+    pub fn obstacle(self) -> Option<u32> {
+        match self {
+            Against::Obstacle { obstacle, .. } => Some(obstacle),
+            Against::Cable { .. } => None,
+        }
+    }
 }
 
 /// What binds a spot to a place of a body.
@@ -102,6 +125,8 @@ pub struct ContactState {
     pub extra: Vec<Spot>,
     /// Sorted by spot, then by what it touches.
     pub marks: Vec<Mark>,
+    /// Sorted by spot and branch.
+    pub overlaps: Vec<Overlap>,
 }
 
 impl ContactState {
@@ -118,6 +143,8 @@ pub struct Contact {
     pub spot: u32,
     /// What it touches.
     pub against: Against,
+    /// Where on a cable.
+    other: Option<Touched>,
     /// Where the spot is, m.
     pub position: Vector,
     /// −c, m: how far the surfaces are apart.
@@ -134,7 +161,29 @@ pub struct Contact {
     penalty: f64,
 }
 
-/// Friction on a spot: the force (N), and the second derivative of its energy (N/m); world axes.
+/// The place of a segment that a spot touches.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Touched {
+    /// First point of the segment.
+    first: usize,
+    /// Share of the way to the second.
+    share: f64,
+    /// None at its ends, where it is the end that is touched.
+    turning: Option<Turning>,
+}
+
+/// Segment that a spot touches between its ends.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Turning {
+    /// t.
+    direction: Vector,
+    /// L, m.
+    length: f64,
+    /// φ, m.
+    distance: f64,
+}
+
+/// Friction of an obstacle on a spot: the force (N), and the second derivative of its energy (N/m); world axes.
 struct Rub {
     spot: u32,
     against: Against,
@@ -169,6 +218,7 @@ pub(crate) struct Contacts {
     held: Vec<bool>,
     held_before: Vec<bool>,
     sunk: Vec<Sunk>,
+    cables: Cables,
     found: Vec<Contact>,
     rubs: Vec<Rub>,
 }
@@ -205,9 +255,10 @@ impl Grip {
 impl Contacts {
     pub(crate) fn new(network: &Network, conditions: &Conditions) -> Self {
         let mut contacts = Self::default();
-        if network.obstacles.is_empty() {
+        if network.obstacles.is_empty() && !network.contact.cables {
             return contacts;
         }
+        contacts.cables = Cables::new(network);
         for (b, branch) in network.branches.iter().enumerate() {
             let mesh = branch.rod.mesh();
             let radius = 0.5 * branch.section.diameter;
@@ -250,6 +301,7 @@ impl Contacts {
         self.watched.resize_with(self.spots.len(), Vec::new);
         self.near.clear();
         self.look_again();
+        self.cables.search_again();
     }
 }
 
@@ -288,6 +340,7 @@ impl Problem<'_> {
             return 0.0;
         }
         self.look(state);
+        self.search_pairs(state);
         let mut found = std::mem::take(&mut self.contacts.found);
         found.clear();
         let contact = &self.conditions.contact;
@@ -302,11 +355,11 @@ impl Problem<'_> {
             for &o in &self.contacts.watched[index as usize] {
                 let (obstacle, pose) = (&self.network.obstacles[o as usize], &contact.poses[o as usize]);
                 let radius = self.touch_radius(state, spot, o);
-                let marks = || marks.iter().filter(|mark| mark.against.obstacle == o);
+                let marks = || marks.iter().filter(|mark| mark.against.obstacle() == Some(o));
                 let pull = marks().map(|mark| mark.multiplier / (first * mark.penalty)).fold(0.0, f64::max);
                 let x = pose.inverse().compose(&Pose { position, ..Pose::identity() }).position;
                 obstacle.shape.touches(&x, radius + pull, &mut |touch| {
-                    let against = Against { obstacle: o, part: touch.part };
+                    let against = Against::Obstacle { obstacle: o, part: touch.part };
                     let mark = marks().find(|mark| mark.against == against);
                     let rho = first * mark.map_or(1.0, |mark| mark.penalty);
                     let lambda = mark.map_or(0.0, |mark| mark.multiplier);
@@ -318,6 +371,7 @@ impl Problem<'_> {
                         found.push(Contact {
                             spot: index,
                             against,
+                            other: None,
                             position,
                             gap,
                             radius,
@@ -330,6 +384,7 @@ impl Problem<'_> {
                 });
             }
         }
+        energy += self.find_pairs(state, &mut found);
         self.contacts.found = found;
         energy + self.find_rubs(state)
     }
@@ -340,13 +395,13 @@ impl Problem<'_> {
         rubs.clear();
         let mut energy = 0.0;
         for mark in &self.conditions.contact.marks {
-            let Some(grip) = &mark.grip else { continue };
+            let (Some(grip), Some(obstacle)) = (&mark.grip, mark.against.obstacle()) else { continue };
             let spot = &self.contacts.spots[mark.spot as usize];
-            let pose = &self.conditions.contact.poses[mark.against.obstacle as usize];
+            let pose = &self.conditions.contact.poses[obstacle as usize];
             let x = Pose { position: position(self.network, state, spot), ..Pose::identity() };
             let x = pose.inverse().compose(&x).position;
             let k = self.contacts.penalties[spot.branch] * mark.penalty;
-            let (e, force, stiffness) = grip.drag(&x, self.friction(mark.against.obstacle), k);
+            let (e, force, stiffness) = grip.drag(&x, self.friction(obstacle), k);
             energy += e;
             let r = pose.orientation.to_rotation_matrix();
             let stiffness = r.matrix() * stiffness * r.matrix().transpose();
@@ -370,6 +425,11 @@ impl Problem<'_> {
     /// Adds the first derivatives of the energy of contact in the positions of all points, tied ones included; returns that energy, J.
     pub(crate) fn contact_gradient(&mut self, state: &State, gradient: &mut Tangent) -> f64 {
         let energy = self.find_contacts(state);
+        for contact in &self.contacts.found {
+            let Some(Touched { first, share, .. }) = contact.other else { continue };
+            gradient.points[first] += contact.normal * (contact.force * (1.0 - share));
+            gradient.points[first + 1] += contact.normal * (contact.force * share);
+        }
         let pushes = self.contacts.found.iter().map(|contact| (contact.spot, contact.normal * contact.force));
         for (spot, force) in pushes.chain(self.contacts.rubs.iter().map(|rub| (rub.spot, rub.force))) {
             let spot = &self.contacts.spots[spot as usize];
@@ -382,36 +442,75 @@ impl Problem<'_> {
 
     /// Adds the second derivatives of the energy of contact at `state` in the independent variables: both triangles; with `convex` without what
     /// makes it less convex. The levers of tied points have theirs from the forces at them.
+    ///
+    /// With `u` how the spot moves against the place it touches, and, where that is within a segment from a to b (length L, direction t),
+    /// `w = δb − δa`: `δ²φ = u·∂²φ/∂x² u − 2 (t·u)(n·w)/L − (φ/L²)(n·w)²`, the last two because the nearest place moves along as the
+    /// segment turns.
     pub(crate) fn contact_hessian(&mut self, state: &State, convex: bool, blocks: &mut Vec<Block>) {
         self.find_contacts(state);
-        let pushes = self.contacts.found.iter().map(|contact| {
-            let n = contact.normal;
-            let stiff = n * n.transpose() * contact.penalty;
-            (contact.spot, if convex { stiff } else { stiff - contact.curvature * contact.force })
-        });
-        for (spot, h) in pushes.chain(self.contacts.rubs.iter().map(|rub| (rub.spot, rub.stiffness))) {
-            let spot = &self.contacts.spots[spot as usize];
-            let i = self.network.branches[spot.branch].points.start + spot.segment;
-            let mut columns = [None; 4];
-            for (end, weight) in [(0, 1.0 - spot.share), (1, spot.share)] {
-                if weight == 0.0 {
-                    continue;
-                }
-                match self.contacts.ties[i + end].map(|t| &self.network.ties[t]) {
-                    None => columns[2 * end] = Some((Variable::Point(i + end), Matrix::identity() * weight)),
-                    Some(tie) => {
-                        columns[2 * end] = Some((Variable::Point(tie.hub_point), Matrix::identity() * weight));
-                        if let Some(hub) = tie.hub_frame {
-                            let r = state.frames[hub].to_rotation_matrix();
-                            let lever = r.matrix() * skew(&tie.offset) * -weight;
-                            columns[2 * end + 1] = Some((Variable::Frame(hub), lever));
-                        }
-                    }
-                }
+        for contact in &self.contacts.found {
+            let (n, mu) = (contact.normal, contact.force);
+            let mut uu = n * n.transpose() * contact.penalty;
+            if !convex {
+                uu -= contact.curvature * mu;
             }
-            for (row, a) in columns.iter().flatten() {
-                for (column, b) in columns.iter().flatten() {
-                    blocks.push(Block { row: *row, column: *column, matrix: a.transpose() * h * b });
+            let spot = self.spot_points(contact.spot).map(|(point, u)| (point, u, 0.0));
+            let Some(Touched { first, share, turning }) = contact.other else {
+                self.add_blocks(state, &spot, |u, v, _, _| uu * (u * v), blocks);
+                continue;
+            };
+            let points = [spot[0], spot[1], (first, share - 1.0, -1.0), (first + 1, -share, 1.0)];
+            let (uw, ww) = match turning {
+                Some(Turning { direction, length, distance }) => {
+                    let uw = if convex { Matrix::zeros() } else { direction * n.transpose() * (mu / length) };
+                    (uw, n * n.transpose() * (mu * distance / (length * length)))
+                }
+                None => (Matrix::zeros(), Matrix::zeros()),
+            };
+            let of =
+                |u: f64, v: f64, w: f64, z: f64| uu * (u * v) + uw * (u * z) + uw.transpose() * (w * v) + ww * (w * z);
+            self.add_blocks(state, &points, of, blocks);
+        }
+        for rub in &self.contacts.rubs {
+            let spot = self.spot_points(rub.spot).map(|(point, u)| (point, u, 0.0));
+            self.add_blocks(state, &spot, |u, v, _, _| rub.stiffness * (u * v), blocks);
+        }
+    }
+
+    /// The two points that a spot moves with, and their shares.
+    fn spot_points(&self, spot: u32) -> [(usize, f64); 2] {
+        let spot = &self.contacts.spots[spot as usize];
+        let i = self.network.branches[spot.branch].points.start + spot.segment;
+        [(i, 1.0 - spot.share), (i + 1, spot.share)]
+    }
+
+    /// Adds second derivatives in some points, each with its weights in u and w, as those in independent variables; `of` gives them for two of
+    /// the points by their weights.
+    fn add_blocks(
+        &self,
+        state: &State,
+        points: &[(usize, f64, f64)],
+        of: impl Fn(f64, f64, f64, f64) -> Matrix,
+        blocks: &mut Vec<Block>,
+    ) {
+        let columns = |point: usize| {
+            let Some(tie) = self.contacts.ties[point].map(|t| &self.network.ties[t]) else {
+                return [Some((Variable::Point(point), Matrix::identity())), None];
+            };
+            let lever = tie.hub_frame.map(|hub| {
+                let r = state.frames[hub].to_rotation_matrix();
+                (Variable::Frame(hub), -(r.matrix() * skew(&tie.offset)))
+            });
+            [Some((Variable::Point(tie.hub_point), Matrix::identity())), lever]
+        };
+        let weighty = || points.iter().filter(|(_, u, w)| *u != 0.0 || *w != 0.0);
+        for (p, u, w) in weighty() {
+            for (q, v, z) in weighty() {
+                let h = of(*u, *v, *w, *z);
+                for (row, a) in columns(*p).into_iter().flatten() {
+                    for (column, b) in columns(*q).into_iter().flatten() {
+                        blocks.push(Block { row, column, matrix: a.transpose() * h * b });
+                    }
                 }
             }
         }
@@ -427,9 +526,9 @@ impl Problem<'_> {
         if self.contacts.is_idle() {
             return;
         }
-        let before = std::mem::take(&mut self.contacts.held_before);
-        self.contacts.held_before = std::mem::replace(&mut self.contacts.held, before);
-        self.contacts.held.fill(false);
+        let (held, before) = (&mut self.contacts.held, &mut self.contacts.held_before);
+        std::mem::swap(held, before);
+        held.fill(false);
         self.contacts.sunk.clear();
         let network = self.network;
         for (f, fixing) in network.fixings.iter().enumerate().filter(|(f, _)| self.conditions.active[*f]) {

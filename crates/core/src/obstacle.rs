@@ -87,8 +87,6 @@ pub struct ShapeSpec {
 pub struct ContactSettings {
     /// Whether cables touch each other, and themselves.
     pub cables: bool,
-    /// Coefficient of friction between cables.
-    pub friction: f64,
     /// Whether a harness that begins within a body is pushed out of it.
     pub resolve: bool,
 }

@@ -1,13 +1,11 @@
 //! No minimiser grades its own work: forces and moments are recomputed here from the state alone.
 
 use crate::border::Border;
-use crate::gather::Gather;
-use crate::matrix::BlockMatrix;
-use crate::structure::Structure;
+use crate::gather::System;
 use wireloom_core::fixings::Unmet;
 use wireloom_core::minimiser::{Status, Stop};
 use wireloom_core::problem::{Hessian, Problem};
-use wireloom_core::{Network, State, Tangent, Vector};
+use wireloom_core::{Network, State, Tangent};
 
 /// Distance (m) or turn (rad) by which a held freedom may be off its target.
 const VIOLATION: f64 = 1e-9;
@@ -42,12 +40,9 @@ pub struct Certifier {
 
 /// What it takes to count negative pivots.
 struct Stability {
-    gather: Gather,
-    matrix: BlockMatrix,
+    system: System,
     hessian: Hessian,
-    weights: Vec<f64>,
     border: Border,
-    rhs: Vec<Vector>,
 }
 
 impl Certifier {
@@ -82,19 +77,14 @@ impl Certifier {
     /// Whether no motion lowers the energy to second order, from the inertia of the Hessian at `state`. Call after
     /// [`Self::certify`] at the same state.
     pub fn stable(&mut self, problem: &mut Problem<'_>, state: &State) -> bool {
-        let Stability { gather, matrix, hessian, weights, border, rhs } = self.stability.get_or_insert_with(|| {
-            let matrix = BlockMatrix::new(Structure::new(problem.network), problem.network);
-            Stability {
-                gather: Gather::new(problem.network, &matrix.structure),
-                weights: matrix.frame_weights(problem.network),
-                hessian: Hessian::new(problem.network),
-                border: Border::default(),
-                rhs: vec![Vector::zeros(); matrix.structure.len()],
-                matrix,
-            }
+        let Stability { system, hessian, border } = self.stability.get_or_insert_with(|| Stability {
+            system: System::new(problem),
+            hessian: Hessian::new(problem.network),
+            border: Border::default(),
         });
         problem.hessian(state, None, hessian);
-        gather.run(matrix, problem.network, state, hessian);
+        system.fill(problem, state, hessian);
+        let System { matrix, weights, rhs, .. } = system;
         matrix.shift(NEUTRAL * problem.scales().force, weights);
         matrix.take_out(problem);
         let negative = matrix.factorise();

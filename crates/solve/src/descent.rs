@@ -148,11 +148,12 @@ struct Workspace {
 }
 
 impl Workspace {
-    fn new(network: &Network, metric: Metric) -> Self {
+    fn new(problem: &Problem<'_>, metric: Metric) -> Self {
+        let network = problem.network;
         Self {
             network: network.id,
-            preconditioner: Preconditioner::new(network, metric),
-            settle: (metric == Metric::Hessian).then(|| Settle::new(network)),
+            preconditioner: Preconditioner::new(problem, metric),
+            settle: (metric == Metric::Hessian).then(|| Settle::new(problem)),
             gradient: Tangent::zeros(network),
             free: Tangent::zeros(network),
             before: Tangent::zeros(network),
@@ -265,7 +266,7 @@ impl<M: Method> Minimiser for Descent<M> {
     fn minimise(&mut self, problem: &mut Problem<'_>, state: &mut State, stop: &Stop) -> Report {
         let network = problem.network;
         if self.workspace.as_ref().is_none_or(|ws| ws.network != network.id) {
-            self.workspace = Some(Box::new(Workspace::new(network, self.choices.metric)));
+            self.workspace = Some(Box::new(Workspace::new(problem, self.choices.metric)));
             self.method.ready(network);
         }
         let ws = self.workspace.as_mut().expect("made above");

@@ -3,9 +3,9 @@
 use crate::matrix::BlockMatrix;
 use crate::structure::{Pattern, Structure, TIED};
 use std::ops::Range;
-use wireloom_core::problem::Hessian;
+use wireloom_core::problem::{Hessian, Problem};
 use wireloom_core::rotation::skew;
-use wireloom_core::{Matrix, Network, State};
+use wireloom_core::{Matrix, Network, State, Vector};
 
 /// Place of an off-diagonal block; `turned` where it is stored transposed.
 #[derive(Clone, Copy)]
@@ -153,6 +153,43 @@ struct TiedSegment {
 
 /// One column of `e = Σ J_i u_i`.
 type Lever = (u32, Matrix);
+
+/// Everything that goes by the pattern of the Hessian.
+pub struct System {
+    /// Which pattern of contact it is for; see [`Problem::contact_pattern`].
+    version: u64,
+    /// Where second derivatives go.
+    pub gather: Gather,
+    /// The matrix.
+    pub matrix: BlockMatrix,
+    /// See [`BlockMatrix::frame_weights`].
+    pub weights: Vec<f64>,
+    /// Room for a right-hand side.
+    pub rhs: Vec<Vector>,
+}
+
+impl System {
+    /// For what may be coupled in a problem now.
+    pub fn new(problem: &Problem<'_>) -> Self {
+        let (version, touching) = problem.contact_pattern();
+        let matrix = BlockMatrix::new(Structure::new(problem.network, touching), problem.network);
+        Self {
+            version,
+            gather: Gather::new(problem.network, &matrix.structure),
+            weights: matrix.frame_weights(problem.network),
+            rhs: vec![Vector::zeros(); matrix.structure.len()],
+            matrix,
+        }
+    }
+
+    /// Gathers the second derivatives of `problem` at `state`, for which it becomes another one if other cables may touch now.
+    pub fn fill(&mut self, problem: &Problem<'_>, state: &State, hessian: &Hessian) {
+        if problem.contact_pattern().0 != self.version {
+            *self = Self::new(problem);
+        }
+        self.gather.run(&mut self.matrix, problem.network, state, hessian);
+    }
+}
 
 /// The places of a network's second derivatives in a matrix with [`Structure::new`].
 pub struct Gather {

@@ -9,15 +9,13 @@
 //! ("mixed integration points", Magisano, Leonetti, Garcea 2017).
 
 use crate::border::Border;
-use crate::gather::Gather;
+use crate::gather::System;
 use crate::judge::{Judge, PROGRESS, Verdict};
-use crate::matrix::BlockMatrix;
 use crate::settle::Settle;
-use crate::structure::Structure;
 use wireloom_core::minimiser::{Minimiser, Report, Status, Stop};
 use wireloom_core::problem::{Hessian, Problem, Scales};
 use wireloom_core::registry::MinimiserKind;
-use wireloom_core::{Network, State, Tangent, Vector};
+use wireloom_core::{State, Tangent, Vector};
 
 /// Largest turn (rad) of any frame in one line-search step; beyond it the quadratic model says nothing.
 pub(crate) const LARGEST_TURN: f64 = 1.0;
@@ -64,20 +62,16 @@ impl Newton {
 /// Everything that is allocated once.
 struct Workspace {
     network: u64,
-    gather: Gather,
-    matrix: BlockMatrix,
+    system: System,
     settle: Settle,
     border: Border,
     hessian: Hessian,
-    /// See [`BlockMatrix::frame_weights`].
-    weights: Vec<f64>,
     gradient: Tangent,
     free: Tangent,
     trial_gradient: Tangent,
     step: Tangent,
     motion: Tangent,
     trial: State,
-    rhs: Vec<Vector>,
     /// Predicted forces, by branch and segment.
     forces: Vec<Vec<Vector>>,
     /// Where the matrix holds an unshifted, positive definite factor: the fixings that were active.
@@ -89,24 +83,20 @@ struct Workspace {
 }
 
 impl Workspace {
-    fn new(network: &Network) -> Self {
-        let matrix = BlockMatrix::new(Structure::new(network), network);
-        let weights = matrix.frame_weights(network);
+    fn new(problem: &Problem<'_>) -> Self {
+        let network = problem.network;
         Self {
             network: network.id,
-            gather: Gather::new(network, &matrix.structure),
-            settle: Settle::new(network),
+            system: System::new(problem),
+            settle: Settle::new(problem),
             hessian: Hessian::new(network),
-            weights,
             gradient: Tangent::zeros(network),
             free: Tangent::zeros(network),
             trial_gradient: Tangent::zeros(network),
             step: Tangent::zeros(network),
             motion: Tangent::zeros(network),
             trial: State::origin(network),
-            rhs: vec![Vector::zeros(); matrix.structure.len()],
             forces: network.branches.iter().map(|b| vec![Vector::zeros(); b.rod.mesh().segments()]).collect(),
-            matrix,
             border: Border::default(),
             factor_of: None,
             settled_force: 0.0,
@@ -115,9 +105,9 @@ impl Workspace {
         }
     }
 
-    fn ready<'w>(slot: &'w mut Option<Box<Self>>, network: &Network) -> &'w mut Self {
-        if slot.as_ref().is_none_or(|ws| ws.network != network.id) {
-            *slot = Some(Box::new(Self::new(network)));
+    fn ready<'w>(slot: &'w mut Option<Box<Self>>, problem: &Problem<'_>) -> &'w mut Self {
+        if slot.as_ref().is_none_or(|ws| ws.network != problem.network.id) {
+            *slot = Some(Box::new(Self::new(problem)));
         }
         slot.as_mut().expect("made above")
     }
@@ -138,13 +128,14 @@ impl Workspace {
 
     /// Gathers and factorises the Hessian at hand with another shift.
     fn factorise(&mut self, problem: &Problem<'_>, state: &State, sigma: f64) -> usize {
-        self.gather.run(&mut self.matrix, problem.network, state, &self.hessian);
+        self.system.fill(problem, state, &self.hessian);
+        let System { matrix, weights, .. } = &mut self.system;
         if sigma > 0.0 {
-            self.matrix.shift(sigma, &self.weights);
+            matrix.shift(sigma, weights);
         }
-        self.matrix.take_out(problem);
+        matrix.take_out(problem);
         self.factorisations += 1;
-        let negative = self.matrix.factorise();
+        let negative = matrix.factorise();
         if negative == 0 && sigma == 0.0 {
             let active = &problem.conditions().active;
             match &mut self.factor_of {
@@ -160,11 +151,11 @@ impl Workspace {
     /// Solves for the step at `state`; with `moving` it carries the prescribed motion.
     fn solve(&mut self, problem: &mut Problem<'_>, state: &State, moving: bool) {
         let motion = moving.then_some(&self.motion);
-        self.matrix.right_hand_side(problem, &self.gradient, motion, &mut self.rhs);
-        self.matrix.solve(&mut self.rhs);
-        self.matrix.step(problem, state, &mut self.rhs, motion, &mut self.step);
+        let Self { system: System { matrix, rhs, .. }, border, gradient, step, .. } = self;
+        matrix.right_hand_side(problem, gradient, motion, rhs);
+        matrix.solve(rhs);
+        matrix.step(problem, state, rhs, motion, step);
         if problem.slides_any() {
-            let Self { matrix, border, gradient, rhs, step, .. } = self;
             border.complete(matrix, problem, state, gradient, rhs, step);
         }
     }
@@ -249,7 +240,7 @@ impl Minimiser for Newton {
     }
 
     fn minimise(&mut self, problem: &mut Problem<'_>, state: &mut State, stop: &Stop) -> Report {
-        let ws = Workspace::ready(&mut self.workspace, problem.network);
+        let ws = Workspace::ready(&mut self.workspace, problem);
         if problem.network.is_shared() {
             // Among the threads of the pool, so that handing them work costs little.
             rayon::scope(|_| descend(ws, problem, state, stop))

@@ -1,12 +1,10 @@
 //! What turns a gradient into a direction: a metric in which the energy is nearly round.
 
 use crate::border::Border;
-use crate::gather::Gather;
-use crate::matrix::BlockMatrix;
+use crate::gather::System;
 use crate::newton::{FIRST_SHIFT, RAISE};
-use crate::structure::Structure;
 use wireloom_core::problem::{Hessian, Problem};
-use wireloom_core::{Network, State, Tangent, Vector};
+use wireloom_core::{State, Tangent};
 
 /// Which metric M.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -30,27 +28,20 @@ impl Metric {
 /// M, factorised; keeps its workspace.
 pub(crate) struct Preconditioner {
     metric: Metric,
-    gather: Gather,
-    matrix: BlockMatrix,
+    system: System,
     border: Border,
     hessian: Hessian,
-    weights: Vec<f64>,
-    rhs: Vec<Vector>,
     /// Matrices factorised so far.
     pub factorisations: usize,
 }
 
 impl Preconditioner {
-    pub(crate) fn new(network: &Network, metric: Metric) -> Self {
-        let matrix = BlockMatrix::new(Structure::new(network), network);
+    pub(crate) fn new(problem: &Problem<'_>, metric: Metric) -> Self {
         Self {
             metric,
-            gather: Gather::new(network, &matrix.structure),
+            system: System::new(problem),
             border: Border::default(),
-            hessian: Hessian::new(network),
-            weights: matrix.frame_weights(network),
-            rhs: vec![Vector::zeros(); matrix.structure.len()],
-            matrix,
+            hessian: Hessian::new(problem.network),
             factorisations: 0,
         }
     }
@@ -68,13 +59,14 @@ impl Preconditioner {
     }
 
     fn factorise(&mut self, problem: &Problem<'_>, state: &State, sigma: f64) -> usize {
-        self.gather.run(&mut self.matrix, problem.network, state, &self.hessian);
+        self.system.fill(problem, state, &self.hessian);
+        let System { matrix, weights, .. } = &mut self.system;
         if sigma > 0.0 {
-            self.matrix.shift(sigma, &self.weights);
+            matrix.shift(sigma, weights);
         }
-        self.matrix.take_out(problem);
+        matrix.take_out(problem);
         self.factorisations += 1;
-        self.matrix.factorise()
+        matrix.factorise()
     }
 
     /// `step = −M⁻¹ gradient`.
@@ -97,11 +89,12 @@ impl Preconditioner {
         motion: Option<&Tangent>,
         step: &mut Tangent,
     ) {
-        self.matrix.right_hand_side(problem, gradient, motion, &mut self.rhs);
-        self.matrix.solve(&mut self.rhs);
-        self.matrix.step(problem, state, &mut self.rhs, motion, step);
+        let System { matrix, rhs, .. } = &mut self.system;
+        matrix.right_hand_side(problem, gradient, motion, rhs);
+        matrix.solve(rhs);
+        matrix.step(problem, state, rhs, motion, step);
         if problem.slides_any() {
-            self.border.complete(&self.matrix, problem, state, gradient, &mut self.rhs, step);
+            self.border.complete(matrix, problem, state, gradient, rhs, step);
         }
     }
 }

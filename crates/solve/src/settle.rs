@@ -10,7 +10,7 @@ use crate::matrix::BlockMatrix;
 use crate::structure::Structure;
 use wireloom_core::fixings::Block;
 use wireloom_core::problem::Problem;
-use wireloom_core::{Matrix, Network, State, Tangent, Vector};
+use wireloom_core::{Matrix, State, Tangent, Vector};
 
 /// Positions of a segment's ends in the matrix, and where the block between them is; both ends at one joint: none.
 struct SegmentPlan {
@@ -21,6 +21,8 @@ struct SegmentPlan {
 
 /// The linear solve for all points; keeps its workspace.
 pub struct Settle {
+    /// Which pattern of contact it is for; see [`Problem::contact_pattern`].
+    version: u64,
     matrix: BlockMatrix,
     segments: Vec<Vec<SegmentPlan>>,
     /// Scratch, for one branch.
@@ -34,9 +36,11 @@ pub struct Settle {
 }
 
 impl Settle {
-    /// For the states of a network.
-    pub fn new(network: &Network) -> Self {
-        let matrix = BlockMatrix::new(Structure::of_points(network), network);
+    /// For the states of a problem's network.
+    pub fn new(problem: &Problem<'_>) -> Self {
+        let network = problem.network;
+        let (version, touching) = problem.contact_pattern();
+        let matrix = BlockMatrix::new(Structure::of_points(network, touching), network);
         let of_point = &matrix.structure.of_point;
         let plan = |ends: &[u32]| {
             let (a, b) = (ends[0], ends[1]);
@@ -46,6 +50,7 @@ impl Settle {
         let segments = network.branches.iter().map(|b| of_point[b.points.clone()].windows(2).map(plan).collect());
         let longest = network.branches.iter().map(|b| b.rod.mesh().segments()).max().unwrap_or(0);
         Self {
+            version,
             segments: segments.collect(),
             stiffness: vec![Matrix::zeros(); longest],
             rhs: vec![Vector::zeros(); matrix.structure.len()],
@@ -61,6 +66,9 @@ impl Settle {
     /// is above `least` (N). Returns whether it did; not where the energy is not convex in the points.
     pub fn settle(&mut self, problem: &mut Problem<'_>, state: &mut State, gradient: &Tangent, least: f64) -> bool {
         let network = problem.network;
+        if problem.contact_pattern().0 != self.version {
+            *self = Self::new(problem);
+        }
         self.matrix.right_hand_side(problem, gradient, None, &mut self.rhs);
         if self.rhs.iter().all(|force| force.norm_squared() <= least * least) {
             return false;

@@ -271,7 +271,9 @@ impl<'n, 'm> Driver<'n, 'm> {
     fn at_start(network: &'n Network, minimiser: &'m mut dyn Minimiser, stop: &Stop, schedule: &Schedule) -> Self {
         let state = start::place(network, schedule);
         let conditions = Conditions::new(network, schedule.gravity, &state);
-        Self::new(network, minimiser, stop, state, conditions)
+        let mut driver = Self::new(network, minimiser, stop, state, conditions);
+        driver.problem.note_overlaps(&driver.state);
+        driver
     }
 
     /// What must be kept to go on from here: everything of the driver is named, so that nothing new is forgotten.

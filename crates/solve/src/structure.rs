@@ -53,8 +53,8 @@ pub struct Structure {
 }
 
 impl Structure {
-    /// Of a network's Hessian.
-    pub fn new(network: &Network) -> Self {
+    /// Of a network's Hessian; points of cables that touch are coupled four by four.
+    pub fn new(network: &Network, touching: &[[usize; 4]]) -> Self {
         // Natural numbering: along the branches, joints last.
         let mut variables = Vec::new();
         let (mut of_point, mut of_frame) = (vec![0; network.points], vec![0; network.frames]);
@@ -85,12 +85,12 @@ impl Structure {
             variables.extend(joint.frame.map(Variable::Frame));
         }
         number(&variables, &mut of_point, &mut of_frame);
-        let graph = coupled(network, &of_point, &of_frame, variables.len());
+        let graph = coupled(network, touching, &of_point, &of_frame, variables.len());
         Self::ordered(variables, of_point, of_frame, graph, network.is_shared())
     }
 
-    /// Of the second derivatives in the points alone, the frames being given.
-    pub fn of_points(network: &Network) -> Self {
+    /// Of the second derivatives in the points alone, the frames being given; points that touch are coupled four by four.
+    pub fn of_points(network: &Network, touching: &[[usize; 4]]) -> Self {
         let mut of_point = vec![0; network.points];
         for tie in &network.ties {
             of_point[tie.point] = ABSENT;
@@ -115,6 +115,12 @@ impl Structure {
             let points = || fixing.stations.iter().map(|site| of_point[site.point]);
             for a in points() {
                 graph[a as usize].extend(points().filter(|&b| b != a));
+            }
+        }
+        for clique in touching {
+            let points = clique.map(|i| of_point[i]);
+            for a in points {
+                graph[a as usize].extend(points.iter().filter(|b| **b != a));
             }
         }
         sort(&mut graph);
@@ -184,7 +190,13 @@ fn number(order: &[Variable], of_point: &mut [u32], of_frame: &mut [u32]) {
 }
 
 /// For every variable those it shares an energy with.
-fn coupled(network: &Network, of_point: &[u32], of_frame: &[u32], count: usize) -> Vec<Vec<u32>> {
+fn coupled(
+    network: &Network,
+    touching: &[[usize; 4]],
+    of_point: &[u32],
+    of_frame: &[u32],
+    count: usize,
+) -> Vec<Vec<u32>> {
     let mut graph = vec![Vec::new(); count];
     let mut clique: Vec<u32> = Vec::new();
     let mut join = |clique: &mut Vec<u32>| {
@@ -245,6 +257,12 @@ fn coupled(network: &Network, of_point: &[u32], of_frame: &[u32], count: usize) 
             if let Some(c) = site.frame {
                 frame(c, &mut clique);
             }
+        }
+        join(&mut clique);
+    }
+    for touching in touching {
+        for &i in touching {
+            point(i, &mut clique);
         }
         join(&mut clique);
     }

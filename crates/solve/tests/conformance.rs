@@ -5,10 +5,11 @@ use std::collections::BTreeSet;
 use wireloom_core::constraint::{ConstraintSpec, Limits};
 use wireloom_core::minimiser::{Minimiser, Status, Stop};
 use wireloom_core::network::{FixingPlan, NodeRange, Place};
+use wireloom_core::obstacle::{Obstacle, Shape, Surface, Touch};
 use wireloom_core::problem::{Conditions, Hessian, Variable};
 use wireloom_core::{
-    Action, Constraint, Matrix, Network, Parameters, Potential, Problem, Registry, Situation, State, Tangent, Value,
-    Vector,
+    Action, Constraint, Matrix, Network, Parameters, Pose, Potential, Problem, Registry, Situation, State, Tangent,
+    Value, Vector,
 };
 use wireloom_solve::certificate::Certifier;
 use wireloom_solve::gather::Gather;
@@ -17,7 +18,7 @@ use wireloom_solve::newton::Newton;
 use wireloom_solve::result::branch;
 use wireloom_solve::settle::Settle;
 use wireloom_solve::structure::Structure;
-use wireloom_testkit::conformance::networks::{Sample, cable, cut_cable, ring, sized_y_harness, y_harness};
+use wireloom_testkit::conformance::networks::{Sample, Sketch, cable, cut_cable, ring, sized_y_harness, y_harness};
 use wireloom_testkit::conformance::numeric::{
     assert_matrix_near, random_rotation, random_turn, random_vector, symmetric,
 };
@@ -165,7 +166,7 @@ fn coupled_pairs(network: &Network, structure: &Structure) -> usize {
 #[test]
 fn a_cable_is_factorised_without_fill() {
     let sample = cable(&registry(), 50);
-    let structure = Structure::new(&sample.network);
+    let structure = Structure::new(&sample.network, &[]);
     assert_eq!(structure.pattern.rows.len(), coupled_pairs(&sample.network, &structure));
 }
 
@@ -174,7 +175,7 @@ fn a_tree_is_factorised_without_fill() {
     for kind in registry().joints() {
         for segments in [20, 40] {
             let sample = y_harness(&registry(), &kind.name, segments);
-            let structure = Structure::new(&sample.network);
+            let structure = Structure::new(&sample.network, &[]);
             let fill = structure.pattern.rows.len() - coupled_pairs(&sample.network, &structure);
             assert_eq!(fill, 0, "{}", kind.name);
         }
@@ -191,7 +192,7 @@ fn the_factor_grows_linearly_with_the_segments() {
                     false => y_harness(&registry, &kind.name, n),
                     true => ring(&registry, &kind.name, n, 1),
                 };
-                Structure::new(&sample.network).pattern.rows.len()
+                Structure::new(&sample.network, &[]).pattern.rows.len()
             });
             let growth = [blocks[1] - blocks[0], blocks[2] - blocks[1]];
             // On a ring the order wanders by a few blocks.
@@ -256,7 +257,7 @@ fn assembled(sample: &Sample, state: &State) -> (BlockMatrix, Vec<Vector>) {
     problem.gradient(state, &mut gradient);
     let mut hessian = Hessian::new(&sample.network);
     problem.hessian(state, None, &mut hessian);
-    let mut matrix = BlockMatrix::new(Structure::new(&sample.network), &sample.network);
+    let mut matrix = BlockMatrix::new(Structure::new(&sample.network, &[]), &sample.network);
     Gather::new(&sample.network, &matrix.structure).run(&mut matrix, &sample.network, state, &hessian);
     matrix.take_out(&problem);
     let mut rhs = vec![Vector::zeros(); matrix.structure.len()];
@@ -315,7 +316,7 @@ fn check_gathered(name: &str, sample: &Sample) {
     problem.gradient(&state, &mut gradient);
     let mut hessian = Hessian::new(network);
     problem.hessian(&state, None, &mut hessian);
-    let mut matrix = BlockMatrix::new(Structure::new(network), network);
+    let mut matrix = BlockMatrix::new(Structure::new(network, problem.contact_pattern().1), network);
     Gather::new(network, &matrix.structure).run(&mut matrix, network, &state, &hessian);
     let (got, variables) = (dense(&matrix), matrix.structure.variables.clone());
     let (h, mut trial) = (1e-5, state.clone());
@@ -349,6 +350,72 @@ fn check_gathered(name: &str, sample: &Sample) {
     assert_matrix_near(name, &(&scale * got * &scale), &want, 1e-7 * want.amax());
 }
 
+/// A ball about its origin.
+struct Ball(f64);
+
+impl Shape for Ball {
+    fn distance(&self, x: &Vector, _: f64) -> f64 {
+        x.norm() - self.0
+    }
+    fn touches(&self, x: &Vector, reach: f64, see: &mut dyn FnMut(Touch)) {
+        let (distance, normal) = (x.norm() - self.0, x.normalize());
+        if distance < reach {
+            let curvature = (Matrix::identity() - normal * normal.transpose()) / x.norm();
+            see(Touch { distance, normal, curvature, part: 0 });
+        }
+    }
+    fn crossing(&self, _: &Vector, _: &Vector) -> Option<f64> {
+        None
+    }
+    fn surface(&self, _: f64) -> Surface {
+        Surface::default()
+    }
+}
+
+/// With a ball in the middle of the harness, which is in it as deep as that.
+fn with_ball(mut sample: Sample, state: &State, radius: f64) -> Sample {
+    let middle: Vector = state.points.iter().sum::<Vector>() / state.points.len() as f64;
+    let turned = wireloom_core::Rotation::from_euler_angles(0.3, -0.4, 0.5);
+    let pose = Pose { position: middle, orientation: turned };
+    let (name, kind) = ("ball".into(), "ball".into());
+    let shape = std::sync::Arc::new(Ball(radius));
+    sample.network.obstacles.push(Obstacle { name, kind, shape, pose, friction: 0.0, min_clearance: None });
+    sample.conditions = Conditions::new(&sample.network, sample.conditions.gravity, &sample.state);
+    sample
+}
+
+#[test]
+fn what_touches_an_obstacle_has_the_second_derivatives_of_its_energy() {
+    for kind in registry().joints() {
+        let sample = ring(&registry(), &kind.name, 4, 1);
+        let state = shaken(&sample);
+        let sample = with_ball(sample, &state, 0.25);
+        let mut problem = sample.problem();
+        assert!(problem.touching(&state)[0].spots > 3, "{}", kind.name);
+        check_gathered(&kind.name, &sample);
+    }
+}
+
+/// Two cables that cross, thick enough to touch where spots of one lie beside segments of the other, and where they lie in a crook.
+#[test]
+fn cables_that_touch_have_the_second_derivatives_of_their_energy() {
+    for offset in [0.0, 0.02] {
+        let mut sketch = Sketch::default();
+        for (from, to) in [([-0.2, 0.0, 0.0], [0.2, 0.0, 0.0]), ([offset, -0.2, 0.03], [offset, 0.25, 0.01])] {
+            let branch = sketch.branch(Vector::from(from), Vector::from(to), 6, [None, None], false);
+            sketch.clamp(branch, true);
+        }
+        let mut sample = sketch.build(&registry());
+        sample.network.contact.cables = true;
+        for branch in &mut sample.network.branches {
+            branch.section.diameter = 0.05;
+        }
+        let (mut problem, state) = (sample.problem(), shaken(&sample));
+        assert!(problem.contact_unmet(&state).is_some_and(|unmet| unmet > 100.0), "they touch");
+        check_gathered("crossed cables", &sample);
+    }
+}
+
 #[test]
 fn settled_points_are_in_balance_and_settling_is_undone_exactly() {
     for kind in registry().joints() {
@@ -365,7 +432,7 @@ fn settled_points_are_in_balance_and_settling_is_undone_exactly() {
             free.points.iter().map(|force| force.norm()).fold(0.0, f64::max)
         };
         let force = largest(&gradient, &problem);
-        let mut settle = Settle::new(&sample.network);
+        let mut settle = Settle::new(&problem);
         assert!(!settle.settle(&mut problem, &mut state, &gradient, 2.0 * force), "{}: nothing to do", kind.name);
         assert!(settle.settle(&mut problem, &mut state, &gradient, 0.0), "{}", kind.name);
         let settled = problem.gradient(&state, &mut gradient);

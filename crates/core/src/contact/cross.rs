@@ -15,6 +15,7 @@ impl Problem<'_> {
         if self.contacts.is_idle() {
             return free;
         }
+        free = free.min(self.free_share_of_cables(from, to));
         let network = self.network;
         for (i, spot) in self.contacts.spots.iter().enumerate() {
             let (a, b) = (position(network, from, spot), position(network, to, spot));

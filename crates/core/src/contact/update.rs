@@ -91,7 +91,7 @@ impl Problem<'_> {
         let mut rubbing = 0.0_f64;
         for contact in &self.contacts.found {
             worst = worst.max(contact.gap.abs() / (DEPTH * contact.radius));
-            if self.friction(contact.against.obstacle) > 0.0 {
+            if contact.against.obstacle().is_some_and(|o| self.friction(o) > 0.0) {
                 let grip = self.mark_of(marks, contact).and_then(|mark| mark.grip);
                 let off = (grip.map_or(0.0, |grip| grip.force) - contact.force).abs();
                 rubbing = rubbing.max(off / SETTLED);
@@ -127,8 +127,9 @@ impl Problem<'_> {
             if raise && contact.gap.abs() > DEPTH * contact.radius {
                 penalty = (RAISE * penalty).min(HIGHEST);
             }
-            let pose = &self.conditions.contact.poses[contact.against.obstacle as usize];
-            let grip = (self.friction(contact.against.obstacle) > 0.0).then(|| {
+            let rough = contact.against.obstacle().filter(|o| self.friction(*o) > 0.0);
+            let grip = rough.map(|o| {
+                let pose = &self.conditions.contact.poses[o as usize];
                 let x = pose.inverse().compose(&Pose { position: contact.position, ..Pose::identity() }).position;
                 let anchor = known.and_then(|mark| mark.grip).map_or(x, |grip| grip.anchor);
                 let normal = pose.orientation.inverse_transform_vector(&contact.normal);
@@ -245,12 +246,12 @@ impl Problem<'_> {
         self.find_contacts(state);
         let mut marks = std::mem::take(&mut self.conditions.contact.marks);
         for mark in &mut marks {
-            let Some(grip) = &mut mark.grip else { continue };
+            let (Some(grip), Some(obstacle)) = (&mut mark.grip, mark.against.obstacle()) else { continue };
             let spot = &self.contacts.spots[mark.spot as usize];
-            let pose = &self.conditions.contact.poses[mark.against.obstacle as usize];
+            let pose = &self.conditions.contact.poses[obstacle as usize];
             let x = position(self.network, state, spot);
             let x = pose.inverse().compose(&Pose { position: x, ..Pose::identity() }).position;
-            let friction = self.friction(mark.against.obstacle);
+            let friction = self.friction(obstacle);
             grip.anchor = grip.followed(&x, friction, self.contacts.penalties[spot.branch] * mark.penalty);
         }
         // Penalties that were raised stay so only where something is pushed.
@@ -269,11 +270,13 @@ impl Problem<'_> {
             self.conditions.contact.extra = extra;
         }
         self.conditions.contact.marks = marks;
+        self.commit_pairs(state);
     }
 
     /// Makes what contact carries along that of other conditions; obstacles stay where they are.
     pub fn set_contacts(&mut self, other: &Conditions) {
         self.conditions.contact.marks.clone_from(&other.contact.marks);
+        self.conditions.contact.overlaps.clone_from(&other.contact.overlaps);
         if self.conditions.contact.extra != other.contact.extra {
             self.conditions.contact.extra.clone_from(&other.contact.extra);
             self.contacts.set_extra(&other.contact.extra);
@@ -290,7 +293,7 @@ impl Problem<'_> {
         let mut all = vec![Touching::default(); self.network.obstacles.len()];
         self.find_contacts(state);
         for contact in &self.contacts.found {
-            let o = contact.against.obstacle as usize;
+            let Some(o) = contact.against.obstacle().map(|o| o as usize) else { continue };
             let force = contact.normal * contact.force + self.drag_on(contact);
             // The force acts where the surfaces meet.
             let at = contact.position - contact.normal * contact.radius;

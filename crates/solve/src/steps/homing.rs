@@ -158,7 +158,9 @@ impl Driver<'_, '_> {
         self.problem.update_held(&self.state);
         self.problem.place_held(&mut self.state);
         self.problem.gradient(&self.state, &mut self.certifier.gradient);
-        Settle::new(network).settle(&mut self.problem, &mut self.state, &self.certifier.gradient, 0.0);
+        self.problem.note_overlaps(&self.state);
+        let mut settle = Settle::new(&self.problem);
+        settle.settle(&mut self.problem, &mut self.state, &self.certifier.gradient, 0.0);
         let status = self.solve();
         self.off_the_edge(status)
     }

@@ -1,0 +1,410 @@
+//! Cables that touch each other, or themselves.
+//!
+//! A spot is kept as far from the centre line of another cable as both radii together; its nearest place there is looked for anew with every
+//! evaluation, so the two may slide along each other without friction. Every cable has spots, so both of a pair are looked after.
+//! Parts of the harness that are less than [`APART`] radii from each other along the cable do not count. Where cables overlap when a run
+//! begins (arms that leave a joint side by side), they are let overlap so far, until they have come apart.
+
+use super::{Against, Contact, Touched, Turning, marks_of, position, pushed};
+use crate::network::BranchEnd;
+use crate::problem::Problem;
+use crate::{Matrix, Network, State, Vector};
+use serde::{Deserialize, Serialize};
+use std::collections::{BTreeSet, HashMap};
+
+/// Distance along the harness, in sums of both radii, below which it does not touch itself: beyond it a cable that bends no more sharply than
+/// its own radius allows cannot.
+const APART: f64 = 2.5;
+/// Pairs are watched that are nearer than their radii and so many times the largest radius.
+const MARGIN: f64 = 2.0;
+/// Cables that overlap from the beginning.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Overlap {
+    /// Index of the spot.
+    pub spot: u32,
+    /// Index of the other branch.
+    pub branch: u32,
+    /// How near they may be, m.
+    pub distance: f64,
+}
+
+/// A spot, and a row of segments that are near it.
+struct Pair {
+    spot: u32,
+    branch: u32,
+    /// First and last segment.
+    segments: (u32, u32),
+}
+
+/// Workspace of contact between cables.
+#[derive(Default)]
+pub(crate) struct Cables {
+    /// Distances along the harness between joints, m, where they are short: by joint, the others and how far.
+    between: Vec<Vec<(usize, f64)>>,
+    largest_radius: f64,
+    longest_segment: f64,
+    /// Where the spots were when pairs were looked for; empty: not yet.
+    searched: Vec<Vector>,
+    pairs: Vec<Pair>,
+    /// Pairs of segments, by their first points, that second derivatives may couple.
+    pattern: BTreeSet<[usize; 2]>,
+    /// Their points.
+    cliques: Vec<[usize; 4]>,
+    /// Changes with them.
+    version: u64,
+}
+
+impl Cables {
+    pub(super) fn new(network: &Network) -> Self {
+        let radii = network.branches.iter().map(|b| 0.5 * b.section.diameter);
+        let largest_radius = radii.fold(0.0, f64::max);
+        let lengths = network.branches.iter().flat_map(|b| &b.rod.mesh().rest_lengths);
+        let longest_segment = lengths.copied().fold(0.0, f64::max);
+        let reach = 2.0 * APART * largest_radius;
+        let mut ways: Vec<Vec<(usize, f64)>> = vec![Vec::new(); network.joints.len()];
+        for branch in &network.branches {
+            if let (BranchEnd::Joint { joint: a, .. }, BranchEnd::Joint { joint: b, .. }) = (branch.start, branch.end) {
+                let length = branch.rod.mesh().length();
+                ways[a].push((b, length));
+                ways[b].push((a, length));
+            }
+        }
+        let between = (0..ways.len()).map(|joint| near_joints(&ways, joint, reach)).collect();
+        Self { between, largest_radius, longest_segment, ..Self::default() }
+    }
+
+    /// Pairs must be looked for anew.
+    pub(super) fn search_again(&mut self) {
+        self.searched.clear();
+    }
+}
+
+/// Joints that are within reach of one along the harness, itself included.
+fn near_joints(ways: &[Vec<(usize, f64)>], joint: usize, reach: f64) -> Vec<(usize, f64)> {
+    let mut near = vec![(joint, 0.0)];
+    let mut next = 0;
+    while let Some(&(at, gone)) = near.get(next) {
+        next += 1;
+        for &(other, length) in &ways[at] {
+            let way = gone + length;
+            match near.iter_mut().find(|(known, _)| *known == other) {
+                Some(known) if known.1 <= way => {}
+                Some(known) => known.1 = way,
+                None if way < reach => near.push((other, way)),
+                None => {}
+            }
+        }
+    }
+    near
+}
+
+/// The place of the segment from `a` to `b` that is nearest to `x`: its share and itself.
+fn nearest_on(x: &Vector, a: &Vector, b: &Vector) -> (f64, Vector) {
+    let way = b - a;
+    let share = ((x - a).dot(&way) / way.norm_squared()).clamp(0.0, 1.0);
+    (share, a + way * share)
+}
+
+impl Problem<'_> {
+    /// Where node `node` of a branch is, m.
+    fn node(&self, state: &State, branch: usize, node: usize) -> Vector {
+        let i = self.network.branches[branch].points.start + node;
+        state.points[i] + state.carry[i]
+    }
+
+    /// Distance along the harness between a place of one branch and one of another, m; infinite where it is far.
+    fn along(&self, (a, s): (usize, f64), (b, t): (usize, f64)) -> f64 {
+        if a == b {
+            return (s - t).abs();
+        }
+        let ends = |branch: usize, s: f64| {
+            let length = self.network.branches[branch].rod.mesh().length();
+            let ends = [(self.network.branches[branch].start, s), (self.network.branches[branch].end, length - s)];
+            ends.into_iter().filter_map(|(end, way)| match end {
+                BranchEnd::Joint { joint, .. } => Some((joint, way)),
+                BranchEnd::Free => None,
+            })
+        };
+        let mut least = f64::INFINITY;
+        for (from, way) in ends(a, s) {
+            for (to, rest) in ends(b, t) {
+                let between = self.contacts.cables.between[from].iter().find(|(joint, _)| *joint == to);
+                least = between.map_or(least, |(_, gap)| least.min(way + gap + rest));
+            }
+        }
+        least
+    }
+
+    /// Looks for pairs wherever something has moved far since they were looked for last.
+    pub(super) fn search_pairs(&mut self, state: &State) {
+        if !self.network.contact.cables {
+            return;
+        }
+        let network = self.network;
+        let margin = MARGIN * self.contacts.cables.largest_radius;
+        let spots: Vec<Vector> = self.contacts.spots.iter().map(|spot| position(network, state, spot)).collect();
+        let searched = &self.contacts.cables.searched;
+        let near = |(x, was): (&Vector, &Vector)| (x - was).norm_squared() <= 0.25 * margin * margin;
+        if searched.len() == spots.len() && spots.iter().zip(searched).all(near) {
+            return;
+        }
+        let first_search = searched.is_empty();
+        let cables = &self.contacts.cables;
+        // Midpoints of segments, by cell; what is near enough lies in a cell next door.
+        let cell = 0.5 * cables.longest_segment * 1.5 + 2.0 * cables.largest_radius + margin;
+        let key = |x: &Vector| x.map(|x| (x / cell).floor() as i64);
+        let mut cells: HashMap<[i64; 3], Vec<(u32, u32)>> = HashMap::new();
+        for (b, branch) in network.branches.iter().enumerate() {
+            for j in 0..branch.rod.mesh().segments() {
+                let middle = (self.node(state, b, j) + self.node(state, b, j + 1)) * 0.5;
+                cells.entry(key(&middle).into()).or_default().push((b as u32, j as u32));
+            }
+        }
+        let arcs: Vec<Vec<f64>> = (0..network.branches.len()).map(|b| state.arc_lengths(network, b)).collect();
+        let (mut pairs, mut pattern) = (Vec::new(), BTreeSet::new());
+        let mut found: Vec<(u32, u32)> = Vec::new();
+        for (index, (spot, x)) in self.contacts.spots.iter().zip(&spots).enumerate() {
+            let radius = 0.5 * network.branches[spot.branch].section.diameter;
+            let s = arcs[spot.branch][spot.segment];
+            let s = s + (arcs[spot.branch][spot.segment + 1] - s) * spot.share;
+            found.clear();
+            let home = key(x);
+            for i in -1..=1 {
+                for j in -1..=1 {
+                    for k in -1..=1 {
+                        let Some(inside) = cells.get(&[home.x + i, home.y + j, home.z + k]) else { continue };
+                        found.extend(inside.iter().filter(|(b, j)| {
+                            let (b, j) = (*b as usize, *j as usize);
+                            let both = radius + 0.5 * network.branches[b].section.diameter;
+                            let (_, place) = nearest_on(x, &self.node(state, b, j), &self.node(state, b, j + 1));
+                            let middle = 0.5 * (arcs[b][j] + arcs[b][j + 1]);
+                            let apart = APART * both + 0.5 * (arcs[b][j + 1] - arcs[b][j]);
+                            (x - place).norm() < both + margin && self.along((spot.branch, s), (b, middle)) > apart
+                        }));
+                    }
+                }
+            }
+            found.sort_unstable();
+            let first = network.branches[spot.branch].points.start + spot.segment;
+            for &(b, j) in &found {
+                pattern.insert([first, network.branches[b as usize].points.start + j as usize]);
+                match pairs.last_mut() {
+                    Some(Pair { spot, branch, segments })
+                        if (*spot, *branch) == (index as u32, b) && j <= segments.1 + 1 =>
+                    {
+                        segments.1 = j;
+                    }
+                    _ => pairs.push(Pair { spot: index as u32, branch: b, segments: (j, j) }),
+                }
+            }
+        }
+        let cables = &mut self.contacts.cables;
+        (cables.pairs, cables.searched) = (pairs, spots);
+        // As long as nothing new may be coupled the matrix keeps its pattern; where a search is the first, it is that of the state alone.
+        let fits = pattern.is_subset(&cables.pattern) && !first_search;
+        if !fits && pattern != cables.pattern {
+            cables.cliques = pattern.iter().map(|&[a, b]| [a, a + 1, b, b + 1]).collect();
+            cables.pattern = pattern;
+            cables.version += 1;
+        }
+    }
+
+    /// How far a pair's spot, which is at `x`, is from the nearest of its segments, m.
+    fn distance(&self, state: &State, pair: &Pair, x: &Vector) -> f64 {
+        let to = |j: u32| {
+            let (b, j) = (pair.branch as usize, j as usize);
+            (x - nearest_on(x, &self.node(state, b, j), &self.node(state, b, j + 1)).1).norm()
+        };
+        (pair.segments.0..=pair.segments.1).map(to).fold(f64::INFINITY, f64::min)
+    }
+
+    /// How near a spot may be to another cable, m.
+    fn least_distance(&self, pair: &Pair) -> f64 {
+        let branch = self.contacts.spots[pair.spot as usize].branch;
+        let radius = |b: usize| 0.5 * self.network.branches[b].section.diameter;
+        let both = radius(branch) + radius(pair.branch as usize);
+        let overlaps = &self.conditions.contact.overlaps;
+        let at = overlaps.partition_point(|o| (o.spot, o.branch) < (pair.spot, pair.branch));
+        let own = overlaps.get(at).filter(|o| (o.spot, o.branch) == (pair.spot, pair.branch));
+        own.map_or(both, |overlap| overlap.distance.min(both))
+    }
+
+    /// Adds to `found` every spot that touches another cable at `state`, in order; returns the energy, J, but for what multipliers of marks
+    /// that touch no more leave behind. Each segment counts for itself: so a spot in the crook of two of them touches both, and nothing jumps
+    /// where it goes from one to the other.
+    pub(super) fn find_pairs(&self, state: &State, found: &mut Vec<Contact>) -> f64 {
+        let mut energy = 0.0;
+        for pair in &self.contacts.cables.pairs {
+            let spot = &self.contacts.spots[pair.spot as usize];
+            let x = position(self.network, state, spot);
+            let first = self.contacts.penalties[spot.branch];
+            let radius = self.least_distance(pair);
+            let marks = marks_of(&self.conditions.contact.marks, pair.spot);
+            for segment in pair.segments.0..=pair.segments.1 {
+                let against = Against::Cable { branch: pair.branch, segment };
+                let mark = marks.iter().find(|mark| mark.against == against);
+                let rho = first * mark.map_or(1.0, |mark| mark.penalty);
+                let lambda = mark.map_or(0.0, |mark| mark.multiplier);
+                let (b, j) = (pair.branch as usize, segment as usize);
+                let (from, to) = (self.node(state, b, j), self.node(state, b, j + 1));
+                let (share, place) = nearest_on(&x, &from, &to);
+                let distance = (x - place).norm();
+                let gap = distance - radius;
+                let (e, force) = pushed(gap, lambda, rho);
+                energy += e + 0.5 * lambda * lambda / rho;
+                if force == 0.0 {
+                    continue;
+                }
+                let normal = (x - place) / distance;
+                let mut across = Matrix::identity() - normal * normal.transpose();
+                let turning = (share > 0.0 && share < 1.0).then(|| {
+                    let length = (to - from).norm();
+                    let direction = (to - from) / length;
+                    across -= direction * direction.transpose();
+                    Turning { direction, length, distance }
+                });
+                found.push(Contact {
+                    spot: pair.spot,
+                    against,
+                    other: Some(Touched { first: self.network.branches[b].points.start + j, share, turning }),
+                    position: x,
+                    gap,
+                    radius,
+                    normal,
+                    curvature: across / distance,
+                    force,
+                    penalty: rho,
+                });
+            }
+        }
+        energy
+    }
+
+    /// Cables that overlap at `state` may do so from now on, as far as they do.
+    pub fn note_overlaps(&mut self, state: &State) {
+        self.conditions.contact.overlaps.clear();
+        self.contacts.cables.search_again();
+        self.search_pairs(state);
+        let mut overlaps: Vec<Overlap> = Vec::new();
+        for pair in &self.contacts.cables.pairs {
+            let x = position(self.network, state, &self.contacts.spots[pair.spot as usize]);
+            let distance = self.distance(state, pair, &x);
+            if distance >= self.least_distance(pair) {
+                continue;
+            }
+            match overlaps.last_mut() {
+                Some(last) if (last.spot, last.branch) == (pair.spot, pair.branch) => {
+                    last.distance = last.distance.min(distance);
+                }
+                _ => overlaps.push(Overlap { spot: pair.spot, branch: pair.branch, distance }),
+            }
+        }
+        self.conditions.contact.overlaps = overlaps;
+    }
+
+    /// Cables that have come apart may not overlap again as far as they did; pairs are looked for anew, so that what is found next follows
+    /// from this state alone.
+    pub(super) fn commit_pairs(&mut self, state: &State) {
+        self.contacts.cables.search_again();
+        self.search_pairs(state);
+        let mut overlaps = std::mem::take(&mut self.conditions.contact.overlaps);
+        overlaps.retain_mut(|overlap| {
+            let own = |pair: &&Pair| (pair.spot, pair.branch) == (overlap.spot, overlap.branch);
+            let x = position(self.network, state, &self.contacts.spots[overlap.spot as usize]);
+            let pairs = self.contacts.cables.pairs.iter().filter(own);
+            let distance = pairs.map(|pair| self.distance(state, pair, &x)).fold(f64::INFINITY, f64::min);
+            overlap.distance = overlap.distance.max(distance);
+            distance.is_finite()
+        });
+        self.conditions.contact.overlaps = overlaps;
+    }
+
+    /// Which points second derivatives of contact between cables may couple, four by four, and a number that changes with them.
+    pub fn contact_pattern(&self) -> (u64, &[[usize; 4]]) {
+        (self.contacts.cables.version, &self.contacts.cables.cliques)
+    }
+
+    /// The largest share of the way from one state to another on which no centre line comes through another one, for certain.
+    pub(super) fn free_share_of_cables(&mut self, from: &State, to: &State) -> f64 {
+        if !self.network.contact.cables {
+            return 1.0;
+        }
+        self.search_pairs(from);
+        let moved = |i: usize| (to.points[i] - from.points[i]) + (to.carry[i] - from.carry[i]);
+        let mut free = 1.0_f64;
+        for pair in &self.contacts.cables.pairs {
+            let spot = &self.contacts.spots[pair.spot as usize];
+            let (a, b) = (position(self.network, from, spot), position(self.network, to, spot));
+            let own = b - a;
+            let distance = self.distance(from, pair, &a);
+            let start = self.network.branches[pair.branch as usize].points.start;
+            let points = start + pair.segments.0 as usize..=start + pair.segments.1 as usize + 1;
+            let way = points.map(|i| (moved(i) - own).norm()).fold(0.0, f64::max);
+            if way >= SAFE * distance {
+                free = free.min(SAFE * distance / way);
+            }
+        }
+        // What is not watched is farther away than that; beyond it the way is gone in parts.
+        let room = 0.5 * MARGIN * self.contacts.cables.largest_radius;
+        let moves = self
+            .contacts
+            .spots
+            .iter()
+            .map(|spot| (position(self.network, to, spot) - position(self.network, from, spot)).norm());
+        let farthest = moves.fold(0.0, f64::max);
+        if farthest > room {
+            free = free.min(self.share_of_swept(from, to, farthest));
+        }
+        free
+    }
+
+    /// The same for a way on which something goes far, `farthest` (m): by all segments that come near each other's way.
+    fn share_of_swept(&self, from: &State, to: &State, farthest: f64) -> f64 {
+        let network = self.network;
+        let cables = &self.contacts.cables;
+        let middle = |state: &State, b: usize, j: usize| (self.node(state, b, j) + self.node(state, b, j + 1)) * 0.5;
+        let reach = 0.75 * cables.longest_segment + 2.0 * farthest;
+        let cell = 2.0 * reach;
+        let key = |x: &Vector| x.map(|x| (x / cell).floor() as i64);
+        let mut cells: HashMap<[i64; 3], Vec<(usize, usize)>> = HashMap::new();
+        for (b, branch) in network.branches.iter().enumerate() {
+            for j in 0..branch.rod.mesh().segments() {
+                cells.entry(key(&middle(from, b, j)).into()).or_default().push((b, j));
+            }
+        }
+        let mut free = 1.0_f64;
+        for spot in &self.contacts.spots {
+            let (x, end) = (position(network, from, spot), position(network, to, spot));
+            let home = key(&x);
+            let s: f64 = network.branches[spot.branch].rod.mesh().rest_lengths[..spot.segment].iter().sum();
+            for i in -1..=1 {
+                for j in -1..=1 {
+                    for k in -1..=1 {
+                        for &(b, j) in cells.get(&[home.x + i, home.y + j, home.z + k]).into_iter().flatten() {
+                            let (p, q) = (self.node(from, b, j), self.node(from, b, j + 1));
+                            let distance = (x - nearest_on(&x, &p, &q).1).norm();
+                            let own = end - x;
+                            let way =
+                                (self.node(to, b, j) - p - own).norm().max((self.node(to, b, j + 1) - q - own).norm());
+                            if way < SAFE * distance {
+                                continue;
+                            }
+                            let both =
+                                network.branches[spot.branch].section.diameter + network.branches[b].section.diameter;
+                            let t: f64 = network.branches[b].rod.mesh().rest_lengths[..j].iter().sum();
+                            if self.along((spot.branch, s), (b, t)) > APART * both {
+                                free = free.min((SAFE * distance / way).max(LEAST));
+                            }
+                        }
+                    }
+                }
+            }
+        }
+        free
+    }
+}
+
+/// Share of the distance between two centre lines that may be gone at once.
+const SAFE: f64 = 0.7;
+/// Least share of a way that is let be gone, where cables are on top of each other: below it nothing would move any more.
+const LEAST: f64 = 1e-3;
