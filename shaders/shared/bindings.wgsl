@@ -10,8 +10,6 @@ struct Places {
     couplings: u32,
     springs: u32,
     holds: u32,
-    matrix_blocks: u32,
-    roots: u32,
     chunks: u32,
     kinds_program: u32,
     holds_program: u32,
@@ -20,11 +18,7 @@ struct Places {
     couplings_program: u32,
     springs_program: u32,
     forces_program: u32,
-    blocks_program: u32,
-    roots_program: u32,
-    factor_program: u32,
-    forward_program: u32,
-    backward_program: u32,
+    settle_program: u32,
     variables_numbers: u32,
     holds_numbers: u32,
     segments_numbers: u32,
@@ -42,12 +36,14 @@ struct Places {
     negatives_vectors: u32,
 }
 
-// Which items a dispatch works on, of the variants that are in one of these phases.
+// Which items a dispatch works on, of the variants that are in one of these phases; in which slot of the state, and where in the
+// program its table begins.
 struct Range {
     first: u32,
     count: u32,
     phases: u32,
-    unused: u32,
+    slot: u32,
+    table: u32,
 }
 
 // Where a variant stands. `phase` says which stages have anything to do.
@@ -96,7 +92,14 @@ const LINEARISE: u32 = 0u;
 const REFACTOR: u32 = 1u;
 const SOLVE: u32 = 2u;
 const SEARCH: u32 = 3u;
-const DONE: u32 = 4u;
+const SETTLE: u32 = 4u;
+const JUDGE: u32 = 5u;
+const DONE: u32 = 6u;
+
+// Slots of the state: the state at hand, the one on trial, and that one with its points settled.
+const AT_HAND: u32 = 0u;
+const TRIAL: u32 = 1u;
+const SETTLED: u32 = 2u;
 
 // The item and the variant of an invocation; none beyond the range, and none for a variant in another phase.
 struct Item {
@@ -125,10 +128,10 @@ fn number4(entry: u32, variant: u32) -> vec4<real> {
     return vec4<real>(number3(entry, variant), number(entry + 3u, variant));
 }
 
-// Entry of a variable in the state at hand (0) or on trial (1).
-fn state_entry(variable: u32, trial: u32, variant: u32) -> u32 {
-    let slot = control[variant].current ^ trial;
-    return (slot * places.variables + variable) * 7u;
+// Entry of a variable in a slot of the state.
+fn state_entry(variable: u32, slot: u32, variant: u32) -> u32 {
+    let own = (control[variant].current + slot) % 3u;
+    return (own * places.variables + variable) * 7u;
 }
 
 fn state_at(entry: u32, variant: u32) -> real {
@@ -205,10 +208,10 @@ fn block_column(entry: u32, variant: u32) -> vec3<real> {
     return vec3<real>(block_at(entry, variant), block_at(entry + 1u, variant), block_at(entry + 2u, variant));
 }
 
-// Entry of a variable in the free gradient of the state at hand (0) or on trial (1).
-fn gradient_entry(variable: u32, trial: u32, variant: u32) -> u32 {
-    let slot = control[variant].current ^ trial;
-    return places.gradient_vectors + (slot * places.variables + variable) * 3u;
+// Entry of a variable in the free gradient of a slot of the state.
+fn gradient_entry(variable: u32, slot: u32, variant: u32) -> u32 {
+    let own = (control[variant].current + slot) % 3u;
+    return places.gradient_vectors + (own * places.variables + variable) * 3u;
 }
 
 // The edge between two points of the state at entries a and b, free of the round-off of large coordinates.

@@ -1,3 +1,5 @@
+#import bindings
+
 // What the descent goes by; see solve::newton for their stories.
 const LARGEST_TURN: real = real(1.0);
 const FIRST_SHIFT: real = real(1e-6);
@@ -10,6 +12,7 @@ const SHORTEST: real = real(1e-10);
 const LAST_TURN: real = real(1e-3);
 const POLISHES: u32 = 3u;
 const STALLED_AFTER: u32 = 4u;
+const SETTLED_SHARE: real = real(0.1);
 // Numbers from here on count as infinite: their squares may be.
 const HUGE: real = real(1e18);
 

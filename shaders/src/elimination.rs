@@ -31,6 +31,13 @@ pub struct Instructions {
     pub words: Vec<u32>,
 }
 
+impl Instructions {
+    /// Those of a task.
+    pub(crate) fn of(&self, task: usize) -> &[u32] {
+        &self.words[self.starts[task] as usize..self.starts[task + 1] as usize]
+    }
+}
+
 /// An elimination, ready to be carried out.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Elimination {
@@ -38,18 +45,22 @@ pub struct Elimination {
     pub order: Vec<u32>,
     /// Rows below the diagonal of every column, increasing.
     pub rows: Vec<Vec<u32>>,
-    /// The block of the first row below the diagonal of every column: pivots come first, then column by column.
+    /// The first pivot; the others follow it, and then the blocks below the diagonal, column by column.
+    pub first_pivot: u32,
+    /// The first vector; that of every column follows.
+    pub first_vector: u32,
+    /// The block of the first row below the diagonal of every column.
     pub first_block: Vec<u32>,
     /// Columns of every task.
     pub tasks: Vec<std::ops::Range<u32>>,
     /// Tasks of every level, in the order of elimination.
     pub levels: Vec<std::ops::Range<u32>>,
     /// Blocks of the matrix: pivots and those below the diagonal.
-    pub matrix_blocks: usize,
-    /// All blocks: those of the matrix, and updates.
-    pub blocks: usize,
-    /// All vectors: those of the variables, and updates.
-    pub vectors: usize,
+    pub matrix_blocks: std::ops::Range<u32>,
+    /// Where the blocks end: updates come after those of the matrix.
+    pub blocks_end: u32,
+    /// Where the vectors end: updates come after those of the columns.
+    pub vectors_end: u32,
     /// Factorisation.
     pub factor: Instructions,
     /// Forward substitution.
@@ -59,8 +70,9 @@ pub struct Elimination {
 }
 
 impl Elimination {
-    /// For a graph (for each vertex its neighbours, sorted); see [`elimination_order`] for `leaf`.
-    pub fn new(graph: &[Vec<u32>], leaf: usize) -> Self {
+    /// For a graph (for each vertex its neighbours, sorted), with blocks and vectors from these on. Pieces of at most `leaf` vertices are
+    /// not cut any more: small leaves make many independent tasks, no limit (`usize::MAX`) the fewest operations.
+    pub fn new(graph: &[Vec<u32>], leaf: usize, first_pivot: u32, first_vector: u32) -> Self {
         let order = elimination_order(graph, leaf);
         let columns = columns(graph, &order);
         let (task_of, level_of_task) = tasks(&columns);
@@ -76,14 +88,14 @@ impl Elimination {
         }
         let mut rows = Vec::with_capacity(order.len());
         let mut first_block = Vec::with_capacity(order.len());
-        let mut blocks = order.len();
+        let mut blocks = first_pivot + order.len() as u32;
         let (mut tasks, mut levels): (Vec<std::ops::Range<u32>>, Vec<std::ops::Range<u32>>) = (vec![], vec![]);
         let mut last = None;
         for (k, &p) in arranged.iter().enumerate() {
             let mut own: Vec<u32> = columns[p as usize].iter().map(|&row| place[row as usize]).collect();
             own.sort_unstable();
-            first_block.push(blocks as u32);
-            blocks += own.len();
+            first_block.push(blocks);
+            blocks += own.len() as u32;
             rows.push(own);
             let (k, task) = (k as u32, task_of[p as usize]);
             let level = level_of_task[task as usize] as usize;
@@ -100,12 +112,14 @@ impl Elimination {
         let mut elimination = Self {
             order: arranged.iter().map(|&p| order[p as usize]).collect(),
             rows,
+            first_pivot,
+            first_vector,
             first_block,
             tasks,
             levels,
-            matrix_blocks: blocks,
-            blocks,
-            vectors: order.len(),
+            matrix_blocks: first_pivot..blocks,
+            blocks_end: blocks,
+            vectors_end: first_vector + order.len() as u32,
             factor: Instructions::default(),
             forward: Instructions::default(),
             backward: Instructions::default(),
@@ -127,7 +141,7 @@ impl Elimination {
     /// The block (row, column), row not before column; `None` where the pattern has none.
     pub fn block(&self, row: u32, column: u32) -> Option<u32> {
         if row == column {
-            return Some(column);
+            return Some(self.first_pivot + column);
         }
         self.rows[column as usize].binary_search(&row).ok().map(|k| self.first_block[column as usize] + k as u32)
     }
@@ -151,13 +165,13 @@ impl Elimination {
         // Of every task the first block and the first vector of its update.
         let mut updates = Vec::with_capacity(self.tasks.len());
         for t in 0..self.tasks.len() {
-            let beyond = self.beyond(t).len();
-            updates.push((self.blocks as u32, self.vectors as u32));
+            let beyond = self.beyond(t).len() as u32;
+            updates.push((self.blocks_end, self.vectors_end));
             if let Some(&row) = self.beyond(t).first() {
                 children[task_of[row as usize]].push(t);
             }
-            self.blocks += beyond * (beyond + 1) / 2;
-            self.vectors += beyond;
+            self.blocks_end += beyond * (beyond + 1) / 2;
+            self.vectors_end += beyond;
         }
         // Of every row the columns that have a block in it, increasing.
         let mut columns_of = vec![Vec::new(); self.len()];
@@ -184,11 +198,11 @@ impl Elimination {
                 updates: &updates,
             };
             for j in columns.clone() {
-                task.factor(&mut factor.words, j, j, j, PIVOT);
+                task.factor(&mut factor.words, j, j, self.first_pivot + j, PIVOT);
                 for &i in &self.rows[j as usize] {
                     task.factor(&mut factor.words, i, j, self.block(i, j).expect("a row of the column"), 0);
                 }
-                task.forward(&mut forward.words, j, j, PIVOT);
+                task.forward(&mut forward.words, j, self.first_vector + j, PIVOT);
             }
             for (a, &i) in self.beyond(t).iter().enumerate() {
                 for (b, &j) in self.beyond(t)[..=a].iter().enumerate() {
@@ -198,9 +212,9 @@ impl Elimination {
             }
             for j in columns.rev() {
                 let rows = &self.rows[j as usize];
-                backward.words.extend([j, j, rows.len() as u32]);
+                backward.words.extend([self.first_vector + j, self.first_pivot + j, rows.len() as u32]);
                 for (k, &i) in rows.iter().enumerate() {
-                    backward.words.extend([self.first_block[j as usize] + k as u32, i]);
+                    backward.words.extend([self.first_block[j as usize] + k as u32, self.first_vector + i]);
                 }
             }
         }
@@ -245,7 +259,7 @@ impl Task<'_> {
         let mut products = Vec::new();
         for &k in self.columns_of(j) {
             if let (Some(ik), Some(jk)) = (self.elimination.block(i, k), self.elimination.block(j, k)) {
-                products.extend([ik, jk, k]);
+                products.extend([ik, jk, self.elimination.first_pivot + k]);
             }
         }
         words.extend([block, flags, adds.len() as u32, products.len() as u32 / 3]);
@@ -263,9 +277,11 @@ impl Task<'_> {
         }
         let mut products = Vec::new();
         for &k in self.columns_of(j) {
-            products.extend(self.elimination.block(j, k).into_iter().flat_map(|jk| [jk, k]));
+            products.extend(
+                self.elimination.block(j, k).into_iter().flat_map(|jk| [jk, self.elimination.first_vector + k]),
+            );
         }
-        words.extend([vector, flags, j, adds.len() as u32, products.len() as u32 / 2]);
+        words.extend([vector, flags, self.elimination.first_pivot + j, adds.len() as u32, products.len() as u32 / 2]);
         words.extend(adds);
         words.extend(products);
     }

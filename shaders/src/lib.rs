@@ -12,6 +12,7 @@
 //! | task | a range of variables that one invocation eliminates in order; tasks of a level are independent |
 //! | cycle | the dispatches that are encoded again and again; each variant's phase says which of them do anything |
 
+pub mod cost;
 pub mod elimination;
 pub mod harness;
 pub mod memory;

@@ -86,7 +86,7 @@ pub struct Memory {
     pub program: Vec<u32>,
     /// Parameters, dead forces and holds.
     pub numbers: Vec<f64>,
-    /// Values and carries, twice.
+    /// Values and carries, of three states.
     pub state: Vec<f64>,
     /// Derivatives of the parts.
     pub parts: Vec<f64>,
@@ -115,9 +115,9 @@ impl Memory {
             places: Places { variants: variants as u32, ..plan.places },
             program: plan.program.clone(),
             numbers: room(plan.numbers),
-            state: room(2 * sizes::STATE * plan.places.variables),
+            state: room(3 * sizes::STATE * plan.places.variables),
             parts: room(plan.parts),
-            blocks: room(9 * plan.elimination.blocks as u32),
+            blocks: room(9 * plan.settling.blocks_end),
             vectors: room(plan.vectors),
             control: vec![done; variants],
         }
@@ -336,7 +336,7 @@ fn get(bytes: &[u8], numbers: &mut [f64], real: Real) {
 
 /// The functions of `shared/bindings.wgsl` and `shared/gather.wgsl`.
 impl Memory {
-    fn at(&self, entry: usize, variant: usize) -> usize {
+    pub(crate) fn at(&self, entry: usize, variant: usize) -> usize {
         entry * self.control.len() + variant
     }
 
@@ -356,14 +356,14 @@ impl Memory {
         Quaternion::from([0, 1, 2, 3].map(|i| self.number(entry + i, variant)))
     }
 
-    pub(crate) fn state_entry(&self, variable: usize, trial: u32, variant: usize) -> usize {
-        let slot = self.control[variant].current ^ trial;
-        (slot as usize * self.places.variables as usize + variable) * sizes::STATE as usize
+    pub(crate) fn state_entry(&self, variable: usize, slot: u32, variant: usize) -> usize {
+        let own = (self.control[variant].current + slot) % 3;
+        (own as usize * self.places.variables as usize + variable) * sizes::STATE as usize
     }
 
-    pub(crate) fn gradient_entry(&self, variable: usize, trial: u32, variant: usize) -> usize {
-        let slot = self.control[variant].current ^ trial;
-        self.places.gradient_vectors as usize + (slot as usize * self.places.variables as usize + variable) * 3
+    pub(crate) fn gradient_entry(&self, variable: usize, slot: u32, variant: usize) -> usize {
+        let own = (self.control[variant].current + slot) % 3;
+        self.places.gradient_vectors as usize + (own as usize * self.places.variables as usize + variable) * 3
     }
 
     pub(crate) fn value3(&self, entry: usize, variant: usize) -> Vector {

@@ -19,10 +19,6 @@ pub struct Places {
     pub springs: u32,
     /// Number of variables that may be held.
     pub holds: u32,
-    /// Number of blocks of the matrix: diagonal, then below it.
-    pub matrix_blocks: u32,
-    /// Number of tasks that nothing comes after.
-    pub roots: u32,
     /// Number of chunks in which sums are taken.
     pub chunks: u32,
     /// Of each variable 0, a point, or 1, a frame.
@@ -39,16 +35,8 @@ pub struct Places {
     pub springs_program: u32,
     /// Of each variable where its sources begin (and end), then the sources: what its gradient is the sum of.
     pub forces_program: u32,
-    /// The same of each block of the matrix.
-    pub blocks_program: u32,
-    /// The tasks that nothing comes after.
-    pub roots_program: u32,
-    /// Of each task where its instructions begin (and end), then the instructions: factorisation.
-    pub factor_program: u32,
-    /// Forward substitution.
-    pub forward_program: u32,
-    /// Backward substitution.
-    pub backward_program: u32,
+    /// Of each variable the vector with its step where the points alone are settled, or none.
+    pub settle_program: u32,
     /// Of each variable its dead force and the weight of its shift.
     pub variables_numbers: u32,
     /// Numbers of holds.
@@ -81,7 +69,7 @@ pub struct Places {
     pub negatives_vectors: u32,
 }
 
-/// Which items a dispatch works on: `first..first + count`, of every variant in one of its phases.
+/// Which items a dispatch works on: `first..first + count`, of every variant in one of its phases; and where.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Range {
@@ -91,8 +79,17 @@ pub struct Range {
     pub count: u32,
     /// The phases: bit p for phase p.
     pub phases: u32,
-    /// Makes it sixteen bytes.
-    pub unused: u32,
+    /// The slot of the state: 0, that at hand; 1, on trial; 2, settled.
+    pub slot: u32,
+    /// Where in the program its table begins.
+    pub table: u32,
+}
+
+impl Range {
+    /// Its words, in order.
+    pub fn words(&self) -> [u32; 5] {
+        [self.first, self.count, self.phases, self.slot, self.table]
+    }
 }
 
 /// Where a variant stands, in numbers of type `R`.
@@ -131,7 +128,7 @@ pub struct Control<R> {
     pub phase: u32,
     /// How it ended; see [`Outcome`].
     pub outcome: u32,
-    /// Which half of `state` is the state at hand.
+    /// Which third of `state` is the state at hand; the next one is on trial, the one after that the same with its points settled.
     pub current: u32,
     /// 1 as long as prescribed motion is still to be carried out.
     pub moving: u32,
@@ -155,7 +152,7 @@ pub struct Control<R> {
 
 impl Places {
     /// Its words, in order.
-    pub(crate) fn words(&self) -> [u32; 37] {
+    pub(crate) fn words(&self) -> [u32; 31] {
         [
             self.variants,
             self.variables,
@@ -164,8 +161,6 @@ impl Places {
             self.couplings,
             self.springs,
             self.holds,
-            self.matrix_blocks,
-            self.roots,
             self.chunks,
             self.kinds_program,
             self.holds_program,
@@ -174,11 +169,7 @@ impl Places {
             self.couplings_program,
             self.springs_program,
             self.forces_program,
-            self.blocks_program,
-            self.roots_program,
-            self.factor_program,
-            self.forward_program,
-            self.backward_program,
+            self.settle_program,
             self.variables_numbers,
             self.holds_numbers,
             self.segments_numbers,
@@ -288,8 +279,12 @@ pub enum Phase {
     Solve = 2,
     /// A state on trial.
     Search = 3,
+    /// Its points in balance.
+    Settle = 4,
+    /// A word on the state on trial.
+    Judge = 5,
     /// Nothing.
-    Done = 4,
+    Done = 6,
 }
 
 /// How a variant ended, in its own view.
@@ -335,13 +330,12 @@ mod tests {
     fn structs_lie_as_in_the_shaders() {
         for (real, control) in [control!(f32), control!(f64)].into_iter().enumerate() {
             assert_eq!(record(real, "Control").members, control);
-            let places = offsets!(Places: variants variables segments station_segments couplings springs holds matrix_blocks roots
-                chunks kinds_program holds_program segments_program station_segments_program couplings_program springs_program
-                forces_program blocks_program roots_program factor_program forward_program backward_program variables_numbers holds_numbers
+            let places = offsets!(Places: variants variables segments station_segments couplings springs holds chunks kinds_program holds_program segments_program station_segments_program couplings_program springs_program
+                forces_program settle_program variables_numbers holds_numbers
                 segments_numbers station_segments_numbers couplings_numbers springs_numbers segments_parts station_segments_parts
                 couplings_parts springs_parts step_vectors gradient_vectors energies_vectors partials_vectors negatives_vectors);
             assert_eq!(record(real, "Places").members, places);
-            assert_eq!(record(real, "Range").members, offsets!(Range: first count phases unused));
+            assert_eq!(record(real, "Range").members, offsets!(Range: first count phases slot table));
             assert_eq!(record(real, "Places").size as usize, size_of::<Places>());
         }
         assert_eq!(record(0, "Control").size as usize, size_of::<Control<f32>>());

@@ -70,6 +70,9 @@ pub struct Plan {
     pub of_frame: Vec<u32>,
     /// The elimination of all variables.
     pub elimination: Elimination,
+    /// The elimination of the points alone, the frames being given.
+    pub settling: Elimination,
+    tables: [Tables; 2],
     /// What the stages look up.
     pub program: Vec<u32>,
     /// Sizes and places, for one variant.
@@ -80,6 +83,9 @@ pub struct Plan {
     pub parts: u32,
     /// Entries of `vectors` of every variant.
     pub vectors: u32,
+    /// Derivatives that all variables, and all blocks of both matrices, are sums of.
+    pub(crate) sources_of_forces: u32,
+    pub(crate) sources_of_blocks: [u32; 2],
     cycle: Vec<Dispatch>,
 }
 
@@ -98,12 +104,14 @@ impl Plan {
             Variable::Point(i) => i,
             Variable::Frame(c) => points + c,
         };
-        let elimination = Elimination::new(&graph(&links, vertex), leaf);
+        let elimination = Elimination::new(&graph(&links, vertex), leaf, 0, 0);
         let variables: Vec<Variable> = elimination
             .order
             .iter()
             .map(|&v| if v < points { Variable::Point(v) } else { Variable::Frame(v - points) })
             .collect();
+        let (blocks, vectors) = (elimination.blocks_end, elimination.vectors_end);
+        let settling = Elimination::new(&points_graph(&links), leaf, blocks, vectors);
         let mut place = vec![0; variables.len()];
         for (p, &v) in elimination.order.iter().enumerate() {
             place[v as usize] = p as u32;
@@ -115,11 +123,15 @@ impl Plan {
             of_point: place,
             of_frame,
             elimination,
+            settling,
+            tables: Default::default(),
             program: Vec::new(),
             places: Places::default(),
             numbers: 0,
             parts: 0,
             vectors: 0,
+            sources_of_forces: 0,
+            sources_of_blocks: [0; 2],
             cycle: Vec::new(),
         };
         plan.give_places();
@@ -166,8 +178,6 @@ impl Plan {
         p.couplings = links.couplings.len() as u32;
         p.springs = links.springs.len() as u32;
         p.holds = links.holds.len() as u32;
-        p.matrix_blocks = self.elimination.matrix_blocks as u32;
-        p.roots = self.elimination.roots().len() as u32;
         let count = p.segments + p.station_segments + p.couplings + p.springs;
         // As many chunks as there are items in each: what then is left to add up is as short as it can be.
         p.chunks = p.variables.max(count).isqrt().max(1);
@@ -193,13 +203,13 @@ impl Plan {
             *place = parts;
             parts += count * size;
         }
-        let mut vectors = 3 * self.elimination.vectors as u32;
+        let mut vectors = 3 * self.settling.vectors_end;
         for (place, size) in [
             (&mut p.step_vectors, 3 * p.variables),
-            (&mut p.gradient_vectors, 6 * p.variables),
+            (&mut p.gradient_vectors, 9 * p.variables),
             (&mut p.energies_vectors, count),
             (&mut p.partials_vectors, sizes::PARTIAL * p.chunks),
-            (&mut p.negatives_vectors, self.elimination.tasks.len() as u32),
+            (&mut p.negatives_vectors, self.elimination.tasks.len().max(self.settling.tasks.len()) as u32),
         ] {
             *place = vectors;
             vectors += size;
@@ -209,7 +219,10 @@ impl Plan {
     }
 
     fn write_program(&mut self) {
-        let (forces, blocks) = self.sources();
+        let [forces, blocks, settling] = self.sources();
+        let count = |sources: &Sources| sources.iter().map(Vec::len).sum::<usize>() as u32;
+        self.sources_of_forces = count(&forces);
+        self.sources_of_blocks = [count(&blocks), count(&settling)];
         let links = &self.links;
         let (point, frame) = (|i: u32| self.of_point[i as usize], |c: u32| self.of_frame[c as usize]);
         let some_frame = |c: u32| if c == NONE { NONE } else { frame(c) };
@@ -236,35 +249,51 @@ impl Plan {
         append(&mut p.couplings_program, links.couplings.iter().flatten().map(|&c| frame(c)).collect());
         append(&mut p.springs_program, links.springs.iter().flat_map(|s| [point(s[0]), some_frame(s[1])]).collect());
         append(&mut p.forces_program, listed(&forces, |_| []));
-        append(&mut p.blocks_program, {
-            let elimination = &self.elimination;
-            let mut places = vec![[0; 2]; elimination.matrix_blocks];
+        let settled = self.settling.order.iter().map(|&i| self.of_point[i as usize]);
+        let settled: Vec<u32> = settled.collect();
+        let mut settle = vec![NONE; self.variables.len()];
+        for (vector, &variable) in (self.settling.first_vector..).zip(&settled) {
+            settle[variable as usize] = vector;
+        }
+        append(&mut p.settle_program, settle);
+        let all: Vec<u32> = (0..self.variables.len() as u32).collect();
+        let systems = [(&self.elimination, &blocks, all), (&self.settling, &settling, settled)];
+        for (tables, (elimination, blocks, variables)) in self.tables.iter_mut().zip(systems) {
+            let mut places = vec![[0; 3]; blocks.len()];
+            let mut put = |block: u32, row: u32, column: u32| {
+                let place = &mut places[(block - elimination.first_pivot) as usize];
+                *place = [block, variables[row as usize], variables[column as usize]];
+            };
             for column in 0..elimination.len() as u32 {
-                places[column as usize] = [column; 2];
-                for (k, &row) in elimination.rows[column as usize].iter().enumerate() {
-                    places[elimination.first_block[column as usize] as usize + k] = [row, column];
+                put(elimination.first_pivot + column, column, column);
+                for (block, &row) in
+                    (elimination.first_block[column as usize]..).zip(&elimination.rows[column as usize])
+                {
+                    put(block, row, column);
                 }
             }
-            listed(&blocks, |block| places[block])
-        });
-        append(&mut p.roots_program, self.elimination.roots());
-        for (place, instructions) in [
-            (&mut p.factor_program, &self.elimination.factor),
-            (&mut p.forward_program, &self.elimination.forward),
-            (&mut p.backward_program, &self.elimination.backward),
-        ] {
-            append(place, instructed(instructions));
+            append(&mut tables.blocks, listed(blocks, |block| places[block]));
+            let vectors = (elimination.first_vector..).zip(&variables);
+            append(&mut tables.right_hand_side, vectors.flat_map(|(vector, &variable)| [vector, variable]).collect());
+            let roots = elimination.roots();
+            append(&mut tables.roots, [roots.len() as u32].into_iter().chain(roots).collect());
+            append(&mut tables.factor, instructed(&elimination.factor));
+            append(&mut tables.forward, instructed(&elimination.forward));
+            append(&mut tables.backward, instructed(&elimination.backward));
         }
         self.program = words;
     }
 
-    /// Of every variable and of every block of the matrix the derivatives it is the sum of.
-    fn sources(&self) -> (Sources, Sources) {
+    /// Of every variable, of every block of the matrix and of every block of that for the points alone the derivatives it is the sum of.
+    fn sources(&self) -> [Sources; 3] {
         let mut sources = Gather {
-            elimination: &self.elimination,
+            systems: [System::new(&self.elimination), System::new(&self.settling)],
+            settled: vec![NONE; self.variables.len()],
             forces: vec![Vec::new(); self.variables.len()],
-            blocks: vec![Vec::new(); self.elimination.matrix_blocks],
         };
+        for (position, &i) in (0..).zip(&self.settling.order) {
+            sources.settled[self.of_point[i as usize] as usize] = position;
+        }
         let (links, places) = (&self.links, &self.places);
         let (point, frame) = (|i: u32| self.of_point[i as usize], |c: u32| self.of_frame[c as usize]);
         for (k, &[a, b, f]) in (0..).zip(&links.segments) {
@@ -318,46 +347,96 @@ impl Plan {
                 sources.block(q, q, entry + 24);
             }
         }
-        (sources.forces, sources.blocks)
+        let [all, points] = sources.systems.map(|system| system.blocks);
+        [sources.forces, all, points]
     }
 
     fn list_cycle(&self) -> Vec<Dispatch> {
-        use Phase::{Linearise, Refactor, Search, Solve};
+        use Phase::{Judge, Linearise, Refactor, Search, Settle, Solve};
         let p = &self.places;
-        let mut cycle = Vec::new();
-        let mut add = |stage: Stage, first: u32, count: u32, phases: &[Phase]| {
-            if count > 0 {
-                let phases = phases.iter().fold(0, |all, phase| all | 1 << *phase as u32);
-                cycle.push(Dispatch { stage, range: Range { first, count, phases, unused: 0 } });
-            }
-        };
-        add(Stage::LineariseSegments, 0, p.segments, &[Linearise]);
-        add(Stage::LineariseStationSegments, 0, p.station_segments, &[Linearise]);
-        add(Stage::LineariseCouplings, 0, p.couplings, &[Linearise]);
-        add(Stage::LineariseSprings, 0, p.springs, &[Linearise]);
-        add(Stage::GatherMatrix, 0, p.matrix_blocks, &[Linearise, Refactor]);
-        add(Stage::GatherRightHandSide, 0, p.variables, &[Linearise, Refactor]);
-        for level in &self.elimination.levels {
-            add(Stage::Factorise, level.start, level.len() as u32, &[Linearise, Refactor]);
+        let mut cycle = Cycle::default();
+        let first = [Linearise, Refactor];
+        let [all, points] = &self.tables;
+        cycle.add(Stage::LineariseSegments, p.segments, &[Linearise]);
+        cycle.add(Stage::LineariseStationSegments, p.station_segments, &[Linearise]);
+        cycle.add(Stage::LineariseCouplings, p.couplings, &[Linearise]);
+        cycle.add(Stage::LineariseSprings, p.springs, &[Linearise]);
+        cycle.factorise(&self.elimination, all, &first);
+        cycle.add(Stage::Inspect, 1, &first).table = all.roots;
+        cycle.solve(&self.elimination, all, Solve);
+        cycle.add(Stage::MeasureStep, p.chunks, &[Solve]);
+        cycle.add(Stage::BeginSearch, 1, &[Solve]);
+        cycle.add(Stage::Retract, p.variables, &[Search]);
+        cycle.measure(p, Search, 1);
+        cycle.add(Stage::Weigh, 1, &[Search]);
+        cycle.factorise(&self.settling, points, &[Settle]);
+        cycle.add(Stage::InspectPoints, 1, &[Settle]).table = points.roots;
+        cycle.solve(&self.settling, points, Settle);
+        cycle.add(Stage::Settle, p.variables, &[Settle]);
+        cycle.measure(p, Settle, 2);
+        cycle.add(Stage::Judge, 1, &[Settle, Judge]);
+        cycle.dispatches.retain(|dispatch| dispatch.range.count > 0);
+        cycle.dispatches
+    }
+}
+
+/// Where the tables of an elimination begin.
+#[derive(Clone, Copy, Debug, Default)]
+struct Tables {
+    blocks: u32,
+    right_hand_side: u32,
+    roots: u32,
+    factor: u32,
+    forward: u32,
+    backward: u32,
+}
+
+/// Dispatches, while they are listed.
+#[derive(Default)]
+struct Cycle {
+    dispatches: Vec<Dispatch>,
+}
+
+impl Cycle {
+    fn add(&mut self, stage: Stage, count: u32, phases: &[Phase]) -> &mut Range {
+        let phases = phases.iter().fold(0, |all, phase| all | 1 << *phase as u32);
+        self.dispatches.push(Dispatch { stage, range: Range { count, phases, ..Range::default() } });
+        &mut self.dispatches.last_mut().expect("pushed above").range
+    }
+
+    /// Gathers a matrix and a right-hand side, and factorises.
+    fn factorise(&mut self, elimination: &Elimination, tables: &Tables, phases: &[Phase]) {
+        self.add(Stage::GatherMatrix, elimination.matrix_blocks.len() as u32, phases).table = tables.blocks;
+        self.add(Stage::GatherRightHandSide, elimination.len() as u32, phases).table = tables.right_hand_side;
+        for level in &elimination.levels {
+            let range = self.add(Stage::Factorise, level.len() as u32, phases);
+            (range.first, range.table) = (level.start, tables.factor);
         }
-        add(Stage::Inspect, 0, 1, &[Linearise, Refactor]);
-        for level in &self.elimination.levels {
-            add(Stage::SolveForward, level.start, level.len() as u32, &[Solve]);
+    }
+
+    fn solve(&mut self, elimination: &Elimination, tables: &Tables, phase: Phase) {
+        for level in &elimination.levels {
+            let range = self.add(Stage::SolveForward, level.len() as u32, &[phase]);
+            (range.first, range.table) = (level.start, tables.forward);
         }
-        for level in self.elimination.levels.iter().rev() {
-            add(Stage::SolveBackward, level.start, level.len() as u32, &[Solve]);
+        for level in elimination.levels.iter().rev() {
+            let range = self.add(Stage::SolveBackward, level.len() as u32, &[phase]);
+            (range.first, range.table) = (level.start, tables.backward);
         }
-        add(Stage::MeasureStep, 0, p.chunks, &[Solve]);
-        add(Stage::BeginSearch, 0, 1, &[Solve]);
-        add(Stage::Retract, 0, p.variables, &[Search]);
-        add(Stage::MeasureSegments, 0, p.segments, &[Search]);
-        add(Stage::MeasureStationSegments, 0, p.station_segments, &[Search]);
-        add(Stage::MeasureCouplings, 0, p.couplings, &[Search]);
-        add(Stage::MeasureSprings, 0, p.springs, &[Search]);
-        add(Stage::GatherGradient, 0, p.variables, &[Search]);
-        add(Stage::MeasureTrial, 0, p.chunks, &[Search]);
-        add(Stage::Judge, 0, 1, &[Search]);
-        cycle
+    }
+
+    /// Energy and free gradient of a slot of the state.
+    fn measure(&mut self, p: &Places, phase: Phase, slot: u32) {
+        for (stage, count) in [
+            (Stage::MeasureSegments, p.segments),
+            (Stage::MeasureStationSegments, p.station_segments),
+            (Stage::MeasureCouplings, p.couplings),
+            (Stage::MeasureSprings, p.springs),
+            (Stage::GatherGradient, p.variables),
+            (Stage::MeasureState, p.chunks),
+        ] {
+            self.add(stage, count, &[phase]).slot = slot;
+        }
     }
 }
 
@@ -391,11 +470,48 @@ fn graph(links: &Links, vertex: impl Fn(Variable) -> u32) -> Vec<Vec<u32>> {
     graph
 }
 
-/// What variables and blocks are sums of, while it is collected.
-struct Gather<'e> {
+/// Which points share an energy.
+fn points_graph(links: &Links) -> Vec<Vec<u32>> {
+    let mut graph = vec![Vec::new(); links.points];
+    let segments = links.segments.iter().map(|s| [s[0], s[1]]);
+    let edges = segments.chain(links.station_segments.iter().map(|s| [s[0], s[1]]));
+    for [a, b] in edges.filter(|[a, b]| a != b) {
+        graph[a as usize].push(b);
+        graph[b as usize].push(a);
+    }
+    for neighbours in &mut graph {
+        neighbours.sort_unstable();
+        neighbours.dedup();
+    }
+    graph
+}
+
+/// A matrix, while it is written down what its blocks are sums of.
+struct System<'e> {
     elimination: &'e Elimination,
-    forces: Sources,
     blocks: Sources,
+}
+
+impl<'e> System<'e> {
+    fn new(elimination: &'e Elimination) -> Self {
+        Self { elimination, blocks: vec![Vec::new(); elimination.matrix_blocks.len()] }
+    }
+
+    /// A block of second derivatives in two variables, which may be the same one.
+    fn block(&mut self, row: u32, column: u32, source: u32) {
+        let (row, column, source) =
+            if row >= column { (row, column, source) } else { (column, row, source ^ TRANSPOSED) };
+        let block = self.elimination.block(row, column).expect("variables of one part");
+        self.blocks[(block - self.elimination.first_pivot) as usize].push(source);
+    }
+}
+
+/// What variables and blocks are sums of, while it is collected: of all variables, and of the points alone.
+struct Gather<'e> {
+    systems: [System<'e>; 2],
+    /// Of each variable its position among the points alone.
+    settled: Vec<u32>,
+    forces: Sources,
 }
 
 impl Gather<'_> {
@@ -403,14 +519,11 @@ impl Gather<'_> {
         self.forces[variable as usize].push(entry);
     }
 
-    /// A block of second derivatives in two variables, which may be the same one.
     fn block(&mut self, row: u32, column: u32, source: u32) {
-        let block = |row, column| self.elimination.block(row, column).expect("variables of one part") as usize;
-        let turned = source ^ TRANSPOSED;
-        if row >= column {
-            self.blocks[block(row, column)].push(source);
-        } else {
-            self.blocks[block(column, row)].push(turned);
+        self.systems[0].block(row, column, source);
+        let [row, column] = [row, column].map(|variable| self.settled[variable as usize]);
+        if row != NONE && column != NONE {
+            self.systems[1].block(row, column, source);
         }
     }
 

@@ -45,7 +45,7 @@ fn main(
     }
     let k = it.index;
     let variant = it.variant;
-    let table = places.factor_program;
+    let table = range.table;
     let end = table + program[table + k + 1u];
     var at = table + program[table + k];
     var negative = real(0.0);

@@ -1,6 +1,6 @@
 #import gather
 
-// The free gradient on trial: without its held directions, in world (points) and body axes (frames).
+// The free gradient in a slot of the state: without its held directions, in world (points) and body axes (frames).
 @compute @workgroup_size(64)
 fn main(
     @builtin(workgroup_id) group: vec3<u32>,
@@ -20,5 +20,5 @@ fn main(
         let basis = hold_basis(held, variant);
         g = basis * ((g * basis) * free_directions(held, variant));
     }
-    set_vector3(gradient_entry(k, 1u, variant), variant, g);
+    set_vector3(gradient_entry(k, range.slot, variant), variant, g);
 }

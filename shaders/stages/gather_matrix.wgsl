@@ -1,6 +1,6 @@
 #import gather
 
-// Every block of the matrix: the sum of the parts' second derivatives, and on the diagonal of frames σ times their weight. The rows and
+// Every block of a matrix, that of all variables or that of the points alone: the sum of the parts' second derivatives, and on the diagonal of frames σ times their weight. The rows and
 // columns of held directions become those of the identity, in the basis of each held variable.
 @compute @workgroup_size(64)
 fn main(
@@ -14,11 +14,12 @@ fn main(
     }
     let k = it.index;
     let variant = it.variant;
-    let table = places.blocks_program;
-    let row = program[table + 3u * k + 1u];
-    let column = program[table + 3u * k + 2u];
+    let table = range.table;
+    let block = program[table + 4u * k + 1u];
+    let row = program[table + 4u * k + 2u];
+    let column = program[table + 4u * k + 3u];
     var sum = zero33();
-    for (var at = program[table + 3u * k]; at < program[table + 3u * k + 3u]; at++) {
+    for (var at = program[table + 4u * k]; at < program[table + 4u * k + 4u]; at++) {
         let source = program[table + at];
         var own = part33(source & ~(NEGATIVE | TRANSPOSED), variant);
         if (source & TRANSPOSED) != 0u {
@@ -46,5 +47,5 @@ fn main(
             sum = sum + diagonal(vec3<real>(real(1.0), real(1.0), real(1.0)) - free);
         }
     }
-    set_block33(k, variant, sum);
+    set_block33(block, variant, sum);
 }

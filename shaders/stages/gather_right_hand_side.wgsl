@@ -1,6 +1,6 @@
 #import gather
 
-// Minus the gradient as it is after the prescribed motion, in the basis of each held variable and without its held directions.
+// Minus the gradient (where the step is to carry the prescribed motion: as it is after that), in the basis of each held variable and without its held directions.
 @compute @workgroup_size(64)
 fn main(
     @builtin(workgroup_id) group: vec3<u32>,
@@ -13,11 +13,13 @@ fn main(
     }
     let k = it.index;
     let variant = it.variant;
-    let dead = number3(places.variables_numbers + 4u * k, variant);
-    var r = dead - gathered_force(k, variant);
-    let held = hold_entry(k);
+    let own = program[range.table + 2u * k];
+    let variable = program[range.table + 2u * k + 1u];
+    let dead = number3(places.variables_numbers + 4u * variable, variant);
+    var r = dead - gathered_force(variable, variant);
+    let held = hold_entry(variable);
     if held != NONE {
         r = (r * hold_basis(held, variant)) * free_directions(held, variant);
     }
-    set_vector3(3u * k, variant, r);
+    set_vector3(3u * own, variant, r);
 }

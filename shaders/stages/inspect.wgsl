@@ -1,5 +1,6 @@
 #import algebra
 #import bindings
+#import inertia
 #import limits
 
 // After a factorisation: where the matrix is not positive definite, the next shift of the frames' diagonal and another one.
@@ -14,10 +15,7 @@ fn main(
         return;
     }
     let variant = it.variant;
-    var negative = real(0.0);
-    for (var i = 0u; i < places.roots; i++) {
-        negative += vector(places.negatives_vectors + program[places.roots_program + i], variant);
-    }
+    let negative = negative_pivots(variant);
     control[variant].negative = u32(negative);
     control[variant].factorisations += 1u;
     let force_scale = control[variant].force_scale;

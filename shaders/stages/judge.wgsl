@@ -1,9 +1,11 @@
 #import algebra
 #import bindings
+#import partials
 #import limits
 
-// Takes the state on trial or a shorter step, and says what comes next. The line search is by halving (Armijo), with the parabola through value,
-// slope and trial where it helps; where round-off hides what a step does to the energy, the forces say whether it was a good one.
+// Takes the state on trial, settled where that lowers its energy, or tries a shorter step; and says what comes next. The line search is
+// by halving (Armijo), with the parabola through value, slope and trial where it helps; where round-off hides what a step does to
+// the energy, the forces say whether it was a good one.
 @compute @workgroup_size(64)
 fn main(
     @builtin(workgroup_id) group: vec3<u32>,
@@ -15,21 +17,20 @@ fn main(
         return;
     }
     let variant = it.variant;
-    var energy = real(0.0);
-    var force = real(0.0);
-    var moment = real(0.0);
-    for (var chunk = 0u; chunk < places.chunks; chunk++) {
-        let at = places.partials_vectors + 5u * chunk;
-        energy += vector(at, variant);
-        force = max(force, vector(at + 2u, variant));
-        moment = max(moment, vector(at + 3u, variant));
-    }
     let c = control[variant];
-    let residual = max(sqrt(force) / c.force_scale, sqrt(moment) / c.moment_scale);
+    var energy = c.trial_energy;
+    var residual = c.trial_residual;
+    var slot = TRIAL;
+    if c.phase == SETTLE {
+        let settled = measured(variant);
+        control[variant].evaluations += 1u;
+        if settled.energy <= energy {
+            energy = settled.energy;
+            residual = settled.residual;
+            slot = SETTLED;
+        }
+    }
     let finite = is_finite(energy) && is_finite(residual);
-    control[variant].evaluations += 1u;
-    control[variant].trial_energy = energy;
-    control[variant].trial_residual = residual;
     if c.begun == 0u {
         // The first state that is where its holds want it: there is nothing to compare it with.
         control[variant].begun = 1u;
@@ -50,6 +51,7 @@ fn main(
                 alpha = clamp(parabola, real(0.1) * c.alpha, real(0.5) * c.alpha);
             }
             control[variant].alpha = alpha;
+            control[variant].phase = SEARCH;
             if alpha >= SHORTEST {
                 return;
             }
@@ -70,7 +72,7 @@ fn main(
             control[variant].sigma = select(sigma, real(0.0), sigma < real(0.1) * FIRST_SHIFT * c.force_scale);
         }
     }
-    control[variant].current = 1u - c.current;
+    control[variant].current = (c.current + slot) % 3u;
     control[variant].energy = energy;
     control[variant].residual = residual;
     let now = control[variant];

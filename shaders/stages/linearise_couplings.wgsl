@@ -20,8 +20,8 @@ fn main(
     let b = program[links + 1u];
     let rest_a = number4(entry + 7u, variant);
     let rest_b = number4(entry + 11u, variant);
-    let qa = turned_by(value4(state_entry(a, 0u, variant), variant), rest_a);
-    let qb = turned_by(value4(state_entry(b, 0u, variant), variant), rest_b);
+    let qa = turned_by(value4(state_entry(a, AT_HAND, variant), variant), rest_a);
+    let qb = turned_by(value4(state_entry(b, AT_HAND, variant), variant), rest_b);
     let law = bend_twist(qa, qb, c);
     let ra = rotation_matrix(rest_a);
     let rb = rotation_matrix(rest_b);

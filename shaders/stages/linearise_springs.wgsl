@@ -13,7 +13,7 @@ fn main(
     }
     let k = it.index;
     let variant = it.variant;
-    let law = spring_law(k, 0u, variant);
+    let law = spring_law(k, AT_HAND, variant);
     let s = spring(k, variant);
     let point = program[places.springs_program + 2u * k];
     let frame = program[places.springs_program + 2u * k + 1u];

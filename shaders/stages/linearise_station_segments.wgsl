@@ -46,10 +46,10 @@ fn main(
     let a = program[links];
     let b = program[links + 1u];
     let f = program[links + 2u];
-    let q = value4(state_entry(f, 0u, variant), variant);
-    let first = station(k, 0u, q, 0u, variant);
-    let second = station(k, 1u, q, 0u, variant);
-    let nodes = edge(state_entry(a, 0u, variant), state_entry(b, 0u, variant), variant);
+    let q = value4(state_entry(f, AT_HAND, variant), variant);
+    let first = station(k, 0u, q, AT_HAND, variant);
+    let second = station(k, 1u, q, AT_HAND, variant);
+    let nodes = edge(state_entry(a, AT_HAND, variant), state_entry(b, AT_HAND, variant), variant);
     let e = nodes + (second.r * second.offset - first.r * first.offset);
     let law = station_law(s, e, q, first, second);
     let n = law.n;

@@ -1,6 +1,6 @@
 #import coupling
 
-// Energy of every coupling on trial, and the moments on what carries its frames.
+// Energy of every coupling in a slot of the state, and the moments on what carries its frames.
 @compute @workgroup_size(64)
 fn main(
     @builtin(workgroup_id) group: vec3<u32>,
@@ -20,8 +20,8 @@ fn main(
     let b = program[links + 1u];
     let rest_a = number4(entry + 7u, variant);
     let rest_b = number4(entry + 11u, variant);
-    let qa = turned_by(value4(state_entry(a, 1u, variant), variant), rest_a);
-    let qb = turned_by(value4(state_entry(b, 1u, variant), variant), rest_b);
+    let qa = turned_by(value4(state_entry(a, range.slot, variant), variant), rest_a);
+    let qb = turned_by(value4(state_entry(b, range.slot, variant), variant), rest_b);
     let law = bend_twist(qa, qb, c);
     let ra = rotation_matrix(rest_a);
     let rb = rotation_matrix(rest_b);

@@ -1,6 +1,7 @@
 #import station_segment
 
-// Energy of every segment beside a station on trial, ∂E/∂e = R n′, ∂E/∂θ = ℓ n′ × v + (∂φ/∂θ)ᵀ μ with μ = ℓ n × v, and what its stations bear.
+// Energy of every segment beside a station in a slot of the state, ∂E/∂e = R n′, ∂E/∂θ = ℓ n′ × v + (∂φ/∂θ)ᵀ μ with μ = ℓ n × v, what its stations bear, and ∂²E/∂e² = R A C Aᵀ Rᵀ/ℓ with
+// Aᵀ = I − [φ]ₓ.
 @compute @workgroup_size(64)
 fn main(
     @builtin(workgroup_id) group: vec3<u32>,
@@ -18,10 +19,10 @@ fn main(
     let a = program[links];
     let b = program[links + 1u];
     let f = program[links + 2u];
-    let q = value4(state_entry(f, 1u, variant), variant);
-    let first = station(k, 0u, q, 1u, variant);
-    let second = station(k, 1u, q, 1u, variant);
-    let nodes = edge(state_entry(a, 1u, variant), state_entry(b, 1u, variant), variant);
+    let q = value4(state_entry(f, range.slot, variant), variant);
+    let first = station(k, 0u, q, range.slot, variant);
+    let second = station(k, 1u, q, range.slot, variant);
+    let nodes = edge(state_entry(a, range.slot, variant), state_entry(b, range.slot, variant), variant);
     let e = nodes + (second.r * second.offset - first.r * first.offset);
     let law = station_law(s, e, q, first, second);
     let force = law.r * conjugate_force(law);
@@ -34,4 +35,6 @@ fn main(
     set_part3(entry + 3u, variant, cross3(conjugate_force(law), law.v) * s.l + through);
     set_part3(entry + 6u, variant, station_moment(first, -force, mu));
     set_part3(entry + 9u, variant, station_moment(second, force, mu));
+    let along = law.r * (identity(real(1.0)) + skew(law.phi));
+    set_part33(entry + 12u, variant, (along * diagonal(law.c) * transpose(along)) * (real(1.0) / s.l));
 }

@@ -23,7 +23,7 @@ fn main(
             step = hold_basis(held, variant) * step + motion(variable, variant);
         }
         set_vector3(places.step_vectors + 3u * variable, variant, step);
-        slope += dot3(vector3(gradient_entry(variable, 0u, variant), variant), step);
+        slope += dot3(vector3(gradient_entry(variable, AT_HAND, variant), variant), step);
         if program[places.kinds_program + variable] == 1u {
             turn = max(turn, dot3(step, step));
         }

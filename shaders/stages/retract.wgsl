@@ -1,17 +1,5 @@
 #import gather
-
-struct Sum {
-    sum: vec3<real>,
-    error: vec3<real>,
-}
-
-// x + δ with its rounding error: the error-free sum of Knuth. `unit` is 1, which no compiler can know: so none takes the error for 0.
-fn add_exactly(x: vec3<real>, carry: vec3<real>, step: vec3<real>, unit: real) -> Sum {
-    let delta = step + carry;
-    let sum = (x + delta) * unit;
-    let rounded = (sum - x) * unit;
-    return Sum(sum, (x - (sum - rounded) * unit) + (delta - rounded));
-}
+#import sum
 
 // The shortest rotation that takes direction a to b, both of length 1; the identity where they are opposite.
 fn shortest(a: vec3<real>, b: vec3<real>) -> vec4<real> {
@@ -35,8 +23,8 @@ fn main(
     }
     let k = it.index;
     let variant = it.variant;
-    let at = state_entry(k, 0u, variant);
-    let to = state_entry(k, 1u, variant);
+    let at = state_entry(k, AT_HAND, variant);
+    let to = state_entry(k, TRIAL, variant);
     let step = vector3(places.step_vectors + 3u * k, variant) * control[variant].alpha;
     let held = hold_entry(k);
     var count = real(0.0);
@@ -69,10 +57,5 @@ fn main(
         let gap = (number3(held + 10u, variant) - x) * basis;
         x += basis * (gap * (one - free_directions(held, variant)));
     }
-    set_state(to, variant, x.x);
-    set_state(to + 1u, variant, x.y);
-    set_state(to + 2u, variant, x.z);
-    set_state(to + 4u, variant, carry.x);
-    set_state(to + 5u, variant, carry.y);
-    set_state(to + 6u, variant, carry.z);
+    set_point(to, variant, Sum(x, carry));
 }

@@ -14,7 +14,7 @@ fn main(
     }
     let k = it.index;
     let variant = it.variant;
-    let table = places.backward_program;
+    let table = range.table;
     let end = table + program[table + k + 1u];
     var at = table + program[table + k];
     while at < end {

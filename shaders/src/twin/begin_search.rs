@@ -1,9 +1,10 @@
 use super::shared::limits::{LARGEST_TURN, end, is_finite};
 use crate::memory::Memory;
+use crate::places::Range;
 use crate::places::{Outcome, Phase};
 
 /// The slope of the energy along the step, and the longest share of it that turns no frame too far.
-pub(crate) fn begin_search(m: &mut Memory, _: usize, variant: usize) {
+pub(crate) fn begin_search(m: &mut Memory, _: &Range, _: usize, variant: usize) {
     let (mut slope, mut turn) = (0.0, 0.0_f64);
     for chunk in 0..m.places.chunks as usize {
         let at = m.places.partials_vectors as usize + 5 * chunk;

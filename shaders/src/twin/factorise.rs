@@ -1,5 +1,6 @@
 use crate::elimination::{PIVOT, UPDATE};
 use crate::memory::{Matrix, Memory};
+use crate::places::Range;
 
 /// P⁻¹ and the number of its negative pivots, through P = L D Lᵀ.
 fn invert(p: &Matrix) -> (Matrix, f64) {
@@ -22,8 +23,8 @@ fn invert(p: &Matrix) -> (Matrix, f64) {
 
 /// A task of the factorisation A = B D⁻¹ Bᵀ: one block after the other, A_ij + Σ U − Σ B_ik D_k⁻¹ B_jkᵀ; pivots are inverted in place, and
 /// their negative ones counted with those of the tasks before it (Sylvester's inertia).
-pub(crate) fn factorise(m: &mut Memory, k: usize, variant: usize) {
-    let table = m.places.factor_program as usize;
+pub(crate) fn factorise(m: &mut Memory, range: &Range, k: usize, variant: usize) {
+    let table = range.table as usize;
     let end = table + m.word(table + k + 1) as usize;
     let mut at = table + m.word(table + k) as usize;
     let mut negative = 0.0;

@@ -1,13 +1,14 @@
 use super::shared::gather::{free_directions, gathered_force, hold_basis, hold_entry};
 use crate::memory::Memory;
+use crate::places::Range;
 
-/// The free gradient on trial: without its held directions, in world (points) and body axes (frames).
-pub(crate) fn gather_gradient(m: &mut Memory, k: usize, variant: usize) {
+/// The free gradient in a slot of the state: without its held directions, in world (points) and body axes (frames).
+pub(crate) fn gather_gradient(m: &mut Memory, range: &Range, k: usize, variant: usize) {
     let dead = m.number3(m.places.variables_numbers as usize + 4 * k, variant);
     let mut g = gathered_force(m, k, variant) - dead;
     if let Some(held) = hold_entry(m, k) {
         let basis = hold_basis(m, held, variant);
         g = basis * basis.tr_mul(&g).component_mul(&free_directions(m, held, variant));
     }
-    m.set_vector3(m.gradient_entry(k, 1, variant), variant, &g);
+    m.set_vector3(m.gradient_entry(k, range.slot, variant), variant, &g);
 }

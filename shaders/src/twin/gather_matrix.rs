@@ -1,16 +1,16 @@
 use super::shared::algebra::{diagonal, identity};
 use super::shared::gather::{free_directions, hold_basis, hold_entry};
 use crate::memory::{Matrix, Memory, Vector};
+use crate::places::Range;
 use crate::plan::{NEGATIVE, TRANSPOSED};
 
-/// Every block of the matrix: the sum of the parts' second derivatives, and on the diagonal of frames σ times their weight. The rows and
+/// Every block of a matrix, that of all variables or that of the points alone: the sum of the parts' second derivatives, and on the diagonal of frames σ times their weight. The rows and
 /// columns of held directions become those of the identity, in the basis of each held variable.
-pub(crate) fn gather_matrix(m: &mut Memory, k: usize, variant: usize) {
-    let table = m.places.blocks_program as usize;
-    let row = m.word(table + 3 * k + 1) as usize;
-    let column = m.word(table + 3 * k + 2) as usize;
+pub(crate) fn gather_matrix(m: &mut Memory, range: &Range, k: usize, variant: usize) {
+    let table = range.table as usize;
+    let [block, row, column] = [1, 2, 3].map(|i| m.word(table + 4 * k + i) as usize);
     let mut sum = Matrix::zeros();
-    for at in m.word(table + 3 * k)..m.word(table + 3 * k + 3) {
+    for at in m.word(table + 4 * k)..m.word(table + 4 * k + 4) {
         let source = m.word(table + at as usize);
         let mut own = m.part33((source & !(NEGATIVE | TRANSPOSED)) as usize, variant);
         if source & TRANSPOSED != 0 {
@@ -36,5 +36,5 @@ pub(crate) fn gather_matrix(m: &mut Memory, k: usize, variant: usize) {
             sum += diagonal(&(Vector::repeat(1.0) - free));
         }
     }
-    m.set_block33(k, variant, &sum);
+    m.set_block33(block, variant, &sum);
 }

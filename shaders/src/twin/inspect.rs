@@ -1,13 +1,12 @@
+use super::shared::inertia::negative_pivots;
 use super::shared::limits::{FIRST_SHIFT, RAISE, can_be_raised};
 use crate::memory::Memory;
 use crate::places::Phase;
+use crate::places::Range;
 
 /// After a factorisation: where the matrix is not positive definite, the next shift of the frames' diagonal and another one.
-pub(crate) fn inspect(m: &mut Memory, _: usize, variant: usize) {
-    let roots = m.places.roots_program as usize;
-    let negatives = m.places.negatives_vectors as usize;
-    let of_root = |i: usize| m.vector(negatives + m.word(roots + i) as usize, variant);
-    let negative: f64 = (0..m.places.roots as usize).map(of_root).sum();
+pub(crate) fn inspect(m: &mut Memory, range: &Range, _: usize, variant: usize) {
+    let negative = negative_pivots(m, range, variant);
     let control = &mut m.control[variant];
     control.negative = negative as u32;
     control.factorisations += 1;

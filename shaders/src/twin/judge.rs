@@ -2,26 +2,26 @@ use super::shared::limits::{
     ARMIJO, FIRST_SHIFT, LARGEST_SHIFT, LAST_TURN, LOWER, POLISHES, RAISE_AFTER_SEARCH, SHORTEST, STALLED_AFTER, end,
     is_finite,
 };
+use super::shared::partials::measured;
 use crate::memory::Memory;
+use crate::places::Range;
 use crate::places::{Outcome, Phase};
 
-/// Takes the state on trial or a shorter step, and says what comes next. The line search is by halving (Armijo), with the parabola through
-/// value, slope and trial where it helps; where round-off hides what a step does to the energy, the forces say whether it was a good one.
-pub(crate) fn judge(m: &mut Memory, _: usize, variant: usize) {
-    let (mut energy, mut force, mut moment) = (0.0, 0.0_f64, 0.0_f64);
-    for chunk in 0..m.places.chunks as usize {
-        let at = m.places.partials_vectors as usize + 5 * chunk;
-        energy += m.vector(at, variant);
-        force = force.max(m.vector(at + 2, variant));
-        moment = moment.max(m.vector(at + 3, variant));
-    }
+/// Takes the state on trial, settled where that lowers its energy, or tries a shorter step; and says what comes next. The line search is
+/// by halving (Armijo), with the parabola through value, slope and trial where it helps; where round-off hides what a step does to
+/// the energy, the forces say whether it was a good one.
+pub(crate) fn judge(m: &mut Memory, _: &Range, _: usize, variant: usize) {
     let c = m.control[variant];
-    let residual = f64::max(force.sqrt() / c.force_scale, moment.sqrt() / c.moment_scale);
+    let (mut energy, mut residual, mut slot) = (c.trial_energy, c.trial_residual, 1);
+    if c.phase == Phase::Settle as u32 {
+        let settled = measured(m, variant);
+        m.control[variant].evaluations += 1;
+        if settled.energy <= energy {
+            (energy, residual, slot) = (settled.energy, settled.residual, 2);
+        }
+    }
     let finite = is_finite(energy) && is_finite(residual);
     let own = &mut m.control[variant];
-    own.evaluations += 1;
-    own.trial_energy = energy;
-    own.trial_residual = residual;
     if c.begun == 0 {
         // The first state that is where its holds want it: there is nothing to compare it with.
         own.begun = 1;
@@ -42,6 +42,7 @@ pub(crate) fn judge(m: &mut Memory, _: usize, variant: usize) {
             } else {
                 0.25 * c.alpha
             };
+            own.phase = Phase::Search as u32;
             if own.alpha >= SHORTEST {
                 return;
             }
@@ -62,7 +63,7 @@ pub(crate) fn judge(m: &mut Memory, _: usize, variant: usize) {
             own.sigma = if sigma < 0.1 * FIRST_SHIFT * c.force_scale { 0.0 } else { sigma };
         }
     }
-    own.current = 1 - c.current;
+    own.current = (c.current + slot) % 3;
     own.energy = energy;
     own.residual = residual;
     let now = *own;

@@ -1,9 +1,10 @@
 use super::shared::algebra::rotation_matrix;
 use super::shared::coupling::{Coupling, bend_twist, bend_twist_hessian, moment_on_first, moment_on_second};
 use crate::memory::Memory;
+use crate::places::Range;
 
 /// Second derivatives of every coupling, and first ones as they are after the prescribed motion.
-pub(crate) fn linearise_couplings(m: &mut Memory, k: usize, variant: usize) {
+pub(crate) fn linearise_couplings(m: &mut Memory, _: &Range, k: usize, variant: usize) {
     let entry = m.places.couplings_numbers as usize + 15 * k;
     let c = Coupling {
         c: m.number3(entry, variant),

@@ -2,9 +2,10 @@ use super::shared::algebra::{identity, lever_hessian, rotation_matrix, skew};
 use super::shared::spring::{spring, spring_law};
 use crate::harness::NONE;
 use crate::memory::{Memory, Vector};
+use crate::places::Range;
 
 /// Second derivatives of every spring, and first ones as they are after the prescribed motion; X moves with ∂X/∂θ = −R [o]ₓ.
-pub(crate) fn linearise_springs(m: &mut Memory, k: usize, variant: usize) {
+pub(crate) fn linearise_springs(m: &mut Memory, _: &Range, k: usize, variant: usize) {
     let law = spring_law(m, k, 0, variant);
     let s = spring(m, k, variant);
     let links = m.places.springs_program as usize + 2 * k;

@@ -3,6 +3,7 @@ use super::shared::station_segment::{
     Station, conjugate_force, station, station_law, station_moment, station_segment, turn_of_segment, turn_of_station,
 };
 use crate::memory::{Matrix, Memory, Vector};
+use crate::places::Range;
 
 /// Second derivatives of μ·φ in the rotation of the segment, in both (rows segment, columns station) and in that of the station.
 struct TurnHessian {
@@ -32,7 +33,7 @@ fn turn_hessian(s: &Station, force: &Vector) -> TurnHessian {
 
 /// Second derivatives of every segment beside a station: ℓ Jᵀ C J with J = ∂Γ, those of ℓ n′·v in (e, θ), of μ·φ in (θ, θ_Q), and
 /// ℓ n·(δv × δφ) twice; then those in what carries the stations.
-pub(crate) fn linearise_station_segments(m: &mut Memory, k: usize, variant: usize) {
+pub(crate) fn linearise_station_segments(m: &mut Memory, _: &Range, k: usize, variant: usize) {
     let s = station_segment(m, k, variant);
     let links = m.places.station_segments_program as usize + 5 * k;
     let [a, b, f] = [0, 1, 2].map(|i| m.word(links + i) as usize);

@@ -1,9 +1,10 @@
 use super::shared::algebra::rotation_matrix;
 use super::shared::coupling::{Coupling, bend_twist, bend_twist_energy, moment_on_first, moment_on_second};
 use crate::memory::Memory;
+use crate::places::Range;
 
-/// Energy of every coupling on trial, and the moments on what carries its frames.
-pub(crate) fn measure_couplings(m: &mut Memory, k: usize, variant: usize) {
+/// Energy of every coupling in a slot of the state, and the moments on what carries its frames.
+pub(crate) fn measure_couplings(m: &mut Memory, range: &Range, k: usize, variant: usize) {
     let entry = m.places.couplings_numbers as usize + 15 * k;
     let c = Coupling {
         c: m.number3(entry, variant),
@@ -13,8 +14,8 @@ pub(crate) fn measure_couplings(m: &mut Memory, k: usize, variant: usize) {
     let links = m.places.couplings_program as usize + 2 * k;
     let [a, b] = [0, 1].map(|i| m.word(links + i) as usize);
     let (rest_a, rest_b) = (m.number4(entry + 7, variant), m.number4(entry + 11, variant));
-    let qa = m.value4(m.state_entry(a, 1, variant), variant) * rest_a;
-    let qb = m.value4(m.state_entry(b, 1, variant), variant) * rest_b;
+    let qa = m.value4(m.state_entry(a, range.slot, variant), variant) * rest_a;
+    let qb = m.value4(m.state_entry(b, range.slot, variant), variant) * rest_b;
     let law = bend_twist(&qa, &qb, &c);
     let (ra, rb) = (rotation_matrix(&rest_a), rotation_matrix(&rest_b));
     let own = m.places.couplings_parts as usize + 33 * k;

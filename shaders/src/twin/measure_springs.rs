@@ -1,10 +1,11 @@
-use super::shared::algebra::rotation_matrix;
+use super::shared::algebra::{identity, rotation_matrix};
 use super::shared::spring::{spring, spring_law};
 use crate::memory::Memory;
+use crate::places::Range;
 
-/// Energy of every spring on trial, the force on its point and the moment on its frame.
-pub(crate) fn measure_springs(m: &mut Memory, k: usize, variant: usize) {
-    let law = spring_law(m, k, 1, variant);
+/// Energy of every spring in a slot of the state, the force on its point, the moment on its frame and ∂²E/∂X².
+pub(crate) fn measure_springs(m: &mut Memory, range: &Range, k: usize, variant: usize) {
+    let law = spring_law(m, k, range.slot, variant);
     let s = spring(m, k, variant);
     let p = &m.places;
     let own = p.springs_parts as usize + 33 * k;
@@ -13,4 +14,5 @@ pub(crate) fn measure_springs(m: &mut Memory, k: usize, variant: usize) {
     m.set_part3(own, variant, &law.force);
     let moment = s.offset.cross(&law.r.tr_mul(&law.force)) + rotation_matrix(&s.rest) * law.moment;
     m.set_part3(own + 3, variant, &moment);
+    m.set_part33(own + 6, variant, &identity(s.k));
 }

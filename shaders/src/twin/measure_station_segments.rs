@@ -1,18 +1,20 @@
+use super::shared::algebra::{diagonal, identity, skew};
 use super::shared::station_segment::{
     conjugate_force, station, station_energy, station_law, station_moment, station_segment, turn_of_segment,
 };
 use crate::memory::Memory;
+use crate::places::Range;
 
-/// Energy of every segment beside a station on trial, ∂E/∂e = R n′, ∂E/∂θ = ℓ n′ × v + (∂φ/∂θ)ᵀ μ with μ = ℓ n × v, and what its
-/// stations bear.
-pub(crate) fn measure_station_segments(m: &mut Memory, k: usize, variant: usize) {
+/// Energy of every segment beside a station in a slot of the state, ∂E/∂e = R n′, ∂E/∂θ = ℓ n′ × v + (∂φ/∂θ)ᵀ μ with μ = ℓ n × v, what its
+/// stations bear, and ∂²E/∂e² = R A C Aᵀ Rᵀ/ℓ with Aᵀ = I − [φ]ₓ.
+pub(crate) fn measure_station_segments(m: &mut Memory, range: &Range, k: usize, variant: usize) {
     let s = station_segment(m, k, variant);
     let links = m.places.station_segments_program as usize + 5 * k;
     let [a, b, f] = [0, 1, 2].map(|i| m.word(links + i) as usize);
-    let q = m.value4(m.state_entry(f, 1, variant), variant);
-    let first = station(m, k, 0, &q, 1, variant);
-    let second = station(m, k, 1, &q, 1, variant);
-    let nodes = m.edge(m.state_entry(a, 1, variant), m.state_entry(b, 1, variant), variant);
+    let q = m.value4(m.state_entry(f, range.slot, variant), variant);
+    let first = station(m, k, 0, &q, range.slot, variant);
+    let second = station(m, k, 1, &q, range.slot, variant);
+    let nodes = m.edge(m.state_entry(a, range.slot, variant), m.state_entry(b, range.slot, variant), variant);
     let e = nodes + (second.r * second.offset - first.r * first.offset);
     let law = station_law(&s, &e, &q, &first, &second);
     let force = law.r * conjugate_force(&law);
@@ -26,4 +28,6 @@ pub(crate) fn measure_station_segments(m: &mut Memory, k: usize, variant: usize)
     m.set_part3(entry + 3, variant, &(conjugate_force(&law).cross(&law.v) * s.l + through));
     m.set_part3(entry + 6, variant, &station_moment(&first, &-force, &mu));
     m.set_part3(entry + 9, variant, &station_moment(&second, &force, &mu));
+    let along = law.r * (identity(1.0) + skew(&law.phi));
+    m.set_part33(entry + 12, variant, &((along * diagonal(&law.c) * along.transpose()) * (1.0 / s.l)));
 }

@@ -1,9 +1,10 @@
 use super::shared::gather::{hold_basis, hold_entry};
 use crate::memory::Memory;
+use crate::places::Range;
 
 /// A chunk of the step: from the bases of the held variables to world and body axes, with the prescribed motion; the slope of the
 /// energy along it and its largest turn.
-pub(crate) fn measure_step(m: &mut Memory, k: usize, variant: usize) {
+pub(crate) fn measure_step(m: &mut Memory, _: &Range, k: usize, variant: usize) {
     let p = m.places;
     let (mut slope, mut turn) = (0.0, 0.0_f64);
     for variable in (k..p.variables as usize).step_by(p.chunks as usize) {

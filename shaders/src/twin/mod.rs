@@ -7,6 +7,7 @@ mod gather_gradient;
 mod gather_matrix;
 mod gather_right_hand_side;
 mod inspect;
+mod inspect_points;
 mod judge;
 mod linearise_couplings;
 mod linearise_segments;
@@ -15,13 +16,15 @@ mod linearise_station_segments;
 mod measure_couplings;
 mod measure_segments;
 mod measure_springs;
+mod measure_state;
 mod measure_station_segments;
 mod measure_step;
-mod measure_trial;
 mod retract;
+mod settle;
 mod shared;
 mod solve_backward;
 mod solve_forward;
+mod weigh;
 
 use crate::Stage;
 use crate::memory::Memory;
@@ -37,6 +40,7 @@ pub fn run(memory: &mut Memory, dispatch: &Dispatch) {
         Stage::GatherMatrix => gather_matrix::gather_matrix,
         Stage::GatherRightHandSide => gather_right_hand_side::gather_right_hand_side,
         Stage::Inspect => inspect::inspect,
+        Stage::InspectPoints => inspect_points::inspect_points,
         Stage::Judge => judge::judge,
         Stage::LineariseCouplings => linearise_couplings::linearise_couplings,
         Stage::LineariseSegments => linearise_segments::linearise_segments,
@@ -45,17 +49,19 @@ pub fn run(memory: &mut Memory, dispatch: &Dispatch) {
         Stage::MeasureCouplings => measure_couplings::measure_couplings,
         Stage::MeasureSegments => measure_segments::measure_segments,
         Stage::MeasureSprings => measure_springs::measure_springs,
+        Stage::MeasureState => measure_state::measure_state,
         Stage::MeasureStationSegments => measure_station_segments::measure_station_segments,
         Stage::MeasureStep => measure_step::measure_step,
-        Stage::MeasureTrial => measure_trial::measure_trial,
         Stage::Retract => retract::retract,
+        Stage::Settle => settle::settle,
         Stage::SolveBackward => solve_backward::solve_backward,
         Stage::SolveForward => solve_forward::solve_forward,
+        Stage::Weigh => weigh::weigh,
     };
     for variant in 0..memory.variants() {
         if range.phases >> memory.control[variant].phase & 1 == 1 {
             for item in range.first..range.first + range.count {
-                twin(memory, item as usize, variant);
+                twin(memory, &range, item as usize, variant);
             }
         }
     }

@@ -1,15 +1,9 @@
 use super::shared::algebra::{normalised, rotation_matrix, turned};
 use super::shared::gather::{free_directions, hold_basis, hold_entry};
+use super::shared::sum::{add_exactly, set_point};
 use crate::memory::{Memory, Rotation, Vector};
+use crate::places::Range;
 use nalgebra::Quaternion;
-
-/// x + δ with its rounding error: the error-free sum of Knuth. `unit` is 1, which no compiler can know: so none takes the error for 0.
-fn add_exactly(x: &Vector, carry: &Vector, step: &Vector, unit: f64) -> (Vector, Vector) {
-    let delta = step + carry;
-    let sum = (x + delta) * unit;
-    let rounded = (sum - x) * unit;
-    (sum, (x - (sum - rounded) * unit) + (delta - rounded))
-}
 
 /// The shortest rotation that takes direction a to b, both of length 1; the identity where they are opposite.
 fn shortest(a: &Vector, b: &Vector) -> Rotation {
@@ -21,7 +15,7 @@ fn shortest(a: &Vector, b: &Vector) -> Rotation {
 }
 
 /// The state on trial: points move by α δ, frames turn by α θ, and what is held is put where its hold wants it.
-pub(crate) fn retract(m: &mut Memory, k: usize, variant: usize) {
+pub(crate) fn retract(m: &mut Memory, _: &Range, k: usize, variant: usize) {
     let at = m.state_entry(k, 0, variant);
     let to = m.state_entry(k, 1, variant);
     let control = &m.control[variant];
@@ -49,6 +43,5 @@ pub(crate) fn retract(m: &mut Memory, k: usize, variant: usize) {
         let gap = basis.tr_mul(&(m.number3(held + 10, variant) - x));
         x += basis * gap.component_mul(&(Vector::repeat(1.0) - free_directions(m, held, variant)));
     }
-    m.set_value3(to, variant, &x);
-    m.set_value3(to + 4, variant, &carry);
+    set_point(m, to, variant, (x, carry));
 }

@@ -1,8 +1,9 @@
 use crate::memory::{Memory, Vector};
+use crate::places::Range;
 
 /// A task of the backward substitution: x_j = z_j − D_j⁻¹ Σ B_ijᵀ x_i.
-pub(crate) fn solve_backward(m: &mut Memory, k: usize, variant: usize) {
-    let table = m.places.backward_program as usize;
+pub(crate) fn solve_backward(m: &mut Memory, range: &Range, k: usize, variant: usize) {
+    let table = range.table as usize;
     let end = table + m.word(table + k + 1) as usize;
     let mut at = table + m.word(table + k) as usize;
     while at < end {

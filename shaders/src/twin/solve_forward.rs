@@ -1,9 +1,10 @@
 use crate::elimination::{PIVOT, UPDATE};
 use crate::memory::{Memory, Vector};
+use crate::places::Range;
 
 /// A task of the forward substitution: z_j = D_j⁻¹ (r_j + Σ u − Σ B_jk z_k), and what it leaves for later ones.
-pub(crate) fn solve_forward(m: &mut Memory, k: usize, variant: usize) {
-    let table = m.places.forward_program as usize;
+pub(crate) fn solve_forward(m: &mut Memory, range: &Range, k: usize, variant: usize) {
+    let table = range.table as usize;
     let end = table + m.word(table + k + 1) as usize;
     let mut at = table + m.word(table + k) as usize;
     while at < end {

@@ -29,12 +29,12 @@ fn measure(plan: &Plan, memory: &mut Memory, shape: &Shape) -> (f64, DVector<f64
     memory.set_shape(plan, 0, shape);
     memory.begin(0, &STOP, Real::F64);
     memory.control[0].phase = Phase::Search as u32;
-    for dispatch in plan.cycle().iter().filter(|d| d.stage != Stage::Judge) {
+    for dispatch in plan.cycle().iter().take_while(|d| d.stage != Stage::Weigh) {
         twin::run(memory, dispatch);
     }
     let p = plan.places;
     let energy = (0..p.chunks).map(|c| memory.vectors[(p.partials_vectors + 5 * c) as usize]).sum();
-    let slot = memory.control[0].current ^ 1;
+    let slot = (memory.control[0].current + 1) % 3;
     let first = (p.gradient_vectors + slot * 3 * p.variables) as usize;
     (energy, DVector::from_column_slice(&memory.vectors[first..first + 3 * p.variables as usize]))
 }

@@ -2,6 +2,7 @@
 
 use crate::harnesses::{Builder, cable, fork, ring};
 use nalgebra::{DMatrix, DVector};
+use wireloom_shaders::cost::Traffic;
 use wireloom_shaders::harness::{Stop, Variable};
 use wireloom_shaders::memory::Memory;
 use wireloom_shaders::plan::Plan;
@@ -79,4 +80,19 @@ fn small_leaves_make_few_levels() {
     assert_eq!([16, 128, 1024].map(|n| levels(n, usize::MAX)), [1, 1, 1]);
     let fork = Plan::new(fork(1, 60, false).harness.links(), usize::MAX);
     assert_eq!(fork.elimination.levels.len(), 2);
+}
+
+#[test]
+fn a_cycle_moves_what_is_written_down() {
+    let traffic = |builder: Builder, leaf| Plan::new(builder.harness.links(), leaf).traffic();
+    let of = |dispatches, numbers| Traffic { dispatches, numbers };
+    assert_eq!(
+        [
+            traffic(cable(1, 1000), 8),
+            traffic(cable(1, 10_000), 8),
+            traffic(fork(1, 60, false), usize::MAX),
+            traffic(fork(1, 60, true), usize::MAX),
+        ],
+        [of(79, 2_190_320), of(100, 21_653_135), of(37, 219_507), of(37, 220_625)]
+    );
 }

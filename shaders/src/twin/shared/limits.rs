@@ -25,6 +25,8 @@ pub(crate) const LAST_TURN: f64 = 1e-3;
 pub(crate) const POLISHES: u32 = 3;
 /// Iterations without progress after which the state is called stalled.
 pub(crate) const STALLED_AFTER: u32 = 4;
+/// Share of the tolerance below which forces on points are not settled.
+pub(crate) const SETTLED_SHARE: f64 = 0.1;
 /// Numbers from here on count as infinite: their squares may be.
 const HUGE: f64 = 1e18;
 

@@ -6,7 +6,7 @@ fn larger(a: real, b: real) -> real {
     return select(b, a, a >= b);
 }
 
-// A chunk of the state on trial: its energy, and its largest free force and moment (squared).
+// A chunk of a slot of the state: its energy, and its largest free force and moment (squared).
 @compute @workgroup_size(64)
 fn main(
     @builtin(workgroup_id) group: vec3<u32>,
@@ -27,14 +27,14 @@ fn main(
     var force = real(0.0);
     var moment = real(0.0);
     for (var variable = k; variable < places.variables; variable += places.chunks) {
-        let gradient = vector3(gradient_entry(variable, 1u, variant), variant);
+        let gradient = vector3(gradient_entry(variable, range.slot, variant), variant);
         let square = dot3(gradient, gradient);
         if program[places.kinds_program + variable] == 1u {
             moment = larger(moment, square);
         } else {
             force = larger(force, square);
             let dead = number3(places.variables_numbers + 4u * variable, variant);
-            energy -= dot3(dead, value3(state_entry(variable, 1u, variant), variant));
+            energy -= dot3(dead, value3(state_entry(variable, range.slot, variant), variant));
         }
     }
     set_vector(places.partials_vectors + 5u * k, variant, energy);

@@ -1,12 +1,13 @@
 use crate::memory::Memory;
+use crate::places::Range;
 
 /// Maximum that keeps what is not a number.
 fn larger(a: f64, b: f64) -> f64 {
     if a >= b { a } else { b }
 }
 
-/// A chunk of the state on trial: its energy, and its largest free force and moment (squared).
-pub(crate) fn measure_trial(m: &mut Memory, k: usize, variant: usize) {
+/// A chunk of a slot of the state: its energy, and its largest free force and moment (squared).
+pub(crate) fn measure_state(m: &mut Memory, range: &Range, k: usize, variant: usize) {
     let p = m.places;
     let parts = p.segments + p.station_segments + p.couplings + p.springs;
     let mut energy = 0.0;
@@ -15,13 +16,13 @@ pub(crate) fn measure_trial(m: &mut Memory, k: usize, variant: usize) {
     }
     let (mut force, mut moment) = (0.0, 0.0);
     for variable in (k..p.variables as usize).step_by(p.chunks as usize) {
-        let square = m.vector3(m.gradient_entry(variable, 1, variant), variant).norm_squared();
+        let square = m.vector3(m.gradient_entry(variable, range.slot, variant), variant).norm_squared();
         if m.word(p.kinds_program as usize + variable) == 1 {
             moment = larger(moment, square);
         } else {
             force = larger(force, square);
             let dead = m.number3(p.variables_numbers as usize + 4 * variable, variant);
-            energy -= dead.dot(&m.value3(m.state_entry(variable, 1, variant), variant));
+            energy -= dead.dot(&m.value3(m.state_entry(variable, range.slot, variant), variant));
         }
     }
     let at = p.partials_vectors as usize + 5 * k;

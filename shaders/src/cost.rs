@@ -1,0 +1,111 @@
+//! What a cycle costs on a device, by a model that can be held against a card.
+//!
+//! A cycle is a list of dispatches, each of which waits for the one before it. With v variants it takes about
+//!
+//! ```text
+//! t = Σ over dispatches max(t0, v n b / B)        + v w 4 / B for what is looked up, if the caches do not hold it
+//! ```
+//!
+//! t0: what a dispatch costs that does next to nothing (2 to 5 µs on a card, with the barrier before it); n: numbers of a variant
+//! that it reads and writes ([`Traffic::numbers`]); b: bytes of a number; B: bandwidth of the memory; w: words that it looks up. One
+//! harness is ruled by the number of dispatches, a batch by the numbers. All variants look up the same words, at the same time: these
+//! come out of the caches. Arithmetic is left out: a product of the factorisation reads 27 numbers for 54 multiplications and additions, so a card
+//! that has a tenth of its f32 rate in f64, or less, is ruled by that instead.
+//!
+//! A Newton step is one cycle, with more where the matrix had to be shifted or the step be shortened.
+
+use crate::Stage;
+use crate::elimination::Elimination;
+use crate::plan::{Dispatch, Plan, sizes};
+
+/// What dispatches move.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Traffic {
+    /// Dispatches.
+    pub dispatches: u64,
+    /// Numbers read and written for each variant.
+    pub numbers: u64,
+}
+
+/// Numbers of a variable that a part reads: of a point value and carry, of a frame the value.
+const POINT: u64 = 6;
+const FRAME: u64 = 4;
+
+impl Plan {
+    /// What a whole cycle moves, settling included.
+    pub fn traffic(&self) -> Traffic {
+        let numbers = self.cycle().iter().map(|dispatch| self.numbers_of(dispatch)).sum();
+        Traffic { dispatches: self.cycle().len() as u64, numbers }
+    }
+
+    /// Numbers that a dispatch reads and writes for each variant; without those of motion and holds, which are few.
+    pub fn numbers_of(&self, dispatch: &Dispatch) -> u64 {
+        let p = &self.places;
+        let settling = dispatch.range.slot == 2 || dispatch.range.phases == 1 << crate::places::Phase::Settle as u32;
+        let elimination = if settling { &self.settling } else { &self.elimination };
+        let tasks = || dispatch.range.first as usize..(dispatch.range.first + dispatch.range.count) as usize;
+        let count = u64::from(dispatch.range.count);
+        let parts = u64::from(self.part_count());
+        let variables = u64::from(p.variables);
+        let part = u64::from(sizes::PART);
+        match dispatch.stage {
+            Stage::MeasureSegments => count * (u64::from(sizes::SEGMENT) + 2 * POINT + FRAME + 16),
+            Stage::LineariseSegments => count * (u64::from(sizes::SEGMENT) + 2 * POINT + FRAME + part),
+            Stage::MeasureStationSegments => count * (u64::from(sizes::STATION_SEGMENT) + 2 * POINT + 3 * FRAME + 22),
+            Stage::LineariseStationSegments => {
+                count * (u64::from(sizes::STATION_SEGMENT) + 2 * POINT + 3 * FRAME + u64::from(sizes::STATION_PART))
+            }
+            Stage::MeasureCouplings => count * (u64::from(sizes::COUPLING) + 2 * FRAME + 7),
+            Stage::LineariseCouplings => count * (u64::from(sizes::COUPLING) + 2 * FRAME + part),
+            Stage::MeasureSprings => count * (u64::from(sizes::SPRING) + POINT + FRAME + 16),
+            Stage::LineariseSprings => count * (u64::from(sizes::SPRING) + POINT + FRAME + part),
+            Stage::GatherMatrix => 9 * (count + u64::from(self.sources_of_blocks[usize::from(settling)])),
+            Stage::GatherRightHandSide | Stage::GatherGradient => 6 * count + 3 * u64::from(self.sources_of_forces),
+            Stage::Factorise => tasks().map(|task| factor(elimination, task)).sum(),
+            Stage::SolveForward => tasks().map(|task| forward(elimination, task)).sum(),
+            Stage::SolveBackward => tasks().map(|task| backward(elimination, task)).sum(),
+            Stage::MeasureStep => 9 * variables + 2 * count,
+            Stage::MeasureState => parts + 9 * variables + 3 * count,
+            Stage::Retract => (3 + 2 * u64::from(sizes::STATE)) * count,
+            Stage::Settle => (3 + 2 * u64::from(sizes::STATE)) * count,
+            Stage::Inspect | Stage::InspectPoints => 1,
+            Stage::BeginSearch => 2 * u64::from(p.chunks),
+            Stage::Weigh | Stage::Judge => 3 * u64::from(p.chunks),
+        }
+    }
+}
+
+/// Instructions of a task, as `[flags, adds, products]`; `head`: words before the adds, of which `flags` is at this place.
+fn each(words: &[u32], head: usize, product: usize, mut see: impl FnMut(u32, u64, u64)) {
+    let mut at = 0;
+    while at < words.len() {
+        let (adds, products) = (words[at + head - 2] as usize, words[at + head - 1] as usize);
+        see(words[at + 1], adds as u64, products as u64);
+        at += head + adds + product * products;
+    }
+}
+
+fn factor(elimination: &Elimination, task: usize) -> u64 {
+    let words = elimination.factor.of(task);
+    let children = words[0] as usize;
+    let mut numbers = 1 + children as u64;
+    each(&words[1 + children..], 4, 3, |flags, adds, products| {
+        let update = flags & crate::elimination::UPDATE != 0;
+        numbers += 9 * (adds + 3 * products + if update { 1 } else { 2 });
+    });
+    numbers
+}
+
+fn forward(elimination: &Elimination, task: usize) -> u64 {
+    let mut numbers = 0;
+    each(elimination.forward.of(task), 5, 2, |flags, adds, products| {
+        let update = flags & crate::elimination::UPDATE != 0;
+        numbers += 3 * adds + 12 * products + if update { 3 } else { 15 };
+    });
+    numbers
+}
+
+fn backward(elimination: &Elimination, task: usize) -> u64 {
+    let rows = elimination.tasks[task].clone().map(|column| elimination.rows[column as usize].len() as u64);
+    rows.map(|rows| 12 * rows + 15).sum()
+}

@@ -1,0 +1,23 @@
+#import partials
+#import limits
+
+// Takes note of the state on trial, and whether its points are to be settled: a turn leaves segments longer by the share ½ θ², which is a
+// force far above all others (see solve::settle).
+@compute @workgroup_size(64)
+fn main(
+    @builtin(workgroup_id) group: vec3<u32>,
+    @builtin(num_workgroups) groups: vec3<u32>,
+    @builtin(local_invocation_index) local: u32,
+) {
+    let it = item(group, groups, local);
+    if !it.there {
+        return;
+    }
+    let variant = it.variant;
+    let trial = measured(variant);
+    control[variant].trial_energy = trial.energy;
+    control[variant].trial_residual = trial.residual;
+    control[variant].evaluations += 1u;
+    let settled = trial.force <= SETTLED_SHARE * control[variant].tolerance * control[variant].force_scale;
+    control[variant].phase = select(SETTLE, JUDGE, settled || !is_finite(trial.force));
+}
