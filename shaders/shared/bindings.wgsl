@@ -30,6 +30,7 @@ struct Places {
     couplings_parts: u32,
     springs_parts: u32,
     step_vectors: u32,
+    descent_vectors: u32,
     gradient_vectors: u32,
     energies_vectors: u32,
     partials_vectors: u32,
@@ -62,6 +63,8 @@ struct Control {
     trial_residual: real,
     last_turn: real,
     unit: real,
+    beta: real,
+    product: real,
     phase: u32,
     outcome: u32,
     current: u32,
@@ -74,6 +77,9 @@ struct Control {
     polished: u32,
     max_iterations: u32,
     negative: u32,
+    algorithm: u32,
+    previous: u32,
+    since: u32,
 }
 
 @group(0) @binding(0) var<uniform> places: Places;
@@ -94,7 +100,9 @@ const SOLVE: u32 = 2u;
 const SEARCH: u32 = 3u;
 const SETTLE: u32 = 4u;
 const JUDGE: u32 = 5u;
-const DONE: u32 = 6u;
+const DESCEND: u32 = 6u;
+const COMBINE: u32 = 7u;
+const DONE: u32 = 8u;
 
 // Slots of the state: the state at hand, the one on trial, and that one with its points settled.
 const AT_HAND: u32 = 0u;
@@ -210,7 +218,10 @@ fn block_column(entry: u32, variant: u32) -> vec3<real> {
 
 // Entry of a variable in the free gradient of a slot of the state.
 fn gradient_entry(variable: u32, slot: u32, variant: u32) -> u32 {
-    let own = (control[variant].current + slot) % 3u;
+    return gradient_of((control[variant].current + slot) % 3u, variable);
+}
+
+fn gradient_of(own: u32, variable: u32) -> u32 {
     return places.gradient_vectors + (own * places.variables + variable) * 3u;
 }
 

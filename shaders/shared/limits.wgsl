@@ -13,6 +13,10 @@ const LAST_TURN: real = real(1e-3);
 const POLISHES: u32 = 3u;
 const STALLED_AFTER: u32 = 4u;
 const SETTLED_SHARE: real = real(0.1);
+// Steps of the gradient method from one factorisation to the next.
+const REFRESH: u32 = 20u;
+// Share of a step below which the metric has become too old.
+const OLD: real = real(0.25);
 // Numbers from here on count as infinite: their squares may be.
 const HUGE: real = real(1e18);
 

@@ -13,7 +13,7 @@ fn measured(variant: u32) -> Measured {
     var force = real(0.0);
     var moment = real(0.0);
     for (var chunk = 0u; chunk < places.chunks; chunk++) {
-        let at = places.partials_vectors + 5u * chunk;
+        let at = places.partials_vectors + 7u * chunk;
         energy += vector(at, variant);
         force = max(force, vector(at + 2u, variant));
         moment = max(moment, vector(at + 3u, variant));

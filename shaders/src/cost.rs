@@ -1,4 +1,4 @@
-//! What a cycle costs on a device, by a model that can be held against a card.
+//! What a cycle of Newton's method costs on a device, by a model that can be held against a card.
 //!
 //! A cycle is a list of dispatches, each of which waits for the one before it. With v variants it takes about
 //!
@@ -34,7 +34,8 @@ const FRAME: u64 = 4;
 impl Plan {
     /// What a whole cycle moves, settling included.
     pub fn traffic(&self) -> Traffic {
-        let numbers = self.cycle().iter().map(|dispatch| self.numbers_of(dispatch)).sum();
+        let newton = self.cycle().iter().filter(|dispatch| dispatch.stage != Stage::LoadGradient);
+        let numbers = newton.map(|dispatch| self.numbers_of(dispatch)).sum();
         Traffic { dispatches: self.cycle().len() as u64, numbers }
     }
 
@@ -64,12 +65,14 @@ impl Plan {
             Stage::Factorise => tasks().map(|task| factor(elimination, task)).sum(),
             Stage::SolveForward => tasks().map(|task| forward(elimination, task)).sum(),
             Stage::SolveBackward => tasks().map(|task| backward(elimination, task)).sum(),
-            Stage::MeasureStep => 9 * variables + 2 * count,
+            Stage::MeasureStep => 9 * variables + 4 * count,
+            Stage::Combine => 6 * count,
+            Stage::LoadGradient => 6 * count,
             Stage::MeasureState => parts + 9 * variables + 3 * count,
             Stage::Retract => (3 + 2 * u64::from(sizes::STATE)) * count,
             Stage::Settle => (3 + 2 * u64::from(sizes::STATE)) * count,
             Stage::Inspect | Stage::InspectPoints => 1,
-            Stage::BeginSearch => 2 * u64::from(p.chunks),
+            Stage::BeginSearch => 4 * u64::from(p.chunks),
             Stage::Weigh | Stage::Judge => 3 * u64::from(p.chunks),
         }
     }

@@ -182,6 +182,19 @@ pub struct Stop {
     pub tolerance: f64,
     /// Iterations allowed.
     pub max_iterations: u32,
+    /// How the descent goes.
+    pub algorithm: Algorithm,
+}
+
+/// How a descent goes.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[repr(u32)]
+pub enum Algorithm {
+    /// Newton's method: every step with a matrix of its own.
+    #[default]
+    Newton = 0,
+    /// Nonlinear conjugate gradients in the metric of a matrix that is factorised now and then.
+    Gradient = 1,
 }
 
 impl Harness {

@@ -232,6 +232,7 @@ impl Memory {
             current: self.control[variant].current,
             moving: u32::from(moving),
             max_iterations: stop.max_iterations,
+            algorithm: stop.algorithm as u32,
             ..Control::default()
         };
     }
@@ -362,7 +363,10 @@ impl Memory {
     }
 
     pub(crate) fn gradient_entry(&self, variable: usize, slot: u32, variant: usize) -> usize {
-        let own = (self.control[variant].current + slot) % 3;
+        self.gradient_of((self.control[variant].current + slot) % 3, variable)
+    }
+
+    pub(crate) fn gradient_of(&self, own: u32, variable: usize) -> usize {
         self.places.gradient_vectors as usize + (own as usize * self.places.variables as usize + variable) * 3
     }
 

@@ -59,6 +59,8 @@ pub struct Places {
     pub springs_parts: u32,
     /// The step of each variable; before it the solution, then what tasks leave for those after them.
     pub step_vectors: u32,
+    /// The steepest descent of each variable in the metric at hand.
+    pub descent_vectors: u32,
     /// The free gradient, of the state at hand and on trial.
     pub gradient_vectors: u32,
     /// Energy of each part.
@@ -124,6 +126,10 @@ pub struct Control<R> {
     pub last_turn: R,
     /// 1, which no compiler of a device can know.
     pub unit: R,
+    /// Share of the last step in this one.
+    pub beta: R,
+    /// Minus the slope along the steepest descent, J.
+    pub product: R,
     /// What comes next; see [`Phase`].
     pub phase: u32,
     /// How it ended; see [`Outcome`].
@@ -148,11 +154,17 @@ pub struct Control<R> {
     pub max_iterations: u32,
     /// Negative pivots of the last factorisation.
     pub negative: u32,
+    /// See [`crate::harness::Algorithm`].
+    pub algorithm: u32,
+    /// Which third of `state` the state before this one was.
+    pub previous: u32,
+    /// Steps since the last factorisation.
+    pub since: u32,
 }
 
 impl Places {
     /// Its words, in order.
-    pub(crate) fn words(&self) -> [u32; 31] {
+    pub fn words(&self) -> [u32; 32] {
         [
             self.variants,
             self.variables,
@@ -181,6 +193,7 @@ impl Places {
             self.couplings_parts,
             self.springs_parts,
             self.step_vectors,
+            self.descent_vectors,
             self.gradient_vectors,
             self.energies_vectors,
             self.partials_vectors,
@@ -191,7 +204,7 @@ impl Places {
 
 impl Control<f64> {
     /// Its numbers, in order.
-    pub(crate) fn reals(&self) -> [f64; 14] {
+    pub fn reals(&self) -> [f64; 16] {
         [
             self.force_scale,
             self.moment_scale,
@@ -207,11 +220,13 @@ impl Control<f64> {
             self.trial_residual,
             self.last_turn,
             self.unit,
+            self.beta,
+            self.product,
         ]
     }
 
     /// Its words, in order.
-    pub(crate) fn words(&self) -> [u32; 12] {
+    pub fn words(&self) -> [u32; 15] {
         [
             self.phase,
             self.outcome,
@@ -225,6 +240,9 @@ impl Control<f64> {
             self.polished,
             self.max_iterations,
             self.negative,
+            self.algorithm,
+            self.previous,
+            self.since,
         ]
     }
 
@@ -251,6 +269,8 @@ impl Control<f64> {
             trial_residual: real(),
             last_turn: real(),
             unit: real(),
+            beta: real(),
+            product: real(),
             phase: word(),
             outcome: word(),
             current: word(),
@@ -263,6 +283,9 @@ impl Control<f64> {
             polished: word(),
             max_iterations: word(),
             negative: word(),
+            algorithm: word(),
+            previous: word(),
+            since: word(),
         }
     }
 }
@@ -283,8 +306,12 @@ pub enum Phase {
     Settle = 4,
     /// A word on the state on trial.
     Judge = 5,
+    /// The step of the gradient method.
+    Descend = 6,
+    /// What it has of the last one.
+    Combine = 7,
     /// Nothing.
-    Done = 6,
+    Done = 8,
 }
 
 /// How a variant ended, in its own view.
@@ -321,8 +348,8 @@ mod tests {
     macro_rules! control {
         ($real:ty) => {
             offsets!(Control<$real>: force_scale moment_scale tolerance noise energy trial_energy slope alpha largest_turn sigma
-                residual trial_residual last_turn unit phase outcome current moving begun iterations factorisations evaluations stalled
-                polished max_iterations negative)
+                residual trial_residual last_turn unit beta product phase outcome current moving begun iterations factorisations evaluations stalled
+                polished max_iterations negative algorithm previous since)
         };
     }
 
@@ -333,7 +360,7 @@ mod tests {
             let places = offsets!(Places: variants variables segments station_segments couplings springs holds chunks kinds_program holds_program segments_program station_segments_program couplings_program springs_program
                 forces_program settle_program variables_numbers holds_numbers
                 segments_numbers station_segments_numbers couplings_numbers springs_numbers segments_parts station_segments_parts
-                couplings_parts springs_parts step_vectors gradient_vectors energies_vectors partials_vectors negatives_vectors);
+                couplings_parts springs_parts step_vectors descent_vectors gradient_vectors energies_vectors partials_vectors negatives_vectors);
             assert_eq!(record(real, "Places").members, places);
             assert_eq!(record(real, "Range").members, offsets!(Range: first count phases slot table));
             assert_eq!(record(real, "Places").size as usize, size_of::<Places>());

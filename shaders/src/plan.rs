@@ -33,8 +33,8 @@ pub(crate) mod sizes {
     pub(crate) const STATION_PART: u32 = 102;
     /// Value and carry.
     pub(crate) const STATE: u32 = 7;
-    /// Energy, slope; largest force, moment and turn (squared).
-    pub(crate) const PARTIAL: u32 = 5;
+    /// Energy, slope; largest force, moment and turn (squared); products with the gradient before and of the step before.
+    pub(crate) const PARTIAL: u32 = 7;
 }
 
 /// One dispatch: a stage over a range of items of every variant.
@@ -206,6 +206,7 @@ impl Plan {
         let mut vectors = 3 * self.settling.vectors_end;
         for (place, size) in [
             (&mut p.step_vectors, 3 * p.variables),
+            (&mut p.descent_vectors, 3 * p.variables),
             (&mut p.gradient_vectors, 9 * p.variables),
             (&mut p.energies_vectors, count),
             (&mut p.partials_vectors, sizes::PARTIAL * p.chunks),
@@ -352,7 +353,7 @@ impl Plan {
     }
 
     fn list_cycle(&self) -> Vec<Dispatch> {
-        use Phase::{Judge, Linearise, Refactor, Search, Settle, Solve};
+        use Phase::{Combine, Descend, Judge, Linearise, Refactor, Search, Settle, Solve};
         let p = &self.places;
         let mut cycle = Cycle::default();
         let first = [Linearise, Refactor];
@@ -363,17 +364,19 @@ impl Plan {
         cycle.add(Stage::LineariseSprings, p.springs, &[Linearise]);
         cycle.factorise(&self.elimination, all, &first);
         cycle.add(Stage::Inspect, 1, &first).table = all.roots;
-        cycle.solve(&self.elimination, all, Solve);
-        cycle.add(Stage::MeasureStep, p.chunks, &[Solve]);
-        cycle.add(Stage::BeginSearch, 1, &[Solve]);
-        cycle.add(Stage::Retract, p.variables, &[Search]);
-        cycle.measure(p, Search, 1);
-        cycle.add(Stage::Weigh, 1, &[Search]);
+        cycle.add(Stage::LoadGradient, p.variables, &[Descend]).table = all.right_hand_side;
+        cycle.solve(&self.elimination, all, &[Solve, Descend]);
+        cycle.add(Stage::MeasureStep, p.chunks, &[Solve, Descend]);
+        cycle.add(Stage::BeginSearch, 1, &[Solve, Descend]);
+        cycle.add(Stage::Combine, p.variables, &[Combine]);
+        cycle.add(Stage::Retract, p.variables, &[Combine, Search]);
+        cycle.measure(p, &[Combine, Search], 1);
+        cycle.add(Stage::Weigh, 1, &[Combine, Search]);
         cycle.factorise(&self.settling, points, &[Settle]);
         cycle.add(Stage::InspectPoints, 1, &[Settle]).table = points.roots;
-        cycle.solve(&self.settling, points, Settle);
+        cycle.solve(&self.settling, points, &[Settle]);
         cycle.add(Stage::Settle, p.variables, &[Settle]);
-        cycle.measure(p, Settle, 2);
+        cycle.measure(p, &[Settle], 2);
         cycle.add(Stage::Judge, 1, &[Settle, Judge]);
         cycle.dispatches.retain(|dispatch| dispatch.range.count > 0);
         cycle.dispatches
@@ -414,19 +417,19 @@ impl Cycle {
         }
     }
 
-    fn solve(&mut self, elimination: &Elimination, tables: &Tables, phase: Phase) {
+    fn solve(&mut self, elimination: &Elimination, tables: &Tables, phases: &[Phase]) {
         for level in &elimination.levels {
-            let range = self.add(Stage::SolveForward, level.len() as u32, &[phase]);
+            let range = self.add(Stage::SolveForward, level.len() as u32, phases);
             (range.first, range.table) = (level.start, tables.forward);
         }
         for level in elimination.levels.iter().rev() {
-            let range = self.add(Stage::SolveBackward, level.len() as u32, &[phase]);
+            let range = self.add(Stage::SolveBackward, level.len() as u32, phases);
             (range.first, range.table) = (level.start, tables.backward);
         }
     }
 
     /// Energy and free gradient of a slot of the state.
-    fn measure(&mut self, p: &Places, phase: Phase, slot: u32) {
+    fn measure(&mut self, p: &Places, phases: &[Phase], slot: u32) {
         for (stage, count) in [
             (Stage::MeasureSegments, p.segments),
             (Stage::MeasureStationSegments, p.station_segments),
@@ -435,7 +438,7 @@ impl Cycle {
             (Stage::GatherGradient, p.variables),
             (Stage::MeasureState, p.chunks),
         ] {
-            self.add(stage, count, &[phase]).slot = slot;
+            self.add(stage, count, phases).slot = slot;
         }
     }
 }

@@ -2,7 +2,8 @@
 #import bindings
 #import limits
 
-// The slope of the energy along the step, and the longest share of it that turns no frame too far.
+// Slope of the energy along the step, and the longest share of it that turns no frame too far. The gradient method adds β times the last step,
+// β = g·M⁻¹(g − g°)/(g°·M⁻¹g°) where that is positive and the sum leads downhill (Polak and Ribière 1969, Polyak 1969), M being the matrix.
 @compute @workgroup_size(64)
 fn main(
     @builtin(workgroup_id) group: vec3<u32>,
@@ -15,16 +16,35 @@ fn main(
     }
     let variant = it.variant;
     var slope = real(0.0);
+    var before = real(0.0);
+    var last = real(0.0);
     var turn = real(0.0);
     for (var chunk = 0u; chunk < places.chunks; chunk++) {
-        slope += vector(places.partials_vectors + 5u * chunk + 1u, variant);
-        turn = max(turn, vector(places.partials_vectors + 5u * chunk + 4u, variant));
+        let at = places.partials_vectors + 7u * chunk;
+        slope += vector(at + 1u, variant);
+        turn = max(turn, vector(at + 4u, variant));
+        before += vector(at + 5u, variant);
+        last += vector(at + 6u, variant);
     }
     turn = sqrt(turn);
+    var beta = real(0.0);
+    if control[variant].since > 0u {
+        beta = max((before - slope) / control[variant].product, real(0.0));
+        if !(slope + beta * last < real(0.0)) {
+            beta = real(0.0);
+        }
+    }
+    control[variant].beta = beta;
+    control[variant].product = -slope;
+    control[variant].since += 1u;
+    control[variant].iterations += 1u;
+    slope += beta * last;
+    // No frame turns farther than by both together.
+    turn += beta * control[variant].largest_turn;
     control[variant].slope = slope;
     control[variant].largest_turn = turn;
     control[variant].alpha = min(real(1.0), LARGEST_TURN / max(turn, LARGEST_TURN));
-    control[variant].phase = SEARCH;
+    control[variant].phase = COMBINE;
     if !is_finite(slope) || !is_finite(turn) {
         end(variant, FAILED);
     }

@@ -24,7 +24,7 @@ fn main(
         control[variant].sigma = max(RAISE * sigma, FIRST_SHIFT * force_scale);
         control[variant].phase = REFACTOR;
     } else {
-        control[variant].iterations += 1u;
+        control[variant].since = 0u;
         control[variant].phase = SOLVE;
     }
 }

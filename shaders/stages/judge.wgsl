@@ -55,7 +55,10 @@ fn main(
             if alpha >= SHORTEST {
                 return;
             }
-            if hidden {
+            if c.since > 1u {
+                // Before it is given up, with a matrix of its own.
+                control[variant].phase = LINEARISE;
+            } else if hidden {
                 end(variant, STALLED);
             } else if c.sigma < LARGEST_SHIFT * c.force_scale {
                 control[variant].sigma = max(RAISE_AFTER_SEARCH * c.sigma, FIRST_SHIFT * c.force_scale);
@@ -72,6 +75,7 @@ fn main(
             control[variant].sigma = select(sigma, real(0.0), sigma < real(0.1) * FIRST_SHIFT * c.force_scale);
         }
     }
+    control[variant].previous = c.current;
     control[variant].current = (c.current + slot) % 3u;
     control[variant].energy = energy;
     control[variant].residual = residual;
@@ -89,6 +93,8 @@ fn main(
         end(variant, STALLED);
     } else if now.iterations >= now.max_iterations {
         end(variant, ITERATION_LIMIT);
+    } else if now.algorithm == 1u && c.begun == 1u && now.since < REFRESH && c.alpha >= OLD {
+        control[variant].phase = DESCEND;
     } else {
         control[variant].phase = LINEARISE;
     }

@@ -37,7 +37,7 @@ fn main(
             energy -= dot3(dead, value3(state_entry(variable, range.slot, variant), variant));
         }
     }
-    set_vector(places.partials_vectors + 5u * k, variant, energy);
-    set_vector(places.partials_vectors + 5u * k + 2u, variant, force);
-    set_vector(places.partials_vectors + 5u * k + 3u, variant, moment);
+    set_vector(places.partials_vectors + 7u * k, variant, energy);
+    set_vector(places.partials_vectors + 7u * k + 2u, variant, force);
+    set_vector(places.partials_vectors + 7u * k + 3u, variant, moment);
 }

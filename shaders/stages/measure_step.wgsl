@@ -1,7 +1,7 @@
 #import gather
 
-// A chunk of the step: from the bases of the held variables to world and body axes, with the prescribed motion; the slope of the
-// energy along it and its largest turn.
+// A chunk of the descent: from the bases of the held variables to world and body axes, with the prescribed motion; its products with the
+// gradient and with the one before it, that of the last step with the gradient, and its largest turn.
 @compute @workgroup_size(64)
 fn main(
     @builtin(workgroup_id) group: vec3<u32>,
@@ -15,19 +15,29 @@ fn main(
     let k = it.index;
     let variant = it.variant;
     var slope = real(0.0);
+    var before = real(0.0);
+    var last = real(0.0);
     var turn = real(0.0);
     for (var variable = k; variable < places.variables; variable += places.chunks) {
-        var step = vector3(3u * variable, variant);
+        var descent = vector3(3u * variable, variant);
         let held = hold_entry(variable);
         if held != NONE {
-            step = hold_basis(held, variant) * step + motion(variable, variant);
+            descent = hold_basis(held, variant) * descent + motion(variable, variant);
         }
-        set_vector3(places.step_vectors + 3u * variable, variant, step);
-        slope += dot3(vector3(gradient_entry(variable, AT_HAND, variant), variant), step);
+        set_vector3(places.descent_vectors + 3u * variable, variant, descent);
+        let gradient = vector3(gradient_entry(variable, AT_HAND, variant), variant);
+        slope += dot3(gradient, descent);
+        if control[variant].since > 0u {
+            before += dot3(vector3(gradient_of(control[variant].previous, variable), variant), descent);
+            last += dot3(gradient, vector3(places.step_vectors + 3u * variable, variant));
+        }
         if program[places.kinds_program + variable] == 1u {
-            turn = max(turn, dot3(step, step));
+            turn = max(turn, dot3(descent, descent));
         }
     }
-    set_vector(places.partials_vectors + 5u * k + 1u, variant, slope);
-    set_vector(places.partials_vectors + 5u * k + 4u, variant, turn);
+    let at = places.partials_vectors + 7u * k;
+    set_vector(at + 1u, variant, slope);
+    set_vector(at + 4u, variant, turn);
+    set_vector(at + 5u, variant, before);
+    set_vector(at + 6u, variant, last);
 }

@@ -14,7 +14,7 @@ pub(crate) fn inspect(m: &mut Memory, range: &Range, _: usize, variant: usize) {
         control.sigma = (RAISE * control.sigma).max(FIRST_SHIFT * control.force_scale);
         control.phase = Phase::Refactor as u32;
     } else {
-        control.iterations += 1;
+        control.since = 0;
         control.phase = Phase::Solve as u32;
     }
 }

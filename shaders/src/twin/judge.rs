@@ -1,6 +1,6 @@
 use super::shared::limits::{
-    ARMIJO, FIRST_SHIFT, LARGEST_SHIFT, LAST_TURN, LOWER, POLISHES, RAISE_AFTER_SEARCH, SHORTEST, STALLED_AFTER, end,
-    is_finite,
+    ARMIJO, FIRST_SHIFT, LARGEST_SHIFT, LAST_TURN, LOWER, OLD, POLISHES, RAISE_AFTER_SEARCH, REFRESH, SHORTEST,
+    STALLED_AFTER, end, is_finite,
 };
 use super::shared::partials::measured;
 use crate::memory::Memory;
@@ -46,7 +46,10 @@ pub(crate) fn judge(m: &mut Memory, _: &Range, _: usize, variant: usize) {
             if own.alpha >= SHORTEST {
                 return;
             }
-            if hidden {
+            if c.since > 1 {
+                // Before it is given up, with a matrix of its own.
+                own.phase = Phase::Linearise as u32;
+            } else if hidden {
                 end(m, variant, Outcome::Stalled);
             } else if c.sigma < LARGEST_SHIFT * c.force_scale {
                 own.sigma = f64::max(RAISE_AFTER_SEARCH * c.sigma, FIRST_SHIFT * c.force_scale);
@@ -63,6 +66,7 @@ pub(crate) fn judge(m: &mut Memory, _: &Range, _: usize, variant: usize) {
             own.sigma = if sigma < 0.1 * FIRST_SHIFT * c.force_scale { 0.0 } else { sigma };
         }
     }
+    own.previous = c.current;
     own.current = (c.current + slot) % 3;
     own.energy = energy;
     own.residual = residual;
@@ -80,6 +84,8 @@ pub(crate) fn judge(m: &mut Memory, _: &Range, _: usize, variant: usize) {
         end(m, variant, Outcome::Stalled);
     } else if now.iterations >= now.max_iterations {
         end(m, variant, Outcome::IterationLimit);
+    } else if now.algorithm == 1 && c.begun == 1 && now.since < REFRESH && c.alpha >= OLD {
+        own.phase = Phase::Descend as u32;
     } else {
         own.phase = Phase::Linearise as u32;
     }

@@ -13,7 +13,7 @@ struct TurnHessian {
 }
 
 /// φ = 2 β w v: with a = −½(w μ + v × μ), b = ½(w μ − v × μ), m = μ·v these are, over β, −w m I + v aᵀ + a vᵀ,
-/// ½ w (v μᵀ + μ vᵀ + w [μ]ₓ) + v bᵀ − a vᵀ + ½ m [v]ₓ and −w m I − v bᵀ − b vᵀ.
+/// ½ w (v μᵀ + μ vᵀ + w \[μ\]ₓ) + v bᵀ − a vᵀ + ½ m \[v\]ₓ and −w m I − v bᵀ − b vᵀ.
 fn turn_hessian(s: &Station, force: &Vector) -> TurnHessian {
     let mu = force * s.blend;
     let (w, v) = (s.w, &s.v);

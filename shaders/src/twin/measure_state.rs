@@ -25,7 +25,7 @@ pub(crate) fn measure_state(m: &mut Memory, range: &Range, k: usize, variant: us
             energy -= dead.dot(&m.value3(m.state_entry(variable, range.slot, variant), variant));
         }
     }
-    let at = p.partials_vectors as usize + 5 * k;
+    let at = p.partials_vectors as usize + 7 * k;
     m.set_vector(at, variant, energy);
     m.set_vector(at + 2, variant, force);
     m.set_vector(at + 3, variant, moment);

@@ -6,7 +6,7 @@ use crate::memory::Memory;
 use crate::places::Range;
 
 /// Energy of every segment beside a station in a slot of the state, ∂E/∂e = R n′, ∂E/∂θ = ℓ n′ × v + (∂φ/∂θ)ᵀ μ with μ = ℓ n × v, what its
-/// stations bear, and ∂²E/∂e² = R A C Aᵀ Rᵀ/ℓ with Aᵀ = I − [φ]ₓ.
+/// stations bear, and ∂²E/∂e² = R A C Aᵀ Rᵀ/ℓ with Aᵀ = I − \[φ\]ₓ.
 pub(crate) fn measure_station_segments(m: &mut Memory, range: &Range, k: usize, variant: usize) {
     let s = station_segment(m, k, variant);
     let links = m.places.station_segments_program as usize + 5 * k;

@@ -2,6 +2,7 @@
 //! [`Memory`] in f64, so what a device computes can be compared stage by stage, and stepped through in a debugger.
 
 mod begin_search;
+mod combine;
 mod factorise;
 mod gather_gradient;
 mod gather_matrix;
@@ -13,6 +14,7 @@ mod linearise_couplings;
 mod linearise_segments;
 mod linearise_springs;
 mod linearise_station_segments;
+mod load_gradient;
 mod measure_couplings;
 mod measure_segments;
 mod measure_springs;
@@ -35,6 +37,7 @@ pub fn run(memory: &mut Memory, dispatch: &Dispatch) {
     let range = dispatch.range;
     let twin = match dispatch.stage {
         Stage::BeginSearch => begin_search::begin_search,
+        Stage::Combine => combine::combine,
         Stage::Factorise => factorise::factorise,
         Stage::GatherGradient => gather_gradient::gather_gradient,
         Stage::GatherMatrix => gather_matrix::gather_matrix,
@@ -46,6 +49,7 @@ pub fn run(memory: &mut Memory, dispatch: &Dispatch) {
         Stage::LineariseSegments => linearise_segments::linearise_segments,
         Stage::LineariseSprings => linearise_springs::linearise_springs,
         Stage::LineariseStationSegments => linearise_station_segments::linearise_station_segments,
+        Stage::LoadGradient => load_gradient::load_gradient,
         Stage::MeasureCouplings => measure_couplings::measure_couplings,
         Stage::MeasureSegments => measure_segments::measure_segments,
         Stage::MeasureSprings => measure_springs::measure_springs,

@@ -2,13 +2,20 @@
 
 use crate::harnesses::{Builder, cable, fork, ring};
 use nalgebra::{DMatrix, DVector, Quaternion, Unit, UnitQuaternion, Vector3};
-use wireloom_shaders::harness::{Hold, Shape, Stop, Variable};
+use wireloom_shaders::harness::{Algorithm, Hold, Shape, Stop, Variable};
 use wireloom_shaders::memory::Memory;
 use wireloom_shaders::places::Phase;
 use wireloom_shaders::plan::Plan;
 use wireloom_shaders::{Real, Stage, twin};
 
-const STOP: Stop = Stop { force_scale: 1.0, moment_scale: 1.0, length_scale: 1.0, tolerance: 1e-9, max_iterations: 50 };
+const STOP: Stop = Stop {
+    force_scale: 1.0,
+    moment_scale: 1.0,
+    length_scale: 1.0,
+    tolerance: 1e-9,
+    max_iterations: 50,
+    algorithm: Algorithm::Newton,
+};
 
 fn harnesses() -> Vec<Builder> {
     let mut all = vec![cable(1, 5), fork(2, 3, false), fork(3, 3, true), ring(4, 3), ring(5, 1)];
@@ -33,7 +40,7 @@ fn measure(plan: &Plan, memory: &mut Memory, shape: &Shape) -> (f64, DVector<f64
         twin::run(memory, dispatch);
     }
     let p = plan.places;
-    let energy = (0..p.chunks).map(|c| memory.vectors[(p.partials_vectors + 5 * c) as usize]).sum();
+    let energy = (0..p.chunks).map(|c| memory.vectors[(p.partials_vectors + 7 * c) as usize]).sum();
     let slot = (memory.control[0].current + 1) % 3;
     let first = (p.gradient_vectors + slot * 3 * p.variables) as usize;
     (energy, DVector::from_column_slice(&memory.vectors[first..first + 3 * p.variables as usize]))
@@ -181,7 +188,7 @@ fn the_first_right_hand_side_carries_the_prescribed_motion() {
             let chunks = *dispatch;
             twin::run(&mut memory, &chunks);
         }
-        let first = plan.places.step_vectors as usize;
+        let first = plan.places.descent_vectors as usize;
         let step = DVector::from_column_slice(&memory.vectors[first..first + solution.len()]);
         let mut left = &free * &step + &gradient;
         for (place, direction) in &held {

@@ -1,14 +1,20 @@
 //! Whole descents of the twins.
 
 use crate::harnesses::{Builder, cable, fork, ring};
-use wireloom_shaders::harness::{Shape, Stop, Variable};
+use wireloom_shaders::harness::{Algorithm, Shape, Stop, Variable};
 use wireloom_shaders::memory::Memory;
 use wireloom_shaders::places::{Control, Outcome};
 use wireloom_shaders::plan::Plan;
 use wireloom_shaders::{Real, twin};
 
-const STOP: Stop =
-    Stop { force_scale: 0.3, moment_scale: 0.3, length_scale: 1.0, tolerance: 1e-9, max_iterations: 200 };
+const STOP: Stop = Stop {
+    force_scale: 0.3,
+    moment_scale: 0.3,
+    length_scale: 1.0,
+    tolerance: 1e-9,
+    max_iterations: 200,
+    algorithm: Algorithm::Newton,
+};
 
 /// Both free ends of the first and the last branch are plugged in.
 fn plugged(mut builder: Builder) -> Builder {
@@ -26,11 +32,15 @@ fn plugged(mut builder: Builder) -> Builder {
 }
 
 fn descend(plan: &Plan, harnesses: &[(&Builder, &Shape)]) -> Memory {
+    descend_by(Algorithm::Newton, plan, harnesses)
+}
+
+fn descend_by(algorithm: Algorithm, plan: &Plan, harnesses: &[(&Builder, &Shape)]) -> Memory {
     let mut memory = Memory::new(plan, harnesses.len());
     for (variant, (builder, shape)) in harnesses.iter().enumerate() {
         memory.set_harness(plan, variant, &builder.harness).expect("its own links");
         memory.set_shape(plan, variant, shape);
-        memory.begin(variant, &STOP, Real::F64);
+        memory.begin(variant, &Stop { algorithm, ..STOP }, Real::F64);
     }
     twin::descend(&mut memory, plan, 2000);
     memory
@@ -105,4 +115,23 @@ fn a_moved_end_takes_the_harness_along() {
         work.push((memory.control[0].iterations, memory.control[0].evaluations));
     }
     assert_eq!(work, [(3, 5), (3, 6), (3, 6)]);
+}
+
+#[test]
+fn the_gradient_method_finds_what_newton_finds() {
+    let mut work = vec![];
+    for (h, builder) in [cable(1, 30), fork(2, 10, false), fork(3, 10, true), ring(4, 6)].into_iter().enumerate() {
+        let builder = plugged(builder);
+        let plan = Plan::new(builder.harness.links(), 8);
+        let [newton, gradient] = [Algorithm::Newton, Algorithm::Gradient]
+            .map(|algorithm| descend_by(algorithm, &plan, &[(&builder, &builder.shape)]));
+        let control = &gradient.control[0];
+        assert_eq!(control.outcome, Outcome::Converged as u32, "harness {h}: {control:?}");
+        work.push([control.iterations, control.factorisations, control.evaluations]);
+        let (newton, gradient) = (newton.shape(&plan, 0), gradient.shape(&plan, 0));
+        let off = newton.points.iter().flatten().zip(gradient.points.iter().flatten());
+        let off = off.map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+        assert!(off < 1e-6, "harness {h}: {off} m apart");
+    }
+    assert_eq!(work, [[22, 3, 67], [45, 25, 104], [21, 3, 64], [19, 17, 48]]);
 }

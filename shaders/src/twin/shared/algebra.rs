@@ -16,7 +16,7 @@ pub(crate) fn identity(a: f64) -> Matrix {
     Matrix::identity() * a
 }
 
-/// [a]ₓ
+/// \[a\]ₓ
 pub(crate) fn skew(a: &Vector) -> Matrix {
     Matrix::new(0.0, -a.z, a.y, a.z, 0.0, -a.x, -a.y, a.x, 0.0)
 }

@@ -47,8 +47,8 @@ pub(crate) struct CouplingHessian {
     pub(crate) bb: Matrix,
 }
 
-/// With J_b = ½(w I + [v]ₓ), J_a = −J_bᵀ, K = ∂²E/∂v² = (4/λ) G C G + ⅔ ((m·v) I + m vᵀ + v mᵀ):
-/// J_aᵀ K J_a − ¼(μ·v) I, J_aᵀ K J_b + ¼(v μᵀ + μ vᵀ + w [μ]ₓ − (μ·v) I), J_bᵀ K J_b − ¼(μ·v) I.
+/// With J_b = ½(w I + \[v\]ₓ), J_a = −J_bᵀ, K = ∂²E/∂v² = (4/λ) G C G + ⅔ ((m·v) I + m vᵀ + v mᵀ):
+/// J_aᵀ K J_a − ¼(μ·v) I, J_aᵀ K J_b + ¼(v μᵀ + μ vᵀ + w \[μ\]ₓ − (μ·v) I), J_bᵀ K J_b − ¼(μ·v) I.
 pub(crate) fn bend_twist_hessian(law: &BendTwist, c: &Coupling) -> CouplingHessian {
     let (w, v, m) = (law.w, &law.v, &law.moment);
     let g = 1.0 + v.dot(v) / 6.0;

@@ -27,6 +27,10 @@ pub(crate) const POLISHES: u32 = 3;
 pub(crate) const STALLED_AFTER: u32 = 4;
 /// Share of the tolerance below which forces on points are not settled.
 pub(crate) const SETTLED_SHARE: f64 = 0.1;
+/// Steps of the gradient method from one factorisation to the next.
+pub(crate) const REFRESH: u32 = 20;
+/// Share of a step below which the metric has become too old.
+pub(crate) const OLD: f64 = 0.25;
 /// Numbers from here on count as infinite: their squares may be.
 const HUGE: f64 = 1e18;
 

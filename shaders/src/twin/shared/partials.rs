@@ -13,7 +13,7 @@ pub(crate) struct Measured {
 pub(crate) fn measured(m: &Memory, variant: usize) -> Measured {
     let (mut energy, mut force, mut moment) = (0.0, 0.0_f64, 0.0_f64);
     for chunk in 0..m.places.chunks as usize {
-        let at = m.places.partials_vectors as usize + 5 * chunk;
+        let at = m.places.partials_vectors as usize + 7 * chunk;
         energy += m.vector(at, variant);
         force = force.max(m.vector(at + 2, variant));
         moment = moment.max(m.vector(at + 3, variant));

@@ -83,12 +83,12 @@ pub(crate) fn station_energy(law: &StationLaw, l: f64) -> f64 {
     0.5 * l * (law.n.dot(&law.gamma) + law.beyond * (law.gamma.z + 1.0))
 }
 
-/// ∂φ/∂θ of the segment over β: −(w (w I − [v]ₓ) − v vᵀ)
+/// ∂φ/∂θ of the segment over β: `−(w (w I − [v]ₓ) − v vᵀ)`
 pub(crate) fn turn_of_segment(w: f64, v: &Vector) -> Matrix {
     outer(v, v) + skew(v) * w - identity(w * w)
 }
 
-/// ∂φ/∂θ of the station over β: w (w I + [v]ₓ) − v vᵀ
+/// ∂φ/∂θ of the station over β: `w (w I + [v]ₓ) − v vᵀ`
 pub(crate) fn turn_of_station(w: f64, v: &Vector) -> Matrix {
     identity(w * w) + skew(v) * w - outer(v, v)
 }

@@ -1,0 +1,25 @@
+#import gather
+
+// Minus the free gradient of the state at hand, in the basis of each held variable: the right-hand side of the gradient method, which goes on in the
+// metric of the matrix that was factorised last.
+@compute @workgroup_size(64)
+fn main(
+    @builtin(workgroup_id) group: vec3<u32>,
+    @builtin(num_workgroups) groups: vec3<u32>,
+    @builtin(local_invocation_index) local: u32,
+) {
+    let it = item(group, groups, local);
+    if !it.there {
+        return;
+    }
+    let k = it.index;
+    let variant = it.variant;
+    let own = program[range.table + 2u * k];
+    let variable = program[range.table + 2u * k + 1u];
+    var r = -vector3(gradient_entry(variable, AT_HAND, variant), variant);
+    let held = hold_entry(variable);
+    if held != NONE {
+        r = (r * hold_basis(held, variant)) * free_directions(held, variant);
+    }
+    set_vector3(3u * own, variant, r);
+}
