@@ -80,6 +80,7 @@ struct Control {
     algorithm: u32,
     previous: u32,
     since: u32,
+    cycles: u32,
 }
 
 @group(0) @binding(0) var<uniform> places: Places;

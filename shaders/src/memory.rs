@@ -98,6 +98,9 @@ pub struct Memory {
     pub control: Vec<Control<f64>>,
 }
 
+/// Motion (m or rad) below which a hold stands still.
+const STANDING: f64 = 1e-14;
+
 /// Share of the energy that is round-off: sums of this many digits lose about two of them.
 fn noise(real: Real) -> f64 {
     match real {
@@ -220,7 +223,7 @@ impl Memory {
     pub fn begin(&mut self, variant: usize, stop: &Stop, real: Real) {
         let moving = (0..self.places.holds as usize).any(|k| {
             let entry = self.places.holds_numbers as usize + sizes::HOLD as usize * k + 14;
-            self.number3(entry, variant) != Vector::zeros()
+            self.number3(entry, variant).amax() > STANDING
         });
         self.control[variant] = Control {
             force_scale: stop.force_scale,

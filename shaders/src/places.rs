@@ -160,6 +160,8 @@ pub struct Control<R> {
     pub previous: u32,
     /// Steps since the last factorisation.
     pub since: u32,
+    /// Cycles it took part in.
+    pub cycles: u32,
 }
 
 impl Places {
@@ -226,7 +228,7 @@ impl Control<f64> {
     }
 
     /// Its words, in order.
-    pub fn words(&self) -> [u32; 15] {
+    pub fn words(&self) -> [u32; 16] {
         [
             self.phase,
             self.outcome,
@@ -243,6 +245,7 @@ impl Control<f64> {
             self.algorithm,
             self.previous,
             self.since,
+            self.cycles,
         ]
     }
 
@@ -286,6 +289,7 @@ impl Control<f64> {
             algorithm: word(),
             previous: word(),
             since: word(),
+            cycles: word(),
         }
     }
 }
@@ -349,7 +353,7 @@ mod tests {
         ($real:ty) => {
             offsets!(Control<$real>: force_scale moment_scale tolerance noise energy trial_energy slope alpha largest_turn sigma
                 residual trial_residual last_turn unit beta product phase outcome current moving begun iterations factorisations evaluations stalled
-                polished max_iterations negative algorithm previous since)
+                polished max_iterations negative algorithm previous since cycles)
         };
     }
 

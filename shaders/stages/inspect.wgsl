@@ -22,6 +22,7 @@ fn main(
     let sigma = control[variant].sigma;
     if negative > real(0.0) && sigma < HUGE * force_scale {
         control[variant].sigma = max(RAISE * sigma, FIRST_SHIFT * force_scale);
+        control[variant].cycles += 1u;
         control[variant].phase = REFACTOR;
     } else {
         control[variant].since = 0u;

@@ -17,6 +17,7 @@ fn main(
         return;
     }
     let variant = it.variant;
+    control[variant].cycles += 1u;
     let c = control[variant];
     var energy = c.trial_energy;
     var residual = c.trial_residual;

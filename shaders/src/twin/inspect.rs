@@ -12,6 +12,7 @@ pub(crate) fn inspect(m: &mut Memory, range: &Range, _: usize, variant: usize) {
     control.factorisations += 1;
     if negative > 0.0 && can_be_raised(control.sigma, control.force_scale) {
         control.sigma = (RAISE * control.sigma).max(FIRST_SHIFT * control.force_scale);
+        control.cycles += 1;
         control.phase = Phase::Refactor as u32;
     } else {
         control.since = 0;

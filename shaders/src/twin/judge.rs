@@ -11,6 +11,7 @@ use crate::places::{Outcome, Phase};
 /// by halving (Armijo), with the parabola through value, slope and trial where it helps; where round-off hides what a step does to
 /// the energy, the forces say whether it was a good one.
 pub(crate) fn judge(m: &mut Memory, _: &Range, _: usize, variant: usize) {
+    m.control[variant].cycles += 1;
     let c = m.control[variant];
     let (mut energy, mut residual, mut slot) = (c.trial_energy, c.trial_residual, 1);
     if c.phase == Phase::Settle as u32 {

@@ -1,7 +1,7 @@
 //! Whole descents of the twins.
 
 use crate::harnesses::{Builder, cable, fork, ring};
-use wireloom_shaders::harness::{Algorithm, Shape, Stop, Variable};
+use wireloom_shaders::harness::{Algorithm, Hold, Shape, Stop, Variable};
 use wireloom_shaders::memory::Memory;
 use wireloom_shaders::places::{Control, Outcome};
 use wireloom_shaders::plan::Plan;
@@ -134,4 +134,35 @@ fn the_gradient_method_finds_what_newton_finds() {
         assert!(off < 1e-6, "harness {h}: {off} m apart");
     }
     assert_eq!(work, [[22, 3, 67], [45, 25, 104], [21, 3, 64], [19, 17, 48]]);
+}
+
+#[test]
+fn what_is_held_in_part_is_free_in_the_rest() {
+    let mut builder = cable(1, 20);
+    builder.shake(0.02);
+    let plugged = &mut builder;
+    plugged.hold(Variable::Point(0));
+    plugged.hold(Variable::Frame(0));
+    // The other end may move in a plane and turn about its axis, and is not there yet.
+    let (point, frame) = (Variable::Point(20), Variable::Frame(plugged.harness.frames as u32 - 1));
+    let normal = nalgebra::Vector3::new(0.6, 0.0, 0.8);
+    let basis = [[0.6, 0.0, 0.8], [0.0, 1.0, 0.0], [-0.8, 0.0, 0.6]];
+    let axes = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+    let turned = nalgebra::UnitQuaternion::from_euler_angles(0.3, 1.2, 0.1);
+    let rest = [0.0; 3];
+    builder.harness.holds.extend([
+        Hold { variable: point, basis, count: 1, target: [0.95, 0.3, 0.0, 0.0], motion: rest },
+        Hold { variable: frame, basis: axes, count: 2, target: turned.coords.into(), motion: rest },
+    ]);
+    let plan = Plan::new(builder.harness.links(), 8);
+    let memory = descend(&plan, &[(&builder, &builder.shape)]);
+    assert!(converged(&memory.control[0]), "{:?}", memory.control[0]);
+    let shape = memory.shape(&plan, 0);
+    let gap = nalgebra::Vector3::from(shape.points[20]) - nalgebra::Vector3::new(0.95, 0.3, 0.0);
+    assert!(gap.dot(&normal).abs() < 1e-14, "{gap}");
+    assert!(gap.norm() > 1e-3, "the plane was left to it: {gap}");
+    let last = nalgebra::Unit::new_normalize(nalgebra::Quaternion::from(shape.frames[builder.harness.frames - 1]));
+    let axis = nalgebra::Vector3::z();
+    assert!((last * axis - turned * axis).norm() < 1e-14);
+    assert!(last.angle_to(&turned) > 1e-2, "the twist was left to it");
 }
