@@ -35,6 +35,7 @@ struct Places {
     energies_vectors: u32,
     partials_vectors: u32,
     negatives_vectors: u32,
+    shape_vectors: u32,
 }
 
 // Which items a dispatch works on, of the variants that are in one of these phases; in which slot of the state, and where in the

@@ -71,6 +71,7 @@ impl Plan {
             Stage::MeasureState => parts + 9 * variables + 3 * count,
             Stage::Retract => (3 + 2 * u64::from(sizes::STATE)) * count,
             Stage::Settle => (3 + 2 * u64::from(sizes::STATE)) * count,
+            Stage::Publish => 2 * u64::from(sizes::STATE) * count,
             Stage::Inspect | Stage::InspectPoints => 1,
             Stage::BeginSearch => 4 * u64::from(p.chunks),
             Stage::Weigh | Stage::Judge => 3 * u64::from(p.chunks),

@@ -136,68 +136,68 @@ impl Memory {
     /// # Errors
     /// If the harness has other links than the one the plan was made for.
     pub fn set_harness(&mut self, plan: &Plan, variant: usize, harness: &Harness) -> Result<(), OtherLinks> {
-        if harness.links() != plan.links {
-            return Err(OtherLinks);
-        }
-        let variants = self.variants();
-        let numbers = &mut self.numbers;
-        let mut write = |first: u32, k: usize, size: u32, own: &[&[f64]]| {
-            let entries = first as usize + k * size as usize;
-            debug_assert_eq!(own.iter().map(|x| x.len()).sum::<usize>(), size as usize);
-            for (entry, x) in (entries..).zip(own.iter().copied().flatten()) {
-                numbers[entry * variants + variant] = *x;
-            }
-        };
-        let p = &plan.places;
-        for (k, variable) in plan.variables.iter().enumerate() {
-            let (dead, weight) = match variable {
-                Variable::Point(i) => (harness.dead[*i as usize], 0.0),
-                Variable::Frame(c) => ([0.0; 3], harness.weights[*c as usize]),
-            };
-            write(p.variables_numbers, k, sizes::VARIABLE, &[&dead, &[weight]]);
-        }
-        for (k, hold) in harness.holds.iter().enumerate() {
-            let basis = hold.basis.as_flattened();
-            write(p.holds_numbers, k, sizes::HOLD, &[basis, &[f64::from(hold.count)], &hold.target, &hold.motion]);
-        }
-        for (k, s) in harness.segments.iter().enumerate() {
-            write(p.segments_numbers, k, sizes::SEGMENT, &[&s.stiffness, &[s.length, s.overturned]]);
-        }
-        for (k, s) in harness.station_segments.iter().enumerate() {
-            let stations = s.ends.map(|end| {
-                let mut numbers = [0.0; 8];
-                if let Some(station) = end.station {
-                    numbers[..4].copy_from_slice(&station.rest);
-                    numbers[4..7].copy_from_slice(&station.offset);
-                    numbers[7] = station.blend;
-                }
-                numbers
-            });
-            let own: [&[f64]; 4] = [&s.stiffness, &[s.length, s.overturned], &stations[0], &stations[1]];
-            write(p.station_segments_numbers, k, sizes::STATION_SEGMENT, &own);
-        }
-        for (k, c) in harness.couplings.iter().enumerate() {
-            let own: [&[f64]; 5] = [&c.stiffness, &[c.length], &c.rest_curvature, &c.a.rest, &c.b.rest];
-            write(p.couplings_numbers, k, sizes::COUPLING, &own);
-        }
-        for (k, s) in harness.springs.iter().enumerate() {
-            let stiffness = [s.stiffness, s.tangent_stiffness, s.frame_stiffness];
-            let own: [&[f64]; 6] = [&s.rest, &s.offset, &stiffness, &s.position, &s.orientation, &s.force];
-            write(p.springs_numbers, k, sizes::SPRING, &own);
-        }
+        let own = numbers(plan, harness)?;
+        self.scatter(variant, &[own], |memory| &mut memory.numbers);
         Ok(())
     }
 
     /// Puts a variant somewhere.
     pub fn set_shape(&mut self, plan: &Plan, variant: usize, shape: &Shape) {
-        for (k, variable) in plan.variables.iter().enumerate() {
-            let entry = self.state_entry(k, 0, variant);
-            match variable {
-                Variable::Point(i) => {
-                    self.set_value3(entry, variant, &shape.points[*i as usize].into());
-                    self.set_value3(entry + 4, variant, &shape.carry[*i as usize].into());
-                }
-                Variable::Frame(c) => self.set_value4(entry, variant, &Quaternion::from(shape.frames[*c as usize])),
+        let own = places(plan, shape);
+        let first = self.state_entry(0, 0, variant) * self.variants();
+        self.scatter(variant, &[own], |memory| &mut memory.state[first..]);
+    }
+
+    /// Fills all variants: the k-th is made of, and put where, the k-th of `all` says. What [`Self::set_harness`] and [`Self::set_shape`]
+    /// do one by one, for many.
+    ///
+    /// # Errors
+    /// If a harness has other links than the one the plan was made for.
+    ///
+    /// # Panics
+    /// If there are not as many as variants.
+    pub fn set_all(&mut self, plan: &Plan, all: &[(Harness, Shape)]) -> Result<(), OtherLinks> {
+        assert_eq!(all.len(), self.variants(), "as many as variants");
+        self.control.iter_mut().for_each(|control| control.current = 0);
+        for (first, some) in (0..).step_by(TILE).zip(all.chunks(TILE)) {
+            let own: Vec<Vec<f64>> =
+                some.iter().map(|(harness, _)| numbers(plan, harness)).collect::<Result<_, _>>()?;
+            self.scatter(first, &own, |memory| &mut memory.numbers);
+            let own: Vec<Vec<f64>> = some.iter().map(|(_, shape)| places(plan, shape)).collect();
+            self.scatter(first, &own, |memory| &mut memory.state);
+        }
+        Ok(())
+    }
+
+    /// Writes the entries of variants that follow each other where the stages want them.
+    fn scatter(&mut self, first: usize, own: &[Vec<f64>], room: impl FnOnce(&mut Self) -> &mut [f64]) {
+        let variants = self.variants();
+        for (entry, row) in room(self).chunks_exact_mut(variants).take(own[0].len()).enumerate() {
+            for (x, own) in row[first..].iter_mut().zip(own) {
+                *x = own[entry];
+            }
+        }
+    }
+
+    /// The bytes of [`Buffer::Vectors`] in which [`Plan::publish`] leaves where every variant is.
+    pub fn shape_bytes(&self, real: Real) -> std::ops::Range<usize> {
+        let entries = self.places.shape_vectors..self.places.shape_vectors + sizes::STATE * self.places.variables;
+        let size = self.variants() * real.bytes();
+        entries.start as usize * size..entries.end as usize * size
+    }
+
+    /// Takes where every variant is from the bytes at [`Self::shape_bytes`]; after [`Self::take`] of [`Buffer::Control`].
+    ///
+    /// # Panics
+    /// If there are too few bytes.
+    pub fn take_shapes(&mut self, real: Real, bytes: &[u8]) {
+        let (variants, entries) = (self.variants(), sizes::STATE as usize * self.places.variables as usize);
+        let mut shapes = vec![0.0; entries * variants];
+        get(bytes, &mut shapes, real);
+        let firsts: Vec<usize> = (0..variants).map(|variant| self.state_entry(0, 0, variant)).collect();
+        for (entry, row) in shapes.chunks_exact(variants.max(1)).enumerate() {
+            for (variant, (x, first)) in row.iter().zip(&firsts).enumerate() {
+                self.state[(first + entry) * variants + variant] = *x;
             }
         }
     }
@@ -251,7 +251,8 @@ impl Memory {
             }
             Buffer::Program => bytes.extend(self.program.iter().flat_map(|word| word.to_le_bytes())),
             Buffer::Numbers => put(&mut bytes, &self.numbers, real),
-            Buffer::State => put(&mut bytes, &self.rounded_state(real), real),
+            Buffer::State if real == Real::F32 => put(&mut bytes, &self.rounded_state(), real),
+            Buffer::State => put(&mut bytes, &self.state, real),
             Buffer::Parts => put(&mut bytes, &self.parts, real),
             Buffer::Blocks => put(&mut bytes, &self.blocks, real),
             Buffer::Vectors => put(&mut bytes, &self.vectors, real),
@@ -291,12 +292,9 @@ impl Memory {
         }
     }
 
-    /// The state in a precision: what does not fit in a position goes in its carry.
-    fn rounded_state(&self, real: Real) -> Vec<f64> {
+    /// The state for f32: what does not fit in a position goes in its carry.
+    fn rounded_state(&self) -> Vec<f64> {
         let mut state = self.state.clone();
-        if real == Real::F64 {
-            return state;
-        }
         let (variants, size) = (self.variants(), sizes::STATE as usize);
         for entry in 0..state.len() / variants.max(1) {
             let (variable, k) = (entry / size % self.places.variables as usize, entry % size);
@@ -315,10 +313,96 @@ impl Memory {
     }
 }
 
+/// Variants that are packed together: a few lines of a cache.
+const TILE: usize = 32;
+
+/// The numbers of a harness, entry by entry.
+fn numbers(plan: &Plan, harness: &Harness) -> Result<Vec<f64>, OtherLinks> {
+    if harness.links() != plan.links {
+        return Err(OtherLinks);
+    }
+    let mut all = Vec::with_capacity(plan.numbers as usize);
+    for variable in &plan.variables {
+        let (dead, weight) = match variable {
+            Variable::Point(i) => (harness.dead[*i as usize], 0.0),
+            Variable::Frame(c) => ([0.0; 3], harness.weights[*c as usize]),
+        };
+        all.extend(dead);
+        all.push(weight);
+    }
+    for hold in &harness.holds {
+        all.extend(hold.basis.as_flattened());
+        all.push(f64::from(hold.count));
+        all.extend(hold.target);
+        all.extend(hold.motion);
+    }
+    for s in &harness.segments {
+        all.extend(s.stiffness);
+        all.extend([s.length, s.overturned]);
+    }
+    for s in &harness.station_segments {
+        all.extend(s.stiffness);
+        all.extend([s.length, s.overturned]);
+        for end in &s.ends {
+            let station = end.station;
+            all.extend(station.map_or([0.0; 4], |station| station.rest));
+            all.extend(station.map_or([0.0; 3], |station| station.offset));
+            all.push(station.map_or(0.0, |station| station.blend));
+        }
+    }
+    for c in &harness.couplings {
+        all.extend(c.stiffness);
+        all.push(c.length);
+        all.extend(c.rest_curvature);
+        all.extend(c.a.rest);
+        all.extend(c.b.rest);
+    }
+    for s in &harness.springs {
+        all.extend(s.rest);
+        all.extend(s.offset);
+        all.extend([s.stiffness, s.tangent_stiffness, s.frame_stiffness]);
+        all.extend(s.position);
+        all.extend(s.orientation);
+        all.extend(s.force);
+    }
+    debug_assert_eq!(all.len(), plan.numbers as usize);
+    Ok(all)
+}
+
+/// Value and carry of every variable, entry by entry.
+fn places(plan: &Plan, shape: &Shape) -> Vec<f64> {
+    let mut all = Vec::with_capacity(sizes::STATE as usize * plan.len());
+    for variable in &plan.variables {
+        match variable {
+            Variable::Point(i) => {
+                all.extend(shape.points[*i as usize]);
+                all.push(0.0);
+                all.extend(shape.carry[*i as usize]);
+            }
+            Variable::Frame(c) => {
+                all.extend(shape.frames[*c as usize]);
+                all.extend([0.0; 3]);
+            }
+        }
+    }
+    all
+}
+
 fn put(bytes: &mut Vec<u8>, numbers: &[f64], real: Real) {
+    let first = bytes.len();
+    bytes.resize(first + numbers.len() * real.bytes(), 0);
+    let room = &mut bytes[first..];
     match real {
-        Real::F32 => bytes.extend(numbers.iter().flat_map(|x| (*x as f32).to_le_bytes())),
-        Real::F64 => bytes.extend(numbers.iter().flat_map(|x| x.to_le_bytes())),
+        Real::F32 => {
+            for (room, x) in room.chunks_exact_mut(4).zip(numbers) {
+                room.copy_from_slice(&(*x as f32).to_le_bytes());
+            }
+        }
+        Real::F64 => {
+            for (room, x) in room.chunks_exact_mut(8).zip(numbers) {
+                room.copy_from_slice(&x.to_le_bytes());
+            }
+        }
     }
 }
 

@@ -69,6 +69,8 @@ pub struct Places {
     pub partials_vectors: u32,
     /// Negative pivots of each task.
     pub negatives_vectors: u32,
+    /// Value and carry of every variable, as they are read back.
+    pub shape_vectors: u32,
 }
 
 /// Which items a dispatch works on: `first..first + count`, of every variant in one of its phases; and where.
@@ -166,7 +168,7 @@ pub struct Control<R> {
 
 impl Places {
     /// Its words, in order.
-    pub fn words(&self) -> [u32; 32] {
+    pub fn words(&self) -> [u32; 33] {
         [
             self.variants,
             self.variables,
@@ -200,6 +202,7 @@ impl Places {
             self.energies_vectors,
             self.partials_vectors,
             self.negatives_vectors,
+            self.shape_vectors,
         ]
     }
 }
@@ -364,7 +367,7 @@ mod tests {
             let places = offsets!(Places: variants variables segments station_segments couplings springs holds chunks kinds_program holds_program segments_program station_segments_program couplings_program springs_program
                 forces_program settle_program variables_numbers holds_numbers
                 segments_numbers station_segments_numbers couplings_numbers springs_numbers segments_parts station_segments_parts
-                couplings_parts springs_parts step_vectors descent_vectors gradient_vectors energies_vectors partials_vectors negatives_vectors);
+                couplings_parts springs_parts step_vectors descent_vectors gradient_vectors energies_vectors partials_vectors negatives_vectors shape_vectors);
             assert_eq!(record(real, "Places").members, places);
             assert_eq!(record(real, "Range").members, offsets!(Range: first count phases slot table));
             assert_eq!(record(real, "Places").size as usize, size_of::<Places>());

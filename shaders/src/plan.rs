@@ -145,6 +145,13 @@ impl Plan {
         &self.cycle
     }
 
+    /// What comes before a read-back: where every variant is, whatever its phase; see [`crate::memory::Memory::take_shapes`].
+    pub fn publish(&self) -> Dispatch {
+        let phases = (1 << (Phase::Done as u32 + 1)) - 1;
+        let range = Range { count: self.places.variables, phases, ..Range::default() };
+        Dispatch { stage: Stage::Publish, range }
+    }
+
     /// Number of variables.
     pub fn len(&self) -> usize {
         self.variables.len()
@@ -211,6 +218,7 @@ impl Plan {
             (&mut p.energies_vectors, count),
             (&mut p.partials_vectors, sizes::PARTIAL * p.chunks),
             (&mut p.negatives_vectors, self.elimination.tasks.len().max(self.settling.tasks.len()) as u32),
+            (&mut p.shape_vectors, sizes::STATE * p.variables),
         ] {
             *place = vectors;
             vectors += size;

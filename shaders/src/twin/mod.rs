@@ -21,6 +21,7 @@ mod measure_springs;
 mod measure_state;
 mod measure_station_segments;
 mod measure_step;
+mod publish;
 mod retract;
 mod settle;
 mod shared;
@@ -56,6 +57,7 @@ pub fn run(memory: &mut Memory, dispatch: &Dispatch) {
         Stage::MeasureState => measure_state::measure_state,
         Stage::MeasureStationSegments => measure_station_segments::measure_station_segments,
         Stage::MeasureStep => measure_step::measure_step,
+        Stage::Publish => publish::publish,
         Stage::Retract => retract::retract,
         Stage::Settle => settle::settle,
         Stage::SolveBackward => solve_backward::solve_backward,

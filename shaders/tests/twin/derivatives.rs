@@ -1,6 +1,6 @@
 //! First and second derivatives of every law, against finite differences of the energy, and through the gathering.
 
-use crate::harnesses::{Builder, cable, fork, ring};
+use crate::harnesses::{Builder, cable, fork, ring, whole};
 use nalgebra::{DMatrix, DVector, Quaternion, Unit, UnitQuaternion, Vector3};
 use wireloom_shaders::harness::{Algorithm, Hold, Shape, Stop, Variable};
 use wireloom_shaders::memory::Memory;
@@ -70,23 +70,6 @@ fn matrix(plan: &Plan, memory: &mut Memory, shape: &Shape) -> DMatrix<f64> {
         twin::run(memory, dispatch);
     }
     whole(plan, memory)
-}
-
-fn whole(plan: &Plan, memory: &Memory) -> DMatrix<f64> {
-    let n = 3 * plan.len();
-    let mut whole = DMatrix::zeros(n, n);
-    for column in 0..plan.len() as u32 {
-        for &row in [column].iter().chain(&plan.elimination.rows[column as usize]) {
-            let block = plan.elimination.block(row, column).expect("a block of the pattern") as usize;
-            for i in 0..9 {
-                let x = memory.blocks[9 * block + i];
-                let (r, c) = (3 * row as usize + i % 3, 3 * column as usize + i / 3);
-                whole[(r, c)] = x;
-                whole[(c, r)] = x;
-            }
-        }
-    }
-    whole
 }
 
 #[test]

@@ -2,7 +2,7 @@
 
 use crate::harnesses::{Builder, cable, fork, ring};
 use wireloom_shaders::harness::{Algorithm, Hold, Shape, Stop, Variable};
-use wireloom_shaders::memory::Memory;
+use wireloom_shaders::memory::{Buffer, Memory};
 use wireloom_shaders::places::{Control, Outcome};
 use wireloom_shaders::plan::Plan;
 use wireloom_shaders::{Real, twin};
@@ -93,6 +93,25 @@ fn variants_of_a_batch_are_what_they_are_alone() {
         assert!(converged(&alone.control[0]), "{:?}", alone.control[0]);
         assert_eq!(batch.control[variant], alone.control[0], "variant {variant}");
         assert_eq!(batch.shape(&plan, variant), alone.shape(&plan, 0), "variant {variant}");
+    }
+    // The same, packed together and read back as from a device.
+    let owned: Vec<_> = builders.iter().map(|builder| (builder.harness.clone(), builder.shape.clone())).collect();
+    let mut packed = Memory::new(&plan, owned.len());
+    packed.set_all(&plan, &owned).expect("the same links");
+    for real in [Real::F64, Real::F32] {
+        let mut read = packed.clone();
+        (0..read.variants()).for_each(|variant| read.begin(variant, &STOP, Real::F64));
+        twin::descend(&mut read, &plan, 2000);
+        twin::run(&mut read, &plan.publish());
+        let bytes = read.bytes(Buffer::Vectors, real)[read.shape_bytes(real)].to_vec();
+        read.state.fill(f64::NAN);
+        read.take_shapes(real, &bytes);
+        for variant in 0..read.variants() {
+            let (read, batch) = (read.shape(&plan, variant), batch.shape(&plan, variant));
+            let off = read.points.iter().flatten().zip(batch.points.iter().flatten());
+            let off = off.map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+            assert!(off <= if real == Real::F64 { 0.0 } else { 1e-7 }, "variant {variant}: {off}");
+        }
     }
 }
 

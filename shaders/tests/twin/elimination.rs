@@ -1,6 +1,6 @@
 //! The factorisation and the solves, against dense ones.
 
-use crate::harnesses::{Builder, cable, fork, ring};
+use crate::harnesses::{Builder, cable, fork, ring, whole};
 use nalgebra::{DMatrix, DVector};
 use wireloom_shaders::cost::Traffic;
 use wireloom_shaders::harness::{Algorithm, Stop, Variable};
@@ -25,23 +25,6 @@ fn prepare(builder: &Builder, leaf: usize) -> (Plan, Memory) {
     memory.begin(0, &STOP, Real::F64);
     memory.control[0].phase = 0;
     (plan, memory)
-}
-
-fn whole(plan: &Plan, memory: &Memory) -> DMatrix<f64> {
-    let n = 3 * plan.len();
-    let mut whole = DMatrix::zeros(n, n);
-    for column in 0..plan.len() as u32 {
-        for &row in [column].iter().chain(&plan.elimination.rows[column as usize]) {
-            let block = plan.elimination.block(row, column).expect("a block of the pattern") as usize;
-            for i in 0..9 {
-                let x = memory.blocks[9 * block + i];
-                let (r, c) = (3 * row as usize + i % 3, 3 * column as usize + i / 3);
-                whole[(r, c)] = x;
-                whole[(c, r)] = x;
-            }
-        }
-    }
-    whole
 }
 
 fn harnesses() -> Vec<Builder> {

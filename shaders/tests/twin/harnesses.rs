@@ -1,8 +1,10 @@
 //! Harnesses to try the stages on.
 
 use fastrand::Rng;
-use nalgebra::{Quaternion, Unit, Vector3};
+use nalgebra::{DMatrix, Quaternion, Unit, Vector3};
 use wireloom_shaders::harness::*;
+use wireloom_shaders::memory::Memory;
+use wireloom_shaders::plan::Plan;
 
 const UNTURNED: [f64; 4] = [0.0, 0.0, 0.0, 1.0];
 
@@ -264,4 +266,22 @@ pub fn ring(seed: u64, n: usize) -> Builder {
     builder.spring(builder.joints[1].point, builder.joints[1].hub);
     builder.spring(builder.joints[0].point, None);
     builder
+}
+
+/// The matrix as it is gathered, both triangles, in elimination order.
+pub fn whole(plan: &Plan, memory: &Memory) -> DMatrix<f64> {
+    let n = 3 * plan.len();
+    let mut whole = DMatrix::zeros(n, n);
+    for column in 0..plan.len() as u32 {
+        for &row in [column].iter().chain(&plan.elimination.rows[column as usize]) {
+            let block = plan.elimination.block(row, column).expect("a block of the pattern") as usize;
+            for i in 0..9 {
+                let x = memory.blocks[9 * block + i];
+                let (r, c) = (3 * row as usize + i % 3, 3 * column as usize + i / 3);
+                whole[(r, c)] = x;
+                whole[(c, r)] = x;
+            }
+        }
+    }
+    whole
 }
