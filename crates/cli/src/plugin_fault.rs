@@ -50,6 +50,7 @@ fn save(place: &Path, fault: &PartFault) -> Result<(), Failure> {
         notes: vec![],
         events: vec![],
         steps: Keeper::salvage(place)?,
+        clearances: vec![],
         fault: Some(fault.clone()),
         plugins: origin.plugins,
     };

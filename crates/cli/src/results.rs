@@ -7,14 +7,16 @@
 //! | `report.html` | the whole run on one page | `report` |
 //! | `csv/STEP/BRANCH.csv` | the branches at the end of every step | `csv` |
 //! | `vtk/NNNN.vtp`, `harness.pvd` | every increment, and all of them as a series in time | `vtk` |
+//! | `vtk/obstacles.vtp`, `vtk/obstacles-NNNN.vtp` | obstacles that stand still, and those that move, at every increment | `vtk` |
 
 use crate::failure::Failure;
 use crate::folder::{Folder, file_name};
+use wireloom::core::obstacle::{Obstacle, Surface};
 use wireloom::core::{Run, StepResult};
 use wireloom::export::json::Provenance;
 use wireloom::export::vtk::SeriesFile;
 use wireloom::export::{csv, json, picture, report, vtk};
-use wireloom::scenario::Output;
+use wireloom::scenario::{Built, Output};
 use wireloom::solve::Progress;
 
 /// Where the whole run is.
@@ -29,8 +31,44 @@ pub struct Results {
     output: Output,
     texts: Vec<(String, String)>,
     provenance: Provenance,
+    surroundings: Surroundings,
     series: Vec<SeriesFile>,
 }
+
+/// The bodies about a harness.
+pub struct Surroundings {
+    obstacles: Vec<Obstacle>,
+    /// Whether a step moves it, for each.
+    moves: Vec<bool>,
+}
+
+impl Surroundings {
+    /// Those of a scenario.
+    pub fn of(built: &Built) -> Self {
+        let obstacles = built.network.obstacles.clone();
+        let moved = |k: usize| {
+            built.schedule.steps.iter().flat_map(|step| &step.obstacle_moves).any(|motion| motion.obstacle == k)
+        };
+        Self { moves: (0..obstacles.len()).map(moved).collect(), obstacles }
+    }
+
+    /// Surfaces of those that move, or of the others, where they are in `end`; each with its index.
+    fn surfaces(&self, end: &StepResult, moving: bool) -> Vec<(usize, Surface)> {
+        let chosen = (0..self.obstacles.len()).filter(|k| self.moves[*k] == moving);
+        let placed = |k: usize| {
+            let pose = end.obstacles[k].pose;
+            let mut surface = self.obstacles[k].shape.surface(DRAWN);
+            surface.corners.iter_mut().for_each(|x| *x = pose.position + pose.orientation * *x);
+            (k, surface)
+        };
+        chosen.map(placed).collect()
+    }
+}
+
+/// How far a body without end is drawn, m.
+const DRAWN: f64 = 10.0;
+/// Obstacles that stand still.
+const STANDING: &str = "vtk/obstacles.vtp";
 
 impl Results {
     /// Into this folder; `texts`: those of the scenario; `series`: what was written before a run was interrupted.
@@ -39,9 +77,10 @@ impl Results {
         output: Output,
         texts: Vec<(String, String)>,
         provenance: Provenance,
+        surroundings: Surroundings,
         series: Vec<SeriesFile>,
     ) -> Self {
-        Self { folder, output, texts, provenance, series }
+        Self { folder, output, texts, provenance, surroundings, series }
     }
 
     /// The VTK files so far.
@@ -54,8 +93,19 @@ impl Results {
         if !self.output.vtk {
             return Ok(());
         }
-        let file = format!("vtk/{:04}.vtp", self.series.len() + 1);
+        let number = self.series.len() + 1;
+        let file = format!("vtk/{number:04}.vtp");
         self.folder.write(&file, |out| vtk::write(end, out))?;
+        let moving = self.surroundings.surfaces(end, true);
+        if !moving.is_empty() {
+            self.folder.write(&moving_file(number), |out| vtk::write_surfaces(&moving, out))?;
+        }
+        if number == 1 {
+            let standing = self.surroundings.surfaces(end, false);
+            if !standing.is_empty() {
+                self.folder.write(STANDING, |out| vtk::write_surfaces(&standing, out))?;
+            }
+        }
         let time = progress.step_index as f64 + progress.increment as f64 / progress.increments as f64;
         self.series.push(SeriesFile { file, time });
         Ok(())
@@ -66,18 +116,20 @@ impl Results {
         let provenance = &self.provenance;
         self.folder.write(RESULT, |out| json::write(run, provenance, out))?;
         if self.output.vtk {
-            self.folder.write("harness.pvd", |out| vtk::write_series(&self.series, out))?;
+            let series = self.with_obstacles();
+            self.folder.write("harness.pvd", |out| vtk::write_series(&series, out))?;
         }
         if self.output.csv {
             self.tables(run)?;
         }
         if let Some(end) = run.steps.last().filter(|_| self.output.picture) {
             let title = format!("{}: {}", run.scenario, end.name);
-            self.folder.write("picture.svg", |out| picture::write(end, &title, out))?;
+            self.folder.write("picture.svg", |out| picture::write(end, &self.surroundings.obstacles, &title, out))?;
         }
         if self.output.report {
             let report = report::Report {
                 run,
+                obstacles: &self.surroundings.obstacles,
                 texts: &self.texts,
                 program: PROGRAM,
                 machine: &crate::bench::machine(),
@@ -86,6 +138,19 @@ impl Results {
             self.folder.write("report.html", |out| report::write(&report, out))?;
         }
         Ok(())
+    }
+
+    /// The series with the obstacles at every time.
+    fn with_obstacles(&self) -> Vec<SeriesFile> {
+        let Surroundings { moves, .. } = &self.surroundings;
+        let mut all = vec![];
+        for (k, own) in self.series.iter().enumerate() {
+            all.push(own.clone());
+            let beside = |file: String| SeriesFile { file, time: own.time };
+            all.extend(moves.contains(&false).then(|| beside(STANDING.to_owned())));
+            all.extend(moves.contains(&true).then(|| beside(moving_file(k + 1))));
+        }
+        all
     }
 
     fn tables(&mut self, run: &Run) -> Result<(), Failure> {
@@ -116,4 +181,9 @@ impl Results {
         names.sort_unstable();
         format!("{}: {}{more}", self.folder.path().display(), names.join(", "))
     }
+}
+
+/// Obstacles that move, at an increment.
+fn moving_file(number: usize) -> String {
+    format!("vtk/obstacles-{number:04}.vtp")
 }

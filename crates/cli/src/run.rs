@@ -7,7 +7,7 @@ use crate::folder::Folder;
 use crate::load::{self, Loaded};
 use crate::plugins::{self, Trust, Worst};
 use crate::progress::Bar;
-use crate::results::Results;
+use crate::results::{Results, Surroundings};
 use crate::saved::{Keeper, Origin, Standing};
 use crate::{interrupt, size, summary, variants};
 use std::io::Write;
@@ -44,7 +44,7 @@ pub fn run(arguments: &RunArguments, out: &mut dyn Write) -> Result<Outcome, Fai
         bar,
         extremes: standing.extremes,
         increments: standing.increments,
-        results: Results::new(folder, scenario.output, texts, provenance, standing.series),
+        results: Results::new(folder, scenario.output, texts, provenance, Surroundings::of(&built), standing.series),
         keeper,
         failure: None,
         worst,

@@ -1,10 +1,10 @@
-//! What a run prints: its steps, what every fixing takes, how tightly every branch is bent, events, remarks.
+//! What a run prints: its steps, what every fixing takes, how tightly every branch is bent, what touches it, what is near, events, remarks.
 
 use crate::extremes::{Bend, Extremes, Load};
 use crate::operations;
 use comfy_table::{CellAlignment, LineStyle, Table, TableStyle};
 use std::io::{self, Write};
-use wireloom::core::equilibrium::ConstraintResult;
+use wireloom::core::equilibrium::{Clearance, ConstraintResult, ObstacleResult};
 use wireloom::core::event::{Group, grouped};
 use wireloom::core::{Event, Run, StepResult, Vector};
 
@@ -21,6 +21,10 @@ pub fn print(run: &Run, extremes: &Extremes, built: usize, out: &mut dyn Write) 
         fixings(end, &extremes.loads, out)?;
     }
     bends(&extremes.bends, out)?;
+    if let Some(end) = run.steps.last() {
+        obstacles(end, out)?;
+    }
+    clearances(&run.clearances, out)?;
     events(&run.events, out)?;
     notes(&run.notes, built, out)
 }
@@ -121,6 +125,49 @@ fn bends(bends: &[Bend], out: &mut dyn Write) -> io::Result<()> {
     table.print(out)?;
     if left_out > 0 {
         writeln!(out, "({left_out} branches further from their limits: see result.json)\n")?;
+    }
+    Ok(())
+}
+
+fn obstacles(end: &StepResult, out: &mut dyn Write) -> io::Result<()> {
+    let mut touched: Vec<&ObstacleResult> = end.obstacles.iter().filter(|obstacle| obstacle.contacts > 0).collect();
+    let left_out = keep(&mut touched, |obstacle| obstacle.force.norm());
+    let mut table = Columns::new(["obstacle", "force on the harness [N]", "moment [N m]", ">contacts", ">depth [µm]"]);
+    for obstacle in touched {
+        table.row([
+            obstacle.name.clone(),
+            vector(&obstacle.force, 3),
+            vector(&obstacle.moment, 4),
+            obstacle.contacts.to_string(),
+            format!("{:.1}", 1e6 * obstacle.depth),
+        ]);
+    }
+    table.print(out)?;
+    if left_out > 0 {
+        writeln!(out, "({left_out} obstacles with smaller forces: see result.json)\n")?;
+    }
+    Ok(())
+}
+
+fn clearances(clearances: &[Clearance], out: &mut dyn Write) -> io::Result<()> {
+    let mut least: Vec<&Clearance> = clearances.iter().collect();
+    let left_out = keep(&mut least, |clearance| clearance.required.unwrap_or(0.0) - clearance.distance);
+    let mut table =
+        Columns::new(["branch", "nearest to", ">clearance [mm]", ">at s [mm]", "in step", ">required [mm]", ""]);
+    for clearance in least {
+        table.row([
+            clearance.branch.clone(),
+            clearance.from.to_string(),
+            format!("{:.1}", 1e3 * clearance.distance),
+            format!("{:.0}", 1e3 * clearance.s),
+            format!("{} ({})", clearance.moment.step, clearance.moment.increment),
+            clearance.required.map_or_else(String::new, |required| format!("{:.1}", 1e3 * required)),
+            if clearance.is_short() { "TOO NEAR" } else { "" }.to_owned(),
+        ]);
+    }
+    table.print(out)?;
+    if left_out > 0 {
+        writeln!(out, "({left_out} pairs further apart: see result.json)\n")?;
     }
     Ok(())
 }

@@ -19,6 +19,8 @@ pub struct Run {
     pub events: Vec<Event>,
     /// The last increment of each step, or all of them.
     pub steps: Vec<StepResult>,
+    /// How near cables came to what is about them, over all increments.
+    pub clearances: Vec<Clearance>,
     /// What ended the run before its time, where a constraint or joint did.
     pub fault: Option<PartFault>,
     /// Libraries that brought kinds of their own.
@@ -123,6 +125,55 @@ pub struct StepResult {
     pub stable: Option<bool>,
     /// How it was found.
     pub minimiser: MinimiserResult,
+}
+
+/// The least distance between a branch and something else over a run, from surface to surface.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Clearance {
+    /// Branch.
+    pub branch: String,
+    /// What it is the distance from.
+    pub from: ClearanceFrom,
+    /// Distance, m; negative where they overlap.
+    pub distance: f64,
+    /// Arc length of the nearest place of the branch, m.
+    pub s: f64,
+    /// That place, m: of the centre line.
+    pub position: Vector,
+    /// What is asked for at least, m.
+    pub required: Option<f64>,
+    /// In which increment it was.
+    pub moment: Moment,
+}
+
+impl Clearance {
+    /// Whether it is less than required.
+    pub fn is_short(&self) -> bool {
+        self.required.is_some_and(|required| self.distance < required)
+    }
+}
+
+/// What a branch is near to.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub enum ClearanceFrom {
+    /// An obstacle, by name.
+    Obstacle(String),
+    /// Another branch.
+    Branch {
+        /// Its name.
+        name: String,
+        /// Arc length of its nearest place, m.
+        s: f64,
+    },
+}
+
+impl fmt::Display for ClearanceFrom {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Obstacle(name) => write!(f, "obstacle `{name}`"),
+            Self::Branch { name, s } => write!(f, "branch `{name}` at s = {:.1} mm", 1e3 * s),
+        }
+    }
 }
 
 /// An obstacle, and what it exerts on the harness.

@@ -8,6 +8,8 @@ use std::fmt;
 pub enum EventKind {
     /// A branch is bent more tightly than its section allows; value and limit are radii, m.
     BendRadius,
+    /// A branch is nearer to an obstacle than asked for; value and limit are distances from surface to surface, m.
+    Clearance,
     /// A fixing takes more force than it can; N.
     FixingForce,
     /// A fixing takes more moment than it can; N m.
@@ -37,12 +39,13 @@ pub enum EventKind {
 
 impl EventKind {
     /// All kinds, in the order in which they are listed.
-    pub const ALL: [EventKind; 13] = [
+    pub const ALL: [EventKind; 14] = [
         EventKind::NotConverged,
         EventKind::Jump,
         EventKind::Unstable,
         EventKind::Overstretched,
         EventKind::BendRadius,
+        EventKind::Clearance,
         EventKind::FixingForce,
         EventKind::FixingMoment,
         EventKind::InsertionForce,
@@ -57,6 +60,7 @@ impl EventKind {
     pub fn word(self) -> &'static str {
         match self {
             EventKind::BendRadius => "bend-radius",
+            EventKind::Clearance => "clearance",
             EventKind::FixingForce => "fixing-force",
             EventKind::FixingMoment => "fixing-moment",
             EventKind::Overstretched => "overstretched",
@@ -76,6 +80,7 @@ impl EventKind {
     pub fn title(self) -> &'static str {
         match self {
             EventKind::BendRadius => "bent too tightly",
+            EventKind::Clearance => "nearer than the required clearance",
             EventKind::FixingForce => "fixing force above its limit",
             EventKind::FixingMoment => "fixing moment above its limit",
             EventKind::Overstretched => "overstretched span",
@@ -99,7 +104,7 @@ impl EventKind {
     /// SI unit of its values; empty where they have none.
     pub fn unit(self) -> &'static str {
         match self {
-            EventKind::BendRadius | EventKind::Overstretched | EventKind::Jump => "m",
+            EventKind::BendRadius | EventKind::Clearance | EventKind::Overstretched | EventKind::Jump => "m",
             EventKind::FixingForce
             | EventKind::InsertionForce
             | EventKind::Slip
@@ -110,9 +115,13 @@ impl EventKind {
         }
     }
 
-    /// Whether a value is worse than another one: radii should be large, everything else small.
+    /// Whether a value is worse than another one: radii and clearances should be large, everything else small.
     pub fn worse(self, value: f64, than: f64) -> bool {
-        if self == EventKind::BendRadius { value < than } else { value > than }
+        if self.is_better_large() { value < than } else { value > than }
+    }
+
+    fn is_better_large(self) -> bool {
+        matches!(self, EventKind::BendRadius | EventKind::Clearance)
     }
 }
 
@@ -121,6 +130,8 @@ impl EventKind {
 pub struct EventPlace {
     /// Name of the fixing.
     pub fixing: Option<String>,
+    /// Name of the obstacle.
+    pub obstacle: Option<String>,
     /// Name of the branch.
     pub branch: Option<String>,
     /// Arc length on the branch, m.
@@ -144,6 +155,7 @@ impl fmt::Display for EventPlace {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let mut parts = Vec::new();
         parts.extend(self.fixing.as_ref().map(|name| format!("fixing `{name}`")));
+        parts.extend(self.obstacle.as_ref().map(|name| format!("obstacle `{name}`")));
         parts.extend(self.branch.as_ref().map(|name| match self.s {
             Some(s) => format!("branch `{name}` at s = {s:.4} m"),
             None => format!("branch `{name}`"),
@@ -188,10 +200,10 @@ pub struct Event {
 }
 
 impl Event {
-    /// How many times the limit its value is, or the limit its value where more is better; 0 where there is none.
+    /// How many times the limit its value is, or the limit its value where more is better (without end where that is 0 or less); 0 where there is none.
     pub fn excess(&self) -> f64 {
         match (self.value, self.limit) {
-            (Some(value), Some(limit)) if self.kind == EventKind::BendRadius => limit / value,
+            (Some(value), Some(limit)) if self.kind.is_better_large() => limit / value.max(0.0),
             (Some(value), Some(limit)) => value / limit,
             _ => 0.0,
         }

@@ -1,6 +1,7 @@
 //! Bodies that cables may touch but not enter: what their shapes can say, and where they stand.
 
 use crate::{Matrix, Pose, Vector};
+use std::fmt;
 use std::sync::Arc;
 
 /// A place of a body's surface that is nearest to a point, among those about it.
@@ -62,6 +63,16 @@ pub struct Obstacle {
     pub friction: f64,
     /// Least clearance that is asked for, m.
     pub min_clearance: Option<f64>,
+}
+
+/// All but its shape.
+impl fmt::Debug for Obstacle {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { name, kind, shape: _, pose, friction, min_clearance } = self;
+        let mut f = f.debug_struct("Obstacle");
+        f.field("name", name).field("kind", kind).field("pose", pose).field("friction", friction);
+        f.field("min_clearance", min_clearance).finish_non_exhaustive()
+    }
 }
 
 /// A file with the surface of a body.

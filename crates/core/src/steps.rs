@@ -252,6 +252,8 @@ pub struct Schedule {
     pub steps: Vec<Step>,
     /// Keep every increment in the result, not only the last of each step.
     pub increments: bool,
+    /// Find how near cables come to all that is about them; left out, only where a clearance is required.
+    pub clearances: bool,
 }
 
 #[cfg(test)]

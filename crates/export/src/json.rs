@@ -15,11 +15,16 @@
 //! | key | meaning |
 //! | --- | --- |
 //! | `kind` | [`EventKind::word`](wireloom_core::EventKind::word) |
-//! | `place` | the `fixing` or `branch` (with `s`, m) it happened to; empty: the harness |
+//! | `place` | the `fixing`, `obstacle` or `branch` (with `s`, m) it happened to; empty: the harness |
 //! | `first`, `worst`, `last` | `step`, `step_index` (from 0) and `increment` (from 1; 0: while the start was found) |
 //! | `increments` | in how many increments it was so |
 //! | `value`, `limit` | the worst value, and what it should not pass, in SI units; null where there is none |
 //! | `message` | a sentence for people, of the worst increment |
+//!
+//! `clearance` stands there where it was asked for, or required of an obstacle: for every pair of a branch and an `obstacle`, or an `other` branch, the
+//! least `distance` from surface to surface over all increments (m; negative where they overlap), at `s` of the branch, whose centre line is at
+//! `position` there, and `other_s` of the other; `at` tells the increment; `required` is what was asked for. An obstacle of a step has its `position` and
+//! `orientation`, the `force` and the `moment` (about its position) that it exerts on the harness, the number of `contacts`, and the `depth` of the deepest one.
 //!
 //! A constraint that acts on several stations has `stations`, each with `position`, `force` and `moment`; one that acts along a span has
 //! `span`: `branch`, `from`, `to`, all the `force` on it, the `largest` on one node, and `largest_at`, its arc length. `fault` stands
@@ -33,8 +38,9 @@ pub use read::read;
 use serde::ser::{Serialize, SerializeMap, Serializer};
 use std::io::{self, BufWriter, Write};
 use wireloom_core::equilibrium::{
-    BranchResult, ConstraintResult, Energy, Event, JointResult, Library, MinimiserResult, Moment, OperationResult,
-    PartFamily, PartFault, Run, SpanResult, StationResult, StepResult, TightestBend,
+    BranchResult, Clearance, ClearanceFrom, ConstraintResult, Energy, Event, JointResult, Library, MinimiserResult,
+    Moment, ObstacleResult, OperationResult, PartFamily, PartFault, Run, SpanResult, StationResult, StepResult,
+    TightestBend,
 };
 use wireloom_core::rotation::columns;
 use wireloom_core::{Rotation, Vector};
@@ -64,8 +70,48 @@ struct Document<'a> {
     plugins: &'a [Library],
     events: Vec<Occurrence<'a>>,
     steps: Vec<Step<'a>>,
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    clearance: Vec<Near<'a>>,
     #[serde(skip_serializing_if = "Option::is_none")]
     fault: Option<Fault<'a>>,
+}
+
+/// How near a branch came to an obstacle or another branch.
+#[derive(serde::Serialize)]
+struct Near<'a> {
+    branch: &'a str,
+    s: Number,
+    position: [Number; 3],
+    #[serde(skip_serializing_if = "Option::is_none")]
+    obstacle: Option<&'a str>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    other: Option<&'a str>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    other_s: Option<Number>,
+    distance: Number,
+    required: Option<Number>,
+    at: Increment<'a>,
+}
+
+impl<'a> Near<'a> {
+    fn of(clearance: &'a Clearance) -> Self {
+        let (obstacle, other) = match &clearance.from {
+            ClearanceFrom::Obstacle(name) => (Some(name.as_str()), None),
+            ClearanceFrom::Branch { name, s } => (None, Some((name.as_str(), Number(*s)))),
+        };
+        let (other, other_s) = other.unzip();
+        Self {
+            branch: &clearance.branch,
+            s: Number(clearance.s),
+            position: vector(&clearance.position),
+            obstacle,
+            other,
+            other_s,
+            distance: Number(clearance.distance),
+            required: clearance.required.map(Number),
+            at: Increment::of(&clearance.moment),
+        }
+    }
 }
 
 /// What ended a run before its time.
@@ -101,6 +147,7 @@ impl<'a> Document<'a> {
             plugins: &run.plugins,
             events: run.events.iter().map(Occurrence::of).collect(),
             steps: run.steps.iter().map(Step::of).collect(),
+            clearance: run.clearances.iter().map(Near::of).collect(),
             fault: run.fault.as_ref().map(Fault::of),
         }
     }
@@ -126,6 +173,7 @@ impl<'a> Occurrence<'a> {
             kind: event.kind.word(),
             place: Place {
                 fixing: event.place.fixing.as_deref(),
+                obstacle: event.place.obstacle.as_deref(),
                 branch: event.place.branch.as_deref(),
                 s: event.place.s.map(Number),
             },
@@ -145,6 +193,8 @@ impl<'a> Occurrence<'a> {
 struct Place<'a> {
     #[serde(skip_serializing_if = "Option::is_none")]
     fixing: Option<&'a str>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    obstacle: Option<&'a str>,
     #[serde(skip_serializing_if = "Option::is_none")]
     branch: Option<&'a str>,
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -173,6 +223,8 @@ struct Step<'a> {
     branches: ByName<'a, BranchResult>,
     joints: ByName<'a, JointResult>,
     constraints: ByName<'a, ConstraintResult>,
+    #[serde(skip_serializing_if = "ByName::is_empty")]
+    obstacles: ByName<'a, ObstacleResult>,
     #[serde(skip_serializing_if = "Slides::is_empty")]
     sliding: Slides<'a>,
     #[serde(skip_serializing_if = "Vec::is_empty")]
@@ -193,6 +245,7 @@ impl<'a> Step<'a> {
             branches: ByName(&step.branches),
             joints: ByName(&step.joints),
             constraints: ByName(&step.constraints),
+            obstacles: ByName(&step.obstacles),
             sliding: Slides(&step.constraints),
             operations: step.operations.iter().map(Operation::of).collect(),
             energy: EnergyByEffect::of(&step.energy),
@@ -296,6 +349,33 @@ impl Named for JointResult {
     }
     fn body(&self) -> Joint {
         Joint { position: vector(&self.position), orientation: quaternion(&self.orientation) }
+    }
+}
+
+#[derive(serde::Serialize)]
+struct Obstacle {
+    position: [Number; 3],
+    orientation: [Number; 4],
+    force: [Number; 3],
+    moment: [Number; 3],
+    contacts: usize,
+    depth: Number,
+}
+
+impl Named for ObstacleResult {
+    type Body<'a> = Obstacle;
+    fn name(&self) -> &str {
+        &self.name
+    }
+    fn body(&self) -> Obstacle {
+        Obstacle {
+            position: vector(&self.pose.position),
+            orientation: quaternion(&self.pose.orientation),
+            force: vector(&self.force),
+            moment: vector(&self.moment),
+            contacts: self.contacts,
+            depth: Number(self.depth),
+        }
     }
 }
 
@@ -476,6 +556,12 @@ trait Named {
 
 /// An object with one key a name, in the order given.
 struct ByName<'a, T>(&'a [T]);
+
+impl<T> ByName<'_, T> {
+    fn is_empty(&self) -> bool {
+        self.0.is_empty()
+    }
+}
 
 impl<T: Named> Serialize for ByName<'_, T> {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {

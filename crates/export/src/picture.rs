@@ -2,7 +2,7 @@
 //!
 //! A4 landscape, third-angle arrangement (above over front, side to the right of front), one scale for all
 //! three views. Branches have their true diameter where that can be seen, and are coloured by how near their
-//! bend comes to the limit; what is nearer is drawn over what is farther. Fixings carry a symbol for each kind.
+//! bend comes to the limit; obstacles lie behind them, grey; what is nearer is drawn over what is farther. Fixings carry a symbol for each kind.
 //! Text sizes and margins are constants of the page; only the harness is scaled.
 
 mod branches;
@@ -11,6 +11,7 @@ mod labels;
 mod layout;
 mod legend;
 mod marks;
+mod obstacles;
 mod overlay;
 mod panel;
 mod reach;
@@ -23,30 +24,34 @@ use crate::local::node_count;
 use std::io::{self, Write};
 use svg::{Anchor, Svg, Text, fitted, length};
 use wireloom_core::equilibrium::TightestBend;
+use wireloom_core::obstacle::Obstacle;
 use wireloom_core::{Status, StepResult};
 
-/// Writes the picture of `step` under the headline `title` (usually the name of the scenario).
+/// Writes the picture of `step` under the headline `title` (usually the name of the scenario), with the `obstacles` about it, which are those of
+/// the step, in the same order.
 ///
 /// Nodes, joints and fixings whose position is not a finite number are left out; the legend says how many.
 ///
 /// # Errors
 /// Those of `out`; `InvalidInput` where a branch's vectors differ in length.
-pub fn write(step: &StepResult, title: &str, out: &mut impl Write) -> io::Result<()> {
+pub fn write(step: &StepResult, obstacles: &[Obstacle], title: &str, out: &mut impl Write) -> io::Result<()> {
     for branch in &step.branches {
         node_count(branch)?;
     }
-    out.write_all(draw(step, title).as_bytes())
+    out.write_all(draw(step, obstacles, title).as_bytes())
 }
 
-fn draw(step: &StepResult, title: &str) -> String {
+fn draw(step: &StepResult, obstacles: &[Obstacle], title: &str) -> String {
     let scene = view::Scene::of(step);
     let layout = layout::Layout::of(&scene);
     let marks = marks::collect(step);
+    let bodies = obstacles::stand(step, obstacles, &scene);
     let mut page = Svg::page(layout::PAGE, title);
     header(&mut page, step, title);
     for panel in &layout.panels {
         page.open(&format!("class=\"view\" id=\"{}\"", panel.view.name()));
         panel::draw(&mut page, panel, &layout);
+        obstacles::draw(&mut page, &bodies, panel);
         branches::draw(&mut page, step, panel);
         reach::draw(&mut page, step, panel);
         marks::draw(&mut page, &marks, panel);

@@ -7,6 +7,7 @@ mod beside;
 mod plots;
 mod points;
 mod style;
+mod surroundings;
 
 pub use beside::{Beside, write_beside};
 pub use points::{Points, write_points};
@@ -18,6 +19,7 @@ use maud::{DOCTYPE, Markup, PreEscaped, html};
 use std::io::{self, Write};
 use wireloom_core::equilibrium::{BranchResult, ConstraintResult, Run, SlideMotion, StepResult};
 use wireloom_core::event::grouped;
+use wireloom_core::obstacle::Obstacle;
 use wireloom_core::{Event, Status, Vector};
 
 /// Of a run with more steps than this, pictures are drawn of those with events, the first and the last.
@@ -32,10 +34,12 @@ const PICTURE_BYTES: usize = 16 << 20;
 const OPEN: usize = 12;
 
 /// What a report is about. Its writer knows neither clock nor machine: whoever asks for it says.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug)]
 pub struct Report<'a> {
     /// The run.
     pub run: &'a Run,
+    /// The bodies about the harness, for the pictures.
+    pub obstacles: &'a [Obstacle],
     /// Names and texts: of the scenario, then of the files it names.
     pub texts: &'a [(String, String)],
     /// Program and version.
@@ -69,7 +73,7 @@ fn page(report: &Report<'_>) -> io::Result<Markup> {
     let run = report.run;
     let ends = ends(run);
     let name = if run.scenario.is_empty() { "harness" } else { &run.scenario };
-    let pictures = pictures(run, &ends)?;
+    let pictures = pictures(report, &ends)?;
     Ok(html! {
         (DOCTYPE)
         html lang="en" {
@@ -91,6 +95,8 @@ fn page(report: &Report<'_>) -> io::Result<Markup> {
                 (operations(&ends))
                 section id="pictures" { h2 { "Pictures" } (pictures) }
                 (reactions(&ends))
+                (surroundings::obstacles(&ends))
+                (surroundings::clearances(&run.clearances))
                 (branches(&ends))
                 @if !run.notes.is_empty() {
                     section id="notes" { h2 { "Notes" } ul { @for note in &run.notes { li { (note) } } } }
@@ -218,7 +224,8 @@ fn operations(ends: &[&StepResult]) -> Markup {
 }
 
 /// A picture for each step: of very many, of those in which something happened.
-fn pictures(run: &Run, ends: &[&StepResult]) -> io::Result<Markup> {
+fn pictures(report: &Report<'_>, ends: &[&StepResult]) -> io::Result<Markup> {
+    let Report { run, obstacles, .. } = report;
     let told = |k: usize| {
         run.events
             .iter()
@@ -228,7 +235,7 @@ fn pictures(run: &Run, ends: &[&StepResult]) -> io::Result<Markup> {
         (0..ends.len()).filter(|&k| ends.len() <= PICTURES || k == 0 || k + 1 == ends.len() || told(k)).collect();
     let draw = |k: usize| -> io::Result<String> {
         let mut svg = Vec::new();
-        picture::write(ends[k], &format!("{}: {}", run.scenario, ends[k].name), &mut svg)?;
+        picture::write(ends[k], obstacles, &format!("{}: {}", run.scenario, ends[k].name), &mut svg)?;
         Ok(format!("data:image/svg+xml;base64,{}", base64::engine::general_purpose::STANDARD.encode(svg)))
     };
     let size = ends.len().checked_sub(1).map(draw).transpose()?.map_or(1, |source| source.len());

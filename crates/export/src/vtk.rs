@@ -5,6 +5,7 @@ use crate::local::{Local, node_count};
 use crate::xml::escape;
 use std::io::{self, BufWriter, Write};
 use wireloom_core::equilibrium::{BranchResult, Run, StepResult};
+use wireloom_core::obstacle::Surface;
 
 /// Writes `step` as VTK PolyData XML with appended raw data (little endian, 64-bit headers).
 ///
@@ -23,6 +24,45 @@ pub fn write(step: &StepResult, out: &mut impl Write) -> io::Result<()> {
         }
     }
     data.write(&mut BufWriter::new(out))
+}
+
+/// Writes bodies as VTK PolyData XML, in the same form: `surfaces` in the world's axes, m; the cell array `obstacle` holds the index of each.
+///
+/// # Errors
+/// Those of `out`.
+pub fn write_surfaces(surfaces: &[(usize, Surface)], out: &mut impl Write) -> io::Result<()> {
+    let (mut points, mut connectivity, mut offsets, mut obstacle) = (vec![], vec![], vec![], vec![]);
+    for (index, Surface { corners, triangles }) in surfaces {
+        let first = (points.len() / 3) as i64;
+        points.extend(corners.iter().flat_map(|corner| corner.iter().copied()));
+        for triangle in triangles {
+            connectivity.extend(triangle.map(|k| first + i64::from(k)));
+            offsets.push(connectivity.len() as i64);
+            obstacle.push(*index as i64);
+        }
+    }
+    let mut appended = Appended::default();
+    let out = &mut BufWriter::new(out);
+    writeln!(
+        out,
+        "<?xml version=\"1.0\"?>\n\
+         <VTKFile type=\"PolyData\" version=\"1.0\" byte_order=\"LittleEndian\" header_type=\"UInt64\">\n\
+         <PolyData>\n\
+         <Piece NumberOfPoints=\"{}\" NumberOfVerts=\"0\" NumberOfLines=\"0\" NumberOfStrips=\"0\" NumberOfPolys=\"{}\">\n\
+         <CellData>",
+        points.len() / 3,
+        offsets.len()
+    )?;
+    out.write_all(appended.integers("obstacle", &obstacle).as_bytes())?;
+    writeln!(out, "</CellData>\n<Points>")?;
+    out.write_all(appended.floats("Points", 3, &points).as_bytes())?;
+    writeln!(out, "</Points>\n<Polys>")?;
+    out.write_all(appended.integers("connectivity", &connectivity).as_bytes())?;
+    out.write_all(appended.integers("offsets", &offsets).as_bytes())?;
+    write!(out, "</Polys>\n</Piece>\n</PolyData>\n<AppendedData encoding=\"raw\">\n_")?;
+    out.write_all(&appended.bytes)?;
+    writeln!(out, "\n</AppendedData>\n</VTKFile>")?;
+    out.flush()
 }
 
 /// One file of a series.
@@ -51,7 +91,7 @@ pub fn times(run: &Run) -> Vec<f64> {
     times
 }
 
-/// Writes a `.pvd` over `files`, in the order given.
+/// Writes a `.pvd` over `files`, in the order given; those of one time that follow each other are parts of it.
 ///
 /// # Errors
 /// Those of `out`.
@@ -59,8 +99,10 @@ pub fn write_series(files: &[SeriesFile], out: &mut impl Write) -> io::Result<()
     let mut text = String::from(
         "<?xml version=\"1.0\"?>\n<VTKFile type=\"Collection\" version=\"0.1\" byte_order=\"LittleEndian\">\n<Collection>\n",
     );
-    for SeriesFile { file, time } in files {
-        text += &format!("<DataSet timestep=\"{time}\" group=\"\" part=\"0\" file=\"{}\"/>\n", escape(file));
+    let mut part = 0;
+    for (k, SeriesFile { file, time }) in files.iter().enumerate() {
+        part = if k > 0 && files[k - 1].time == *time { part + 1 } else { 0 };
+        text += &format!("<DataSet timestep=\"{time}\" group=\"\" part=\"{part}\" file=\"{}\"/>\n", escape(file));
     }
     text += "</Collection>\n</VTKFile>\n";
     out.write_all(text.as_bytes())

@@ -76,6 +76,7 @@ impl Scenario {
             initial: self.initial,
             steps: self.steps.clone(),
             increments: self.output.increments,
+            clearances: self.output.clearance,
         };
         Ok(Built { network, coarse, schedule, minimiser, stop: self.minimiser.stop, notes, sections })
     }

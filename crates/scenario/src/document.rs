@@ -109,7 +109,8 @@ pub(crate) fn read(reader: &Reader<'_>, table: &DeTable<'_>) -> (Scenario, bool)
     (scenario, !names.broken)
 }
 
-const DEFAULT_OUTPUT: Output = Output { increments: false, csv: false, vtk: false, picture: true, report: false };
+const DEFAULT_OUTPUT: Output =
+    Output { increments: false, csv: false, vtk: false, picture: true, clearance: false, report: false };
 
 fn output(entry: &Entry<'_>) -> Output {
     Output {
@@ -117,6 +118,7 @@ fn output(entry: &Entry<'_>) -> Output {
         csv: entry.flag("csv").unwrap_or(DEFAULT_OUTPUT.csv),
         vtk: entry.flag("vtk").unwrap_or(DEFAULT_OUTPUT.vtk),
         picture: entry.flag("picture").unwrap_or(DEFAULT_OUTPUT.picture),
+        clearance: entry.flag("clearance").unwrap_or(DEFAULT_OUTPUT.clearance),
         report: entry.flag("report").unwrap_or(DEFAULT_OUTPUT.report),
     }
 }

@@ -478,6 +478,11 @@ pub(crate) const OUTPUT: Keys = Keys {
         may("csv", Form::Flag, "write the branches as CSV; default false"),
         may("vtk", Form::Flag, "write the shape as VTK; default false"),
         may("picture", Form::Flag, "write a picture of the shape; default true"),
+        may(
+            "clearance",
+            Form::Flag,
+            "find how near every branch comes to every obstacle and every other branch; default false",
+        ),
         may("report", Form::Flag, "write the whole run as one HTML page; default false"),
     ],
 };

@@ -258,21 +258,12 @@ pub struct Load {
 }
 
 /// A body that the harness may touch. Its shape is made as it is read, once.
-#[derive(Clone)]
+#[derive(Clone, Debug)]
 pub struct Body {
     /// As the mechanics knows it.
     pub obstacle: Obstacle,
     /// What an engineer should know of it.
     pub notes: Vec<String>,
-}
-
-impl std::fmt::Debug for Body {
-    fn fmt(&self, out: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        let Obstacle { name, kind, pose, friction, min_clearance, .. } = &self.obstacle;
-        let mut out = out.debug_struct("Body");
-        out.field("name", name).field("kind", kind).field("pose", pose).field("friction", friction);
-        out.field("min_clearance", min_clearance).field("notes", &self.notes).finish_non_exhaustive()
-    }
 }
 
 /// How equilibria are found.
@@ -299,6 +290,8 @@ pub struct Output {
     pub vtk: bool,
     /// A picture of the shape.
     pub picture: bool,
+    /// How near every branch comes to every obstacle and other branch.
+    pub clearance: bool,
     /// The whole run as one page.
     pub report: bool,
 }

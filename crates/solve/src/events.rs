@@ -1,10 +1,11 @@
 //! The log of what happened on the way, and what is looked at after every increment.
 
 use crate::certificate::FEASIBLE;
+use crate::clearance::{clearances, keep_least};
 use crate::result;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
-use wireloom_core::equilibrium::{OperationResult, SlideMotion, StepResult};
+use wireloom_core::equilibrium::{Clearance, ClearanceFrom, OperationResult, Run, SlideMotion, StepResult};
 use wireloom_core::minimiser::{Status, Stop};
 use wireloom_core::problem::{Conditions, Problem};
 use wireloom_core::{Event, EventKind, EventPlace, Moment, Pose, State};
@@ -38,6 +39,8 @@ pub struct EventLog {
     now: Moment,
     /// Increments so far.
     count: usize,
+    /// The least so far.
+    clearances: Vec<Clearance>,
     /// By kind and thing the last event of that kind there, and the increment in which it was seen last.
     latest: BTreeMap<(EventKind, String), (usize, usize)>,
 }
@@ -89,9 +92,9 @@ impl EventLog {
         self.latest.get(&(kind, thing(place))).is_some_and(|(_, seen)| seen + 1 == self.count)
     }
 
-    /// The events, in the order in which they began.
-    pub fn into_events(self) -> Vec<Event> {
-        self.events
+    /// Tells a run that ends what happened: events in the order in which they began.
+    pub fn tell(self, run: &mut Run) {
+        (run.events, run.clearances) = (self.events, self.clearances);
     }
 }
 
@@ -136,8 +139,10 @@ pub fn jump(moved: f64, pace: Option<f64>, prescribed: [f64; 2], length: f64, fe
 }
 
 /// Looks for limits that are passed at the end of an increment, and for what slides.
-pub fn watch(log: &mut EventLog, problem: &Problem<'_>, state: &State, end: &StepResult, stop: &Stop) {
+/// With `all`, clearances of everything from everything are kept.
+pub fn watch(log: &mut EventLog, problem: &Problem<'_>, state: &State, end: &StepResult, stop: &Stop, all: bool) {
     bends(log, end);
+    nearness(log, clearances(problem.network, end, &log.now, all));
     fixings(log, problem, end);
     slides(log, end);
     pushes(log, end);
@@ -172,6 +177,27 @@ pub fn watch(log: &mut EventLog, problem: &Problem<'_>, state: &State, end: &Ste
             ),
         });
     }
+}
+
+/// Cables nearer to an obstacle than they may be.
+fn nearness(log: &mut EventLog, now: Vec<Clearance>) {
+    for clearance in now.iter().filter(|clearance| clearance.is_short()) {
+        let Clearance { branch, from, distance, s, required, .. } = clearance;
+        if let (ClearanceFrom::Obstacle(obstacle), Some(required)) = (from, required) {
+            log.raise(Occurrence {
+                kind: EventKind::Clearance,
+                place: EventPlace { obstacle: Some(obstacle.clone()), ..EventPlace::branch(branch, *s) },
+                value: Some(*distance),
+                limit: Some(*required),
+                message: format!(
+                    "{:.1} mm from `{obstacle}`, at least {:.1} mm required",
+                    1e3 * distance,
+                    1e3 * required
+                ),
+            });
+        }
+    }
+    keep_least(&mut log.clearances, now);
 }
 
 /// Every branch that is bent more tightly than its section allows.
@@ -284,7 +310,7 @@ mod tests {
                 log.raise(bend(s, radius));
             }
         }
-        let events = log.into_events();
+        let events = log.events;
         let [long, again] = &events[..] else { panic!("{events:?}") };
         assert_eq!((&long.first, &long.worst, &long.last), (&moment(0, 2), &moment(0, 3), &moment(1, 1)));
         assert_eq!((long.increments, long.value, long.place.s), (3, Some(0.02), Some(0.2)));
@@ -313,6 +339,6 @@ mod tests {
         log.raise(bend(0.1, 0.04));
         log.raise(Occurrence { place: EventPlace::branch("arm", 0.1), ..bend(0.1, 0.03) });
         log.raise(Occurrence { kind: EventKind::Overstretched, ..bend(0.1, 0.03) });
-        assert_eq!(log.into_events().len(), 3);
+        assert_eq!(log.events.len(), 3);
     }
 }

@@ -10,6 +10,7 @@
 pub mod border;
 pub mod certificate;
 pub mod checkpoint;
+mod clearance;
 mod clips;
 mod descent;
 pub mod events;

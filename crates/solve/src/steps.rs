@@ -97,6 +97,7 @@ fn begun(schedule: &Schedule) -> Run {
         notes: Vec::new(),
         events: Vec::new(),
         steps: Vec::new(),
+        clearances: Vec::new(),
         fault: None,
         plugins: Vec::new(),
     }
@@ -182,12 +183,12 @@ pub fn carry_out(
                 run.steps.extend(passed);
                 run.status = status;
                 run.fault = driver.named_fault(step, increment);
-                run.events = driver.log.into_events();
+                driver.log.tell(&mut run);
                 return run;
             }
             let seconds = spent + clock.elapsed().as_secs_f64();
             let end = driver.step_result(step, increment, status, seconds);
-            events::watch(&mut driver.log, &driver.problem, &driver.state, &end, stop);
+            events::watch(&mut driver.log, &driver.problem, &driver.state, &end, stop, schedule.clearances);
             let progress = Progress {
                 step: step.name.clone(),
                 step_index: index,
@@ -214,7 +215,7 @@ pub fn carry_out(
                 Some(end)
             };
             if lost || stopped {
-                run.events = driver.log.into_events();
+                driver.log.tell(&mut run);
                 return run;
             }
             driver.problem.commit(&driver.state);
@@ -223,7 +224,7 @@ pub fn carry_out(
                 run.steps.extend(passed.take());
                 run.status = Status::Failed;
                 run.fault = driver.named_fault(step, increment);
-                run.events = driver.log.into_events();
+                driver.log.tell(&mut run);
                 return run;
             }
             if increment < step.increments {
@@ -235,7 +236,7 @@ pub fn carry_out(
         (clock, spent) = (Instant::now(), 0.0);
         (driver.iterations, driver.factorisations) = (0, 0);
     }
-    run.events = driver.log.into_events();
+    driver.log.tell(&mut run);
     run
 }
 

@@ -322,6 +322,7 @@ pub fn schedule() -> Schedule {
         initial: Some(Initial { branch: 0, pose: Pose { position: Vector::zeros(), orientation } }),
         steps: vec![],
         increments: false,
+        clearances: false,
     }
 }
 

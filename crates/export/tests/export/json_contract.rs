@@ -1,6 +1,6 @@
 //! The form of `result.json`.
 
-use crate::samples::{broken, run, step, v, y_harness};
+use crate::samples::{among_obstacles, broken, run, step, v, y_harness};
 use serde_json::Value;
 use wireloom_core::equilibrium::{
     OperationResult, PartFamily, PartFault, Run, SpanResult, StationResult, TightestBend,
@@ -226,4 +226,22 @@ fn operations_say_what_they_came_to() {
         { "operation": "clip", "constraint": "clip-J", "reach": 0.5 },
     ]);
     assert_eq!(parsed(&run("y-harness", vec![step]))["steps"][0]["operations"], expected);
+}
+
+#[test]
+fn obstacles_say_what_they_exert_and_clearances_where_they_are() {
+    let value = parsed(&among_obstacles());
+    let floor = &value["steps"][0]["obstacles"]["floor"];
+    assert_eq!(keys(floor), ["position", "orientation", "force", "moment", "contacts", "depth"]);
+    assert_eq!((floats(&floor["force"]), &floor["contacts"]), (vec![0.0, 0.25, 1.5], &serde_json::json!(7)));
+    let [to_post, to_left] = value["clearance"].as_array().unwrap().as_slice() else {
+        panic!("{}", value["clearance"])
+    };
+    assert_eq!(keys(to_post), ["branch", "s", "position", "obstacle", "distance", "required", "at"]);
+    assert_eq!((&to_post["obstacle"], &to_post["required"]), (&"post".into(), &0.006.into()));
+    assert_eq!(to_post["at"], serde_json::json!({ "step": "equilibrium", "step_index": 0, "increment": 1 }));
+    assert_eq!(keys(to_left), ["branch", "s", "position", "other", "other_s", "distance", "required", "at"]);
+    assert_eq!((&to_left["other"], &to_left["other_s"]), (&"left".into(), &0.125.into()));
+    let without = parsed(&run("alone", vec![y_harness()]));
+    assert!(without.get("clearance").is_none() && without["steps"][0].get("obstacles").is_none());
 }

@@ -1,14 +1,14 @@
 //! The picture: well-formed, complete, the same every time. Every sample is also left in the folder
 //! `CARGO_TARGET_TMPDIR`, to be looked at.
 
-use crate::samples::{big_harness, branch, broken, planar, step, straight, v, y_harness};
+use crate::samples::{among_obstacles, big_harness, branch, broken, cube, planar, step, straight, v, y_harness};
 use wireloom_core::equilibrium::{SpanResult, StationResult};
 use wireloom_core::{Status, StepResult};
 use wireloom_export::picture::write;
 
 fn drawn(step: &StepResult, title: &str, file: &str) -> String {
     let mut bytes = Vec::new();
-    write(step, title, &mut bytes).unwrap();
+    write(step, &[], title, &mut bytes).unwrap();
     std::fs::write(format!("{}/{file}.svg", env!("CARGO_TARGET_TMPDIR")), &bytes).unwrap();
     let text = String::from_utf8(bytes).unwrap();
     inspect(&text);
@@ -152,5 +152,30 @@ fn degenerate_input_is_drawn_as_far_as_it_goes() {
     drawn(&point, "point", "point");
     let mut short = y_harness();
     short.branches[0].force.pop();
-    assert_eq!(write(&short, "", &mut Vec::new()).unwrap_err().kind(), std::io::ErrorKind::InvalidInput);
+    assert_eq!(write(&short, &[], "", &mut Vec::new()).unwrap_err().kind(), std::io::ErrorKind::InvalidInput);
+}
+
+/// A body is drawn in every view, within the frame, behind the branches; of a hundred thousand triangles no more than can be seen.
+#[test]
+fn obstacles_lie_behind_the_branches() {
+    let end = among_obstacles().steps.remove(0);
+    let picture = |n: u32| {
+        let mut bytes = Vec::new();
+        write(&end, &[cube(n)], "among obstacles", &mut bytes).unwrap();
+        String::from_utf8(bytes).unwrap()
+    };
+    let (coarse, fine) = (picture(1), picture(130));
+    std::fs::write(format!("{}/obstacles.svg", env!("CARGO_TARGET_TMPDIR")), &fine).unwrap();
+    inspect(&fine);
+    assert!(coarse.contains("<title>a &lt;cube&gt;</title>"));
+    for view in ["front", "side", "above"] {
+        assert_eq!((count(&coarse, view, "obstacle"), count(&fine, view, "obstacle")), (1, 1));
+        let part = &coarse[coarse.find(&format!("id=\"{view}\"")).unwrap()..];
+        assert!(part.find("class=\"obstacles\"").unwrap() < part.find("class=\"branches\"").unwrap());
+        // Of a cube one face is seen: two triangles, four edges.
+        let drawn = &part[part.find("class=\"obstacle\"").unwrap()..];
+        let path = |k: usize| drawn.split("<path d=\"").nth(k).unwrap().split('"').next().unwrap();
+        assert_eq!((path(1).matches('Z').count(), path(2).matches('M').count()), (2, 4), "{view}: {}", path(2));
+    }
+    assert!(fine.len() < 400_000, "{} bytes", fine.len());
 }

@@ -1,11 +1,11 @@
 //! `report.html`.
 
-use crate::samples::{broken, run, v, y_harness};
+use crate::samples::{among_obstacles, broken, run, v, y_harness};
 use wireloom_core::equilibrium::{OperationResult, PartFamily, PartFault, Run, SpanResult, StationResult};
 use wireloom_export::report::{Report, write};
 
 fn page(run: &Run, texts: &[(String, String)]) -> String {
-    let report = Report { run, texts, program: "wireloom 0", machine: "a machine", written: "today" };
+    let report = Report { run, obstacles: &[], texts, program: "wireloom 0", machine: "a machine", written: "today" };
     let mut bytes = vec![];
     write(&report, &mut bytes).expect("written");
     String::from_utf8(bytes).expect("UTF-8")
@@ -141,4 +141,16 @@ fn many_steps_have_pictures_where_something_happened() {
     // The event of the sample is of step 1; the first and the last are always drawn.
     assert_eq!(page.matches("data:image/svg+xml").count(), 3);
     assert!(page.contains("Pictures of 57 steps are left out"));
+}
+
+#[test]
+fn what_touches_and_what_is_near_is_told() {
+    let page = page(&among_obstacles(), &texts());
+    elements(&page);
+    for told in
+        ["<td>floor</td>", "1.500", "obstacle `post`", "branch `left` at s = 125.0 mm", "<td class=\"n\">4.5</td>"]
+    {
+        assert!(page.contains(told), "{told}");
+    }
+    assert!(!self::page(&run("alone", vec![y_harness()]), &texts()).contains("Clearance"));
 }

@@ -1,11 +1,13 @@
 //! Results made by hand.
 
+use std::sync::Arc;
 use wireloom_core::equilibrium::{
-    BranchResult, ConstraintResult, Energy, Event, EventKind, EventPlace, JointResult, Library, MinimiserResult,
-    Moment, Run, StepResult, TightestBend,
+    BranchResult, Clearance, ClearanceFrom, ConstraintResult, Energy, Event, EventKind, EventPlace, JointResult,
+    Library, MinimiserResult, Moment, ObstacleResult, Run, StepResult, TightestBend,
 };
+use wireloom_core::obstacle::{Obstacle, Shape, Surface, Touch};
 use wireloom_core::rotation::{frame_from, orthogonal};
-use wireloom_core::{Rotation, Status, Vector};
+use wireloom_core::{Pose, Rotation, Status, Vector};
 
 pub fn v(x: f64, y: f64, z: f64) -> Vector {
     Vector::new(x, y, z)
@@ -122,6 +124,7 @@ pub fn run(scenario: &str, steps: Vec<StepResult>) -> Run {
         notes: vec!["a remark".into()],
         events: vec![event()],
         steps,
+        clearances: vec![],
         fault: None,
         plugins: vec![Library {
             name: "straps".into(),
@@ -240,6 +243,77 @@ pub fn broken() -> StepResult {
 }
 
 /// An event of some length.
+/// A surface and nothing else.
+struct Drawn(Surface);
+
+impl Shape for Drawn {
+    fn distance(&self, _: &Vector, _: f64) -> f64 {
+        f64::INFINITY
+    }
+    fn touches(&self, _: &Vector, _: f64, _: &mut dyn FnMut(Touch)) {}
+    fn crossing(&self, _: &Vector, _: &Vector) -> Option<f64> {
+        None
+    }
+    fn surface(&self, _: f64) -> Surface {
+        self.0.clone()
+    }
+}
+
+/// A cube of edge 0.2 m, its faces divided `n` times.
+pub fn cube(n: u32) -> Obstacle {
+    let mut surface = Surface::default();
+    for (axis, side) in (0..3).flat_map(|axis| [(axis, 1.0), (axis, -1.0)]) {
+        let first = surface.corners.len() as u32;
+        let at = |k: u32| 0.2 * f64::from(k) / f64::from(n) - 0.1;
+        for (i, j) in (0..=n).flat_map(|i| (0..=n).map(move |j| (i, j))) {
+            let mut corner = v(0.0, 0.0, 0.0);
+            (corner[axis], corner[(axis + 1) % 3], corner[(axis + 2) % 3]) = (0.1 * side, at(i), side * at(j));
+            surface.corners.push(corner);
+        }
+        for (i, j) in (0..n).flat_map(|i| (0..n).map(move |j| (i, j))) {
+            let [a, b, c, d] = [(i, j), (i + 1, j), (i + 1, j + 1), (i, j + 1)].map(|(i, j)| first + i * (n + 1) + j);
+            surface.triangles.extend([[a, b, c], [a, c, d]]);
+        }
+    }
+    Obstacle {
+        name: "a <cube>".into(),
+        kind: "mesh".into(),
+        shape: Arc::new(Drawn(surface)),
+        pose: Pose::identity(),
+        friction: 0.0,
+        min_clearance: None,
+    }
+}
+
+/// Something that touches it, and something that is near.
+pub fn among_obstacles() -> Run {
+    let mut end = y_harness();
+    end.obstacles.push(ObstacleResult {
+        name: "floor".into(),
+        pose: Pose { position: v(0.0, 0.0, -0.2), orientation: Rotation::identity() },
+        force: v(0.0, 0.25, 1.5),
+        moment: v(0.125, 0.0, 0.0),
+        contacts: 7,
+        depth: 2e-7,
+    });
+    let mut run = run("on the floor", vec![end]);
+    let moment = Moment { step: "equilibrium".into(), step_index: 0, increment: 1 };
+    let clearance = |from: ClearanceFrom, required: Option<f64>| Clearance {
+        branch: "trunk".into(),
+        from,
+        distance: 0.0045,
+        s: 0.25,
+        position: v(0.2, 0.0, -0.1),
+        required,
+        moment: moment.clone(),
+    };
+    run.clearances = vec![
+        clearance(ClearanceFrom::Obstacle("post".into()), Some(0.006)),
+        clearance(ClearanceFrom::Branch { name: "left".into(), s: 0.125 }, None),
+    ];
+    run
+}
+
 pub fn event() -> Event {
     let moment = |increment| Moment { step: "pull".into(), step_index: 1, increment };
     Event {

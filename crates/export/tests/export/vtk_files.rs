@@ -3,7 +3,7 @@
 use crate::samples::{broken, run, step, y_harness};
 use std::collections::BTreeMap;
 use wireloom_core::StepResult;
-use wireloom_export::vtk::{SeriesFile, times, write, write_series};
+use wireloom_export::vtk::{SeriesFile, times, write, write_series, write_surfaces};
 
 /// A PolyData file taken apart; every promise of the header is checked on the way.
 struct PolyData {
@@ -157,4 +157,32 @@ fn a_series_counts_steps() {
         })
         .collect();
     assert_eq!(read, files);
+}
+
+#[test]
+fn surfaces_are_polygons_by_obstacle() {
+    let surface = crate::samples::cube(1).shape.surface(1.0);
+    let mut bytes = Vec::new();
+    write_surfaces(&[(3, surface.clone()), (5, surface)], &mut bytes).unwrap();
+    let start = find(&bytes, b"encoding=\"raw\">\n_") + b"encoding=\"raw\">\n_".len();
+    let head = std::str::from_utf8(&bytes[..start]).unwrap();
+    assert!(head.contains("NumberOfPoints=\"48\"") && head.contains("NumberOfPolys=\"24\""), "{head}");
+    let word = |k: usize| i64::from_le_bytes(bytes[start + 8 * k..start + 8 * (k + 1)].try_into().unwrap());
+    // The cell array: its length in bytes, then 12 times each index.
+    assert_eq!((word(0), word(1), word(12), word(13), word(24)), (8 * 24, 3, 3, 5, 5));
+    // Points, connectivity and offsets follow.
+    let connectivity = 25 + 1 + 3 * 48;
+    assert_eq!((word(25), word(connectivity), word(connectivity + 1 + 72)), (8 * 144, 8 * 72, 8 * 24));
+    assert!((0..72).all(|k| (0..48).contains(&word(connectivity + 1 + k))));
+    assert!(bytes.ends_with(b"\n</AppendedData>\n</VTKFile>\n"));
+}
+
+#[test]
+fn files_of_one_time_are_parts() {
+    let file = |file: &str, time| SeriesFile { file: file.into(), time };
+    let mut bytes = Vec::new();
+    write_series(&[file("a", 0.5), file("b", 0.5), file("c", 1.0)], &mut bytes).unwrap();
+    let text = String::from_utf8(bytes).unwrap();
+    let parts: Vec<&str> = text.split("part=\"").skip(1).map(|rest| &rest[..1]).collect();
+    assert_eq!(parts, ["0", "1", "0"]);
 }
