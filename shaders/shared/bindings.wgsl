@@ -82,6 +82,7 @@ struct Control {
     previous: u32,
     since: u32,
     cycles: u32,
+    patience: u32,
 }
 
 @group(0) @binding(0) var<uniform> places: Places;

@@ -11,7 +11,6 @@ const ARMIJO: real = real(1e-4);
 const SHORTEST: real = real(1e-10);
 const LAST_TURN: real = real(1e-3);
 const POLISHES: u32 = 3u;
-const STALLED_AFTER: u32 = 4u;
 const SETTLED_SHARE: real = real(0.1);
 // Steps of the gradient method from one factorisation to the next.
 const REFRESH: u32 = 20u;

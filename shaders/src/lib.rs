@@ -32,8 +32,9 @@
 //!
 //! All stages exist in f32 and f64; rotations need sums, products, quotients and square roots alone. In both, positions are sums of two numbers
 //! (a value and its carry), so edges do not suffer from the round-off of coordinates. What f32 does suffer from is the strain, which is the
-//! difference of an edge and a frame's axis: forces are certain to about 6e-8 EA only, and the relative residual that f32 can certify is
-//! that over the force scale. For a cable of EA = 20 kN that weighs 1 N it is 1e-3: good for a picture, to be polished in f64 for a result.
+//! difference of an edge and a frame's axis: forces are certain to about 6e-8 EA, and the relative residual that f32 is sure of is that over
+//! the force scale, 1e-3 for a cable of EA = 20 kN that weighs 1 N. Settling brings it down further, by one or two digits as a rule: good for a
+//! picture, to be polished in f64 for a result.
 
 pub mod cost;
 pub mod elimination;

@@ -101,11 +101,12 @@ pub struct Memory {
 /// Motion (m or rad) below which a hold stands still.
 const STANDING: f64 = 1e-14;
 
-/// Share of the energy that is round-off: sums of this many digits lose about two of them.
-fn noise(real: Real) -> f64 {
+/// Share of the energy that is round-off, for sums of this many digits lose about two of them; and steps in a row that may bring nothing else.
+/// f64 has digits to spare, so that further steps may get lucky; f32 has not.
+fn round_off(real: Real) -> (f64, u32) {
     match real {
-        Real::F32 => 1e-6,
-        Real::F64 => 1e-14,
+        Real::F32 => (1e-6, 1),
+        Real::F64 => (1e-14, 4),
     }
 }
 
@@ -225,11 +226,13 @@ impl Memory {
             let entry = self.places.holds_numbers as usize + sizes::HOLD as usize * k + 14;
             self.number3(entry, variant).amax() > STANDING
         });
+        let (noise, patience) = round_off(real);
         self.control[variant] = Control {
             force_scale: stop.force_scale,
             moment_scale: stop.moment_scale,
             tolerance: stop.tolerance,
-            noise: noise(real),
+            noise,
+            patience,
             unit: 1.0,
             phase: if moving { Phase::Linearise } else { Phase::Search } as u32,
             current: self.control[variant].current,

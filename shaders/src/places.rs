@@ -164,6 +164,8 @@ pub struct Control<R> {
     pub since: u32,
     /// Cycles it took part in.
     pub cycles: u32,
+    /// Steps in a row without progress but for round-off after which it is called stalled.
+    pub patience: u32,
 }
 
 impl Places {
@@ -231,7 +233,7 @@ impl Control<f64> {
     }
 
     /// Its words, in order.
-    pub fn words(&self) -> [u32; 16] {
+    pub fn words(&self) -> [u32; 17] {
         [
             self.phase,
             self.outcome,
@@ -249,6 +251,7 @@ impl Control<f64> {
             self.previous,
             self.since,
             self.cycles,
+            self.patience,
         ]
     }
 
@@ -293,6 +296,7 @@ impl Control<f64> {
             previous: word(),
             since: word(),
             cycles: word(),
+            patience: word(),
         }
     }
 }
@@ -356,7 +360,7 @@ mod tests {
         ($real:ty) => {
             offsets!(Control<$real>: force_scale moment_scale tolerance noise energy trial_energy slope alpha largest_turn sigma
                 residual trial_residual last_turn unit beta product phase outcome current moving begun iterations factorisations evaluations stalled
-                polished max_iterations negative algorithm previous since cycles)
+                polished max_iterations negative algorithm previous since cycles patience)
         };
     }
 

@@ -19,13 +19,16 @@ fn main(
     let variant = it.variant;
     control[variant].cycles += 1u;
     let c = control[variant];
+    let noise = c.noise * max(abs(c.energy), c.moment_scale);
     var energy = c.trial_energy;
     var residual = c.trial_residual;
     var slot = TRIAL;
     if c.phase == SETTLE {
         let settled = measured(variant);
         control[variant].evaluations += 1u;
-        if settled.energy <= energy {
+        // Where round-off hides which of them is lower, the forces say.
+        let close = settled.energy <= energy + noise && settled.residual < residual;
+        if settled.energy <= energy || close {
             energy = settled.energy;
             residual = settled.residual;
             slot = SETTLED;
@@ -42,7 +45,6 @@ fn main(
             return;
         }
     } else {
-        let noise = c.noise * max(abs(c.energy), c.moment_scale);
         let hidden = -c.slope <= noise;
         let lower = energy <= c.energy + ARMIJO * c.alpha * c.slope + noise;
         if !finite || !(lower || (hidden && residual <= real(0.5) * c.residual)) {
@@ -70,7 +72,13 @@ fn main(
             return;
         }
         control[variant].last_turn = c.alpha * c.largest_turn;
-        control[variant].stalled = select(0u, c.stalled + 1u, hidden && residual > real(0.5) * c.residual);
+        let stalled = select(0u, c.stalled + 1u, hidden && residual > real(0.5) * c.residual);
+        control[variant].stalled = stalled;
+        if stalled >= c.patience && c.residual <= residual {
+            // The state at hand is the better one.
+            end(variant, STALLED);
+            return;
+        }
         if c.sigma > real(0.0) {
             let sigma = c.sigma * select(LOWER, real(4.0), c.alpha < real(0.25));
             control[variant].sigma = select(sigma, real(0.0), sigma < real(0.1) * FIRST_SHIFT * c.force_scale);
@@ -90,7 +98,7 @@ fn main(
         control[variant].polished += 1u;
         control[variant].sigma = real(0.0);
     }
-    if now.stalled >= STALLED_AFTER {
+    if now.stalled >= now.patience {
         end(variant, STALLED);
     } else if now.iterations >= now.max_iterations {
         end(variant, ITERATION_LIMIT);

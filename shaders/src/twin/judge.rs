@@ -1,6 +1,6 @@
 use super::shared::limits::{
-    ARMIJO, FIRST_SHIFT, LARGEST_SHIFT, LAST_TURN, LOWER, OLD, POLISHES, RAISE_AFTER_SEARCH, REFRESH, SHORTEST,
-    STALLED_AFTER, end, is_finite,
+    ARMIJO, FIRST_SHIFT, LARGEST_SHIFT, LAST_TURN, LOWER, OLD, POLISHES, RAISE_AFTER_SEARCH, REFRESH, SHORTEST, end,
+    is_finite,
 };
 use super::shared::partials::measured;
 use crate::memory::Memory;
@@ -13,11 +13,14 @@ use crate::places::{Outcome, Phase};
 pub(crate) fn judge(m: &mut Memory, _: &Range, _: usize, variant: usize) {
     m.control[variant].cycles += 1;
     let c = m.control[variant];
+    let noise = c.noise * c.energy.abs().max(c.moment_scale);
     let (mut energy, mut residual, mut slot) = (c.trial_energy, c.trial_residual, 1);
     if c.phase == Phase::Settle as u32 {
         let settled = measured(m, variant);
         m.control[variant].evaluations += 1;
-        if settled.energy <= energy {
+        // Where round-off hides which of them is lower, the forces say.
+        let close = settled.energy <= energy + noise && settled.residual < residual;
+        if settled.energy <= energy || close {
             (energy, residual, slot) = (settled.energy, settled.residual, 2);
         }
     }
@@ -33,7 +36,6 @@ pub(crate) fn judge(m: &mut Memory, _: &Range, _: usize, variant: usize) {
             return;
         }
     } else {
-        let noise = c.noise * c.energy.abs().max(c.moment_scale);
         let hidden = -c.slope <= noise;
         let lower = energy <= c.energy + ARMIJO * c.alpha * c.slope + noise;
         if !finite || !(lower || (hidden && residual <= 0.5 * c.residual)) {
@@ -62,6 +64,11 @@ pub(crate) fn judge(m: &mut Memory, _: &Range, _: usize, variant: usize) {
         }
         own.last_turn = c.alpha * c.largest_turn;
         own.stalled = if hidden && residual > 0.5 * c.residual { c.stalled + 1 } else { 0 };
+        if own.stalled >= c.patience && c.residual <= residual {
+            // The state at hand is the better one.
+            end(m, variant, Outcome::Stalled);
+            return;
+        }
         if c.sigma > 0.0 {
             let sigma = c.sigma * if c.alpha < 0.25 { 4.0 } else { LOWER };
             own.sigma = if sigma < 0.1 * FIRST_SHIFT * c.force_scale { 0.0 } else { sigma };
@@ -81,7 +88,7 @@ pub(crate) fn judge(m: &mut Memory, _: &Range, _: usize, variant: usize) {
         own.polished += 1;
         own.sigma = 0.0;
     }
-    if now.stalled >= STALLED_AFTER {
+    if now.stalled >= now.patience {
         end(m, variant, Outcome::Stalled);
     } else if now.iterations >= now.max_iterations {
         end(m, variant, Outcome::IterationLimit);

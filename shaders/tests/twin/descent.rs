@@ -152,7 +152,7 @@ fn the_gradient_method_finds_what_newton_finds() {
         let off = off.map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
         assert!(off < 1e-6, "harness {h}: {off} m apart");
     }
-    assert_eq!(work, [[22, 3, 67], [45, 25, 104], [21, 3, 64], [19, 17, 48]]);
+    assert_eq!(work, [[22, 3, 67], [44, 25, 102], [21, 3, 64], [19, 17, 48]]);
 }
 
 #[test]
@@ -184,4 +184,32 @@ fn what_is_held_in_part_is_free_in_the_rest() {
     let axis = nalgebra::Vector3::z();
     assert!((last * axis - turned * axis).norm() < 1e-14);
     assert!(last.angle_to(&turned) > 1e-2, "the twist was left to it");
+}
+
+/// Every number that a stage leaves is rounded to f32, as on a device; within a stage the twins go on in f64.
+#[test]
+fn numbers_of_single_precision_come_near_to_balance() {
+    let mut work = vec![];
+    for (h, builder) in [cable(1, 30), fork(2, 10, false), fork(3, 10, true), ring(4, 6)].into_iter().enumerate() {
+        let builder = plugged(builder);
+        let plan = Plan::new(builder.harness.links(), 8);
+        let mut memory = Memory::new(&plan, 1);
+        memory.set_harness(&plan, 0, &builder.harness).expect("its own links");
+        memory.set_shape(&plan, 0, &builder.shape);
+        memory.begin(0, &Stop { tolerance: 1e-6, ..STOP }, Real::F32);
+        while memory.control[0].outcome == Outcome::None as u32 {
+            for dispatch in plan.cycle() {
+                twin::run(&mut memory, dispatch);
+                for which in Buffer::ALL {
+                    let bytes = memory.bytes(which, Real::F32);
+                    memory.take(which, Real::F32, &bytes);
+                }
+            }
+        }
+        let control = &memory.control[0];
+        // EA ε over the force scale is 900 N × 6e-8 / 0.3 N = 1.8e-4: what is found is better, for points settle.
+        assert!(control.residual < 2e-5 && control.outcome != Outcome::Failed as u32, "harness {h}: {control:?}");
+        work.push(control.iterations);
+    }
+    assert_eq!(work, [5, 14, 9, 10]);
 }

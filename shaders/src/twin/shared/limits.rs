@@ -23,8 +23,6 @@ pub(crate) const SHORTEST: f64 = 1e-10;
 pub(crate) const LAST_TURN: f64 = 1e-3;
 /// Steps that such a state is given.
 pub(crate) const POLISHES: u32 = 3;
-/// Iterations without progress after which the state is called stalled.
-pub(crate) const STALLED_AFTER: u32 = 4;
 /// Share of the tolerance below which forces on points are not settled.
 pub(crate) const SETTLED_SHARE: f64 = 0.1;
 /// Steps of the gradient method from one factorisation to the next.
