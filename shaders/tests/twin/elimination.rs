@@ -75,7 +75,7 @@ fn small_leaves_make_few_levels() {
 #[test]
 fn a_cycle_moves_what_is_written_down() {
     let traffic = |builder: Builder, leaf| Plan::new(builder.harness.links(), leaf).traffic();
-    let of = |dispatches, numbers| Traffic { dispatches, numbers };
+    let of = |dispatches, numbers, walk| Traffic { dispatches, numbers, walk };
     assert_eq!(
         [
             traffic(cable(1, 1000), 8),
@@ -83,6 +83,6 @@ fn a_cycle_moves_what_is_written_down() {
             traffic(fork(1, 60, false), usize::MAX),
             traffic(fork(1, 60, true), usize::MAX),
         ],
-        [of(81, 2_202_520), of(102, 21_773_723), of(39, 221_773), of(39, 222_897)]
+        [of(81, 2_202_520, 1455), of(102, 21_773_723, 1934), of(39, 221_773, 2138), of(39, 222_897, 3595)]
     );
 }
