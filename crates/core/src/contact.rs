@@ -30,6 +30,7 @@ use cables::Cables;
 use serde::{Deserialize, Serialize};
 
 pub use cables::Overlap;
+pub use look::Inside;
 pub use update::{Rounds, Touching};
 
 /// Largest distance between spots, in radii: whatever comes between two of them touches one before it touches the centre line.

@@ -1,10 +1,23 @@
 //! Where the harness lies before anything acts on it: its rest shape, or the curves it was drawn along.
 
 use nalgebra::Unit;
+use wireloom_core::contact::Inside;
 use wireloom_core::network::{BranchEnd, Fixing, Joint, Place};
+use wireloom_core::problem::{Conditions, Problem};
 use wireloom_core::rotation::{columns, shortest, twist_angle};
 use wireloom_core::steps::Schedule;
 use wireloom_core::{Matrix, Network, Pose, Rotation, State, Vector};
+
+/// Where a harness that is laid out by drawn paths or by `initial` is deepest inside an obstacle, if it is, and is not to be pushed out of
+/// it ([`wireloom_core::obstacle::ContactSettings::resolve`]). A start that the program finds by itself is always pushed out.
+pub fn inside(network: &Network, schedule: &Schedule) -> Option<Inside> {
+    let drawn = schedule.initial.is_some() || network.branches.iter().any(|branch| !branch.path.is_empty());
+    if network.obstacles.is_empty() || network.contact.resolve || !drawn {
+        return None;
+    }
+    let state = place(network, schedule);
+    Problem::new(network, Conditions::new(network, schedule.gravity, &state)).deepest_inside(&state)
+}
 
 /// A state to start from: along the drawn paths where all branches of a piece have one, else the rest shape,
 /// laid where `initial` says or at the piece's best fixing.

@@ -9,6 +9,21 @@ const REACH: f64 = 12.0;
 /// A spot watches what is nearer than its radius and so many radii.
 const MARGIN: f64 = 1.0;
 
+/// A place of a cable whose centre line is inside a body.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Inside {
+    /// Index of the branch.
+    pub branch: usize,
+    /// Arc length, m.
+    pub s: f64,
+    /// Where it is, m.
+    pub position: Vector,
+    /// Index of the obstacle.
+    pub obstacle: usize,
+    /// How deep, m.
+    pub depth: f64,
+}
+
 impl Contacts {
     /// Whether spot `i`, which is at `x`, may touch something that it does not watch.
     fn has_gone_far(&self, i: usize, x: &Vector) -> bool {
@@ -61,6 +76,28 @@ impl Problem<'_> {
                 moves && !contacts.watched[i as usize].is_empty()
             }));
         }
+    }
+
+    /// The place where a centre line is deepest inside a body at `state`, but for what is held there; `None` where none is.
+    pub fn deepest_inside(&mut self, state: &State) -> Option<Inside> {
+        let network = self.network;
+        self.note_held_near();
+        let mut deepest: Option<Inside> = None;
+        for spot in &self.contacts.spots {
+            let x = position(network, state, spot);
+            let radius = 0.5 * network.branches[spot.branch].section.diameter;
+            for (o, obstacle) in network.obstacles.iter().enumerate() {
+                let own = self.conditions.contact.poses[o].inverse().compose(&Pose { position: x, ..Pose::identity() });
+                let depth = -obstacle.shape.distance(&own.position, radius);
+                let let_be = self.touch_radius(state, spot, o as u32) < 0.5 * radius;
+                if depth > deepest.as_ref().map_or(0.0, |deepest| deepest.depth) && !let_be {
+                    let lengths = &state.rest_lengths[network.branches[spot.branch].points.start..];
+                    let s = lengths[..spot.segment].iter().sum::<f64>() + lengths[spot.segment] * spot.share;
+                    deepest = Some(Inside { branch: spot.branch, s, position: x, obstacle: o, depth });
+                }
+            }
+        }
+        deepest
     }
 
     /// Where an obstacle stands from now on.

@@ -1,0 +1,156 @@
+//! Cables that touch obstacles and each other, by the whole program: closed forms, and random scenes.
+
+use std::f64::consts::PI;
+use wireloom::core::equilibrium::{Run, StepResult};
+use wireloom::core::{Rotation, Status, Vector};
+use wireloom::solve::Control;
+
+/// Runs a scenario.
+fn run(text: &str) -> Run {
+    let registry = wireloom::registry();
+    let (_, built) = wireloom::load(text, &registry).unwrap_or_else(|faults| panic!("{faults:?}"));
+    wireloom::run(built, &mut |_, _| Control::Continue)
+}
+
+/// A scenario of `scenarios/contact`, in which some texts are replaced; it must converge.
+#[track_caller]
+fn converged(name: &str, changes: &[(&str, &str)]) -> Run {
+    let path = wireloom_tests::root().join("scenarios/contact").join(name);
+    let mut text = std::fs::read_to_string(&path).unwrap_or_else(|e| panic!("{}: {e}", path.display()));
+    for (from, to) in changes {
+        assert!(text.contains(from), "{name} says {from}");
+        text = text.replace(from, to);
+    }
+    let run = run(&text);
+    assert_eq!(run.status, Status::Converged, "{name}: {:?} {:?}", run.notes, run.events);
+    run
+}
+
+fn force(step: &StepResult, constraint: &str) -> Vector {
+    step.constraints.iter().find(|c| c.name == constraint).expect("a constraint of this name").force
+}
+
+/// With l the length that hangs free, `l⁴ = 72 EI h/q`, the clamp bears `2 q l/3` and the floor all else: of small slopes, to a hundredth.
+#[test]
+fn a_heavy_cable_lies_on_a_plane_as_a_beam_does() {
+    let (q, h, ei, length) = (0.12 * 9.81, 0.006, 0.05, 1.2);
+    let free = (72.0_f64 * ei * h / q).powf(0.25);
+    let run = converged("cable_on_plane.toml", &[]);
+    let step = &run.steps[0];
+    let (held, floor) = (force(step, "plug-A").z, step.obstacles[0].force.z);
+    assert!((held - 2.0 * q * free / 3.0).abs() < 0.01 * held, "{held} N held, {} N expected", 2.0 * q * free / 3.0);
+    assert!((held + floor - q * length).abs() < 1e-6 * q * length, "{held} N + {floor} N");
+    // Where it comes down: nodes beyond it lie on the floor.
+    let cable = &step.branches[0];
+    let down = cable.s.iter().zip(&cable.position).find(|(_, x)| x.z < 0.004 + 1e-6).expect("it comes down").0;
+    assert!((down - free).abs() < 0.02 * free + 0.005, "down at {down} m, {free} m expected");
+    assert!(cable.position.iter().all(|x| x.z > 0.004 * (1.0 - 1e-3)), "nothing is below the floor");
+}
+
+/// Euler 1762, Eytelwein 1793: it slips where the pulls are as `exp(μ θ)`.
+#[test]
+fn a_cable_slips_on_a_drum_at_the_pull_of_the_capstan() {
+    let run = converged("capstan.toml", &[]);
+    let step = run.steps.last().expect("steps");
+    let (ratio, expected) = (-force(step, "hand").z / 2.0, (0.2 * PI).exp());
+    assert!((ratio / expected - 1.0).abs() < 0.02, "{ratio}, {expected} expected");
+}
+
+/// What one cable bears the other gives; and each is its own mirror image.
+#[test]
+fn crossed_cables_rest_on_each_other() {
+    let run = converged("crossed_cables.toml", &[]);
+    let step = run.steps.last().expect("steps");
+    let all: f64 = ["A", "B", "C", "D"].iter().map(|end| force(step, &format!("plug-{end}")).z).sum();
+    let weight = 2.0 * 0.6 * 0.12 * 9.81;
+    assert!((all - weight).abs() < 1e-5 * weight, "{all} N, {weight} N expected");
+    for branch in &step.branches {
+        let n = branch.position.len();
+        for i in 0..n {
+            let (x, y) = (branch.position[i], branch.position[n - 1 - i]);
+            assert!((x.z - y.z).abs() < 1e-6, "{}: node {i} at {x:?}, its image at {y:?}", branch.name);
+        }
+    }
+    let [lower, upper] = [0, 1].map(|b| step.branches[b].position[step.branches[b].position.len() / 2]);
+    let gap = (upper - lower).norm();
+    assert!((gap - 0.008).abs() < 0.008 * 2e-3, "{gap} m between the centre lines");
+}
+
+/// A box of half sizes `half`, turned about z: how far a point is from it, m; negative inside.
+fn box_distance(x: &Vector, centre: &Vector, half: &Vector, turn: f64) -> f64 {
+    let own = Rotation::from_axis_angle(&Vector::z_axis(), -turn) * (x - centre);
+    let off = own.abs() - half;
+    off.map(|d| d.max(0.0)).norm() + off.max().min(0.0)
+}
+
+/// Random harnesses of three arms, held at one end, let down onto random boxes on a floor; of every hundred at most three may not converge, and
+/// must say so.
+#[test]
+fn random_harnesses_lie_on_random_boxes_without_entering_them() {
+    let drops: u64 = std::env::var("WIRELOOM_DROPS").ok().and_then(|n| n.parse().ok()).unwrap_or(40);
+    let mut lost = Vec::new();
+    for seed in 0..drops {
+        let mut rng = fastrand::Rng::with_seed(seed);
+        let mut between = |a: f64, b: f64| a + (b - a) * rng.f64();
+        let mut text = String::from("schema = 1\nname = \"drop\"\n");
+        let diameter = between(0.006, 0.012);
+        text += &format!(
+            "[sections.cable]\ndiameter = {diameter}\nlinear_density = {}\naxial_stiffness = 1e4\nbending_stiffness = {}\n\
+             torsion_stiffness = {}\n",
+            between(0.05, 0.15),
+            between(0.003, 0.02),
+            between(0.003, 0.015)
+        );
+        for (name, from, to) in [("trunk", "A", "J"), ("left", "J", "B"), ("right", "J", "C")] {
+            let length = between(0.2, 0.4);
+            text += &format!(
+                "[[branches]]\nname = \"{name}\"\nfrom = \"{from}\"\nto = \"{to}\"\nsection = \"cable\"\nlength = {length}\n\
+                 segments = {}\n",
+                (length / 0.02).ceil()
+            );
+        }
+        text += "[[joints]]\nname = \"J\"\narms = [\n  { branch = \"trunk\", direction = [-1, 0, 0], up = [0, 0, 1] },\n  \
+                 { branch = \"left\", direction = [0.8, 0.6, 0], up = [0, 0, 1] },\n  \
+                 { branch = \"right\", direction = [0.8, -0.6, 0], up = [0, 0, 1] },\n]\n";
+        text += "[[constraints]]\nname = \"hand\"\nkind = \"connector\"\nat = { end = \"A\" }\nposition = [-0.3, 0, 0.4]\n\
+                 tangent = [1, 0, 0]\nup = [0, 0, 1]\n[initial]\nbranch = \"trunk\"\nposition = [-0.3, 0, 0.4]\ntangent = [1, 0, 0]\n\
+                 up = [0, 0, 1]\n";
+        let mut boxes = Vec::new();
+        for k in 0..3 {
+            let half = Vector::new(between(0.04, 0.12), between(0.04, 0.12), between(0.03, 0.08));
+            let centre = Vector::new(between(-0.05, 0.45), between(-0.25, 0.25), half.z);
+            let turn = between(0.0, PI);
+            text += &format!(
+                "[[obstacles]]\nname = \"box {k}\"\nshape = \"box\"\nsize = [{}, {}, {}]\nposition = [{}, {}, {}]\n\
+                 orientation = [{}, 0, 0, {}]\n",
+                2.0 * half.x,
+                2.0 * half.y,
+                2.0 * half.z,
+                centre.x,
+                centre.y,
+                centre.z,
+                (0.5 * turn).cos(),
+                (0.5 * turn).sin()
+            );
+            boxes.push((centre, half, turn));
+        }
+        text += "[[obstacles]]\nname = \"floor\"\nshape = \"plane\"\npoint = [0, 0, 0]\nnormal = [0, 0, 1]\n";
+        text += "[[steps]]\nname = \"let down\"\nincrements = 8\n[[steps.move]]\nconstraint = \"hand\"\nposition = [-0.3, 0, 0.06]\n";
+        let run = run(&text);
+        let radius = 0.5 * diameter;
+        for step in run.steps.iter().filter(|step| step.status == Status::Converged) {
+            for branch in &step.branches {
+                for x in &branch.position {
+                    let bodies = boxes.iter().map(|(centre, half, turn)| box_distance(x, centre, half, *turn));
+                    let distance = bodies.fold(x.z, f64::min);
+                    // Nodes are drawn ℓ²κ/24 beside the corners of the mesh, which are kept out to 1e-4 of the radius.
+                    assert!(distance > 0.93 * radius, "seed {seed}: {} m deep at {x:?}", radius - distance);
+                }
+            }
+        }
+        if run.status != Status::Converged {
+            lost.push((seed, run.status));
+        }
+    }
+    assert!(lost.len() as u64 * 100 <= 3 * drops.max(34), "{} of {drops} did not converge: {lost:?}", lost.len());
+}
