@@ -24,7 +24,17 @@ pub struct Points<'a> {
 const DRAWN: usize = 1500;
 /// Results that are open to begin with: those of the whole harness.
 const WHOLE: [(&str, &str); 3] = [("bend_radius", "m"), ("force", "N"), ("energy.total", "J")];
-/// Results of single branches and fixings that have a section.
+/// Results of its parts, and what the sweep asks for, by the beginnings of their names.
+const PARTS: [(&str, &str); 7] = [
+    ("position_x.", "m"),
+    ("position_y.", "m"),
+    ("position_z.", "m"),
+    ("tension.", "N"),
+    ("slack.", "m"),
+    ("bend_radius.", "m"),
+    ("force.", "N"),
+];
+/// So many of them have a section.
 const MORE: usize = 40;
 
 /// Writes the page.
@@ -113,18 +123,16 @@ fn keys(table: &Table) -> Vec<&str> {
     table.columns.iter().map(|(name, _)| name.as_str()).skip(1).take_while(|name| *name != "status").collect()
 }
 
-/// Results that differ from point to point: those of the whole harness, then those of its parts.
+/// Results that differ from point to point: those of the whole harness, then what the sweep asks for and those of its parts.
 fn results(table: &Table) -> Vec<Series<'_>> {
     let whole = WHOLE.iter().filter_map(|(name, unit)| Series::of(table, name, unit));
-    let part = |(name, _): &'_ (String, Column)| {
-        [("bend_radius.", "m"), ("force.", "N")]
-            .into_iter()
-            .find(|(start, _)| name.starts_with(start))
-            .map(|(_, unit)| unit)
-    };
     let keys = keys(table);
-    let parts = table.columns.iter().filter(|(name, _)| !keys.contains(&name.as_str()));
-    let parts = parts.filter_map(|column| Series::of(table, &column.0, part(column)?));
+    let named = |start: &str| -> Vec<&str> {
+        let names = table.columns.iter().map(|(name, _)| name.as_str());
+        names.filter(|name| name.starts_with(start) && !keys.contains(name)).collect()
+    };
+    let parts = PARTS.iter().flat_map(|(start, unit)| named(start).into_iter().map(move |name| (name, *unit)));
+    let parts = parts.filter_map(|(name, unit)| Series::of(table, name, unit));
     whole.chain(parts.take(MORE)).filter(Series::varies).collect()
 }
 

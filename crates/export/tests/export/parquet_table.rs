@@ -79,6 +79,8 @@ fn the_report_shows_how_results_respond() {
         ("force".to_owned(), numbers(|k| 5.0 + 2.0 * k)),
         ("bend_radius".to_owned(), numbers(|k| if k > 10.0 { f64::INFINITY } else { k })),
         ("energy.total".to_owned(), numbers(|_| 7.0)),
+        ("force.plug".to_owned(), numbers(|k| k)),
+        ("slack.left arm".to_owned(), numbers(|k| 0.1 - 1e-3 * k)),
     ];
     let table = Table { columns, notes: vec![("wireloom.text".into(), "schema = 1 # <text>".into())] };
     let points = Points { title: "a & b", table: &table, program: "wireloom", written: "today" };
@@ -88,7 +90,10 @@ fn the_report_shows_how_results_respond() {
     assert!(text.contains("a &amp; b: 50 points") && text.contains("&lt;text&gt;"));
     // From 5 N to 103 N over the whole range of the key, all of it explained by the key.
     assert!(text.contains("+9.800e1") && text.contains("explains 100.0 %"), "{text}");
-    // Two results vary, each with a histogram and a response to the one key that does.
-    assert_eq!(text.matches("<svg").count(), 4);
+    // Four results vary, each with a histogram and a response to the one key that does; what was asked for comes first.
+    assert_eq!(text.matches("<svg").count(), 8);
+    let [whole, asked, part] = ["<summary>force [N]", "<summary>slack.left arm [m]", "<summary>force.plug [N]"]
+        .map(|summary| text.find(summary).unwrap_or_else(|| panic!("no {summary}")));
+    assert!(whole < asked && asked < part);
     assert!(!text.contains("NaN") && !text.contains("<key>"));
 }
