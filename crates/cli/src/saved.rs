@@ -29,7 +29,7 @@ use wireloom::scenario::Setting;
 use wireloom::solve::checkpoint::{Checkpoint, Resumed};
 
 /// Changes with what the files mean.
-const FORMAT: u32 = 2;
+const FORMAT: u32 = 3;
 const ORIGIN: &str = "origin.json";
 const RESULTS: &str = "results";
 const STANDING: &str = "standing";

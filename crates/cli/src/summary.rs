@@ -60,7 +60,10 @@ fn steps(run: &Run, out: &mut dyn Write) -> io::Result<()> {
             } else {
                 format!("{} of {}", end.increment, end.increments)
             },
-            m.iterations.to_string(),
+            match m.polish {
+                0 => m.iterations.to_string(),
+                polish => format!("{} ({polish} to polish)", m.iterations),
+            },
             time(m.seconds),
             format!("{:.0e}", m.force_residual),
             format!("{:.4}", end.energy.total()),

@@ -1,5 +1,6 @@
 //! The trait of a constraint: what acts on stations of the harness, or along a span of a branch.
 
+use crate::law::SpringLaw;
 use crate::{Matrix, Pose, Vector};
 use nalgebra::Unit;
 use std::ops::RangeInclusive;
@@ -181,6 +182,10 @@ pub enum Action<'a> {
 pub trait Constraint: Send + Sync {
     /// How it acts.
     fn action(&self) -> Action<'_>;
+    /// The energy of a [`Potential`] as plain numbers, if it is of that form and acts on one station alone.
+    fn law(&self) -> Option<SpringLaw> {
+        None
+    }
     /// Whether it needs its stations to have frames.
     fn needs_frame(&self) -> bool {
         match self.action() {

@@ -21,7 +21,7 @@ pub struct Run {
     pub steps: Vec<StepResult>,
     /// How near cables came to what is about them, over all increments.
     pub clearances: Vec<Clearance>,
-    /// What ended the run before its time, where a constraint or joint did.
+    /// What ended the run before its time, where a constraint, a joint or the minimiser did.
     pub fault: Option<PartFault>,
     /// Libraries that brought kinds of their own.
     pub plugins: Vec<Library>,
@@ -34,6 +34,8 @@ pub enum PartFamily {
     Constraint,
     /// A joint.
     Joint,
+    /// The minimiser, whose kind is its name.
+    Minimiser,
 }
 
 impl PartFamily {
@@ -42,11 +44,12 @@ impl PartFamily {
         match self {
             PartFamily::Constraint => "constraint",
             PartFamily::Joint => "joint",
+            PartFamily::Minimiser => "minimiser",
         }
     }
 }
 
-/// A constraint or joint of which nothing may be relied on any more: the increment that it happened in is not part of the result.
+/// A constraint, joint or minimiser of which nothing may be relied on any more: the increment that it happened in is not part of the result.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct PartFault {
     /// Which it is.
@@ -469,6 +472,8 @@ pub struct MinimiserResult {
     pub kind: String,
     /// Iterations, over all increments of the step so far.
     pub iterations: usize,
+    /// How many of them another minimiser made to finish; see [`crate::minimiser::Report::polish`].
+    pub polish: usize,
     /// Factorisations, likewise.
     pub factorisations: usize,
     /// Time, s, likewise.

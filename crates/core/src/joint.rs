@@ -1,5 +1,6 @@
 //! The trait of a joint: what holds the arms of a break-out together.
 
+use crate::law::JointLaw;
 use crate::{Matrix, Rotation, Section, Vector};
 
 /// One arm of a joint, as its model sees it.
@@ -76,6 +77,11 @@ pub trait JointModel: Send + Sync {
 
     /// Adds ∂²E/∂θ_a∂θ_b to `hessian[a * k + b]` for b ≤ a (N m).
     fn add_hessian(&self, _frames: &[Rotation], _hessian: &mut [Matrix]) {}
+
+    /// The energy as plain numbers, if it is of that form.
+    fn law(&self) -> Option<JointLaw> {
+        None
+    }
 
     /// Why nothing it has said may be relied on any more, if so (a plugin that crashed or took too long); the run then ends.
     fn fault(&self) -> Option<String> {

@@ -22,6 +22,7 @@ pub mod equilibrium;
 pub mod event;
 pub mod fixings;
 pub mod joint;
+pub mod law;
 pub mod minimiser;
 pub mod network;
 pub mod obstacle;

@@ -1,6 +1,7 @@
 //! The trait of a minimiser, and what it says when it is done.
 
-use crate::{Problem, State};
+use crate::registry::BuildError;
+use crate::{Network, Problem, State};
 use serde::{Deserialize, Serialize};
 
 /// How a run, a step or an increment ended.
@@ -53,6 +54,8 @@ pub struct Report {
     pub status: Status,
     /// Linear systems solved (or line searches made).
     pub iterations: usize,
+    /// How many of them another minimiser made, to finish what this one could not certify (in single precision, say).
+    pub polish: usize,
     /// Matrices factorised.
     pub factorisations: usize,
     /// Energy-and-gradient evaluations.
@@ -74,4 +77,16 @@ pub trait Minimiser {
     fn minimise(&mut self, problem: &mut Problem<'_>, state: &mut State, stop: &Stop) -> Report;
     /// Forgets what it remembers of earlier calls: the next one gives the same bits as that of a new minimiser.
     fn forget(&mut self);
+    /// Whether it can work on this harness; asked before a run begins.
+    ///
+    /// # Errors
+    /// The part it has no law for, by name, and what would be right.
+    fn accepts(&self, _network: &Network) -> Result<(), BuildError> {
+        Ok(())
+    }
+    /// Why nothing it says may be relied on any more, if so (a device that was lost); the run then ends, and keeps what is
+    /// finished.
+    fn fault(&self) -> Option<String> {
+        None
+    }
 }

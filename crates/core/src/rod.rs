@@ -1,5 +1,6 @@
 //! The trait of a rod: one object for each branch.
 
+use crate::law::RodLaw;
 use crate::{Matrix, Rotation, Section, Vector};
 
 /// How a branch is divided, and which frames it has.
@@ -308,4 +309,9 @@ pub trait RodSegment: Send + Sync {
 
     /// Rotation of frame c + 1 relative to frame c at rest, for each coupling.
     fn rest_rotation(&self, coupling: usize) -> Rotation;
+
+    /// The energy as plain numbers, if it is of that form.
+    fn law(&self) -> Option<RodLaw> {
+        None
+    }
 }

@@ -121,6 +121,8 @@ struct Fault<'a> {
     constraint: Option<&'a str>,
     #[serde(skip_serializing_if = "Option::is_none")]
     joint: Option<&'a str>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    minimiser: Option<&'a str>,
     kind: &'a str,
     step: &'a str,
     increment: usize,
@@ -132,7 +134,8 @@ impl<'a> Fault<'a> {
         let PartFault { family, name, kind, step, increment, message } = fault;
         let named = |which: PartFamily| (*family == which).then_some(name.as_str());
         let (constraint, joint) = (named(PartFamily::Constraint), named(PartFamily::Joint));
-        Self { constraint, joint, kind, step, increment: *increment, message }
+        let minimiser = named(PartFamily::Minimiser);
+        Self { constraint, joint, minimiser, kind, step, increment: *increment, message }
     }
 }
 
@@ -525,6 +528,9 @@ impl<'a> Tightest<'a> {
 struct Minimiser<'a> {
     kind: &'a str,
     iterations: usize,
+    /// How many of them another minimiser made to finish.
+    #[serde(skip_serializing_if = "is_none")]
+    polish: usize,
     factorisations: usize,
     seconds: Number,
     force_residual: Number,
@@ -532,11 +538,17 @@ struct Minimiser<'a> {
     constraint_residual: Option<Number>,
 }
 
+#[expect(clippy::trivially_copy_pass_by_ref, reason = "the form that serde asks for")]
+fn is_none(count: &usize) -> bool {
+    *count == 0
+}
+
 impl<'a> Minimiser<'a> {
     fn of(minimiser: &'a MinimiserResult) -> Self {
         Self {
             kind: &minimiser.kind,
             iterations: minimiser.iterations,
+            polish: minimiser.polish,
             factorisations: minimiser.factorisations,
             seconds: Number(minimiser.seconds),
             force_residual: Number(minimiser.force_residual),

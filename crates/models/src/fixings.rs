@@ -2,6 +2,7 @@
 
 use crate::kernel::BendTwist;
 use wireloom_core::constraint::{Action, Attaches, Constraint, ConstraintSpec, Hold, HoldWord, Potential, Situation};
+use wireloom_core::law::{SpringLaw, TurningLaw};
 use wireloom_core::registry::{BuildError, ConstraintKind, Form, Parameter, Parameters, Quantity, Value};
 use wireloom_core::rotation::columns;
 use wireloom_core::{Matrix, Pose, Vector};
@@ -142,6 +143,15 @@ impl Constraint for Spring {
 
     fn needs_frame(&self) -> bool {
         !matches!(self.angular, Angular::None)
+    }
+
+    fn law(&self) -> Option<SpringLaw> {
+        let turning = match self.angular {
+            Angular::None => TurningLaw::None,
+            Angular::Tangent(k) => TurningLaw::Tangent(k),
+            Angular::Frame(k) => TurningLaw::Frame(k),
+        };
+        Some(SpringLaw { stiffness: self.linear, turning })
     }
 }
 

@@ -69,6 +69,9 @@ impl Scenario {
         notes.extend(self.obstacles.iter().flat_map(|body| body.notes.iter().cloned()));
         let joints = self.joint_plans(models);
         let network = self.among_obstacles(Network::new(branches, joints, fixings, self.load_plans(&layout)));
+        minimiser
+            .accepts(&network)
+            .map_err(|refusal| vec![refused(refusal, "the minimiser", &self.minimiser.spans)])?;
         let coarse = self.coarse(&network, registry);
         let schedule = Schedule {
             scenario: self.name.clone(),
@@ -288,10 +291,10 @@ fn made<S, T: ?Sized>(
             "build with the registry the scenario was parsed with",
         )),
     };
-    let refused = |error: BuildError| Fault {
-        span: spans.of(error.key.as_deref()),
-        message: format!("{label}: {}", error.message),
-        help: error.help,
-    };
-    built.map_err(|error| faults.push(refused(error))).ok()
+    built.map_err(|error| faults.push(refused(error, label, spans))).ok()
+}
+
+/// A refusal, at the key it names.
+fn refused(error: BuildError, label: &str, spans: &Spans) -> Fault {
+    Fault { span: spans.of(error.key.as_deref()), message: format!("{label}: {}", error.message), help: error.help }
 }

@@ -31,8 +31,8 @@ pub struct Checkpoint {
     pub(crate) step_index: usize,
     /// Increments of it that are done.
     pub(crate) increment: usize,
-    /// Iterations and factorisations of the step so far.
-    pub(crate) work: (usize, usize),
+    /// Iterations, those of them that polished, and factorisations of the step so far.
+    pub(crate) work: (usize, usize, usize),
     /// Time spent in the step so far, s.
     pub(crate) seconds: f64,
     pub(crate) status: Status,

@@ -300,8 +300,14 @@ fn descend(
     ws.settled_force = SETTLED_SHARE * stop.force_tolerance * scales.force;
     problem.update_held(state);
     let moves = problem.motion(state, &mut ws.motion);
-    let mut report =
-        Report { status: Status::Failed, iterations: 0, factorisations: 0, evaluations: 0, residual: f64::INFINITY };
+    let mut report = Report {
+        status: Status::Failed,
+        iterations: 0,
+        polish: 0,
+        factorisations: 0,
+        evaluations: 0,
+        residual: f64::INFINITY,
+    };
     let mut energy;
     if moves && metric {
         energy = ws.predict(problem, state);

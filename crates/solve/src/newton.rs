@@ -263,8 +263,14 @@ fn descend(ws: &mut Workspace, problem: &mut Problem<'_>, state: &mut State, sto
     ws.settled_force = SETTLED_SHARE * stop.force_tolerance * scales.force;
     problem.update_held(state);
     let moving = problem.motion(state, &mut ws.motion);
-    let mut report =
-        Report { status: Status::Failed, iterations: 0, factorisations: 0, evaluations: 0, residual: f64::INFINITY };
+    let mut report = Report {
+        status: Status::Failed,
+        iterations: 0,
+        polish: 0,
+        factorisations: 0,
+        evaluations: 0,
+        residual: f64::INFINITY,
+    };
     let mut mixed = false;
     let mut energy;
     if moving {

@@ -71,11 +71,12 @@ struct Driver<'n, 'm> {
     state: State,
     before: State,
     iterations: usize,
+    polish: usize,
     factorisations: usize,
     residual: f64,
     /// How far equations of fixings are from being met, in units of their scales.
     unmet: Option<f64>,
-    /// A fixing or joint that cannot go on, and why.
+    /// A fixing, a joint or the minimiser that cannot go on, and why.
     fault: Option<(PartFamily, usize, String)>,
     /// While the start is being found nothing slides.
     homing: bool,
@@ -159,7 +160,7 @@ pub fn carry_out(
             run.steps.truncate(kept);
             (spent, first, done, begun) = (seconds, step_index, increment, plan);
             let mut driver = Driver::new(network, minimiser, stop, state, conditions);
-            (driver.iterations, driver.factorisations) = work;
+            (driver.iterations, driver.polish, driver.factorisations) = work;
             (driver.log, driver.operations, driver.pace, driver.homing) = (log, operations, pace, false);
             driver
         }
@@ -234,7 +235,7 @@ pub fn carry_out(
             }
         }
         (clock, spent) = (Instant::now(), 0.0);
-        (driver.iterations, driver.factorisations) = (0, 0);
+        (driver.iterations, driver.polish, driver.factorisations) = (0, 0, 0);
     }
     driver.log.tell(&mut run);
     run
@@ -256,6 +257,7 @@ impl<'n, 'm> Driver<'n, 'm> {
             before: state.clone(),
             state,
             iterations: 0,
+            polish: 0,
             factorisations: 0,
             residual: f64::INFINITY,
             unmet: None,
@@ -283,6 +285,7 @@ impl<'n, 'm> Driver<'n, 'm> {
             problem,
             state,
             iterations,
+            polish,
             factorisations,
             log,
             operations,
@@ -307,7 +310,7 @@ impl<'n, 'm> Driver<'n, 'm> {
             pace: *pace,
             step_index: done.0,
             increment: done.1,
-            work: (*iterations, *factorisations),
+            work: (*iterations, *polish, *factorisations),
             seconds,
             status: run.status,
             notes: run.notes.clone(),
@@ -504,6 +507,7 @@ impl<'n, 'm> Driver<'n, 'm> {
         for round in 1..=MULTIPLIER_ROUNDS {
             let report = self.minimiser.minimise(&mut self.problem, &mut self.state, &self.stop);
             self.iterations += report.iterations;
+            self.polish += report.polish;
             self.factorisations += report.factorisations;
             let balanced = matches!(report.status, Status::Converged | Status::Stalled);
             let tolerance = FEASIBLE * self.stop.force_tolerance;
@@ -517,7 +521,8 @@ impl<'n, 'm> Driver<'n, 'm> {
             if !balanced || met || round == MULTIPLIER_ROUNDS {
                 let status = self.certify(if balanced && !met { Status::IterationLimit } else { report.status });
                 let found = self.problem.fault(!matches!(status, Status::Converged | Status::Stalled));
-                self.fault = self.fault.take().or(found);
+                let own = self.minimiser.fault().map(|message| (PartFamily::Minimiser, 0, message));
+                self.fault = self.fault.take().or(found).or(own);
                 return if self.fault.is_some() { Status::Failed } else { status };
             }
             self.problem.update_multipliers(&self.state, tolerance, &mut last);
@@ -531,10 +536,11 @@ impl<'n, 'm> Driver<'n, 'm> {
         let (family, index, message) = self.fault.clone()?;
         let network = self.problem.network;
         let (name, kind) = match family {
-            PartFamily::Constraint => (&network.fixings[index].name, &network.fixings[index].kind),
-            PartFamily::Joint => (&network.joints[index].name, &network.joints[index].kind),
+            PartFamily::Constraint => (network.fixings[index].name.as_str(), network.fixings[index].kind.as_str()),
+            PartFamily::Joint => (network.joints[index].name.as_str(), network.joints[index].kind.as_str()),
+            PartFamily::Minimiser => (self.minimiser.name(), self.minimiser.name()),
         };
-        let (name, kind, step) = (name.clone(), kind.clone(), step.name.clone());
+        let (name, kind, step) = (name.to_owned(), kind.to_owned(), step.name.clone());
         Some(PartFault { family, name, kind, step, increment, message })
     }
 
@@ -611,6 +617,7 @@ impl<'n, 'm> Driver<'n, 'm> {
             minimiser: MinimiserResult {
                 kind: self.minimiser.name().to_owned(),
                 iterations: self.iterations,
+                polish: self.polish,
                 factorisations: self.factorisations,
                 seconds,
                 force_residual: self.residual,

@@ -13,6 +13,7 @@ pub fn test() -> Result<(), String> {
     step("docs: every link leads somewhere", command("cargo", &docs).env("RUSTDOCFLAGS", "-D warnings"))?;
     let tests = ["test", "--quiet", "--workspace", "--no-fail-fast"];
     let mut tests = command("cargo", &tests);
+    tests.env("WIRELOOM_GPU_TESTS", if tools::vulkan() { "require" } else { "auto" });
     if let Some(python) = tools::python() {
         tests.env("WIRELOOM_PYTHON", python);
     }

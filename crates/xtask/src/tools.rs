@@ -1,4 +1,4 @@
-//! What the tests need beyond cargo: two components of Rust, cargo-deny, and a Python with DuckDB; the last two go into the target folder.
+//! What the tests need beyond cargo: two components of Rust, a Vulkan device, cargo-deny, and a Python with DuckDB; the last two go into the target folder.
 
 use crate::run::{command, step, target, works};
 
@@ -16,6 +16,42 @@ pub fn components() -> Result<(), String> {
             .map_err(|error| format!("{error}\ninstall {component} by hand: this Rust was not installed by rustup"))?;
     }
     Ok(())
+}
+
+/// Makes sure that there is a Vulkan device for the tests of the GPU: where the system has no driver, Mesa's device in software. Returns
+/// whether there is one; where none can be installed those tests are shown as ignored.
+pub fn vulkan() -> bool {
+    const PACKAGES: [&str; 2] = ["mesa-vulkan-drivers", "libvulkan1"];
+    if has_vulkan() {
+        return true;
+    }
+    let by_hand = format!("install {} (or what your system calls them) to run them", PACKAGES.join(" and "));
+    // Debian and its kin; as root, or as somebody who may become root without being asked.
+    let root: &[&str] = if works(&mut command("sh", &["-c", "test \"$(id -u)\" = 0"])) { &[] } else { &["sudo", "-n"] };
+    let apt = |arguments: &[&str]| {
+        let all = [root, &["env", "DEBIAN_FRONTEND=noninteractive", "apt-get", "-q"], arguments].concat();
+        command(all[0], &all[1..])
+    };
+    if !cfg!(target_os = "linux") || !works(&mut apt(&["--version"])) {
+        println!("\nno Vulkan driver: the tests that need a GPU, or one in software, are ignored; {by_hand}");
+        return false;
+    }
+    let install = [&["install", "--yes", "--no-install-recommends"][..], &PACKAGES].concat();
+    let done = step("the packages there are", &mut apt(&["update"]))
+        .and_then(|()| step("install a Vulkan device in software", &mut apt(&install)));
+    if let Err(error) = &done {
+        println!("{error}\nno Vulkan driver: the tests that need a GPU, or one in software, are ignored; {by_hand}");
+    }
+    done.is_ok() && has_vulkan()
+}
+
+/// Whether the system has Vulkan's loader and a driver.
+fn has_vulkan() -> bool {
+    let loader = command("ldconfig", &["-p"]).output();
+    let loader = loader.or_else(|_| command("/sbin/ldconfig", &["-p"]).output());
+    let found = loader.is_ok_and(|out| String::from_utf8_lossy(&out.stdout).contains("libvulkan.so.1"));
+    let drivers = ["/usr/share/vulkan/icd.d", "/etc/vulkan/icd.d"].map(std::fs::read_dir);
+    found && drivers.into_iter().flatten().any(|mut files| files.next().is_some())
 }
 
 /// Path of cargo-deny, installed (about three minutes on two cores) where it is missing.

@@ -109,6 +109,7 @@ pub fn step(branches: Vec<BranchResult>, joints: Vec<JointResult>, constraints: 
         minimiser: MinimiserResult {
             kind: "newton".into(),
             iterations: 6,
+            polish: 0,
             factorisations: 7,
             seconds: 0.004,
             force_residual: 1.25e-9,

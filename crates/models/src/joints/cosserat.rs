@@ -20,6 +20,7 @@ use super::sharing::share_out;
 use crate::kernel::{BendTwist, rotation_matrix};
 use nalgebra::{Quaternion, Unit};
 use wireloom_core::joint::{Arm, JointModel, JointSpec, Mounting};
+use wireloom_core::law::{JointLaw, PairLaw};
 use wireloom_core::registry::{BuildError, JointKind};
 use wireloom_core::{Matrix, Rotation, Vector};
 
@@ -212,6 +213,19 @@ impl JointModel for CosseratJoint {
             // Only rows b ≥ columns a are asked for.
             hessian[pair.b * self.arms + pair.a] += rb * h.ab.transpose() * ra.transpose();
         }
+    }
+
+    fn law(&self) -> Option<JointLaw> {
+        let pair = |pair: &Pair| PairLaw {
+            a: pair.a,
+            b: pair.b,
+            alpha: pair.alpha,
+            beta: pair.beta,
+            length: pair.lambda,
+            stiffness: pair.stiffness,
+            curvature: pair.curvature,
+        };
+        Some(JointLaw { pairs: self.pairs.iter().map(pair).collect() })
     }
 
     fn notes(&self) -> Vec<String> {

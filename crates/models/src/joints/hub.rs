@@ -1,6 +1,7 @@
 //! Joints that are hubs: `rigid-body` and `fused`. Arms leave them at fixed poses; neither has an energy.
 
 use wireloom_core::joint::{JointModel, Mounting};
+use wireloom_core::law::JointLaw;
 use wireloom_core::registry::{BuildError, JointKind};
 
 /// A rigid hub.
@@ -9,6 +10,10 @@ pub struct Hub;
 impl JointModel for Hub {
     fn mounting(&self) -> Mounting {
         Mounting::Pose
+    }
+
+    fn law(&self) -> Option<JointLaw> {
+        Some(JointLaw { pairs: vec![] })
     }
 }
 

@@ -4,6 +4,7 @@
 use crate::kernel::{BendTwist, BlendedStretchShear, SegmentStiffness, StretchShear, edge_stiffness, rotation_matrix};
 use nalgebra::{Quaternion, Unit};
 use std::ops::Range;
+use wireloom_core::law::{RodLaw, SegmentLaw};
 use wireloom_core::rod::{Beside, BranchHessian, BranchShape, Mesh, RodEnergy, RodSegment, RodSpec};
 use wireloom_core::{Matrix, Rotation, Vector};
 
@@ -261,6 +262,16 @@ impl RodSegment for StaggeredRod {
                 moments[c - 1] += shape.frames[c] * at_stations[1];
             }
         }
+    }
+
+    fn law(&self) -> Option<RodLaw> {
+        let segment = |s: &SegmentStiffness| SegmentLaw { stiffness: s.c, overturned: s.overturned };
+        Some(RodLaw {
+            segments: self.stiffness.segments.iter().map(segment).collect(),
+            couplings: self.stiffness.couplings.clone(),
+            blends: self.stiffness.blends,
+            curvature: self.curvature,
+        })
     }
 
     /// The rotation whose imaginary part v has `(1 + |v|²/6) v = (λ/2) κ°`.

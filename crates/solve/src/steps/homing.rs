@@ -122,9 +122,10 @@ impl Driver<'_, '_> {
     ) -> Option<Status> {
         let mut rough = Driver::at_start(coarse, &mut *self.minimiser, &self.stop, schedule);
         let status = rough.bring_home(observer);
-        let (state, work) = (rough.state, (rough.iterations, rough.factorisations));
+        let (state, work) = (rough.state, (rough.iterations, rough.polish, rough.factorisations));
         self.iterations += work.0;
-        self.factorisations += work.1;
+        self.polish += work.1;
+        self.factorisations += work.2;
         if status != Status::Converged {
             return (status == Status::Interrupted).then_some(status);
         }

@@ -1,6 +1,7 @@
 //! Checks of [`Constraint`], [`Potential`] and [`Equations`], one for each clause of their contracts.
 
 use super::numeric::*;
+use crate::laws::spring_energy;
 use fastrand::Rng;
 use nalgebra::{DMatrix, DVector};
 use wireloom_core::{
@@ -215,6 +216,19 @@ fn along(motion: &Rotation, scene: &Scene, g: &DVector<f64>) -> DVector<f64> {
 /// If the constraint acts in another way.
 pub fn is_a_potential(subject: &Subject<'_>) {
     potential(subject.make().as_ref());
+}
+
+/// # Panics
+/// If it says a law ([`Constraint::law`]) of another energy.
+pub fn a_law_it_says_has_its_energy(subject: &Subject<'_>) {
+    let constraint = subject.make();
+    let Some(law) = constraint.law() else { return };
+    let potential = potential(constraint.as_ref());
+    for scene in scenes(subject, constraint.as_ref()) {
+        let got = spring_energy(&law, &scene.stations[0], &scene.targets[0]);
+        let energy = potential.energy(&scene.at());
+        assert_near("energy", got, energy, ROUND_OFF * (1.0 + energy));
+    }
 }
 
 /// # Panics

@@ -1,6 +1,7 @@
 //! Checks of [`JointModel`], one for each clause of its contract.
 
 use super::numeric::*;
+use crate::laws::pair_energy;
 use fastrand::Rng;
 use nalgebra::{DMatrix, DVector};
 use wireloom_core::joint::{JointSpec, WireShare};
@@ -214,6 +215,16 @@ pub fn energy_is_not_negative_and_the_one_of_the_gradient(factory: &Factory<'_>)
         let energy = joint.energy(&frames);
         assert!(energy >= 0.0, "{name}: {energy:e}");
         assert_near(&name, gradient(joint.as_ref(), &frames).0, energy, ROUND_OFF * (1.0 + energy));
+    }
+}
+
+/// # Panics
+/// If it says a law ([`JointModel::law`]) of another energy.
+pub fn a_law_it_says_has_its_energy(factory: &Factory<'_>) {
+    for Case { name, joint, frames, .. } in cases(factory) {
+        let Some(law) = joint.law() else { continue };
+        let (got, energy) = (law.pairs.iter().map(|pair| pair_energy(pair, &frames)).sum(), joint.energy(&frames));
+        assert_near(&name, got, energy, ROUND_OFF * (1.0 + energy));
     }
 }
 

@@ -62,6 +62,7 @@ macro_rules! rod_conformance {
             rest_shape_has_no_energy_and_no_gradient
             bending_of_a_branch_cut_at_a_station_is_the_sum_of_its_parts
             energies_by_effect_are_not_negative_and_add_up
+            a_law_it_says_has_its_energy
             forces_and_moments_agree_with_the_gradient
             low_order_parts_of_positions_count
             extra_curvature_shifts_the_rest_curvature
@@ -99,6 +100,7 @@ macro_rules! joint_checks {
             the_sign_of_a_quaternion_does_not_matter
             rest_directions_have_no_energy_and_no_gradient
             energy_is_not_negative_and_the_one_of_the_gradient
+            a_law_it_says_has_its_energy
             the_order_of_the_arms_does_not_matter
             running_a_branch_from_its_other_end_changes_nothing
             non_finite_input_gives_non_finite_output
@@ -123,6 +125,7 @@ macro_rules! constraint_checks {
     (potential, $then:ident $($before:tt)*) => {
         $crate::$then! { $($before)*
             is_a_potential
+            a_law_it_says_has_its_energy
             gradient_is_the_derivative_of_the_energy
             hessian_is_the_second_derivative_of_the_energy
             moving_everything_together_changes_nothing

@@ -1,6 +1,7 @@
 //! Checks of [`RodSegment`], one for each clause of its contract.
 
 use super::numeric::*;
+use crate::laws::rod_energy;
 use fastrand::Rng;
 use nalgebra::{DMatrix, DVector};
 use wireloom_core::rod::{BranchHessian, Mesh, RodEnergy, RodSpec};
@@ -615,6 +616,16 @@ pub fn energies_by_effect_are_not_negative_and_add_up(factory: &Factory<'_>) {
         }
         let total = energy.total();
         assert_near(&name, gradient(rod.as_ref(), &shape).0, total, ROUND_OFF * (1.0 + total));
+    }
+}
+
+/// # Panics
+/// If it says a law ([`RodSegment::law`]) of another energy.
+pub fn a_law_it_says_has_its_energy(factory: &Factory<'_>) {
+    for Case { name, spec, rod, shape } in cases(factory) {
+        let Some(law) = rod.law() else { continue };
+        let (got, energy) = (rod_energy(&law, &spec.mesh, &shape.view()), rod.energy(&shape.view()).total());
+        assert_near(&name, got, energy, ROUND_OFF * (1.0 + energy));
     }
 }
 

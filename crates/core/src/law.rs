@@ -1,0 +1,78 @@
+//! What the parts of a harness are as plain numbers, for whoever evaluates them somewhere else: on a GPU, say.
+//!
+//! A part that says its law has the energy written here, to round-off, in its trait's methods; a part whose energy is another
+//! one says `None`, and is declined by name where the law is needed.
+
+use crate::{Rotation, Vector};
+
+/// A rod on the staggered grid: a stretch-shear energy in every segment and a bend-twist energy in every coupling.
+///
+/// Segment: `E = ½ ℓ (Γᵀ C Γ + B min(Γ3 + 1, 0)²)`, `Γ = v + v × φ − e3`, `v = Rᵀ e/ℓ`, `φ = Σ 2 β Re(r) Im(r)` with `r = q̄ Q` over the stations
+/// Q beside it ([`crate::rod::Beside`]); the sign of r is that with Re(r) ≥ 0. Coupling: see [`PairLaw`].
+#[derive(Clone, Debug, PartialEq)]
+pub struct RodLaw {
+    /// Each segment.
+    pub segments: Vec<SegmentLaw>,
+    /// C of each coupling: diag(EI1, EI2, GJ), N m².
+    pub couplings: Vec<Vector>,
+    /// β of a station at an end of the branch, and of one within it.
+    pub blends: [f64; 2],
+    /// κ°, 1/m; what is drawn beyond it ([`crate::BranchShape::extra_curvature`]) is added.
+    pub curvature: Vector,
+}
+
+/// Stiffness of a segment.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SegmentLaw {
+    /// C: diag(GA1, GA2, EA), N.
+    pub stiffness: Vector,
+    /// B, N: of an edge that points against its frame.
+    pub overturned: f64,
+}
+
+/// A joint.
+#[derive(Clone, Debug, PartialEq)]
+pub struct JointLaw {
+    /// The pairs of arms that are coupled; none on a hub.
+    pub pairs: Vec<PairLaw>,
+}
+
+/// Bending and twist between two frames: `E = ½ λ (κ−κ°)ᵀ C (κ−κ°)`, `κ = (2/λ) (1 + |v|²/6) v`, `v` the imaginary part of
+/// `r = conj(q_a α) (q_b β)` with the sign that makes its real part ≥ 0.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PairLaw {
+    /// Index of the first arm.
+    pub a: usize,
+    /// Index of the second arm.
+    pub b: usize,
+    /// α.
+    pub alpha: Rotation,
+    /// β.
+    pub beta: Rotation,
+    /// λ, m.
+    pub length: f64,
+    /// C: diag(EI1, EI2, GJ), N m².
+    pub stiffness: Vector,
+    /// κ°, 1/m.
+    pub curvature: Vector,
+}
+
+/// A spring between a station, at x and q, and its target: `½ k |x − x_target|²`, and what turns it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SpringLaw {
+    /// k, N/m.
+    pub stiffness: f64,
+    /// What turns the station to its target.
+    pub turning: TurningLaw,
+}
+
+/// What turns a station to its target.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum TurningLaw {
+    /// Nothing.
+    None,
+    /// `½ k |d3 − d3_target|²`; k in N m/rad.
+    Tangent(f64),
+    /// The energy of a [`PairLaw`] from target to station with λ = 1 m, C = k I and κ° = 0; k in N m/rad.
+    Frame(f64),
+}

@@ -1,0 +1,67 @@
+//! The energies of [`wireloom_core::law`], evaluated as their formulas are written there, by way of rotation matrices and
+//! quaternion products: what kinds that say their law are held to.
+
+use wireloom_core::law::{PairLaw, RodLaw, SpringLaw, TurningLaw};
+use wireloom_core::rod::Mesh;
+use wireloom_core::{BranchShape, Pose, Rotation, Vector};
+
+/// w ≥ 0 and v of `q̄_a q_b`.
+fn relative(a: &Rotation, b: &Rotation) -> (f64, Vector) {
+    let r = (a.inverse() * b).into_inner();
+    let sign = if r.w < 0.0 { -1.0 } else { 1.0 };
+    (sign * r.w, r.imag() * sign)
+}
+
+/// `½ λ (κ−κ°)ᵀ C (κ−κ°)`, J.
+fn bend_twist(a: &Rotation, b: &Rotation, lambda: f64, c: &Vector, rest: &Vector) -> f64 {
+    let (_, v) = relative(a, b);
+    let strain = v * ((2.0 / lambda) * (1.0 + v.norm_squared() / 6.0)) - rest;
+    0.5 * lambda * strain.dot(&c.component_mul(&strain))
+}
+
+/// Energy of a branch, J.
+pub fn rod_energy(law: &RodLaw, mesh: &Mesh, shape: &BranchShape<'_>) -> f64 {
+    let mut energy = 0.0;
+    for (j, segment) in law.segments.iter().enumerate() {
+        let q = &shape.frames[mesh.segment_frames[j]];
+        let l = shape.rest_lengths[j];
+        let v = q.inverse() * (shape.edge(j) / l);
+        let mut phi = Vector::zeros();
+        for beside in mesh.beside.iter().filter(|beside| beside.segment == j) {
+            for c in beside.stations.into_iter().flatten() {
+                let end = c == 0 || c + 1 == shape.frames.len();
+                let (w, im) = relative(q, &shape.frames[c]);
+                phi += im * (2.0 * law.blends[usize::from(!end)] * w);
+            }
+        }
+        let gamma = v + v.cross(&phi) - Vector::z();
+        let overturned = (gamma.z + 1.0).min(0.0);
+        let stiff = gamma.dot(&segment.stiffness.component_mul(&gamma));
+        energy += 0.5 * l * (stiff + segment.overturned * overturned * overturned);
+    }
+    for (c, stiffness) in law.couplings.iter().enumerate() {
+        let rest = law.curvature + shape.extra_curvature.get(c).copied().unwrap_or_default();
+        energy += bend_twist(&shape.frames[c], &shape.frames[c + 1], shape.coupling_lengths[c], stiffness, &rest);
+    }
+    energy
+}
+
+/// Energy of one pair of arms, J.
+pub fn pair_energy(law: &PairLaw, frames: &[Rotation]) -> f64 {
+    let (a, b) = (frames[law.a] * law.alpha, frames[law.b] * law.beta);
+    bend_twist(&a, &b, law.length, &law.stiffness, &law.curvature)
+}
+
+/// Energy of a spring, J.
+pub fn spring_energy(law: &SpringLaw, at: &Pose, target: &Pose) -> f64 {
+    let turned = match law.turning {
+        TurningLaw::None => 0.0,
+        TurningLaw::Tangent(k) => {
+            0.5 * k * (at.orientation * Vector::z() - target.orientation * Vector::z()).norm_squared()
+        }
+        TurningLaw::Frame(k) => {
+            bend_twist(&target.orientation, &at.orientation, 1.0, &Vector::repeat(k), &Vector::zeros())
+        }
+    };
+    0.5 * law.stiffness * (at.position - target.position).norm_squared() + turned
+}
