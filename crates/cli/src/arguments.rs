@@ -59,6 +59,8 @@ pub enum Command {
         #[command(flatten)]
         allowed: Allowed,
     },
+    /// List the GPUs of this machine (and those in software) that the minimiser `gpu` may run on
+    Devices,
     /// Say what a key of a scenario means, what it holds and how it is written
     Explain {
         /// The key, such as `length`, `branches.length` or `minimiser.memory`; or the name of a kind, such as `ncg`

@@ -11,6 +11,7 @@ mod arguments;
 mod bench;
 mod check;
 mod compare;
+mod devices;
 mod diagnostics;
 mod differences;
 mod extremes;
@@ -83,6 +84,7 @@ fn follow(command: &Command, out: &mut dyn Write) -> Result<Outcome, Failure> {
         Command::Plugin { task } => plugin::plugin(task, out),
         Command::PluginFault(fault) => Err(plugin_fault::report(fault)),
         Command::Models { allowed } => vocabulary::list(allowed, out),
+        Command::Devices => devices::list(out),
         Command::Explain { key, allowed } => vocabulary::explain_key(key, allowed, out),
         Command::Import { format: Format::Kbl(arguments) } => import::kbl(arguments, out),
         Command::Bench(arguments) => bench::bench(arguments, out),

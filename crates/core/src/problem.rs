@@ -166,6 +166,17 @@ impl<'n> Problem<'n> {
         self.find_slides();
     }
 
+    /// Dead force at every point of the state, N: weight and loads; of points that ride on a joint, too. Without the weight of branches
+    /// whose mesh may move along them.
+    pub fn dead_forces(&self) -> &[Vector] {
+        &self.dead
+    }
+
+    /// What is added to the rest curvature, by first frame of each coupling, 1/m; empty: nothing.
+    pub fn extra_curvature(&self) -> &[Vector] {
+        &self.extra_curvature
+    }
+
     /// How a fixing that slides (index in [`Network::slides`]) does so from now on.
     pub fn set_sliding(&mut self, slide: usize, sliding: Sliding) {
         self.conditions.sliding[slide] = sliding;

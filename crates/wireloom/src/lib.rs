@@ -8,6 +8,7 @@ pub use provenance::{provenance, sha256};
 pub use wireloom_contact as contact;
 pub use wireloom_core as core;
 pub use wireloom_export as export;
+pub use wireloom_gpu as gpu;
 pub use wireloom_host as host;
 pub use wireloom_import as import;
 pub use wireloom_models as models;

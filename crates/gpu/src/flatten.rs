@@ -1,0 +1,345 @@
+//! From a problem to the description that the shaders take: parts that touch a hub say how it carries them, so that independent
+//! variables alone are left.
+
+use nalgebra::{Quaternion, Unit, Vector4};
+use wireloom_core::constraint::{Action, RotationHold};
+use wireloom_core::law::TurningLaw;
+use wireloom_core::network::Site;
+use wireloom_core::problem::Variable as Whole;
+use wireloom_core::registry::BuildError;
+use wireloom_core::{Matrix, Network, Pose, Problem, Rotation, State, Tangent, Vector};
+use wireloom_shaders::harness::{
+    Coupling, End, Harness, Hold, Segment, Shape, Spring, Station, StationSegment, Turned, Variable,
+};
+
+/// Where the parts of a network are in the description, and which variables may come to be held.
+pub struct Flattening {
+    /// Of each independent point its index in the state.
+    points: Vec<usize>,
+    /// Of each independent frame its index in the state.
+    frames: Vec<usize>,
+    /// What carries each point of the state.
+    carriers: Vec<Carrier>,
+    /// What carries each frame of the state.
+    turned: Vec<Turned>,
+    /// Rest length around each independent frame, m.
+    weights: Vec<f64>,
+    /// What may be held.
+    candidates: Vec<Variable>,
+}
+
+/// What carries a point of the state.
+#[derive(Clone, Copy)]
+struct Carrier {
+    /// The independent point.
+    point: u32,
+    /// A hub's frame, and where the point is in it, m.
+    lever: Option<(u32, Vector)>,
+}
+
+/// Whether the shaders have a law for every part of a network.
+///
+/// # Errors
+/// The first part they have none for, by name.
+pub fn accepts(network: &Network) -> Result<(), BuildError> {
+    let refused = |what: String| {
+        let help = "take minimiser.kind = \"newton\", which knows every part by its trait";
+        Err(BuildError::new(format!("{what} has no law on the GPU"), help).at("kind"))
+    };
+    for branch in &network.branches {
+        if branch.rod.law().is_none() {
+            return refused(format!("the rod of branch `{}`", branch.name));
+        }
+    }
+    for joint in &network.joints {
+        if joint.model.law().is_none() {
+            return refused(format!("joint `{}` ({})", joint.name, joint.kind));
+        }
+    }
+    for fixing in &network.fixings {
+        let named = |what: &str| refused(format!("constraint `{}` ({}){what}", fixing.name, fixing.kind));
+        if fixing.slide.is_some() || fixing.nearest {
+            return named(", through which the cable runs,");
+        }
+        match fixing.constraint.action() {
+            Action::Equations(_) => return named(", which sets equations,"),
+            Action::Potential(_) if fixing.constraint.law().is_none() => return named(""),
+            Action::Prescribed(hold) => match hold.rotation {
+                RotationHold::Twist => return named(", which holds the twist and leaves the tangent free,"),
+                RotationHold::Hinge(_) => return named(", which is a hinge,"),
+                RotationHold::Free | RotationHold::Tangent | RotationHold::All => {}
+            },
+            Action::Potential(_) => {}
+        }
+    }
+    match network.loads.iter().find(|load| load.site.frame.is_some() && load.moment != Vector::zeros()) {
+        Some(load) => refused(format!("load `{}`, a dead moment,", load.name)),
+        None => Ok(()),
+    }
+}
+
+impl Flattening {
+    /// Of a network that [`accepts`] lets pass.
+    pub fn new(network: &Network) -> Self {
+        let tied_points: Vec<usize> = network.ties.iter().map(|tie| tie.point).collect();
+        let tied_frames: Vec<usize> = network.ties.iter().filter_map(|tie| tie.frame).collect();
+        let points = independent(network.points, tied_points);
+        let frames = independent(network.frames, tied_frames);
+        let mut carriers = vec![Carrier { point: u32::MAX, lever: None }; network.points];
+        let mut turned = vec![Turned { frame: u32::MAX, rest: numbers(&Rotation::identity()) }; network.frames];
+        for (k, &point) in points.iter().enumerate() {
+            carriers[point].point = k as u32;
+        }
+        for (k, &frame) in frames.iter().enumerate() {
+            turned[frame].frame = k as u32;
+        }
+        for tie in &network.ties {
+            let lever = tie.hub_frame.map(|hub| (turned[hub].frame, tie.offset));
+            carriers[tie.point] = Carrier { point: carriers[tie.hub_point].point, lever };
+            if let (Some((frame, _)), Some(own)) = (lever, tie.frame) {
+                turned[own] = Turned { frame, rest: numbers(&tie.rest) };
+            }
+        }
+        let mut flattening = Self { points, frames, carriers, turned, weights: vec![], candidates: vec![] };
+        flattening.weights = flattening.weights_of(network);
+        flattening.candidates = flattening.candidates_of(network);
+        flattening
+    }
+
+    /// As `solve` weights a shift: half of what is coupled to a frame, half of its segment, and a hub's levers.
+    fn weights_of(&self, network: &Network) -> Vec<f64> {
+        let mut weights = vec![0.0; self.frames.len()];
+        for branch in &network.branches {
+            let mesh = branch.rod.mesh();
+            let mut add = |c: usize, length: f64| {
+                weights[self.turned[branch.frames.start + c].frame as usize] += 0.5 * length;
+            };
+            for (c, lambda) in mesh.coupling_lengths.iter().enumerate() {
+                add(c, *lambda);
+                add(c + 1, *lambda);
+            }
+            for (j, c) in mesh.segment_frames.iter().enumerate() {
+                add(*c, mesh.rest_lengths[j]);
+            }
+        }
+        for (frame, offset) in network.ties.iter().filter_map(|tie| self.carriers[tie.point].lever) {
+            weights[frame as usize] += offset.norm();
+        }
+        weights
+    }
+
+    fn candidates_of(&self, network: &Network) -> Vec<Variable> {
+        let mut candidates = vec![];
+        for fixing in &network.fixings {
+            let Action::Prescribed(hold) = fixing.constraint.action() else { continue };
+            if hold.position {
+                candidates.push(self.variable(Whole::Point(fixing.site.point)));
+            }
+            if let (Some(frame), true) = (fixing.site.frame, hold.rotation != RotationHold::Free) {
+                candidates.push(self.variable(Whole::Frame(frame)));
+            }
+        }
+        candidates.sort_unstable();
+        candidates.dedup();
+        candidates
+    }
+
+    fn variable(&self, whole: Whole) -> Variable {
+        match whole {
+            Whole::Point(i) => Variable::Point(self.carriers[i].point),
+            Whole::Frame(c) => Variable::Frame(self.turned[c].frame),
+        }
+    }
+
+    /// The harness of a problem, under its conditions; `state` says where it is, and its held directions must be up to date.
+    pub fn harness(&self, problem: &Problem<'_>, state: &State) -> Harness {
+        let mut harness = Harness {
+            points: self.points.len(),
+            frames: self.frames.len(),
+            dead: vec![[0.0; 3]; self.points.len()],
+            weights: self.weights.clone(),
+            ..Harness::default()
+        };
+        self.add_branches(problem, state, &mut harness);
+        self.add_joints(problem.network, &mut harness);
+        self.add_forces(problem, &mut harness);
+        self.add_springs(problem, &mut harness);
+        self.add_holds(problem, state, &mut harness);
+        harness
+    }
+
+    fn add_branches(&self, problem: &Problem<'_>, state: &State, harness: &mut Harness) {
+        for branch in &problem.network.branches {
+            let law = branch.rod.law().expect("accepted");
+            let mesh = branch.rod.mesh();
+            let frame = |c: usize| self.turned[branch.frames.start + c];
+            let last = mesh.frames() - 1;
+            let mut beside = mesh.beside.iter().peekable();
+            for (j, segment) in law.segments.iter().enumerate() {
+                let node = branch.points.start + j;
+                let own = frame(mesh.segment_frames[j]).frame;
+                let length = state.rest_lengths[node];
+                let (stiffness, overturned) = (segment.stiffness.into(), segment.overturned);
+                let stations = beside.next_if(|b| b.segment == j).map(|b| b.stations);
+                let Some(stations) = stations else {
+                    let (a, b) = (self.carriers[node].point, self.carriers[node + 1].point);
+                    harness.segments.push(Segment { a, b, frame: own, length, stiffness, overturned });
+                    continue;
+                };
+                let end = |k: usize| {
+                    let carrier = self.carriers[node + k];
+                    let station = stations[k].map(|c| {
+                        let Turned { frame, rest } = frame(c);
+                        let offset = carrier.lever.map_or_else(Vector::zeros, |(_, offset)| offset).into();
+                        let blend = law.blends[usize::from(c != 0 && c != last)];
+                        Station { frame, rest, offset, blend }
+                    });
+                    End { point: carrier.point, station }
+                };
+                let ends = [end(0), end(1)];
+                harness.station_segments.push(StationSegment { ends, frame: own, length, stiffness, overturned });
+            }
+            for (c, stiffness) in law.couplings.iter().enumerate() {
+                let whole = branch.frames.start + c;
+                let extra = problem.extra_curvature().get(whole).copied().unwrap_or_default();
+                harness.couplings.push(Coupling {
+                    a: frame(c),
+                    b: frame(c + 1),
+                    length: state.coupling_lengths[whole],
+                    stiffness: (*stiffness).into(),
+                    rest_curvature: (law.curvature + extra).into(),
+                });
+            }
+        }
+    }
+
+    fn add_joints(&self, network: &Network, harness: &mut Harness) {
+        for joint in &network.joints {
+            for pair in joint.model.law().expect("accepted").pairs {
+                let turned = |arm: usize, rest: &Rotation| Turned {
+                    frame: self.turned[joint.arm_frames[arm]].frame,
+                    rest: numbers(rest),
+                };
+                harness.couplings.push(Coupling {
+                    a: turned(pair.a, &pair.alpha),
+                    b: turned(pair.b, &pair.beta),
+                    length: pair.length,
+                    stiffness: pair.stiffness.into(),
+                    rest_curvature: pair.curvature.into(),
+                });
+            }
+        }
+    }
+
+    /// Dead forces; one that pulls at a hub's lever is a spring without stiffness.
+    fn add_forces(&self, problem: &Problem<'_>, harness: &mut Harness) {
+        for (carrier, force) in self.carriers.iter().zip(problem.dead_forces()) {
+            match carrier.lever {
+                Some((frame, offset)) if offset != Vector::zeros() => {
+                    let site = Site { point: 0, frame: None, local: Pose::identity() };
+                    let spring = self.spring(&site, &Pose::identity());
+                    let (offset, force) = (offset.into(), (*force).into());
+                    harness.springs.push(Spring { point: carrier.point, frame: Some(frame), offset, force, ..spring });
+                }
+                _ => {
+                    let sum = Vector::from(harness.dead[carrier.point as usize]) + force;
+                    harness.dead[carrier.point as usize] = sum.into();
+                }
+            }
+        }
+    }
+
+    /// A spring without stiffness between a site and a target.
+    fn spring(&self, site: &Site, target: &Pose) -> Spring {
+        Spring {
+            point: self.carriers[site.point].point,
+            frame: site.frame.map(|c| self.turned[c].frame),
+            rest: numbers(&site.local.orientation),
+            offset: site.local.position.into(),
+            stiffness: 0.0,
+            tangent_stiffness: 0.0,
+            frame_stiffness: 0.0,
+            position: target.position.into(),
+            orientation: numbers(&target.orientation),
+            force: [0.0; 3],
+        }
+    }
+
+    /// Every spring there is: one that does not act has no stiffness, so that the links stay the same.
+    fn add_springs(&self, problem: &Problem<'_>, harness: &mut Harness) {
+        let conditions = problem.conditions();
+        for (f, fixing) in problem.network.fixings.iter().enumerate() {
+            let Some(law) = fixing.constraint.law() else { continue };
+            let mut spring = self.spring(&fixing.site, &conditions.targets[f]);
+            if conditions.active[f] {
+                spring.stiffness = law.stiffness;
+                match law.turning {
+                    TurningLaw::None => {}
+                    TurningLaw::Tangent(k) => spring.tangent_stiffness = k,
+                    TurningLaw::Frame(k) => spring.frame_stiffness = k,
+                }
+            }
+            harness.springs.push(spring);
+        }
+    }
+
+    fn add_holds(&self, problem: &Problem<'_>, state: &State, harness: &mut Harness) {
+        let mut placed = state.clone();
+        problem.place_held(&mut placed);
+        let mut motion = Tangent::zeros(problem.network);
+        problem.motion(state, &mut motion);
+        for &variable in &self.candidates {
+            let held = problem.held().iter().find(|held| self.variable(held.variable) == variable);
+            let (target, motion) = match variable {
+                Variable::Point(k) => {
+                    let i = self.points[k as usize];
+                    let x = placed.points[i];
+                    ([x.x, x.y, x.z, 0.0], motion.points[i])
+                }
+                Variable::Frame(k) => {
+                    let c = self.frames[k as usize];
+                    (numbers(&placed.frames[c]), motion.frames[c])
+                }
+            };
+            let basis = held.map_or_else(Matrix::identity, |held| held.basis);
+            harness.holds.push(Hold {
+                variable,
+                basis: [0, 1, 2].map(|k| basis.column(k).into_owned().into()),
+                count: held.map_or(0, |held| held.count as u32),
+                target,
+                motion: motion.into(),
+            });
+        }
+    }
+
+    /// The independent variables of a state.
+    pub fn shape(&self, state: &State) -> Shape {
+        Shape {
+            points: self.points.iter().map(|&i| state.points[i].into()).collect(),
+            carry: self.points.iter().map(|&i| state.carry[i].into()).collect(),
+            frames: self.frames.iter().map(|&c| numbers(&state.frames[c])).collect(),
+        }
+    }
+
+    /// Puts independent variables into a state, and what they carry.
+    pub fn put(&self, shape: &Shape, network: &Network, state: &mut State) {
+        for ((&i, x), carry) in self.points.iter().zip(&shape.points).zip(&shape.carry) {
+            (state.points[i], state.carry[i]) = ((*x).into(), (*carry).into());
+        }
+        for (&c, q) in self.frames.iter().zip(&shape.frames) {
+            state.frames[c] = Unit::new_normalize(Quaternion::from(Vector4::from(*q)));
+        }
+        network.follow_ties(state);
+    }
+}
+
+/// x, y, z, w.
+fn numbers(q: &Rotation) -> [f64; 4] {
+    [q.i, q.j, q.k, q.w]
+}
+
+/// What is left of `0..count`.
+fn independent(count: usize, mut tied: Vec<usize>) -> Vec<usize> {
+    tied.sort_unstable();
+    (0..count).filter(|k| tied.binary_search(k).is_err()).collect()
+}

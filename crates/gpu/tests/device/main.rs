@@ -1,0 +1,51 @@
+//! What needs a device: a GPU, or one in software. Which one, and what happens where there is none, the variable WIRELOOM_GPU_TESTS
+//! says ([`wireloom_gpu::policy`]).
+
+use libtest_mimic::{Arguments, Failed, Trial};
+use std::sync::Arc;
+use wireloom_gpu::policy::{self, Found};
+use wireloom_gpu::{Gpu, OpenError};
+
+type Check = fn(&Arc<Gpu>) -> Result<(), Failed>;
+
+const CHECKS: &[(&str, Check)] = &[
+    ("it is found by its number and by its name", is_found),
+    ("an unknown name is refused with those there are", unknown_is_refused),
+    ("a device that is lost says so and nothing panics", lost_says_so),
+];
+
+fn main() {
+    let arguments = Arguments::from_args();
+    let found = policy::device(std::env::var("WIRELOOM_GPU_TESTS").ok().as_deref());
+    let trials = CHECKS.iter().map(|&(name, check)| match found.clone() {
+        Found::Device(gpu) => Trial::test(name, move || check(&gpu)),
+        Found::Ignored(reason) => Trial::test(format!("{name} (ignored: {reason})"), || Ok(())).with_ignored_flag(true),
+        Found::Missing(reason) => Trial::test(name, move || Err(reason.into())),
+    });
+    libtest_mimic::run(&arguments, trials.collect()).exit();
+}
+
+fn is_found(gpu: &Arc<Gpu>) -> Result<(), Failed> {
+    let there = wireloom_gpu::list();
+    assert!(there.contains(&gpu.listed), "{there:?}");
+    for wish in [gpu.listed.index.to_string(), gpu.listed.name.to_uppercase()] {
+        assert_eq!(Gpu::open(Some(&wish))?.listed, gpu.listed);
+    }
+    Ok(())
+}
+
+fn unknown_is_refused(gpu: &Arc<Gpu>) -> Result<(), Failed> {
+    let refusal = Gpu::open(Some("no such card")).err().ok_or("it was opened")?;
+    assert!(matches!(refusal, OpenError::Unknown { .. }), "{refusal}");
+    assert!(refusal.to_string().contains(&gpu.listed.name), "{refusal}");
+    Ok(())
+}
+
+fn lost_says_so(_: &Arc<Gpu>) -> Result<(), Failed> {
+    let own = Gpu::open(None)?;
+    assert_eq!(own.failure(), None);
+    own.destroy();
+    let failure = own.failure().ok_or("it did not notice")?;
+    assert!(failure.contains("lost"), "{failure}");
+    Ok(())
+}
