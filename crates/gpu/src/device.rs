@@ -1,5 +1,6 @@
 //! Devices: which there are, which one is taken, and what is wanted of it.
 
+use crate::session::Cache;
 use std::sync::{Arc, Mutex, PoisonError};
 use wgpu::{
     Adapter, AdapterInfo, Backends, DeviceDescriptor, DeviceType, Features, Instance, InstanceDescriptor, Limits,
@@ -91,12 +92,12 @@ impl OpenError {
 /// A device that is open.
 pub struct Gpu {
     pub(crate) device: wgpu::Device,
-    #[expect(dead_code, reason = "what follows submits to it")]
     pub(crate) queue: wgpu::Queue,
     /// What `wireloom devices` says of it.
     pub listed: Listed,
     /// The first thing that went wrong with it.
     failure: Arc<Mutex<Option<String>>>,
+    pub(crate) pipelines: Cache,
 }
 
 impl Gpu {
@@ -138,7 +139,7 @@ impl Gpu {
         device.on_uncaptured_error(Arc::new(move |error: wgpu::Error| note(error.to_string())));
         let note = keep(&failure);
         device.set_device_lost_callback(move |_, reason| note(format!("the device was lost: {reason}")));
-        Ok(Self { device, queue, listed, failure })
+        Ok(Self { device, queue, listed, failure, pipelines: Cache::default() })
     }
 
     /// The first thing that went wrong with the device: from then on nothing it says may be relied on.
@@ -147,7 +148,6 @@ impl Gpu {
     }
 
     /// Says that something went wrong with it.
-    #[expect(dead_code, reason = "what follows waits for it")]
     pub(crate) fn fail(&self, what: String) {
         self.failure.lock().unwrap_or_else(PoisonError::into_inner).get_or_insert(what);
     }

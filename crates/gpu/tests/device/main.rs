@@ -1,6 +1,9 @@
 //! What needs a device: a GPU, or one in software. Which one, and what happens where there is none, the variable WIRELOOM_GPU_TESTS
 //! says ([`wireloom_gpu::policy`]).
 
+mod conformance;
+mod parity;
+
 use libtest_mimic::{Arguments, Failed, Trial};
 use std::sync::Arc;
 use wireloom_gpu::policy::{self, Found};
@@ -12,12 +15,14 @@ const CHECKS: &[(&str, Check)] = &[
     ("it is found by its number and by its name", is_found),
     ("an unknown name is refused with those there are", unknown_is_refused),
     ("a device that is lost says so and nothing panics", lost_says_so),
+    ("every stage does what its twin does, in double precision", parity::double),
+    ("every stage does what its twin does, in single precision", parity::single),
 ];
 
 fn main() {
     let arguments = Arguments::from_args();
     let found = policy::device(std::env::var("WIRELOOM_GPU_TESTS").ok().as_deref());
-    let trials = CHECKS.iter().map(|&(name, check)| match found.clone() {
+    let trials = CHECKS.iter().chain(conformance::CHECKS).map(|&(name, check)| match found.clone() {
         Found::Device(gpu) => Trial::test(name, move || check(&gpu)),
         Found::Ignored(reason) => Trial::test(format!("{name} (ignored: {reason})"), || Ok(())).with_ignored_flag(true),
         Found::Missing(reason) => Trial::test(name, move || Err(reason.into())),

@@ -1,0 +1,288 @@
+//! One plan on one device: buffers, pipelines, submissions, read-backs.
+//!
+//! The host encodes and nothing else: a submission holds many cycles, in one pass, and is followed by one read-back of where every
+//! variant stands and is.
+
+use crate::device::Gpu;
+use std::sync::OnceLock;
+use std::sync::mpsc;
+use std::time::Duration;
+use wgpu::{
+    BindGroup, BindGroupDescriptor, BindGroupEntry, BindGroupLayout, BindGroupLayoutDescriptor, BindGroupLayoutEntry,
+    BindingResource, BindingType, Buffer, BufferBinding, BufferBindingType, BufferDescriptor, BufferSize, BufferUsages,
+    CommandEncoder, CommandEncoderDescriptor, ComputePassDescriptor, ComputePipeline, ComputePipelineDescriptor,
+    MapMode, PipelineCompilationOptions, PipelineLayoutDescriptor, PollType, ShaderModuleDescriptor, ShaderSource,
+    ShaderStages,
+};
+use wireloom_shaders::memory::{self, Memory};
+use wireloom_shaders::places::Range;
+use wireloom_shaders::plan::Plan;
+use wireloom_shaders::{Access, BINDINGS, Real, Stage};
+
+/// A submission that takes longer is taken for a device that hangs.
+const PATIENCE: Duration = Duration::from_secs(120);
+/// Where dispatches' ranges lie in their buffer: WebGPU's least alignment of a uniform with an offset.
+const RANGE_STRIDE: usize = 256;
+/// The binding whose offset changes from dispatch to dispatch.
+const RANGE: &str = "range";
+
+/// What a device keeps between sessions: every stage, compiled once.
+pub(crate) struct Pipelines {
+    layout: BindGroupLayout,
+    /// In the order of [`Stage::ALL`].
+    stages: Vec<ComputePipeline>,
+}
+
+/// The pipelines of both precisions, each made when it is first wanted.
+#[derive(Default)]
+pub(crate) struct Cache([OnceLock<Pipelines>; 2]);
+
+impl Cache {
+    pub(crate) fn get(&self, gpu: &Gpu, real: Real) -> &Pipelines {
+        self.0[usize::from(real == Real::F64)].get_or_init(|| Pipelines::new(&gpu.device, real))
+    }
+}
+
+impl Pipelines {
+    fn new(device: &wgpu::Device, real: Real) -> Self {
+        let entries: Vec<BindGroupLayoutEntry> = BINDINGS
+            .iter()
+            .map(|binding| BindGroupLayoutEntry {
+                binding: binding.place,
+                visibility: ShaderStages::COMPUTE,
+                ty: BindingType::Buffer {
+                    ty: match binding.access {
+                        Access::Uniform => BufferBindingType::Uniform,
+                        Access::Read => BufferBindingType::Storage { read_only: true },
+                        Access::ReadWrite => BufferBindingType::Storage { read_only: false },
+                    },
+                    has_dynamic_offset: binding.name == RANGE,
+                    min_binding_size: None,
+                },
+                count: None,
+            })
+            .collect();
+        let layout = device.create_bind_group_layout(&BindGroupLayoutDescriptor { label: None, entries: &entries });
+        let pipeline_layout = device.create_pipeline_layout(&PipelineLayoutDescriptor {
+            label: None,
+            bind_group_layouts: &[Some(&layout)],
+            immediate_size: 0,
+        });
+        let stages = Stage::ALL.iter().map(|stage| {
+            let module = device.create_shader_module(ShaderModuleDescriptor {
+                label: Some(stage.name()),
+                source: ShaderSource::Wgsl(stage.text(real).into()),
+            });
+            device.create_compute_pipeline(&ComputePipelineDescriptor {
+                label: Some(stage.name()),
+                layout: Some(&pipeline_layout),
+                module: &module,
+                entry_point: Some("main"),
+                compilation_options: PipelineCompilationOptions::default(),
+                cache: None,
+            })
+        });
+        Self { stages: stages.collect(), layout }
+    }
+}
+
+/// A dispatch, ready to be encoded.
+struct Encoded {
+    stage: usize,
+    offset: u32,
+    workgroups: [u32; 3],
+}
+
+/// Why a session could not be made.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("the harness needs a buffer of {wanted} bytes (`{buffer}`), and the device allows {allowed}")]
+pub struct TooLarge {
+    /// Which buffer.
+    pub buffer: &'static str,
+    /// Its size.
+    pub wanted: u64,
+    /// The largest there may be.
+    pub allowed: u64,
+}
+
+/// One plan with its buffers on a device.
+pub struct Session {
+    real: Real,
+    /// In the order of [`BINDINGS`]; none for the ranges.
+    buffers: Vec<(&'static str, Buffer)>,
+    group: BindGroup,
+    cycle: Vec<Encoded>,
+    read_back: Buffer,
+}
+
+impl Session {
+    /// Buffers for a plan and the variants of `memory`, filled with what that holds.
+    ///
+    /// # Errors
+    /// If a buffer would be larger than the device allows.
+    pub fn new(gpu: &Gpu, real: Real, plan: &Plan, memory: &Memory) -> Result<Self, TooLarge> {
+        let device = &gpu.device;
+        let allowed = gpu.listed.largest_buffer;
+        let buffer = |name: &'static str, size: usize, usage: BufferUsages| {
+            let size = size as u64;
+            if size > allowed {
+                return Err(TooLarge { buffer: name, wanted: size, allowed });
+            }
+            Ok(device.create_buffer(&BufferDescriptor {
+                label: Some(name),
+                size: size.max(16).next_multiple_of(16),
+                usage: usage | BufferUsages::COPY_DST,
+                mapped_at_creation: false,
+            }))
+        };
+        let mut ranges = Vec::new();
+        let mut cycle = Vec::new();
+        for dispatch in plan.cycle() {
+            let Range { first, count, phases, unused } = dispatch.range;
+            cycle.push(Encoded {
+                stage: Stage::ALL.iter().position(|stage| *stage == dispatch.stage).expect("all stages are listed"),
+                offset: ranges.len() as u32,
+                workgroups: dispatch.workgroups(memory.variants() as u32),
+            });
+            ranges.extend([first, count, phases, unused].iter().flat_map(|word| word.to_le_bytes()));
+            ranges.resize(ranges.len().next_multiple_of(RANGE_STRIDE), 0);
+        }
+        let mut buffers = Vec::new();
+        for binding in BINDINGS {
+            let kind = match binding.access {
+                Access::Uniform => BufferUsages::UNIFORM,
+                Access::Read | Access::ReadWrite => BufferUsages::STORAGE | BufferUsages::COPY_SRC,
+            };
+            // What only stages write begins with zeros, as every buffer does.
+            let made = match memory::Buffer::named(binding.name) {
+                Some(memory::Buffer::Parts) => buffer(binding.name, memory.parts.len() * real.bytes(), kind)?,
+                Some(memory::Buffer::Blocks) => buffer(binding.name, memory.blocks.len() * real.bytes(), kind)?,
+                Some(memory::Buffer::Vectors) => buffer(binding.name, memory.vectors.len() * real.bytes(), kind)?,
+                filled => {
+                    let bytes = filled.map_or_else(|| ranges.clone(), |which| memory.bytes(which, real));
+                    let made = buffer(binding.name, bytes.len(), kind)?;
+                    gpu.queue.write_buffer(&made, 0, &bytes);
+                    made
+                }
+            };
+            buffers.push((binding.name, made));
+        }
+        let pipelines = gpu.pipelines.get(gpu, real);
+        let entries: Vec<BindGroupEntry<'_>> = BINDINGS
+            .iter()
+            .zip(&buffers)
+            .map(|(binding, (name, buffer))| BindGroupEntry {
+                binding: binding.place,
+                resource: if *name == RANGE {
+                    BindingResource::Buffer(BufferBinding { buffer, offset: 0, size: BufferSize::new(16) })
+                } else {
+                    buffer.as_entire_binding()
+                },
+            })
+            .collect();
+        let group = device.create_bind_group(&BindGroupDescriptor {
+            label: None,
+            layout: &pipelines.layout,
+            entries: &entries,
+        });
+        let size = |wanted: &str| buffers.iter().find(|(name, _)| *name == wanted).map_or(0, |(_, b)| b.size());
+        let read_back = device.create_buffer(&BufferDescriptor {
+            label: Some("read back"),
+            size: size("control") + size("state"),
+            usage: BufferUsages::MAP_READ | BufferUsages::COPY_DST,
+            mapped_at_creation: false,
+        });
+        Ok(Self { real, buffers, group, cycle, read_back })
+    }
+
+    fn buffer(&self, name: &str) -> &Buffer {
+        let found = self.buffers.iter().find(|(own, _)| *own == name);
+        &found.expect("every binding has a buffer").1
+    }
+
+    /// Uploads what changes from increment to increment.
+    pub fn upload(&self, gpu: &Gpu, memory: &Memory) {
+        for which in memory::Buffer::CHANGING {
+            gpu.queue.write_buffer(self.buffer(which.name()), 0, &memory.bytes(which, self.real));
+        }
+    }
+
+    /// Uploads everything that stages read.
+    pub fn upload_all(&self, gpu: &Gpu, memory: &Memory) {
+        for which in memory::Buffer::ALL {
+            gpu.queue.write_buffer(self.buffer(which.name()), 0, &memory.bytes(which, self.real));
+        }
+    }
+
+    /// So many cycles in one submission, and one read-back of `control` and `state`. Returns whether that worked; where it did not,
+    /// [`Gpu::failure`] says why.
+    pub fn run(&self, gpu: &Gpu, cycles: usize, memory: &mut Memory) -> bool {
+        let mut encoder = gpu.device.create_command_encoder(&CommandEncoderDescriptor { label: None });
+        for _ in 0..cycles {
+            self.encode(gpu, &mut encoder, &self.cycle);
+        }
+        let [control, state] = ["control", "state"].map(|name| self.buffer(name));
+        encoder.copy_buffer_to_buffer(control, 0, &self.read_back, 0, control.size());
+        encoder.copy_buffer_to_buffer(state, 0, &self.read_back, control.size(), state.size());
+        gpu.queue.submit([encoder.finish()]);
+        read(gpu, &self.read_back, |bytes| {
+            let (control, state) = bytes.split_at(control.size() as usize);
+            memory.take(memory::Buffer::Control, self.real, control);
+            memory.take(memory::Buffer::State, self.real, state);
+        })
+    }
+
+    fn encode(&self, gpu: &Gpu, encoder: &mut CommandEncoder, dispatches: &[Encoded]) {
+        let pipelines = gpu.pipelines.get(gpu, self.real);
+        let mut pass = encoder.begin_compute_pass(&ComputePassDescriptor { label: None, timestamp_writes: None });
+        for Encoded { stage, offset, workgroups: [x, y, z] } in dispatches {
+            pass.set_pipeline(&pipelines.stages[*stage]);
+            pass.set_bind_group(0, &self.group, &[*offset]);
+            pass.dispatch_workgroups(*x, *y, *z);
+        }
+    }
+
+    /// The dispatches of the cycle one by one, each followed by a read-back of all that stages write, for comparison with twins.
+    /// Returns whether that worked.
+    pub fn step(&self, gpu: &Gpu, dispatch: usize, memory: &mut Memory) -> bool {
+        let mut encoder = gpu.device.create_command_encoder(&CommandEncoderDescriptor { label: None });
+        self.encode(gpu, &mut encoder, &self.cycle[dispatch..=dispatch]);
+        gpu.queue.submit([encoder.finish()]);
+        let written = BINDINGS.iter().filter(|binding| binding.access == Access::ReadWrite);
+        written.filter_map(|binding| memory::Buffer::named(binding.name)).all(|which| {
+            let from = self.buffer(which.name());
+            let to = gpu.device.create_buffer(&BufferDescriptor {
+                label: Some("read back"),
+                size: from.size(),
+                usage: BufferUsages::MAP_READ | BufferUsages::COPY_DST,
+                mapped_at_creation: false,
+            });
+            let mut encoder = gpu.device.create_command_encoder(&CommandEncoderDescriptor { label: None });
+            encoder.copy_buffer_to_buffer(from, 0, &to, 0, from.size());
+            gpu.queue.submit([encoder.finish()]);
+            read(gpu, &to, |bytes| memory.take(which, self.real, bytes))
+        })
+    }
+}
+
+/// Waits for what was submitted and hands over what was copied.
+fn read(gpu: &Gpu, buffer: &Buffer, take: impl FnOnce(&[u8])) -> bool {
+    let (tell, told) = mpsc::channel();
+    buffer.map_async(MapMode::Read, .., move |done| {
+        // Nobody listens any more where waiting failed.
+        let _ = tell.send(done);
+    });
+    if let Err(error) = gpu.device.poll(PollType::Wait { submission_index: None, timeout: Some(PATIENCE) }) {
+        gpu.fail(format!("the device does not answer: {error}"));
+    }
+    match told.try_recv() {
+        Ok(Ok(())) => match buffer.get_mapped_range(..) {
+            Ok(range) => take(&range),
+            Err(error) => gpu.fail(format!("what the device computed cannot be read: {error}")),
+        },
+        Ok(Err(error)) => gpu.fail(format!("what the device computed cannot be read: {error}")),
+        Err(_) => gpu.fail("what the device computed never arrived".to_owned()),
+    }
+    buffer.unmap();
+    gpu.failure().is_none()
+}

@@ -1,0 +1,139 @@
+//! Every stage against its CPU twin: both begin with the same numbers, dispatch by dispatch, and end with the same up to round-off.
+
+use fastrand::Rng;
+use libtest_mimic::Failed;
+use std::sync::Arc;
+use wireloom_core::rotation::turned;
+use wireloom_core::{Pose, Registry, State, Vector};
+use wireloom_gpu::Gpu;
+use wireloom_gpu::flatten::{Flattening, accepts};
+use wireloom_gpu::session::Session;
+use wireloom_shaders::harness::Stop;
+use wireloom_shaders::memory::{Buffer, Memory};
+use wireloom_shaders::places::Phase;
+use wireloom_shaders::plan::Plan;
+use wireloom_shaders::{Real, twin};
+use wireloom_testkit::conformance::networks::{Sample, cable, ring, sized_y_harness, y_harness};
+
+/// Cycles that are followed: a first step that carries prescribed motion, and two more.
+const CYCLES: usize = 3;
+
+fn registry() -> Registry {
+    let mut registry = Registry::default();
+    wireloom_models::register(&mut registry);
+    registry
+}
+
+/// Harnesses of every sort of part, somewhere off their equilibria.
+fn samples() -> Vec<(&'static str, Sample)> {
+    let registry = registry();
+    vec![
+        ("a cable", cable(&registry, 12)),
+        ("arms in a point", y_harness(&registry, "cosserat", 6)),
+        ("a hub with offsets", sized_y_harness(&registry, "rigid-body", 6, 0.02)),
+        ("a ring", ring(&registry, "fused", 9, 4)),
+    ]
+}
+
+fn disturbed(sample: &Sample, rng: &mut Rng) -> State {
+    let mut state = sample.state.clone();
+    let mut vector = |size: f64| Vector::from_fn(|_, _| size * (rng.f64() - 0.5));
+    state.points.iter_mut().for_each(|x| *x += vector(2e-3));
+    state.frames.iter_mut().for_each(|q| *q = turned(q, &vector(0.2)));
+    sample.network.follow_ties(&mut state);
+    state
+}
+
+/// In f64.
+pub fn double(gpu: &Arc<Gpu>) -> Result<(), Failed> {
+    if !gpu.listed.double {
+        return Err("the device has no double precision: nothing to compare".into());
+    }
+    every_stage(gpu, Real::F64, 1e-11)
+}
+
+/// In f32, of which the twin knows nothing.
+pub fn single(gpu: &Arc<Gpu>) -> Result<(), Failed> {
+    every_stage(gpu, Real::F32, 2e-3)
+}
+
+fn every_stage(gpu: &Arc<Gpu>, real: Real, allowed: f64) -> Result<(), Failed> {
+    let mut rng = Rng::with_seed(3);
+    for (name, sample) in samples() {
+        assert_eq!(accepts(&sample.network), Ok(()), "{name}");
+        let mut problem = sample.problem();
+        let target = problem.conditions().targets[0];
+        let moved = target.position + Vector::new(1e-3, 2e-3, -1e-3);
+        problem.set_target(0, Pose { position: moved, ..target });
+        let state = disturbed(&sample, &mut rng);
+        problem.update_held(&state);
+        let flattening = Flattening::new(&sample.network);
+        let harness = flattening.harness(&problem, &state);
+        let plan = Plan::new(harness.links(), 4);
+        let mut twin = Memory::new(&plan, 2);
+        let scales = problem.scales();
+        let stop = Stop {
+            force_scale: scales.force,
+            moment_scale: scales.moment,
+            length_scale: scales.length,
+            tolerance: 1e-8,
+            max_iterations: 20,
+        };
+        // Two variants, in different places.
+        for (variant, state) in [(0, state.clone()), (1, disturbed(&sample, &mut rng))] {
+            twin.set_harness(&plan, variant, &flattening.harness(&problem, &state))?;
+            twin.set_shape(&plan, variant, &flattening.shape(&state));
+            twin.begin(variant, &stop, real);
+        }
+        let session = Session::new(gpu, real, &plan, &twin)?;
+        for cycle in 0..CYCLES {
+            for (k, dispatch) in plan.cycle().iter().enumerate() {
+                // What fits in the device's numbers.
+                for which in Buffer::ALL {
+                    let bytes = twin.bytes(which, real);
+                    twin.take(which, real, &bytes);
+                }
+                session.upload_all(gpu, &twin);
+                let mut device = twin.clone();
+                if !session.step(gpu, k, &mut device) {
+                    return Err(gpu.failure().unwrap_or_default().into());
+                }
+                let before = twin.clone();
+                twin::run(&mut twin, dispatch);
+                let place = format!("{name}, cycle {cycle}, {}", dispatch.stage.name());
+                compare(&place, &before, &twin, &device, allowed)?;
+            }
+        }
+        assert!(twin.control.iter().all(|control| control.phase != Phase::Done as u32 || control.iterations > 1));
+    }
+    Ok(())
+}
+
+/// Everything that a stage may have written; what it left alone is compared, too.
+fn compare(place: &str, before: &Memory, twin: &Memory, device: &Memory, allowed: f64) -> Result<(), Failed> {
+    let reals = |memory: &Memory| memory.control.iter().flat_map(|control| control.reals()).collect::<Vec<f64>>();
+    let rooms = [
+        ("state", &before.state, &twin.state, &device.state),
+        ("parts", &before.parts, &twin.parts, &device.parts),
+        ("blocks", &before.blocks, &twin.blocks, &device.blocks),
+        ("vectors", &before.vectors, &twin.vectors, &device.vectors),
+        ("control", &reals(before), &reals(twin), &reals(device)),
+    ];
+    for (room, before, twin, device) in rooms {
+        let written = (0..twin.len()).filter(|&k| before[k].to_bits() != twin[k].to_bits());
+        let scale = written.map(|k| twin[k].abs()).fold(0.0, f64::max);
+        for (k, (a, b)) in twin.iter().zip(device).enumerate() {
+            let near = (a - b).abs() <= allowed * scale || a.to_bits() == b.to_bits() || a.is_nan() && b.is_nan();
+            if !near {
+                return Err(format!("{place}: {room}[{k}] is {b:e} on the device, {a:e} in its twin").into());
+            }
+        }
+    }
+    let words = |memory: &Memory| memory.control.iter().map(|control| control.words()).collect::<Vec<_>>();
+    if words(twin) != words(device) {
+        return Err(
+            format!("{place}: control is {:?} on the device, {:?} in its twin", device.control, twin.control).into()
+        );
+    }
+    Ok(())
+}
