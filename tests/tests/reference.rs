@@ -14,6 +14,7 @@ use serde_json::Value;
 use std::path::{Path, PathBuf};
 use wireloom::core::equilibrium::StepResult;
 use wireloom::core::{Status, Vector};
+use wireloom::gpu::policy::{self, Found};
 
 fn main() {
     let arguments = Arguments::from_args();
@@ -39,6 +40,26 @@ fn main() {
             Trial::test(format!("{name}, mass-spring"), move || check_springs(&springs)),
         ]
     }));
+    let gpu = policy::device(std::env::var("WIRELOOM_GPU_TESTS").ok().as_deref());
+    // What slides has no law on the GPU.
+    let fixed = |path: &&PathBuf| std::fs::read_to_string(path).is_ok_and(|text| !text.contains("slide = true"));
+    for path in cases.iter().filter(fixed) {
+        let name = format!("{}, gpu", path.file_stem().unwrap_or_default().to_string_lossy());
+        let path = path.clone();
+        trials.push(match &gpu {
+            Found::Device(gpu) => {
+                let double = gpu.listed.double;
+                Trial::test(name, move || check_gpu(&path, double))
+            }
+            Found::Ignored(reason) => {
+                Trial::test(format!("{name} (ignored: {reason})"), || Ok(())).with_ignored_flag(true)
+            }
+            Found::Missing(reason) => {
+                let reason = reason.clone();
+                Trial::test(name, || Err(reason.into()))
+            }
+        });
+    }
     if trials.is_empty() {
         let reason = format!("reference (ignored: no folder {})", folder.display());
         trials.push(Trial::test(reason, || Ok(())).with_ignored_flag(true));
@@ -83,6 +104,35 @@ fn check(path: &Path) -> Result<(), Failed> {
     let order = 2.0 + (errors[0] / errors[2]).log2() / 2.0;
     if errors[2] > 0.3 && !(1.8..=2.3).contains(&order) {
         return Err(format!("observed order {order:.2} from errors over bars {errors:?}").into());
+    }
+    Ok(())
+}
+
+/// The minimiser `gpu` comes where `newton` comes: in double precision by itself, to the 1e-8 of the scenarios; in single precision with the
+/// help of the CPU for what is left, which is little.
+fn check_gpu(path: &Path, double: bool) -> Result<(), Failed> {
+    let text = std::fs::read_to_string(path)?;
+    let expected: Value = serde_json::from_str(&std::fs::read_to_string(path.with_extension("expected.json"))?)?;
+    let segments = 40;
+    let (error, newton) = solve(&text, segments, &expected["branches"])?;
+    let runs = [("f64", false, double), ("f32", true, true)];
+    for (precision, polish, _) in runs.into_iter().filter(|(.., there)| *there) {
+        let kind = format!("kind = \"gpu\"\nprecision = \"{precision}\"\npolish = {polish}");
+        let (own, end) = solve(&text.replace("kind = \"newton\"", &kind), segments, &expected["branches"])?;
+        if end.minimiser.kind != "gpu" || end.minimiser.force_residual > 1e-8 {
+            return Err(format!("{precision}: {:?}", end.minimiser).into());
+        }
+        if (end.minimiser.polish > 0) != polish {
+            return Err(format!("{precision}: the CPU made {} iterations", end.minimiser.polish).into());
+        }
+        if (own - error).abs() > 1e-6 {
+            return Err(format!("{precision}: position error {own:.3e}, with newton {error:.3e}").into());
+        }
+        let pairs = end.branches.iter().zip(&newton.branches).flat_map(|(a, b)| a.position.iter().zip(&b.position));
+        let apart = pairs.map(|(a, b)| (a - b).norm()).fold(0.0, f64::max);
+        if apart > 1e-7 {
+            return Err(format!("{precision}: {apart:e} m from where newton comes").into());
+        }
     }
     Ok(())
 }

@@ -134,7 +134,7 @@ pub struct RunArguments {
     pub allowed: Allowed,
 }
 
-/// Plugins that the user trusts.
+/// What of this machine a command may use: plugins that the user trusts, a device.
 #[derive(Args, Clone, Default)]
 pub struct Allowed {
     /// Allow a plugin that the scenario names: native code, which may do whatever you may
@@ -143,6 +143,9 @@ pub struct Allowed {
     /// WIRELOOM_PLUGINS, and .wireloom/plugins in the home folder. `check` loads nothing but what is allowed here.
     #[arg(long = "allow-plugin", value_name = "FILE")]
     pub allow_plugin: Vec<PathBuf>,
+    /// Run the minimiser `gpu` on this device: its number in `wireloom devices`, or part of its name
+    #[arg(long, value_name = "DEVICE")]
+    pub device: Option<String>,
 }
 
 #[derive(Subcommand)]

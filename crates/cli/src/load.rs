@@ -95,7 +95,7 @@ impl Loaded {
 /// Reads, checks and builds a scenario, with the plugins it wants and the user trusts; `settings` take the place of what it says.
 pub fn scenario(path: &Path, settings: &[Setting], trust: &Trust) -> Result<Loaded, Failure> {
     let text = text(path)?;
-    let mut registry = wireloom::registry();
+    let mut registry = trust.registry();
     let plugins = plugins::load(path, &text, trust, &mut registry)?;
     let files = Beside::of(path);
     match wireloom::load_with_settings(&text, settings, &files, &registry) {

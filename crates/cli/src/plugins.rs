@@ -7,6 +7,7 @@ use std::path::{Path, PathBuf};
 use std::time::Duration;
 use wireloom::core::Registry;
 use wireloom::core::equilibrium::Library;
+use wireloom::gpu::Devices;
 use wireloom::host::{Folders, LoadError, Plugin, Plugins, named, stand_by};
 use wireloom::scenario::Fault;
 use wireloom::solve::Progress;
@@ -24,21 +25,31 @@ pub fn search_path() -> Folders {
     folders
 }
 
-/// Whom the user trusts.
+fn devices(allowed: &Allowed) -> Devices {
+    Devices::wishing(allowed.device.as_deref())
+}
+
+/// Whom the user trusts, and which device they wish.
 pub struct Trust {
     folders: Option<Folders>,
     allowed: Vec<PathBuf>,
+    devices: Devices,
 }
 
 impl Trust {
     /// The search path, and what is allowed besides.
     pub fn to_run(allowed: &Allowed) -> Self {
-        Self { folders: Some(search_path()), allowed: allowed.allow_plugin.clone() }
+        Self { folders: Some(search_path()), allowed: allowed.allow_plugin.clone(), devices: devices(allowed) }
     }
 
     /// Only what is allowed by name.
     pub fn to_look(allowed: &Allowed) -> Self {
-        Self { folders: None, allowed: allowed.allow_plugin.clone() }
+        Self { folders: None, allowed: allowed.allow_plugin.clone(), devices: devices(allowed) }
+    }
+
+    /// The built-in kinds, on the device that the user wishes.
+    pub fn registry(&self) -> Registry {
+        wireloom::registry_on(self.devices.clone())
     }
 
     /// The file of what a scenario in `folder` calls `wanted`, or what is wrong with that: message and help.

@@ -72,6 +72,12 @@ pub fn accepts(network: &Network) -> Result<(), BuildError> {
             Action::Potential(_) => {}
         }
     }
+    if network.contact.cables {
+        return refused("contact of cables with one another".to_owned());
+    }
+    if let Some(obstacle) = network.obstacles.first() {
+        return refused(format!("contact with body `{}`", obstacle.name));
+    }
     match network.loads.iter().find(|load| load.site.frame.is_some() && load.moment != Vector::zeros()) {
         Some(load) => refused(format!("load `{}`, a dead moment,", load.name)),
         None => Ok(()),

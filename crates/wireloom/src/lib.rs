@@ -18,12 +18,22 @@ pub use wireloom_testkit as testkit;
 
 use wireloom_core::Registry;
 
-/// All built-in rods, joints, constraints, minimisers and shapes.
+/// All built-in kinds; the minimiser `gpu` takes the fastest device of the machine, if it is asked for.
 pub fn registry() -> Registry {
+    registry_on(gpu::Devices::default())
+}
+
+/// All built-in kinds; `gpu` on a device of choice.
+///
+/// # Panics
+/// Never: built-ins have names of their own.
+pub fn registry_on(devices: gpu::Devices) -> Registry {
     let mut registry = Registry::default();
     models::register(&mut registry);
-    solve::register(&mut registry);
     contact::register(&mut registry);
+    solve::register(&mut registry);
+    let gpu = gpu::kind(devices, || Box::new(solve::newton::Newton::new()));
+    registry.add_minimiser(gpu).map_err(|_| "built-ins are registered first").unwrap();
     registry
 }
 
