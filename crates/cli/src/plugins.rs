@@ -26,7 +26,7 @@ pub fn search_path() -> Folders {
 }
 
 fn devices(allowed: &Allowed) -> Devices {
-    Devices::wishing(allowed.device.as_deref())
+    Devices::for_one(allowed.device.as_deref())
 }
 
 /// Whom the user trusts, and which device they wish.

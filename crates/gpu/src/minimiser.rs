@@ -4,39 +4,37 @@
 //! iteration or a shorter trial of its step), and where every variable is comes back. The host grades what came back in f64; where that is not
 //! balanced to the tolerance, and `polish` allows it, a minimiser of the CPU goes on from there, and the report says so.
 
+use crate::batch::{Batch, Found, Job};
 use crate::device::{Gpu, OpenError};
 use crate::flatten::{self, Flattening};
-use crate::session::{Session, TooLarge};
 use std::sync::{Arc, OnceLock};
 use wireloom_core::minimiser::{Minimiser, Report, Status, Stop};
 use wireloom_core::registry::{BuildError, Form, MinimiserKind, Parameter, Parameters, Value};
 use wireloom_core::{Network, Problem, State, Tangent};
 use wireloom_shaders::Real;
 use wireloom_shaders::harness;
-use wireloom_shaders::memory::Memory;
-use wireloom_shaders::places::{Outcome, Phase};
-use wireloom_shaders::plan::Plan;
+use wireloom_shaders::places::Outcome;
 
-/// Cycles of the first submission for a harness.
-const FIRST_CYCLES: usize = 12;
-/// Most cycles of one submission: at a few hundred dispatches each, far from what a driver takes for a hanging device.
-const MOST_CYCLES: usize = 64;
-/// Variables that one invocation eliminates: few, for one harness is to keep the whole device busy.
+/// Variables that one invocation eliminates in a row, where one harness is to keep the whole device busy.
 const LEAF: usize = 8;
-/// More cycles than what was needed the last time.
-const SPARE_CYCLES: usize = 2;
 
 /// The device of a program: opened once, when it is first wanted, and shared by all minimisers.
-#[derive(Clone, Default)]
+#[derive(Clone)]
 pub struct Devices {
     wish: Option<String>,
     opened: Arc<OnceLock<Result<Arc<Gpu>, OpenError>>>,
+    batch: Arc<Batch>,
 }
 
 impl Devices {
-    /// The device of this name or number; see [`Gpu::open`].
-    pub fn wishing(wish: Option<&str>) -> Self {
-        Self { wish: wish.map(str::to_owned), opened: Arc::default() }
+    /// The device of this name or number (see [`Gpu::open`]), for one harness after the other.
+    pub fn for_one(wish: Option<&str>) -> Self {
+        Self { wish: wish.map(str::to_owned), opened: Arc::default(), batch: Arc::new(Batch::new(LEAF)) }
+    }
+
+    /// The same for many harnesses at a time, which members of the batch bring.
+    pub fn for_many(wish: Option<&str>) -> Self {
+        Self { batch: Arc::new(Batch::new(usize::MAX)), ..Self::for_one(wish) }
     }
 
     /// The device.
@@ -45,6 +43,11 @@ impl Devices {
     /// What kept it from being opened, the same every time.
     pub fn get(&self) -> Result<Arc<Gpu>, OpenError> {
         self.opened.get_or_init(|| Gpu::open(self.wish.as_deref()).map(Arc::new)).clone()
+    }
+
+    /// What brings harnesses down together.
+    pub fn batch(&self) -> &Batch {
+        &self.batch
     }
 }
 
@@ -98,15 +101,16 @@ fn build(devices: &Devices, parameters: &Parameters, polisher: Polisher) -> Resu
         _ => Real::F32,
     };
     let polish = parameters.flag("polish") != Some(false);
-    Ok(Box::new(GpuMinimiser::new(gpu, real, polish.then(polisher))))
+    Ok(Box::new(GpuMinimiser::new(gpu, Arc::clone(&devices.batch), real, polish.then(polisher))))
 }
 
 /// Newton's method on a device; see the page.
 pub struct GpuMinimiser {
     gpu: Arc<Gpu>,
+    batch: Arc<Batch>,
     real: Real,
     polisher: Option<Box<dyn Minimiser>>,
-    workspace: Option<Box<Workspace>>,
+    workspace: Option<Workspace>,
     fault: Option<String>,
 }
 
@@ -114,86 +118,49 @@ pub struct GpuMinimiser {
 struct Workspace {
     network: u64,
     flattening: Flattening,
-    real: Real,
-    plan: Plan,
-    memory: Memory,
-    session: Session,
-    /// Cycles of the next submission.
-    cycles: usize,
     gradient: Tangent,
 }
 
 impl GpuMinimiser {
     /// On a device, in a precision that it has; `polisher` finishes what it could not.
-    pub fn new(gpu: Arc<Gpu>, real: Real, polisher: Option<Box<dyn Minimiser>>) -> Self {
-        Self { gpu, real, polisher, workspace: None, fault: None }
+    pub fn new(gpu: Arc<Gpu>, batch: Arc<Batch>, real: Real, polisher: Option<Box<dyn Minimiser>>) -> Self {
+        Self { gpu, batch, real, polisher, workspace: None, fault: None }
     }
 
-    /// Brings the state down on the device. `None`: the device failed.
-    fn descend(&mut self, problem: &mut Problem<'_>, state: &mut State, stop: &Stop) -> Option<Report> {
+    /// Brings the state down on the device.
+    ///
+    /// # Errors
+    /// Why the device could not do it; the state is what it was.
+    fn descend(&mut self, problem: &mut Problem<'_>, state: &mut State, stop: &Stop) -> Result<Report, String> {
         problem.update_held(state);
-        if self.workspace.as_ref().is_none_or(|ws| ws.network != problem.network.id) {
-            match Workspace::new(&self.gpu, self.real, problem, state) {
-                Ok(made) => self.workspace = Some(Box::new(made)),
-                Err(error) => {
-                    self.fault = Some(error.to_string());
-                    return None;
-                }
-            }
-        }
-        let ws = self.workspace.as_mut().expect("made above");
-        let report = ws.descend(&self.gpu, problem, state, stop);
-        if report.is_none() {
-            self.fault = self.gpu.failure();
-        }
-        report
-    }
-}
-
-impl Workspace {
-    fn new(gpu: &Gpu, real: Real, problem: &Problem<'_>, state: &State) -> Result<Self, TooLarge> {
         let network = problem.network;
-        let flattening = Flattening::new(network);
-        let harness = flattening.harness(problem, state);
-        let plan = Plan::new(harness.links(), LEAF);
-        let memory = Memory::new(&plan, 1);
-        let session = Session::new(gpu, real, &plan, &memory)?;
-        let gradient = Tangent::zeros(network);
-        Ok(Self { network: network.id, flattening, real, plan, memory, session, cycles: FIRST_CYCLES, gradient })
-    }
-
-    fn descend(&mut self, gpu: &Gpu, problem: &mut Problem<'_>, state: &mut State, stop: &Stop) -> Option<Report> {
-        let scales = problem.scales();
-        let own = harness::Stop {
-            force_scale: scales.force,
-            moment_scale: scales.moment,
-            length_scale: scales.length,
-            tolerance: stop.force_tolerance,
-            max_iterations: stop.max_iterations as u32,
+        let ws = self.workspace.take().filter(|ws| ws.network == network.id);
+        let made = || Workspace {
+            network: network.id,
+            flattening: Flattening::new(network),
+            gradient: Tangent::zeros(network),
         };
-        let harness = self.flattening.harness(problem, state);
-        self.memory.set_harness(&self.plan, 0, &harness).expect("the links of a network never change");
-        self.memory.set_shape(&self.plan, 0, &self.flattening.shape(state));
-        self.memory.begin(0, &own, self.real);
-        self.session.upload(gpu, &self.memory);
-        let mut cycles = self.cycles;
-        loop {
-            if !self.session.run(gpu, cycles, &mut self.memory) {
-                return None;
-            }
-            if self.memory.control[0].phase == Phase::Done as u32 {
-                break;
-            }
-            cycles = (2 * cycles).min(MOST_CYCLES);
-        }
-        let control = &self.memory.control[0];
-        self.cycles = (control.evaluations as usize + SPARE_CYCLES).clamp(FIRST_CYCLES / 2, MOST_CYCLES);
-        self.flattening.put(&self.memory.shape(&self.plan, 0), problem.network, state);
+        let ws = self.workspace.insert(ws.unwrap_or_else(made));
+        let scales = problem.scales();
+        let job = Job {
+            real: self.real,
+            harness: ws.flattening.harness(problem, state),
+            shape: ws.flattening.shape(state),
+            stop: harness::Stop {
+                force_scale: scales.force,
+                moment_scale: scales.moment,
+                length_scale: scales.length,
+                tolerance: stop.force_tolerance,
+                max_iterations: u32::try_from(stop.max_iterations).unwrap_or(u32::MAX),
+            },
+        };
+        let Found { control, shape } = self.batch.descend(&self.gpu, job)?;
+        ws.flattening.put(&shape, network, state);
         problem.update_held(state);
         problem.place_held(state);
-        problem.gradient(state, &mut self.gradient);
-        problem.free_part(&mut self.gradient);
-        let residual = problem.residual(&self.gradient, &scales);
+        problem.gradient(state, &mut ws.gradient);
+        problem.free_part(&mut ws.gradient);
+        let residual = problem.residual(&ws.gradient, &scales);
         let ended = |outcome: Outcome| control.outcome == outcome as u32;
         let status = match () {
             () if !residual.is_finite() => Status::Failed,
@@ -203,7 +170,7 @@ impl Workspace {
             () if ended(Outcome::IterationLimit) => Status::IterationLimit,
             () => Status::Failed,
         };
-        Some(Report {
+        Ok(Report {
             status,
             iterations: control.iterations as usize,
             polish: 0,
@@ -224,16 +191,19 @@ impl Minimiser for GpuMinimiser {
     }
 
     fn minimise(&mut self, problem: &mut Problem<'_>, state: &mut State, stop: &Stop) -> Report {
-        let Some(mut report) = self.descend(problem, state, stop) else {
-            let nothing = Report {
-                status: Status::Failed,
-                iterations: 0,
-                polish: 0,
-                factorisations: 0,
-                evaluations: 0,
-                residual: f64::INFINITY,
-            };
-            return nothing;
+        let mut report = match self.descend(problem, state, stop) {
+            Ok(report) => report,
+            Err(failure) => {
+                self.fault = Some(failure);
+                return Report {
+                    status: Status::Failed,
+                    iterations: 0,
+                    polish: 0,
+                    factorisations: 0,
+                    evaluations: 0,
+                    residual: f64::INFINITY,
+                };
+            }
         };
         let left = stop.max_iterations.saturating_sub(report.iterations);
         if let (Some(polisher), true) = (&mut self.polisher, report.status != Status::Converged && left > 0) {
@@ -252,11 +222,8 @@ impl Minimiser for GpuMinimiser {
         report
     }
 
-    fn forget(&mut self) {
-        if let Some(ws) = &mut self.workspace {
-            ws.cycles = FIRST_CYCLES;
-        }
-    }
+    /// It remembers nothing that an equilibrium depends on.
+    fn forget(&mut self) {}
 
     fn fault(&self) -> Option<String> {
         self.fault.clone()

@@ -15,7 +15,6 @@ use wgpu::{
     ShaderStages,
 };
 use wireloom_shaders::memory::{self, Memory};
-use wireloom_shaders::places::Range;
 use wireloom_shaders::plan::Plan;
 use wireloom_shaders::{Access, BINDINGS, Real, Stage};
 
@@ -138,13 +137,12 @@ impl Session {
         let mut ranges = Vec::new();
         let mut cycle = Vec::new();
         for dispatch in plan.cycle() {
-            let Range { first, count, phases, unused } = dispatch.range;
             cycle.push(Encoded {
                 stage: Stage::ALL.iter().position(|stage| *stage == dispatch.stage).expect("all stages are listed"),
                 offset: ranges.len() as u32,
                 workgroups: dispatch.workgroups(memory.variants() as u32),
             });
-            ranges.extend([first, count, phases, unused].iter().flat_map(|word| word.to_le_bytes()));
+            ranges.extend(dispatch.range.words().iter().flat_map(|word| word.to_le_bytes()));
             ranges.resize(ranges.len().next_multiple_of(RANGE_STRIDE), 0);
         }
         let mut buffers = Vec::new();
@@ -174,7 +172,11 @@ impl Session {
             .map(|(binding, (name, buffer))| BindGroupEntry {
                 binding: binding.place,
                 resource: if *name == RANGE {
-                    BindingResource::Buffer(BufferBinding { buffer, offset: 0, size: BufferSize::new(16) })
+                    BindingResource::Buffer(BufferBinding {
+                        buffer,
+                        offset: 0,
+                        size: BufferSize::new(RANGE_STRIDE as u64),
+                    })
                 } else {
                     buffer.as_entire_binding()
                 },
@@ -275,7 +277,8 @@ fn read(gpu: &Gpu, buffer: &Buffer, take: impl FnOnce(&[u8])) -> bool {
     if let Err(error) = gpu.device.poll(PollType::Wait { submission_index: None, timeout: Some(PATIENCE) }) {
         gpu.fail(format!("the device does not answer: {error}"));
     }
-    match told.try_recv() {
+    // Another thread that waits, too, may be the one that is told first.
+    match told.recv_timeout(PATIENCE) {
         Ok(Ok(())) => match buffer.get_mapped_range(..) {
             Ok(range) => take(&range),
             Err(error) => gpu.fail(format!("what the device computed cannot be read: {error}")),

@@ -20,7 +20,7 @@ use wireloom_core::Registry;
 
 /// All built-in kinds; the minimiser `gpu` takes the fastest device of the machine, if it is asked for.
 pub fn registry() -> Registry {
-    registry_on(gpu::Devices::default())
+    registry_on(gpu::Devices::for_one(None))
 }
 
 /// All built-in kinds; `gpu` on a device of choice.

@@ -3,6 +3,7 @@
 use libtest_mimic::Failed;
 use std::sync::Arc;
 use wireloom_core::{Minimiser, Registry};
+use wireloom_gpu::batch::Batch;
 use wireloom_gpu::{Gpu, GpuMinimiser};
 use wireloom_shaders::Real;
 use wireloom_testkit::conformance::minimiser;
@@ -15,7 +16,9 @@ fn hold(gpu: &Arc<Gpu>, suite: Suite) -> Result<(), Failed> {
             "the device has no double precision: the contract is not held to what single precision finds".into()
         );
     }
-    let make = || Box::new(GpuMinimiser::new(Arc::clone(gpu), Real::F64, None)) as Box<dyn Minimiser>;
+    let batch = Arc::new(Batch::new(8));
+    let make =
+        || Box::new(GpuMinimiser::new(Arc::clone(gpu), Arc::clone(&batch), Real::F64, None)) as Box<dyn Minimiser>;
     let registry = || {
         let mut registry = Registry::default();
         wireloom_models::register(&mut registry);

@@ -1,0 +1,226 @@
+//! Harnesses that are brought down together, in one submission.
+//!
+//! Every minimiser of a program hands its harness to one batch and waits. Threads that want to go together are members of it
+//! ([`Batch::join`]); when all of them wait, the last one to come takes all harnesses to the device, those with the same links as variants
+//! of one plan. What a variant comes to does not depend on the others, to the last bit: stages compute every variant by itself, and
+//! leave alone one that is done. Without members every harness goes by itself.
+
+use crate::device::Gpu;
+use crate::session::{Session, TooLarge};
+use std::collections::BTreeMap;
+use std::sync::{Condvar, Mutex, MutexGuard, PoisonError};
+use wireloom_shaders::Real;
+use wireloom_shaders::harness::{Harness, Shape, Stop};
+use wireloom_shaders::memory::Memory;
+use wireloom_shaders::places::{Control, Phase};
+use wireloom_shaders::plan::Plan;
+
+/// Cycles of the first submission for a plan.
+const FIRST_CYCLES: usize = 12;
+/// Most cycles of one submission: at a few hundred dispatches each, far from what a driver takes for a hanging device.
+const MOST_CYCLES: usize = 64;
+/// More cycles than what was needed the last time.
+const SPARE_CYCLES: usize = 2;
+/// Plans that are kept: a harness, its coarse mesh, and what came before.
+const PLANS: usize = 4;
+/// Most variants of a plan; what is more goes in several submissions.
+const MOST_VARIANTS: usize = 4096;
+
+/// A harness, where it is, and how far it is to go.
+pub struct Job {
+    /// Numbers on the device.
+    pub real: Real,
+    /// The harness, under its conditions.
+    pub harness: Harness,
+    /// Where it is.
+    pub shape: Shape,
+    /// When it stops.
+    pub stop: Stop,
+}
+
+/// Where a harness came to.
+#[derive(Clone, Debug)]
+pub struct Found {
+    /// How it ended.
+    pub control: Control<f64>,
+    /// Where it is.
+    pub shape: Shape,
+}
+
+/// See the page.
+pub struct Batch {
+    /// Variables that one invocation eliminates in a row.
+    leaf: usize,
+    room: Mutex<Room>,
+    changed: Condvar,
+}
+
+/// A thread for which others wait, until it is dropped.
+pub struct Member<'b>(&'b Batch);
+
+impl Drop for Member<'_> {
+    fn drop(&mut self) {
+        self.0.room().members -= 1;
+        self.0.changed.notify_all();
+    }
+}
+
+#[derive(Default)]
+struct Room {
+    members: usize,
+    waiting: Vec<(u64, Job)>,
+    found: BTreeMap<u64, Result<Found, String>>,
+    tickets: u64,
+    /// Whether somebody is on the device.
+    busy: bool,
+    plans: Vec<Prepared>,
+}
+
+/// A plan with room on the device for so many variants.
+struct Prepared {
+    real: Real,
+    plan: Plan,
+    memory: Memory,
+    session: Session,
+    /// Cycles of the next submission.
+    cycles: usize,
+}
+
+impl Batch {
+    /// Where invocations eliminate at most so many variables in a row: few for single harnesses, any number for thousands.
+    pub fn new(leaf: usize) -> Self {
+        Self { leaf, room: Mutex::default(), changed: Condvar::new() }
+    }
+
+    /// From now on others wait for this thread; it must hand something in, or drop what it gets here.
+    pub fn join(&self) -> Member<'_> {
+        self.room().members += 1;
+        Member(self)
+    }
+
+    fn room(&self) -> MutexGuard<'_, Room> {
+        // Nobody panics who holds the lock.
+        self.room.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Brings a harness down, together with those of all members.
+    ///
+    /// # Errors
+    /// Why the device could not do it.
+    pub fn descend(&self, gpu: &Gpu, job: Job) -> Result<Found, String> {
+        let mut room = self.room();
+        let ticket = room.tickets;
+        room.tickets += 1;
+        room.waiting.push((ticket, job));
+        loop {
+            if let Some(found) = room.found.remove(&ticket) {
+                return found;
+            }
+            if room.busy || room.waiting.is_empty() || room.waiting.len() < room.members {
+                room = self.changed.wait(room).unwrap_or_else(PoisonError::into_inner);
+                continue;
+            }
+            room.busy = true;
+            let (mut jobs, mut plans) = (std::mem::take(&mut room.waiting), std::mem::take(&mut room.plans));
+            drop(room);
+            let mut found = Vec::new();
+            while !jobs.is_empty() {
+                self.descend_alike(gpu, &mut jobs, &mut plans, &mut found);
+            }
+            plans.drain(..plans.len().saturating_sub(PLANS));
+            room = self.room();
+            room.found.extend(found);
+            (room.plans, room.busy) = (plans, false);
+            self.changed.notify_all();
+        }
+    }
+
+    /// Brings down all jobs that have the links and the precision of the first one, and takes them off the list.
+    fn descend_alike(
+        &self,
+        gpu: &Gpu,
+        jobs: &mut Vec<(u64, Job)>,
+        plans: &mut Vec<Prepared>,
+        found: &mut Vec<(u64, Result<Found, String>)>,
+    ) {
+        let (real, links) = (jobs[0].1.real, jobs[0].1.harness.links());
+        let alike: Vec<bool> = jobs.iter().map(|(_, job)| job.real == real && job.harness.links() == links).collect();
+        let mut own = Vec::new();
+        let mut others = Vec::new();
+        for (job, alike) in jobs.drain(..).zip(alike) {
+            if alike && own.len() < MOST_VARIANTS { own.push(job) } else { others.push(job) }
+        }
+        *jobs = others;
+        let known = plans.iter().position(|known| known.real == real && known.plan.links == links);
+        let mut prepared = match known.map(|k| plans.remove(k)) {
+            Some(known) if known.memory.variants() >= own.len() => known,
+            known => {
+                let plan = known.map_or_else(|| Plan::new(links, self.leaf), |known| known.plan);
+                match Prepared::new(gpu, real, plan, own.len()) {
+                    Ok(prepared) => prepared,
+                    Err(error) => {
+                        found.extend(own.into_iter().map(|(ticket, _)| (ticket, Err(error.to_string()))));
+                        return;
+                    }
+                }
+            }
+        };
+        found.extend(prepared.descend(gpu, own));
+        plans.push(prepared);
+    }
+}
+
+impl Prepared {
+    /// With room for so many variants and some more, so that it is seldom made anew.
+    fn new(gpu: &Gpu, real: Real, plan: Plan, variants: usize) -> Result<Self, TooLarge> {
+        let memory = Memory::new(&plan, variants.next_power_of_two());
+        let session = Session::new(gpu, real, &plan, &memory)?;
+        Ok(Self { real, plan, memory, session, cycles: FIRST_CYCLES })
+    }
+
+    fn descend(&mut self, gpu: &Gpu, jobs: Vec<(u64, Job)>) -> Vec<(u64, Result<Found, String>)> {
+        for control in &mut self.memory.control {
+            control.phase = Phase::Done as u32;
+        }
+        for (variant, (_, job)) in jobs.iter().enumerate() {
+            self.memory.set_harness(&self.plan, variant, &job.harness).expect("all have the links of the plan");
+            self.memory.set_shape(&self.plan, variant, &job.shape);
+            self.memory.begin(variant, &job.stop, self.real);
+        }
+        self.session.upload(gpu, &self.memory);
+        let mut cycles = self.cycles;
+        loop {
+            if !self.session.run(gpu, cycles, &mut self.memory) {
+                let failure = gpu.failure().unwrap_or_default();
+                return jobs.into_iter().map(|(ticket, _)| (ticket, Err(failure.clone()))).collect();
+            }
+            if self.memory.control.iter().all(|control| control.phase == Phase::Done as u32) {
+                break;
+            }
+            cycles = (2 * cycles).min(MOST_CYCLES);
+        }
+        let needed = self.memory.control[..jobs.len()].iter().map(|control| control.evaluations as usize).max();
+        self.cycles = (needed.unwrap_or_default() + SPARE_CYCLES).clamp(FIRST_CYCLES / 2, MOST_CYCLES);
+        let found = |(variant, (ticket, _)): (usize, (u64, Job))| {
+            let control = self.memory.control[variant];
+            (ticket, Ok(Found { control, shape: self.memory.shape(&self.plan, variant) }))
+        };
+        jobs.into_iter().enumerate().map(found).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Batch;
+
+    #[test]
+    fn members_leave_when_they_are_dropped() {
+        let batch = Batch::new(8);
+        let (one, other) = (batch.join(), batch.join());
+        assert_eq!(batch.room().members, 2);
+        drop(one);
+        assert_eq!(batch.room().members, 1);
+        drop(other);
+        assert_eq!(batch.room().members, 0);
+    }
+}
