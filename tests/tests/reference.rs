@@ -118,7 +118,8 @@ fn check_gpu(path: &Path, double: bool) -> Result<(), Failed> {
     let runs = [("f64", false, double), ("f32", true, true)];
     for (precision, polish, _) in runs.into_iter().filter(|(.., there)| *there) {
         let kind = format!("kind = \"gpu\"\nprecision = \"{precision}\"\npolish = {polish}");
-        let (own, end) = solve(&text.replace("kind = \"newton\"", &kind), segments, &expected["branches"])?;
+        let solved = solve(&text.replace("kind = \"newton\"", &kind), segments, &expected["branches"]);
+        let (own, end) = solved.map_err(|why| format!("{precision}: {}", why.message().unwrap_or_default()))?;
         if end.minimiser.kind != "gpu" || end.minimiser.force_residual > 1e-8 {
             return Err(format!("{precision}: {:?}", end.minimiser).into());
         }
@@ -193,7 +194,8 @@ fn solve(text: &str, segments: usize, branches: &Value) -> Result<(f64, StepResu
     let (_, built) = wireloom::load(&text, &registry).map_err(|faults| wireloom::scenario::render(&text, &faults))?;
     let mut run = wireloom::run(built, &mut |_, _| wireloom::solve::Control::Continue);
     if run.status != Status::Converged {
-        return Err(format!("{segments} segments: {:?} {:?}", run.status, run.notes).into());
+        let last = run.steps.last().map(|step| &step.minimiser);
+        return Err(format!("{segments} segments: {:?} {:?} {:?} {last:?}", run.status, run.notes, run.fault).into());
     }
     let end = run.steps.pop().ok_or("no step")?;
     Ok((position_error(&end, branches)?, end))

@@ -18,6 +18,10 @@ use wireloom_shaders::places::Outcome;
 /// Variables that one invocation eliminates in a row, where one harness is to keep the whole device busy.
 const LEAF: usize = 8;
 
+/// Relative residual at which single precision leaves the rest to the CPU: from there it is a step or two, which round-off would hide
+/// from the device.
+const SINGLE_TOLERANCE: f64 = 1e-3;
+
 /// The device of a program: opened once, when it is first wanted, and shared by all minimisers.
 #[derive(Clone)]
 pub struct Devices {
@@ -142,6 +146,10 @@ impl GpuMinimiser {
         };
         let ws = self.workspace.insert(ws.unwrap_or_else(made));
         let scales = problem.scales();
+        let tolerance = match (self.real, &self.polisher) {
+            (Real::F32, Some(_)) => stop.force_tolerance.max(SINGLE_TOLERANCE),
+            _ => stop.force_tolerance,
+        };
         let job = Job {
             real: self.real,
             harness: ws.flattening.harness(problem, state),
@@ -150,7 +158,7 @@ impl GpuMinimiser {
                 force_scale: scales.force,
                 moment_scale: scales.moment,
                 length_scale: scales.length,
-                tolerance: stop.force_tolerance,
+                tolerance,
                 max_iterations: u32::try_from(stop.max_iterations).unwrap_or(u32::MAX),
             },
         };
@@ -191,6 +199,7 @@ impl Minimiser for GpuMinimiser {
     }
 
     fn minimise(&mut self, problem: &mut Problem<'_>, state: &mut State, stop: &Stop) -> Report {
+        let before = state.clone();
         let mut report = match self.descend(problem, state, stop) {
             Ok(report) => report,
             Err(failure) => {
@@ -205,11 +214,14 @@ impl Minimiser for GpuMinimiser {
                 };
             }
         };
-        let left = stop.max_iterations.saturating_sub(report.iterations);
-        if let (Some(polisher), true) = (&mut self.polisher, report.status != Status::Converged && left > 0) {
+        if let (Some(polisher), true) = (&mut self.polisher, report.status != Status::Converged) {
+            if report.status != Status::Stalled {
+                // Where it was lost says nothing: the CPU begins where the increment began.
+                state.copy_from(&before);
+            }
             // From nowhere but where the state is: the same bits whatever was polished before.
             polisher.forget();
-            let polish = polisher.minimise(problem, state, &Stop { max_iterations: left, ..*stop });
+            let polish = polisher.minimise(problem, state, stop);
             report = Report {
                 status: polish.status,
                 iterations: report.iterations + polish.iterations,
