@@ -236,7 +236,7 @@ fn rows_and_runs(text: &str) -> Result<(Vec<Row>, Vec<Ended>), Failed> {
     let (scenario, built) = load(&[])?;
     let sweep = scenario.sweep.as_ref().ok_or("no sweep")?;
     let header = header(sweep, &built.network);
-    let points = Points { text, files: &NoFiles, minimiser: None, registry: &registry, sweep, header };
+    let points = Points { text, files: &NoFiles, minimiser: None, registry: &registry, batch: None, sweep, header };
     let chains = points.chains();
     let kept = Mutex::new(vec![Vec::new(); chains.len()]);
     points.compute(&(0..chains.len()).collect::<Vec<_>>(), &|| false, &|| (), |k, rows| {

@@ -8,6 +8,7 @@ use std::time::Duration;
 use wireloom::core::Registry;
 use wireloom::core::equilibrium::Library;
 use wireloom::gpu::Devices;
+use wireloom::gpu::batch::Batch;
 use wireloom::host::{Folders, LoadError, Plugin, Plugins, named, stand_by};
 use wireloom::scenario::Fault;
 use wireloom::solve::Progress;
@@ -45,6 +46,16 @@ impl Trust {
     /// Only what is allowed by name.
     pub fn to_look(allowed: &Allowed) -> Self {
         Self { folders: None, allowed: allowed.allow_plugin.clone(), devices: devices(allowed) }
+    }
+
+    /// The same, for many harnesses at a time.
+    pub fn for_many(self) -> Self {
+        Self { devices: self.devices.for_many(), ..self }
+    }
+
+    /// What brings them to the device together.
+    pub fn batch(&self) -> &Batch {
+        self.devices.batch()
     }
 
     /// The built-in kinds, on the device that the user wishes.

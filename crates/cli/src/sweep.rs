@@ -32,7 +32,7 @@ const TABLE: &str = "points.parquet";
 const REPORT: &str = "report.html";
 const PARTS: &str = "sweep";
 /// Changes with what the chains mean.
-const FORMAT: u32 = 3;
+const FORMAT: u32 = 4;
 /// Messages of refused points that are shown.
 const REFUSALS: usize = 3;
 
@@ -48,7 +48,7 @@ struct Origin {
 
 /// Carries out a sweep, or goes on with it where it was interrupted.
 pub fn sweep(arguments: &SweepArguments, out: &mut dyn Write) -> Result<Outcome, Failure> {
-    let trust = Trust::to_run(&arguments.allowed);
+    let trust = Trust::to_run(&arguments.allowed).for_many();
     let file = &arguments.file;
     let minimiser: Vec<Setting> = arguments.minimiser.iter().map(|kind| Setting::minimiser(kind)).collect();
     let loaded = load::scenario(file, &minimiser, &trust)?;
@@ -71,6 +71,7 @@ pub fn sweep(arguments: &SweepArguments, out: &mut dyn Write) -> Result<Outcome,
         files: &Beside::of(file),
         minimiser: arguments.minimiser.as_deref(),
         registry: &loaded.registry,
+        batch: (loaded.scenario.minimiser.kind == "gpu").then(|| trust.batch()),
         sweep,
         header: header(sweep, &loaded.built.network),
     };
@@ -121,6 +122,12 @@ fn print(rows: &[Row], table: &Table, out: &mut dyn Write) -> io::Result<()> {
     counts.sort_by_key(|(_, n)| std::cmp::Reverse(*n));
     let words: Vec<String> = counts.iter().map(|(status, n)| format!("{n} {status}")).collect();
     writeln!(out, "{}: {}\n", size::counted(rows.len(), "point", "points"), words.join(", "))?;
+    if let Some(Column::Numbers(polish)) = table.column("polish") {
+        match polish.iter().flatten().filter(|polish| **polish > 0.0).count() {
+            0 => {}
+            polished => writeln!(out, "{polished} of them finished on the CPU, to the same tolerance\n")?,
+        }
+    }
     let mut columns = Columns::new(["result", ">least", ">mean", ">greatest"]);
     for (name, unit) in [("energy.total", "J"), ("bend_radius", "m"), ("force", "N")] {
         let Some(Column::Numbers(numbers)) = table.column(name) else { continue };

@@ -30,6 +30,8 @@ pub struct Ending {
     pub events: Vec<(EventKind, usize)>,
     /// Iterations over all steps.
     pub iterations: usize,
+    /// How many of them another minimiser made to finish.
+    pub polish: usize,
     /// Factorisations over all steps.
     pub factorisations: usize,
     /// Time over all steps, s.
@@ -98,6 +100,7 @@ impl Ending {
             energy: end.energy,
             events: count(run.events.iter().map(|event| event.kind)),
             iterations: work.clone().map(|m| m.iterations).sum(),
+            polish: work.clone().map(|m| m.polish).sum(),
             factorisations: work.clone().map(|m| m.factorisations).sum(),
             seconds: work.map(|m| m.seconds).sum(),
             minimiser: end.minimiser.kind.clone(),

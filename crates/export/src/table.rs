@@ -9,6 +9,7 @@
 //! | `stable` | whether the equilibrium is stable; null where it was not determined |
 //! | `events` | what an engineer must know: kinds of events and how many of each |
 //! | `iterations` | of the minimiser, over all steps |
+//! | `polish` | how many of them another one made to finish: `newton`, what `gpu` left above the tolerance |
 //! | `energy.total` ... | J, by effect |
 //! | `bend_radius`, `force` | the tightest bend of all branches (m; infinite where all are straight), the largest force of all fixings (N) |
 //! | `bend_radius.BRANCH`, `twist_turns.BRANCH` | tightest bend of a branch (m), its twist (turns) |
@@ -84,7 +85,7 @@ impl Header {
     /// Names of the columns of numbers.
     pub fn numbers(&self) -> Vec<String> {
         let energies = ["total", "stretch", "shear", "bend", "twist", "gravity", "load", "joint", "constraint"];
-        let mut names = vec!["iterations".to_owned()];
+        let mut names = ["iterations", "polish"].map(str::to_owned).to_vec();
         names.extend(energies.map(|effect| format!("energy.{effect}")));
         names.extend(["bend_radius", "force"].map(str::to_owned));
         for branch in &self.branches {
@@ -104,7 +105,7 @@ impl Header {
     pub fn row(&self, values: Vec<Cell>, ending: &Ending, outputs: Vec<f64>) -> Row {
         let e = &ending.energy;
         let energies = [e.total(), e.stretch, e.shear, e.bend, e.twist, e.gravity, e.load, e.joint, e.constraint];
-        let mut numbers = vec![ending.iterations as f64];
+        let mut numbers = vec![ending.iterations as f64, ending.polish as f64];
         numbers.extend(energies);
         numbers.push(ending.tightest().map_or(f64::INFINITY, |(_, _, radius)| radius));
         numbers.push(ending.fixings.iter().fold(0.0, |force: f64, fixing| force.max(fixing.force.norm())));

@@ -199,7 +199,7 @@ impl Prepared {
             }
             cycles = (2 * cycles).min(MOST_CYCLES);
         }
-        let needed = self.memory.control[..jobs.len()].iter().map(|control| control.evaluations as usize).max();
+        let needed = self.memory.control[..jobs.len()].iter().map(|control| control.cycles as usize).max();
         self.cycles = (needed.unwrap_or_default() + SPARE_CYCLES).clamp(FIRST_CYCLES / 2, MOST_CYCLES);
         let found = |(variant, (ticket, _)): (usize, (u64, Job))| {
             let control = self.memory.control[variant];

@@ -12,7 +12,7 @@ use wireloom_core::minimiser::{Minimiser, Report, Status, Stop};
 use wireloom_core::registry::{BuildError, Form, MinimiserKind, Parameter, Parameters, Value};
 use wireloom_core::{Network, Problem, State, Tangent};
 use wireloom_shaders::Real;
-use wireloom_shaders::harness;
+use wireloom_shaders::harness::{self, Algorithm};
 use wireloom_shaders::places::Outcome;
 
 /// Variables that one invocation eliminates in a row, where one harness is to keep the whole device busy.
@@ -37,8 +37,8 @@ impl Devices {
     }
 
     /// The same for many harnesses at a time, which members of the batch bring.
-    pub fn for_many(wish: Option<&str>) -> Self {
-        Self { batch: Arc::new(Batch::new(usize::MAX)), ..Self::for_one(wish) }
+    pub fn for_many(&self) -> Self {
+        Self { batch: Arc::new(Batch::new(usize::MAX)), ..self.clone() }
     }
 
     /// The device.
@@ -80,6 +80,12 @@ pub fn kind(devices: Devices, polisher: Polisher) -> MinimiserKind {
                 Value::Word("auto".into()),
             ),
             parameter(
+                "algorithm",
+                "newton: a matrix of its own for every step; gradient: conjugate gradients in the metric of one that is factorised now and then",
+                choice(&["newton", "gradient"]),
+                Value::Word("newton".into()),
+            ),
+            parameter(
                 "polish",
                 "whether the CPU (newton) finishes what the device left above the tolerance",
                 Form::Flag,
@@ -104,8 +110,13 @@ fn build(devices: &Devices, parameters: &Parameters, polisher: Polisher) -> Resu
         _ if gpu.listed.double => Real::F64,
         _ => Real::F32,
     };
+    let algorithm = match parameters.word("algorithm") {
+        Some("gradient") => Algorithm::Gradient,
+        _ => Algorithm::Newton,
+    };
     let polish = parameters.flag("polish") != Some(false);
-    Ok(Box::new(GpuMinimiser::new(gpu, Arc::clone(&devices.batch), real, polish.then(polisher))))
+    let batch = Arc::clone(&devices.batch);
+    Ok(Box::new(GpuMinimiser::new(gpu, batch, real, polish.then(polisher)).by(algorithm)))
 }
 
 /// Newton's method on a device; see the page.
@@ -113,6 +124,7 @@ pub struct GpuMinimiser {
     gpu: Arc<Gpu>,
     batch: Arc<Batch>,
     real: Real,
+    algorithm: Algorithm,
     polisher: Option<Box<dyn Minimiser>>,
     workspace: Option<Workspace>,
     fault: Option<String>,
@@ -128,7 +140,12 @@ struct Workspace {
 impl GpuMinimiser {
     /// On a device, in a precision that it has; `polisher` finishes what it could not.
     pub fn new(gpu: Arc<Gpu>, batch: Arc<Batch>, real: Real, polisher: Option<Box<dyn Minimiser>>) -> Self {
-        Self { gpu, batch, real, polisher, workspace: None, fault: None }
+        Self { gpu, batch, real, algorithm: Algorithm::Newton, polisher, workspace: None, fault: None }
+    }
+
+    /// By another algorithm than Newton's.
+    pub fn by(self, algorithm: Algorithm) -> Self {
+        Self { algorithm, ..self }
     }
 
     /// Brings the state down on the device.
@@ -160,6 +177,7 @@ impl GpuMinimiser {
                 length_scale: scales.length,
                 tolerance,
                 max_iterations: u32::try_from(stop.max_iterations).unwrap_or(u32::MAX),
+                algorithm: self.algorithm,
             },
         };
         let Found { control, shape } = self.batch.descend(&self.gpu, job)?;
@@ -214,18 +232,24 @@ impl Minimiser for GpuMinimiser {
                 };
             }
         };
-        if let (Some(polisher), true) = (&mut self.polisher, report.status != Status::Converged) {
-            if report.status != Status::Stalled {
-                // Where it was lost says nothing: the CPU begins where the increment began.
+        let Some(polisher) = &mut self.polisher else { return report };
+        // Where the device was lost says nothing, and from where it came to there may be no way down: the CPU then begins where the
+        // increment began.
+        let from_device = report.status == Status::Stalled;
+        for go_on in [from_device, false].into_iter().skip(usize::from(!from_device)) {
+            if report.status == Status::Converged {
+                break;
+            }
+            if !go_on {
                 state.copy_from(&before);
             }
-            // From nowhere but where the state is: the same bits whatever was polished before.
+            // The same bits whatever was polished before.
             polisher.forget();
             let polish = polisher.minimise(problem, state, stop);
             report = Report {
                 status: polish.status,
                 iterations: report.iterations + polish.iterations,
-                polish: polish.iterations,
+                polish: report.polish + polish.iterations,
                 factorisations: report.factorisations + polish.factorisations,
                 evaluations: report.evaluations + polish.evaluations,
                 residual: polish.residual,

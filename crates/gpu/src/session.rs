@@ -129,7 +129,7 @@ impl Session {
             }
             Ok(device.create_buffer(&BufferDescriptor {
                 label: Some(name),
-                size: size.max(16).next_multiple_of(16),
+                size: size.max(16).next_multiple_of(wgpu::COPY_BUFFER_ALIGNMENT),
                 usage: usage | BufferUsages::COPY_DST,
                 mapped_at_creation: false,
             }))

@@ -10,17 +10,20 @@
 //!
 //! Where either fails, where there is more than one equilibrium and which one is found depends on the way, all points of the chain are
 //! started afresh. So what is between the ends of a chain has the equilibrium that both have; what a start afresh would find at single points
-//! between them, and at neither end, is not looked for. How chains are cut follows from the number of points alone: so rows are the same, to the last bit, for any number of
+//! between them, and at neither end, is not looked for. With the minimiser `gpu` many chains go to the device together, one variant each. How chains are cut follows from the number of points alone: so rows are the same, to the last bit, for any number of
 //! threads, and wherever an interrupted sweep was taken up again.
 
 mod outputs;
 
 use rayon::prelude::*;
 use std::ops::Range;
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::{Mutex, PoisonError};
 use wireloom_core::equilibrium::StepResult;
 use wireloom_core::{Network, Registry, Status};
 use wireloom_export::ending::Ending;
 use wireloom_export::table::{Cell, Header, Row};
+use wireloom_gpu::batch::Batch;
 use wireloom_scenario::sweep::{Axis, Sweep, Value};
 use wireloom_scenario::{Built, Fault, Files};
 use wireloom_solve::checkpoint::{Checkpoint, Observer, Resumed};
@@ -28,6 +31,10 @@ use wireloom_solve::{Control, Progress};
 
 /// The most points of a chain: what a kill costs, on each core. One of them is computed twice.
 const LONGEST: usize = 32;
+/// The most points of a chain where chains go to a device together: short ones, so that there are many.
+const LONGEST_TOGETHER: usize = 4;
+/// The most chains that go together: each has a thread, which mostly waits.
+const TOGETHER: usize = 4096;
 /// Chains there are at least, so that all cores have work.
 const CHAINS: usize = 16;
 
@@ -41,6 +48,8 @@ pub struct Points<'a> {
     pub minimiser: Option<&'a str>,
     /// The kinds.
     pub registry: &'a Registry,
+    /// Where the minimiser is `gpu`, what brings the harnesses of many chains to the device together: that of the registry's devices.
+    pub batch: Option<&'a Batch>,
     /// The sweep of the scenario.
     pub sweep: &'a Sweep,
     /// Names of the columns.
@@ -90,7 +99,8 @@ impl Points<'_> {
     /// How the points are cut into chains.
     pub fn chains(&self) -> Vec<Range<usize>> {
         let points = self.sweep.points;
-        let length = (points / CHAINS).clamp(1, LONGEST);
+        let longest = if self.batch.is_some() { LONGEST_TOGETHER } else { LONGEST };
+        let length = (points / CHAINS).clamp(1, longest);
         (0..points).step_by(length).map(|first| first..(first + length).min(points)).collect()
     }
 
@@ -107,11 +117,15 @@ impl Points<'_> {
         keep: impl Fn(usize, Vec<Row>) -> Result<(), E> + Sync,
     ) -> Result<(), E> {
         let all = self.chains();
-        // One at a time: which thread takes which makes no difference.
-        chains.par_iter().with_max_len(1).try_for_each(|&k| match self.chain(all[k].clone(), stop, done) {
+        let chain = |&k: &usize| match self.chain(all[k].clone(), stop, done) {
             Some(rows) => keep(k, rows),
             None => Ok(()),
-        })
+        };
+        match self.batch {
+            // One at a time: which thread takes which makes no difference.
+            None => chains.par_iter().with_max_len(1).try_for_each(chain),
+            Some(batch) => together(batch, chains, chain),
+        }
     }
 
     /// The rows of a chain; `None` where it was stopped.
@@ -231,6 +245,31 @@ impl Points<'_> {
         let start = start.map(|checkpoint| Start { network, checkpoint });
         Some(Point { row: Row { message, ..row }, start })
     }
+}
+
+/// Works on chains in threads of their own, all of which meet on the device; not in those of rayon, where one that waits may have to
+/// do another's work first. The first error ends it.
+fn together<E: Send>(batch: &Batch, chains: &[usize], work: impl Fn(&usize) -> Result<(), E> + Sync) -> Result<(), E> {
+    let next = AtomicUsize::new(0);
+    let failed: Mutex<Option<E>> = Mutex::new(None);
+    let failed_yet = || failed.lock().unwrap_or_else(PoisonError::into_inner);
+    std::thread::scope(|scope| {
+        for _ in 0..chains.len().min(TOGETHER) {
+            scope.spawn(|| {
+                let _member = batch.join();
+                while let Some(chain) = chains.get(next.fetch_add(1, Ordering::Relaxed)) {
+                    if failed_yet().is_some() {
+                        return;
+                    }
+                    if let Err(error) = work(chain) {
+                        failed_yet().get_or_insert(error);
+                        return;
+                    }
+                }
+            });
+        }
+    });
+    failed.into_inner().unwrap_or_else(PoisonError::into_inner).map_or(Ok(()), Err)
 }
 
 /// Keeps the first checkpoint.

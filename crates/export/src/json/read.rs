@@ -21,7 +21,11 @@ pub fn read(input: impl Read) -> io::Result<Option<Ending>> {
         return Err(io::Error::new(io::ErrorKind::InvalidData, message));
     }
     let Document {
-        scenario, status, events, steps: Steps { last, closed, iterations, factorisations, seconds }, ..
+        scenario,
+        status,
+        events,
+        steps: Steps { last, closed, iterations, polish, factorisations, seconds },
+        ..
     } = document;
     let Some(end) = last else { return Ok(None) };
     let kinds = events.iter().filter_map(|event| EventKind::ALL.into_iter().find(|kind| kind.word() == event.kind));
@@ -47,6 +51,7 @@ pub fn read(input: impl Read) -> io::Result<Option<Ending>> {
         energy: end.energy.plain(),
         events: count(kinds.collect::<Vec<_>>().into_iter()),
         iterations,
+        polish,
         factorisations,
         seconds,
         minimiser: end.minimiser.kind,
@@ -170,6 +175,8 @@ impl EnergyByEffect {
 struct Minimiser {
     kind: String,
     iterations: usize,
+    #[serde(default)]
+    polish: usize,
     factorisations: usize,
     seconds: Number,
 }
@@ -184,6 +191,7 @@ struct Steps {
     last: Option<Step>,
     closed: Vec<Closed>,
     iterations: usize,
+    polish: usize,
     factorisations: usize,
     seconds: f64,
 }
@@ -196,10 +204,12 @@ impl Steps {
             self.last.take().filter(|before| before.name == step.name && step.increment > before.increment)
         {
             self.iterations -= before.minimiser.iterations;
+            self.polish -= before.minimiser.polish;
             self.factorisations -= before.minimiser.factorisations;
             self.seconds -= before.minimiser.seconds.unwrap_or(0.0);
         }
         self.iterations += step.minimiser.iterations;
+        self.polish += step.minimiser.polish;
         self.factorisations += step.minimiser.factorisations;
         self.seconds += step.minimiser.seconds.unwrap_or(0.0);
         self.last = Some(step);

@@ -1,6 +1,7 @@
 //! What needs a device: a GPU, or one in software. Which one, and what happens where there is none, the variable WIRELOOM_GPU_TESTS
 //! says ([`wireloom_gpu::policy`]).
 
+mod batches;
 mod conformance;
 mod parity;
 
@@ -15,6 +16,7 @@ const CHECKS: &[(&str, Check)] = &[
     ("it is found by its number and by its name", is_found),
     ("an unknown name is refused with those there are", unknown_is_refused),
     ("a device that is lost says so and nothing panics", lost_says_so),
+    ("members of a batch end as if each were alone", batches::end_as_if_alone),
     ("every stage does what its twin does, in double precision", parity::double),
     ("every stage does what its twin does, in single precision", parity::single),
 ];

@@ -8,7 +8,7 @@ use wireloom_core::{Pose, Registry, State, Vector};
 use wireloom_gpu::Gpu;
 use wireloom_gpu::flatten::{Flattening, accepts};
 use wireloom_gpu::session::Session;
-use wireloom_shaders::harness::Stop;
+use wireloom_shaders::harness::{Algorithm, Stop};
 use wireloom_shaders::memory::{Buffer, Memory};
 use wireloom_shaders::places::Phase;
 use wireloom_shaders::plan::Plan;
@@ -49,15 +49,16 @@ pub fn double(gpu: &Arc<Gpu>) -> Result<(), Failed> {
     if !gpu.listed.double {
         return Err("the device has no double precision: nothing to compare".into());
     }
-    every_stage(gpu, Real::F64, 1e-11)
+    every_stage(gpu, Real::F64, 1e-11, Algorithm::Newton)?;
+    every_stage(gpu, Real::F64, 1e-11, Algorithm::Gradient)
 }
 
 /// In f32, of which the twin knows nothing.
 pub fn single(gpu: &Arc<Gpu>) -> Result<(), Failed> {
-    every_stage(gpu, Real::F32, 2e-3)
+    every_stage(gpu, Real::F32, 2e-3, Algorithm::Newton)
 }
 
-fn every_stage(gpu: &Arc<Gpu>, real: Real, allowed: f64) -> Result<(), Failed> {
+fn every_stage(gpu: &Arc<Gpu>, real: Real, allowed: f64, algorithm: Algorithm) -> Result<(), Failed> {
     let mut rng = Rng::with_seed(3);
     for (name, sample) in samples() {
         assert_eq!(accepts(&sample.network), Ok(()), "{name}");
@@ -78,6 +79,7 @@ fn every_stage(gpu: &Arc<Gpu>, real: Real, allowed: f64) -> Result<(), Failed> {
             length_scale: scales.length,
             tolerance: 1e-8,
             max_iterations: 20,
+            algorithm,
         };
         // Two variants, in different places.
         for (variant, state) in [(0, state.clone()), (1, disturbed(&sample, &mut rng))] {

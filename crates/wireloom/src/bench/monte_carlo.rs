@@ -41,7 +41,7 @@ pub fn monte_carlo(points: usize, registry: &Registry) -> MonteCarlo {
         loaded.map_err(|faults| crate::scenario::render(SCENARIO, &faults)).expect("a sound scenario");
     let sweep = scenario.sweep.as_ref().expect("it has a sweep");
     let header = header(sweep, &built.network);
-    let all = Points { text: SCENARIO, files: &NoFiles, minimiser: None, registry, sweep, header };
+    let all = Points { text: SCENARIO, files: &NoFiles, minimiser: None, registry, batch: None, sweep, header };
     let clock = Instant::now();
     let statuses: Mutex<Vec<(String, usize)>> = Mutex::default();
     let chains: Vec<usize> = (0..all.chains().len()).collect();
