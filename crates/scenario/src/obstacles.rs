@@ -74,6 +74,5 @@ pub(crate) fn contact(entry: &Entry<'_>) -> ContactSettings {
     ContactSettings {
         cables: entry.flag("cables").unwrap_or(default.cables),
         resolve: entry.flag("resolve").unwrap_or(default.resolve),
-        ..default
     }
 }
