@@ -76,6 +76,37 @@ fn crossed_cables_rest_on_each_other() {
     assert!((gap - 0.008).abs() < 0.008 * 2e-3, "{gap} m between the centre lines");
 }
 
+/// Least distance between two pieces of straight line.
+fn pieces_apart([p, p_end]: [&Vector; 2], [q, q_end]: [&Vector; 2]) -> f64 {
+    let (d, e, r) = (p_end - p, q_end - q, p - q);
+    let (a, b, c, f, g) = (d.dot(&d), d.dot(&e), d.dot(&r), e.dot(&e), e.dot(&r));
+    let square = a * f - b * b;
+    let mut s = if square > 1e-12 * a * f { ((b * g - c * f) / square).clamp(0.0, 1.0) } else { 0.0 };
+    let mut t = (b * s + g) / f;
+    if !(0.0..=1.0).contains(&t) {
+        t = t.clamp(0.0, 1.0);
+        s = ((b * t - c) / a).clamp(0.0, 1.0);
+    }
+    (p + d * s - q - e * t).norm()
+}
+
+/// Drawn nodes lie ℓ²κ/24 beside the corners of the mesh that are kept apart: with ℓ = 4 mm and bends of 12 mm some 2 % of the radius.
+#[test]
+fn a_knot_that_is_pulled_tight_does_not_pass_through_itself() {
+    let run = converged("overhand_knot.toml", &[]);
+    let step = run.steps.last().expect("steps");
+    let x = &step.branches[0].position;
+    let mut least = f64::INFINITY;
+    for i in 0..x.len() - 1 {
+        for j in i + 10..x.len() - 1 {
+            least = least.min(pieces_apart([&x[i], &x[i + 1]], [&x[j], &x[j + 1]]));
+        }
+    }
+    assert!(least > 0.006 * (1.0 - 0.015), "{least} m between centre lines");
+    // Without a knot the cable would be slack by a tenth of its length, and nothing would pull.
+    assert!(force(step, "B").x > 1.0 && least < 0.0062, "{:?}", force(step, "B"));
+}
+
 /// A box of half sizes `half`, turned about z: how far a point is from it, m; negative inside.
 fn box_distance(x: &Vector, centre: &Vector, half: &Vector, turn: f64) -> f64 {
     let own = Rotation::from_axis_angle(&Vector::z_axis(), -turn) * (x - centre);

@@ -84,8 +84,8 @@ impl Hessian {
 /// Forces and moments that are "one" for a problem; residuals are relative to them.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Scales {
-    /// N: the largest of the weights of the branches and joints, the dead forces, and EI/L² with the stiffest section
-    /// and the longest branch.
+    /// N: the largest of the weights of the branches and joints, the dead forces, the forces known to push where cables touch something, and EI/L²
+    /// with the stiffest section and the longest branch.
     pub force: f64,
     /// N m: the force scale times the longest branch, or the largest dead moment.
     pub moment: f64,
@@ -262,6 +262,7 @@ impl<'n> Problem<'n> {
             moment = moment.max(load.moment.norm() * factor.abs());
         }
         force = force.max(stiffness / (length * length));
+        force = self.conditions.contact.marks.iter().map(|mark| mark.multiplier).fold(force, f64::max);
         Scales { force, moment: moment.max(force * length), length }
     }
 

@@ -5,7 +5,7 @@
 //! Parts of the harness that are less than [`APART`] radii from each other along the cable do not count. Where cables overlap when a run
 //! begins (arms that leave a joint side by side), they are let overlap so far, until they have come apart.
 
-use super::{Against, Contact, Touched, Turning, marks_of, position, pushed};
+use super::{Against, Contact, DEPTH, Spot, Touched, Turning, marks_of, position, pushed};
 use crate::network::BranchEnd;
 use crate::problem::Problem;
 use crate::{Matrix, Network, State, Vector};
@@ -17,6 +17,13 @@ use std::collections::{BTreeSet, HashMap};
 const APART: f64 = 2.5;
 /// Pairs are watched that are nearer than their radii and so many times the largest radius.
 const MARGIN: f64 = 2.0;
+/// Depth between spots, in sums of both radii, from which on one is put where two cables cross.
+const CROSSING: f64 = 4.0 * DEPTH;
+/// None is put nearer to another one than this share of the distance between its neighbours.
+const NEAR_SPOT: f64 = 0.02;
+/// Square of the sine of the angle below which pieces count as parallel.
+const PARALLEL: f64 = 1e-3;
+
 /// Cables that overlap from the beginning.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Overlap {
@@ -29,8 +36,8 @@ pub struct Overlap {
 }
 
 /// A spot, and a row of segments that are near it.
-struct Pair {
-    spot: u32,
+pub(super) struct Pair {
+    pub(super) spot: u32,
     branch: u32,
     /// First and last segment.
     segments: (u32, u32),
@@ -45,7 +52,7 @@ pub(crate) struct Cables {
     longest_segment: f64,
     /// Where the spots were when pairs were looked for; empty: not yet.
     searched: Vec<Vector>,
-    pairs: Vec<Pair>,
+    pub(super) pairs: Vec<Pair>,
     /// Pairs of segments, by their first points, that second derivatives may couple.
     pattern: BTreeSet<[usize; 2]>,
     /// Their points.
@@ -142,12 +149,13 @@ impl Problem<'_> {
         }
         let network = self.network;
         let margin = MARGIN * self.contacts.cables.largest_radius;
-        let spots: Vec<Vector> = self.contacts.spots.iter().map(|spot| position(network, state, spot)).collect();
+        let spots = || self.contacts.spots.iter().map(|spot| position(network, state, spot));
         let searched = &self.contacts.cables.searched;
-        let near = |(x, was): (&Vector, &Vector)| (x - was).norm_squared() <= 0.25 * margin * margin;
-        if searched.len() == spots.len() && spots.iter().zip(searched).all(near) {
+        let near = |(x, was): (Vector, &Vector)| (x - was).norm_squared() <= 0.25 * margin * margin;
+        if searched.len() == self.contacts.spots.len() && spots().zip(searched).all(near) {
             return;
         }
+        let spots: Vec<Vector> = spots().collect();
         let first_search = searched.is_empty();
         let cables = &self.contacts.cables;
         // Midpoints of segments, by cell; what is near enough lies in a cell next door.
@@ -278,6 +286,31 @@ impl Problem<'_> {
             }
         }
         energy
+    }
+
+    /// The places between a spot and the next one on its segment that are nearer to another cable than is let pass, and nearer than both: where
+    /// two straight pieces cross.
+    pub(super) fn crossings(&self, state: &State, pair: &Pair, next: f64, found: &mut Vec<Spot>) {
+        let spot = self.contacts.spots[pair.spot as usize];
+        let at = |share: f64| position(self.network, state, &Spot { share, ..spot });
+        let (p, d) = (at(spot.share), at(next) - at(spot.share));
+        let radius = self.least_distance(pair);
+        for segment in pair.segments.0..=pair.segments.1 {
+            let (b, j) = (pair.branch as usize, segment as usize);
+            let (q, e) = (self.node(state, b, j), self.node(state, b, j + 1) - self.node(state, b, j));
+            // Where p + t d and q + s e are nearest to each other.
+            let (dd, de, ee, r) = (d.norm_squared(), d.dot(&e), e.norm_squared(), q - p);
+            let square = dd * ee - de * de;
+            if square < PARALLEL * dd * ee {
+                continue;
+            }
+            let t = (ee * d.dot(&r) - de * e.dot(&r)) / square;
+            let s = (de * d.dot(&r) - dd * e.dot(&r)) / square;
+            let inside = t > NEAR_SPOT && t < 1.0 - NEAR_SPOT && (0.0..=1.0).contains(&s);
+            if inside && (p + d * t - q - e * s).norm() < radius * (1.0 - CROSSING) {
+                found.push(Spot { share: spot.share + (next - spot.share) * t, ..spot });
+            }
+        }
     }
 
     /// Cables that overlap at `state` may do so from now on, as far as they do.

@@ -159,15 +159,20 @@ impl Problem<'_> {
             return false;
         }
         self.look(state);
+        self.search_pairs(state);
         let mut found: Vec<Spot> = Vec::new();
+        for pair in &self.contacts.cables.pairs {
+            let spot = self.contacts.spots[pair.spot as usize];
+            if spot.share < 1.0 {
+                self.crossings(state, pair, self.next_share(&spot), &mut found);
+            }
+        }
         for &index in &self.contacts.near {
             let spot = self.contacts.spots[index as usize];
             if spot.share == 1.0 {
                 continue;
             }
-            // The next spot on the segment, whoever it is.
-            let others = self.contacts.spots.iter().filter(|s| s.branch == spot.branch && s.segment == spot.segment);
-            let next = others.map(|s| s.share).filter(|t| *t > spot.share).fold(1.0, f64::min);
+            let next = self.next_share(&spot);
             for &o in &self.contacts.watched[index as usize] {
                 found.extend(self.deepest_between(state, &spot, next, o));
             }
@@ -182,6 +187,16 @@ impl Problem<'_> {
         self.contacts.set_extra(&extra);
         self.conditions.contact.extra = extra;
         true
+    }
+
+    /// Where the next spot on the segment is, whoever it is: those that every harness has are in order.
+    fn next_share(&self, spot: &Spot) -> f64 {
+        let place = |s: &Spot| (s.branch, s.segment);
+        let (own, added) = self.contacts.spots.split_at(self.contacts.own);
+        let first = own.partition_point(|s| place(s) < place(spot));
+        let others = own[first..].iter().take_while(|s| place(s) == place(spot));
+        let others = others.chain(added.iter().filter(|s| place(s) == place(spot)));
+        others.map(|s| s.share).filter(|t| *t > spot.share).fold(1.0, f64::min)
     }
 
     /// The deepest place between a spot and the next one on its segment, if it is deeper than is let pass, and deeper than both.
