@@ -65,7 +65,7 @@ pub(crate) fn obstacle<'a>(entry: &Entry<'a>, lengths: f64, names: &mut Names<'a
     let pose = Pose { position, orientation };
     let obstacle =
         Obstacle { name: name.to_owned(), kind: chosen.kind, shape: shape.into(), pose, friction, min_clearance };
-    Some(Body { obstacle, notes })
+    Some(Body { obstacle, notes, spans: entry.spans() })
 }
 
 /// How cables meet each other and the bodies.

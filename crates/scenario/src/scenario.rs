@@ -264,6 +264,8 @@ pub struct Body {
     pub obstacle: Obstacle,
     /// What an engineer should know of it.
     pub notes: Vec<String>,
+    /// Where it is in the file.
+    pub spans: Spans,
 }
 
 /// How equilibria are found.

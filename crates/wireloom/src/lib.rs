@@ -2,6 +2,7 @@
 
 pub mod bench;
 mod provenance;
+mod start;
 pub mod sweep;
 
 pub use provenance::{provenance, sha256};
@@ -68,7 +69,11 @@ pub fn load_with_settings(
     files: &dyn Files,
     registry: &Registry,
 ) -> Result<(Scenario, Built), Vec<Fault>> {
-    scenario::build_with_settings(text, settings, files, registry)
+    let (scenario, built) = scenario::build_with_settings(text, settings, files, registry)?;
+    match start::refuse_inside(&scenario, &built) {
+        Some(fault) => Err(vec![fault]),
+        None => Ok((scenario, built)),
+    }
 }
 
 /// Carries out a built scenario. The observer sees every increment's end and may stop the run; what was computed is
