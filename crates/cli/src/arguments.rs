@@ -96,6 +96,9 @@ pub struct BenchArguments {
     /// Iterations after which a minimiser gives up a step
     #[arg(long, value_name = "N", default_value_t = 20_000, value_parser = clap::value_parser!(u32).range(1..))]
     pub iterations: u32,
+    /// Instead of all that, the minimiser `gpu` on this device (a number of `wireloom devices`, or part of a name) beside `newton` on one core, as JSON
+    #[arg(long, value_name = "DEVICE", conflicts_with_all = ["harness", "iterations"])]
+    pub device: Option<String>,
     /// Also how long a real harness takes from the board into the vehicle (about a minute), and a move of one of its plugs
     #[arg(long, value_name = "FILE.kbl")]
     pub harness: Option<PathBuf>,

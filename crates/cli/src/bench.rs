@@ -5,7 +5,7 @@ use crate::failure::{Failure, Outcome};
 use crate::summary::{Columns, time};
 use serde_json::{Value, json};
 use std::io::Write;
-use wireloom::bench::{Case, Contender, Installation, MonteCarlo};
+use wireloom::bench::{Case, Contender, Installation, MonteCarlo, OnDevice};
 
 /// All that was measured.
 struct Measured {
@@ -17,11 +17,14 @@ struct Measured {
 
 /// Measures all cases and prints them.
 pub fn bench(arguments: &BenchArguments, out: &mut dyn Write) -> Result<Outcome, Failure> {
+    if let Some(device) = &arguments.device {
+        return on_device(device, arguments, out);
+    }
     let registry = wireloom::registry();
     let mut measured = Measured {
         cases: wireloom::bench::all(),
         minimisers: wireloom::bench::minimisers(&registry, arguments.iterations as usize),
-        monte_carlo: wireloom::bench::monte_carlo(arguments.points as usize, &registry),
+        monte_carlo: wireloom::bench::monte_carlo(arguments.points as usize, None, None, &registry),
         installed: None,
     };
     if let Some(path) = &arguments.harness {
@@ -40,6 +43,48 @@ pub fn bench(arguments: &BenchArguments, out: &mut dyn Write) -> Result<Outcome,
         && measured.monte_carlo.converged() == measured.monte_carlo.points
         && measured.installed.is_none_or(|all| all.failures == 0);
     Ok(if sound { Outcome::Done } else { Outcome::NotConverged })
+}
+
+/// Measures a device beside one core of the processor, as JSON.
+fn on_device(device: &str, arguments: &BenchArguments, out: &mut dyn Write) -> Result<Outcome, Failure> {
+    let measured = wireloom::bench::on_device(Some(device), arguments.points as usize).map_err(Failure::Input)?;
+    writeln!(out, "{:#}", device_document(&measured)).map_err(Failure::standard_output)?;
+    let sound = measured.drags.iter().all(|(gpu, newton)| gpu.failures + newton.failures == 0)
+        && measured.batch.converged() == measured.batch.points;
+    Ok(if sound { Outcome::Done } else { Outcome::NotConverged })
+}
+
+fn device_document(measured: &OnDevice) -> Value {
+    let drags = measured.drags.iter().map(|(gpu, newton)| {
+        json!({
+            "segments": gpu.segments,
+            "seconds_per_step": gpu.seconds_per_step,
+            "iterations_per_step": gpu.iterations_per_step,
+            "residual": gpu.residual,
+            "failures": gpu.failures,
+            "newton_seconds_per_step": newton.seconds_per_step,
+        })
+    });
+    json!({
+        "version": env!("CARGO_PKG_VERSION"),
+        "machine": machine(),
+        "optimised": !cfg!(debug_assertions),
+        "device": {
+            "name": measured.device.name,
+            "sort": measured.device.kind,
+            "by": measured.device.backend,
+            "driver": measured.device.driver,
+            "double_precision": measured.device.double,
+        },
+        "drags": drags.collect::<Vec<Value>>(),
+        "batch": {
+            "points": measured.batch.points,
+            "converged": measured.batch.converged(),
+            "seconds": measured.batch.seconds,
+            "newton_on_one_core": { "points": measured.one_core.points, "seconds": measured.one_core.seconds },
+            "times_faster_than_one_core": measured.batch_ratio(),
+        },
+    })
 }
 
 fn table(measured: &Measured, out: &mut dyn Write) -> std::io::Result<()> {

@@ -1,5 +1,6 @@
 //! A tolerance study of many points: a Y harness of three branches of 60 segments, whose lengths and whose clip's places vary.
 
+use crate::gpu::batch::Batch;
 use crate::scenario::{NoFiles, Setting};
 use crate::sweep::{Points, header};
 use std::convert::Infallible;
@@ -30,18 +31,18 @@ impl MonteCarlo {
     }
 }
 
-/// So many points at random, on all cores.
+/// So many points at random, on all cores; with `gpu` as minimiser in batches (see [`Points::batch`]).
 ///
 /// # Panics
 /// If the scenario that is built in is at fault, or there are no points.
-pub fn monte_carlo(points: usize, registry: &Registry) -> MonteCarlo {
+pub fn monte_carlo(points: usize, minimiser: Option<&str>, batch: Option<&Batch>, registry: &Registry) -> MonteCarlo {
     let settings = [Setting::new("sweep.method", "random"), Setting::new("sweep.samples", points.to_string())];
     let loaded = crate::load_with_settings(SCENARIO, &settings, &NoFiles, registry);
     let (scenario, built) =
         loaded.map_err(|faults| crate::scenario::render(SCENARIO, &faults)).expect("a sound scenario");
     let sweep = scenario.sweep.as_ref().expect("it has a sweep");
     let header = header(sweep, &built.network);
-    let all = Points { text: SCENARIO, files: &NoFiles, minimiser: None, registry, batch: None, sweep, header };
+    let all = Points { text: SCENARIO, files: &NoFiles, minimiser, registry, batch, sweep, header };
     let clock = Instant::now();
     let statuses: Mutex<Vec<(String, usize)>> = Mutex::default();
     let chains: Vec<usize> = (0..all.chains().len()).collect();
