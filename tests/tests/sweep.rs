@@ -256,7 +256,7 @@ fn rows_and_runs(text: &str) -> Result<(Vec<Row>, Vec<Ended>), Failed> {
 
 /// How a row says that its point ended.
 fn energy_and_iterations(row: &Row) -> Ended {
-    (row.numbers[1].unwrap_or(f64::NAN), row.numbers[0].unwrap_or(f64::NAN))
+    (row.numbers[2].unwrap_or(f64::NAN), row.numbers[0].unwrap_or(f64::NAN))
 }
 
 fn from_neighbours() -> Checked {
