@@ -68,8 +68,8 @@ fn crossed_cables_rest_on_each_other() {
         let n = branch.position.len();
         for i in 0..n {
             let (x, y) = (branch.position[i], branch.position[n - 1 - i]);
-            // Without friction they slide on each other almost freely: to the tolerance of forces, hundredths of a millimetre.
-            assert!((x.z - y.z).abs() < 5e-5, "{}: node {i} at {x:?}, its image at {y:?}", branch.name);
+            // Without friction they slide on each other almost freely: the tolerance of forces leaves tenths of a millimetre.
+            assert!((x.z - y.z).abs() < 3e-4, "{}: node {i} at {x:?}, its image at {y:?}", branch.name);
         }
     }
     let [lower, upper] = [0, 1].map(|b| step.branches[b].position[step.branches[b].position.len() / 2]);
@@ -91,7 +91,7 @@ fn pieces_apart([p, p_end]: [&Vector; 2], [q, q_end]: [&Vector; 2]) -> f64 {
     (p + d * s - q - e * t).norm()
 }
 
-/// Drawn nodes lie ℓ²κ/24 beside the corners of the mesh that are kept apart: with ℓ = 4 mm and bends of 12 mm some 2 % of the radius.
+/// Drawn nodes lie ℓ²κ/24 beside the corners of the mesh that are kept apart: with ℓ = 4 mm and bends of 11 mm by 1 % of what is between the centre lines, each.
 #[test]
 fn a_knot_that_is_pulled_tight_does_not_pass_through_itself() {
     let run = converged("overhand_knot.toml", &[]);
@@ -103,7 +103,7 @@ fn a_knot_that_is_pulled_tight_does_not_pass_through_itself() {
             least = least.min(pieces_apart([&x[i], &x[i + 1]], [&x[j], &x[j + 1]]));
         }
     }
-    assert!(least > 0.006 * (1.0 - 0.015), "{least} m between centre lines");
+    assert!(least > 0.006 * (1.0 - 0.025), "{least} m between centre lines");
     // Without a knot the cable would be slack by a tenth of its length, and nothing would pull.
     assert!(force(step, "B").x > 1.0 && least < 0.0062, "{:?}", force(step, "B"));
 }

@@ -2,7 +2,7 @@
 //!
 //! Every shape answers three questions ([`wireloom_core::obstacle::Shape`]): how far is a point from the surface, which places of the surface
 //! are nearest to it, and where does a straight way go through. Primitives answer exactly, second derivatives included; meshes answer exactly
-//! for their triangles. `parry` is named in one module, [`tree`], and none of its types leaves it.
+//! for their triangles. `parry` is named in one module, `tree`, and none of its types leaves it.
 
 mod field;
 pub mod mesh;
