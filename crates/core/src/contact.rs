@@ -1,11 +1,11 @@
 //! Contact: cables are kept out of obstacles.
 //!
-//! A cable of radius R is looked at in **spots**: its nodes, places between them that are no farther apart than [`SPACING`] R, and places
-//! that were found to lie deeper than [`BETWEEN`] R ([`crate::Problem::refine_spots`]). With φ(x) the distance of a spot x from the
+//! A cable of radius R is looked at in **spots**: its nodes, places between them that are no farther apart than `SPACING` radii, and places
+//! that were found to lie deeper than `BETWEEN` radii ([`crate::Problem::refine_spots`]). With φ(x) the distance of a spot x from the
 //! surface of a body, it must be `c = R − φ(x) ≤ 0`: an inequality as those of [`crate::fixings`], with multiplier λ (the force between
 //! them, N) and penalty ρ (N/m), which adds `(μ² − λ²)/(2ρ)`, `μ = max(0, λ + ρ c)`, to the energy; the force on the spot is `μ n` with
 //! `n = ∂φ/∂x`, and the second derivatives are `ρ n nᵀ − μ ∂²φ/∂x²` (Alart and Curnier 1991, without their friction). Multipliers are
-//! updated until no spot is deeper than [`DEPTH`] R, nor pushed while it is farther than that from the surface.
+//! updated until no spot is deeper than [`DEPTH`] radii, nor pushed while it is farther than that from the surface.
 //!
 //! **Friction** (Coulomb, quasi-static): a spot that touches is bound to the place of the body where it first touched (its anchor) by a
 //! tangential spring of stiffness k = ρ, whose force is at most `f N`: with u the tangential distance from the anchor it adds `½ k u²`,
@@ -13,7 +13,7 @@
 //! anchor follows a spot that slipped (return mapping), so that what sticks does not creep.
 //!
 //! Near what holds a cable inside a body or at its surface (a clip on a panel) R grows from what it is there to the radius over
-//! [`RUN_OUT`] radii of cable.
+//! `RUN_OUT` radii of cable.
 
 mod cables;
 mod cross;
