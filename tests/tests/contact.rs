@@ -68,8 +68,7 @@ fn crossed_cables_rest_on_each_other() {
         let n = branch.position.len();
         for i in 0..n {
             let (x, y) = (branch.position[i], branch.position[n - 1 - i]);
-            // Without friction they slide on each other almost freely: the tolerance of forces leaves tenths of a millimetre.
-            assert!((x.z - y.z).abs() < 3e-4, "{}: node {i} at {x:?}, its image at {y:?}", branch.name);
+            assert!((x.z - y.z).abs() < 1e-6, "{}: node {i} at {x:?}, its image at {y:?}", branch.name);
         }
     }
     let [lower, upper] = [0, 1].map(|b| step.branches[b].position[step.branches[b].position.len() / 2]);

@@ -2,7 +2,6 @@
 
 mod common;
 
-use serde_json::Value;
 use wireloom_scenario::{parse, schema};
 
 #[test]
@@ -33,7 +32,8 @@ fn values_have_descriptions_units_and_limits() {
     assert_eq!(length["description"], "unstressed length (m)");
     assert_eq!(length["anyOf"][0]["exclusiveMinimum"], 0.0);
     assert_eq!(length["anyOf"][1]["type"], "string");
-    assert_eq!(schema["properties"]["obstacles"], Value::Null, "what is not there yet");
+    let obstacle = &schema["properties"]["obstacles"]["items"];
+    assert_eq!(obstacle["properties"]["friction"]["anyOf"][0]["minimum"], 0.0);
     assert_eq!(schema["additionalProperties"], false);
 }
 
