@@ -92,24 +92,34 @@ impl Folder {
             writeln!(open, "{name}").map_err(Failure::io("write", &list))?;
             self.written.push(name.to_owned());
         }
-        write(&path, content)
+        // What a kill leaves half written lies where the run cleans up when it is done.
+        let own = self.path.join(OWN).join(path.file_name().unwrap_or_default());
+        write_by(&partial(&own), &path, content)
     }
 }
 
 /// Writes a file under another name first and renames it when it is complete.
 pub fn write(path: &Path, content: impl FnOnce(&mut BufWriter<File>) -> io::Result<()>) -> Result<(), Failure> {
-    let partial = partial(path);
+    write_by(&partial(path), path, content)
+}
+
+/// The same by a given name on the same disk.
+fn write_by(
+    partial: &Path,
+    path: &Path,
+    content: impl FnOnce(&mut BufWriter<File>) -> io::Result<()>,
+) -> Result<(), Failure> {
     let attempt = || {
         if let Some(folder) = path.parent() {
             fs::create_dir_all(folder)?;
         }
-        let mut file = BufWriter::new(File::create(&partial)?);
+        let mut file = BufWriter::new(File::create(partial)?);
         content(&mut file)?;
         file.into_inner().map_err(io::IntoInnerError::into_error)?.flush()?;
-        fs::rename(&partial, path)
+        fs::rename(partial, path)
     };
     attempt().map_err(|error| {
-        let _ = fs::remove_file(&partial);
+        let _ = fs::remove_file(partial);
         Failure::io("write", path)(error)
     })
 }
