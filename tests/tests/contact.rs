@@ -68,7 +68,8 @@ fn crossed_cables_rest_on_each_other() {
         let n = branch.position.len();
         for i in 0..n {
             let (x, y) = (branch.position[i], branch.position[n - 1 - i]);
-            assert!((x.z - y.z).abs() < 1e-6, "{}: node {i} at {x:?}, its image at {y:?}", branch.name);
+            // The tolerance of forces, over the little stiffness against sliding along each other, is micrometres.
+            assert!((x.z - y.z).abs() < 2e-5, "{}: node {i} at {x:?}, its image at {y:?}", branch.name);
         }
     }
     let gap = least_apart(&step.branches[0].position, &step.branches[1].position, 0);
