@@ -308,7 +308,8 @@ pub struct Network {
 /// Points of branches from which on their evaluation is worth another thread.
 pub(crate) const WORTHWHILE: usize = 1024;
 
-fn next_id() -> u64 {
+/// A number that no other network, and no pattern of contact, has in this process.
+pub(crate) fn next_id() -> u64 {
     static NEXT: std::sync::atomic::AtomicU64 = std::sync::atomic::AtomicU64::new(0);
     NEXT.fetch_add(1, std::sync::atomic::Ordering::Relaxed)
 }

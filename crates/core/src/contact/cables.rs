@@ -6,7 +6,7 @@
 //! begins (arms that leave a joint side by side), they are let overlap so far, until they have come apart.
 
 use super::{Against, Contact, DEPTH, Spot, Touched, Turning, marks_of, position, pushed};
-use crate::network::BranchEnd;
+use crate::network::{BranchEnd, next_id};
 use crate::problem::Problem;
 use crate::{Matrix, Network, State, Vector};
 use serde::{Deserialize, Serialize};
@@ -57,7 +57,7 @@ pub(crate) struct Cables {
     pattern: BTreeSet<[usize; 2]>,
     /// Their points.
     cliques: Vec<[usize; 4]>,
-    /// Changes with them.
+    /// Changes with them: 0 where there are none, else different for every pattern of a process, whichever problem it is of.
     version: u64,
 }
 
@@ -213,7 +213,7 @@ impl Problem<'_> {
         if !fits && pattern != cables.pattern {
             cables.cliques = pattern.iter().map(|&[a, b]| [a, a + 1, b, b + 1]).collect();
             cables.pattern = pattern;
-            cables.version += 1;
+            cables.version = 1 + next_id();
         }
     }
 
