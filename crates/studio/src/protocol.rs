@@ -94,7 +94,7 @@ pub enum Holding {
 #[cfg_attr(test, derive(TS))]
 #[serde(tag = "is", rename_all = "snake_case", rename_all_fields = "snake_case")]
 pub enum Notice {
-    /// The harness: sent first, and whenever it has become another one. Frames from before no longer count.
+    /// The harness: sent first, and whenever it has become another one. Frames of another `run` no longer count.
     Scene(Scene),
     /// How far the timeline reaches; a page drops the frames it has beyond it.
     Timeline(Timeline),
@@ -127,6 +127,8 @@ pub struct Scene {
     pub program: String,
     /// Whether there is a solver behind it; else it is a finished run.
     pub live: bool,
+    /// Number of the run: frames of an earlier scene still count while it stays the same, as when a hand takes hold.
+    pub run: u32,
     /// Gravity, m/s².
     pub gravity: [f64; 3],
     /// Branches, in the order of the frames.

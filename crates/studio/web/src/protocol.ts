@@ -199,6 +199,10 @@ program: string,
  */
 live: boolean, 
 /**
+ * Number of the run: frames of an earlier scene still count while it stays the same, as when a hand takes hold.
+ */
+run: number, 
+/**
  * Gravity, m/s².
  */
 gravity: [number, number, number], 
