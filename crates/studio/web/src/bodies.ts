@@ -1,0 +1,233 @@
+// What stands about the cable: fixings by kind, joints, obstacles, arrows of forces. Shapes in the frame of what they stand for: d3 is z.
+import * as THREE from "three";
+import type { Frame } from "./frame";
+import type { Fixing, Obstacle, Placed, Scene } from "./protocol";
+import { digits } from "./units";
+import type { View } from "./view";
+
+/** Kinds of things that can be pointed at; the colour of each (readable on dark and on light). */
+const COLOUR = { connector: "#2867c9", collar: "#b26a00", handle: "#c2334d", pin: "#7a3fb0", other: "#5d6b78", joint: "#3d4b59", force: "#d1470f", moment: "#7a3fb0" };
+
+/** At least so many pixels from end to end. */
+const PIXELS = 22;
+
+export interface Body {
+  name: string;
+  kind: "fixing" | "joint" | "obstacle";
+  words: string;
+  object: THREE.Object3D;
+  /** True size, m. */
+  size: number;
+  fixing: Fixing | null;
+  /** Whether it is there in the frame shown. */
+  acts: boolean;
+}
+
+export interface ArrowLabel {
+  place: THREE.Vector3;
+  words: string;
+}
+
+export class Bodies {
+  readonly group = new THREE.Group();
+  bodies: Body[] = [];
+  arrowLabels: ArrowLabel[] = [];
+  /** Metres a newton; set by the slider, times what suits the harness. */
+  arrowScale = 1;
+  showArrows = true;
+  chosen: string | null = null;
+  private arrows = new THREE.Group();
+  private perNewton = 0;
+  private diameters = new Map<string, number>();
+  private size = 1;
+  private greatest = 0;
+
+  constructor(private view: View) {
+    this.group.add(this.arrows);
+  }
+
+  setScene(scene: Scene): void {
+    for (const body of this.bodies) this.group.remove(body.object);
+    const thickest = Math.max(1e-3, ...scene.branches.map((branch) => branch.diameter));
+    this.diameters = new Map(scene.branches.map((branch) => [branch.name, branch.diameter]));
+    this.size = Math.max(0.05, ...scene.branches.map((branch) => branch.length));
+    this.bodies = [];
+    for (const obstacle of scene.obstacles) {
+      this.bodies.push({ name: obstacle.name, kind: "obstacle", words: obstacle.name, object: solid(obstacle), size: 0, fixing: null, acts: true });
+    }
+    for (const joint of scene.joints) {
+      const widest = Math.max(1e-3, ...joint.branches.map((name) => this.diameters.get(name) ?? thickest));
+      const object = jointBody(joint.model, widest);
+      this.bodies.push({ name: joint.name, kind: "joint", words: joint.name, object, size: 2 * widest, fixing: null, acts: true });
+    }
+    for (const fixing of scene.fixings) {
+      const diameter = (fixing.place && this.diameters.get(fixing.place[0])) ?? thickest;
+      const length = (fixing.place && scene.branches.find((branch) => branch.name === fixing.place![0])?.length) ?? 1;
+      const atStart = fixing.place !== null && fixing.place[1] < length / 2;
+      const object = fixingBody(fixing, diameter, atStart);
+      this.bodies.push({ name: fixing.name, kind: "fixing", words: fixing.name, object, size: 3 * diameter, fixing, acts: false });
+    }
+    for (const body of this.bodies) {
+      body.object.visible = body.acts;
+      this.group.add(body.object);
+    }
+  }
+
+  /** The greatest force so far decides how long arrows are; forgotten with the frames. */
+  forget(): void {
+    this.greatest = 0;
+  }
+
+  take(frame: Frame): void {
+    for (const fixing of frame.header.fixings) this.greatest = Math.max(this.greatest, Math.hypot(...fixing.force));
+    this.perNewton = this.greatest > 0 ? (0.18 * this.size) / this.greatest : 0;
+  }
+
+  update(scene: Scene, frame: Frame): void {
+    const header = frame.header;
+    const acting = new Map(header.fixings.map((fixing) => [fixing.name, fixing]));
+    let joint = 0;
+    let obstacle = 0;
+    for (const body of this.bodies) {
+      let at: Placed | undefined;
+      if (body.kind === "joint") at = header.joints[joint++];
+      else if (body.kind === "obstacle") at = header.obstacles[obstacle++]?.at;
+      else at = acting.get(body.name)?.at;
+      body.acts = at !== undefined;
+      body.object.visible = body.acts;
+      if (at) place(body.object, at);
+    }
+    this.drawArrows(scene, frame);
+  }
+
+  private drawArrows(_scene: Scene, frame: Frame): void {
+    for (const arrow of this.arrows.children) arrow.visible = false;
+    this.arrowLabels = [];
+    if (!this.showArrows || this.perNewton === 0) return;
+    let used = 0;
+    const scale = this.perNewton * this.arrowScale;
+    const thick = 0.0022 * this.size;
+    const one = (at: [number, number, number], force: [number, number, number]) => {
+      const size = Math.hypot(...force);
+      if (size * scale < 3 * thick) return;
+      let arrow = this.arrows.children[used] as THREE.Group | undefined;
+      if (!arrow) this.arrows.add((arrow = arrowBody()));
+      used++;
+      arrow.visible = true;
+      const direction = new THREE.Vector3(...force).divideScalar(size);
+      arrow.position.set(...at);
+      arrow.quaternion.setFromUnitVectors(new THREE.Vector3(0, 0, 1), direction);
+      const [shaft, head] = arrow.children;
+      const headLength = Math.min(7 * thick, 0.5 * size * scale);
+      shaft.scale.set(thick, thick, size * scale - headLength);
+      head.position.z = size * scale - headLength;
+      head.scale.set(2.6 * thick, 2.6 * thick, headLength);
+      this.arrowLabels.push({ place: new THREE.Vector3(...at).addScaledVector(direction, size * scale), words: `${digits(size)} N` });
+    };
+    for (const fixing of frame.header.fixings) one(fixing.at.position, fixing.force);
+    for (const obstacle of frame.header.obstacles) if (obstacle.contacts > 0) one(obstacle.at.position, obstacle.force);
+  }
+
+  /** Small things are drawn larger than they are, so that they can be seen and taken hold of. */
+  atLeast(): void {
+    for (const body of this.bodies) {
+      if (!body.acts || body.kind === "obstacle") continue;
+      const wanted = (body.kind === "joint" ? 0.6 : 1) * PIXELS * this.view.metresPerPixel(body.object.position);
+      body.object.scale.setScalar(Math.max(1, wanted / body.size) * (body.name === this.chosen && body.kind === "fixing" ? 1.25 : 1));
+    }
+  }
+
+  /** The fixing or joint under a pixel. */
+  pick(x: number, y: number, slack: number): Body | null {
+    let best: Body | null = null;
+    let nearest = Infinity;
+    for (const body of this.bodies) {
+      if (!body.acts || body.kind === "obstacle") continue;
+      const at = this.view.toScreen(body.object.position);
+      if (at.z > 1) continue;
+      const reach = Math.max(slack, (0.5 * body.size * body.object.scale.x) / this.view.metresPerPixel(body.object.position));
+      const distance = Math.hypot(at.x - x, at.y - y) + (body.kind === "joint" ? 4 : 0);
+      if (distance < reach && distance < nearest) [best, nearest] = [body, distance];
+    }
+    return best;
+  }
+
+  find(name: string): Body | undefined {
+    return this.bodies.find((body) => body.name === name && body.kind === "fixing");
+  }
+}
+
+export function place(object: THREE.Object3D, at: Placed): void {
+  const [w, x, y, z] = at.orientation;
+  object.position.set(...at.position);
+  object.quaternion.set(x, y, z, w).normalize();
+}
+
+const paint = (colour: string) => new THREE.MeshPhongMaterial({ color: colour, shininess: 20, specular: "#333333" });
+
+function mesh(geometry: THREE.BufferGeometry, material: THREE.Material, x = 0, y = 0, z = 0): THREE.Mesh {
+  const made = new THREE.Mesh(geometry, material);
+  made.position.set(x, y, z);
+  return made;
+}
+
+/** A plug with a latch on d1's side; a ring with a foot; a ball between two plates of fingers; a pin; a block. */
+function fixingBody(fixing: Fixing, d: number, atStart: boolean): THREE.Group {
+  const group = new THREE.Group();
+  const along = atStart ? -1 : 1;
+  const round = (radius: number, length: number, sides = 24) => new THREE.CylinderGeometry(radius, radius, length, sides).rotateX(Math.PI / 2);
+  if (fixing.kind === "connector") {
+    const material = paint(COLOUR.connector);
+    group.add(mesh(new THREE.BoxGeometry(1.7 * d, 2.3 * d, 2.6 * d), material, 0, 0, along * 1.1 * d));
+    group.add(mesh(new THREE.BoxGeometry(0.5 * d, 0.8 * d, 1.8 * d), paint("#86b4f5"), 1.05 * d, 0, along * 1.1 * d));
+    group.add(mesh(round(0.75 * d, 0.8 * d), paint("#22303f"), 0, 0, -along * 0.3 * d));
+  } else if (fixing.kind === "collar" || fixing.kind === "clip") {
+    const material = paint(COLOUR.collar);
+    group.add(mesh(new THREE.TorusGeometry(0.78 * d, 0.28 * d, 12, 32), material));
+    group.add(mesh(round(0.85 * d, 0.7 * d), material));
+    group.add(mesh(new THREE.BoxGeometry(1.1 * d, 0.9 * d, 0.8 * d), paint("#e2a33c"), -1.2 * d, 0, 0));
+  } else if (fixing.kind === "handle") {
+    const material = paint(COLOUR.handle);
+    group.add(mesh(new THREE.SphereGeometry(0.95 * d, 24, 16), new THREE.MeshPhongMaterial({ color: COLOUR.handle, transparent: true, opacity: 0.75 })));
+    for (const side of [-1, 1]) group.add(mesh(new THREE.BoxGeometry(0.35 * d, 1.2 * d, 2.2 * d), material, side * 0.85 * d, 0, 0));
+  } else if (fixing.kind === "pin") {
+    group.add(mesh(new THREE.ConeGeometry(0.7 * d, 2.4 * d, 16).rotateZ(-Math.PI / 2), paint(COLOUR.pin), -1.3 * d, 0, 0));
+    group.add(mesh(round(0.75 * d, 0.9 * d), paint(COLOUR.pin)));
+  } else {
+    group.add(mesh(new THREE.OctahedronGeometry(1.3 * d), paint(COLOUR.other)));
+  }
+  return group;
+}
+
+/** A hub for a rigid body, a ball for arms that meet in a point, a sleeve for those that share a station. */
+function jointBody(model: string, d: number): THREE.Group {
+  const group = new THREE.Group();
+  const material = paint(COLOUR.joint);
+  if (model === "rigid-body") group.add(mesh(new THREE.BoxGeometry(1.9 * d, 1.5 * d, 1.9 * d), material));
+  else if (model === "fused") group.add(mesh(new THREE.DodecahedronGeometry(0.95 * d), material));
+  else group.add(mesh(new THREE.SphereGeometry(0.9 * d, 20, 14), material));
+  return group;
+}
+
+function solid(obstacle: Obstacle): THREE.Group {
+  const geometry = new THREE.BufferGeometry();
+  geometry.setAttribute("position", new THREE.Float32BufferAttribute(obstacle.corners, 3));
+  geometry.setIndex(obstacle.triangles);
+  const group = new THREE.Group();
+  const material = new THREE.MeshPhongMaterial({ color: "#9aa7b4", flatShading: true, transparent: true, opacity: 0.55, side: THREE.DoubleSide, depthWrite: false });
+  const surface = new THREE.Mesh(geometry, material);
+  surface.renderOrder = 1;
+  group.add(surface);
+  if (obstacle.triangles.length < 60_000) {
+    group.add(new THREE.LineSegments(new THREE.EdgesGeometry(geometry, 25), new THREE.LineBasicMaterial({ color: "#66727e" })));
+  }
+  return group;
+}
+
+function arrowBody(): THREE.Group {
+  const group = new THREE.Group();
+  const material = new THREE.MeshPhongMaterial({ color: COLOUR.force, emissive: COLOUR.force, emissiveIntensity: 0.25 });
+  group.add(new THREE.Mesh(new THREE.CylinderGeometry(1, 1, 1, 12).rotateX(Math.PI / 2).translate(0, 0, 0.5), material));
+  group.add(new THREE.Mesh(new THREE.ConeGeometry(1, 1, 16).rotateX(Math.PI / 2).translate(0, 0, 0.5), material));
+  return group;
+}

@@ -1,0 +1,54 @@
+// A shape as it comes over the wire (see crates/studio/src/frame.rs): a header in JSON, then FLOATS numbers a node.
+import { FLOATS, type Header, type Scene } from "./protocol";
+
+/** Where a quantity stands among the numbers of a node. */
+export const Column = { x: 0, d1: 3, s: 6, curvature: 7, tension: 8, moment: 9, torque: 10, clearance: 11 } as const;
+
+export interface Frame {
+  header: Header;
+  /** All nodes, branch after branch; a view on the message, nothing is copied. */
+  nodes: Float32Array;
+  bytes: number;
+}
+
+/** Reads a message; throws if it is not a frame. */
+export function decode(buffer: ArrayBuffer): Frame {
+  if (buffer.byteLength < 4) throw new Error("a frame of less than 4 bytes");
+  const length = new DataView(buffer).getUint32(0, true);
+  if (length % 4 !== 0 || 4 + length > buffer.byteLength) throw new Error(`a frame with a header of ${length} bytes`);
+  const header = JSON.parse(new TextDecoder().decode(new Uint8Array(buffer, 4, length))) as Header;
+  const rest = buffer.byteLength - 4 - length;
+  if (rest % (4 * FLOATS) !== 0) throw new Error(`a frame with ${rest} bytes of nodes`);
+  return { header, nodes: new Float32Array(buffer, 4 + length, rest / 4), bytes: buffer.byteLength };
+}
+
+/** Which nodes belong to which branch: the first of each, and one behind the last of all. */
+export function firstNodes(scene: Scene): number[] {
+  const first = [0];
+  for (const branch of scene.branches) first.push(first[first.length - 1] + branch.nodes);
+  return first;
+}
+
+/** Whether a frame has as many nodes as the scene. */
+export function fits(frame: Frame, scene: Scene): boolean {
+  const first = firstNodes(scene);
+  return frame.nodes.length === first[first.length - 1] * FLOATS;
+}
+
+/** Position (m) at an arc length of a branch, between nodes on a straight line; and the nodes it lies between. */
+export function along(frame: Frame, scene: Scene, branch: number, s: number): { position: [number, number, number]; node: number; part: number } {
+  const first = firstNodes(scene);
+  let low = first[branch];
+  let high = first[branch + 1] - 1;
+  const n = frame.nodes;
+  while (high - low > 1) {
+    const middle = (low + high) >> 1;
+    if (n[middle * FLOATS + Column.s] <= s) low = middle;
+    else high = middle;
+  }
+  const [a, b] = [low * FLOATS, high * FLOATS];
+  const length = n[b + Column.s] - n[a + Column.s];
+  const part = length > 0 ? Math.min(1, Math.max(0, (s - n[a + Column.s]) / length)) : 0;
+  const at = (axis: number) => n[a + axis] + part * (n[b + axis] - n[a + axis]);
+  return { position: [at(0), at(1), at(2)], node: low, part };
+}

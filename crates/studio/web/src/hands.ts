@@ -1,0 +1,464 @@
+// Hands: pointing, dragging, turning. A drag sends the newest target at most once a picture; old ones are never queued.
+import * as THREE from "three";
+import { TransformControls } from "three/addons/controls/TransformControls.js";
+import { place, type Bodies } from "./bodies";
+import { Emitter } from "./emitter";
+import { firstNodes } from "./frame";
+import type { Link } from "./link";
+import { pickCable, type CablePoint } from "./pick";
+import { FLOATS, type Fixing, type FixingFrame, type Holding, type Placed } from "./protocol";
+import type { Store } from "./store";
+import type { View } from "./view";
+
+export type Axis = "x" | "y" | "z";
+/** What is chosen: a fixing, or a point of a branch. */
+export type Chosen = { is: "fixing"; name: string } | { is: "point"; branch: number; s: number } | null;
+
+interface Events {
+  chosen: Chosen;
+  /** What the pointer is over. */
+  over: { x: number; y: number; name: string | null; point: CablePoint | null } | null;
+  mode: void;
+  dragging: boolean;
+}
+
+/** A drag: of a fixing, or of a point of a cable whose handle has been asked for and is not there yet. */
+interface Drag {
+  fixing: string | null;
+  offset: THREE.Vector3;
+  from: THREE.Vector3;
+  target: THREE.Vector3;
+  moved: boolean;
+  pointer: number;
+  x: number;
+  y: number;
+}
+
+export class Hands extends Emitter<Events> {
+  chosen: Chosen = null;
+  axis: Axis | null = null;
+  mode: "none" | "translate" | "rotate" = "none";
+  private drag: Drag | null = null;
+  /** Held before a `hold` was sent: what is held beyond it is the new handle. */
+  private heldBefore: Set<string> | null = null;
+  private dropWhenHeld = false;
+  /** Fixings that have had targets and no drop yet. */
+  private open = new Set<string>();
+  private waiting = new Map<string, { position: [number, number, number] | null; orientation: [number, number, number, number] | null }>();
+  private sending = false;
+  private gizmo: TransformControls;
+  private proxy = new THREE.Object3D();
+  private marker: THREE.LineSegments;
+  private settle = 0;
+
+  constructor(
+    private store: Store,
+    private view: View,
+    private bodies: Bodies,
+    private link: Link,
+  ) {
+    super();
+    const canvas = view.renderer.domElement;
+    canvas.addEventListener("pointerdown", (event) => this.down(event), { capture: true });
+    canvas.addEventListener("pointermove", (event) => this.move(event));
+    canvas.addEventListener("pointerup", (event) => this.up(event));
+    canvas.addEventListener("pointercancel", (event) => this.up(event));
+    canvas.addEventListener("pointerleave", () => this.tell("over", null));
+    this.gizmo = new TransformControls(view.camera, canvas);
+    this.gizmo.setSize(0.8);
+    view.scene.add(this.proxy, this.gizmo.getHelper());
+    this.gizmo.addEventListener("change", () => view.draw());
+    this.gizmo.addEventListener("objectChange", () => this.gizmoMoved());
+    this.gizmo.addEventListener("mouseDown", () => {
+      view.controls.enabled = false;
+      this.backToShown();
+      this.tell("dragging", true);
+    });
+    this.gizmo.addEventListener("mouseUp", () => {
+      view.controls.enabled = true;
+      const name = this.fixingName();
+      if (name) this.drop(name);
+      this.tell("dragging", false);
+    });
+    const line = new THREE.BufferGeometry().setAttribute("position", new THREE.Float32BufferAttribute(new Float32Array(6 + 18), 3));
+    this.marker = new THREE.LineSegments(line, new THREE.LineBasicMaterial({ color: "#c2334d", depthTest: false, transparent: true }));
+    this.marker.visible = false;
+    this.marker.frustumCulled = false;
+    this.marker.renderOrder = 5;
+    view.scene.add(this.marker);
+    store.on("session", () => this.lookForHandle());
+    store.on("scene", () => this.sceneChanged());
+    store.on("shown", () => this.follow());
+  }
+
+  get live(): boolean {
+    return this.store.scene?.live === true;
+  }
+
+  get dragging(): boolean {
+    return this.drag !== null || this.gizmo.dragging || this.open.size > 0;
+  }
+
+  fixingName(): string | null {
+    return this.chosen?.is === "fixing" ? this.chosen.name : null;
+  }
+
+  fixing(): Fixing | null {
+    const name = this.fixingName();
+    return this.store.scene?.fixings.find((fixing) => fixing.name === name) ?? null;
+  }
+
+  /** Where a fixing is in the frame shown. */
+  at(name: string): FixingFrame | null {
+    return this.store.shown?.header.fixings.find((fixing) => fixing.name === name) ?? null;
+  }
+
+  choose(chosen: Chosen): void {
+    this.dropAll();
+    this.chosen = chosen;
+    this.bodies.chosen = this.fixingName();
+    this.attach();
+    this.tell("chosen", chosen);
+    this.view.draw();
+  }
+
+  setMode(mode: "none" | "translate" | "rotate"): void {
+    this.mode = mode;
+    this.attach();
+    this.tell("mode", undefined);
+  }
+
+  setAxis(axis: Axis | null): void {
+    this.axis = axis;
+    this.tell("mode", undefined);
+  }
+
+  private sceneChanged(): void {
+    if (this.chosen?.is === "fixing" && !this.fixing()) this.choose(null);
+    else if (this.chosen?.is === "point" && this.chosen.branch >= (this.store.scene?.branches.length ?? 0)) this.choose(null);
+    else {
+      this.bodies.chosen = this.fixingName();
+      this.attach();
+    }
+    this.lookForHandle();
+  }
+
+  private attach(): void {
+    this.gizmo.camera = this.view.camera;
+    const fixing = this.fixing();
+    const at = fixing ? this.at(fixing.name) : null;
+    const useful = fixing && at && this.live && ((this.mode === "translate" && fixing.moves) || (this.mode === "rotate" && fixing.turns));
+    if (useful && this.mode !== "none") {
+      place(this.proxy, at.at);
+      this.gizmo.setMode(this.mode);
+      this.gizmo.setSpace(this.mode === "rotate" ? "local" : "world");
+      this.gizmo.attach(this.proxy);
+    } else this.gizmo.detach();
+    this.view.draw();
+  }
+
+  /** The camera is another one. */
+  cameraChanged(): void {
+    this.gizmo.camera = this.view.camera;
+  }
+
+  private follow(): void {
+    const name = this.fixingName();
+    if (name && !this.gizmo.dragging) {
+      const at = this.at(name);
+      if (at) place(this.proxy, at.at);
+      if (!at || !this.gizmo.object) this.attach();
+    }
+    this.drawMarker();
+  }
+
+  private gizmoMoved(): void {
+    const name = this.fixingName();
+    if (!name || !this.gizmo.dragging) return;
+    const q = this.proxy.quaternion;
+    if (this.mode === "rotate") this.aim(name, this.proxy.position.toArray() as [number, number, number], [q.w, q.x, q.y, q.z]);
+    else this.aim(name, this.proxy.position.toArray() as [number, number, number], null);
+  }
+
+  // Targets
+
+  /** Hands act at the end of what has been done: at a scrubbed place the session goes back there first. */
+  backToShown(): void {
+    if (!this.store.following && this.store.wanted < this.store.newest()) {
+      this.link.send({ do: "go", frame: this.store.wanted });
+      this.store.following = true;
+    }
+  }
+
+  /** Brings a fixing somewhere with the next picture; what was wanted of it before and has not been sent is forgotten. */
+  aim(fixing: string, position: [number, number, number] | null, orientation: [number, number, number, number] | null): void {
+    this.waiting.set(fixing, { position, orientation });
+    this.open.add(fixing);
+    if (this.sending) return;
+    this.sending = true;
+    requestAnimationFrame(() => this.flush());
+  }
+
+  private flush(): void {
+    this.sending = false;
+    for (const [fixing, target] of this.waiting) this.link.send({ do: "target", fixing, ...target });
+    this.waiting.clear();
+  }
+
+  private drop(fixing: string): void {
+    this.flush();
+    if (this.open.delete(fixing)) this.link.send({ do: "drop", fixing });
+  }
+
+  private dropAll(): void {
+    clearTimeout(this.settle);
+    for (const fixing of [...this.open]) this.drop(fixing);
+  }
+
+  /** An exact pose: one target, and the end of it. */
+  bring(name: string, pose: Placed, turned: boolean): void {
+    this.backToShown();
+    this.aim(name, pose.position, turned ? pose.orientation : null);
+    this.drop(name);
+  }
+
+  /** A step of an arrow key: targets follow each other like a drag that ends when the keys rest. */
+  nudge(right: number, up: number, towards: number): void {
+    const fixing = this.fixing();
+    const at = fixing && this.at(fixing.name);
+    if (!fixing || !at || !fixing.moves || !this.live) return;
+    if (!this.open.has(fixing.name)) this.backToShown();
+    const [x, y, z] = this.view.axes().map(alongAxis);
+    const from = this.nudged?.fixing === fixing.name && this.open.has(fixing.name) ? this.nudged.at : new THREE.Vector3(...at.at.position);
+    const to = from.clone().addScaledVector(x, right).addScaledVector(y, up).addScaledVector(z, towards);
+    this.nudged = { fixing: fixing.name, at: to };
+    this.aim(fixing.name, to.toArray() as [number, number, number], null);
+    clearTimeout(this.settle);
+    this.settle = window.setTimeout(() => this.dropAll(), 700);
+  }
+  private nudged: { fixing: string; at: THREE.Vector3 } | null = null;
+
+  /** Asks for a hand, a pin or a clip at a point of a branch. */
+  hold(branch: number, s: number, how: Holding): void {
+    const scene = this.store.scene;
+    if (!scene || !this.live) return;
+    this.backToShown();
+    this.heldBefore = new Set(scene.fixings.map((fixing) => fixing.name));
+    this.link.send({ do: "hold", branch: scene.branches[branch].name, s, how });
+  }
+
+  release(): void {
+    const name = this.fixingName();
+    if (!name || !this.live) return;
+    this.dropAll();
+    this.backToShown();
+    this.link.send({ do: "release", fixing: name });
+  }
+
+  pin(): void {
+    if (!this.live) return;
+    if (this.chosen?.is === "point") return this.hold(this.chosen.branch, this.chosen.s, "pin");
+    const name = this.fixingName();
+    if (!name) return;
+    this.dropAll();
+    this.backToShown();
+    this.link.send({ do: "pin", fixing: name });
+  }
+
+  /** A `hold` has been answered when a fixing is there that was not there before. */
+  private lookForHandle(): void {
+    if (!this.heldBefore || !this.store.scene) return;
+    const made = this.store.scene.fixings.find((fixing) => fixing.by_hand && !this.heldBefore!.has(fixing.name));
+    if (!made) return;
+    this.heldBefore = null;
+    const drag = this.drag;
+    if (drag && drag.fixing === null) {
+      drag.fixing = made.name;
+      this.chosen = { is: "fixing", name: made.name };
+      this.bodies.chosen = made.name;
+      this.tell("chosen", this.chosen);
+      if (drag.moved) this.aim(made.name, drag.target.toArray() as [number, number, number], null);
+    } else if (this.dropWhenHeld && this.lastTarget) {
+      this.aim(made.name, this.lastTarget, null);
+      this.drop(made.name);
+      this.choose({ is: "fixing", name: made.name });
+    } else this.choose({ is: "fixing", name: made.name });
+    this.dropWhenHeld = false;
+    this.lastTarget = null;
+  }
+  private lastTarget: [number, number, number] | null = null;
+
+  /** The server refused something: nothing is waited for any more. */
+  refused(): void {
+    this.heldBefore = null;
+    this.lastTarget = null;
+    this.dropWhenHeld = false;
+    if (this.drag && this.drag.fixing === null) this.endDrag();
+  }
+
+  // The pointer
+
+  private where(event: PointerEvent): [number, number] {
+    const box = this.view.renderer.domElement.getBoundingClientRect();
+    return [event.clientX - box.left, event.clientY - box.top];
+  }
+
+  pointUnder(x: number, y: number): CablePoint | null {
+    const { scene, shown } = this.store;
+    if (!scene || !shown) return null;
+    const matrix = new THREE.Matrix4().multiplyMatrices(this.view.camera.projectionMatrix, this.view.camera.matrixWorldInverse).elements;
+    const [w, h] = [this.view.width, this.view.height];
+    return pickCable(
+      scene,
+      shown,
+      (px, py, pz, out) => {
+        const d = matrix[3] * px + matrix[7] * py + matrix[11] * pz + matrix[15];
+        out[0] = (((matrix[0] * px + matrix[4] * py + matrix[8] * pz + matrix[12]) / d + 1) / 2) * w;
+        out[1] = ((1 - (matrix[1] * px + matrix[5] * py + matrix[9] * pz + matrix[13]) / d) / 2) * h;
+        out[2] = d > 0 ? (matrix[2] * px + matrix[6] * py + matrix[10] * pz + matrix[14]) / d : 2;
+      },
+      x,
+      y,
+      (branch, position) => 5 + scene.branches[branch].diameter / 2 / this.view.metresPerPixel(new THREE.Vector3(...position)),
+    );
+  }
+
+  private down(event: PointerEvent): void {
+    if (event.button !== 0 || event.ctrlKey || event.metaKey || this.drag) return;
+    if (this.gizmo.object && this.gizmo.axis !== null) return;
+    const [x, y] = this.where(event);
+    const body = this.bodies.pick(x, y, 11);
+    const fixing = body?.fixing ?? null;
+    const point = fixing ? null : this.pointUnder(x, y);
+    if (!fixing && !point) return;
+    // From here on the pointer is ours, not the camera's.
+    event.stopImmediatePropagation();
+    (event.target as Element).setPointerCapture(event.pointerId);
+    const from = fixing ? new THREE.Vector3(...this.at(fixing.name)!.at.position) : new THREE.Vector3(...point!.position);
+    this.choose(fixing ? { is: "fixing", name: fixing.name } : { is: "point", branch: point!.branch, s: point!.s });
+    const movable = this.live && (fixing === null || fixing.moves);
+    this.drag = { fixing: fixing?.name ?? null, offset: new THREE.Vector3(), from, target: from.clone(), moved: false, pointer: event.pointerId, x, y };
+    this.drag.offset.copy(from).sub(this.onPlane(x, y));
+    if (!movable) this.drag.pointer = -1;
+  }
+
+  /** Where the pointer leads: in the plane of the view through the beginning, or along an axis. */
+  private onPlane(x: number, y: number): THREE.Vector3 {
+    const drag = this.drag!;
+    const ray = this.view.ray(x, y);
+    const [, , towards] = this.view.axes();
+    const out = new THREE.Vector3();
+    if (!ray.intersectPlane(new THREE.Plane().setFromNormalAndCoplanarPoint(towards, drag.from), out)) out.copy(drag.from);
+    return out;
+  }
+
+  private alongAxis(x: number, y: number): THREE.Vector3 {
+    const drag = this.drag!;
+    const axis = { x: new THREE.Vector3(1, 0, 0), y: new THREE.Vector3(0, 1, 0), z: new THREE.Vector3(0, 0, 1) }[this.axis!];
+    const parameter = (px: number, py: number) => {
+      const ray = this.view.ray(px, py);
+      // The point of the line from + t·axis that is nearest to the ray.
+      const w = new THREE.Vector3().subVectors(drag.from, ray.origin);
+      const b = axis.dot(ray.direction);
+      const d = 1 - b * b;
+      return d < 1e-6 ? 0 : (b * ray.direction.dot(w) - axis.dot(w)) / d;
+    };
+    return drag.from.clone().addScaledVector(axis, parameter(x, y) - parameter(drag.x, drag.y));
+  }
+
+  private move(event: PointerEvent): void {
+    const [x, y] = this.where(event);
+    const drag = this.drag;
+    if (!drag) {
+      if (event.buttons === 0) this.hover(x, y);
+      return;
+    }
+    if (drag.pointer !== event.pointerId) return;
+    if (!drag.moved && Math.hypot(x - drag.x, y - drag.y) < 4) return;
+    if (!drag.moved) {
+      drag.moved = true;
+      this.view.renderer.domElement.style.cursor = "grabbing";
+      this.tell("dragging", true);
+      if (drag.fixing === null && this.chosen?.is === "point") this.hold(this.chosen.branch, this.chosen.s, "handle");
+      else this.backToShown();
+    }
+    drag.target.copy(this.axis ? this.alongAxis(x, y) : this.onPlane(x, y).add(drag.offset));
+    if (drag.fixing !== null) this.aim(drag.fixing, drag.target.toArray() as [number, number, number], null);
+    this.drawMarker();
+    this.view.draw();
+  }
+
+  private up(event: PointerEvent): void {
+    const drag = this.drag;
+    if (!drag || (drag.pointer !== event.pointerId && drag.pointer !== -1)) return;
+    if (drag.moved && drag.fixing !== null) this.drop(drag.fixing);
+    else if (drag.moved && this.heldBefore) {
+      this.dropWhenHeld = true;
+      this.lastTarget = drag.target.toArray() as [number, number, number];
+    }
+    this.endDrag();
+  }
+
+  private endDrag(): void {
+    const moved = this.drag?.moved;
+    this.drag = null;
+    this.marker.visible = false;
+    this.view.renderer.domElement.style.cursor = "";
+    if (moved) this.tell("dragging", false);
+    this.view.draw();
+  }
+
+  private hover(x: number, y: number): void {
+    const body = this.bodies.pick(x, y, 11);
+    const point = body?.kind === "fixing" ? null : this.pointUnder(x, y);
+    this.view.renderer.domElement.style.cursor = body?.fixing ? (this.live && body.fixing.moves ? "grab" : "pointer") : point ? (this.live ? "grab" : "pointer") : "";
+    this.tell("over", body || point ? { x, y, name: body?.name ?? null, point } : null);
+  }
+
+  /** A line from where the held point is to where it is wanted, with a cross there. */
+  private drawMarker(): void {
+    const drag = this.drag;
+    this.marker.visible = drag !== null && drag.moved;
+    if (!drag || !drag.moved) return;
+    const at = drag.fixing ? this.at(drag.fixing)?.at.position : undefined;
+    const size = 9 * this.view.metresPerPixel(drag.target);
+    const p = this.marker.geometry.getAttribute("position") as THREE.BufferAttribute;
+    const from = at ? new THREE.Vector3(...at) : drag.from;
+    p.setXYZ(0, from.x, from.y, from.z);
+    p.setXYZ(1, drag.target.x, drag.target.y, drag.target.z);
+    for (let axis = 0; axis < 3; axis++) {
+      const step = new THREE.Vector3().setComponent(axis, size);
+      p.setXYZ(2 + 2 * axis, drag.target.x - step.x, drag.target.y - step.y, drag.target.z - step.z);
+      p.setXYZ(3 + 2 * axis, drag.target.x + step.x, drag.target.y + step.y, drag.target.z + step.z);
+    }
+    p.needsUpdate = true;
+  }
+
+  /** The point that is chosen, in the frame shown: for plots and the marker. */
+  chosenPoint(): { branch: number; s: number } | null {
+    if (this.chosen?.is === "point") return this.chosen;
+    const fixing = this.fixing();
+    if (!fixing?.place || !this.store.scene) return null;
+    const branch = this.store.scene.branches.findIndex((each) => each.name === fixing.place![0]);
+    return branch < 0 ? null : { branch, s: this.at(fixing.name)?.slid_to ?? fixing.place[1] };
+  }
+
+  /** Goes along the branch: to the next node in that direction, or further. */
+  walk(by: number): void {
+    const { scene, shown } = this.store;
+    const point = this.chosenPoint();
+    if (!scene || !shown || !point) return;
+    const branch = scene.branches[point.branch];
+    const spacing = branch.length / Math.max(1, branch.nodes - 1);
+    const first = firstNodes(scene)[point.branch];
+    const node = Math.min(branch.nodes - 1, Math.max(0, Math.round(point.s / spacing) + by));
+    this.choose({ is: "point", branch: point.branch, s: shown.nodes[(first + node) * FLOATS + 6] });
+  }
+}
+
+/** The axis of the world that a direction of the screen is nearest to. */
+function alongAxis(direction: THREE.Vector3): THREE.Vector3 {
+  const parts = direction.toArray();
+  const greatest = parts.reduce((best, value, axis) => (Math.abs(value) > Math.abs(parts[best]) ? axis : best), 0);
+  return new THREE.Vector3().setComponent(greatest, Math.sign(parts[greatest]));
+}

@@ -1,0 +1,465 @@
+// The page: puts the parts together. What they are is told by the files they come from.
+import * as THREE from "three";
+import { Bodies } from "./bodies";
+import { inWords, onScale, QUANTITIES, Ranges, type QuantityName, type Scale } from "./colours";
+import { difference, type Ghost } from "./compare";
+import { byId, download, element } from "./dom";
+import { decode, firstNodes, type Frame } from "./frame";
+import { Hands } from "./hands";
+import { Harness } from "./harness";
+import { help, listen, type Key } from "./keys";
+import { Labels } from "./labels";
+import { Legend } from "./legend";
+import { link, type LinkState } from "./link";
+import { Panels } from "./panels";
+import { FLOATS, type Notice } from "./protocol";
+import { Store } from "./store";
+import { TimelineBar } from "./timeline";
+import { millimetres } from "./units";
+import { View, type Side } from "./view";
+
+const store = new Store();
+const view = new View(byId("stage"));
+const harness = new Harness();
+const phantom = new Harness(true);
+const bodies = new Bodies(view);
+const ranges = new Ranges();
+view.scene.add(harness.group, phantom.group, bodies.group);
+view.before.push(() => bodies.atLeast());
+const labels = new Labels(view, bodies);
+
+let quantity = QUANTITIES[0];
+let scale: Scale | null = null;
+let ghost: Ghost | null = null;
+let fitted = false;
+let fetching: { from: number; to: number; at: number } | null = null;
+
+const connection = link({
+  notice: take,
+  frame: takeFrame,
+  state: linkState,
+  complete: () => store.scrub(store.newest()),
+});
+const hands = new Hands(store, view, bodies, connection);
+const timeline = new TimelineBar(store);
+const panels = new Panels(byId("panels"), store, hands, connection, {
+  visit: (position) => view.visit(new THREE.Vector3(...position)),
+  scrub: (frame) => timeline.go(frame),
+  keepGhost,
+  forgetGhost,
+  toggleGizmo,
+  branchChosen: (branch) => {
+    harness.choose(hands.chosen ? branch : -1);
+    view.draw();
+  },
+});
+const legend = new Legend(colourBy);
+
+// What comes in
+
+function take(notice: Notice): void {
+  if (notice.is === "scene" && (store.scene === null || store.scene.run !== notice.run || store.scene.name !== notice.name)) {
+    ranges.clear();
+    bodies.forget();
+    if (store.scene?.name !== notice.name) fitted = false;
+  }
+  store.take(notice);
+  if (notice.is === "timeline") fetch();
+}
+
+function takeFrame(buffer: ArrayBuffer): void {
+  const frame = decode(buffer);
+  if (ranges.take(frame)) scale = null;
+  bodies.take(frame);
+  store.takeFrame(frame);
+  fetch();
+}
+
+function linkState(state: LinkState): void {
+  const chip = byId("link");
+  document.body.classList.toggle("replay", state === "replay");
+  const words = { connecting: "connecting…", open: "live", lost: "connection lost, trying again…", replay: "finished run" }[state];
+  chip.textContent = words;
+  chip.className = state === "lost" ? "chip bad" : "chip";
+  if (state === "open") {
+    store.forget();
+    fetching = null;
+    hands.refused();
+  }
+}
+
+/** Asks for frames that are missing, one bunch at a time, and not while hands are at work. */
+function fetch(): void {
+  if (hands?.dragging) return;
+  const now = performance.now();
+  if (fetching) {
+    while (fetching.from < fetching.to && store.has(fetching.from)) fetching.from++;
+    if (fetching.from < fetching.to && now - fetching.at < 2000) return;
+    fetching = null;
+  }
+  const missing = store.missing();
+  if (!missing) return;
+  fetching = { ...missing, at: now };
+  connection.send({ do: "frames", ...missing });
+}
+setInterval(() => fetch(), 1000);
+
+store.on("scene", (scene) => {
+  document.title = `${scene.name} – Wireloom studio`;
+  byId("name").textContent = scene.name;
+  byId("name").title = scene.program;
+  document.body.classList.toggle("replay", !scene.live);
+  harness.setScene(scene);
+  bodies.setScene(scene);
+  panels.showScene(scene);
+  if (!scene.live) byId("link").textContent = "finished run";
+  if (store.shown) paint();
+});
+
+store.on("shown", () => {
+  byId("wait").hidden = true;
+  paint();
+  if (!fitted) {
+    fitted = true;
+    bounds();
+    view.look("oblique");
+  }
+  warn();
+  panels.showFrame();
+  compare();
+});
+
+store.on("timeline", (now) => {
+  panels.showEvents(now.events);
+  if (!hands.dragging) bounds();
+});
+
+store.on("session", (session) => {
+  const undo = byId<HTMLButtonElement>("undo");
+  const redo = byId<HTMLButtonElement>("redo");
+  undo.disabled = session.undo === null;
+  redo.disabled = session.redo === null;
+  undo.title = session.undo ? `Takes back: ${session.undo} (Ctrl Z)` : "Nothing to take back";
+  redo.title = session.redo ? `Does again: ${session.redo} (Ctrl Shift Z)` : "Nothing to do again";
+  byId("stop").hidden = session.busy === null;
+  byId("save").textContent = session.unsaved ? "Save… •" : "Save…";
+  byId("save").title = session.unsaved ? "There is something that was not saved yet (Ctrl S)" : "The scenario with what hands did as steps (Ctrl S)";
+  panels.showSession(session);
+});
+
+store.on("refused", ({ message, help }) => {
+  tell(help ? `${message}\n${help}` : message);
+  hands.refused();
+  panels.refused();
+});
+
+store.on("saved", ({ name, text }) => download(name, new Blob([text], { type: "application/toml" })));
+
+/** Words that go by themselves after a while. */
+function tell(words: string): void {
+  const box = element("div", {}, element("span", {}, words), element("button", { "aria-label": "Close", onclick: () => box.remove() }, "✕"));
+  const holder = byId("messages");
+  while (holder.children.length > 2) holder.firstChild!.remove();
+  holder.append(box);
+  setTimeout(() => box.remove(), 12_000);
+}
+
+// The picture
+
+/** The shape shown, its colours, what is about it. */
+function paint(): void {
+  const { scene, shown } = store;
+  if (!scene || !shown) return;
+  if (!scale) {
+    scale = ranges.scale(quantity, scene);
+    harness.setColours(scale.colours);
+    const unknown = hasUnknown(shown, scale);
+    legend.show(scale, unknown);
+  }
+  harness.update(shown, scale);
+  bodies.update(scene, shown);
+  view.draw();
+}
+
+function hasUnknown(frame: Frame, by: Scale): boolean {
+  const scene = store.scene!;
+  const first = firstNodes(scene);
+  return scene.branches.some((branch, b) => onScale(by, frame.nodes[first[b] * FLOATS + by.quantity.column], branch.bend_radius_limit) < 0);
+}
+
+function colourBy(name: QuantityName): void {
+  quantity = QUANTITIES.find((each) => each.name === name)!;
+  scale = null;
+  paint();
+}
+
+function bounds(): void {
+  const { scene, shown } = store;
+  if (!scene || !shown) return;
+  const box = new THREE.Box3();
+  const place = new THREE.Vector3();
+  const n = shown.nodes;
+  for (let i = 0; i < n.length; i += FLOATS) box.expandByPoint(place.set(n[i], n[i + 1], n[i + 2]));
+  const harnessSize = box.getSize(new THREE.Vector3()).length();
+  const reach = box.clone().expandByScalar(harnessSize);
+  for (const body of bodies.bodies) {
+    if (!body.acts) continue;
+    if (body.kind !== "obstacle") box.expandByPoint(body.object.position);
+    else {
+      // Of an obstacle only what is near the harness: planes are endless.
+      const own = new THREE.Box3().setFromObject(body.object).intersect(reach);
+      if (!own.isEmpty()) box.union(own);
+    }
+  }
+  view.setBounds(box);
+}
+
+/** What an engineer must not overlook. */
+function warn(): void {
+  const { shown, timeline: now } = store;
+  const banner = byId("warning");
+  if (!shown) return;
+  const h = shown.header;
+  const words: [string, [number, number, number] | null][] = [];
+  if (h.status !== "converged") words.push([`no equilibrium: ${h.status}`, null]);
+  if (h.tightest?.limit != null && h.tightest.radius < h.tightest.limit) {
+    const { branch, s, radius, limit } = h.tightest;
+    words.push([`too tight: ${millimetres(radius, 3)} on ${branch} at s = ${millimetres(s, 3)}, allowed ${millimetres(limit, 3)}`, placeOf(branch, s)]);
+  }
+  for (const event of now.events) if (event.frame === h.frame) words.push([event.message, event.position]);
+  banner.hidden = words.length === 0;
+  if (words.length === 0) return;
+  const [first, place] = words[0];
+  banner.replaceChildren(place ? element("button", { class: "plain", onclick: () => view.visit(new THREE.Vector3(...place)) }, first) : first, words.length > 1 ? ` and ${words.length - 1} more` : "");
+}
+
+function placeOf(name: string, s: number): [number, number, number] | null {
+  const { scene, shown } = store;
+  const branch = scene?.branches.findIndex((each) => each.name === name) ?? -1;
+  if (!scene || !shown || branch < 0) return null;
+  const first = firstNodes(scene);
+  const node = first[branch] + Math.round((s / scene.branches[branch].length) * (scene.branches[branch].nodes - 1));
+  return [0, 1, 2].map((axis) => shown.nodes[node * FLOATS + axis]) as [number, number, number];
+}
+
+// The ghost
+
+function keepGhost(): void {
+  const { scene, shown } = store;
+  if (!scene || !shown) return;
+  const models = scene.joints.map((joint) => joint.model).filter((model, i, all) => all.indexOf(model) === i);
+  ghost = { scene, frame: shown, words: `frame ${shown.header.frame}, ${shown.header.step}${models.length ? `, joints ${models.join(", ")}` : ""}` };
+  phantom.setScene(scene);
+  phantom.update(shown, ranges.scale(QUANTITIES[0], scene));
+  panels.open("compare");
+  compare();
+  view.draw();
+}
+
+function forgetGhost(): void {
+  ghost = null;
+  phantom.group.clear();
+  compare();
+  view.draw();
+}
+
+function compare(): void {
+  const { scene, shown } = store;
+  panels.showGhost(ghost, ghost && scene && shown ? difference(ghost, scene, shown) : null);
+}
+
+// Hands
+
+hands.on("chosen", (chosen) => {
+  harness.choose(-1);
+  panels.showChosen();
+  paint();
+  byId("said").textContent = chosen === null ? "Nothing is chosen." : chosen.is === "fixing" ? `${chosen.name} is chosen.` : `${store.scene!.branches[chosen.branch].name} at ${millimetres(chosen.s)} is chosen.`;
+});
+
+hands.on("mode", () => {
+  const press = (id: string, on: boolean) => byId(id).setAttribute("aria-pressed", String(on));
+  press("gizmo-move", hands.mode === "translate");
+  press("gizmo-turn", hands.mode === "rotate");
+  for (const axis of ["x", "y", "z"] as const) press(`axis-${axis}`, hands.axis === axis);
+});
+
+hands.on("dragging", (dragging) => {
+  if (!dragging) setTimeout(() => (bounds(), fetch()), 300);
+});
+
+hands.on("over", (over) => {
+  const box = byId("over");
+  box.hidden = over === null;
+  const { scene, shown } = store;
+  if (!over || !scene || !shown) return;
+  const lines: string[] = [];
+  if (over.name) lines.push(over.name);
+  if (over.point) {
+    const { branch, s, node } = over.point;
+    lines.push(`${scene.branches[branch].name}, s = ${millimetres(s)}`);
+    for (const each of QUANTITIES) {
+      const value = shown.nodes[node * FLOATS + each.column];
+      if (!Number.isNaN(value)) lines.push(`${each.name === "bend" ? "bend radius" : each.label.toLowerCase()} ${inWords(each, value)}`);
+    }
+  }
+  box.textContent = lines.join("\n");
+  const right = over.x > view.width - 260;
+  box.style.transform = `translate(${right ? over.x - 16 : over.x + 16}px, ${Math.min(over.y + 12, view.height - 130)}px)${right ? " translateX(-100%)" : ""}`;
+});
+
+function toggleGizmo(mode: "translate" | "rotate"): void {
+  hands.setMode(hands.mode === mode ? "none" : mode);
+}
+
+function toggleAxis(axis: "x" | "y" | "z"): void {
+  hands.setAxis(hands.axis === axis ? null : axis);
+}
+
+/** The next fixing that acts, or the one before. */
+function nextFixing(by: number): void {
+  const acting = bodies.bodies.filter((body) => body.kind === "fixing" && body.acts);
+  if (acting.length === 0) return;
+  const now = acting.findIndex((body) => body.name === hands.fixingName());
+  const next = acting[(now + by + (now < 0 && by < 0 ? 1 : 0) + acting.length) % acting.length];
+  hands.choose({ is: "fixing", name: next.name });
+}
+
+function holdHere(how: "handle" | "pin" | "collar"): void {
+  if (hands.chosen?.is === "point") hands.hold(hands.chosen.branch, hands.chosen.s, how);
+  else if (how === "pin") hands.pin();
+  else tell("Choose a point of a cable first: click it, or press , and . after choosing a fixing.");
+}
+
+// Buttons and keys
+
+function look(side: Side): void {
+  view.look(side);
+  projected();
+}
+
+function project(orthographic: boolean): void {
+  view.project(orthographic);
+  projected();
+}
+
+function projected(): void {
+  hands.cameraChanged();
+  byId("projection").setAttribute("aria-pressed", String(view.isOrthographic));
+}
+
+function screenshot(): void {
+  const name = `${store.scene?.name ?? "wireloom"}-${store.wanted}.png`;
+  view.screenshot().then(
+    (blob) => download(name, blob),
+    () => tell("The picture could not be made."),
+  );
+}
+
+function toggleLabels(): void {
+  labels.shown = !labels.shown;
+  byId("labels-on").setAttribute("aria-pressed", String(labels.shown));
+  view.draw();
+}
+
+function arrows(): void {
+  bodies.showArrows = byId<HTMLInputElement>("arrows-on").checked;
+  bodies.arrowScale = 10 ** Number(byId<HTMLInputElement>("arrows").value);
+  paint();
+}
+
+const live = () => store.scene?.live === true;
+const send = (what: "undo" | "redo" | "stop" | "save") => () => connection.send({ do: what });
+const nudges: [string, [number, number, number], string][] = [
+  ["ArrowLeft", [-1, 0, 0], "to the left"],
+  ["ArrowRight", [1, 0, 0], "to the right"],
+  ["ArrowUp", [0, 1, 0], "up"],
+  ["ArrowDown", [0, -1, 0], "down"],
+  ["PageUp", [0, 0, -1], "away from the eye"],
+  ["PageDown", [0, 0, 1], "towards the eye"],
+];
+const keys: Key[] = [
+  { keys: ["?"], words: "This page", act: () => help(keys, live()) },
+  { keys: ["n", "]"], words: "Choose the next fixing", act: () => nextFixing(1) },
+  { keys: ["Shift+n", "["], words: "Choose the fixing before", act: () => nextFixing(-1) },
+  { keys: ["Alt+ArrowLeft"], words: "Along the branch, towards its start", act: () => hands.walk(-1) },
+  { keys: ["Alt+ArrowRight"], words: "Along the branch, towards its end", act: () => hands.walk(1) },
+  { keys: ["Escape"], words: "Choose nothing", act: () => (hands.setMode("none"), hands.choose(null)) },
+  ...nudges.map(([key, [x, y, z], words]): Key => ({ keys: [key], words: `Move the chosen fixing ${words} by 1 mm, along the nearest axis`, live: true, act: () => hands.nudge(x * 1e-3, y * 1e-3, z * 1e-3) })),
+  ...nudges.map(([key, [x, y, z], words]): Key => ({ keys: [`Shift+${key}`], words: `The same ${words} by 10 mm`, live: true, act: () => hands.nudge(x * 1e-2, y * 1e-2, z * 1e-2) })),
+  { keys: ["h"], words: "Hold the chosen point with a hand", live: true, act: () => holdHere("handle") },
+  { keys: ["p"], words: "Pin it: position, tangent and twist", live: true, act: () => holdHere("pin") },
+  { keys: ["c"], words: "Clip it: position and tangent", live: true, act: () => holdHere("collar") },
+  { keys: ["Delete", "Backspace"], words: "Release the chosen fixing", live: true, act: () => hands.release() },
+  { keys: ["x"], words: "Drag along X only, or freely again", live: true, act: () => toggleAxis("x") },
+  { keys: ["y"], words: "Drag along Y only, or freely again", live: true, act: () => toggleAxis("y") },
+  { keys: ["z"], words: "Drag along Z only, or freely again", live: true, act: () => toggleAxis("z") },
+  { keys: ["g"], words: "Arrows to move the chosen fixing", live: true, act: () => toggleGizmo("translate") },
+  { keys: ["r"], words: "Rings to turn it", live: true, act: () => toggleGizmo("rotate") },
+  { keys: ["Ctrl+z"], words: "Undo", live: true, act: send("undo") },
+  { keys: ["Ctrl+Shift+z", "Ctrl+y"], words: "Redo", live: true, act: send("redo") },
+  { keys: ["Ctrl+s"], words: "Save the scenario", live: true, act: send("save") },
+  { keys: [" "], words: "Play or pause", act: () => timeline.toggle() },
+  { keys: [","], words: "One frame back", act: () => timeline.go(store.wanted - 1) },
+  { keys: ["."], words: "One frame on", act: () => timeline.go(store.wanted + 1) },
+  { keys: ["<", "Shift+,"], words: "To the end of the step before", act: () => timeline.step(-1) },
+  { keys: [">", "Shift+."], words: "To the end of the next step", act: () => timeline.step(1) },
+  { keys: ["Home"], words: "To the start", act: () => timeline.go(0) },
+  { keys: ["End"], words: "To the newest frame", act: () => timeline.go(Infinity) },
+  { keys: ["1"], words: "From the front", act: () => look("front") },
+  { keys: ["2"], words: "From above", act: () => look("top") },
+  { keys: ["3"], words: "From the right", act: () => look("right") },
+  { keys: ["4"], words: "Oblique", act: () => look("oblique") },
+  { keys: ["5"], words: "Perspective or parallel projection", act: () => project(!view.isOrthographic) },
+  { keys: ["f"], words: "Everything in view", act: () => (bounds(), view.fit()) },
+  { keys: ["+", "="], words: "Nearer", act: () => view.controls.dollyIn(1.15) },
+  { keys: ["-"], words: "Farther", act: () => view.controls.dollyOut(1.15) },
+  { keys: ["Ctrl+ArrowLeft"], words: "Turn the view to the left", act: () => view.turn(-0.1, 0) },
+  { keys: ["Ctrl+ArrowRight"], words: "Turn the view to the right", act: () => view.turn(0.1, 0) },
+  { keys: ["Ctrl+ArrowUp"], words: "Turn the view up", act: () => view.turn(0, -0.1) },
+  { keys: ["Ctrl+ArrowDown"], words: "Turn the view down", act: () => view.turn(0, 0.1) },
+  { keys: ["b"], words: "Coloured by the next quantity", act: () => colourBy(QUANTITIES[(QUANTITIES.indexOf(quantity) + 1) % QUANTITIES.length].name) },
+  { keys: ["k"], words: "Keep the shape as a ghost, or forget it", act: () => (ghost ? forgetGhost() : keepGhost()) },
+  { keys: ["l"], words: "Names and forces in the picture", act: toggleLabels },
+  { keys: ["s"], words: "Download the picture", act: screenshot },
+];
+listen(keys, live);
+
+for (const button of document.querySelectorAll<HTMLButtonElement>("[data-side]")) button.addEventListener("click", () => look(button.dataset.side as Side));
+const click = (id: string, act: () => void) => byId(id).addEventListener("click", act);
+click("undo", send("undo"));
+click("redo", send("redo"));
+click("stop", send("stop"));
+click("save", send("save"));
+click("screenshot", screenshot);
+click("help", () => help(keys, live()));
+click("projection", () => project(!view.isOrthographic));
+click("fit", () => (bounds(), view.fit()));
+click("gizmo-move", () => toggleGizmo("translate"));
+click("gizmo-turn", () => toggleGizmo("rotate"));
+for (const axis of ["x", "y", "z"] as const) click(`axis-${axis}`, () => toggleAxis(axis));
+click("labels-on", toggleLabels);
+byId("arrows").addEventListener("input", arrows);
+byId("arrows-on").addEventListener("change", arrows);
+
+/** For tests: what the page knows and where things are on the screen. */
+declare global {
+  interface Window {
+    wireloom: {
+      store: Store;
+      hands: Hands;
+      toScreen(position: [number, number, number]): { x: number; y: number };
+    };
+  }
+}
+window.wireloom = {
+  store,
+  hands,
+  toScreen(position) {
+    const box = view.renderer.domElement.getBoundingClientRect();
+    const at = view.toScreen(new THREE.Vector3(...position));
+    return { x: at.x + box.left, y: at.y + box.top };
+  },
+};
+
+connection.start();

@@ -1,0 +1,407 @@
+// The column beside the picture: state, what is chosen, warnings, fixings, plots, settings, comparison, files, notes.
+import * as THREE from "three";
+import { inWords, QUANTITIES } from "./colours";
+import type { Difference, Ghost } from "./compare";
+import { element } from "./dom";
+import { along, type Frame } from "./frame";
+import type { Hands } from "./hands";
+import type { Link } from "./link";
+import { nodesOf, Plot, PLOTTED } from "./plots";
+import { FLOATS, type Event, type FixingFrame, type Placed, type Scene, type Session, type Setting } from "./protocol";
+import type { Store } from "./store";
+import { digits, millimetres, moment, newtons, seconds } from "./units";
+
+export interface Wishes {
+  /** Looks at a place. */
+  visit(position: [number, number, number]): void;
+  scrub(frame: number): void;
+  keepGhost(): void;
+  forgetGhost(): void;
+  toggleGizmo(mode: "translate" | "rotate"): void;
+  /** Another branch is looked at closer. */
+  branchChosen(branch: number): void;
+}
+
+export class Panels {
+  private state = element("section", { "aria-label": "State" });
+  private chosen = element("div", {});
+  private warnings = element("ul", {});
+  private fixings = element("div", {});
+  private plots = element("div", {});
+  private settings = element("div", {});
+  private comparison = element("div", {});
+  private files = element("div", {});
+  private notes = element("ul", {});
+  private sections = new Map<string, HTMLDetailsElement>();
+  private curves: Plot[];
+  private branchList = element("select", { "aria-label": "Branch" });
+  private branch = 0;
+  private pointed: number | null = null;
+  private fields: { position: HTMLInputElement[]; angles: HTMLInputElement[] } | null = null;
+  private facts: HTMLElement | null = null;
+  private rows = new Map<string, HTMLTableRowElement>();
+
+  constructor(
+    holder: HTMLElement,
+    private store: Store,
+    private hands: Hands,
+    private link: Link,
+    private wishes: Wishes,
+  ) {
+    const section = (name: string, title: string, open: boolean, live: boolean, ...content: Node[]) => {
+      const made = element("details", { open, class: live ? "live" : undefined }, element("summary", {}, element("h2", {}, title)), ...content);
+      made.addEventListener("toggle", () => made.open && this.showFrame());
+      this.sections.set(name, made);
+      return made;
+    };
+    this.curves = PLOTTED.map(
+      (quantity) =>
+        new Plot(quantity, (s, chosen) => {
+          this.pointed = s;
+          if (chosen) this.hands.choose({ is: "point", branch: this.branch, s });
+          else this.showPlots();
+        }),
+    );
+    this.branchList.addEventListener("change", () => this.lookAt(this.branchList.selectedIndex));
+    this.plots.append(element("div", { class: "row" }, this.branchList), ...this.curves.map((curve) => curve.element));
+    this.plots.addEventListener("pointerleave", () => {
+      this.pointed = null;
+      this.showPlots();
+    });
+    holder.append(
+      this.state,
+      section("chosen", "Chosen", true, false, this.chosen),
+      section("warnings", "Warnings and events", true, false, this.warnings),
+      section("fixings", "Fixings", true, false, this.fixings),
+      section("plots", "Along the branch", true, false, this.plots),
+      section("settings", "Swap", false, true, this.settings),
+      section("compare", "Compare", false, false, this.comparison),
+      section("files", "Files", false, true, this.files),
+      section("notes", "Notes", false, false, this.notes),
+    );
+    this.showChosen();
+    this.showGhost(null, null);
+  }
+
+  open(name: string): void {
+    const section = this.sections.get(name);
+    if (section) section.open = true;
+  }
+
+  // The scene
+
+  showScene(scene: Scene): void {
+    this.branchList.replaceChildren(...scene.branches.map((branch) => element("option", {}, branch.name)));
+    this.branch = Math.min(this.branch, Math.max(0, scene.branches.length - 1));
+    this.branchList.selectedIndex = this.branch;
+    this.showSettings(scene.settings);
+    this.files.replaceChildren(
+      element("p", { class: "quiet" }, "As `run` writes them, of everything up to now:"),
+      element("ul", {}, ...scene.exports.map((name) => element("li", {}, element("a", { href: `export/${encodeURIComponent(name)}${location.search}`, download: name }, name)))),
+    );
+    this.sections.get("files")!.hidden = scene.exports.length === 0;
+    this.sections.get("settings")!.hidden = scene.settings.length === 0 || !scene.live;
+    this.sections.get("notes")!.hidden = scene.notes.length === 0;
+    this.notes.replaceChildren(...scene.notes.map((note) => element("li", {}, note)));
+    const head = element("tr", {}, ...["Fixing", "Fx", "Fy", "Fz", "F (N)", "M (N mm)"].map((words) => element("th", { scope: "col" }, words)));
+    this.rows.clear();
+    const body = element("tbody", {});
+    for (const fixing of scene.fixings) {
+      const row = element("tr", {}, element("td", {}, element("button", { class: "plain", title: fixing.kind, onclick: () => this.hands.choose({ is: "fixing", name: fixing.name }) }, fixing.name)), ...Array.from({ length: 5 }, () => element("td", {})));
+      this.rows.set(fixing.name, row);
+      body.append(row);
+    }
+    this.fixings.replaceChildren(scene.fixings.length ? element("table", {}, element("thead", {}, head), body) : element("p", { class: "quiet" }, "none"));
+    this.showChosen();
+  }
+
+  // The state
+
+  showSession(session: Session | null): void {
+    this.showState(this.store.shown, session);
+  }
+
+  private showState(frame: Frame | null, session: Session | null): void {
+    if (!frame) return;
+    const h = frame.header;
+    const good = h.status === "converged";
+    const facts: [string, string | Node][] = [
+      ["equilibrium", element("span", { class: good ? "good" : "bad" }, good ? "✓ converged" : `✗ ${h.status}`, h.stable === false ? ", unstable" : "")],
+      ["iterations", `${h.iterations} in ${seconds(h.seconds)}, residual ${digits(h.residual, 1)}`],
+    ];
+    if (h.tightest) {
+      const { branch, s, radius, limit } = h.tightest;
+      const tight = limit !== null && radius < limit;
+      facts.push(["tightest bend", element("button", { class: "plain", onclick: () => this.visitPoint(branch, s) }, element("span", { class: tight ? "bad" : "" }, `${millimetres(radius, 3)} on ${branch}`), limit === null ? "" : ` (allowed ${millimetres(limit, 3)})`)]);
+    }
+    const energy = h.energy.find(([name]) => name === "total");
+    if (energy) facts.push(["energy", `${digits(energy[1], 4)} J`]);
+    if (session && this.store.scene?.live) {
+      facts.push(["now", session.busy ? `computing ${session.busy}` : "waiting for hands"]);
+      if (session.rate > 0) facts.push(["rate", `${digits(session.rate, 2)} updates/s`]);
+      if (session.tabs > 1) facts.push(["pages", `${session.tabs} look at this session`]);
+    }
+    this.state.replaceChildren(element("dl", { class: "facts" }, ...facts.flatMap(([name, value]) => [element("dt", {}, name), element("dd", {}, value)])));
+  }
+
+  private visitPoint(branchName: string, s: number): void {
+    const { scene, shown } = this.store;
+    const branch = scene?.branches.findIndex((branch) => branch.name === branchName) ?? -1;
+    if (!scene || !shown || branch < 0) return;
+    this.wishes.visit(along(shown, scene, branch, s).position);
+    this.hands.choose({ is: "point", branch, s });
+  }
+
+  // What changes with every frame
+
+  showFrame(): void {
+    const { scene, shown } = this.store;
+    if (!scene || !shown) return;
+    this.showState(shown, this.store.session);
+    this.showFacts(scene, shown);
+    if (this.sections.get("fixings")!.open) this.showForces(shown);
+    if (this.sections.get("plots")!.open) this.showPlots();
+  }
+
+  private showForces(frame: Frame): void {
+    const acting = new Map(frame.header.fixings.map((fixing) => [fixing.name, fixing]));
+    for (const [name, row] of this.rows) {
+      const at = acting.get(name);
+      row.className = this.hands.fixingName() === name ? "chosen" : "";
+      const words = at ? [...at.force, Math.hypot(...at.force)].map((force) => digits(force, 3)).concat(digits(1000 * Math.hypot(...at.moment), 3)) : ["", "", "", "–", "–"];
+      words.forEach((text, i) => (row.cells[i + 1].textContent = text));
+    }
+  }
+
+  // Warnings
+
+  showEvents(events: Event[]): void {
+    const shown = this.store.wanted;
+    const items = events.map((event) =>
+      element(
+        "li",
+        {},
+        element(
+          "button",
+          {
+            class: "plain",
+            onclick: () => {
+              this.wishes.scrub(event.frame);
+              if (event.position) this.wishes.visit(event.position);
+            },
+          },
+          `${event.message}`,
+        ),
+        element("span", { class: "quiet" }, ` frame ${event.frame}${event.frame === shown ? ", shown" : ""}`),
+      ),
+    );
+    this.warnings.replaceChildren(...(items.length ? items : [element("li", { class: "quiet" }, "none so far")]));
+  }
+
+  // What is chosen
+
+  showChosen(): void {
+    const scene = this.store.scene;
+    const chosen = this.hands.chosen;
+    this.fields = null;
+    this.facts = element("dl", { class: "facts" });
+    const live = scene?.live === true;
+    const button = (words: string, title: string, act: () => void) => element("button", { title, onclick: act }, words);
+    if (!scene || !chosen) {
+      this.chosen.replaceChildren(element("p", { class: "quiet" }, live ? "Nothing. Click or drag a plug, a clip, a hand or any point of a cable; N takes the next fixing." : "Nothing. Click a fixing or a point of a cable; N takes the next fixing."));
+      return;
+    }
+    if (chosen.is === "point") {
+      const { branch, s } = chosen;
+      this.chosen.replaceChildren(
+        element("p", {}, element("strong", {}, scene.branches[branch].name), ` at s = ${millimetres(s)}`),
+        this.facts,
+        ...(live ? [element("div", { class: "buttons" }, button("Hold", "A hand takes hold here (H)", () => this.hands.hold(branch, s, "handle")), button("Pin", "Held as it is: position, tangent and twist (P)", () => this.hands.hold(branch, s, "pin")), button("Clip", "A clip closes here: position and tangent (C)", () => this.hands.hold(branch, s, "collar")))] : []),
+      );
+      this.lookAt(branch);
+    } else {
+      const fixing = this.hands.fixing()!;
+      const parts: (Node | string)[] = [element("p", {}, element("strong", {}, fixing.name), element("span", { class: "quiet" }, ` ${fixing.kind}${fixing.place ? ` on ${fixing.place[0]}` : ""}`)), this.facts];
+      if (live) parts.push(this.poseForm(fixing.name, fixing.moves, fixing.turns));
+      if (live)
+        parts.push(
+          element(
+            "div",
+            { class: "buttons" },
+            fixing.moves && button("Move", "Arrows to move it (G)", () => this.wishes.toggleGizmo("translate")),
+            fixing.turns && button("Turn", "Rings to turn it (R)", () => this.wishes.toggleGizmo("rotate")),
+            button("Pin", "Holds position, tangent and twist where they are (P)", () => this.hands.pin()),
+            button("Release", "Lets go (Delete)", () => this.hands.release()),
+          ),
+        );
+      this.chosen.replaceChildren(...parts);
+      const point = this.hands.chosenPoint();
+      if (point) this.lookAt(point.branch);
+    }
+    this.showFrame();
+  }
+
+  private poseForm(name: string, moves: boolean, turns: boolean): HTMLElement {
+    const field = (words: string, of: HTMLInputElement[], disabled: boolean) => {
+      const input = element("input", { type: "text", inputmode: "decimal", autocomplete: "off", disabled });
+      of.push(input);
+      return element("label", {}, words, input);
+    };
+    const fields = { position: [] as HTMLInputElement[], angles: [] as HTMLInputElement[] };
+    const form = element(
+      "form",
+      { "aria-label": `Pose of ${name}` },
+      element("div", { class: "pose" }, ...["x, mm", "y, mm", "z, mm"].map((words) => field(words, fields.position, !moves))),
+      turns && element("div", { class: "pose", title: "Turned about the world's x, then y, then z" }, ...["about x, °", "about y, °", "about z, °"].map((words) => field(words, fields.angles, false))),
+      element("button", { type: "submit", disabled: !moves && !turns }, "Bring there"),
+    );
+    form.addEventListener("submit", (event) => {
+      event.preventDefault();
+      const read = (input: HTMLInputElement) => Number(input.value.trim().replace("−", "-").replace(",", "."));
+      const wrong = [...fields.position, ...fields.angles].find((input) => input.value.trim() === "" || !Number.isFinite(read(input)));
+      for (const input of [...fields.position, ...fields.angles]) input.setCustomValidity("");
+      if (wrong) {
+        wrong.setCustomValidity("a number is wanted");
+        wrong.reportValidity();
+        return;
+      }
+      const at = this.hands.at(name);
+      if (!at) return;
+      const position = fields.position.map((input) => read(input) / 1000) as [number, number, number];
+      const angles = fields.angles.map((input) => (read(input) * Math.PI) / 180);
+      const q = new THREE.Quaternion();
+      if (turns) q.setFromEuler(new THREE.Euler(angles[0], angles[1], angles[2], "ZYX"));
+      const pose: Placed = { position, orientation: turns ? [q.w, q.x, q.y, q.z] : at.at.orientation };
+      this.hands.bring(name, pose, turns);
+    });
+    this.fields = fields;
+    return form;
+  }
+
+  private showFacts(scene: Scene, frame: Frame): void {
+    const chosen = this.hands.chosen;
+    if (!this.facts || !chosen) return;
+    const facts: [string, string][] = [];
+    if (chosen.is === "point") {
+      const { position, node, part } = along(frame, scene, chosen.branch, chosen.s);
+      facts.push(["at", position.map((x) => digits(x * 1000, 4)).join(", ") + " mm"]);
+      for (const quantity of QUANTITIES) {
+        const a = frame.nodes[node * FLOATS + quantity.column];
+        const b = frame.nodes[(node + 1) * FLOATS + quantity.column] ?? a;
+        facts.push([quantity.name === "bend" ? "bend radius" : quantity.label.toLowerCase(), inWords(quantity, a + part * (b - a))]);
+      }
+    } else {
+      const at = this.hands.at(chosen.name);
+      if (!at) facts.push(["", "does not act in this frame"]);
+      else {
+        facts.push(["force", `${newtons(Math.hypot(...at.force))} (${at.force.map((x) => digits(x)).join(", ")})`]);
+        facts.push(["moment", `${moment(Math.hypot(...at.moment))} (${at.moment.map((x) => digits(x * 1000)).join(", ")} N mm)`]);
+        if (at.slid_to !== null) facts.push(["slides", `cable at s = ${millimetres(at.slid_to)}`]);
+        this.showPose(at);
+      }
+    }
+    this.facts.replaceChildren(...facts.flatMap(([name, value]) => [element("dt", {}, name), element("dd", {}, value)]));
+  }
+
+  private showPose(at: FixingFrame): void {
+    const fields = this.fields;
+    if (!fields || [...fields.position, ...fields.angles].includes(document.activeElement as HTMLInputElement)) return;
+    at.at.position.forEach((x, i) => (fields.position[i].value = (x * 1000).toFixed(2)));
+    if (!fields.angles.length) return;
+    const [w, x, y, z] = at.at.orientation;
+    const angles = new THREE.Euler().setFromQuaternion(new THREE.Quaternion(x, y, z, w), "ZYX");
+    [angles.x, angles.y, angles.z].forEach((angle, i) => (fields.angles[i].value = ((angle * 180) / Math.PI).toFixed(2)));
+  }
+
+  // Plots
+
+  lookAt(branch: number): void {
+    this.branch = branch;
+    this.branchList.selectedIndex = branch;
+    this.wishes.branchChosen(branch);
+    this.showPlots();
+  }
+
+  ghost: Ghost | null = null;
+
+  private showPlots(): void {
+    const { scene, shown } = this.store;
+    if (!scene || !shown || !scene.branches[this.branch] || !this.sections.get("plots")!.open) return;
+    const branch = scene.branches[this.branch];
+    const point = this.hands.chosenPoint();
+    const at = this.pointed ?? (point && point.branch === this.branch ? point.s : null);
+    const other = this.ghost ? this.ghost.scene.branches.findIndex((each) => each.name === branch.name) : -1;
+    const before = this.ghost && other >= 0 ? nodesOf(this.ghost.scene, this.ghost.frame, other) : null;
+    for (const curve of this.curves) curve.show(branch, nodesOf(scene, shown, this.branch), before, at);
+  }
+
+  // Settings
+
+  private showSettings(settings: Setting[]): void {
+    const groups = new Map<string, Setting[]>();
+    for (const setting of settings) groups.set(setting.group, [...(groups.get(setting.group) ?? []), setting]);
+    this.settings.replaceChildren(
+      element("p", { class: "quiet" }, "What is changed here is computed anew; the shape there was stays as a ghost."),
+      ...[...groups].map(([group, members]) => element("fieldset", {}, element("legend", {}, group), ...members.map((setting) => this.setting(setting)))),
+    );
+  }
+
+  /** The server did not take a value: the fields show again what holds. */
+  refused(): void {
+    if (this.store.scene) this.showSettings(this.store.scene.settings);
+  }
+
+  private setting(setting: Setting): HTMLElement {
+    const form = setting.form;
+    const set = (value: unknown) => {
+      this.wishes.keepGhost();
+      this.link.send({ do: "set", key: setting.key, value });
+    };
+    let field: HTMLElement;
+    let unit = "";
+    if (form.is === "choice") {
+      const given = form.words.some(([word]) => word === setting.value);
+      const list = element("select", {}, !given && element("option", { value: "" }, setting.value === null ? "not given" : String(setting.value)), ...form.words.map(([word, doc]) => element("option", { value: word, title: doc }, word)));
+      list.value = given ? String(setting.value) : "";
+      list.addEventListener("change", () => list.value !== "" && set(list.value));
+      field = list;
+    } else if (form.is === "flag") {
+      const box = element("input", { type: "checkbox" });
+      box.checked = setting.value === true;
+      box.addEventListener("change", () => set(box.checked));
+      field = box;
+    } else {
+      const least = form.minimum;
+      const input = element("input", { type: "number", step: form.is === "count" ? 1 : "any", min: least ?? undefined, max: (form.is === "number" ? form.maximum : null) ?? undefined, placeholder: "not given" });
+      if (typeof setting.value === "number") input.value = String(setting.value);
+      else if (setting.value !== null) input.placeholder = String(setting.value);
+      input.addEventListener("change", () => {
+        if (input.value.trim() === "" || !input.reportValidity()) return;
+        set(Number(input.value));
+      });
+      if (form.is === "number") unit = form.unit;
+      field = input;
+    }
+    return element("label", { class: "setting", title: setting.doc }, element("span", {}, setting.label.replaceAll("_", " ")), element("span", { class: "field" }, field, unit && element("span", { class: "quiet" }, unit)));
+  }
+
+  // The ghost
+
+  showGhost(ghost: Ghost | null, found: Difference | null): void {
+    this.ghost = ghost;
+    const parts: (Node | false)[] = [
+      element("div", { class: "buttons" }, element("button", { title: "The shape shown now stays as a ghost (K)", onclick: () => this.wishes.keepGhost() }, "Keep this shape"), ghost !== null && element("button", { onclick: () => this.wishes.forgetGhost() }, "Forget it")),
+    ];
+    if (ghost) parts.push(element("p", { class: "quiet" }, `Ghost: ${ghost.words}`));
+    if (ghost && found) {
+      const bend = (t: Difference["tightest"]["is"]) => (t ? `${millimetres(t.radius, 3)} on ${t.branch}` : "–");
+      const facts: [string, string | Node][] = [
+        ["largest distance", element("button", { class: "plain", onclick: () => this.wishes.visit(found.position) }, `${millimetres(found.greatest, 3)} on ${found.branch} at s = ${millimetres(found.s, 3)}`)],
+        ["mean distance", millimetres(found.mean, 3)],
+        ["tightest bend", `${bend(found.tightest.was)} → ${bend(found.tightest.is)}`],
+      ];
+      parts.push(element("dl", { class: "facts", id: "difference" }, ...facts.flatMap(([name, value]) => [element("dt", {}, name), element("dd", {}, value)])));
+    }
+    this.comparison.replaceChildren(...parts.filter((part): part is Node => part !== false));
+  }
+}

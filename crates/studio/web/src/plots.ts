@@ -1,0 +1,123 @@
+// Plots along the arc length of a branch: bend radius (logarithmic, with its limit), tension, bending moment, torque.
+import { inWords, QUANTITIES, type Quantity } from "./colours";
+import { svg } from "./dom";
+import { Column, firstNodes, type Frame } from "./frame";
+import { FLOATS, type Branch, type Scene } from "./protocol";
+import { digits, millimetres } from "./units";
+
+const [WIDTH, HEIGHT, LEFT, TOP, RIGHT, BOTTOM] = [340, 92, 46, 18, 8, 14];
+
+export class Plot {
+  readonly element: SVGSVGElement;
+  private curve = svg("path", { class: "curve" });
+  private before = svg("path", { class: "before" });
+  private limit = svg("line", { class: "limit", x1: LEFT, x2: WIDTH - RIGHT });
+  private cursor = svg("line", { class: "cursor", y1: TOP, y2: HEIGHT - BOTTOM });
+  private title = svg("text", { class: "title", x: LEFT, y: 12 });
+  private reading = svg("text", { x: WIDTH - RIGHT, y: 12, "text-anchor": "end" });
+  private low = svg("text", { x: LEFT - 4, y: HEIGHT - BOTTOM, "text-anchor": "end" });
+  private high = svg("text", { x: LEFT - 4, y: TOP + 9, "text-anchor": "end" });
+  private end = svg("text", { x: WIDTH - RIGHT, y: HEIGHT - 2, "text-anchor": "end" });
+  private length = 1;
+
+  constructor(
+    private quantity: Quantity,
+    point: (s: number, chosen: boolean) => void,
+  ) {
+    this.element = svg(
+      "svg",
+      { class: "plot", viewBox: `0 0 ${WIDTH} ${HEIGHT}`, preserveAspectRatio: "none", role: "img" },
+      svg("rect", { class: "frame", x: LEFT, y: TOP, width: WIDTH - LEFT - RIGHT, height: HEIGHT - TOP - BOTTOM }),
+      this.before,
+      this.limit,
+      this.curve,
+      this.cursor,
+      this.title,
+      this.reading,
+      this.low,
+      this.high,
+      svg("text", { x: LEFT, y: HEIGHT - 2 }, "s = 0"),
+      this.end,
+    );
+    const at = (event: PointerEvent) => {
+      const box = this.element.getBoundingClientRect();
+      const x = ((event.clientX - box.left) / box.width) * WIDTH;
+      return Math.min(1, Math.max(0, (x - LEFT) / (WIDTH - LEFT - RIGHT))) * this.length;
+    };
+    this.element.addEventListener("pointermove", (event) => point(at(event), false));
+    this.element.addEventListener("click", (event) => point(at(event as PointerEvent), true));
+  }
+
+  /** A branch's values (`before`: of the ghost), and the place that is pointed at. */
+  show(branch: Branch, nodes: Float32Array, before: Float32Array | null, pointed: number | null): void {
+    this.length = branch.length;
+    const radius = this.quantity.name === "bend";
+    const column = this.quantity.column;
+    const count = nodes.length / FLOATS;
+    let [least, most] = [Infinity, -Infinity];
+    for (const part of [nodes, before]) {
+      for (let i = column; part && i < part.length; i += FLOATS) {
+        const value = radius ? 1 / Math.max(part[i], 1e-9) : part[i];
+        if (value < least) least = value;
+        if (value > most) most = value;
+      }
+    }
+    const limit = radius ? branch.bend_radius_limit : null;
+    let [low, high] = [least, most];
+    if (radius) {
+      low = Math.min(least, limit ?? Infinity) / 1.3;
+      high = Math.min(most, 30 * low);
+    } else {
+      low = Math.min(0, least);
+      high = Math.max(0, most);
+      if (high - low < 1e-12) high = low + 1e-12;
+    }
+    const y = (value: number) => {
+      const part = radius ? Math.log(value / low) / Math.log(high / low) : (value - low) / (high - low);
+      return HEIGHT - BOTTOM - Math.min(1, Math.max(0, part)) * (HEIGHT - TOP - BOTTOM);
+    };
+    const path = (part: Float32Array) => {
+      const n = part.length / FLOATS;
+      const total = part[(n - 1) * FLOATS + Column.s] || 1;
+      const step = Math.max(1, Math.floor(n / 500));
+      let text = "";
+      for (let i = 0; i < n; i = i + step < n || i === n - 1 ? i + step : n - 1) {
+        const value = part[i * FLOATS + column];
+        const x = LEFT + (part[i * FLOATS + Column.s] / total) * (WIDTH - LEFT - RIGHT);
+        text += `${text ? "L" : "M"}${x.toFixed(1)} ${y(radius ? 1 / Math.max(value, 1e-9) : value).toFixed(1)}`;
+      }
+      return text;
+    };
+    this.curve.setAttribute("d", path(nodes));
+    this.before.setAttribute("d", before ? path(before) : "");
+    this.limit.setAttribute("visibility", limit === null ? "hidden" : "visible");
+    if (limit !== null) for (const side of ["y1", "y2"]) this.limit.setAttribute(side, y(limit).toFixed(1));
+    const short = (value: number) => (radius ? `${digits(value * 1000, 2)}` : column === Column.tension ? digits(value, 2) : digits(value * 1000, 2));
+    this.low.textContent = short(low);
+    this.high.textContent = (radius && most > high ? "> " : "") + short(high);
+    this.end.textContent = millimetres(branch.length);
+    this.title.textContent = radius ? "Bend radius, mm" : column === Column.tension ? "Tension, N" : `${this.quantity.label}, N mm`;
+    const place = pointed === null ? null : Math.min(count - 1, Math.max(0, Math.round((pointed / branch.length) * (count - 1))));
+    this.cursor.setAttribute("visibility", place === null ? "hidden" : "visible");
+    let words = radius ? `least ${millimetres(least, 3)}${limit === null ? "" : `, allowed ${millimetres(limit, 3)}`}` : `${inWords(this.quantity, least)} … ${inWords(this.quantity, most)}`;
+    let over = limit !== null && least < limit;
+    if (place !== null) {
+      const x = LEFT + (nodes[place * FLOATS + Column.s] / branch.length) * (WIDTH - LEFT - RIGHT);
+      for (const side of ["x1", "x2"]) this.cursor.setAttribute(side, x.toFixed(1));
+      const value = nodes[place * FLOATS + column];
+      words = `${inWords(this.quantity, value)} at ${millimetres(nodes[place * FLOATS + Column.s])}`;
+      over = limit !== null && value * limit > 1;
+    }
+    this.reading.textContent = words;
+    this.reading.setAttribute("class", over ? "bad" : "");
+    this.element.setAttribute("aria-label", `${this.title.textContent} along ${branch.name}: ${words}`);
+  }
+}
+
+/** The numbers of one branch of a frame. */
+export function nodesOf(scene: Scene, frame: Frame, branch: number): Float32Array {
+  const first = firstNodes(scene);
+  return frame.nodes.subarray(first[branch] * FLOATS, first[branch + 1] * FLOATS);
+}
+
+export const PLOTTED = QUANTITIES.filter((quantity) => quantity.name !== "clearance");

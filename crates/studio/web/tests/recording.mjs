@@ -1,0 +1,125 @@
+// Pages that replay a run made up here: shapes that have everything a page must be able to show. (Real runs are written by the program.)
+import { gzipSync } from "node:zlib";
+import { readFileSync } from "node:fs";
+
+/** A frame's bytes: header and nodes. */
+export function encode(header, nodes) {
+  const head = padded(header);
+  return Buffer.concat([lengthOf(head), head, Buffer.from(Float32Array.from(nodes).buffer)]);
+}
+
+function padded(value) {
+  const text = JSON.stringify(value);
+  return Buffer.from(text + " ".repeat((4 - (Buffer.byteLength(text) % 4)) % 4));
+}
+
+function lengthOf(bytes) {
+  const length = Buffer.alloc(4);
+  length.writeUInt32LE(bytes.length);
+  return length;
+}
+
+/** The built page with a recording in it. */
+export function page({ scene, timeline, frames }) {
+  const blocks = [padded({ scene, timeline }), ...frames];
+  const packed = gzipSync(Buffer.concat(blocks.flatMap((block) => [lengthOf(block), block])));
+  const template = readFileSync(new URL("../dist/index.html", import.meta.url), "utf8");
+  return template.replace('id="replay">null<', () => `id="replay">${JSON.stringify(packed.toString("base64"))}<`);
+}
+
+const cross = (a, b) => [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
+const size = (a) => Math.hypot(...a);
+const unit = (a) => a.map((x) => x / size(a));
+
+/** A name that would do harm if it came into the page as markup. */
+export const HOSTILE = '<img src=x onerror="window.hacked=1">';
+
+/** A Y whose arm is lifted and bent too tightly; `nodes` a branch. */
+export function made({ frames = 25, nodes = 61 } = {}) {
+  const branches = [
+    { name: "trunk", diameter: 0.012, bend_radius_limit: 0.06, nodes, length: 0.6 },
+    { name: HOSTILE, diameter: 0.008, bend_radius_limit: 0.05, nodes, length: 0.4 },
+    { name: "right", diameter: 0.008, bend_radius_limit: null, nodes, length: 0.4 },
+  ];
+  const corners = [];
+  for (const x of [0.25, 0.4]) for (const y of [-0.25, -0.05]) for (const z of [-0.2, -0.12]) corners.push(x, y, z);
+  const sides = [[0, 1, 3, 2], [4, 6, 7, 5], [0, 4, 5, 1], [2, 3, 7, 6], [0, 2, 6, 4], [1, 5, 7, 3]];
+  const fixing = (name, kind, place, by_hand = false) => ({ name, kind, place, moves: true, turns: kind === "connector", by_hand });
+  const scene = {
+    name: "made-up",
+    program: "a test",
+    live: false,
+    run: 1,
+    gravity: [0, 0, -9.81],
+    branches,
+    joints: [{ name: "J", model: "rigid-body", branches: branches.map((branch) => branch.name) }],
+    fixings: [fixing("plug-A", "connector", ["trunk", 0]), fixing("clip", "collar", ["trunk", 0.3]), fixing("hand", "handle", [HOSTILE, 0.38], true), fixing("plug-C", "connector", ["right", 0.4])],
+    obstacles: [{ name: "box", corners, triangles: sides.flatMap(([a, b, c, d]) => [a, b, c, a, c, d]) }],
+    settings: [],
+    notes: ["made up by a test"],
+    exports: [],
+  };
+  const curves = (t) => [
+    (u) => [0.6 * u, 0.02 * Math.sin(6 * u), -0.072 * Math.sin(Math.PI * u)],
+    (u) => [0.6 + 0.3 * u, 0.25 * u * u, 0.25 * t * u ** 3 + 0.06 * t * Math.sin(5 * Math.PI * u) * u],
+    (u) => [0.6 + 0.3 * u, -0.25 * u, -0.08 * Math.sin(Math.PI * u)],
+  ];
+  const standing = (position, orientation = [Math.SQRT1_2, 0, Math.SQRT1_2, 0]) => ({ position, orientation });
+  const shapes = [];
+  for (let f = 0; f < frames; f++) {
+    const t = f / (frames - 1);
+    const numbers = [];
+    let tightest = null;
+    branches.forEach((branch, b) => {
+      const curve = curves(t)[b];
+      for (let i = 0; i < nodes; i++) {
+        const h = 1 / (nodes - 1);
+        const u = i * h;
+        const [p, before, behind] = [curve(u), curve(u - h), curve(u + h)];
+        const velocity = p.map((_, k) => (behind[k] - before[k]) / (2 * h));
+        const acceleration = p.map((x, k) => (behind[k] - 2 * x + before[k]) / (h * h));
+        const curvature = size(cross(velocity, acceleration)) / size(velocity) ** 3;
+        const d3 = unit(velocity);
+        const e = unit(cross([0, 0, 1], d3));
+        const g = cross(d3, e);
+        const d1 = e.map((x, k) => Math.cos(6 * u * t) * x + Math.sin(6 * u * t) * g[k]);
+        const s = u * branch.length;
+        numbers.push(...p, ...d1, s, curvature, 2 + 3 * t * u, 0.01 * curvature, 0.02 * (u - 0.5), b === 0 ? 0.05 - 0.045 * Math.sin(Math.PI * u) : NaN);
+        const bend = { branch: branch.name, s, radius: 1 / curvature, limit: branch.bend_radius_limit };
+        if (bend.limit && (!tightest || bend.limit / bend.radius > tightest.limit / tightest.radius)) tightest = bend;
+      }
+    });
+    const fixings = [
+      { name: "plug-A", at: standing(curves(t)[0](0)), force: [-2, 0.4, 3], moment: [0, 0.01, 0], slid_to: null },
+      { name: "clip", at: standing(curves(t)[0](0.5)), force: [0, 0, 1.5], moment: [0, 0, 0], slid_to: null },
+      { name: "plug-C", at: standing(curves(t)[2](1)), force: [1, -1.4, 1], moment: [0, 0, 0.02], slid_to: null },
+    ];
+    if (f > 0) fixings.push({ name: "hand", at: standing(curves(t)[1](0.95)), force: [0.3, 0.2, 1 + t], moment: [0, 0, 0], slid_to: null });
+    const header = {
+      frame: f,
+      step: f === 0 ? "start" : f <= 12 ? "lift" : "lift further",
+      increment: f === 0 ? 0 : f <= 12 ? f : f - 12,
+      status: "converged",
+      stable: true,
+      iterations: 4,
+      seconds: 0.0012,
+      residual: 3e-9,
+      joints: [standing([0.6, 0, 0], [1, 0, 0, 0])],
+      fixings,
+      obstacles: [{ at: standing([0, 0, 0], [1, 0, 0, 0]), force: [0, 0, 0], contacts: 0 }],
+      tightest,
+      energy: [["total", 0.02 + 0.01 * t]],
+    };
+    shapes.push(encode(header, numbers));
+  }
+  const timeline = {
+    frames,
+    steps: [
+      { name: "start", first: 0, frames: 1, planned: 1, by_hand: false },
+      { name: "lift", first: 1, frames: 12, planned: 12, by_hand: false },
+      { name: "lift further", first: 13, frames: frames - 13, planned: frames - 13, by_hand: true },
+    ],
+    events: [{ frame: 16, kind: "bend", message: `bends more tightly than allowed on ${HOSTILE}`, position: [0.7, 0.05, 0.05] }],
+  };
+  return { scene, timeline, frames: shapes };
+}
