@@ -1,6 +1,6 @@
 //! `cargo xtask test`: all that must hold. What is quick to fail comes first.
 
-use crate::run::{command, step};
+use crate::run::{command, step, target};
 use crate::tools;
 
 /// Installs what is missing, then checks form, lints, docs, tests and licences.
@@ -18,9 +18,25 @@ pub fn test() -> Result<(), String> {
         tests.env("WIRELOOM_PYTHON", python);
     }
     step("tests, and the examples in the docs", &mut tests)?;
+    page()?;
     let deny = tools::deny()?;
     let licences = ["--log-level", "error", "check", "licenses", "bans", "sources"];
     step("licences and sources of everything that is built in", &mut command(&deny, &licences))?;
     println!("\nall holds");
+    Ok(())
+}
+
+/// The page of the studio, where its tools can be had: types, whether the bundle is what its sources make, and the page in a browser.
+fn page() -> Result<(), String> {
+    if !tools::node() {
+        return Ok(());
+    }
+    let npm = |arguments: &[&str]| command("npm", &[&["--silent", "--prefix", tools::PAGE], arguments].concat());
+    step("types of the studio's page", &mut npm(&["run", "check"]))?;
+    step("the page in the repository is what its sources make", &mut npm(&["run", "build", "--", "--check"]))?;
+    if tools::browser() {
+        let program = target().join("debug/wireloom");
+        step("the page in a browser", npm(&["test"]).env("WIRELOOM", program))?;
+    }
     Ok(())
 }

@@ -54,6 +54,9 @@ fn has_vulkan() -> bool {
     found && drivers.into_iter().flatten().any(|mut files| files.next().is_some())
 }
 
+/// The sources of the studio's page.
+pub const PAGE: &str = "crates/studio/web";
+
 /// Path of cargo-deny, installed (about three minutes on two cores) where it is missing.
 pub fn deny() -> Result<String, String> {
     let root = target().join("tools");
@@ -101,4 +104,37 @@ fn virtual_environment(root: &str) -> Result<(), String> {
     let install = ["install", "-qq", "--yes", "--no-install-recommends", "python3-venv"];
     step("install Python's module venv", command("apt-get", &install).env("DEBIAN_FRONTEND", "noninteractive"))?;
     step(why, &mut make)
+}
+
+/// Whether the page of the studio can be built here: npm is there, and what the page is made with could be installed.
+pub fn node() -> bool {
+    if !works(&mut command("npm", &["--version"])) {
+        println!("   npm is missing, so the page of the studio is taken as it lies in the repository");
+        return false;
+    }
+    let install = ["ci", "--prefix", PAGE, "--ignore-scripts", "--no-audit", "--no-fund", "--silent"];
+    step("what the page of the studio is made with", &mut command("npm", &install))
+        .inspect_err(|error| println!("{error}\n   so the page is taken as it lies in the repository"))
+        .is_ok()
+}
+
+/// Whether there is a browser for the tests of the page; on Debian root can have it installed.
+pub fn browser() -> bool {
+    let there = || works(&mut command("chromium", &["--version"]));
+    if there() {
+        return true;
+    }
+    let is_root = command("id", &["-u"]).output().is_ok_and(|out| out.stdout.trim_ascii() == b"0");
+    if is_root && works(&mut command("apt-get", &["--version"])) {
+        let install = ["install", "-qq", "--yes", "--no-install-recommends", "chromium"];
+        let mut install = command("apt-get", &install);
+        let update = step("look up what Debian has", &mut command("apt-get", &["update", "-qq"]));
+        let done = update
+            .and_then(|()| step("install a browser for the page", install.env("DEBIAN_FRONTEND", "noninteractive")));
+        if done.is_ok() && there() {
+            return true;
+        }
+    }
+    println!("   chromium is missing, so the page is not tried in a browser");
+    false
 }

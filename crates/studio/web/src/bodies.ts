@@ -6,7 +6,7 @@ import { digits } from "./units";
 import type { View } from "./view";
 
 /** Kinds of things that can be pointed at; the colour of each (readable on dark and on light). */
-const COLOUR = { connector: "#2867c9", collar: "#b26a00", handle: "#c2334d", pin: "#7a3fb0", other: "#5d6b78", joint: "#3d4b59", force: "#d1470f", moment: "#7a3fb0" };
+const COLOUR = { connector: "#2867c9", collar: "#b26a00", handle: "#c2334d", pin: "#7a3fb0", other: "#5d6b78", joint: "#6b7d90", force: "#d1470f", moment: "#7a3fb0" };
 
 /** At least so many pixels from end to end. */
 const PIXELS = 22;

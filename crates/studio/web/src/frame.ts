@@ -52,3 +52,11 @@ export function along(frame: Frame, scene: Scene, branch: number, s: number): { 
   const at = (axis: number) => n[a + axis] + part * (n[b + axis] - n[a + axis]);
   return { position: [at(0), at(1), at(2)], node: low, part };
 }
+
+/** A column's value at an arc length of a branch, between nodes on a straight line. */
+export function valueAt(frame: Frame, scene: Scene, branch: number, s: number, column: number): number {
+  const { node, part } = along(frame, scene, branch, s);
+  const a = frame.nodes[node * FLOATS + column];
+  const b = frame.nodes[(node + 1) * FLOATS + column];
+  return part === 0 ? a : a + part * (b - a);
+}

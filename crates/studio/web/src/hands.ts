@@ -3,7 +3,7 @@ import * as THREE from "three";
 import { TransformControls } from "three/addons/controls/TransformControls.js";
 import { place, type Bodies } from "./bodies";
 import { Emitter } from "./emitter";
-import { firstNodes } from "./frame";
+import { along, firstNodes } from "./frame";
 import type { Link } from "./link";
 import { pickCable, type CablePoint } from "./pick";
 import { FLOATS, type Fixing, type FixingFrame, type Holding, type Placed } from "./protocol";
@@ -49,6 +49,8 @@ export class Hands extends Emitter<Events> {
   private gizmo: TransformControls;
   private proxy = new THREE.Object3D();
   private marker: THREE.LineSegments;
+  /** The chosen point of a cable. */
+  private dot = new THREE.Mesh(new THREE.SphereGeometry(1, 20, 14), new THREE.MeshBasicMaterial({ color: "#ff9f1c", depthTest: false, transparent: true, opacity: 0.9 }));
   private settle = 0;
 
   constructor(
@@ -85,7 +87,9 @@ export class Hands extends Emitter<Events> {
     this.marker.visible = false;
     this.marker.frustumCulled = false;
     this.marker.renderOrder = 5;
-    view.scene.add(this.marker);
+    this.dot.renderOrder = 4;
+    view.scene.add(this.marker, this.dot);
+    view.before.push(() => this.drawDot());
     store.on("session", () => this.lookForHandle());
     store.on("scene", () => this.sceneChanged());
     store.on("shown", () => this.follow());
@@ -413,6 +417,14 @@ export class Hands extends Emitter<Events> {
     const point = body?.kind === "fixing" ? null : this.pointUnder(x, y);
     this.view.renderer.domElement.style.cursor = body?.fixing ? (this.live && body.fixing.moves ? "grab" : "pointer") : point ? (this.live ? "grab" : "pointer") : "";
     this.tell("over", body || point ? { x, y, name: body?.name ?? null, point } : null);
+  }
+
+  private drawDot(): void {
+    const { scene, shown } = this.store;
+    this.dot.visible = this.chosen?.is === "point" && scene !== null && shown !== null;
+    if (this.chosen?.is !== "point" || !scene || !shown) return;
+    this.dot.position.set(...along(shown, scene, this.chosen.branch, this.chosen.s).position);
+    this.dot.scale.setScalar(Math.max(5 * this.view.metresPerPixel(this.dot.position), 0.65 * scene.branches[this.chosen.branch].diameter));
   }
 
   /** A line from where the held point is to where it is wanted, with a cross there. */

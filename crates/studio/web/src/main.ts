@@ -4,7 +4,7 @@ import { Bodies } from "./bodies";
 import { inWords, onScale, QUANTITIES, Ranges, type QuantityName, type Scale } from "./colours";
 import { difference, type Ghost } from "./compare";
 import { byId, download, element } from "./dom";
-import { decode, firstNodes, type Frame } from "./frame";
+import { decode, firstNodes, valueAt, type Frame } from "./frame";
 import { Hands } from "./hands";
 import { Harness } from "./harness";
 import { help, listen, type Key } from "./keys";
@@ -31,7 +31,11 @@ const labels = new Labels(view, bodies);
 let quantity = QUANTITIES[0];
 let scale: Scale | null = null;
 let ghost: Ghost | null = null;
+/** The shape there was when a setting was sent: the ghost, if that is taken. */
+let candidate: Ghost | null = null;
 let fitted = false;
+/** The branches that there are tubes for. */
+let drawn = "";
 let fetching: { from: number; to: number; at: number } | null = null;
 
 const connection = link({
@@ -46,6 +50,7 @@ const panels = new Panels(byId("panels"), store, hands, connection, {
   visit: (position) => view.visit(new THREE.Vector3(...position)),
   scrub: (frame) => timeline.go(frame),
   keepGhost,
+  beforeSetting: () => (candidate = snapshot()),
   forgetGhost,
   toggleGizmo,
   branchChosen: (branch) => {
@@ -61,6 +66,8 @@ function take(notice: Notice): void {
   if (notice.is === "scene" && (store.scene === null || store.scene.run !== notice.run || store.scene.name !== notice.name)) {
     ranges.clear();
     bodies.forget();
+    if (candidate) setGhost(candidate);
+    candidate = null;
     if (store.scene?.name !== notice.name) fitted = false;
   }
   store.take(notice);
@@ -85,6 +92,7 @@ function linkState(state: LinkState): void {
     store.forget();
     fetching = null;
     hands.refused();
+    candidate = null;
   }
 }
 
@@ -109,7 +117,9 @@ store.on("scene", (scene) => {
   byId("name").textContent = scene.name;
   byId("name").title = scene.program;
   document.body.classList.toggle("replay", !scene.live);
-  harness.setScene(scene);
+  const branches = JSON.stringify(scene.branches);
+  if (branches !== drawn) harness.setScene(scene);
+  drawn = branches;
   bodies.setScene(scene);
   panels.showScene(scene);
   if (!scene.live) byId("link").textContent = "finished run";
@@ -151,6 +161,7 @@ store.on("refused", ({ message, help }) => {
   tell(help ? `${message}\n${help}` : message);
   hands.refused();
   panels.refused();
+  candidate = null;
 });
 
 store.on("saved", ({ name, text }) => download(name, new Blob([text], { type: "application/toml" })));
@@ -244,13 +255,22 @@ function placeOf(name: string, s: number): [number, number, number] | null {
 
 // The ghost
 
-function keepGhost(): void {
+function snapshot(): Ghost | null {
   const { scene, shown } = store;
-  if (!scene || !shown) return;
-  const models = scene.joints.map((joint) => joint.model).filter((model, i, all) => all.indexOf(model) === i);
-  ghost = { scene, frame: shown, words: `frame ${shown.header.frame}, ${shown.header.step}${models.length ? `, joints ${models.join(", ")}` : ""}` };
-  phantom.setScene(scene);
-  phantom.update(shown, ranges.scale(QUANTITIES[0], scene));
+  if (!scene || !shown) return null;
+  const models = [...new Set(scene.joints.map((joint) => joint.model))];
+  return { scene, frame: shown, words: `frame ${shown.header.frame}, ${shown.header.step}${models.length ? `, joints ${models.join(", ")}` : ""}` };
+}
+
+function keepGhost(): void {
+  const now = snapshot();
+  if (now) setGhost(now);
+}
+
+function setGhost(now: Ghost): void {
+  ghost = now;
+  phantom.setScene(now.scene);
+  phantom.update(now.frame, ranges.scale(QUANTITIES[0], now.scene));
   panels.open("compare");
   compare();
   view.draw();
@@ -285,6 +305,7 @@ hands.on("mode", () => {
 });
 
 hands.on("dragging", (dragging) => {
+  byId("over").hidden = true;
   if (!dragging) setTimeout(() => (bounds(), fetch()), 300);
 });
 
@@ -296,10 +317,10 @@ hands.on("over", (over) => {
   const lines: string[] = [];
   if (over.name) lines.push(over.name);
   if (over.point) {
-    const { branch, s, node } = over.point;
+    const { branch, s } = over.point;
     lines.push(`${scene.branches[branch].name}, s = ${millimetres(s)}`);
     for (const each of QUANTITIES) {
-      const value = shown.nodes[node * FLOATS + each.column];
+      const value = valueAt(shown, scene, branch, s, each.column);
       if (!Number.isNaN(value)) lines.push(`${each.name === "bend" ? "bend radius" : each.label.toLowerCase()} ${inWords(each, value)}`);
     }
   }
@@ -449,12 +470,15 @@ declare global {
       store: Store;
       hands: Hands;
       toScreen(position: [number, number, number]): { x: number; y: number };
+      /** Geometries and textures on the graphics card. */
+      memory(): { geometries: number; textures: number };
     };
   }
 }
 window.wireloom = {
   store,
   hands,
+  memory: () => ({ geometries: view.renderer.info.memory.geometries, textures: view.renderer.info.memory.textures }),
   toScreen(position) {
     const box = view.renderer.domElement.getBoundingClientRect();
     const at = view.toScreen(new THREE.Vector3(...position));

@@ -3,11 +3,11 @@ import * as THREE from "three";
 import { inWords, QUANTITIES } from "./colours";
 import type { Difference, Ghost } from "./compare";
 import { element } from "./dom";
-import { along, type Frame } from "./frame";
+import { along, valueAt, type Frame } from "./frame";
 import type { Hands } from "./hands";
 import type { Link } from "./link";
 import { nodesOf, Plot, PLOTTED } from "./plots";
-import { FLOATS, type Event, type FixingFrame, type Placed, type Scene, type Session, type Setting } from "./protocol";
+import type { Event, FixingFrame, Placed, Scene, Session, Setting } from "./protocol";
 import type { Store } from "./store";
 import { digits, millimetres, moment, newtons, seconds } from "./units";
 
@@ -16,6 +16,8 @@ export interface Wishes {
   visit(position: [number, number, number]): void;
   scrub(frame: number): void;
   keepGhost(): void;
+  /** The shape shown is to become the ghost once a setting has been taken. */
+  beforeSetting(): void;
   forgetGhost(): void;
   toggleGizmo(mode: "translate" | "rotate"): void;
   /** Another branch is looked at closer. */
@@ -283,12 +285,10 @@ export class Panels {
     if (!this.facts || !chosen) return;
     const facts: [string, string][] = [];
     if (chosen.is === "point") {
-      const { position, node, part } = along(frame, scene, chosen.branch, chosen.s);
+      const { position } = along(frame, scene, chosen.branch, chosen.s);
       facts.push(["at", position.map((x) => digits(x * 1000, 4)).join(", ") + " mm"]);
       for (const quantity of QUANTITIES) {
-        const a = frame.nodes[node * FLOATS + quantity.column];
-        const b = frame.nodes[(node + 1) * FLOATS + quantity.column] ?? a;
-        facts.push([quantity.name === "bend" ? "bend radius" : quantity.label.toLowerCase(), inWords(quantity, a + part * (b - a))]);
+        facts.push([quantity.name === "bend" ? "bend radius" : quantity.label.toLowerCase(), inWords(quantity, valueAt(frame, scene, chosen.branch, chosen.s, quantity.column))]);
       }
     } else {
       const at = this.hands.at(chosen.name);
@@ -332,7 +332,10 @@ export class Panels {
     const at = this.pointed ?? (point && point.branch === this.branch ? point.s : null);
     const other = this.ghost ? this.ghost.scene.branches.findIndex((each) => each.name === branch.name) : -1;
     const before = this.ghost && other >= 0 ? nodesOf(this.ghost.scene, this.ghost.frame, other) : null;
-    for (const curve of this.curves) curve.show(branch, nodesOf(scene, shown, this.branch), before, at);
+    this.curves.forEach((curve, i) => {
+      const value = at === null ? null : { s: at, value: valueAt(shown, scene, this.branch, at, PLOTTED[i].column) };
+      curve.show(branch, nodesOf(scene, shown, this.branch), before, value);
+    });
   }
 
   // Settings
@@ -354,7 +357,7 @@ export class Panels {
   private setting(setting: Setting): HTMLElement {
     const form = setting.form;
     const set = (value: unknown) => {
-      this.wishes.keepGhost();
+      this.wishes.beforeSetting();
       this.link.send({ do: "set", key: setting.key, value });
     };
     let field: HTMLElement;

@@ -26,7 +26,7 @@ export class Plot {
   ) {
     this.element = svg(
       "svg",
-      { class: "plot", viewBox: `0 0 ${WIDTH} ${HEIGHT}`, preserveAspectRatio: "none", role: "img" },
+      { class: "plot", viewBox: `0 0 ${WIDTH} ${HEIGHT}`, role: "img" },
       svg("rect", { class: "frame", x: LEFT, y: TOP, width: WIDTH - LEFT - RIGHT, height: HEIGHT - TOP - BOTTOM }),
       this.before,
       this.limit,
@@ -49,11 +49,10 @@ export class Plot {
   }
 
   /** A branch's values (`before`: of the ghost), and the place that is pointed at. */
-  show(branch: Branch, nodes: Float32Array, before: Float32Array | null, pointed: number | null): void {
+  show(branch: Branch, nodes: Float32Array, before: Float32Array | null, pointed: { s: number; value: number } | null): void {
     this.length = branch.length;
     const radius = this.quantity.name === "bend";
     const column = this.quantity.column;
-    const count = nodes.length / FLOATS;
     let [least, most] = [Infinity, -Infinity];
     for (const part of [nodes, before]) {
       for (let i = column; part && i < part.length; i += FLOATS) {
@@ -97,16 +96,14 @@ export class Plot {
     this.high.textContent = (radius && most > high ? "> " : "") + short(high);
     this.end.textContent = millimetres(branch.length);
     this.title.textContent = radius ? "Bend radius, mm" : column === Column.tension ? "Tension, N" : `${this.quantity.label}, N mm`;
-    const place = pointed === null ? null : Math.min(count - 1, Math.max(0, Math.round((pointed / branch.length) * (count - 1))));
-    this.cursor.setAttribute("visibility", place === null ? "hidden" : "visible");
+    this.cursor.setAttribute("visibility", pointed === null ? "hidden" : "visible");
     let words = radius ? `least ${millimetres(least, 3)}${limit === null ? "" : `, allowed ${millimetres(limit, 3)}`}` : `${inWords(this.quantity, least)} … ${inWords(this.quantity, most)}`;
     let over = limit !== null && least < limit;
-    if (place !== null) {
-      const x = LEFT + (nodes[place * FLOATS + Column.s] / branch.length) * (WIDTH - LEFT - RIGHT);
+    if (pointed !== null) {
+      const x = LEFT + (pointed.s / branch.length) * (WIDTH - LEFT - RIGHT);
       for (const side of ["x1", "x2"]) this.cursor.setAttribute(side, x.toFixed(1));
-      const value = nodes[place * FLOATS + column];
-      words = `${inWords(this.quantity, value)} at ${millimetres(nodes[place * FLOATS + Column.s])}`;
-      over = limit !== null && value * limit > 1;
+      words = `${inWords(this.quantity, pointed.value)} at ${millimetres(pointed.s)}`;
+      over = limit !== null && pointed.value * limit > 1;
     }
     this.reading.textContent = words;
     this.reading.setAttribute("class", over ? "bad" : "");

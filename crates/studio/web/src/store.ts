@@ -32,7 +32,12 @@ export class Store extends Emitter<Events> {
     switch (notice.is) {
       case "scene": {
         const another = this.scene === null || this.scene.run !== notice.run || this.scene.name !== notice.name;
-        if (another) this.forget();
+        if (another) {
+          this.forget();
+          this.wanted = 0;
+          this.following = true;
+        }
+        if (this.shown && (another || !fits(this.shown, notice))) this.shown = null;
         this.scene = notice;
         this.tell("scene", notice);
         break;

@@ -1,0 +1,228 @@
+// A page that replays a run, in a browser: what is drawn, played, chosen, and what names from outside can do.
+import assert from "node:assert/strict";
+import { mkdtempSync, writeFileSync } from "node:fs";
+import { tmpdir } from "node:os";
+import { join } from "node:path";
+import { after, before, test } from "node:test";
+import { faults, launch, shots } from "./browser.mjs";
+import { HOSTILE, made, page as replay } from "./recording.mjs";
+
+let browser;
+let address;
+
+before(async () => {
+  browser = await launch();
+  const file = join(mkdtempSync(join(tmpdir(), "wireloom-replay-")), "replay.html");
+  writeFileSync(file, replay(made()));
+  address = `file://${file}`;
+});
+
+after(() => browser?.close());
+
+async function opened(options = {}) {
+  const page = await browser.newPage({ viewport: { width: 1440, height: 900 }, ...options });
+  const found = faults(page);
+  await page.goto(address);
+  await page.waitForFunction(() => window.wireloom?.store.shown?.header.frame === 24);
+  return { page, found };
+}
+
+/** How many pixels of a picture are magenta (over a limit), viridis' yellow, and neither grey nor those. */
+async function pixels(png) {
+  const page = await browser.newPage();
+  const counts = await page.evaluate(async (address) => {
+    const image = new Image();
+    image.src = address;
+    await image.decode();
+    const canvas = new OffscreenCanvas(image.width, image.height);
+    const context = canvas.getContext("2d");
+    context.drawImage(image, 0, 0);
+    const { data } = context.getImageData(0, 0, canvas.width, canvas.height);
+    const counts = { magenta: 0, coloured: 0, width: image.width };
+    for (let i = 0; i < data.length; i += 4) {
+      const [r, g, b] = [data[i], data[i + 1], data[i + 2]];
+      if (r > 150 && g < 60 && b > 70) counts.magenta++;
+      if (Math.max(r, g, b) - Math.min(r, g, b) > 60) counts.coloured++;
+    }
+    return counts;
+  }, `data:image/png;base64,${png.toString("base64")}`);
+  await page.close();
+  return counts;
+}
+
+const settled = (page) => page.evaluate(() => new Promise((resolve) => requestAnimationFrame(() => requestAnimationFrame(() => setTimeout(resolve, 50)))));
+const stage = (page) => page.locator("#stage canvas");
+
+test("a run is shown, hatched where it bends too tightly, and names do no harm", async () => {
+  const { page, found } = await opened();
+  await page.locator("#labels-on").click();
+  await page.locator("#legend").evaluate((legend) => (legend.hidden = true));
+  await settled(page);
+  const tight = await pixels(await stage(page).screenshot({ path: `${shots}replay-end.png` }));
+  assert.ok(tight.coloured > 3000, `${tight.coloured} pixels have a colour`);
+  assert.ok(tight.magenta > 200, `${tight.magenta} pixels are hatched`);
+  assert.match(await page.locator("#warning").innerText(), /too tight.*allowed 50\.0 mm/s);
+  assert.ok((await page.locator("#warning").innerText()).includes(HOSTILE));
+  await page.locator("#track").focus();
+  await page.keyboard.press("Home");
+  assert.equal(await page.evaluate(() => window.wireloom.store.shown.header.frame), 0);
+  await settled(page);
+  const loose = await pixels(await stage(page).screenshot({ path: `${shots}replay-start.png` }));
+  assert.ok(loose.coloured > 3000);
+  assert.equal(loose.magenta, 0, `${loose.magenta} pixels are hatched where no bend is too tight`);
+  assert.equal(await page.evaluate(() => window.hacked), undefined);
+  assert.equal(await page.locator("#panels img, #labels img").count(), 0);
+  assert.deepEqual(found, []);
+  await page.close();
+});
+
+test("playing goes through all frames and stops at the end", async () => {
+  const { page, found } = await opened();
+  await page.evaluate(() => {
+    window.seen = [];
+    window.wireloom.store.on("shown", (frame) => window.seen.push(frame.header.frame));
+  });
+  await page.keyboard.press("Space");
+  await page.waitForFunction(() => window.seen.at(-1) === 24 && window.seen.includes(0));
+  const seen = await page.evaluate(() => window.seen);
+  assert.deepEqual(seen, [...seen].sort((a, b) => a - b));
+  assert.equal(await page.getByRole("button", { name: "Play", exact: false }).innerText(), "▶ Play");
+  await page.keyboard.press("<");
+  assert.equal(await page.evaluate(() => window.wireloom.store.shown.header.frame), 12);
+  assert.deepEqual(found, []);
+  await page.close();
+});
+
+test("a click on a cable looks closer at that point", async () => {
+  const { page, found } = await opened();
+  const place = await page.evaluate(() => {
+    const { store, toScreen } = window.wireloom;
+    const node = 61 * 2 + 30;
+    return toScreen([0, 1, 2].map((axis) => store.shown.nodes[node * 12 + axis]));
+  });
+  await page.mouse.move(place.x, place.y);
+  assert.match(await page.locator("#over").innerText(), /right, s = 200.*bend radius/s);
+  await page.mouse.click(place.x, place.y);
+  const chosen = page.locator("details", { hasText: "Chosen" }).first();
+  assert.match(await chosen.innerText(), /right at s = 200/);
+  assert.equal(await page.locator(".plot").count(), 4);
+  const label = await page.locator(".plot").nth(1).getAttribute("aria-label");
+  assert.match(label, /^Tension, N along right: 3\.50 N at 200/);
+  assert.equal(await page.getByRole("button", { name: "Hold" }).count(), 0, "a finished run has no hands");
+  await page.screenshot({ path: `${shots}replay-point.png` });
+  assert.deepEqual(found, []);
+  await page.close();
+});
+
+test("keys choose fixings and points, look from sides, keep a ghost and measure against it", async () => {
+  const { page, found } = await opened();
+  await page.keyboard.press("n");
+  assert.match(await page.locator("#said").innerText(), /plug-A is chosen/);
+  await page.keyboard.press("n");
+  assert.match(await page.locator("#said").innerText(), /clip is chosen/);
+  await page.keyboard.press("Alt+ArrowRight");
+  assert.match(await page.locator("#said").innerText(), /trunk at 310/);
+  await page.keyboard.press("k");
+  await page.keyboard.press("Home");
+  assert.match(await page.locator("#difference").innerText(), new RegExp("largest distance\\s+255 mm on <img"));
+  await page.keyboard.press("2");
+  assert.equal(await page.locator("#projection").getAttribute("aria-pressed"), "true");
+  await page.keyboard.press("b");
+  assert.equal(await page.locator("#quantity").inputValue(), "tension");
+  await settled(page);
+  await page.screenshot({ path: `${shots}replay-top-ghost.png` });
+  await page.keyboard.press("?");
+  assert.match(await page.locator("#keys").innerText(), /Choose the next fixing/);
+  assert.doesNotMatch(await page.locator("#keys").innerText(), /Undo/);
+  await page.screenshot({ path: `${shots}replay-keys.png` });
+  await page.keyboard.press("Escape");
+  const [download] = await Promise.all([page.waitForEvent("download"), page.keyboard.press("s")]);
+  assert.equal(download.suggestedFilename(), "made-up-0.png");
+  assert.deepEqual(found, []);
+  await page.close();
+});
+
+for (const [width, height, colorScheme] of [
+  [1024, 700, "dark"],
+  [1024, 768, "light"],
+  [3840, 2160, "light"],
+]) {
+  test(`nothing sticks out at ${width} × ${height}, ${colorScheme}`, async () => {
+    const { page, found } = await opened({ viewport: { width, height }, colorScheme });
+    await page.keyboard.press("n");
+    await settled(page);
+    await page.screenshot({ path: `${shots}replay-${width}x${height}-${colorScheme}.png` });
+    const out = await page.evaluate(() =>
+      [...document.querySelectorAll("header *, aside *, footer *, #tools *, #legend *")]
+        .filter((each) => each.checkVisibility() && !each.closest("#track"))
+        .filter((each) => {
+          const box = each.getBoundingClientRect();
+          return box.left < -1 || box.right > innerWidth + 1;
+        })
+        .map((each) => each.outerHTML.slice(0, 80)),
+    );
+    assert.deepEqual(out, []);
+    assert.ok((await page.locator("#stage").boundingBox()).width > 0.55 * width);
+    assert.deepEqual(found, []);
+    await page.close();
+  });
+}
+
+/** Contrast of words and what is behind them, WCAG 2: every leaf with words in it. */
+for (const colorScheme of ["light", "dark"]) {
+  test(`words can be read, ${colorScheme}`, async () => {
+    const { page } = await opened({ colorScheme });
+    await page.keyboard.press("n");
+    const poor = await page.evaluate(() => {
+      const context = new OffscreenCanvas(1, 1).getContext("2d", { willReadFrequently: true });
+      const parse = (colour) => {
+        context.clearRect(0, 0, 1, 1);
+        context.fillStyle = colour;
+        context.fillRect(0, 0, 1, 1);
+        return [...context.getImageData(0, 0, 1, 1).data].map((x) => x / 255);
+      };
+      const over = (top, under) => top.slice(0, 3).map((x, i) => x * top[3] + under[i] * (1 - top[3]));
+      const light = (colour) => {
+        const [r, g, b] = colour.map((x) => (x <= 0.04045 ? x / 12.92 : ((x + 0.055) / 1.055) ** 2.4));
+        return 0.2126 * r + 0.7152 * g + 0.0722 * b;
+      };
+      const behind = (element) => {
+        const layers = [];
+        for (let each = element; each; each = each.parentElement) layers.push(parse(getComputedStyle(each).backgroundColor));
+        return layers.reverse().reduce((under, top) => over(top, under), [1, 1, 1]);
+      };
+      return [...document.querySelectorAll("header *, aside *, footer *, #tools *, #legend *, #labels *, #warning *")]
+        .filter((each) => each.checkVisibility() && !each.disabled && [...each.childNodes].some((child) => child.nodeType === 3 && child.textContent.trim()))
+        .map((each) => {
+          const style = getComputedStyle(each);
+          const back = behind(each);
+          const ink = over(parse(each instanceof SVGElement ? style.fill : style.color), back);
+          const [a, b] = [light(ink), light(back)].sort((x, y) => y - x);
+          return { words: each.textContent.slice(0, 30), ratio: (a + 0.05) / (b + 0.05) };
+        })
+        .filter(({ ratio }) => ratio < 4.5);
+    });
+    assert.deepEqual(poor, []);
+    await page.close();
+  });
+}
+
+test("4,000 nodes are drawn in place: frames leave nothing behind on the graphics card", async () => {
+  const file = join(mkdtempSync(join(tmpdir(), "wireloom-large-")), "large.html");
+  writeFileSync(file, replay(made({ frames: 14, nodes: 1334 })));
+  const page = await browser.newPage({ viewport: { width: 1440, height: 900 } });
+  const found = faults(page);
+  await page.goto(`file://${file}`);
+  await page.waitForFunction(() => window.wireloom?.store.shown?.header.frame === 13);
+  const buffers = () => page.evaluate(() => window.wireloom.memory());
+  const before = await buffers();
+  const frames = await page.evaluate(() => {
+    for (let turn = 0; turn < 3; turn++) for (let frame = 0; frame < 14; frame++) window.wireloom.store.scrub(frame);
+    return window.wireloom.store.shown.header.frame;
+  });
+  assert.equal(frames, 13);
+  await settled(page);
+  assert.deepEqual(await buffers(), before, "nothing new on the graphics card");
+  assert.deepEqual(found, []);
+  await page.close();
+});
