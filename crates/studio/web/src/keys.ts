@@ -30,7 +30,7 @@ export function listen(keys: Key[], live: () => boolean): void {
 }
 
 const SIGNS: Record<string, string> = { ArrowLeft: "←", ArrowRight: "→", ArrowUp: "↑", ArrowDown: "↓", " ": "Space", PageUp: "Page↑", PageDown: "Page↓" };
-const shown = (key: string) => key.split("+").map((part) => SIGNS[part] ?? (part.length === 1 ? part.toUpperCase() : part)).join(" ");
+const shown = (key: string) => key.split(/\+(?=.)/).map((part) => SIGNS[part] ?? (part.length === 1 ? part.toUpperCase() : part)).join(" ");
 
 /** The help page. */
 export function help(keys: Key[], live: boolean): void {

@@ -13,13 +13,14 @@ import { Legend } from "./legend";
 import { link, type LinkState } from "./link";
 import { Panels } from "./panels";
 import { FLOATS, type Notice } from "./protocol";
+import { screenshot } from "./screenshot";
 import { Store } from "./store";
 import { TimelineBar } from "./timeline";
 import { millimetres } from "./units";
 import { View, type Side } from "./view";
 
 const store = new Store();
-const view = new View(byId("stage"));
+const view = seen();
 const harness = new Harness();
 const phantom = new Harness(true);
 const bodies = new Bodies(view);
@@ -59,6 +60,15 @@ const panels = new Panels(byId("panels"), store, hands, connection, {
   },
 });
 const legend = new Legend(colourBy);
+
+function seen(): View {
+  try {
+    return new View(byId("stage"));
+  } catch (error) {
+    byId("wait").textContent = "This browser cannot draw in space: it has no WebGL 2, or it is switched off.";
+    throw error;
+  }
+}
 
 // What comes in
 
@@ -369,10 +379,10 @@ function projected(): void {
   byId("projection").setAttribute("aria-pressed", String(view.isOrthographic));
 }
 
-function screenshot(): void {
-  const name = `${store.scene?.name ?? "wireloom"}-${store.wanted}.png`;
-  view.screenshot().then(
-    (blob) => download(name, blob),
+function picture(): void {
+  const [name, step] = [store.scene?.name ?? "wireloom", store.shown?.header.step ?? ""];
+  screenshot(view, scale, `${name}: ${step}, frame ${store.wanted}`).then(
+    (blob) => download(`${name}-${store.wanted}.png`, blob),
     () => tell("The picture could not be made."),
   );
 }
@@ -442,7 +452,7 @@ const keys: Key[] = [
   { keys: ["b"], words: "Coloured by the next quantity", act: () => colourBy(QUANTITIES[(QUANTITIES.indexOf(quantity) + 1) % QUANTITIES.length].name) },
   { keys: ["k"], words: "Keep the shape as a ghost, or forget it", act: () => (ghost ? forgetGhost() : keepGhost()) },
   { keys: ["l"], words: "Names and forces in the picture", act: toggleLabels },
-  { keys: ["s"], words: "Download the picture", act: screenshot },
+  { keys: ["s"], words: "Download the picture", act: picture },
 ];
 listen(keys, live);
 
@@ -452,7 +462,7 @@ click("undo", send("undo"));
 click("redo", send("redo"));
 click("stop", send("stop"));
 click("save", send("save"));
-click("screenshot", screenshot);
+click("screenshot", picture);
 click("help", () => help(keys, live()));
 click("projection", () => project(!view.isOrthographic));
 click("fit", () => (bounds(), view.fit()));

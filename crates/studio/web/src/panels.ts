@@ -24,6 +24,9 @@ export interface Wishes {
   branchChosen(branch: number): void;
 }
 
+/** Numbers that stand in a column. */
+const hundredths = (value: number) => (Math.abs(value) < 0.005 ? "0" : value.toFixed(Math.abs(value) < 1000 ? 2 : 0).replace("-", "−"));
+
 export class Panels {
   private state = element("section", { "aria-label": "State" });
   private chosen = element("div", {});
@@ -105,7 +108,7 @@ export class Panels {
     this.sections.get("settings")!.hidden = scene.settings.length === 0 || !scene.live;
     this.sections.get("notes")!.hidden = scene.notes.length === 0;
     this.notes.replaceChildren(...scene.notes.map((note) => element("li", {}, note)));
-    const head = element("tr", {}, ...["Fixing", "Fx", "Fy", "Fz", "F (N)", "M (N mm)"].map((words) => element("th", { scope: "col" }, words)));
+    const head = element("tr", {}, ...["Fixing", "Fx", "Fy", "Fz", "F, N", "M, N mm"].map((words) => element("th", { scope: "col" }, words)));
     this.rows.clear();
     const body = element("tbody", {});
     for (const fixing of scene.fixings) {
@@ -170,7 +173,7 @@ export class Panels {
     for (const [name, row] of this.rows) {
       const at = acting.get(name);
       row.className = this.hands.fixingName() === name ? "chosen" : "";
-      const words = at ? [...at.force, Math.hypot(...at.force)].map((force) => digits(force, 3)).concat(digits(1000 * Math.hypot(...at.moment), 3)) : ["", "", "", "–", "–"];
+      const words = at ? [...at.force, Math.hypot(...at.force)].map(hundredths).concat(digits(1000 * Math.hypot(...at.moment), 3)) : ["", "", "", "–", "–"];
       words.forEach((text, i) => (row.cells[i + 1].textContent = text));
     }
   }

@@ -9,7 +9,7 @@ export function digits(value: number, significant = 3): string {
     size < 1e-3 || size >= 1e6
       ? value.toExponential(Math.max(0, significant - 1))
       : value.toFixed(Math.max(0, Math.min(6, significant - 1 - Math.floor(Math.log10(size)))));
-  return text.replace("-", "−");
+  return text.replaceAll("-", "−");
 }
 
 export const millimetres = (metres: number, significant = 4): string =>

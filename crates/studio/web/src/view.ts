@@ -38,6 +38,7 @@ export class View {
     this.renderer.setPixelRatio(Math.min(2, window.devicePixelRatio));
     const canvas = this.renderer.domElement;
     canvas.setAttribute("aria-hidden", "true");
+    canvas.addEventListener("webglcontextrestored", () => this.draw());
     holder.prepend(canvas);
     for (const camera of [this.perspective, this.orthographic]) {
       camera.up.set(0, 0, 1);
@@ -265,9 +266,9 @@ export class View {
     return axes;
   }
 
-  /** The picture as PNG, as it is drawn now. */
-  screenshot(): Promise<Blob> {
+  /** The picture as it is drawn now, in pixels of the screen. */
+  picture(): HTMLCanvasElement {
     this.drawNow();
-    return new Promise((resolve, reject) => this.renderer.domElement.toBlob((blob) => (blob ? resolve(blob) : reject(new Error("no picture"))), "image/png"));
+    return this.renderer.domElement;
   }
 }

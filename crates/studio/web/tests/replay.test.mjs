@@ -1,6 +1,6 @@
 // A page that replays a run, in a browser: what is drawn, played, chosen, and what names from outside can do.
 import assert from "node:assert/strict";
-import { mkdtempSync, writeFileSync } from "node:fs";
+import { mkdtempSync, readFileSync, writeFileSync } from "node:fs";
 import { tmpdir } from "node:os";
 import { join } from "node:path";
 import { after, before, test } from "node:test";
@@ -138,6 +138,9 @@ test("keys choose fixings and points, look from sides, keep a ghost and measure 
   await page.keyboard.press("Escape");
   const [download] = await Promise.all([page.waitForEvent("download"), page.keyboard.press("s")]);
   assert.equal(download.suggestedFilename(), "made-up-0.png");
+  await download.saveAs(`${shots}replay-picture.png`);
+  const picture = await pixels(readFileSync(`${shots}replay-picture.png`));
+  assert.ok(picture.coloured > 3000 && picture.width > 900, JSON.stringify(picture));
   assert.deepEqual(found, []);
   await page.close();
 });
