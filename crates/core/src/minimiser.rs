@@ -20,6 +20,10 @@ pub enum Status {
 }
 
 impl Status {
+    /// All there are.
+    pub const ALL: [Status; 5] =
+        [Status::Converged, Status::Stalled, Status::IterationLimit, Status::Failed, Status::Interrupted];
+
     /// The word used in results.
     pub fn word(self) -> &'static str {
         match self {

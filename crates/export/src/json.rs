@@ -6,6 +6,8 @@
 //!
 //! `plugins` names the libraries that brought kinds of their own: name, version, file, and SHA-256 of the file as `hash`. Without any, the key is not there.
 //!
+//! A branch has its `diameter`, the smallest bend radius allowed (`bend_radius_limit`) and its axial stiffness EA beside what is known of its nodes.
+//!
 //! `provenance` says what made it: program, files (with their SHA-256), what was set beside them, kinds of rods, joints,
 //! constraints and minimiser with all its options, and the seed of a sweep's point. With the same provenance comes the same result.
 //!
@@ -32,11 +34,13 @@
 
 mod provenance;
 mod read;
+mod whole;
 
 pub use provenance::{Provenance, options};
 pub use read::read;
 use serde::ser::{Serialize, SerializeMap, Serializer};
 use std::io::{self, BufWriter, Write};
+pub use whole::read_run;
 use wireloom_core::equilibrium::{
     BranchResult, Clearance, ClearanceFrom, ConstraintResult, Energy, Event, JointResult, Library, MinimiserResult,
     Moment, ObstacleResult, OperationResult, PartFamily, PartFault, Run, SpanResult, StationResult, StepResult,
@@ -310,6 +314,9 @@ impl<'a> Operation<'a> {
 
 #[derive(serde::Serialize)]
 struct Branch<'a> {
+    diameter: Number,
+    bend_radius_limit: Option<Number>,
+    axial_stiffness: Number,
     s: Numbers<'a>,
     position: Vectors<'a>,
     d3: Directors<'a>,
@@ -327,6 +334,9 @@ impl Named for BranchResult {
     }
     fn body(&self) -> Branch<'_> {
         Branch {
+            diameter: Number(self.diameter),
+            bend_radius_limit: self.bend_radius_limit.map(Number),
+            axial_stiffness: Number(self.axial_stiffness),
             s: Numbers(&self.s),
             position: Vectors(&self.position),
             d3: Directors { frames: &self.frame, column: 2 },

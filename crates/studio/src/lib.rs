@@ -5,6 +5,8 @@
 
 pub mod frame;
 pub mod protocol;
+pub mod replay;
+pub mod scene;
 
 #[cfg(test)]
 mod tests {

@@ -74,6 +74,11 @@ pub enum Request {
     },
     /// Asks for the scenario as it is now, steps of hands included.
     Save,
+    /// Takes up what an earlier session has left unsaved, or discards it.
+    Draft {
+        /// Whether to take it up.
+        take: bool,
+    },
 }
 
 /// What may begin to hold a cable.
@@ -106,6 +111,11 @@ pub enum Notice {
         message: String,
         /// What would be right.
         help: String,
+    },
+    /// There is a draft: what an earlier session has left unsaved.
+    Draft {
+        /// When it was kept (RFC 3339); none: there is no draft any more.
+        written: Option<String>,
     },
     /// The scenario as it is now.
     Saved {
@@ -264,7 +274,7 @@ pub enum Form {
 pub struct Timeline {
     /// Number of frames.
     pub frames: u32,
-    /// Steps, in order; the first is the start, of one frame.
+    /// Steps, in order; in a session the first is the start, of one frame.
     pub steps: Vec<TimelineStep>,
     /// What happened, by frame.
     pub events: Vec<Event>,

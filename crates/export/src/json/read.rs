@@ -16,10 +16,7 @@ use wireloom_core::{EventKind, Status, Vector};
 /// Those of `input`; `InvalidData`, with the place, where it is no result.
 pub fn read(input: impl Read) -> io::Result<Option<Ending>> {
     let document: Document = serde_json::from_reader(io::BufReader::new(input))?;
-    if document.schema != super::SCHEMA {
-        let message = format!("schema {} is not known to this program, which reads {}", document.schema, super::SCHEMA);
-        return Err(io::Error::new(io::ErrorKind::InvalidData, message));
-    }
+    known_schema(document.schema)?;
     let Document {
         scenario,
         status,
@@ -58,6 +55,19 @@ pub fn read(input: impl Read) -> io::Result<Option<Ending>> {
     };
     ending.settle();
     Ok(Some(ending))
+}
+
+/// Refuses a form that this program does not know.
+pub fn known_schema(schema: u32) -> io::Result<()> {
+    if schema == super::SCHEMA {
+        return Ok(());
+    }
+    Err(invalid(format!("schema {schema} is not known to this program, which reads {}", super::SCHEMA)))
+}
+
+/// What is no result.
+pub fn invalid(message: String) -> io::Error {
+    io::Error::new(io::ErrorKind::InvalidData, message)
 }
 
 #[derive(Deserialize)]
@@ -106,7 +116,12 @@ impl Operation {
 }
 
 /// A number that is null where it was not finite.
-type Number = Option<f64>;
+pub type Number = Option<f64>;
+
+/// A number; NaN where it was not finite.
+pub fn number(number: Number) -> f64 {
+    number.unwrap_or(f64::NAN)
+}
 
 #[derive(Deserialize)]
 struct Branch {
@@ -144,7 +159,7 @@ struct Slide {
 }
 
 #[derive(Deserialize)]
-struct EnergyByEffect {
+pub struct EnergyByEffect {
     stretch: Number,
     shear: Number,
     bend: Number,
@@ -156,17 +171,17 @@ struct EnergyByEffect {
 }
 
 impl EnergyByEffect {
-    fn plain(&self) -> Energy {
-        let joules = |energy: Number| energy.unwrap_or(f64::NAN);
+    /// As results have it.
+    pub fn plain(&self) -> Energy {
         Energy {
-            stretch: joules(self.stretch),
-            shear: joules(self.shear),
-            bend: joules(self.bend),
-            twist: joules(self.twist),
-            gravity: joules(self.gravity),
-            load: joules(self.load),
-            joint: joules(self.joint),
-            constraint: joules(self.constraint),
+            stretch: number(self.stretch),
+            shear: number(self.shear),
+            bend: number(self.bend),
+            twist: number(self.twist),
+            gravity: number(self.gravity),
+            load: number(self.load),
+            joint: number(self.joint),
+            constraint: number(self.constraint),
         }
     }
 }
@@ -181,8 +196,9 @@ struct Minimiser {
     seconds: Number,
 }
 
-fn vector(v: [Number; 3]) -> Vector {
-    Vector::from(v.map(|c| c.unwrap_or(f64::NAN)))
+/// A vector; NaN where it was not finite.
+pub fn vector(v: [Number; 3]) -> Vector {
+    Vector::from(v.map(number))
 }
 
 /// The last step of a list, and what adds up over all of them.
@@ -237,7 +253,7 @@ impl<'de> Deserialize<'de> for Steps {
 }
 
 /// An object whose keys are names, in the order of the text.
-struct Entries<T>(Vec<(String, T)>);
+pub struct Entries<T>(pub Vec<(String, T)>);
 
 impl<T> Default for Entries<T> {
     fn default() -> Self {

@@ -3,7 +3,7 @@
 use crate::samples::{among_obstacles, broken, run, step, v, y_harness};
 use serde_json::Value;
 use wireloom_core::equilibrium::{
-    OperationResult, PartFamily, PartFault, Run, SpanResult, StationResult, TightestBend,
+    OperationResult, PartFamily, PartFault, Run, SlideMotion, SlideResult, SpanResult, StationResult, TightestBend,
 };
 use wireloom_core::rotation::columns;
 use wireloom_core::{Parameters, Stop};
@@ -46,6 +46,71 @@ fn what_made_it_stands_in_it() {
         "minimiser": { "kind": "newton", "force_tolerance": 1e-7, "max_iterations": 50, "memory": 9 }
     });
     assert_eq!(parsed(&run("y", vec![]))["provenance"], expected);
+}
+
+/// Whether all of `b` is as in `a`, directors to the last digits but a few.
+fn same(a: &Value, b: &Value, key: &str) -> bool {
+    match (a, b) {
+        (Value::Object(a), Value::Object(b)) => {
+            a.len() == b.len() && a.iter().zip(b).all(|((k, a), (l, b))| k == l && same(a, b, k))
+        }
+        (Value::Array(a), Value::Array(b)) => a.len() == b.len() && a.iter().zip(b).all(|(a, b)| same(a, b, key)),
+        (Value::Number(a), Value::Number(b)) if ["d1", "d3"].contains(&key) => {
+            (a.as_f64().unwrap() - b.as_f64().unwrap()).abs() < 1e-14
+        }
+        _ => a == b,
+    }
+}
+
+#[test]
+fn what_is_written_is_read_back() {
+    let mut rich = y_harness();
+    let station = StationResult { position: v(0.0, 0.0, 1.0), force: v(1.0, 0.0, 0.0), moment: v(0.0, 1.0, 0.0) };
+    rich.constraints[0].stations = vec![station.clone(), station];
+    rich.constraints[1].slide = Some(SlideResult {
+        branch: "trunk".into(),
+        arc_length: 0.125,
+        axial_force: -0.1 / 3.0,
+        motion: SlideMotion::Slip,
+    });
+    rich.operations = vec![
+        OperationResult::Grasp { constraint: "hand".into(), place: Some(("left".into(), 0.1)) },
+        OperationResult::Carry { constraints: vec!["hand".into(), "plug-B".into()], force: 3.5 },
+        OperationResult::Mate { constraint: "plug-B".into(), insertion_force: None, limit: Some(45.0) },
+        OperationResult::Clip { constraint: "clip-1".into(), place: None, reach: 0.002 },
+    ];
+    let mut failed = run("broken", vec![rich, broken()]);
+    failed.status = wireloom_core::Status::Failed;
+    failed.fault = Some(PartFault {
+        family: PartFamily::Joint,
+        name: "J".into(),
+        kind: "fused".into(),
+        step: "pull".into(),
+        increment: 0,
+        message: "it broke".into(),
+    });
+    for run in [run("y", vec![y_harness()]), among_obstacles(), failed] {
+        let written = parsed(&run);
+        let again = wireloom_export::json::read_run(written.to_string().as_bytes()).expect("a result");
+        assert!(same(&written, &parsed(&again), ""), "{}", run.scenario);
+        assert_eq!((&again.events, again.status), (&run.events, run.status));
+    }
+}
+
+#[test]
+fn what_is_no_result_is_refused() {
+    let mut written = parsed(&run("y", vec![y_harness()]));
+    let refusal = |value: &Value| {
+        let error = wireloom_export::json::read_run(value.to_string().as_bytes()).expect_err("no result");
+        assert_eq!(error.kind(), std::io::ErrorKind::InvalidData, "{error}");
+        error.to_string()
+    };
+    written["steps"][0]["branches"]["left"]["d1"].as_array_mut().unwrap().pop();
+    assert_eq!(refusal(&written), "the lists of branch \"left\" differ in length");
+    written["status"] = "fine".into();
+    assert_eq!(refusal(&written), "no status is called \"fine\"");
+    written["schema"] = 7.into();
+    assert_eq!(refusal(&written), "schema 7 is not known to this program, which reads 1");
 }
 
 fn keys(value: &Value) -> Vec<&str> {
@@ -130,8 +195,21 @@ fn has_the_keys_of_the_contract_in_order() {
     assert_eq!(keys(&step["branches"]), ["trunk", "left", "right", "spare"]);
     assert_eq!(
         keys(&step["branches"]["trunk"]),
-        ["s", "position", "d3", "d1", "force", "moment", "bend_radius", "twist_turns"]
+        [
+            "diameter",
+            "bend_radius_limit",
+            "axial_stiffness",
+            "s",
+            "position",
+            "d3",
+            "d1",
+            "force",
+            "moment",
+            "bend_radius",
+            "twist_turns"
+        ]
     );
+    assert_eq!(step["branches"]["trunk"]["bend_radius_limit"], 0.048);
     assert_eq!(keys(&step["joints"]["J"]), ["position", "orientation"]);
     assert_eq!(keys(&step["constraints"]), ["plug-A", "clip-1", "plug-B", "hand", "magnet <north> & \"south\""]);
     assert_eq!(keys(&step["constraints"]["hand"]), ["kind", "position", "orientation", "force", "moment"]);

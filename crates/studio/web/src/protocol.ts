@@ -59,7 +59,11 @@ from: number,
 /**
  * One behind the last; the server sends so many at most as it sees fit.
  */
-to: number, } | { "do": "save" };
+to: number, } | { "do": "save" } | { "do": "draft", 
+/**
+ * Whether to take it up.
+ */
+take: boolean, };
 
 export type Branch = { 
 /**
@@ -281,7 +285,7 @@ export type Timeline = {
  */
 frames: number, 
 /**
- * Steps, in order; the first is the start, of one frame.
+ * Steps, in order; in a session the first is the start, of one frame.
  */
 steps: Array<TimelineStep>, 
 /**
@@ -331,7 +335,11 @@ message: string,
 /**
  * What would be right.
  */
-help: string, } | { "is": "saved", 
+help: string, } | { "is": "draft", 
+/**
+ * When it was kept (RFC 3339); none: there is no draft any more.
+ */
+written: string | null, } | { "is": "saved", 
 /**
  * A name for the file.
  */

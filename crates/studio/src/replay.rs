@@ -1,0 +1,249 @@
+//! A finished run for pages: scene, timeline and frames without a solver behind them, and the page that holds all of them.
+
+use crate::frame::{self, Header, number};
+use crate::protocol::{Event, Scene, Timeline, TimelineStep};
+use base64::Engine as _;
+use base64::engine::general_purpose::STANDARD;
+use flate2::Compression;
+use flate2::write::GzEncoder;
+use serde::Serialize;
+use std::io::Write;
+use wireloom::core::equilibrium::{self, EventPlace, Moment, Run, StepResult};
+
+/// Nodes of all frames together take no more than this, bytes: enough for 350 increments of a harness of 4,000 nodes; a page of them is
+/// some 90 MB, beyond which browsers begin to labour.
+const LIMIT: usize = 64 << 20;
+
+/// A finished run.
+#[derive(Clone, Debug)]
+pub struct Replay {
+    scene: Scene,
+    timeline: Timeline,
+    frames: Vec<Vec<u8>>,
+}
+
+/// Watches a run, increment by increment. Of very long runs it keeps the ends of steps and only some increments between them, evenly.
+pub struct Recorder {
+    scene: Scene,
+    steps: Vec<Seen>,
+    bytes: usize,
+    limit: usize,
+    /// Of the increments inside of steps those are kept whose number is a multiple of this.
+    stride: u32,
+    /// Work of the step so far.
+    before: Option<StepResult>,
+}
+
+/// A step.
+struct Seen {
+    name: String,
+    frames: Vec<Kept>,
+}
+
+/// A frame before it has its number.
+struct Kept {
+    header: Header,
+    nodes: Vec<u8>,
+}
+
+impl Recorder {
+    /// Of a run of what the scene shows.
+    pub fn new(scene: Scene) -> Self {
+        Self { scene, steps: Vec::new(), bytes: 0, limit: LIMIT, stride: 1, before: None }
+    }
+
+    /// The end of an increment; they come in order.
+    pub fn see(&mut self, end: &StepResult) {
+        let header = Header::of(0, end, self.before.as_ref());
+        let begins = self.before.as_ref().is_none_or(|last| last.name != end.name || last.increment >= end.increment);
+        if begins {
+            self.steps.push(Seen { name: end.name.clone(), frames: Vec::new() });
+        }
+        let nodes = frame::nodes(&end.branches, &[]);
+        self.bytes += nodes.len();
+        if let Some(step) = self.steps.last_mut() {
+            // What was the last one until now ends no step.
+            let passed = step.frames.pop_if(|kept| !kept.header.increment.is_multiple_of(self.stride));
+            self.bytes -= passed.map_or(0, |kept| kept.nodes.len());
+            step.frames.push(Kept { header, nodes });
+        }
+        // Of what came before only the work counts.
+        self.before = Some(StepResult {
+            branches: Vec::new(),
+            joints: Vec::new(),
+            constraints: Vec::new(),
+            obstacles: Vec::new(),
+            ..end.clone()
+        });
+        while self.bytes > self.limit && self.thin() {}
+    }
+
+    /// Lets go of every second increment that ends no step; whether there was one.
+    fn thin(&mut self) -> bool {
+        self.stride = self.stride.saturating_mul(2);
+        let before = self.bytes;
+        for step in &mut self.steps {
+            let last = step.frames.last().map_or(0, |kept| kept.header.increment);
+            step.frames.retain(|kept| {
+                let keep = kept.header.increment == last || kept.header.increment.is_multiple_of(self.stride);
+                self.bytes -= if keep { 0 } else { kept.nodes.len() };
+                keep
+            });
+        }
+        self.bytes < before || self.stride < 1 << 16
+    }
+
+    /// The whole, when the run has come to its end.
+    pub fn finish(self, run: &Run) -> Replay {
+        let mut scene = self.scene;
+        scene.notes = run.notes.clone();
+        let (mut steps, mut first) = (Vec::new(), 0);
+        for step in &self.steps {
+            let frames = number(step.frames.len());
+            steps.push(TimelineStep { name: step.name.clone(), first, frames, planned: frames, by_hand: false });
+            first += frames;
+        }
+        let events = run.events.iter().filter_map(|event| happened(event, &self.steps, &scene)).collect();
+        let all = self.steps.into_iter().flat_map(|step| step.frames);
+        let encoded = |(k, mut kept): (usize, Kept)| {
+            kept.header.frame = number(k);
+            kept.header.encode(&kept.nodes)
+        };
+        let frames = all.enumerate().map(encoded).collect();
+        Replay { scene, timeline: Timeline { frames: first, steps, events }, frames }
+    }
+}
+
+/// An event as the timeline has it; none where nothing of its step is there.
+fn happened(event: &equilibrium::Event, steps: &[Seen], scene: &Scene) -> Option<Event> {
+    let (number, _) = find(&event.first, steps)?;
+    let (_, worst) = find(&event.worst, steps)?;
+    let message = format!("{}: {}", event.place, event.message);
+    Some(Event {
+        frame: number,
+        kind: event.kind.word().to_owned(),
+        message,
+        position: place(&event.place, worst, scene),
+    })
+}
+
+/// Number and frame of an increment, or of the next one that was kept.
+fn find<'a>(moment: &Moment, steps: &'a [Seen]) -> Option<(u32, &'a Kept)> {
+    let step = steps.get(moment.step_index)?;
+    let before: usize = steps[..moment.step_index].iter().map(|step| step.frames.len()).sum();
+    let increment = number(moment.increment);
+    let within = step.frames.iter().position(|kept| kept.header.increment >= increment)?;
+    Some((number(before + within), &step.frames[within]))
+}
+
+/// Where something happened, m.
+fn place(place: &EventPlace, kept: &Kept, scene: &Scene) -> Option<[f64; 3]> {
+    if let Some(fixing) = &place.fixing {
+        return kept.header.fixings.iter().find(|other| other.name == *fixing).map(|fixing| fixing.at.position);
+    }
+    let branch = scene.branches.iter().position(|branch| Some(&branch.name) == place.branch.as_ref())?;
+    let first: u32 = scene.branches[..branch].iter().map(|branch| branch.nodes).sum();
+    let all = frame::floats(&kept.nodes)?;
+    let nodes = all.get(first as usize..)?.get(..scene.branches[branch].nodes as usize)?;
+    let s = place.s? as f32;
+    let nearest = nodes.iter().min_by(|a, b| (a[ARC_LENGTH] - s).abs().total_cmp(&(b[ARC_LENGTH] - s).abs()))?;
+    Some([nearest[0], nearest[1], nearest[2]].map(f64::from))
+}
+
+/// Which number of a node is its arc length.
+const ARC_LENGTH: usize = 6;
+
+#[derive(Serialize)]
+struct Head<'a> {
+    scene: &'a Scene,
+    timeline: &'a Timeline,
+}
+
+impl Replay {
+    /// The harness.
+    pub fn scene(&self) -> &Scene {
+        &self.scene
+    }
+
+    /// What there is of it.
+    pub fn timeline(&self) -> &Timeline {
+        &self.timeline
+    }
+
+    /// Its frames.
+    pub fn frames(&self) -> &[Vec<u8>] {
+        &self.frames
+    }
+
+    /// One HTML page that needs nothing else, from `page`, the studio's own ([`crate::page`]). What is in it is a string, base64 of gzip:
+    ///
+    /// | bytes | what |
+    /// | --- | --- |
+    /// | 4 | length n of the head, a multiple of 4 |
+    /// | n | `{"scene": …, "timeline": …}`, padded with spaces |
+    /// | for every frame: 4 | its length m, a multiple of 4 |
+    /// | m | the frame |
+    ///
+    /// Base64 has no letters that mean anything in HTML, so whatever names a scenario has, they stay names.
+    pub fn page(&self, page: &str) -> String {
+        let head = Head { scene: &self.scene, timeline: &self.timeline };
+        let mut head = serde_json::to_vec(&head).expect("strings, numbers and lists of them");
+        head.resize(head.len().next_multiple_of(4), b' ');
+        let mut packed = GzEncoder::new(Vec::new(), Compression::default());
+        for part in std::iter::once(&head).chain(&self.frames) {
+            let length = number(part.len()).to_le_bytes();
+            packed.write_all(&length).and_then(|()| packed.write_all(part)).expect("memory takes all");
+        }
+        let packed = packed.finish().expect("memory takes all");
+        page.replacen(EMPTY, &format!("{OPEN}\"{}\"{CLOSE}", STANDARD.encode(packed)), 1)
+    }
+}
+
+/// Where a page holds a run.
+const OPEN: &str = "<script type=\"application/json\" id=\"replay\">";
+const CLOSE: &str = "</script>";
+/// The same in a page that holds none.
+const EMPTY: &str = "<script type=\"application/json\" id=\"replay\">null</script>";
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use wireloom::solve::Control;
+
+    /// A cable whose end goes out in 64 increments and back in 8.
+    const TEXT: &str = r#"
+        schema = 1
+        name = "cable"
+        sections.cable = { diameter = 0.006, linear_density = 0.05, axial_stiffness = 1e4, bending_stiffness = 0.01, torsion_stiffness = 0.008 }
+        branches = [{ name = "cable", from = "A", to = "B", section = "cable", length = 1.0, segments = 10 }]
+        constraints = [
+            { name = "A", kind = "connector", at = { end = "A" }, position = [0, 0, 0], tangent = [1, 0, 0], up = [0, 0, 1] },
+            { name = "B", kind = "connector", at = { end = "B" }, position = [0.6, 0, 0], tangent = [1, 0, 0], up = [0, 0, 1] },
+        ]
+        steps = [
+            { name = "out", increments = 64, move = [{ constraint = "B", position = [0.7, 0, 0] }] },
+            { name = "back", increments = 8, move = [{ constraint = "B", position = [0.6, 0, 0] }] },
+        ]
+    "#;
+
+    #[test]
+    fn long_runs_are_thinned_evenly_and_ends_of_steps_stay() {
+        let (scenario, built) = wireloom::load(TEXT, &wireloom::registry()).expect("no faults");
+        let scene = crate::scene::of(&scenario.name, "wireloom", scenario.gravity, &built.network);
+        let room = 20 * 11 * 4 * frame::FLOATS;
+        let mut recorder = Recorder { limit: room, ..Recorder::new(scene) };
+        let run = wireloom::run(built, &mut |_, end| {
+            recorder.see(end);
+            Control::Continue
+        });
+        assert!(recorder.bytes <= room);
+        let kept = |step: &Seen| step.frames.iter().map(|kept| kept.header.increment).collect::<Vec<_>>();
+        assert_eq!(kept(&recorder.steps[0]), (1..=16).map(|k| 4 * k).collect::<Vec<_>>());
+        // Thinned as soon as the room is full, not before.
+        assert!(kept(&recorder.steps[1]).ends_with(&[8]) && kept(&recorder.steps[1]).contains(&4));
+        let replay = recorder.finish(&run);
+        assert_eq!(replay.timeline.frames as usize, replay.frames.len());
+        let last = replay.timeline.steps.last().expect("two steps");
+        assert_eq!(last.first + last.frames, replay.timeline.frames);
+    }
+}

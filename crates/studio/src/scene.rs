@@ -1,0 +1,69 @@
+//! A harness as pages draw it: names, diameters, meshes of bodies; where it is say the frames.
+
+use crate::frame::number;
+use crate::protocol::{Branch, Fixing, Joint, Obstacle, Scene};
+use wireloom::core::constraint::{Action, RotationHold};
+use wireloom::core::network::{self, Place};
+use wireloom::core::obstacle::Obstacle as Body;
+use wireloom::core::{Network, Vector};
+
+/// How far a body without end is drawn, m.
+const DRAWN: f64 = 10.0;
+
+/// The scene of a network. Nothing is live, nothing can be set, had or is to be noted yet.
+pub fn of(name: &str, program: &str, gravity: Vector, network: &Network) -> Scene {
+    Scene {
+        name: name.to_owned(),
+        program: program.to_owned(),
+        live: false,
+        gravity: gravity.into(),
+        branches: network.branches.iter().map(branch).collect(),
+        joints: network.joints.iter().map(joint).collect(),
+        fixings: network.fixings.iter().map(|own| fixing(network, own)).collect(),
+        obstacles: network.obstacles.iter().map(obstacle).collect(),
+        settings: Vec::new(),
+        notes: Vec::new(),
+        exports: Vec::new(),
+    }
+}
+
+fn branch(branch: &network::Branch) -> Branch {
+    let mesh = branch.rod.mesh();
+    Branch {
+        name: branch.name.clone(),
+        diameter: branch.section.diameter,
+        bend_radius_limit: branch.section.min_bend_radius,
+        nodes: number(mesh.nodes()),
+        length: mesh.length(),
+    }
+}
+
+fn joint(joint: &network::Joint) -> Joint {
+    let branches = joint.arms.iter().map(|arm| arm.branch.clone()).collect();
+    Joint { name: joint.name.clone(), model: joint.kind.clone(), branches }
+}
+
+fn fixing(network: &Network, fixing: &network::Fixing) -> Fixing {
+    let place = match fixing.place {
+        Place::Node { branch, node } if fixing.span.is_none() => {
+            let branch = &network.branches[branch];
+            Some((branch.name.clone(), branch.rod.mesh().arc_lengths()[node]))
+        }
+        Place::Node { .. } | Place::Joint(_) => None,
+    };
+    let (moves, turns) = match fixing.constraint.action() {
+        Action::Prescribed(hold) => (hold.position, hold.rotation != RotationHold::Free),
+        Action::Potential(_) | Action::Equations(_) => (true, fixing.site.frame.is_some()),
+    };
+    Fixing { name: fixing.name.clone(), kind: fixing.kind.clone(), place, moves, turns, by_hand: false }
+}
+
+/// A body in its own frame; one without end is cut off.
+fn obstacle(body: &Body) -> Obstacle {
+    let surface = body.shape.surface(DRAWN);
+    Obstacle {
+        name: body.name.clone(),
+        corners: surface.corners.iter().flat_map(|corner| corner.iter().map(|x| *x as f32)).collect(),
+        triangles: surface.triangles.into_iter().flatten().collect(),
+    }
+}
