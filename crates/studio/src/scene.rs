@@ -15,6 +15,7 @@ pub fn of(name: &str, program: &str, gravity: Vector, network: &Network) -> Scen
     Scene {
         name: name.to_owned(),
         program: program.to_owned(),
+        run: 0,
         live: false,
         gravity: gravity.into(),
         branches: network.branches.iter().map(branch).collect(),
