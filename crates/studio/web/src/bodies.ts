@@ -8,8 +8,8 @@ import type { View } from "./view";
 /** Kinds of things that can be pointed at; the colour of each (readable on dark and on light). */
 const COLOUR = { connector: "#2867c9", collar: "#b26a00", handle: "#c2334d", pin: "#7a3fb0", other: "#5d6b78", joint: "#6b7d90", force: "#d1470f", moment: "#7a3fb0" };
 
-/** At least so many pixels from end to end. */
-const PIXELS = 22;
+/** At least so many pixels from end to end; fewer where there are many. */
+const PIXELS = { few: 22, many: 10 };
 
 export interface Body {
   name: string;
@@ -130,9 +130,11 @@ export class Bodies {
 
   /** Small things are drawn larger than they are, so that they can be seen and taken hold of. */
   atLeast(): void {
+    const acting = this.bodies.filter((body) => body.acts && body.kind === "fixing").length;
+    const pixels = Math.max(PIXELS.many, PIXELS.few * Math.min(1, Math.sqrt(12 / Math.max(1, acting))));
     for (const body of this.bodies) {
       if (!body.acts || body.kind === "obstacle") continue;
-      const wanted = (body.kind === "joint" ? 0.6 : 1) * PIXELS * this.view.metresPerPixel(body.object.position);
+      const wanted = (body.kind === "joint" ? 0.6 : 1) * pixels * this.view.metresPerPixel(body.object.position);
       body.object.scale.setScalar(Math.max(1, wanted / body.size) * (body.name === this.chosen && body.kind === "fixing" ? 1.25 : 1));
     }
   }

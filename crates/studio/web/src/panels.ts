@@ -25,12 +25,12 @@ export interface Wishes {
 }
 
 /** Numbers that stand in a column. */
-const hundredths = (value: number) => (Math.abs(value) < 0.005 ? "0" : value.toFixed(Math.abs(value) < 1000 ? 2 : 0).replace("-", "−"));
+const short = (value: number) => (Math.abs(value) < 0.005 ? "0" : value.toFixed(Math.abs(value) < 10 ? 2 : Math.abs(value) < 100 ? 1 : 0).replace("-", "−"));
 
 export class Panels {
   private state = element("section", { "aria-label": "State" });
   private chosen = element("div", {});
-  private warnings = element("ul", {});
+  private warnings = element("ul", { class: "long" });
   private fixings = element("div", {});
   private plots = element("div", {});
   private settings = element("div", {});
@@ -116,7 +116,7 @@ export class Panels {
       this.rows.set(fixing.name, row);
       body.append(row);
     }
-    this.fixings.replaceChildren(scene.fixings.length ? element("table", {}, element("thead", {}, head), body) : element("p", { class: "quiet" }, "none"));
+    this.fixings.replaceChildren(scene.fixings.length ? element("div", { class: "long" }, element("table", {}, element("thead", {}, head), body)) : element("p", { class: "quiet" }, "none"));
     this.showChosen();
   }
 
@@ -172,8 +172,10 @@ export class Panels {
     const acting = new Map(frame.header.fixings.map((fixing) => [fixing.name, fixing]));
     for (const [name, row] of this.rows) {
       const at = acting.get(name);
+      row.hidden = !at;
+      if (!at) continue;
       row.className = this.hands.fixingName() === name ? "chosen" : "";
-      const words = at ? [...at.force, Math.hypot(...at.force)].map(hundredths).concat(digits(1000 * Math.hypot(...at.moment), 3)) : ["", "", "", "–", "–"];
+      const words = [...at.force, Math.hypot(...at.force)].map(short).concat(digits(1000 * Math.hypot(...at.moment), 3));
       words.forEach((text, i) => (row.cells[i + 1].textContent = text));
     }
   }

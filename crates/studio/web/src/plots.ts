@@ -97,7 +97,7 @@ export class Plot {
     this.end.textContent = millimetres(branch.length);
     this.title.textContent = radius ? "Bend radius, mm" : column === Column.tension ? "Tension, N" : `${this.quantity.label}, N mm`;
     this.cursor.setAttribute("visibility", pointed === null ? "hidden" : "visible");
-    let words = radius ? `least ${millimetres(least, 3)}${limit === null ? "" : `, allowed ${millimetres(limit, 3)}`}` : `${inWords(this.quantity, least)} … ${inWords(this.quantity, most)}`;
+    let words = radius ? `≥ ${millimetres(least, 3)}${limit === null ? "" : `, allowed ${millimetres(limit, 3)}`}` : `${inWords(this.quantity, least)} … ${inWords(this.quantity, most)}`;
     let over = limit !== null && least < limit;
     if (pointed !== null) {
       const x = LEFT + (pointed.s / branch.length) * (WIDTH - LEFT - RIGHT);

@@ -103,7 +103,8 @@ export class TimelineBar {
       const room = Math.max(step.frames, step.planned, 1);
       const done = element("div", { class: "done" });
       done.style.width = `${((100 * step.frames) / room).toFixed(2)}%`;
-      const box = element("div", { class: step.by_hand ? "step hand" : "step", title: step.name }, step.name, done);
+      const classes = ["step", ...(step.by_hand ? ["hand"] : []), ...(room / this.total < 0.02 ? ["narrow"] : [])];
+      const box = element("div", { class: classes.join(" "), title: step.name }, step.name, done);
       box.style.left = percent(this.starts[i]);
       box.style.width = percent(room);
       return box;

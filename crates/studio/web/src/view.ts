@@ -194,21 +194,18 @@ export class View {
   fit(): void {
     const sphere = this.bounds.getBoundingSphere(new THREE.Sphere());
     const direction = this.camera.position.clone().sub(this.controls.target).normalize();
-    const right = new THREE.Vector3();
-    const up = new THREE.Vector3();
-    this.camera.lookAt(this.controls.target);
-    this.camera.updateMatrixWorld();
-    this.camera.matrixWorld.extractBasis(right, up, new THREE.Vector3());
-    let [across, along] = [0, 0];
+    const [right, up, towards] = this.axes();
+    const slope = Math.tan((this.perspective.fov * Math.PI) / 360);
+    let [half, distance] = [0.01, 0.02];
     for (let k = 0; k < 8; k++) {
       const corner = new THREE.Vector3(k & 1 ? this.bounds.max.x : this.bounds.min.x, k & 2 ? this.bounds.max.y : this.bounds.min.y, k & 4 ? this.bounds.max.z : this.bounds.min.z);
       corner.sub(sphere.center);
-      across = Math.max(across, Math.abs(corner.dot(right)));
-      along = Math.max(along, Math.abs(corner.dot(up)));
+      const size = 1.15 * Math.max(Math.abs(corner.dot(up)), Math.abs(corner.dot(right)) / this.perspective.aspect);
+      half = Math.max(half, size);
+      distance = Math.max(distance, corner.dot(towards) + size / slope);
     }
-    const half = Math.max(along, across / this.perspective.aspect, 0.01) * 1.25;
     this.controls.target.copy(sphere.center);
-    const distance = half / Math.tan((this.perspective.fov * Math.PI) / 360) + (this.isOrthographic ? sphere.radius : sphere.radius * 0.6);
+    if (this.isOrthographic) distance = half / slope + sphere.radius;
     this.camera.position.copy(sphere.center).addScaledVector(direction, distance);
     if (this.isOrthographic) this.halfHeight(half);
     this.controls.update();
