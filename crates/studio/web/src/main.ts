@@ -176,6 +176,24 @@ store.on("refused", ({ message, help }) => {
 
 store.on("saved", ({ name, text }) => download(name, new Blob([text], { type: "application/toml" })));
 
+store.on("draft", (written) => {
+  const bar = byId("draft");
+  bar.hidden = written === null;
+  if (written === null) return;
+  const answer = (take: boolean) => () => connection.send({ do: "draft", take });
+  bar.replaceChildren(
+    element("span", {}, `An earlier session left something unsaved (${when(written)}).`),
+    element("button", { onclick: answer(true) }, "Take it up"),
+    element("button", { onclick: answer(false) }, "Discard it"),
+  );
+});
+
+/** A time as people here write it. */
+function when(time: string): string {
+  const date = new Date(time);
+  return Number.isNaN(date.getTime()) ? time : date.toLocaleString();
+}
+
 /** Words that go by themselves after a while. */
 function tell(words: string): void {
   const box = element("div", {}, element("span", {}, words), element("button", { "aria-label": "Close", onclick: () => box.remove() }, "✕"));

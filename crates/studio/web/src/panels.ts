@@ -81,7 +81,7 @@ export class Panels {
       section("plots", "Along the branch", true, false, this.plots),
       section("settings", "Swap", false, true, this.settings),
       section("compare", "Compare", false, false, this.comparison),
-      section("files", "Files", false, true, this.files),
+      section("files", "Files", false, false, this.files),
       section("notes", "Notes", false, false, this.notes),
     );
     this.showChosen();

@@ -11,6 +11,8 @@ interface Events {
   shown: Frame;
   refused: { message: string; help: string };
   saved: { name: string; text: string };
+  /** When what an earlier session left unsaved was kept; null: there is no such thing (any more). */
+  draft: string | null;
 }
 
 /** Bytes of frames that are kept; beyond it those farthest from the one shown go, and are asked for anew when needed. */
@@ -66,6 +68,9 @@ export class Store extends Emitter<Events> {
         break;
       case "saved":
         this.tell("saved", notice);
+        break;
+      case "draft":
+        this.tell("draft", notice.written);
         break;
     }
   }
