@@ -3,7 +3,7 @@ import * as THREE from "three";
 import { Bodies } from "./bodies";
 import { inWords, onScale, QUANTITIES, Ranges, type QuantityName, type Scale } from "./colours";
 import { difference, type Ghost } from "./compare";
-import { byId, download, element } from "./dom";
+import { byId, download, element, later } from "./dom";
 import { decode, firstNodes, valueAt, type Frame } from "./frame";
 import { Hands } from "./hands";
 import { Harness } from "./harness";
@@ -37,6 +37,8 @@ let candidate: Ghost | null = null;
 let fitted = false;
 /** The branches that there are tubes for. */
 let drawn = "";
+/** How long frames are waited for that were asked for, ms; every one that comes begins it anew. */
+const PATIENCE = 3000;
 let fetching: { from: number; to: number; at: number } | null = null;
 
 const connection = link({
@@ -89,6 +91,7 @@ function takeFrame(buffer: ArrayBuffer): void {
   if (ranges.take(frame)) scale = null;
   bodies.take(frame);
   store.takeFrame(frame);
+  if (fetching && frame.header.frame >= fetching.from && frame.header.frame < fetching.to) fetching.at = performance.now();
   fetch();
 }
 
@@ -106,21 +109,25 @@ function linkState(state: LinkState): void {
   }
 }
 
-/** Asks for frames that are missing, one bunch at a time, and not while hands are at work. */
-function fetch(): void {
+/** Asks for frames that are missing, one bunch at a time, and not while hands are at work; `now` for one that is to be seen. */
+function fetch(now?: number): void {
   if (hands?.dragging) return;
-  const now = performance.now();
   if (fetching) {
-    while (fetching.from < fetching.to && store.has(fetching.from)) fetching.from++;
-    if (fetching.from < fetching.to && now - fetching.at < 2000) return;
+    const { from, to, at } = fetching;
+    const waits = performance.now() - at < PATIENCE && !(now !== undefined && (now < from || now >= to));
+    let missing = 0;
+    for (let number = from; number < to; number++) if (store.isMissing(number)) missing++;
+    if (missing > 0 && waits) return;
+    if (missing > 0 && now === undefined) store.giveUp(from, to);
     fetching = null;
   }
   const missing = store.missing();
   if (!missing) return;
-  fetching = { ...missing, at: now };
+  fetching = { ...missing, at: performance.now() };
   connection.send({ do: "frames", ...missing });
 }
-setInterval(() => fetch(), 1000);
+setInterval(() => fetch(), 500);
+store.on("missed", (number) => fetch(number));
 
 store.on("scene", (scene) => {
   document.title = `${scene.name} – Wireloom studio`;
@@ -149,10 +156,13 @@ store.on("shown", () => {
   compare();
 });
 
-store.on("timeline", (now) => {
-  panels.showEvents(now.events);
-  if (!hands.dragging) bounds();
-});
+store.on(
+  "timeline",
+  later(() => {
+    panels.showEvents(store.timeline.events);
+    if (!hands.dragging) bounds();
+  }),
+);
 
 store.on("session", (session) => {
   const undo = byId<HTMLButtonElement>("undo");

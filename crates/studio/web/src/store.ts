@@ -9,6 +9,8 @@ interface Events {
   session: Session;
   /** Another frame is to be seen. */
   shown: Frame;
+  /** A frame is to be seen that is not here. */
+  missed: number;
   refused: { message: string; help: string };
   saved: { name: string; text: string };
   /** When what an earlier session left unsaved was kept; null: there is no such thing (any more). */
@@ -29,6 +31,8 @@ export class Store extends Emitter<Events> {
   following = true;
   private frames = new Map<number, Frame>();
   private bytes = 0;
+  /** Frames that were asked for and did not come: the server keeps some of very long runs only. */
+  private absent = new Set<number>();
 
   take(notice: Notice): void {
     switch (notice.is) {
@@ -52,6 +56,7 @@ export class Store extends Emitter<Events> {
             this.bytes -= frame.bytes;
           }
         }
+        for (const number of this.absent) if (number >= notice.frames) this.absent.delete(number);
         if (this.wanted >= notice.frames) {
           this.following = true;
           this.wanted = Math.max(0, notice.frames - 1);
@@ -81,6 +86,7 @@ export class Store extends Emitter<Events> {
     const old = this.frames.get(number);
     if (old) this.bytes -= old.bytes;
     this.frames.set(number, frame);
+    this.absent.delete(number);
     this.bytes += frame.bytes;
     if (number >= this.timeline.frames) this.timeline = { ...this.timeline, frames: number + 1 };
     this.makeRoom();
@@ -91,25 +97,30 @@ export class Store extends Emitter<Events> {
   /** Connects anew: everything will be sent again. */
   forget(): void {
     this.frames.clear();
+    this.absent.clear();
     this.bytes = 0;
+  }
+
+  /** These were asked for, and what has not come will not come. */
+  giveUp(from: number, to: number): void {
+    for (let number = from; number < Math.min(to, this.timeline.frames); number++) if (!this.frames.has(number)) this.absent.add(number);
+    this.show(this.wanted);
   }
 
   has(number: number): boolean {
     return this.frames.has(number);
   }
 
-  frame(number: number): Frame | undefined {
-    return this.frames.get(number);
-  }
-
   newest(): number {
     return Math.max(0, this.timeline.frames - 1);
   }
 
-  /** Shows a frame: now, if it is here, else when it comes. */
+  /** Shows a frame: now, if it is here, else when it comes; the one before in the place of one that will not come. */
   show(number: number): void {
     this.wanted = Math.min(Math.max(0, number), this.newest());
-    const frame = this.frames.get(this.wanted);
+    let nearest = this.wanted;
+    while (nearest > 0 && this.absent.has(nearest)) nearest--;
+    const frame = this.frames.get(nearest);
     if (frame && frame !== this.shown) {
       this.shown = frame;
       this.tell("shown", frame);
@@ -120,6 +131,7 @@ export class Store extends Emitter<Events> {
   scrub(number: number): void {
     this.following = number >= this.newest();
     this.show(number);
+    if (this.isMissing(this.wanted)) this.tell("missed", this.wanted);
   }
 
   /** The first run of frames that are missing, near the one that is wanted first; none if all are here or there is no room. */
@@ -128,17 +140,18 @@ export class Store extends Emitter<Events> {
     if (total === 0) return null;
     const run = (from: number) => {
       let to = from;
-      while (to < total && !this.frames.has(to) && to - from < 64) to++;
+      while (to < total && this.isMissing(to) && to - from < 64) to++;
       return { from, to };
     };
-    if (!this.frames.has(this.wanted)) return run(this.wanted);
+    if (this.isMissing(this.wanted)) return run(this.wanted);
     if (this.bytes > KEPT * 0.9) return null;
-    for (let number = 0; number < total; number++) if (!this.frames.has(number)) return run(number);
+    for (let number = 0; number < total; number++) if (this.isMissing(number)) return run(number);
     return null;
   }
 
-  all(): Iterable<Frame> {
-    return this.frames.values();
+  /** Whether a frame is to be asked for. */
+  isMissing(number: number): boolean {
+    return number < this.timeline.frames && !this.frames.has(number) && !this.absent.has(number);
   }
 
   private makeRoom(): void {

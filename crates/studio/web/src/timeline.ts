@@ -1,5 +1,5 @@
 // The timeline: steps with their increments, marks of events, play and scrub.
-import { byId, element } from "./dom";
+import { byId, element, later } from "./dom";
 import type { Store } from "./store";
 
 /** Frames a second at speed 1. */
@@ -44,7 +44,7 @@ export class TimelineBar {
       event.stopPropagation();
       this.go(to);
     });
-    store.on("timeline", () => this.lay());
+    store.on("timeline", later(() => this.lay()));
     store.on("shown", () => this.mark());
   }
 
