@@ -3,7 +3,7 @@ import * as THREE from "three";
 import { TransformControls } from "three/addons/controls/TransformControls.js";
 import { place, type Bodies } from "./bodies";
 import { Emitter } from "./emitter";
-import { along, firstNodes } from "./frame";
+import { along, Column, firstNodes } from "./frame";
 import type { Link } from "./link";
 import { pickCable, type CablePoint } from "./pick";
 import { FLOATS, type Fixing, type FixingFrame, type Holding, type Placed } from "./protocol";
@@ -292,12 +292,16 @@ export class Hands extends Emitter<Events> {
   }
   private lastTarget: [number, number, number] | null = null;
 
-  /** The server refused something: nothing is waited for any more. */
+  /** The server refused something, or is another one: what hands were at ends. */
   refused(): void {
     this.heldBefore = null;
     this.lastTarget = null;
     this.dropWhenHeld = false;
-    if (this.drag && this.drag.fixing === null) this.endDrag();
+    this.waiting.clear();
+    const open = [...this.open];
+    this.open.clear();
+    for (const fixing of open) this.link.send({ do: "drop", fixing });
+    if (this.drag) this.endDrag();
   }
 
   // The pointer
@@ -455,16 +459,25 @@ export class Hands extends Emitter<Events> {
     return branch < 0 ? null : { branch, s: this.at(fixing.name)?.slid_to ?? fixing.place[1] };
   }
 
-  /** Goes along the branch: to the next node in that direction, or further. */
+  /** Goes along the branch, from node to node; where nothing is chosen, to the start of the first. */
   walk(by: number): void {
     const { scene, shown } = this.store;
     const point = this.chosenPoint();
-    if (!scene || !shown || !point) return;
+    if (!scene || !shown) return;
+    if (!point) return this.choose({ is: "point", branch: 0, s: 0 });
     const branch = scene.branches[point.branch];
     const spacing = branch.length / Math.max(1, branch.nodes - 1);
-    const first = firstNodes(scene)[point.branch];
     const node = Math.min(branch.nodes - 1, Math.max(0, Math.round(point.s / spacing) + by));
-    this.choose({ is: "point", branch: point.branch, s: shown.nodes[(first + node) * FLOATS + 6] });
+    this.choose({ is: "point", branch: point.branch, s: shown.nodes[(firstNodes(scene)[point.branch] + node) * FLOATS + Column.s] });
+  }
+
+  /** To the middle of the next branch, or of the one before. */
+  nextBranch(by: number): void {
+    const { scene } = this.store;
+    if (!scene) return;
+    const now = this.chosenPoint()?.branch ?? (by > 0 ? -1 : 0);
+    const branch = (now + by + scene.branches.length) % scene.branches.length;
+    this.choose({ is: "point", branch, s: scene.branches[branch].length / 2 });
   }
 }
 

@@ -250,7 +250,7 @@ function bounds(): void {
   const n = shown.nodes;
   for (let i = 0; i < n.length; i += FLOATS) box.expandByPoint(place.set(n[i], n[i + 1], n[i + 2]));
   const harnessSize = box.getSize(new THREE.Vector3()).length();
-  const reach = box.clone().expandByScalar(harnessSize);
+  const reach = box.clone().expandByScalar(0.35 * harnessSize);
   for (const body of bodies.bodies) {
     if (!body.acts) continue;
     if (body.kind !== "obstacle") box.expandByPoint(body.object.position);
@@ -387,7 +387,7 @@ function nextFixing(by: number): void {
 function holdHere(how: "handle" | "pin" | "collar"): void {
   if (hands.chosen?.is === "point") hands.hold(hands.chosen.branch, hands.chosen.s, how);
   else if (how === "pin") hands.pin();
-  else tell("Choose a point of a cable first: click it, or press , and . after choosing a fixing.");
+  else tell("Choose a point of a cable first: click it, or go there with Alt and the arrow keys.");
 }
 
 // Buttons and keys
@@ -443,6 +443,8 @@ const keys: Key[] = [
   { keys: ["Shift+n", "["], words: "Choose the fixing before", act: () => nextFixing(-1) },
   { keys: ["Alt+ArrowLeft"], words: "Along the branch, towards its start", act: () => hands.walk(-1) },
   { keys: ["Alt+ArrowRight"], words: "Along the branch, towards its end", act: () => hands.walk(1) },
+  { keys: ["Alt+ArrowDown"], words: "To the middle of the next branch", act: () => hands.nextBranch(1) },
+  { keys: ["Alt+ArrowUp"], words: "To the middle of the branch before", act: () => hands.nextBranch(-1) },
   { keys: ["Escape"], words: "Choose nothing", act: () => (hands.setMode("none"), hands.choose(null)) },
   ...nudges.map(([key, [x, y, z], words]): Key => ({ keys: [key], words: `Move the chosen fixing ${words} by 1 mm, along the nearest axis`, live: true, act: () => hands.nudge(x * 1e-3, y * 1e-3, z * 1e-3) })),
   ...nudges.map(([key, [x, y, z], words]): Key => ({ keys: [`Shift+${key}`], words: `The same ${words} by 10 mm`, live: true, act: () => hands.nudge(x * 1e-2, y * 1e-2, z * 1e-2) })),

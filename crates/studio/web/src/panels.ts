@@ -301,6 +301,8 @@ export class Panels {
       else {
         facts.push(["force", `${newtons(Math.hypot(...at.force))} (${at.force.map((x) => digits(x)).join(", ")})`]);
         facts.push(["moment", `${moment(Math.hypot(...at.moment))} (${at.moment.map((x) => digits(x * 1000)).join(", ")} N mm)`]);
+        const holder = this.store.session?.held.find(([name]) => name === chosen.name);
+        if (holder) facts.push(["held by", holder[1] === this.store.session!.you ? "this page" : `another page (${holder[1]})`]);
         if (at.slid_to !== null) facts.push(["slides", `cable at s = ${millimetres(at.slid_to)}`]);
         this.showPose(at);
       }

@@ -91,13 +91,15 @@ export class Plot {
     this.before.setAttribute("d", before ? path(before) : "");
     this.limit.setAttribute("visibility", limit === null ? "hidden" : "visible");
     if (limit !== null) for (const side of ["y1", "y2"]) this.limit.setAttribute(side, y(limit).toFixed(1));
-    const short = (value: number) => (radius ? `${digits(value * 1000, 2)}` : column === Column.tension ? digits(value, 2) : digits(value * 1000, 2));
+    // Forces in N, all else in thousandths: mm and N mm.
+    const unit = column === Column.tension ? 1 : 1000;
+    const short = (value: number) => digits(value * unit, 2);
     this.low.textContent = short(low);
     this.high.textContent = (radius && most > high ? "> " : "") + short(high);
     this.end.textContent = millimetres(branch.length);
     this.title.textContent = radius ? "Bend radius, mm" : column === Column.tension ? "Tension, N" : `${this.quantity.label}, N mm`;
     this.cursor.setAttribute("visibility", pointed === null ? "hidden" : "visible");
-    let words = radius ? `≥ ${millimetres(least, 3)}${limit === null ? "" : `, allowed ${millimetres(limit, 3)}`}` : `${inWords(this.quantity, least)} … ${inWords(this.quantity, most)}`;
+    let words = radius ? `≥ ${digits(least * 1000)}${limit === null ? "" : `, allowed ${digits(limit * 1000)}`}` : `${digits(least * unit)} … ${digits(most * unit)}`;
     let over = limit !== null && least < limit;
     if (pointed !== null) {
       const x = LEFT + (pointed.s / branch.length) * (WIDTH - LEFT - RIGHT);

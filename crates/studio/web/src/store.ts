@@ -44,8 +44,10 @@ export class Store extends Emitter<Events> {
           this.following = true;
         }
         if (this.shown && (another || !fits(this.shown, notice))) this.shown = null;
-        this.scene = notice;
-        this.tell("scene", notice);
+        // A name that was let go may act again, as another fixing: the later one counts.
+        const fixings = [...new Map(notice.fixings.map((fixing) => [fixing.name, fixing])).values()];
+        this.scene = { ...notice, fixings };
+        this.tell("scene", this.scene);
         break;
       }
       case "timeline":

@@ -147,7 +147,7 @@ export class TimelineBar {
     this.thumb.style.left = `${((100 * this.placeOf(frame)) / this.total).toFixed(3)}%`;
     this.track.querySelectorAll(".step").forEach((box, i) => box.classList.toggle("now", i === at));
     const step = steps[at];
-    const within = frame === 0 ? "the start" : step ? `${frame - step.first + 1} of ${Math.max(step.frames, step.planned)} of the step` : "";
+    const within = this.store.shown?.header.increment === 0 ? "the start" : step ? `${frame - step.first + 1} of ${Math.max(step.frames, step.planned)} of the step` : "";
     this.words.textContent = `frame ${frame} of ${this.store.newest()}\n${within}`;
     this.track.setAttribute("aria-valuemin", "0");
     this.track.setAttribute("aria-valuemax", String(this.store.newest()));
