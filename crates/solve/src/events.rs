@@ -46,6 +46,11 @@ pub struct EventLog {
 }
 
 impl EventLog {
+    /// What happened so far, in the order in which it began.
+    pub fn events(&self) -> &[Event] {
+        &self.events
+    }
+
     /// What is raised from now on happened in this increment.
     pub fn begin(&mut self, now: Moment) {
         self.count += 1;

@@ -4,11 +4,12 @@
 //! frame. [`structure`] orders the blocks by minimum degree, which on trees gives no fill at all; [`gather`]
 //! puts the parts' second derivatives into a [`matrix`], [`factor`] factorises it in place, [`newton`] walks downhill
 //! with it ([`lbfgs`] and [`ncg`] go by gradients), [`settle`] brings the points into balance after every step, [`border`] adds the arc
-//! lengths of fixings that slide, [`nested`] carries a start over from a coarse mesh, or from a neighbour in a sweep, [`certificate`] grades the result, [`steps`]
-//! carries out the assembly, [`events`] keeps the log of what happened on the way.
+//! lengths of fixings that slide, [`nested`] carries a start over from a coarse mesh, or from a neighbour in a sweep, [`changed`] to the same harness with other fixings, [`certificate`] grades the result, [`steps`]
+//! carries out the assembly, [`hands`] one increment at a time, [`events`] keeps the log of what happened on the way.
 
 pub mod border;
 pub mod certificate;
+pub mod changed;
 pub mod checkpoint;
 mod clearance;
 mod clips;
@@ -16,6 +17,7 @@ mod descent;
 pub mod events;
 pub mod factor;
 pub mod gather;
+pub mod hands;
 mod judge;
 pub mod lbfgs;
 mod line_search;

@@ -10,17 +10,20 @@ use wireloom_core::{Network, State};
 /// Whether harnesses have the same branches and joints, of whatever lengths and meshes, and nothing by which their states would know how they
 /// came about: meshes that move along their cables, or obstacles that these may lie on either side of.
 pub fn alike(one: &Network, other: &Network) -> bool {
-    let branches = |network: &Network| -> Vec<_> {
-        network.branches.iter().map(|b| (b.name.clone(), b.start, b.end, b.mesh_moves)).collect()
-    };
+    same_graph(one, other)
+        && [one, other].iter().all(|network| network.branches.iter().all(|branch| !branch.mesh_moves))
+        && one.obstacles.is_empty()
+        && other.obstacles.is_empty()
+}
+
+/// Whether harnesses have the same branches and joints, of whatever lengths and meshes.
+pub fn same_graph(one: &Network, other: &Network) -> bool {
+    let branches =
+        |network: &Network| network.branches.iter().map(|b| (b.name.clone(), b.start, b.end)).collect::<Vec<_>>();
     let joints = |network: &Network| -> Vec<_> {
         network.joints.iter().map(|j| (j.name.clone(), j.branches.clone(), j.frame.is_some())).collect()
     };
-    branches(one) == branches(other)
-        && joints(one) == joints(other)
-        && one.branches.iter().all(|branch| !branch.mesh_moves)
-        && one.obstacles.is_empty()
-        && other.obstacles.is_empty()
+    branches(one) == branches(other) && joints(one) == joints(other)
 }
 
 /// The state of a harness on the mesh of another one with the same branches and joints: points and frames between the known ones by their

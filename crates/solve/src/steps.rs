@@ -63,12 +63,12 @@ pub enum Control {
 }
 
 /// The run of a schedule.
-struct Driver<'n, 'm> {
-    problem: Problem<'n>,
-    minimiser: &'m mut dyn Minimiser,
-    stop: Stop,
-    certifier: Certifier,
-    state: State,
+pub(crate) struct Driver<'n, 'm> {
+    pub(crate) problem: Problem<'n>,
+    pub(crate) minimiser: &'m mut dyn Minimiser,
+    pub(crate) stop: Stop,
+    pub(crate) certifier: Certifier,
+    pub(crate) state: State,
     before: State,
     iterations: usize,
     polish: usize,
@@ -77,9 +77,9 @@ struct Driver<'n, 'm> {
     /// How far equations of fixings are from being met, in units of their scales.
     unmet: Option<f64>,
     /// A fixing, a joint or the minimiser that cannot go on, and why.
-    fault: Option<(PartFamily, usize, String)>,
+    pub(crate) fault: Option<(PartFamily, usize, String)>,
     /// While the start is being found nothing slides.
-    homing: bool,
+    pub(crate) homing: bool,
     log: EventLog,
     /// The smallest part of an increment at hand that was carried out at once.
     smallest: f64,
@@ -88,6 +88,27 @@ struct Driver<'n, 'm> {
     pace: Option<f64>,
     /// What the operations of the step at hand came to so far.
     operations: Vec<OperationResult>,
+}
+
+/// What a checkpoint says of the run, beside where the harness is.
+pub(crate) struct Stood {
+    plan: Option<Plan>,
+    step_index: usize,
+    increment: usize,
+    seconds: f64,
+    status: Status,
+    notes: Vec<String>,
+    kept: usize,
+}
+
+/// Whether an increment may be followed by another one.
+pub(crate) fn is_balanced(status: Status) -> bool {
+    matches!(status, Status::Converged | Status::Stalled)
+}
+
+/// What is said of a start that was not found.
+pub(crate) fn unbalanced(status: Status) -> String {
+    format!("the start was not balanced: {}", status.word())
 }
 
 /// Nothing is done yet.
@@ -127,41 +148,22 @@ pub fn carry_out(
     let mut driver = match resumed {
         None => {
             let mut driver = Driver::at_start(network, minimiser, stop, schedule);
-            driver.log.begin(Moment { step: steps[0].name.clone(), step_index: 0, increment: 0 });
-            let nested = coarse.and_then(|coarse| driver.come_from(coarse, schedule, observer));
-            let homed = nested.unwrap_or_else(|| driver.bring_home(observer));
+            let homed = driver.find_start(coarse, schedule, &steps[0].name, observer);
             if homed == Status::Interrupted || driver.fault.is_some() {
                 run.status = homed;
                 run.fault = driver.named_fault(&steps[0], 0);
                 return run;
             }
             if homed != Status::Converged {
-                run.notes.push(format!("the start was not balanced: {}", homed.word()));
+                run.notes.push(unbalanced(homed));
             }
             driver
         }
         Some(Resumed { checkpoint, steps }) => {
-            let Checkpoint {
-                conditions,
-                state,
-                log,
-                plan,
-                operations,
-                pace,
-                step_index,
-                increment,
-                work,
-                seconds,
-                status,
-                notes,
-                kept,
-            } = checkpoint;
-            (run.status, run.notes, run.steps) = (status, notes, steps);
-            run.steps.truncate(kept);
-            (spent, first, done, begun) = (seconds, step_index, increment, plan);
-            let mut driver = Driver::new(network, minimiser, stop, state, conditions);
-            (driver.iterations, driver.polish, driver.factorisations) = work;
-            (driver.log, driver.operations, driver.pace, driver.homing) = (log, operations, pace, false);
+            let (driver, stood) = Driver::at(network, minimiser, stop, checkpoint);
+            (run.status, run.notes, run.steps) = (stood.status, stood.notes, steps);
+            run.steps.truncate(stood.kept);
+            (spent, first, done, begun) = (stood.seconds, stood.step_index, stood.increment, stood.plan);
             driver
         }
     };
@@ -178,18 +180,19 @@ pub fn carry_out(
         });
         for increment in std::mem::take(&mut done) + 1..=step.increments {
             let share = |k: usize| k as f64 / step.increments as f64;
-            driver.log.begin(Moment { step: step.name.clone(), step_index: index, increment });
-            let status = driver.increment(&plan, share(increment - 1), share(increment));
-            if driver.fault.is_some() {
-                run.steps.extend(passed);
-                run.status = status;
-                run.fault = driver.named_fault(step, increment);
-                driver.log.tell(&mut run);
-                return run;
-            }
-            let seconds = spent + clock.elapsed().as_secs_f64();
-            let end = driver.step_result(step, increment, status, seconds);
-            events::watch(&mut driver.log, &driver.problem, &driver.state, &end, stop, schedule.clearances);
+            let shares = [share(increment - 1), share(increment)];
+            let seconds = || spent + clock.elapsed().as_secs_f64();
+            let end = match driver.carry((step, &plan), (index, increment), shares, schedule.clearances, seconds) {
+                Ok(end) => end,
+                Err(status) => {
+                    run.steps.extend(passed);
+                    run.status = status;
+                    run.fault = driver.named_fault(step, increment);
+                    driver.log.tell(&mut run);
+                    return run;
+                }
+            };
+            let status = end.status;
             let progress = Progress {
                 step: step.name.clone(),
                 step_index: index,
@@ -198,7 +201,7 @@ pub fn carry_out(
                 increments: step.increments,
                 iterations: driver.iterations,
             };
-            let lost = !matches!(status, Status::Converged | Status::Stalled);
+            let lost = !is_balanced(status);
             let kept = schedule.increments || increment == step.increments || lost;
             let stopped = observer.increment(&progress, &end, kept) == Control::Stop;
             if run.status == Status::Converged {
@@ -271,7 +274,12 @@ impl<'n, 'm> Driver<'n, 'm> {
     }
 
     /// The harness laid out, but not in balance.
-    fn at_start(network: &'n Network, minimiser: &'m mut dyn Minimiser, stop: &Stop, schedule: &Schedule) -> Self {
+    pub(crate) fn at_start(
+        network: &'n Network,
+        minimiser: &'m mut dyn Minimiser,
+        stop: &Stop,
+        schedule: &Schedule,
+    ) -> Self {
         let state = start::place(network, schedule);
         let conditions = Conditions::new(network, schedule.gravity, &state);
         let mut driver = Self::new(network, minimiser, stop, state, conditions);
@@ -279,8 +287,78 @@ impl<'n, 'm> Driver<'n, 'm> {
         driver
     }
 
-    /// What must be kept to go on from here: everything of the driver is named, so that nothing new is forgotten.
+    /// Where a checkpoint stands, and what it says of the run.
+    pub(crate) fn at(
+        network: &'n Network,
+        minimiser: &'m mut dyn Minimiser,
+        stop: &Stop,
+        checkpoint: Checkpoint,
+    ) -> (Self, Stood) {
+        let Checkpoint {
+            conditions,
+            state,
+            log,
+            plan,
+            operations,
+            pace,
+            step_index,
+            increment,
+            work,
+            seconds,
+            status,
+            notes,
+            kept,
+        } = checkpoint;
+        let mut driver = Driver::new(network, minimiser, stop, state, conditions);
+        (driver.iterations, driver.polish, driver.factorisations) = work;
+        (driver.log, driver.operations, driver.pace, driver.homing) = (log, operations, pace, false);
+        (driver, Stood { plan, step_index, increment, seconds, status, notes, kept })
+    }
+
+    /// From where the harness is laid out to the balanced start of this first step.
+    pub(crate) fn find_start(
+        &mut self,
+        coarse: Option<&Network>,
+        schedule: &Schedule,
+        first: &str,
+        observer: &mut dyn Observer,
+    ) -> Status {
+        self.log.begin(Moment { step: first.to_owned(), step_index: 0, increment: 0 });
+        let nested = coarse.and_then(|coarse| self.come_from(coarse, schedule, observer));
+        nested.unwrap_or_else(|| self.bring_home(observer))
+    }
+
+    /// An increment (of this number, in the step of this number) from one share of the step's plan to another, and its end, looked over; with
+    /// `all`, clearances of everything from everything.
+    ///
+    /// # Errors
+    /// A status, where something cannot go on.
+    pub(crate) fn carry(
+        &mut self,
+        (step, plan): (&Step, &Plan),
+        (step_index, increment): (usize, usize),
+        [a, b]: [f64; 2],
+        all: bool,
+        seconds: impl FnOnce() -> f64,
+    ) -> Result<StepResult, Status> {
+        self.log.begin(Moment { step: step.name.clone(), step_index, increment });
+        let status = self.increment(plan, a, b);
+        if self.fault.is_some() {
+            return Err(status);
+        }
+        let end = self.step_result(step, increment, status, seconds());
+        events::watch(&mut self.log, &self.problem, &self.state, &end, &self.stop, all);
+        Ok(end)
+    }
+
+    /// What must be kept to go on with a run from here.
     fn checkpoint(&self, run: &Run, done: (usize, usize), plan: Option<&Plan>, seconds: f64) -> Checkpoint {
+        let (notes, kept) = (run.notes.clone(), run.steps.len());
+        Checkpoint { status: run.status, notes, kept, ..self.stands(done, plan, seconds) }
+    }
+
+    /// Where the harness stands: everything of the driver is named, so that nothing new is forgotten.
+    pub(crate) fn stands(&self, done: (usize, usize), plan: Option<&Plan>, seconds: f64) -> Checkpoint {
         let Self {
             problem,
             state,
@@ -312,9 +390,9 @@ impl<'n, 'm> Driver<'n, 'm> {
             increment: done.1,
             work: (*iterations, *polish, *factorisations),
             seconds,
-            status: run.status,
-            notes: run.notes.clone(),
-            kept: run.steps.len(),
+            status: Status::Converged,
+            notes: Vec::new(),
+            kept: 0,
         }
     }
 
@@ -363,7 +441,7 @@ impl<'n, 'm> Driver<'n, 'm> {
     }
 
     /// Adds and releases what the step says, and plans its motions.
-    fn begin(&mut self, step: &Step, first: bool, notes: &mut Vec<String>) -> Plan {
+    pub(crate) fn begin(&mut self, step: &Step, first: bool, notes: &mut Vec<String>) -> Plan {
         let network = self.problem.network;
         self.problem.change(|c| {
             for &f in &step.release {
@@ -484,7 +562,7 @@ impl<'n, 'm> Driver<'n, 'm> {
     }
 
     /// The equilibrium under the conditions at hand, friction and what runs out of its fixing included.
-    fn solve(&mut self) -> Status {
+    pub(crate) fn solve(&mut self) -> Status {
         let mut status = self.minimise();
         for _ in 0..FRICTION_ROUNDS {
             if self.homing || !matches!(status, Status::Converged | Status::Stalled) {
@@ -532,7 +610,7 @@ impl<'n, 'm> Driver<'n, 'm> {
     }
 
     /// The fault that ended the run.
-    fn named_fault(&self, step: &Step, increment: usize) -> Option<PartFault> {
+    pub(crate) fn named_fault(&self, step: &Step, increment: usize) -> Option<PartFault> {
         let (family, index, message) = self.fault.clone()?;
         let network = self.problem.network;
         let (name, kind) = match family {
@@ -587,14 +665,14 @@ impl<'n, 'm> Driver<'n, 'm> {
     }
 
     /// Grades the state as it is now.
-    fn certify(&mut self, claimed: Status) -> Status {
+    pub(crate) fn certify(&mut self, claimed: Status) -> Status {
         let certificate = self.certifier.certify(&mut self.problem, &self.state, &self.stop, claimed);
         self.residual = certificate.residual;
         self.unmet = certificate.unmet.map(|unmet| unmet.value);
         certificate.status
     }
 
-    fn step_result(&mut self, step: &Step, increment: usize, status: Status, seconds: f64) -> StepResult {
+    pub(crate) fn step_result(&mut self, step: &Step, increment: usize, status: Status, seconds: f64) -> StepResult {
         // A dead moment has no potential, and a state that is not balanced is neither: the Hessian says nothing there.
         let known = status == Status::Converged && !self.problem.has_dead_moments();
         let stable = known.then(|| self.certifier.stable(&mut self.problem, &self.state));
