@@ -36,6 +36,7 @@ const FOR_TESTS: &[&str] = &["core", "testkit", "models", "contact", "scenario"]
 /// Crates from outside (a `*` ends a prefix) that one crate of the house alone may name.
 const ONE_NAMES: &[(&str, &str)] = &[
     ("toml", "scenario"),
+    ("toml_edit", "scenario"),
     ("roxmltree", "import"),
     ("parry*", "contact"),
     ("wgpu*", "gpu"),

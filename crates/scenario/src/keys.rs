@@ -5,8 +5,8 @@ mod library;
 mod steps;
 mod sweep;
 
-use library::{COVERINGS, FIXING_TYPES, LIBRARY, MATERIALS, SECTION, WIRE_TYPES};
-pub(crate) use library::{FIXING_TYPE, LIBRARY_FILE};
+use library::{COVERINGS, FIXING_TYPES, LIBRARY, MATERIALS, WIRE_TYPES};
+pub(crate) use library::{FIXING_TYPE, LIBRARY_FILE, SECTION};
 pub(crate) use steps::CLIP;
 use steps::STEP;
 use sweep::SWEEP;

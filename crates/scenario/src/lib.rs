@@ -6,10 +6,12 @@
 //!
 //! The road of a file: `document` (with `library`, `catalogue`, `sections`, `joints`, `fixings`, `sequence`) reads entries through `reader` and
 //! resolves names; [`bundle`] makes sections of wires; `mesh` and `build` make the parts; `conflicts` and `freedoms` judge the whole.
+//! [`record`] writes into a text what was done by hand.
 //!
 //! Beyond the format of the design page: a branch may have `path = [[x, y, z], …]`, the drawn centre line from
 //! `from` to `to` in world coordinates (m), which serves as a start for its shape and for nothing else.
 
+pub mod adjust;
 mod build;
 pub mod bundle;
 mod catalogue;
@@ -31,6 +33,7 @@ mod placement;
 mod plugins;
 mod poses;
 mod reader;
+pub mod record;
 mod scenario;
 mod schema;
 mod sections;

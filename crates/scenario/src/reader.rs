@@ -197,17 +197,15 @@ impl<'a> Reader<'a> {
 
     /// A quaternion, made a unit one.
     pub fn orientation(&self, key: &str, node: &Node<'_>) -> Option<Rotation> {
-        let [w, x, y, z] = self.numbers::<4>(key, node, Quantity::Dimensionless)?;
-        let largest = [w, x, y, z].into_iter().fold(0.0, |m: f64, c| m.max(c.abs()));
-        if largest > 0.0 {
-            return Some(Unit::new_normalize(Quaternion::new(w / largest, x / largest, y / largest, z / largest)));
+        let rotation = rotation(self.numbers::<4>(key, node, Quantity::Dimensionless)?);
+        if rotation.is_none() {
+            self.fault(
+                node.span(),
+                format!("`{key}` = {} is no rotation", self.excerpt(node.span())),
+                "give a quaternion [w, x, y, z] that is not zero; [1, 0, 0, 0] leaves the axes as they are",
+            );
         }
-        self.fault(
-            node.span(),
-            format!("`{key}` = {} is no rotation", self.excerpt(node.span())),
-            "give a quaternion [w, x, y, z] that is not zero; [1, 0, 0, 0] leaves the axes as they are",
-        );
-        None
+        rotation
     }
 
     /// A whole number within limits.
@@ -285,8 +283,15 @@ pub(crate) fn included<T>(
     (Some(found), reader.finish())
 }
 
+/// The rotation of a quaternion `[w, x, y, z]`; `None` where it is zero.
+pub(crate) fn rotation([w, x, y, z]: [f64; 4]) -> Option<Rotation> {
+    let largest = [w, x, y, z].into_iter().fold(0.0, |m: f64, c| m.max(c.abs()));
+    let whole = || Unit::new_normalize(Quaternion::new(w / largest, x / largest, y / largest, z / largest));
+    (largest > 0.0).then(whole)
+}
+
 /// A unit vector along `vector`, whatever its length; none where it is zero.
-fn normalised(vector: Vector) -> Option<Unit<Vector>> {
+pub(crate) fn normalised(vector: Vector) -> Option<Unit<Vector>> {
     let largest = vector.amax();
     (largest > 0.0).then(|| Unit::new_normalize(vector / largest))
 }

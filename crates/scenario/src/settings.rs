@@ -7,7 +7,7 @@
 
 use crate::Span;
 use crate::fault::{Fault, did_you_mean};
-use crate::keys::{self, Family, Form, Keys};
+use crate::keys::{self, Form, Keys};
 use crate::kinds;
 use std::borrow::Cow;
 use toml::Spanned;
@@ -15,7 +15,7 @@ use toml::de::{DeTable, DeValue};
 use wireloom_core::Registry;
 
 /// Where an entry of a list has its name, or that of what it is about.
-const NAMES: [&str; 6] = ["name", "branch", "constraint", "load", "joint", "of"];
+pub(crate) const NAMES: [&str; 6] = ["name", "branch", "constraint", "load", "joint", "of"];
 /// Of such keys an entry has one: setting one takes the other's place.
 const EITHER: [[&str; 2]; 2] = [["segments", "max_segment"], ["max_segment", "segments"]];
 
@@ -82,14 +82,14 @@ pub(crate) fn put<'a>(
 }
 
 /// One part of the way to a key.
-struct Part {
-    name: String,
+pub(crate) struct Part {
+    pub name: String,
     /// `*`, without quotes.
     every: bool,
     span: Span,
 }
 
-fn parts(key: &str, start: usize) -> Result<Vec<Part>, Fault> {
+pub(crate) fn parts(key: &str, start: usize) -> Result<Vec<Part>, Fault> {
     let refused = |at: usize, message: &str| Fault {
         span: start + at..start + key.len(),
         message: format!("`{key}` names no key: {message}"),
@@ -156,6 +156,36 @@ fn shifted(node: Spanned<DeValue<'_>>, by: usize) -> Spanned<DeValue<'_>> {
     Spanned::new(span, value)
 }
 
+/// The keys of what lies behind a part of the way, where they are known, and whether it may come into being by being named.
+pub(crate) fn below(keys: Option<&'static Keys>, name: &str) -> (Option<&'static Keys>, bool) {
+    let form = keys.and_then(|keys| keys.get(name)).map(|key| key.form);
+    let below = match form {
+        Some(Form::Table(keys) | Form::Tables(keys) | Form::Named(keys) | Form::NamesOrTables(keys)) => Some(keys),
+        // Entries of a table of tables have the keys of that table.
+        None => keys,
+        Some(_) => None,
+    };
+    (below, matches!(form, Some(Form::Table(_))))
+}
+
+/// The keys that go when this one gets a value (`word`, where that is one): what an entry has instead of it, and, where it chooses a kind, the
+/// parameters of other kinds.
+pub(crate) fn stale(keys: Option<&'static Keys>, name: &str, word: Option<&str>, registry: &Registry) -> Vec<String> {
+    let mut stale: Vec<String> =
+        EITHER.iter().filter(|[one, _]| *one == name).map(|[_, other]| (*other).to_owned()).collect();
+    if let (Some((key, family, _)), Some(kind)) = (keys.and_then(Keys::kind), word)
+        && key == name
+    {
+        let kinds = kinds::all(registry, family);
+        let Some(new) = kinds.iter().find(|other| other.name == kind) else { return stale };
+        let stays = |name: &str| new.parameters.iter().any(|parameter| parameter.name == name);
+        let own = |name: &str| keys.is_some_and(|keys| keys.get(name).is_some());
+        let foreign = kinds.iter().flat_map(|kind| kind.parameters).map(|parameter| parameter.name.as_str());
+        stale.extend(foreign.filter(|name| !stays(name) && !own(name)).map(str::to_owned));
+    }
+    stale
+}
+
 /// Where on the way a setting is.
 struct Place<'r> {
     /// The keys of entries here, where they are known.
@@ -185,15 +215,9 @@ impl Place<'_> {
             self.insert(table, part, value.clone());
             return Ok(());
         }
-        let form = self.keys.and_then(|keys| keys.get(name)).map(|key| key.form);
-        let below = match form {
-            Some(Form::Table(keys) | Form::Tables(keys) | Form::Named(keys) | Form::NamesOrTables(keys)) => Some(keys),
-            // Entries of a table of tables have the keys of that table.
-            None => self.keys,
-            Some(_) => None,
-        };
+        let (below, makes) = below(self.keys, name);
         if !table.contains_key(name) {
-            if !matches!(form, Some(Form::Table(_))) {
+            if !makes {
                 let known: Vec<String> = table.keys().map(|key| key.get_ref().to_string()).collect();
                 return Err(self.unknown(part, "key", &known));
             }
@@ -246,30 +270,14 @@ impl Place<'_> {
         }
     }
 
-    /// A key that chooses a kind takes the parameters of the former kind with it.
     fn insert<'a>(&self, table: &mut DeTable<'a>, part: &Part, value: Spanned<DeValue<'a>>) {
         let name = part.name.as_str();
-        for [_, other] in EITHER.iter().filter(|[one, _]| *one == name) {
-            table.remove(*other);
-        }
-        if let (Some((key, family, _)), DeValue::String(kind)) = (self.keys.and_then(Keys::kind), value.get_ref())
-            && key == name
-        {
-            self.forget(table, family, kind);
+        let kind = if let DeValue::String(kind) = value.get_ref() { Some(kind.as_ref()) } else { None };
+        for stale in stale(self.keys, name, kind, self.registry) {
+            table.remove(stale.as_str());
         }
         table.remove(name);
         table.insert(Spanned::new(part.span.clone(), Cow::Owned(name.to_owned())), value);
-    }
-
-    fn forget(&self, table: &mut DeTable<'_>, family: Family, kind: &str) {
-        let kinds = kinds::all(self.registry, family);
-        let Some(new) = kinds.iter().find(|other| other.name == kind) else { return };
-        let stays = |name: &str| new.parameters.iter().any(|parameter| parameter.name == name);
-        let own = |name: &str| self.keys.is_some_and(|keys| keys.get(name).is_some());
-        let foreign = kinds.iter().flat_map(|kind| kind.parameters).map(|parameter| parameter.name.as_str());
-        for name in foreign.filter(|name| !stays(name) && !own(name)) {
-            table.remove(name);
-        }
     }
 
     fn unknown(&self, part: &Part, word: &str, there: &[String]) -> Fault {
