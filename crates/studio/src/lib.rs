@@ -1,12 +1,17 @@
 //! The studio: a harness in the browser that hands take hold of.
 //!
 //! A session is a scenario that is being written: what hands do becomes steps of it, every target that was solved becomes an increment,
-//! and what is saved is a scenario file that `run` carries out.
+//! and what is saved is a scenario file that `run` carries out. [`open`] begins one; a [`Studio`] is asked, and tells every tab through its [`Feed`].
 
 pub mod frame;
 pub mod protocol;
 pub mod replay;
 pub mod scene;
+mod session;
+mod worker;
+
+pub use session::{Opened, PROGRAM};
+pub use worker::{Feed, Outcome, Studio, Told, open};
 
 #[cfg(test)]
 mod tests {

@@ -1,0 +1,560 @@
+//! Hands on a harness: a session is a scenario that is being written. What hands do becomes steps of its text, every target that was solved
+//! an increment of one of them; the text, carried out by `run`, passes through the same equilibria.
+//!
+//! Here nothing is sent, and no file opened; [`crate::worker`] carries requests in and news out.
+
+mod drag;
+mod harness;
+mod hold;
+mod settings;
+mod standing;
+#[cfg(test)]
+mod tests;
+
+use crate::frame::{self, Header};
+use crate::protocol::{Notice, Request, Scene, Timeline};
+use crate::scene;
+use drag::Drag;
+use harness::Harness;
+use standing::{Standing, Stretch, make_room, number};
+use std::collections::BTreeMap;
+use std::rc::Rc;
+use std::sync::Arc;
+use wireloom::core::obstacle::Obstacle;
+use wireloom::core::{Registry, Status, StepResult};
+use wireloom::scenario::{Fault, Files};
+use wireloom::solve::checkpoint::Checkpoint;
+use wireloom::solve::hands::{Ended, Trouble};
+
+pub(crate) use standing::Frame;
+
+/// Name and version of this program.
+pub const PROGRAM: &str = concat!("wireloom ", env!("CARGO_PKG_VERSION"));
+/// So many deeds can be taken back: more than anybody remembers.
+const UNDO: usize = 100;
+
+/// What a session begins with.
+pub struct Opened {
+    /// The scenario.
+    pub text: String,
+    /// What a file of it is called.
+    pub name: String,
+    /// Gives the files that it names.
+    pub files: Box<dyn Files + Send + Sync>,
+    /// Kinds that it may name.
+    pub registry: Registry,
+    /// Whether it is worth saving as it is: a draft that was taken up.
+    pub unsaved: bool,
+}
+
+/// What was asked for and cannot be done.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) struct Refusal {
+    message: String,
+    help: String,
+}
+
+impl Refusal {
+    fn new(message: impl Into<String>, help: impl Into<String>) -> Self {
+        Self { message: message.into(), help: help.into() }
+    }
+}
+
+impl From<Fault> for Refusal {
+    fn from(fault: Fault) -> Self {
+        Self { message: fault.message, help: fault.help }
+    }
+}
+
+impl From<Vec<Fault>> for Refusal {
+    fn from(faults: Vec<Fault>) -> Self {
+        let first = faults.into_iter().next().map(Self::from);
+        first.unwrap_or_else(|| Self::new("the scenario is refused", "take the last change back"))
+    }
+}
+
+/// What has become another since it was asked last.
+#[derive(Default)]
+pub(crate) struct News {
+    pub scene: bool,
+    pub timeline: bool,
+    /// The first frame that is a new one.
+    pub from: Option<usize>,
+    /// Whether frames went for want of room.
+    pub thinned: bool,
+    /// Whether the scenario is another one, or has been saved.
+    pub edited: bool,
+    /// Notices, each for a tab; none: for all.
+    pub said: Vec<(Option<u32>, Notice)>,
+}
+
+/// A run as far as it is, and what it came from.
+#[derive(Clone)]
+pub(crate) struct Record {
+    pub scenario: String,
+    pub ends: Vec<Arc<StepResult>>,
+    pub events: Vec<wireloom::core::Event>,
+    pub notes: Vec<String>,
+    pub status: Status,
+    pub obstacles: Arc<Vec<Obstacle>>,
+}
+
+/// A session.
+pub(crate) struct Session {
+    name: String,
+    files: Box<dyn Files + Send + Sync>,
+    registry: Registry,
+    now: Standing,
+    undo: Vec<(String, Standing)>,
+    redo: Vec<(String, Standing)>,
+    drag: Option<Drag>,
+    /// By fixing the tab that holds it.
+    held: BTreeMap<String, u32>,
+    unsaved: bool,
+    /// The checkpoint of the last frame, which need not be balanced.
+    shown: Option<Rc<Checkpoint>>,
+    news: News,
+}
+
+impl Session {
+    /// Of a text; nothing is computed yet.
+    ///
+    /// # Errors
+    /// All faults of the text.
+    pub fn open(opened: Opened) -> Result<Self, Vec<Fault>> {
+        let Opened { text, name, files, registry, unsaved } = opened;
+        let harness = Rc::new(Harness::load(&text, &*files, &registry)?);
+        let own = harness.schedule.steps.len();
+        let now = Standing::new(text.into(), own, Vec::new(), harness, 0);
+        let news = News { scene: true, timeline: true, edited: true, ..News::default() };
+        Ok(Self {
+            name,
+            files,
+            registry,
+            now,
+            undo: Vec::new(),
+            redo: Vec::new(),
+            drag: None,
+            held: BTreeMap::new(),
+            unsaved,
+            shown: None,
+            news,
+        })
+    }
+
+    // ---- what others see ------------------------------------------------------------------------------------------
+
+    /// What is new.
+    pub fn take_news(&mut self) -> News {
+        let Self { now, undo, redo, .. } = &*self;
+        let all = undo.iter().chain(redo).map(|(_, standing)| standing).chain([now]);
+        self.news.thinned |= make_room(all);
+        std::mem::take(&mut self.news)
+    }
+
+    /// The harness.
+    pub fn scene(&self) -> Scene {
+        let Standing { harness, by_hand, run, .. } = &self.now;
+        let schedule = &harness.schedule;
+        let mut scene = scene::of(&schedule.scenario, PROGRAM, schedule.gravity, &harness.network);
+        let begun: Vec<&str> =
+            by_hand.iter().flat_map(|step| &step.begins).map(|begins| begins.name.as_str()).collect();
+        for fixing in &mut scene.fixings {
+            fixing.by_hand = begun.contains(&fixing.name.as_str());
+        }
+        for (fixing, own) in scene.fixings.iter_mut().zip(&harness.network.fixings) {
+            fixing.turns = drag::turning(own).is_some();
+            fixing.moves &= own.span.is_none() || !own.stations.is_empty();
+        }
+        scene.live = true;
+        scene.run = *run;
+        scene.settings = settings::all(&harness.scenario, &self.registry);
+        scene.notes.clone_from(&harness.notes);
+        scene.notes.extend(self.now.at.iter().flat_map(|at| at.notes().iter().cloned()));
+        scene
+    }
+
+    /// The increments there are.
+    pub fn timeline(&self) -> Timeline {
+        self.now.timeline(self.shown.as_ref().map_or(&[], |at| at.events()))
+    }
+
+    /// Frames from this one on.
+    pub fn frames_from(&self, from: usize) -> Vec<Option<Frame>> {
+        let mut first = 0;
+        let mut frames = Vec::new();
+        for step in &self.now.steps {
+            let own = step.frames.borrow();
+            frames.extend(own.iter().skip(from.saturating_sub(first)).cloned());
+            first += own.len();
+        }
+        frames
+    }
+
+    /// What is being computed.
+    pub fn busy(&self) -> Option<String> {
+        if !self.now.todo {
+            return None;
+        }
+        let Some(at) = &self.now.at else { return Some("the start".to_owned()) };
+        self.now.harness.schedule.steps.get(at.done().0).map(|step| format!("step {}", step.name))
+    }
+
+    /// What can be taken back, and done again.
+    pub fn labels(&self) -> [Option<String>; 2] {
+        let last = |list: &[(String, Standing)]| list.last().map(|(label, _)| label.clone());
+        let dragged = self.drag.as_ref().filter(|drag| drag.has_begun()).map(|drag| drag.step.clone());
+        let redo = if dragged.is_some() { None } else { last(&self.redo) };
+        [dragged.or_else(|| last(&self.undo)), redo]
+    }
+
+    /// The fixings that tabs hold.
+    pub fn held(&self) -> Vec<(String, u32)> {
+        self.held.iter().map(|(name, tab)| (name.clone(), *tab)).collect()
+    }
+
+    /// Whether there is something to be saved.
+    pub fn unsaved(&self) -> bool {
+        self.unsaved
+    }
+
+    /// The scenario as it is now, where it is worth saving.
+    pub fn draft(&self) -> Option<String> {
+        if self.unsaved { self.text().ok() } else { None }
+    }
+
+    /// The run so far.
+    pub fn record(&self) -> Record {
+        let Standing { harness, steps, last, .. } = &self.now;
+        let mut ends: Vec<Arc<StepResult>> =
+            steps.iter().skip(1).filter_map(|step| Some(step.end.borrow().as_ref()?.result.clone())).collect();
+        if steps.last().is_none_or(|step| !step.ended || steps.len() == 1) {
+            ends.extend(last.clone());
+        }
+        let status = ends.iter().map(|end| end.status).find(|status| *status != Status::Converged);
+        let (events, noted) = self.shown.as_ref().map_or((&[][..], &[][..]), |at| (at.events(), at.notes()));
+        Record {
+            scenario: harness.schedule.scenario.clone(),
+            ends,
+            events: events.to_vec(),
+            notes: harness.notes.iter().chain(noted).cloned().collect(),
+            status: status.unwrap_or(Status::Converged),
+            obstacles: Arc::new(harness.network.obstacles.clone()),
+        }
+    }
+
+    // ---- requests -------------------------------------------------------------------------------------------------
+
+    /// Does what a tab asks for, or says why not.
+    pub fn handle(&mut self, tab: u32, request: Request) {
+        let done = match request {
+            Request::Hold { branch, s, how } => self.hold(tab, &branch, s, how),
+            Request::Target { fixing, position, orientation } => self.target(tab, &fixing, position, orientation),
+            Request::Drop { fixing } => {
+                self.let_go(tab, &fixing);
+                Ok(())
+            }
+            Request::Release { fixing } => self.release(tab, &fixing),
+            Request::Pin { fixing } => self.pin(tab, &fixing),
+            Request::Undo => self.take_back(),
+            Request::Redo => self.do_again(),
+            Request::Go { frame } => self.go(frame),
+            Request::Set { key, value } => self.set(&key, &value),
+            Request::Save => self.save(tab),
+            Request::Stop => {
+                self.stop();
+                Ok(())
+            }
+            // The worker's.
+            _ => Ok(()),
+        };
+        if let Err(Refusal { message, help }) = done {
+            self.news.said.push((Some(tab), Notice::Refused { message, help }));
+        }
+    }
+
+    /// A tab has gone: what it held may be taken by others.
+    pub fn detach(&mut self, tab: u32) {
+        let own: Vec<String> = self.held.iter().filter(|(_, by)| **by == tab).map(|(name, _)| name.clone()).collect();
+        for fixing in own {
+            self.let_go(tab, &fixing);
+            self.held.remove(&fixing);
+        }
+    }
+
+    /// Nothing more is carried out.
+    pub fn stop(&mut self) {
+        self.now.todo = false;
+        if let Some(drag) = &mut self.drag {
+            drag.goal = None;
+            if drag.ends {
+                self.end_drag();
+            }
+        }
+    }
+
+    fn save(&mut self, tab: u32) -> Result<(), Refusal> {
+        let text = self.text()?;
+        // What cannot be carried out is not to be saved without a word.
+        let checked = Harness::load(&text, &*self.files, &self.registry);
+        (self.unsaved, self.news.edited) = (false, true);
+        self.news.said.push((Some(tab), Notice::Saved { name: self.name.clone(), text }));
+        checked.map(|_| ()).map_err(Refusal::from)
+    }
+
+    /// The scenario with what is being dragged.
+    fn text(&self) -> Result<String, Fault> {
+        let mut now = self.now.clone();
+        now.by_hand.extend(self.drag.as_ref().and_then(Drag::written).map(Rc::new));
+        now.whole_text()
+    }
+
+    fn take_back(&mut self) -> Result<(), Refusal> {
+        self.end_drag();
+        let (label, standing) =
+            self.undo.pop().ok_or_else(|| Refusal::new("there is nothing to take back", "it is as it was opened"))?;
+        let now = self.become_(standing);
+        self.redo.push((label, now));
+        Ok(())
+    }
+
+    fn do_again(&mut self) -> Result<(), Refusal> {
+        self.end_drag();
+        let (label, standing) = self
+            .redo
+            .pop()
+            .ok_or_else(|| Refusal::new("there is nothing to do again", "only what was taken back can be"))?;
+        let now = self.become_(standing);
+        self.undo.push((label, now));
+        Ok(())
+    }
+
+    fn go(&mut self, frame: u32) -> Result<(), Refusal> {
+        self.end_drag();
+        let frames = self.now.frames();
+        let step = self.now.step_of(frame as usize).ok_or_else(|| {
+            Refusal::new(format!("there is no frame {frame}"), format!("frames go from 0 to {}", frames.max(1) - 1))
+        })?;
+        let whole = self.now.ended();
+        if whole == 0 {
+            return Err(no_start());
+        }
+        let next = self.cut_behind(step.min(whole - 1))?;
+        if let Some(next) = next {
+            let label = format!("go to the end of {}", self.now.steps[step.min(whole - 1)].name);
+            self.deed(label, next);
+        }
+        Ok(())
+    }
+
+    // ---- standings ------------------------------------------------------------------------------------------------
+
+    /// Stands otherwise from now on; returns how it stood.
+    fn become_(&mut self, standing: Standing) -> Standing {
+        self.shown.clone_from(&standing.at);
+        let changed = !Rc::ptr_eq(&self.now.harness, &standing.harness) || self.now.run != standing.run;
+        let kept = self.now.steps.iter().zip(&standing.steps).take_while(|(a, b)| Rc::ptr_eq(a, b));
+        let from = if self.now.run == standing.run { kept.map(|(step, _)| step.len()).sum() } else { 0 };
+        self.frames_changed(from);
+        self.news.scene |= changed;
+        (self.unsaved, self.news.edited) = (true, true);
+        let before = std::mem::replace(&mut self.now, standing);
+        let now = &self.now;
+        self.held.retain(|name, _| now.at.as_ref().is_some_and(|at| now.harness.acting(name, at).is_ok()));
+        before
+    }
+
+    /// Something was done: how it stood before can be brought back.
+    fn deed(&mut self, label: String, next: Standing) {
+        let before = self.become_(next);
+        self.remember(label, before);
+    }
+
+    fn remember(&mut self, label: String, before: Standing) {
+        self.undo.push((label, before));
+        if self.undo.len() > UNDO {
+            self.undo.remove(0);
+        }
+        self.redo.clear();
+        (self.unsaved, self.news.edited) = (true, true);
+    }
+
+    fn frames_changed(&mut self, from: usize) {
+        self.news.from = Some(self.news.from.map_or(from, |before| before.min(from)));
+        self.news.timeline = true;
+    }
+
+    /// The session with nothing behind a step that has ended; `None` where nothing is. Step 0 is the start.
+    fn cut_behind(&self, step: usize) -> Result<Option<Standing>, Refusal> {
+        if step + 1 == self.now.steps.len() && self.now.own + self.now.by_hand.len() == step {
+            return Ok(None);
+        }
+        let mut next = self.now.clone();
+        next.steps.truncate(step + 1);
+        next.own = next.own.min(step);
+        next.by_hand.truncate(step - next.own);
+        next.todo = false;
+        let end = next.steps[step].end.borrow().clone();
+        if let Some(end) = &end
+            && end.harness.schedule.steps.len() <= step
+            && next.own == self.now.own
+        {
+            next.harness = end.harness.clone();
+            next.at = Some(end.checkpoint.clone());
+        } else {
+            let harness = Rc::new(self.load(&next)?);
+            let at = end.as_ref().and_then(|end| harness.adopt(&end.harness, &end.checkpoint));
+            let Some(at) = at else {
+                return Ok(Some(Standing::new(next.text, next.own, next.by_hand, harness, next.run + 1)));
+            };
+            (next.harness, next.at) = (harness, Some(Rc::new(at)));
+        }
+        next.last = end.map(|end| end.result.clone());
+        Ok(Some(next))
+    }
+
+    /// What a standing's text describes.
+    fn load(&self, standing: &Standing) -> Result<Harness, Refusal> {
+        let text = standing.whole_text()?;
+        Ok(Harness::load(&text, &*self.files, &self.registry)?)
+    }
+
+    /// How hands find it: a step has ended, and what was not carried out is no part of it.
+    fn at_hand(&self) -> Result<Standing, Refusal> {
+        if self.now.todo {
+            let what = self.busy().unwrap_or_else(|| "a step".to_owned());
+            return Err(Refusal::new(format!("{what} is being computed"), "wait for its end, or stop it"));
+        }
+        let whole = self.now.ended();
+        if whole == 0 {
+            return Err(no_start());
+        }
+        let cut = self.cut_behind(whole - 1)?.unwrap_or_else(|| self.now.clone());
+        if cut.todo {
+            // It is carried out anew first.
+            return Err(Refusal::new("the steps so far must be carried out again", "go to a frame first"));
+        }
+        Ok(cut)
+    }
+
+    // ---- work -----------------------------------------------------------------------------------------------------
+
+    /// Whether something is to be computed.
+    pub fn has_work(&self) -> bool {
+        self.now.todo || self.drag.as_ref().is_some_and(|drag| drag.goal.is_some())
+    }
+
+    /// Whether that comes before whatever else is asked for.
+    pub fn must_finish(&self) -> bool {
+        self.drag.as_ref().is_some_and(|drag| drag.ends)
+    }
+
+    /// Computes one increment, or the start, unless that is given up.
+    pub fn work(&mut self, gives_up: &dyn Fn() -> bool) {
+        if self.drag.as_ref().is_some_and(|drag| drag.goal.is_some()) {
+            self.drag_on();
+        } else if self.now.todo {
+            self.carry_on(gives_up);
+        }
+    }
+
+    /// The next increment of the schedule.
+    fn carry_on(&mut self, gives_up: &dyn Fn() -> bool) {
+        let harness = self.now.harness.clone();
+        let Some(at) = self.now.at.clone() else {
+            match harness.start(gives_up) {
+                Ok(ended) => {
+                    self.now.steps = vec![Rc::new(Stretch::new("start", false, 1))];
+                    self.show(&ended);
+                    self.now.end();
+                }
+                Err(trouble) => {
+                    self.now.todo = false;
+                    if let Trouble::Fault(fault) = trouble {
+                        self.trouble(fault.to_string());
+                    }
+                }
+            }
+            self.now.todo &= !harness.schedule.steps.is_empty();
+            self.news.scene = true;
+            return;
+        };
+        let (index, increment) = at.done();
+        let Some(step) = harness.schedule.steps.get(index) else {
+            self.now.todo = false;
+            return;
+        };
+        let ended = harness.carry(step, &at);
+        if increment == 0 && self.now.steps.len() == index + 1 {
+            let by_hand = index >= self.now.own;
+            self.now.steps.push(Rc::new(Stretch::new(&step.name, by_hand, step.increments)));
+        }
+        match ended {
+            Ok(ended) => {
+                self.show(&ended);
+                if !is_balanced(&ended) {
+                    self.now.todo = false;
+                } else if ended.checkpoint.done().0 > index {
+                    self.now.end();
+                    self.now.todo = index + 1 < harness.schedule.steps.len();
+                }
+            }
+            Err(fault) => {
+                self.now.todo = false;
+                if self.now.steps.last().is_some_and(|step| step.len() == 0) {
+                    self.now.steps.pop();
+                }
+                self.trouble(fault);
+            }
+        }
+    }
+
+    /// Puts the end of an increment behind the others; where it is balanced, the harness stands there.
+    fn show(&mut self, ended: &Ended) {
+        let number = self.now.frames();
+        let header = Header::of(self::number(number), &ended.end, self.now.last.as_deref());
+        let frame: Frame = header.encode(&frame::nodes(&ended.end.branches, &[])).into();
+        self.now.push(frame);
+        self.now.place_events(ended.checkpoint.events(), &ended.end);
+        let checkpoint = Rc::new(ended.checkpoint.clone());
+        if is_balanced(ended) || self.now.at.is_none() {
+            self.now.at = Some(checkpoint.clone());
+            self.now.last = Some(Arc::new(ended.end.clone()));
+        }
+        self.shown = Some(checkpoint);
+        self.frames_changed(number);
+    }
+
+    /// Something went wrong that nobody asked for.
+    fn trouble(&mut self, message: String) {
+        let help =
+            "the session stands where it stood before; take back what led there, or set something else".to_owned();
+        self.news.said.push((None, Notice::Refused { message, help }));
+        self.news.timeline = true;
+    }
+
+    /// After a panic: from the last increment that was whole, with a harness made anew.
+    pub fn recover(&mut self, message: &str) {
+        self.now.todo = false;
+        if let Some(drag) = &mut self.drag {
+            (drag.goal, drag.ends) = (None, false);
+        }
+        let made = self.load(&self.now);
+        if let Ok(harness) = made
+            && let Some(at) = &self.now.at
+            && let Some(at) = harness.adopt(&self.now.harness, at)
+        {
+            (self.now.harness, self.now.at) = (Rc::new(harness), Some(Rc::new(at)));
+        }
+        self.trouble(format!("the solver broke down: {message}"));
+    }
+}
+
+/// Whether an increment may be followed by another.
+fn is_balanced(ended: &Ended) -> bool {
+    matches!(ended.end.status, Status::Converged | Status::Stalled)
+}
+
+fn no_start() -> Refusal {
+    Refusal::new("no balanced start has been found", "set something else, or take back what was set last")
+}

@@ -1,0 +1,109 @@
+//! What a text describes, ready to be carried from one equilibrium to the next.
+
+use super::Refusal;
+use std::cell::RefCell;
+use wireloom::core::steps::{Schedule, Step};
+use wireloom::core::{Network, Registry, StepResult};
+use wireloom::scenario::{Built, Fault, Files, Scenario};
+use wireloom::solve::changed::{Changed, changed};
+use wireloom::solve::checkpoint::{Checkpoint, Observer};
+use wireloom::solve::hands::{Ended, Hands, Trouble};
+
+/// A harness, and what carries it.
+pub(super) struct Harness {
+    pub scenario: Scenario,
+    pub network: Network,
+    pub schedule: Schedule,
+    /// What an engineer should know.
+    pub notes: Vec<String>,
+    coarse: Option<Network>,
+    hands: RefCell<Hands>,
+}
+
+impl Harness {
+    /// Of a text.
+    ///
+    /// # Errors
+    /// All its faults.
+    pub fn load(text: &str, files: &dyn Files, registry: &Registry) -> Result<Self, Vec<Fault>> {
+        let (scenario, built) = wireloom::load_with_files(text, files, registry)?;
+        let Built { network, coarse, schedule, minimiser, stop, notes, .. } = built;
+        let hands = RefCell::new(Hands::new(minimiser, stop, schedule.clearances));
+        Ok(Self { scenario, network, schedule, notes, coarse, hands })
+    }
+
+    /// The balanced start.
+    ///
+    /// # Errors
+    /// Where there is none.
+    pub fn start(&self, gives_up: &dyn Fn() -> bool) -> Result<Ended, Trouble> {
+        let mut observer = Asked(gives_up);
+        self.hands.borrow_mut().start(&self.network, self.coarse.as_ref(), &self.schedule, &mut observer)
+    }
+
+    /// The next increment of a step of the schedule.
+    ///
+    /// # Errors
+    /// What cannot go on, in words.
+    pub fn carry(&self, step: &Step, from: &Checkpoint) -> Result<Ended, String> {
+        self.hands.borrow_mut().carry(&self.network, step, from).map_err(|fault| fault.to_string())
+    }
+
+    /// One more increment of a step that goes on for as long as somebody drags.
+    ///
+    /// # Errors
+    /// What cannot go on, in words.
+    pub fn follow(&self, step: &Step, from: &Checkpoint) -> Result<Ended, String> {
+        self.hands.borrow_mut().follow(&self.network, step, from).map_err(|fault| fault.to_string())
+    }
+
+    /// A checkpoint of another harness as one of this one, in balance; `None` where it would have to know how it came there.
+    pub fn adopt(&self, other: &Harness, checkpoint: &Checkpoint) -> Option<Checkpoint> {
+        match changed(checkpoint, &other.network, &self.network)? {
+            Changed::Same(checkpoint) => Some(*checkpoint),
+            Changed::Nearly(checkpoint) => self.hands.borrow_mut().balance(&self.network, *checkpoint),
+        }
+    }
+
+    /// The fixing of this name that acts.
+    ///
+    /// # Errors
+    /// Where none does.
+    pub fn acting(&self, name: &str, at: &Checkpoint) -> Result<usize, Refusal> {
+        let of_name = |f: &usize| self.network.fixings[*f].name == name && at.acts(*f);
+        (0..self.network.fixings.len()).find(of_name).ok_or_else(|| {
+            let acting = self.network.fixings.iter().enumerate().filter(|(f, _)| at.acts(*f));
+            let names: Vec<&str> = acting.map(|(_, fixing)| fixing.name.as_str()).collect();
+            Refusal::new(format!("no fixing \"{name}\" acts now"), format!("those that do: {}", names.join(", ")))
+        })
+    }
+
+    /// Length of the longest branch, m.
+    pub fn longest(&self) -> f64 {
+        self.network.branches.iter().map(|branch| branch.rod.mesh().length()).fold(0.0, f64::max)
+    }
+
+    /// Length of all branches, m.
+    pub fn total_length(&self) -> f64 {
+        self.network.branches.iter().map(|branch| branch.rod.mesh().length()).sum()
+    }
+}
+
+/// Whether the nodes of two ends are the same in number, branch by branch.
+pub(super) fn same_nodes(one: &StepResult, network: &Network) -> bool {
+    let counts = network.branches.iter().map(|branch| branch.rod.mesh().nodes());
+    one.branches.iter().map(|branch| branch.s.len()).eq(counts)
+}
+
+/// Watches the search for a start.
+struct Asked<'a>(&'a dyn Fn() -> bool);
+
+impl Observer for Asked<'_> {
+    fn increment(&mut self, _: &wireloom::solve::Progress, _: &StepResult, _: bool) -> wireloom::solve::Control {
+        wireloom::solve::Control::Continue
+    }
+
+    fn gives_up(&mut self) -> bool {
+        (self.0)()
+    }
+}

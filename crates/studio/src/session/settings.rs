@@ -1,0 +1,81 @@
+//! What may be set, and setting it: the author's text gets another value, and everything is carried out anew.
+
+use super::standing::Standing;
+use super::{Refusal, Session};
+use crate::protocol::{Form, Setting};
+use serde_json::Value as Json;
+use std::rc::Rc;
+use wireloom::core::{Registry, Value};
+use wireloom::scenario::Scenario;
+use wireloom::scenario::adjust::{Adjustable, Holds, adjustable};
+use wireloom::scenario::record::with_value;
+
+/// Everything that may be set.
+pub(super) fn all(scenario: &Scenario, registry: &Registry) -> Vec<Setting> {
+    adjustable(scenario, registry).into_iter().map(setting).collect()
+}
+
+fn setting(own: Adjustable) -> Setting {
+    let form = match own.holds {
+        Holds::Choice(words) => Form::Choice { words },
+        Holds::Number { unit, minimum, maximum } => Form::Number { unit, minimum, maximum },
+        Holds::Count(minimum) => Form::Count { minimum: super::number(minimum) },
+        Holds::Flag => Form::Flag,
+    };
+    let value = own.value.map_or(Json::Null, |value| match value {
+        Value::Number(x) => Json::from(x),
+        Value::Count(n) => Json::from(n),
+        Value::Flag(flag) => Json::from(flag),
+        Value::Word(word) => Json::from(word),
+        Value::Vector(v) => Json::from(vec![v.x, v.y, v.z]),
+    });
+    Setting { key: own.key, group: own.group, label: own.label, doc: own.doc, form, value }
+}
+
+/// The value of a setting, as a scenario would have it.
+fn value(own: &Adjustable, given: &Json) -> Result<Value, Refusal> {
+    let (value, wanted) = match &own.holds {
+        Holds::Choice(words) => {
+            let known: Vec<&str> = words.iter().map(|(word, _)| word.as_str()).collect();
+            let word = given.as_str().filter(|word| known.contains(word));
+            (word.map(|word| Value::Word(word.to_owned())), format!("one of: {}", known.join(", ")))
+        }
+        Holds::Number { unit, .. } => {
+            let unit = if unit.is_empty() { String::new() } else { format!(" in {unit}") };
+            (given.as_f64().filter(|x| x.is_finite()).map(Value::Number), format!("a finite number{unit}"))
+        }
+        Holds::Count(minimum) => {
+            let count = given.as_u64().and_then(|n| usize::try_from(n).ok()).filter(|n| n >= minimum);
+            (count.map(Value::Count), format!("a whole number of at least {minimum}"))
+        }
+        Holds::Flag => (given.as_bool().map(Value::Flag), "true or false".to_owned()),
+    };
+    value.ok_or_else(|| {
+        let mut shown = given.to_string();
+        shown.truncate(shown.floor_char_boundary(80));
+        Refusal::new(format!("`{}` = {shown} is no such value", own.key), format!("give {wanted}"))
+    })
+}
+
+impl Session {
+    /// Puts another value in the place of what the text says, and begins anew with it.
+    pub(super) fn set(&mut self, key: &str, given: &Json) -> Result<(), Refusal> {
+        self.end_drag();
+        let Standing { text, own, by_hand, harness, run, .. } = &self.now;
+        let all = adjustable(&harness.scenario, &self.registry);
+        let known = all.iter().find(|own| own.key == key);
+        let known = known.ok_or_else(|| {
+            Refusal::new(format!("`{key:.80}` cannot be set here"), "set one of the scene's settings")
+        })?;
+        let value = value(known, given)?;
+        if known.value.as_ref() == Some(&value) {
+            return Ok(());
+        }
+        let text = with_value(text, key, &value, &self.registry)?;
+        let mut next = Standing::new(text.into(), *own, by_hand.clone(), harness.clone(), run + 1);
+        next.harness = Rc::new(self.load(&next)?);
+        let label = format!("{} of {}", known.label, known.group);
+        self.deed(label, next);
+        Ok(())
+    }
+}

@@ -1,0 +1,417 @@
+//! Sessions on a small Y: what hands do, what is written of it, and that `run` makes the same of that.
+
+use super::*;
+use crate::protocol::Holding;
+use serde_json::json;
+use wireloom::scenario::NoFiles;
+use wireloom::solve::Control;
+
+const Y: &str = r#"# A Y for hands.
+schema = 1
+name = "y"
+
+[sections.trunk] # of many wires
+diameter = "8 mm"
+linear_density = "120 g/m"
+axial_stiffness = "20 kN"
+bending_stiffness = "0.012 N m^2" # measured
+torsion_stiffness = "0.009 N m^2"
+min_bend_radius = "48 mm"
+
+[sections.arm]
+diameter = "5 mm"
+linear_density = "60 g/m"
+axial_stiffness = "10 kN"
+bending_stiffness = "0.006 N m^2"
+torsion_stiffness = "0.0045 N m^2"
+
+[[branches]]
+name = "trunk"
+from = "A"
+to = "J"
+section = "trunk"
+length = "400 mm"
+max_segment = "20 mm"
+
+[[branches]]
+name = "left"
+from = "J"
+to = "B"
+section = "arm"
+length = "300 mm"
+max_segment = "20 mm"
+
+[[branches]]
+name = "right"
+from = "J"
+to = "C"
+section = "arm"
+length = "300 mm"
+segments = 15
+
+[[joints]]
+name = "J"
+model = "cosserat" # as measured
+arms = [
+  { branch = "trunk", direction = [-1, 0, 0], up = [0, 0, 1] },
+  { branch = "left", direction = [0.866, 0.5, 0], up = [0, 0, 1] },
+  { branch = "right", direction = [0.866, -0.5, 0], up = [0, 0, 1] },
+]
+
+[[constraints]]
+name = "plug-A"
+kind = "connector"
+at = { end = "A" }
+position = [0, 0, 0]
+tangent = [1, 0, 0]
+up = [0, 0, 1]
+"#;
+
+const STEPS: &str = r#"
+[[steps]] # by the author
+name = "plug B"
+increments = 4
+[[steps.add]]
+name = "plug-B"
+kind = "connector"
+at = { end = "B" }
+[[steps.move]]
+constraint = "plug-B"
+position = [0.55, 0.2, 0.05]
+tangent = [1, 0, 0]
+up = [0, 0, 1]
+
+[[steps]]
+name = "clip the trunk"
+increments = 2
+[[steps.add]]
+name = "clip"
+kind = "collar"
+at = { branch = "trunk", s = 0.2 }
+"#;
+
+/// Farthest (m) that `run` may put a node from where a session had it, 1e-6 of the longest way through the Y, where a hand took hold in
+/// between: the harness then got a station, and was brought into balance with it.
+const ALIKE: f64 = 7e-7;
+
+fn session(text: &str) -> Session {
+    let opened = Opened {
+        text: text.to_owned(),
+        name: "y.toml".into(),
+        files: Box::new(NoFiles),
+        registry: wireloom::registry(),
+        unsaved: false,
+    };
+    let mut session = Session::open(opened).unwrap_or_else(|faults| panic!("{faults:?}"));
+    work(&mut session);
+    session
+}
+
+fn work(session: &mut Session) {
+    while session.has_work() {
+        session.work(&|| false);
+    }
+}
+
+/// Asks, works, and gives what was said.
+fn ask(session: &mut Session, request: Request) -> Vec<Notice> {
+    session.handle(1, request);
+    work(session);
+    session.take_news().said.into_iter().map(|(_, notice)| notice).collect()
+}
+
+fn done(session: &mut Session, request: Request) {
+    let said = ask(session, request.clone());
+    assert!(said.is_empty(), "{request:?}: {said:?}");
+}
+
+fn refused(session: &mut Session, request: Request) -> String {
+    match ask(session, request.clone()).as_slice() {
+        [Notice::Refused { message, .. }] => message.clone(),
+        other => panic!("{request:?}: {other:?}"),
+    }
+}
+
+fn to(fixing: &str, position: [f64; 3]) -> Request {
+    Request::Target { fixing: fixing.into(), position: Some(position), orientation: None }
+}
+
+fn drop_(fixing: &str) -> Request {
+    Request::Drop { fixing: fixing.into() }
+}
+
+fn drag(session: &mut Session, fixing: &str, places: &[[f64; 3]]) {
+    places.iter().for_each(|place| done(session, to(fixing, *place)));
+    done(session, drop_(fixing));
+}
+
+fn hold(session: &mut Session, branch: &str, s: f64, how: Holding) {
+    done(session, Request::Hold { branch: branch.into(), s, how });
+}
+
+fn text(session: &mut Session) -> String {
+    match ask(session, Request::Save).as_slice() {
+        [Notice::Saved { text, .. }] => text.clone(),
+        other => panic!("{other:?}"),
+    }
+}
+
+/// The ends of all increments of a run.
+fn ends(text: &str) -> Vec<StepResult> {
+    let registry = wireloom::registry();
+    let (_, built) = wireloom::load(text, &registry).unwrap_or_else(|faults| panic!("{text}\n{faults:?}"));
+    let mut ends = Vec::new();
+    let run = wireloom::run(built, &mut |_, end| {
+        ends.push(end.clone());
+        Control::Continue
+    });
+    assert_eq!(run.status, Status::Converged, "{text}");
+    ends
+}
+
+/// Farthest that nodes of two ends are from each other, m.
+fn apart(one: &StepResult, other: &StepResult) -> f64 {
+    let nodes = |end: &StepResult| end.branches.iter().flat_map(|branch| branch.position.clone()).collect::<Vec<_>>();
+    let (a, b) = (nodes(one), nodes(other));
+    assert_eq!(a.len(), b.len());
+    a.iter().zip(&b).map(|(a, b)| (a - b).norm()).fold(0.0, f64::max)
+}
+
+fn last(session: &Session) -> StepResult {
+    (**session.now.last.as_ref().expect("an end")).clone()
+}
+
+fn bits(end: &StepResult) -> String {
+    let branches: Vec<_> = end.branches.iter().map(|branch| (&branch.position, &branch.frame, &branch.force)).collect();
+    format!("{branches:?}")
+}
+
+#[test]
+fn a_session_carries_out_the_scenario_as_run_does() {
+    let session = session(&format!("{Y}{STEPS}"));
+    let ends = ends(&format!("{Y}{STEPS}"));
+    assert_eq!(session.now.frames(), 1 + ends.len());
+    assert_eq!(bits(&last(&session)), bits(&ends[5]));
+    let timeline = session.timeline();
+    let steps: Vec<_> = timeline.steps.iter().map(|s| (s.name.as_str(), s.first, s.frames, s.by_hand)).collect();
+    assert_eq!(steps, [("start", 0, 1, false), ("plug B", 1, 4, false), ("clip the trunk", 5, 2, false)]);
+    let record = session.record();
+    assert_eq!((record.ends.len(), record.status), (2, Status::Converged));
+    for (k, frame) in session.frames_from(0).iter().enumerate() {
+        let (header, nodes) = frame::decode(frame.as_ref().expect("there")).expect("a frame");
+        assert_eq!((header.frame as usize, nodes.len()), (k, 21 + 16 + 16));
+    }
+}
+
+#[test]
+fn what_is_dragged_is_what_run_makes_of_the_saved_text_to_the_bit() {
+    let mut session = session(&format!("{Y}{STEPS}"));
+    drag(&mut session, "plug-B", &[[0.54, 0.2, 0.06], [0.53, 0.19, 0.07], [0.52, 0.19, 0.08]]);
+    // Turned on the way, further than one increment goes.
+    done(&mut session, to("plug-B", [0.52, 0.19, 0.07]));
+    let q = Some([0.9, 0.1, 0.5, 0.3]);
+    done(&mut session, Request::Target { fixing: "plug-B".into(), position: None, orientation: q });
+    done(&mut session, drop_("plug-B"));
+    // A clip has a tangent alone.
+    let q = Some([0.7, 0.0, 0.75, 0.1]);
+    done(&mut session, Request::Target { fixing: "clip".into(), position: Some([0.2, 0.01, 0.0]), orientation: q });
+    done(&mut session, drop_("clip"));
+    let text = text(&mut session);
+    assert!(text.starts_with(&format!("{Y}{STEPS}")), "{text}");
+    let ends = ends(&text);
+    assert_eq!(session.now.frames(), 1 + ends.len());
+    assert_eq!(bits(&last(&session)), bits(&ends[ends.len() - 1]), "{text}");
+    assert!(!session.unsaved());
+}
+
+#[test]
+fn hands_take_hold_pin_clip_and_let_go_and_run_finds_the_same_shapes() {
+    let mut session = session(Y);
+    hold(&mut session, "left", 0.301, Holding::Handle);
+    drag(&mut session, "hand 1", &[[0.6, 0.1, -0.05], [0.6, 0.12, 0.0]]);
+    hold(&mut session, "trunk", 0.21, Holding::Collar);
+    hold(&mut session, "right", 0.15, Holding::Handle);
+    assert_eq!(session.held(), [("hand 2".to_owned(), 1)]);
+    drag(&mut session, "hand 2", &[[0.5, -0.05, 0.0]]);
+    assert_eq!(session.held(), []);
+    refused(
+        &mut session,
+        Request::Target { fixing: "hand 2".into(), position: None, orientation: Some([1.0, 0.0, 0.0, 0.0]) },
+    );
+    done(&mut session, Request::Pin { fixing: "hand 2".into() });
+    let q = Some([0.8, 0.1, 0.6, 0.0]);
+    done(&mut session, Request::Target { fixing: "hand 2".into(), position: None, orientation: q });
+    done(&mut session, Request::Release { fixing: "hand 1".into() });
+    let text = text(&mut session);
+    let ends = ends(&text);
+    assert_eq!(session.now.frames(), 1 + ends.len(), "{text}");
+    let farthest = apart(&last(&session), &ends[ends.len() - 1]);
+    assert!(farthest < ALIKE, "{farthest:e}\n{text}");
+    let names: Vec<String> = session.timeline().steps.into_iter().map(|step| step.name).collect();
+    let expected = [
+        "start",
+        "hand 1 takes hold",
+        "drag hand 1",
+        "clip 1 closes",
+        "hand 2 takes hold",
+        "drag hand 2",
+        "pin hand 2",
+        "drag hand 2 2",
+        "release hand 1",
+    ];
+    assert_eq!(names, expected);
+    assert!(session.scene().fixings.iter().any(|fixing| fixing.name == "clip 1" && fixing.by_hand));
+}
+
+#[test]
+fn all_is_taken_back_and_done_again() {
+    let mut session = session(&format!("{Y}{STEPS}"));
+    let mut stood = vec![(bits(&last(&session)), session.now.frames())];
+    drag(&mut session, "plug-B", &[[0.54, 0.2, 0.06], [0.53, 0.19, 0.07]]);
+    stood.push((bits(&last(&session)), session.now.frames()));
+    hold(&mut session, "right", 0.3, Holding::Handle);
+    stood.push((bits(&last(&session)), session.now.frames()));
+    done(&mut session, Request::Set { key: "joints.J.model".into(), value: json!("fused") });
+    stood.push((bits(&last(&session)), session.now.frames()));
+    done(&mut session, Request::Go { frame: 3 });
+    stood.push((bits(&last(&session)), session.now.frames()));
+    assert_eq!(session.now.frames(), 5);
+    for k in (0..stood.len() - 1).rev() {
+        done(&mut session, Request::Undo);
+        assert_eq!((bits(&last(&session)), session.now.frames()), stood[k], "{k}");
+    }
+    refused(&mut session, Request::Undo);
+    for after in &stood[1..] {
+        done(&mut session, Request::Redo);
+        assert_eq!((bits(&last(&session)), session.now.frames()), *after);
+    }
+    refused(&mut session, Request::Redo);
+}
+
+#[test]
+fn a_drag_from_an_earlier_step_cuts_off_what_came_after() {
+    let mut session = session(&format!("{Y}{STEPS}"));
+    done(&mut session, Request::Go { frame: 2 });
+    drag(&mut session, "plug-B", &[[0.54, 0.2, 0.06]]);
+    let text = text(&mut session);
+    assert!(!text.contains("clip the trunk"), "{text}");
+    let ends = ends(&text);
+    assert!(apart(&last(&session), &ends[ends.len() - 1]) < ALIKE);
+    assert_eq!(session.now.frames(), 1 + ends.len());
+}
+
+#[test]
+fn what_is_set_stands_in_the_text_and_all_is_carried_out_with_it() {
+    let mut session = session(&format!("{Y}{STEPS}"));
+    drag(&mut session, "plug-B", &[[0.54, 0.2, 0.06], [0.53, 0.19, 0.07]]);
+    let before = last(&session);
+    done(&mut session, Request::Set { key: "joints.J.model".into(), value: json!("rigid-body") });
+    done(&mut session, Request::Set { key: "sections.trunk.bending_stiffness".into(), value: json!(0.02) });
+    assert!(apart(&before, &last(&session)) > 1e-3);
+    let settings = session.scene().settings;
+    let now = |key: &str| settings.iter().find(|setting| setting.key == key).map(|setting| setting.value.clone());
+    assert_eq!(now("joints.J.model"), Some(json!("rigid-body")));
+    assert_eq!(now("sections.trunk.bending_stiffness"), Some(json!(0.02)));
+    let text = text(&mut session);
+    assert!(text.contains("model = \"rigid-body\" # as measured"), "{text}");
+    assert!(text.contains("bending_stiffness = 0.02 # measured"), "{text}");
+    assert_eq!(bits(&last(&session)), bits(&ends(&text)[7]));
+    for (key, value) in [
+        ("joints.J.model", json!("soft")),
+        ("sections.trunk.bending_stiffness", json!(-1.0)),
+        ("sections.trunk.bending_stiffness", json!("much")),
+        ("minimiser.max_iterations", json!(-3)),
+        ("name", json!("x")),
+        ("", json!(null)),
+    ] {
+        refused(&mut session, Request::Set { key: key.into(), value });
+    }
+}
+
+#[test]
+fn what_cannot_be_is_refused_and_changes_nothing() {
+    let mut session = session(&format!("{Y}{STEPS}"));
+    let before = (bits(&last(&session)), session.now.frames());
+    for request in [
+        to("plug-Z", [0.0; 3]),
+        to("plug-B", [f64::NAN, 0.0, 0.0]),
+        to("plug-B", [1e300, 0.0, 0.0]),
+        Request::Target { fixing: "plug-B".into(), position: None, orientation: None },
+        Request::Target { fixing: "plug-B".into(), position: None, orientation: Some([0.0; 4]) },
+        Request::Target { fixing: "plug-B".into(), position: None, orientation: Some([f64::INFINITY, 0.0, 0.0, 1.0]) },
+        Request::Hold { branch: "trunk".into(), s: f64::NAN, how: Holding::Handle },
+        Request::Hold { branch: "trunk".into(), s: 9.0, how: Holding::Pin },
+        Request::Hold { branch: "none".into(), s: 0.0, how: Holding::Collar },
+        Request::Release { fixing: "none".into() },
+        Request::Pin { fixing: String::new() },
+        Request::Go { frame: 99 },
+        Request::Undo,
+    ] {
+        refused(&mut session, request);
+        session.end_drag();
+        assert_eq!((bits(&last(&session)), session.now.frames()), before);
+    }
+    // Nothing would hold it.
+    let mut alone = self::session(Y);
+    let message = refused(&mut alone, Request::Release { fixing: "plug-A".into() });
+    assert!(message.contains("not held"), "{message}");
+    drag(&mut alone, "plug-A", &[[0.01, 0.0, 0.0]]);
+}
+
+/// Whatever is asked, in whatever order: an answer, and no panic.
+#[test]
+fn whatever_is_asked_the_session_goes_on() {
+    let mut random = fastrand::Rng::with_seed(8);
+    let mut session = session(&format!("{Y}{STEPS}"));
+    let names = ["plug-A", "plug-B", "clip", "hand 1", "hand 2", "pin 1", "clip 1", "nobody", ""];
+    let numbers = [f64::NAN, f64::NEG_INFINITY, 1e308, -1e-300, 0.0, 1.0];
+    for _ in 0..300 {
+        let number = |random: &mut fastrand::Rng| match random.u32(..12) {
+            0 => numbers[random.usize(..numbers.len())],
+            _ => random.f64() - 0.3,
+        };
+        let fixing = names[random.usize(..names.len())].to_owned();
+        let request = match random.u32(..20) {
+            0 | 1 => Request::Hold {
+                branch: ["trunk", "left", "right", "x"][random.usize(..4)].into(),
+                s: number(&mut random),
+                how: [Holding::Handle, Holding::Pin, Holding::Collar][random.usize(..3)],
+            },
+            2..10 => Request::Target {
+                fixing,
+                position: random.bool().then(|| std::array::from_fn(|_| number(&mut random))),
+                orientation: (random.u32(..3) == 0).then(|| std::array::from_fn(|_| number(&mut random))),
+            },
+            10 | 11 => Request::Drop { fixing },
+            12 => Request::Release { fixing },
+            13 => Request::Pin { fixing },
+            14 => Request::Undo,
+            15 => Request::Redo,
+            16 => Request::Go { frame: random.u32(..60) },
+            17 => Request::Stop,
+            18 => Request::Save,
+            _ => {
+                let settings = session.scene().settings;
+                let key = settings[random.usize(..settings.len())].key.clone();
+                let value = [json!(0.02), json!("fused"), json!("cosserat"), json!(1e-9), json!(null)];
+                Request::Set { key, value: value[random.usize(..value.len())].clone() }
+            }
+        };
+        session.handle(random.u32(1..3), request);
+        for _ in 0..random.u32(..4) {
+            if session.has_work() {
+                session.work(&|| false);
+            }
+        }
+        if random.u32(..10) == 0 {
+            session.detach(random.u32(1..3));
+        }
+        session.take_news();
+    }
+    work(&mut session);
+    session.take_news();
+    // It answers, and what it has written down is a scenario.
+    let said = ask(&mut session, Request::Save);
+    assert!(matches!(said.first(), Some(Notice::Saved { .. })), "{said:?}");
+    assert!(said.len() == 1, "{said:?}");
+}

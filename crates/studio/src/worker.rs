@@ -1,0 +1,245 @@
+//! The thread that solves, and what stands between it and those who ask: requests in, of which only the newest target of a fixing waits; news
+//! out, of which every tab gets the newest.
+
+mod board;
+
+use crate::protocol::{Notice, Request};
+use crate::session::{Frame, Opened, Session};
+use board::Board;
+use std::collections::VecDeque;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::mpsc;
+use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
+use std::thread;
+use wireloom::core::Run;
+use wireloom::core::obstacle::Obstacle;
+use wireloom::scenario::Fault;
+
+/// Requests that wait at most: a page has a handful on the way.
+const WAITING: usize = 256;
+
+/// A harness in the studio: a thread of its own carries it, until it is closed or dropped.
+pub struct Studio {
+    shared: Arc<Shared>,
+}
+
+/// What a tab is to be told; whoever has it asks it.
+pub struct Feed {
+    shared: Arc<Shared>,
+    tab: u32,
+}
+
+/// Something a tab is to be told.
+#[derive(Clone, Debug, PartialEq)]
+#[expect(clippy::large_enum_variant, reason = "one at a time is passed on, and none is kept")]
+pub enum Told {
+    /// In words.
+    Notice(Notice),
+    /// A shape.
+    Frame(Arc<[u8]>),
+}
+
+/// What `run` would have made of it so far.
+pub struct Outcome {
+    /// Ends of steps, and that of the newest increment.
+    pub run: Run,
+    /// Bodies about the harness.
+    pub obstacles: Arc<Vec<Obstacle>>,
+}
+
+/// A request that waits.
+enum Waiting {
+    Request(u32, Request),
+    Detached(u32),
+}
+
+/// Between those who ask and the thread.
+struct Shared {
+    waiting: Mutex<VecDeque<Waiting>>,
+    /// Something waits, or it is all over.
+    bell: Condvar,
+    board: Mutex<Board>,
+    stop: AtomicBool,
+    closed: AtomicBool,
+}
+
+/// Nothing that is kept under a lock is left half done by a panic.
+fn locked<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// Reads a scenario and begins to carry it out, on a thread of its own.
+///
+/// # Errors
+/// All faults of the text.
+pub fn open(opened: Opened) -> Result<Studio, Vec<Fault>> {
+    let shared = Arc::new(Shared {
+        waiting: Mutex::default(),
+        bell: Condvar::new(),
+        board: Mutex::new(Board::new()),
+        stop: AtomicBool::new(false),
+        closed: AtomicBool::new(false),
+    });
+    let (told, asked) = mpsc::channel();
+    let text = opened.text.len();
+    let own = shared.clone();
+    let work = move || {
+        let mut session = match Session::open(opened) {
+            Ok(session) => session,
+            Err(faults) => return told.send(Err(faults)).unwrap_or_default(),
+        };
+        own.publish(&mut session);
+        if told.send(Ok(())).is_ok() {
+            own.work(&mut session);
+        }
+    };
+    let broken = |message: String| {
+        let help = "this is a fault of the program, not of the scenario".to_owned();
+        vec![Fault { span: text..text, message, help }]
+    };
+    let thread = thread::Builder::new().name("studio".to_owned()).spawn(work);
+    thread.map_err(|error| broken(format!("no thread to work on: {error}")))?;
+    asked.recv().unwrap_or_else(|_| Err(broken("the scenario could not be read".to_owned())))?;
+    Ok(Studio { shared })
+}
+
+impl Studio {
+    /// A tab more; `wake` is called, from any thread, when there is something to take.
+    pub fn attach(&self, wake: Box<dyn Fn() + Send + Sync>) -> (u32, Feed) {
+        let tab = locked(&self.shared.board).attach(wake);
+        (tab, Feed { shared: self.shared.clone(), tab })
+    }
+
+    /// A tab less: what it held may be taken by others.
+    pub fn detach(&self, tab: u32) {
+        if locked(&self.shared.board).detach(tab) {
+            locked(&self.shared.waiting).push_back(Waiting::Detached(tab));
+            self.shared.bell.notify_all();
+        }
+    }
+
+    /// A tab asks for something. Of targets of a fixing only the newest waits.
+    pub fn ask(&self, tab: u32, request: Request) {
+        match &request {
+            Request::Frames { from, to } => return locked(&self.shared.board).send_frames(tab, *from, *to),
+            Request::Stop => self.shared.stop.store(true, Ordering::Relaxed),
+            _ => {}
+        }
+        let mut waiting = locked(&self.shared.waiting);
+        if waiting.len() >= WAITING {
+            drop(waiting);
+            let message = "too many requests wait already".to_owned();
+            let refused = Notice::Refused { message, help: "wait until some are done".to_owned() };
+            return locked(&self.shared.board).say(Some(tab), refused);
+        }
+        if let Request::Target { fixing, .. } = &request {
+            let targets = waiting.iter_mut().rev().map_while(|waiting| match waiting {
+                Waiting::Request(by, Request::Target { fixing, .. }) => Some((*by, fixing.clone())),
+                _ => None,
+            });
+            let behind = targets.enumerate().find(|(_, before)| *before == (tab, fixing.clone())).map(|(k, _)| k);
+            if let Some(behind) = behind {
+                let place = waiting.len() - 1 - behind;
+                waiting.remove(place);
+            }
+        }
+        waiting.push_back(Waiting::Request(tab, request));
+        self.shared.bell.notify_all();
+    }
+
+    /// The scenario as it was when a step ended last, where it has not been saved.
+    pub fn draft(&self) -> Option<Arc<str>> {
+        locked(&self.shared.board).draft.clone()
+    }
+
+    /// The run so far; `None` while the start is being found.
+    pub fn result(&self) -> Option<Outcome> {
+        let record = locked(&self.shared.board).record.clone()?;
+        let run = Run {
+            scenario: record.scenario,
+            status: record.status,
+            notes: record.notes,
+            events: record.events,
+            steps: record.ends.iter().map(|end| (**end).clone()).collect(),
+            clearances: Vec::new(),
+            fault: None,
+            plugins: Vec::new(),
+        };
+        Some(Outcome { run, obstacles: record.obstacles })
+    }
+
+    /// Ends the thread; it need not have ended when this returns.
+    pub fn close(&self) {
+        self.shared.closed.store(true, Ordering::Relaxed);
+        self.shared.stop.store(true, Ordering::Relaxed);
+        drop(locked(&self.shared.waiting));
+        self.shared.bell.notify_all();
+    }
+}
+
+impl Drop for Studio {
+    fn drop(&mut self) {
+        self.close();
+    }
+}
+
+impl Feed {
+    /// What comes next; `None`: nothing yet.
+    pub fn take(&self) -> Option<Told> {
+        locked(&self.shared.board).take(self.tab)
+    }
+}
+
+impl Shared {
+    fn is_closed(&self) -> bool {
+        self.closed.load(Ordering::Relaxed)
+    }
+
+    /// Does what is asked for, and computes in between, until it is closed.
+    fn work(&self, session: &mut Session) {
+        while !self.is_closed() {
+            let next = if session.must_finish() && session.has_work() { None } else { self.next(!session.has_work()) };
+            let done = catch_unwind(AssertUnwindSafe(|| match next {
+                Some(Waiting::Request(tab, request)) => session.handle(tab, request),
+                Some(Waiting::Detached(tab)) => session.detach(tab),
+                None => session.work(&|| self.is_wanted()),
+            }));
+            if self.stop.swap(false, Ordering::Relaxed) {
+                session.stop();
+            }
+            if let Err(panic) = done {
+                let message = panic.downcast_ref::<String>().map(String::as_str);
+                let message = message.or_else(|| panic.downcast_ref::<&str>().copied()).unwrap_or("a panic");
+                // If that panics too, the session stands as it did.
+                let _ = catch_unwind(AssertUnwindSafe(|| session.recover(message)));
+            }
+            self.publish(session);
+        }
+    }
+
+    /// The next request; with `patient`, waits for one.
+    fn next(&self, patient: bool) -> Option<Waiting> {
+        let mut waiting = locked(&self.waiting);
+        while patient && waiting.is_empty() && !self.is_closed() {
+            waiting = self.bell.wait(waiting).unwrap_or_else(PoisonError::into_inner);
+        }
+        waiting.pop_front()
+    }
+
+    /// Whether the search for a start is to be given up.
+    fn is_wanted(&self) -> bool {
+        let replaces = |waiting: &Waiting| {
+            matches!(waiting, Waiting::Request(_, Request::Set { .. } | Request::Undo | Request::Redo))
+        };
+        self.stop.load(Ordering::Relaxed) || locked(&self.waiting).iter().any(replaces)
+    }
+
+    fn publish(&self, session: &mut Session) {
+        let wakes = locked(&self.board).publish(session);
+        wakes.iter().for_each(|wake| wake());
+    }
+}
+
+/// What the board keeps of frames.
+type Frames = Vec<Option<Frame>>;

@@ -1,0 +1,236 @@
+//! What is known of a session outside its thread, and what every tab is to be told of it yet.
+
+use super::{Frames, Told};
+use crate::protocol::{self, Notice, Scene, Timeline};
+use crate::session::{News, Record, Session};
+use std::collections::{BTreeMap, VecDeque};
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+/// Frames that are sent for one request, at most: a page asks again.
+const SENT: usize = 64;
+/// Notices to one tab that wait at most; then the oldest go.
+const SAID: usize = 32;
+/// What a rate is counted over.
+const SECOND: Duration = Duration::from_secs(1);
+
+/// Is called when there is something to take.
+type Wake = Arc<dyn Fn() + Send + Sync>;
+
+/// What is known of a session.
+pub(super) struct Board {
+    scene: Option<Arc<Scene>>,
+    timeline: Option<Arc<Timeline>>,
+    busy: Option<String>,
+    labels: [Option<String>; 2],
+    held: Vec<(String, u32)>,
+    unsaved: bool,
+    frames: Frames,
+    /// When frames came, within the last second.
+    came: VecDeque<Instant>,
+    tabs: BTreeMap<u32, Tab>,
+    last_tab: u32,
+    pub draft: Option<Arc<str>>,
+    pub record: Option<Record>,
+}
+
+/// What a tab is to be told yet.
+struct Tab {
+    wake: Wake,
+    scene: bool,
+    /// Frames from here on are no longer those that it may have.
+    cut: Option<usize>,
+    timeline: bool,
+    session: bool,
+    said: VecDeque<Notice>,
+    /// The newest frame.
+    live: bool,
+    /// Numbers of frames that it asked for.
+    asked: VecDeque<usize>,
+}
+
+impl Tab {
+    fn say(&mut self, notice: Notice) {
+        if self.said.len() >= SAID {
+            self.said.pop_front();
+        }
+        self.said.push_back(notice);
+    }
+}
+
+impl Board {
+    pub fn new() -> Self {
+        Self {
+            scene: None,
+            timeline: None,
+            busy: None,
+            labels: [None, None],
+            held: Vec::new(),
+            unsaved: false,
+            frames: Vec::new(),
+            came: VecDeque::new(),
+            tabs: BTreeMap::new(),
+            last_tab: 0,
+            draft: None,
+            record: None,
+        }
+    }
+
+    pub fn attach(&mut self, wake: Box<dyn Fn() + Send + Sync>) -> u32 {
+        self.last_tab += 1;
+        let tab = Tab {
+            wake: wake.into(),
+            scene: true,
+            cut: None,
+            timeline: true,
+            session: true,
+            said: VecDeque::new(),
+            live: true,
+            asked: VecDeque::new(),
+        };
+        self.tabs.insert(self.last_tab, tab);
+        self.tell_all(|tab| tab.session = true);
+        self.last_tab
+    }
+
+    /// Returns whether there was such a tab.
+    pub fn detach(&mut self, tab: u32) -> bool {
+        let there = self.tabs.remove(&tab).is_some();
+        self.tell_all(|tab| tab.session = true);
+        there
+    }
+
+    pub fn say(&mut self, to: Option<u32>, notice: Notice) {
+        for (_, tab) in self.tabs.iter_mut().filter(|(number, _)| to.is_none_or(|to| to == **number)) {
+            tab.say(notice.clone());
+            (tab.wake)();
+        }
+    }
+
+    /// A tab gets these frames, as far as they are known, and no others that it asked for before.
+    pub fn send_frames(&mut self, tab: u32, from: u32, to: u32) {
+        let frames = &self.frames;
+        let Some(tab) = self.tabs.get_mut(&tab) else { return };
+        let there = (from as usize..(to as usize).min(frames.len())).filter(|k| frames[*k].is_some());
+        tab.asked = there.take(SENT).collect();
+        if !tab.asked.is_empty() {
+            (tab.wake)();
+        }
+    }
+
+    fn tell_all(&mut self, mut change: impl FnMut(&mut Tab)) {
+        for tab in self.tabs.values_mut() {
+            change(tab);
+            (tab.wake)();
+        }
+    }
+
+    /// Takes note of what is new in a session; returns whom to wake.
+    pub fn publish(&mut self, session: &mut Session) -> Vec<Wake> {
+        let News { scene, timeline, from, thinned, edited, said } = session.take_news();
+        let known = self.frames.len();
+        if scene {
+            self.scene = Some(Arc::new(session.scene()));
+        }
+        if timeline {
+            self.timeline = Some(Arc::new(session.timeline()));
+        }
+        if let Some(from) = from {
+            self.frames.truncate(from);
+            self.frames.extend(session.frames_from(from));
+            let now = Instant::now();
+            self.came.push_back(now);
+            self.came.retain(|then| now - *then <= SECOND);
+            self.record = Some(session.record()).filter(|record| !record.ends.is_empty());
+        }
+        if thinned {
+            self.frames = session.frames_from(0);
+        }
+        let (labels, held, busy, unsaved) = (session.labels(), session.held(), session.busy(), session.unsaved());
+        if edited {
+            self.draft = session.draft().map(Arc::from);
+        }
+        let changed = (&labels, &held, &busy, unsaved) != (&self.labels, &self.held, &self.busy, self.unsaved);
+        (self.labels, self.held, self.busy, self.unsaved) = (labels, held, busy, unsaved);
+        let news = scene || timeline || from.is_some() || changed || !said.is_empty();
+        for tab in self.tabs.values_mut() {
+            tab.scene |= scene;
+            tab.timeline |= timeline;
+            tab.session |= changed || from.is_some();
+            if let Some(from) = from {
+                if from < known {
+                    tab.cut = Some(tab.cut.map_or(from, |before| before.min(from)));
+                }
+                tab.live = true;
+                tab.asked.retain(|k| *k < from);
+            }
+        }
+        for (to, notice) in said {
+            for (_, tab) in self.tabs.iter_mut().filter(|(number, _)| to.is_none_or(|to| to == **number)) {
+                tab.say(notice.clone());
+            }
+        }
+        if news { self.tabs.values().map(|tab| tab.wake.clone()).collect() } else { Vec::new() }
+    }
+
+    /// What a tab is told next: the harness, what no longer counts, what there is, how the session stands, what was said, the newest frame, then
+    /// those it asked for.
+    pub fn take(&mut self, number: u32) -> Option<Told> {
+        let count = self.tabs.len();
+        let tab = self.tabs.get_mut(&number)?;
+        if std::mem::take(&mut tab.scene)
+            && let Some(scene) = &self.scene
+        {
+            return Some(Told::Notice(Notice::Scene((**scene).clone())));
+        }
+        if let (Some(cut), Some(timeline)) = (tab.cut.take(), &self.timeline) {
+            return Some(Told::Notice(Notice::Timeline(cut_behind(timeline, cut))));
+        }
+        if std::mem::take(&mut tab.timeline)
+            && let Some(timeline) = &self.timeline
+        {
+            return Some(Told::Notice(Notice::Timeline((**timeline).clone())));
+        }
+        if std::mem::take(&mut tab.session) {
+            let now = Instant::now();
+            let rate = self.came.iter().filter(|then| now - **then <= SECOND).count() as f64;
+            let [undo, redo] = self.labels.clone();
+            return Some(Told::Notice(Notice::Session(protocol::Session {
+                busy: self.busy.clone(),
+                undo,
+                redo,
+                held: self.held.clone(),
+                you: number,
+                tabs: u32::try_from(count).unwrap_or(u32::MAX),
+                rate,
+                unsaved: self.unsaved,
+            })));
+        }
+        if let Some(notice) = tab.said.pop_front() {
+            return Some(Told::Notice(notice));
+        }
+        if std::mem::take(&mut tab.live)
+            && let Some(Some(frame)) = self.frames.last()
+        {
+            return Some(Told::Frame(frame.clone()));
+        }
+        while let Some(k) = tab.asked.pop_front() {
+            if let Some(Some(frame)) = self.frames.get(k) {
+                return Some(Told::Frame(frame.clone()));
+            }
+        }
+        None
+    }
+}
+
+/// A timeline with so many frames only.
+fn cut_behind(timeline: &Timeline, frames: usize) -> Timeline {
+    let frames = u32::try_from(frames).unwrap_or(u32::MAX).min(timeline.frames);
+    let mut cut = Timeline { frames, ..timeline.clone() };
+    cut.steps.retain(|step| step.first < frames);
+    if let Some(last) = cut.steps.last_mut() {
+        last.frames = last.frames.min(frames - last.first);
+    }
+    cut.events.retain(|event| event.frame < frames);
+    cut
+}
