@@ -335,8 +335,8 @@ impl Problem<'_> {
         least
     }
 
-    /// Finds every spot that touches at `state`, in order; returns the energy of contact, J.
-    fn find_contacts(&mut self, state: &State) -> f64 {
+    /// Finds every spot that touches at `state`, in order; returns the energy of contact, J: multipliers leave nothing behind at an equilibrium.
+    pub(crate) fn find_contacts(&mut self, state: &State) -> f64 {
         if self.contacts.is_idle() {
             return 0.0;
         }
@@ -358,7 +358,7 @@ impl Problem<'_> {
                 let radius = self.touch_radius(state, spot, o);
                 let marks = || marks.iter().filter(|mark| mark.against.obstacle() == Some(o));
                 let pull = marks().map(|mark| mark.multiplier / (first * mark.penalty)).fold(0.0, f64::max);
-                let x = pose.inverse().compose(&Pose { position, ..Pose::identity() }).position;
+                let x = pose.local(&position);
                 obstacle.shape.touches(&x, radius + pull, &mut |touch| {
                     let against = Against::Obstacle { obstacle: o, part: touch.part };
                     let mark = marks().find(|mark| mark.against == against);
@@ -399,8 +399,7 @@ impl Problem<'_> {
             let (Some(grip), Some(obstacle)) = (&mark.grip, mark.against.obstacle()) else { continue };
             let spot = &self.contacts.spots[mark.spot as usize];
             let pose = &self.conditions.contact.poses[obstacle as usize];
-            let x = Pose { position: position(self.network, state, spot), ..Pose::identity() };
-            let x = pose.inverse().compose(&x).position;
+            let x = pose.local(&position(self.network, state, spot));
             let k = self.contacts.penalties[spot.branch] * mark.penalty;
             let (e, force, stiffness) = grip.drag(&x, self.friction(obstacle), k);
             energy += e;
@@ -416,11 +415,6 @@ impl Problem<'_> {
     fn drag_on(&self, contact: &Contact) -> Vector {
         let own = |rub: &&Rub| rub.spot == contact.spot && rub.against == contact.against;
         self.contacts.rubs.iter().find(own).map_or_else(Vector::zeros, |rub| rub.force)
-    }
-
-    /// Energy of contact at `state`, J; multipliers leave nothing behind at an equilibrium.
-    pub(crate) fn contact_energy(&mut self, state: &State) -> f64 {
-        self.find_contacts(state)
     }
 
     /// Adds the first derivatives of the energy of contact in the positions of all points, tied ones included; returns that energy, J.
@@ -541,7 +535,7 @@ impl Problem<'_> {
                 self.contacts.held[fixing.site.point] = true;
             }
             for (o, obstacle) in network.obstacles.iter().enumerate() {
-                let x = self.conditions.contact.poses[o].inverse().compose(&self.conditions.targets[f]).position;
+                let x = self.conditions.contact.poses[o].local(&self.conditions.targets[f].position);
                 let mut sink = |branch: usize, s: f64| {
                     let radius = 0.5 * network.branches[branch].section.diameter;
                     let distance = obstacle.shape.distance(&x, radius);

@@ -65,6 +65,11 @@ impl Pose {
         }
     }
 
+    /// Where a point of the world is in the axes of the pose.
+    pub fn local(&self, x: &Vector) -> Vector {
+        self.orientation.inverse_transform_vector(&(x - self.position))
+    }
+
     /// The pose that undoes `self`.
     pub fn inverse(&self) -> Pose {
         let orientation = self.orientation.inverse();

@@ -287,7 +287,7 @@ impl<'n> Problem<'n> {
         let dead: f64 = self.dead.iter().zip(&state.points).map(|(f, x)| -f.dot(x)).sum();
         energy.gravity = dead - energy.load;
         self.for_moving_weights(state, |point, force| energy.gravity -= force.dot(&state.points[point]));
-        energy.constraint = self.fixing_energy(state) + self.contact_energy(state);
+        energy.constraint = self.fixing_energy(state) + self.find_contacts(state);
         energy
     }
 

@@ -34,8 +34,7 @@ impl Problem<'_> {
             for (o, obstacle) in network.obstacles.iter().enumerate() {
                 let now = &self.conditions.contact.poses[o];
                 let was = poses.map_or(now, |poses| &poses[o]);
-                let own = |pose: &Pose, x| pose.inverse().compose(&Pose { position: x, ..Pose::identity() }).position;
-                let (start, end) = (own(was, a), own(now, b));
+                let (start, end) = (was.local(&a), now.local(&b));
                 let way = (end - start).norm();
                 if way == 0.0 {
                     continue;

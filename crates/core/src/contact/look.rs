@@ -50,8 +50,8 @@ impl Problem<'_> {
             watched.clear();
             let mut room = f64::INFINITY;
             for (o, obstacle) in network.obstacles.iter().enumerate() {
-                let own = self.conditions.contact.poses[o].inverse().compose(&Pose { position: x, ..Pose::identity() });
-                let distance = obstacle.shape.distance(&own.position, reach).min(reach);
+                let own = self.conditions.contact.poses[o].local(&x);
+                let distance = obstacle.shape.distance(&own, reach).min(reach);
                 if distance < (1.0 + MARGIN) * radius {
                     watched.push(o as u32);
                     // What is watched is looked at as long as it is within reach of that.
@@ -87,8 +87,8 @@ impl Problem<'_> {
             let x = position(network, state, spot);
             let radius = 0.5 * network.branches[spot.branch].section.diameter;
             for (o, obstacle) in network.obstacles.iter().enumerate() {
-                let own = self.conditions.contact.poses[o].inverse().compose(&Pose { position: x, ..Pose::identity() });
-                let depth = -obstacle.shape.distance(&own.position, radius);
+                let own = self.conditions.contact.poses[o].local(&x);
+                let depth = -obstacle.shape.distance(&own, radius);
                 let let_be = self.touch_radius(state, spot, o as u32) < 0.5 * radius;
                 if depth > deepest.as_ref().map_or(0.0, |deepest| deepest.depth) && !let_be {
                     let lengths = &state.rest_lengths[network.branches[spot.branch].points.start..];

@@ -2,7 +2,7 @@
 
 use super::{Against, BETWEEN, Contact, DEPTH, Grip, Mark, Spot, marks_of, position};
 use crate::problem::{Conditions, Problem};
-use crate::{Pose, State, Vector};
+use crate::{State, Vector};
 use nalgebra::{DMatrix, DVector};
 
 /// Where an update leaves more than this share of the largest depth, penalties are raised.
@@ -130,7 +130,7 @@ impl Problem<'_> {
             let rough = contact.against.obstacle().filter(|o| self.friction(*o) > 0.0);
             let grip = rough.map(|o| {
                 let pose = &self.conditions.contact.poses[o as usize];
-                let x = pose.inverse().compose(&Pose { position: contact.position, ..Pose::identity() }).position;
+                let x = pose.local(&contact.position);
                 let anchor = known.and_then(|mark| mark.grip).map_or(x, |grip| grip.anchor);
                 let normal = pose.orientation.inverse_transform_vector(&contact.normal);
                 Grip { anchor, normal, force: contact.force }
@@ -205,10 +205,7 @@ impl Problem<'_> {
             (&self.network.obstacles[obstacle as usize].shape, &self.conditions.contact.poses[obstacle as usize]);
         let radius = self.touch_radius(state, spot, obstacle);
         let at = |share: f64| Spot { share, ..*spot };
-        let own = |share: f64| {
-            let x = position(self.network, state, &at(share));
-            pose.inverse().compose(&Pose { position: x, ..Pose::identity() }).position
-        };
+        let own = |share: f64| pose.local(&position(self.network, state, &at(share)));
         let (a, b) = (own(spot.share), own(next));
         let way = b - a;
         let depth = |x: &Vector| shape.distance(x, 2.0 * radius + way.norm());
@@ -264,8 +261,7 @@ impl Problem<'_> {
             let (Some(grip), Some(obstacle)) = (&mut mark.grip, mark.against.obstacle()) else { continue };
             let spot = &self.contacts.spots[mark.spot as usize];
             let pose = &self.conditions.contact.poses[obstacle as usize];
-            let x = position(self.network, state, spot);
-            let x = pose.inverse().compose(&Pose { position: x, ..Pose::identity() }).position;
+            let x = pose.local(&position(self.network, state, spot));
             let friction = self.friction(obstacle);
             grip.anchor = grip.followed(&x, friction, self.contacts.penalties[spot.branch] * mark.penalty);
         }
