@@ -56,6 +56,47 @@ fn a_cable_slips_on_a_drum_at_the_pull_of_the_capstan() {
     assert!((ratio / expected - 1.0).abs() < 0.02, "{ratio}, {expected} expected");
 }
 
+/// A clamped rod that is pressed in a tube touches the wall, at its middle, at `P = 4 π² EI/L²` (Feodosyev's problem; Chen and Li 2007). Each half
+/// then is a beam-column from the axis to the clearance h, horizontal at both ends: with `k² = P/EI`, `u = k L/4` and ξ from its middle
+/// `y = a (sin kξ − kξ cos u)`, `a = h/(2 sin u − 2 u cos u)`; its ends bear `P k a cos u` each, so that the wall pushes with
+/// `F = 4 P h u/(L (u − tan u))`, up to `u = π` where the rod comes to lie flat against it. It shortens by
+/// `a² k² (L/4 + (L/2) cos² u − 3 sin u cos u/k) + P L/EA`. Of small slopes: here up to 0.04, whose square is 0.15 %,
+/// and a mesh of 100 segments. At 12 π² EI/L² it would rather leave the plane.
+#[test]
+fn a_rod_pressed_in_a_tube_lies_against_its_wall_as_a_beam_column_does() {
+    let (ei, ea, length, h) = (0.012, 2e4, 1.0, 0.012);
+    let pressed = |p: f64| {
+        let k = (p / ei).sqrt();
+        let u = 0.25 * k * length;
+        let a = h / (2.0 * (u.sin() - u * u.cos()));
+        let slopes = 0.25 * length + 0.5 * length * u.cos().powi(2) - 3.0 * u.sin() * u.cos() / k;
+        let wall = 4.0 * p * h * u / (length * (u - u.tan()));
+        (a * a * k * k * slopes + p * length / ea, wall)
+    };
+    for times in [5.0, 6.5, 8.0] {
+        let p = times * PI * PI * ei / length.powi(2);
+        let (shortening, _) = pressed(p);
+        let to = format!(
+            "increments = 4\n[[steps.move]]\nconstraint = \"hand\"\nposition = [{}, 0, 0]",
+            length - shortening
+        );
+        // Its weight of 1.2 N would bend it more than the wall does; a millionth says to which side.
+        let run = converged(
+            "rod_in_tube.toml",
+            &[
+                ("gravity = [0, 0, -9.81]", "gravity = [0, 0, -1e-5]"),
+                ("increments = 20\n[[steps.move]]\nconstraint = \"hand\"\nposition = [0.985, 0, 0]", &to),
+            ],
+        );
+        let step = run.steps.last().expect("steps");
+        let (push, pushed) = (-force(step, "hand").x, step.obstacles[0].force.z);
+        assert!((push / p - 1.0).abs() < 0.005, "{push} N push, {p} N expected");
+        let (_, wall) = pressed(push);
+        assert!((pushed / wall - 1.0).abs() < 0.005, "{pushed} N on the wall, {wall} N expected");
+        assert_eq!((step.obstacles[0].contacts, step.stable), (1, Some(true)));
+    }
+}
+
 /// What one cable bears the other gives; and each is its own mirror image.
 #[test]
 fn crossed_cables_rest_on_each_other() {
