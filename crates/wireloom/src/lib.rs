@@ -4,6 +4,7 @@ pub mod bench;
 mod provenance;
 mod start;
 pub mod sweep;
+mod targets;
 
 pub use provenance::{provenance, sha256};
 pub use wireloom_contact as contact;
@@ -70,10 +71,9 @@ pub fn load_with_settings(
     registry: &Registry,
 ) -> Result<(Scenario, Built), Vec<Fault>> {
     let (scenario, built) = scenario::build_with_settings(text, settings, files, registry)?;
-    match start::refuse_inside(&scenario, &built) {
-        Some(fault) => Err(vec![fault]),
-        None => Ok((scenario, built)),
-    }
+    let faults: Vec<Fault> =
+        start::refuse_inside(&scenario, &built).into_iter().chain(targets::refuse_inside(&scenario, &built)).collect();
+    if faults.is_empty() { Ok((scenario, built)) } else { Err(faults) }
 }
 
 /// Carries out a built scenario. The observer sees every increment's end and may stop the run; what was computed is

@@ -1,0 +1,156 @@
+//! Fixings that are told to hold a cable where a body is: no shape of the cable meets that, so nobody should wait for one.
+
+use std::collections::HashSet;
+use wireloom_core::constraint::Action;
+use wireloom_core::network::Place;
+use wireloom_core::steps::{Move, Step};
+use wireloom_core::{Network, Pose, Rotation, Vector};
+use wireloom_scenario::{Built, Fault, Scenario};
+
+/// What a fixing is let be deeper than the radius of its cable, m: round-off of what is meant to touch.
+const ROUND_OFF: f64 = 1e-9;
+
+/// Fixings whose centre line is told to be deeper inside an obstacle than the radius of the cable, once for each of them and each step, with the
+/// deepest place. A body that moves in a step is not looked at in it: it may make way.
+pub(crate) fn refuse_inside(scenario: &Scenario, built: &Built) -> Vec<Fault> {
+    let network = &built.network;
+    let mut bodies: Vec<Pose> = network.obstacles.iter().map(|obstacle| obstacle.pose).collect();
+    if bodies.is_empty() {
+        return Vec::new();
+    }
+    let mut faults = Vec::new();
+    let standing = |bodies: &[Pose], moving: &HashSet<usize>| -> Vec<(usize, Pose)> {
+        bodies.iter().copied().enumerate().filter(|(o, _)| !moving.contains(o)).collect()
+    };
+    // Where each fixing is known to hold, and how it is turned where that is known.
+    let given = |f: usize| network.fixings[f].position.map(|position| (position, network.fixings[f].orientation));
+    let mut held: Vec<Option<(Vector, Option<Rotation>)>> =
+        (0..network.fixings.len()).map(|f| given(f).filter(|_| network.fixings[f].from_start)).collect();
+    let all = standing(&bodies, &HashSet::new());
+    let of_constraint = |f: usize| scenario.constraints[f].spans.of(Some("position"));
+    for (f, at) in held.iter().enumerate() {
+        let deepest = at.and_then(|(x, _)| deepest(network, f, &[x], &all));
+        faults.extend(deepest.map(|deep| deep.fault(scenario, of_constraint(f), "holds the cable")));
+    }
+    for (step, span) in scenario.steps.iter().zip(&scenario.step_spans) {
+        let moving: HashSet<usize> = step.obstacle_moves.iter().map(|m| m.obstacle).collect();
+        let all = standing(&bodies, &moving);
+        for &f in step.release.iter().chain(&step.add) {
+            held[f] = None;
+        }
+        let begin = held.clone();
+        for (f, ways) in step.moves.iter().flat_map(|m| ways(m, &begin, step)) {
+            let deepest = deepest(network, f, &ways.passed, &all);
+            let what = format!("in step \"{}\" takes the cable", step.name);
+            faults.extend(deepest.map(|deep| deep.fault(scenario, span.clone(), &what)));
+            held[f] = ways.end;
+        }
+        for &f in step.add.iter().filter(|f| !step.moves.iter().flat_map(|m| &m.carried).any(|c| c.fixing == **f)) {
+            held[f] = given(f);
+            let deepest = held[f].and_then(|(x, _)| deepest(network, f, &[x], &all));
+            faults.extend(deepest.map(|deep| deep.fault(scenario, of_constraint(f), "holds the cable")));
+        }
+        for motion in &step.obstacle_moves {
+            bodies[motion.obstacle] = motion.track.from(&bodies[motion.obstacle]).at(1.0);
+        }
+    }
+    faults
+}
+
+/// Where a fixing goes in a step, as far as that is known.
+struct Ways {
+    passed: Vec<Vector>,
+    end: Option<(Vector, Option<Rotation>)>,
+}
+
+/// The ways of all that takes part in a motion.
+fn ways(motion: &Move, held: &[Option<(Vector, Option<Rotation>)>], step: &Step) -> Vec<(usize, Ways)> {
+    // What a start at no known place leaves open: everything but the points that the way itself gives.
+    let stand_in = |f: usize| {
+        let (position, orientation) = held[f].unwrap_or((Vector::zeros(), None));
+        Pose { position, orientation: orientation.unwrap_or_else(Rotation::identity) }
+    };
+    let first = motion.carried.first().map(|carried| carried.fixing);
+    let turned_known = |f: usize| held[f].is_some_and(|(_, orientation)| orientation.is_some());
+    let origin_known = motion.origin.0.is_some() || first.is_some_and(|f| held[f].is_some());
+    let turns = !motion.track.turns.is_empty() || motion.track.spin != 0.0;
+    let turn_known = !turns || motion.origin.1.is_some() || first.is_some_and(turned_known);
+    let alone = motion.carried.len() == 1 && motion.origin == (None, None);
+    let shares: Vec<f64> = (1..=step.increments).map(|k| k as f64 / step.increments as f64).collect();
+    let way = |(k, journey): (usize, wireloom_core::steps::Journey)| {
+        let f = journey.fixing();
+        let carried = motion.carried[k];
+        let known = held[f].is_some() && origin_known && (turn_known || alone);
+        let passed = if known {
+            shares.iter().copied().chain(motion.corners()).map(|t| journey.at(t).position).collect()
+        } else if alone {
+            motion.track.positions.iter().map(|(_, x)| *x).collect()
+        } else {
+            Vec::new()
+        };
+        let ends_at = journey.at(carried.delay + carried.share);
+        let placed = known || alone && motion.track.positions.last().is_some_and(|(t, _)| *t == 1.0);
+        let orientation = (turn_known && turned_known(f)).then_some(ends_at.orientation);
+        (f, Ways { passed, end: placed.then_some((ends_at.position, orientation)) })
+    };
+    motion.journeys(stand_in).into_iter().enumerate().map(way).collect()
+}
+
+/// A fixing that is told to hold its cable in a body.
+struct Deep {
+    fixing: usize,
+    obstacle: usize,
+    depth: f64,
+    radius: f64,
+    at: Vector,
+}
+
+/// The deepest of some places of a fixing that gives its cable no choice, where that is deeper than the cable's radius.
+fn deepest(network: &Network, f: usize, places: &[Vector], bodies: &[(usize, Pose)]) -> Option<Deep> {
+    let fixing = &network.fixings[f];
+    let Action::Prescribed(hold) = fixing.constraint.action() else { return None };
+    if !hold.position || !hold.rails.is_empty() {
+        return None;
+    }
+    let radius = match fixing.place {
+        Place::Node { branch, .. } => radius(network, branch),
+        Place::Joint(j) => network.joints[j].branches.iter().map(|&b| radius(network, b)).fold(0.0, f64::max),
+    };
+    let mut deepest: Option<Deep> = None;
+    for &(obstacle, pose) in bodies {
+        for at in places {
+            let own = pose.local(at);
+            let depth = -network.obstacles[obstacle].shape.distance(&own, radius);
+            if depth > deepest.as_ref().map_or(radius + ROUND_OFF, |deep| deep.depth) {
+                deepest = Some(Deep { fixing: f, obstacle, depth, radius, at: *at });
+            }
+        }
+    }
+    deepest
+}
+
+fn radius(network: &Network, branch: usize) -> f64 {
+    0.5 * network.branches[branch].section.diameter
+}
+
+impl Deep {
+    fn fault(&self, scenario: &Scenario, span: std::ops::Range<usize>, what: &str) -> Fault {
+        let Self { fixing, obstacle, depth, radius, at } = self;
+        Fault {
+            span,
+            message: format!(
+                "constraint \"{}\" {what} {:.1} mm inside obstacle \"{}\", at [{:.4}, {:.4}, {:.4}]",
+                scenario.constraints[*fixing].name,
+                1e3 * depth,
+                scenario.obstacles[*obstacle].obstacle.name,
+                at.x,
+                at.y,
+                at.z
+            ),
+            help: format!(
+                "hold its centre line outside; what is fastened to a body may lie as deep as the cable's radius, {:.1} mm",
+                1e3 * radius
+            ),
+        }
+    }
+}
