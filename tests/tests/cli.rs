@@ -6,6 +6,9 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Command, ExitCode, Output};
 use tempfile::TempDir;
+use wireloom::contact::mesh::{Mesh, read};
+use wireloom::core::Vector;
+use wireloom::core::obstacle::{Shape, ShapeFile};
 use wireloom_tests::{program, root, shared};
 
 type Checked = Result<(), Failed>;
@@ -245,20 +248,35 @@ fn report() -> Checked {
 
 fn all_outputs() -> Checked {
     let place = Place::new()?;
-    place.file("s.toml", first()? + "\n[output]\nincrements = true\ncsv = true\nvtk = true\npicture = false\n")?;
+    let output = "increments = true\ncsv = true\nvtk = true\npicture = false\ngltf = true\nswept = \"10 mm\"\n";
+    place.file("s.toml", format!("{}\n[output]\n{output}", first()?))?;
     place.run(&["run", "s.toml", "--out", "o"])?.expect(0)?;
     let mut expected: Vec<String> = (1..=40).map(|k| format!("vtk/{k:04}.vtp")).collect();
     for step in ["1-plug_B", "2-plug_C"] {
         expected.extend(["left", "right", "trunk"].map(|branch| format!("csv/{step}/{branch}.csv")));
     }
-    expected.extend(["harness.pvd", "result.json"].map(str::to_owned));
+    expected.extend(["harness.glb", "harness.pvd", "result.json", "swept.glb"].map(str::to_owned));
     expected.sort();
     ensure(place.files("o")? == expected, place.files("o"))?;
     ensure(place.json("o/result.json")?["steps"].as_array().map(Vec::len) == Some(40), "not every increment")?;
     let series = fs::read_to_string(place.path("o/harness.pvd"))?;
     ensure(series.contains("timestep=\"0.05\"") && series.contains("timestep=\"2\""), &series)?;
     let table = fs::read_to_string(place.path("o/csv/1-plug_B/trunk.csv"))?;
-    ensure(table.lines().count() == 62, table.lines().count())
+    ensure(table.lines().count() == 62, table.lines().count())?;
+    // What was swept is a body that could be an obstacle, and every node of every increment is in it; its y points up.
+    let bytes = fs::read(place.path("o/swept.glb"))?;
+    let file = ShapeFile { name: "swept.glb".into(), bytes, scale: 1.0 };
+    let swept = Mesh::new(&read(&file)?, false)?;
+    for step in place.json("o/result.json")?["steps"].as_array().into_iter().flatten() {
+        for branch in step["branches"].as_object().into_iter().flat_map(serde_json::Map::values) {
+            for x in branch["position"].as_array().into_iter().flatten() {
+                let at = |k: usize| x[k].as_f64().unwrap_or(f64::NAN);
+                let depth = -swept.distance(&Vector::new(at(0), at(2), -at(1)), 1.0);
+                ensure(depth > 0.004, (depth, x))?;
+            }
+        }
+    }
+    Ok(())
 }
 
 fn quiet() -> Checked {

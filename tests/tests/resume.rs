@@ -231,7 +231,7 @@ fn stamp(path: &Path) -> Option<std::time::SystemTime> {
 /// Killed twenty times, each time after a checkpoint more and a moment of random length, and once before there was any.
 #[test]
 fn killed_at_twenty_moments_the_result_is_the_same() {
-    let scenario = rings(400, 400) + "[output]\nincrements = true\nvtk = true\n";
+    let scenario = rings(400, 400) + "[output]\nincrements = true\nvtk = true\nswept = \"6 mm\"\n";
     let place = Place::new(&scenario);
     assert_eq!(place.run(&["run", "s.toml", "--out", "whole", "-q"]), (0, String::new(), String::new()));
     let mut random = fastrand::Rng::with_seed(20);
@@ -260,7 +260,12 @@ fn killed_at_twenty_moments_the_result_is_the_same() {
     }
     assert!(place.result("o") == place.result("whole"));
     assert!(place.series("o") == place.series("whole"));
-    assert_eq!(fs::read(place.path("o/harness.pvd")).unwrap(), fs::read(place.path("whole/harness.pvd")).unwrap());
+    for file in ["harness.pvd", "swept.glb"] {
+        assert!(
+            fs::read(place.path("o").join(file)).unwrap() == fs::read(place.path("whole").join(file)).unwrap(),
+            "{file}"
+        );
+    }
     assert!(!standing.exists(), "nothing is left to resume");
 }
 

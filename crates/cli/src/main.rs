@@ -35,6 +35,7 @@ mod saved;
 mod size;
 mod summary;
 mod sweep;
+mod swept;
 mod terminal;
 mod variants;
 mod vocabulary;

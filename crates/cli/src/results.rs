@@ -5,6 +5,8 @@
 //! | `result.json` | the whole run | always |
 //! | `picture.svg` | the last equilibrium | `picture` |
 //! | `report.html` | the whole run on one page | `report` |
+//! | `harness.glb` | harness and obstacles at the end of every step | `gltf` |
+//! | `swept.glb` | the space that the harness goes through | `swept` |
 //! | `csv/STEP/BRANCH.csv` | the branches at the end of every step | `csv` |
 //! | `vtk/NNNN.vtp`, `harness.pvd` | every increment, and all of them as a series in time | `vtk` |
 //! | `vtk/obstacles.vtp`, `vtk/obstacles-NNNN.vtp` | obstacles that stand still, and those that move, at every increment | `vtk` |
@@ -15,7 +17,7 @@ use wireloom::core::obstacle::{Obstacle, Surface};
 use wireloom::core::{Run, StepResult};
 use wireloom::export::json::Provenance;
 use wireloom::export::vtk::SeriesFile;
-use wireloom::export::{csv, json, picture, report, vtk};
+use wireloom::export::{csv, gltf, json, picture, report, vtk};
 use wireloom::scenario::{Built, Output};
 use wireloom::solve::Progress;
 
@@ -122,6 +124,10 @@ impl Results {
         if self.output.csv {
             self.tables(run)?;
         }
+        if self.output.gltf && !run.steps.is_empty() {
+            let (ends, obstacles) = (ends(run), &self.surroundings.obstacles);
+            self.folder.write("harness.glb", |out| gltf::write(&ends, obstacles, out))?;
+        }
         if let Some(end) = run.steps.last().filter(|_| self.output.picture) {
             let title = format!("{}: {}", run.scenario, end.name);
             self.folder.write("picture.svg", |out| picture::write(end, &self.surroundings.obstacles, &title, out))?;
@@ -140,6 +146,14 @@ impl Results {
         Ok(())
     }
 
+    /// The space that the harness went through; nothing where it never was anywhere.
+    pub fn swept(&mut self, surface: &Surface) -> Result<(), Failure> {
+        if surface.triangles.is_empty() {
+            return Ok(());
+        }
+        self.folder.write("swept.glb", |out| gltf::write_surface("swept", surface, out))
+    }
+
     /// The series with the obstacles at every time.
     fn with_obstacles(&self) -> Vec<SeriesFile> {
         let Surroundings { moves, .. } = &self.surroundings;
@@ -155,10 +169,7 @@ impl Results {
 
     fn tables(&mut self, run: &Run) -> Result<(), Failure> {
         let mut steps = vec![];
-        for (k, end) in run.steps.iter().enumerate() {
-            if run.steps.get(k + 1).is_some_and(|next| next.name == end.name && next.increment > end.increment) {
-                continue;
-            }
+        for end in ends(run) {
             let step = file_name(&format!("{}-{}", steps.len() + 1, end.name), &mut steps);
             let mut branches = vec![];
             for branch in &end.branches {
@@ -181,6 +192,14 @@ impl Results {
         names.sort_unstable();
         format!("{}: {}{more}", self.folder.path().display(), names.join(", "))
     }
+}
+
+/// The last increment of every step.
+fn ends(run: &Run) -> Vec<&StepResult> {
+    let goes_on = |k: usize, end: &StepResult| {
+        run.steps.get(k + 1).is_some_and(|next| next.name == end.name && next.increment > end.increment)
+    };
+    run.steps.iter().enumerate().filter(|(k, end)| !goes_on(*k, end)).map(|(_, end)| end).collect()
 }
 
 /// Obstacles that move, at an increment.

@@ -9,6 +9,7 @@ use crate::plugins::{self, Trust, Worst};
 use crate::progress::Bar;
 use crate::results::{Results, Surroundings};
 use crate::saved::{Keeper, Origin, Standing};
+use crate::swept::Swept;
 use crate::{interrupt, size, summary, variants};
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -21,6 +22,8 @@ use wireloom::solve::{Control, Progress};
 const BYTES_KEPT: usize = 350;
 /// Likewise in a VTK file.
 const BYTES_SERIES: usize = 150;
+/// Likewise in what is kept of every increment to draw what is swept.
+const BYTES_SWEPT: usize = 24;
 /// Where results go that nobody gave a place.
 const OUT: &str = "out";
 
@@ -42,6 +45,7 @@ pub fn run(arguments: &RunArguments, out: &mut dyn Write) -> Result<Outcome, Fai
     let bar = Bar::new(increments(&built), standing.increments, !arguments.quiet);
     let mut watcher = Watcher {
         bar,
+        swept: Swept::of(&scenario.output, &built),
         extremes: standing.extremes,
         increments: standing.increments,
         results: Results::new(folder, scenario.output, texts, provenance, Surroundings::of(&built), standing.series),
@@ -53,7 +57,7 @@ pub fn run(arguments: &RunArguments, out: &mut dyn Write) -> Result<Outcome, Fai
     let mut run = wireloom::run_observed(built, resumed, &mut watcher);
     run.plugins = plugins.iter().map(plugins::record).collect();
     run.notes.extend(wireloom::host::notes());
-    let Watcher { bar, extremes, mut results, keeper, failure, .. } = watcher;
+    let Watcher { bar, extremes, increments, mut results, swept, keeper, failure, .. } = watcher;
     drop(bar);
     if let Some(failure) = failure {
         // The first failure is the one to report. What is there is written, if that can be.
@@ -61,6 +65,12 @@ pub fn run(arguments: &RunArguments, out: &mut dyn Write) -> Result<Outcome, Fai
         return Err(failure);
     }
     results.finish(&run)?;
+    let mut remark = None;
+    if let Some(swept) = swept {
+        let (surface, cell) = swept.surface(&keeper, increments)?;
+        results.swept(&surface)?;
+        remark = swept.remark(cell);
+    }
     let interrupted = run.status == Status::Interrupted;
     if !interrupted {
         keeper.clear()?;
@@ -72,6 +82,9 @@ pub fn run(arguments: &RunArguments, out: &mut dyn Write) -> Result<Outcome, Fai
             }
             writeln!(out, "{}: {} ({size})\n", summary::printable(&run.scenario), run.status.word())?;
             summary::print(&run, &extremes, notes, out)?;
+            if let Some(remark) = &remark {
+                writeln!(out, "{remark}")?;
+            }
             writeln!(out, "wrote {}", results.words())?;
             if interrupted {
                 writeln!(out, "`wireloom run --resume {}` goes on", place.display())?;
@@ -157,7 +170,8 @@ fn bytes(loaded: &Loaded) -> u64 {
     let all = increments(built);
     let kept = if output.increments { all } else { built.schedule.steps.len().max(1) };
     let series = if output.vtk { all } else { 0 };
-    (built.network.points * (kept * BYTES_KEPT + series * BYTES_SERIES)) as u64
+    let swept = if output.swept.is_some() { all } else { 0 };
+    (built.network.points * (kept * BYTES_KEPT + series * BYTES_SERIES + swept * BYTES_SWEPT)) as u64
 }
 
 /// How many increments a run has.
@@ -171,6 +185,7 @@ struct Watcher {
     extremes: Extremes,
     increments: usize,
     results: Results,
+    swept: Option<Swept>,
     keeper: Keeper,
     failure: Option<Failure>,
     /// Where a plugin may end the process.
@@ -195,6 +210,9 @@ impl Observer for Watcher {
         self.extremes.see(end);
         self.attempt(|watcher| {
             watcher.results.increment(progress, end)?;
+            if watcher.swept.is_some() {
+                watcher.keeper.keep_lines(watcher.increments, &Swept::at(end))?;
+            }
             if kept { watcher.keeper.keep(end) } else { Ok(()) }
         });
         if interrupt::asked() {
@@ -204,6 +222,11 @@ impl Observer for Watcher {
     }
 
     fn checkpoint(&mut self, checkpoint: &Checkpoint) {
+        if self.increments == 0
+            && let Some(lines) = self.swept.as_ref().map(|swept| swept.at_start(checkpoint))
+        {
+            self.attempt(|watcher| watcher.keeper.keep_lines(0, &lines));
+        }
         if self.keeper.is_due() {
             let standing = Standing {
                 checkpoint: Some(checkpoint.clone()),

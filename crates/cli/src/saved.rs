@@ -4,6 +4,7 @@
 //! | --- | --- |
 //! | `origin.json` | which scenario, with the hashes of all files it was made from, and which program |
 //! | `results/NNNNNN` | the ends of steps (or increments) that belong to the result, one file each, written as soon as they are there |
+//! | `swept/NNNNNN` | nodes of all branches at the start (0) and after every increment, where what they sweep is asked for |
 //! | `standing` | the last checkpoint, and what was seen up to it |
 //!
 //! Every file appears whole or not at all, and a checkpoint only after what it builds on is safe on the disk. All go when the run has
@@ -16,6 +17,7 @@ use crate::folder::{self, Folder, OWN};
 use crate::load::Loaded;
 use crate::plugins;
 use crate::results::PROGRAM;
+use crate::swept::Lines;
 use serde::{Deserialize, Serialize};
 use std::fs::{self, File};
 use std::io::{self, Write};
@@ -32,6 +34,7 @@ use wireloom::solve::checkpoint::{Checkpoint, Resumed};
 const FORMAT: u32 = 3;
 const ORIGIN: &str = "origin.json";
 const RESULTS: &str = "results";
+const SWEPT: &str = "swept";
 const STANDING: &str = "standing";
 /// Checkpoints nearer to each other are not worth their writing.
 const PAUSE: Duration = Duration::from_millis(100);
@@ -192,6 +195,23 @@ impl Keeper {
         Ok(())
     }
 
+    fn line(&self, increment: usize) -> PathBuf {
+        self.folder.join(SWEPT).join(format!("{increment:06}"))
+    }
+
+    /// Keeps where the nodes are after an increment.
+    pub fn keep_lines(&mut self, increment: usize, lines: &Lines) -> Result<(), Failure> {
+        let path = self.line(increment);
+        folder::write(&path, |out| encode(lines, out))?;
+        self.unsafe_yet.push(path);
+        Ok(())
+    }
+
+    /// Where the nodes were at the start and after so many increments, as far as that was kept.
+    pub fn lines(&self, increments: usize) -> impl Iterator<Item = Result<Lines, Failure>> {
+        (0..=increments).map(|k| self.line(k)).filter(|path| path.exists()).map(|path| decode(&path))
+    }
+
     /// Whether it is time to keep a checkpoint.
     pub fn is_due(&self) -> bool {
         self.last.is_none_or(|last| last.elapsed() > PAUSE)
@@ -222,8 +242,11 @@ impl Keeper {
             let path = self.folder.join(name);
             gone(fs::remove_file(&path)).map_err(Failure::io("remove", &path))?;
         }
-        let path = self.folder.join(RESULTS);
-        gone(fs::remove_dir_all(&path)).map_err(Failure::io("remove", &path))
+        for name in [RESULTS, SWEPT] {
+            let path = self.folder.join(name);
+            gone(fs::remove_dir_all(&path)).map_err(Failure::io("remove", &path))?;
+        }
+        Ok(())
     }
 }
 

@@ -2,12 +2,13 @@
 //!
 //! Every shape answers three questions ([`wireloom_core::obstacle::Shape`]): how far is a point from the surface, which places of the surface
 //! are nearest to it, and where does a straight way go through. Primitives answer exactly, second derivatives included; meshes answer exactly
-//! for their triangles. `parry` is named in one module, `tree`, and none of its types leaves it.
+//! for their triangles. What cables go through while they move becomes such a mesh in [`swept`]. `parry` is named in one module, `tree`, and none of its types leaves it.
 
 mod field;
 pub mod mesh;
 mod parameters;
 pub mod primitives;
+pub mod swept;
 mod tree;
 
 use wireloom_core::Registry;

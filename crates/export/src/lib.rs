@@ -1,4 +1,4 @@
-//! Results as JSON, CSV, VTK, pictures and reports.
+//! Results as JSON, CSV, VTK, glTF, pictures and reports.
 //!
 //! Every writer takes a result of `wireloom-core` and any [`std::io::Write`]; none touches the file system,
 //! prints, or depends on the clock: equal input gives equal bytes. SI units throughout; where a format has
@@ -8,6 +8,7 @@
 //! | --- | --- | --- |
 //! | [`json`] | `result.json`: the whole run | programs; this is the contract |
 //! | [`csv`] | one branch as a table | spreadsheets |
+//! | [`gltf`] | the ends of steps, or a surface, as GLB | viewers, digital mock-ups |
 //! | [`vtk`] | one step as `.vtp`, and a `.pvd` over many | ParaView |
 //! | [`picture`] | one step as SVG: three views | people and reports |
 //! | [`report`] | the whole run as one HTML page | people, and their files |
@@ -21,6 +22,7 @@
 pub mod comparison;
 pub mod csv;
 pub mod ending;
+pub mod gltf;
 pub mod json;
 mod local;
 pub mod picture;

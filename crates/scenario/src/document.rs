@@ -109,8 +109,16 @@ pub(crate) fn read(reader: &Reader<'_>, table: &DeTable<'_>) -> (Scenario, bool)
     (scenario, !names.broken)
 }
 
-const DEFAULT_OUTPUT: Output =
-    Output { increments: false, csv: false, vtk: false, picture: true, clearance: false, report: false };
+const DEFAULT_OUTPUT: Output = Output {
+    increments: false,
+    csv: false,
+    vtk: false,
+    picture: true,
+    clearance: false,
+    report: false,
+    gltf: false,
+    swept: None,
+};
 
 fn output(entry: &Entry<'_>) -> Output {
     Output {
@@ -120,6 +128,8 @@ fn output(entry: &Entry<'_>) -> Output {
         picture: entry.flag("picture").unwrap_or(DEFAULT_OUTPUT.picture),
         clearance: entry.flag("clearance").unwrap_or(DEFAULT_OUTPUT.clearance),
         report: entry.flag("report").unwrap_or(DEFAULT_OUTPUT.report),
+        gltf: entry.flag("gltf").unwrap_or(DEFAULT_OUTPUT.gltf),
+        swept: entry.number("swept"),
     }
 }
 

@@ -484,5 +484,16 @@ pub(crate) const OUTPUT: Keys = Keys {
             "find how near every branch comes to every obstacle and every other branch; default false",
         ),
         may("report", Form::Flag, "write the whole run as one HTML page; default false"),
+        may(
+            "gltf",
+            Form::Flag,
+            "write the harness with its fixings and obstacles at the end of each step as harness.glb, a scene each; default false",
+        ),
+        may(
+            "swept",
+            Form::Number(Quantity::Length, POSITIVE),
+            "write the space that the harness goes through over all increments as a closed mesh, swept.glb, from a grid with cells of \
+             this size: half of a cable's radius gives its surface to an eighth of that; default: it is not written",
+        ),
     ],
 };

@@ -282,7 +282,7 @@ pub struct Minimiser {
 }
 
 /// What is written besides the result.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Output {
     /// Every increment, not only the last of each step.
     pub increments: bool,
@@ -296,4 +296,8 @@ pub struct Output {
     pub clearance: bool,
     /// The whole run as one page.
     pub report: bool,
+    /// Harness and obstacles at the end of each step as glTF.
+    pub gltf: bool,
+    /// The space that the harness goes through, as glTF, from a grid with cells of this size, m.
+    pub swept: Option<f64>,
 }

@@ -10,7 +10,7 @@ use crate::steps::{Control, Progress};
 use serde::{Deserialize, Serialize};
 use wireloom_core::equilibrium::{OperationResult, StepResult};
 use wireloom_core::problem::Conditions;
-use wireloom_core::{Network, State, Status};
+use wireloom_core::{Network, State, Status, Vector};
 
 /// States are the same where nothing is farther away than this share of the longest branch, and nothing turned by more than this (rad).
 const SAME: f64 = 1e-4;
@@ -45,6 +45,11 @@ impl Checkpoint {
     /// How many results the run had kept.
     pub fn kept(&self) -> usize {
         self.kept
+    }
+
+    /// Where the nodes of the network are, m.
+    pub fn points(&self) -> &[Vector] {
+        &self.state.points
     }
 
     /// Whether nothing has happened yet but that a balanced start was found.

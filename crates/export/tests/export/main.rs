@@ -3,6 +3,7 @@
 mod beside_html;
 mod comparisons;
 mod csv_table;
+mod gltf_files;
 mod json_contract;
 mod parquet_table;
 mod picture_svg;

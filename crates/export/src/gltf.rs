@@ -1,0 +1,325 @@
+//! glTF 2.0 in one binary file (GLB): the harness with what is about it, and surfaces. Metres; what stands in the file is in the axes of the
+//! scenario, under one node that turns them so that y points up, as the format has it.
+
+use crate::local::node_count;
+use serde_json::{Value, json};
+use std::f64::consts::{FRAC_1_SQRT_2, TAU};
+use std::io::{self, Write};
+use wireloom_core::equilibrium::{BranchResult, ConstraintResult, StepResult};
+use wireloom_core::obstacle::{Obstacle, Surface};
+use wireloom_core::rotation::columns;
+use wireloom_core::{Pose, Vector};
+
+/// Sides of a tube.
+const SIDES: usize = 16;
+/// A quarter turn that takes z to y: x, y, z, w.
+const UPRIGHT: [f64; 4] = [-FRAC_1_SQRT_2, 0.0, 0.0, FRAC_1_SQRT_2];
+/// Length of a connector, in diameters of its cable; that of any other fixing; their width.
+const CONNECTOR: f64 = 4.0;
+const FIXING: f64 = 1.0;
+const WIDTH: f64 = 2.0;
+/// A body without end is drawn so many times as far as the harness reaches from it.
+const BEYOND: f64 = 1.5;
+/// Nothing is as far away, m.
+const FAR: f64 = 1e9;
+
+/// Numbers of the format: bytes are for vertices or for indices; kinds of components.
+const VERTICES: u32 = 34962;
+const INDICES: u32 = 34963;
+const FLOAT: u32 = 5126;
+const UNSIGNED_INT: u32 = 5125;
+
+/// Materials: name and colour.
+const MATERIALS: [(&str, [f64; 4]); 4] = [
+    ("cable", [0.10, 0.11, 0.13, 1.0]),
+    ("fixing", [0.13, 0.35, 0.75, 1.0]),
+    ("obstacle", [0.70, 0.73, 0.76, 1.0]),
+    ("swept", [0.90, 0.55, 0.10, 0.5]),
+];
+const CABLE: usize = 0;
+const HELD: usize = 1;
+const OBSTACLE: usize = 2;
+const SWEPT: usize = 3;
+
+/// Writes the harness at the end of each of `steps`, a scene each, of which the last is the one shown: branches as tubes of their diameter,
+/// fixings as boxes (connectors longer ones), obstacles where they stand; nodes have their names. What a run that failed left at no place is
+/// left out.
+///
+/// # Errors
+/// Those of `out`; `InvalidInput` where a branch's vectors differ in length, or the file grows beyond the 4 GB that the format can hold.
+pub fn write(steps: &[&StepResult], obstacles: &[Obstacle], out: &mut impl Write) -> io::Result<()> {
+    let mut file = File::default();
+    let bodies: Vec<Option<usize>> = obstacles
+        .iter()
+        .enumerate()
+        .map(|(k, obstacle)| {
+            let reach = steps.iter().map(|step| reach(step, &step.obstacles[k].pose)).fold(0.0, f64::max);
+            file.surface(&obstacle.name, &obstacle.shape.surface(BEYOND * reach), OBSTACLE)
+        })
+        .collect();
+    let cube = file.mesh("box", &cube(), HELD);
+    for step in steps {
+        let mut children = vec![];
+        for branch in &step.branches {
+            if node_count(branch)? < 2 || !branch.position.iter().all(is_drawable) || !branch.diameter.is_finite() {
+                continue;
+            }
+            let mesh = file.mesh(&branch.name, &tube(branch), CABLE);
+            children.push(file.node(json!({ "name": branch.name, "mesh": mesh })));
+        }
+        for constraint in step.constraints.iter().filter(|constraint| is_drawable(&constraint.position)) {
+            let mut node =
+                placed(&constraint.name, &Pose { position: constraint.position, orientation: constraint.orientation });
+            node["mesh"] = cube.into();
+            let diameter = diameter_at(step, constraint);
+            let length = if constraint.kind == "connector" { CONNECTOR } else { FIXING };
+            node["scale"] = json!([WIDTH * diameter, WIDTH * diameter, length * diameter]);
+            children.push(file.node(node));
+        }
+        for ((obstacle, result), mesh) in obstacles.iter().zip(&step.obstacles).zip(&bodies) {
+            let mut node = placed(&obstacle.name, &result.pose);
+            if let Some(mesh) = mesh {
+                node["mesh"] = (*mesh).into();
+            }
+            children.push(file.node(node));
+        }
+        file.scene(&step.name, children);
+    }
+    file.write(out)
+}
+
+/// Writes a surface, such as the space that a harness goes through, with this name.
+///
+/// # Errors
+/// As those of [`write`].
+pub fn write_surface(name: &str, surface: &Surface, out: &mut impl Write) -> io::Result<()> {
+    let mut file = File::default();
+    let mesh = file.surface(name, surface, SWEPT);
+    let node = mesh.map(|mesh| file.node(json!({ "name": name, "mesh": mesh })));
+    file.scene(name, node.into_iter().collect());
+    file.write(out)
+}
+
+/// Whether numbers of single precision can say where it is.
+fn is_drawable(x: &Vector) -> bool {
+    x.iter().all(|c| c.abs() < FAR)
+}
+
+/// How far nodes of a step are from a pose, m.
+fn reach(step: &StepResult, pose: &Pose) -> f64 {
+    let all = step.branches.iter().flat_map(|branch| &branch.position).filter(|x| is_drawable(x));
+    all.map(|x| (x - pose.position).norm()).fold(0.0, f64::max)
+}
+
+/// Diameter of the branch whose centre line a fixing is nearest to, m.
+fn diameter_at(step: &StepResult, constraint: &ConstraintResult) -> f64 {
+    let off = |branch: &BranchResult| {
+        branch.position.iter().map(|x| (x - constraint.position).norm_squared()).fold(f64::INFINITY, f64::min)
+    };
+    let nearest = step
+        .branches
+        .iter()
+        .filter(|branch| branch.diameter.is_finite())
+        .map(|branch| (off(branch), branch.diameter))
+        .min_by(|a, b| a.0.total_cmp(&b.0));
+    nearest.map_or(0.0, |(_, diameter)| diameter)
+}
+
+/// A node at a pose.
+fn placed(name: &str, pose: &Pose) -> Value {
+    let q = pose.orientation.coords;
+    json!({
+        "name": name,
+        "translation": pose.position.as_slice(),
+        "rotation": [q.x, q.y, q.z, q.w],
+    })
+}
+
+/// Corners with normals, where they are not to be seen by the triangles alone.
+#[derive(Default)]
+struct Mesh {
+    corners: Vec<Vector>,
+    normals: Vec<Vector>,
+    triangles: Vec<[u32; 3]>,
+}
+
+impl Mesh {
+    /// A ring of corners about `at`, their normals made of the directions from there; gives the index of the first.
+    fn ring(&mut self, at: &Vector, axes: [Vector; 2], radius: f64, normal: impl Fn(&Vector) -> Vector) -> u32 {
+        let first = self.corners.len() as u32;
+        for k in 0..SIDES {
+            let (sine, cosine) = (TAU * k as f64 / SIDES as f64).sin_cos();
+            let outward = axes[0] * cosine + axes[1] * sine;
+            self.corners.push(at + outward * radius);
+            self.normals.push(normal(&outward));
+        }
+        first
+    }
+}
+
+/// A branch as a tube with flat ends.
+fn tube(branch: &BranchResult) -> Mesh {
+    let mut mesh = Mesh::default();
+    let radius = 0.5 * branch.diameter;
+    let sides = SIDES as u32;
+    for (x, frame) in branch.position.iter().zip(&branch.frame) {
+        let [d1, d2, _] = columns(frame);
+        let ring = mesh.ring(x, [d1, d2], radius, |outward| *outward);
+        for k in (0..sides).filter(|_| ring > 0) {
+            let (a, b) = (ring + k, ring + (k + 1) % sides);
+            mesh.triangles.push([a - sides, b - sides, b]);
+            mesh.triangles.push([a - sides, b, a]);
+        }
+    }
+    let last = branch.position.len() - 1;
+    for (node, side) in [(0, -1.0), (last, 1.0)] {
+        let [d1, d2, d3] = columns(&branch.frame[node]);
+        let ring = mesh.ring(&branch.position[node], [d1, d2], radius, |_| d3 * side);
+        for k in 1..sides - 1 {
+            let (a, b) = if side > 0.0 { (k, k + 1) } else { (k + 1, k) };
+            mesh.triangles.push([ring, ring + a, ring + b]);
+        }
+    }
+    mesh
+}
+
+/// A box of size 1 about the origin.
+fn cube() -> Mesh {
+    let mut mesh = Mesh::default();
+    for (normal, along) in [(Vector::x(), Vector::y()), (Vector::y(), Vector::z()), (Vector::z(), Vector::x())] {
+        for side in [-0.5, 0.5] {
+            let first = mesh.corners.len() as u32;
+            let across = normal.cross(&along) * (2.0 * side);
+            for (a, b) in [(-0.5, -0.5), (0.5, -0.5), (0.5, 0.5), (-0.5, 0.5)] {
+                mesh.corners.push(normal * side + along * a + across * b);
+                mesh.normals.push(normal * (2.0 * side));
+            }
+            mesh.triangles.extend([[0, 1, 2], [0, 2, 3]].map(|t| t.map(|k: u32| first + k)));
+        }
+    }
+    mesh
+}
+
+/// A file in the making.
+#[derive(Default)]
+struct File {
+    bytes: Vec<u8>,
+    views: Vec<Value>,
+    accessors: Vec<Value>,
+    meshes: Vec<Value>,
+    nodes: Vec<Value>,
+    scenes: Vec<Value>,
+}
+
+impl File {
+    /// Appends numbers of four bytes; gives the index of what tells of them.
+    fn numbers(&mut self, numbers: impl Iterator<Item = [u8; 4]>, target: u32, mut accessor: Value) -> usize {
+        let offset = self.bytes.len();
+        self.bytes.extend(numbers.flatten());
+        accessor["bufferView"] = self.views.len().into();
+        self.views.push(json!({
+            "buffer": 0,
+            "byteOffset": offset,
+            "byteLength": self.bytes.len() - offset,
+            "target": target,
+        }));
+        self.accessors.push(accessor);
+        self.accessors.len() - 1
+    }
+
+    fn vectors(&mut self, vectors: &[Vector]) -> usize {
+        // The format wants the bounds of what it holds, in its precision.
+        let single: Vec<[f32; 3]> = vectors.iter().map(|v| [v.x as f32, v.y as f32, v.z as f32]).collect();
+        let bound = |best: fn(f32, f32) -> f32| {
+            single.iter().copied().reduce(|a, b| [0, 1, 2].map(|d| best(a[d], b[d]))).unwrap_or_default()
+        };
+        let accessor = json!({
+            "componentType": FLOAT,
+            "type": "VEC3",
+            "count": single.len(),
+            "min": bound(f32::min),
+            "max": bound(f32::max),
+        });
+        self.numbers(single.iter().flatten().map(|x| x.to_le_bytes()), VERTICES, accessor)
+    }
+
+    /// Appends a mesh that has triangles; without normals it is flat between its edges.
+    fn mesh(&mut self, name: &str, mesh: &Mesh, material: usize) -> usize {
+        let mut attributes = json!({ "POSITION": self.vectors(&mesh.corners) });
+        if !mesh.normals.is_empty() {
+            attributes["NORMAL"] = self.vectors(&mesh.normals).into();
+        }
+        let accessor = json!({ "componentType": UNSIGNED_INT, "type": "SCALAR", "count": 3 * mesh.triangles.len() });
+        let indices = mesh.triangles.iter().flatten().map(|k| k.to_le_bytes());
+        let indices = self.numbers(indices, INDICES, accessor);
+        self.meshes.push(json!({
+            "name": name,
+            "primitives": [{ "attributes": attributes, "indices": indices, "material": material }],
+        }));
+        self.meshes.len() - 1
+    }
+
+    /// The same of a surface; none where it is empty, which the format does not allow.
+    fn surface(&mut self, name: &str, surface: &Surface, material: usize) -> Option<usize> {
+        let Surface { corners, triangles } = surface;
+        let mesh = Mesh { corners: corners.clone(), normals: vec![], triangles: triangles.clone() };
+        (!triangles.is_empty()).then(|| self.mesh(name, &mesh, material))
+    }
+
+    fn node(&mut self, node: Value) -> usize {
+        self.nodes.push(node);
+        self.nodes.len() - 1
+    }
+
+    /// A scene of nodes that stand upright in it.
+    fn scene(&mut self, name: &str, children: Vec<usize>) {
+        let mut upright = json!({ "name": name, "rotation": UPRIGHT });
+        if !children.is_empty() {
+            upright["children"] = children.into();
+        }
+        let upright = self.node(upright);
+        self.scenes.push(json!({ "name": name, "nodes": [upright] }));
+    }
+
+    fn write(mut self, out: &mut impl Write) -> io::Result<()> {
+        let materials = MATERIALS.map(|(name, colour)| {
+            json!({
+                "name": name,
+                "pbrMetallicRoughness": { "baseColorFactor": colour, "metallicFactor": 0.0, "roughnessFactor": 0.7 },
+                "alphaMode": if colour[3] < 1.0 { "BLEND" } else { "OPAQUE" },
+                "doubleSided": true,
+            })
+        });
+        let mut document = json!({
+            "asset": { "version": "2.0", "generator": "wireloom" },
+            "scene": self.scenes.len().saturating_sub(1),
+            "scenes": self.scenes,
+            "nodes": self.nodes,
+            "materials": materials,
+        });
+        // Lists may not be empty.
+        let lists = [("meshes", self.meshes), ("accessors", self.accessors), ("bufferViews", self.views)];
+        for (key, list) in lists.into_iter().filter(|(_, list)| !list.is_empty()) {
+            document[key] = list.into();
+        }
+        if !self.bytes.is_empty() {
+            document["buffers"] = json!([{ "byteLength": self.bytes.len() }]);
+        }
+        let mut text = serde_json::to_vec(&document)?;
+        text.resize(text.len().next_multiple_of(4), b' ');
+        self.bytes.resize(self.bytes.len().next_multiple_of(4), 0);
+        let total = 12 + 8 + text.len() + 8 + self.bytes.len();
+        let total = u32::try_from(total).map_err(|_| {
+            io::Error::new(io::ErrorKind::InvalidInput, "it is larger than the 4 GB that glTF can hold")
+        })?;
+        out.write_all(b"glTF")?;
+        out.write_all(&2_u32.to_le_bytes())?;
+        out.write_all(&total.to_le_bytes())?;
+        for (kind, chunk) in [(b"JSON", &text), (b"BIN\0", &self.bytes)] {
+            out.write_all(&(chunk.len() as u32).to_le_bytes())?;
+            out.write_all(kind)?;
+            out.write_all(chunk)?;
+        }
+        Ok(())
+    }
+}
