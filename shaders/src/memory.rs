@@ -149,17 +149,17 @@ impl Memory {
         self.scatter(variant, &[own], |memory| &mut memory.state[first..]);
     }
 
-    /// Fills all variants: the k-th is made of, and put where, the k-th of `all` says. What [`Self::set_harness`] and [`Self::set_shape`]
-    /// do one by one, for many.
+    /// Fills as many variants as there are harnesses: the k-th is made of, and put where, the k-th says. What [`Self::set_harness`] and
+    /// [`Self::set_shape`] do one by one, for many.
     ///
     /// # Errors
     /// If a harness has other links than the one the plan was made for.
     ///
     /// # Panics
-    /// If there are not as many as variants.
-    pub fn set_all(&mut self, plan: &Plan, all: &[(Harness, Shape)]) -> Result<(), OtherLinks> {
-        assert_eq!(all.len(), self.variants(), "as many as variants");
-        self.control.iter_mut().for_each(|control| control.current = 0);
+    /// If there are more than variants.
+    pub fn set_all(&mut self, plan: &Plan, all: &[(&Harness, &Shape)]) -> Result<(), OtherLinks> {
+        assert!(all.len() <= self.variants(), "no more than variants");
+        self.control[..all.len()].iter_mut().for_each(|control| control.current = 0);
         for (first, some) in (0..).step_by(TILE).zip(all.chunks(TILE)) {
             let own: Vec<Vec<f64>> =
                 some.iter().map(|(harness, _)| numbers(plan, harness)).collect::<Result<_, _>>()?;

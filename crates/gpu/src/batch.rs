@@ -182,9 +182,9 @@ impl Prepared {
         for control in &mut self.memory.control {
             control.phase = Phase::Done as u32;
         }
+        let harnesses: Vec<_> = jobs.iter().map(|(_, job)| (&job.harness, &job.shape)).collect();
+        self.memory.set_all(&self.plan, &harnesses).expect("all have the links of the plan");
         for (variant, (_, job)) in jobs.iter().enumerate() {
-            self.memory.set_harness(&self.plan, variant, &job.harness).expect("all have the links of the plan");
-            self.memory.set_shape(&self.plan, variant, &job.shape);
             self.memory.begin(variant, &job.stop, self.real);
         }
         self.session.upload(gpu, &self.memory);

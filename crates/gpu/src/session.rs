@@ -4,6 +4,7 @@
 //! variant stands and is.
 
 use crate::device::Gpu;
+use std::ops::Range;
 use std::sync::OnceLock;
 use std::sync::mpsc;
 use std::time::Duration;
@@ -15,7 +16,7 @@ use wgpu::{
     ShaderStages,
 };
 use wireloom_shaders::memory::{self, Memory};
-use wireloom_shaders::plan::Plan;
+use wireloom_shaders::plan::{Dispatch, Plan};
 use wireloom_shaders::{Access, BINDINGS, Real, Stage};
 
 /// A submission that takes longer is taken for a device that hangs.
@@ -111,6 +112,9 @@ pub struct Session {
     buffers: Vec<(&'static str, Buffer)>,
     group: BindGroup,
     cycle: Vec<Encoded>,
+    publish: Encoded,
+    /// Where in `vectors` that leaves where every variant is, bytes.
+    shapes: Range<u64>,
     read_back: Buffer,
 }
 
@@ -135,16 +139,18 @@ impl Session {
             }))
         };
         let mut ranges = Vec::new();
-        let mut cycle = Vec::new();
-        for dispatch in plan.cycle() {
-            cycle.push(Encoded {
-                stage: Stage::ALL.iter().position(|stage| *stage == dispatch.stage).expect("all stages are listed"),
-                offset: ranges.len() as u32,
-                workgroups: dispatch.workgroups(memory.variants() as u32),
-            });
+        let mut encoded = |dispatch: &Dispatch| {
+            let offset = ranges.len() as u32;
             ranges.extend(dispatch.range.words().iter().flat_map(|word| word.to_le_bytes()));
             ranges.resize(ranges.len().next_multiple_of(RANGE_STRIDE), 0);
-        }
+            Encoded {
+                stage: Stage::ALL.iter().position(|stage| *stage == dispatch.stage).expect("all stages are listed"),
+                offset,
+                workgroups: dispatch.workgroups(memory.variants() as u32),
+            }
+        };
+        let cycle = plan.cycle().iter().map(&mut encoded).collect();
+        let publish = encoded(&plan.publish());
         let mut buffers = Vec::new();
         for binding in BINDINGS {
             let kind = match binding.access {
@@ -188,13 +194,15 @@ impl Session {
             entries: &entries,
         });
         let size = |wanted: &str| buffers.iter().find(|(name, _)| *name == wanted).map_or(0, |(_, b)| b.size());
+        let shapes = memory.shape_bytes(real);
+        let shapes = shapes.start as u64..shapes.end as u64;
         let read_back = device.create_buffer(&BufferDescriptor {
             label: Some("read back"),
-            size: size("control") + size("state"),
+            size: size("control") + (shapes.end - shapes.start),
             usage: BufferUsages::MAP_READ | BufferUsages::COPY_DST,
             mapped_at_creation: false,
         });
-        Ok(Self { real, buffers, group, cycle, read_back })
+        Ok(Self { real, buffers, group, cycle, publish, shapes, read_back })
     }
 
     fn buffer(&self, name: &str) -> &Buffer {
@@ -216,21 +224,23 @@ impl Session {
         }
     }
 
-    /// So many cycles in one submission, and one read-back of `control` and `state`. Returns whether that worked; where it did not,
-    /// [`Gpu::failure`] says why.
+    /// So many cycles in one submission, and one read-back of how variants stand and where they are. Returns whether that worked; where it
+    /// did not, [`Gpu::failure`] says why.
     pub fn run(&self, gpu: &Gpu, cycles: usize, memory: &mut Memory) -> bool {
         let mut encoder = gpu.device.create_command_encoder(&CommandEncoderDescriptor { label: None });
         for _ in 0..cycles {
             self.encode(gpu, &mut encoder, &self.cycle);
         }
-        let [control, state] = ["control", "state"].map(|name| self.buffer(name));
+        self.encode(gpu, &mut encoder, std::slice::from_ref(&self.publish));
+        let [control, vectors] = ["control", "vectors"].map(|name| self.buffer(name));
+        let shapes = self.shapes.end - self.shapes.start;
         encoder.copy_buffer_to_buffer(control, 0, &self.read_back, 0, control.size());
-        encoder.copy_buffer_to_buffer(state, 0, &self.read_back, control.size(), state.size());
+        encoder.copy_buffer_to_buffer(vectors, self.shapes.start, &self.read_back, control.size(), shapes);
         gpu.queue.submit([encoder.finish()]);
         read(gpu, &self.read_back, |bytes| {
-            let (control, state) = bytes.split_at(control.size() as usize);
+            let (control, shapes) = bytes.split_at(control.size() as usize);
             memory.take(memory::Buffer::Control, self.real, control);
-            memory.take(memory::Buffer::State, self.real, state);
+            memory.take_shapes(self.real, shapes);
         })
     }
 

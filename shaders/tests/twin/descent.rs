@@ -95,9 +95,9 @@ fn variants_of_a_batch_are_what_they_are_alone() {
         assert_eq!(batch.shape(&plan, variant), alone.shape(&plan, 0), "variant {variant}");
     }
     // The same, packed together and read back as from a device.
-    let owned: Vec<_> = builders.iter().map(|builder| (builder.harness.clone(), builder.shape.clone())).collect();
-    let mut packed = Memory::new(&plan, owned.len());
-    packed.set_all(&plan, &owned).expect("the same links");
+    let harnesses: Vec<_> = builders.iter().map(|builder| (&builder.harness, &builder.shape)).collect();
+    let mut packed = Memory::new(&plan, harnesses.len());
+    packed.set_all(&plan, &harnesses).expect("the same links");
     for real in [Real::F64, Real::F32] {
         let mut read = packed.clone();
         (0..read.variants()).for_each(|variant| read.begin(variant, &STOP, Real::F64));
