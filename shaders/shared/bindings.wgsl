@@ -228,18 +228,13 @@ fn gradient_of(own: u32, variable: u32) -> u32 {
     return places.gradient_vectors + (own * places.variables + variable) * 3u;
 }
 
-// The edge between two points of the state at entries a and b, free of the round-off of large coordinates.
-fn edge(a: u32, b: u32, variant: u32) -> vec3<real> {
-    return (value3(b, variant) - value3(a, variant)) + (carry3(b, variant) - carry3(a, variant));
-}
-
 // How a variable must move in its first step.
 fn motion(variable: u32, variant: u32) -> vec3<real> {
     let hold = program[places.holds_program + variable];
     if hold == NONE || control[variant].moving == 0u {
         return vec3<real>(real(0.0), real(0.0), real(0.0));
     }
-    return number3(places.holds_numbers + 17u * hold + 14u, variant);
+    return number3(places.holds_numbers + 20u * hold + 17u, variant);
 }
 
 // Block b of the matrix, of its factor, or of what a task leaves for those after it.

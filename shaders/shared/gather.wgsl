@@ -22,7 +22,7 @@ fn hold_entry(variable: u32) -> u32 {
     if hold == NONE {
         return NONE;
     }
-    return places.holds_numbers + 17u * hold;
+    return places.holds_numbers + 20u * hold;
 }
 
 // The columns of a hold's basis.

@@ -1,11 +1,11 @@
-#import algebra
-#import bindings
+#import strain
 
 // A segment beside a station: Γ = v + v × φ − e3 with φ = Σ 2 β w v over the stations, (w, v) = q̄ Q; see segment.wgsl for the rest.
 
 struct StationSegment {
     c: vec3<real>,
     l: real,
+    exact_l: Two,
     overturned: real,
 }
 
@@ -32,8 +32,9 @@ struct StationLaw {
 }
 
 fn station_segment(k: u32, variant: u32) -> StationSegment {
-    let entry = places.station_segments_numbers + 21u * k;
-    return StationSegment(number3(entry, variant), number(entry + 3u, variant), number(entry + 4u, variant));
+    let entry = places.station_segments_numbers + 22u * k;
+    let l = Two(number(entry + 3u, variant), number(entry + 4u, variant));
+    return StationSegment(number3(entry, variant), l.hi + l.lo, l, number(entry + 5u, variant));
 }
 
 // The station at end 0 or 1 of segment k, whose frame is q; `trial`: which state.
@@ -44,7 +45,7 @@ fn station(k: u32, end: u32, q: vec4<real>, trial: u32, variant: u32) -> Station
     if variable == NONE {
         return Station(false, zero33(), vec4<real>(o, o, o, o), zero, o, o, zero);
     }
-    let entry = places.station_segments_numbers + 21u * k + 5u + 8u * end;
+    let entry = places.station_segments_numbers + 22u * k + 6u + 8u * end;
     let carrier = value4(state_entry(variable, trial, variant), variant);
     let rest = number4(entry, variant);
     let turn = relative(q, turned_by(carrier, rest));
@@ -59,14 +60,14 @@ fn station(k: u32, end: u32, q: vec4<real>, trial: u32, variant: u32) -> Station
     );
 }
 
-fn station_law(s: StationSegment, e: vec3<real>, q: vec4<real>, first: Station, second: Station) -> StationLaw {
+fn station_law(s: StationSegment, e: Sum, q: vec4<real>, first: Station, second: Station, on: bool) -> StationLaw {
     let r = rotation_matrix(q);
-    let v = (e * r) * (real(1.0) / s.l);
+    let straight = strain(r, e, s.exact_l, q, on);
+    let v = vec3<real>(straight.xy, straight.z + real(1.0));
     let phi = first.v * (real(2.0) * first.blend * first.w) + second.v * (real(2.0) * second.blend * second.w);
-    let u = v + cross3(v, phi);
-    let beyond = select(real(0.0), s.overturned, u.z < real(0.0));
-    let gamma = vec3<real>(u.xy, u.z - real(1.0));
-    let n = vec3<real>(s.c.x * gamma.x, s.c.y * gamma.y, s.c.z * gamma.z + beyond * u.z);
+    let gamma = straight + cross3(v, phi);
+    let beyond = select(real(0.0), s.overturned, gamma.z < real(-1.0));
+    let n = vec3<real>(s.c.x * gamma.x, s.c.y * gamma.y, s.c.z * gamma.z + beyond * (gamma.z + real(1.0)));
     return StationLaw(r, v, n, vec3<real>(s.c.xy, s.c.z + beyond), beyond, gamma, phi);
 }
 

@@ -223,7 +223,7 @@ impl Memory {
     /// Lets a variant begin where it is. With motion among its holds the first step carries it; else it is only put where they want it.
     pub fn begin(&mut self, variant: usize, stop: &Stop, real: Real) {
         let moving = (0..self.places.holds as usize).any(|k| {
-            let entry = self.places.holds_numbers as usize + sizes::HOLD as usize * k + 14;
+            let entry = self.places.holds_numbers as usize + sizes::HOLD as usize * k + 17;
             self.number3(entry, variant).amax() > STANDING
         });
         let (noise, patience) = round_off(real);
@@ -336,16 +336,28 @@ fn numbers(plan: &Plan, harness: &Harness) -> Result<Vec<f64>, OtherLinks> {
     for hold in &harness.holds {
         all.extend(hold.basis.as_flattened());
         all.push(f64::from(hold.count));
-        all.extend(hold.target);
+        match hold.variable {
+            Variable::Point(_) => {
+                let target = hold.target.map(in_two);
+                all.extend(target.map(|[x, _]| x));
+                all.extend(target[..3].iter().map(|[_, rest]| rest));
+            }
+            Variable::Frame(_) => {
+                all.extend(hold.target);
+                all.extend([0.0; 3]);
+            }
+        }
         all.extend(hold.motion);
     }
     for s in &harness.segments {
         all.extend(s.stiffness);
-        all.extend([s.length, s.overturned]);
+        let [length, rest] = in_two(s.length);
+        all.extend([length, rest, s.overturned]);
     }
     for s in &harness.station_segments {
         all.extend(s.stiffness);
-        all.extend([s.length, s.overturned]);
+        let [length, rest] = in_two(s.length);
+        all.extend([length, rest, s.overturned]);
         for end in &s.ends {
             let station = end.station;
             all.extend(station.map_or([0.0; 4], |station| station.rest));
@@ -370,6 +382,12 @@ fn numbers(plan: &Plan, harness: &Harness) -> Result<Vec<f64>, OtherLinks> {
     }
     debug_assert_eq!(all.len(), plan.numbers as usize);
     Ok(all)
+}
+
+/// A number as the sum of what f32 holds of it and the rest: in f64 the sum is the number, in f32 it has twice the digits.
+fn in_two(x: f64) -> [f64; 2] {
+    let held = f64::from(x as f32);
+    [held, x - held]
 }
 
 /// Value and carry of every variable, entry by entry.
@@ -495,7 +513,7 @@ impl Memory {
         if hold == NONE || self.control[variant].moving == 0 {
             return Vector::zeros();
         }
-        self.number3(self.places.holds_numbers as usize + 17 * hold as usize + 14, variant)
+        self.number3(self.places.holds_numbers as usize + 20 * hold as usize + 17, variant)
     }
 
     pub(crate) fn part3(&self, entry: usize, variant: usize) -> Vector {

@@ -18,11 +18,11 @@ pub(crate) mod sizes {
     /// Dead force, weight.
     pub(crate) const VARIABLE: u32 = 4;
     /// Basis, count, target, motion.
-    pub(crate) const HOLD: u32 = 17;
+    pub(crate) const HOLD: u32 = 20;
     /// C, ℓ, B.
-    pub(crate) const SEGMENT: u32 = 5;
+    pub(crate) const SEGMENT: u32 = 6;
     /// C, ℓ, B; of both stations rest, offset, β.
-    pub(crate) const STATION_SEGMENT: u32 = 21;
+    pub(crate) const STATION_SEGMENT: u32 = 22;
     /// C, λ, κ°, both rests.
     pub(crate) const COUPLING: u32 = 15;
     /// Rest, offset, k, k_t, k_f, X°, S°, F.

@@ -19,8 +19,9 @@ fn main(
     let a = program[links];
     let b = program[links + 1u];
     let f = program[links + 2u];
-    let e = edge(state_entry(a, AT_HAND, variant), state_entry(b, AT_HAND, variant), variant);
-    let law = segment_law(s, e, value4(state_entry(f, AT_HAND, variant), variant));
+    let on = is_on(variant);
+    let e = edge(state_entry(a, AT_HAND, variant), state_entry(b, AT_HAND, variant), variant, on);
+    let law = segment_law(s, e, value4(state_entry(f, AT_HAND, variant), variant), on);
     let c = diagonal(law.c);
     let rt = transpose(law.r);
     let vt = skew(-law.v);

@@ -49,9 +49,10 @@ fn main(
     let q = value4(state_entry(f, AT_HAND, variant), variant);
     let first = station(k, 0u, q, AT_HAND, variant);
     let second = station(k, 1u, q, AT_HAND, variant);
-    let nodes = edge(state_entry(a, AT_HAND, variant), state_entry(b, AT_HAND, variant), variant);
-    let e = nodes + (second.r * second.offset - first.r * first.offset);
-    let law = station_law(s, e, q, first, second);
+    let on = is_on(variant);
+    let nodes = edge(state_entry(a, AT_HAND, variant), state_entry(b, AT_HAND, variant), variant, on);
+    let e = add_exactly(nodes.sum, nodes.error, second.r * second.offset - first.r * first.offset, on);
+    let law = station_law(s, e, q, first, second, on);
     let n = law.n;
     let v = law.v;
     let rt = transpose(law.r);

@@ -18,7 +18,8 @@ fn main(
     let a = state_entry(program[links], range.slot, variant);
     let b = state_entry(program[links + 1u], range.slot, variant);
     let f = state_entry(program[links + 2u], range.slot, variant);
-    let law = segment_law(s, edge(a, b, variant), value4(f, variant));
+    let on = is_on(variant);
+    let law = segment_law(s, edge(a, b, variant, on), value4(f, variant), on);
     let entry = places.segments_parts + 33u * k;
     set_vector(places.energies_vectors + k, variant, segment_energy(law, s.l));
     set_part3(entry, variant, law.r * law.n);

@@ -22,9 +22,10 @@ fn main(
     let q = value4(state_entry(f, range.slot, variant), variant);
     let first = station(k, 0u, q, range.slot, variant);
     let second = station(k, 1u, q, range.slot, variant);
-    let nodes = edge(state_entry(a, range.slot, variant), state_entry(b, range.slot, variant), variant);
-    let e = nodes + (second.r * second.offset - first.r * first.offset);
-    let law = station_law(s, e, q, first, second);
+    let on = is_on(variant);
+    let nodes = edge(state_entry(a, range.slot, variant), state_entry(b, range.slot, variant), variant, on);
+    let e = add_exactly(nodes.sum, nodes.error, second.r * second.offset - first.r * first.offset, on);
+    let law = station_law(s, e, q, first, second, on);
     let force = law.r * conjugate_force(law);
     let mu = cross3(law.n, law.v) * s.l;
     let through = (mu * turn_of_segment(first.w, first.v)) * first.blend

@@ -45,17 +45,16 @@ fn main(
         set_state(to + 3u, variant, q.w);
         return;
     }
-    let moved = add_exactly(value3(at, variant), carry3(at, variant), step, control[variant].unit);
-    var x = moved.sum;
-    var carry = moved.error;
+    let on = is_on(variant);
+    var moved = add_exactly(value3(at, variant), carry3(at, variant), step, on);
     if count > real(2.5) {
-        x = number3(held + 10u, variant);
-        carry = vec3<real>(real(0.0), real(0.0), real(0.0));
+        let zero = vec3<real>(real(0.0), real(0.0), real(0.0));
+        moved = add_exactly(number3(held + 10u, variant), number3(held + 14u, variant), zero, on);
     } else if count > real(0.5) {
         let basis = hold_basis(held, variant);
         let one = vec3<real>(real(1.0), real(1.0), real(1.0));
-        let gap = (number3(held + 10u, variant) - x) * basis;
-        x += basis * (gap * (one - free_directions(held, variant)));
+        let gap = ((number3(held + 10u, variant) - moved.sum) + (number3(held + 14u, variant) - moved.error)) * basis;
+        moved = add_exactly(moved.sum, moved.error, basis * (gap * (one - free_directions(held, variant))), on);
     }
-    set_point(to, variant, Sum(x, carry));
+    set_point(to, variant, moved);
 }

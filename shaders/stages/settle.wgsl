@@ -28,5 +28,5 @@ fn main(
     if held != NONE {
         step = hold_basis(held, variant) * step;
     }
-    set_point(to, variant, add_exactly(value3(at, variant), carry3(at, variant), step, control[variant].unit));
+    set_point(to, variant, add_exactly(value3(at, variant), carry3(at, variant), step, is_on(variant)));
 }

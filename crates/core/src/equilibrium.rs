@@ -470,6 +470,8 @@ pub struct TightestBend {
 pub struct MinimiserResult {
     /// Kind.
     pub kind: String,
+    /// What it computed on, where that was not the processor; see [`crate::Minimiser::device`].
+    pub device: Option<String>,
     /// Iterations, over all increments of the step so far.
     pub iterations: usize,
     /// How many of them another minimiser made to finish; see [`crate::minimiser::Report::polish`].

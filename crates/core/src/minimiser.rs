@@ -88,6 +88,10 @@ pub trait Minimiser {
     fn accepts(&self, _network: &Network) -> Result<(), BuildError> {
         Ok(())
     }
+    /// What it computes on, where that is not the processor: the device's name and the precision of its numbers.
+    fn device(&self) -> Option<String> {
+        None
+    }
     /// Why nothing it says may be relied on any more, if so (a device that was lost); the run then ends, and keeps what is
     /// finished.
     fn fault(&self) -> Option<String> {

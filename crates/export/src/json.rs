@@ -537,6 +537,9 @@ impl<'a> Tightest<'a> {
 #[derive(serde::Serialize)]
 struct Minimiser<'a> {
     kind: &'a str,
+    /// What it computed on, where that was not the processor.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    device: Option<&'a str>,
     iterations: usize,
     /// How many of them another minimiser made to finish.
     #[serde(skip_serializing_if = "is_none")]
@@ -557,6 +560,7 @@ impl<'a> Minimiser<'a> {
     fn of(minimiser: &'a MinimiserResult) -> Self {
         Self {
             kind: &minimiser.kind,
+            device: minimiser.device.as_deref(),
             iterations: minimiser.iterations,
             polish: minimiser.polish,
             factorisations: minimiser.factorisations,

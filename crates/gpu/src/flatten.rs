@@ -327,10 +327,13 @@ impl Flattening {
         }
     }
 
-    /// Puts independent variables into a state, and what they carry.
+    /// Puts independent variables into a state, and what they carry. Carries that come from f32 are large for f64, where not everything
+    /// (weights, say) looks at them: what fits goes into the positions.
     pub fn put(&self, shape: &Shape, network: &Network, state: &mut State) {
         for ((&i, x), carry) in self.points.iter().zip(&shape.points).zip(&shape.carry) {
-            (state.points[i], state.carry[i]) = ((*x).into(), (*carry).into());
+            let (x, carry) = (Vector::from(*x), Vector::from(*carry));
+            state.points[i] = x + carry;
+            state.carry[i] = carry - (state.points[i] - x);
         }
         for (&c, q) in self.frames.iter().zip(&shape.frames) {
             state.frames[c] = Unit::new_normalize(Quaternion::from(Vector4::from(*q)));

@@ -20,7 +20,7 @@ const LEAF: usize = 8;
 
 /// Relative residual at which single precision leaves the rest to the CPU: from there it is a step or two, which round-off would hide
 /// from the device.
-const SINGLE_TOLERANCE: f64 = 1e-3;
+const SINGLE_TOLERANCE: f64 = 1e-4;
 
 /// The device of a program: opened once, when it is first wanted, and shared by all minimisers.
 #[derive(Clone)]
@@ -260,6 +260,14 @@ impl Minimiser for GpuMinimiser {
 
     /// It remembers nothing that an equilibrium depends on.
     fn forget(&mut self) {}
+
+    fn device(&self) -> Option<String> {
+        let precision = match self.real {
+            Real::F32 => "f32",
+            Real::F64 => "f64",
+        };
+        Some(format!("{}, {precision}", self.gpu.listed.name))
+    }
 
     fn fault(&self) -> Option<String> {
         self.fault.clone()

@@ -694,6 +694,7 @@ impl<'n, 'm> Driver<'n, 'm> {
             stable,
             minimiser: MinimiserResult {
                 kind: self.minimiser.name().to_owned(),
+                device: self.minimiser.device(),
                 iterations: self.iterations,
                 polish: self.polish,
                 factorisations: self.factorisations,

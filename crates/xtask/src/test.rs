@@ -14,6 +14,10 @@ pub fn test() -> Result<(), String> {
     let tests = ["test", "--quiet", "--workspace", "--no-fail-fast"];
     let mut tests = command("cargo", &tests);
     tests.env("WIRELOOM_GPU_TESTS", if tools::vulkan() { "require" } else { "auto" });
+    if std::env::var_os("XDG_RUNTIME_DIR").is_none() {
+        // Drivers of GPUs look for one and complain at every start where there is none.
+        tests.env("XDG_RUNTIME_DIR", tools::runtime()?);
+    }
     if let Some(python) = tools::python() {
         tests.env("WIRELOOM_PYTHON", python);
     }

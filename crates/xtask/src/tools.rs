@@ -1,6 +1,7 @@
 //! What the tests need beyond cargo: two components of Rust, a Vulkan device, cargo-deny, and a Python with DuckDB; the last two go into the target folder.
 
 use crate::run::{command, step, target, works};
+use std::path::PathBuf;
 
 const DENY: &str = "0.20.2";
 const DUCKDB: &str = "2.0.0";
@@ -43,6 +44,13 @@ pub fn vulkan() -> bool {
         println!("{error}\nno Vulkan driver: the tests that need a GPU, or one in software, are ignored; {by_hand}");
     }
     done.is_ok() && has_vulkan()
+}
+
+/// A folder for what lives as long as a session, which a system without one lacks.
+pub fn runtime() -> Result<PathBuf, String> {
+    let folder = target().join("tools/runtime");
+    std::fs::create_dir_all(&folder).map_err(|error| format!("{} cannot be made: {error}", folder.display()))?;
+    Ok(folder)
 }
 
 /// Whether the system has Vulkan's loader and a driver.

@@ -34,14 +34,14 @@ pub(crate) fn retract(m: &mut Memory, _: &Range, k: usize, variant: usize) {
         m.set_value4(to, variant, &q);
         return;
     }
-    let (mut x, mut carry) = add_exactly(&m.value3(at, variant), &m.carry3(at, variant), &step, control.unit);
+    let mut moved = add_exactly(&m.value3(at, variant), &m.carry3(at, variant), &step);
     if count > 2.5 {
-        x = m.number3(held + 10, variant);
-        carry = Vector::zeros();
+        moved = add_exactly(&m.number3(held + 10, variant), &m.number3(held + 14, variant), &Vector::zeros());
     } else if count > 0.5 {
         let basis = hold_basis(m, held, variant);
-        let gap = basis.tr_mul(&(m.number3(held + 10, variant) - x));
-        x += basis * gap.component_mul(&(Vector::repeat(1.0) - free_directions(m, held, variant)));
+        let gap = (m.number3(held + 10, variant) - moved.0) + (m.number3(held + 14, variant) - moved.1);
+        let gap = basis.tr_mul(&gap).component_mul(&(Vector::repeat(1.0) - free_directions(m, held, variant)));
+        moved = add_exactly(&moved.0, &moved.1, &(basis * gap));
     }
-    set_point(m, to, variant, (x, carry));
+    set_point(m, to, variant, moved);
 }

@@ -20,6 +20,6 @@ pub(crate) fn settle(m: &mut Memory, _: &Range, k: usize, variant: usize) {
     if let Some(held) = hold_entry(m, k) {
         step = hold_basis(m, held, variant) * step;
     }
-    let moved = add_exactly(&m.value3(at, variant), &m.carry3(at, variant), &step, m.control[variant].unit);
+    let moved = add_exactly(&m.value3(at, variant), &m.carry3(at, variant), &step);
     set_point(m, to, variant, moved);
 }

@@ -83,6 +83,6 @@ fn a_cycle_moves_what_is_written_down() {
             traffic(fork(1, 60, false), usize::MAX),
             traffic(fork(1, 60, true), usize::MAX),
         ],
-        [of(81, 2_202_520, 1455), of(102, 21_773_723, 1934), of(39, 221_773, 2138), of(39, 222_897, 3595)]
+        [of(81, 2_205_520, 1455), of(102, 21_803_723, 1934), of(39, 222_313, 2138), of(39, 223_437, 3595)]
     );
 }

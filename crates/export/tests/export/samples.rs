@@ -108,6 +108,7 @@ pub fn step(branches: Vec<BranchResult>, joints: Vec<JointResult>, constraints: 
         stable: Some(true),
         minimiser: MinimiserResult {
             kind: "newton".into(),
+            device: None,
             iterations: 6,
             polish: 0,
             factorisations: 7,

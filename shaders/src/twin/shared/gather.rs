@@ -19,7 +19,7 @@ pub(crate) fn gathered_force(m: &Memory, variable: usize, variant: usize) -> Vec
 /// Where the numbers of a variable's hold are; `None` where nothing is held.
 pub(crate) fn hold_entry(m: &Memory, variable: usize) -> Option<usize> {
     let hold = m.word(m.places.holds_program as usize + variable);
-    (hold != NONE).then(|| m.places.holds_numbers as usize + 17 * hold as usize)
+    (hold != NONE).then(|| m.places.holds_numbers as usize + 20 * hold as usize)
 }
 
 /// The columns of a hold's basis.

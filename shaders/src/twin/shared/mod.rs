@@ -9,4 +9,5 @@ pub(crate) mod partials;
 pub(crate) mod segment;
 pub(crate) mod spring;
 pub(crate) mod station_segment;
+pub(crate) mod strain;
 pub(crate) mod sum;

@@ -1,6 +1,7 @@
 //! Twin of `shared/segment.wgsl`.
 
 use super::algebra::rotation_matrix;
+use super::strain::strain;
 use crate::memory::{Matrix, Memory, Rotation, Vector};
 
 pub(crate) struct Segment {
@@ -11,6 +12,7 @@ pub(crate) struct Segment {
 
 pub(crate) struct SegmentLaw {
     pub(crate) r: Matrix,
+    pub(crate) gamma: Vector,
     pub(crate) v: Vector,
     pub(crate) n: Vector,
     /// C at v.
@@ -20,19 +22,20 @@ pub(crate) struct SegmentLaw {
 }
 
 pub(crate) fn segment(m: &Memory, k: usize, variant: usize) -> Segment {
-    let entry = m.places.segments_numbers as usize + 5 * k;
-    Segment { c: m.number3(entry, variant), l: m.number(entry + 3, variant), overturned: m.number(entry + 4, variant) }
+    let entry = m.places.segments_numbers as usize + 6 * k;
+    let l = m.number(entry + 3, variant) + m.number(entry + 4, variant);
+    Segment { c: m.number3(entry, variant), l, overturned: m.number(entry + 5, variant) }
 }
 
 pub(crate) fn segment_law(s: &Segment, e: &Vector, q: &Rotation) -> SegmentLaw {
     let r = rotation_matrix(q);
-    let v = r.tr_mul(e) * (1.0 / s.l);
+    let gamma = strain(&r, e, s.l, q);
+    let v = gamma + Vector::z();
     let beyond = if v.z < 0.0 { s.overturned } else { 0.0 };
-    let n = Vector::new(s.c.x * v.x, s.c.y * v.y, s.c.z * (v.z - 1.0) + beyond * v.z);
-    SegmentLaw { r, v, n, c: Vector::new(s.c.x, s.c.y, s.c.z + beyond), beyond }
+    let n = Vector::new(s.c.x * gamma.x, s.c.y * gamma.y, s.c.z * gamma.z + beyond * v.z);
+    SegmentLaw { r, gamma, v, n, c: Vector::new(s.c.x, s.c.y, s.c.z + beyond), beyond }
 }
 
 pub(crate) fn segment_energy(law: &SegmentLaw, l: f64) -> f64 {
-    let (n, v) = (&law.n, &law.v);
-    0.5 * l * (n.x * v.x + n.y * v.y + n.z * (v.z - 1.0) + law.beyond * v.z)
+    0.5 * l * (law.n.dot(&law.gamma) + law.beyond * law.v.z)
 }

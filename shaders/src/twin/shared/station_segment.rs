@@ -1,6 +1,7 @@
 //! Twin of `shared/station_segment.wgsl`.
 
 use super::algebra::{identity, outer, relative, rotation_matrix, skew};
+use super::strain::strain;
 use crate::harness::NONE;
 use crate::memory::{Matrix, Memory, Rotation, Vector};
 
@@ -34,11 +35,11 @@ pub(crate) struct StationLaw {
 }
 
 pub(crate) fn station_segment(m: &Memory, k: usize, variant: usize) -> StationSegment {
-    let entry = m.places.station_segments_numbers as usize + 21 * k;
+    let entry = m.places.station_segments_numbers as usize + 22 * k;
     StationSegment {
         c: m.number3(entry, variant),
-        l: m.number(entry + 3, variant),
-        overturned: m.number(entry + 4, variant),
+        l: m.number(entry + 3, variant) + m.number(entry + 4, variant),
+        overturned: m.number(entry + 5, variant),
     }
 }
 
@@ -47,7 +48,7 @@ pub(crate) fn station(m: &Memory, k: usize, end: usize, q: &Rotation, trial: u32
     if variable == NONE {
         return Station::default();
     }
-    let entry = m.places.station_segments_numbers as usize + 21 * k + 5 + 8 * end;
+    let entry = m.places.station_segments_numbers as usize + 22 * k + 6 + 8 * end;
     let carrier = m.value4(m.state_entry(variable as usize, trial, variant), variant);
     let rest = m.number4(entry, variant);
     let (w, v) = relative(q, &(carrier * rest));
@@ -70,12 +71,12 @@ pub(crate) fn station_law(
     second: &Station,
 ) -> StationLaw {
     let r = rotation_matrix(q);
-    let v = r.tr_mul(e) * (1.0 / s.l);
+    let straight = strain(&r, e, s.l, q);
+    let v = straight + Vector::z();
     let phi = first.v * (2.0 * first.blend * first.w) + second.v * (2.0 * second.blend * second.w);
-    let u = v + v.cross(&phi);
-    let beyond = if u.z < 0.0 { s.overturned } else { 0.0 };
-    let gamma = Vector::new(u.x, u.y, u.z - 1.0);
-    let n = Vector::new(s.c.x * gamma.x, s.c.y * gamma.y, s.c.z * gamma.z + beyond * u.z);
+    let gamma = straight + v.cross(&phi);
+    let beyond = if gamma.z < -1.0 { s.overturned } else { 0.0 };
+    let n = Vector::new(s.c.x * gamma.x, s.c.y * gamma.y, s.c.z * gamma.z + beyond * (gamma.z + 1.0));
     StationLaw { r, v, n, c: Vector::new(s.c.x, s.c.y, s.c.z + beyond), beyond, gamma, phi }
 }
 

@@ -2,12 +2,12 @@
 
 use crate::memory::{Memory, Vector};
 
-/// x + δ with its rounding error: the error-free sum of Knuth. `unit` is 1, which no compiler can know: so none takes the error for 0.
-pub(crate) fn add_exactly(x: &Vector, carry: &Vector, step: &Vector, unit: f64) -> (Vector, Vector) {
+/// x + δ with its rounding error: the error-free sum of Knuth. (The compiler of Rust leaves it as it is.)
+pub(crate) fn add_exactly(x: &Vector, carry: &Vector, step: &Vector) -> (Vector, Vector) {
     let delta = step + carry;
-    let sum = (x + delta) * unit;
-    let rounded = (sum - x) * unit;
-    (sum, (x - (sum - rounded) * unit) + (delta - rounded))
+    let sum = x + delta;
+    let rounded = sum - x;
+    (sum, (x - (sum - rounded)) + (delta - rounded))
 }
 
 pub(crate) fn set_point(m: &mut Memory, entry: usize, variant: usize, (sum, error): (Vector, Vector)) {
