@@ -376,6 +376,7 @@ struct Tightest {
 #[derive(Deserialize)]
 struct Minimiser {
     kind: String,
+    device: Option<String>,
     iterations: usize,
     #[serde(default)]
     polish: usize,
@@ -389,6 +390,7 @@ impl Minimiser {
     fn result(self) -> MinimiserResult {
         MinimiserResult {
             kind: self.kind,
+            device: self.device,
             iterations: self.iterations,
             polish: self.polish,
             factorisations: self.factorisations,
