@@ -30,6 +30,12 @@ pub enum Command {
         #[command(flatten)]
         allowed: Allowed,
     },
+    /// Take hold of a harness in the browser, or watch a finished run
+    ///
+    /// Opens a page (and prints its address, which holds a token: whoever knows it may use the session). Hands move connectors, clips and points
+    /// of the cables; what they do becomes steps of the scenario, which the page saves as a file. What is not saved is kept as a draft,
+    /// in the user's folder for states of programs, and offered the next time. Ctrl-C ends it.
+    Studio(StudioArguments),
     /// Show what differs between results, and why they are not the same equilibrium
     ///
     /// Takes folders that `run` has written, and scenarios, which are carried out for the purpose (nothing is written of them).
@@ -113,7 +119,7 @@ pub struct RunArguments {
     ///
     /// The scenario and the files it names must be what they were. The result is the same, to the last bit, as that of a
     /// run that was not interrupted; only times differ.
-    #[arg(long, value_name = "DIR", conflicts_with_all = ["file", "out", "minimiser", "set", "point", "report"])]
+    #[arg(long, value_name = "DIR", conflicts_with_all = ["file", "out", "minimiser", "set", "point", "report", "page"])]
     pub resume: Option<PathBuf>,
     /// Folder for the results, made where it is missing [default: out/ and the name of FILE without .toml]
     #[arg(long, value_name = "DIR")]
@@ -130,9 +136,30 @@ pub struct RunArguments {
     /// Write report.html, too: the whole run as one page, as `report = true` in the scenario's [output] does
     #[arg(long)]
     pub report: bool,
+    /// Also write the run, increment by increment, as one page that any browser plays without this program
+    #[arg(long, value_name = "FILE.html")]
+    pub page: Option<PathBuf>,
     /// Print nothing but faults
     #[arg(long, short)]
     pub quiet: bool,
+    #[command(flatten)]
+    pub allowed: Allowed,
+}
+
+#[derive(Args)]
+pub struct StudioArguments {
+    /// A scenario, to take hold of it; or a folder that `run` has written, to watch what is in it
+    #[arg(value_name = "FILE|DIR")]
+    pub what: PathBuf,
+    /// Port to listen at [default: that of the last time, or any]
+    #[arg(long, value_name = "N")]
+    pub port: Option<u16>,
+    /// Address to listen at; any but this machine's own lets others in who know the token
+    #[arg(long, value_name = "ADDRESS", default_value = "127.0.0.1")]
+    pub host: String,
+    /// Only print the address
+    #[arg(long)]
+    pub no_open: bool,
     #[command(flatten)]
     pub allowed: Allowed,
 }

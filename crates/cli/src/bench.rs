@@ -6,12 +6,15 @@ use crate::summary::{Columns, time};
 use serde_json::{Value, json};
 use std::io::Write;
 use wireloom::bench::{Case, Contender, Installation, MonteCarlo, OnDevice};
+use wireloom_studio::bench::Drag;
 
 /// All that was measured.
 struct Measured {
     cases: Vec<Case>,
     minimisers: Vec<Contender>,
     monte_carlo: MonteCarlo,
+    /// Hands in the studio.
+    hands: Vec<Drag>,
     installed: Option<Installation>,
 }
 
@@ -25,12 +28,14 @@ pub fn bench(arguments: &BenchArguments, out: &mut dyn Write) -> Result<Outcome,
         cases: wireloom::bench::all(),
         minimisers: wireloom::bench::minimisers(&registry, arguments.iterations as usize),
         monte_carlo: wireloom::bench::monte_carlo(arguments.points as usize, None, None, &registry),
+        hands: vec![wireloom_studio::bench::cable(1_000).map_err(Failure::Input)?],
         installed: None,
     };
     if let Some(path) = &arguments.harness {
         let kbl = crate::load::text(path)?;
         let refused = |message: String| Failure::Input(format!("{}: {message}", path.display()));
         measured.cases.push(wireloom::bench::drag_installed(&kbl).map_err(refused)?);
+        measured.hands.push(wireloom_studio::bench::harness(&kbl).map_err(refused)?);
         measured.installed = Some(wireloom::bench::install(&kbl).map_err(refused)?);
     }
     let print = match arguments.json {
@@ -41,6 +46,7 @@ pub fn bench(arguments: &BenchArguments, out: &mut dyn Write) -> Result<Outcome,
     // That others than Newton's method do not get there is a result.
     let sound = measured.cases.iter().all(|case| case.failures == 0)
         && measured.monte_carlo.converged() == measured.monte_carlo.points
+        && measured.hands.iter().all(|drag| drag.failures == 0)
         && measured.installed.is_none_or(|all| all.failures == 0);
     Ok(if sound { Outcome::Done } else { Outcome::NotConverged })
 }
@@ -122,6 +128,8 @@ fn table(measured: &Measured, out: &mut dyn Write) -> std::io::Result<()> {
     table.print(out)?;
     writeln!(out, "\nThe same step of 1,000 segments with each minimiser, to the same certificate.\n")?;
     minimisers(&measured.minimisers, out)?;
+    writeln!(out, "\nFrom a hand's target to the picture of it, in the studio over loopback.\n")?;
+    hands(&measured.hands, out)?;
     let MonteCarlo { points, statuses, threads, seconds } = &measured.monte_carlo;
     let statuses: Vec<String> = statuses.iter().map(|(status, n)| format!("{n} {status}")).collect();
     let (threads, each) = (crate::size::counted(*threads, "thread", "threads"), precise(seconds / *points as f64));
@@ -167,6 +175,21 @@ fn minimisers(all: &[Contender], out: &mut dyn Write) -> std::io::Result<()> {
             format!("{:.1}", case.factorisations_per_step),
             format!("{:.0e}", case.residual),
             if case.failures == 0 { "yes" } else { "no" }.to_owned(),
+        ]);
+    }
+    table.print(out)
+}
+
+fn hands(all: &[Drag], out: &mut dyn Write) -> std::io::Result<()> {
+    let mut table = Columns::new([">nodes", ">targets", ">median", ">slowest", ">a second", ">failures"]);
+    for drag in all {
+        table.row([
+            drag.nodes.to_string(),
+            drag.targets.to_string(),
+            precise(drag.seconds),
+            precise(drag.slowest),
+            format!("{:.0}", drag.per_second),
+            drag.failures.to_string(),
         ]);
     }
     table.print(out)
@@ -223,6 +246,17 @@ fn document(measured: &Measured) -> Value {
             "seconds": all.seconds,
         },
     });
+    let hands = measured.hands.iter().map(|drag| {
+        json!({
+            "nodes": drag.nodes,
+            "targets": drag.targets,
+            "seconds": drag.seconds,
+            "slowest": drag.slowest,
+            "per_second": drag.per_second,
+            "failures": drag.failures,
+        })
+    });
+    document["hands"] = hands.collect::<Vec<Value>>().into();
     if let Some(all) = &measured.installed {
         document["installation"] = json!({
             "nodes": all.nodes,

@@ -82,6 +82,11 @@ impl Failure {
         move |source| Self::Io { what, source }
     }
 
+    /// The network failed, and what was to be done.
+    pub fn network(what: &'static str) -> impl FnOnce(io::Error) -> Self {
+        move |source| Self::Io { what: format!("cannot {what}"), source }
+    }
+
     /// Standard output failed.
     pub fn standard_output(source: io::Error) -> Self {
         Self::Io { what: "cannot write to standard output".into(), source }

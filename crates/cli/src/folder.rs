@@ -4,7 +4,7 @@
 use crate::failure::Failure;
 use std::fs::{self, File, OpenOptions};
 use std::io::{self, BufWriter, Write};
-use std::path::{Path, PathBuf};
+use std::path::{Component, Path, PathBuf};
 
 /// What the program keeps in the folder for itself.
 pub const OWN: &str = ".wireloom";
@@ -30,12 +30,7 @@ impl Folder {
         });
         let removed = fs::remove_file(&trial);
         attempt.and(removed).map_err(Failure::io("write in the folder", path))?;
-        let list = path.join(OWN).join(LIST);
-        let written = match fs::read_to_string(&list) {
-            Err(error) if error.kind() == io::ErrorKind::NotFound => vec![],
-            other => other.map_err(Failure::io("read", &list))?.lines().map(str::to_owned).collect(),
-        };
-        Ok(Self { path: path.to_path_buf(), written })
+        Ok(Self { path: path.to_path_buf(), written: written(path)? })
     }
 
     /// Makes sure that so many bytes find room on the disk, as far as the system tells.
@@ -53,11 +48,6 @@ impl Folder {
     /// Removes what an earlier run has written, so that nobody takes it for this one's.
     pub fn clear(&mut self) -> Result<(), Failure> {
         for name in std::mem::take(&mut self.written) {
-            // Only names that this program gives; the list may have been edited.
-            let inside = Path::new(&name).components().all(|part| matches!(part, std::path::Component::Normal(_)));
-            if !inside {
-                continue;
-            }
             let path = self.path.join(&name);
             match fs::remove_file(&path) {
                 Err(error) if error.kind() != io::ErrorKind::NotFound => {
@@ -98,6 +88,18 @@ impl Folder {
     }
 }
 
+/// What was written in a folder: names of files below it.
+pub fn written(folder: &Path) -> Result<Vec<String>, Failure> {
+    let list = folder.join(OWN).join(LIST);
+    let names = match fs::read_to_string(&list) {
+        Err(error) if error.kind() == io::ErrorKind::NotFound => String::new(),
+        other => other.map_err(Failure::io("read", &list))?,
+    };
+    // Only names that this program gives; the list may have been edited.
+    let inside = |name: &&str| Path::new(name).components().all(|part| matches!(part, Component::Normal(_)));
+    Ok(names.lines().filter(inside).map(str::to_owned).collect())
+}
+
 /// Writes a file under another name first and renames it when it is complete.
 pub fn write(path: &Path, content: impl FnOnce(&mut BufWriter<File>) -> io::Result<()>) -> Result<(), Failure> {
     write_by(&partial(path), path, content)
@@ -132,39 +134,9 @@ fn partial(path: &Path) -> PathBuf {
     path.with_file_name(name)
 }
 
-/// A name of the scenario as a name of a file: letters, digits, `-`, `_` and `.`; anything else becomes `_`.
-/// Among `taken` it gets a number, also where only the case of letters differs.
-pub fn file_name(name: &str, taken: &mut Vec<String>) -> String {
-    let mut plain: String =
-        name.chars().map(|c| if c.is_alphanumeric() || "-_.".contains(c) { c } else { '_' }).collect();
-    if plain.trim_matches('.').is_empty() {
-        plain = format!("_{plain}");
-    }
-    let mut unique = plain.clone();
-    let mut k = 2;
-    while taken.contains(&unique.to_lowercase()) {
-        unique = format!("{plain}-{k}");
-        k += 1;
-    }
-    taken.push(unique.to_lowercase());
-    unique
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn file_names_are_safe_and_differ() {
-        let mut taken = vec![];
-        let mut name = |text| file_name(text, &mut taken);
-        assert_eq!(name("plug B"), "plug_B");
-        assert_eq!(name("plug/B"), "plug_B-2");
-        assert_eq!(name("PLUG_B"), "PLUG_B-3");
-        assert_eq!(name(".."), "_..");
-        assert_eq!(name(""), "_");
-        assert_eq!(name("Größe-2.5"), "Größe-2.5");
-    }
 
     #[test]
     fn a_file_that_fails_leaves_nothing() {

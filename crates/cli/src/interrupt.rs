@@ -1,8 +1,11 @@
 //! Ctrl-C: the first asks a run to stop after the increment at hand, the second ends the program at once.
 
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Condvar, Mutex, PoisonError};
 
 static ASKED: AtomicBool = AtomicBool::new(false);
+/// Wakes who waits for it; the lock is for that alone.
+static COME: (Mutex<()>, Condvar) = (Mutex::new(()), Condvar::new());
 /// What shells report of a program ended by Ctrl-C: 128 and the number of SIGINT.
 const ENDED_BY_INTERRUPT: i32 = 130;
 
@@ -13,7 +16,15 @@ pub fn listen() {
         if ASKED.swap(true, Ordering::Relaxed) {
             std::process::exit(ENDED_BY_INTERRUPT);
         }
+        let _told = COME.0.lock().unwrap_or_else(PoisonError::into_inner);
+        COME.1.notify_all();
     });
+}
+
+/// Waits until somebody asks to stop.
+pub fn wait() {
+    let waiting = COME.0.lock().unwrap_or_else(PoisonError::into_inner);
+    drop(COME.1.wait_while(waiting, |()| !asked()));
 }
 
 /// Whether somebody has asked to stop.

@@ -94,7 +94,11 @@ impl Loaded {
 
 /// Reads, checks and builds a scenario, with the plugins it wants and the user trusts; `settings` take the place of what it says.
 pub fn scenario(path: &Path, settings: &[Setting], trust: &Trust) -> Result<Loaded, Failure> {
-    let text = text(path)?;
+    scenario_of(path, text(path)?, settings, trust)
+}
+
+/// The same of a text that takes the place of the one in the file.
+pub fn scenario_of(path: &Path, text: String, settings: &[Setting], trust: &Trust) -> Result<Loaded, Failure> {
     let mut registry = trust.registry();
     let plugins = plugins::load(path, &text, trust, &mut registry)?;
     let files = Beside::of(path);

@@ -33,6 +33,8 @@ mod results;
 mod run;
 mod saved;
 mod size;
+mod studio;
+mod studio_state;
 mod summary;
 mod sweep;
 mod swept;
@@ -74,6 +76,7 @@ fn follow(command: &Command, out: &mut dyn Write) -> Result<Outcome, Failure> {
     match command {
         Command::Run(arguments) => run::run(arguments, out),
         Command::Check { files, allowed } => check::check(files, &Trust::to_look(allowed), out),
+        Command::Studio(arguments) => studio::studio(arguments, out),
         Command::Compare(arguments) => compare::compare(arguments, out),
         Command::Sweep(arguments) => sweep::sweep(arguments, out),
         Command::Report { results, output } => sweep::report(results, output.as_deref(), out),

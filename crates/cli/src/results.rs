@@ -12,10 +12,11 @@
 //! | `vtk/obstacles.vtp`, `vtk/obstacles-NNNN.vtp` | obstacles that stand still, and those that move, at every increment | `vtk` |
 
 use crate::failure::Failure;
-use crate::folder::{Folder, file_name};
+use crate::folder::Folder;
 use wireloom::core::obstacle::{Obstacle, Surface};
 use wireloom::core::{Run, StepResult};
 use wireloom::export::json::Provenance;
+use wireloom::export::names::file_name;
 use wireloom::export::vtk::SeriesFile;
 use wireloom::export::{csv, gltf, json, picture, report, vtk};
 use wireloom::scenario::{Built, Output};

@@ -10,13 +10,14 @@ use crate::progress::Bar;
 use crate::results::{Results, Surroundings};
 use crate::saved::{Keeper, Origin, Standing};
 use crate::swept::Swept;
-use crate::{interrupt, size, summary, variants};
+use crate::{interrupt, size, studio, summary, variants};
 use std::io::Write;
 use std::path::{Path, PathBuf};
 use wireloom::core::{Status, StepResult};
 use wireloom::scenario::{Built, Scenario, Setting};
 use wireloom::solve::checkpoint::{Checkpoint, Observer, Resumed};
 use wireloom::solve::{Control, Progress};
+use wireloom_studio::replay::Recorder;
 
 /// What a node takes in `result.json` and in what is kept for `--resume`, bytes; some less than it really does.
 const BYTES_KEPT: usize = 350;
@@ -42,6 +43,7 @@ pub fn run(arguments: &RunArguments, out: &mut dyn Write) -> Result<Outcome, Fai
     let time_limit = wireloom::scenario::plugins(&texts[0].1).time_limit;
     let worst = (!plugins.is_empty()).then(|| Worst::new(&place, steps, time_limit));
     let (size, notes) = (size::words(&built.network), built.notes.len());
+    let scene = studio::keep_scene(&place, &built)?;
     let bar = Bar::new(increments(&built), standing.increments, !arguments.quiet);
     let mut watcher = Watcher {
         bar,
@@ -50,6 +52,7 @@ pub fn run(arguments: &RunArguments, out: &mut dyn Write) -> Result<Outcome, Fai
         increments: standing.increments,
         results: Results::new(folder, scenario.output, texts, provenance, Surroundings::of(&built), standing.series),
         keeper,
+        page: arguments.page.as_ref().map(|_| Recorder::new(scene)),
         failure: None,
         worst,
     };
@@ -57,7 +60,7 @@ pub fn run(arguments: &RunArguments, out: &mut dyn Write) -> Result<Outcome, Fai
     let mut run = wireloom::run_observed(built, resumed, &mut watcher);
     run.plugins = plugins.iter().map(plugins::record).collect();
     run.notes.extend(wireloom::host::notes());
-    let Watcher { bar, extremes, increments, mut results, swept, keeper, failure, .. } = watcher;
+    let Watcher { bar, extremes, increments, mut results, swept, keeper, page, failure, .. } = watcher;
     drop(bar);
     if let Some(failure) = failure {
         // The first failure is the one to report. What is there is written, if that can be.
@@ -70,6 +73,9 @@ pub fn run(arguments: &RunArguments, out: &mut dyn Write) -> Result<Outcome, Fai
         let (surface, cell) = swept.surface(&keeper, increments)?;
         results.swept(&surface)?;
         remark = swept.remark(cell);
+    }
+    if let (Some(path), Some(page)) = (&arguments.page, page) {
+        studio::write_page(path, &page.finish(&run))?;
     }
     let interrupted = run.status == Status::Interrupted;
     if !interrupted {
@@ -86,6 +92,9 @@ pub fn run(arguments: &RunArguments, out: &mut dyn Write) -> Result<Outcome, Fai
                 writeln!(out, "{remark}")?;
             }
             writeln!(out, "wrote {}", results.words())?;
+            if let Some(page) = &arguments.page {
+                writeln!(out, "wrote {}: the run to be watched in a browser", page.display())?;
+            }
             if interrupted {
                 writeln!(out, "`wireloom run --resume {}` goes on", place.display())?;
             }
@@ -187,6 +196,8 @@ struct Watcher {
     results: Results,
     swept: Option<Swept>,
     keeper: Keeper,
+    /// Where the run is to become a page.
+    page: Option<Recorder>,
     failure: Option<Failure>,
     /// Where a plugin may end the process.
     worst: Option<Worst>,
@@ -208,6 +219,9 @@ impl Observer for Watcher {
         }
         self.increments += 1;
         self.extremes.see(end);
+        if let Some(page) = &mut self.page {
+            page.see(end);
+        }
         self.attempt(|watcher| {
             watcher.results.increment(progress, end)?;
             if watcher.swept.is_some() {

@@ -25,6 +25,7 @@ pub mod ending;
 pub mod gltf;
 pub mod json;
 mod local;
+pub mod names;
 pub mod picture;
 pub mod report;
 pub mod table;

@@ -164,9 +164,19 @@ pub fn nodes(branches: &[BranchResult], clearance: &[f64]) -> Vec<u8> {
 
 /// Header and nodes of a frame's bytes; `None` where they are none.
 pub fn decode(bytes: &[u8]) -> Option<(Header, Vec<[f32; FLOATS]>)> {
-    let (length, rest) = bytes.split_first_chunk::<4>()?;
-    let (head, nodes) = rest.split_at_checked(u32::from_le_bytes(*length) as usize)?;
+    let (head, nodes) = parts(bytes)?;
     Some((serde_json::from_slice(head).ok()?, floats(nodes)?))
+}
+
+/// Header of a frame's bytes; `None` where they are none.
+pub fn header(bytes: &[u8]) -> Option<Header> {
+    serde_json::from_slice(parts(bytes)?.0).ok()
+}
+
+/// Header and nodes as bytes.
+fn parts(bytes: &[u8]) -> Option<(&[u8], &[u8])> {
+    let (length, rest) = bytes.split_first_chunk::<4>()?;
+    rest.split_at_checked(u32::from_le_bytes(*length) as usize)
 }
 
 /// What [`nodes`] has made.

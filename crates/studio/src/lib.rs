@@ -3,15 +3,21 @@
 //! A session is a scenario that is being written: what hands do becomes steps of it, every target that was solved becomes an increment,
 //! and what is saved is a scenario file that `run` carries out. [`open`] begins one; a [`Studio`] is asked, and tells every tab through its [`Feed`].
 
+pub mod bench;
+pub mod exports;
 pub mod frame;
 pub mod protocol;
 pub mod replay;
 pub mod scene;
+pub mod server;
 mod session;
 mod worker;
 
 pub use session::{Opened, PROGRAM};
 pub use worker::{Feed, Outcome, Studio, Told, open};
+
+/// The page, in one file: `crates/studio/web/dist/index.html`.
+pub const PAGE: &str = include_str!("../web/dist/index.html");
 
 #[cfg(test)]
 mod tests {

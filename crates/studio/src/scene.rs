@@ -8,7 +8,7 @@ use wireloom::core::obstacle::Obstacle as Body;
 use wireloom::core::{Network, Vector};
 
 /// How far a body without end is drawn, m.
-const DRAWN: f64 = 10.0;
+pub(crate) const DRAWN: f64 = 10.0;
 
 /// The scene of a network. Nothing is live, nothing can be set, had or is to be noted yet.
 pub fn of(name: &str, program: &str, gravity: Vector, network: &Network) -> Scene {

@@ -218,11 +218,6 @@ impl Session {
         self.unsaved
     }
 
-    /// The scenario as it is now, where it is worth saving.
-    pub fn draft(&self) -> Option<String> {
-        if self.unsaved { self.text().ok() } else { None }
-    }
-
     /// The run so far.
     pub fn record(&self) -> Record {
         let Standing { harness, steps, last, .. } = &self.now;
@@ -303,7 +298,7 @@ impl Session {
     }
 
     /// The scenario with what is being dragged.
-    fn text(&self) -> Result<String, Fault> {
+    pub fn text(&self) -> Result<String, Fault> {
         let mut now = self.now.clone();
         now.by_hand.extend(self.drag.as_ref().and_then(Drag::written).map(Rc::new));
         now.whole_text()

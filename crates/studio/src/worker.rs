@@ -150,7 +150,13 @@ impl Studio {
 
     /// The scenario as it was when a step ended last, where it has not been saved.
     pub fn draft(&self) -> Option<Arc<str>> {
-        locked(&self.shared.board).draft.clone()
+        let board = locked(&self.shared.board);
+        board.text.clone().filter(|_| board.unsaved)
+    }
+
+    /// The scenario as it was when a step ended last, saved or not.
+    pub fn text(&self) -> Option<Arc<str>> {
+        locked(&self.shared.board).text.clone()
     }
 
     /// The run so far; `None` while the start is being found.

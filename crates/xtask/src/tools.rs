@@ -27,23 +27,26 @@ pub fn vulkan() -> bool {
         return true;
     }
     let by_hand = format!("install {} (or what your system calls them) to run them", PACKAGES.join(" and "));
-    // Debian and its kin; as root, or as somebody who may become root without being asked.
+    let done = install("install a Vulkan device in software", &PACKAGES);
+    if let Err(error) = &done {
+        println!("{error}\nno Vulkan driver: the tests that need a GPU, or one in software, are ignored; {by_hand}");
+    }
+    done.is_ok() && has_vulkan()
+}
+
+/// Installs packages of Debian and its kin; as root, or as somebody who may become root without being asked.
+fn install(why: &str, packages: &[&str]) -> Result<(), String> {
     let root: &[&str] = if works(&mut command("sh", &["-c", "test \"$(id -u)\" = 0"])) { &[] } else { &["sudo", "-n"] };
     let apt = |arguments: &[&str]| {
         let all = [root, &["env", "DEBIAN_FRONTEND=noninteractive", "apt-get", "-q"], arguments].concat();
         command(all[0], &all[1..])
     };
     if !cfg!(target_os = "linux") || !works(&mut apt(&["--version"])) {
-        println!("\nno Vulkan driver: the tests that need a GPU, or one in software, are ignored; {by_hand}");
-        return false;
+        return Err(format!("\nfailed: {why}: this is no Debian, or not for you to change"));
     }
-    let install = [&["install", "--yes", "--no-install-recommends"][..], &PACKAGES].concat();
-    let done = step("the packages there are", &mut apt(&["update"]))
-        .and_then(|()| step("install a Vulkan device in software", &mut apt(&install)));
-    if let Err(error) = &done {
-        println!("{error}\nno Vulkan driver: the tests that need a GPU, or one in software, are ignored; {by_hand}");
-    }
-    done.is_ok() && has_vulkan()
+    let install = [&["install", "--yes", "--no-install-recommends"][..], packages].concat();
+    step("look up what Debian has", &mut apt(&["update"]))?;
+    step(why, &mut apt(&install))
 }
 
 /// A folder for what lives as long as a session, which a system without one lacks.
@@ -114,10 +117,15 @@ fn virtual_environment(root: &str) -> Result<(), String> {
     step(why, &mut make)
 }
 
-/// Whether the page of the studio can be built here: npm is there, and what the page is made with could be installed.
+/// Whether the page of the studio can be built here: npm is there, or can be had, and what the page is made with could be installed.
 pub fn node() -> bool {
-    if !works(&mut command("npm", &["--version"])) {
-        println!("   npm is missing, so the page of the studio is taken as it lies in the repository");
+    let there = || works(&mut command("npm", &["--version"]));
+    if !there()
+        && !install("install Node, which the studio's page is made with", &["nodejs", "npm"]).is_ok_and(|()| there())
+    {
+        println!(
+            "   npm is missing, so the page of the studio is taken as it lies in the repository, and not tried in a browser"
+        );
         return false;
     }
     let install = ["ci", "--prefix", PAGE, "--ignore-scripts", "--no-audit", "--no-fund", "--silent"];
@@ -126,22 +134,16 @@ pub fn node() -> bool {
         .is_ok()
 }
 
-/// Whether there is a browser for the tests of the page; on Debian root can have it installed.
+/// Whether there is a browser for the tests of the page; on Debian it is installed where it can be.
 pub fn browser() -> bool {
-    let there = || works(&mut command("chromium", &["--version"]));
-    if there() {
-        return true;
+    // The program that steers the browser asks for it.
+    if !works(&mut command("node", &["-e", "process.exit(parseInt(process.versions.node) < 20 ? 1 : 0)"])) {
+        println!("   Node is older than 20, so the page is not tried in a browser");
+        return false;
     }
-    let is_root = command("id", &["-u"]).output().is_ok_and(|out| out.stdout.trim_ascii() == b"0");
-    if is_root && works(&mut command("apt-get", &["--version"])) {
-        let install = ["install", "-qq", "--yes", "--no-install-recommends", "chromium"];
-        let mut install = command("apt-get", &install);
-        let update = step("look up what Debian has", &mut command("apt-get", &["update", "-qq"]));
-        let done = update
-            .and_then(|()| step("install a browser for the page", install.env("DEBIAN_FRONTEND", "noninteractive")));
-        if done.is_ok() && there() {
-            return true;
-        }
+    let there = || works(&mut command("chromium", &["--version"]));
+    if there() || install("install a browser for the page", &["chromium"]).is_ok_and(|()| there()) {
+        return true;
     }
     println!("   chromium is missing, so the page is not tried in a browser");
     false

@@ -24,13 +24,13 @@ pub(super) struct Board {
     busy: Option<String>,
     labels: [Option<String>; 2],
     held: Vec<(String, u32)>,
-    unsaved: bool,
+    pub unsaved: bool,
     frames: Frames,
     /// When frames came, within the last second.
     came: VecDeque<Instant>,
     tabs: BTreeMap<u32, Tab>,
     last_tab: u32,
-    pub draft: Option<Arc<str>>,
+    pub text: Option<Arc<str>>,
     pub record: Option<Record>,
 }
 
@@ -71,7 +71,7 @@ impl Board {
             came: VecDeque::new(),
             tabs: BTreeMap::new(),
             last_tab: 0,
-            draft: None,
+            text: None,
             record: None,
         }
     }
@@ -147,8 +147,8 @@ impl Board {
             self.frames = session.frames_from(0);
         }
         let (labels, held, busy, unsaved) = (session.labels(), session.held(), session.busy(), session.unsaved());
-        if edited {
-            self.draft = session.draft().map(Arc::from);
+        if edited || self.text.is_none() {
+            self.text = session.text().ok().map(Arc::from);
         }
         let changed = (&labels, &held, &busy, unsaved) != (&self.labels, &self.held, &self.busy, self.unsaved);
         (self.labels, self.held, self.busy, self.unsaved) = (labels, held, busy, unsaved);

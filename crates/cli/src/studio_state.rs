@@ -1,0 +1,138 @@
+//! What the studio remembers of a scenario from one session to the next: its address, so that pages that are still open find it again, and
+//! the draft that nobody has saved. One file for each scenario, readable by its user alone, in the folder where the system keeps states of
+//! programs: `$XDG_STATE_HOME/wireloom` (by default `~/.local/state/wireloom`), on Windows `%LOCALAPPDATA%\wireloom`.
+
+use serde::{Deserialize, Serialize};
+use std::fs::{self, File, OpenOptions};
+use std::io::{self, Write};
+use std::path::{Path, PathBuf};
+
+/// What is remembered.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Remembered {
+    /// The scenario's file.
+    pub scenario: PathBuf,
+    /// Where it listened.
+    pub port: Option<u16>,
+    /// What pages had to know.
+    pub token: Option<String>,
+    /// What nobody has saved.
+    pub draft: Option<Draft>,
+}
+
+/// A draft.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Draft {
+    /// Its text.
+    pub text: String,
+    /// When it was kept.
+    pub written: String,
+}
+
+/// The file of one scenario, in this process's hands alone.
+pub struct Memory {
+    path: PathBuf,
+    remembered: Remembered,
+    /// Says that it is in our hands, as long as it is open.
+    _lock: File,
+}
+
+impl Memory {
+    /// That of the scenario at `path`; `None` where another process has it in its hands.
+    ///
+    /// # Errors
+    /// Those of the system.
+    pub fn of(path: &Path) -> io::Result<Option<Self>> {
+        let scenario = path.canonicalize()?;
+        let folder = folder().ok_or_else(|| io::Error::new(io::ErrorKind::NotFound, "there is no home folder"))?;
+        Self::within(&folder, scenario)
+    }
+
+    fn within(folder: &Path, scenario: PathBuf) -> io::Result<Option<Self>> {
+        make_folder(folder)?;
+        let hash = wireloom::sha256(scenario.as_os_str().as_encoded_bytes());
+        let path = folder.join(format!("studio-{}.json", &hash[..16]));
+        let lock = for_the_user_alone(&path.with_extension("lock"))?;
+        if lock.try_lock().is_err() {
+            return Ok(None);
+        }
+        // What cannot be understood is as good as nothing.
+        let known = fs::read(&path).ok().and_then(|bytes| serde_json::from_slice::<Remembered>(&bytes).ok());
+        let known = known.filter(|known| known.scenario == scenario);
+        let remembered = known.unwrap_or(Remembered { scenario, ..Remembered::default() });
+        Ok(Some(Self { path, remembered, _lock: lock }))
+    }
+
+    /// What is remembered.
+    pub fn remembered(&self) -> &Remembered {
+        &self.remembered
+    }
+
+    /// Changes it, and keeps it.
+    ///
+    /// # Errors
+    /// Those of the system.
+    pub fn change(&mut self, change: impl FnOnce(&mut Remembered)) -> io::Result<()> {
+        change(&mut self.remembered);
+        let text = serde_json::to_vec(&self.remembered)?;
+        let partial = self.path.with_extension("partial");
+        let mut file = for_the_user_alone(&partial)?;
+        file.set_len(0)?;
+        file.write_all(&text)?;
+        file.sync_all()?;
+        fs::rename(&partial, &self.path)
+    }
+}
+
+/// Where states are kept.
+fn folder() -> Option<PathBuf> {
+    let named = |name: &str| std::env::var_os(name).map(PathBuf::from).filter(|path| path.is_absolute());
+    let of_system = if cfg!(windows) {
+        named("LOCALAPPDATA")
+    } else {
+        named("XDG_STATE_HOME").or_else(|| std::env::home_dir().map(|home| home.join(".local/state")))
+    };
+    of_system.map(|folder| folder.join("wireloom"))
+}
+
+fn make_folder(folder: &Path) -> io::Result<()> {
+    let mut builder = fs::DirBuilder::new();
+    builder.recursive(true);
+    #[cfg(unix)]
+    std::os::unix::fs::DirBuilderExt::mode(&mut builder, 0o700);
+    builder.create(folder)
+}
+
+fn for_the_user_alone(path: &Path) -> io::Result<File> {
+    let mut options = OpenOptions::new();
+    options.read(true).write(true).create(true).truncate(false);
+    #[cfg(unix)]
+    std::os::unix::fs::OpenOptionsExt::mode(&mut options, 0o600);
+    options.open(path)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn one_process_remembers_a_scenario_and_the_next_one_knows_it() {
+        let place = tempfile::tempdir().expect("a folder");
+        let open = || Memory::within(place.path(), "/a/b.toml".into()).expect("readable");
+        let mut first = open().expect("nobody else has it");
+        let draft = Draft { text: "a = 1".repeat(100), written: "now".into() };
+        first.change(|known| known.draft = Some(draft)).expect("written");
+        first.change(|known| (known.port, known.draft) = (Some(7), None)).expect("written");
+        assert!(open().is_none(), "the first has it in its hands");
+        let kept = first.remembered().clone();
+        drop(first);
+        assert_eq!(open().expect("free again").remembered(), &kept);
+        let other = Memory::within(place.path(), "/a/c.toml".into()).expect("readable").expect("another scenario");
+        assert_eq!(other.remembered().port, None);
+        #[cfg(unix)]
+        for file in fs::read_dir(place.path()).unwrap() {
+            let mode = std::os::unix::fs::PermissionsExt::mode(&file.unwrap().metadata().unwrap().permissions());
+            assert_eq!(mode & 0o077, 0, "nobody else may read it");
+        }
+    }
+}

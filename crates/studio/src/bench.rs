@@ -1,0 +1,207 @@
+//! How long a hand waits: from a target to the picture of the harness that follows it, over loopback, as a page has it.
+
+use crate::frame;
+use crate::protocol::{Fixing, Notice, Request, Scene};
+use crate::server::{Behind, Desk, Live, Server, Site, Token};
+use crate::{Opened, Studio, open};
+use std::fmt::Write;
+use std::net::{TcpListener, TcpStream};
+use std::time::Instant;
+use tungstenite::stream::MaybeTlsStream;
+use tungstenite::{Message, WebSocket};
+use wireloom::core::{Rotation, Vector};
+use wireloom::import::kbl::{Arrangement, Options, import};
+use wireloom::scenario::{NoFiles, render};
+
+/// From one target to the next, m.
+const STRIDE: f64 = 0.005;
+/// Targets out, and as many back.
+const STROKE: usize = 10;
+/// Strokes out and back.
+const STROKES: usize = 4;
+/// The longest distance between nodes of an imported harness, m.
+const SPACING: f64 = 0.010;
+/// A frame shows a target where the fixing is as near to it, m.
+const REACHED: f64 = 1e-9;
+
+/// A fixing that was dragged to and fro.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Drag {
+    /// Nodes of the mesh.
+    pub nodes: usize,
+    /// Targets.
+    pub targets: usize,
+    /// From a target sent to its frame received, s: median.
+    pub seconds: f64,
+    /// The slowest of them, s.
+    pub slowest: f64,
+    /// Targets a second, each sent when the one before had its frame.
+    pub per_second: f64,
+    /// Frames that did not converge.
+    pub failures: usize,
+}
+
+/// One end of a cable of 1 m between two connectors, with so many segments.
+///
+/// # Errors
+/// What went wrong, in words.
+pub fn cable(segments: usize) -> Result<Drag, String> {
+    let mut text = String::from("schema = 1\nname = \"cable\"\n");
+    text += "sections.cable = { diameter = 0.006, linear_density = 0.05, axial_stiffness = 1e4, bending_stiffness = 0.01, torsion_stiffness = 0.008 }\n";
+    let branch = format!("from = \"A\", to = \"B\", section = \"cable\", length = 1.0, segments = {segments}");
+    let _ = writeln!(text, "branches = [{{ name = \"cable\", {branch} }}]\nconstraints = [");
+    for (end, x) in [("A", 0.0), ("B", 0.6)] {
+        let at = format!("at = {{ end = \"{end}\" }}, position = [{x}, 0, 0], tangent = [1, 0, 0], up = [0, 0, 1]");
+        let _ = writeln!(text, "  {{ name = \"plug-{end}\", kind = \"connector\", {at} }},");
+    }
+    drag(&(text + "]\n"))
+}
+
+/// The connector at the end of the longest branch of a harness from a KBL file, as it is installed.
+///
+/// # Errors
+/// What is wrong with the file, or went wrong.
+pub fn harness(kbl: &str) -> Result<Drag, String> {
+    let options = Options { arrangement: Arrangement::Installed, max_segment: SPACING, ..Options::default() };
+    drag(&import(kbl, &options).map_err(|error| error.to_string())?.scenario)
+}
+
+/// Keeps nothing.
+struct NoDesk;
+
+impl Desk for NoDesk {
+    fn keep(&self, _: Option<&str>) {}
+    fn open(&self, _: &str) -> Result<Studio, String> {
+        Err("nothing was kept".to_owned())
+    }
+    fn export(&self, _: &Studio, _: &str) -> Option<Vec<u8>> {
+        None
+    }
+}
+
+/// Drags the connector at the end of the longest branch of a scenario towards its cable and back.
+fn drag(text: &str) -> Result<Drag, String> {
+    let opened = Opened {
+        text: text.to_owned(),
+        name: "bench.toml".to_owned(),
+        files: Box::new(NoFiles),
+        registry: wireloom::registry(),
+        unsaved: false,
+    };
+    let studio = open(opened).map_err(|faults| render(text, &faults))?;
+    let token = Token::random()?;
+    let listener = TcpListener::bind("127.0.0.1:0").map_err(|error| error.to_string())?;
+    let behind = Behind::Live(Live::new(studio, None, Box::new(NoDesk)));
+    let site = Site { page: String::new(), behind };
+    let server = Server::start(listener, "127.0.0.1", token.clone(), site).map_err(|error| error.to_string())?;
+    let address = format!("ws://{}/socket?token={}", server.address(), token.digits());
+    let measured = connected(&address).map_err(|error| error.to_string()).and_then(|mut page| page.drag());
+    server.stop();
+    measured
+}
+
+fn connected(address: &str) -> tungstenite::Result<Page> {
+    let (socket, _) = tungstenite::connect(address)?;
+    if let MaybeTlsStream::Plain(stream) = socket.get_ref() {
+        stream.set_nodelay(true)?;
+    }
+    Ok(Page { socket, scene: None })
+}
+
+/// The client.
+struct Page {
+    socket: WebSocket<MaybeTlsStream<TcpStream>>,
+    scene: Option<Scene>,
+}
+
+impl Page {
+    fn ask(&mut self, request: &Request) -> Result<(), String> {
+        let text = serde_json::to_string(request).map_err(|error| error.to_string())?;
+        self.socket.send(Message::Text(text.into())).map_err(|error| error.to_string())
+    }
+
+    /// The next message; scenes are remembered.
+    fn hear(&mut self) -> Result<Heard, String> {
+        loop {
+            match self.socket.read().map_err(|error| error.to_string())? {
+                Message::Binary(bytes) => return Ok(Heard::Frame(bytes.to_vec())),
+                Message::Text(text) => match serde_json::from_str(&text).map_err(|error| error.to_string())? {
+                    Notice::Scene(scene) => self.scene = Some(scene),
+                    Notice::Session(session) => return Ok(Heard::Session { busy: session.busy.is_some() }),
+                    Notice::Refused { message, help } => return Err(format!("{message}: {help}")),
+                    _ => {}
+                },
+                _ => {}
+            }
+        }
+    }
+
+    fn drag(&mut self) -> Result<Drag, String> {
+        let mut last = None;
+        // The start, and what steps the scenario has.
+        let header = loop {
+            match self.hear()? {
+                Heard::Frame(bytes) => last = Some(frame::decode(&bytes).ok_or("a frame that is none")?.0),
+                Heard::Session { busy: false } if last.is_some() => break last.ok_or("no frame")?,
+                Heard::Session { .. } => {}
+            }
+        };
+        let scene = self.scene.clone().ok_or("no scene")?;
+        let fixing = chosen(&scene).ok_or("the harness has no connector")?.clone();
+        let at = header.fixings.iter().find(|other| other.name == fixing.name).ok_or("it holds nothing")?.at;
+        let [w, i, j, k] = at.orientation;
+        let d3 = Rotation::new_unchecked([i, j, k, w].into()) * Vector::z();
+        let from_end = fixing.place.as_ref().is_none_or(|(_, s)| *s > 0.0);
+        let inward = if from_end { -d3 } else { d3 };
+        let start = Vector::from(at.position);
+        let out = 1..=STROKE;
+        let stroke: Vec<usize> = out.chain((0..STROKE).rev()).collect();
+        let (mut times, mut failures) = (Vec::new(), 0);
+        let clock = Instant::now();
+        for step in std::iter::repeat_n(stroke, STROKES).flatten() {
+            let target = start + inward * (STRIDE * step as f64);
+            let own = Instant::now();
+            failures += usize::from(!self.to(&fixing.name, target)?);
+            times.push(own.elapsed().as_secs_f64());
+        }
+        let seconds = clock.elapsed().as_secs_f64();
+        times.sort_by(f64::total_cmp);
+        Ok(Drag {
+            nodes: scene.branches.iter().map(|branch| branch.nodes as usize).sum(),
+            targets: times.len(),
+            seconds: times[times.len() / 2],
+            slowest: times[times.len() - 1],
+            per_second: times.len() as f64 / seconds,
+            failures,
+        })
+    }
+
+    /// Brings a fixing somewhere and waits for the frame that shows it there; whether that is an equilibrium.
+    fn to(&mut self, fixing: &str, target: Vector) -> Result<bool, String> {
+        self.ask(&Request::Target { fixing: fixing.to_owned(), position: Some(target.into()), orientation: None })?;
+        loop {
+            let Heard::Frame(bytes) = self.hear()? else { continue };
+            let header = frame::header(&bytes).ok_or("a frame that is none")?;
+            let at = header.fixings.iter().find(|other| other.name == fixing).ok_or("it has let go")?.at;
+            if (Vector::from(at.position) - target).norm() < REACHED {
+                return Ok(header.status == "converged");
+            }
+        }
+    }
+}
+
+/// What the benchmark listens to.
+enum Heard {
+    Frame(Vec<u8>),
+    Session { busy: bool },
+}
+
+/// The connector at the end of the longest branch that has one.
+fn chosen(scene: &Scene) -> Option<&Fixing> {
+    let length = |fixing: &Fixing| {
+        let branch = &fixing.place.as_ref()?.0;
+        scene.branches.iter().find(|other| other.name == *branch).map(|branch| branch.length)
+    };
+    let connectors = scene.fixings.iter().filter(|fixing| fixing.kind == "connector" && fixing.moves);
+    connectors.filter_map(|fixing| Some((length(fixing)?, fixing))).max_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, f)| f)
+}

@@ -1,0 +1,78 @@
+//! Files of a session, as `run` would write them.
+//!
+//! | name | what |
+//! | --- | --- |
+//! | `result.json` | the run so far |
+//! | `report.html` | the same on one page, for people |
+//! | `picture.svg` | the harness as it hangs now |
+//! | `harness.vtp`, `obstacles.vtp` | it and what is about it, for ParaView |
+//! | `csv/BRANCH.csv` | each branch as a table |
+
+use crate::protocol::Scene;
+use wireloom::core::equilibrium::{ObstacleResult, Run, StepResult};
+use wireloom::core::obstacle::{Obstacle, Surface};
+use wireloom::export::json::Provenance;
+use wireloom::export::names::file_name;
+use wireloom::export::report::Report;
+use wireloom::export::{csv, json, picture, report, vtk};
+
+/// What there is for a scene.
+pub fn names(scene: &Scene) -> Vec<String> {
+    let mut names =
+        vec!["result.json".to_owned(), "report.html".to_owned(), "picture.svg".to_owned(), "harness.vtp".to_owned()];
+    names.extend((!scene.obstacles.is_empty()).then(|| "obstacles.vtp".to_owned()));
+    names.extend(tables(scene.branches.iter().map(|branch| branch.name.as_str())));
+    names
+}
+
+/// Names of the tables of branches.
+fn tables<'a>(branches: impl Iterator<Item = &'a str>) -> Vec<String> {
+    let mut taken = vec![];
+    branches.map(|branch| format!("csv/{}.csv", file_name(branch, &mut taken))).collect()
+}
+
+/// What files say of their making.
+pub struct Made<'a> {
+    /// What it was made from.
+    pub provenance: &'a Provenance,
+    /// Names and texts: of the scenario, then of the files it names.
+    pub texts: &'a [(String, String)],
+    /// Program and version.
+    pub program: &'a str,
+    /// The machine.
+    pub machine: &'a str,
+    /// Day and time.
+    pub written: &'a str,
+}
+
+/// The file of this name; `None` where there is none, or nothing to be told yet.
+pub fn make(run: &Run, obstacles: &[Obstacle], name: &str, made: &Made<'_>) -> Option<Vec<u8>> {
+    let end = run.steps.last()?;
+    let mut bytes = Vec::new();
+    let written = match name {
+        "result.json" => json::write(run, made.provenance, &mut bytes),
+        "report.html" => {
+            let Made { texts, program, machine, written, .. } = *made;
+            report::write(&Report { run, obstacles, texts, program, machine, written }, &mut bytes)
+        }
+        "picture.svg" => picture::write(end, obstacles, &format!("{}: {}", run.scenario, end.name), &mut bytes),
+        "harness.vtp" => vtk::write(end, &mut bytes),
+        "obstacles.vtp" => vtk::write_surfaces(&surfaces(obstacles, end), &mut bytes),
+        table => {
+            let names = tables(end.branches.iter().map(|branch| branch.name.as_str()));
+            let branch = names.iter().position(|name| name == table)?;
+            csv::write(&end.branches[branch], &mut bytes)
+        }
+    };
+    written.ok().map(|()| bytes)
+}
+
+/// Surfaces of the bodies where they are.
+fn surfaces(obstacles: &[Obstacle], end: &StepResult) -> Vec<(usize, Surface)> {
+    let placed = |(k, (body, result)): (usize, (&Obstacle, &ObstacleResult))| {
+        let mut surface = body.shape.surface(crate::scene::DRAWN);
+        surface.corners.iter_mut().for_each(|x| *x = result.pose.position + result.pose.orientation * *x);
+        (k, surface)
+    };
+    obstacles.iter().zip(&end.obstacles).enumerate().map(placed).collect()
+}

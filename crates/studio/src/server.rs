@@ -1,0 +1,252 @@
+//! The server behind the page. It speaks to browsers on this machine, and to those only that know the token:
+//!
+//! | address | what |
+//! | --- | --- |
+//! | `/?token=…` | the page |
+//! | `/socket?token=…` | WebSocket of a session ([`crate::protocol`]) |
+//! | `/export/NAME?token=…` | a file that a run would write |
+//!
+//! Whatever comes in is taken for hostile: who has not got the token learns nothing, whose `Host` or `Origin` is another one neither (a page of
+//! another site that a browser was led to); connections, sizes and rates are bounded, and what waits to be sent is.
+
+mod guard;
+mod live;
+mod tab;
+mod token;
+
+pub use live::{Desk, Live, Offer};
+pub use token::Token;
+
+use axum::Router;
+use axum::extract::{Extension, Path, State};
+use axum::http::{HeaderName, HeaderValue, StatusCode, header};
+use axum::response::{IntoResponse, Response};
+use axum::routing::get;
+use hyper::server::conn::http1;
+use hyper_util::rt::{TokioIo, TokioTimer};
+use hyper_util::service::TowerToHyperService;
+use std::io;
+use std::net::{SocketAddr, TcpListener};
+use std::sync::Arc;
+use std::time::Duration;
+use tokio::net::TcpStream;
+use tokio::runtime::Runtime;
+use tokio::sync::{OwnedSemaphorePermit, Semaphore, watch};
+
+/// Connections at a time: some tabs with the handful that a browser opens for each.
+const CONNECTIONS: u32 = 64;
+/// A request's head must have come after so long, or a browser ask for something again.
+const PATIENCE: Duration = Duration::from_secs(10);
+/// A request's head is no longer than this, bytes.
+const HEAD: usize = 16 << 10;
+/// Pages are told that the server ends; what they have not taken after so long is dropped.
+const FAREWELL: Duration = Duration::from_millis(1500);
+/// What then still runs is left to the end of the process.
+const END: Duration = Duration::from_millis(300);
+
+/// Makes the file of a name, where there is one.
+pub type Exports = Box<dyn Fn(&str) -> Option<Vec<u8>> + Send + Sync>;
+
+/// What is served.
+pub struct Site {
+    /// The page.
+    pub page: String,
+    /// What is behind it.
+    pub behind: Behind,
+}
+
+/// What is behind a page.
+pub enum Behind {
+    /// A session.
+    Live(Live),
+    /// A run that has come to its end, and its files.
+    Finished(Exports),
+}
+
+impl Site {
+    fn live(&self) -> Option<&Live> {
+        match &self.behind {
+            Behind::Live(live) => Some(live),
+            Behind::Finished(_) => None,
+        }
+    }
+
+    fn export(&self, name: &str) -> Option<Vec<u8>> {
+        match &self.behind {
+            Behind::Live(live) => live.export(name),
+            Behind::Finished(exports) => exports(name),
+        }
+    }
+}
+
+/// What requests see.
+struct House {
+    site: Site,
+    token: Token,
+    /// The name by which browsers know the server, where it has another one than those of this machine.
+    host: String,
+    /// Becomes true when all is to end.
+    ending: watch::Receiver<bool>,
+}
+
+/// A running server.
+pub struct Server {
+    runtime: Runtime,
+    house: Arc<House>,
+    places: Arc<Semaphore>,
+    ending: watch::Sender<bool>,
+    address: SocketAddr,
+}
+
+impl Server {
+    /// Serves `site` to whom comes to `listener` and knows `token`. `host`: by which name the listener was bound.
+    ///
+    /// # Errors
+    /// Those of the system: no threads, or a listener that cannot be used.
+    pub fn start(listener: TcpListener, host: &str, token: Token, site: Site) -> io::Result<Self> {
+        let address = listener.local_addr()?;
+        listener.set_nonblocking(true)?;
+        let runtime = tokio::runtime::Builder::new_multi_thread()
+            .worker_threads(2)
+            .thread_name("studio-server")
+            .enable_io()
+            .enable_time()
+            .build()?;
+        let (ending, ended) = watch::channel(false);
+        let places = Arc::new(Semaphore::new(CONNECTIONS as usize));
+        let house = Arc::new(House { site, token, host: host.to_owned(), ending: ended });
+        let listener = {
+            let _within = runtime.enter();
+            tokio::net::TcpListener::from_std(listener)?
+        };
+        runtime.spawn(accept(listener, house.clone(), places.clone()));
+        if house.site.live().is_some() {
+            runtime.spawn(live::keep_drafts(house.clone()));
+        }
+        Ok(Self { runtime, house, places, ending, address })
+    }
+
+    /// Where it listens.
+    pub fn address(&self) -> SocketAddr {
+        self.address
+    }
+
+    /// How many connections there are.
+    pub fn connections(&self) -> usize {
+        CONNECTIONS as usize - self.places.available_permits()
+    }
+
+    /// Ends it: takes no more connections, tells the pages, keeps the draft. Takes two seconds at most.
+    pub fn stop(self) {
+        let Self { runtime, house, places, ending, .. } = self;
+        let _ = ending.send(true);
+        runtime.block_on(async {
+            let _ = tokio::time::timeout(FAREWELL, places.acquire_many(CONNECTIONS)).await;
+        });
+        if let Some(live) = house.site.live() {
+            live.end();
+        }
+        runtime.shutdown_timeout(END);
+    }
+}
+
+/// Waits until all is to end.
+async fn end(ending: &mut watch::Receiver<bool>) {
+    // Whoever would say so has gone: that is an end, too.
+    drop(ending.wait_for(|ending| *ending).await);
+}
+
+/// A place among the connections, given back when the last who holds it has gone.
+type Held = Arc<OwnedSemaphorePermit>;
+
+/// Takes connections until all is to end.
+async fn accept(listener: tokio::net::TcpListener, house: Arc<House>, places: Arc<Semaphore>) {
+    let mut ending = house.ending.clone();
+    loop {
+        let accepted = tokio::select! {
+            accepted = listener.accept() => accepted,
+            () = end(&mut ending) => return,
+        };
+        match accepted {
+            Ok((stream, _)) => {
+                // Whoever comes when all places are taken is sent away.
+                if let Ok(place) = places.clone().try_acquire_owned() {
+                    tokio::spawn(connection(stream, house.clone(), Arc::new(place)));
+                }
+            }
+            // The peer has gone already, or there are too many open files: others may have better luck, a little later.
+            Err(_) => tokio::time::sleep(Duration::from_millis(20)).await,
+        }
+    }
+}
+
+/// Serves one connection.
+async fn connection(stream: TcpStream, house: Arc<House>, held: Held) {
+    // Small messages go at once, or each would wait for the answer to the one before.
+    let _ = stream.set_nodelay(true);
+    let mut ending = house.ending.clone();
+    let service = TowerToHyperService::new(routes(house, held));
+    let connection = http1::Builder::new()
+        .timer(TokioTimer::new())
+        .header_read_timeout(PATIENCE)
+        .max_buf_size(HEAD)
+        .serve_connection(TokioIo::new(stream), service)
+        .with_upgrades();
+    let mut connection = std::pin::pin!(connection);
+    tokio::select! {
+        // A peer that breaks off is no fault of ours.
+        _ = connection.as_mut() => {}
+        () = end(&mut ending) => {
+            connection.as_mut().graceful_shutdown();
+            let _ = connection.await;
+        }
+    }
+}
+
+/// What answers to what.
+fn routes(house: Arc<House>, held: Held) -> Router {
+    Router::new()
+        .route("/", get(page))
+        .route("/socket", get(tab::open))
+        .route("/export/{*name}", get(export))
+        .layer(axum::middleware::from_fn_with_state(house.clone(), guard::guard))
+        .layer(Extension(held))
+        .with_state(house)
+}
+
+async fn page(State(house): State<Arc<House>>) -> Response {
+    let kind = (header::CONTENT_TYPE, HeaderValue::from_static("text/html; charset=utf-8"));
+    // What scripts, styles and connections it may have says the page itself.
+    let policy = (header::CONTENT_SECURITY_POLICY, HeaderValue::from_static("frame-ancestors 'none'"));
+    ([kind, policy], house.site.page.clone()).into_response()
+}
+
+async fn export(State(house): State<Arc<House>>, Path(name): Path<String>) -> Response {
+    let wanted = name.clone();
+    let made = tokio::task::spawn_blocking(move || house.site.export(&wanted)).await;
+    match made {
+        Ok(Some(bytes)) => (file_headers(&name), bytes).into_response(),
+        Ok(None) => (StatusCode::NOT_FOUND, "there is no such file\n").into_response(),
+        Err(_) => (StatusCode::INTERNAL_SERVER_ERROR, "the file could not be made\n").into_response(),
+    }
+}
+
+/// A file is to be saved, never shown as a page of this server.
+fn file_headers(name: &str) -> [(HeaderName, HeaderValue); 3] {
+    let last = name.rsplit('/').next().unwrap_or_default();
+    let plain: String =
+        last.chars().map(|c| if c.is_ascii_alphanumeric() || "-_.".contains(c) { c } else { '_' }).collect();
+    let kind = match plain.rsplit('.').next() {
+        Some("json") => "application/json",
+        Some("svg") => "image/svg+xml",
+        Some("html") => "text/html; charset=utf-8",
+        Some("csv") => "text/csv; charset=utf-8",
+        _ => "application/octet-stream",
+    };
+    let disposition = HeaderValue::try_from(format!("attachment; filename=\"{plain}\""));
+    [
+        (header::CONTENT_TYPE, HeaderValue::from_static(kind)),
+        (header::CONTENT_DISPOSITION, disposition.unwrap_or(HeaderValue::from_static("attachment"))),
+        (header::CONTENT_SECURITY_POLICY, HeaderValue::from_static("sandbox; default-src 'none'")),
+    ]
+}

@@ -1,0 +1,88 @@
+//! Who is let in.
+
+use super::House;
+use axum::extract::{Request, State};
+use axum::http::{HeaderMap, HeaderName, HeaderValue, StatusCode, header};
+use axum::middleware::Next;
+use axum::response::{IntoResponse, Response};
+use std::net::IpAddr;
+use std::sync::Arc;
+
+/// Lets in who calls the server by a name of its own, comes from a page of its own, and has the token.
+pub async fn guard(State(house): State<Arc<House>>, request: Request, next: Next) -> Response {
+    let let_in = is_own_name(request.headers(), &house.host)
+        && is_own_page(request.headers())
+        && house.token.is_in(request.uri().query());
+    let mut response = if let_in {
+        next.run(request).await
+    } else {
+        let words =
+            "This is a studio of wireloom, whose address has a token: take the whole address that it printed.\n";
+        (StatusCode::FORBIDDEN, words).into_response()
+    };
+    let always: [(HeaderName, &str); 4] = [
+        (header::X_CONTENT_TYPE_OPTIONS, "nosniff"),
+        // The token goes nowhere else.
+        (header::REFERRER_POLICY, "no-referrer"),
+        (header::CACHE_CONTROL, "no-store"),
+        (HeaderName::from_static("cross-origin-resource-policy"), "same-origin"),
+    ];
+    for (name, value) in always {
+        response.headers_mut().insert(name, HeaderValue::from_static(value));
+    }
+    response
+}
+
+/// Whether `Host` names the server as one that knows it would: by an IP address, as `localhost`, or by the name it was bound to. Another
+/// site's name that was made to lead here (DNS rebinding) is none of these. The port may be another one: a tunnel has its own.
+fn is_own_name(headers: &HeaderMap, bound: &str) -> bool {
+    let mut hosts = headers.get_all(header::HOST).iter();
+    let (Some(host), None) = (hosts.next().and_then(|host| host.to_str().ok()), hosts.next()) else { return false };
+    let name = match host.rsplit_once(':') {
+        // The colons of an address are within its brackets.
+        Some((name, port)) if port.bytes().all(|byte| byte.is_ascii_digit()) => name,
+        _ => host,
+    };
+    let bare = name.strip_prefix('[').and_then(|name| name.strip_suffix(']')).unwrap_or(name);
+    name.eq_ignore_ascii_case("localhost") || name.eq_ignore_ascii_case(bound) || bare.parse::<IpAddr>().is_ok()
+}
+
+/// Whether the page it comes from, where a browser says so, is one of this server. Browsers always say it for WebSockets.
+fn is_own_page(headers: &HeaderMap) -> bool {
+    let host = headers.get(header::HOST).and_then(|host| host.to_str().ok()).unwrap_or_default();
+    headers.get_all(header::ORIGIN).iter().all(|origin| {
+        origin.to_str().ok().and_then(|origin| origin.strip_prefix("http://")).is_some_and(|origin| origin == host)
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn headers(all: &[(HeaderName, &str)]) -> HeaderMap {
+        all.iter().map(|(name, value)| (name.clone(), HeaderValue::try_from(*value).expect("a value"))).collect()
+    }
+
+    #[test]
+    fn names_of_others_are_not_ours() {
+        let named = |host: &str| is_own_name(&headers(&[(header::HOST, host)]), "studio.example");
+        for own in ["127.0.0.1:8080", "localhost", "LOCALHOST:1", "[::1]:8080", "10.1.2.3:80", "studio.example:1"] {
+            assert!(named(own), "{own}");
+        }
+        for other in
+            ["", "evil.example:8080", "localhost.evil.example", "127.0.0.1.evil.example:80", "[::1", "localhost:80:80"]
+        {
+            assert!(!named(other), "{other}");
+        }
+        assert!(!is_own_name(&HeaderMap::new(), "127.0.0.1"));
+    }
+
+    #[test]
+    fn pages_of_others_are_not_ours() {
+        let from = |origin: &str| is_own_page(&headers(&[(header::HOST, "localhost:80"), (header::ORIGIN, origin)]));
+        assert!(from("http://localhost:80") && is_own_page(&headers(&[(header::HOST, "localhost:80")])));
+        for other in ["null", "", "https://localhost:80", "http://localhost:81", "http://evil.example", "file://"] {
+            assert!(!from(other), "{other}");
+        }
+    }
+}

@@ -1,0 +1,158 @@
+//! The session behind the page, and its draft: what hands did and nobody has saved is kept while it goes, and offered when the next session of
+//! the same scenario begins.
+
+use super::{House, end};
+use crate::Studio;
+use crate::protocol::Notice;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::time::Duration;
+use tokio::sync::watch;
+
+/// A draft is kept so often, if there is something new in it.
+const PAUSE: Duration = Duration::from_secs(2);
+
+/// What a server cannot do itself: files, and opening scenarios.
+pub trait Desk: Send + Sync {
+    /// Keeps the draft beside what is known of the scenario; none: there is nothing to be kept any more.
+    fn keep(&self, draft: Option<&str>);
+
+    /// Opens a session with the text of a draft.
+    ///
+    /// # Errors
+    /// Why the text cannot be used, in words.
+    fn open(&self, draft: &str) -> Result<Studio, String>;
+
+    /// The file of this name, of what a session has come to; `None` where there is none.
+    fn export(&self, studio: &Studio, name: &str) -> Option<Vec<u8>>;
+}
+
+/// A draft from an earlier session.
+#[derive(Clone, Debug)]
+pub struct Offer {
+    /// Its text.
+    pub text: String,
+    /// When it was kept (RFC 3339).
+    pub written: String,
+}
+
+/// A session and its draft.
+pub struct Live {
+    studio: watch::Sender<Arc<Studio>>,
+    offer: watch::Sender<Option<Offer>>,
+    /// The draft as it was kept last.
+    kept: Mutex<Option<Arc<str>>>,
+    desk: Box<dyn Desk>,
+}
+
+impl Live {
+    /// A session; `offer`: what an earlier one has left.
+    pub fn new(studio: Studio, offer: Option<Offer>, desk: Box<dyn Desk>) -> Self {
+        Self {
+            studio: watch::Sender::new(Arc::new(studio)),
+            offer: watch::Sender::new(offer),
+            kept: Mutex::new(None),
+            desk,
+        }
+    }
+
+    /// The session, now and whenever another one takes its place.
+    pub(super) fn studio(&self) -> watch::Receiver<Arc<Studio>> {
+        self.studio.subscribe()
+    }
+
+    /// The session as it is now.
+    pub fn now(&self) -> Arc<Studio> {
+        self.studio.borrow().clone()
+    }
+
+    /// The offer, now and when it has been taken up, discarded or overtaken.
+    pub(super) fn offer(&self) -> watch::Receiver<Option<Offer>> {
+        self.offer.subscribe()
+    }
+
+    /// Takes up the draft that is offered, or discards it.
+    ///
+    /// # Errors
+    /// What a page is told where there is none any more, or where it cannot be used.
+    pub(super) fn decide(&self, take: bool) -> Result<(), Refusal> {
+        // Held to the end: another tab that decides at the same time comes too late.
+        let mut kept = self.kept();
+        let Some(offer) = self.offer.borrow().clone() else {
+            return Err(refused("there is no draft any more", "another page has decided about it"));
+        };
+        if take {
+            let studio = self.desk.open(&offer.text).map_err(|message| {
+                refused(
+                    &format!("the draft cannot be taken up: {message}"),
+                    "it stays where it is; discard it to be rid of it",
+                )
+            })?;
+            self.studio.send_replace(Arc::new(studio)).close();
+            *kept = Some(offer.text.into());
+        } else {
+            self.desk.keep(None);
+        }
+        self.offer.send_replace(None);
+        Ok(())
+    }
+
+    /// The file of this name; `None` where there is none.
+    pub(super) fn export(&self, name: &str) -> Option<Vec<u8>> {
+        self.desk.export(&self.now(), name)
+    }
+
+    /// Keeps the draft, if there is something new in it.
+    fn keep(&self) {
+        let mut kept = self.kept();
+        let draft = self.now().draft();
+        if *kept == draft {
+            return;
+        }
+        self.desk.keep(draft.as_deref());
+        *kept = draft;
+        // What is kept now has taken the place of what was.
+        self.offer.send_if_modified(|offer| offer.take().is_some());
+    }
+
+    fn kept(&self) -> MutexGuard<'_, Option<Arc<str>>> {
+        // Nothing that holds it leaves it half changed.
+        self.kept.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Keeps the draft and ends the session.
+    pub(super) fn end(&self) {
+        self.keep();
+        self.now().close();
+    }
+}
+
+/// What cannot be done, and what would be right.
+pub(super) struct Refusal {
+    message: String,
+    help: String,
+}
+
+/// A refusal.
+pub(super) fn refused(message: &str, help: &str) -> Refusal {
+    Refusal { message: message.to_owned(), help: help.to_owned() }
+}
+
+impl From<Refusal> for Notice {
+    fn from(Refusal { message, help }: Refusal) -> Self {
+        Self::Refused { message, help }
+    }
+}
+
+/// Keeps the draft now and then, until all is to end.
+pub(super) async fn keep_drafts(house: Arc<House>) {
+    let mut ending = house.ending.clone();
+    loop {
+        tokio::select! {
+            () = tokio::time::sleep(PAUSE) => {}
+            () = end(&mut ending) => return,
+        }
+        let house = house.clone();
+        // Files may be slow.
+        let _ = tokio::task::spawn_blocking(move || house.site.live().map(Live::keep)).await;
+    }
+}

@@ -1,0 +1,69 @@
+//! What a page must know.
+
+use std::fmt;
+
+/// Bytes of a token: 128 bits cannot be guessed.
+const BYTES: usize = 16;
+
+/// A random number that whoever may use the server knows.
+#[derive(Clone, PartialEq, Eq)]
+pub struct Token(String);
+
+impl Token {
+    /// A new one.
+    ///
+    /// # Errors
+    /// Where the system has no random numbers, in its words.
+    pub fn random() -> Result<Self, String> {
+        let mut bytes = [0; BYTES];
+        getrandom::fill(&mut bytes).map_err(|error| error.to_string())?;
+        Ok(Self(bytes.iter().map(|byte| format!("{byte:02x}")).collect()))
+    }
+
+    /// One that was kept; `None` where it is no token.
+    pub fn known(text: &str) -> Option<Self> {
+        let digits = text.bytes().all(|byte| byte.is_ascii_digit() || (b'a'..=b'f').contains(&byte));
+        (digits && text.len() == 2 * BYTES).then(|| Self(text.to_owned()))
+    }
+
+    /// Its digits, for an address.
+    pub fn digits(&self) -> &str {
+        &self.0
+    }
+
+    /// Whether a query (`a=b&token=…`) has it. How long that takes tells nothing about where the two differ.
+    pub(super) fn is_in(&self, query: Option<&str>) -> bool {
+        let given = query.into_iter().flat_map(|query| query.split('&')).find_map(|pair| pair.strip_prefix("token="));
+        given.is_some_and(|given| {
+            given.len() == self.0.len() && given.bytes().zip(self.0.bytes()).fold(0, |all, (a, b)| all | (a ^ b)) == 0
+        })
+    }
+}
+
+/// Never its digits: what is printed of a server should not open it.
+impl fmt::Debug for Token {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("Token")
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Token;
+
+    #[test]
+    fn only_the_whole_token_is_the_token() {
+        let token = Token::random().expect("random numbers");
+        let digits = token.digits();
+        assert_eq!(Token::known(digits), Some(token.clone()));
+        assert!(token.is_in(Some(&format!("token={digits}"))) && token.is_in(Some(&format!("a=b&token={digits}"))));
+        let upper = digits.to_uppercase();
+        for wrong in ["", &digits[1..], &format!("{digits}0"), &"0".repeat(32), &format!("{upper}g")] {
+            assert!(!token.is_in(Some(&format!("token={wrong}"))), "{wrong}");
+        }
+        assert!(!token.is_in(None) && !token.is_in(Some(digits)) && !token.is_in(Some("token")));
+        assert_ne!(token, Token::random().expect("random numbers"));
+        assert_eq!(Token::known(&"g".repeat(32)), None);
+        assert_eq!(format!("{token:?}"), "Token");
+    }
+}

@@ -1,0 +1,175 @@
+//! Who is let in, what tabs see of each other, drafts, exports and the end.
+
+mod common;
+
+use common::{Drawer, Served, TEXT};
+use std::sync::{Arc, Mutex};
+use wireloom_studio::protocol::{Holding, Notice, Request};
+use wireloom_studio::server::Offer;
+
+fn served() -> Served {
+    Served::new(None, Drawer::default())
+}
+
+fn status(answer: &str) -> &str {
+    answer.split(' ').nth(1).unwrap_or_default()
+}
+
+#[test]
+fn only_who_knows_the_token_is_let_in() {
+    let served = served();
+    let own = format!("/?{}", served.query());
+    let answer = served.get_own(&own);
+    assert_eq!(status(&answer), "200", "{answer}");
+    assert!(answer.ends_with("<html>page</html>"));
+    let lower = answer.to_lowercase();
+    for header in [
+        "x-content-type-options: nosniff",
+        "referrer-policy: no-referrer",
+        "cache-control: no-store",
+        "content-security-policy: frame-ancestors 'none'",
+    ] {
+        assert!(lower.contains(header), "{header} in {answer}");
+    }
+    let short = &own[..own.len() - 1];
+    for path in ["/", "/?token=", "/?token=0", short, "/socket", "/export/result.json", "/nothing"] {
+        let answer = served.get_own(path);
+        assert_eq!(status(&answer), "403", "{path}");
+        assert!(!answer.contains(&served.token));
+    }
+    // A name that somebody made to lead here, and a page of somebody else's.
+    assert_eq!(status(&served.get(&own, &["Host: evil.example:80"])), "403");
+    assert_eq!(status(&served.get(&own, &["Accept: */*"])), "403", "no name at all");
+    let host = format!("Host: {}", served.address);
+    assert_eq!(status(&served.get(&own, &[&host, "Origin: http://evil.example"])), "403");
+    assert_eq!(served.connect(&served.query(), Some("http://evil.example")).err(), Some(403));
+    assert_eq!(served.connect(&served.query(), Some("null")).err(), Some(403));
+    assert_eq!(served.connect("token=0", None).err(), Some(403));
+    assert_eq!(served.connect("", None).err(), Some(403));
+    assert!(served.connect(&served.query(), None).is_ok(), "a program of its own says no Origin");
+    served.server.stop();
+}
+
+#[test]
+fn exports_are_those_of_the_session_and_no_other_files() {
+    let served = served();
+    let mut tab = served.tab();
+    let exports = tab.until(|notice| if let Notice::Scene(scene) = notice { Some(scene.exports) } else { None });
+    tab.rest();
+    for name in &exports {
+        let answer = served.get_own(&format!("/export/{name}?{}", served.query()));
+        assert_eq!(status(&answer), "200", "{name}");
+        assert!(answer.contains("attachment; filename="), "{name}");
+    }
+    assert!(exports.contains(&"csv/cable.csv".to_owned()) && exports.contains(&"result.json".to_owned()));
+    let elsewhere = [
+        "../Cargo.toml",
+        "..%2fCargo.toml",
+        "%2e%2e/%2e%2e/etc/passwd",
+        "/etc/passwd",
+        "csv/../result.json",
+        "csv/..%2f..%2fCargo.toml",
+        "result.json%00.svg",
+        "",
+        "csv/",
+    ];
+    for name in elsewhere {
+        let answer = served.get_own(&format!("/export/{name}?{}", served.query()));
+        assert_eq!(status(&answer), "404", "{name}: {answer}");
+    }
+    served.server.stop();
+}
+
+#[test]
+fn tabs_see_the_same_and_a_closed_one_frees_what_it_held() {
+    let served = served();
+    let (mut one, mut other) = (served.tab(), served.tab());
+    one.rest();
+    one.ask(&Request::Hold { branch: "cable".into(), s: 0.5, how: Holding::Handle });
+    let held = |notice| match notice {
+        Notice::Session(session) if !session.held.is_empty() => Some((session.held, session.you)),
+        _ => None,
+    };
+    let (held_by_one, me) = one.until(held);
+    assert_eq!(held_by_one[0].1, me);
+    let (seen, you) = other.until(held);
+    assert_eq!(seen, held_by_one);
+    assert_ne!(me, you);
+    // What one holds the other cannot move.
+    let fixing = held_by_one[0].0.clone();
+    other.ask(&Request::Target { fixing, position: Some([0.3, 0.0, 0.0]), orientation: None });
+    other.until(|notice| matches!(notice, Notice::Refused { .. }).then_some(()));
+    drop(one);
+    other.until(|notice| match notice {
+        Notice::Session(session) if session.held.is_empty() && session.tabs == 1 => Some(()),
+        _ => None,
+    });
+    served.server.stop();
+}
+
+#[test]
+fn pages_are_told_of_the_end_and_the_draft_is_kept() {
+    let drawer = Drawer::default();
+    let served = Served::new(None, drawer.clone());
+    let (mut tab, mut other) = (served.tab(), served.tab());
+    tab.rest();
+    tab.ask(&Request::Target { fixing: "plug-B".into(), position: Some([0.62, 0.0, 0.0]), orientation: None });
+    tab.ask(&Request::Drop { fixing: "plug-B".into() });
+    tab.until(|notice| match notice {
+        Notice::Session(session) if session.unsaved && session.busy.is_none() => Some(()),
+        _ => None,
+    });
+    // Somebody who never says anything, and does not read.
+    let _mute = std::net::TcpStream::connect(served.address).expect("it listens");
+    served.server.stop();
+    assert_eq!((tab.end(), other.end()), (1001, 1001));
+    let draft = drawer.0.lock().expect("nobody panics").clone().expect("what was not saved");
+    assert!(draft.contains("[[steps]]") && wireloom::load(&draft, &wireloom::registry()).is_ok(), "{draft}");
+}
+
+#[test]
+fn a_draft_is_offered_and_taken_up_or_discarded() {
+    let offer = |text: &str| Some(Offer { text: text.to_owned(), written: "2026-11-21T20:00:00Z".into() });
+    let drawer = Drawer(Arc::new(Mutex::new(Some("as it lies there".into()))));
+    let text = TEXT.replace("1 m", "1.25 m");
+    let served = Served::new(offer(&text), drawer.clone());
+    let mut tab = served.tab();
+    let draft = |notice| if let Notice::Draft { written } = notice { Some(written) } else { None };
+    assert_eq!(tab.until(draft).as_deref(), Some("2026-11-21T20:00:00Z"));
+    tab.ask(&Request::Draft { take: true });
+    let length = tab.until(|notice| match notice {
+        Notice::Scene(scene) if (scene.branches[0].length - 1.0).abs() > 1e-9 => Some(scene.branches[0].length),
+        _ => None,
+    });
+    assert!((length - 1.25).abs() < 1e-9);
+    // It is over for others, too, and for those that come later.
+    tab.ask(&Request::Draft { take: false });
+    tab.until(|notice| matches!(notice, Notice::Refused { .. }).then_some(()));
+    served.server.stop();
+    assert_eq!(drawer.0.lock().expect("nobody panics").as_deref(), Some("as it lies there"), "nobody has saved it yet");
+
+    let served = Served::new(offer("schema = "), drawer.clone());
+    let mut tab = served.tab();
+    assert!(tab.until(draft).is_some());
+    tab.ask(&Request::Draft { take: true });
+    tab.until(|notice| matches!(notice, Notice::Refused { .. }).then_some(()));
+    tab.ask(&Request::Draft { take: false });
+    assert_eq!(tab.until(draft), None);
+    assert_eq!(*drawer.0.lock().expect("nobody panics"), None);
+    served.server.stop();
+}
+
+#[test]
+fn more_connections_than_places_are_sent_away_and_places_come_back() {
+    let served = served();
+    let mut tabs: Vec<_> = (0..64).map(|_| served.tab()).collect();
+    assert_eq!(served.server.connections(), 64);
+    assert!(served.connect(&served.query(), None).is_err());
+    tabs.truncate(63);
+    while served.server.connections() > 63 {
+        std::thread::yield_now();
+    }
+    assert!(served.connect(&served.query(), None).is_ok());
+    drop(tabs);
+    served.server.stop();
+}

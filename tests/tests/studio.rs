@@ -1,0 +1,120 @@
+//! `wireloom studio` and `run --page`, as the program.
+#![cfg(unix)]
+
+use std::io::{BufRead, BufReader, Read, Write};
+use std::net::TcpStream;
+use std::path::Path;
+use std::process::{Child, Command, Stdio};
+use wireloom_tests::{program, root};
+
+/// A studio that runs, and the address it printed.
+struct Studio {
+    child: Child,
+    address: String,
+}
+
+impl Studio {
+    fn of(what: &Path, state: &Path) -> Self {
+        let mut child = Command::new(program())
+            .args(["studio", "--no-open"])
+            .arg(what)
+            .env("XDG_STATE_HOME", state)
+            .stdout(Stdio::piped())
+            .spawn()
+            .expect("it starts");
+        let mut lines = BufReader::new(child.stdout.take().expect("piped")).lines();
+        let address = lines.find_map(|line| line.ok().filter(|line| line.starts_with("http://"))).expect("an address");
+        // What it says later would break a pipe that nobody holds.
+        std::thread::spawn(move || lines.for_each(drop));
+        Self { child, address }
+    }
+
+    /// What comes back of the page, or of another path.
+    fn get(&self, path: &str) -> String {
+        let (host, query) = self.address["http://".len()..].split_once("/?").expect("a query");
+        let mut stream = TcpStream::connect(host).expect("it listens");
+        let request = format!("GET {path}?{query} HTTP/1.1\r\nHost: {host}\r\nConnection: close\r\n\r\n");
+        stream.write_all(request.as_bytes()).expect("taken");
+        let mut answer = Vec::new();
+        stream.read_to_end(&mut answer).expect("an answer");
+        String::from_utf8_lossy(&answer).into_owned()
+    }
+
+    /// Ctrl-C; its exit code.
+    fn end(mut self) -> Option<i32> {
+        let id = self.child.id().to_string();
+        assert!(Command::new("kill").args(["-INT", &id]).status().is_ok_and(|status| status.success()));
+        self.child.wait().expect("it ends").code()
+    }
+}
+
+fn scenario() -> std::path::PathBuf {
+    root().join("scenarios/first.toml")
+}
+
+#[test]
+fn a_studio_comes_back_where_it_was_and_ends_with_ctrl_c() {
+    let state = tempfile::tempdir().expect("a folder");
+    let studio = Studio::of(&scenario(), state.path());
+    assert!(studio.address.starts_with("http://127.0.0.1:") && studio.address.contains("/?token="));
+    let page = studio.get("/");
+    assert!(page.starts_with("HTTP/1.1 200") && page.contains("id=\"replay\">null</script>"));
+    assert!(studio.get("/export/..%2f..%2fCargo.toml").starts_with("HTTP/1.1 404"));
+    let address = studio.address.clone();
+    assert_eq!(studio.end(), Some(0));
+    let again = Studio::of(&scenario(), state.path());
+    assert_eq!(again.address, address, "pages that are still open find it");
+    // A second one of the same scenario at the same time has an address of its own.
+    let beside = Studio::of(&scenario(), state.path());
+    assert_ne!(beside.address, address);
+    assert_eq!((beside.end(), again.end()), (Some(0), Some(0)));
+}
+
+#[test]
+fn a_finished_run_is_a_page_from_its_folder_and_as_a_file() {
+    let place = tempfile::tempdir().expect("a folder");
+    let (out, file) = (place.path().join("out"), place.path().join("page.html"));
+    let ran = Command::new(program())
+        .arg("run")
+        .arg(scenario())
+        .arg("--out")
+        .arg(&out)
+        .arg("--page")
+        .arg(&file)
+        .output()
+        .expect("it runs");
+    assert!(ran.status.success(), "{}", String::from_utf8_lossy(&ran.stderr));
+    assert!(String::from_utf8_lossy(&ran.stdout).contains("page.html"));
+    let page = std::fs::read_to_string(&file).expect("written");
+    assert!(!page.contains("id=\"replay\">null") && page.contains("id=\"replay\">\"H4sI"), "gzip in base64");
+    let studio = Studio::of(&out, place.path());
+    let served = studio.get("/");
+    assert!(served.contains("id=\"replay\">\"H4sI"));
+    assert!(studio.get("/export/result.json").contains("\"schema\":1"));
+    assert!(studio.get("/export/.wireloom/scene.json").starts_with("HTTP/1.1 404"));
+    assert!(studio.get("/socket").starts_with("HTTP/1.1 4"), "there is no session behind it");
+    assert_eq!(studio.end(), Some(0));
+}
+
+#[test]
+fn what_cannot_be_shown_is_refused_in_words() {
+    let place = tempfile::tempdir().expect("a folder");
+    let refused = |what: &Path| {
+        let out = Command::new(program())
+            .args(["studio", "--no-open"])
+            .arg(what)
+            .env("XDG_STATE_HOME", place.path())
+            .output()
+            .expect("it runs");
+        (out.status.code(), String::from_utf8_lossy(&out.stderr).into_owned())
+    };
+    let (code, words) = refused(&place.path().join("nothing.toml"));
+    assert!(code == Some(3) && words.contains("nothing.toml"), "{words}");
+    let bad = place.path().join("bad.toml");
+    std::fs::write(&bad, "schema = 1\nname = 7\n").expect("written");
+    let (code, words) = refused(&bad);
+    assert!(code == Some(1) && words.contains("bad.toml:2:"), "{words}");
+    std::fs::write(place.path().join("result.json"), "{}").expect("written");
+    let (code, words) = refused(place.path());
+    assert!(code == Some(1) && words.contains("no result of this version"), "{words}");
+}
