@@ -3,6 +3,7 @@
 //!
 //! Here nothing is sent, and no file opened; [`crate::worker`] carries requests in and news out.
 
+mod clearance;
 mod drag;
 mod harness;
 mod hold;
@@ -16,12 +17,13 @@ use crate::protocol::{Notice, Request, Scene, Timeline};
 use crate::scene;
 use drag::Drag;
 use harness::Harness;
-use standing::{Standing, Stretch, make_room, number};
+use standing::{ENDS, FRAMES, Standing, Stretch, make_room, number};
 use std::collections::BTreeMap;
 use std::rc::Rc;
 use std::sync::Arc;
 use wireloom::core::obstacle::Obstacle;
 use wireloom::core::{Registry, Status, StepResult};
+use wireloom::scenario::record::{Written, with_steps};
 use wireloom::scenario::{Fault, Files};
 use wireloom::solve::checkpoint::Checkpoint;
 use wireloom::solve::hands::{Ended, Trouble};
@@ -114,6 +116,8 @@ pub(crate) struct Session {
     /// The checkpoint of the last frame, which need not be balanced.
     shown: Option<Rc<Checkpoint>>,
     news: News,
+    /// Bytes that came since room was made.
+    grown: usize,
 }
 
 impl Session {
@@ -122,8 +126,15 @@ impl Session {
     /// # Errors
     /// All faults of the text.
     pub fn open(opened: Opened) -> Result<Self, Vec<Fault>> {
-        let Opened { text, name, files, registry, unsaved } = opened;
-        let harness = Rc::new(Harness::load(&text, &*files, &registry)?);
+        let Opened { mut text, name, files, registry, unsaved } = opened;
+        let mut harness = Harness::load(&text, &*files, &registry)?;
+        if harness.schedule.steps.is_empty() && harness.is_drawn_tight() {
+            // What `run` calls the equilibrium is not the start, then.
+            let equilibrium = Written { name: "equilibrium".to_owned(), ..Written::default() };
+            text = with_steps(&text, 0, &[equilibrium]).map_err(|fault| vec![fault])?;
+            harness = Harness::load(&text, &*files, &registry)?;
+        }
+        let harness = Rc::new(harness);
         let own = harness.schedule.steps.len();
         let now = Standing::new(text.into(), own, Vec::new(), harness, 0);
         let news = News { scene: true, timeline: true, edited: true, ..News::default() };
@@ -139,6 +150,7 @@ impl Session {
             unsaved,
             shown: None,
             news,
+            grown: 0,
         })
     }
 
@@ -146,10 +158,18 @@ impl Session {
 
     /// What is new.
     pub fn take_news(&mut self) -> News {
+        if self.grown > FRAMES / 16 {
+            self.make_room(FRAMES, ENDS);
+        }
+        std::mem::take(&mut self.news)
+    }
+
+    /// Keeps so many bytes of frames, and of ends of steps, at most.
+    fn make_room(&mut self, frames: usize, ends: usize) {
         let Self { now, undo, redo, .. } = &*self;
         let all = undo.iter().chain(redo).map(|(_, standing)| standing).chain([now]);
-        self.news.thinned |= make_room(all);
-        std::mem::take(&mut self.news)
+        self.news.thinned |= make_room(all, frames, ends);
+        self.grown = 0;
     }
 
     /// The harness.
@@ -508,8 +528,12 @@ impl Session {
     fn show(&mut self, ended: &Ended) {
         let number = self.now.frames();
         let header = Header::of(self::number(number), &ended.end, self.now.last.as_deref());
-        let frame: Frame = header.encode(&frame::nodes(&ended.end.branches, &[])).into();
-        self.now.push(frame);
+        // While a hand drags there is no time for it.
+        let rests = ended.checkpoint.done().1 == 0;
+        let near = || clearance::of_nodes(&self.now.harness.network.obstacles, &ended.end);
+        let nodes = frame::nodes(&ended.end.branches, &if rests { near() } else { Vec::new() });
+        self.grown += nodes.len() + ended.checkpoint.weight();
+        self.now.push(header.encode(&nodes).into());
         self.now.place_events(ended.checkpoint.events(), &ended.end);
         let checkpoint = Rc::new(ended.checkpoint.clone());
         if is_balanced(ended) || self.now.at.is_none() {
@@ -517,6 +541,20 @@ impl Session {
             self.now.last = Some(Arc::new(ended.end.clone()));
         }
         self.shown = Some(checkpoint);
+        self.frames_changed(number);
+    }
+
+    /// The last frame once more, where something is near it: with how near.
+    fn show_at_rest(&mut self) {
+        let Some(end) = self.now.last.clone().filter(|_| !self.now.harness.network.obstacles.is_empty()) else {
+            return;
+        };
+        let near = clearance::of_nodes(&self.now.harness.network.obstacles, &end);
+        let number = self.now.frames() - 1;
+        let newest = self.now.steps.last().and_then(|step| step.frames.borrow().last().cloned().flatten());
+        let Some((header, _)) = newest.and_then(|frame| frame::decode(&frame)) else { return };
+        self.now.pop();
+        self.now.push(header.encode(&frame::nodes(&end.branches, &near)).into());
         self.frames_changed(number);
     }
 
@@ -528,18 +566,17 @@ impl Session {
         self.news.timeline = true;
     }
 
-    /// After a panic: from the last increment that was whole, with a harness made anew.
+    /// After a panic: from the last increment that was whole, with a solver made anew.
     pub fn recover(&mut self, message: &str) {
         self.now.todo = false;
         if let Some(drag) = &mut self.drag {
-            (drag.goal, drag.ends) = (None, false);
+            drag.goal = None;
+            if drag.ends {
+                self.end_drag();
+            }
         }
-        let made = self.load(&self.now);
-        if let Ok(harness) = made
-            && let Some(at) = &self.now.at
-            && let Some(at) = harness.adopt(&self.now.harness, at)
-        {
-            (self.now.harness, self.now.at) = (Rc::new(harness), Some(Rc::new(at)));
+        if let Ok(made) = self.load(&self.now) {
+            self.now.harness.take_hands(made);
         }
         self.trouble(format!("the solver broke down: {message}"));
     }

@@ -116,7 +116,12 @@ impl Session {
         };
         let checked = self.check(&drag, position, orientation);
         let drag = self.drag.insert(drag);
-        checked?;
+        if let Err(refusal) = checked {
+            if !drag.has_begun() {
+                self.end_drag();
+            }
+            return Err(refusal);
+        }
         drag.goal = Some(Goal { position, orientation });
         drag.ends = false;
         self.held.insert(name.to_owned(), tab);
@@ -177,7 +182,8 @@ impl Session {
 
     /// One increment towards the goal.
     pub(super) fn drag_on(&mut self) {
-        let Some(mut drag) = self.drag.take() else { return };
+        // It stays where it is until that is computed: the solver may break down.
+        let Some(drag) = &self.drag else { return };
         let (Some(goal), Some(at)) = (drag.goal, self.now.at.clone()) else { return };
         let harness = self.now.harness.clone();
         let Some(from) = at.target(drag.index) else { return };
@@ -192,8 +198,10 @@ impl Session {
         let moves = vec![Move::of(drag.index, track)];
         let step = Step { name: drag.step.clone(), increments: 1, moves, operations, ..Step::default() };
         let ended = harness.follow(&step, &at);
+        let Some(mut drag) = self.drag.take() else { return };
         if std::mem::take(&mut drag.lost) {
             self.now.pop();
+            self.frames_changed(self.now.frames());
         }
         match ended {
             Ok(ended) => {
@@ -249,6 +257,7 @@ impl Session {
         }
         self.now.at = self.now.at.take().map(|at| Rc::new(Rc::unwrap_or_clone(at).with_step_ended()));
         self.now.by_hand.push(Rc::new(written));
+        self.show_at_rest();
         self.now.end();
         self.shown.clone_from(&self.now.at);
         self.news.timeline = true;

@@ -2,8 +2,10 @@
 
 use super::Refusal;
 use std::cell::RefCell;
+use wireloom::core::constraint::Action;
+use wireloom::core::network::Fixing;
 use wireloom::core::steps::{Schedule, Step};
-use wireloom::core::{Network, Registry, StepResult};
+use wireloom::core::{Network, Pose, Registry, StepResult};
 use wireloom::scenario::{Built, Fault, Files, Scenario};
 use wireloom::solve::changed::{Changed, changed};
 use wireloom::solve::checkpoint::{Checkpoint, Observer};
@@ -32,6 +34,19 @@ impl Harness {
         Ok(Self { scenario, network, schedule, notes, coarse, hands })
     }
 
+    /// Whether something that acts from the beginning does more and more so over the first step.
+    pub fn is_drawn_tight(&self) -> bool {
+        let changes = |fixing: &Fixing| match fixing.constraint.action() {
+            Action::Prescribed(_) => {
+                let base = Pose::identity();
+                fixing.constraint.target(&base, 0.0) != fixing.constraint.target(&base, 1.0)
+            }
+            // What they do with their progress they know alone.
+            Action::Potential(_) | Action::Equations(_) => true,
+        };
+        self.network.fixings.iter().any(|fixing| fixing.from_start && changes(fixing))
+    }
+
     /// The balanced start.
     ///
     /// # Errors
@@ -39,6 +54,11 @@ impl Harness {
     pub fn start(&self, gives_up: &dyn Fn() -> bool) -> Result<Ended, Trouble> {
         let mut observer = Asked(gives_up);
         self.hands.borrow_mut().start(&self.network, self.coarse.as_ref(), &self.schedule, &mut observer)
+    }
+
+    /// Is carried from now on by what would carry another harness.
+    pub fn take_hands(&self, other: Harness) {
+        self.hands.replace(other.hands.into_inner());
     }
 
     /// The next increment of a step of the schedule.

@@ -3,6 +3,7 @@
 use super::harness::Harness;
 use crate::protocol::{Event, Timeline, TimelineStep};
 use std::cell::RefCell;
+use std::collections::HashSet;
 use std::rc::Rc;
 use std::sync::Arc;
 use wireloom::core::{EventPlace, StepResult};
@@ -12,10 +13,10 @@ use wireloom::solve::checkpoint::Checkpoint;
 
 /// Bytes of frames that are kept: a thousand of a harness of 4,000 nodes. Then every second increment inside the oldest steps goes; pages
 /// that saw them have them still.
-const FRAMES: usize = 256 << 20;
+pub(super) const FRAMES: usize = 256 << 20;
 /// Bytes of checkpoints and results at ends of steps that are kept: a thousand likewise. What lies further back is carried out again when
 /// somebody goes there.
-const ENDS: usize = 512 << 20;
+pub(super) const ENDS: usize = 512 << 20;
 /// Numbers a node of a result holds, in bytes.
 const NODE: usize = 15 * size_of::<f64>();
 /// Events that a page is told of, the newest.
@@ -210,22 +211,19 @@ pub(super) fn number(n: usize) -> u32 {
     u32::try_from(n).unwrap_or(u32::MAX)
 }
 
-/// Keeps within bounds what all these remember, oldest first. Returns whether frames went.
-pub(super) fn make_room<'s>(all: impl Iterator<Item = &'s Standing>) -> bool {
-    let mut steps: Vec<&Rc<Stretch>> = Vec::new();
-    for step in all.flat_map(|standing| &standing.steps) {
-        if !steps.iter().any(|known| Rc::ptr_eq(known, step)) {
-            steps.push(step);
-        }
-    }
+/// Keeps within bounds (bytes of frames, and of ends of steps) what all these remember, oldest first. Returns whether frames went.
+pub(super) fn make_room<'s>(all: impl Iterator<Item = &'s Standing>, most_frames: usize, most_ends: usize) -> bool {
+    let mut known = HashSet::new();
+    let steps: Vec<&Rc<Stretch>> =
+        all.flat_map(|standing| &standing.steps).filter(|step| known.insert(Rc::as_ptr(step))).collect();
     let weight = |step: &Stretch| step.frames.borrow().iter().flatten().map(|frame| frame.len()).sum::<usize>();
     let mut frames: usize = steps.iter().map(|step| weight(step)).sum();
     let mut thinned = false;
-    while frames > FRAMES {
+    while frames > most_frames {
         let before = frames;
         for step in &steps {
             frames -= thin(&mut step.frames.borrow_mut());
-            if frames <= FRAMES / 2 {
+            if frames <= most_frames / 2 {
                 break;
             }
         }
@@ -237,7 +235,7 @@ pub(super) fn make_room<'s>(all: impl Iterator<Item = &'s Standing>) -> bool {
     let mut ends: usize = steps.iter().filter_map(|step| Some(step.end.borrow().as_ref()?.weight())).sum();
     let spare = steps.len().saturating_sub(1);
     for step in steps.iter().take(spare) {
-        if ends <= ENDS {
+        if ends <= most_ends {
             break;
         }
         ends -= step.end.borrow_mut().take().map_or(0, |end| end.weight());

@@ -6,7 +6,7 @@ use serde_json::json;
 use wireloom::scenario::NoFiles;
 use wireloom::solve::Control;
 
-const Y: &str = r#"# A Y for hands.
+pub(super) const Y: &str = r#"# A Y for hands.
 schema = 1
 name = "y"
 
@@ -67,7 +67,7 @@ tangent = [1, 0, 0]
 up = [0, 0, 1]
 "#;
 
-const STEPS: &str = r#"
+pub(super) const STEPS: &str = r#"
 [[steps]] # by the author
 name = "plug B"
 increments = 4
@@ -94,7 +94,7 @@ at = { branch = "trunk", s = 0.2 }
 /// between: the harness then got a station, and was brought into balance with it.
 const ALIKE: f64 = 7e-7;
 
-fn session(text: &str) -> Session {
+pub(super) fn session(text: &str) -> Session {
     let opened = Opened {
         text: text.to_owned(),
         name: "y.toml".into(),
@@ -136,6 +136,7 @@ fn to(fixing: &str, position: [f64; 3]) -> Request {
     Request::Target { fixing: fixing.into(), position: Some(position), orientation: None }
 }
 
+/// A hand lets go of it.
 fn drop_(fixing: &str) -> Request {
     Request::Drop { fixing: fixing.into() }
 }
@@ -177,7 +178,7 @@ fn apart(one: &StepResult, other: &StepResult) -> f64 {
     a.iter().zip(&b).map(|(a, b)| (a - b).norm()).fold(0.0, f64::max)
 }
 
-fn last(session: &Session) -> StepResult {
+pub(super) fn last(session: &Session) -> StepResult {
     (**session.now.last.as_ref().expect("an end")).clone()
 }
 
@@ -348,7 +349,6 @@ fn what_cannot_be_is_refused_and_changes_nothing() {
         Request::Undo,
     ] {
         refused(&mut session, request);
-        session.end_drag();
         assert_eq!((bits(&last(&session)), session.now.frames()), before);
     }
     // Nothing would hold it.
@@ -356,6 +356,27 @@ fn what_cannot_be_is_refused_and_changes_nothing() {
     let message = refused(&mut alone, Request::Release { fixing: "plug-A".into() });
     assert!(message.contains("not held"), "{message}");
     drag(&mut alone, "plug-A", &[[0.01, 0.0, 0.0]]);
+}
+
+/// Frames inside steps go first, and what lies behind an end that has gone is carried out again.
+#[test]
+fn what_is_remembered_is_bounded() {
+    let mut session = session(&format!("{Y}{STEPS}"));
+    drag(&mut session, "plug-B", &[[0.54, 0.2, 0.06], [0.53, 0.19, 0.07], [0.52, 0.19, 0.08]]);
+    let (frames, shape) = (session.frames_from(0), bits(&last(&session)));
+    let weight = frames.iter().flatten().map(|frame| frame.len()).sum::<usize>();
+    session.make_room(weight, usize::MAX);
+    assert_eq!(session.frames_from(0), frames);
+    session.make_room(1, 1);
+    assert!(session.take_news().thinned);
+    let left: Vec<usize> = (0..).zip(session.frames_from(0)).filter_map(|(k, frame)| frame.map(|_| k)).collect();
+    assert_eq!(left, [0, 4, 6, 9]);
+    drag(&mut session, "plug-B", &[[0.52, 0.2, 0.08]]);
+    done(&mut session, Request::Undo);
+    assert_eq!(bits(&last(&session)), shape);
+    done(&mut session, Request::Go { frame: 5 });
+    assert_eq!(session.now.frames(), 7);
+    assert_eq!(bits(&last(&session)), bits(&ends(&format!("{Y}{STEPS}"))[5]));
 }
 
 /// Whatever is asked, in whatever order: an answer, and no panic.

@@ -1,0 +1,200 @@
+//! The thread that solves, as a server has it: several tabs, a closed one, a solver that breaks down.
+
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, mpsc};
+use wireloom::core::minimiser::{Minimiser, Report};
+use wireloom::core::registry::MinimiserKind;
+use wireloom::core::{Problem, Registry, State, Stop};
+use wireloom::scenario::NoFiles;
+use wireloom_studio::protocol::{Holding, Notice, Request, Scene, Session, Timeline};
+use wireloom_studio::{Feed, Opened, Studio, Told, frame};
+
+const CABLE: &str = r#"
+schema = 1
+name = "cable"
+[sections.cable]
+diameter = "6 mm"
+linear_density = "50 g/m"
+axial_stiffness = 1e4
+bending_stiffness = 0.01
+torsion_stiffness = 0.008
+[[branches]]
+name = "cable"
+from = "A"
+to = "B"
+section = "cable"
+length = "1 m"
+segments = 40
+[[constraints]]
+name = "plug-A"
+kind = "connector"
+at = { end = "A" }
+position = [0, 0, 0]
+tangent = [1, 0, 0]
+up = [0, 0, 1]
+[[constraints]]
+name = "plug-B"
+kind = "connector"
+at = { end = "B" }
+position = ["600 mm", 0, 0]
+tangent = [1, 0, 0]
+up = [0, 0, 1]
+"#;
+
+fn open(text: &str, registry: Registry) -> Studio {
+    let (text, name) = (text.to_owned(), "cable.toml".to_owned());
+    let opened = Opened { text, name, files: Box::new(NoFiles), registry, unsaved: false };
+    wireloom_studio::open(opened).unwrap_or_else(|faults| panic!("{faults:?}"))
+}
+
+/// A tab, and all that it was told last.
+struct Tab {
+    number: u32,
+    feed: Feed,
+    woken: mpsc::Receiver<()>,
+    scene: Option<Scene>,
+    timeline: Option<Timeline>,
+    session: Option<Session>,
+    said: Vec<Notice>,
+    frame: Option<frame::Header>,
+}
+
+impl Tab {
+    fn of(studio: &Studio) -> Self {
+        let (wake, woken) = mpsc::channel();
+        // Nobody listens any more when the test is over.
+        let (number, feed) = studio.attach(Box::new(move || wake.send(()).unwrap_or_default()));
+        Self { number, feed, woken, scene: None, timeline: None, session: None, said: vec![], frame: None }
+    }
+
+    /// Takes what there is to be taken, until something is so.
+    fn until(&mut self, what: impl Fn(&Self) -> bool) {
+        while !what(self) {
+            match self.feed.take() {
+                Some(Told::Notice(Notice::Scene(scene))) => self.scene = Some(scene),
+                Some(Told::Notice(Notice::Timeline(timeline))) => self.timeline = Some(timeline),
+                Some(Told::Notice(Notice::Session(session))) => self.session = Some(session),
+                Some(Told::Notice(notice)) => self.said.push(notice),
+                Some(Told::Frame(bytes)) => self.frame = frame::decode(&bytes).map(|(header, _)| header),
+                None => self.woken.recv().expect("the studio is there"),
+            }
+        }
+    }
+
+    fn frames(&self) -> u32 {
+        self.timeline.as_ref().map_or(0, |timeline| timeline.frames)
+    }
+
+    fn is_at(&self, frame: u32) -> bool {
+        self.frames() == frame + 1 && self.frame.as_ref().is_some_and(|header| header.frame == frame)
+    }
+
+    fn holds(&self) -> Vec<(String, u32)> {
+        self.session.as_ref().map(|session| session.held.clone()).unwrap_or_default()
+    }
+}
+
+fn to(z: f64) -> Request {
+    Request::Target { fixing: "plug-B".into(), position: Some([0.6, 0.0, z]), orientation: None }
+}
+
+#[test]
+fn two_tabs_see_the_same_and_a_closed_one_frees_what_it_held() {
+    let studio = open(CABLE, wireloom::registry());
+    let mut one = Tab::of(&studio);
+    let mut other = Tab::of(&studio);
+    for tab in [&mut one, &mut other] {
+        tab.until(|tab| tab.scene.is_some() && tab.is_at(0));
+    }
+    assert_eq!(one.scene, other.scene);
+    studio.ask(one.number, to(0.01));
+    other.until(|tab| tab.is_at(1) && tab.holds() == [("plug-B".to_owned(), one.number)]);
+    studio.ask(other.number, to(0.02));
+    other.until(|tab| matches!(tab.said.first(), Some(Notice::Refused { .. })));
+    studio.detach(one.number);
+    other.until(|tab| tab.holds().is_empty() && tab.session.as_ref().is_some_and(|session| session.tabs == 1));
+    studio.ask(other.number, to(0.02));
+    other.until(|tab| tab.is_at(2));
+    let names: Vec<&str> = other.timeline.iter().flat_map(|t| &t.steps).map(|step| step.name.as_str()).collect();
+    assert_eq!(names, ["start", "drag plug-B", "drag plug-B 2"]);
+    // What was asked for is sent, as far as it is known.
+    studio.ask(other.number, Request::Frames { from: 0, to: 9 });
+    other.until(|tab| tab.frame.as_ref().is_some_and(|header| header.frame == 0));
+    other.until(|tab| tab.is_at(2));
+    assert!(studio.draft().is_some_and(|text| text.contains("drag plug-B")));
+    assert_eq!(studio.result().map(|outcome| outcome.run.steps.len()), Some(2));
+    studio.close();
+}
+
+#[test]
+fn of_targets_that_wait_only_the_newest_counts() {
+    let studio = open(CABLE, wireloom::registry());
+    let mut tab = Tab::of(&studio);
+    // The start is still being found, or just so: nothing of this is lost, and little of it is carried out.
+    studio.ask(tab.number, Request::Hold { branch: "nowhere".into(), s: 0.0, how: Holding::Pin });
+    tab.until(|tab| tab.is_at(0) && tab.said.len() == 1);
+    for k in 0..=1000 {
+        studio.ask(tab.number, to(1e-5 * f64::from(k)));
+    }
+    tab.until(|tab| {
+        tab.frame.as_ref().is_some_and(|header| {
+            header
+                .fixings
+                .iter()
+                .any(|fixing| fixing.name == "plug-B" && fixing.at.position == [0.6, 0.0, 1e-5 * 1000.0])
+        })
+    });
+    assert!(tab.said.len() == 1, "{:?}", tab.said);
+}
+
+/// Newton, until it is told to break down.
+struct Brittle {
+    newton: Box<dyn Minimiser>,
+    breaks: Arc<AtomicBool>,
+}
+
+impl Minimiser for Brittle {
+    fn name(&self) -> &str {
+        "brittle"
+    }
+
+    fn minimise(&mut self, problem: &mut Problem<'_>, state: &mut State, stop: &Stop) -> Report {
+        assert!(!self.breaks.load(Ordering::Relaxed), "broken to pieces");
+        self.newton.minimise(problem, state, stop)
+    }
+
+    fn forget(&mut self) {
+        self.newton.forget();
+    }
+}
+
+#[test]
+fn a_solver_that_breaks_down_is_told_of_and_the_session_goes_on() {
+    let breaks = Arc::new(AtomicBool::new(false));
+    let told = breaks.clone();
+    let mut registry = wireloom::registry();
+    let kind = MinimiserKind {
+        name: "brittle".into(),
+        doc: "breaks down".into(),
+        parameters: vec![],
+        build: Box::new(move |(), parameters| {
+            let newton = wireloom::registry().minimiser("newton").map(|kind| (kind.build)(&(), parameters));
+            Ok(Box::new(Brittle { newton: newton.expect("built in")?, breaks: told.clone() }))
+        }),
+    };
+    registry.add_minimiser(kind).unwrap_or_else(|_| panic!("there is no such kind"));
+    let studio = open(&format!("{CABLE}[minimiser]\nkind = \"brittle\"\n"), registry);
+    let mut tab = Tab::of(&studio);
+    tab.until(|tab| tab.is_at(0));
+    studio.ask(tab.number, to(0.01));
+    tab.until(|tab| tab.is_at(1));
+    breaks.store(true, Ordering::Relaxed);
+    studio.ask(tab.number, to(0.02));
+    tab.until(|tab| matches!(tab.said.last(), Some(Notice::Refused { message, .. }) if message.contains("to pieces")));
+    breaks.store(false, Ordering::Relaxed);
+    studio.ask(tab.number, to(0.03));
+    tab.until(|tab| tab.is_at(2));
+    studio.ask(tab.number, Request::Drop { fixing: "plug-B".into() });
+    studio.ask(tab.number, Request::Undo);
+    tab.until(|tab| tab.is_at(0));
+}
