@@ -112,6 +112,11 @@ export class Hands extends Emitter<Events> {
     return this.store.scene?.fixings.find((fixing) => fixing.name === name) ?? null;
   }
 
+  /** The part of the gizmo that is pointed at. */
+  ring(): string | null {
+    return this.gizmo.axis;
+  }
+
   /** Where a fixing is in the frame shown. */
   at(name: string): FixingFrame | null {
     return this.store.shown?.header.fixings.find((fixing) => fixing.name === name) ?? null;

@@ -44,6 +44,8 @@ export class Panels {
   private pointed: number | null = null;
   private fields: { position: HTMLInputElement[]; angles: HTMLInputElement[] } | null = null;
   private facts: HTMLElement | null = null;
+  /** What can be done to the chosen fixing, as long as it acts. */
+  private acts: HTMLElement | null = null;
   private rows = new Map<string, HTMLTableRowElement>();
 
   constructor(
@@ -143,7 +145,7 @@ export class Panels {
     if (energy) facts.push(["energy", `${digits(energy[1], 4)} J`]);
     if (session && this.store.scene?.live) {
       facts.push(["now", session.busy ? `computing ${session.busy}` : "waiting for hands"]);
-      if (session.rate > 0) facts.push(["rate", `${digits(session.rate, 2)} updates/s`]);
+      if (session.rate > 0 && this.store.timeline.steps.at(-1)?.by_hand) facts.push(["rate", `${digits(session.rate, 2)} updates/s`]);
       if (session.tabs > 1) facts.push(["pages", `${session.tabs} look at this session`]);
     }
     this.state.replaceChildren(element("dl", { class: "facts" }, ...facts.flatMap(([name, value]) => [element("dt", {}, name), element("dd", {}, value)])));
@@ -211,6 +213,7 @@ export class Panels {
     const scene = this.store.scene;
     const chosen = this.hands.chosen;
     this.fields = null;
+    this.acts = null;
     this.facts = element("dl", { class: "facts" });
     const live = scene?.live === true;
     const button = (words: string, title: string, act: () => void) => element("button", { title, onclick: act }, words);
@@ -229,9 +232,11 @@ export class Panels {
     } else {
       const fixing = this.hands.fixing()!;
       const parts: (Node | string)[] = [element("p", {}, element("strong", {}, fixing.name), element("span", { class: "quiet" }, ` ${fixing.kind}${fixing.place ? ` on ${fixing.place[0]}` : ""}`)), this.facts];
-      if (live) parts.push(this.poseForm(fixing.name, fixing.moves, fixing.turns));
-      if (live)
-        parts.push(
+      if (live) {
+        this.acts = element(
+          "div",
+          {},
+          this.poseForm(fixing.name, fixing.moves, fixing.turns),
           element(
             "div",
             { class: "buttons" },
@@ -241,6 +246,8 @@ export class Panels {
             button("Release", "Lets go (Delete)", () => this.hands.release()),
           ),
         );
+        parts.push(this.acts);
+      }
       this.chosen.replaceChildren(...parts);
       const point = this.hands.chosenPoint();
       if (point) this.lookAt(point.branch);
@@ -297,6 +304,7 @@ export class Panels {
       }
     } else {
       const at = this.hands.at(chosen.name);
+      if (this.acts) this.acts.hidden = !at;
       if (!at) facts.push(["", "does not act in this frame"]);
       else {
         facts.push(["force", `${newtons(Math.hypot(...at.force))} (${at.force.map((x) => digits(x)).join(", ")})`]);

@@ -93,7 +93,7 @@ export class Plot {
     if (limit !== null) for (const side of ["y1", "y2"]) this.limit.setAttribute(side, y(limit).toFixed(1));
     // Forces in N, all else in thousandths: mm and N mm.
     const unit = column === Column.tension ? 1 : 1000;
-    const short = (value: number) => digits(value * unit, 2);
+    const short = (value: number) => digits(Math.abs(value) < 1e-6 * Math.max(high, -low) ? 0 : value * unit, 2);
     this.low.textContent = short(low);
     this.high.textContent = (radius && most > high ? "> " : "") + short(high);
     this.end.textContent = millimetres(branch.length);

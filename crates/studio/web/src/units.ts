@@ -14,9 +14,10 @@ export function digits(value: number, significant = 3): string {
 
 export const millimetres = (metres: number, significant = 4): string =>
   Math.abs(metres) >= 10 ? `${digits(metres, significant)} m` : `${digits(metres * 1000, significant)} mm`;
-export const newtons = (value: number): string => `${digits(value)} N`;
+/** What is below a millionth of what anybody feels is round-off. */
+export const newtons = (value: number): string => `${digits(Math.abs(value) < 1e-6 ? 0 : value)} N`;
 export const moment = (value: number): string =>
-  Math.abs(value) < 1 && value !== 0 ? `${digits(value * 1000)} N mm` : `${digits(value)} N m`;
+  Math.abs(value) < 1e-9 ? "0 N mm" : Math.abs(value) < 1 && value !== 0 ? `${digits(value * 1000)} N mm` : `${digits(value)} N m`;
 export const seconds = (value: number): string =>
   value < 1e-3 ? `${digits(value * 1e6, 2)} µs` : value < 1 ? `${digits(value * 1e3)} ms` : `${digits(value)} s`;
 
