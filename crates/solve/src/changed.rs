@@ -22,7 +22,7 @@ pub enum Changed {
 
 /// The checkpoint for another harness, which has the same branches and joints. Fixings are told by their names, and those of one name by their
 /// order. `None` where that harness would have to know how it came there: where a fixing that acts is gone, or the mesh is another one and
-/// moves along the cables, or the harness touches something.
+/// moves along the cables, or the harness touches something; where friction holds it and stations are others.
 ///
 /// # Panics
 /// If the checkpoint is not one of `from`.
@@ -46,8 +46,17 @@ pub fn changed(checkpoint: &Checkpoint, from: &Network, to: &Network) -> Option<
     let stations =
         |network: &Network| network.branches.iter().map(|b| b.rod.mesh().stations.clone()).collect::<Vec<_>>();
     let same = same_nodes && stations(from) == stations(to);
+    if !same && is_bound(from, &checkpoint.conditions) {
+        return None;
+    }
     let checkpoint = Box::new(Checkpoint { conditions, state, ..checkpoint.clone() });
     Some(if same { Changed::Same(checkpoint) } else { Changed::Nearly(checkpoint) })
+}
+
+/// Whether friction holds it anywhere: a harness with other stations would have come to hold otherwise.
+fn is_bound(network: &Network, conditions: &Conditions) -> bool {
+    let rubs = conditions.contact.marks.iter().any(|mark| mark.grip.is_some());
+    rubs || network.slides.iter().any(|site| site.friction > 0.0 && conditions.active[site.fixing])
 }
 
 /// The state on a mesh with the same nodes, some of which are stations there that were none, or the other way round.

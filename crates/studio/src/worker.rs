@@ -209,7 +209,7 @@ impl Shared {
             let done = catch_unwind(AssertUnwindSafe(|| match next {
                 Some(Waiting::Request(tab, request)) => session.handle(tab, request),
                 Some(Waiting::Detached(tab)) => session.detach(tab),
-                None => session.work(&|| self.is_wanted()),
+                None => session.work(&|| self.gives_up()),
             }));
             if self.stop.swap(false, Ordering::Relaxed) {
                 session.stop();
@@ -234,7 +234,7 @@ impl Shared {
     }
 
     /// Whether the search for a start is to be given up.
-    fn is_wanted(&self) -> bool {
+    fn gives_up(&self) -> bool {
         let replaces = |waiting: &Waiting| {
             matches!(waiting, Waiting::Request(_, Request::Set { .. } | Request::Undo | Request::Redo))
         };

@@ -3,6 +3,10 @@
 use super::*;
 use crate::protocol::Holding;
 use serde_json::json;
+use std::sync::atomic::{AtomicBool, Ordering};
+use wireloom::core::minimiser::{Minimiser, Report};
+use wireloom::core::registry::MinimiserKind;
+use wireloom::core::{Problem, State, Stop};
 use wireloom::scenario::NoFiles;
 use wireloom::solve::Control;
 
@@ -358,6 +362,130 @@ fn what_cannot_be_is_refused_and_changes_nothing() {
     drag(&mut alone, "plug-A", &[[0.01, 0.0, 0.0]]);
 }
 
+/// Newton, where it does anything.
+struct Lazy {
+    newton: Box<dyn Minimiser>,
+    rests: Arc<AtomicBool>,
+}
+
+impl Minimiser for Lazy {
+    fn name(&self) -> &str {
+        "lazy"
+    }
+
+    fn minimise(&mut self, problem: &mut Problem<'_>, state: &mut State, stop: &Stop) -> Report {
+        let allowed = if self.rests.load(Ordering::Relaxed) { 0 } else { stop.max_iterations };
+        self.newton.minimise(problem, state, &Stop { max_iterations: allowed, ..*stop })
+    }
+
+    fn forget(&mut self) {
+        self.newton.forget();
+    }
+}
+
+/// A registry with the minimiser `lazy`, which does nothing while this is so.
+fn with_lazy(rests: &Arc<AtomicBool>) -> Registry {
+    let mut registry = wireloom::registry();
+    let rests = rests.clone();
+    let kind = MinimiserKind {
+        name: "lazy".into(),
+        doc: "rests now and then".into(),
+        parameters: vec![],
+        build: Box::new(move |(), parameters| {
+            let newton = wireloom::registry().minimiser("newton").map(|kind| (kind.build)(&(), parameters));
+            Ok(Box::new(Lazy { newton: newton.expect("built in")?, rests: rests.clone() }))
+        }),
+    };
+    registry.add_minimiser(kind).unwrap_or_else(|_| panic!("there is no such kind"));
+    registry
+}
+
+/// An increment that is not found is shown, and goes when something else is asked for.
+#[test]
+fn what_finds_no_balance_is_shown_and_not_written_down() {
+    let rests = Arc::new(AtomicBool::new(false));
+    let opened = Opened {
+        text: format!("{Y}{STEPS}\n[minimiser]\nkind = \"lazy\"\n"),
+        name: "y.toml".into(),
+        files: Box::new(NoFiles),
+        registry: with_lazy(&rests),
+        unsaved: false,
+    };
+    let mut session = Session::open(opened).unwrap_or_else(|faults| panic!("{faults:?}"));
+    work(&mut session);
+    let status = |session: &Session| {
+        let frame = session.frames_from(session.now.frames() - 1)[0].clone().expect("there");
+        frame::decode(&frame).expect("a frame").0.status
+    };
+    let lost = |session: &mut Session, request: Request| {
+        rests.store(true, Ordering::Relaxed);
+        done(session, request);
+        rests.store(false, Ordering::Relaxed);
+        assert_eq!(status(session), "iteration limit");
+    };
+    let (shape, frames) = (bits(&last(&session)), session.now.frames());
+    lost(&mut session, to("plug-B", [0.54, 0.2, 0.06]));
+    assert_eq!(session.now.frames(), frames + 1);
+    let events = session.timeline().events;
+    assert!(events.iter().any(|event| event.kind == "not-converged" && event.frame == number(frames)), "{events:?}");
+    // Another target takes its place, and another one's is taken back by letting go.
+    done(&mut session, to("plug-B", [0.54, 0.2, 0.05]));
+    assert_eq!((status(&session).as_str(), session.now.frames()), ("converged", frames + 1));
+    lost(&mut session, to("plug-B", [0.54, 0.2, 0.06]));
+    assert_eq!(session.now.frames(), frames + 2);
+    done(&mut session, drop_("plug-B"));
+    assert_eq!((status(&session).as_str(), session.now.frames()), ("converged", frames + 1));
+    assert!(session.timeline().events.iter().all(|event| event.kind != "not-converged"));
+    done(&mut session, Request::Undo);
+    assert_eq!((bits(&last(&session)), session.now.frames()), (shape.clone(), frames));
+    // Where nothing was found there is no step, and nothing to take back.
+    lost(&mut session, to("plug-B", [0.54, 0.2, 0.06]));
+    done(&mut session, drop_("plug-B"));
+    assert_eq!((bits(&last(&session)), session.now.frames()), (shape.clone(), frames));
+    refused(&mut session, Request::Undo);
+    // Nor where something would have let go.
+    rests.store(true, Ordering::Relaxed);
+    refused(&mut session, Request::Release { fixing: "plug-B".into() });
+    rests.store(false, Ordering::Relaxed);
+    assert_eq!((bits(&last(&session)), session.now.frames()), (shape, frames));
+}
+
+/// What was stopped is no part of what hands go on from.
+#[test]
+fn a_run_is_stopped_and_goes_on_in_hands() {
+    let opened = Opened {
+        text: format!("{Y}{STEPS}"),
+        name: "y.toml".into(),
+        files: Box::new(NoFiles),
+        registry: wireloom::registry(),
+        unsaved: false,
+    };
+    let mut session = Session::open(opened).unwrap_or_else(|faults| panic!("{faults:?}"));
+    session.work(&|| false);
+    session.work(&|| false);
+    let refused_now = |session: &mut Session| {
+        session.handle(1, to("plug-A", [0.0, 0.0, 0.01]));
+        session.take_news().said
+    };
+    assert!(matches!(refused_now(&mut session)[..], [(Some(1), Notice::Refused { .. })]));
+    assert_eq!(session.busy().as_deref(), Some("step plug B"));
+    done(&mut session, Request::Stop);
+    assert_eq!((session.busy(), session.now.frames()), (None, 2));
+    drag(&mut session, "plug-A", &[[0.0, 0.0, 0.01]]);
+    assert_eq!(session.now.frames(), 2);
+    let text = text(&mut session);
+    assert!(!text.contains("plug B"), "{text}");
+    assert_eq!(ends(&text).len(), 1);
+    done(&mut session, Request::Undo);
+    assert_eq!(session.now.frames(), 2);
+    // A start that is given up leaves a session that answers.
+    session.handle(1, Request::Set { key: "joints.J.model".into(), value: json!("fused") });
+    session.work(&|| true);
+    refused(&mut session, to("plug-A", [0.0, 0.0, 0.01]));
+    done(&mut session, Request::Undo);
+    assert_eq!(session.now.frames(), 2);
+}
+
 /// Frames inside steps go first, and what lies behind an end that has gone is carried out again.
 #[test]
 fn what_is_remembered_is_bounded() {
@@ -435,4 +563,33 @@ fn whatever_is_asked_the_session_goes_on() {
     let said = ask(&mut session, Request::Save);
     assert!(matches!(said.first(), Some(Notice::Saved { .. })), "{said:?}");
     assert!(said.len() == 1, "{said:?}");
+}
+
+/// Rings that the cable runs through, obstacles, clips that find their place, springs: what hands do there is what `run` makes of it.
+#[test]
+fn hands_on_all_sorts_of_harnesses_write_what_run_carries_out() {
+    let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../../scenarios");
+    for name in [
+        "analytic/ring_friction",
+        "assembly/clip_nearest",
+        "assembly/out_of_the_ring",
+        "branches/rail",
+        "branches/springy_handle",
+        "branches/two_trees",
+        "contact/cable_on_plane",
+    ] {
+        let given = std::fs::read_to_string(folder.join(name).with_extension("toml")).expect("a scenario");
+        let mut session = session(&given);
+        let end = last(&session);
+        let line = &end.branches[end.branches.len() - 1];
+        let middle = line.s.len() / 2;
+        let at = line.position[middle];
+        hold(&mut session, &line.name, line.s[middle], Holding::Handle);
+        drag(&mut session, "hand 1", &[[at.x, at.y + 0.01, at.z + 0.02], [at.x + 0.005, at.y + 0.02, at.z + 0.02]]);
+        let text = text(&mut session);
+        let ends = ends(&text);
+        let farthest = apart(&last(&session), &ends[ends.len() - 1]);
+        let length = session.now.harness.total_length();
+        assert!(farthest <= 1e-6 * length, "{name}: {farthest:e} of {length}");
+    }
 }
