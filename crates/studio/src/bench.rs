@@ -137,15 +137,15 @@ impl Page {
     }
 
     fn drag(&mut self) -> Result<Drag, String> {
-        let mut last = None;
-        // The start, and what steps the scenario has.
-        let header = loop {
+        // The start, and what steps the scenario has; what comes last of it may be the frame or that nothing is computed any more.
+        let (mut last, mut rests) = (None, false);
+        while !rests || last.is_none() {
             match self.hear()? {
-                Heard::Frame(bytes) => last = Some(frame::decode(&bytes).ok_or("a frame that is none")?.0),
-                Heard::Session { busy: false } if last.is_some() => break last.ok_or("no frame")?,
-                Heard::Session { .. } => {}
+                Heard::Frame(bytes) => last = Some(frame::header(&bytes).ok_or("a frame that is none")?),
+                Heard::Session { busy } => rests = !busy,
             }
-        };
+        }
+        let header = last.ok_or("no frame")?;
         let scene = self.scene.clone().ok_or("no scene")?;
         let fixing = chosen(&scene).ok_or("the harness has no connector")?.clone();
         let at = header.fixings.iter().find(|other| other.name == fixing.name).ok_or("it holds nothing")?.at;

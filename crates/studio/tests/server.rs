@@ -173,3 +173,9 @@ fn more_connections_than_places_are_sent_away_and_places_come_back() {
     drop(tabs);
     served.server.stop();
 }
+
+#[test]
+fn every_target_of_a_hand_has_its_picture() {
+    let drag = wireloom_studio::bench::cable(100).expect("dragged");
+    assert_eq!((drag.nodes, drag.targets, drag.failures), (101, 80, 0));
+}
