@@ -11,13 +11,13 @@ mod settings;
 mod standing;
 #[cfg(test)]
 mod tests;
+mod work;
 
-use crate::frame::{self, Header};
 use crate::protocol::{Notice, Request, Scene, Timeline};
 use crate::scene;
 use drag::Drag;
 use harness::Harness;
-use standing::{ENDS, FRAMES, Standing, Stretch, make_room, number};
+use standing::{ENDS, FRAMES, Standing, make_room, number};
 use std::collections::BTreeMap;
 use std::rc::Rc;
 use std::sync::Arc;
@@ -26,7 +26,7 @@ use wireloom::core::{Registry, Status, StepResult};
 use wireloom::scenario::record::{Written, with_steps};
 use wireloom::scenario::{Fault, Files};
 use wireloom::solve::checkpoint::Checkpoint;
-use wireloom::solve::hands::{Ended, Trouble};
+use wireloom::solve::hands::Ended;
 
 pub(crate) use standing::Frame;
 
@@ -450,135 +450,6 @@ impl Session {
             return Err(Refusal::new("the steps so far must be carried out again", "go to a frame first"));
         }
         Ok(cut)
-    }
-
-    // ---- work -----------------------------------------------------------------------------------------------------
-
-    /// Whether something is to be computed.
-    pub fn has_work(&self) -> bool {
-        self.now.todo || self.drag.as_ref().is_some_and(|drag| drag.goal.is_some())
-    }
-
-    /// Whether that comes before whatever else is asked for.
-    pub fn must_finish(&self) -> bool {
-        self.drag.as_ref().is_some_and(|drag| drag.ends)
-    }
-
-    /// Computes one increment, or the start, unless that is given up.
-    pub fn work(&mut self, gives_up: &dyn Fn() -> bool) {
-        if self.drag.as_ref().is_some_and(|drag| drag.goal.is_some()) {
-            self.drag_on();
-        } else if self.now.todo {
-            self.carry_on(gives_up);
-        }
-    }
-
-    /// The next increment of the schedule.
-    fn carry_on(&mut self, gives_up: &dyn Fn() -> bool) {
-        let harness = self.now.harness.clone();
-        let Some(at) = self.now.at.clone() else {
-            match harness.start(gives_up) {
-                Ok(ended) => {
-                    self.now.steps = vec![Rc::new(Stretch::new("start", false, 1))];
-                    self.show(&ended);
-                    self.now.end();
-                }
-                Err(trouble) => {
-                    self.now.todo = false;
-                    if let Trouble::Fault(fault) = trouble {
-                        self.trouble(fault.to_string());
-                    }
-                }
-            }
-            self.now.todo &= !harness.schedule.steps.is_empty();
-            self.news.scene = true;
-            return;
-        };
-        let (index, increment) = at.done();
-        let Some(step) = harness.schedule.steps.get(index) else {
-            self.now.todo = false;
-            return;
-        };
-        let ended = harness.carry(step, &at);
-        if increment == 0 && self.now.steps.len() == index + 1 {
-            let by_hand = index >= self.now.own;
-            self.now.steps.push(Rc::new(Stretch::new(&step.name, by_hand, step.increments)));
-        }
-        match ended {
-            Ok(ended) => {
-                self.show(&ended);
-                if !is_balanced(&ended) {
-                    self.now.todo = false;
-                } else if ended.checkpoint.done().0 > index {
-                    self.now.end();
-                    self.now.todo = index + 1 < harness.schedule.steps.len();
-                }
-            }
-            Err(fault) => {
-                self.now.todo = false;
-                if self.now.steps.last().is_some_and(|step| step.len() == 0) {
-                    self.now.steps.pop();
-                }
-                self.trouble(fault);
-            }
-        }
-    }
-
-    /// Puts the end of an increment behind the others; where it is balanced, the harness stands there.
-    fn show(&mut self, ended: &Ended) {
-        let number = self.now.frames();
-        let header = Header::of(self::number(number), &ended.end, self.now.last.as_deref());
-        // While a hand drags there is no time for it.
-        let rests = ended.checkpoint.done().1 == 0;
-        let near = || clearance::of_nodes(&self.now.harness.network.obstacles, &ended.end);
-        let nodes = frame::nodes(&ended.end.branches, &if rests { near() } else { Vec::new() });
-        self.grown += nodes.len() + ended.checkpoint.weight();
-        self.now.push(header.encode(&nodes).into());
-        self.now.place_events(ended.checkpoint.events(), &ended.end);
-        let checkpoint = Rc::new(ended.checkpoint.clone());
-        if is_balanced(ended) || self.now.at.is_none() {
-            self.now.at = Some(checkpoint.clone());
-            self.now.last = Some(Arc::new(ended.end.clone()));
-        }
-        self.shown = Some(checkpoint);
-        self.frames_changed(number);
-    }
-
-    /// The last frame once more, where something is near it: with how near.
-    fn show_at_rest(&mut self) {
-        let Some(end) = self.now.last.clone().filter(|_| !self.now.harness.network.obstacles.is_empty()) else {
-            return;
-        };
-        let near = clearance::of_nodes(&self.now.harness.network.obstacles, &end);
-        let number = self.now.frames() - 1;
-        let newest = self.now.steps.last().and_then(|step| step.frames.borrow().last().cloned().flatten());
-        let Some((header, _)) = newest.and_then(|frame| frame::decode(&frame)) else { return };
-        self.now.pop();
-        self.now.push(header.encode(&frame::nodes(&end.branches, &near)).into());
-        self.frames_changed(number);
-    }
-
-    /// Something went wrong that nobody asked for.
-    fn trouble(&mut self, message: String) {
-        let help =
-            "the session stands where it stood before; take back what led there, or set something else".to_owned();
-        self.news.said.push((None, Notice::Refused { message, help }));
-        self.news.timeline = true;
-    }
-
-    /// After a panic: from the last increment that was whole, with a solver made anew.
-    pub fn recover(&mut self, message: &str) {
-        self.now.todo = false;
-        if let Some(drag) = &mut self.drag {
-            drag.goal = None;
-            if drag.ends {
-                self.end_drag();
-            }
-        }
-        if let Ok(made) = self.load(&self.now) {
-            self.now.harness.take_hands(made);
-        }
-        self.trouble(format!("the solver broke down: {message}"));
     }
 }
 

@@ -1,6 +1,7 @@
 //! Sessions on a small Y: what hands do, what is written of it, and that `run` makes the same of that.
 
 use super::*;
+use crate::frame;
 use crate::protocol::Holding;
 use serde_json::json;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -202,10 +203,14 @@ fn a_session_carries_out_the_scenario_as_run_does() {
     assert_eq!(steps, [("start", 0, 1, false), ("plug B", 1, 4, false), ("clip the trunk", 5, 2, false)]);
     let record = session.record();
     assert_eq!((record.ends.len(), record.status), (2, Status::Converged));
+    let mut iterations = 0;
     for (k, frame) in session.frames_from(0).iter().enumerate() {
         let (header, nodes) = frame::decode(frame.as_ref().expect("there")).expect("a frame");
+        iterations += header.iterations;
         assert_eq!((header.frame as usize, nodes.len()), (k, 21 + 16 + 16));
     }
+    // Each is counted with the increment that took it.
+    assert_eq!(iterations as usize, ends[3].minimiser.iterations + ends[5].minimiser.iterations);
 }
 
 #[test]
