@@ -91,7 +91,7 @@ pub fn write(steps: &[&StepResult], obstacles: &[Obstacle], out: &mut impl Write
 /// Writes a surface, such as the space that a harness goes through, with this name.
 ///
 /// # Errors
-/// As those of [`write`].
+/// As those of [`write()`].
 pub fn write_surface(name: &str, surface: &Surface, out: &mut impl Write) -> io::Result<()> {
     let mut file = File::default();
     let mesh = file.surface(name, surface, SWEPT);

@@ -175,7 +175,7 @@ impl Replay {
         &self.frames
     }
 
-    /// One HTML page that needs nothing else, from `page`, the studio's own ([`crate::page`]). What is in it is a string, base64 of gzip:
+    /// One HTML page that needs nothing else, from `page`, the studio's own ([`crate::PAGE`]). What is in it is a string, base64 of gzip:
     ///
     /// | bytes | what |
     /// | --- | --- |
