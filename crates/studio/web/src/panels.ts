@@ -46,6 +46,8 @@ export class Panels {
   private facts: HTMLElement | null = null;
   /** What can be done to the chosen fixing, as long as it acts. */
   private acts: HTMLElement | null = null;
+  /** The settings that are listed. */
+  private listed = "";
   private rows = new Map<string, HTMLTableRowElement>();
 
   constructor(
@@ -101,7 +103,9 @@ export class Panels {
     this.branchList.replaceChildren(...scene.branches.map((branch) => element("option", {}, branch.name)));
     this.branch = Math.min(this.branch, Math.max(0, scene.branches.length - 1));
     this.branchList.selectedIndex = this.branch;
-    this.showSettings(scene.settings);
+    const settings = JSON.stringify(scene.settings);
+    if (settings !== this.listed) this.showSettings(scene.settings);
+    this.listed = settings;
     this.files.replaceChildren(
       element("p", { class: "quiet" }, "As `run` writes them, of everything up to now:"),
       element("ul", {}, ...scene.exports.map((name) => element("li", {}, element("a", { href: `export/${encodeURIComponent(name)}${location.search}`, download: name }, name)))),
@@ -358,10 +362,19 @@ export class Panels {
   private showSettings(settings: Setting[]): void {
     const groups = new Map<string, Setting[]>();
     for (const setting of settings) groups.set(setting.group, [...(groups.get(setting.group) ?? []), setting]);
-    this.settings.replaceChildren(
-      element("p", { class: "quiet" }, "What is changed here is computed anew; the shape there was stays as a ghost."),
-      ...[...groups].map(([group, members]) => element("fieldset", {}, element("legend", {}, group), ...members.map((setting) => this.setting(setting)))),
+    const few = groups.size <= 8;
+    const folded = [...groups].map(([group, members]) =>
+      element("details", { open: few }, element("summary", {}, element("strong", {}, group)), ...members.map((setting) => this.setting(setting))),
     );
+    const search = element("input", { type: "search", placeholder: "Search: a joint, a section, a value", "aria-label": "Search settings" });
+    search.addEventListener("input", () => {
+      const words = search.value.trim().toLowerCase();
+      for (const group of folded) {
+        group.hidden = words !== "" && !(group.textContent ?? "").toLowerCase().includes(words);
+        group.open = words === "" ? few : group.querySelector("summary")!.textContent!.toLowerCase().includes(words);
+      }
+    });
+    this.settings.replaceChildren(element("p", { class: "quiet" }, "What is changed here is computed anew; the shape there was stays as a ghost."), ...(few ? [] : [search]), ...folded);
   }
 
   /** The server did not take a value: the fields show again what holds. */
