@@ -481,6 +481,14 @@ fn bench() -> Checked {
         let textbook = of(kind, "none".into())?;
         ensure(textbook["failures"] == 2 && textbook["iterations_per_step"] == 100.0, textbook)?;
     }
+    // No clock: what it has to touch, and that it does.
+    let contact = &document["contact"];
+    let at_least = |key: &str, least: u64| contact[key].as_u64().is_some_and(|count| count >= least);
+    ensure(at_least("nodes", 4_000) && at_least("joints", 20) && at_least("triangles", 100_000), contact)?;
+    let (touching, alone) = (&contact["touching"], &contact["alone"]);
+    ensure(touching["failures"] == 0 && alone["failures"] == 0 && alone["contacts"] == 0, contact)?;
+    ensure(touching["contacts"].as_u64().is_some_and(|count| count > 100), contact)?;
+    ensure(contact["times_alone"].as_f64().is_some_and(|times| times > 0.0), contact)?;
     let sweep = &document["monte_carlo"];
     ensure(sweep["points"] == 40 && sweep["statuses"] == serde_json::json!({ "converged": 40 }), sweep)?;
     ensure(sweep["seconds"].as_f64().is_some_and(|seconds| seconds > 0.0), sweep)

@@ -1,17 +1,18 @@
-//! `wireloom bench`: drag-step times on the machine at hand, the minimisers side by side, and a sweep of many points.
+//! `wireloom bench`: drag-step times on the machine at hand, the minimisers side by side, what contact costs, and a sweep of many points.
 
 use crate::arguments::BenchArguments;
 use crate::failure::{Failure, Outcome};
 use crate::summary::{Columns, time};
 use serde_json::{Value, json};
 use std::io::Write;
-use wireloom::bench::{Case, Contender, Installation, MonteCarlo, OnDevice};
+use wireloom::bench::{Case, ContactCost, Contender, Installation, MonteCarlo, OnDevice, Tilting};
 use wireloom_studio::bench::Drag;
 
 /// All that was measured.
 struct Measured {
     cases: Vec<Case>,
     minimisers: Vec<Contender>,
+    contact: ContactCost,
     monte_carlo: MonteCarlo,
     /// Hands in the studio.
     hands: Vec<Drag>,
@@ -27,6 +28,7 @@ pub fn bench(arguments: &BenchArguments, out: &mut dyn Write) -> Result<Outcome,
     let mut measured = Measured {
         cases: wireloom::bench::all(),
         minimisers: wireloom::bench::minimisers(&registry, arguments.iterations as usize),
+        contact: wireloom::bench::contact(&registry),
         monte_carlo: wireloom::bench::monte_carlo(arguments.points as usize, None, None, &registry),
         hands: vec![wireloom_studio::bench::cable(1_000).map_err(Failure::Input)?],
         installed: None,
@@ -45,6 +47,7 @@ pub fn bench(arguments: &BenchArguments, out: &mut dyn Write) -> Result<Outcome,
     print.map_err(Failure::standard_output)?;
     // That others than Newton's method do not get there is a result.
     let sound = measured.cases.iter().all(|case| case.failures == 0)
+        && measured.contact.touching.failures + measured.contact.alone.failures == 0
         && measured.monte_carlo.converged() == measured.monte_carlo.points
         && measured.hands.iter().all(|drag| drag.failures == 0)
         && measured.installed.is_none_or(|all| all.failures == 0);
@@ -128,8 +131,22 @@ fn table(measured: &Measured, out: &mut dyn Write) -> std::io::Result<()> {
     table.print(out)?;
     writeln!(out, "\nThe same step of 1,000 segments with each minimiser, to the same certificate.\n")?;
     minimisers(&measured.minimisers, out)?;
-    writeln!(out, "\nFrom a hand's target to the picture of it, in the studio over loopback.\n")?;
-    hands(&measured.hands, out)?;
+    let ContactCost { nodes, joints, triangles, touching, alone } = &measured.contact;
+    let each = |way: &Tilting| {
+        let n = way.increments as f64;
+        format!("{} and {:.1} iterations an increment", precise(way.seconds / n), way.iterations as f64 / n)
+    };
+    writeln!(
+        out,
+        "\nA harness of {nodes} nodes and {joints} joints lies on a body of {triangles} triangles while gravity tilts: {}, {:.1} times as long as without it \
+         ({}); {} places touch in the end, {} increments not converged",
+        each(touching),
+        measured.contact.ratio(),
+        each(alone),
+        touching.contacts,
+        touching.failures + alone.failures
+    )?;
+    use wireloom_studio::bench::Drag;
     let MonteCarlo { points, statuses, threads, seconds } = &measured.monte_carlo;
     let statuses: Vec<String> = statuses.iter().map(|(status, n)| format!("{n} {status}")).collect();
     let (threads, each) = (crate::size::counted(*threads, "thread", "threads"), precise(seconds / *points as f64));
@@ -230,6 +247,23 @@ fn document(measured: &Measured) -> Value {
         entry["times_newton"] = contender.times_newton.into();
         entry
     });
+    let tilting = |way: &Tilting| {
+        json!({
+            "increments": way.increments,
+            "failures": way.failures,
+            "iterations": way.iterations,
+            "seconds": way.seconds,
+            "contacts": way.contacts,
+        })
+    };
+    let contact = json!({
+        "nodes": measured.contact.nodes,
+        "joints": measured.contact.joints,
+        "triangles": measured.contact.triangles,
+        "touching": tilting(&measured.contact.touching),
+        "alone": tilting(&measured.contact.alone),
+        "times_alone": measured.contact.ratio(),
+    });
     let all = &measured.monte_carlo;
     let statuses: serde_json::Map<String, Value> =
         all.statuses.iter().map(|(status, n)| (status.clone(), (*n).into())).collect();
@@ -239,6 +273,7 @@ fn document(measured: &Measured) -> Value {
         "optimised": !cfg!(debug_assertions),
         "cases": measured.cases.iter().map(case).collect::<Vec<Value>>(),
         "minimisers": minimisers.collect::<Vec<Value>>(),
+        "contact": contact,
         "monte_carlo": {
             "points": all.points,
             "statuses": statuses,

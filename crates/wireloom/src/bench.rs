@@ -1,10 +1,12 @@
-//! Drag-step times: how long one small move of a held end takes, on the machine at hand; the minimisers side by side, and a sweep of many
-//! points.
+//! Drag-step times: how long one small move of a held end takes, on the machine at hand; the minimisers side by side, a harness
+//! that lies on a body, and a sweep of many points.
 
+mod contact;
 mod device;
 mod minimisers;
 mod monte_carlo;
 
+pub use contact::{ContactCost, Tilting, contact};
 pub use device::{OnDevice, on_device};
 pub use minimisers::{Contender, minimisers};
 pub use monte_carlo::{MonteCarlo, monte_carlo};
