@@ -13,19 +13,28 @@ const RINGS = 8000;
 const COS = Float32Array.from({ length: CORNERS }, (_, k) => Math.cos((2 * Math.PI * k) / AROUND));
 const SIN = Float32Array.from({ length: CORNERS }, (_, k) => Math.sin((2 * Math.PI * k) / AROUND));
 
+/** A branch's part of the mesh: corners `from` up to `end`, the last two of which close its ends. */
 interface Tube {
-  mesh: THREE.Mesh<THREE.BufferGeometry, THREE.MeshPhongMaterial>;
+  from: number;
+  end: number;
   /** Rings a segment. */
   fine: number;
+}
+
+/** One mesh for all tubes: a draw and an upload a frame, however many branches there are. */
+interface Surface {
+  mesh: THREE.Mesh<THREE.BufferGeometry, THREE.MeshPhongMaterial>;
   position: THREE.BufferAttribute;
   normal: THREE.BufferAttribute;
   value: THREE.BufferAttribute;
-  chosen: { value: number };
 }
 
 export class Harness {
   readonly group = new THREE.Group();
   private tubes: Tube[] = [];
+  private surface: Surface | null = null;
+  /** Corners of the branch that is looked at closer: first, and one behind the last. */
+  private chosen = { value: new THREE.Vector2(0, 0) };
   private scene: Scene | null = null;
   private colours = new THREE.DataTexture(table(["#000000", "#ffffff"]), 256, 1);
 
@@ -36,58 +45,58 @@ export class Harness {
   }
 
   setScene(scene: Scene): void {
-    for (const tube of this.tubes) {
-      tube.mesh.geometry.dispose();
-      tube.mesh.material.dispose();
-    }
+    this.surface?.mesh.geometry.dispose();
+    this.surface?.mesh.material.dispose();
     this.group.clear();
     this.scene = scene;
+    this.choose(-1);
     const nodes = scene.branches.reduce((sum, branch) => sum + branch.nodes, 0);
     const most = Math.max(1, Math.floor(RINGS / Math.max(1, nodes)));
+    let from = 0;
     this.tubes = scene.branches.map((branch) => {
       const segments = Math.max(1, branch.nodes - 1);
       const wished = Math.ceil(branch.length / segments / (0.7 * branch.diameter));
       const fine = Math.max(1, Math.min(most, 8, wished));
-      return this.tube(segments, fine, branch.length / branch.diameter);
+      const tube = { from, end: from + (segments * fine + 1) * CORNERS + 2, fine };
+      from = tube.end;
+      return tube;
     });
-    for (const tube of this.tubes) this.group.add(tube.mesh);
+    this.surface = this.drawn(from, scene);
+    this.group.add(this.surface.mesh);
   }
 
-  private tube(segments: number, fine: number, diameters: number): Tube {
-    const rings = segments * fine + 1;
-    const corners = rings * CORNERS + 2;
+  private drawn(corners: number, scene: Scene): Surface {
     const position = new THREE.BufferAttribute(new Float32Array(corners * 3), 3);
     const normal = new THREE.BufferAttribute(new Int8Array(corners * 4), 4, true);
     const value = new THREE.BufferAttribute(new Float32Array(corners), 1);
     for (const attribute of [position, normal, value]) attribute.setUsage(THREE.DynamicDrawUsage);
-    const surface = new Float32Array(corners * 2);
-    for (let ring = 0; ring < rings; ring++) {
-      for (let k = 0; k < CORNERS; k++) {
-        surface[2 * (ring * CORNERS + k)] = k / AROUND;
-        surface[2 * (ring * CORNERS + k) + 1] = (ring / (rings - 1)) * diameters;
-      }
-    }
-    surface[2 * (corners - 2)] = surface[2 * (corners - 1)] = 0.5;
+    const around = new Float32Array(corners * 2);
     const index: number[] = [];
-    for (let ring = 0; ring + 1 < rings; ring++) {
-      for (let k = 0; k < AROUND; k++) {
-        const a = ring * CORNERS + k;
-        index.push(a, a + 1, a + CORNERS, a + 1, a + CORNERS + 1, a + CORNERS);
+    this.tubes.forEach(({ from, end }, b) => {
+      const { length, diameter } = scene.branches[b];
+      const rings = (end - from - 2) / CORNERS;
+      for (let ring = 0; ring < rings; ring++) {
+        for (let k = 0; k < CORNERS; k++) {
+          const at = from + ring * CORNERS + k;
+          around[2 * at] = k / AROUND;
+          around[2 * at + 1] = ((ring / (rings - 1)) * length) / diameter;
+          if (ring + 1 < rings && k < AROUND) index.push(at, at + 1, at + CORNERS, at + 1, at + CORNERS + 1, at + CORNERS);
+        }
       }
-    }
-    const last = (rings - 1) * CORNERS;
-    for (let k = 0; k < AROUND; k++) index.push(corners - 2, k + 1, k, corners - 1, last + k, last + k + 1);
+      around[2 * (end - 2)] = around[2 * (end - 1)] = 0.5;
+      const last = from + (rings - 1) * CORNERS;
+      for (let k = 0; k < AROUND; k++) index.push(end - 2, from + k + 1, from + k, end - 1, last + k, last + k + 1);
+    });
     const geometry = new THREE.BufferGeometry();
     geometry.setAttribute("position", position);
     geometry.setAttribute("normal", normal);
     geometry.setAttribute("value", value);
-    geometry.setAttribute("surface", new THREE.BufferAttribute(surface, 2));
+    geometry.setAttribute("around", new THREE.BufferAttribute(around, 2));
     geometry.setIndex(index);
-    const chosen = { value: 0 };
-    const mesh = new THREE.Mesh(geometry, this.ghost ? ghostly() : striped(this.colours, chosen));
+    const mesh = new THREE.Mesh(geometry, this.ghost ? ghostly() : striped(this.colours, this.chosen));
     mesh.frustumCulled = false;
     if (this.ghost) mesh.renderOrder = 2;
-    return { mesh, fine, position, normal, value, chosen };
+    return { mesh, position, normal, value };
   }
 
   setColours(colours: string[]): void {
@@ -97,24 +106,27 @@ export class Harness {
 
   /** The branch that is looked at closer; -1: none. */
   choose(branch: number): void {
-    this.tubes.forEach((tube, b) => (tube.chosen.value = b === branch ? 1 : 0));
+    const tube = this.tubes[branch];
+    this.chosen.value.set(tube?.from ?? 0, tube?.end ?? 0);
   }
 
   update(frame: Frame, scale: Scale): void {
-    if (!this.scene) return;
+    if (!this.scene || !this.surface) return;
     const first = firstNodes(this.scene);
     for (let b = 0; b < this.tubes.length; b++) {
       const branch = this.scene.branches[b];
-      write(this.tubes[b], frame.nodes, first[b], first[b + 1], branch.diameter / 2, branch.bend_radius_limit, scale);
+      write(this.surface, this.tubes[b], frame.nodes, first[b], first[b + 1], branch.diameter / 2, branch.bend_radius_limit, scale);
     }
+    const { position, normal, value } = this.surface;
+    position.needsUpdate = normal.needsUpdate = value.needsUpdate = true;
   }
 }
 
 /** Writes a branch: between nodes a cubic (Hermite, with the tangents of a parabola through three nodes), d1 carried along. */
-function write(tube: Tube, n: Float32Array, first: number, end: number, radius: number, limit: number | null, scale: Scale): void {
-  const p = tube.position.array as Float32Array;
-  const m = tube.normal.array as Int8Array;
-  const v = tube.value.array as Float32Array;
+function write(surface: Surface, tube: Tube, n: Float32Array, first: number, end: number, radius: number, limit: number | null, scale: Scale): void {
+  const p = surface.position.array as Float32Array;
+  const m = surface.normal.array as Int8Array;
+  const v = surface.value.array as Float32Array;
   const fine = tube.fine;
   const column = scale.quantity.column;
   let ring = 0;
@@ -164,7 +176,7 @@ function write(tube: Tube, n: Float32Array, first: number, end: number, radius: 
       ez /= e;
       const [fx, fy, fz] = [ty * ez - tz * ey, tz * ex - tx * ez, tx * ey - ty * ex];
       const value = v0 > 1 || v1 > 1 ? (u < 0.5 ? v0 : v1) : v0 < 0 || v1 < 0 ? -1 : v0 + u * (v1 - v0);
-      let at = ring * CORNERS;
+      let at = tube.from + ring * CORNERS;
       for (let k = 0; k < CORNERS; k++, at++) {
         const nx = COS[k] * ex + SIN[k] * fx;
         const ny = COS[k] * ey + SIN[k] * fy;
@@ -177,12 +189,11 @@ function write(tube: Tube, n: Float32Array, first: number, end: number, radius: 
         m[4 * at + 2] = nz * 127;
         v[at] = value;
       }
-      if (ring === 0) cap(p, m, v, p.length / 3 - 2, x, y, z, -tx, -ty, -tz, value);
+      if (ring === 0) cap(p, m, v, tube.end - 2, x, y, z, -tx, -ty, -tz, value);
       ring++;
-      if (j + 2 >= end && i === fine) cap(p, m, v, p.length / 3 - 1, x, y, z, tx, ty, tz, value);
+      if (j + 2 >= end && i === fine) cap(p, m, v, tube.end - 1, x, y, z, tx, ty, tz, value);
     }
   }
-  tube.position.needsUpdate = tube.normal.needsUpdate = tube.value.needsUpdate = true;
 }
 
 function cap(p: Float32Array, m: Int8Array, v: Float32Array, at: number, x: number, y: number, z: number, nx: number, ny: number, nz: number, value: number): void {
@@ -200,7 +211,7 @@ function ghostly(): THREE.MeshPhongMaterial {
 }
 
 /** Coloured by the scale's table; a stripe that stands out from dark and from light; over the limit hatched in white and magenta. */
-function striped(colours: THREE.DataTexture, chosen: { value: number }): THREE.MeshPhongMaterial {
+function striped(colours: THREE.DataTexture, chosen: { value: THREE.Vector2 }): THREE.MeshPhongMaterial {
   const material = new THREE.MeshPhongMaterial({ color: "#ffffff", shininess: 28, specular: "#222222" });
   material.onBeforeCompile = (shader) => {
     shader.uniforms.colours = { value: colours };
@@ -208,25 +219,25 @@ function striped(colours: THREE.DataTexture, chosen: { value: number }): THREE.M
     shader.uniforms.over = { value: new THREE.Color(OVER) };
     shader.uniforms.unknown = { value: new THREE.Color(UNKNOWN) };
     shader.vertexShader = shader.vertexShader
-      .replace("#include <common>", "#include <common>\nattribute float value;\nattribute vec2 surface;\nvarying float vValue;\nvarying vec2 vSurface;")
-      .replace("#include <begin_vertex>", "#include <begin_vertex>\nvValue = value;\nvSurface = surface;");
+      .replace("#include <common>", "#include <common>\nattribute float value;\nattribute vec2 around;\nuniform vec2 chosen;\nvarying float vValue;\nvarying float vChosen;\nvarying vec2 vAround;")
+      .replace("#include <begin_vertex>", "#include <begin_vertex>\nvValue = value;\nvAround = around;\nvChosen = float(gl_VertexID) >= chosen.x && float(gl_VertexID) < chosen.y ? 1.0 : 0.0;");
     shader.fragmentShader = shader.fragmentShader
       .replace(
         "#include <common>",
-        "#include <common>\nuniform sampler2D colours;\nuniform float chosen;\nuniform vec3 over;\nuniform vec3 unknown;\nvarying float vValue;\nvarying vec2 vSurface;",
+        "#include <common>\nuniform sampler2D colours;\nuniform vec3 over;\nuniform vec3 unknown;\nvarying float vValue;\nvarying float vChosen;\nvarying vec2 vAround;",
       )
       .replace(
         "#include <color_fragment>",
         `vec3 paint = vValue < -0.01 ? unknown : texture2D(colours, vec2(clamp(vValue, 0.0, 1.0) * 255.0 / 256.0 + 0.5 / 256.0, 0.5)).rgb;
-        if (vValue > 1.001) paint = fract(vSurface.y * 0.8 + vSurface.x) < 0.5 ? over : vec3(1.0);
-        float fromStripe = min(vSurface.x, 1.0 - vSurface.x);
-        float soft = fwidth(vSurface.x);
+        if (vValue > 1.001) paint = fract(vAround.y * 0.8 + vAround.x) < 0.5 ? over : vec3(1.0);
+        float fromStripe = min(vAround.x, 1.0 - vAround.x);
+        float soft = fwidth(vAround.x);
         float stripe = 1.0 - smoothstep(0.055 - soft, 0.055 + soft, fromStripe);
         float light = dot(paint, vec3(0.2126, 0.7152, 0.0722));
         paint = mix(paint, light > 0.18 ? paint * 0.18 : mix(paint, vec3(1.0), 0.75), stripe * 0.85);
         diffuseColor.rgb = paint;`,
       )
-      .replace("#include <emissivemap_fragment>", "totalEmissiveRadiance += chosen * 0.22 * diffuseColor.rgb;");
+      .replace("#include <emissivemap_fragment>", "totalEmissiveRadiance += vChosen * 0.22 * diffuseColor.rgb;");
   };
   material.customProgramCacheKey = () => "striped";
   return material;
