@@ -146,7 +146,8 @@ fn table(measured: &Measured, out: &mut dyn Write) -> std::io::Result<()> {
         touching.contacts,
         touching.failures + alone.failures
     )?;
-    use wireloom_studio::bench::Drag;
+    writeln!(out, "\nFrom a hand's target to the picture of it, in the studio over loopback.\n")?;
+    hands(&measured.hands, out)?;
     let MonteCarlo { points, statuses, threads, seconds } = &measured.monte_carlo;
     let statuses: Vec<String> = statuses.iter().map(|(status, n)| format!("{n} {status}")).collect();
     let (threads, each) = (crate::size::counted(*threads, "thread", "threads"), precise(seconds / *points as f64));
