@@ -2,7 +2,7 @@
 //!
 //! From one state to the next every straight piece of a centre line goes through a patch, of which two triangles are taken; what is nearer than
 //! the cable's radius to any of them has been swept. φ, the distance from all patches less the radius, is found at the points of a grid, where
-//! it is near 0, and the surface φ = 0 of what is linear between them is drawn by [`cubes`]. It lies where the grid of cell size h has it: with
+//! it is near 0, and the surface φ = 0 of what is linear between them is drawn by `cubes`. It lies where the grid of cell size h has it: with
 //! cables of radius r at most about h²/(4 r) within the true surface where that is round, and beside it by less than h where two swept parts
 //! meet in a groove. Ends are round: they reach a radius farther than the cable. Cables thinner than two cells are drawn as thick as that.
 
