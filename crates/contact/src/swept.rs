@@ -284,6 +284,6 @@ mod tests {
     fn cells_that_are_too_small_for_any_machine_are_refused() {
         let line = straight(Vector::zeros(), Vector::x(), 1);
         let swept = |most: usize| Envelope { most, ..Envelope::new(0.01, &[0.05]) }.sweep(std::slice::from_ref(&line));
-        assert_eq!((swept(100), swept(1000)), (Err(TooFine { cell: 0.01 }), Ok(())));
+        assert_eq!((swept(10), swept(1000)), (Err(TooFine { cell: 0.01 }), Ok(())));
     }
 }
