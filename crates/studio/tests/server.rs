@@ -116,7 +116,8 @@ fn pages_are_told_of_the_end_and_the_draft_is_kept() {
     tab.ask(&Request::Target { fixing: "plug-B".into(), position: Some([0.62, 0.0, 0.0]), orientation: None });
     tab.ask(&Request::Drop { fixing: "plug-B".into() });
     tab.until(|notice| match notice {
-        Notice::Session(session) if session.unsaved && session.busy.is_none() => Some(()),
+        // What is still in a hand is in no step yet.
+        Notice::Session(session) if session.unsaved && session.busy.is_none() && session.held.is_empty() => Some(()),
         _ => None,
     });
     // Somebody who never says anything, and does not read.
