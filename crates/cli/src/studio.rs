@@ -181,9 +181,7 @@ impl Opener {
         wireloom_studio::open(opened)
             .map_err(|faults| Failure::Refused(vec![load::refusal(&self.path, text.to_owned(), faults)]))
     }
-}
 
-impl Opener {
     /// What results of such a text say of their making; and all texts.
     fn origin(&self, text: &str) -> Option<(Provenance, Vec<(String, String)>)> {
         let loaded = load::scenario_of(&self.path, text.to_owned(), &[], &Trust::to_run(&self.allowed)).ok()?;

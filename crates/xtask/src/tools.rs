@@ -1,4 +1,5 @@
-//! What the tests need beyond cargo: two components of Rust, a Vulkan device, cargo-deny, and a Python with DuckDB; the last two go into the target folder.
+//! What the tests need beyond cargo: two components of Rust, a Vulkan device, Node and a browser for the studio's page, cargo-deny, and a Python
+//! with DuckDB; the last two go into the target folder.
 
 use crate::run::{command, step, target, works};
 use std::path::PathBuf;
@@ -107,13 +108,8 @@ fn virtual_environment(root: &str) -> Result<(), String> {
     if works(&mut make) {
         return Ok(());
     }
-    let is_root = command("id", &["-u"]).output().is_ok_and(|out| out.stdout.trim_ascii() == b"0");
-    if !is_root || !works(&mut command("apt-get", &["--version"])) {
-        return Err(format!("\nfailed: {why}: install python3 with its module venv by hand (Debian: python3-venv)"));
-    }
-    step("look up what Debian has", &mut command("apt-get", &["update", "-qq"]))?;
-    let install = ["install", "-qq", "--yes", "--no-install-recommends", "python3-venv"];
-    step("install Python's module venv", command("apt-get", &install).env("DEBIAN_FRONTEND", "noninteractive"))?;
+    install("install Python's module venv", &["python3-venv"])
+        .map_err(|error| format!("{error}\n   {why}: install python3 with its module venv by hand"))?;
     step(why, &mut make)
 }
 
