@@ -1,5 +1,8 @@
 //! The thread that solves, as a server has it: several tabs, a closed one, a solver that breaks down.
 
+mod common;
+
+use common::TEXT as CABLE;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, mpsc};
 use wireloom::core::minimiser::{Minimiser, Report};
@@ -8,38 +11,6 @@ use wireloom::core::{Problem, Registry, State, Stop};
 use wireloom::scenario::NoFiles;
 use wireloom_studio::protocol::{Holding, Notice, Request, Scene, Session, Timeline};
 use wireloom_studio::{Feed, Opened, Studio, Told, frame};
-
-const CABLE: &str = r#"
-schema = 1
-name = "cable"
-[sections.cable]
-diameter = "6 mm"
-linear_density = "50 g/m"
-axial_stiffness = 1e4
-bending_stiffness = 0.01
-torsion_stiffness = 0.008
-[[branches]]
-name = "cable"
-from = "A"
-to = "B"
-section = "cable"
-length = "1 m"
-segments = 40
-[[constraints]]
-name = "plug-A"
-kind = "connector"
-at = { end = "A" }
-position = [0, 0, 0]
-tangent = [1, 0, 0]
-up = [0, 0, 1]
-[[constraints]]
-name = "plug-B"
-kind = "connector"
-at = { end = "B" }
-position = ["600 mm", 0, 0]
-tangent = [1, 0, 0]
-up = [0, 0, 1]
-"#;
 
 fn open(text: &str, registry: Registry) -> Studio {
     let (text, name) = (text.to_owned(), "cable.toml".to_owned());
