@@ -17,8 +17,10 @@
 
 mod cables;
 mod cross;
+mod foresee;
 mod look;
 mod update;
+mod watch;
 
 use crate::constraint::Action;
 use crate::fixings::Block;
@@ -28,8 +30,10 @@ use crate::rotation::skew;
 use crate::{Matrix, Network, Pose, State, Tangent, Vector};
 use cables::Cables;
 use serde::{Deserialize, Serialize};
+use watch::Watched;
 
 pub use cables::Overlap;
+pub use foresee::Foresight;
 pub use look::Inside;
 pub use update::{Rounds, Touching};
 
@@ -46,6 +50,8 @@ const SOFTNESS: f64 = 1e-3;
 const STIFFER: f64 = 100.0;
 /// Acceleration (m/s²) that stands for weight in it.
 const WEIGHT: f64 = 9.81;
+/// How near, in radii, a spot must be to be taken for one that may come to touch with a step.
+const COMING: f64 = 0.5;
 /// Length of cable, in radii, over which it leaves a body that it is held in.
 const RUN_OUT: f64 = 8.0;
 
@@ -208,7 +214,7 @@ pub(crate) struct Contacts {
     /// For every spot: where it was looked at, and how far it may go from there before it may touch what it does not watch, m.
     looks: Vec<(Vector, f64)>,
     /// Obstacles that each spot watches.
-    watched: Vec<Vec<u32>>,
+    watched: Vec<Vec<Watched>>,
     /// The spots that watch any.
     near: Vec<u32>,
     /// First penalty by branch, N/m.
@@ -221,6 +227,8 @@ pub(crate) struct Contacts {
     sunk: Vec<Sunk>,
     cables: Cables,
     found: Vec<Contact>,
+    /// What is not pushed, and so near that it may be after a step; its force is what its spring would pull with.
+    coming: Vec<Contact>,
     rubs: Vec<Rub>,
 }
 
@@ -343,7 +351,10 @@ impl Problem<'_> {
         self.look(state);
         self.search_pairs(state);
         let mut found = std::mem::take(&mut self.contacts.found);
+        let mut watched = std::mem::take(&mut self.contacts.watched);
+        let mut coming = std::mem::take(&mut self.contacts.coming);
         found.clear();
+        coming.clear();
         let contact = &self.conditions.contact;
         // What is marked and touches no more leaves this behind.
         let rho = |mark: &Mark| self.contacts.penalties[self.contacts.spots[mark.spot as usize].branch] * mark.penalty;
@@ -353,13 +364,13 @@ impl Problem<'_> {
             let position = position(self.network, state, spot);
             let marks = marks_of(&contact.marks, index);
             let first = self.contacts.penalties[spot.branch];
-            for &o in &self.contacts.watched[index as usize] {
+            for watched in &mut watched[index as usize] {
+                let o = watched.obstacle;
                 let (obstacle, pose) = (&self.network.obstacles[o as usize], &contact.poses[o as usize]);
                 let radius = self.touch_radius(state, spot, o);
                 let marks = || marks.iter().filter(|mark| mark.against.obstacle() == Some(o));
                 let pull = marks().map(|mark| mark.multiplier / (first * mark.penalty)).fold(0.0, f64::max);
-                let x = pose.local(&position);
-                obstacle.shape.touches(&x, radius + pull, &mut |touch| {
+                for touch in watched.touches(&*obstacle.shape, &pose.local(&position), (1.0 + COMING) * radius + pull) {
                     let against = Against::Obstacle { obstacle: o, part: touch.part };
                     let mark = marks().find(|mark| mark.against == against);
                     let rho = first * mark.map_or(1.0, |mark| mark.penalty);
@@ -368,25 +379,25 @@ impl Problem<'_> {
                     let (e, force) = pushed(gap, lambda, rho);
                     energy += e + 0.5 * lambda * lambda / rho;
                     let r = pose.orientation.to_rotation_matrix();
-                    if force > 0.0 {
-                        found.push(Contact {
-                            spot: index,
-                            against,
-                            other: None,
-                            position,
-                            gap,
-                            radius,
-                            normal: r * touch.normal,
-                            curvature: r.matrix() * touch.curvature * r.matrix().transpose(),
-                            force,
-                            penalty: rho,
-                        });
-                    }
-                });
+                    let contact = Contact {
+                        spot: index,
+                        against,
+                        other: None,
+                        position,
+                        gap,
+                        radius,
+                        normal: r * touch.normal,
+                        curvature: r.matrix() * touch.curvature * r.matrix().transpose(),
+                        force: lambda - rho * gap,
+                        penalty: rho,
+                    };
+                    if force > 0.0 { found.push(contact) } else { coming.push(contact) }
+                }
             }
         }
-        energy += self.find_pairs(state, &mut found);
-        self.contacts.found = found;
+        self.contacts.watched = watched;
+        energy += self.find_pairs(state, &mut found, &mut coming);
+        (self.contacts.found, self.contacts.coming) = (found, coming);
         energy + self.find_rubs(state)
     }
 
@@ -449,13 +460,7 @@ impl Problem<'_> {
             if !convex {
                 uu -= contact.curvature * mu;
             }
-            let spot = self.spot_points(contact.spot).map(|(point, u)| (point, u, 0.0));
-            let Some(Touched { first, share, turning }) = contact.other else {
-                self.add_blocks(state, &spot, |u, v, _, _| uu * (u * v), blocks);
-                continue;
-            };
-            let points = [spot[0], spot[1], (first, share - 1.0, -1.0), (first + 1, -share, 1.0)];
-            let (uw, ww) = match turning {
+            let (uw, ww) = match contact.other.and_then(|other| other.turning) {
                 Some(Turning { direction, length, distance }) => {
                     let uw = if convex { Matrix::zeros() } else { direction * n.transpose() * (mu / length) };
                     (uw, n * n.transpose() * (mu * distance / (length * length)))
@@ -464,7 +469,7 @@ impl Problem<'_> {
             };
             let of =
                 |u: f64, v: f64, w: f64, z: f64| uu * (u * v) + uw * (u * z) + uw.transpose() * (w * v) + ww * (w * z);
-            self.add_blocks(state, &points, of, blocks);
+            self.add_blocks(state, &self.places(contact), of, blocks);
         }
         for rub in &self.contacts.rubs {
             let spot = self.spot_points(rub.spot).map(|(point, u)| (point, u, 0.0));
@@ -479,6 +484,28 @@ impl Problem<'_> {
         [(i, 1.0 - spot.share), (i + 1, spot.share)]
     }
 
+    /// The points that a contact depends on, each with its weights in u and w; without weights where there are no more.
+    fn places(&self, contact: &Contact) -> [(usize, f64, f64); 4] {
+        let [a, b] = self.spot_points(contact.spot).map(|(point, u)| (point, u, 0.0));
+        let [c, d] = match contact.other {
+            Some(Touched { first, share, .. }) => [(first, share - 1.0, -1.0), (first + 1, -share, 1.0)],
+            None => [(0, 0.0, 0.0); 2],
+        };
+        [a, b, c, d]
+    }
+
+    /// The independent variables that a point moves with, and how.
+    fn columns(&self, state: &State, point: usize) -> [Option<(Variable, Matrix)>; 2] {
+        let Some(tie) = self.contacts.ties[point].map(|t| &self.network.ties[t]) else {
+            return [Some((Variable::Point(point), Matrix::identity())), None];
+        };
+        let lever = tie.hub_frame.map(|hub| {
+            let r = state.frames[hub].to_rotation_matrix();
+            (Variable::Frame(hub), -(r.matrix() * skew(&tie.offset)))
+        });
+        [Some((Variable::Point(tie.hub_point), Matrix::identity())), lever]
+    }
+
     /// Adds second derivatives in some points, each with its weights in u and w, as those in independent variables; `of` gives them for two of
     /// the points by their weights.
     fn add_blocks(
@@ -488,22 +515,12 @@ impl Problem<'_> {
         of: impl Fn(f64, f64, f64, f64) -> Matrix,
         blocks: &mut Vec<Block>,
     ) {
-        let columns = |point: usize| {
-            let Some(tie) = self.contacts.ties[point].map(|t| &self.network.ties[t]) else {
-                return [Some((Variable::Point(point), Matrix::identity())), None];
-            };
-            let lever = tie.hub_frame.map(|hub| {
-                let r = state.frames[hub].to_rotation_matrix();
-                (Variable::Frame(hub), -(r.matrix() * skew(&tie.offset)))
-            });
-            [Some((Variable::Point(tie.hub_point), Matrix::identity())), lever]
-        };
         let weighty = || points.iter().filter(|(_, u, w)| *u != 0.0 || *w != 0.0);
         for (p, u, w) in weighty() {
             for (q, v, z) in weighty() {
                 let h = of(*u, *v, *w, *z);
-                for (row, a) in columns(*p).into_iter().flatten() {
-                    for (column, b) in columns(*q).into_iter().flatten() {
+                for (row, a) in self.columns(state, *p).into_iter().flatten() {
+                    for (column, b) in self.columns(state, *q).into_iter().flatten() {
                         blocks.push(Block { row, column, matrix: a.transpose() * h * b });
                     }
                 }

@@ -12,6 +12,7 @@ use crate::border::Border;
 use crate::gather::System;
 use crate::judge::{Judge, PROGRESS, Verdict};
 use crate::settle::Settle;
+use wireloom_core::contact::Foresight;
 use wireloom_core::minimiser::{Minimiser, Report, Status, Stop};
 use wireloom_core::problem::{Hessian, Problem, Scales};
 use wireloom_core::registry::MinimiserKind;
@@ -33,6 +34,8 @@ const LOWER: f64 = 0.1;
 const LARGEST_SHIFT: f64 = 1e6;
 /// Share of the predicted decrease that a step must bring (Armijo).
 const ARMIJO: f64 = 1e-4;
+/// How often a step is solved for, where something else will touch than was taken to.
+pub(crate) const FORESEEN: usize = 12;
 /// Iterations without progress at round-off after which the state is called stalled.
 const STALLED_AFTER: usize = 4;
 
@@ -65,8 +68,11 @@ struct Workspace {
     system: System,
     settle: Settle,
     border: Border,
+    foresight: Foresight,
     hessian: Hessian,
     gradient: Tangent,
+    /// That of the model in which what will touch does ([`Foresight`]).
+    foreseen: Tangent,
     free: Tangent,
     trial_gradient: Tangent,
     step: Tangent,
@@ -91,6 +97,8 @@ impl Workspace {
             settle: Settle::new(problem),
             hessian: Hessian::new(network),
             gradient: Tangent::zeros(network),
+            foreseen: Tangent::zeros(network),
+            foresight: Foresight::new(network),
             free: Tangent::zeros(network),
             trial_gradient: Tangent::zeros(network),
             step: Tangent::zeros(network),
@@ -148,15 +156,53 @@ impl Workspace {
         negative
     }
 
-    /// Solves for the step at `state`; with `moving` it carries the prescribed motion.
-    fn solve(&mut self, problem: &mut Problem<'_>, state: &State, moving: bool) {
+    /// Solves for the step at `state`; with `moving` it carries the prescribed motion. `sigma` is the shift that the matrix was assembled with
+    /// there; none where it is that of an earlier state. What the step brings into contact, or takes out of it, is foreseen.
+    fn solve(&mut self, problem: &mut Problem<'_>, state: &State, moving: bool, mut sigma: Option<f64>) {
+        self.begin_foresight(problem);
+        self.solve_once(problem, state, moving);
+        if self.foresight.is_idle() {
+            return;
+        }
+        for left in (0..FORESEEN).rev() {
+            let Self { foresight, gradient, step, foreseen, hessian, .. } = self;
+            let from = (!moving).then_some(&*gradient);
+            let changed = problem.foresee(state, foresight, from, step, foreseen, &mut hessian.fixings);
+            if !changed || left == 0 {
+                return;
+            }
+            match sigma {
+                Some(sigma) => {
+                    if self.factorise(problem, state, sigma) > 0 {
+                        return;
+                    }
+                }
+                None => {
+                    sigma = Some(self.assemble(problem, state, false, 0.0));
+                    self.begin_foresight(problem);
+                }
+            }
+            self.solve_once(problem, state, moving);
+        }
+    }
+
+    fn begin_foresight(&mut self, problem: &Problem<'_>) {
+        problem.begin_foresight(&mut self.foresight);
+        if !self.foresight.is_idle() {
+            self.foreseen.copy_from(&self.gradient);
+        }
+    }
+
+    /// Solves for the step with the matrix at hand and the forces of the model.
+    fn solve_once(&mut self, problem: &mut Problem<'_>, state: &State, moving: bool) {
         let motion = moving.then_some(&self.motion);
-        let Self { system: System { matrix, rhs, .. }, border, gradient, step, .. } = self;
-        matrix.right_hand_side(problem, gradient, motion, rhs);
+        let Self { system: System { matrix, rhs, .. }, border, foresight, gradient, foreseen, step, .. } = self;
+        let forces = if foresight.is_idle() { gradient } else { foreseen };
+        matrix.right_hand_side(problem, forces, motion, rhs);
         matrix.solve(rhs);
         matrix.step(problem, state, rhs, motion, step);
         if problem.slides_any() {
-            border.complete(matrix, problem, state, gradient, rhs, step);
+            border.complete(matrix, problem, state, forces, rhs, step);
         }
     }
 
@@ -300,7 +346,7 @@ fn descend(ws: &mut Workspace, problem: &mut Problem<'_>, state: &mut State, sto
             ws.predict_forces(problem);
         }
         sigma = ws.assemble(problem, state, mixed, sigma);
-        ws.solve(problem, state, false);
+        ws.solve(problem, state, false, Some(sigma));
         report.iterations += 1;
         let slope = ws.slope();
         let noise = judge.noise(energy);
@@ -369,10 +415,9 @@ fn raised(sigma: f64, factor: f64, scales: &Scales) -> f64 {
 /// taken. Returns the energy and whether the increment counts as small.
 fn predict(ws: &mut Workspace, problem: &mut Problem<'_>, state: &mut State) -> (f64, bool) {
     problem.gradient(state, &mut ws.gradient);
-    if ws.factor_of.as_ref() != Some(&problem.conditions().active) {
-        ws.assemble(problem, state, false, 0.0);
-    }
-    ws.solve(problem, state, true);
+    let known = ws.factor_of.as_ref() == Some(&problem.conditions().active);
+    let sigma = (!known).then(|| ws.assemble(problem, state, false, 0.0));
+    ws.solve(problem, state, true, sigma);
     if ws.largest_turn() < SMALL_TURN && problem.largest_slide(state, &ws.step) == 1.0 {
         let energy = ws.try_step(problem, state, 1.0);
         if energy.is_finite() {

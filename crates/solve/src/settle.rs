@@ -2,12 +2,14 @@
 //!
 //! A step moves points straight and turns frames; for a turn θ the segments are then longer by the share `½ θ²`, which in a cable
 //! that hardly stretches is a force far above all others: the line search would stop there and the next Hessian would be indefinite.
-//! With the frames given the energy is a convex quadratic function of the points (but for what fixings add: nearly), so one linear solve
-//! brings them to where every point is in balance; where that does not lower the energy, it is taken back. Newton's method then works on the frames alone, the points always following
+//! With the frames given the energy is a convex quadratic function of the points (but for what fixings add: nearly, and for contact, which is
+//! foreseen), so one linear solve brings them to where every point is in balance; where that does not lower the energy, it is taken back. Newton's method then works on the frames alone, the points always following
 //! ("variable projection", Golub and Pereyra 1973).
 
 use crate::matrix::BlockMatrix;
+use crate::newton::FORESEEN;
 use crate::structure::Structure;
+use wireloom_core::contact::Foresight;
 use wireloom_core::fixings::Block;
 use wireloom_core::problem::Problem;
 use wireloom_core::{Matrix, State, Tangent, Vector};
@@ -29,6 +31,9 @@ pub struct Settle {
     stiffness: Vec<Matrix>,
     rhs: Vec<Vector>,
     step: Tangent,
+    foresight: Foresight,
+    /// Forces of the model in which what will touch does ([`Foresight`]).
+    foreseen: Tangent,
     blocks: Vec<Block>,
     /// The points before.
     points: Vec<Vector>,
@@ -55,6 +60,8 @@ impl Settle {
             stiffness: vec![Matrix::zeros(); longest],
             rhs: vec![Vector::zeros(); matrix.structure.len()],
             step: Tangent::zeros(network),
+            foresight: Foresight::new(network),
+            foreseen: Tangent::zeros(network),
             blocks: Vec::new(),
             points: vec![Vector::zeros(); network.points],
             carry: vec![Vector::zeros(); network.points],
@@ -78,8 +85,20 @@ impl Settle {
         if !definite {
             return false;
         }
-        self.matrix.solve(&mut self.rhs);
-        self.matrix.step(problem, state, &mut self.rhs, None, &mut self.step);
+        self.solve(problem, state);
+        problem.begin_foresight(&mut self.foresight);
+        if !self.foresight.is_idle() {
+            self.foreseen.copy_from(gradient);
+            for left in (0..FORESEEN).rev() {
+                let Self { foresight, step, foreseen, blocks, .. } = self;
+                let changed = problem.foresee(state, foresight, Some(gradient), step, foreseen, blocks);
+                if !changed || left == 0 || !self.refactorise(problem, state) {
+                    break;
+                }
+                self.matrix.right_hand_side(problem, &self.foreseen, None, &mut self.rhs);
+                self.solve(problem, state);
+            }
+        }
         self.points.copy_from_slice(&state.points);
         self.carry.copy_from_slice(&state.carry);
         network.shift_points(state, &self.step);
@@ -87,9 +106,21 @@ impl Settle {
         true
     }
 
+    /// Solves for the step with the matrix and the right-hand side at hand.
+    fn solve(&mut self, problem: &Problem<'_>, state: &State) {
+        self.matrix.solve(&mut self.rhs);
+        self.matrix.step(problem, state, &mut self.rhs, None, &mut self.step);
+    }
+
     /// Gathers and factorises the second derivatives in the points, with `convex` those of [`Problem::make_convex`]. Returns whether they
     /// are positive definite.
     fn factorise(&mut self, problem: &mut Problem<'_>, state: &State, convex: bool) -> bool {
+        problem.fixing_hessian(state, convex, &mut self.blocks);
+        self.refactorise(problem, state)
+    }
+
+    /// Gathers and factorises them with other blocks.
+    fn refactorise(&mut self, problem: &mut Problem<'_>, state: &State) -> bool {
         self.matrix.clear();
         for (b, plans) in self.segments.iter().enumerate() {
             let stiffness = &mut self.stiffness[..plans.len()];
@@ -102,7 +133,6 @@ impl Settle {
                 }
             }
         }
-        problem.fixing_hessian(state, convex, &mut self.blocks);
         for block in &self.blocks {
             self.matrix.add_block(block);
         }

@@ -372,16 +372,40 @@ impl Shape for Ball {
     }
 }
 
-/// With a ball in the middle of the harness, which is in it as deep as that.
-fn with_ball(mut sample: Sample, state: &State, radius: f64) -> Sample {
-    let middle: Vector = state.points.iter().sum::<Vector>() / state.points.len() as f64;
-    let turned = wireloom_core::Rotation::from_euler_angles(0.3, -0.4, 0.5);
-    let pose = Pose { position: middle, orientation: turned };
-    let (name, kind) = ("ball".into(), "ball".into());
-    let shape = std::sync::Arc::new(Ball(radius));
+/// All below z = 0.
+struct Floor;
+
+impl Shape for Floor {
+    fn distance(&self, x: &Vector, _: f64) -> f64 {
+        x.z
+    }
+    fn touches(&self, x: &Vector, reach: f64, see: &mut dyn FnMut(Touch)) {
+        if x.z < reach {
+            see(Touch { distance: x.z, normal: Vector::z(), curvature: Matrix::zeros(), part: 0 });
+        }
+    }
+    fn crossing(&self, from: &Vector, to: &Vector) -> Option<f64> {
+        (from.z * to.z < 0.0).then(|| from.z / (from.z - to.z))
+    }
+    fn surface(&self, _: f64) -> Surface {
+        Surface::default()
+    }
+}
+
+/// With a body about it.
+fn with_obstacle(mut sample: Sample, shape: impl Shape + 'static, pose: Pose) -> Sample {
+    let (name, kind) = ("body".into(), "body".into());
+    let shape = std::sync::Arc::new(shape);
     sample.network.obstacles.push(Obstacle { name, kind, shape, pose, friction: 0.0, min_clearance: None });
     sample.conditions = Conditions::new(&sample.network, sample.conditions.gravity, &sample.state);
     sample
+}
+
+/// With a ball in the middle of the harness, which is in it as deep as that.
+fn with_ball(sample: Sample, state: &State, radius: f64) -> Sample {
+    let middle: Vector = state.points.iter().sum::<Vector>() / state.points.len() as f64;
+    let turned = wireloom_core::Rotation::from_euler_angles(0.3, -0.4, 0.5);
+    with_obstacle(sample, Ball(radius), Pose { position: middle, orientation: turned })
 }
 
 #[test]
@@ -442,6 +466,46 @@ fn settled_points_are_in_balance_and_settling_is_undone_exactly() {
         assert_eq!(state.frames, before.frames);
         settle.undo(&mut state);
         assert_eq!(state, before);
+    }
+}
+
+/// With the frames given, and before a plane, the energy is what the model of contact takes it for: so one settling finds what touches.
+#[test]
+fn points_that_come_to_touch_a_plane_and_leave_it_are_settled_at_once() {
+    let mut rng = fastrand::Rng::with_seed(3);
+    for height in [-0.002, 0.0, 0.002] {
+        let mut sketch = Sketch::default();
+        let branch = sketch.branch(Vector::new(-0.2, 0.0, 0.0), Vector::new(0.2, 0.0, 0.0), 24, [None, None], false);
+        sketch.clamp(branch, true);
+        sketch.clamp(branch, false);
+        let mut sample = sketch.build(&registry());
+        sample.network.branches[0].section.diameter = 0.02;
+        let mut state = sample.state.clone();
+        let pose = Pose { position: Vector::new(0.0, 0.0, height - 0.01), ..Pose::identity() };
+        let sample = with_obstacle(sample, Floor, pose);
+        for x in &mut state.points {
+            x.z += 4e-3 * (rng.f64() - 0.5);
+        }
+        for q in &mut state.frames {
+            *q *= random_turn(&mut rng, 0.02);
+        }
+        let (mut problem, mut gradient) = (sample.problem(), Tangent::zeros(&sample.network));
+        problem.update_held(&state);
+        problem.place_held(&mut state);
+        let free_force = |gradient: &Tangent, problem: &Problem<'_>| {
+            let mut free = gradient.clone();
+            problem.free_part(&mut free);
+            free.points.iter().map(|force| force.norm()).fold(0.0, f64::max)
+        };
+        problem.gradient(&state, &mut gradient);
+        let (force, touched) = (free_force(&gradient, &problem), problem.touching(&state)[0].spots);
+        let mut settle = Settle::new(&problem);
+        problem.gradient(&state, &mut gradient);
+        assert!(settle.settle(&mut problem, &mut state, &gradient, 0.0));
+        problem.gradient(&state, &mut gradient);
+        let (rest, touching) = (free_force(&gradient, &problem), problem.touching(&state)[0].spots);
+        assert!(touching != touched && touching > 0, "{touched} touched, {touching} do");
+        assert!(rest < 1e-9 * force, "{rest:e} N of {force:e} N are left");
     }
 }
 

@@ -5,7 +5,7 @@
 //! Parts of the harness that are less than [`APART`] radii from each other along the cable do not count. Where cables overlap when a run
 //! begins (arms that leave a joint side by side), they are let overlap so far, until they have come apart.
 
-use super::{Against, Contact, DEPTH, Spot, Touched, Turning, marks_of, position, pushed};
+use super::{Against, COMING, Contact, DEPTH, Spot, Touched, Turning, marks_of, position, pushed};
 use crate::network::{BranchEnd, next_id};
 use crate::problem::Problem;
 use crate::{Matrix, Network, State, Vector};
@@ -240,7 +240,7 @@ impl Problem<'_> {
     /// Adds to `found` every spot that touches another cable at `state`, in order; returns the energy, J, but for what multipliers of marks
     /// that touch no more leave behind. Each segment counts for itself: so a spot in the crook of two of them touches both, and nothing jumps
     /// where it goes from one to the other.
-    pub(super) fn find_pairs(&self, state: &State, found: &mut Vec<Contact>) -> f64 {
+    pub(super) fn find_pairs(&self, state: &State, found: &mut Vec<Contact>, coming: &mut Vec<Contact>) -> f64 {
         let mut energy = 0.0;
         for pair in &self.contacts.cables.pairs {
             let spot = &self.contacts.spots[pair.spot as usize];
@@ -260,7 +260,7 @@ impl Problem<'_> {
                 let gap = distance - radius;
                 let (e, force) = pushed(gap, lambda, rho);
                 energy += e + 0.5 * lambda * lambda / rho;
-                if force == 0.0 {
+                if force == 0.0 && gap > COMING * radius {
                     continue;
                 }
                 let normal = (x - place) / distance;
@@ -271,7 +271,7 @@ impl Problem<'_> {
                     across -= direction * direction.transpose();
                     Turning { direction, length, distance }
                 });
-                found.push(Contact {
+                let contact = Contact {
                     spot: pair.spot,
                     against,
                     other: Some(Touched { first: self.network.branches[b].points.start + j, share, turning }),
@@ -280,9 +280,10 @@ impl Problem<'_> {
                     radius,
                     normal,
                     curvature: across / distance,
-                    force,
+                    force: lambda - rho * gap,
                     penalty: rho,
-                });
+                };
+                if force > 0.0 { found.push(contact) } else { coming.push(contact) }
             }
         }
         energy

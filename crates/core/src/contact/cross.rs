@@ -32,11 +32,15 @@ impl Problem<'_> {
                 continue;
             }
             for (o, obstacle) in network.obstacles.iter().enumerate() {
+                let watched = watched.iter().find(|watched| watched.obstacle as usize == o);
+                if out_of_reach && watched.is_none() {
+                    continue;
+                }
                 let now = &self.conditions.contact.poses[o];
                 let was = poses.map_or(now, |poses| &poses[o]);
                 let (start, end) = (was.local(&a), now.local(&b));
                 let way = (end - start).norm();
-                if way == 0.0 {
+                if way == 0.0 || watched.is_some_and(|watched| watched.is_beyond(&start, way)) {
                     continue;
                 }
                 // A cable that is held inside a body must get there.

@@ -1,5 +1,6 @@
 //! Which spots may touch which obstacles: looked at only where something came near.
 
+use super::watch::Watched;
 use super::{Contacts, SPACING, position};
 use crate::problem::Problem;
 use crate::{Pose, State, Vector};
@@ -53,7 +54,7 @@ impl Problem<'_> {
                 let own = self.conditions.contact.poses[o].local(&x);
                 let distance = obstacle.shape.distance(&own, reach).min(reach);
                 if distance < (1.0 + MARGIN) * radius {
-                    watched.push(o as u32);
+                    watched.push(Watched::new(o as u32, own, distance));
                     // What is watched is looked at as long as it is within reach of that.
                     continue;
                 }

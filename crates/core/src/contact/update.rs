@@ -1,5 +1,6 @@
 //! What happens between minimisations: multipliers, spots that are added, friction, and what is carried along.
 
+use super::watch::Watched;
 use super::{Against, BETWEEN, Contact, DEPTH, Grip, Mark, Spot, marks_of, position};
 use crate::problem::{Conditions, Problem};
 use crate::{State, Vector};
@@ -173,8 +174,8 @@ impl Problem<'_> {
                 continue;
             }
             let next = self.next_share(&spot);
-            for &o in &self.contacts.watched[index as usize] {
-                found.extend(self.deepest_between(state, &spot, next, o));
+            for watched in &self.contacts.watched[index as usize] {
+                found.extend(self.deepest_between(state, &spot, next, watched));
             }
         }
         found.sort_by(|a, b| (a.branch, a.segment).cmp(&(b.branch, b.segment)).then(a.share.total_cmp(&b.share)));
@@ -200,33 +201,36 @@ impl Problem<'_> {
     }
 
     /// The deepest place between a spot and the next one on its segment, if it is deeper than is let pass, and deeper than both.
-    fn deepest_between(&self, state: &State, spot: &Spot, next: f64, obstacle: u32) -> Option<Spot> {
-        let (shape, pose) =
-            (&self.network.obstacles[obstacle as usize].shape, &self.conditions.contact.poses[obstacle as usize]);
-        let radius = self.touch_radius(state, spot, obstacle);
+    fn deepest_between(&self, state: &State, spot: &Spot, next: f64, watched: &Watched) -> Option<Spot> {
+        let o = watched.obstacle as usize;
+        let (shape, pose) = (&self.network.obstacles[o].shape, &self.conditions.contact.poses[o]);
+        let radius = self.touch_radius(state, spot, watched.obstacle);
         let at = |share: f64| Spot { share, ..*spot };
         let own = |share: f64| pose.local(&position(self.network, state, &at(share)));
         let (a, b) = (own(spot.share), own(next));
         let way = b - a;
-        let depth = |x: &Vector| shape.distance(x, 2.0 * radius + way.norm());
-        let (at_a, at_b) = (depth(&a), depth(&b));
         let let_pass = radius - BETWEEN * radius;
         // φ falls no faster than one goes.
-        if 0.5 * (at_a + at_b - way.norm()) >= let_pass {
+        if watched.is_beyond(&a, let_pass + way.norm()) {
             return None;
         }
-        // Along a straight line φ of a convex body is convex: it lies above its tangents.
-        let slope = |x: &Vector| {
+        // φ and how it falls along the way.
+        let nearest = |x: &Vector| {
             let mut least: Option<(f64, f64)> = None;
             shape.touches(x, 2.0 * radius + way.norm(), &mut |touch| {
                 if least.is_none_or(|(distance, _)| touch.distance < distance) {
                     least = Some((touch.distance, touch.normal.dot(&way)));
                 }
             });
-            least.map(|(_, slope)| slope)
+            least
         };
-        let (down, up) = (slope(&a)?, slope(&b)?);
-        if down >= 0.0 || up <= 0.0 {
+        let (at_a, down) = nearest(&a)?;
+        if down >= 0.0 {
+            return None;
+        }
+        let (at_b, up) = nearest(&b)?;
+        // Along a straight line φ of a convex body is convex: it lies above its tangents.
+        if up <= 0.0 || 0.5 * (at_a + at_b - way.norm()) >= let_pass {
             return None;
         }
         // at_a + down t = at_b + up (t − 1)
@@ -234,6 +238,7 @@ impl Problem<'_> {
         if at_a + down * meet >= let_pass {
             return None;
         }
+        let depth = |x: &Vector| shape.distance(x, 2.0 * radius + way.norm());
         let (mut low, mut high) = (0.0, 1.0);
         for _ in 0..SEARCH {
             let (first, second) = (low + (high - low) / 3.0, high - (high - low) / 3.0);
