@@ -117,6 +117,32 @@ fn crossed_cables_rest_on_each_other() {
     assert!((gap - 0.008).abs() < 0.008 * 2e-3, "{gap} m between the centre lines");
 }
 
+/// A cable that is pressed on a stiff one by h with its clamped ends, and dragged along it by δ, is a beam in both planes, `K = 192 EI/L³`: the
+/// normal force is `N = K h`. As long as it sticks the force along the stiff one changes by `δ/(1/K + R² L/(4 GJ))`, the latter since it is held
+/// at its surface and turns; it slips at `μ N`, and sticks again when it is dragged back. Of small slopes (up to 0.03, whose square is
+/// 1e-3), and a mesh of 81 segments: to 2e-3.
+#[test]
+fn a_cable_that_is_dragged_across_another_sticks_and_slips_as_coulomb_says() {
+    let (ei, gj, length, radius, h, friction) = (0.012_f64, 0.009, 0.4_f64, 0.004_f64, 0.004, 0.3);
+    let stiffness = 192.0 * ei / length.powi(3);
+    let sticking = 1.0 / (1.0 / stiffness + radius.powi(2) * length / (4.0 * gj));
+    let (normal, most) = (stiffness * h, friction * stiffness * h);
+    let run = converged("dragged_across.toml", &[]);
+    let (mut x, mut expected) = (0.0, 0.0_f64);
+    let mut seen = [0, 0];
+    for step in &run.steps[4..] {
+        let at = |name: &str| step.constraints.iter().find(|c| c.name == name).expect("a hand").position.x;
+        let on_rod = force(step, "plug-A") + force(step, "plug-B");
+        let dragged = at("hand-C");
+        let wanted = expected + sticking * (dragged - x);
+        (x, expected) = (dragged, wanted.clamp(-most, most));
+        seen[usize::from(wanted != expected)] += 1;
+        assert!((on_rod.z / normal - 1.0).abs() < 0.002, "{} N, {normal} N expected", on_rod.z);
+        assert!((on_rod.x + expected).abs() < 0.002 * most, "at {x} m {} N, {expected} N expected", -on_rod.x);
+    }
+    assert!(seen[0] > 8 && seen[1] > 4, "{seen:?}");
+}
+
 /// Least distance between two pieces of straight line.
 fn pieces_apart([p, p_end]: [&Vector; 2], [q, q_end]: [&Vector; 2]) -> f64 {
     let (d, e, r) = (p_end - p, q_end - q, p - q);

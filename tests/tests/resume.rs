@@ -131,6 +131,13 @@ fn sliding_cables_go_on_from_every_checkpoint() {
 }
 
 #[test]
+fn cables_that_rub_go_on_from_every_checkpoint() {
+    let path = root().join("scenarios/contact/dragged_across.toml");
+    let whole = goes_on_from_every_checkpoint(&fs::read_to_string(path).expect("a text"));
+    assert_eq!(whole.status.word(), "converged");
+}
+
+#[test]
 fn all_scenarios_go_on_from_every_checkpoint() {
     let mut seen = 0;
     for folder in ["analytic", "branches", "assembly"] {

@@ -31,7 +31,7 @@ use wireloom::scenario::Setting;
 use wireloom::solve::checkpoint::{Checkpoint, Resumed};
 
 /// Changes with what the files mean.
-const FORMAT: u32 = 3;
+const FORMAT: u32 = 4;
 const ORIGIN: &str = "origin.json";
 const RESULTS: &str = "results";
 const SWEPT: &str = "swept";

@@ -12,12 +12,21 @@
 //! beyond `u = f N/k` `f N (u − f N/(2k))`. Normal force N and normal n are those of the round before; at the end of an increment the
 //! anchor follows a spot that slipped (return mapping), so that what sticks does not creep.
 //!
+//! Between cables the spring joins their surfaces. The spot x in its segment's frame P carries the point `x + P a`, `a = −r Pᵀ n` with its own
+//! share r of the distance; the anchor b belongs to the frame R of the segment that is touched, with y the place that is touched on its
+//! centre line: `u = (1 − n nᵀ)(Rᵀ(x + P a − y) − b)`, n in the axes of R. Nothing of it changes when both move as one, the force has the same
+//! line of action on both, and cables roll on each other without slipping. With every round a, b and y become those of where the two touch
+//! then, on the next segment, too, and u stays; a spot that was not there before begins with `u = 0`. Where two cables cross both have
+//! spots, which share N, so that all of them together pull with no more than `f N`. As k is many times the stiffness of a
+//! cable, `u = f N/k`, by which what sticks may give way when the spots that share N change, moves nothing that can be seen.
+//!
 //! Near what holds a cable inside a body or at its surface (a clip on a panel) R grows from what it is there to the radius over
 //! `RUN_OUT` radii of cable.
 
 mod cables;
 mod cross;
 mod foresee;
+mod friction;
 mod look;
 mod update;
 mod watch;
@@ -29,11 +38,13 @@ use crate::problem::{Conditions, Problem, Variable};
 use crate::rotation::skew;
 use crate::{Matrix, Network, Pose, State, Tangent, Vector};
 use cables::Cables;
+use friction::Rub;
 use serde::{Deserialize, Serialize};
 use watch::Watched;
 
 pub use cables::Overlap;
 pub use foresee::Foresight;
+pub use friction::Grip;
 pub use look::Inside;
 pub use update::{Rounds, Touching};
 
@@ -93,17 +104,6 @@ impl Against {
             Against::Cable { .. } => None,
         }
     }
-}
-
-/// What binds a spot to a place of a body.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Grip {
-    /// Where it is bound to, in the axes of the body, m.
-    anchor: Vector,
-    /// n in the axes of the body.
-    normal: Vector,
-    /// N, N.
-    force: f64,
 }
 
 /// What is carried along of a spot that touches.
@@ -190,14 +190,6 @@ struct Turning {
     distance: f64,
 }
 
-/// Friction of an obstacle on a spot: the force (N), and the second derivative of its energy (N/m); world axes.
-struct Rub {
-    spot: u32,
-    against: Against,
-    force: Vector,
-    stiffness: Matrix,
-}
-
 /// A fixing that holds a cable nearer to a body than its radius.
 struct Sunk {
     place: (usize, f64),
@@ -236,29 +228,6 @@ pub(crate) struct Contacts {
 fn pushed(gap: f64, lambda: f64, rho: f64) -> (f64, f64) {
     let mu = (lambda - rho * gap).max(0.0);
     ((mu * mu - lambda * lambda) / (2.0 * rho), mu)
-}
-
-impl Grip {
-    /// Energy (J), force on the spot (N) and second derivative (N/m) of friction with coefficient `f` and stiffness `k`; all in the axes of
-    /// the body.
-    fn drag(&self, x: &Vector, f: f64, k: f64) -> (f64, Vector, Matrix) {
-        let along = Matrix::identity() - self.normal * self.normal.transpose();
-        let u = along * (x - self.anchor);
-        let (length, most) = (u.norm(), f * self.force);
-        if k * length <= most {
-            return (0.5 * k * length * length, -u * k, along * k);
-        }
-        let d = u / length;
-        (most * (length - 0.5 * most / k), -d * most, (along - d * d.transpose()) * (most / length))
-    }
-
-    /// Where the anchor is once the spot has slipped to `x`.
-    fn followed(&self, x: &Vector, f: f64, k: f64) -> Vector {
-        let u = (x - self.anchor) - self.normal * self.normal.dot(&(x - self.anchor));
-        let (length, most) = (u.norm(), f * self.force);
-        let elastic = if k * length <= most { u } else { u * (most / (k * length)) };
-        x - elastic
-    }
 }
 
 impl Contacts {
@@ -401,33 +370,6 @@ impl Problem<'_> {
         energy + self.find_rubs(state)
     }
 
-    /// Finds what friction exerts at `state`; returns its energy, J. It acts as long as its normal force is taken to be there, wherever the spot is.
-    fn find_rubs(&mut self, state: &State) -> f64 {
-        let mut rubs = std::mem::take(&mut self.contacts.rubs);
-        rubs.clear();
-        let mut energy = 0.0;
-        for mark in &self.conditions.contact.marks {
-            let (Some(grip), Some(obstacle)) = (&mark.grip, mark.against.obstacle()) else { continue };
-            let spot = &self.contacts.spots[mark.spot as usize];
-            let pose = &self.conditions.contact.poses[obstacle as usize];
-            let x = pose.local(&position(self.network, state, spot));
-            let k = self.contacts.penalties[spot.branch] * mark.penalty;
-            let (e, force, stiffness) = grip.drag(&x, self.friction(obstacle), k);
-            energy += e;
-            let r = pose.orientation.to_rotation_matrix();
-            let stiffness = r.matrix() * stiffness * r.matrix().transpose();
-            rubs.push(Rub { spot: mark.spot, against: mark.against, force: r * force, stiffness });
-        }
-        self.contacts.rubs = rubs;
-        energy
-    }
-
-    /// What friction exerts on a spot, N.
-    fn drag_on(&self, contact: &Contact) -> Vector {
-        let own = |rub: &&Rub| rub.spot == contact.spot && rub.against == contact.against;
-        self.contacts.rubs.iter().find(own).map_or_else(Vector::zeros, |rub| rub.force)
-    }
-
     /// Adds the first derivatives of the energy of contact in the positions of all points, tied ones included; returns that energy, J.
     pub(crate) fn contact_gradient(&mut self, state: &State, gradient: &mut Tangent) -> f64 {
         let energy = self.find_contacts(state);
@@ -436,13 +378,12 @@ impl Problem<'_> {
             gradient.points[first] += contact.normal * (contact.force * (1.0 - share));
             gradient.points[first + 1] += contact.normal * (contact.force * share);
         }
-        let pushes = self.contacts.found.iter().map(|contact| (contact.spot, contact.normal * contact.force));
-        for (spot, force) in pushes.chain(self.contacts.rubs.iter().map(|rub| (rub.spot, rub.force))) {
-            let spot = &self.contacts.spots[spot as usize];
-            let i = self.network.branches[spot.branch].points.start + spot.segment;
-            gradient.points[i] -= force * (1.0 - spot.share);
-            gradient.points[i + 1] -= force * spot.share;
+        for contact in &self.contacts.found {
+            for (point, share) in self.spot_points(contact.spot) {
+                gradient.points[point] -= contact.normal * contact.force * share;
+            }
         }
+        self.rub_gradient(state, gradient);
         energy
     }
 
@@ -471,10 +412,7 @@ impl Problem<'_> {
                 |u: f64, v: f64, w: f64, z: f64| uu * (u * v) + uw * (u * z) + uw.transpose() * (w * v) + ww * (w * z);
             self.add_blocks(state, &self.places(contact), of, blocks);
         }
-        for rub in &self.contacts.rubs {
-            let spot = self.spot_points(rub.spot).map(|(point, u)| (point, u, 0.0));
-            self.add_blocks(state, &spot, |u, v, _, _| rub.stiffness * (u * v), blocks);
-        }
+        self.rub_hessian(state, convex, blocks);
     }
 
     /// The two points that a spot moves with, and their shares.
@@ -526,11 +464,6 @@ impl Problem<'_> {
                 }
             }
         }
-    }
-
-    /// Coefficient of friction of an obstacle, where it acts.
-    fn friction(&self, obstacle: u32) -> f64 {
-        if self.conditions.contact.friction { self.network.obstacles[obstacle as usize].friction } else { 0.0 }
     }
 
     /// Finds which points fixings hold, and which of them within a radius of an obstacle.

@@ -149,6 +149,13 @@ pub struct Branch {
     pub mesh_moves: bool,
 }
 
+impl Branch {
+    /// Where the frame of a segment is in the state's frames.
+    pub(crate) fn segment_frame(&self, segment: usize) -> usize {
+        self.frames.start + self.rod.mesh().segment_frames[segment]
+    }
+}
+
 /// A joint in its place.
 pub struct Joint {
     /// Name of the vertex.

@@ -98,6 +98,8 @@ pub struct ShapeSpec {
 pub struct ContactSettings {
     /// Whether cables touch each other, and themselves.
     pub cables: bool,
+    /// Coefficient of Coulomb friction of cables on each other; 0: they are smooth.
+    pub friction: f64,
     /// Whether a harness that begins within a body is pushed out of it.
     pub resolve: bool,
 }

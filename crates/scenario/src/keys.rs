@@ -448,6 +448,12 @@ const CONTACT: Keys = Keys {
     what: "contact",
     keys: &[
         may("cables", Form::Flag, "whether cables touch each other, and themselves; default false"),
+        with(
+            "cables",
+            "friction",
+            Form::Number(Quantity::Dimensionless, NON_NEGATIVE),
+            "coefficient of Coulomb friction of cables on each other, and on themselves; default 0: they are smooth",
+        ),
         may(
             "resolve",
             Form::Flag,

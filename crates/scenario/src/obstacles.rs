@@ -73,6 +73,7 @@ pub(crate) fn contact(entry: &Entry<'_>) -> ContactSettings {
     let default = ContactSettings::default();
     ContactSettings {
         cables: entry.flag("cables").unwrap_or(default.cables),
+        friction: entry.number("friction").unwrap_or(default.friction),
         resolve: entry.flag("resolve").unwrap_or(default.resolve),
     }
 }

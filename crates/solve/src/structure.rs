@@ -53,8 +53,8 @@ pub struct Structure {
 }
 
 impl Structure {
-    /// Of a network's Hessian; points of cables that touch are coupled four by four.
-    pub fn new(network: &Network, touching: &[[usize; 4]]) -> Self {
+    /// Of a network's Hessian, in which cables that touch couple what `touching` says, row by row.
+    pub fn new(network: &Network, touching: &[Vec<Variable>]) -> Self {
         // Natural numbering: along the branches, joints last.
         let mut variables = Vec::new();
         let (mut of_point, mut of_frame) = (vec![0; network.points], vec![0; network.frames]);
@@ -89,8 +89,8 @@ impl Structure {
         Self::ordered(variables, of_point, of_frame, graph, network.is_shared())
     }
 
-    /// Of the second derivatives in the points alone, the frames being given; points that touch are coupled four by four.
-    pub fn of_points(network: &Network, touching: &[[usize; 4]]) -> Self {
+    /// Of the second derivatives in the points alone, the frames being given; `touching` as in [`Self::new`].
+    pub fn of_points(network: &Network, touching: &[Vec<Variable>]) -> Self {
         let mut of_point = vec![0; network.points];
         for tie in &network.ties {
             of_point[tie.point] = ABSENT;
@@ -118,9 +118,10 @@ impl Structure {
             }
         }
         for clique in touching {
-            let points = clique.map(|i| of_point[i]);
-            for a in points {
-                graph[a as usize].extend(points.iter().filter(|b| **b != a));
+            let points =
+                || clique.iter().filter_map(|v| if let Variable::Point(i) = v { Some(of_point[*i]) } else { None });
+            for a in points() {
+                graph[a as usize].extend(points().filter(|&b| b != a));
             }
         }
         sort(&mut graph);
@@ -192,7 +193,7 @@ fn number(order: &[Variable], of_point: &mut [u32], of_frame: &mut [u32]) {
 /// For every variable those it shares an energy with.
 fn coupled(
     network: &Network,
-    touching: &[[usize; 4]],
+    touching: &[Vec<Variable>],
     of_point: &[u32],
     of_frame: &[u32],
     count: usize,
@@ -261,8 +262,11 @@ fn coupled(
         join(&mut clique);
     }
     for touching in touching {
-        for &i in touching {
-            point(i, &mut clique);
+        for variable in touching {
+            match *variable {
+                Variable::Point(i) => point(i, &mut clique),
+                Variable::Frame(c) => frame(c, &mut clique),
+            }
         }
         join(&mut clique);
     }

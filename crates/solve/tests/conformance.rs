@@ -3,6 +3,7 @@
 use nalgebra::{DMatrix, DVector};
 use std::collections::BTreeSet;
 use wireloom_core::constraint::{ConstraintSpec, Limits};
+use wireloom_core::contact::Rounds;
 use wireloom_core::minimiser::{Minimiser, Status, Stop};
 use wireloom_core::network::{FixingPlan, NodeRange, Place};
 use wireloom_core::obstacle::{Obstacle, Shape, Surface, Touch};
@@ -420,23 +421,112 @@ fn what_touches_an_obstacle_has_the_second_derivatives_of_its_energy() {
     }
 }
 
-/// Two cables that cross, thick enough to touch where spots of one lie beside segments of the other, and where they lie in a crook.
+/// Two cables that cross, thick enough to touch where spots of one lie beside segments of the other, and where they lie in a crook; the
+/// lower one may be two arms of a hub.
+fn crossed(offset: f64, hub: bool) -> Sample {
+    let mut sketch = Sketch::default();
+    let upper = ([offset, -0.2, 0.03], [offset, 0.25, 0.01], [None, None]);
+    let lower = if hub {
+        let joint = Some(sketch.joint("rigid-body", Vector::zeros()));
+        vec![([-0.2, 0.0, 0.0], [-0.02, 0.0, 0.0], [None, joint]), ([0.02, 0.0, 0.0], [0.2, 0.0, 0.0], [joint, None])]
+    } else {
+        vec![([-0.2, 0.0, 0.0], [0.2, 0.0, 0.0], [None, None])]
+    };
+    for (from, to, joints) in lower.into_iter().chain([upper]) {
+        let branch = sketch.branch(Vector::from(from), Vector::from(to), 6, joints, false);
+        if joints[0].is_none() {
+            sketch.clamp(branch, true);
+        }
+    }
+    let mut sample = sketch.build(&registry());
+    sample.network.contact.cables = true;
+    for branch in &mut sample.network.branches {
+        branch.section.diameter = 0.05;
+    }
+    sample
+}
+
 #[test]
 fn cables_that_touch_have_the_second_derivatives_of_their_energy() {
     for offset in [0.0, 0.02] {
-        let mut sketch = Sketch::default();
-        for (from, to) in [([-0.2, 0.0, 0.0], [0.2, 0.0, 0.0]), ([offset, -0.2, 0.03], [offset, 0.25, 0.01])] {
-            let branch = sketch.branch(Vector::from(from), Vector::from(to), 6, [None, None], false);
-            sketch.clamp(branch, true);
-        }
-        let mut sample = sketch.build(&registry());
-        sample.network.contact.cables = true;
-        for branch in &mut sample.network.branches {
-            branch.section.diameter = 0.05;
-        }
+        let sample = crossed(offset, false);
         let (mut problem, state) = (sample.problem(), shaken(&sample));
         assert!(problem.contact_unmet(&state).is_some_and(|unmet| unmet > 100.0), "they touch");
         check_gathered("crossed cables", &sample);
+    }
+}
+
+/// Cables that took hold of each other before they moved to where [`shaken`] has them: not far, so that all stick, or so that all slip.
+fn rubbing(offset: f64, hub: bool, moved: f64) -> Sample {
+    let mut sample = crossed(offset, hub);
+    sample.network.contact.friction = 0.3;
+    let (mut rng, mut step) = (fastrand::Rng::with_seed(3), Tangent::zeros(&sample.network));
+    for (x, q) in step.points.iter_mut().zip(&mut step.frames) {
+        *x = random_vector(&mut rng, moved);
+        *q = random_vector(&mut rng, 10.0 * moved);
+    }
+    let (to, mut from) = (shaken(&sample), sample.state.clone());
+    sample.network.retract(&to, &step, -1.0, &mut from);
+    sample.network.follow_ties(&mut from);
+    let mut problem = sample.problem();
+    problem.let_rub();
+    problem.update_contacts(&from, &mut Rounds::default());
+    sample.conditions = problem.conditions().clone();
+    assert!(sample.conditions.contact.marks.iter().filter(|mark| mark.grip.is_some()).count() > 3, "they rub");
+    sample
+}
+
+/// The energy of contact alone.
+fn contact_energy(problem: &mut Problem<'_>, state: &State) -> f64 {
+    problem.energy(state).constraint
+}
+
+#[test]
+fn cables_that_rub_have_the_derivatives_of_their_energy() {
+    for (offset, hub) in [(0.0, false), (0.02, false), (0.04, true)] {
+        for moved in [3e-5, 1e-2] {
+            let name = format!("offset {offset}, hub {hub}, moved {moved}");
+            let sample = rubbing(offset, hub, moved);
+            check_gathered(&name, &sample);
+            let (mut problem, state) = (sample.problem(), shaken(&sample));
+            let smooth = crossed(offset, hub);
+            let mut smooth = Problem::new(&smooth.network, sample.conditions.clone());
+            // What friction adds, and how it changes along some way.
+            let (mut rng, mut step) = (fastrand::Rng::with_seed(9), Tangent::zeros(&sample.network));
+            for v in step.points.iter_mut().chain(&mut step.frames) {
+                *v = random_vector(&mut rng, 1.0);
+            }
+            let mut trial = state.clone();
+            let mut along = |problem: &mut Problem<'_>| {
+                let mut gradient = Tangent::zeros(&sample.network);
+                problem.gradient(&state, &mut gradient);
+                let mut at = |alpha: f64| {
+                    sample.network.retract(&state, &step, alpha, &mut trial);
+                    contact_energy(problem, &trial)
+                };
+                let slope = (at(1e-6) - at(-1e-6)) / 2e-6;
+                let pairs = |a: &[Vector], b: &[Vector]| a.iter().zip(b).map(|(a, b)| a.dot(b)).sum::<f64>();
+                (slope, pairs(&gradient.points, &step.points) + pairs(&gradient.frames, &step.frames))
+            };
+            let (rough, even) = (along(&mut problem), along(&mut smooth));
+            let (want, got) = (rough.0 - even.0, rough.1 - even.1);
+            assert!((want - got).abs() < 1e-5 * want.abs(), "{name}: {got} J along the way, {want} J by differences");
+        }
+    }
+}
+
+/// Turned and moved as one, cables that rub have the same energy; so have the forces and moments between them no resultant.
+#[test]
+fn friction_between_cables_knows_no_rigid_motion() {
+    for moved in [3e-5, 1e-2] {
+        let sample = rubbing(0.02, false, moved);
+        let (mut problem, state) = (sample.problem(), shaken(&sample));
+        let (mut rng, mut turned) = (fastrand::Rng::with_seed(11), state.clone());
+        let (turn, shift) = (random_rotation(&mut rng), random_vector(&mut rng, 0.3));
+        turned.points.iter_mut().for_each(|x| *x = turn * *x + shift);
+        turned.frames.iter_mut().for_each(|q| *q = turn * *q);
+        let (here, there) = (contact_energy(&mut problem, &state), contact_energy(&mut problem, &turned));
+        assert!((here - there).abs() < 1e-12 * here.abs(), "{here} J, turned {there} J");
     }
 }
 

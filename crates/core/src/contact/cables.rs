@@ -1,13 +1,13 @@
 //! Cables that touch each other, or themselves.
 //!
 //! A spot is kept as far from the centre line of another cable as both radii together; its nearest place there is looked for anew with every
-//! evaluation, so the two may slide along each other without friction. Every cable has spots, so both of a pair are looked after.
+//! evaluation, so nothing but friction keeps the two from sliding along each other. Every cable has spots, so both of a pair are looked after.
 //! Parts of the harness that are less than [`APART`] radii from each other along the cable do not count. Where cables overlap when a run
 //! begins (arms that leave a joint side by side), they are let overlap so far, until they have come apart.
 
 use super::{Against, COMING, Contact, DEPTH, Spot, Touched, Turning, marks_of, position, pushed};
 use crate::network::{BranchEnd, next_id};
-use crate::problem::Problem;
+use crate::problem::{Problem, Variable};
 use crate::{Matrix, Network, State, Vector};
 use serde::{Deserialize, Serialize};
 use std::collections::{BTreeSet, HashMap};
@@ -53,10 +53,10 @@ pub(crate) struct Cables {
     /// Where the spots were when pairs were looked for; empty: not yet.
     searched: Vec<Vector>,
     pub(super) pairs: Vec<Pair>,
-    /// Pairs of segments, by their first points, that second derivatives may couple.
-    pattern: BTreeSet<[usize; 2]>,
-    /// Their points.
-    cliques: Vec<[usize; 4]>,
+    /// Pairs of segments, by branch and segment, that second derivatives may couple.
+    pattern: BTreeSet<[(usize, usize); 2]>,
+    /// Their variables.
+    cliques: Vec<Vec<Variable>>,
     /// Changes with them: 0 where there are none, else different for every pattern of a process, whichever problem it is of.
     version: u64,
 }
@@ -193,9 +193,8 @@ impl Problem<'_> {
                 }
             }
             found.sort_unstable();
-            let first = network.branches[spot.branch].points.start + spot.segment;
             for &(b, j) in &found {
-                pattern.insert([first, network.branches[b as usize].points.start + j as usize]);
+                pattern.insert([(spot.branch, spot.segment), (b as usize, j as usize)]);
                 match pairs.last_mut() {
                     Some(Pair { spot, branch, segments })
                         if (*spot, *branch) == (index as u32, b) && j <= segments.1 + 1 =>
@@ -206,12 +205,27 @@ impl Problem<'_> {
                 }
             }
         }
+        // What friction has got hold of it holds wherever that is.
+        for (mark, [branch, segment]) in self.bound_cables() {
+            let spot = &self.contacts.spots[mark.spot as usize];
+            pattern.insert([(spot.branch, spot.segment), (branch, segment)]);
+        }
         let cables = &mut self.contacts.cables;
         (cables.pairs, cables.searched) = (pairs, spots);
         // As long as nothing new may be coupled the matrix keeps its pattern; where a search is the first, it is that of the state alone.
         let fits = pattern.is_subset(&cables.pattern) && !first_search;
         if !fits && pattern != cables.pattern {
-            cables.cliques = pattern.iter().map(|&[a, b]| [a, a + 1, b, b + 1]).collect();
+            let points = |(b, j): (usize, usize)| {
+                let first = network.branches[b].points.start + j;
+                [first, first + 1].map(Variable::Point)
+            };
+            // Friction turns them, too.
+            let rough = network.contact.friction > 0.0;
+            let variables = |of: &(usize, usize)| {
+                let frame = rough.then(|| Variable::Frame(network.branches[of.0].segment_frame(of.1)));
+                points(*of).into_iter().chain(frame)
+            };
+            cables.cliques = pattern.iter().map(|pair| pair.iter().flat_map(variables).collect()).collect();
             cables.pattern = pattern;
             cables.version = 1 + next_id();
         }
@@ -353,8 +367,9 @@ impl Problem<'_> {
         self.conditions.contact.overlaps = overlaps;
     }
 
-    /// Which points second derivatives of contact between cables may couple, four by four, and a number that changes with them.
-    pub fn contact_pattern(&self) -> (u64, &[[usize; 4]]) {
+    /// Which variables second derivatives of contact between cables may couple, those of two segments each time, and a number that changes with
+    /// them.
+    pub fn contact_pattern(&self) -> (u64, &[Vec<Variable>]) {
         (self.contacts.cables.version, &self.contacts.cables.cliques)
     }
 

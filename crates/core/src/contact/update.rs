@@ -1,7 +1,7 @@
 //! What happens between minimisations: multipliers, spots that are added, friction, and what is carried along.
 
 use super::watch::Watched;
-use super::{Against, BETWEEN, Contact, DEPTH, Grip, Mark, Spot, marks_of, position};
+use super::{Against, BETWEEN, Contact, DEPTH, Mark, Spot, marks_of, position};
 use crate::problem::{Conditions, Problem};
 use crate::{State, Vector};
 use nalgebra::{DMatrix, DVector};
@@ -92,7 +92,7 @@ impl Problem<'_> {
         let mut rubbing = 0.0_f64;
         for contact in &self.contacts.found {
             worst = worst.max(contact.gap.abs() / (DEPTH * contact.radius));
-            if contact.against.obstacle().is_some_and(|o| self.friction(o) > 0.0) {
+            if self.friction(contact.against) > 0.0 {
                 let grip = self.mark_of(marks, contact).and_then(|mark| mark.grip);
                 let off = (grip.map_or(0.0, |grip| grip.force) - contact.force).abs();
                 rubbing = rubbing.max(off / SETTLED);
@@ -128,14 +128,7 @@ impl Problem<'_> {
             if raise && contact.gap.abs() > DEPTH * contact.radius {
                 penalty = (RAISE * penalty).min(HIGHEST);
             }
-            let rough = contact.against.obstacle().filter(|o| self.friction(*o) > 0.0);
-            let grip = rough.map(|o| {
-                let pose = &self.conditions.contact.poses[o as usize];
-                let x = pose.local(&contact.position);
-                let anchor = known.and_then(|mark| mark.grip).map_or(x, |grip| grip.anchor);
-                let normal = pose.orientation.inverse_transform_vector(&contact.normal);
-                Grip { anchor, normal, force: contact.force }
-            });
+            let grip = self.grip(state, &old, known, contact);
             let (spot, against) = (contact.spot, contact.against);
             given.push(known.map_or(0.0, |mark| mark.multiplier));
             marks.push(Mark { spot, against, multiplier: contact.force, penalty, grip });
@@ -263,12 +256,7 @@ impl Problem<'_> {
         self.find_contacts(state);
         let mut marks = std::mem::take(&mut self.conditions.contact.marks);
         for mark in &mut marks {
-            let (Some(grip), Some(obstacle)) = (&mut mark.grip, mark.against.obstacle()) else { continue };
-            let spot = &self.contacts.spots[mark.spot as usize];
-            let pose = &self.conditions.contact.poses[obstacle as usize];
-            let x = pose.local(&position(self.network, state, spot));
-            let friction = self.friction(obstacle);
-            grip.anchor = grip.followed(&x, friction, self.contacts.penalties[spot.branch] * mark.penalty);
+            mark.grip = mark.grip.map(|grip| self.follow(state, mark, &grip));
         }
         // Penalties that were raised stay so only where something is pushed.
         let own = self.contacts.own;
@@ -292,6 +280,10 @@ impl Problem<'_> {
     /// Makes what contact carries along that of other conditions; obstacles stay where they are.
     pub fn set_contacts(&mut self, other: &Conditions) {
         self.conditions.contact.marks.clone_from(&other.contact.marks);
+        // They may couple what nothing couples now.
+        if self.bound_cables().next().is_some() {
+            self.contacts.cables.search_again();
+        }
         self.conditions.contact.overlaps.clone_from(&other.contact.overlaps);
         if self.conditions.contact.extra != other.contact.extra {
             self.conditions.contact.extra.clone_from(&other.contact.extra);
