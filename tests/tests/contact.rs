@@ -97,10 +97,14 @@ fn a_rod_pressed_in_a_tube_lies_against_its_wall_as_a_beam_column_does() {
     }
 }
 
-/// What one cable bears the other gives; and each is its own mirror image.
+/// What one cable bears the other gives; and each is its own mirror image, rough or smooth.
 #[test]
 fn crossed_cables_rest_on_each_other() {
-    let run = converged("crossed_cables.toml", &[]);
+    check_crossed(&converged("crossed_cables.toml", &[]));
+    check_crossed(&converged("crossed_cables.toml", &[("cables = true", "cables = true\nfriction = 0.3")]));
+}
+
+fn check_crossed(run: &Run) {
     let step = run.steps.last().expect("steps");
     let all: f64 = ["A", "B", "C", "D"].iter().map(|end| force(step, &format!("plug-{end}")).z).sum();
     let weight = 2.0 * 0.6 * 0.12 * 9.81;
@@ -174,6 +178,22 @@ fn a_knot_that_is_pulled_tight_does_not_pass_through_itself() {
     assert!(least > 0.006 * (1.0 - 0.025), "{least} m between centre lines");
     // Without a knot the cable would be slack by a tenth of its length, and nothing would pull.
     assert!(force(step, "B").x > 1.0 && least < 0.0062, "{:?}", force(step, "B"));
+}
+
+/// It takes more than half as much again to pull a rough knot as tight; let go a little it pulls less than a smooth one, for friction holds it.
+#[test]
+fn a_rough_knot_is_harder_to_pull_tight_and_holds() {
+    let back = "[[steps]]\nname = \"back\"\nincrements = 2\n[[steps.move]]\nconstraint = \"B\"\nposition = [0.376, 0, 0.058856]\n";
+    let end = ("position = [0.436608, -0.053351, 0.058856]", &*format!("position = [0.38, 0, 0.058856]\n{back}"));
+    let pulls = |friction: &str| {
+        let contact = format!("cables = true\nfriction = {friction}");
+        let changes = [("cables = true", &*contact), end, ("increments = 24", "increments = 10")];
+        let run = converged("overhand_knot.toml", &changes);
+        [0, 1].map(|step| force(&run.steps[step], "B").x)
+    };
+    let ([smooth, smooth_back], [rough, rough_back]) = (pulls("0"), pulls("0.3"));
+    assert!(rough > 1.5 * smooth, "{rough} N rough, {smooth} N smooth");
+    assert!(rough_back < smooth_back, "back: {rough_back} N rough, {smooth_back} N smooth");
 }
 
 /// A box of half sizes `half`, turned about z: how far a point is from it, m; negative inside.
