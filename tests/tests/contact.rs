@@ -40,11 +40,13 @@ fn a_heavy_cable_lies_on_a_plane_as_a_beam_does() {
     let (held, floor) = (force(step, "plug-A").z, step.obstacles[0].force.z);
     assert!((held - 2.0 * q * free / 3.0).abs() < 0.01 * held, "{held} N held, {} N expected", 2.0 * q * free / 3.0);
     assert!((held + floor - q * length).abs() < 1e-6 * q * length, "{held} N + {floor} N");
-    // Where it comes down: nodes beyond it lie on the floor.
+    // Where it comes down: the floor pushes the nodes beyond it.
     let cable = &step.branches[0];
-    let down = cable.s.iter().zip(&cable.position).find(|(_, x)| x.z < 0.004 + 1e-6).expect("it comes down").0;
+    let down = cable.s.iter().zip(&cable.position).find(|(_, x)| x.z < 0.004).expect("it comes down").0;
     assert!((down - free).abs() < 0.02 * free + 0.005, "down at {down} m, {free} m expected");
     assert!(cable.position.iter().all(|x| x.z > 0.004 * (1.0 - 1e-3)), "nothing is below the floor");
+    // What comes to touch is foreseen: 253 where every step found out anew, 21 now.
+    assert!(step.minimiser.iterations < 50, "{} iterations", step.minimiser.iterations);
 }
 
 /// Euler 1762, Eytelwein 1793: it slips where the pulls are as `exp(μ θ)`.
@@ -168,14 +170,14 @@ fn least_apart(x: &[Vector], y: &[Vector], apart: usize) -> f64 {
     far.map(|(i, j)| pieces_apart([&x[i], &x[i + 1]], [&y[j], &y[j + 1]])).fold(f64::INFINITY, f64::min)
 }
 
-/// Drawn nodes lie ℓ²κ/24 beside the corners of the mesh that are kept apart: with ℓ = 4 mm and bends of 11 mm by 1 % of what is between the centre lines, each.
+/// No deeper than a thousandth of the radius; what is let pass where cables cross is 4e-4 of what is between the centre lines.
 #[test]
 fn a_knot_that_is_pulled_tight_does_not_pass_through_itself() {
     let run = converged("overhand_knot.toml", &[]);
     let step = run.steps.last().expect("steps");
     let x = &step.branches[0].position;
     let least = least_apart(x, x, 10);
-    assert!(least > 0.006 * (1.0 - 0.025), "{least} m between centre lines");
+    assert!(least > 0.006 - 1e-3 * 0.003, "{least} m between centre lines");
     // Without a knot the cable would be slack by a tenth of its length, and nothing would pull.
     assert!(force(step, "B").x > 1.0 && least < 0.0062, "{:?}", force(step, "B"));
 }
@@ -263,8 +265,8 @@ fn random_harnesses_lie_on_random_boxes_without_entering_them() {
                 for x in &branch.position {
                     let bodies = boxes.iter().map(|(centre, half, turn)| box_distance(x, centre, half, *turn));
                     let distance = bodies.fold(x.z, f64::min);
-                    // Nodes are drawn ℓ²κ/24 beside the corners of the mesh, which are kept out to 1e-4 of the radius.
-                    assert!(distance > 0.93 * radius, "seed {seed}: {} m deep at {x:?}", radius - distance);
+                    // What is let pass is 1e-4 of the radius.
+                    assert!(distance > (1.0 - 1.1e-4) * radius, "seed {seed}: {} m deep at {x:?}", radius - distance);
                 }
             }
         }

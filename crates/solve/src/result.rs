@@ -26,8 +26,8 @@ enum Side {
     Both,
 }
 
-/// One branch.
-pub fn branch(problem: &Problem<'_>, index: usize, state: &State) -> BranchResult {
+/// One branch, `touching` being what touches something ([`Problem::touching_points`]).
+pub fn branch(problem: &Problem<'_>, index: usize, state: &State, touching: &[bool]) -> BranchResult {
     let network = problem.network;
     let branch = &network.branches[index];
     let shape = state.branch(network, index);
@@ -74,8 +74,10 @@ pub fn branch(problem: &Problem<'_>, index: usize, state: &State) -> BranchResul
             result.moment[node] = coupling_moments[c];
         }
     }
-    // Edges are tangent to the centre line in their middle; nodes without a station lie beside it by ℓ² x″/24.
-    for node in (1..n).filter(|&node| mesh.station_frame(node).is_none()) {
+    // Edges are tangent to the centre line in their middle; nodes without a station lie beside it by ℓ² x″/24. What touches is the polygon: there
+    // it is what is drawn.
+    let touching = &touching[branch.points.clone()];
+    for node in (1..n).filter(|&node| mesh.station_frame(node).is_none() && !touching[node]) {
         let tangent = |j: usize| columns(&segment_frame(j))[2];
         let mean = 0.5 * (shape.rest_lengths[node - 1] + shape.rest_lengths[node]);
         result.position[node] += (tangent(node) - tangent(node - 1)) * (mean / 24.0);
@@ -95,7 +97,9 @@ pub fn branch(problem: &Problem<'_>, index: usize, state: &State) -> BranchResul
         let mut moments = vec![Vector::zeros(); frames.len()];
         joint.model.add_gradient(&frames, &mut moments);
         let moment = moments[arm] * sign;
-        result.position[node] += joint_shift(problem, joint, state);
+        if !touching[node] {
+            result.position[node] += joint_shift(problem, joint, state);
+        }
         result.moment[node] = q * moment;
         let (kappa, frame) = if joint.arms.len() == 2 {
             let beyond = mean_rotation(others(joint, arm, state)) * joint.arms[arm].rest;
@@ -140,14 +144,15 @@ fn halfway(a: &Rotation, b: &Rotation, t: f64) -> Rotation {
     a.try_slerp(b, t, 1e-12).unwrap_or(*a)
 }
 
-/// One joint.
-pub fn joint(problem: &Problem<'_>, joint: &Joint, state: &State) -> JointResult {
+/// One joint; see [`branch`].
+pub fn joint(problem: &Problem<'_>, joint: &Joint, state: &State, touching: &[bool]) -> JointResult {
     let position = state.points[joint.point] + state.carry[joint.point];
+    let shift = || if touching[joint.point] { Vector::zeros() } else { joint_shift(problem, joint, state) };
     match joint.frame {
         Some(frame) => JointResult { name: joint.name.clone(), position, orientation: state.frames[frame] },
         None => JointResult {
             name: joint.name.clone(),
-            position: position + joint_shift(problem, joint, state),
+            position: position + shift(),
             orientation: mean_rotation(others(joint, usize::MAX, state)),
         },
     }

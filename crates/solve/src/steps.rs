@@ -678,13 +678,15 @@ impl<'n, 'm> Driver<'n, 'm> {
         let stable = known.then(|| self.certifier.stable(&mut self.problem, &self.state));
         let (problem, state) = (&mut self.problem, &self.state);
         let network = problem.network;
-        let branches: Vec<_> = (0..network.branches.len()).map(|b| result::branch(problem, b, state)).collect();
+        let touching = problem.touching_points(state);
+        let branch = |b: usize| result::branch(problem, b, state, &touching);
+        let branches: Vec<_> = (0..network.branches.len()).map(branch).collect();
         StepResult {
             name: step.name.clone(),
             increment,
             increments: step.increments,
             status,
-            joints: network.joints.iter().map(|j| result::joint(problem, j, state)).collect(),
+            joints: network.joints.iter().map(|j| result::joint(problem, j, state, &touching)).collect(),
             constraints: result::constraints(problem, state, &self.certifier.gradient),
             obstacles: result::obstacles(problem, state),
             operations: self.operations.clone(),

@@ -21,6 +21,8 @@ const SEARCH: usize = 16;
 
 /// Rounds that the mixing of forces goes by.
 const MIXED: usize = 6;
+/// No force is mixed to more times the largest that was found.
+const FARTHEST: f64 = 10.0;
 /// Singular values below this share of the largest say nothing in it.
 const SINGULAR: f64 = 1e-8;
 
@@ -63,7 +65,8 @@ impl Rounds {
         for (k, share) in shares.iter().enumerate() {
             next -= (&self.found[k + 1] - &self.found[k]) * *share;
         }
-        next.map(|force| force.max(0.0))
+        let most = FARTHEST * self.found[last].max();
+        next.map(|force| force.max(0.0).min(most))
     }
 }
 
@@ -294,6 +297,25 @@ impl Problem<'_> {
     /// Lets friction act from now on.
     pub fn let_rub(&mut self) {
         self.conditions.contact.friction = true;
+    }
+
+    /// By point: whether it belongs to a segment that touches something at `state`, or that may come to with a step.
+    pub fn touching_points(&mut self, state: &State) -> Vec<bool> {
+        let mut touching = vec![false; self.network.points];
+        self.find_contacts(state);
+        for contact in self.contacts.found.iter().chain(&self.contacts.coming) {
+            let others = contact.other.iter().flat_map(|other| [other.first, other.first + 1]);
+            let own = self.spot_points(contact.spot).map(|(point, _)| point);
+            own.into_iter().chain(others).for_each(|point| touching[point] = true);
+        }
+        // What meets at a joint is drawn there as one.
+        for tie in &self.network.ties {
+            touching[tie.hub_point] |= touching[tie.point];
+        }
+        for tie in &self.network.ties {
+            touching[tie.point] |= touching[tie.hub_point];
+        }
+        touching
     }
 
     /// What every obstacle exerts on the harness at `state`.
