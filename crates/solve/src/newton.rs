@@ -5,6 +5,7 @@
 //! every step leads downhill from any start. A step with the shift σ W is an implicit step, of length 1, of the overdamped motion
 //! `σ W θ̇ = −∂E/∂θ`, the points in balance (pseudo-transient continuation: Kelley and Keyes 1998): so a harness that has lost its
 //! equilibrium falls as one in thick oil would, in steps as long as the descent allows. The first step of an increment carries the prescribed motion in its right-hand side.
+//! What a step brings into contact, or takes out of it, is foreseen ([`Foresight`]).
 //! After small steps the axial and shear forces in the geometric stiffness are those predicted by the last linear step
 //! ("mixed integration points", Magisano, Leonetti, Garcea 2017).
 
