@@ -366,6 +366,7 @@ impl Problem<'_> {
         }
         self.contacts.watched = watched;
         energy += self.find_pairs(state, &mut found, &mut coming);
+        self.couple_contacts(state, found.iter().chain(&coming));
         (self.contacts.found, self.contacts.coming) = (found, coming);
         energy + self.find_rubs(state)
     }

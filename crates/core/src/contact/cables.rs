@@ -5,7 +5,7 @@
 //! Parts of the harness that are less than [`APART`] radii from each other along the cable do not count. Where cables overlap when a run
 //! begins (arms that leave a joint side by side), they are let overlap so far, until they have come apart.
 
-use super::{Against, COMING, Contact, DEPTH, Spot, Touched, Turning, marks_of, position, pushed};
+use super::{Against, COMING, Contact, DEPTH, Mark, Spot, Touched, Turning, marks_of, position, pushed};
 use crate::network::{BranchEnd, next_id};
 use crate::problem::{Problem, Variable};
 use crate::{Matrix, Network, State, Vector};
@@ -17,6 +17,8 @@ use std::collections::{BTreeSet, HashMap};
 const APART: f64 = 2.5;
 /// Pairs are watched that are nearer than their radii and so many times the largest radius.
 const MARGIN: f64 = 2.0;
+/// Pairs are in the pattern of the matrix that are nearer than so many sums of both radii: more than those that may come to touch with a step.
+const COUPLED: f64 = 2.0;
 /// Depth between spots, in sums of both radii, from which on one is put where two cables cross.
 const CROSSING: f64 = 4.0 * DEPTH;
 /// None is put nearer to another one than this share of the distance between its neighbours.
@@ -41,6 +43,10 @@ pub(super) struct Pair {
     branch: u32,
     /// First and last segment.
     segments: (u32, u32),
+    /// How far apart they were when they were looked for, m.
+    nearest: f64,
+    /// Sum of both radii, m.
+    both: f64,
 }
 
 /// Workspace of contact between cables.
@@ -52,6 +58,8 @@ pub(crate) struct Cables {
     longest_segment: f64,
     /// Where the spots were when pairs were looked for; empty: not yet.
     searched: Vec<Vector>,
+    /// How far any has gone since, m: nothing came nearer to anything than by twice that.
+    moved: f64,
     pub(super) pairs: Vec<Pair>,
     /// Pairs of segments, by branch and segment, that second derivatives may couple.
     pattern: BTreeSet<[(usize, usize); 2]>,
@@ -151,9 +159,12 @@ impl Problem<'_> {
         let margin = MARGIN * self.contacts.cables.largest_radius;
         let spots = || self.contacts.spots.iter().map(|spot| position(network, state, spot));
         let searched = &self.contacts.cables.searched;
-        let near = |(x, was): (Vector, &Vector)| (x - was).norm_squared() <= 0.25 * margin * margin;
-        if searched.len() == self.contacts.spots.len() && spots().zip(searched).all(near) {
-            return;
+        if searched.len() == self.contacts.spots.len() {
+            let moved = spots().zip(searched).map(|(x, was)| (x - was).norm_squared()).fold(0.0, f64::max).sqrt();
+            if moved <= 0.5 * margin {
+                self.contacts.cables.moved = moved;
+                return;
+            }
         }
         let spots: Vec<Vector> = spots().collect();
         let first_search = searched.is_empty();
@@ -169,8 +180,8 @@ impl Problem<'_> {
             }
         }
         let arcs: Vec<Vec<f64>> = (0..network.branches.len()).map(|b| state.arc_lengths(network, b)).collect();
-        let (mut pairs, mut pattern) = (Vec::new(), BTreeSet::new());
-        let mut found: Vec<(u32, u32)> = Vec::new();
+        let mut pairs: Vec<Pair> = Vec::new();
+        let mut found: Vec<(u32, u32, f64)> = Vec::new();
         for (index, (spot, x)) in self.contacts.spots.iter().zip(&spots).enumerate() {
             let radius = 0.5 * network.branches[spot.branch].section.diameter;
             let s = arcs[spot.branch][spot.segment];
@@ -181,54 +192,103 @@ impl Problem<'_> {
                 for j in -1..=1 {
                     for k in -1..=1 {
                         let Some(inside) = cells.get(&[home.x + i, home.y + j, home.z + k]) else { continue };
-                        found.extend(inside.iter().filter(|(b, j)| {
-                            let (b, j) = (*b as usize, *j as usize);
+                        found.extend(inside.iter().filter_map(|&(of, segment)| {
+                            let (b, j) = (of as usize, segment as usize);
                             let both = radius + 0.5 * network.branches[b].section.diameter;
                             let (_, place) = nearest_on(x, &self.node(state, b, j), &self.node(state, b, j + 1));
                             let middle = 0.5 * (arcs[b][j] + arcs[b][j + 1]);
                             let apart = APART * both + 0.5 * (arcs[b][j + 1] - arcs[b][j]);
-                            (x - place).norm() < both + margin && self.along((spot.branch, s), (b, middle)) > apart
+                            let distance = (x - place).norm();
+                            let counts = distance < both + margin && self.along((spot.branch, s), (b, middle)) > apart;
+                            counts.then_some((of, segment, distance))
                         }));
                     }
                 }
             }
-            found.sort_unstable();
-            for &(b, j) in &found {
-                pattern.insert([(spot.branch, spot.segment), (b as usize, j as usize)]);
+            found.sort_unstable_by_key(|&(branch, segment, _)| (branch, segment));
+            for &(branch, segment, distance) in &found {
+                let spot = index as u32;
                 match pairs.last_mut() {
-                    Some(Pair { spot, branch, segments })
-                        if (*spot, *branch) == (index as u32, b) && j <= segments.1 + 1 =>
-                    {
-                        segments.1 = j;
+                    Some(last) if (last.spot, last.branch) == (spot, branch) && segment <= last.segments.1 + 1 => {
+                        last.segments.1 = segment;
+                        last.nearest = distance.min(last.nearest);
                     }
-                    _ => pairs.push(Pair { spot: index as u32, branch: b, segments: (j, j) }),
+                    _ => {
+                        let both = radius + 0.5 * network.branches[branch as usize].section.diameter;
+                        pairs.push(Pair { spot, branch, segments: (segment, segment), nearest: distance, both });
+                    }
                 }
             }
         }
-        // What friction has got hold of it holds wherever that is.
+        let cables = &mut self.contacts.cables;
+        (cables.pairs, cables.searched, cables.moved) = (pairs, spots, 0.0);
+        let pattern = self.coupled(state);
+        let known = &self.contacts.cables.pattern;
+        // As long as nothing new may be coupled the matrix keeps its pattern; where a search is the first, it is that of the state alone.
+        if pattern != *known && (first_search || !pattern.is_subset(known)) {
+            self.couple(pattern);
+        }
+    }
+
+    /// Makes sure that what touches at `state`, or may come to, is in the pattern of the matrix.
+    pub(super) fn couple_contacts<'c>(&mut self, state: &State, contacts: impl IntoIterator<Item = &'c Contact>) {
+        let known = &self.contacts.cables.pattern;
+        let missing = contacts.into_iter().any(|contact| match contact.against {
+            Against::Cable { branch, segment } => {
+                let spot = &self.contacts.spots[contact.spot as usize];
+                !known.contains(&[(spot.branch, spot.segment), (branch as usize, segment as usize)])
+            }
+            Against::Obstacle { .. } => false,
+        });
+        if missing {
+            let mut pattern = self.coupled(state);
+            pattern.extend(known);
+            self.couple(pattern);
+        }
+    }
+
+    /// Pairs of segments of which one is near the other at `state`, or that friction holds to each other, wherever that is.
+    fn coupled(&self, state: &State) -> BTreeSet<[(usize, usize); 2]> {
+        let mut pattern = BTreeSet::new();
+        for pair in &self.contacts.cables.pairs {
+            let spot = &self.contacts.spots[pair.spot as usize];
+            let x = position(self.network, state, spot);
+            let branch = pair.branch as usize;
+            let reach = COUPLED * pair.both;
+            if pair.nearest - 2.0 * self.contacts.cables.moved > reach {
+                continue;
+            }
+            for j in pair.segments.0 as usize..=pair.segments.1 as usize {
+                let (_, place) = nearest_on(&x, &self.node(state, branch, j), &self.node(state, branch, j + 1));
+                if (x - place).norm_squared() < reach * reach {
+                    pattern.insert([(spot.branch, spot.segment), (branch, j)]);
+                }
+            }
+        }
         for (mark, [branch, segment]) in self.bound_cables() {
             let spot = &self.contacts.spots[mark.spot as usize];
             pattern.insert([(spot.branch, spot.segment), (branch, segment)]);
         }
+        pattern
+    }
+
+    /// Sets which pairs of segments the matrix couples.
+    fn couple(&mut self, pattern: BTreeSet<[(usize, usize); 2]>) {
+        let network = self.network;
+        let points = |(b, j): (usize, usize)| {
+            let first = network.branches[b].points.start + j;
+            [first, first + 1].map(Variable::Point)
+        };
+        // Friction turns them, too.
+        let rough = network.contact.friction > 0.0;
+        let variables = |of: &(usize, usize)| {
+            let frame = rough.then(|| Variable::Frame(network.branches[of.0].segment_frame(of.1)));
+            points(*of).into_iter().chain(frame)
+        };
         let cables = &mut self.contacts.cables;
-        (cables.pairs, cables.searched) = (pairs, spots);
-        // As long as nothing new may be coupled the matrix keeps its pattern; where a search is the first, it is that of the state alone.
-        let fits = pattern.is_subset(&cables.pattern) && !first_search;
-        if !fits && pattern != cables.pattern {
-            let points = |(b, j): (usize, usize)| {
-                let first = network.branches[b].points.start + j;
-                [first, first + 1].map(Variable::Point)
-            };
-            // Friction turns them, too.
-            let rough = network.contact.friction > 0.0;
-            let variables = |of: &(usize, usize)| {
-                let frame = rough.then(|| Variable::Frame(network.branches[of.0].segment_frame(of.1)));
-                points(*of).into_iter().chain(frame)
-            };
-            cables.cliques = pattern.iter().map(|pair| pair.iter().flat_map(variables).collect()).collect();
-            cables.pattern = pattern;
-            cables.version = 1 + next_id();
-        }
+        cables.cliques = pattern.iter().map(|pair| pair.iter().flat_map(variables).collect()).collect();
+        cables.pattern = pattern;
+        cables.version = 1 + next_id();
     }
 
     /// How far a pair's spot, which is at `x`, is from the nearest of its segments, m.
@@ -242,13 +302,10 @@ impl Problem<'_> {
 
     /// How near a spot may be to another cable, m.
     fn least_distance(&self, pair: &Pair) -> f64 {
-        let branch = self.contacts.spots[pair.spot as usize].branch;
-        let radius = |b: usize| 0.5 * self.network.branches[b].section.diameter;
-        let both = radius(branch) + radius(pair.branch as usize);
         let overlaps = &self.conditions.contact.overlaps;
         let at = overlaps.partition_point(|o| (o.spot, o.branch) < (pair.spot, pair.branch));
         let own = overlaps.get(at).filter(|o| (o.spot, o.branch) == (pair.spot, pair.branch));
-        own.map_or(both, |overlap| overlap.distance.min(both))
+        own.map_or(pair.both, |overlap| overlap.distance.min(pair.both))
     }
 
     /// Adds to `found` every spot that touches another cable at `state`, in order; returns the energy, J, but for what multipliers of marks
@@ -256,7 +313,17 @@ impl Problem<'_> {
     /// where it goes from one to the other.
     pub(super) fn find_pairs(&self, state: &State, found: &mut Vec<Contact>, coming: &mut Vec<Contact>) -> f64 {
         let mut energy = 0.0;
-        for pair in &self.contacts.cables.pairs {
+        let cables = &self.contacts.cables;
+        // Multipliers push still at such a gap.
+        let pull = |mark: &Mark| {
+            let rho = self.contacts.penalties[self.contacts.spots[mark.spot as usize].branch] * mark.penalty;
+            mark.multiplier / rho
+        };
+        let pull = self.conditions.contact.marks.iter().map(pull).fold(0.0, f64::max);
+        for pair in &cables.pairs {
+            if pair.nearest - 2.0 * cables.moved > (1.0 + COMING) * pair.both + pull {
+                continue;
+            }
             let spot = &self.contacts.spots[pair.spot as usize];
             let x = position(self.network, state, spot);
             let first = self.contacts.penalties[spot.branch];
@@ -380,8 +447,15 @@ impl Problem<'_> {
         }
         self.search_pairs(from);
         let moved = |i: usize| (to.points[i] - from.points[i]) + (to.carry[i] - from.carry[i]);
+        let cables = &self.contacts.cables;
+        let spots = self.contacts.spots.iter();
+        let moves = spots.map(|spot| position(self.network, to, spot) - position(self.network, from, spot));
+        let farthest = moves.map(|way| way.norm()).fold(0.0, f64::max);
         let mut free = 1.0_f64;
-        for pair in &self.contacts.cables.pairs {
+        for pair in &cables.pairs {
+            if 2.0 * farthest < SAFE * (pair.nearest - 2.0 * cables.moved) {
+                continue;
+            }
             let spot = &self.contacts.spots[pair.spot as usize];
             let (a, b) = (position(self.network, from, spot), position(self.network, to, spot));
             let own = b - a;
@@ -395,12 +469,6 @@ impl Problem<'_> {
         }
         // What is not watched is farther away than that; beyond it the way is gone in parts.
         let room = 0.5 * MARGIN * self.contacts.cables.largest_radius;
-        let moves = self
-            .contacts
-            .spots
-            .iter()
-            .map(|spot| (position(self.network, to, spot) - position(self.network, from, spot)).norm());
-        let farthest = moves.fold(0.0, f64::max);
         if farthest > room {
             free = free.min(self.share_of_swept(from, to, farthest));
         }
