@@ -67,8 +67,9 @@ pub fn studio(arguments: &StudioArguments, out: &mut dyn Write) -> Result<Outcom
         writeln!(out, "Ctrl-C ends it")?;
         out.flush()
     };
-    say(out).map_err(Failure::standard_output)?;
+    // Who has read the address may end it.
     interrupt::listen();
+    say(out).map_err(Failure::standard_output)?;
     if !arguments.no_open && open::that_detached(&page).is_err() {
         writeln!(out, "no browser was found: open that address in one").map_err(Failure::standard_output)?;
     }
