@@ -312,7 +312,8 @@ impl Problem<'_> {
         least
     }
 
-    /// Finds every spot that touches at `state`, in order; returns the energy of contact, J: multipliers leave nothing behind at an equilibrium.
+    /// Finds every spot that touches at `state`, in order, and those that may come to with a step. Returns the energy of contact, J, of which
+    /// multipliers leave nothing behind at an equilibrium.
     pub(crate) fn find_contacts(&mut self, state: &State) -> f64 {
         if self.contacts.is_idle() {
             return 0.0;

@@ -530,6 +530,13 @@ fn friction_between_cables_knows_no_rigid_motion() {
     }
 }
 
+/// The largest force that is left on a point that is free.
+fn largest_free_force(gradient: &Tangent, problem: &Problem<'_>) -> f64 {
+    let mut free = gradient.clone();
+    problem.free_part(&mut free);
+    free.points.iter().map(|force| force.norm()).fold(0.0, f64::max)
+}
+
 #[test]
 fn settled_points_are_in_balance_and_settling_is_undone_exactly() {
     for kind in registry().joints() {
@@ -540,17 +547,12 @@ fn settled_points_are_in_balance_and_settling_is_undone_exactly() {
         problem.place_held(&mut state);
         let (before, mut gradient) = (state.clone(), Tangent::zeros(&sample.network));
         let energy = problem.gradient(&state, &mut gradient);
-        let largest = |gradient: &Tangent, problem: &Problem<'_>| {
-            let mut free = gradient.clone();
-            problem.free_part(&mut free);
-            free.points.iter().map(|force| force.norm()).fold(0.0, f64::max)
-        };
-        let force = largest(&gradient, &problem);
+        let force = largest_free_force(&gradient, &problem);
         let mut settle = Settle::new(&problem);
         assert!(!settle.settle(&mut problem, &mut state, &gradient, 2.0 * force), "{}: nothing to do", kind.name);
         assert!(settle.settle(&mut problem, &mut state, &gradient, 0.0), "{}", kind.name);
         let settled = problem.gradient(&state, &mut gradient);
-        let rest = largest(&gradient, &problem);
+        let rest = largest_free_force(&gradient, &problem);
         assert!(settled < energy, "{}: {settled} J after {energy} J", kind.name);
         assert!(rest < 1e-9 * force, "{}: {rest:e} N of {force:e} N are left", kind.name);
         assert_eq!(state.frames, before.frames);
@@ -582,18 +584,12 @@ fn points_that_come_to_touch_a_plane_and_leave_it_are_settled_at_once() {
         let (mut problem, mut gradient) = (sample.problem(), Tangent::zeros(&sample.network));
         problem.update_held(&state);
         problem.place_held(&mut state);
-        let free_force = |gradient: &Tangent, problem: &Problem<'_>| {
-            let mut free = gradient.clone();
-            problem.free_part(&mut free);
-            free.points.iter().map(|force| force.norm()).fold(0.0, f64::max)
-        };
         problem.gradient(&state, &mut gradient);
-        let (force, touched) = (free_force(&gradient, &problem), problem.touching(&state)[0].spots);
+        let (force, touched) = (largest_free_force(&gradient, &problem), problem.touching(&state)[0].spots);
         let mut settle = Settle::new(&problem);
-        problem.gradient(&state, &mut gradient);
         assert!(settle.settle(&mut problem, &mut state, &gradient, 0.0));
         problem.gradient(&state, &mut gradient);
-        let (rest, touching) = (free_force(&gradient, &problem), problem.touching(&state)[0].spots);
+        let (rest, touching) = (largest_free_force(&gradient, &problem), problem.touching(&state)[0].spots);
         assert!(touching != touched && touching > 0, "{touched} touched, {touching} do");
         assert!(rest < 1e-9 * force, "{rest:e} N of {force:e} N are left");
     }
