@@ -410,13 +410,13 @@ fn models() -> Checked {
             ensure(ended.out.contains(&format!("    - {}: {} (", parameter.name, parameter.doc)), &ended)?;
         }
     }
-    ensure(ended.out.contains("(a force per length (N/m), above 0; may be left out)"), &ended)
+    ensure(ended.out.contains("(a force per length, from 1e-20 to 1e18 N/m; may be left out)"), &ended)
 }
 
 fn explain() -> Checked {
     let place = Place::new()?;
     let ended = place.run(&["explain", "minimiser.memory"])?.expect(0)?;
-    let said = "minimiser.memory, where kind = \"lbfgs\"\n  how many steps it remembers\n  holds    a whole number, at least 1\n  \
+    let said = "minimiser.memory, where kind = \"lbfgs\"\n  how many steps it remembers\n  holds    a whole number, from 1 to 1000000\n  \
                 default  8\n  example  [minimiser]\n           kind = \"lbfgs\"\n           memory = 8\n";
     ensure(ended.out == said, &ended)?;
     let ended = place.run(&["explain", "branches.lenght"])?.expect(1)?;

@@ -42,7 +42,8 @@ fn editors_that_use_the_schema_take_what_the_program_takes() {
     for path in good {
         judge(&path).unwrap_or_else(|error| panic!("{}: {error}", path.display()));
     }
-    for name in ["unknown-keys", "wrong-types", "not-positive", "missing-keys", "wrong-operations"] {
+    for name in ["unknown-keys", "wrong-types", "not-positive", "missing-keys", "wrong-operations", "hopeless-numbers"]
+    {
         let path = root().join("scenarios/refused").join(name).with_extension("toml");
         assert!(judge(&path).is_err(), "{name} is seen while it is typed");
     }

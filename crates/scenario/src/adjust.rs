@@ -35,9 +35,9 @@ pub enum Holds {
         /// SI unit; empty for pure numbers.
         unit: String,
         /// Least value.
-        minimum: Option<f64>,
+        minimum: f64,
         /// Greatest value.
-        maximum: Option<f64>,
+        maximum: f64,
     },
     /// A whole number of at least so many.
     Count(usize),
@@ -132,8 +132,7 @@ impl Place {
     fn number(&self, keys: &Keys, name: &str, value: Option<f64>) -> Option<Adjustable> {
         let key = keys.get(name)?;
         let (Form::Number(quantity, bound) | Form::OneOrTwo(quantity, bound)) = key.form else { return None };
-        let Bound { minimum, maximum, .. } = bound;
-        Some(self.entry(name, key.doc, number(quantity, minimum, maximum), value.map(Value::Number)))
+        Some(self.entry(name, key.doc, number(quantity, bound), value.map(Value::Number)))
     }
 
     fn count(&self, keys: &Keys, name: &str, value: usize) -> Option<Adjustable> {
@@ -152,7 +151,10 @@ fn quoted(name: &str) -> String {
 
 fn holds(form: &registry::Form) -> Option<Holds> {
     match form {
-        registry::Form::Number { quantity, minimum, maximum, .. } => Some(number(*quantity, *minimum, *maximum)),
+        registry::Form::Number { quantity, minimum, exclusive, maximum } => {
+            let bound = Bound { minimum: *minimum, exclusive: *exclusive, maximum: *maximum };
+            Some(number(*quantity, bound))
+        }
         registry::Form::Vector { .. } => None,
         registry::Form::Count { minimum } => Some(Holds::Count(*minimum)),
         registry::Form::Flag => Some(Holds::Flag),
@@ -162,10 +164,10 @@ fn holds(form: &registry::Form) -> Option<Holds> {
     }
 }
 
-fn number(quantity: Quantity, minimum: f64, maximum: f64) -> Holds {
+fn number(quantity: Quantity, bound: Bound) -> Holds {
     let unit = if quantity == Quantity::Dimensionless { "" } else { unit_of(quantity) };
-    let bound = |x: f64| x.is_finite().then_some(x);
-    Holds::Number { unit: unit.to_owned(), minimum: bound(minimum), maximum: bound(maximum) }
+    let Bound { minimum, maximum, .. } = bound.of(quantity);
+    Holds::Number { unit: unit.to_owned(), minimum, maximum }
 }
 
 #[cfg(test)]

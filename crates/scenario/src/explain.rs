@@ -245,7 +245,7 @@ fn parameter(place: &str, before: &str, word: &str, kind: &str, parameter: &Para
             (number(*quantity, bound), units::words(*quantity).example.to_owned())
         }
         registry::Form::Vector { quantity } => (three(*quantity), vector(*quantity)),
-        registry::Form::Count { minimum } => (count(*minimum, None), minimum.to_string()),
+        registry::Form::Count { minimum } => (count(*minimum, keys::MANY), minimum.to_string()),
         registry::Form::Flag => ("true or false".to_owned(), "true".to_owned()),
         registry::Form::Choice(words) => {
             (format!("one of {}", quoted(words)), words.first().map(|word| format!("{word:?}")).unwrap_or_default())
@@ -288,9 +288,9 @@ fn holds(form: &Form) -> String {
         Form::Vector(quantity) => three(quantity),
         Form::Direction => "three numbers, a direction of any length".into(),
         Form::Orientation => "four numbers, a quaternion [w, x, y, z] of any length".into(),
-        Form::Points(least) => format!("a list of points (m), at least {least}"),
+        Form::Points(least) => format!("a list of points, at least {least}, each {}", three(Quantity::Length)),
         Form::Directions => "a list of one or two directions".into(),
-        Form::Count(minimum, maximum) => count(minimum, Some(maximum)),
+        Form::Count(minimum, maximum) => count(minimum, maximum),
         Form::Flag => "true or false".into(),
         Form::Choice(words) => format!("one of {}", quoted(words)),
         Form::Words(words) => format!("some of {}", quoted(words)),
@@ -313,26 +313,15 @@ fn names(table: &Keys) -> String {
 }
 
 fn number(quantity: Quantity, bound: Bound) -> String {
-    let words = units::words(quantity);
-    let unit = if words.unit.is_empty() { String::new() } else { format!(" ({})", words.unit) };
-    let Bound { minimum, exclusive, maximum } = bound;
-    let least = match (minimum.is_finite(), exclusive) {
-        (false, _) => String::new(),
-        (true, true) => format!(", above {minimum}"),
-        (true, false) => format!(", at least {minimum}"),
-    };
-    let most = if maximum.is_finite() { format!(", at most {maximum}") } else { String::new() };
-    format!("{}{unit}{least}{most}", words.name)
+    format!("{}, {}", units::words(quantity).name, bound.of(quantity).words(quantity))
 }
 
 fn three(quantity: Quantity) -> String {
-    let unit = units::words(quantity).unit;
-    if unit.is_empty() { "three numbers".into() } else { format!("three numbers ({unit})") }
+    format!("three numbers, each {}", keys::ANY.of(quantity).words(quantity))
 }
 
-fn count(minimum: usize, maximum: Option<usize>) -> String {
-    let most = maximum.filter(|most| *most < keys::MANY).map_or_else(String::new, |most| format!(", at most {most}"));
-    format!("a whole number, at least {minimum}{most}")
+fn count(minimum: usize, maximum: usize) -> String {
+    format!("a whole number, from {minimum} to {maximum}")
 }
 
 fn vector(quantity: Quantity) -> String {
@@ -413,7 +402,7 @@ mod tests {
     #[test]
     fn a_key_has_meaning_unit_need_and_example() {
         let length = one("branches.length");
-        assert_eq!(length.holds, "a length (m), above 0");
+        assert_eq!(length.holds, "a length, from 1e-10 to 100000 m");
         assert_eq!((length.doc.as_str(), length.need.as_str()), ("unstressed length", "must be given"));
         assert_eq!(length.example, "[[branches]]\nlength = \"600 mm\"");
         assert_eq!(one("branches.left.length"), length);

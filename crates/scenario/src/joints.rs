@@ -39,7 +39,9 @@ pub(crate) fn joint<'a>(entry: &Entry<'a>, names: &mut Names<'a>) -> Option<Join
         wires,
         spans,
     });
-    names.broken |= joint.is_none() || !fits;
+    // Models are built for all arms of a vertex, or not at all.
+    let whole = name.and_then(|name| names.vertices.get(name)).is_some_and(|v| v.ends.len() == by_branch.len());
+    names.broken |= joint.is_none() || !fits || !whole;
     joint
 }
 

@@ -2,9 +2,12 @@
 //! Schema all go by these tables.
 
 mod library;
+#[cfg(test)]
+mod limits;
 mod steps;
 mod sweep;
 
+use crate::units::{self, plain};
 use library::{COVERINGS, FIXING_TYPES, LIBRARY, MATERIALS, WIRE_TYPES};
 pub(crate) use library::{FIXING_TYPE, LIBRARY_FILE, SECTION};
 pub(crate) use steps::CLIP;
@@ -12,8 +15,8 @@ use steps::STEP;
 use sweep::SWEEP;
 use wireloom_core::Quantity;
 
-/// Limits of a number.
-#[derive(Clone, Copy, Debug)]
+/// Limits of a number. Those of what it measures hold besides: see [`Bound::of`].
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Bound {
     /// Least value.
     pub minimum: f64,
@@ -23,18 +26,57 @@ pub(crate) struct Bound {
     pub maximum: f64,
 }
 
-/// Any finite number.
-pub(crate) const ANY: Bound = Bound { minimum: f64::NEG_INFINITY, exclusive: false, maximum: f64::INFINITY };
+impl Bound {
+    /// These limits for a quantity: what is physically implausible is beyond them.
+    pub fn of(self, quantity: Quantity) -> Self {
+        let units::Words { smallest, largest, .. } = units::words(quantity);
+        let maximum = self.maximum.min(largest);
+        if self.exclusive && self.minimum == 0.0 {
+            return Self { minimum: smallest, exclusive: false, maximum };
+        }
+        Self { minimum: self.minimum.max(-largest), maximum, ..self }
+    }
+
+    /// `from 1e-10 to 100000 m`, of limits that are those [`of`](Bound::of) the quantity.
+    pub fn words(self, quantity: Quantity) -> String {
+        let (least, greatest, unit) = (plain(self.minimum), plain(self.maximum), units::words(quantity).unit);
+        let from = if self.exclusive { "above" } else { "from" };
+        format!("{from} {least} to {greatest} {unit}").trim_end().to_owned()
+    }
+}
+
+/// Between these, both included.
+const fn within(minimum: f64, maximum: f64) -> Bound {
+    Bound { minimum, exclusive: false, maximum }
+}
+
+/// Any number.
+pub(crate) const ANY: Bound = within(f64::NEG_INFINITY, f64::INFINITY);
 /// Above zero.
 pub(crate) const POSITIVE: Bound = Bound { minimum: 0.0, exclusive: true, maximum: f64::INFINITY };
 /// Zero or above.
-pub(crate) const NON_NEGATIVE: Bound = Bound { minimum: 0.0, exclusive: false, maximum: f64::INFINITY };
+pub(crate) const NON_NEGATIVE: Bound = within(0.0, f64::INFINITY);
 /// Above zero, at most one.
-pub(crate) const PART: Bound = Bound { minimum: 0.0, exclusive: true, maximum: 1.0 };
+pub(crate) const PART: Bound = Bound { maximum: 1.0, ..POSITIVE };
 /// Poisson's ratio of what is not unusual.
-const POISSON: Bound = Bound { minimum: 0.0, exclusive: false, maximum: 0.5 };
+const POISSON: Bound = within(0.0, 0.5);
 /// Between zero and one.
-pub(crate) const SHARE: Bound = Bound { minimum: 0.0, exclusive: false, maximum: 1.0 };
+pub(crate) const SHARE: Bound = within(0.0, 1.0);
+/// Across a cable, a wire or a layer, m: a kilometre-wide harness may have cables of some ten metres, none has more.
+const DIAMETER: Bound = Bound { maximum: 1e3, ..POSITIVE };
+/// Along a branch, m: the longest cables that are laid in one piece.
+const SPAN_LENGTH: Bound = Bound { maximum: 1e5, ..POSITIVE };
+/// Coefficients of friction: more than this holds fast.
+const FRICTION_COEFFICIENT: Bound = within(0.0, 1e3);
+/// Turns about a tangent in one step, either way: each takes several equilibria.
+const TURNS: Bound = within(-1e3, 1e3);
+/// Factors of loads.
+const LOAD_FACTOR: Bound = within(-1e9, 1e9);
+/// Residual force relative to the load scale. Below is the round-off of forces that almost cancel; above, what is called balanced is
+/// visibly not.
+const TOLERANCE: Bound = within(1e-15, 1e-2);
+/// How long a call may take, s: a millisecond to a day.
+const SECONDS: Bound = within(1e-3, 86400.0);
 
 /// What is looked up by name in the registry.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -113,6 +155,19 @@ pub(crate) enum Form {
     NamesOrTables(&'static Keys),
 }
 
+impl Form {
+    /// What each of its numbers measures, and between what it must be.
+    pub fn bound(&self) -> Option<(Quantity, Bound)> {
+        let (quantity, bound) = match *self {
+            Form::Number(quantity, bound) | Form::OneOrTwo(quantity, bound) => (quantity, bound),
+            Form::Vector(quantity) => (quantity, ANY),
+            Form::Points(_) => (Quantity::Length, ANY),
+            _ => return None,
+        };
+        Some((quantity, bound.of(quantity)))
+    }
+}
+
 /// Whether a key must be given.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Need {
@@ -179,8 +234,10 @@ const fn with(other: &'static str, name: &'static str, form: Form, doc: &'static
     Key { name, form, need: Need::With(other), doc }
 }
 
-/// The most segments of a harness, increments of a step or iterations that are taken for meant.
-pub(crate) const MANY: usize = 1_000_000;
+/// The most segments of a harness or iterations that are taken for meant.
+pub const MANY: usize = 1_000_000;
+/// The most increments of a step: each is an equilibrium, and a thousand of them take a second at best.
+const INCREMENTS: usize = 100_000;
 
 /// A whole scenario.
 pub(crate) const SCENARIO: Keys = Keys {
@@ -225,7 +282,7 @@ const PLUGINS: Keys = Keys {
         ),
         may(
             "time_limit",
-            Form::Number(Quantity::Dimensionless, POSITIVE),
+            Form::Number(Quantity::Dimensionless, SECONDS),
             "how long one call of a plugin may take, in seconds; default 10",
         ),
     ],
@@ -239,7 +296,7 @@ pub(crate) const BRANCH: Keys = Keys {
         must("from", Form::Name, "vertex where it begins"),
         must("to", Form::Name, "vertex where it ends"),
         must("section", Form::Name, "name of its section"),
-        must("length", Form::Number(Quantity::Length, POSITIVE), "unstressed length"),
+        must("length", Form::Number(Quantity::Length, SPAN_LENGTH), "unstressed length"),
         may("segments", Form::Count(1, MANY), "how many segments it is divided into; either this or max_segment"),
         may("max_segment", Form::Number(Quantity::Length, POSITIVE), "longest segment; either this or segments"),
         may("rod", Form::Kind(Family::Rod, Some("cosserat")), "which rod it is; default \"cosserat\""),
@@ -334,7 +391,7 @@ const SLIDE: Key = may(
 );
 const FRICTION: Key = may(
     "friction",
-    Form::Number(Quantity::Dimensionless, NON_NEGATIVE),
+    Form::Number(Quantity::Dimensionless, FRICTION_COEFFICIENT),
     "where the cable runs through: axial force it takes, per force across, before the cable slips; default 0",
 );
 const PULL_OUT_FORCE: Key = may(
@@ -393,7 +450,7 @@ pub(crate) const LOAD: Keys = Keys {
         must("at", Form::Table(&AT), "where it acts"),
         may("force", Form::Vector(Quantity::Force), "force in world axes; default 0"),
         may("moment", Form::Vector(Quantity::Moment), "moment in world axes; default 0"),
-        may("factor", Form::Number(Quantity::Dimensionless, ANY), "factor at the beginning; default 1"),
+        may("factor", Form::Number(Quantity::Dimensionless, LOAD_FACTOR), "factor at the beginning; default 1"),
     ],
 };
 
@@ -432,7 +489,7 @@ pub(crate) const OBSTACLE: Keys = Keys {
         may("orientation", Form::Orientation, "instead of tangent and up: its axes; default the world's"),
         may(
             "friction",
-            Form::Number(Quantity::Dimensionless, NON_NEGATIVE),
+            Form::Number(Quantity::Dimensionless, FRICTION_COEFFICIENT),
             "coefficient of Coulomb friction: force along its surface, per force across, before a cable slips; default 0",
         ),
         may(
@@ -451,7 +508,7 @@ const CONTACT: Keys = Keys {
         with(
             "cables",
             "friction",
-            Form::Number(Quantity::Dimensionless, NON_NEGATIVE),
+            Form::Number(Quantity::Dimensionless, FRICTION_COEFFICIENT),
             "coefficient of Coulomb friction of cables on each other, and on themselves; default 0: they are smooth",
         ),
         may(
@@ -469,7 +526,7 @@ pub(crate) const MINIMISER: Keys = Keys {
         may("kind", Form::Kind(Family::Minimiser, Some("newton")), "which one; default \"newton\""),
         may(
             "force_tolerance",
-            Form::Number(Quantity::Dimensionless, POSITIVE),
+            Form::Number(Quantity::Dimensionless, TOLERANCE),
             "largest residual force relative to the load scale, moments likewise; default 1e-6",
         ),
         may("max_iterations", Form::Count(1, MANY), "iterations allowed for each increment; default 200"),

@@ -2,7 +2,7 @@
 
 use crate::catalogue::{FixingType, Types};
 use crate::fault::{did_you_mean, nearest};
-use crate::keys::{Bound, Family};
+use crate::keys::{self, Bound, Family};
 use crate::reader::Entry;
 use std::collections::BTreeMap;
 use wireloom_core::registry;
@@ -122,7 +122,7 @@ fn read_value(
             reader.number(name, node, *quantity, bound).map(Value::Number)
         }
         registry::Form::Vector { quantity } => reader.vector(name, node, *quantity).map(Value::Vector),
-        registry::Form::Count { minimum } => reader.count(name, node, *minimum, i64::MAX as usize).map(Value::Count),
+        registry::Form::Count { minimum } => reader.count(name, node, *minimum, keys::MANY).map(Value::Count),
         registry::Form::Flag => reader.flag(name, node).map(Value::Flag),
         registry::Form::Choice(words) => {
             reader.choice(name, node, words.iter().map(String::as_str)).map(|word| Value::Word(word.to_owned()))

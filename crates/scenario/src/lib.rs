@@ -46,6 +46,7 @@ mod units;
 pub use build::Built;
 pub use fault::{Fault, render};
 pub use files::{Files, NoFiles};
+pub use keys::MANY as MOST_SEGMENTS;
 pub use library::{shipped_coverings, shipped_wires};
 pub use plugins::{Plugins, plugins};
 pub use scenario::{

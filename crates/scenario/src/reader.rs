@@ -2,7 +2,7 @@
 
 use crate::fault::{Fault, did_you_mean, nearest};
 use crate::files::Files;
-use crate::keys::{Bound, Form, Key, Keys, Need};
+use crate::keys::{self, Bound, Form, Key, Keys, Need};
 use crate::units;
 use nalgebra::{Quaternion, Unit};
 use std::cell::RefCell;
@@ -139,28 +139,32 @@ impl<'a> Reader<'a> {
         None
     }
 
-    /// A number in SI, within limits.
+    /// A number in SI, within limits and physically plausible.
     pub fn number(&self, key: &str, node: &Node<'_>, quantity: Quantity, bound: Bound) -> Option<f64> {
         let value = self.plain_number(key, node, quantity)?;
+        let bound = bound.of(quantity);
         let low = value < bound.minimum || (bound.exclusive && value == bound.minimum);
         if !low && value <= bound.maximum {
             return Some(value);
         }
-        let unit = units::words(quantity).unit;
-        let space = if unit.is_empty() { "" } else { " " };
-        let limit = match (low, bound.exclusive) {
-            (true, true) => format!("greater than {}{space}{unit}", bound.minimum),
-            (true, false) => format!("at least {}{space}{unit}", bound.minimum),
-            (false, _) => format!("at most {}{space}{unit}", bound.maximum),
-        };
         let side = if low { "small" } else { "large" };
         let shown = self.excerpt(node.span());
-        self.fault(node.span(), format!("`{key}` = {shown} is too {side}"), format!("it must be {limit}"));
+        self.fault(
+            node.span(),
+            format!("`{key}` = {shown} is too {side}"),
+            format!("it must be {}", bound.words(quantity)),
+        );
         None
     }
 
-    /// A list of so many numbers.
-    fn numbers<const N: usize>(&self, key: &str, node: &Node<'_>, quantity: Quantity) -> Option<[f64; N]> {
+    /// A list of so many numbers, each read by `one`.
+    fn numbers<const N: usize>(
+        &self,
+        key: &str,
+        node: &Node<'_>,
+        quantity: Quantity,
+        one: impl Fn(&Node<'_>) -> Option<f64>,
+    ) -> Option<[f64; N]> {
         let list = match node.get_ref() {
             DeValue::Array(list) if list.len() == N => list,
             _ => {
@@ -171,20 +175,24 @@ impl<'a> Reader<'a> {
                 return None;
             }
         };
-        let values: Vec<Option<f64>> = list.iter().map(|item| self.plain_number(key, item, quantity)).collect();
+        let values: Vec<Option<f64>> = list.iter().map(one).collect();
         let values: Option<Vec<f64>> = values.into_iter().collect();
         values?.try_into().ok()
     }
 
-    /// Three numbers.
+    /// Three numbers, each physically plausible.
     pub fn vector(&self, key: &str, node: &Node<'_>, quantity: Quantity) -> Option<Vector> {
-        self.numbers::<3>(key, node, quantity).map(Vector::from)
+        self.numbers::<3>(key, node, quantity, |item| self.number(key, item, quantity, keys::ANY)).map(Vector::from)
+    }
+
+    /// Numbers of which only the ratios matter.
+    fn ratios<const N: usize>(&self, key: &str, node: &Node<'_>) -> Option<[f64; N]> {
+        self.numbers(key, node, Quantity::Dimensionless, |item| self.plain_number(key, item, Quantity::Dimensionless))
     }
 
     /// Three numbers that are not all zero, made a unit vector.
     pub fn direction(&self, key: &str, node: &Node<'_>) -> Option<Unit<Vector>> {
-        let vector = self.vector(key, node, Quantity::Dimensionless)?;
-        let direction = normalised(vector);
+        let direction = normalised(Vector::from(self.ratios::<3>(key, node)?));
         if direction.is_none() {
             self.fault(
                 node.span(),
@@ -197,7 +205,7 @@ impl<'a> Reader<'a> {
 
     /// A quaternion, made a unit one.
     pub fn orientation(&self, key: &str, node: &Node<'_>) -> Option<Rotation> {
-        let rotation = rotation(self.numbers::<4>(key, node, Quantity::Dimensionless)?);
+        let rotation = rotation(self.ratios(key, node)?);
         if rotation.is_none() {
             self.fault(
                 node.span(),
@@ -666,7 +674,7 @@ mod tests {
     fn another_file_is_read_with_keys_of_its_own_and_its_faults_stand_where_it_is_named() {
         let registry = Registry::default();
         let reader = Reader::new("", &Two, &registry);
-        let read = |path| reader.include(path, 3..5, &crate::keys::OUTPUT, |entry| entry.flag("vtk"));
+        let read = |path| reader.include(path, 3..5, &keys::OUTPUT, |entry| entry.flag("vtk"));
         assert_eq!(read("good.toml"), Some(Some(true)));
         assert_eq!(reader.fault_count(), 0);
         assert_eq!(read("bad.toml"), Some(None));

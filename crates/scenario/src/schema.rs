@@ -207,13 +207,9 @@ fn kind(table: &Keys, family: Family, default: Option<&str>, registry: &Registry
 
 /// A number in SI, or a string with a unit.
 fn number(quantity: Quantity, bound: Bound) -> Value {
-    let mut plain = json!({ "type": "number" });
-    if bound.minimum.is_finite() {
-        plain[if bound.exclusive { "exclusiveMinimum" } else { "minimum" }] = json!(bound.minimum);
-    }
-    if bound.maximum.is_finite() {
-        plain["maximum"] = json!(bound.maximum);
-    }
+    let bound = bound.of(quantity);
+    let least = if bound.exclusive { "exclusiveMinimum" } else { "minimum" };
+    let plain = json!({ "type": "number", least: bound.minimum, "maximum": bound.maximum });
     let words = units::words(quantity);
     let text = format!("{} with a unit, such as {}", words.name, words.example);
     json!({ "anyOf": [plain, { "type": "string", "pattern": "^\\s*[+-]?[0-9.]", "description": text }] })
@@ -225,7 +221,7 @@ fn parameter_form(form: &registry::Form) -> Value {
             number(*quantity, Bound { minimum: *minimum, exclusive: *exclusive, maximum: *maximum })
         }
         registry::Form::Vector { quantity } => list(number(*quantity, keys::ANY), 3, Some(3)),
-        registry::Form::Count { minimum } => json!({ "type": "integer", "minimum": minimum }),
+        registry::Form::Count { minimum } => json!({ "type": "integer", "minimum": minimum, "maximum": keys::MANY }),
         registry::Form::Flag => json!({ "type": "boolean" }),
         registry::Form::Choice(words) => json!({ "enum": words }),
     }

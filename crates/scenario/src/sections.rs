@@ -6,6 +6,7 @@ use crate::fault::listed;
 use crate::library::{self, Library};
 use crate::reader::{Entry, NameOrEntry, Span};
 use crate::scenario::ByRule;
+use crate::units::unit_of;
 use wireloom_core::Section;
 
 /// Keys of a section that are measured values; with wires, they replace the rule's.
@@ -50,11 +51,28 @@ fn by_rule(section: usize, entry: &Entry<'_>, library: &Library) -> Option<ByRul
     let contents: Vec<Wires<'_>> = wires.iter().map(|(wire, count)| Wires { wire, count: *count }).collect();
     let covered: Vec<Covered<'_>> = coverings.iter().map(|(_, covered)| *covered).collect();
     let bundle = Bundle::new(&contents, &covered, packing, cohesion);
-    let numbers = [bundle.linear_density, bundle.axial_stiffness, bundle.bending.bonded, bundle.torsion.bonded];
-    if !numbers.iter().all(|number| number.is_finite()) || bundle.bending.slip <= 0.0 || bundle.torsion.slip <= 0.0 {
-        let message = format!("the wires of {} give it no stiffness that a number can hold", entry.label);
-        entry.fault_at("wires", message, "correct their diameters, counts, moduli or measured values");
-        return None;
+    let values = [
+        ("diameter", bundle.diameter),
+        ("linear_density", bundle.linear_density),
+        ("axial_stiffness", bundle.axial_stiffness),
+        ("bending_stiffness", bundle.bending.slip),
+        ("bending_stiffness", bundle.bending.bonded),
+        ("torsion_stiffness", bundle.torsion.slip),
+        ("torsion_stiffness", bundle.torsion.bonded),
+        ("min_bend_radius", bundle.min_bend_radius),
+    ];
+    for (key, value) in values {
+        let Some((quantity, bound)) = entry.keys.get(key).and_then(|key| key.form.bound()) else { continue };
+        if !(bound.minimum..=bound.maximum).contains(&value) {
+            let unit = unit_of(quantity);
+            let message = format!("the wires of {} give it a `{key}` of {value:.3e} {unit}", entry.label);
+            let help = format!(
+                "it must be {}: correct their diameters, counts, moduli or measured values",
+                bound.words(quantity)
+            );
+            entry.fault_at("wires", message, help);
+            return None;
+        }
     }
     let narrow = coverings.iter().filter_map(|(name, Covered { covering, .. })| {
         let inner = covering.inner_diameter.filter(|inner| *inner < bundle.wires_diameter)?;

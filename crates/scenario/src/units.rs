@@ -26,35 +26,56 @@ pub(crate) struct Words {
     pub unit: &'static str,
     /// How a scenario may write one.
     pub example: &'static str,
+    /// Least size above zero that is physically plausible, SI.
+    pub smallest: f64,
+    /// Greatest size that is physically plausible, SI.
+    pub largest: f64,
     dimension: Dimension,
     /// Whether the radian may be left out or put in: `N m` for `N m/rad`, `rad/m` for `1/m`.
     alternative: Option<Dimension>,
 }
 
-/// Name, unit, example and dimension of a quantity.
+/// Name, unit, example, plausible sizes and dimension of a quantity.
+///
+/// A size beyond these is a slip of the pen, such as a wrong unit: no harness is thinner than an atom (1e-10 m) or lies farther away
+/// than once around the earth (4e7 m). The other sizes let harnesses of micrometres to kilometres pass whose stiffness follows from
+/// that of matter, which goes with the second power of the size in stretch and the fourth in bending, and gravity that is scaled to bend them
+/// alike, which goes with the inverse.
 pub(crate) fn words(quantity: Quantity) -> Words {
-    let of = |name, unit, example, dimension| Words { name, unit, example, dimension, alternative: None };
+    let of = |name, unit, example, [smallest, largest]: [f64; 2], dimension| Words {
+        name,
+        unit,
+        example,
+        smallest,
+        largest,
+        dimension,
+        alternative: None,
+    };
     match quantity {
-        Quantity::Dimensionless => of("a pure number", "", "0.5", dimension(0, 0, 0, 0)),
-        Quantity::Length => of("a length", "m", "\"600 mm\"", dimension(1, 0, 0, 0)),
-        Quantity::Mass => of("a mass", "kg", "\"30 g\"", dimension(0, 1, 0, 0)),
-        Quantity::LinearDensity => of("a mass per length", "kg/m", "\"120 g/m\"", dimension(-1, 1, 0, 0)),
-        Quantity::Force => of("a force", "N", "\"2 kN\"", dimension(1, 1, -2, 0)),
-        Quantity::Moment => of("a moment", "N m", "\"5 N mm\"", dimension(2, 1, -2, 0)),
-        Quantity::ForcePerLength => of("a force per length", "N/m", "\"0.5 N/mm\"", dimension(0, 1, -2, 0)),
+        Quantity::Dimensionless => of("a pure number", "", "0.5", [1e-15, 1e12], dimension(0, 0, 0, 0)),
+        Quantity::Length => of("a length", "m", "\"600 mm\"", [1e-10, 4e7], dimension(1, 0, 0, 0)),
+        Quantity::Mass => of("a mass", "kg", "\"30 g\"", [1e-24, 1e12], dimension(0, 1, 0, 0)),
+        Quantity::LinearDensity => of("a mass per length", "kg/m", "\"120 g/m\"", [1e-24, 1e7], dimension(-1, 1, 0, 0)),
+        Quantity::Force => of("a force", "N", "\"2 kN\"", [1e-20, 1e15], dimension(1, 1, -2, 0)),
+        Quantity::Moment => of("a moment", "N m", "\"5 N mm\"", [1e-30, 1e18], dimension(2, 1, -2, 0)),
+        Quantity::ForcePerLength => {
+            of("a force per length", "N/m", "\"0.5 N/mm\"", [1e-20, 1e18], dimension(0, 1, -2, 0))
+        }
         Quantity::MomentPerAngle => Words {
             alternative: Some(dimension(2, 1, -2, 0)),
-            ..of("a moment per angle", "N m/rad", "\"5 N mm/deg\"", dimension(2, 1, -2, -1))
+            ..of("a moment per angle", "N m/rad", "\"5 N mm/deg\"", [1e-30, 1e18], dimension(2, 1, -2, -1))
         },
-        Quantity::BendingStiffness => of("a bending stiffness", "N m²", "\"12000 N mm^2\"", dimension(3, 1, -2, 0)),
+        Quantity::BendingStiffness => {
+            of("a bending stiffness", "N m²", "\"12000 N mm^2\"", [1e-30, 1e18], dimension(3, 1, -2, 0))
+        }
         Quantity::Curvature => Words {
             alternative: Some(dimension(-1, 0, 0, 1)),
-            ..of("a curvature", "1/m", "\"30 deg/m\"", dimension(-1, 0, 0, 0))
+            ..of("a curvature", "1/m", "\"30 deg/m\"", [1e-10, 1e10], dimension(-1, 0, 0, 0))
         },
-        Quantity::Angle => of("an angle", "rad", "\"30 deg\"", dimension(0, 0, 0, 1)),
-        Quantity::Acceleration => of("an acceleration", "m/s²", "\"9.81 m/s^2\"", dimension(1, 0, -2, 0)),
-        Quantity::Pressure => of("a pressure", "Pa", "\"50 MPa\"", dimension(-1, 1, -2, 0)),
-        Quantity::Density => of("a density", "kg/m³", "\"1.35 g/cm3\"", dimension(-3, 1, 0, 0)),
+        Quantity::Angle => of("an angle", "rad", "\"30 deg\"", [1e-12, 1e4], dimension(0, 0, 0, 1)),
+        Quantity::Acceleration => of("an acceleration", "m/s²", "\"9.81 m/s^2\"", [1e-12, 1e9], dimension(1, 0, -2, 0)),
+        Quantity::Pressure => of("a pressure", "Pa", "\"50 MPa\"", [1e-3, 1e15], dimension(-1, 1, -2, 0)),
+        Quantity::Density => of("a density", "kg/m³", "\"1.35 g/cm3\"", [1e-6, 1e6], dimension(-3, 1, 0, 0)),
     }
 }
 
@@ -182,6 +203,11 @@ fn exponent(text: &str) -> Option<(i32, &str)> {
         .collect();
     let value: i32 = plain.parse().ok()?;
     (value.abs() <= 9).then_some((value, &body[end..]))
+}
+
+/// A number as a scenario may write it, without long rows of noughts.
+pub(crate) fn plain(x: f64) -> String {
+    if x == 0.0 || (1e-4..1e6).contains(&x.abs()) { format!("{x}") } else { format!("{x:e}") }
 }
 
 /// The SI unit of a quantity, in words where it has none.

@@ -30,7 +30,7 @@ fn values_have_descriptions_units_and_limits() {
     let schema = schema(&common::registry());
     let length = &schema["properties"]["branches"]["items"]["properties"]["length"];
     assert_eq!(length["description"], "unstressed length (m)");
-    assert_eq!(length["anyOf"][0]["exclusiveMinimum"], 0.0);
+    assert_eq!((&length["anyOf"][0]["minimum"], &length["anyOf"][0]["maximum"]), (&1e-10.into(), &1e5.into()));
     assert_eq!(length["anyOf"][1]["type"], "string");
     let obstacle = &schema["properties"]["obstacles"]["items"];
     assert_eq!(obstacle["properties"]["friction"]["anyOf"][0]["minimum"], 0.0);
@@ -66,4 +66,33 @@ fn every_key_of_the_schema_is_read() {
         let fault = at_value.unwrap_or_else(|| panic!("{key}: {faults:?}"));
         assert!(fault.message.contains(key.as_str()) && fault.message.contains("1979-05-27"), "{}", fault.message);
     }
+}
+
+/// Parameters of kinds included.
+#[test]
+fn every_number_of_the_schema_has_a_least_and_a_greatest_value() {
+    let mut open = vec![schema(&common::registry())];
+    let mut numbers = 0;
+    while let Some(value) = open.pop() {
+        if let Some(of) = value.as_object() {
+            let with_unit = |of: &[serde_json::Value]| {
+                let [number, text] = of else { return None };
+                (number["type"] == "number" && text["type"] == "string").then(|| number.clone())
+            };
+            let number = if value["type"] == "integer" {
+                Some(value.clone())
+            } else {
+                value["anyOf"].as_array().and_then(|of| with_unit(of))
+            };
+            if let Some(number) = number {
+                let least = number.get("minimum").or(number.get("exclusiveMinimum"));
+                assert!(least.is_some() && number.get("maximum").is_some(), "{value}");
+                numbers += 1;
+            }
+            open.extend(of.values().cloned());
+        } else if let Some(list) = value.as_array() {
+            open.extend(list.iter().cloned());
+        }
+    }
+    assert!(numbers > 100, "{numbers} numbers");
 }

@@ -357,8 +357,12 @@ fn a_type_like_another_has_what_it_does_not_say() {
 }
 
 #[test]
-fn numbers_beyond_all_numbers_are_refused() {
+fn wires_that_make_an_impossible_section_are_refused() {
+    let wire = "[wires.w]\nstrands = 1\nstrand = 100\nlayers = [{ material = \"pvc\", diameter = 200 }]\n";
+    let faults = refused("wires = [{ type = \"w\", count = 1000 }]", wire);
+    assert!(faults.contains("the wires of section \"s\" give it a `diameter` of 7.303e3 m"), "{faults}");
+    assert!(faults.contains("it must be from 1e-10 to 1000 m"), "{faults}");
     let wire = "[wires.w]\nstrands = 1\nstrand = 1e200\nlayers = [{ material = \"pvc\", diameter = 1e201 }]\n";
     let faults = refused("wires = [{ type = \"w\" }]", wire);
-    assert!(faults.contains("give it no stiffness that a number can hold"), "{faults}");
+    assert!(faults.contains("`strand` = 1e200 is too large"), "{faults}");
 }

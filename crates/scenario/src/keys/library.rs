@@ -29,7 +29,7 @@ pub(crate) const SECTION: Keys = Keys {
             Form::Number(Quantity::Dimensionless, PART),
             "share of the bundle's circle that its wires fill; default 0.75",
         ),
-        unless("wires", "diameter", Form::Number(Quantity::Length, POSITIVE), "outer diameter"),
+        unless("wires", "diameter", Form::Number(Quantity::Length, DIAMETER), "outer diameter"),
         unless(
             "wires",
             "linear_density",
@@ -110,11 +110,11 @@ pub(crate) const WIRE: Keys = Keys {
     keys: &[
         LIKE,
         unless("like", "strands", Form::Count(1, MANY), "strands of its conductor"),
-        unless("like", "strand", Form::Number(Quantity::Length, POSITIVE), "diameter of a strand"),
+        unless("like", "strand", Form::Number(Quantity::Length, DIAMETER), "diameter of a strand"),
         may("conductor", Form::Name, "material of the conductor; default \"copper\""),
         may(
             "conductor_diameter",
-            Form::Number(Quantity::Length, POSITIVE),
+            Form::Number(Quantity::Length, DIAMETER),
             "diameter of the conductor; default that of strands that fill 0.75 of it",
         ),
         unless(
@@ -136,9 +136,9 @@ pub(crate) const LAYER: Keys = Keys {
     what: "layer",
     keys: &[
         must("material", Form::Name, "a material of the library, such as \"pvc\""),
-        must("diameter", Form::Number(Quantity::Length, POSITIVE), "outer diameter"),
+        must("diameter", Form::Number(Quantity::Length, DIAMETER), "outer diameter"),
         may("fill", Form::Number(Quantity::Dimensionless, PART), "share of the ring that is filled; default 1"),
-        may("strand", Form::Number(Quantity::Length, POSITIVE), "diameter of its strands, where it is a braid"),
+        may("strand", Form::Number(Quantity::Length, DIAMETER), "diameter of its strands, where it is a braid"),
     ],
 };
 
@@ -148,7 +148,7 @@ pub(crate) const COVERING: Keys = Keys {
     keys: &[
         LIKE,
         unless("like", "material", Form::Name, "a material of the library, such as \"pvc\""),
-        unless("like", "thickness", Form::Number(Quantity::Length, POSITIVE), "wall; of a tape one layer"),
+        unless("like", "thickness", Form::Number(Quantity::Length, DIAMETER), "wall; of a tape one layer"),
         may("layers", Form::Count(1, 100), "layers that lie on each other; 2 for half lap; default 1"),
         may(
             "wrap",
@@ -162,12 +162,12 @@ pub(crate) const COVERING: Keys = Keys {
         ),
         may(
             "inner_diameter",
-            Form::Number(Quantity::Length, POSITIVE),
+            Form::Number(Quantity::Length, DIAMETER),
             "of a tube; left out, it lies on what it covers",
         ),
         may(
             "outer_diameter",
-            Form::Number(Quantity::Length, POSITIVE),
+            Form::Number(Quantity::Length, DIAMETER),
             "of a corrugated tube, over the crests; default inner diameter and wall",
         ),
         may(

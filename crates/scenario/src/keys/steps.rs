@@ -7,7 +7,7 @@ pub(crate) const STEP: Keys = Keys {
     what: "step",
     keys: &[
         may("name", Form::Name, "its name; default \"step N\""),
-        may("increments", Form::Count(1, MANY), "in how many parts it is carried out; default 1"),
+        may("increments", Form::Count(1, INCREMENTS), "in how many parts it is carried out; default 1"),
         may("gravity", Form::Vector(Quantity::Acceleration), "gravity reached at its end"),
         may("release", Form::Names, "constraints that let go when this step begins"),
         may("grasp", Form::Tables(&GRASP), "hands that take hold of the cable where it is when this step begins"),
@@ -170,7 +170,7 @@ pub(crate) const MOVE: Keys = Keys {
         ORIENTATION,
         may(
             "turns",
-            Form::Number(Quantity::Dimensionless, ANY),
+            Form::Number(Quantity::Dimensionless, TURNS),
             "then turned about the tangent by so many turns, spread over the increments",
         ),
     ],
@@ -181,6 +181,6 @@ pub(crate) const FACTOR: Keys = Keys {
     what: "load",
     keys: &[
         must("load", Form::Name, "name of the load"),
-        must("factor", Form::Number(Quantity::Dimensionless, ANY), "factor reached at the end of the step"),
+        must("factor", Form::Number(Quantity::Dimensionless, LOAD_FACTOR), "factor reached at the end of the step"),
     ],
 };

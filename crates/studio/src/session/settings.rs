@@ -18,7 +18,9 @@ pub(super) fn all(scenario: &Scenario, registry: &Registry) -> Vec<Setting> {
 fn setting(own: Adjustable) -> Setting {
     let form = match own.holds {
         Holds::Choice(words) => Form::Choice { words },
-        Holds::Number { unit, minimum, maximum } => Form::Number { unit, minimum, maximum },
+        Holds::Number { unit, minimum, maximum } => {
+            Form::Number { unit, minimum: Some(minimum), maximum: Some(maximum) }
+        }
         Holds::Count(minimum) => Form::Count { minimum: super::number(minimum) },
         Holds::Flag => Form::Flag,
     };
