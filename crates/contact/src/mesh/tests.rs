@@ -338,3 +338,13 @@ fn faults_of_files_name_them() {
     assert!(refused("panel.stl", b"").0.starts_with("\"panel.stl\" cannot be read as STL: "));
     assert_eq!(refused("panel.obj", b"v 0 0 0\n").0, "it has no triangles");
 }
+
+/// Corners at one far place have no size to compare distances with.
+#[test]
+fn a_sheet_of_no_size_far_away_is_refused() {
+    let corners = vec![Vector::repeat(1e300), Vector::repeat(1e300), Vector::new(1e300, 1e300, -1e300)];
+    for corners in [corners.clone(), vec![corners[0], corners[0].map(f64::next_up), corners[0].map(f64::next_down)]] {
+        let surface = Surface { corners, triangles: vec![[0, 1, 2]] };
+        assert!(Mesh::new(&surface, true).is_err() && Mesh::new(&surface, false).is_err());
+    }
+}

@@ -140,7 +140,7 @@ impl Topology {
             let own = self.corners[k as usize];
             let middle = cell(&own);
             let beside = (0..27).map(|n| [n % 3, n / 3 % 3, n / 9].map(|c: i64| c - 1));
-            let mut beside = beside.map(|d| [middle.x + d[0], middle.y + d[1], middle.z + d[2]]);
+            let mut beside = beside.map(|d| [0, 1, 2].map(|k| middle[k].saturating_add(d[k])));
             let same = beside.find_map(|cell| {
                 known.get(&cell)?.iter().find(|&&other| (self.corners[other as usize] - own).norm() < near)
             });

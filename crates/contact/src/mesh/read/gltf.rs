@@ -90,8 +90,9 @@ const TRIANGLES: u32 = 4;
 
 /// Nodes within nodes that are taken for meant.
 const DEEPEST: usize = 100;
-/// Corners that are taken for meant; a small file may set one mesh in many places.
-const MANY: usize = 100_000_000;
+/// Corners, and triangles, that any file may come to: a small one may set one mesh in many places. A larger file may come to one for each of
+/// its bytes, which is more than it can hold without that.
+const MANY: usize = 2_000_000;
 
 pub(super) fn read(bytes: &[u8]) -> Result<Surface, String> {
     let (text, mut binary) = if bytes.starts_with(b"glTF") { chunks(bytes)? } else { (bytes, None) };
@@ -110,7 +111,13 @@ pub(super) fn read(bytes: &[u8]) -> Result<Surface, String> {
         buffers.push(data);
     }
     let scene = document.scenes.get(document.scene.unwrap_or(0)).ok_or("it has no scene")?;
-    let mut file = File { document: &document, buffers, surface: Surface::default() };
+    let mut file = File {
+        document: &document,
+        buffers,
+        surface: Surface::default(),
+        seen: vec![false; document.nodes.len()],
+        many: MANY.max(bytes.len()),
+    };
     scene.nodes.iter().try_for_each(|&node| file.add(node, &Matrix4::identity(), 0))?;
     Ok(file.surface)
 }
@@ -131,6 +138,10 @@ struct File<'d> {
     document: &'d Document,
     buffers: Vec<Vec<u8>>,
     surface: Surface,
+    /// Nodes that have been met.
+    seen: Vec<bool>,
+    /// Most corners, and most triangles.
+    many: usize,
 }
 
 impl File<'_> {
@@ -139,6 +150,10 @@ impl File<'_> {
         let own = document.nodes.get(node).ok_or_else(|| format!("there is no node {node}"))?;
         if depth > DEEPEST {
             return Err(format!("its nodes lie within each other more than {DEEPEST} deep"));
+        }
+        // Nodes are trees: one with two parents would be met once for every way to it, and ways can be more than there are atoms.
+        if std::mem::replace(&mut self.seen[node], true) {
+            return Err(format!("node {node} lies within two others, or within itself"));
         }
         let placed = parent * own.placed();
         if let Some(mesh) = own.mesh {
@@ -158,15 +173,15 @@ impl File<'_> {
         if accessor.component_type != FLOAT || accessor.shape != "VEC3" {
             return Err(format!("data {places} is of a kind that is not read; export it without compression"));
         }
+        self.has_room(first, accessor.count, "corners")?;
         let number = |bytes: &[u8]| f64::from(f32::from_le_bytes([bytes[0], bytes[1], bytes[2], bytes[3]]));
         let corner = |bytes: &[u8]| Vector::new(number(bytes), number(&bytes[4..]), number(&bytes[8..]));
         let corners: Vec<Vector> = self.elements(places, 12)?.map(corner).collect();
         let (turned, moved) = (placed.fixed_view::<3, 3>(0, 0), placed.fixed_view::<3, 1>(0, 3));
         let count = corners.len();
-        if first + count > MANY {
-            return Err(format!("it has more than {MANY} corners"));
-        }
         self.surface.corners.extend(corners.iter().map(|corner| turned * corner + moved));
+        let uses = part.indices.map_or(Ok(count), |indices| Ok::<_, String>(self.accessor(indices)?.count))?;
+        self.has_room(self.surface.triangles.len(), uses / 3, "triangles")?;
         let indices: Vec<u32> = match part.indices {
             None => (0..count as u32).collect(),
             Some(indices) => {
@@ -186,6 +201,14 @@ impl File<'_> {
             let [a, b, c] = [t[0], t[1], t[2]].map(|k| k + first as u32);
             if mirrored { [a, c, b] } else { [a, b, c] }
         }));
+        Ok(())
+    }
+
+    /// Refuses more corners or triangles than are taken for meant, before they are made.
+    fn has_room(&self, taken: usize, further: usize, what: &str) -> Result<(), String> {
+        if further > self.many.saturating_sub(taken) {
+            return Err(format!("it has more than {} {what}", self.many));
+        }
         Ok(())
     }
 

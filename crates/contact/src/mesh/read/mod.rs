@@ -4,6 +4,8 @@ mod gltf;
 mod obj;
 mod ply;
 mod stl;
+#[cfg(test)]
+mod tests;
 
 use wireloom_core::obstacle::{ShapeFile, Surface};
 use wireloom_core::registry::BuildError;

@@ -61,6 +61,10 @@ pub(super) fn read(bytes: &[u8]) -> Result<Surface, String> {
     let header = corners.read_header(&mut source).map_err(|error| error.to_string())?;
     let mut surface = Surface::default();
     for (name, element) in &header.elements {
+        // A binary file may claim any number of such without a byte for them.
+        if element.properties.is_empty() && element.count > 0 {
+            return Err(format!("it has {} of `{name}`, which have no properties", element.count));
+        }
         if name != "face" {
             let read = corners.read_payload_for_element(&mut source, element, &header);
             let read = read.map_err(|error| error.to_string())?;
