@@ -8,9 +8,10 @@
 //! updated until no spot is deeper than [`DEPTH`] radii, nor pushed while it is farther than that from the surface.
 //!
 //! **Friction** (Coulomb, quasi-static): a spot that touches is bound to the place of the body where it first touched (its anchor) by a
-//! tangential spring of stiffness k = ρ, whose force is at most `f N`: with u the tangential distance from the anchor it adds `½ k u²`,
+//! tangential spring of stiffness k ≥ ρ, whose force is at most `f N`: with u the tangential distance from the anchor it adds `½ k u²`,
 //! beyond `u = f N/k` `f N (u − f N/(2k))`. Normal force N and normal n are those of the round before; at the end of an increment the
-//! anchor follows a spot that slipped (return mapping), so that what sticks does not creep.
+//! anchor follows a spot that slipped (return mapping), so that what sticks does not creep. Where the cable is stiffer along itself k is larger, so
+//! that what slips one way goes over into what slips the other within about a segment. Friction on a body acts on the centre line: it does not roll.
 //!
 //! Between cables the spring joins their surfaces. The spot x in its segment's frame P carries the point `x + P a`, `a = −r Pᵀ n` with its own
 //! share r of the distance; the anchor b belongs to the frame R of the segment that is touched, with y the place that is touched on its
@@ -27,6 +28,7 @@ mod cables;
 mod cross;
 mod foresee;
 mod friction;
+mod held;
 mod look;
 mod update;
 mod watch;
@@ -45,8 +47,9 @@ use watch::Watched;
 pub use cables::Overlap;
 pub use foresee::Foresight;
 pub use friction::Grip;
+pub use held::HeldOverlap;
 pub use look::Inside;
-pub use update::{Rounds, Touching};
+pub use update::{Lack, Rounds, Touching, UnmetContact};
 
 /// Largest distance between spots, in radii: whatever comes between two of them touches one before it touches the centre line.
 const SPACING: f64 = 1.5;
@@ -211,6 +214,8 @@ pub(crate) struct Contacts {
     near: Vec<u32>,
     /// First penalty by branch, N/m.
     penalties: Vec<f64>,
+    /// Least stiffness of friction by branch, N/m.
+    holds: Vec<f64>,
     /// By point: which tie carries it.
     ties: Vec<Option<usize>>,
     /// By point: whether a fixing holds it.
@@ -250,6 +255,7 @@ impl Contacts {
             let bending = STIFFER * branch.section.bend_diagonal().xy().max() / length.powi(3);
             let weight = branch.section.linear_density * WEIGHT * length / (SOFTNESS * radius);
             contacts.penalties.push(bending.max(weight) / pieces as f64);
+            contacts.holds.push(branch.section.axial_stiffness / (length * pieces as f64));
         }
         contacts.own = contacts.spots.len();
         contacts.ties = vec![None; network.points];
@@ -509,6 +515,7 @@ impl Problem<'_> {
                 }
             }
         }
+        self.note_held_overlaps();
         for tie in &network.ties {
             let rides = tie.hub_frame.is_none() && self.contacts.held[tie.hub_point];
             self.contacts.held[tie.point] |= rides;

@@ -18,6 +18,8 @@ pub enum EventKind {
     Overstretched,
     /// Pushing a connector home takes more force than allowed; N.
     InsertionForce,
+    /// Fixings hold cables nearer to each other than they are thick; value and limit are distances between centre lines, m.
+    Overlap,
     /// An equilibrium ceased to exist or to be stable, and the harness snapped to another one; value: the farthest that
     /// any point moved, m.
     Jump,
@@ -39,11 +41,12 @@ pub enum EventKind {
 
 impl EventKind {
     /// All kinds, in the order in which they are listed.
-    pub const ALL: [EventKind; 14] = [
+    pub const ALL: [EventKind; 15] = [
         EventKind::NotConverged,
         EventKind::Jump,
         EventKind::Unstable,
         EventKind::Overstretched,
+        EventKind::Overlap,
         EventKind::BendRadius,
         EventKind::Clearance,
         EventKind::FixingForce,
@@ -65,6 +68,7 @@ impl EventKind {
             EventKind::FixingMoment => "fixing-moment",
             EventKind::Overstretched => "overstretched",
             EventKind::InsertionForce => "insertion-force",
+            EventKind::Overlap => "overlap",
             EventKind::Jump => "jump",
             EventKind::Slip => "slip",
             EventKind::Stick => "stick",
@@ -85,6 +89,7 @@ impl EventKind {
             EventKind::FixingMoment => "fixing moment above its limit",
             EventKind::Overstretched => "overstretched span",
             EventKind::InsertionForce => "insertion force above its limit",
+            EventKind::Overlap => "cables held in each other",
             EventKind::Jump => "snapped to another equilibrium",
             EventKind::Slip => "slipped against friction",
             EventKind::Stick => "sticks again",
@@ -104,7 +109,11 @@ impl EventKind {
     /// SI unit of its values; empty where they have none.
     pub fn unit(self) -> &'static str {
         match self {
-            EventKind::BendRadius | EventKind::Clearance | EventKind::Overstretched | EventKind::Jump => "m",
+            EventKind::BendRadius
+            | EventKind::Clearance
+            | EventKind::Overstretched
+            | EventKind::Overlap
+            | EventKind::Jump => "m",
             EventKind::FixingForce
             | EventKind::InsertionForce
             | EventKind::Slip
@@ -115,13 +124,13 @@ impl EventKind {
         }
     }
 
-    /// Whether a value is worse than another one: radii and clearances should be large, everything else small.
+    /// Whether a value is worse than another one: radii and distances should be large, everything else small.
     pub fn worse(self, value: f64, than: f64) -> bool {
         if self.is_better_large() { value < than } else { value > than }
     }
 
     fn is_better_large(self) -> bool {
-        matches!(self, EventKind::BendRadius | EventKind::Clearance)
+        matches!(self, EventKind::BendRadius | EventKind::Clearance | EventKind::Overlap)
     }
 }
 

@@ -5,10 +5,11 @@ use crate::clearance::{clearances, keep_least};
 use crate::result;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
+use wireloom_core::contact::{Against, HeldOverlap, Lack, UnmetContact};
 use wireloom_core::equilibrium::{Clearance, ClearanceFrom, OperationResult, Run, SlideMotion, StepResult};
 use wireloom_core::minimiser::{Status, Stop};
 use wireloom_core::problem::{Conditions, Problem};
-use wireloom_core::{Event, EventKind, EventPlace, Moment, Pose, State};
+use wireloom_core::{Event, EventKind, EventPlace, Moment, Network, Pose, State};
 
 /// So many times as far as before, or as what holds it, a harness moves only when it leaves its equilibrium.
 const OUT_OF_PROPORTION: f64 = 8.0;
@@ -145,8 +146,9 @@ pub fn jump(moved: f64, pace: Option<f64>, prescribed: [f64; 2], length: f64, fe
 
 /// Looks for limits that are passed at the end of an increment, and for what slides.
 /// With `all`, clearances of everything from everything are kept.
-pub fn watch(log: &mut EventLog, problem: &Problem<'_>, state: &State, end: &StepResult, stop: &Stop, all: bool) {
+pub fn watch(log: &mut EventLog, problem: &mut Problem<'_>, state: &State, end: &StepResult, stop: &Stop, all: bool) {
     bends(log, end);
+    overlaps(log, problem);
     nearness(log, clearances(problem.network, end, &log.now, all));
     fixings(log, problem, end);
     slides(log, end);
@@ -169,16 +171,69 @@ pub fn watch(log: &mut EventLog, problem: &Problem<'_>, state: &State, end: &Ste
         let unmet = unmet.map_or_else(String::new, |unmet| {
             format!("; equations of constraints are off by {unmet:.1e}, allowed {allowed:.1e}")
         });
+        let (place, contact) = problem.worst_contact(state).map_or_else(Default::default, |worst| {
+            let (place, what) = contact_unmet(problem.network, &worst);
+            (place, format!("; contact is not met: {what}"))
+        });
         log.raise(Occurrence {
             kind: EventKind::NotConverged,
-            place: EventPlace::default(),
+            place,
             value: Some(end.minimiser.force_residual),
             limit: Some(stop.force_tolerance),
             message: format!(
-                "not in balance: {}, residual {:.1e}, allowed {:.1e}{unmet}",
+                "not in balance: {}, residual {:.1e}, allowed {:.1e}{unmet}{contact}",
                 end.status.word(),
                 end.minimiser.force_residual,
                 stop.force_tolerance
+            ),
+        });
+    }
+}
+
+/// Where a contact is that is not met, and what is wrong with it.
+fn contact_unmet(network: &Network, worst: &UnmetContact) -> (EventPlace, String) {
+    let place = EventPlace::branch(&network.branches[worst.branch].name, worst.s);
+    let (place, other) = match worst.against {
+        Against::Obstacle { obstacle, .. } => {
+            let name = &network.obstacles[obstacle as usize].name;
+            (EventPlace { obstacle: Some(name.clone()), ..place }, format!("obstacle `{name}`"))
+        }
+        Against::Cable { branch, segment } => {
+            let branch = &network.branches[branch as usize];
+            let s: f64 = branch.rod.mesh().rest_lengths[..segment as usize].iter().sum();
+            (place, format!("branch `{}` near s = {s:.4} m", branch.name))
+        }
+    };
+    let message = match worst.lack {
+        Lack::Depth(depth) if depth >= 0.0 => format!("the cable lies {:.3} mm deep in {other}", 1e3 * depth),
+        Lack::Depth(depth) => format!("the cable pushes {:.3} mm before it touches {other}", -1e3 * depth),
+        Lack::Friction(off) => format!("friction on {other} goes by a normal force that is {off:.2e} N off"),
+    };
+    (place, message)
+}
+
+/// Every fixing that holds a cable in one that another fixing holds, with the one that is nearest.
+fn overlaps(log: &mut EventLog, problem: &Problem<'_>) {
+    let network = problem.network;
+    let fixing = |f: usize| &network.fixings[f].name;
+    let mut worst: BTreeMap<usize, HeldOverlap> = BTreeMap::new();
+    for overlap in problem.held_overlaps() {
+        let known = worst.entry(overlap.fixings[0]).or_insert(*overlap);
+        if overlap.distance - overlap.both < known.distance - known.both {
+            *known = *overlap;
+        }
+    }
+    for HeldOverlap { fixings: [f, g], distance, both, .. } in worst.into_values() {
+        log.raise(Occurrence {
+            kind: EventKind::Overlap,
+            place: EventPlace::fixing(fixing(f)),
+            value: Some(distance),
+            limit: Some(both),
+            message: format!(
+                "holds its cable {:.2} mm from that of `{}`; both together are {:.2} mm thick, so they overlap here",
+                1e3 * distance,
+                fixing(g),
+                1e3 * both
             ),
         });
     }

@@ -347,7 +347,7 @@ impl<'n, 'm> Driver<'n, 'm> {
             return Err(status);
         }
         let end = self.step_result(step, increment, status, seconds());
-        events::watch(&mut self.log, &self.problem, &self.state, &end, &self.stop, all);
+        events::watch(&mut self.log, &mut self.problem, &self.state, &end, &self.stop, all);
         Ok(end)
     }
 

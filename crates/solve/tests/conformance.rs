@@ -456,10 +456,46 @@ fn cables_that_touch_have_the_second_derivatives_of_their_energy() {
     }
 }
 
+/// A multiplier that is large for its penalty pushes from farther away than pairs are coupled for coming near: its block was missing, and a panic.
+#[test]
+fn what_pushes_from_afar_has_its_block_in_the_matrix() {
+    let mut sketch = Sketch::default();
+    let lines = [
+        ([-0.2, 0.0, 0.0], [0.2, 0.0, 0.0]),
+        ([0.0, -0.2, 0.03], [0.0, 0.25, 0.01]),
+        ([0.0, 0.0, 5.0], [0.4, 0.0, 5.0]),
+    ];
+    for (from, to) in lines {
+        let branch = sketch.branch(Vector::from(from), Vector::from(to), 6, [None, None], false);
+        sketch.clamp(branch, true);
+    }
+    let mut sample = sketch.build(&registry());
+    sample.network.contact.cables = true;
+    // Something thick far away: so pairs are watched that are farther apart than twice what these two are thick.
+    for (branch, diameter) in sample.network.branches.iter_mut().zip([0.01, 0.01, 0.1]) {
+        branch.section.diameter = diameter;
+    }
+    let upper = sample.network.branches[1].points.clone();
+    let mut touching = sample.state.clone();
+    touching.points[upper.clone()].iter_mut().for_each(|x| x.z -= 0.012);
+    let mut problem = sample.problem();
+    problem.update_contacts(&touching, &mut Rounds::default());
+    let mut conditions = problem.conditions().clone();
+    assert!(!conditions.contact.marks.is_empty(), "they touch");
+    for mark in &mut conditions.contact.marks {
+        mark.multiplier *= 20.0;
+    }
+    sample.conditions = conditions;
+    sample.state.points[upper].iter_mut().for_each(|x| x.z += 0.005);
+    check_gathered("pushed from afar", &sample);
+}
+
 /// Cables that took hold of each other before they moved to where [`shaken`] has them: not far, so that all stick, or so that all slip.
 fn rubbing(offset: f64, hub: bool, moved: f64) -> Sample {
     let mut sample = crossed(offset, hub);
     sample.network.contact.friction = 0.3;
+    // Friction no stiffer than contact: what sticks does so all the way that differences go.
+    sample.network.branches.iter_mut().for_each(|branch| branch.section.axial_stiffness = 1.0);
     let (mut rng, mut step) = (fastrand::Rng::with_seed(3), Tangent::zeros(&sample.network));
     for (x, q) in step.points.iter_mut().zip(&mut step.frames) {
         *x = random_vector(&mut rng, moved);

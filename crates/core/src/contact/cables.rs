@@ -3,18 +3,21 @@
 //! A spot is kept as far from the centre line of another cable as both radii together; its nearest place there is looked for anew with every
 //! evaluation, so nothing but friction keeps the two from sliding along each other. Every cable has spots, so both of a pair are looked after.
 //! Parts of the harness that are less than [`APART`] radii from each other along the cable do not count. Where cables overlap when a run
-//! begins (arms that leave a joint side by side), they are let overlap so far, until they have come apart.
+//! begins (arms that leave a joint side by side), they are let overlap so far, until they have come apart; where fixings hold them in each other
+//! ([`super::held`]), as long as they do.
 
+use super::held::HeldOverlap;
 use super::{Against, COMING, Contact, DEPTH, Mark, Spot, Touched, Turning, marks_of, position, pushed};
 use crate::network::{BranchEnd, next_id};
 use crate::problem::{Problem, Variable};
+use crate::rotation::orthogonal;
 use crate::{Matrix, Network, State, Vector};
 use serde::{Deserialize, Serialize};
 use std::collections::{BTreeSet, HashMap};
 
 /// Distance along the harness, in sums of both radii, below which it does not touch itself: beyond it a cable that bends no more sharply than
 /// its own radius allows cannot.
-const APART: f64 = 2.5;
+pub(super) const APART: f64 = 2.5;
 /// Pairs are watched that are nearer than their radii and so many times the largest radius.
 const MARGIN: f64 = 2.0;
 /// Pairs are in the pattern of the matrix that are nearer than so many sums of both radii: more than those that may come to touch with a step.
@@ -23,6 +26,8 @@ const COUPLED: f64 = 2.0;
 const CROSSING: f64 = 4.0 * DEPTH;
 /// None is put nearer to another one than this share of the distance between its neighbours.
 const NEAR_SPOT: f64 = 0.02;
+/// Distance between centre lines, in sums of both radii, below which the curvature of the distance is that at it: it has no bound.
+const COINCIDENT: f64 = 1e-6;
 /// Square of the sine of the angle below which pieces count as parallel.
 const PARALLEL: f64 = 1e-3;
 
@@ -61,6 +66,8 @@ pub(crate) struct Cables {
     /// How far any has gone since, m: nothing came nearer to anything than by twice that.
     moved: f64,
     pub(super) pairs: Vec<Pair>,
+    /// Where fixings hold cables in each other.
+    pub(super) held: Vec<HeldOverlap>,
     /// Pairs of segments, by branch and segment, that second derivatives may couple.
     pattern: BTreeSet<[(usize, usize); 2]>,
     /// Their variables.
@@ -86,6 +93,11 @@ impl Cables {
         }
         let between = (0..ways.len()).map(|joint| near_joints(&ways, joint, reach)).collect();
         Self { between, largest_radius, longest_segment, ..Self::default() }
+    }
+
+    /// Radius of the thickest branch, m.
+    pub(super) fn largest_radius(&self) -> f64 {
+        self.largest_radius
     }
 
     /// Pairs must be looked for anew.
@@ -128,7 +140,7 @@ impl Problem<'_> {
     }
 
     /// Distance along the harness between a place of one branch and one of another, m; infinite where it is far.
-    fn along(&self, (a, s): (usize, f64), (b, t): (usize, f64)) -> f64 {
+    pub(super) fn along(&self, (a, s): (usize, f64), (b, t): (usize, f64)) -> f64 {
         if a == b {
             return (s - t).abs();
         }
@@ -230,18 +242,21 @@ impl Problem<'_> {
         }
     }
 
-    /// Makes sure that what touches at `state`, or may come to, is in the pattern of the matrix.
+    /// Makes sure that what touches at `state`, or may come to, is in the pattern of the matrix, however far apart it is: a multiplier pushes
+    /// on at any distance that it was large enough for.
     pub(super) fn couple_contacts<'c>(&mut self, state: &State, contacts: impl IntoIterator<Item = &'c Contact>) {
         let known = &self.contacts.cables.pattern;
-        let missing = contacts.into_iter().any(|contact| match contact.against {
+        let pair = |contact: &Contact| match contact.against {
             Against::Cable { branch, segment } => {
                 let spot = &self.contacts.spots[contact.spot as usize];
-                !known.contains(&[(spot.branch, spot.segment), (branch as usize, segment as usize)])
+                Some([(spot.branch, spot.segment), (branch as usize, segment as usize)])
             }
-            Against::Obstacle { .. } => false,
-        });
-        if missing {
-            let mut pattern = self.coupled(state);
+            Against::Obstacle { .. } => None,
+        };
+        let mut missing = contacts.into_iter().filter_map(pair).filter(|pair| !known.contains(pair)).peekable();
+        if missing.peek().is_some() {
+            let mut pattern: BTreeSet<_> = missing.collect();
+            pattern.extend(self.coupled(state));
             pattern.extend(known);
             self.couple(pattern);
         }
@@ -300,12 +315,24 @@ impl Problem<'_> {
         (pair.segments.0..=pair.segments.1).map(to).fold(f64::INFINITY, f64::min)
     }
 
-    /// How near a spot may be to another cable, m.
-    fn least_distance(&self, pair: &Pair) -> f64 {
+    /// How near a spot may be to another cable, with which it has the radii `both` (m), as they overlapped from the beginning, m.
+    fn overlap_distance(&self, spot: u32, branch: u32, both: f64) -> f64 {
         let overlaps = &self.conditions.contact.overlaps;
-        let at = overlaps.partition_point(|o| (o.spot, o.branch) < (pair.spot, pair.branch));
-        let own = overlaps.get(at).filter(|o| (o.spot, o.branch) == (pair.spot, pair.branch));
-        own.map_or(pair.both, |overlap| overlap.distance.min(pair.both))
+        let at = overlaps.partition_point(|o| (o.spot, o.branch) < (spot, branch));
+        let own = overlaps.get(at).filter(|o| (o.spot, o.branch) == (spot, branch));
+        own.map_or(both, |overlap| overlap.distance.min(both))
+    }
+
+    /// How near a spot may be to a segment (index of the branch and its own) of another cable, m.
+    fn least_distance(&self, state: &State, spot: u32, (branch, segment): (u32, u32), both: f64) -> f64 {
+        let least = self.overlap_distance(spot, branch, both);
+        let held = self.distance_beside_held(state, spot, (branch as usize, segment as usize), both);
+        held.map_or(least, |held| held.min(least))
+    }
+
+    /// Whether a spot and a segment were drawn or are held on top of each other: then they have no sides to change.
+    fn may_coincide(&self, state: &State, spot: u32, of: (u32, u32), both: f64) -> bool {
+        self.least_distance(state, spot, of, both) < COINCIDENT * both
     }
 
     /// Adds to `found` every spot that touches another cable at `state`, in order; returns the energy, J, but for what multipliers of marks
@@ -327,8 +354,8 @@ impl Problem<'_> {
             let spot = &self.contacts.spots[pair.spot as usize];
             let x = position(self.network, state, spot);
             let first = self.contacts.penalties[spot.branch];
-            let radius = self.least_distance(pair);
             let marks = marks_of(&self.conditions.contact.marks, pair.spot);
+            let least = self.overlap_distance(pair.spot, pair.branch, pair.both);
             for segment in pair.segments.0..=pair.segments.1 {
                 let against = Against::Cable { branch: pair.branch, segment };
                 let mark = marks.iter().find(|mark| mark.against == against);
@@ -338,13 +365,16 @@ impl Problem<'_> {
                 let (from, to) = (self.node(state, b, j), self.node(state, b, j + 1));
                 let (share, place) = nearest_on(&x, &from, &to);
                 let distance = (x - place).norm();
+                let held = self.distance_beside_held(state, pair.spot, (b, j), pair.both);
+                let radius = held.map_or(least, |held| held.min(least));
                 let gap = distance - radius;
                 let (e, force) = pushed(gap, lambda, rho);
                 energy += e + 0.5 * lambda * lambda / rho;
                 if force == 0.0 && gap > COMING * radius {
                     continue;
                 }
-                let normal = (x - place) / distance;
+                // Centre lines on top of each other: any way apart is as good.
+                let normal = if distance > 0.0 { (x - place) / distance } else { orthogonal(&(to - from).normalize()) };
                 let mut across = Matrix::identity() - normal * normal.transpose();
                 let turning = (share > 0.0 && share < 1.0).then(|| {
                     let length = (to - from).norm();
@@ -360,7 +390,7 @@ impl Problem<'_> {
                     gap,
                     radius,
                     normal,
-                    curvature: across / distance,
+                    curvature: across / distance.max(COINCIDENT * radius),
                     force: lambda - rho * gap,
                     penalty: rho,
                 };
@@ -376,8 +406,8 @@ impl Problem<'_> {
         let spot = self.contacts.spots[pair.spot as usize];
         let at = |share: f64| position(self.network, state, &Spot { share, ..spot });
         let (p, d) = (at(spot.share), at(next) - at(spot.share));
-        let radius = self.least_distance(pair);
         for segment in pair.segments.0..=pair.segments.1 {
+            let radius = self.least_distance(state, pair.spot, (pair.branch, segment), pair.both);
             let (b, j) = (pair.branch as usize, segment as usize);
             let (q, e) = (self.node(state, b, j), self.node(state, b, j + 1) - self.node(state, b, j));
             // Where p + t d and q + s e are nearest to each other.
@@ -404,7 +434,7 @@ impl Problem<'_> {
         for pair in &self.contacts.cables.pairs {
             let x = position(self.network, state, &self.contacts.spots[pair.spot as usize]);
             let distance = self.distance(state, pair, &x);
-            if distance >= self.least_distance(pair) {
+            if distance >= pair.both {
                 continue;
             }
             match overlaps.last_mut() {
@@ -463,7 +493,9 @@ impl Problem<'_> {
             let start = self.network.branches[pair.branch as usize].points.start;
             let points = start + pair.segments.0 as usize..=start + pair.segments.1 as usize + 1;
             let way = points.map(|i| (moved(i) - own).norm()).fold(0.0, f64::max);
-            if way >= SAFE * distance {
+            let segments = || (pair.segments.0..=pair.segments.1).map(|segment| (pair.branch, segment));
+            let coincides = |of| self.may_coincide(from, pair.spot, of, pair.both);
+            if way >= SAFE * distance && !segments().any(coincides) {
                 free = free.min(SAFE * distance / way);
             }
         }
@@ -490,10 +522,11 @@ impl Problem<'_> {
             }
         }
         let mut free = 1.0_f64;
-        for spot in &self.contacts.spots {
+        for (index, spot) in self.contacts.spots.iter().enumerate() {
             let (x, end) = (position(network, from, spot), position(network, to, spot));
             let home = key(&x);
-            let s: f64 = network.branches[spot.branch].rod.mesh().rest_lengths[..spot.segment].iter().sum();
+            let lengths = &network.branches[spot.branch].rod.mesh().rest_lengths;
+            let s = lengths[..spot.segment].iter().sum::<f64>() + lengths[spot.segment] * spot.share;
             for i in -1..=1 {
                 for j in -1..=1 {
                     for k in -1..=1 {
@@ -506,10 +539,13 @@ impl Problem<'_> {
                             if way < SAFE * distance {
                                 continue;
                             }
-                            let both =
-                                network.branches[spot.branch].section.diameter + network.branches[b].section.diameter;
-                            let t: f64 = network.branches[b].rod.mesh().rest_lengths[..j].iter().sum();
-                            if self.along((spot.branch, s), (b, t)) > APART * both {
+                            let diameters = [spot.branch, b].map(|b| network.branches[b].section.diameter);
+                            let both = 0.5 * (diameters[0] + diameters[1]);
+                            let lengths = &network.branches[b].rod.mesh().rest_lengths;
+                            let middle = lengths[..j].iter().sum::<f64>() + 0.5 * lengths[j];
+                            if self.along((spot.branch, s), (b, middle)) > APART * both + 0.5 * lengths[j]
+                                && !self.may_coincide(from, index as u32, (b as u32, j as u32), both)
+                            {
                                 free = free.min((SAFE * distance / way).max(LEAST));
                             }
                         }

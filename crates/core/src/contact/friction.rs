@@ -118,9 +118,11 @@ impl Problem<'_> {
         state.frames[self.network.branches[spot.branch].segment_frame(spot.segment)] * bond.lever
     }
 
-    /// Stiffness of a grip, N/m.
+    /// Stiffness of a grip, N/m: the penalty of the spot, and no less than the cable has along itself. Softer ones would spread the change from
+    /// what slips one way to what slips the other over more of the cable than a segment.
     fn hold(&self, mark: &Mark) -> f64 {
-        self.contacts.penalties[self.contacts.spots[mark.spot as usize].branch] * mark.penalty
+        let branch = self.contacts.spots[mark.spot as usize].branch;
+        (self.contacts.penalties[branch] * mark.penalty).max(self.contacts.holds[branch])
     }
 
     /// How friction holds a spot that touches, of which `known` is what was known. The place of an obstacle that it is bound to stays; on a

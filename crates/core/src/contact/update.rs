@@ -5,6 +5,7 @@ use super::{Against, BETWEEN, Contact, DEPTH, Mark, Spot, marks_of, position};
 use crate::problem::{Conditions, Problem};
 use crate::{State, Vector};
 use nalgebra::{DMatrix, DVector};
+use std::collections::BTreeSet;
 
 /// Where an update leaves more than this share of the largest depth, penalties are raised.
 const SHRINKS: f64 = 0.5;
@@ -83,6 +84,28 @@ pub struct Touching {
     pub depth: f64,
 }
 
+/// A place where contact is not met.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct UnmetContact {
+    /// Index of the branch.
+    pub branch: usize,
+    /// Arc length, m.
+    pub s: f64,
+    /// What it touches.
+    pub against: Against,
+    /// What is wrong.
+    pub lack: Lack,
+}
+
+/// What is wrong with a contact.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Lack {
+    /// It is so deep, m; where that is negative it pushes from so far away.
+    Depth(f64),
+    /// Friction goes by a normal force that is so far from the one that is there, N.
+    Friction(f64),
+}
+
 impl Problem<'_> {
     /// How far contact is from being met at `state`, in units of what is let pass: 1 or less is met. `None` where nothing can touch.
     pub fn contact_unmet(&mut self, state: &State) -> Option<f64> {
@@ -90,22 +113,54 @@ impl Problem<'_> {
             return None;
         }
         self.find_contacts(state);
-        let marks = &self.conditions.contact.marks;
         let mut worst = 0.0_f64;
-        let mut rubbing = 0.0_f64;
-        for contact in &self.contacts.found {
-            worst = worst.max(contact.gap.abs() / (DEPTH * contact.radius));
-            if self.friction(contact.against) > 0.0 {
+        self.for_unmet(|value, _, _, _| worst = worst.max(value));
+        Some(worst)
+    }
+
+    /// Where contact is furthest from being met at `state`, if it is not.
+    pub fn worst_contact(&mut self, state: &State) -> Option<UnmetContact> {
+        if self.contacts.is_idle() {
+            return None;
+        }
+        self.find_contacts(state);
+        let mut worst: Option<(f64, u32, Against, Lack)> = None;
+        self.for_unmet(|value, spot, against, lack| {
+            if value > worst.map_or(1.0, |worst| worst.0) {
+                worst = Some((value, spot, against, lack));
+            }
+        });
+        worst.map(|(_, spot, against, lack)| {
+            let Spot { branch, segment, share } = self.contacts.spots[spot as usize];
+            let lengths = &state.rest_lengths[self.network.branches[branch].points.start..];
+            let s = lengths[..segment].iter().sum::<f64>() + lengths[segment] * share;
+            UnmetContact { branch, s, against, lack }
+        })
+    }
+
+    /// Shows how far everything that touches is from being met, where contacts were found last, in units of what is let pass.
+    fn for_unmet(&self, mut see: impl FnMut(f64, u32, Against, Lack)) {
+        let marks = &self.conditions.contact.marks;
+        let found = &self.contacts.found;
+        let largest = found.iter().map(|c| c.force).fold(0.0, f64::max);
+        for contact in found {
+            let Contact { spot, against, gap, .. } = *contact;
+            see(gap.abs() / (DEPTH * contact.radius), spot, against, Lack::Depth(-gap));
+            if self.friction(against) > 0.0 {
                 let grip = self.mark_of(marks, contact).and_then(|mark| mark.grip);
                 let off = (grip.map_or(0.0, |grip| grip.force) - contact.force).abs();
-                rubbing = rubbing.max(off / SETTLED);
+                see(off / (SETTLED * largest), spot, against, Lack::Friction(off));
             }
         }
-        let largest = self.contacts.found.iter().map(|c| c.force).fold(0.0, f64::max);
-        if largest > 0.0 {
-            worst = worst.max(rubbing / largest);
+        // Friction that still acts on a spot that has lost contact since its normal force was known: however small it is, nothing bears it.
+        let rubbing = marks.iter().filter_map(|mark| Some((mark, mark.grip.filter(|grip| grip.force > 0.0)?)));
+        let mut rubbing = rubbing.filter(|(mark, _)| self.friction(mark.against) > 0.0).peekable();
+        if rubbing.peek().is_some() {
+            let touching: BTreeSet<_> = found.iter().map(|contact| (contact.spot, contact.against)).collect();
+            for (mark, grip) in rubbing.filter(|(mark, _)| !touching.contains(&(mark.spot, mark.against))) {
+                see(f64::INFINITY, mark.spot, mark.against, Lack::Friction(grip.force));
+            }
         }
-        Some(worst)
     }
 
     fn mark_of<'m>(&self, marks: &'m [Mark], contact: &Contact) -> Option<&'m Mark> {
@@ -325,9 +380,8 @@ impl Problem<'_> {
         for contact in &self.contacts.found {
             let Some(o) = contact.against.obstacle().map(|o| o as usize) else { continue };
             let force = contact.normal * contact.force + self.drag_on(contact);
-            // The force acts where the surfaces meet.
-            let at = contact.position - contact.normal * contact.radius;
-            let lever = at - self.conditions.contact.poses[o].position;
+            // Friction on an obstacle acts on the centre line, the push along its normal on all that is below.
+            let lever = contact.position - self.conditions.contact.poses[o].position;
             all[o].force += force;
             all[o].moment += lever.cross(&force);
             all[o].spots += 1;

@@ -158,8 +158,8 @@ impl Driver<'_, '_> {
         }
         self.problem.update_held(&self.state);
         self.problem.place_held(&mut self.state);
-        self.problem.gradient(&self.state, &mut self.certifier.gradient);
         self.problem.note_overlaps(&self.state);
+        self.problem.gradient(&self.state, &mut self.certifier.gradient);
         let mut settle = Settle::new(&self.problem);
         settle.settle(&mut self.problem, &mut self.state, &self.certifier.gradient, 0.0);
         let status = self.solve();
