@@ -10,7 +10,7 @@
 //! | `reaction-force`, `reaction-moment` | `constraint`, `value`, N or N m; `part = "z"`: the component along z alone |
 //! | `energy` | `part` (`total`, `bend`, …), `value`, J |
 //! | `twist` | `branch`, `value`, turns |
-//! | `stable` | `value`: what the flag says |
+//! | `stable` | `value`: what the flag says, true, false or "neutral" |
 //! | `unstable` | `branch`, `s`, `value`, m: the flag says so, or the node is further than `tolerance` from where it would balance |
 //! | `same-shape` | `branch` is `as = { branch, from }` at every node, counted from its end if `reversed`, its coordinates times `scale` plus `shift`; `inner`: its two ends left out |
 //! | `operation` | `constraint` that was mated, clipped or grasped or is the first that was carried; `part`: `force` (N), `s` or `reach` (m); `value` |
@@ -173,7 +173,11 @@ fn fault(end: &StepResult, kind: &str, check: &Value, slack: f64) -> Result<Opti
     let tolerance = slack * check.get("tolerance").and_then(number).unwrap_or(0.0);
     let found: Vec<f64> = match kind {
         "stable" => {
-            let wanted = check.get("value").and_then(Value::as_bool);
+            // What is neither stable nor unstable is no value of TOML.
+            let wanted = match check.get("value") {
+                Some(Value::String(word)) if word == "neutral" => None,
+                value => Some(value.and_then(Value::as_bool).ok_or("no `value`")?),
+            };
             return Ok((end.stable != wanted).then(|| format!("{:?} instead of {wanted:?}", end.stable)));
         }
         "unstable" => {

@@ -268,6 +268,11 @@ impl Contacts {
         contacts
     }
 
+    /// Index of the branch that a mark is on.
+    pub(crate) fn branch_of(&self, mark: &Mark) -> usize {
+        self.spots[mark.spot as usize].branch
+    }
+
     /// Whether there is anything to touch.
     fn is_idle(&self) -> bool {
         self.spots.is_empty()

@@ -124,7 +124,8 @@ pub struct StepResult {
     /// Of the whole harness, the bend nearest to its limit, or furthest beyond it; where no branch has a limit, the one of least
     /// radius. `None` where everything is straight.
     pub min_bend_radius: Option<TightestBend>,
-    /// Whether the equilibrium is stable; `None` where it was not determined.
+    /// Whether the equilibrium is stable; `None` where that cannot be told: a motion of it costs nothing (or nothing above round-off), a
+    /// dead moment acts, or it is not one.
     pub stable: Option<bool>,
     /// How it was found.
     pub minimiser: MinimiserResult,
@@ -482,6 +483,9 @@ pub struct MinimiserResult {
     pub seconds: f64,
     /// Largest residual force (and moment) relative to its scale, from the certificate.
     pub force_residual: f64,
+    /// By how much the next Newton step would move a node at most, m: an estimate of how far the shape is from the equilibrium of the mesh;
+    /// none where the second derivatives were not looked at.
+    pub shape_error: Option<f64>,
     /// How far equations and inequalities of constraints are from being met at most, in units of their scales; none where there are none.
     pub constraint_residual: Option<f64>,
 }

@@ -30,6 +30,7 @@ pub mod problem;
 pub mod registry;
 pub mod rod;
 pub mod rotation;
+pub mod scales;
 pub mod section;
 pub mod sliding;
 pub mod state;

@@ -2,12 +2,13 @@
 //! freedoms the fixings leave.
 
 use crate::constraint::{Action, RotationHold};
-use crate::contact::{ContactState, Contacts};
+use crate::contact::{Against, ContactState, Contacts};
 use crate::equilibrium::Energy;
 use crate::fixings::{Block, Exerted, FixingState, Room};
 use crate::network::WORTHWHILE;
 use crate::rod::{BranchHessian, BranchShape};
 use crate::rotation::{columns, shortest};
+use crate::scales::{LocalScale, LocalScales, rigidity};
 use crate::sliding::{ActiveSlide, LengthTerms, Sliding};
 use crate::{Matrix, Network, Pose, Rotation, State, Tangent, Vector};
 use serde::{Deserialize, Serialize};
@@ -81,18 +82,6 @@ impl Hessian {
     }
 }
 
-/// Forces and moments that are "one" for a problem; residuals are relative to them.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Scales {
-    /// N: the largest of the weights of the branches and joints, the dead forces, the forces known to push where cables touch something, and EI/L²
-    /// with the stiffest section and the longest branch.
-    pub force: f64,
-    /// N m: the force scale times the longest branch, or the largest dead moment.
-    pub moment: f64,
-    /// m: the longest branch.
-    pub length: f64,
-}
-
 /// A network under conditions.
 pub struct Problem<'n> {
     /// The harness.
@@ -123,6 +112,11 @@ pub struct Problem<'n> {
     /// A fixing that has said what is not finite of a harness that is.
     pub(crate) odd: Option<usize>,
     pub(crate) contacts: Contacts,
+    /// Scales of the branches without weight and contact.
+    pub(crate) rigidity: Vec<LocalScale>,
+    pub(crate) local: LocalScales,
+    /// What the energy was summed up from in the last gradient, each part without its sign, J.
+    pub(crate) magnitude: f64,
 }
 
 impl<'n> Problem<'n> {
@@ -148,6 +142,9 @@ impl<'n> Problem<'n> {
             fixing_room: Room::default(),
             penalty_unit: 0.0,
             odd: None,
+            rigidity: rigidity(network),
+            local: LocalScales::default(),
+            magnitude: 0.0,
         };
         problem.lump_dead_loads();
         problem.find_slides();
@@ -244,28 +241,6 @@ impl<'n> Problem<'n> {
         }
     }
 
-    /// What residuals are measured by.
-    pub fn scales(&self) -> Scales {
-        let g = self.conditions.gravity.norm();
-        let (mut force, mut length, mut stiffness, mut moment) = (0.0_f64, 0.0_f64, 0.0_f64, 0.0_f64);
-        for branch in &self.network.branches {
-            let l = branch.rod.mesh().length();
-            force = force.max(g * branch.section.linear_density * l);
-            length = length.max(l);
-            stiffness = stiffness.max(branch.section.bend_diagonal().max());
-        }
-        for joint in &self.network.joints {
-            force = force.max(g * joint.mass);
-        }
-        for (load, factor) in self.network.loads.iter().zip(&self.conditions.load_factors) {
-            force = force.max(load.force.norm() * factor.abs());
-            moment = moment.max(load.moment.norm() * factor.abs());
-        }
-        force = force.max(stiffness / (length * length));
-        force = self.conditions.contact.marks.iter().map(|mark| mark.multiplier).fold(force, f64::max);
-        Scales { force, moment: moment.max(force * length), length }
-    }
-
     /// Energy by effect, J.
     pub fn energy(&mut self, state: &State) -> Energy {
         let mut energy = Energy::default();
@@ -313,13 +288,18 @@ impl<'n> Problem<'n> {
         // In this order, whoever was done first: the sum is the same for any number of threads.
         energy += energies.iter().sum::<f64>();
         self.energies = energies;
+        let mut magnitude = energy;
         for ((g, x), f) in gradient.points.iter_mut().zip(&state.points).zip(&self.dead) {
             *g -= f;
-            energy -= f.dot(x);
+            let work = f.dot(x);
+            energy -= work;
+            magnitude += work.abs();
         }
         self.for_moving_weights(state, |point, force| {
             gradient.points[point] -= force;
-            energy -= force.dot(&state.points[point]);
+            let work = force.dot(&state.points[point]);
+            energy -= work;
+            magnitude += work.abs();
         });
         if !self.network.slides.is_empty() {
             energy += self.slide_gradient(state, gradient);
@@ -345,7 +325,9 @@ impl<'n> Problem<'n> {
             *force = gradient.points[tie.point];
         }
         self.network.pull_back(state, gradient);
-        energy + self.fixing_gradient(state, gradient)
+        let fixings = self.fixing_gradient(state, gradient);
+        self.magnitude = magnitude + fixings.abs();
+        energy + fixings
     }
 
     /// Energies and gradients of as many branches as `energies` has room for, from `first` on; `points` and `frames` begin with theirs.
@@ -413,7 +395,7 @@ impl<'n> Problem<'n> {
         &self.held
     }
 
-    /// Finds the held directions at `state`. Allocates only when there are more of them than ever before.
+    /// Finds the held directions at `state`, and what residuals are measured by. Allocates only when there are more of them than ever before.
     pub fn update_held(&mut self, state: &State) {
         let mut held = std::mem::take(&mut self.held);
         held.clear();
@@ -473,6 +455,19 @@ impl<'n> Problem<'n> {
         self.held = held;
         self.note_held_near();
         self.update_room(state);
+        self.update_local_scales();
+    }
+
+    fn update_local_scales(&mut self) {
+        let pushes = self.conditions.contact.marks.iter().flat_map(|mark| {
+            let other = match mark.against {
+                Against::Cable { branch, .. } => Some(branch as usize),
+                Against::Obstacle { .. } => None,
+            };
+            let own = self.contacts.branch_of(mark);
+            [Some(own), other].into_iter().flatten().map(|b| (b, mark.multiplier))
+        });
+        self.local.find(self.network, &self.rigidity, self.conditions.gravity.norm(), pushes);
     }
 
     /// The orientation a fixing gives a station that is at `q`: its target, but for what it leaves free.
@@ -564,14 +559,6 @@ impl<'n> Problem<'n> {
         moves
     }
 
-    /// Largest force of a free gradient relative to the force scale, or moment relative to the moment scale,
-    /// whichever is larger; NaN if one is.
-    pub fn residual(&self, free: &Tangent, scales: &Scales) -> f64 {
-        let largest = |all: &[Vector]| all.iter().map(Vector::norm_squared).fold(0.0, nan_max).sqrt();
-        let sliding = free.slides.iter().fold(0.0, |a, g| nan_max(a, g.abs()));
-        nan_max(nan_max(largest(&free.points), sliding) / scales.force, largest(&free.frames) / scales.moment)
-    }
-
     /// Removes the held directions from a gradient: what is left must vanish.
     pub fn free_part(&self, gradient: &mut Tangent) {
         for h in &self.held {
@@ -635,11 +622,6 @@ pub(crate) fn lever_hessian(q: &Rotation, force: &Vector, offset: &Vector) -> Ma
     let f = q.inverse_transform_vector(force);
     let outer = f * offset.transpose();
     (outer + outer.transpose()) * 0.5 - Matrix::identity() * f.dot(offset)
-}
-
-/// Maximum that keeps NaN.
-fn nan_max(a: f64, b: f64) -> f64 {
-    if a.is_nan() || a >= b { a } else { b }
 }
 
 /// Adds a held direction to a variable, unless it is held already.

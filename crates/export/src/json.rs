@@ -547,6 +547,9 @@ struct Minimiser<'a> {
     factorisations: usize,
     seconds: Number,
     force_residual: Number,
+    /// m; see [`MinimiserResult::shape_error`].
+    #[serde(skip_serializing_if = "Option::is_none")]
+    shape_error: Option<Number>,
     #[serde(skip_serializing_if = "Option::is_none")]
     constraint_residual: Option<Number>,
 }
@@ -566,6 +569,7 @@ impl<'a> Minimiser<'a> {
             factorisations: minimiser.factorisations,
             seconds: Number(minimiser.seconds),
             force_residual: Number(minimiser.force_residual),
+            shape_error: minimiser.shape_error.map(Number),
             constraint_residual: minimiser.constraint_residual.map(Number),
         }
     }

@@ -186,7 +186,7 @@ impl GpuMinimiser {
         problem.place_held(state);
         problem.gradient(state, &mut ws.gradient);
         problem.free_part(&mut ws.gradient);
-        let residual = problem.residual(&ws.gradient, &scales);
+        let residual = problem.residual(&ws.gradient);
         let ended = |outcome: Outcome| control.outcome == outcome as u32;
         let status = match () {
             () if !residual.is_finite() => Status::Failed,

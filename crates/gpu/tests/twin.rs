@@ -132,7 +132,7 @@ fn twins_compute_what_the_problem_does() {
             let control = &memory.control[0];
             let near = |a: f64, b: f64| (a - b).abs() <= 1e-13 * a.abs().max(b.abs());
             assert!(near(control.trial_energy, energy), "{name}: {} J and {energy} J", control.trial_energy);
-            let residual = problem.residual(&gradient, &scales);
+            let residual = problem.residual(&gradient);
             assert!(near(control.trial_residual, residual), "{name}: {} and {residual}", control.trial_residual);
         }
     }
@@ -152,7 +152,7 @@ fn where_twins_come_to_rest_the_problem_does() {
         problem.update_held(&state);
         problem.gradient(&state, &mut gradient);
         problem.free_part(&mut gradient);
-        let residual = problem.residual(&gradient, &problem.scales());
+        let residual = problem.residual(&gradient);
         assert!(report.status == Status::Converged && residual <= 1e-9, "{name}: {residual:e}, {report:?}");
         work.push(report.iterations);
     }

@@ -13,12 +13,38 @@ use wireloom_core::{State, Tangent, Vector};
 /// Curvatures of S below this share of its largest are not trusted.
 const FLAT: f64 = 1e-10;
 
+/// Share of its largest term that S is known to: it is what is left of second derivatives of the size of EA/ℓ.
+const ROUND_OFF: f64 = 1e-12;
+
 /// Workspace of the border.
 #[derive(Default)]
 pub struct Border {
     hessian: SlideHessian,
     /// −A⁻¹ B.
     columns: Vec<Tangent>,
+    /// S, where [`Self::inertia`] looked at it.
+    schur: Option<SymmetricEigen<f64, nalgebra::Dyn>>,
+}
+
+/// Signs of a symmetric matrix's eigenvalues.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Inertia {
+    /// How many are negative.
+    pub negative: usize,
+    /// How many cannot be told from zero.
+    pub flat: usize,
+}
+
+impl Inertia {
+    /// Whether all are positive.
+    pub fn is_positive(self) -> bool {
+        self.negative + self.flat == 0
+    }
+
+    /// Whether none is negative.
+    pub fn is_not_negative(self) -> bool {
+        self.negative == 0
+    }
 }
 
 impl Border {
@@ -47,17 +73,41 @@ impl Border {
         Some(SymmetricEigen::new(DMatrix::from_fn(count, count, |i, k| 0.5 * (entry(i, k) + entry(k, i)))))
     }
 
-    /// Number of directions in the arc lengths along which the energy falls, points and frames following.
-    pub fn negative(
+    /// Signs of the eigenvalues of S; those that cannot be told from the round-off of its terms are flat.
+    pub fn inertia(
         &mut self,
         matrix: &BlockMatrix,
         problem: &mut Problem<'_>,
         state: &State,
         gradient: &Tangent,
         rhs: &mut [Vector],
-    ) -> usize {
-        let schur = self.schur(matrix, problem, state, gradient, rhs);
-        schur.map_or(0, |schur| schur.eigenvalues.iter().filter(|e| **e < 0.0).count())
+    ) -> Inertia {
+        self.schur = self.schur(matrix, problem, state, gradient, rhs);
+        let Some(schur) = &self.schur else { return Inertia::default() };
+        let zero = ROUND_OFF * self.hessian.own.iter().fold(0.0_f64, |a, d| a.max(d.abs()));
+        let count = |is: fn(f64, f64) -> bool| schur.eigenvalues.iter().filter(|e| is(**e, zero)).count();
+        Inertia { negative: count(|e, zero| e < -zero), flat: count(|e, zero| e.abs() <= zero) }
+    }
+
+    /// Forgets the eigenvalues found last.
+    pub fn forget(&mut self) {
+        self.schur = None;
+    }
+
+    /// The direction of the least eigenvalue found last, points and frames following. Returns whether it is negative.
+    pub fn negative_direction(&self, step: &mut Tangent) -> bool {
+        let Some(schur) = &self.schur else { return false };
+        let least = schur.eigenvalues.imin();
+        if schur.eigenvalues[least] >= 0.0 {
+            return false;
+        }
+        step.clear();
+        for (k, &slide) in self.hessian.running.iter().enumerate() {
+            let sigma = schur.eigenvectors[(k, least)];
+            step.add_scaled(sigma, &self.columns[k]);
+            step.slides[slide] = sigma;
+        }
+        true
     }
 
     /// Turns `step`, which is u₀, into the step of everything. Where S is not positive its directions are turned over, so that the

@@ -10,12 +10,12 @@
 
 use crate::judge::{Judge, Verdict};
 use crate::line_search::{self, Wolfe};
-use crate::newton::{LARGEST_TURN, SETTLED_SHARE, SMALL_TURN};
+use crate::newton::{LARGEST_TURN, SMALL_TURN, settled_force};
 use crate::precondition::{Metric, Preconditioner};
 use crate::settle::Settle;
 use crate::transport::{carry, slope};
 use wireloom_core::minimiser::{Minimiser, Report, Status, Stop};
-use wireloom_core::problem::{Problem, Scales};
+use wireloom_core::problem::Problem;
 use wireloom_core::registry::{Form, MinimiserKind, Parameter, Parameters, Quantity, Value};
 use wireloom_core::{Network, State, Tangent, Vector};
 
@@ -202,10 +202,10 @@ impl Workspace {
         problem.update_held(state);
     }
 
-    fn residual(&mut self, problem: &Problem<'_>, scales: &Scales) -> f64 {
+    fn residual(&mut self, problem: &Problem<'_>) -> f64 {
         self.free.copy_from(&self.gradient);
         problem.free_part(&mut self.free);
-        problem.residual(&self.free, scales)
+        problem.residual(&self.free)
     }
 
     /// The next direction, in `step`; gives the slope along it.
@@ -296,9 +296,10 @@ fn descend(
     let metric = choices.metric == Metric::Hessian;
     let patience = STALLED_AFTER[usize::from(!metric)];
     (ws.evaluations, ws.preconditioner.factorisations) = (0, 0);
-    let scales = problem.scales();
-    ws.settled_force = SETTLED_SHARE * stop.force_tolerance * scales.force;
+    let length = problem.scales().length;
     problem.update_held(state);
+    ws.settled_force = settled_force(problem, stop);
+    ws.preconditioner.weigh(problem);
     let moves = problem.motion(state, &mut ws.motion);
     let mut report = Report {
         status: Status::Failed,
@@ -324,8 +325,8 @@ fn descend(
     // Iterations since the metric was taken: none was yet.
     let mut age = choices.refresh;
     let mut last = None;
-    let mut judge = Judge::new(stop, scales, patience);
-    judge.begin(ws.residual(problem, &scales));
+    let mut judge = Judge::new(stop, patience);
+    judge.begin(ws.residual(problem));
     report.status = loop {
         if let Verdict::Over(status) = judge.verdict(report.iterations) {
             break status;
@@ -342,11 +343,11 @@ fn descend(
         if !first_slope.is_finite() {
             break Status::Failed;
         }
-        let noise = judge.noise(energy);
+        let noise = problem.energy_noise(&ws.gradient);
         let first = match last {
             _ if metric || (method.knows_lengths() && !method.is_blank()) => 1.0,
             Some((alpha, slope)) => alpha * slope / first_slope,
-            None => (FIRST_MOVE * scales.length / ws.largest_move()).min(1.0),
+            None => (FIRST_MOVE * length / ws.largest_move()).min(1.0),
         };
         let longest = ws.longest(problem, state);
         let wolfe = Wolfe { slope: choices.slope, noise };
@@ -376,7 +377,7 @@ fn descend(
         ws.before.copy_from(&ws.free);
         carry(&mut ws.before, &ws.step, alpha);
         ws.accept(problem, state);
-        judge.moved(turn, -first_slope > noise, ws.residual(problem, &scales));
+        judge.moved(turn, -first_slope > noise, ws.residual(problem));
         method.learn(&ws.step, alpha, &ws.free, &ws.before);
         age = if metric && alpha < SHORT { choices.refresh } else { age + 1 };
     };

@@ -171,6 +171,9 @@ pub fn watch(log: &mut EventLog, problem: &mut Problem<'_>, state: &State, end: 
         let unmet = unmet.map_or_else(String::new, |unmet| {
             format!("; equations of constraints are off by {unmet:.1e}, allowed {allowed:.1e}")
         });
+        let shape = end.minimiser.shape_error.map_or_else(String::new, |error| {
+            format!("; the next Newton step would move it by {:.1e} mm", 1e3 * error)
+        });
         let (place, contact) = problem.worst_contact(state).map_or_else(Default::default, |worst| {
             let (place, what) = contact_unmet(problem.network, &worst);
             (place, format!("; contact is not met: {what}"))
@@ -181,7 +184,7 @@ pub fn watch(log: &mut EventLog, problem: &mut Problem<'_>, state: &State, end: 
             value: Some(end.minimiser.force_residual),
             limit: Some(stop.force_tolerance),
             message: format!(
-                "not in balance: {}, residual {:.1e}, allowed {:.1e}{unmet}{contact}",
+                "not in balance: {}, residual {:.1e}, allowed {:.1e}{unmet}{shape}{contact}",
                 end.status.word(),
                 end.minimiser.force_residual,
                 stop.force_tolerance

@@ -8,6 +8,7 @@
 use crate::matrix::BlockMatrix;
 use crate::parts::Part;
 use crate::structure::{Pattern, Structure};
+use nalgebra::SymmetricEigen;
 use wireloom_core::{Matrix, Vector};
 
 /// `(P⁻¹, negative pivots)` of a symmetric 3 × 3 block, through `P = L D Lᵀ`.
@@ -130,6 +131,43 @@ impl BlockMatrix {
     pub fn factorise(&mut self) -> usize {
         let Structure { pattern, parts, .. } = &mut self.structure;
         eliminate(parts, pattern, &mut self.diagonal, &mut self.below)
+    }
+
+    /// A direction u with `uᵀ A u < 0`, in elimination order, after [`Self::factorise`]: the sum over the negative pivots of `L⁻ᵀ e`, each with
+    /// a largest entry of 1. Returns whether there is a negative pivot.
+    pub fn negative_direction(&self, u: &mut [Vector]) -> bool {
+        let mut one = vec![Vector::zeros(); u.len()];
+        let mut some = false;
+        u.fill(Vector::zeros());
+        for (p, inverse) in self.diagonal.iter().enumerate() {
+            if !inverse.iter().all(|x| x.is_finite()) {
+                continue;
+            }
+            let pivot = SymmetricEigen::new(*inverse);
+            for (_, d) in pivot.eigenvalues.iter().zip(pivot.eigenvectors.column_iter()).filter(|(e, _)| **e < 0.0) {
+                // The sign of an eigenvector is anybody's.
+                let d: Vector = d.into();
+                one.fill(Vector::zeros());
+                one[p] = d * d[d.iamax()].signum();
+                self.solve_transposed(&mut one[..=p]);
+                let largest = one[..=p].iter().map(Vector::amax).fold(0.0, f64::max);
+                u.iter_mut().zip(&one).for_each(|(u, one)| *u += one / largest);
+                some = true;
+            }
+        }
+        some
+    }
+
+    /// Solves `Lᵀ u = rhs` in place, for a right-hand side that is zero from its end on.
+    fn solve_transposed(&self, rhs: &mut [Vector]) {
+        let Pattern { starts, rows } = &self.structure.pattern;
+        for p in (0..rhs.len()).rev() {
+            for i in starts[p] as usize..starts[p + 1] as usize {
+                if let Some(later) = rhs.get(rows[i] as usize).copied() {
+                    rhs[p] -= self.below[i].tr_mul(&later);
+                }
+            }
+        }
     }
 
     /// Solves `L D Lᵀ u = rhs` in place.

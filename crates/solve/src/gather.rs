@@ -162,7 +162,8 @@ pub struct System {
     pub gather: Gather,
     /// The matrix.
     pub matrix: BlockMatrix,
-    /// See [`BlockMatrix::frame_weights`].
+    /// What a shift of each variable is multiplied by, in elimination order, N m: the rest length around a frame times the force scale of its
+    /// branch; 0 for points. See [`Self::weigh`].
     pub weights: Vec<f64>,
     /// Room for a right-hand side.
     pub rhs: Vec<Vector>,
@@ -176,16 +177,23 @@ impl System {
         Self {
             version,
             gather: Gather::new(problem.network, &matrix.structure),
-            weights: matrix.frame_weights(problem.network),
+            weights: vec![0.0; matrix.structure.len()],
             rhs: vec![Vector::zeros(); matrix.structure.len()],
             matrix,
         }
+    }
+
+    /// Finds the weights of shifts by the scales at hand ([`Problem::local_scales`]).
+    pub fn weigh(&mut self, problem: &Problem<'_>) {
+        let scales = problem.local_scales();
+        self.matrix.frame_weights(problem.network, |branch| scales[branch].force, &mut self.weights);
     }
 
     /// Gathers the second derivatives of `problem` at `state`, for which it becomes another one if other cables may touch now.
     pub fn fill(&mut self, problem: &Problem<'_>, state: &State, hessian: &Hessian) {
         if problem.contact_pattern().0 != self.version {
             *self = Self::new(problem);
+            self.weigh(problem);
         }
         self.gather.run(&mut self.matrix, problem.network, state, hessian);
     }

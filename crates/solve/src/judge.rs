@@ -2,14 +2,11 @@
 //! [`crate::certificate`].
 
 use wireloom_core::minimiser::{Status, Stop};
-use wireloom_core::problem::Scales;
 
 /// Turn (rad) of the last step above which a state in balance to the tolerance is not taken for resolved yet: it may be flat there.
 const LAST_TURN: f64 = 1e-3;
 /// Steps that such a state is given.
 const POLISHES: usize = 3;
-/// Decreases of the energy below this share of its magnitude are round-off.
-const ENERGY_NOISE: f64 = 1e-14;
 /// A residual above this share of the one before is no progress where the energy shows none.
 pub(crate) const PROGRESS: f64 = 0.5;
 
@@ -27,7 +24,6 @@ pub(crate) enum Verdict {
 /// Judges the states that a minimiser comes by.
 pub(crate) struct Judge {
     stop: Stop,
-    scales: Scales,
     /// Iterations without progress at round-off after which the state is called stalled.
     patience: usize,
     stalled: usize,
@@ -42,9 +38,9 @@ pub(crate) struct Judge {
 
 impl Judge {
     /// Nothing is known yet.
-    pub fn new(stop: &Stop, scales: Scales, patience: usize) -> Self {
+    pub fn new(stop: &Stop, patience: usize) -> Self {
         let (residual, least) = (f64::INFINITY, f64::INFINITY);
-        Self { stop: *stop, scales, patience, stalled: 0, polished: 0, last_turn: 0.0, residual, least }
+        Self { stop: *stop, patience, stalled: 0, polished: 0, last_turn: 0.0, residual, least }
     }
 
     /// The residual of the first state.
@@ -73,11 +69,6 @@ impl Judge {
         }
     }
 
-    /// What is round-off in energies like this one, J.
-    pub fn noise(&self, energy: f64) -> f64 {
-        ENERGY_NOISE * energy.abs().max(self.scales.force * self.scales.length)
-    }
-
     /// A step was taken that turned so far (rad), in which the energy went down by more than round-off or did not, to this residual.
     pub fn moved(&mut self, turn: f64, visible: bool, residual: f64) {
         self.stalled = if !visible && residual > PROGRESS * self.least { self.stalled + 1 } else { 0 };
@@ -98,7 +89,7 @@ mod tests {
 
     fn judge() -> Judge {
         let stop = Stop { force_tolerance: 1e-8, max_iterations: 10 };
-        Judge::new(&stop, Scales { force: 2.0, moment: 2.0, length: 3.0 }, 2)
+        Judge::new(&stop, 2)
     }
 
     #[test]
@@ -138,7 +129,5 @@ mod tests {
         assert_eq!(judge.verdict(10), Verdict::Over(Status::IterationLimit));
         judge.moved(0.1, true, f64::NAN);
         assert_eq!(judge.verdict(2), Verdict::Over(Status::Failed));
-        assert_eq!(judge.noise(-10.0), 1e-13);
-        assert_eq!(judge.noise(1.0), 6e-14);
     }
 }

@@ -4,7 +4,7 @@
 //! frame. [`structure`] orders the blocks by minimum degree, which on trees gives no fill at all; [`gather`]
 //! puts the parts' second derivatives into a [`matrix`], [`factor`] factorises it in place, [`newton`] walks downhill
 //! with it ([`lbfgs`] and [`ncg`] go by gradients), [`settle`] brings the points into balance after every step, [`border`] adds the arc
-//! lengths of fixings that slide, [`nested`] carries a start over from a coarse mesh, or from a neighbour in a sweep, [`changed`] to the same harness with other fixings, [`certificate`] grades the result, [`steps`]
+//! lengths of fixings that slide, [`nested`] carries a start over from a coarse mesh, or from a neighbour in a sweep, [`changed`] to the same harness with other fixings, [`certificate`] grades the result by forces and [`stability`] by second derivatives, [`steps`]
 //! carries out the assembly, [`hands`] one increment at a time, [`events`] keeps the log of what happened on the way.
 
 pub mod border;
@@ -31,6 +31,7 @@ mod plan;
 mod precondition;
 pub mod result;
 pub mod settle;
+pub mod stability;
 pub mod start;
 pub mod steps;
 pub mod structure;

@@ -1,6 +1,6 @@
 //! Second derivatives as a sparse block matrix: taking out what is held, right-hand sides and steps.
 
-use crate::structure::Structure;
+use crate::structure::{Structure, TIED};
 use wireloom_core::fixings::Block;
 use wireloom_core::problem::{Held, Problem, Variable};
 use wireloom_core::{Matrix, Network, State, Tangent, Vector};
@@ -80,32 +80,35 @@ impl BlockMatrix {
         }
     }
 
-    /// Rest length around each frame, m, in elimination order; 0 for points: what a shift is multiplied by.
-    pub fn frame_weights(&self, network: &Network) -> Vec<f64> {
-        let mut by_frame = vec![0.0; network.frames];
-        for branch in &network.branches {
-            let mesh = branch.rod.mesh();
+    /// Rest length around each frame (m) times the force of its branch (N), in elimination order; 0 for points: what a shift is multiplied
+    /// by. A hub has the sum of its arms.
+    pub fn frame_weights(&self, network: &Network, force: impl Fn(usize) -> f64, weights: &mut [f64]) {
+        let Structure { of_frame, .. } = &self.structure;
+        weights.fill(0.0);
+        for (b, branch) in network.branches.iter().enumerate() {
+            let (mesh, force) = (branch.rod.mesh(), force(b));
+            let of_frame = &of_frame[branch.frames.clone()];
+            let mut add = |frame: usize, length: f64| {
+                let tie = of_frame[frame].checked_sub(TIED).map(|t| &network.ties[t as usize]);
+                let place = tie.map_or(Some(of_frame[frame]), |tie| tie.hub_frame.map(|hub| self.structure.of_frame[hub]));
+                if let Some(place) = place {
+                    weights[place as usize] += force * length;
+                }
+            };
             for (c, lambda) in mesh.coupling_lengths.iter().enumerate() {
-                by_frame[branch.frames.start + c] += 0.5 * lambda;
-                by_frame[branch.frames.start + c + 1] += 0.5 * lambda;
+                add(c, 0.5 * lambda);
+                add(c + 1, 0.5 * lambda);
             }
             for (j, c) in mesh.segment_frames.iter().enumerate() {
-                by_frame[branch.frames.start + c] += 0.5 * mesh.rest_lengths[j];
+                add(*c, 0.5 * mesh.rest_lengths[j]);
             }
         }
-        for tie in &network.ties {
-            if let (Some(hub), Some(own)) = (tie.hub_frame, tie.frame) {
-                by_frame[hub] += by_frame[own] + tie.offset.norm();
+        for joint in &network.joints {
+            if let Some(hub) = joint.frame {
+                let levers = joint.arms.iter().zip(&joint.branches).map(|(arm, &b)| arm.offset.norm() * force(b));
+                weights[of_frame[hub] as usize] += levers.sum::<f64>();
             }
         }
-        self.structure
-            .variables
-            .iter()
-            .map(|variable| match variable {
-                Variable::Point(_) => 0.0,
-                Variable::Frame(c) => by_frame[*c],
-            })
-            .collect()
     }
 
     /// Adds `sigma` times the weight to the diagonal of every frame: enough of it makes the matrix positive
@@ -116,6 +119,15 @@ impl BlockMatrix {
             block[(0, 0)] += x;
             block[(1, 1)] += x;
             block[(2, 2)] += x;
+        }
+    }
+
+    /// Multiplies the diagonal by 1 + `share`, upward where the share is positive.
+    pub fn grow_diagonal(&mut self, share: f64) {
+        for block in &mut self.diagonal {
+            for k in 0..3 {
+                block[(k, k)] += share * block[(k, k)].abs();
+            }
         }
     }
 

@@ -15,8 +15,9 @@ use crate::judge::{Judge, PROGRESS, Verdict};
 use crate::settle::Settle;
 use wireloom_core::contact::Foresight;
 use wireloom_core::minimiser::{Minimiser, Report, Status, Stop};
-use wireloom_core::problem::{Hessian, Problem, Scales};
+use wireloom_core::problem::{Hessian, Problem};
 use wireloom_core::registry::MinimiserKind;
+use wireloom_core::scales::LocalScale;
 use wireloom_core::{State, Tangent, Vector};
 
 /// Largest turn (rad) of any frame in one line-search step; beyond it the quadratic model says nothing.
@@ -24,14 +25,14 @@ pub(crate) const LARGEST_TURN: f64 = 1.0;
 /// Largest turn (rad) of a step that counts as small: a linear prediction says something of what comes after it.
 pub(crate) const SMALL_TURN: f64 = 0.3;
 /// Share of the tolerance below which forces on points are not settled.
-pub(crate) const SETTLED_SHARE: f64 = 0.1;
-/// First shift of the frames' diagonal that is tried, per length of cable and in force scales; one tenth of it is none.
-pub(crate) const FIRST_SHIFT: f64 = 1e-6;
+const SETTLED_SHARE: f64 = 0.1;
+/// First shift of the frames' diagonal that is tried, in units of [`System::weights`]; one tenth of it is none.
+const FIRST_SHIFT: f64 = 1e-6;
 /// How many times larger the next shift is that is tried where the matrix is not positive definite yet.
 pub(crate) const RAISE: f64 = 8.0;
 /// By how much a shift is lowered after a step that it let succeed.
 const LOWER: f64 = 0.1;
-/// Shift, in force scales, at which a step that still does not lower the energy is given up.
+/// Shift at which a step that still does not lower the energy is given up.
 const LARGEST_SHIFT: f64 = 1e6;
 /// Share of the predicted decrease that a step must bring (Armijo).
 const ARMIJO: f64 = 1e-4;
@@ -125,11 +126,10 @@ impl Workspace {
     /// them positive definite, fixings being made convex before there is any. Returns that shift.
     fn assemble(&mut self, problem: &mut Problem<'_>, state: &State, mixed: bool, mut sigma: f64) -> f64 {
         problem.hessian(state, mixed.then_some(self.forces.as_slice()), &mut self.hessian);
-        let scales = problem.scales();
         let mut convex = false;
         while self.factorise(problem, state, sigma) > 0 && sigma.is_finite() {
             if std::mem::replace(&mut convex, true) || !problem.make_convex(state, &mut self.hessian) {
-                sigma = raised(sigma, RAISE, &scales);
+                sigma = raised(sigma, RAISE);
             }
         }
         sigma
@@ -255,19 +255,19 @@ impl Workspace {
         });
     }
 
-    fn residual(&mut self, problem: &Problem<'_>, scales: &Scales) -> f64 {
+    fn residual(&mut self, problem: &Problem<'_>) -> f64 {
         self.free.copy_from(&self.gradient);
         problem.free_part(&mut self.free);
-        problem.residual(&self.free, scales)
+        problem.residual(&self.free)
     }
 
     /// The residual at the trial.
-    fn trial_residual(&mut self, problem: &Problem<'_>, scales: &Scales) -> f64 {
+    fn trial_residual(&mut self, problem: &Problem<'_>) -> f64 {
         std::mem::swap(&mut self.gradient, &mut self.trial_gradient);
-        let residual = self.residual(problem, scales);
+        let residual = self.residual(problem);
         std::mem::swap(&mut self.gradient, &mut self.trial_gradient);
         // The slope goes by the free part of the gradient at the state.
-        self.residual(problem, scales);
+        self.residual(problem);
         residual
     }
 
@@ -306,9 +306,9 @@ impl Minimiser for Newton {
 /// See [`Minimiser::minimise`].
 fn descend(ws: &mut Workspace, problem: &mut Problem<'_>, state: &mut State, stop: &Stop) -> Report {
     (ws.factorisations, ws.evaluations) = (0, 0);
-    let scales = problem.scales();
-    ws.settled_force = SETTLED_SHARE * stop.force_tolerance * scales.force;
     problem.update_held(state);
+    ws.settled_force = settled_force(problem, stop);
+    ws.system.weigh(problem);
     let moving = problem.motion(state, &mut ws.motion);
     let mut report = Report {
         status: Status::Failed,
@@ -335,8 +335,8 @@ fn descend(ws: &mut Workspace, problem: &mut Problem<'_>, state: &mut State, sto
         energy = problem.gradient(state, &mut ws.gradient);
     }
     let mut sigma = 0.0_f64;
-    let mut judge = Judge::new(stop, scales, STALLED_AFTER);
-    judge.begin(ws.residual(problem, &scales));
+    let mut judge = Judge::new(stop, STALLED_AFTER);
+    judge.begin(ws.residual(problem));
     report.status = loop {
         match judge.verdict(report.iterations) {
             Verdict::Over(status) => break status,
@@ -350,7 +350,7 @@ fn descend(ws: &mut Workspace, problem: &mut Problem<'_>, state: &mut State, sto
         ws.solve(problem, state, false, Some(sigma));
         report.iterations += 1;
         let slope = ws.slope();
-        let noise = judge.noise(energy);
+        let noise = problem.energy_noise(&ws.gradient);
         let mut alpha = ws.longest(problem, state);
         if !slope.is_finite() {
             break Status::Failed;
@@ -360,7 +360,7 @@ fn descend(ws: &mut Workspace, problem: &mut Problem<'_>, state: &mut State, sto
             let trial = ws.try_step(problem, state, alpha);
             // Where round-off hides what the step does to the energy, the forces say whether it was a good one.
             let lower = trial <= energy + ARMIJO * alpha * slope + noise;
-            if lower || (-slope <= noise && ws.trial_residual(problem, &scales) <= PROGRESS * judge.residual) {
+            if lower || (-slope <= noise && ws.trial_residual(problem) <= PROGRESS * judge.residual) {
                 break Some(trial);
             }
             let parabola = -0.5 * slope * alpha * alpha / (trial - energy - slope * alpha);
@@ -376,8 +376,8 @@ fn descend(ws: &mut Workspace, problem: &mut Problem<'_>, state: &mut State, sto
             }
             if -slope <= noise {
                 judge.stall();
-            } else if sigma < LARGEST_SHIFT * scales.force {
-                sigma = raised(sigma, 16.0, &scales);
+            } else if sigma < LARGEST_SHIFT {
+                sigma = raised(sigma, 16.0);
             } else {
                 break Status::Failed;
             }
@@ -388,10 +388,10 @@ fn descend(ws: &mut Workspace, problem: &mut Problem<'_>, state: &mut State, sto
         energy = trial + problem.moment_work(state, &ws.step, alpha);
         ws.accept(state);
         problem.update_held(state);
-        judge.moved(turn, -slope > noise, ws.residual(problem, &scales));
+        judge.moved(turn, -slope > noise, ws.residual(problem));
         if sigma > 0.0 {
             sigma *= if alpha < 0.25 { 4.0 } else { LOWER };
-            if sigma < 0.1 * FIRST_SHIFT * scales.force {
+            if sigma < 0.1 * FIRST_SHIFT {
                 sigma = 0.0;
             }
         }
@@ -407,8 +407,14 @@ fn descend(ws: &mut Workspace, problem: &mut Problem<'_>, state: &mut State, sto
 }
 
 /// A larger shift than `sigma`.
-fn raised(sigma: f64, factor: f64, scales: &Scales) -> f64 {
-    (factor * sigma).max(FIRST_SHIFT * scales.force)
+pub(crate) fn raised(sigma: f64, factor: f64) -> f64 {
+    (factor * sigma).max(FIRST_SHIFT)
+}
+
+/// Force (N) below which a point counts as settled: a share of what the softest branch may have left.
+pub(crate) fn settled_force(problem: &Problem<'_>, stop: &Stop) -> f64 {
+    let allowed = |scale: &LocalScale| (stop.force_tolerance * scale.force).max(scale.round_off[0]);
+    SETTLED_SHARE * problem.local_scales().iter().map(allowed).fold(f64::INFINITY, f64::min)
 }
 
 /// The first step of an increment: the tangent at the old state carries the prescribed motion. Where it turns anything

@@ -2,7 +2,7 @@
 
 use crate::border::Border;
 use crate::gather::System;
-use crate::newton::{FIRST_SHIFT, RAISE};
+use crate::newton::{RAISE, raised};
 use wireloom_core::problem::{Hessian, Problem};
 use wireloom_core::{State, Tangent};
 
@@ -49,13 +49,17 @@ impl Preconditioner {
     /// Takes M, the Hessian's, from `state`, where the gradient was evaluated last.
     pub(crate) fn make(&mut self, problem: &mut Problem<'_>, state: &State) {
         problem.hessian(state, None, &mut self.hessian);
-        let first = FIRST_SHIFT * problem.scales().force;
         let (mut sigma, mut convex) = (0.0_f64, false);
         while self.factorise(problem, state, sigma) > 0 && sigma.is_finite() {
             if std::mem::replace(&mut convex, true) || !problem.make_convex(state, &mut self.hessian) {
-                sigma = (RAISE * sigma).max(first);
+                sigma = raised(sigma, RAISE);
             }
         }
+    }
+
+    /// Shifts are measured by the scales of `problem` from now on.
+    pub(crate) fn weigh(&mut self, problem: &Problem<'_>) {
+        self.system.weigh(problem);
     }
 
     fn factorise(&mut self, problem: &Problem<'_>, state: &State, sigma: f64) -> usize {

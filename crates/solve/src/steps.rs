@@ -8,6 +8,7 @@ use crate::certificate::{Certifier, FEASIBLE};
 use crate::checkpoint::{Checkpoint, Observer, Resumed};
 use crate::events::{self, EventLog, Occurrence};
 use crate::plan::{self, Plan};
+use crate::stability::Inspection;
 use crate::{clips, operations, result, start};
 use std::time::Instant;
 use wireloom_core::contact::Rounds;
@@ -18,6 +19,17 @@ use wireloom_core::sliding::{SlideStop, Sliding};
 use wireloom_core::steps::{Journey, Schedule, Step};
 use wireloom_core::{EventKind, EventPlace, Moment, Network, State};
 
+/// Newton steps are taken from an increment's end until the next one moves the harness by less than this share of its longest branch, and
+/// turns it by less than this, in rad; what is allowed in the end is [`crate::certificate`]'s.
+const REFINED: f64 = 1e-7;
+/// So many of them: next to a limit point the first ones converge slowly.
+const REFINEMENTS: usize = 12;
+/// Each must be shorter than this share of the one before, or the minimiser is asked for forces smaller by [`FINER`].
+const SHRINKS: f64 = 0.7;
+/// See [`SHRINKS`].
+const FINER: f64 = 1e-2;
+/// So often it is asked.
+const REFINING_SOLVES: usize = 3;
 /// An increment that fails is halved, its halves likewise, up to this many times.
 const CUT_BACKS: u32 = 4;
 /// So many times the iterations of an increment are allowed where parts may snap: in homing, and where smaller
@@ -35,6 +47,10 @@ const MULTIPLIER_ROUNDS: usize = 40;
 const SAME_PLACE: f64 = 1e-12;
 /// Turns that a fixing may make at once: half a turn would look the same either way round.
 const LARGEST_TURNS: f64 = 0.2;
+
+/// What is said where forces are in balance but for what double precision makes of stiff parts.
+const ROUND_OFF: &str = "forces are in balance up to round-off, which is above force_tolerance: parts of the harness are very stiff beside \
+                         what acts on them";
 
 /// How far a run is.
 #[derive(Clone, Debug, PartialEq)]
@@ -74,6 +90,10 @@ pub(crate) struct Driver<'n, 'm> {
     polish: usize,
     factorisations: usize,
     residual: f64,
+    /// Whether what is left of forces is above the tolerance, but round-off.
+    round_off: bool,
+    /// What the second derivatives say of the state, where they were looked at.
+    inspection: Option<Inspection>,
     /// How far equations of fixings are from being met, in units of their scales.
     unmet: Option<f64>,
     /// A fixing, a joint or the minimiser that cannot go on, and why.
@@ -150,7 +170,7 @@ pub fn carry_out(
             let mut driver = Driver::at_start(network, minimiser, stop, schedule);
             let homed = driver.find_start(coarse, schedule, &steps[0].name, observer);
             if homed == Status::Interrupted || driver.fault.is_some() {
-                run.status = homed;
+                run.status = driver.unless_faulty(homed);
                 run.fault = driver.named_fault(&steps[0], 0);
                 return run;
             }
@@ -222,6 +242,9 @@ pub fn carry_out(
                 driver.log.tell(&mut run);
                 return run;
             }
+            if driver.round_off && !run.notes.iter().any(|note| note == ROUND_OFF) {
+                run.notes.push(ROUND_OFF.to_owned());
+            }
             driver.problem.commit(&driver.state);
             driver.fault = driver.problem.fault(false);
             if driver.fault.is_some() {
@@ -263,6 +286,8 @@ impl<'n, 'm> Driver<'n, 'm> {
             polish: 0,
             factorisations: 0,
             residual: f64::INFINITY,
+            round_off: false,
+            inspection: None,
             unmet: None,
             fault: None,
             homing: true,
@@ -344,11 +369,16 @@ impl<'n, 'm> Driver<'n, 'm> {
         self.log.begin(Moment { step: step.name.clone(), step_index, increment });
         let status = self.increment(plan, a, b);
         if self.fault.is_some() {
-            return Err(status);
+            return Err(self.unless_faulty(status));
         }
         let end = self.step_result(step, increment, status, seconds());
         events::watch(&mut self.log, &mut self.problem, &self.state, &end, &self.stop, all);
         Ok(end)
+    }
+
+    /// A status, unless a part cannot go on: what was graded before it broke down counts no more.
+    fn unless_faulty(&self, status: Status) -> Status {
+        if self.fault.is_some() { Status::Failed } else { status }
     }
 
     /// What must be kept to go on with a run from here.
@@ -374,6 +404,8 @@ impl<'n, 'm> Driver<'n, 'm> {
             certifier: _,
             before: _,
             residual: _,
+            round_off: _,
+            inspection: _,
             unmet: _,
             fault: _,
             homing: _,
@@ -416,6 +448,7 @@ impl<'n, 'm> Driver<'n, 'm> {
         if fallen {
             status = self.let_snap();
         }
+        status = self.refine(status);
         if matches!(status, Status::Converged | Status::Stalled) {
             let moved = result::farthest(&began, &self.state);
             let given = events::prescribed(&self.problem, &before.targets);
@@ -438,6 +471,52 @@ impl<'n, 'm> Driver<'n, 'm> {
         let status = self.solve();
         self.stop = stop;
         status
+    }
+
+    /// Goes on from a balanced state as long as the next Newton step would move it: where the harness is next to a limit point, or soft beside
+    /// what acts on it, forces are in balance long before the shape is right.
+    fn refine(&mut self, mut status: Status) -> Status {
+        self.inspection = None;
+        if status != Status::Converged || self.problem.has_dead_moments() {
+            return status;
+        }
+        let stop = self.stop;
+        let mut inspection = self.certifier.inspect(&mut self.problem, &self.state);
+        let (mut solves, mut tolerance) = (0, stop.force_tolerance);
+        for _ in 0..REFINEMENTS {
+            if inspection.relative <= REFINED || inspection.relative.is_nan() || inspection.is_flat() {
+                break;
+            }
+            let before = self.state.clone();
+            self.problem.retract(&before, self.certifier.next_step(), 1.0, &mut self.state);
+            self.problem.place_held(&mut self.state);
+            let refined = self.certify(Status::Stalled);
+            let next = self.certifier.inspect(&mut self.problem, &self.state);
+            if refined == Status::Converged && next.relative <= SHRINKS * inspection.relative {
+                inspection = next;
+                continue;
+            }
+            // Newton's method alone does not get there: downhill, then, to forces that are smaller still.
+            self.state = before;
+            let left = self.certify(status);
+            solves += 1;
+            if left != Status::Converged || solves > REFINING_SOLVES {
+                status = left;
+                break;
+            }
+            tolerance = FINER * self.residual.min(tolerance);
+            self.stop.force_tolerance = tolerance;
+            self.solve();
+            // It is graded by the tolerance that was asked for.
+            self.stop = stop;
+            status = self.certify(Status::Stalled);
+            if status != Status::Converged || self.fault.is_some() {
+                break;
+            }
+            inspection = self.certifier.inspect(&mut self.problem, &self.state);
+        }
+        self.inspection = Some(inspection);
+        Certifier::grade_shape(status, &inspection)
     }
 
     /// Adds and releases what the step says, and plans its motions.
@@ -668,6 +747,7 @@ impl<'n, 'm> Driver<'n, 'm> {
     pub(crate) fn certify(&mut self, claimed: Status) -> Status {
         let certificate = self.certifier.certify(&mut self.problem, &self.state, &self.stop, claimed);
         self.residual = certificate.residual;
+        self.round_off = certificate.round_off;
         self.unmet = certificate.unmet.map(|unmet| unmet.value);
         certificate.status
     }
@@ -675,7 +755,9 @@ impl<'n, 'm> Driver<'n, 'm> {
     pub(crate) fn step_result(&mut self, step: &Step, increment: usize, status: Status, seconds: f64) -> StepResult {
         // A dead moment has no potential, and a state that is not balanced is neither: the Hessian says nothing there.
         let known = status == Status::Converged && !self.problem.has_dead_moments();
-        let stable = known.then(|| self.certifier.stable(&mut self.problem, &self.state));
+        let inspect = || self.certifier.inspect(&mut self.problem, &self.state);
+        let inspection = self.inspection.take().or_else(|| known.then(inspect));
+        let stable = inspection.filter(|_| known).and_then(|inspection| inspection.stability.flag());
         let (problem, state) = (&mut self.problem, &self.state);
         let network = problem.network;
         let touching = problem.touching_points(state);
@@ -702,6 +784,7 @@ impl<'n, 'm> Driver<'n, 'm> {
                 factorisations: self.factorisations,
                 seconds,
                 force_residual: self.residual,
+                shape_error: inspection.map(|inspection| inspection.move_left),
                 constraint_residual: self.unmet,
             },
         }

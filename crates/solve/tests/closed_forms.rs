@@ -10,6 +10,7 @@ use wireloom_core::minimiser::{Minimiser, Status, Stop};
 use wireloom_core::rod::RodSpec;
 use wireloom_core::{Parameters, Problem, Registry, Rotation, Section, State, Tangent, Vector};
 use wireloom_solve::certificate::Certifier;
+use wireloom_solve::stability::Stability;
 use wireloom_solve::newton::Newton;
 use wireloom_testkit::closed_forms::{clamped_beam_sag, euler_clamped, euler_pinned, greenhill_critical_angle};
 use wireloom_testkit::conformance::networks::{Sample, cable, section};
@@ -44,7 +45,7 @@ fn stable(problem: &mut Problem<'_>, state: &State) -> bool {
     let mut certifier = Certifier::new(problem.network);
     let certificate = certifier.certify(problem, state, &Stop::default(), Status::IterationLimit);
     assert_eq!(certificate.status, Status::Converged, "{certificate:?}");
-    certifier.stable(problem, state)
+    certifier.inspect(problem, state).stability == Stability::Stable
 }
 
 /// Where the flag turns from stable to unstable, by bisection to 1e-7 of the closed form.

@@ -383,6 +383,7 @@ struct Minimiser {
     factorisations: usize,
     seconds: Number,
     force_residual: Number,
+    shape_error: Option<f64>,
     constraint_residual: Option<f64>,
 }
 
@@ -396,6 +397,7 @@ impl Minimiser {
             factorisations: self.factorisations,
             seconds: number(self.seconds),
             force_residual: number(self.force_residual),
+            shape_error: self.shape_error,
             constraint_residual: self.constraint_residual,
         }
     }

@@ -219,7 +219,7 @@ fn has_the_keys_of_the_contract_in_order() {
     );
     assert_eq!(keys(&step["min_bend_radius"]), ["branch", "s", "value", "limit"]);
     assert_eq!(step["stable"], true);
-    assert_eq!(keys(&step["minimiser"]), ["kind", "iterations", "factorisations", "seconds", "force_residual"]);
+    assert_eq!(keys(&step["minimiser"]), ["kind", "iterations", "factorisations", "seconds", "force_residual", "shape_error"]);
 }
 
 #[test]
@@ -251,6 +251,7 @@ fn numbers_come_back_bit_for_bit() {
     assert_eq!(back["energy"]["total"].as_f64(), Some(step.energy.total()));
     assert_eq!(back["energy"]["twist"].as_f64(), Some(1e-17));
     assert_eq!(back["minimiser"]["force_residual"].as_f64(), Some(1.25e-9));
+    assert_eq!(back["minimiser"]["shape_error"].as_f64(), Some(3.5e-10));
     assert_eq!(back["min_bend_radius"]["value"].as_f64(), step.min_bend_radius.map(|bend| bend.value));
 }
 

@@ -114,6 +114,7 @@ pub fn step(branches: Vec<BranchResult>, joints: Vec<JointResult>, constraints: 
             factorisations: 7,
             seconds: 0.004,
             force_residual: 1.25e-9,
+            shape_error: Some(3.5e-10),
             constraint_residual: None,
         },
     }

@@ -5,6 +5,7 @@ use crate::checkpoint::{Checkpoint, Observer};
 use crate::nested;
 use crate::plan::{self, Plan};
 use crate::settle::Settle;
+use crate::stability::Stability;
 use wireloom_core::minimiser::{Minimiser, Status, Stop};
 use wireloom_core::sliding::Sliding;
 use wireloom_core::steps::{Schedule, Step};
@@ -175,27 +176,30 @@ impl Driver<'_, '_> {
         }
     }
 
-    /// Where the start is balanced on an edge, or the way down is not to be found from it, disturbs it a little (the same way every time) and lets it fall.
+    /// Where the start is balanced on an edge, or the way down is not to be found from it, disturbs it a little along a direction in which
+    /// the energy falls (the same every time) and lets it fall.
     fn off_the_edge(&mut self, status: Status) -> Status {
         let judged = matches!(status, Status::Converged | Status::Failed) && !self.problem.has_dead_moments();
         if !judged || self.problem.network.fixings.is_empty() {
             return status;
         }
-        if status == Status::Converged && self.certifier.stable(&mut self.problem, &self.state) {
-            return status;
-        }
         let (began, conditions) = (self.state.clone(), self.problem.conditions().clone());
+        let mut fallen = status;
         for disturbance in DISTURBANCES {
-            for (c, q) in self.state.frames.iter_mut().enumerate() {
-                let phase = 0.7 * c as f64;
-                let theta = Vector::new(phase.sin(), (0.6 * phase + 1.0).cos(), 0.0) * disturbance;
-                *q = wireloom_core::rotation::turned(q, &theta);
-            }
-            self.problem.network.follow_ties(&mut self.state);
-            let fallen = self.solve();
-            if fallen == Status::Converged && self.certifier.stable(&mut self.problem, &self.state) {
+            let stability = self.certifier.inspect(&mut self.problem, &self.state).stability;
+            if fallen == Status::Converged && stability != Stability::Unstable {
                 return fallen;
             }
+            let Some(direction) = self.certifier.way_down(&self.problem, &self.state) else { break };
+            self.before.copy_from(&self.state);
+            self.problem.retract(&self.before, direction, disturbance, &mut self.state);
+            self.problem.network.follow_ties(&mut self.state);
+            fallen = self.solve();
+        }
+        if fallen == Status::Converged
+            && self.certifier.inspect(&mut self.problem, &self.state).stability != Stability::Unstable
+        {
+            return fallen;
         }
         self.state = began;
         self.problem.set_multipliers(&conditions);

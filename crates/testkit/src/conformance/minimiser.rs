@@ -26,7 +26,7 @@ fn check(name: &str, sample: &Sample, targets: &Moved, state: &State, report: &R
     let mut gradient = Tangent::zeros(&sample.network);
     problem.gradient(state, &mut gradient);
     problem.free_part(&mut gradient);
-    let residual = problem.residual(&gradient, &problem.scales());
+    let residual = problem.residual(&gradient);
     assert!(residual <= STOP.force_tolerance * (1.0 + 1e-9), "{name}: recomputed {residual:e}, reported {report:?}");
     for (fixing, target) in sample.network.fixings.iter().zip(&targets.0) {
         let at = state.pose(&fixing.site);

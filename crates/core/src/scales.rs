@@ -1,0 +1,213 @@
+//! Forces and moments that are "one": what residuals are measured by, branch by branch.
+//!
+//! A harness may join a cable of EI = 10⁶ N m² to a wire of 10⁻⁶ N m²: what is next to nothing for one is the whole weight of the
+//! other. So each branch is judged by what acts in itself, with Λ the longest branch of the piece it is connected to:
+//!
+//! ```text
+//! F = max(ρ g L, EI/Λ², push),   M = max(ρ g L², EI/Λ, push Λ)
+//! ```
+//!
+//! Loads are left out: near a limit point what a load leaves of the stiffness is small beside it, and so is what decides.
+
+use crate::problem::{Problem, Variable};
+use crate::rod::{BranchShape, RodSegment};
+use crate::network::Branch;
+use crate::{Matrix, Network, Rotation, Tangent, Vector};
+
+/// Residuals below so many times what one rounding makes of forces and moments are round-off: some ten terms are added up at a node.
+const ROUNDINGS: f64 = 10.0;
+
+/// Changes of the energy below this share of what it is summed up from are round-off.
+const ENERGY_NOISE: f64 = 1e-14;
+
+/// Forces and moments of the whole harness that are "one".
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Scales {
+    /// N: the largest of the weights of the branches and joints, the dead forces, the forces known to push where cables touch something, and EI/L²
+    /// with the stiffest section and the longest branch.
+    pub force: f64,
+    /// N m: the force scale times the longest branch, or the largest dead moment.
+    pub moment: f64,
+    /// m: the longest branch.
+    pub length: f64,
+}
+
+/// Forces and moments that are "one" for a branch or a joint.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LocalScale {
+    /// F, N.
+    pub force: f64,
+    /// M, N m.
+    pub moment: f64,
+    /// m: the longest branch of the piece, Λ.
+    pub length: f64,
+    /// Force (N) and moment (N m) below which a residual is round-off.
+    pub round_off: [f64; 2],
+}
+
+/// Of each branch: its scale, with neither weight nor anything that pushes.
+pub(crate) fn rigidity(network: &Network) -> Vec<LocalScale> {
+    let (piece, pieces) = network.pieces();
+    let mut longest = vec![0.0_f64; pieces];
+    for (branch, &p) in network.branches.iter().zip(&piece) {
+        longest[p] = longest[p].max(branch.rod.mesh().length());
+    }
+    let scale = |(branch, &p): (&Branch, &usize)| {
+        let (length, bending) = (longest[p], branch.section.bend_diagonal().max());
+        let round_off = round_off(&*branch.rod, bending);
+        LocalScale { force: bending / (length * length), moment: bending / length, length, round_off }
+    };
+    network.branches.iter().zip(&piece).map(scale).collect()
+}
+
+/// Force (N) and moment (N m) that a rounding of the strains of a rod makes, `ε K` and `ε (K ℓ + C/λ)` with K = ℓ ∂²E/∂e², times
+/// [`ROUNDINGS`].
+fn round_off(rod: &dyn RodSegment, bending: f64) -> [f64; 2] {
+    let mesh = rod.mesh();
+    let s = mesh.arc_lengths();
+    let points: Vec<Vector> = s.iter().map(|s| Vector::z() * *s).collect();
+    let shape = BranchShape {
+        carry: &vec![Vector::zeros(); points.len()],
+        points: &points,
+        frames: &vec![Rotation::identity(); mesh.frames()],
+        rest_lengths: &mesh.rest_lengths,
+        coupling_lengths: &mesh.coupling_lengths,
+        extra_curvature: &[],
+    };
+    let mut stiffness = vec![Matrix::zeros(); mesh.segments()];
+    rod.edge_stiffness(&shape, &mut stiffness);
+    let stretch = |(k, l): (&Matrix, &f64)| k.diagonal().amax() * l;
+    let stretch = stiffness.iter().zip(&mesh.rest_lengths).map(stretch).fold(0.0, f64::max);
+    let longest = mesh.rest_lengths.iter().copied().fold(0.0, f64::max);
+    let shortest = mesh.coupling_lengths.iter().copied().fold(f64::INFINITY, f64::min);
+    let force = ROUNDINGS * f64::EPSILON * stretch;
+    [force, force * longest + ROUNDINGS * f64::EPSILON * bending / shortest]
+}
+
+/// The scales of the branches and joints under conditions.
+#[derive(Default)]
+pub(crate) struct LocalScales {
+    pub(crate) branches: Vec<LocalScale>,
+    pub(crate) joints: Vec<LocalScale>,
+}
+
+impl LocalScales {
+    /// Finds them anew; allocates the first time only. `pushes` says by branch what contact pushes with, N.
+    pub(crate) fn find(
+        &mut self,
+        network: &Network,
+        rigidity: &[LocalScale],
+        gravity: f64,
+        pushes: impl Iterator<Item = (usize, f64)>,
+    ) {
+        self.branches.clear();
+        self.branches.extend_from_slice(rigidity);
+        for (scale, branch) in self.branches.iter_mut().zip(&network.branches) {
+            let length = branch.rod.mesh().length();
+            let weight = gravity * branch.section.linear_density * length;
+            scale.force = scale.force.max(weight);
+            scale.moment = scale.moment.max(weight * length);
+        }
+        for (b, push) in pushes {
+            let scale = &mut self.branches[b];
+            scale.force = scale.force.max(push);
+            scale.moment = scale.moment.max(push * scale.length);
+        }
+        self.joints.clear();
+        // What is left at a joint is borne by its softest arm, if by that one only; the roundings of all arms add up.
+        self.joints.extend(network.joints.iter().map(|joint| {
+            let arms = || joint.branches.iter().map(|&b| &self.branches[b]);
+            let least = |value: fn(&LocalScale) -> f64| arms().map(value).fold(f64::INFINITY, f64::min);
+            let force: f64 = arms().map(|arm| arm.round_off[0]).sum();
+            let levers: f64 = joint.arms.iter().zip(arms()).map(|(a, arm)| a.offset.norm() * arm.round_off[0]).sum();
+            let moment: f64 = arms().map(|arm| arm.round_off[1]).sum();
+            LocalScale {
+                force: least(|arm| arm.force),
+                moment: least(|arm| arm.moment),
+                length: joint.branches.first().map_or(0.0, |&b| rigidity[b].length),
+                round_off: [force, moment + levers],
+            }
+        }));
+    }
+}
+
+impl Problem<'_> {
+    /// What is "one" for the whole harness.
+    pub fn scales(&self) -> Scales {
+        let g = self.conditions.gravity.norm();
+        let (mut force, mut length, mut stiffness, mut moment) = (0.0_f64, 0.0_f64, 0.0_f64, 0.0_f64);
+        for branch in &self.network.branches {
+            let l = branch.rod.mesh().length();
+            force = force.max(g * branch.section.linear_density * l);
+            length = length.max(l);
+            stiffness = stiffness.max(branch.section.bend_diagonal().max());
+        }
+        for joint in &self.network.joints {
+            force = force.max(g * joint.mass);
+        }
+        for (load, factor) in self.network.loads.iter().zip(&self.conditions.load_factors) {
+            force = force.max(load.force.norm() * factor.abs());
+            moment = moment.max(load.moment.norm() * factor.abs());
+        }
+        force = force.max(stiffness / (length * length));
+        force = self.conditions.contact.marks.iter().map(|mark| mark.multiplier).fold(force, f64::max);
+        Scales { force, moment: moment.max(force * length), length }
+    }
+
+    /// What of a change of the energy is round-off (J), at the state of the whole `gradient` evaluated last: a share of what the energy is summed up
+    /// from, and of the work of what the fixings exert, which goes through the whole harness, over its length.
+    pub fn energy_noise(&self, gradient: &Tangent) -> f64 {
+        let length = self.rigidity.iter().map(|scale| scale.length).fold(0.0, f64::max);
+        let exerted = self.held().iter().map(|held| match held.variable {
+            Variable::Point(i) => gradient.points[i].norm() * length,
+            Variable::Frame(c) => gradient.frames[c].norm(),
+        });
+        ENERGY_NOISE * (self.magnitude + exerted.fold(0.0, f64::max))
+    }
+
+    /// What is "one" for each branch, as [`Self::update_held`] found it.
+    pub fn local_scales(&self) -> &[LocalScale] {
+        &self.local.branches
+    }
+
+    /// Largest free force relative to the force scale of its branch, or moment relative to its moment scale, whichever is larger, of what is
+    /// above round-off; NaN if one is. `free` is a gradient without its held part ([`Self::free_part`]).
+    pub fn residual(&self, free: &Tangent) -> f64 {
+        self.largest(free, |value, scale, round_off| (value - round_off).max(0.0) / scale)
+    }
+
+    /// The same with what is round-off.
+    pub fn whole_residual(&self, free: &Tangent) -> f64 {
+        self.largest(free, |value, scale, _| value / scale)
+    }
+
+    fn largest(&self, free: &Tangent, relative: impl Fn(f64, f64, f64) -> f64) -> f64 {
+        let relative = |value: f64, scale: f64, round_off: f64| {
+            // `max` would lose it.
+            if value.is_nan() { value } else { relative(value, scale, round_off) }
+        };
+        let of = |scale: &LocalScale, points: &[Vector], frames: &[Vector]| {
+            let norm = |all: &[Vector]| all.iter().map(Vector::norm_squared).fold(0.0, nan_max).sqrt();
+            let [force, moment] = scale.round_off;
+            nan_max(relative(norm(points), scale.force, force), relative(norm(frames), scale.moment, moment))
+        };
+        let mut worst = 0.0;
+        for (branch, scale) in self.network.branches.iter().zip(&self.local.branches) {
+            worst = nan_max(worst, of(scale, &free.points[branch.points.clone()], &free.frames[branch.frames.clone()]));
+        }
+        for (joint, scale) in self.network.joints.iter().zip(&self.local.joints) {
+            let frames = joint.frame.map_or(0..0, |c| c..c + 1);
+            worst = nan_max(worst, of(scale, &free.points[joint.point..][..1], &free.frames[frames]));
+        }
+        for (site, g) in self.network.slides.iter().zip(&free.slides) {
+            let scale = &self.local.branches[site.branch];
+            worst = nan_max(worst, relative(g.abs(), scale.force, scale.round_off[0]));
+        }
+        worst
+    }
+}
+
+/// Maximum that keeps NaN.
+pub fn nan_max(a: f64, b: f64) -> f64 {
+    if a.is_nan() || a >= b { a } else { b }
+}
