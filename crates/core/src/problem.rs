@@ -467,7 +467,7 @@ impl<'n> Problem<'n> {
             let own = self.contacts.branch_of(mark);
             [Some(own), other].into_iter().flatten().map(|b| (b, mark.multiplier))
         });
-        self.local.find(self.network, &self.rigidity, self.conditions.gravity.norm(), pushes);
+        self.local.find(self.network, &self.rigidity, self.conditions.gravity.norm(), pushes, &self.dead_moments);
     }
 
     /// The orientation a fixing gives a station that is at `q`: its target, but for what it leaves free.

@@ -4,14 +4,14 @@
 //! other. So each branch is judged by what acts in itself, with Λ the longest branch of the piece it is connected to:
 //!
 //! ```text
-//! F = max(ρ g L, EI/Λ², push),   M = max(ρ g L², EI/Λ, push Λ)
+//! F = max(ρ g L, EI/Λ², push),   M = max(ρ g L², EI/Λ, push Λ, dead moment)
 //! ```
 //!
-//! Loads are left out: near a limit point what a load leaves of the stiffness is small beside it, and so is what decides.
+//! Dead forces are left out: near a limit point what a load leaves of the stiffness is small beside it, and so is what decides.
 
+use crate::network::Branch;
 use crate::problem::{Problem, Variable};
 use crate::rod::{BranchShape, RodSegment};
-use crate::network::Branch;
 use crate::{Matrix, Network, Rotation, Tangent, Vector};
 
 /// Residuals below so many times what one rounding makes of forces and moments are round-off: some ten terms are added up at a node.
@@ -92,13 +92,15 @@ pub(crate) struct LocalScales {
 }
 
 impl LocalScales {
-    /// Finds them anew; allocates the first time only. `pushes` says by branch what contact pushes with, N.
+    /// Finds them anew; allocates the first time only. `pushes` says by branch what contact pushes with, N, `moments` by frame what dead moments
+    /// there are, N m.
     pub(crate) fn find(
         &mut self,
         network: &Network,
         rigidity: &[LocalScale],
         gravity: f64,
         pushes: impl Iterator<Item = (usize, f64)>,
+        moments: &[(usize, Vector)],
     ) {
         self.branches.clear();
         self.branches.extend_from_slice(rigidity);
@@ -112,6 +114,13 @@ impl LocalScales {
             let scale = &mut self.branches[b];
             scale.force = scale.force.max(push);
             scale.moment = scale.moment.max(push * scale.length);
+        }
+        for (frame, moment) in moments {
+            let on_branch = network.branches.iter().position(|branch| branch.frames.contains(frame));
+            let at_joint = network.joints.iter().filter(|joint| joint.frame == Some(*frame));
+            for b in on_branch.into_iter().chain(at_joint.flat_map(|joint| joint.branches.iter().copied())) {
+                self.branches[b].moment = self.branches[b].moment.max(moment.norm());
+            }
         }
         self.joints.clear();
         // What is left at a joint is borne by its softest arm, if by that one only; the roundings of all arms add up.
@@ -155,14 +164,15 @@ impl Problem<'_> {
     }
 
     /// What of a change of the energy is round-off (J), at the state of the whole `gradient` evaluated last: a share of what the energy is summed up
-    /// from, and of the work of what the fixings exert, which goes through the whole harness, over its length.
+    /// from, and of the work of what fixings and contact exert, which goes through the whole harness, over its length.
     pub fn energy_noise(&self, gradient: &Tangent) -> f64 {
         let length = self.rigidity.iter().map(|scale| scale.length).fold(0.0, f64::max);
         let exerted = self.held().iter().map(|held| match held.variable {
             Variable::Point(i) => gradient.points[i].norm() * length,
             Variable::Frame(c) => gradient.frames[c].norm(),
         });
-        ENERGY_NOISE * (self.magnitude + exerted.fold(0.0, f64::max))
+        let push = self.conditions.contact.marks.iter().map(|mark| mark.multiplier * length);
+        ENERGY_NOISE * (self.magnitude + exerted.chain(push).fold(0.0, f64::max))
     }
 
     /// What is "one" for each branch, as [`Self::update_held`] found it.

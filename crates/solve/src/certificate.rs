@@ -75,9 +75,10 @@ impl Certifier {
         inspector.get_or_insert_with(|| Inspector::new(problem)).inspect(problem, state, gradient)
     }
 
-    /// The status of a state whose forces were graded so, where the second derivatives were looked at, too.
+    /// The status of a state whose forces were graded so, where the second derivatives were looked at, too. Where cables touch something they
+    /// say nothing of the shape: contact and friction end a step on its way.
     pub fn grade_shape(graded: Status, inspection: &Inspection) -> Status {
-        let holds = inspection.relative <= SHAPE || inspection.is_flat();
+        let holds = inspection.relative <= SHAPE || inspection.is_flat() || inspection.touches;
         if graded == Status::Converged && !holds { Status::Stalled } else { graded }
     }
 

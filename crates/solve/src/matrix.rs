@@ -90,7 +90,8 @@ impl BlockMatrix {
             let of_frame = &of_frame[branch.frames.clone()];
             let mut add = |frame: usize, length: f64| {
                 let tie = of_frame[frame].checked_sub(TIED).map(|t| &network.ties[t as usize]);
-                let place = tie.map_or(Some(of_frame[frame]), |tie| tie.hub_frame.map(|hub| self.structure.of_frame[hub]));
+                let place =
+                    tie.map_or(Some(of_frame[frame]), |tie| tie.hub_frame.map(|hub| self.structure.of_frame[hub]));
                 if let Some(place) = place {
                     weights[place as usize] += force * length;
                 }

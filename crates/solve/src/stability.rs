@@ -55,6 +55,10 @@ pub struct Inspection {
     pub relative: f64,
     /// Whether the energy that the step would save is round-off.
     pub is_worthless: bool,
+    /// Whether it would be stable, but for the forces that are left.
+    pub is_blurred: bool,
+    /// Whether cables touch something: the next step does not know where contact or friction would end it.
+    pub touches: bool,
 }
 
 impl Inspection {
@@ -99,8 +103,12 @@ impl Inspector {
         self.free.copy_from(gradient);
         problem.free_part(&mut self.free);
         self.sum_what_is_left(problem);
+        let mut is_blurred = false;
         let stability = if self.inertia(problem, state, gradient, -ROUND_OFF, -LEVERS).is_positive() {
             Stability::Stable
+        } else if self.inertia(problem, state, gradient, -ROUND_OFF, 0.0).is_positive() {
+            is_blurred = true;
+            Stability::Neutral
         } else if self.inertia(problem, state, gradient, ROUND_OFF, 0.0).is_not_negative()
             || self.inertia(problem, state, gradient, ROUND_OFF, LEVERS).is_not_negative()
         {
@@ -116,8 +124,9 @@ impl Inspector {
             move_left = nan_max(move_left, moved);
             relative = nan_max(relative, moved / scale.length);
         }
+        let touches = !problem.conditions().contact.marks.is_empty();
         let is_worthless = -self.free.dot(&self.step) <= problem.energy_noise(gradient);
-        Inspection { stability, move_left, relative, is_worthless }
+        Inspection { stability, move_left, relative, is_worthless, is_blurred, touches }
     }
 
     /// A direction along which the energy falls from the unstable equilibrium inspected last, its largest turn 1 rad (or, where no frame

@@ -475,7 +475,7 @@ impl<'n, 'm> Driver<'n, 'm> {
 
     /// Goes on from a balanced state as long as the next Newton step would move it: where the harness is next to a limit point, or soft beside
     /// what acts on it, forces are in balance long before the shape is right.
-    fn refine(&mut self, mut status: Status) -> Status {
+    fn refine(&mut self, status: Status) -> Status {
         self.inspection = None;
         if status != Status::Converged || self.problem.has_dead_moments() {
             return status;
@@ -484,7 +484,8 @@ impl<'n, 'm> Driver<'n, 'm> {
         let mut inspection = self.certifier.inspect(&mut self.problem, &self.state);
         let (mut solves, mut tolerance) = (0, stop.force_tolerance);
         for _ in 0..REFINEMENTS {
-            if inspection.relative <= REFINED || inspection.relative.is_nan() || inspection.is_flat() {
+            let small = inspection.relative <= REFINED || inspection.is_flat();
+            if small && !inspection.is_blurred || inspection.touches || inspection.relative.is_nan() {
                 break;
             }
             let before = self.state.clone();
@@ -492,25 +493,31 @@ impl<'n, 'm> Driver<'n, 'm> {
             self.problem.place_held(&mut self.state);
             let refined = self.certify(Status::Stalled);
             let next = self.certifier.inspect(&mut self.problem, &self.state);
-            if refined == Status::Converged && next.relative <= SHRINKS * inspection.relative {
+            if refined == Status::Converged && next.relative <= (SHRINKS * inspection.relative).max(REFINED) {
                 inspection = next;
                 continue;
             }
-            // Newton's method alone does not get there: downhill, then, to forces that are smaller still.
-            self.state = before;
-            let left = self.certify(status);
+            self.state = before.clone();
+            self.certify(status);
             solves += 1;
-            if left != Status::Converged || solves > REFINING_SOLVES {
-                status = left;
+            if Certifier::grade_shape(status, &inspection) == Status::Converged || solves > REFINING_SOLVES {
                 break;
             }
+            // Newton's method alone does not get there: downhill, then, to forces that are smaller still.
+            let conditions = self.problem.conditions().clone();
             tolerance = FINER * self.residual.min(tolerance);
             self.stop.force_tolerance = tolerance;
             self.solve();
             // It is graded by the tolerance that was asked for.
             self.stop = stop;
-            status = self.certify(Status::Stalled);
-            if status != Status::Converged || self.fault.is_some() {
+            if self.fault.is_some() {
+                return Status::Failed;
+            }
+            if self.certify(Status::Stalled) != Status::Converged {
+                self.state = before;
+                self.problem.set_multipliers(&conditions);
+                self.problem.set_contacts(&conditions);
+                self.certify(status);
                 break;
             }
             inspection = self.certifier.inspect(&mut self.problem, &self.state);

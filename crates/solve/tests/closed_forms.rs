@@ -10,8 +10,8 @@ use wireloom_core::minimiser::{Minimiser, Status, Stop};
 use wireloom_core::rod::RodSpec;
 use wireloom_core::{Parameters, Problem, Registry, Rotation, Section, State, Tangent, Vector};
 use wireloom_solve::certificate::Certifier;
-use wireloom_solve::stability::Stability;
 use wireloom_solve::newton::Newton;
+use wireloom_solve::stability::Stability;
 use wireloom_testkit::closed_forms::{clamped_beam_sag, euler_clamped, euler_pinned, greenhill_critical_angle};
 use wireloom_testkit::conformance::networks::{Sample, cable, section};
 

@@ -219,7 +219,10 @@ fn has_the_keys_of_the_contract_in_order() {
     );
     assert_eq!(keys(&step["min_bend_radius"]), ["branch", "s", "value", "limit"]);
     assert_eq!(step["stable"], true);
-    assert_eq!(keys(&step["minimiser"]), ["kind", "iterations", "factorisations", "seconds", "force_residual", "shape_error"]);
+    assert_eq!(
+        keys(&step["minimiser"]),
+        ["kind", "iterations", "factorisations", "seconds", "force_residual", "shape_error"]
+    );
 }
 
 #[test]
