@@ -42,6 +42,7 @@ const ONE_NAMES: &[(&str, &str)] = &[
     ("wgpu*", "gpu"),
     ("libloading", "host"),
     ("parquet", "export"),
+    ("cap-*", "cli"),
     ("clap", "cli"),
     ("comfy-table", "cli"),
     ("ctrlc", "cli"),

@@ -91,7 +91,7 @@ fn a_finished_run_is_a_page_from_its_folder_and_as_a_file() {
     let served = studio.get("/");
     assert!(served.contains("id=\"replay\">\"H4sI"));
     assert!(studio.get("/export/result.json").contains("\"schema\":1"));
-    assert!(studio.get("/export/.wireloom/scene.json").starts_with("HTTP/1.1 404"));
+    assert!(studio.get("/export/.wireloom/scene").starts_with("HTTP/1.1 404"));
     assert!(studio.get("/socket").starts_with("HTTP/1.1 4"), "there is no session behind it");
     assert_eq!(studio.end(), Some(0));
 }

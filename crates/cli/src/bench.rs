@@ -25,6 +25,8 @@ pub fn bench(arguments: &BenchArguments, out: &mut dyn Write) -> Result<Outcome,
         return on_device(device, arguments, out);
     }
     let registry = wireloom::registry();
+    // What cannot be read is told before the work begins.
+    let harness = arguments.harness.as_deref().map(|path| Ok((path, crate::load::text(path)?))).transpose()?;
     let mut measured = Measured {
         cases: wireloom::bench::all(),
         minimisers: wireloom::bench::minimisers(&registry, arguments.iterations as usize),
@@ -33,8 +35,7 @@ pub fn bench(arguments: &BenchArguments, out: &mut dyn Write) -> Result<Outcome,
         hands: vec![wireloom_studio::bench::cable(1_000).map_err(Failure::Input)?],
         installed: None,
     };
-    if let Some(path) = &arguments.harness {
-        let kbl = crate::load::text(path)?;
+    if let Some((path, kbl)) = harness {
         let refused = |message: String| Failure::Input(format!("{}: {message}", path.display()));
         measured.cases.push(wireloom::bench::drag_installed(&kbl).map_err(refused)?);
         measured.hands.push(wireloom_studio::bench::harness(&kbl).map_err(refused)?);

@@ -8,7 +8,7 @@ use std::path::PathBuf;
 
 /// Checks every file, whatever is wrong with those before it.
 pub fn check(files: &[PathBuf], trust: &Trust, out: &mut dyn Write) -> Result<Outcome, Failure> {
-    let mut refusals = vec![];
+    let mut failures = vec![];
     for file in files {
         match load::scenario(file, &[], trust) {
             Ok(load::Loaded { scenario, built, .. }) => {
@@ -20,9 +20,15 @@ pub fn check(files: &[PathBuf], trust: &Trust, out: &mut dyn Write) -> Result<Ou
                 };
                 print().map_err(Failure::standard_output)?;
             }
-            Err(Failure::Refused(more)) => refusals.extend(more),
-            Err(other) => return Err(other),
+            Err(failure) => failures.push(failure),
         }
     }
-    if refusals.is_empty() { Ok(Outcome::Done) } else { Err(Failure::Refused(refusals)) }
+    match failures.pop() {
+        None => Ok(Outcome::Done),
+        Some(only) if failures.is_empty() => Err(only),
+        Some(last) => {
+            failures.push(last);
+            Err(Failure::Several(failures))
+        }
+    }
 }

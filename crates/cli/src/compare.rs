@@ -7,7 +7,6 @@ use crate::plugins::Trust;
 use crate::progress::Bar;
 use crate::variants::{self, Variant};
 use crate::{differences, folder, interrupt, run};
-use std::fs::File;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 use wireloom::export::comparison::{Case, Comparison, Trend, convergence};
@@ -40,6 +39,8 @@ pub fn compare(arguments: &CompareArguments, out: &mut dyn Write) -> Result<Outc
     let trends = trends(arguments, &cases);
     let alike = [&arguments.joint, &arguments.rod, &arguments.set].iter().all(|tried| tried.is_empty())
         && arguments.segments.is_empty();
+    // What was computed is said before a file may fail.
+    differences::print(&cases, &comparison, &trends, alike, out).map_err(Failure::standard_output)?;
     if let Some(path) = &arguments.report {
         let beside = Beside {
             title: &title(arguments),
@@ -53,7 +54,6 @@ pub fn compare(arguments: &CompareArguments, out: &mut dyn Write) -> Result<Outc
         };
         folder::write(path, |out| write_beside(&beside, out))?;
     }
-    differences::print(&cases, &comparison, &trends, alike, out).map_err(Failure::standard_output)?;
     let converged = cases.iter().all(|case| case.ending.converged);
     Ok(if converged { Outcome::Done } else { Outcome::NotConverged })
 }
@@ -112,8 +112,7 @@ fn case(name: String, ending: Option<Ending>) -> Result<Case, Failure> {
 /// The end of the run whose results lie in a folder, or in a file.
 fn read(path: &Path) -> Result<Option<Ending>, Failure> {
     let file = if path.is_dir() { path.join(crate::results::RESULT) } else { path.to_owned() };
-    let input = File::open(&file).map_err(Failure::io("read", &file))?;
-    json::read(input).map_err(|error| match error.kind() {
+    json::read(load::open(&file)?).map_err(|error| match error.kind() {
         io::ErrorKind::InvalidData | io::ErrorKind::UnexpectedEof => {
             Failure::Input(format!("{} is no result of `wireloom run`: {error}", file.display()))
         }

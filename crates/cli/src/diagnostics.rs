@@ -10,6 +10,10 @@ use wireloom::scenario::{Fault, render};
 
 /// Shows a failure on standard error.
 pub fn show(failure: &Failure, err: &mut (impl Write + IsTerminal)) {
+    if let Failure::Several(all) = failure {
+        all.iter().for_each(|failure| show(failure, err));
+        return;
+    }
     let text = match failure {
         Failure::Refused(refusals) => {
             let fancy = err.is_terminal();

@@ -48,6 +48,9 @@ pub enum Failure {
     /// Scenarios with faults.
     #[error("{} refused", .0.iter().map(|r| r.file.as_str()).collect::<Vec<_>>().join(", "))]
     Refused(Vec<Refusal>),
+    /// Several of these.
+    #[error("{} faults", .0.len())]
+    Several(Vec<Failure>),
     /// Other input that cannot be used.
     #[error("{0}")]
     Input(String),
@@ -71,6 +74,7 @@ impl Failure {
     /// The exit code.
     pub fn code(&self) -> u8 {
         match self {
+            Failure::Several(all) => all.iter().map(Failure::code).max().unwrap_or(REFUSED),
             Failure::Refused(_) | Failure::Input(_) => REFUSED,
             Failure::Io { .. } | Failure::Part(_) | Failure::Plugin(_) => IO,
         }

@@ -4,22 +4,57 @@ use crate::failure::{Failure, Refusal};
 use crate::plugins::{self, Trust};
 use crate::results::PROGRAM;
 use std::collections::BTreeMap;
+use std::fs::File;
+use std::io::{self, Read};
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use wireloom::core::Registry;
 use wireloom::export::json::Provenance;
-use wireloom::host::Plugin;
+use wireloom::host::{Plugin, plain_file};
 use wireloom::scenario::settings::{self, Setting};
 use wireloom::scenario::{Built, Fault, Files, Scenario};
 
+/// Largest text that is read, bytes: thirty times the harness of a whole car as KBL.
+const TEXT: u64 = 64 << 20;
+/// Largest file of another kind that is read as a whole, bytes: a mesh of ten million triangles has half of it.
+const LARGEST: u64 = 1 << 30;
+
 /// Reads a text file. What is no UTF-8 is refused, not an I/O fault.
 pub fn text(path: &Path) -> Result<String, Failure> {
-    let bytes = std::fs::read(path).map_err(Failure::io("read", path))?;
+    utf8(read(path, TEXT).map_err(refused(path))?, path)
+}
+
+/// Reads a file that need be no text.
+pub fn bytes(path: &Path) -> Result<Vec<u8>, Failure> {
+    read(path, LARGEST).map_err(refused(path))
+}
+
+/// Opens a plain file of any size, to read it piece by piece.
+pub fn open(path: &Path) -> Result<File, Failure> {
+    plain_file(path, u64::MAX).map_err(refused(path))
+}
+
+fn read(path: &Path, most: u64) -> io::Result<Vec<u8>> {
+    let mut bytes = vec![];
+    // It may grow while it is read.
+    plain_file(path, most)?.take(most).read_to_end(&mut bytes)?;
+    Ok(bytes)
+}
+
+fn utf8(bytes: Vec<u8>, path: &Path) -> Result<String, Failure> {
     String::from_utf8(bytes).map_err(|error| {
         let at = error.utf8_error().valid_up_to();
         let line = error.as_bytes()[..at].iter().filter(|byte| **byte == b'\n').count() + 1;
         Failure::Input(format!("{}:{line}: not UTF-8 text (byte {at})", path.display()))
     })
+}
+
+/// A file of a kind or size that is not read is refused; the rest are faults of the system.
+fn refused(path: &Path) -> impl FnOnce(io::Error) -> Failure {
+    move |error| match error.kind() {
+        io::ErrorKind::InvalidInput => Failure::Input(format!("cannot read {}: {error}", path.display())),
+        _ => Failure::io("read", path)(error),
+    }
 }
 
 /// The files that a scenario names, relative to its folder; what was read is remembered.
@@ -51,16 +86,15 @@ impl Files for Beside {
         if let Some((_, text)) = self.known().iter().find(|(known, _)| known == path) {
             return Ok(text.clone());
         }
-        let text = text(&self.folder.join(path)).map_err(|failure| match failure {
-            Failure::Io { source, .. } => source.to_string(),
-            other => other.to_string(),
-        })?;
+        let file = self.folder.join(path);
+        let bytes = read(&file, TEXT).map_err(|error| error.to_string())?;
+        let text = utf8(bytes, &file).map_err(|failure| failure.to_string())?;
         self.known().push((path.to_owned(), text.clone()));
         Ok(text)
     }
 
     fn bytes(&self, path: &str) -> Result<Vec<u8>, String> {
-        let bytes = std::fs::read(self.folder.join(path)).map_err(|error| error.to_string())?;
+        let bytes = read(&self.folder.join(path), LARGEST).map_err(|error| error.to_string())?;
         let mut hashed = self.hashed.lock().unwrap_or_else(PoisonError::into_inner);
         hashed.insert(path.to_owned(), wireloom::sha256(&bytes));
         Ok(bytes)

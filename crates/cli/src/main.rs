@@ -5,7 +5,7 @@
 //! | 0 | done; for `run`: every increment converged |
 //! | 1 | the input was refused: the scenario, the imported file or the command line |
 //! | 2 | `run` did not converge or was interrupted (everything computed is written all the same), or `compare` met a run that did not converge |
-//! | 3 | a file or folder could not be read or written, or a plugin failed |
+//! | 3 | a file or folder could not be read or written, is damaged, or another run is writing there; or a plugin failed |
 
 mod arguments;
 mod bench;
@@ -22,6 +22,8 @@ mod interrupt;
 mod length;
 mod load;
 mod operations;
+mod own;
+mod place;
 mod plugin;
 mod plugin_check;
 mod plugin_check_joint;

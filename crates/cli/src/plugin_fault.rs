@@ -3,9 +3,8 @@
 
 use crate::arguments::PluginFault;
 use crate::failure::Failure;
-use crate::folder::Folder;
 use crate::results::RESULT;
-use crate::saved::{Keeper, Origin};
+use crate::saved::{self, Keeper, Origin};
 use std::path::Path;
 use wireloom::core::equilibrium::{PartFamily, PartFault};
 use wireloom::core::{Run, Status};
@@ -43,16 +42,17 @@ fn parts(site: &str) -> (PartFamily, &str, &str, &str) {
 
 /// Writes the result as far as it goes.
 fn save(place: &Path, fault: &PartFault) -> Result<(), Failure> {
-    let origin = Origin::read(place)?;
+    let mut folder = saved::interrupted(place)?;
+    let origin = Origin::read(&folder)?;
     let run = Run {
         scenario: origin.scenario,
         status: Status::Failed,
         notes: vec![],
         events: vec![],
-        steps: Keeper::salvage(place)?,
+        steps: Keeper::salvage(&folder)?,
         clearances: vec![],
         fault: Some(fault.clone()),
         plugins: origin.plugins,
     };
-    Folder::create(place)?.write(RESULT, |out| json::write(&run, &origin.provenance, out))
+    folder.write(RESULT, |out| json::write(&run, &origin.provenance, out))
 }

@@ -183,16 +183,25 @@ impl Results {
 
     /// `out/first: result.json, picture.svg`, with no more than a few names.
     pub fn words(&self) -> String {
-        let (below, top): (Vec<&String>, Vec<&String>) =
-            self.folder.written.iter().partition(|name| name.contains('/'));
-        let mut names: Vec<&str> = top.into_iter().map(String::as_str).collect();
+        let (below, names): (Vec<&str>, Vec<&str>) = self.folder.names().partition(|name| name.contains('/'));
         let more = match below.len() {
             0 => String::new(),
             n => format!(" and {n} more"),
         };
-        names.sort_unstable();
         format!("{}: {}{more}", self.folder.path().display(), names.join(", "))
     }
+}
+
+/// Makes sure that the files of a series still are what was written, before more are added to it.
+pub fn check(folder: &Folder, series: &[SeriesFile]) -> Result<(), Failure> {
+    for (k, own) in series.iter().enumerate() {
+        folder.check(&own.file)?;
+        let moving = moving_file(k + 1);
+        if folder.names().any(|name| name == moving) {
+            folder.check(&moving)?;
+        }
+    }
+    if folder.names().any(|name| name == STANDING) { folder.check(STANDING) } else { Ok(()) }
 }
 
 /// The last increment of every step.

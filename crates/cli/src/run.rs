@@ -7,12 +7,12 @@ use crate::folder::Folder;
 use crate::load::{self, Loaded};
 use crate::plugins::{self, Trust, Worst};
 use crate::progress::Bar;
-use crate::results::{Results, Surroundings};
-use crate::saved::{Keeper, Origin, Standing};
+use crate::results::{self, Results, Surroundings};
+use crate::saved::{self, Keeper, Origin, Standing};
 use crate::swept::Swept;
 use crate::{interrupt, size, studio, summary, variants};
 use std::io::Write;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use wireloom::core::{Status, StepResult};
 use wireloom::scenario::{Built, Scenario, Setting};
 use wireloom::solve::checkpoint::{Checkpoint, Observer, Resumed};
@@ -43,7 +43,7 @@ pub fn run(arguments: &RunArguments, out: &mut dyn Write) -> Result<Outcome, Fai
     let time_limit = wireloom::scenario::plugins(&texts[0].1).time_limit;
     let worst = (!plugins.is_empty()).then(|| Worst::new(&place, steps, time_limit));
     let (size, notes) = (size::words(&built.network), built.notes.len());
-    let scene = studio::keep_scene(&place, &built)?;
+    let scene = studio::keep_scene(folder.own(), &built)?;
     let bar = Bar::new(increments(&built), standing.increments, !arguments.quiet);
     let mut watcher = Watcher {
         bar,
@@ -62,12 +62,15 @@ pub fn run(arguments: &RunArguments, out: &mut dyn Write) -> Result<Outcome, Fai
     run.notes.extend(wireloom::host::notes());
     let Watcher { bar, extremes, increments, mut results, swept, keeper, page, failure, .. } = watcher;
     drop(bar);
-    if let Some(failure) = failure {
-        // The first failure is the one to report. What is there is written, if that can be.
-        let _ = results.finish(&run);
+    // What is there is written, if that can be. The first failure is the one to report.
+    let finished = results.finish(&run);
+    if let Some(failure) = failure.or(finished.err()) {
+        if !arguments.quiet {
+            // The failure counts more than one to say this.
+            let _ = writeln!(out, "what was computed is kept: `wireloom run --resume {}` goes on", place.display());
+        }
         return Err(failure);
     }
-    results.finish(&run)?;
     let mut remark = None;
     if let Some(swept) = swept {
         let (surface, cell) = swept.surface(&keeper, increments)?;
@@ -122,7 +125,7 @@ impl Job {
         let file = arguments.file.as_deref().unwrap_or(Path::new(""));
         let mut loaded = load::scenario(file, &settings(file, arguments, trust)?, trust)?;
         loaded.scenario.output.report |= arguments.report;
-        let mut folder = Folder::create(&arguments.out.clone().unwrap_or_else(|| default_folder(file)))?;
+        let mut folder = folder(arguments.out.as_deref(), file)?;
         folder.clear()?;
         folder.has_room(bytes(&loaded))?;
         let origin = Origin::new(file, arguments, &loaded)?;
@@ -131,12 +134,13 @@ impl Job {
     }
 
     fn resume(place: &Path, trust: &Trust) -> Result<Self, Failure> {
-        let origin = Origin::read(place)?;
+        let folder = saved::interrupted(place)?;
+        let origin = Origin::read(&folder)?;
         let mut loaded = load::scenario(&origin.file, &origin.settings(), trust)?;
         loaded.scenario.output.report |= origin.report;
         origin.check(&loaded)?;
-        let folder = Folder::create(place)?;
         let (keeper, standing, resumed) = Keeper::resume(&folder)?;
+        results::check(&folder, &standing.series)?;
         if resumed.as_ref().is_some_and(|resumed| !resumed.checkpoint.fits(&loaded.built.network)) {
             return Err(Failure::Input(format!(
                 "the run in {} was begun by another build of this program: run the scenario anew",
@@ -168,9 +172,12 @@ fn settings(file: &Path, arguments: &RunArguments, trust: &Trust) -> Result<Vec<
     Ok(settings)
 }
 
-/// `out/first` for `scenarios/first.toml`.
-pub fn default_folder(file: &Path) -> PathBuf {
-    Path::new(OUT).join(file.file_stem().unwrap_or_default())
+/// The folder for the results: the one that the user has named, or `out/first` for `scenarios/first.toml`.
+pub fn folder(named: Option<&Path>, file: &Path) -> Result<Folder, Failure> {
+    match named {
+        Some(path) => Folder::create(path),
+        None => Folder::create_default(OUT, &file.file_stem().unwrap_or_default().to_string_lossy()),
+    }
 }
 
 /// What the results of a run take at least, bytes.

@@ -2,26 +2,27 @@
 //!
 //! | in `DIR/.wireloom/` | what |
 //! | --- | --- |
-//! | `origin.json` | which scenario, with the hashes of all files it was made from, and which program |
+//! | `origin` | which scenario, with the hashes of all files it was made from, and which program |
 //! | `results/NNNNNN` | the ends of steps (or increments) that belong to the result, one file each, written as soon as they are there |
 //! | `swept/NNNNNN` | nodes of all branches at the start (0) and after every increment, where what they sweep is asked for |
 //! | `standing` | the last checkpoint, and what was seen up to it |
 //!
-//! Every file appears whole or not at all, and a checkpoint only after what it builds on is safe on the disk. All go when the run has
-//! come to its end. `DIR/.wireloom/files` ([`crate::folder`]) stays.
+//! Every file appears whole or not at all and has a checksum ([`crate::own`]), and a checkpoint appears only after what it builds on is safe on the
+//! disk. All go when the run has come to its end. `DIR/.wireloom/files` ([`crate::folder`]) stays.
 
 use crate::arguments::RunArguments;
 use crate::extremes::Extremes;
 use crate::failure::Failure;
-use crate::folder::{self, Folder, OWN};
+use crate::folder::Folder;
 use crate::load::Loaded;
+use crate::own::{ANEW, OWN, Own};
 use crate::plugins;
 use crate::results::PROGRAM;
 use crate::swept::Lines;
 use serde::{Deserialize, Serialize};
-use std::fs::{self, File};
-use std::io::{self, Write};
+use std::io;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 use std::time::{Duration, Instant};
 use wireloom::core::StepResult;
 use wireloom::core::equilibrium::Library;
@@ -31,8 +32,8 @@ use wireloom::scenario::Setting;
 use wireloom::solve::checkpoint::{Checkpoint, Resumed};
 
 /// Changes with what the files mean.
-const FORMAT: u32 = 4;
-const ORIGIN: &str = "origin.json";
+const FORMAT: u32 = 5;
+const ORIGIN: &str = "origin";
 const RESULTS: &str = "results";
 const SWEPT: &str = "swept";
 const STANDING: &str = "standing";
@@ -74,22 +75,14 @@ impl Origin {
     }
 
     /// Of the run that was interrupted in this folder.
-    pub fn read(folder: &Path) -> Result<Self, Failure> {
-        let path = folder.join(OWN).join(ORIGIN);
-        let bytes = match fs::read(&path) {
-            Err(error) if error.kind() == io::ErrorKind::NotFound => {
-                let place = folder.display();
-                return Err(Failure::Input(format!(
-                    "nothing to resume in {place}: no run was interrupted there, or it has come to its end since"
-                )));
-            }
-            other => other.map_err(Failure::io("read", &path))?,
-        };
-        let origin: Self = serde_json::from_slice(&bytes).map_err(|error| unreadable(&path, &error))?;
+    pub fn read(folder: &Folder) -> Result<Self, Failure> {
+        let Some(bytes) = folder.own().part(ORIGIN, ANEW)? else { return Err(nothing_to_resume(folder.path())) };
+        let origin: Self =
+            serde_json::from_slice(&bytes).map_err(|error| unreadable(&folder.own().path(ORIGIN), &error))?;
         if (origin.format, origin.program.as_str()) != (FORMAT, PROGRAM) {
             return Err(Failure::Input(format!(
                 "the run in {} was begun by {} and cannot be resumed by {}: run the scenario anew",
-                folder.display(),
+                folder.path().display(),
                 origin.program,
                 PROGRAM
             )));
@@ -124,6 +117,18 @@ impl Origin {
     }
 }
 
+/// The folder of a run to be resumed. A folder without one is not touched.
+pub fn interrupted(path: &Path) -> Result<Folder, Failure> {
+    if path.join(OWN).join(ORIGIN).exists() { Folder::create(path) } else { Err(nothing_to_resume(path)) }
+}
+
+fn nothing_to_resume(folder: &Path) -> Failure {
+    let place = folder.display();
+    Failure::Input(format!(
+        "nothing to resume in {place}: no run was interrupted there, or it has come to its end since"
+    ))
+}
+
 fn unreadable(path: &Path, error: &dyn std::fmt::Display) -> Failure {
     Failure::Input(format!("{} cannot be understood ({error}): run the scenario anew", path.display()))
 }
@@ -143,73 +148,71 @@ pub struct Standing {
 
 /// Keeps a run as it goes.
 pub struct Keeper {
-    folder: PathBuf,
+    own: Arc<Own>,
     kept: usize,
-    unsafe_yet: Vec<PathBuf>,
+    unsafe_yet: Vec<String>,
     last: Option<Instant>,
 }
 
 impl Keeper {
+    fn of(folder: &Folder) -> Self {
+        Self { own: Arc::clone(folder.own()), kept: 0, unsafe_yet: vec![], last: None }
+    }
+
     /// Begins a run.
     pub fn begin(folder: &Folder, origin: &Origin) -> Result<Self, Failure> {
-        let keeper = Self { folder: folder.path().join(OWN), kept: 0, unsafe_yet: vec![], last: None };
+        let keeper = Self::of(folder);
         keeper.clear()?;
-        folder::write(&keeper.folder.join(ORIGIN), |out| {
-            serde_json::to_writer_pretty(&mut *out, origin)?;
-            out.flush()?;
-            out.get_ref().sync_all()
-        })?;
+        let bytes = serde_json::to_vec_pretty(origin)
+            .map_err(|error| Failure::io("write", &keeper.own.path(ORIGIN))(error.into()))?;
+        keeper.own.keep(ORIGIN, &bytes, true)?;
         Ok(keeper)
     }
 
     /// Goes on with a run; what had been computed of it comes back.
     pub fn resume(folder: &Folder) -> Result<(Self, Standing, Option<Resumed>), Failure> {
-        let mut keeper = Self { folder: folder.path().join(OWN), kept: 0, unsafe_yet: vec![], last: None };
-        let path = keeper.folder.join(STANDING);
-        if !path.exists() {
+        let mut keeper = Self::of(folder);
+        let Some(mut standing) = decode::<Standing>(&keeper.own, STANDING, ANEW)? else {
             return Ok((keeper, Standing::default(), None));
+        };
+        // What is damaged is told before the work goes on.
+        if keeper.own.place().has(&line(0)) {
+            keeper.lines(standing.increments).try_for_each(|lines| lines.map(|_| ()))?;
         }
-        let mut standing: Standing = decode(&path)?;
         let Some(checkpoint) = standing.checkpoint.take() else { return Ok((keeper, standing, None)) };
         keeper.kept = checkpoint.kept();
-        let steps = (1..=keeper.kept).map(|k| decode(&keeper.result(k))).collect::<Result<Vec<StepResult>, _>>()?;
+        let steps = (1..=keeper.kept).map(|k| present(&keeper.own, &result(k), ANEW));
+        let steps = steps.collect::<Result<Vec<StepResult>, _>>()?;
         Ok((keeper, standing, Some(Resumed { checkpoint, steps })))
     }
 
     /// What a run that a plugin ended has left: the ends that belong to the result.
-    pub fn salvage(folder: &Path) -> Result<Vec<StepResult>, Failure> {
-        let keeper = Self { folder: folder.join(OWN), kept: 0, unsafe_yet: vec![], last: None };
-        (1..).map(|k| keeper.result(k)).take_while(|path| path.exists()).map(|path| decode(&path)).collect()
-    }
-
-    fn result(&self, k: usize) -> PathBuf {
-        self.folder.join(RESULTS).join(format!("{k:06}"))
+    pub fn salvage(folder: &Folder) -> Result<Vec<StepResult>, Failure> {
+        let ends = (1..).map(|k| decode(folder.own(), &result(k), ANEW).transpose());
+        ends.map_while(|end| end).collect()
     }
 
     /// Keeps an end that belongs to the result.
     pub fn keep(&mut self, end: &StepResult) -> Result<(), Failure> {
         self.kept += 1;
-        let path = self.result(self.kept);
-        folder::write(&path, |out| encode(end, out))?;
-        self.unsafe_yet.push(path);
+        let name = result(self.kept);
+        encode(&self.own, &name, end, false)?;
+        self.unsafe_yet.push(name);
         Ok(())
-    }
-
-    fn line(&self, increment: usize) -> PathBuf {
-        self.folder.join(SWEPT).join(format!("{increment:06}"))
     }
 
     /// Keeps where the nodes are after an increment.
     pub fn keep_lines(&mut self, increment: usize, lines: &Lines) -> Result<(), Failure> {
-        let path = self.line(increment);
-        folder::write(&path, |out| encode(lines, out))?;
-        self.unsafe_yet.push(path);
+        let name = line(increment);
+        encode(&self.own, &name, lines, false)?;
+        self.unsafe_yet.push(name);
         Ok(())
     }
 
-    /// Where the nodes were at the start and after so many increments, as far as that was kept.
+    /// Where the nodes were at the start and after so many increments; nothing where there was no start.
     pub fn lines(&self, increments: usize) -> impl Iterator<Item = Result<Lines, Failure>> {
-        (0..=increments).map(|k| self.line(k)).filter(|path| path.exists()).map(|path| decode(&path))
+        let started = increments > 0 || self.own.place().has(&line(0));
+        (0..=increments).filter(move |_| started).map(|k| present(&self.own, &line(k), ANEW))
     }
 
     /// Whether it is time to keep a checkpoint.
@@ -219,44 +222,44 @@ impl Keeper {
 
     /// Keeps a checkpoint, after all results before it.
     pub fn stand(&mut self, standing: &Standing) -> Result<(), Failure> {
-        for path in self.unsafe_yet.drain(..) {
-            File::open(&path).and_then(|file| file.sync_all()).map_err(Failure::io("write", &path))?;
+        for name in self.unsafe_yet.drain(..) {
+            self.own.make_safe(&name)?;
         }
-        folder::write(&self.folder.join(STANDING), |out| {
-            encode(standing, out)?;
-            out.flush()?;
-            out.get_ref().sync_all()
-        })?;
+        encode(&self.own, STANDING, standing, true)?;
         self.last = Some(Instant::now());
         Ok(())
     }
 
     /// The run has come to its end.
     pub fn clear(&self) -> Result<(), Failure> {
-        let gone = |result: io::Result<()>| match result {
-            Err(error) if error.kind() != io::ErrorKind::NotFound => Err(error),
-            _ => Ok(()),
-        };
         // The checkpoint goes first: without it nothing is built on the rest.
-        for name in [STANDING, ORIGIN] {
-            let path = self.folder.join(name);
-            gone(fs::remove_file(&path)).map_err(Failure::io("remove", &path))?;
-        }
-        for name in [RESULTS, SWEPT] {
-            let path = self.folder.join(name);
-            gone(fs::remove_dir_all(&path)).map_err(Failure::io("remove", &path))?;
-        }
-        Ok(())
+        self.own.remove(&[STANDING, ORIGIN], &[RESULTS, SWEPT])
     }
 }
 
-/// Writes a value in the form of these files.
-pub fn encode(value: &impl Serialize, out: &mut impl Write) -> io::Result<()> {
-    out.write_all(&postcard::to_stdvec(value).map_err(io::Error::other)?)
+/// An end that belongs to the result.
+fn result(k: usize) -> String {
+    format!("{RESULTS}/{k:06}")
 }
 
-/// Reads a value back.
-pub fn decode<T: for<'a> Deserialize<'a>>(path: &Path) -> Result<T, Failure> {
-    let bytes = fs::read(path).map_err(Failure::io("read", path))?;
-    postcard::from_bytes(&bytes).map_err(|error| unreadable(path, &error))
+/// Nodes after an increment.
+fn line(increment: usize) -> String {
+    format!("{SWEPT}/{increment:06}")
+}
+
+/// Keeps a value; `safe`: on the disk when this returns.
+pub fn encode(own: &Own, name: &str, value: &impl Serialize, safe: bool) -> Result<(), Failure> {
+    let bytes = postcard::to_stdvec(value).map_err(io::Error::other).map_err(Failure::io("write", &own.path(name)))?;
+    own.keep(name, &bytes, safe)
+}
+
+/// Reads a value back, if it is there; `help`: what to do where it is damaged.
+pub fn decode<T: for<'a> Deserialize<'a>>(own: &Own, name: &str, help: &str) -> Result<Option<T>, Failure> {
+    let Some(bytes) = own.part(name, help)? else { return Ok(None) };
+    postcard::from_bytes(&bytes).map(Some).map_err(|error| unreadable(&own.path(name), &error))
+}
+
+/// Reads a value back that must be there.
+pub fn present<T: for<'a> Deserialize<'a>>(own: &Own, name: &str, help: &str) -> Result<T, Failure> {
+    decode(own, name, help)?.ok_or_else(|| Failure::io("read", &own.path(name))(io::ErrorKind::NotFound.into()))
 }

@@ -3,13 +3,14 @@
 use crate::arguments::{Allowed, StudioArguments};
 use crate::bench::machine;
 use crate::failure::{Failure, Outcome};
-use crate::folder::{self, OWN};
+use crate::folder;
 use crate::load::{self, Beside};
+use crate::own::{ANEW, Own};
+use crate::place::Place;
 use crate::plugins::{self, Trust};
 use crate::results::{PROGRAM, RESULT};
 use crate::studio_state::{Draft, Memory, Remembered};
 use crate::{diagnostics, interrupt};
-use std::fs::File;
 use std::io::{self, Write};
 use std::net::{IpAddr, TcpListener, ToSocketAddrs};
 use std::path::{Path, PathBuf};
@@ -23,13 +24,14 @@ use wireloom_studio::server::{Behind, Desk, Live, Offer, Server, Site, Token};
 use wireloom_studio::{Opened, PAGE, Studio, scene};
 
 /// The harness and what is about it, as pages draw it; beside the result, in the program's own folder.
-const SCENE: &str = "scene.json";
+const SCENE: &str = "scene";
 
 /// Keeps what pages need beside the result, for `wireloom studio DIR`.
-pub fn keep_scene(place: &Path, built: &Built) -> Result<Scene, Failure> {
+pub fn keep_scene(own: &Own, built: &Built) -> Result<Scene, Failure> {
     let schedule = &built.schedule;
     let scene = scene::of(&schedule.scenario, PROGRAM, schedule.gravity, &built.network);
-    folder::write(&place.join(OWN).join(SCENE), |out| Ok(serde_json::to_writer(out, &scene)?))?;
+    let bytes = serde_json::to_vec(&scene).map_err(|error| Failure::io("write", &own.path(SCENE))(error.into()))?;
+    own.keep(SCENE, &bytes, false)?;
     Ok(scene)
 }
 
@@ -89,7 +91,9 @@ fn shown(address: IpAddr) -> String {
 /// What is remembered of the scenario or folder; none where another studio has it, or where nothing can be kept.
 fn remember(what: &Path) -> Result<Option<Memory>, Failure> {
     // What is not there is not remembered.
-    File::open(what).map_err(Failure::io("read", what))?;
+    if !what.is_dir() {
+        load::open(what)?;
+    }
     let memory = Memory::of(what).map_err(Failure::io("keep drafts of", what));
     let (memory, lack) = match memory {
         Ok(None) => {
@@ -127,25 +131,26 @@ fn address(arguments: &StudioArguments, known: &Remembered) -> Result<(TcpListen
 }
 
 /// A page for the run whose results lie in a folder.
-fn finished(place: &Path) -> Result<Site, Failure> {
-    let read = |file: PathBuf| File::open(&file).map_err(Failure::io("read", &file));
+fn finished(path: &Path) -> Result<Site, Failure> {
     let no_result = |error: io::Error| match error.kind() {
         io::ErrorKind::InvalidData | io::ErrorKind::UnexpectedEof => Failure::Input(format!(
             "{} holds no result of this version of `wireloom run`: {error}; run the scenario anew",
-            place.display()
+            path.display()
         )),
-        _ => Failure::io("read", place)(error),
+        _ => Failure::io("read", path)(error),
     };
-    let run = json::read_run(read(place.join(RESULT))?).map_err(no_result)?;
-    let scene: Scene = serde_json::from_reader(io::BufReader::new(read(place.join(OWN).join(SCENE))?))
-        .map_err(|error| no_result(error.into()))?;
-    let mut recorder = Recorder::new(Scene { exports: folder::written(place)?, ..scene });
+    let place = Place::open(path).map_err(Failure::io("read", path))?;
+    let result = place.file(RESULT).map_err(Failure::io("read", &path.join(RESULT)))?;
+    let run = json::read_run(result).map_err(no_result)?;
+    let own = Own::open(path)?;
+    let absent = || Failure::io("read", &own.path(SCENE))(io::ErrorKind::NotFound.into());
+    let bytes = own.part(SCENE, ANEW)?.ok_or_else(absent)?;
+    let scene: Scene = serde_json::from_slice(&bytes).map_err(|error| no_result(error.into()))?;
+    let mut recorder = Recorder::new(Scene { exports: folder::written(&own)?.into_keys().collect(), ..scene });
     run.steps.iter().for_each(|end| recorder.see(end));
     let replay = recorder.finish(&run);
     let names = replay.scene().exports.clone();
-    let place = place.to_owned();
-    let file =
-        move |name: &str| names.iter().any(|known| known == name).then(|| std::fs::read(place.join(name)).ok())?;
+    let file = move |name: &str| names.iter().any(|known| known == name).then(|| place.bytes(name).ok().flatten())?;
     Ok(Site { page: replay.page(PAGE), behind: Behind::Finished(Box::new(file)) })
 }
 

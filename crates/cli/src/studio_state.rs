@@ -52,7 +52,7 @@ impl Memory {
         make_folder(folder)?;
         let hash = wireloom::sha256(scenario.as_os_str().as_encoded_bytes());
         let path = folder.join(format!("studio-{}.json", &hash[..16]));
-        let lock = for_the_user_alone(&path.with_extension("lock"))?;
+        let lock = for_the_user_alone(&path.with_extension("lock"), false)?;
         if lock.try_lock().is_err() {
             return Ok(None);
         }
@@ -76,8 +76,9 @@ impl Memory {
         change(&mut self.remembered);
         let text = serde_json::to_vec(&self.remembered)?;
         let partial = self.path.with_extension("partial");
-        let mut file = for_the_user_alone(&partial)?;
-        file.set_len(0)?;
+        // What a kill has left, whatever it is: the file is made anew.
+        let _ = fs::remove_file(&partial);
+        let mut file = for_the_user_alone(&partial, true)?;
         file.write_all(&text)?;
         file.sync_all()?;
         fs::rename(&partial, &self.path)
@@ -103,9 +104,10 @@ fn make_folder(folder: &Path) -> io::Result<()> {
     builder.create(folder)
 }
 
-fn for_the_user_alone(path: &Path) -> io::Result<File> {
+/// Opens a file that nobody else may read; `new`: one that is not there yet.
+fn for_the_user_alone(path: &Path, new: bool) -> io::Result<File> {
     let mut options = OpenOptions::new();
-    options.read(true).write(true).create(true).truncate(false);
+    options.read(true).write(true).create(true).create_new(new).truncate(false);
     #[cfg(unix)]
     std::os::unix::fs::OpenOptionsExt::mode(&mut options, 0o600);
     options.open(path)

@@ -3,23 +3,24 @@
 //! | in `DIR/` | what |
 //! | --- | --- |
 //! | `points.parquet` | a row for each point, written when all are done |
-//! | `.wireloom/sweep/origin.json` | which scenario, while the sweep goes |
+//! | `.wireloom/sweep/origin` | which scenario, while the sweep goes |
 //! | `.wireloom/sweep/NNNNNN` | chains of points that are done, while the sweep goes |
 
 use crate::arguments::SweepArguments;
 use crate::failure::{Failure, Outcome};
-use crate::folder::{self, Folder, OWN};
+use crate::folder::{self, Folder};
 use crate::load::{self, Beside};
+use crate::own::Own;
 use crate::plugins::{self, Trust};
 use crate::progress::Bar;
 use crate::results::PROGRAM;
-use crate::saved::{decode, encode};
+use crate::saved::{decode, encode, present};
 use crate::summary::{Columns, printable};
 use crate::{interrupt, run, size};
 use serde::{Deserialize, Serialize};
-use std::fs;
 use std::io::{self, Write};
-use std::path::{Path, PathBuf};
+use std::path::Path;
+use std::sync::Arc;
 use wireloom::core::equilibrium::Library;
 use wireloom::export::report;
 use wireloom::export::table::{self, Column, Row, Table};
@@ -31,8 +32,11 @@ const TABLE: &str = "points.parquet";
 /// The page.
 const REPORT: &str = "report.html";
 const PARTS: &str = "sweep";
+const ORIGIN: &str = "sweep/origin";
+/// What to do where a part is damaged.
+const HELP: &str = "remove it, and the same command goes on";
 /// Changes with what the chains mean.
-const FORMAT: u32 = 4;
+const FORMAT: u32 = 5;
 /// Messages of refused points that are shown.
 const REFUSALS: usize = 3;
 
@@ -56,7 +60,6 @@ pub fn sweep(arguments: &SweepArguments, out: &mut dyn Write) -> Result<Outcome,
         let help = "add one, such as\n[sweep.vary]\n\"branches.NAME.length\" = { from = \"400 mm\", to = \"500 mm\", count = 11 }";
         return Err(Failure::Input(format!("{} has no [sweep]: {help}", file.display())));
     };
-    let place = arguments.out.clone().unwrap_or_else(|| run::default_folder(file));
     let origin = Origin {
         format: FORMAT,
         program: PROGRAM.to_owned(),
@@ -64,7 +67,8 @@ pub fn sweep(arguments: &SweepArguments, out: &mut dyn Write) -> Result<Outcome,
         texts: loaded.texts.clone(),
         plugins: loaded.plugins.iter().map(plugins::record).collect(),
     };
-    let mut folder = Folder::create(&place)?;
+    let mut folder = run::folder(arguments.out.as_deref(), file)?;
+    let place = folder.path().to_path_buf();
     let parts = Parts::begin(&mut folder, &origin)?;
     let points = Points {
         text: &loaded.texts[0].1,
@@ -76,7 +80,7 @@ pub fn sweep(arguments: &SweepArguments, out: &mut dyn Write) -> Result<Outcome,
         header: header(sweep, &loaded.built.network),
     };
     let chains = points.chains();
-    let to_do: Vec<usize> = (0..chains.len()).filter(|k| !parts.path(*k).exists()).collect();
+    let to_do = parts.to_do(chains.len())?;
     let left: usize = to_do.iter().map(|k| chains[*k].len()).sum();
     if left < sweep.points && !arguments.quiet {
         writeln!(out, "going on after {} points", sweep.points - left).map_err(Failure::standard_output)?;
@@ -85,16 +89,17 @@ pub fn sweep(arguments: &SweepArguments, out: &mut dyn Write) -> Result<Outcome,
     let bar = Bar::new(sweep.points, sweep.points - left, !arguments.quiet);
     bar.say("points");
     interrupt::listen();
-    points.compute(&to_do, &interrupt::asked, &|| bar.one(), |k, rows| {
-        folder::write(&parts.path(k), |out| encode(&rows, out))
-    })?;
+    points.compute(&to_do, &interrupt::asked, &|| bar.one(), |k, rows| parts.keep(k, &rows))?;
     drop(bar);
     if interrupt::asked() {
         let words = format!("interrupted; the same command goes on, from {}", place.display());
         writeln!(out, "{words}").map_err(Failure::standard_output)?;
         return Ok(Outcome::NotConverged);
     }
-    let rows = parts.read(chains.len())?;
+    let mut rows = vec![];
+    for k in 0..chains.len() {
+        rows.append(&mut parts.read(k)?);
+    }
     let notes = [
         ("program", PROGRAM.to_owned()),
         ("scenario", loaded.scenario.name.clone()),
@@ -150,43 +155,52 @@ fn print(rows: &[Row], table: &Table, out: &mut dyn Write) -> io::Result<()> {
 }
 
 /// What is done of a sweep while it goes.
-struct Parts(PathBuf);
+struct Parts(Arc<Own>);
 
 impl Parts {
     /// Goes on where the same sweep was interrupted; begins anew otherwise.
     fn begin(folder: &mut Folder, origin: &Origin) -> Result<Self, Failure> {
-        let parts = Self(folder.path().join(OWN).join(PARTS));
-        let path = parts.0.join("origin.json");
-        let known = fs::read(&path).ok().and_then(|bytes| serde_json::from_slice::<Origin>(&bytes).ok());
+        let parts = Self(Arc::clone(folder.own()));
+        let known = parts.0.part(ORIGIN, HELP)?.and_then(|bytes| serde_json::from_slice::<Origin>(&bytes).ok());
         if known.as_ref() != Some(origin) {
             folder.clear()?;
             parts.clear()?;
-            folder::write(&path, |out| Ok(serde_json::to_writer(out, origin)?))?;
+            let bytes = serde_json::to_vec(origin)
+                .map_err(|error| Failure::io("write", &parts.0.path(ORIGIN))(error.into()))?;
+            parts.0.keep(ORIGIN, &bytes, false)?;
         }
         Ok(parts)
     }
 
-    fn path(&self, chain: usize) -> PathBuf {
-        self.0.join(format!("{chain:06}"))
+    fn keep(&self, chain: usize, rows: &[Row]) -> Result<(), Failure> {
+        encode(&self.0, &part(chain), &rows, false)
     }
 
-    fn read(&self, chains: usize) -> Result<Vec<Row>, Failure> {
-        let parts: Result<Vec<Vec<Row>>, Failure> = (0..chains).map(|k| decode(&self.path(k))).collect();
-        Ok(parts?.into_iter().flatten().collect())
+    /// Which of so many chains are not done. What is damaged is told before the work begins.
+    fn to_do(&self, chains: usize) -> Result<Vec<usize>, Failure> {
+        let known = |k: usize| Ok((k, decode::<Vec<Row>>(&self.0, &part(k), HELP)?.is_some()));
+        let known = (0..chains).map(known).collect::<Result<Vec<_>, Failure>>()?;
+        Ok(known.into_iter().filter(|(_, done)| !done).map(|(k, _)| k).collect())
+    }
+
+    /// The rows of a chain that is done.
+    fn read(&self, chain: usize) -> Result<Vec<Row>, Failure> {
+        present(&self.0, &part(chain), HELP)
     }
 
     fn clear(&self) -> Result<(), Failure> {
-        match fs::remove_dir_all(&self.0) {
-            Err(error) if error.kind() != io::ErrorKind::NotFound => Err(Failure::io("remove", &self.0)(error)),
-            _ => Ok(()),
-        }
+        self.0.remove(&[], &[PARTS])
     }
+}
+
+fn part(chain: usize) -> String {
+    format!("{PARTS}/{chain:06}")
 }
 
 /// `wireloom report`: the table of a sweep as one page.
 pub fn report(place: &Path, target: Option<&Path>, out: &mut dyn Write) -> Result<Outcome, Failure> {
     let path = if place.is_dir() { place.join(TABLE) } else { place.to_owned() };
-    let bytes = fs::read(&path).map_err(Failure::io("read", &path))?;
+    let bytes = load::bytes(&path)?;
     let table = table::read(bytes)
         .map_err(|error| Failure::Input(format!("{} is no table of a sweep: {error}", path.display())))?;
     let name = table.notes.iter().find(|(key, _)| key == "wireloom.scenario").map_or("sweep", |(_, name)| name);

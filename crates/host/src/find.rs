@@ -2,6 +2,8 @@
 
 use std::env::consts::{DLL_PREFIX, DLL_SUFFIX};
 use std::ffi::OsStr;
+use std::fs::File;
+use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
 /// Folders whose libraries the user trusts, in order.
@@ -45,6 +47,26 @@ impl Folders {
 
 fn is_library(path: &Path) -> bool {
     path.file_name().is_some_and(|name| name.to_string_lossy().ends_with(DLL_SUFFIX)) && path.is_file()
+}
+
+/// Opens a file to read it, which must be a plain one: a device or a pipe may have no end, or keep its reader waiting for ever.
+///
+/// # Errors
+/// Those of the system; that it is something else, or larger than `most` bytes.
+pub fn plain_file(path: &Path, most: u64) -> std::io::Result<File> {
+    // Looked at before it is opened: to open a pipe is to wait for somebody who writes.
+    let there = std::fs::metadata(path)?;
+    let refused = |reason: String| Err(std::io::Error::new(ErrorKind::InvalidInput, reason));
+    if there.is_dir() {
+        return refused("it is a folder, not a file".to_owned());
+    }
+    if !there.is_file() {
+        return refused("it is a device, a pipe or a socket, not a plain file".to_owned());
+    }
+    if there.len() > most {
+        return refused(format!("it has {} MB, and at most {} MB are read", there.len() >> 20, most >> 20));
+    }
+    File::open(path)
 }
 
 /// `libcable_tie.so` for `cable-tie`, as cargo calls it on this system.

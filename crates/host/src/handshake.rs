@@ -3,14 +3,19 @@
 use crate::call::{Site, into_plugin};
 use crate::describe::{self, Described};
 use crate::error::Reason;
+use crate::find::plain_file;
 use crate::read::{self, Message};
 use crate::site_of;
 use sha2::{Digest, Sha256};
 use std::error::Error;
+use std::io::Read;
 use std::path::Path;
 use std::sync::Arc;
 use wireloom_abi::draft::{EXTENSION_NOTES, Notes};
 use wireloom_abi::{ABI_MAJOR, ABI_MINOR, Entry, MAGIC};
+
+/// Largest library that is looked at, bytes: far more than any takes that is not somebody's joke.
+const LARGEST: u64 = 1 << 30;
 
 /// A library that is a plugin.
 pub struct Opened {
@@ -25,8 +30,11 @@ pub struct Opened {
 
 /// Opens, checks, lists.
 pub fn open(file: &Path) -> Result<Opened, Reason> {
-    let bytes = std::fs::read(file).map_err(Reason::Unreadable)?;
-    let hash = Sha256::digest(&bytes).iter().map(|byte| format!("{byte:02x}")).collect();
+    let mut hash = Sha256::new();
+    plain_file(file, LARGEST)
+        .and_then(|file| std::io::copy(&mut file.take(LARGEST), &mut hash))
+        .map_err(Reason::Unreadable)?;
+    let hash = hash.finalize().iter().map(|byte| format!("{byte:02x}")).collect();
     // A path without a folder would be looked for elsewhere.
     let file = std::path::absolute(file).map_err(Reason::Unreadable)?;
     let site = site_of(&file);

@@ -20,7 +20,7 @@ mod proxy;
 mod read;
 
 pub use error::{LoadError, Reason};
-pub use find::{Folders, file_name, named};
+pub use find::{Folders, file_name, named, plain_file};
 pub use last_words::stand_by;
 pub use line::differentiated;
 pub use proxy::notes;
