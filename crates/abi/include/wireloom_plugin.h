@@ -29,8 +29,8 @@ struct WireloomKind;
 // Version of this ABI: programs and plugins of different major versions do not fit.
 #define WIRELOOM_ABI_MAJOR 1
 
-// Version of this ABI: grows with every addition. 1: joint models.
-#define WIRELOOM_ABI_MINOR 1
+// Version of this ABI: grows with every addition. 1: joint models. 2: joints that couple the ends of their arms, length of an arm.
+#define WIRELOOM_ABI_MINOR 2
 
 // Done.
 #define WIRELOOM_STATUS_OK 0
@@ -151,6 +151,9 @@ struct WireloomKind;
 
 // `JointDescription::mounting`: the joint is a hub with a pose that carries the ends of its arms rigidly; it has no energy.
 #define WIRELOOM_MOUNTING_POSE 2
+
+// `JointDescription::mounting`: the arms share one point; the energy couples the frames that their ends have there.
+#define WIRELOOM_MOUNTING_STATIONS 3
 
 // Where a plugin writes words: at most `capacity` bytes, the zero at the end among them.
 typedef struct WireloomText {
@@ -436,6 +439,8 @@ typedef struct WireloomArm {
     double bending_stiffness[2];
     // GJ, N m².
     double torsion_stiffness;
+    // Unstressed length of its branch, m.
+    double length;
 } WireloomArm;
 
 // Which share of the wires of one arm passes to another.

@@ -42,8 +42,8 @@ pub static HEADER: &str = include_str!("../include/wireloom_plugin.h");
 pub const MAGIC: u64 = 0x4d4f_4f4c_4552_4957;
 /// Version of this ABI: programs and plugins of different major versions do not fit.
 pub const ABI_MAJOR: u32 = 1;
-/// Version of this ABI: grows with every addition. 1: joint models.
-pub const ABI_MINOR: u32 = 1;
+/// Version of this ABI: grows with every addition. 1: joint models. 2: joints that couple the ends of their arms, length of an arm.
+pub const ABI_MINOR: u32 = 2;
 
 /// Done.
 pub const STATUS_OK: i32 = 0;
@@ -133,6 +133,8 @@ pub const HOLD_TWIST: i32 = 4;
 pub const MOUNTING_POINT: i32 = 1;
 /// [`JointDescription::mounting`]: the joint is a hub with a pose that carries the ends of its arms rigidly; it has no energy.
 pub const MOUNTING_POSE: i32 = 2;
+/// [`JointDescription::mounting`]: the arms share one point; the energy couples the frames that their ends have there.
+pub const MOUNTING_STATIONS: i32 = 3;
 
 /// Where a plugin writes words: at most `capacity` bytes, the zero at the end among them.
 #[repr(C)]
@@ -575,6 +577,8 @@ pub struct Arm {
     pub bending_stiffness: [f64; 2],
     /// GJ, N m².
     pub torsion_stiffness: f64,
+    /// Unstressed length of its branch, m.
+    pub length: f64,
 }
 
 /// Which share of the wires of one arm passes to another.

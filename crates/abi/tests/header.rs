@@ -179,7 +179,7 @@ fn layout() -> String {
         JointKind { size, reserved, create, destroy, evaluate }
         Arm {
             branch, starts_here, reserved, rest, offset, curvature, segment_length, diameter, linear_density, axial_stiffness, shear_stiffness,
-            bending_stiffness, torsion_stiffness,
+            bending_stiffness, torsion_stiffness, length,
         }
         WireShare { from, to, share }
         JointSpec { size, arm_count, arm_stride, wire_count, name, arms, wires, values, value_count, reserved }

@@ -56,6 +56,7 @@ pub fn trials(kind: &JointKind) -> Vec<Trial<'_>> {
 fn hangs(joint: &dyn JointModel) -> &'static str {
     match joint.mounting() {
         Mounting::Point => "ok: the arms share a point",
+        Mounting::Stations => "ok: the arms share a point, their ends have frames",
         Mounting::Pose => "ok: a hub",
     }
 }
@@ -81,6 +82,7 @@ fn spec() -> JointSpec {
                 min_bend_radius: None,
             },
             segment_length: 0.01,
+            length: 1.0,
             curvature: Vector::zeros(),
         }
     };

@@ -18,6 +18,8 @@ pub struct Arm {
     pub section: Section,
     /// Rest length of its segment at the joint, m.
     pub segment_length: f64,
+    /// Unstressed length of its branch, m.
+    pub length: f64,
     /// Rest curvature of its branch, 1/m.
     pub curvature: Vector,
 }
@@ -50,13 +52,16 @@ pub enum Mounting {
     /// The arms share one point; the joint's energy couples the frames of their segments at the
     /// joint. The joint has a position and no frame.
     Point,
+    /// The arms share one point; the end of every arm has a frame of its own there, that of a station, and the joint's energy couples
+    /// these. The joint has a position and no frame.
+    Stations,
     /// The joint is a hub with a pose; the end station of every arm is carried by it rigidly.
     Pose,
 }
 
 /// A joint of any number k ≥ 2 of arms.
 ///
-/// Contract: the energy depends on the frames of the arms' segments at the joint (in the order of the
+/// Contract: the energy depends on the frames of the arms' segments at the joint, or of the stations at their ends (in the order of the
 /// arms, as frames of their branches: d3 `from → to`), is ≥ 0, 0 at the rest directions (near them where arms are
 /// curved at rest), unchanged by a common rotation, and unchanged when a branch is run from its other end. Hubs that carry
 /// their arms rigidly ([`Mounting::Pose`]) have no energy and keep the default methods. Methods neither allocate

@@ -174,7 +174,8 @@ pub struct Joint {
     pub point: usize,
     /// Its frame in the state, where it has one.
     pub frame: Option<usize>,
-    /// For [`Mounting::Point`]: the frame of each arm's segment at the joint.
+    /// What the joint's energy couples, one frame for each arm: with [`Mounting::Point`] that of its segment at the joint, with
+    /// [`Mounting::Stations`] that of its end; none on a hub.
     pub arm_frames: Vec<usize>,
 }
 
@@ -326,7 +327,7 @@ impl Network {
     ///
     /// # Panics
     /// If indices of the plans do not exist, a fixing has neither station nor span, a place that needs a frame is no station, or the mesh of a
-    /// rod has a station at a [`Mounting::Point`] joint or none at a free end or a hub: what the scenario's
+    /// rod has a station at a [`Mounting::Point`] joint or none at a free end or another joint: what the scenario's
     /// check has excluded.
     pub fn new(
         branches: Vec<BranchPlan>,
@@ -358,7 +359,8 @@ impl Network {
         let mut ties = Vec::new();
         let mut placed = Vec::new();
         for (index, plan) in joints.into_iter().enumerate() {
-            let hub = plan.model.mounting() == Mounting::Pose;
+            let mounting = plan.model.mounting();
+            let hub = mounting == Mounting::Pose;
             let point = points;
             points += 1;
             let frame = hub.then_some(frames);
@@ -375,17 +377,18 @@ impl Network {
                     branch.end = end;
                 }
                 let station = mesh.station_frame(node);
-                assert_eq!(hub, station.is_some(), "branch {}: stations do not fit joint {}", branch.name, plan.name);
+                let fits = station.is_some() == (mounting != Mounting::Point);
+                assert!(fits, "branch {}: stations do not fit joint {}", branch.name, plan.name);
                 ties.push(Tie {
                     point: branch.points.start + node,
-                    frame: station.map(|c| branch.frames.start + c),
+                    frame: station.filter(|_| hub).map(|c| branch.frames.start + c),
                     hub_point: point,
                     hub_frame: frame,
                     offset: if hub { arm.offset } else { Vector::zeros() },
                     rest: arm.rest,
                 });
                 if !hub {
-                    arm_frames.push(branch.frames.start + mesh.segment_frames[segment]);
+                    arm_frames.push(branch.frames.start + station.unwrap_or(mesh.segment_frames[segment]));
                 }
             }
             placed.push(Joint {

@@ -6,6 +6,7 @@
 //! `∂E/∂s`, the difference of the configurational forces on either side, vanishes (Bigoni, Dal Corso, Bosi, Misseroni 2015:
 //! the "Eshelby-like" force of a sliding sleeve; for a ring it makes the tensions equal).
 
+use crate::Mounting;
 use crate::equilibrium::{SlideMotion, SlideResult};
 use crate::network::{BranchEnd, Place};
 use crate::problem::{Problem, STATION_SHIFT};
@@ -130,7 +131,7 @@ impl Problem<'_> {
                     BranchEnd::Joint { joint, .. } => {
                         stops[side] = SlideStop::Joint;
                         // The joint's energy knows the length of the first segment of each arm: that one stays.
-                        if network.joints[joint].frame.is_none() {
+                        if network.joints[joint].model.mounting() == Mounting::Point {
                             sides[0].start += usize::from(side == 0);
                             sides[1].end -= usize::from(side == 1);
                         }

@@ -77,10 +77,10 @@ impl Maker {
         }
         match description.mounting {
             abi::MOUNTING_POSE => return Ok(proxy),
-            abi::MOUNTING_POINT if self.functions.evaluate.is_some() => {}
-            abi::MOUNTING_POINT => return Err(refuse("has no function `evaluate`".into())),
+            abi::MOUNTING_POINT | abi::MOUNTING_STATIONS if self.functions.evaluate.is_some() => {}
+            abi::MOUNTING_POINT | abi::MOUNTING_STATIONS => return Err(refuse("has no function `evaluate`".into())),
             0 => return Err(refuse("wrote no mounting: `create` must fill in the description".into())),
-            other => return Err(refuse(format!("has mounting {other}; 1 and 2 are known"))),
+            other => return Err(refuse(format!("has mounting {other}; 1 to 3 are known"))),
         }
         match (description.has_gradient != 0, description.has_hessian != 0) {
             (true, true) => {}
@@ -100,6 +100,7 @@ fn plain_arm(arm: &Arm, branch: &CString) -> abi::Arm {
         offset: arm.offset.into(),
         curvature: arm.curvature.into(),
         segment_length: arm.segment_length,
+        length: arm.length,
         diameter: arm.section.diameter,
         linear_density: arm.section.linear_density,
         axial_stiffness: arm.section.axial_stiffness,
@@ -218,7 +219,11 @@ fn orientations(at: &Situation<'_>) -> Vec<Rotation> {
 
 impl JointModel for Proxy {
     fn mounting(&self) -> Mounting {
-        if self.description.mounting == abi::MOUNTING_POSE { Mounting::Pose } else { Mounting::Point }
+        match self.description.mounting {
+            abi::MOUNTING_POSE => Mounting::Pose,
+            abi::MOUNTING_STATIONS => Mounting::Stations,
+            _ => Mounting::Point,
+        }
     }
 
     fn energy(&self, frames: &[Rotation]) -> f64 {

@@ -22,8 +22,13 @@ fn rod(kind: &'static str) -> impl Fn(RodSpec) -> Box<dyn RodSegment> {
 }
 
 fn joint(kind: &'static str) -> impl Fn(JointSpec) -> Box<dyn JointModel> {
+    joint_of(kind, &[])
+}
+
+fn joint_of(kind: &'static str, values: &[(&'static str, Value)]) -> impl Fn(JointSpec) -> Box<dyn JointModel> {
     let registry = registry();
-    move |spec| (registry.joint(kind).unwrap().build)(&spec, &Parameters::default()).unwrap()
+    let values = Parameters(values.iter().map(|(name, value)| ((*name).to_owned(), value.clone())).collect());
+    move |spec| (registry.joint(kind).unwrap().build)(&spec, &values).unwrap()
 }
 
 fn constraint(
@@ -97,6 +102,7 @@ fn rods_without_shear_do_not_look_at_the_shear_stiffness() {
 }
 
 joint_conformance!(cosserat_joint, joint("cosserat"));
+joint_conformance!(long_cosserat_joint, joint_of("cosserat", &[("length", Value::Number(0.3))]));
 joint_conformance!(rigid_body_joint, joint("rigid-body"));
 joint_conformance!(fused_joint, joint("fused"));
 

@@ -44,6 +44,7 @@ pub unsafe extern "C" fn create(
                 size: (*description).size,
                 mounting: match made.mounting() {
                     Mounting::Point => abi::MOUNTING_POINT,
+                    Mounting::Stations => abi::MOUNTING_STATIONS,
                     Mounting::Pose => abi::MOUNTING_POSE,
                 },
                 thread_safe: 1,
@@ -125,7 +126,8 @@ pub unsafe extern "C" fn evaluate(
 unsafe fn spec(spec: &abi::JointSpec) -> JointSpec {
     // SAFETY: what `spec` points to is what the ABI says.
     unsafe {
-        let arms = slice(spec.arms, spec.arm_count as usize).iter().map(|arm| {
+        let arms = (0..spec.arm_count as usize).map(|a| {
+            let arm = &*spec.arms.byte_add(a * spec.arm_stride as usize);
             let branch = words(arm.branch).unwrap_or_default();
             Arm {
                 starts_here: arm.starts_here != 0,
@@ -142,6 +144,7 @@ unsafe fn spec(spec: &abi::JointSpec) -> JointSpec {
                     min_bend_radius: None,
                 },
                 segment_length: arm.segment_length,
+                length: arm.length,
                 curvature: Vector::from(arm.curvature),
                 branch,
             }

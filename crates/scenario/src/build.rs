@@ -138,6 +138,7 @@ impl Scenario {
                 offset: arm.offset,
                 section: self.sections[branch.section].clone(),
                 curvature: branch.curvature,
+                length: branch.length,
                 segment_length: if arm.starts_here { lengths[0] } else { lengths[lengths.len() - 1] },
             }
         });
@@ -160,7 +161,7 @@ impl Scenario {
             let mut stations = layout.stations[index].clone();
             stations.extend([0, last]);
             for (joint, (_, model)) in self.joints.iter().zip(models) {
-                if model.mounting() == Mounting::Pose {
+                if model.mounting() != Mounting::Point {
                     continue;
                 }
                 for arm in joint.arms.iter().filter(|arm| arm.branch == index) {

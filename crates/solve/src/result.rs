@@ -11,7 +11,7 @@ use wireloom_core::network::{Branch, BranchEnd, Fixing, Joint, Place, Site, Span
 use wireloom_core::obstacle::Obstacle;
 use wireloom_core::problem::{Problem, STATION_SHIFT, Variable};
 use wireloom_core::rotation::{columns, twist_angle};
-use wireloom_core::{EventKind, EventPlace, Pose, Rotation, State, Tangent, Vector};
+use wireloom_core::{EventKind, EventPlace, Mounting, Pose, Rotation, State, Tangent, Vector};
 
 /// Curvatures below this share of 1/L count as straight.
 const STRAIGHT: f64 = 1e-9;
@@ -82,13 +82,13 @@ pub fn branch(problem: &Problem<'_>, index: usize, state: &State, touching: &[bo
         let mean = 0.5 * (shape.rest_lengths[node - 1] + shape.rest_lengths[node]);
         result.position[node] += (tangent(node) - tangent(node - 1)) * (mean / 24.0);
     }
-    // Ends at a joint without a frame have no coupling of the rod's own: there the moment is what the joint exerts, and frame and
+    // Ends at a joint without stations have no coupling of the rod's own: there the moment is what the joint exerts, and frame and
     // curvature follow from it, or with two arms from how the other one continues this one.
     let mut continued = [None, None];
     for (k, (end, node)) in [(branch.start, 0), (branch.end, n)].into_iter().enumerate() {
         let BranchEnd::Joint { joint, arm } = end else { continue };
         let joint = &network.joints[joint];
-        if joint.frame.is_some() {
+        if joint.model.mounting() != Mounting::Point {
             continue;
         }
         let (segment, sign) = if k == 0 { (0, 1.0) } else { (n - 1, -1.0) };
@@ -170,10 +170,10 @@ fn mean_length(joint: &Joint) -> f64 {
 }
 
 /// From a two-arm joint, which is a corner of the polygon, to the centre line: `ℓ² x″/24` as at a node between segments, x″
-/// from the arms' outward tangents beyond those at rest. Nothing where more arms meet, or where the joint is held.
+/// from the arms' outward tangents beyond those at rest. Nothing where more arms meet, where their ends are stations, or where the joint is held.
 fn joint_shift(problem: &Problem<'_>, joint: &Joint, state: &State) -> Vector {
     let held = problem.held().iter().any(|h| h.variable == Variable::Point(joint.point));
-    if held || joint.arms.len() != 2 {
+    if held || joint.arms.len() != 2 || joint.model.mounting() != Mounting::Point {
         return Vector::zeros();
     }
     let mean = mean_rotation(others(joint, usize::MAX, state));

@@ -123,16 +123,12 @@ pub fn harness() -> Network {
         offset: Vector::zeros(),
         section: section.clone(),
         segment_length: length / SEGMENTS as f64,
+        length,
         curvature: Vector::zeros(),
     };
     for k in 0..=JOINTS {
         let name = format!("trunk-{k}");
-        let stations = match k {
-            0 => vec![0],
-            JOINTS => vec![SEGMENTS],
-            _ => vec![],
-        };
-        branches.push(branch(name.clone(), &trunk, 0.1, SEGMENTS, stations));
+        branches.push(branch(name.clone(), &trunk, 0.1, SEGMENTS, vec![0, SEGMENTS]));
         if k > 0 {
             arms[k - 1].push((k, arm(&name, &trunk, true, Vector::x(), 0.1)));
         }
@@ -144,7 +140,7 @@ pub fn harness() -> Network {
         let name = format!("side-{k}");
         let direction = Vector::new(0.5, if k < JOINTS { 1.0 } else { -1.0 }, 0.0);
         arms[k % JOINTS].push((branches.len(), arm(&name, &side, true, direction, 0.2)));
-        branches.push(branch(name, &side, 0.2, SEGMENTS, vec![SEGMENTS]));
+        branches.push(branch(name, &side, 0.2, SEGMENTS, vec![0, SEGMENTS]));
     }
     let joints = arms
         .into_iter()
@@ -155,7 +151,7 @@ pub fn harness() -> Network {
             JointPlan {
                 name: spec.name.clone(),
                 kind: "cosserat".into(),
-                model: Box::new(CosseratJoint::new(&spec).expect("no offsets")),
+                model: Box::new(CosseratJoint::new(&spec, None).expect("no offsets")),
                 arms,
                 branches,
                 mass: 0.0,

@@ -1,50 +1,87 @@
 //! The pairwise joint energy, for any number of arms.
 //!
-//! The arms meet in one point. The segments at the joint of every pair of arms (a, b) that share wires are
-//! coupled by a bend-twist element, as the wires that run from a to b are bent and twisted there:
+//! The arms meet in one point. Over the joint's length L, measured from that point along every arm, wires that go to different arms are
+//! not bound to each other; beyond it the arm's section binds them. The wires that run from arm a to arm b bend and twist more over
+//! this length than the arms they are part of, and the joint has the difference:
 //!
-//! `E_ab = ½ λ_ab (κ−κ°)ᵀ C_ab (κ−κ°)`, `κ` the curvature between the frames `p_a h` and `p_b h̄` as within a rod
-//! ([`crate::kernel::BendTwist`]), `λ_ab = ½(ℓ_a + ℓ_b)`, `h = √(r°_ab)`, κ° the mean rest curvature of the two arms.
+//! ```text
+//! E = Σ_ab ½ φ_abᵀ K_ab φ_ab
+//! K_ab⁻¹ = L R_a (C_ab⁻¹ − C_a⁻¹) R_aᵀ + L R_b (C_ba⁻¹ − C_b⁻¹) R_bᵀ
 //!
-//! `p_a` is the frame of arm a turned so that its d3 runs into the joint, `p_b` that of arm b turned so that its d3
-//! runs out of it; `r°_ab` is their relative rotation at rest. The strain is measured in the frame midway
-//! between the two, which makes the energy the same seen from either arm; the square root exists for every
-//! pair of directions, folded arms included. `C_ab = diag(EI1, EI2, GJ)` is the part of the arms' stiffness that the shared
-//! wires carry, so that a joint of two arms with all wires running through is the plain rod, to the
-//! last digit.
+//! φ_ab  turn of the end of arm b relative to the end of arm a, beyond that at rest (a rotation vector, see `BendTwist`)
+//! C_a   diag(EI1, EI2, GJ) of arm a, N m²
+//! C_ab  the part of C_a that belongs to the wires that run from a to b
+//! R_a   rest frame of arm a in the joint's frame
+//! ```
+//!
+//! Where a moment enters by arm a and leaves by arm b, the ends of the joint at L turn relative to each other by
+//! `(L/C_a + K_ab⁻¹ + L/C_b) m = (L/C_ab + L/C_ba) m`, as the shared wires alone do over this length: the length is taken from the arms, and counted
+//! once. No term knows the mesh. The limits: nothing ends and nothing parts (two arms with all wires running through), K is infinite and
+//! the joint is the plain rod, whatever L is; L → 0, it is the joint `fused`. Several pairs act side by side.
+//!
+//! The frames that are coupled are those of stations at the ends of the arms; half a segment, between station and first segment, is part of
+//! the rod like any other. In the plain rod there is no station at the joint: the segments on its sides are coupled as any two neighbours
+//! are ([`crate::kernel::BendTwist`], with `λ = ½(ℓ_a + ℓ_b)`, both halves in series, κ° their mean), so that it is the same to the last digit.
 //!
 //! The public text of the 2017 paper on assembly simulation of multi-branch cables stops before its joint
 //! equations; this form is ours.
 
-use super::sharing::share_out;
+use super::sharing::shared;
 use crate::kernel::{BendTwist, rotation_matrix};
 use nalgebra::{Quaternion, Unit};
 use wireloom_core::joint::{Arm, JointModel, JointSpec, Mounting};
 use wireloom_core::law::{JointLaw, PairLaw};
-use wireloom_core::registry::{BuildError, JointKind};
+use wireloom_core::registry::{BuildError, Form, JointKind, Parameter, Quantity};
 use wireloom_core::{Matrix, Rotation, Vector};
 
 /// The kind `cosserat`.
 pub fn kind() -> JointKind {
     JointKind {
         name: "cosserat".into(),
-        doc: "arms meet in a point; every pair that shares wires is coupled in bending and twist by those wires".into(),
-        parameters: vec![],
-        build: Box::new(|spec, _| CosseratJoint::new(spec).map(|joint| Box::new(joint) as _)),
+        doc: "arms meet in a point; over a length of each arm the wires part, and every pair of arms that shares wires is coupled in \
+              bending and twist by those"
+            .into(),
+        parameters: vec![length(
+            "length of each arm, from the joint's point, over which wires that go to different arms are not bound to each other; \
+             default: the diameter of the thickest arm, at most half of the shortest arm",
+        )],
+        build: Box::new(|spec, values| CosseratJoint::new(spec, values.number("length")).map(|joint| Box::new(joint) as _)),
     }
 }
 
-/// Share of an arm's stiffness that may end in a joint without a remark.
-const NOTED_SHARE: f64 = 0.01;
+/// The parameter `length` of a joint.
+pub(super) fn length(doc: &str) -> Parameter {
+    let form =
+        Form::Number { quantity: Quantity::Length, minimum: LEAST_LENGTH, exclusive: false, maximum: f64::INFINITY };
+    Parameter { name: "length".into(), doc: doc.into(), form, default: None, required: false }
+}
+
+/// Least `length` that may be given, m: a tenth of the thinnest wires' diameter. The joint is the fused one, then.
+const LEAST_LENGTH: f64 = 1e-6;
+
+/// Part of an arm that may belong to a joint: the other half belongs to its other end.
+const LARGEST_PART: f64 = 0.5;
+
+/// Least compliance of a pair, as that of so many diameters of each arm: it keeps K finite where one pair of a joint of many arms has all
+/// wires of both, or where they part about some axes only.
+const STIFFEST: f64 = 1e-4;
+
+/// Least part of an arm's stiffness that the wires of a pair have about each axis: where none are said to pass about one axis but some
+/// about another one, it keeps K⁻¹ finite.
+const SOFTEST: f64 = 1e-6;
+
+/// Part of an arm's stiffness below which wires that go elsewhere are round-off of the shares.
+const ROUND_OFF: f64 = 1e-9;
 
 /// One pair of arms that share wires.
 struct Pair {
     a: usize,
     b: usize,
+    /// Length that the energy's curvature is of, m.
     lambda: f64,
-    /// diag(EI1, EI2, GJ) of the shared wires, N m².
+    /// About the axes of the coupled frames, N m².
     stiffness: Vector,
-    /// Rest curvature of the wires from one segment to the other, 1/m.
+    /// Rest curvature from one frame to the other, 1/m.
     curvature: Vector,
     /// Constant rotations with which the coupled frames are `q_a alpha` and `q_b beta`.
     alpha: Rotation,
@@ -55,6 +92,8 @@ struct Pair {
 pub struct CosseratJoint {
     pairs: Vec<Pair>,
     arms: usize,
+    /// Whether it is the plain rod: its two arms' segments are coupled, and it has no stations.
+    plain: bool,
     notes: Vec<String>,
 }
 
@@ -76,11 +115,11 @@ fn root(r: &Rotation) -> Rotation {
 }
 
 impl CosseratJoint {
-    /// From its specification.
+    /// From its specification and its length, m; left out, the diameter of the thickest arm, at most half of the shortest arm.
     ///
     /// # Errors
-    /// If an arm has an offset: this joint has no size.
-    pub fn new(spec: &JointSpec) -> Result<Self, BuildError> {
+    /// If an arm has an offset: its arms meet in a point. If the length is more than half of an arm.
+    pub fn new(spec: &JointSpec, length: Option<f64>) -> Result<Self, BuildError> {
         if let Some(arm) = spec.arms.iter().find(|arm| arm.offset.norm() > 0.0) {
             return Err(BuildError::new(
                 format!("arm `{}` of the cosserat joint `{}` has an offset", arm.branch, spec.name),
@@ -88,64 +127,80 @@ impl CosseratJoint {
             )
             .at("offset"));
         }
-        let (tables, notes) = stiffness_tables(spec);
+        let length = length_of(spec, length)?;
+        let shared = shared(spec);
+        let own: Vec<Vector> = spec.arms.iter().map(|arm| arm.section.bend_diagonal()).collect();
+        let stays = |a: usize, b: usize| (shared.table[a][b] - own[a]).abs() <= own[a] * ROUND_OFF;
+        let plain = spec.arms.len() == 2 && stays(0, 1) && stays(1, 0);
         let mut pairs = Vec::new();
         for (a, arm_a) in spec.arms.iter().enumerate() {
             for (b, arm_b) in spec.arms.iter().enumerate().skip(a + 1) {
-                let stiffness = Vector::from_fn(|i, _| tables[i][a][b]);
-                if stiffness.max() > 0.0 {
-                    pairs.push(Pair::new(a, b, arm_a, arm_b, stiffness));
+                let wires = [shared.table[a][b], shared.table[b][a]];
+                if plain {
+                    pairs.push(Pair::of_a_rod(a, b, arm_a, arm_b));
+                } else if wires[0].max() > 0.0 {
+                    pairs.push(Pair::of_wires(a, b, [arm_a, arm_b], wires, length));
                 }
             }
         }
-        Ok(Self { pairs, arms: spec.arms.len(), notes })
+        Ok(Self { pairs, arms: spec.arms.len(), plain, notes: shared.notes })
     }
 }
 
-/// For each of EI1, EI2, GJ the symmetric table of what passes between the arms, N m²; and remarks.
-fn stiffness_tables(spec: &JointSpec) -> ([Vec<Vec<f64>>; 3], Vec<String>) {
-    let k = spec.arms.len();
-    let stiffness: Vec<Vector> = spec.arms.iter().map(|arm| arm.section.bend_diagonal()).collect();
-    let mut notes = Vec::new();
-    if spec.wires.is_empty() {
-        let tables = [0, 1, 2].map(|i| {
-            let (table, surplus) = share_out(&stiffness.iter().map(|s| s[i]).collect::<Vec<_>>());
-            if i == 0
-                && let Some(a) = (0..k).find(|&a| surplus[a] > NOTED_SHARE * stiffness[a][0])
-            {
-                notes.push(format!(
-                    "arm `{}` is stiffer in bending than all other arms of joint `{}` together: {:.0} % of its stiffness ends in the joint",
-                    spec.arms[a].branch, spec.name, 100.0 * surplus[a] / stiffness[a][0]
-                ));
-            }
-            table
-        });
-        return (tables, notes);
+/// L, m.
+fn length_of(spec: &JointSpec, given: Option<f64>) -> Result<f64, BuildError> {
+    let thickest = spec.arms.iter().map(|arm| arm.section.diameter).fold(0.0, f64::max);
+    let Some(shortest) = spec.arms.iter().min_by(|a, b| a.length.total_cmp(&b.length)) else { return Ok(thickest) };
+    let largest = LARGEST_PART * shortest.length;
+    match given {
+        None => Ok(thickest.min(largest)),
+        Some(length) if length <= largest => Ok(length),
+        Some(length) => Err(BuildError::new(
+            format!(
+                "the joint `{}` has length = {length} m, and its arm `{}` is {} m long",
+                spec.name, shortest.branch, shortest.length
+            ),
+            format!(
+                "at most half of an arm belongs to a joint: {largest} m here; left out, it is {} m (the diameter of the thickest arm, \
+                 at most half of the shortest)",
+                thickest.min(largest)
+            ),
+        )
+        .at("length")),
     }
-    let mut tables = [0, 1, 2].map(|_| vec![vec![0.0; k]; k]);
-    for wire in &spec.wires {
-        for (i, table) in tables.iter_mut().enumerate() {
-            let x = wire.share * stiffness[wire.from][i];
-            table[wire.from][wire.to] += x;
-            table[wire.to][wire.from] += x;
-        }
-    }
-    for ((arm, row), own) in spec.arms.iter().zip(&tables[0]).zip(&stiffness) {
-        let ending = 1.0 - row.iter().sum::<f64>() / own[0];
-        if ending > NOTED_SHARE {
-            notes.push(format!(
-                "{:.0} % of the bending stiffness of arm `{}` ends in joint `{}`: no other arm takes it up",
-                100.0 * ending,
-                arm.branch,
-                spec.name
-            ));
-        }
-    }
-    (tables, notes)
 }
 
 impl Pair {
-    fn new(a: usize, b: usize, arm_a: &Arm, arm_b: &Arm, stiffness: Vector) -> Self {
+    /// The arms' wires from a to b, which part from the others over this length (m) of each arm; `wires` is C_ab and C_ba.
+    fn of_wires(a: usize, b: usize, arms: [&Arm; 2], wires: [Vector; 2], length: f64) -> Self {
+        let compliance = |arm: &Arm, wires: &Vector| -> Matrix {
+            let own = arm.section.bend_diagonal();
+            let least = STIFFEST * arm.section.diameter;
+            let beyond = |i: usize| {
+                let wires = wires[i].max(SOFTEST * own[i]);
+                (length * (1.0 / wires - 1.0 / own[i])).max(least / own[i])
+            };
+            let r = rotation_matrix(&arm.rest);
+            r * Matrix::from_diagonal(&Vector::new(beyond(0), beyond(1), beyond(2))) * r.transpose()
+        };
+        let of_both = compliance(arms[0], &wires[0]) + compliance(arms[1], &wires[1]);
+        let axes = of_both.symmetric_eigen();
+        let (first, second) = (axes.eigenvectors.column(0), axes.eigenvectors.column(1));
+        let frame = Matrix::from_columns(&[first.into(), second.into(), first.cross(&second)]);
+        let frame = Rotation::from_rotation_matrix(&nalgebra::Rotation3::from_matrix_unchecked(frame));
+        Self {
+            a,
+            b,
+            lambda: 1.0,
+            stiffness: axes.eigenvalues.map(f64::recip),
+            curvature: Vector::zeros(),
+            alpha: arms[0].rest.inverse() * frame,
+            beta: arms[1].rest.inverse() * frame,
+        }
+    }
+
+    /// Two segments of one rod.
+    fn of_a_rod(a: usize, b: usize, arm_a: &Arm, arm_b: &Arm) -> Self {
         // Into the joint along a, out of it along b.
         let into = if arm_a.starts_here { half_turn() } else { Rotation::identity() };
         let out = if arm_b.starts_here { Rotation::identity() } else { half_turn() };
@@ -158,12 +213,16 @@ impl Pair {
         };
         let curvature_a = h.inverse() * along(arm_a, arm_a.starts_here) * arm_a.segment_length;
         let curvature_b = h * along(arm_b, !arm_b.starts_here) * arm_b.segment_length;
+        let [own_a, own_b] = [arm_a, arm_b].map(|arm| arm.section.bend_diagonal());
+        let length = arm_a.segment_length + arm_b.segment_length;
+        let in_series = |i: usize| length / (arm_a.segment_length / own_a[i] + arm_b.segment_length / own_b[i]);
+        let stiffness = if own_a == own_b { own_a } else { Vector::new(in_series(0), in_series(1), in_series(2)) };
         Self {
             a,
             b,
-            lambda: 0.5 * (arm_a.segment_length + arm_b.segment_length),
+            lambda: 0.5 * length,
             stiffness,
-            curvature: (curvature_a + curvature_b) / (arm_a.segment_length + arm_b.segment_length),
+            curvature: (curvature_a + curvature_b) / length,
             // conj(q_a α) (q_b β) = h̄ p̄_a p_b h̄.
             alpha: into * h,
             beta: out * h.inverse(),
@@ -178,7 +237,7 @@ impl Pair {
 
 impl JointModel for CosseratJoint {
     fn mounting(&self) -> Mounting {
-        Mounting::Point
+        if self.plain { Mounting::Point } else { Mounting::Stations }
     }
 
     fn energy(&self, frames: &[Rotation]) -> f64 {

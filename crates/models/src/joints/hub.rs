@@ -4,6 +4,10 @@ use wireloom_core::joint::{JointModel, Mounting};
 use wireloom_core::law::JointLaw;
 use wireloom_core::registry::{BuildError, JointKind};
 
+/// The parameter `length` where nothing bends.
+const NO_LENGTH: &str =
+    "of a joint `cosserat`; a hub does not bend and does not look at it, so that one file serves all models";
+
 /// A rigid hub.
 pub struct Hub;
 
@@ -22,7 +26,7 @@ pub fn rigid_body() -> JointKind {
     JointKind {
         name: "rigid-body".into(),
         doc: "a rigid body with pose and mass; arms leave it at fixed places and in fixed directions".into(),
-        parameters: vec![],
+        parameters: vec![super::cosserat::length(NO_LENGTH)],
         build: Box::new(|_, _| Ok(Box::new(Hub))),
     }
 }
@@ -32,7 +36,7 @@ pub fn fused() -> JointKind {
     JointKind {
         name: "fused".into(),
         doc: "all arms share one point and one frame; the angles between them never change; no size".into(),
-        parameters: vec![],
+        parameters: vec![super::cosserat::length(NO_LENGTH)],
         build: Box::new(|spec, _| match spec.arms.iter().find(|arm| arm.offset.norm() > 0.0) {
             None => Ok(Box::new(Hub)),
             Some(arm) => Err(BuildError::new(

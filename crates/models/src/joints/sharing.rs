@@ -1,4 +1,76 @@
-//! How much stiffness passes between the arms of a joint when nothing is said about its wires.
+//! How much of the arms' stiffness belongs to the wires that run from one arm of a joint to another.
+
+use wireloom_core::Vector;
+use wireloom_core::joint::JointSpec;
+
+/// What the wires of a joint are.
+pub struct Shared {
+    /// `table[a][b]`: the part of diag(EI1, EI2, GJ) of arm a that belongs to the wires from a to b, N m². At most the whole of it together.
+    pub table: Vec<Vec<Vector>>,
+    /// Remarks.
+    pub notes: Vec<String>,
+}
+
+/// Part of an arm's stiffness that may end in a joint, or come from nowhere, without a remark.
+const NOTED_SHARE: f64 = 0.01;
+
+/// The wires of a joint.
+///
+/// With a table of wires, those that are said to run from a to b have that share of a's stiffness in both arms; where an arm is given more of
+/// them than it has stiffness, its stiffness goes to them in proportion. Without one, no wire ends in the joint: stiffness passes as
+/// [`share_out`] has it, and what an arm has beyond it goes with the wires that it passes on, in proportion.
+pub fn shared(spec: &JointSpec) -> Shared {
+    let k = spec.arms.len();
+    let own: Vec<Vector> = spec.arms.iter().map(|arm| arm.section.bend_diagonal()).collect();
+    let mut table = vec![vec![Vector::zeros(); k]; k];
+    let mut notes = Vec::new();
+    let row = |row: &[Vector]| row.iter().sum::<Vector>();
+    if spec.wires.is_empty() {
+        for i in 0..3 {
+            let (passed, surplus) = share_out(&own.iter().map(|c| c[i]).collect::<Vec<_>>());
+            for (row, passed) in table.iter_mut().zip(passed) {
+                row.iter_mut().zip(passed).for_each(|(to, x)| to[i] = x);
+            }
+            if i == 0
+                && k > 2
+                && let Some(a) = (0..k).find(|&a| surplus[a] > NOTED_SHARE * own[a][0])
+            {
+                notes.push(format!(
+                    "arm `{}` is {:.0} % stiffer in bending than all other arms of joint `{}` together; all its wires are taken to \
+                     run on, for nothing is said of them (`wires`)",
+                    spec.arms[a].branch,
+                    100.0 * surplus[a] / (own[a][0] - surplus[a]),
+                    spec.name
+                ));
+            }
+        }
+        for (own, all) in own.iter().zip(&mut table) {
+            let passed = row(all);
+            all.iter_mut().for_each(|x| *x = x.component_mul(&own.component_div(&passed)));
+        }
+        return Shared { table, notes };
+    }
+    for wire in &spec.wires {
+        let x = own[wire.from] * wire.share;
+        table[wire.from][wire.to] += x;
+        table[wire.to][wire.from] += x;
+    }
+    for ((arm, own), all) in spec.arms.iter().zip(&own).zip(&mut table) {
+        let passed = row(all);
+        let ending = 1.0 - passed[0] / own[0];
+        if ending > NOTED_SHARE {
+            notes.push(format!(
+                "{:.0} % of the bending stiffness of arm `{}` ends in joint `{}`: no other arm takes it up",
+                100.0 * ending,
+                arm.branch,
+                spec.name
+            ));
+        }
+        let least = own.zip_map(&passed, |own, passed| if passed > own { own / passed } else { 1.0 });
+        all.iter_mut().for_each(|x| *x = x.component_mul(&least));
+    }
+    Shared { table, notes }
+}
 
 /// The symmetric table X with zero diagonal whose rows add up to `stiffness` (one entry for each arm, all
 /// positive), and for each arm what is left over.
@@ -56,7 +128,63 @@ pub fn share_out(stiffness: &[f64]) -> (Vec<Vec<f64>>, Vec<f64>) {
 
 #[cfg(test)]
 mod tests {
-    use super::share_out;
+    use super::{share_out, shared};
+    use wireloom_core::joint::{JointSpec, WireShare};
+    use wireloom_core::{Arm, Rotation, Section, Vector};
+
+    fn spec(stiffness: &[f64], wires: &[(usize, usize, f64)]) -> JointSpec {
+        let section = |x: f64| Section {
+            name: "s".into(),
+            diameter: 0.008,
+            linear_density: 0.1,
+            axial_stiffness: 1e4,
+            shear_stiffness: [4e3; 2],
+            bending_stiffness: [x, 2.0 * x],
+            torsion_stiffness: 0.7 * x,
+            min_bend_radius: None,
+        };
+        let arm = |x: &f64| Arm {
+            branch: "arm".into(),
+            starts_here: true,
+            rest: Rotation::identity(),
+            offset: Vector::zeros(),
+            section: section(*x),
+            segment_length: 0.01,
+            length: 0.5,
+            curvature: Vector::zeros(),
+        };
+        let wires = wires.iter().map(|&(from, to, share)| WireShare { from, to, share });
+        JointSpec { name: "joint".into(), arms: stiffness.iter().map(arm).collect(), wires: wires.collect() }
+    }
+
+    /// What each arm's wires to the others have of its EI1, EI2 and GJ together, as parts of them.
+    fn used(spec: &JointSpec) -> Vec<Vector> {
+        let table = shared(spec).table;
+        let used = spec.arms.iter().zip(&table);
+        used.map(|(arm, row)| row.iter().sum::<Vector>().component_div(&arm.section.bend_diagonal())).collect()
+    }
+
+    #[test]
+    fn where_nothing_is_said_no_wire_ends() {
+        for stiffness in [vec![1.0, 1.0], vec![1.0, 0.2], vec![3.0, 2.0, 2.0], vec![5.0, 1.0, 1.0], vec![1.0; 16]] {
+            let spec = spec(&stiffness, &[]);
+            for part in used(&spec) {
+                assert!((part - Vector::repeat(1.0)).amax() < 1e-9, "{stiffness:?}: {part}");
+            }
+            assert_eq!(shared(&spec).notes.len(), usize::from(stiffness[0] == 5.0), "{stiffness:?}");
+        }
+    }
+
+    #[test]
+    fn wires_are_never_stiffer_than_the_arm_they_are_part_of() {
+        // 0.9 of the first arm's stiffness is more than the second one has, 0.1 of it less than the third one has.
+        let spec = spec(&[2.0, 1.0, 1.0], &[(0, 1, 0.9), (0, 2, 0.1)]);
+        let want = [1.0, 1.0, 0.2];
+        for (part, want) in used(&spec).iter().zip(want) {
+            assert!((part - Vector::repeat(want)).amax() < 1e-12, "{part} instead of {want}");
+        }
+        assert!(shared(&spec).notes.iter().any(|note| note.contains("80 % of the bending stiffness")));
+    }
 
     fn rows(table: &[Vec<f64>]) -> Vec<f64> {
         table.iter().map(|row| row.iter().sum()).collect()

@@ -52,6 +52,7 @@ fn spec(k: usize, folded: bool, wired: bool, curvature: f64, rng: &mut Rng) -> J
                 offset: Vector::zeros(),
                 section: section(rng),
                 segment_length: 0.05 * (1.0 + rng.f64()),
+                length: 1.0,
                 curvature: random_vector(rng, curvature),
             }
         })

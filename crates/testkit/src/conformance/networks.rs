@@ -123,6 +123,7 @@ impl Sketch {
                         offset: branch.end(starts_here) - self.joints[joint].1,
                         section: section(branch.thin),
                         segment_length: branch.length / branch.segments as f64,
+                        length: branch.length,
                         curvature: Vector::zeros(),
                     });
                     branches.push(b);
@@ -147,7 +148,7 @@ impl Sketch {
         }
         let branches = self.branches.iter().map(|branch| {
             let n = branch.segments;
-            let has_station = |joint: Option<usize>| joint.is_none_or(|j| models[j].mounting() == Mounting::Pose);
+            let has_station = |joint: Option<usize>| joint.is_none_or(|j| models[j].mounting() != Mounting::Point);
             let ends = [(0, branch.joints[0]), (n, branch.joints[1])];
             let stations = ends.into_iter().filter(|(_, joint)| has_station(*joint)).map(|(node, _)| node).collect();
             let mesh = Mesh::new(vec![branch.length / n as f64; n], stations);
