@@ -1,7 +1,7 @@
 //! Independently computed equilibria (two-point boundary value problems, collocation), read where they lie.
 //!
 //! Positions must be within 1.5 times the error that a plain second-order scheme makes with as many segments a branch;
-//! reactions within 1 % and the energy within 1e-3 of the elastic energy at 160.
+//! reactions within 1 % and the energy within 1e-3 of the elastic energy at 160. So must every other model of joints that can stand for the one in a case.
 //!
 //! The rod `kirchhoff` is held to the positions of the rod without shear in the same way; the error of `mass-spring` is measured.
 //!
@@ -40,6 +40,16 @@ fn main() {
             Trial::test(format!("{name}, mass-spring"), move || check_springs(&springs)),
         ]
     }));
+    for path in &cases {
+        let name = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
+        let text = std::fs::read_to_string(path).unwrap_or_default();
+        for (model, becomes) in MODELS.into_iter().filter(|(model, _)| applies(&text, model)) {
+            let path = path.clone();
+            trials.push(Trial::test(format!("{name}, {model} joint"), move || {
+                check_text(&path, &with_joints(&std::fs::read_to_string(&path)?, becomes))
+            }));
+        }
+    }
     let gpu = policy::device(std::env::var("WIRELOOM_GPU_TESTS").ok().as_deref());
     // What slides has no law on the GPU.
     let fixed = |path: &&PathBuf| std::fs::read_to_string(path).is_ok_and(|text| !text.contains("slide = true"));
@@ -75,21 +85,43 @@ fn vector(value: &Value) -> Vector {
     Vector::from_column_slice(&numbers(value))
 }
 
+/// The models of joints, and what makes each of them the point without compliance that the references have; a `cosserat` joint is one
+/// where it has next to no length.
+const MODELS: [(&str, &str); 3] = [
+    ("fused", "model = \"fused\""),
+    ("rigid-body", "model = \"rigid-body\""),
+    ("cosserat", "model = \"cosserat\"\nlength = \"0.001 mm\""),
+];
+
+/// Whether a case has joints of another model, which this one can stand for: only rigid bodies have offsets.
+fn applies(text: &str, model: &str) -> bool {
+    text.contains("[[joints]]") && !text.contains("offset = ") && !text.contains(&format!("model = \"{model}\""))
+}
+
+/// A case with joints of another model.
+fn with_joints(text: &str, becomes: &str) -> String {
+    let line = |line: &str| if line.starts_with("model = ") { becomes.to_owned() } else { line.to_owned() };
+    text.lines().map(line).collect::<Vec<_>>().join("\n")
+}
+
 fn check(path: &Path) -> Result<(), Failed> {
-    let text = std::fs::read_to_string(path)?;
+    check_text(path, &std::fs::read_to_string(path)?)
+}
+
+fn check_text(path: &Path, text: &str) -> Result<(), Failed> {
     let expected: Value = serde_json::from_str(&std::fs::read_to_string(path.with_extension("expected.json"))?)?;
     let bars = &expected["position_error_of_a_plain_second_order_scheme_by_segments"];
     let clipped = text.contains("kind = \"collar\"") && !text.contains("slide = true");
     let mut errors = Vec::new();
     for segments in [40, 80, 160] {
         let bar = bars[segments.to_string()].as_f64().ok_or("no bar")?;
-        let (error, end) = solve(&text, segments, &expected["branches"])?;
+        let (error, end) = solve(text, segments, &expected["branches"])?;
         let allowed = if clipped { 2.1 } else { 1.5 };
         if error.is_nan() || error > allowed * bar {
             return Err(format!("{segments} segments: position error {error:.3e}, bar {bar:.3e}").into());
         }
         if clipped {
-            let (error, _) = solve(&text, 2 * segments, &expected["branches"])?;
+            let (error, _) = solve(text, 2 * segments, &expected["branches"])?;
             if error.is_nan() || error > 1.5 * bar {
                 return Err(format!("{segments} segments a span: position error {error:.3e}, bar {bar:.3e}").into());
             }
