@@ -5,7 +5,7 @@ use crate::*;
 /// What it does wrong, the exit code, and words that it is told with.
 const WRONG: &[(u32, i32, &[&str])] = &[
     (1, 1, &["wrote no mounting: `create` must fill in the description"]),
-    (2, 1, &["has mounting 7; 1 and 2 are known"]),
+    (2, 1, &["has mounting 7; 1 to 3 are known"]),
     (3, 1, &["made nothing: `create` says it is done, but wrote no instance"]),
     (4, 3, &["returned NaN as energy"]),
     (5, 3, &["returned -3 from `evaluate`"]),

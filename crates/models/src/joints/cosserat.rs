@@ -51,13 +51,9 @@ pub fn kind() -> JointKind {
 
 /// The parameter `length` of a joint.
 pub(super) fn length(doc: &str) -> Parameter {
-    let form =
-        Form::Number { quantity: Quantity::Length, minimum: LEAST_LENGTH, exclusive: false, maximum: f64::INFINITY };
+    let form = Form::Number { quantity: Quantity::Length, minimum: 0.0, exclusive: true, maximum: f64::INFINITY };
     Parameter { name: "length".into(), doc: doc.into(), form, default: None, required: false }
 }
-
-/// Least `length` that may be given, m: a tenth of the thinnest wires' diameter. The joint is the fused one, then.
-const LEAST_LENGTH: f64 = 1e-6;
 
 /// Part of an arm that may belong to a joint: the other half belongs to its other end.
 const LARGEST_PART: f64 = 0.5;
