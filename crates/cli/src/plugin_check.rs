@@ -97,7 +97,7 @@ fn trials(kind: &ConstraintKind) -> Vec<Trial<'_>> {
         .max(usize::from(kind.attaches.span != SpanUse::Always))
         .min(*kind.attaches.stations.end());
     let nodes = if kind.attaches.span == SpanUse::Never { 0 } else { NODES };
-    let values = parameters(&kind.parameters, typical);
+    let values = parameters(&kind.parameters);
     let mut all: Vec<Trial<'_>> = vec![];
     let what = "one can be made of typical values".to_owned();
     match made(kind, &values, stations, nodes) {
@@ -156,7 +156,7 @@ fn acts(constraint: &dyn Constraint) -> &'static str {
 }
 
 /// A value that is in the middle of what may be.
-pub fn typical(form: &Form) -> Value {
+fn typical(form: &Form) -> Value {
     match form {
         Form::Number { minimum, maximum, .. } => Value::Number(match (minimum.is_finite(), maximum.is_finite()) {
             (true, true) => 0.5 * (minimum + maximum),
@@ -171,10 +171,10 @@ pub fn typical(form: &Form) -> Value {
     }
 }
 
-/// Defaults, and values of this sort where there are none.
-pub fn parameters(declared: &[Parameter], sort: impl Fn(&Form) -> Value) -> Parameters {
-    let value = |p: &Parameter| p.default.clone().unwrap_or_else(|| sort(&p.form));
-    Parameters(declared.iter().map(|p| (p.name.clone(), value(p))).collect())
+/// Defaults, and typical values of what must be given; what may be left out is.
+pub fn parameters(declared: &[Parameter]) -> Parameters {
+    let value = |p: &Parameter| p.default.clone().or_else(|| p.required.then(|| typical(&p.form)));
+    Parameters(declared.iter().filter_map(|p| Some((p.name.clone(), value(p)?))).collect())
 }
 
 fn made(
@@ -275,7 +275,7 @@ fn extreme_parameters(kind: &ConstraintKind, stations: usize, nodes: usize) -> V
             Form::Choice(words) => words.iter().cloned().map(Value::Word).collect(),
         };
         for end in ends {
-            let mut values = parameters(&kind.parameters, typical);
+            let mut values = parameters(&kind.parameters);
             values.0.insert(parameter.name.clone(), end.clone());
             tried += 1;
             let fault = match made(kind, &values, stations, nodes) {

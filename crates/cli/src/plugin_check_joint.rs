@@ -1,6 +1,6 @@
 //! What `wireloom plugin check` tries with joint models.
 
-use crate::plugin_check::{CYCLES, THREADS, TIMED, Trial, Verdict, leaks, parameters, typical};
+use crate::plugin_check::{CYCLES, THREADS, TIMED, Trial, Verdict, leaks, parameters};
 use std::time::Instant;
 use wireloom::core::joint::JointSpec;
 use wireloom::core::registry::JointKind;
@@ -14,7 +14,7 @@ const ARMS: usize = 3;
 
 /// What is tried with a joint model, by name.
 pub fn trials(kind: &JointKind) -> Vec<Trial<'_>> {
-    let values = parameters(&kind.parameters, typical);
+    let values = parameters(&kind.parameters);
     let make = move |spec: JointSpec| (kind.build)(&spec, &values).map_err(|error| error.message);
     let what = "one can be made of typical values".to_owned();
     let mut all: Vec<Trial<'_>> = vec![];
