@@ -236,6 +236,7 @@ fn failing((case, _, words): &Case) -> Checked {
     let fault = &result["fault"];
     ensure(fault["constraint"] == "bad" && fault["kind"] == "hostile" && fault["step"] == "second", &result)?;
     ensure(fault["increment"] == 1 && result["plugins"][0]["name"] == "hostile", &result)?;
+    ensure(result["status"] == "failed", &result["status"])?;
     let steps = result["steps"].as_array().map_or(0, Vec::len);
     ensure(steps == 1 && result["steps"][0]["name"] == "first", &result)?;
     near("end", number(&result, "/steps/0/branches/cable/position/10/2"), 0.01 / 1.24, 1e-3)
@@ -280,7 +281,13 @@ fn empty_file() -> Checked {
 fn bad_memory() -> Checked {
     let (place, ended) = run(48)?;
     ended.expect(3)?.says(&["constraint `bad` (hostile) in step `", "returned NaN as memory"])?;
-    ensure(place.path("out/s/result.json").exists(), "nothing is kept")
+    no_converged_fault(&place)
+}
+
+/// What was computed is kept, and nothing of it is called converged beside the fault.
+fn no_converged_fault(place: &Place) -> Checked {
+    let result = place.json("out/s/result.json")?;
+    ensure(result["fault"].is_object() && result["status"] == "failed", &result)
 }
 
 fn bad_target() -> Checked {
@@ -289,7 +296,7 @@ fn bad_target() -> Checked {
     for (case, words) in words {
         let (place, ended) = run(case)?;
         ended.expect(3)?.says(&["constraint `bad` (hostile) in step `first`", words])?;
-        ensure(place.path("out/s/result.json").exists(), "nothing is kept")?;
+        no_converged_fault(&place)?;
     }
     Ok(())
 }
