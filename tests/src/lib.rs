@@ -1,5 +1,7 @@
 //! What the whole-program tests share: where things are, and the program itself.
 
+pub mod growth;
+
 use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::sync::OnceLock;

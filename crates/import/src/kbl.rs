@@ -98,7 +98,7 @@ pub struct Imported {
 ///
 /// # Errors
 /// [`ImportError`] where the text is not XML or not KBL, a number cannot be read, an id is given twice, or nodes and
-/// segments do not make a harness. What a harness can do without (curves, wires, coverings, fixings) is
+/// segments do not make a harness, or one that is too large. What a harness can do without (curves, wires, coverings, fixings) is
 /// never an error: it is replaced by a stated rule and reported in [`Imported::findings`].
 pub fn import(text: &str, options: &Options) -> Result<Imported, ImportError> {
     if !(options.max_segment.is_finite() && options.max_segment > 0.0) {
@@ -106,7 +106,7 @@ pub fn import(text: &str, options: &Options) -> Result<Imported, ImportError> {
     }
     let mut findings = Findings::default();
     let document = document::read(text, &mut findings)?;
-    let harness = harness::assemble(&document, options, &mut findings);
+    let harness = harness::assemble(&document, options, &mut findings)?;
     let scenario = write::scenario(&harness, options, &mut findings);
     Ok(Imported { scenario, findings: findings.list })
 }

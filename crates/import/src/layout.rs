@@ -12,6 +12,7 @@
 //!    arcs equal; here they become what the wanted directions leave, as far as there is room. Since the arcs stay apart,
 //!    nothing can come to cross.
 
+use std::collections::HashMap;
 use std::f64::consts::{PI, TAU};
 
 /// A point of the plane.
@@ -46,6 +47,9 @@ const LEAST_GAP: f64 = 0.05;
 const LEAST_DAYLIGHT: f64 = 0.02;
 /// Rounds of turning; later rounds turn little.
 const ROUNDS: usize = 30;
+/// Turning goes from every vertex through all the others; so many such looks are taken at most, and the wedges stay as they are where
+/// that is less than a round.
+const LOOKS: usize = 20_000_000;
 /// A round that turns nothing further than this, rad, is the last.
 const SETTLED: f64 = 1e-3;
 /// Gap between pieces, as a share of the trunk.
@@ -160,12 +164,11 @@ impl<'e> Forest<'e> {
     }
 
     /// The arms of a vertex in the order of their wanted directions; where two belong to the trunk, the first is one of them and the
-    /// other is opposite.
-    fn compass(&self, vertex: usize, trunk: &[usize]) -> Compass {
+    /// other is opposite. `at` is the vertex's place in the trunk.
+    fn compass(&self, vertex: usize, trunk: &[usize], at: Option<usize>) -> Compass {
         let mut arms: Vec<(usize, f64)> =
             self.arms[vertex].iter().map(|&edge| (edge, self.wanted(edge, vertex).rem_euclid(TAU))).collect();
         arms.sort_by(|a, b| a.1.total_cmp(&b.1));
-        let at = trunk.iter().position(|&v| v == vertex);
         let on_trunk = |edge: usize| {
             let other = self.other(edge, vertex);
             at.is_some_and(|at| at > 0 && trunk[at - 1] == other || trunk.get(at + 1) == Some(&other))
@@ -193,14 +196,16 @@ impl<'e> Forest<'e> {
     fn lay(&self, piece: &[usize], points: &mut [Point]) {
         let trunk = self.trunk(piece[0]);
         let middle = trunk[trunk.len() / 2];
-        let compasses: Vec<Compass> = piece.iter().map(|&v| self.compass(v, &trunk)).collect();
+        let on_trunk: HashMap<usize, usize> = trunk.iter().enumerate().map(|(at, &v)| (v, at)).collect();
+        let compasses: Vec<Compass> =
+            piece.iter().map(|&v| self.compass(v, &trunk, on_trunk.get(&v).copied())).collect();
         let mut compass_of = vec![0; self.arms.len()];
         for (i, &v) in piece.iter().enumerate() {
             compass_of[v] = i;
         }
         let compass = |vertex: usize| &compasses[compass_of[vertex]];
         self.lay_in_wedges(middle, compass, points);
-        for _ in 0..ROUNDS {
+        for _ in 0..ROUNDS.min(LOOKS / (piece.len() * piece.len())) {
             let mut largest = 0.0_f64;
             for visit in self.walk(middle, None) {
                 largest = largest.max(self.share_daylight(visit.vertex, visit.by, compass(visit.vertex), points));
@@ -349,17 +354,28 @@ fn representative(parents: &mut [usize], mut at: usize) -> usize {
     at
 }
 
-/// Pairs of edges without a common vertex that touch or cross.
+/// Pairs of edges without a common vertex that touch or cross: of those that overlap along x, found in its order.
 fn crossings(points: &[Point], edges: &[Edge]) -> Vec<[usize; 2]> {
+    let mut along: Vec<(f64, f64, usize)> = edges
+        .iter()
+        .enumerate()
+        .map(|(k, edge)| {
+            let [a, b] = edge.ends.map(|end| points[end].x);
+            (a.min(b), a.max(b), k)
+        })
+        .collect();
+    along.sort_by(|a, b| a.0.total_cmp(&b.0));
     let mut found = Vec::new();
-    for (i, first) in edges.iter().enumerate() {
-        for (j, second) in edges.iter().enumerate().skip(i + 1) {
+    for (k, &(_, right, i)) in along.iter().enumerate() {
+        for &(_, _, j) in along[k + 1..].iter().take_while(|(left, ..)| *left <= right) {
+            let (first, second) = (&edges[i], &edges[j]);
             let apart = !first.ends.iter().any(|end| second.ends.contains(end));
             if apart && meet(first.ends.map(|end| points[end]), second.ends.map(|end| points[end])) {
-                found.push([i, j]);
+                found.push([i.min(j), i.max(j)]);
             }
         }
     }
+    found.sort_unstable();
     found
 }
 

@@ -353,7 +353,7 @@ fn refusals_name_place_and_cure() {
     assert_eq!(
         refused(&broken),
         format!(
-            "{}: `30o` in `Coordinates` is not a finite decimal number of size 1e10 or less",
+            "{}: `30o` in `Coordinates` is not a finite decimal number of size 1e8 or less",
             place(&broken, "<Coordinates>30o")
         )
     );

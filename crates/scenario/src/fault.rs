@@ -14,21 +14,54 @@ pub struct Fault {
 }
 
 impl Fault {
-    /// Line and column of the beginning in `text`, both from 1; columns count characters.
+    /// Line and column of the beginning in `text`, both from 1; columns count characters. For many faults of one text see [`Places`].
     pub fn position(&self, text: &str) -> (usize, usize) {
-        let before = &text[..text.floor_char_boundary(self.span.start)];
-        let line = before.matches('\n').count() + 1;
-        let column = before.rsplit('\n').next().unwrap_or_default().chars().count() + 1;
+        Places::of(text).position(self.span.start)
+    }
+}
+
+/// Lines and columns of a text, found without counting from its beginning each time.
+pub struct Places<'t> {
+    text: &'t str,
+    /// Every so many bytes: where, and the line and column there.
+    marks: Vec<(usize, usize, usize)>,
+}
+
+impl<'t> Places<'t> {
+    /// Bytes from mark to mark.
+    const APART: usize = 4096;
+
+    /// Those of a text.
+    pub fn of(text: &'t str) -> Self {
+        let (mut marks, mut line, mut column) = (Vec::new(), 1, 1);
+        for (at, c) in text.char_indices() {
+            if at >= marks.len() * Self::APART {
+                marks.push((at, line, column));
+            }
+            (line, column) = if c == '\n' { (line + 1, 1) } else { (line, column + 1) };
+        }
+        Self { text, marks }
+    }
+
+    /// Line and column of the character at a byte (of the end, where there is none), both from 1; columns count characters.
+    pub fn position(&self, at: usize) -> (usize, usize) {
+        let at = self.text.floor_char_boundary(at);
+        let before = self.marks.partition_point(|(mark, ..)| *mark <= at);
+        let Some(&(mark, mut line, mut column)) = before.checked_sub(1).map(|k| &self.marks[k]) else { return (1, 1) };
+        for c in self.text[mark..at].chars() {
+            (line, column) = if c == '\n' { (line + 1, 1) } else { (line, column + 1) };
+        }
         (line, column)
     }
 }
 
 /// All faults as text: `LINE:COLUMN: MESSAGE`, then `  help: HELP`, two lines for each.
 pub fn render(text: &str, faults: &[Fault]) -> String {
+    let places = Places::of(text);
     faults
         .iter()
         .map(|fault| {
-            let (line, column) = fault.position(text);
+            let (line, column) = places.position(fault.span.start);
             format!("{line}:{column}: {}\n  help: {}\n", fault.message, fault.help)
         })
         .collect()
@@ -76,6 +109,18 @@ mod tests {
         assert_eq!(at(6), (2, 1));
         assert_eq!(at(text.find("= 2").unwrap()), (2, 4));
         assert_eq!(at(1000), (3, 1));
+    }
+
+    #[test]
+    fn places_are_those_that_are_counted_from_the_beginning() {
+        let text = "µm\n".repeat(3000) + &"é".repeat(9000) + "\n\n";
+        let places = Places::of(&text);
+        for at in (0..text.len() + 5).step_by(7).chain(text.len() - 3..text.len() + 3) {
+            let before = &text[..text.floor_char_boundary(at)];
+            let column = before.rsplit('\n').next().unwrap_or_default().chars().count() + 1;
+            assert_eq!(places.position(at), (before.matches('\n').count() + 1, column), "at {at}");
+        }
+        assert_eq!(Places::of("").position(3), (1, 1));
     }
 
     #[test]

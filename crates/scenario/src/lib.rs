@@ -44,7 +44,7 @@ mod timeline;
 mod units;
 
 pub use build::Built;
-pub use fault::{Fault, render};
+pub use fault::{Fault, Places, render};
 pub use files::{Files, NoFiles};
 pub use keys::MANY as MOST_SEGMENTS;
 pub use library::{shipped_coverings, shipped_wires};

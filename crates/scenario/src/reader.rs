@@ -1,6 +1,6 @@
 //! Reads the values of an entry as its table of keys declares them; gathers faults and goes on.
 
-use crate::fault::{Fault, did_you_mean, nearest};
+use crate::fault::{Fault, Places, did_you_mean, nearest};
 use crate::files::Files;
 use crate::keys::{self, Bound, Form, Key, Keys, Need};
 use crate::units;
@@ -68,8 +68,9 @@ impl<'a> Reader<'a> {
     ) -> Option<T> {
         let text = self.file(path, span.clone())?;
         let (found, faults) = included(path, &text, self.files, self.registry, keys, read);
+        let places = Places::of(&text);
         for fault in faults {
-            let (line, column) = fault.position(&text);
+            let (line, column) = places.position(fault.span.start);
             self.fault(span.clone(), format!("{path}:{line}:{column}: {}", fault.message), fault.help);
         }
         found

@@ -4,4 +4,5 @@ pub mod balance;
 pub mod closed_forms;
 pub mod conformance;
 pub mod constraints;
+pub mod fuzz;
 pub mod laws;

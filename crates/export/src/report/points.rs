@@ -50,24 +50,28 @@ struct Series<'a> {
     name: &'a str,
     unit: &'static str,
     entries: &'a [Option<f64>],
+    /// The least and the greatest of them that are finite.
+    range: (f64, f64),
 }
 
 impl<'a> Series<'a> {
     fn of(table: &'a Table, name: &'a str, unit: &'static str) -> Option<Self> {
         let Some(Column::Numbers(entries)) = table.column(name) else { return None };
-        Some(Self { name, unit, entries })
+        Some(Self::new(name, unit, entries))
+    }
+
+    fn new(name: &'a str, unit: &'static str, entries: &'a [Option<f64>]) -> Self {
+        let mut series = Self { name, unit, entries, range: (f64::INFINITY, f64::NEG_INFINITY) };
+        series.range = series.finite().fold(series.range, |(a, b), x| (a.min(x), b.max(x)));
+        series
     }
 
     fn finite(&self) -> impl Iterator<Item = f64> + '_ {
         self.entries.iter().flatten().copied().filter(|x| x.is_finite())
     }
 
-    fn range(&self) -> (f64, f64) {
-        self.finite().fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), x| (a.min(x), b.max(x)))
-    }
-
     fn varies(&self) -> bool {
-        let (low, high) = self.range();
+        let (low, high) = self.range;
         high > low
     }
 }
@@ -202,7 +206,7 @@ fn tornado(keys: &[Series<'_>], result: &Series<'_>) -> Markup {
         table {
             thead { tr { th { "key" } th class="n" { "its range" } th class="n" { "moves " (result.name) " by [" (result.unit) "]" } th {} } }
             tbody { @for (k, swing) in &swings {
-                @let (low, high) = keys[*k].range();
+                @let (low, high) = keys[*k].range;
                 tr {
                     td { (keys[*k].name) }
                     td class="n" { (fixed(low, 5)) " to " (fixed(high, 5)) }
@@ -240,7 +244,7 @@ fn fit(keys: &[Series<'_>], result: &Series<'_>) -> Option<Fit> {
     let x = DMatrix::from_fn(rows.len(), keys.len() + 1, |i, j| match j.checked_sub(1) {
         None => 1.0,
         Some(k) => {
-            let (low, high) = keys[k].range();
+            let (low, high) = keys[k].range;
             (at(&keys[k], rows[i]) - low) / (high - low) - 0.5
         }
     });
@@ -280,7 +284,7 @@ mod tests {
         let x: Vec<Option<f64>> = (0..30).map(|k| Some(1.0 + f64::from(k % 5))).collect();
         let z: Vec<Option<f64>> = (0..30).map(|k| Some(f64::from(k % 7))).collect();
         let y: Vec<Option<f64>> = x.iter().zip(&z).map(|(x, z)| Some(3.0 + 2.0 * (*x)? - 0.5 * (*z)?)).collect();
-        let series = |name, entries| Series { name, unit: "", entries };
+        let series = |name, entries| Series::new(name, "", entries);
         let Fit { swings, share } = fit(&[series("x", &x), series("z", &z)], &series("y", &y)).unwrap();
         assert!((swings[0].1 - 8.0).abs() < 1e-10 && (swings[1].1 + 3.0).abs() < 1e-10, "{swings:?}");
         assert!((share - 1.0).abs() < 1e-12);

@@ -3,7 +3,7 @@
 use super::document::Document;
 use super::findings::Findings;
 use super::harness::{Incidence, Laid, Share};
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 use wireloom_scenario::bundle::Bundle;
 
 /// K: how much stiffer a bundle is than its wires together.
@@ -44,11 +44,12 @@ pub(super) fn shares(
     of_node("end inside joints, where nothing is said to hold them", |arms| arms == 1);
     of_node("run through more than two arms of a joint; divided evenly among the pairs", |arms| arms > 2);
 
+    let sets: Vec<HashSet<&usize>> = through.iter().map(|wires| wires.iter().collect()).collect();
     let mut shares = Vec::new();
     for a in 0..arms.len() {
         let mut alone = true;
         for b in 0..arms.len() {
-            let common: Vec<usize> = through[a].iter().filter(|wire| through[b].contains(wire)).copied().collect();
+            let common: Vec<usize> = through[a].iter().filter(|wire| sets[b].contains(wire)).copied().collect();
             if a == b || common.is_empty() {
                 continue;
             }

@@ -41,6 +41,7 @@ impl Assembly {
 /// between two points that move (or stand) at the same time, |d(t)| ≤ (1 − t) |d₀| + t |d₁|, and both ends are within the cable's length.
 pub(super) fn plan(harness: &Harness, tree: &Tree, order: Order) -> Assembly {
     let hands = hands(harness, tree);
+    let held: HashSet<usize> = hands.iter().copied().collect();
     let is_root = |at: Place| matches!(at, Place::End(vertex) if tree.roots.contains(&vertex));
     let mut queue: Vec<usize> =
         (0..harness.constraints.len()).filter(|&index| !is_root(harness.constraints[index].at)).collect();
@@ -51,27 +52,23 @@ pub(super) fn plan(harness: &Harness, tree: &Tree, order: Order) -> Assembly {
         }
         Order::Random(seed) => shuffle(&mut queue, seed),
     }
-    // Beyond which hands each fixing lies.
-    let above = |index: usize| -> Vec<usize> {
-        let mut at = Some(tree.outer_vertex(harness, harness.constraints[index].at));
-        let mut found = Vec::new();
-        while let Some(vertex) = at {
-            if hands.contains(&vertex) {
-                found.push(vertex);
+    let mut installs: Vec<Install> = Vec::new();
+    // Vertices beyond which a fixing lies that is installed later: from there on towards the root all hands are spoken for.
+    let mut before: HashSet<usize> = HashSet::new();
+    for &constraint in queue.iter().rev() {
+        let mut let_go = Vec::new();
+        let mut at = Some(tree.outer_vertex(harness, harness.constraints[constraint].at));
+        while let Some(vertex) = at.filter(|vertex| before.insert(*vertex)) {
+            if held.contains(&vertex) {
+                let_go.push(vertex);
             }
             at = tree.parent[vertex].map(|(_, before)| before);
         }
-        found
-    };
-    let mut free: HashSet<usize> = HashSet::new();
-    let mut installs: Vec<Install> = Vec::new();
-    for &constraint in queue.iter().rev() {
-        let mut let_go: Vec<usize> = above(constraint).into_iter().filter(|&hand| free.insert(hand)).collect();
         let_go.sort_unstable();
         installs.push(Install { constraint, let_go });
     }
     installs.reverse();
-    let last = hands.iter().copied().filter(|hand| !free.contains(hand)).collect();
+    let last = hands.iter().copied().filter(|hand| !before.contains(hand)).collect();
     Assembly { hands, installs, last }
 }
 
@@ -80,7 +77,8 @@ pub(super) fn plan(harness: &Harness, tree: &Tree, order: Order) -> Assembly {
 fn hands(harness: &Harness, tree: &Tree) -> Vec<usize> {
     let mut hangs = vec![0.0_f64; harness.vertices.len()];
     let mut hands = Vec::new();
-    let is_joint = |vertex: usize| harness.joints.iter().any(|joint| joint.vertex == vertex);
+    let joints: HashSet<usize> = harness.joints.iter().map(|joint| joint.vertex).collect();
+    let is_joint = |vertex: usize| joints.contains(&vertex);
     for &vertex in tree.order.iter().rev() {
         let Some((branch, before)) = tree.parent[vertex] else { continue };
         let further = hangs[vertex] + harness.branches[branch].length;

@@ -226,17 +226,19 @@ fn pegs(harness: &Harness, tree: &Tree, points: &[Vector]) -> Vec<Peg> {
         let name = names.unique(&format!("peg {}", harness.vertices[vertex].name));
         pegs.push(Peg { name, at, position: points[vertex] });
     }
-    for (index, branch) in harness.branches.iter().enumerate() {
+    let mut clips: Vec<Vec<(&str, f64)>> = vec![Vec::new(); harness.branches.len()];
+    for constraint in &harness.constraints {
+        if let Place::Along { branch, s } = constraint.at {
+            clips[branch].push((&constraint.name, s));
+        }
+    }
+    for (index, (branch, clips)) in harness.branches.iter().zip(clips).enumerate() {
         let place = |s: f64| points[branch.ends[0]].lerp(&points[branch.ends[1]], s / branch.length);
         let mut held = vec![0.0, branch.length];
-        for constraint in &harness.constraints {
-            if let Place::Along { branch: on, s } = constraint.at
-                && on == index
-            {
-                let name = names.unique(&format!("peg {}", constraint.name));
-                pegs.push(Peg { name, at: constraint.at, position: place(s) });
-                held.push(s);
-            }
+        for (name, s) in clips {
+            let name = names.unique(&format!("peg {name}"));
+            pegs.push(Peg { name, at: Place::Along { branch: index, s }, position: place(s) });
+            held.push(s);
         }
         held.sort_by(f64::total_cmp);
         let mut count = 0;

@@ -15,6 +15,12 @@ const PROJECTION_STEP: f64 = 2e-3;
 /// arc by some 10⁻⁶ of it.
 const STEPS_PER_SPAN: usize = 200;
 
+/// Steps of a whole curve above which its spans, which are short then, get fewer of them.
+const MANY_STEPS: usize = 20_000;
+
+/// Steps that a span gets all the same.
+const LEAST_STEPS: usize = 8;
+
 /// Control points of one B-spline as the file gives them, m.
 #[derive(Clone, Debug)]
 pub(super) struct Polygon {
@@ -51,9 +57,10 @@ impl Piece {
     }
 
     fn steps(&self) -> usize {
+        let spans = self.points.len() - self.degree;
         // Degree 1 is a polyline: its spans are straight.
-        let per_span = if self.degree == 1 { 1 } else { STEPS_PER_SPAN };
-        (self.points.len() - self.degree) * per_span
+        let per_span = if self.degree == 1 { 1 } else { (MANY_STEPS / spans).clamp(LEAST_STEPS, STEPS_PER_SPAN) };
+        spans * per_span
     }
 
     /// Knot parameter of t ∈ [0, 1] along the piece as it is run.
@@ -71,14 +78,16 @@ impl Piece {
     /// c'(u) is the spline of degree p − 1 on the inner knots with the control points
     /// `p (P_{i+1} − P_i) / (u_{i+p+1} − u_{i+1})` (de Boor 1978; Piegl and Tiller 1997, eq. 3.8).
     fn derivative(&self, t: f64) -> Vector {
-        let (p, u) = (self.degree, &self.knots);
-        let points: Vec<Vector> = self
-            .points
+        let parameter = self.parameter(t);
+        // Of the knot span alone: p + 1 control points and the knots about them.
+        let (p, k) = (self.degree, span(self.degree, self.points.len(), &self.knots, parameter));
+        let u = &self.knots[k - p..=k + p + 1];
+        let points: Vec<Vector> = self.points[k - p..=k]
             .windows(2)
             .enumerate()
             .map(|(i, w)| (w[1] - w[0]) * (p as f64 / (u[i + p + 1] - u[i + 1])))
             .collect();
-        let d = de_boor(p - 1, &points, &u[1..u.len() - 1], self.parameter(t));
+        let d = de_boor(p - 1, &points, &u[1..u.len() - 1], parameter);
         if self.reversed { -d } else { d }
     }
 }
@@ -87,11 +96,7 @@ impl Piece {
 /// `d_j ← (1 − α) d_{j−1} + α d_j`, `α = (u − u_{j+k−p}) / (u_{j+1+k−r} − u_{j+k−p})`, for r = 1..p, with
 /// u in the knot span k.
 fn de_boor(p: usize, points: &[Vector], knots: &[f64], u: f64) -> Vector {
-    let last_span = points.len() - 1;
-    let mut k = p;
-    while k < last_span && u >= knots[k + 1] {
-        k += 1;
-    }
+    let k = span(p, points.len(), knots, u);
     let mut d: Vec<Vector> = points[k - p..=k].to_vec();
     for r in 1..=p {
         for j in (r..=p).rev() {
@@ -101,6 +106,11 @@ fn de_boor(p: usize, points: &[Vector], knots: &[f64], u: f64) -> Vector {
         }
     }
     d[p]
+}
+
+/// The knot span k of a parameter: `u_k ≤ u < u_{k+1}`, of those in which a spline of degree `p` with so many control points lives.
+fn span(p: usize, points: usize, knots: &[f64], u: f64) -> usize {
+    p + knots[p + 1..points].partition_point(|knot| *knot <= u)
 }
 
 #[derive(Clone, Copy, Debug)]

@@ -5,13 +5,21 @@ use super::curve::{Polygon, Vector};
 use super::findings::Findings;
 use super::unit::{Quantity, Unit};
 use std::collections::{BTreeMap, HashMap};
+use wireloom_scenario::Places;
 
 mod parts;
 
 type Xml<'a, 'i> = roxmltree::Node<'a, 'i>;
 
-/// Largest coordinate or length, m, that is taken for one: control points of good curves reach some 10³ m.
-const LARGEST: f64 = 1e7;
+/// Largest coordinate, m, that is taken for one: control points of good curves reach some 10³ m.
+const LARGEST: f64 = 1e5;
+
+/// Sizes of wires that can be, m: outside diameters and bend radii.
+const DIAMETERS: [f64; 2] = [1e-6, 1.0];
+const BEND_RADII: [f64; 2] = [1e-6, 1e3];
+
+/// Namespaces that a file may declare: good ones have one or two, and each makes every element within it dearer to read.
+const NAMESPACES: usize = 100;
 
 /// What the file says of the harness.
 pub(super) struct Document {
@@ -130,6 +138,10 @@ pub(super) struct Wire {
 
 /// Reads a KBL text. Faults of the topology and unreadable numbers are errors, everything else a finding.
 pub(super) fn read(text: &str, findings: &mut Findings) -> Result<Document, ImportError> {
+    if let Some((at, _)) = text.match_indices("xmlns").nth(NAMESPACES) {
+        let (line, column) = place(&Places::of(text), at);
+        return Err(ImportError::Xml { line, column, fault: format!("it declares more than {NAMESPACES} namespaces") });
+    }
     let xml = roxmltree::Document::parse(text).map_err(|fault| {
         let at = fault.pos();
         ImportError::Xml { line: at.row, column: at.col, fault: fault.to_string() }
@@ -140,7 +152,13 @@ pub(super) fn read(text: &str, findings: &mut Findings) -> Result<Document, Impo
         let found = root.tag_name().name().to_owned();
         return Err(ImportError::NotKbl { line: at.row, column: at.col, found });
     }
-    let mut reader = Reader { ids: ids(root)?, units: HashMap::new(), findings };
+    let mut reader = Reader {
+        ids: ids(root)?,
+        units: HashMap::new(),
+        per_copper: HashMap::new(),
+        places: Places::of(text),
+        findings,
+    };
     reader.read_units(root);
     let (nodes, index) = reader.read_nodes(root)?;
     let (mut segments, segment_index) = reader.read_segments(root, &index)?;
@@ -157,6 +175,12 @@ pub(super) fn read(text: &str, findings: &mut Findings) -> Result<Document, Impo
 fn position(node: Xml) -> (u32, u32) {
     let at = node.document().text_pos_at(node.range().start);
     (at.row, at.col)
+}
+
+/// Line and column of a byte, as errors have them.
+fn place(places: &Places<'_>, at: usize) -> (u32, u32) {
+    let (line, column) = places.position(at);
+    (line as u32, column as u32)
 }
 
 fn ids<'a, 'i>(root: Xml<'a, 'i>) -> Result<HashMap<&'a str, Xml<'a, 'i>>, ImportError> {
@@ -202,7 +226,10 @@ fn id(node: Xml) -> Result<String, ImportError> {
 }
 
 fn missing(node: Xml, what: &str, right: &str) -> ImportError {
-    let (line, column) = position(node);
+    missing_at(position(node), node, what, right)
+}
+
+fn missing_at((line, column): (u32, u32), node: Xml, what: &str, right: &str) -> ImportError {
     ImportError::Missing { line, column, element: title(node), missing: what.to_owned(), right: right.to_owned() }
 }
 
@@ -234,6 +261,10 @@ pub(super) fn diameters(description: &str) -> (Option<f64>, Option<f64>) {
 struct Reader<'a, 'i, 'f> {
     ids: HashMap<&'a str, Xml<'a, 'i>>,
     units: HashMap<&'a str, Unit>,
+    /// What was found of cables with several cores.
+    per_copper: HashMap<roxmltree::NodeId, Option<f64>>,
+    /// References that lead nowhere are findings, of which there may be very many.
+    places: Places<'a>,
     findings: &'f mut Findings,
 }
 
@@ -260,7 +291,7 @@ impl<'a, 'i> Reader<'a, 'i, '_> {
         match target {
             Some(target) if expected.contains(&target.tag_name().name()) => Ok(target),
             _ => {
-                let (line, column) = position(holder);
+                let (line, column) = place(&self.places, holder.range().start);
                 let actual = match target {
                     Some(target) => format!("it is that of a `{}`", target.tag_name().name()),
                     None => "nothing has it".to_owned(),
@@ -284,7 +315,8 @@ impl<'a, 'i> Reader<'a, 'i, '_> {
         expected: &[&str],
         right: &str,
     ) -> Result<Xml<'a, 'i>, ImportError> {
-        let holder = child(node, name).ok_or_else(|| missing(node, name, right))?;
+        let at = || place(&self.places, node.range().start);
+        let holder = child(node, name).ok_or_else(|| missing_at(at(), node, name, right))?;
         self.follow(holder, text(holder).unwrap_or_default(), expected)
     }
 
@@ -305,9 +337,19 @@ impl<'a, 'i> Reader<'a, 'i, '_> {
         }
     }
 
-    /// The value of a child in SI, of any of these quantities; reported and left out where its unit is not known or
-    /// of another kind, or where it is not above zero.
+    /// The value of a child in SI; reported and left out where its unit is not known or of another kind, or where it is none that can be.
     fn value(&mut self, node: Xml<'a, 'i>, name: &'static str, quantity: Quantity) -> Result<Option<f64>, ImportError> {
+        self.value_within(node, name, quantity, quantity.range())
+    }
+
+    /// The same, where other values can be.
+    fn value_within(
+        &mut self,
+        node: Xml<'a, 'i>,
+        name: &'static str,
+        quantity: Quantity,
+        [least, greatest]: [f64; 2],
+    ) -> Result<Option<f64>, ImportError> {
         let Some(holder) = child(node, name) else { return Ok(None) };
         let Some(amount) = child(holder, "Value_component") else {
             self.findings.add(format!("{}: {name} has no Value_component; left out", title(node)));
@@ -318,7 +360,7 @@ impl<'a, 'i> Reader<'a, 'i, '_> {
         let fault = match self.units.get(unit_id) {
             Some(unit) if unit.quantity == quantity => {
                 let value = amount * unit.size;
-                if value > 0.0 && value <= LARGEST {
+                if (least..=greatest).contains(&value) {
                     return Ok(Some(value));
                 }
                 format!("{name} is {amount}, which cannot be")
@@ -523,7 +565,8 @@ impl<'a, 'i> Reader<'a, 'i, '_> {
         if self.unit_of(part, "Mass_information") == Some(Quantity::Mass) {
             let mass = self.value(part, "Mass_information", Quantity::Mass)?;
             let length = self.value(occurrence, "Protection_length", Quantity::Length)?;
-            return Ok(mass.zip(length).map(|(mass, length)| mass / length));
+            let [least, greatest] = Quantity::MassPerLength.range();
+            return Ok(mass.zip(length).map(|(mass, length)| (mass / length).clamp(least, greatest)));
         }
         self.value(part, "Mass_information", Quantity::MassPerLength)
     }
@@ -612,27 +655,35 @@ impl<'a, 'i> Reader<'a, 'i, '_> {
         cores.into_iter().map(|core| self.read_wire_part(id.clone(), core)).collect()
     }
 
+    /// Mass per length of a cable for each area of the copper of its cores together, kg/m³.
+    fn mass_per_copper(&mut self, cable: Xml<'a, 'i>) -> Result<Option<f64>, ImportError> {
+        if let Some(known) = self.per_copper.get(&cable.id()) {
+            return Ok(*known);
+        }
+        let mut copper = 0.0;
+        for core in children(cable, "Core") {
+            copper += self.value(core, "Cross_section_area", Quantity::Area)?.unwrap_or(0.0);
+        }
+        let density = self.value(cable, "Mass_information", Quantity::MassPerLength)?;
+        let found = density.filter(|_| copper > 0.0).map(|density| density / copper);
+        self.per_copper.insert(cable.id(), found);
+        Ok(found)
+    }
+
     /// A `General_wire` without cores, or a `Core`. A core has the share of its cable's mass that it has of the cable's
     /// copper: jacket and filler are divided alike.
     fn read_wire_part(&mut self, id: String, part: Xml<'a, 'i>) -> Result<Wire, ImportError> {
         let copper_area = self.value(part, "Cross_section_area", Quantity::Area)?;
         let linear_density = match part.parent().filter(|parent| parent.tag_name().name() == "General_wire") {
             None => self.value(part, "Mass_information", Quantity::MassPerLength)?,
-            Some(cable) => {
-                let mut copper = 0.0;
-                for core in children(cable, "Core") {
-                    copper += self.value(core, "Cross_section_area", Quantity::Area)?.unwrap_or(0.0);
-                }
-                let cable = self.value(cable, "Mass_information", Quantity::MassPerLength)?;
-                cable.zip(copper_area).map(|(density, area)| density * area / copper)
-            }
+            Some(cable) => self.mass_per_copper(cable)?.zip(copper_area).map(|(mass, area)| mass * area),
         };
         let wire = Wire {
             id,
             copper_area,
-            outside_diameter: self.value(part, "Outside_diameter", Quantity::Length)?,
+            outside_diameter: self.value_within(part, "Outside_diameter", Quantity::Length, DIAMETERS)?,
             linear_density,
-            bend_radius: self.value(part, "Bend_radius", Quantity::Length)?,
+            bend_radius: self.value_within(part, "Bend_radius", Quantity::Length, BEND_RADII)?,
         };
         let lacking: Vec<&str> = [
             ("copper area", wire.copper_area),

@@ -1,5 +1,8 @@
 //! Why a file cannot be imported.
 
+use super::unit::Quantity;
+use wireloom_scenario::MOST_SEGMENTS;
+
 /// Why a file cannot be imported. Lines and columns count from 1.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
@@ -97,6 +100,22 @@ pub enum ImportError {
         line: u32,
         /// Column.
         column: u32,
+    },
+    /// The harness has more segments than a scenario may have, or a branch that is longer than one may be.
+    #[error(
+        "the harness comes to {segments} segments of {max_segment} m, with `{id}` as its longest, {length} m; at most {MOST_SEGMENTS} \
+         segments and branches of at most {longest} m make a scenario: correct its lengths, or take longer segments",
+        longest = Quantity::Length.range()[1]
+    )]
+    TooLarge {
+        /// Id of the longest KBL segment.
+        id: String,
+        /// Its length, m.
+        length: f64,
+        /// The option `max_segment`, m.
+        max_segment: f64,
+        /// How many segments of that length all come to.
+        segments: f64,
     },
     /// The option `max_segment` is out of range.
     #[error("max_segment is {found}; it must be finite and above 0 m")]

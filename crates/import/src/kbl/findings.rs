@@ -1,6 +1,6 @@
 //! What was found odd in a file, equal things together.
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 use std::fmt::{self, Display, Formatter};
 
 /// Something odd in a file and what was done about it.
@@ -28,6 +28,8 @@ impl Display for Finding {
 pub(super) struct Findings {
     pub list: Vec<Finding>,
     places: HashMap<String, usize>,
+    /// Items that are listed, by the place of their finding.
+    listed: HashSet<(usize, String)>,
 }
 
 impl Findings {
@@ -39,9 +41,8 @@ impl Findings {
     /// One more thing of a kind; the same thing is listed once.
     pub fn add_to(&mut self, what: impl Into<String>, item: impl Into<String>) {
         let (at, item) = (self.entry(what.into()), item.into());
-        let items = &mut self.list[at].items;
-        if !items.contains(&item) {
-            items.push(item);
+        if self.listed.insert((at, item.clone())) {
+            self.list[at].items.push(item);
         }
     }
 

@@ -1,7 +1,8 @@
 //! What holds the harness in the vehicle: connectors at its ends, clips along its branches.
 
+use super::Arrangement;
 use super::curve::{NODE_TOLERANCE, Vector};
-use super::document::{Document, Fixing, Placement, Segment};
+use super::document::{Document, Fixing, Node, Placement, Segment};
 use super::findings::Findings;
 use super::harness::{Constraint, Incidence, Laid, Names, Place, Role};
 use std::collections::HashSet;
@@ -36,14 +37,15 @@ pub(super) struct Holding<'a> {
 }
 
 impl Holding<'_> {
-    /// Connectors at ends, collars along branches.
-    pub fn constraints(&self, findings: &mut Findings) -> Vec<Constraint> {
+    /// Connectors at ends, collars along branches; what is there from the beginning holds every piece.
+    pub fn constraints(&self, arrangement: Arrangement, findings: &mut Findings) -> Vec<Constraint> {
         let mut names = Names::default();
         let mut held = HashSet::new();
         let mut constraints = self.connectors(&mut names, &mut held, findings);
         for (index, segment) in self.document.segments.iter().enumerate() {
             self.clips(index, segment, &mut names, &mut held, &mut constraints, findings);
         }
+        self.hold_pieces(&mut names, &held, arrangement, &mut constraints, findings);
         constraints
     }
 
@@ -124,6 +126,7 @@ impl Holding<'_> {
             .filter(|(_, end)| held.contains(end))
             .map(|(s, _)| s)
             .collect();
+        let first = constraints.len();
         // Places along the branch, in its order: a clip's neighbours decide what it may hold.
         let mut seats: Vec<Seat> =
             segment.fixings.iter().filter_map(|fixing| self.seat(segment, laid, fixing, findings)).collect();
@@ -172,7 +175,7 @@ impl Holding<'_> {
                 remark: format!("{}: {}", segment.id, seat.fixing.id),
             });
         }
-        note_spans(segment, constraints, index, findings);
+        note_spans(segment, &constraints[first..], findings);
     }
 
     /// Where a fixing sits on the drawn curve: at the point nearest to where the fixing itself is drawn, if that is anywhere near
@@ -222,15 +225,24 @@ impl Holding<'_> {
         Some(Seat { fixing, what, drawn_s, tangent: aligned.unwrap_or(tangent) })
     }
 
-    /// Pieces that hang together, and those that nothing holds.
-    pub fn note_pieces(&self, constraints: &[Constraint], findings: &mut Findings) {
+    /// Holds pieces that could move or turn as a whole, each at an end (or a joint, where it has none) that nothing holds yet.
+    fn hold_pieces(
+        &self,
+        names: &mut Names,
+        held: &HashSet<usize>,
+        arrangement: Arrangement,
+        constraints: &mut Vec<Constraint>,
+        findings: &mut Findings,
+    ) {
         let document = self.document;
-        let holds = |node: usize| {
-            constraints.iter().any(|constraint| match constraint.at {
-                Place::End(vertex) | Place::Joint(vertex) => vertex == node,
-                Place::Along { branch, .. } => document.segments[branch].ends.contains(&node),
-            })
-        };
+        let mut holds = vec![Grip::None; document.nodes.len()];
+        for constraint in constraints.iter() {
+            let node = match constraint.at {
+                Place::End(vertex) | Place::Joint(vertex) => vertex,
+                Place::Along { branch, .. } => document.segments[branch].ends[0],
+            };
+            holds[node] = holds[node].and(&Grip::of(constraint));
+        }
         let mut seen = vec![false; document.nodes.len()];
         let mut pieces = 0;
         for start in 0..document.nodes.len() {
@@ -239,26 +251,77 @@ impl Holding<'_> {
             }
             pieces += 1;
             seen[start] = true;
-            let (mut open, mut held) = (vec![start], false);
-            while let Some(node) = open.pop() {
-                held |= holds(node);
+            let (mut piece, mut next, mut grip) = (vec![start], 0, Grip::None);
+            while let Some(&node) = piece.get(next) {
+                next += 1;
+                grip = grip.and(&holds[node]);
                 for arm in &self.incidences[node] {
                     for end in document.segments[arm.segment].ends {
                         if !std::mem::replace(&mut seen[end], true) {
-                            open.push(end);
+                            piece.push(end);
                         }
                     }
                 }
             }
-            if !held {
-                findings.add(format!(
-                    "nothing holds the piece of the harness with node {}; add a constraint before running it",
-                    document.nodes[start].id
-                ));
+            // On a board its root is held in any case.
+            if grip == Grip::Fast || arrangement != Arrangement::Installed {
+                continue;
             }
+            let free = |node: &&usize| !held.contains(node);
+            let end = piece.iter().filter(free).find(|node| self.incidences[**node].len() == 1);
+            let Some(&node) = end.or_else(|| piece.iter().find(free)) else { continue };
+            let Node { id, label, position, .. } = &document.nodes[node];
+            findings.add_to(
+                "pieces of the harness could move or turn as a whole; each is held as a plug would at a node",
+                id,
+            );
+            let Incidence { segment, starts } = self.incidences[node][0];
+            let curve = &self.laid[segment].curve;
+            constraints.push(Constraint {
+                name: names.take(label, id),
+                at: if end.is_some() { Place::End(node) } else { Place::Joint(node) },
+                role: Role::Connector,
+                position: *position,
+                frame: curve.frame(if starts { 0.0 } else { curve.length }),
+                mass: 0.0,
+                remark: format!("{id}: nothing else holds this piece of the harness"),
+            });
         }
         if pieces > 1 {
             findings.add(format!("the harness is in {pieces} pieces that are not connected"));
+        }
+    }
+}
+
+/// What some fixings hold together of a rigid body.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Grip {
+    /// Nothing, or not all positions.
+    None,
+    /// All but turning about this axis: a point, and a direction.
+    About(Vector, Vector),
+    /// Everything.
+    Fast,
+}
+
+impl Grip {
+    fn of(constraint: &Constraint) -> Self {
+        match constraint.role {
+            Role::Connector => Grip::Fast,
+            Role::Clip => Grip::About(constraint.position, constraint.frame * Vector::z()),
+            Role::Guide => Grip::None,
+        }
+    }
+
+    fn and(&self, other: &Self) -> Self {
+        match (*self, *other) {
+            (Grip::None, grip) | (grip, Grip::None) => grip,
+            (Grip::About(p, t), Grip::About(q, u)) => {
+                // Well above the digits that are written, and what is solved for.
+                let one_axis = t.cross(&u).norm() < 1e-3 && (q - p).cross(&t).norm() < NODE_TOLERANCE;
+                if one_axis { *self } else { Grip::Fast }
+            }
+            _ => Grip::Fast,
         }
     }
 }
@@ -273,13 +336,10 @@ struct Seat<'f> {
 }
 
 /// Spans between fixings of a branch that are shorter than their ends are apart.
-fn note_spans(segment: &Segment, constraints: &[Constraint], branch: usize, findings: &mut Findings) {
+fn note_spans(segment: &Segment, constraints: &[Constraint], findings: &mut Findings) {
     let mut last: Option<(&Constraint, f64)> = None;
     for constraint in constraints {
-        let Place::Along { branch: on, s } = constraint.at else { continue };
-        if on != branch {
-            continue;
-        }
+        let Place::Along { s, .. } = constraint.at else { continue };
         if let Some((before, from)) = last {
             let (span, chord) = (s - from, (constraint.position - before.position).norm());
             if chord > span + 1e-6 {

@@ -5,10 +5,12 @@ use super::document::{Document, Segment, Wire};
 use super::findings::Findings;
 use super::fixings::Holding;
 use super::section::{Makeup, Types, WHOLE};
-use super::{Options, anatomy};
+use super::unit::Quantity;
+use super::{ImportError, Options, anatomy};
 use nalgebra::UnitQuaternion;
 use std::collections::{BTreeMap, HashMap, HashSet};
 use std::f64::consts::PI;
+use wireloom_scenario::MOST_SEGMENTS;
 use wireloom_scenario::bundle::{Bundle, PACKING};
 
 /// Longest label that serves as a name; a longer one gives way to the XML id.
@@ -114,7 +116,12 @@ pub(super) struct Constraint {
 #[derive(Default)]
 pub(super) struct Names {
     taken: HashSet<String>,
+    /// The number that the next one of a name that is taken is tried with.
+    next: HashMap<String, usize>,
 }
+
+/// What has no name of its own is called.
+const NAMELESS: &str = "unnamed";
 
 impl Names {
     /// The label, or the id where the label is long or has control characters; numbered where it is taken.
@@ -125,10 +132,15 @@ impl Names {
 
     /// The name itself, or numbered where it is taken.
     pub fn unique(&mut self, name: &str) -> String {
-        let unique = std::iter::once(name.to_owned())
-            .chain((2..).map(|i| format!("{name}-{i}")))
-            .find(|candidate| !self.taken.contains(candidate))
-            .unwrap_or_default();
+        let name = if name.trim().is_empty() { NAMELESS } else { name };
+        let mut unique = name.to_owned();
+        if self.taken.contains(name) {
+            let next = self.next.entry(name.to_owned()).or_insert(2);
+            while self.taken.contains(&unique) {
+                unique = format!("{name}-{next}");
+                *next += 1;
+            }
+        }
         self.taken.insert(unique.clone());
         unique
     }
@@ -150,7 +162,14 @@ pub(super) struct Incidence {
 }
 
 /// Decides everything the document leaves open, and reports each decision that a user may wish to know.
-pub(super) fn assemble(document: &Document, options: &Options, findings: &mut Findings) -> Harness {
+///
+/// # Errors
+/// Where it is larger than a scenario may be.
+pub(super) fn assemble(
+    document: &Document,
+    options: &Options,
+    findings: &mut Findings,
+) -> Result<Harness, ImportError> {
     let mut types = Types::new();
     let wires: Vec<usize> = document.wires.iter().map(|wire| types.wire(wire, findings)).collect();
     let mut incidences: Vec<Vec<Incidence>> = document.nodes.iter().map(|_| Vec::new()).collect();
@@ -159,6 +178,7 @@ pub(super) fn assemble(document: &Document, options: &Options, findings: &mut Fi
         incidences[segment.ends[1]].push(Incidence { segment: index, starts: false });
     }
     let laid = lay_all(document, &mut types, &wires, findings);
+    refuse_too_large(document, &laid, options)?;
 
     let mut names = Names::default();
     let vertices: Vec<String> = document.nodes.iter().map(|node| names.take(&node.label, &node.id)).collect();
@@ -204,12 +224,28 @@ pub(super) fn assemble(document: &Document, options: &Options, findings: &mut Fi
         joints.push(Joint { vertex: node, arms, shares });
     }
     let holding = Holding { document, laid: &laid, incidences: &incidences };
-    let constraints = holding.constraints(findings);
-    holding.note_pieces(&constraints, findings);
+    let constraints = holding.constraints(options.arrangement, findings);
     let name = options.name.as_ref().or(document.name.as_ref()).cloned().unwrap_or_else(|| "harness".to_owned());
     let vertices = vertices.into_iter().zip(&document.nodes);
     let vertices = vertices.map(|(name, node)| Vertex { name, position: node.position }).collect();
-    Harness { name, vertices, types, sections, branches, joints, constraints }
+    Ok(Harness { name, vertices, types, sections, branches, joints, constraints })
+}
+
+/// Refuses a harness that has more segments than a scenario may, or a branch that is longer.
+fn refuse_too_large(document: &Document, laid: &[Laid], options: &Options) -> Result<(), ImportError> {
+    let [_, longest] = Quantity::Length.range();
+    let segments: f64 = laid.iter().map(|laid| (laid.length / options.max_segment).ceil()).sum();
+    let (longest_of, length) = laid
+        .iter()
+        .zip(&document.segments)
+        .map(|(laid, segment)| (segment.id.as_str(), laid.length))
+        .max_by(|a, b| a.1.total_cmp(&b.1))
+        .unwrap_or_default();
+    if segments > MOST_SEGMENTS as f64 || length > longest {
+        let id = longest_of.to_owned();
+        return Err(ImportError::TooLarge { id, length, max_segment: options.max_segment, segments });
+    }
+    Ok(())
 }
 
 /// Centre line, length and make-up of every segment; `wires` are the types of the document's wires.

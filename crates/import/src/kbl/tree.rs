@@ -1,6 +1,8 @@
 //! The harness seen from its root: what hangs on what, and how far out.
 
 use super::harness::{Constraint, Harness, Place, Role};
+use std::cmp::Reverse;
+use std::collections::BinaryHeap;
 
 /// Shortest ways from a root of each piece to all its vertices.
 pub(super) struct Tree {
@@ -12,6 +14,8 @@ pub(super) struct Tree {
     pub order: Vec<usize>,
     /// The root of each piece.
     pub roots: Vec<usize>,
+    /// The root of the piece that each vertex belongs to.
+    root: Vec<usize>,
 }
 
 impl Tree {
@@ -34,29 +38,35 @@ impl Tree {
         plugs.sort_by(|a, b| b.1.total_cmp(&a.1));
         let starts = plugs.into_iter().map(|(vertex, _)| vertex).chain(0..n);
 
-        let mut tree =
-            Self { parent: vec![None; n], distance: vec![f64::INFINITY; n], order: Vec::new(), roots: Vec::new() };
+        let mut tree = Self {
+            parent: vec![None; n],
+            distance: vec![f64::INFINITY; n],
+            order: Vec::new(),
+            roots: Vec::new(),
+            root: vec![0; n],
+        };
+        let mut done = vec![false; n];
         for root in starts {
             if tree.distance[root].is_finite() || branches_at[root].is_empty() {
                 continue;
             }
             tree.roots.push(root);
             tree.distance[root] = 0.0;
-            // Dijkstra's algorithm, the next vertex found by looking at all that are open.
-            let mut open = vec![root];
-            while let Some(next) =
-                (0..open.len()).min_by(|&a, &b| tree.distance[open[a]].total_cmp(&tree.distance[open[b]]))
-            {
-                let vertex = open.swap_remove(next);
+            // Dijkstra's algorithm. A vertex may be open more than once; the first time counts. Lengths are above zero, so their bits are in
+            // their order.
+            let mut open = BinaryHeap::from([Reverse((0, root))]);
+            while let Some(Reverse((reached, vertex))) = open.pop() {
+                if reached != tree.distance[vertex].to_bits() || std::mem::replace(&mut done[vertex], true) {
+                    continue;
+                }
                 tree.order.push(vertex);
+                tree.root[vertex] = root;
                 for &index in &branches_at[vertex] {
                     let branch = &harness.branches[index];
                     let other = branch.ends[usize::from(branch.ends[0] == vertex)];
                     let distance = tree.distance[vertex] + branch.length;
                     if distance < tree.distance[other] {
-                        if tree.distance[other].is_infinite() {
-                            open.push(other);
-                        }
+                        open.push(Reverse((distance.to_bits(), other)));
                         tree.distance[other] = distance;
                         tree.parent[other] = Some((index, vertex));
                     }
@@ -91,10 +101,6 @@ impl Tree {
 
     /// The root of the piece that a place belongs to.
     pub fn root_of(&self, harness: &Harness, at: Place) -> usize {
-        let mut vertex = self.outer_vertex(harness, at);
-        while let Some((_, before)) = self.parent[vertex] {
-            vertex = before;
-        }
-        vertex
+        self.root[self.outer_vertex(harness, at)]
     }
 }

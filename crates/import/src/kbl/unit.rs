@@ -10,6 +10,16 @@ pub(super) enum Quantity {
 }
 
 impl Quantity {
+    /// The least and the greatest value that can be, SI: the smaller ones are beyond any measurement of a cable, the greater ones beyond any cable.
+    pub fn range(self) -> [f64; 2] {
+        match self {
+            Quantity::Length => [1e-6, 1e5],
+            Quantity::Area => [1e-12, 1.0],
+            Quantity::Mass => [1e-9, 1e6],
+            Quantity::MassPerLength => [1e-9, 100.0],
+        }
+    }
+
     pub fn word(self) -> &'static str {
         match self {
             Quantity::Length => "length",

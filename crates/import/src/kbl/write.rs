@@ -9,6 +9,7 @@ use super::section::{self, Types};
 use super::tree::Tree;
 use super::{Arrangement, Options};
 use nalgebra::UnitQuaternion;
+use std::collections::HashSet;
 use std::fmt::Write;
 
 /// A number with `digits` significant digits, in the shortest form TOML reads as a float.
@@ -82,7 +83,9 @@ pub(super) fn scenario(harness: &Harness, options: &Options, findings: &mut Find
         match &board {
             Some(board) => {
                 let [a, b] = branch.ends.map(|end| vector(&board.points[end]));
-                let _ = writeln!(out, "path = [{a}, {b}]");
+                if a != b {
+                    let _ = writeln!(out, "path = [{a}, {b}]");
+                }
             }
             None => write_path(&mut out, branch),
         }
@@ -175,12 +178,10 @@ fn write_section(out: &mut String, section: &Section, types: &Types) {
 }
 
 fn write_path(out: &mut String, branch: &Branch) {
-    if !branch.path.is_empty() {
-        let _ = writeln!(out, "path = [");
-        for point in &branch.path {
-            let _ = writeln!(out, "  {},", vector(point));
-        }
-        let _ = writeln!(out, "]");
+    let mut points: Vec<String> = branch.path.iter().map(vector).collect();
+    points.dedup();
+    if points.len() > 1 {
+        let _ = writeln!(out, "path = [\n  {},\n]", points.join(",\n  "));
     }
 }
 
@@ -267,14 +268,10 @@ fn write_steps(out: &mut String, harness: &Harness, tree: &Tree, board: &Board, 
         let _ = writeln!(out, "[[steps.{operation}]]\nname = {}", quoted(&constraint.name));
         write_seat(out, harness, constraint);
     }
-    let clipped = |root: usize| {
-        assembly
-            .installs
-            .iter()
-            .any(|install| tree.root_of(harness, harness.constraints[install.constraint].at) == root)
-    };
+    let installed = assembly.installs.iter().map(|install| harness.constraints[install.constraint].at);
+    let clipped: HashSet<usize> = installed.map(|at| tree.root_of(harness, at)).collect();
     let mut last: Vec<String> = assembly.last.iter().map(|&vertex| hand(vertex)).collect();
-    last.extend(bare.into_iter().filter(|&root| clipped(root)).map(|root| root_holder(harness, root)));
+    last.extend(bare.into_iter().filter(|root| clipped.contains(root)).map(|root| root_holder(harness, root)));
     if !last.is_empty() {
         let _ = writeln!(out, "\n[[steps]]\nname = \"let go\"\nincrements = 1");
         write_release(out, &last);
@@ -320,6 +317,9 @@ fn write_constraint(out: &mut String, harness: &Harness, constraint: &Constraint
 fn write_seat(out: &mut String, harness: &Harness, constraint: &Constraint) {
     let _ = writeln!(out, "at = {}", place(harness, constraint.at));
     let _ = writeln!(out, "position = {}", vector(&constraint.position));
+    if let Place::Joint(_) = constraint.at {
+        return;
+    }
     let tangent = vector(&(constraint.frame * Vector::z()));
     let _ = writeln!(out, "tangent = {tangent}");
     match constraint.role {

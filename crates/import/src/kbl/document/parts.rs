@@ -38,9 +38,10 @@ impl<'a, 'i> Reader<'a, 'i, '_> {
     /// weight.
     pub(super) fn component(&mut self, component: Xml<'a, 'i>, reference: &str) -> Result<Component, ImportError> {
         let mut placement = None;
-        for node in component.ancestors() {
+        let within = || component.ancestors().take_while(|node| node.tag_name().name() != "Harness");
+        for node in within() {
             placement = self.placement(node)?;
-            if placement.is_some() || node.tag_name().name() == "Harness" {
+            if placement.is_some() {
                 break;
             }
         }
@@ -51,7 +52,7 @@ impl<'a, 'i> Reader<'a, 'i, '_> {
             }
             _ => None,
         };
-        let label = component.ancestors().find_map(|node| child_text(node, "Id"));
+        let label = within().find_map(|node| child_text(node, "Id"));
         Ok(Component {
             id: reference.to_owned(),
             label: label.unwrap_or(reference).to_owned(),
