@@ -4,8 +4,9 @@ use serde_json::Value;
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
-use wireloom::core::{Run, StepResult};
+use wireloom::core::{Monitor, Run, StepResult};
 use wireloom::scenario::Built;
 use wireloom::solve::checkpoint::{Checkpoint, Observer, Resumed};
 use wireloom::solve::{Control, Progress};
@@ -156,21 +157,76 @@ fn all_scenarios_go_on_from_every_checkpoint() {
     assert!(seen > 15, "{seen} scenarios");
 }
 
-/// Who gives up while the start is being found gets a run without results, which says so.
+/// A run that is stopped, by a thread of its own, after so many iterations; keeps the last checkpoint.
+struct Stopped {
+    monitor: Monitor,
+    keep: Keep,
+}
+
+impl Observer for Stopped {
+    fn increment(&mut self, progress: &Progress, end: &StepResult, kept: bool) -> Control {
+        self.keep.increment(progress, end, kept)
+    }
+    fn checkpoint(&mut self, checkpoint: &Checkpoint) {
+        self.keep.checkpoint(checkpoint);
+    }
+    fn monitor(&self) -> Monitor {
+        self.monitor.clone()
+    }
+}
+
+fn stopped_after(text: &str, iterations: u64) -> (Run, Keep) {
+    let monitor = Monitor::default();
+    let mut stopped = Stopped { monitor: monitor.clone(), keep: Keep::default() };
+    let over = AtomicBool::new(false);
+    let run = std::thread::scope(|scope| {
+        scope.spawn(|| {
+            while !over.load(Ordering::Relaxed) && monitor.seen().0 < iterations {
+                std::hint::spin_loop();
+            }
+            monitor.stop();
+        });
+        let run = wireloom::run_observed(built(text), None, &mut stopped);
+        over.store(true, Ordering::Relaxed);
+        run
+    });
+    (run, stopped.keep)
+}
+
+/// Who stops a run while the start is being found gets one without results, which says so.
 #[test]
 fn a_start_can_be_interrupted() {
-    struct Impatient(usize);
-    impl Observer for Impatient {
-        fn increment(&mut self, _: &Progress, _: &StepResult, _: bool) -> Control {
-            panic!("there was a start")
+    let (run, keep) = stopped_after(&rings(60, 1), 2);
+    assert_eq!((run.status.word(), run.steps.len(), keep.checkpoints.len()), ("interrupted", 0, 0));
+}
+
+/// Wherever a run is stopped, within an increment too, it ends there and then; what was not done is no part of the result, and from the last
+/// checkpoint it goes on to the same bits.
+#[test]
+fn an_increment_that_was_interrupted_is_no_part_of_the_result() {
+    let text = rings(60, 6);
+    let monitor = Monitor::default();
+    let mut watched = Stopped { monitor: monitor.clone(), keep: Keep::default() };
+    let whole = without_times(wireloom::run_observed(built(&text), None, &mut watched));
+    let all = monitor.seen().0;
+    let (mut within, rounds) = (0, 24);
+    for round in 0..rounds {
+        let (run, keep) = stopped_after(&text, all * round / rounds);
+        if run.status.word() != "interrupted" {
+            // It was faster than the thread that was to stop it.
+            continue;
         }
-        fn gives_up(&mut self) -> bool {
-            self.0 += 1;
-            self.0 == 3
-        }
+        let ends: Vec<_> = run.steps.iter().map(|end| (&end.name, end.increment, end.status)).collect();
+        assert!(run.steps.iter().all(|end| end.status.word() != "interrupted"), "{ends:?}");
+        let Some(bytes) = keep.checkpoints.last() else { continue };
+        within += 1;
+        let checkpoint: Checkpoint = postcard::from_bytes(bytes).expect("a checkpoint");
+        let steps = keep.steps[..checkpoint.kept()].to_vec();
+        let resumed = Some(Resumed { checkpoint, steps });
+        let run = without_times(wireloom::run_observed(built(&text), resumed, &mut Keep::default()));
+        assert!(format!("{run:?}") == format!("{whole:?}"), "stopped in round {round}");
     }
-    let run = wireloom::run_observed(built(&rings(60, 1)), None, &mut Impatient(0));
-    assert_eq!((run.status.word(), run.steps.len()), ("interrupted", 0));
+    assert!(within > rounds / 4, "only {within} of {rounds} were stopped on the way");
 }
 
 #[test]
@@ -262,7 +318,7 @@ fn killed_at_twenty_moments_the_result_is_the_same() {
     }
     assert!(kills >= 15, "the run is too short: {kills} kills");
     if place.path("o/.wireloom/origin").exists() {
-        let (code, out, err) = place.run(&["run", "--resume", "o"]);
+        let (code, out, err) = place.run(&["run", "--resume", "o", "-q"]);
         assert_eq!((code, err.as_str()), (0, ""), "{out}");
     }
     assert!(place.result("o") == place.result("whole"));

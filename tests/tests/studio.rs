@@ -15,13 +15,11 @@ struct Studio {
 
 impl Studio {
     fn of(what: &Path, state: &Path) -> Self {
-        let mut child = Command::new(program())
-            .args(["studio", "--no-open"])
-            .arg(what)
-            .env("XDG_STATE_HOME", state)
-            .stdout(Stdio::piped())
-            .spawn()
-            .expect("it starts");
+        Self::by(Command::new(program()).args(["studio", "--no-open"]).arg(what).env("XDG_STATE_HOME", state))
+    }
+
+    fn by(command: &mut Command) -> Self {
+        let mut child = command.stdout(Stdio::piped()).spawn().expect("it starts");
         let mut lines = BufReader::new(child.stdout.take().expect("piped")).lines();
         let address = lines.find_map(|line| line.ok().filter(|line| line.starts_with("http://"))).expect("an address");
         // What it says later would break a pipe that nobody holds.
@@ -31,7 +29,11 @@ impl Studio {
 
     /// What comes back of the page, or of another path.
     fn get(&self, path: &str) -> String {
-        let (host, query) = self.address["http://".len()..].split_once("/?").expect("a query");
+        Self::get_by(&self.address, path)
+    }
+
+    fn get_by(address: &str, path: &str) -> String {
+        let (host, query) = address["http://".len()..].split_once("/?").expect("a query");
         let mut stream = TcpStream::connect(host).expect("it listens");
         let request = format!("GET {path}?{query} HTTP/1.1\r\nHost: {host}\r\nConnection: close\r\n\r\n");
         stream.write_all(request.as_bytes()).expect("taken");
@@ -53,7 +55,7 @@ fn scenario() -> std::path::PathBuf {
 }
 
 #[test]
-fn a_studio_comes_back_where_it_was_and_ends_with_ctrl_c() {
+fn a_studio_comes_back_where_it_was_with_another_token_and_ends_with_ctrl_c() {
     let state = tempfile::tempdir().expect("a folder");
     let studio = Studio::of(&scenario(), state.path());
     assert!(studio.address.starts_with("http://127.0.0.1:") && studio.address.contains("/?token="));
@@ -63,11 +65,50 @@ fn a_studio_comes_back_where_it_was_and_ends_with_ctrl_c() {
     let address = studio.address.clone();
     assert_eq!(studio.end(), Some(0));
     let again = Studio::of(&scenario(), state.path());
-    assert_eq!(again.address, address, "pages that are still open find it");
+    let port = |address: &str| address.split("/?").next().map(str::to_owned);
+    assert_eq!(port(&again.address), port(&address), "pages that are still open learn that there is another session");
+    assert_ne!(again.address, address, "the token is a new one");
+    assert!(Studio::get_by(&address, "/").starts_with("HTTP/1.1 403"), "the old one opens nothing");
     // A second one of the same scenario at the same time has an address of its own.
     let beside = Studio::of(&scenario(), state.path());
-    assert_ne!(beside.address, address);
+    assert_ne!(port(&beside.address), port(&address));
     assert_eq!((beside.end(), again.end()), (Some(0), Some(0)));
+}
+
+/// Command lines of programs can be seen by every user of a machine: what opens the browser is given a file instead, that only its user can
+/// read.
+#[cfg(target_os = "linux")]
+#[test]
+fn the_token_stands_in_no_command_line() {
+    use std::os::unix::fs::PermissionsExt;
+    let place = tempfile::tempdir().expect("a folder");
+    let (opener, seen) = (place.path().join("xdg-open"), place.path().join("seen"));
+    std::fs::write(&opener, format!("#!/bin/sh\necho \"$@\" > '{0}.new' && mv '{0}.new' '{0}'\n", seen.display()))
+        .expect("written");
+    std::fs::set_permissions(&opener, std::fs::Permissions::from_mode(0o755)).expect("allowed");
+    let path = std::env::var("PATH").expect("a path");
+    let studio = Studio::by(
+        Command::new(program())
+            .arg("studio")
+            .arg(scenario())
+            .env("PATH", format!("{}:{path}", place.path().display()))
+            .env("XDG_STATE_HOME", place.path()),
+    );
+    let began = std::time::Instant::now();
+    while !seen.exists() {
+        assert!(began.elapsed().as_secs() < 60, "nothing was opened");
+        std::thread::sleep(std::time::Duration::from_millis(5));
+    }
+    let said = std::fs::read_to_string(&seen).expect("readable");
+    let (_, token) = studio.address.split_once("token=").expect("a token");
+    assert!(!said.contains(token) && !said.contains("http"), "{said}");
+    let file = Path::new(said.trim_end());
+    let mode = |path: &Path| path.metadata().expect("there").permissions().mode() & 0o777;
+    assert_eq!((mode(file), mode(file.parent().expect("a folder"))), (0o600, 0o700));
+    let page = std::fs::read_to_string(file).expect("readable");
+    assert!(page.contains(&format!("url={}\"", studio.address)), "{page}");
+    assert_eq!(studio.end(), Some(0));
+    assert!(!file.exists(), "it goes with the session");
 }
 
 #[test]

@@ -5,6 +5,7 @@ use std::fs;
 use std::path::Path;
 use std::process::{Command, ExitCode, Stdio};
 use std::sync::Mutex;
+use wireloom::core::Monitor;
 use wireloom::export::table::{Column, Row, Table, read};
 use wireloom::scenario::{NoFiles, Setting};
 use wireloom::solve::Control;
@@ -239,7 +240,7 @@ fn rows_and_runs(text: &str) -> Result<(Vec<Row>, Vec<Ended>), Failed> {
     let points = Points { text, files: &NoFiles, minimiser: None, registry: &registry, batch: None, sweep, header };
     let chains = points.chains();
     let kept = Mutex::new(vec![Vec::new(); chains.len()]);
-    points.compute(&(0..chains.len()).collect::<Vec<_>>(), &|| false, &|| (), |k, rows| {
+    points.compute(&(0..chains.len()).collect::<Vec<_>>(), &Monitor::default(), &|| (), |k, rows| {
         kept.lock().map_err(|_| "poisoned")?[k] = rows;
         Ok::<(), &str>(())
     })?;

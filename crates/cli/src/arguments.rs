@@ -19,7 +19,7 @@ pub enum Command {
     /// Carry out a scenario and write its results
     ///
     /// Writes result.json, picture.svg, and what else the scenario's [output] asks for: CSV tables, VTK files for
-    /// ParaView, a report. Ctrl-C stops after the increment at hand and keeps what was computed; after that, or a kill or a crash,
+    /// ParaView, a report. Ctrl-C (or SIGTERM) stops at once and keeps the increments that are done; after that, or a kill or a crash,
     /// --resume goes on to the same result.
     Run(RunArguments),
     /// Check scenarios without carrying them out, and show all their faults at once
@@ -32,13 +32,14 @@ pub enum Command {
     },
     /// Take hold of a harness in the browser, or watch a finished run
     ///
-    /// Opens a page (and prints its address, which holds a token: whoever knows it may use the session). Hands move connectors, clips and points
+    /// Opens a page (and prints its address, which holds a token, a new one each time: whoever knows it may use the session). Hands move connectors, clips and points
     /// of the cables; what they do becomes steps of the scenario, which the page saves as a file. What is not saved is kept as a draft,
     /// in the user's folder for states of programs, and offered the next time. Ctrl-C ends it.
     Studio(StudioArguments),
     /// Show what differs between results, and why they are not the same equilibrium
     ///
-    /// Takes folders that `run` has written, and scenarios, which are carried out for the purpose (nothing is written of them).
+    /// Takes folders that `run` has written, and scenarios, which are carried out for the purpose (nothing is written of them; Ctrl-C
+    /// leaves those that are done).
     /// Or one scenario, and what to try in it: --joint cosserat,rigid-body, --segments 20,40,80; of several such options, every
     /// combination.
     Compare(CompareArguments),

@@ -2,6 +2,7 @@
 
 use crate::failure::{Failure, Outcome};
 use crate::plugins::Trust;
+use crate::progress::Bar;
 use crate::{load, size, summary};
 use std::io::Write;
 use std::path::PathBuf;
@@ -10,7 +11,10 @@ use std::path::PathBuf;
 pub fn check(files: &[PathBuf], trust: &Trust, out: &mut dyn Write) -> Result<Outcome, Failure> {
     let mut failures = vec![];
     for file in files {
-        match load::scenario(file, &[], trust) {
+        let bar = Bar::new(format!("checking {}", file.display()), true);
+        let loaded = load::scenario(file, &[], trust);
+        drop(bar);
+        match loaded {
             Ok(load::Loaded { scenario, built, .. }) => {
                 let steps = size::counted(scenario.steps.len(), "step", "steps");
                 let mut print = || {

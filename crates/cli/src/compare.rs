@@ -9,32 +9,44 @@ use crate::variants::{self, Variant};
 use crate::{differences, folder, interrupt, run};
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
+use wireloom::core::{Monitor, Status, StepResult};
 use wireloom::export::comparison::{Case, Comparison, Trend, convergence};
 use wireloom::export::ending::Ending;
 use wireloom::export::json;
 use wireloom::export::report::{Beside, write_beside};
-use wireloom::solve::Control;
+use wireloom::solve::checkpoint::Observer;
+use wireloom::solve::{Control, Progress};
 
 /// Compares folders with results, and scenarios that are carried out for the purpose, or one scenario with what is tried in it.
 pub fn compare(arguments: &CompareArguments, out: &mut dyn Write) -> Result<Outcome, Failure> {
     let variants = variants::variants(arguments)?;
     let trust = Trust::to_run(&arguments.allowed);
     let refused = |message: &str| Err(Failure::Input(message.into()));
-    let (cases, reference) = match (&arguments.inputs[..], variants.len()) {
+    let bar = Bar::new("reading", !arguments.quiet);
+    let cases = match (&arguments.inputs[..], variants.len()) {
         ([_], 0 | 1) => {
             return refused(
                 "nothing to compare it with: give two or more folders or scenarios, or what to try in it, such as --segments 20,40,80",
             );
         }
-        ([file], _) if is_scenario(file) => {
-            // The finest mesh is the nearest to the truth; otherwise the first is what the user has now.
-            let finest = arguments.segments.iter().enumerate().max_by_key(|(_, n)| **n);
-            let only = variants.len() == arguments.segments.len();
-            (tried(file, &variants, &trust, !arguments.quiet)?, Some(finest.filter(|_| only).map_or(0, |(k, _)| k)))
-        }
-        (_, 0) => (gathered(&arguments.inputs, &trust, !arguments.quiet)?, None),
+        ([file], _) if is_scenario(file) => tried(file, &variants, &trust, &bar)?,
+        (_, 0) => gathered(&arguments.inputs, &trust, &bar)?,
         _ => return refused("what is to be tried needs one scenario (.toml), not results or several"),
     };
+    drop(bar);
+    let wanted = arguments.inputs.len().max(variants.len());
+    let interrupted = cases.len() < wanted;
+    if interrupted {
+        writeln!(out, "interrupted: {} of {wanted} runs came to their ends\n", cases.len())
+            .map_err(Failure::standard_output)?;
+    }
+    if cases.is_empty() {
+        return Ok(Outcome::NotConverged);
+    }
+    // The finest mesh is the nearest to the truth; otherwise the first is what the user has now.
+    let finest = arguments.segments.iter().take(cases.len()).enumerate().max_by_key(|(_, n)| **n);
+    let only = variants.len() == arguments.segments.len();
+    let reference = (!variants.is_empty()).then(|| finest.filter(|_| only).map_or(0, |(k, _)| k));
     let comparison = Comparison::of(&cases, reference, arguments.tolerance);
     let trends = trends(arguments, &cases);
     let alike = [&arguments.joint, &arguments.rod, &arguments.set].iter().all(|tried| tried.is_empty())
@@ -55,7 +67,7 @@ pub fn compare(arguments: &CompareArguments, out: &mut dyn Write) -> Result<Outc
         folder::write(path, |out| write_beside(&beside, out))?;
     }
     let converged = cases.iter().all(|case| case.ending.converged);
-    Ok(if converged { Outcome::Done } else { Outcome::NotConverged })
+    Ok(if converged && !interrupted { Outcome::Done } else { Outcome::NotConverged })
 }
 
 /// Of the page: the scenario at hand, or all results.
@@ -81,25 +93,49 @@ fn trends(arguments: &CompareArguments, cases: &[Case]) -> Vec<Trend> {
     convergence(&meshes)
 }
 
-/// One scenario with each of the variants. All are checked before the first is carried out.
-fn tried(file: &Path, variants: &[Variant], trust: &Trust, shown: bool) -> Result<Vec<Case>, Failure> {
+/// One scenario with each of the variants, as far as nobody interrupts. All are checked before the first is carried out.
+fn tried(file: &Path, variants: &[Variant], trust: &Trust, bar: &Bar) -> Result<Vec<Case>, Failure> {
     let loaded = variants.iter().map(|variant| load::scenario(file, &variant.settings, trust));
     let loaded = loaded.collect::<Result<Vec<_>, _>>()?;
     interrupt::listen();
-    let cases =
-        loaded.into_iter().zip(variants).map(|(loaded, variant)| case(variant.name.clone(), carry_out(loaded, shown)?));
-    cases.collect()
+    let cases = loaded.into_iter().zip(variants).map(|(loaded, variant)| {
+        let ended = carry_out(loaded, &variant.name, bar)?;
+        ended.map(|ending| case(variant.name.clone(), ending)).transpose()
+    });
+    until_interrupted(cases)
 }
 
-/// Results of folders and of scenarios.
-fn gathered(inputs: &[PathBuf], trust: &Trust, shown: bool) -> Result<Vec<Case>, Failure> {
-    interrupt::listen();
-    let cases = inputs.iter().zip(names(inputs)).map(|(input, name)| {
-        let ending =
-            if is_scenario(input) { carry_out(load::scenario(input, &[], trust)?, shown)? } else { read(input)? };
-        case(name, ending)
+/// Results of folders and of scenarios, as far as nobody interrupts. All are read before the first is carried out.
+fn gathered(inputs: &[PathBuf], trust: &Trust, bar: &Bar) -> Result<Vec<Case>, Failure> {
+    let given = inputs.iter().map(|input| {
+        bar.say(format!("reading {}", input.display()));
+        Ok(if is_scenario(input) {
+            Given::Scenario(Box::new(load::scenario(input, &[], trust)?))
+        } else {
+            Given::Result(Box::new(read(input)?))
+        })
     });
-    cases.collect()
+    let given = given.collect::<Result<Vec<_>, Failure>>()?;
+    interrupt::listen();
+    let cases = given.into_iter().zip(names(inputs)).map(|(given, name)| {
+        let ended = match given {
+            Given::Scenario(loaded) => carry_out(*loaded, &name, bar)?,
+            Given::Result(ending) => Some(*ending),
+        };
+        ended.map(|ending| case(name, ending)).transpose()
+    });
+    until_interrupted(cases)
+}
+
+/// What is to be compared.
+enum Given {
+    Scenario(Box<Loaded>),
+    Result(Box<Option<Ending>>),
+}
+
+/// Those before the first `None`.
+fn until_interrupted(cases: impl Iterator<Item = Result<Option<Case>, Failure>>) -> Result<Vec<Case>, Failure> {
+    cases.map_while(Result::transpose).collect()
 }
 
 fn case(name: String, ending: Option<Ending>) -> Result<Case, Failure> {
@@ -120,20 +156,31 @@ fn read(path: &Path) -> Result<Option<Ending>, Failure> {
     })
 }
 
-/// Carries a scenario out; nothing is written.
-fn carry_out(loaded: Loaded, shown: bool) -> Result<Option<Ending>, Failure> {
-    let bar = Bar::new(run::increments(&loaded.built), 0, shown);
-    let run = wireloom::run(loaded.built, &mut |progress, _| {
-        bar.advance(progress);
-        if interrupt::asked() { Control::Stop } else { Control::Continue }
-    });
-    if interrupt::asked() {
-        return Err(Failure::Input("interrupted before all scenarios were carried out".into()));
+/// Carries a scenario out; nothing is written. `None` where that was interrupted.
+fn carry_out(loaded: Loaded, name: &str, bar: &Bar) -> Result<Option<Option<Ending>>, Failure> {
+    bar.count(name, "increments", run::increments(&loaded.built), 0);
+    let run = wireloom::run_observed(loaded.built, None, &mut Watcher(bar));
+    if run.status == Status::Interrupted {
+        return Ok(None);
     }
     if let Some(fault) = run.fault {
         return Err(Failure::Part(fault));
     }
-    Ok(Ending::of(&run))
+    Ok(Some(Ending::of(&run)))
+}
+
+/// Tells how far a run is.
+struct Watcher<'a>(&'a Bar);
+
+impl Observer for Watcher<'_> {
+    fn increment(&mut self, _: &Progress, _: &StepResult, _: bool) -> Control {
+        self.0.one();
+        Control::Continue
+    }
+
+    fn monitor(&self) -> Monitor {
+        interrupt::monitor().clone()
+    }
 }
 
 /// The shortest ends of the paths that tell them apart, without `.toml` and `result.json`.

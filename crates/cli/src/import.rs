@@ -2,6 +2,7 @@
 
 use crate::arguments::{KblArguments, KblArrangement, KblOrder};
 use crate::failure::{Failure, Outcome};
+use crate::progress::Bar;
 use crate::{folder, load, size};
 use std::io::Write;
 use std::path::Path;
@@ -25,6 +26,7 @@ fn order(arguments: &KblArguments, arrangement: Arrangement) -> Result<Order, Fa
 
 /// KBL to a scenario, which is then checked as `wireloom check` would.
 pub fn kbl(arguments: &KblArguments, out: &mut dyn Write) -> Result<Outcome, Failure> {
+    let bar = Bar::new(format!("importing {}", arguments.file.display()), true);
     let text = load::text(&arguments.file)?;
     let arrangement = match arguments.arrangement {
         KblArrangement::Installed => Arrangement::Installed,
@@ -39,6 +41,7 @@ pub fn kbl(arguments: &KblArguments, out: &mut dyn Write) -> Result<Outcome, Fai
     };
     let imported = import(&text, &options)
         .map_err(|error| Failure::Input(format!("{} cannot be imported: {error}", arguments.file.display())))?;
+    drop(bar);
     let findings: String = imported.findings.iter().map(|finding| format!("found: {}\n", shortened(finding))).collect();
     // A finding that nobody can read is no reason to give up.
     let _ = std::io::stderr().write_all(findings.as_bytes());
@@ -47,7 +50,10 @@ pub fn kbl(arguments: &KblArguments, out: &mut dyn Write) -> Result<Outcome, Fai
         Some(path) => folder::write(path, |file| file.write_all(imported.scenario.as_bytes()))?,
     }
     let target = arguments.output.as_deref().unwrap_or(Path::new("standard output"));
-    match wireloom::load(&imported.scenario, &wireloom::registry()) {
+    let bar = Bar::new(format!("checking {}", target.display()), true);
+    let loaded = wireloom::load(&imported.scenario, &wireloom::registry());
+    drop(bar);
+    match loaded {
         Ok((_, built)) => {
             if let Some(path) = &arguments.output {
                 writeln!(out, "wrote {} ({})", path.display(), size::words(&built.network))

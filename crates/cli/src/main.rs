@@ -31,6 +31,7 @@ mod plugin_fault;
 mod plugin_new;
 mod plugins;
 mod progress;
+mod redirect;
 mod results;
 mod run;
 mod saved;

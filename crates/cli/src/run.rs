@@ -13,7 +13,7 @@ use crate::swept::Swept;
 use crate::{interrupt, size, studio, summary, variants};
 use std::io::Write;
 use std::path::Path;
-use wireloom::core::{Status, StepResult};
+use wireloom::core::{Monitor, Status, StepResult};
 use wireloom::scenario::{Built, Scenario, Setting};
 use wireloom::solve::checkpoint::{Checkpoint, Observer, Resumed};
 use wireloom::solve::{Control, Progress};
@@ -32,6 +32,8 @@ const OUT: &str = "out";
 /// are written.
 pub fn run(arguments: &RunArguments, out: &mut dyn Write) -> Result<Outcome, Failure> {
     let trust = Trust::to_run(&arguments.allowed);
+    let what = arguments.resume.as_deref().or(arguments.file.as_deref()).unwrap_or(Path::new(""));
+    let bar = Bar::new(format!("reading {}", what.display()), !arguments.quiet);
     let job = match &arguments.resume {
         Some(folder) => Job::resume(folder, &trust)?,
         None => Job::begin(arguments, &trust)?,
@@ -41,12 +43,13 @@ pub fn run(arguments: &RunArguments, out: &mut dyn Write) -> Result<Outcome, Fai
     let place = folder.path().to_path_buf();
     let steps: Vec<String> = built.schedule.steps.iter().map(|step| step.name.clone()).collect();
     let time_limit = wireloom::scenario::plugins(&texts[0].1).time_limit;
-    let worst = (!plugins.is_empty()).then(|| Worst::new(&place, steps, time_limit));
+    let worst = (!plugins.is_empty()).then(|| Worst::new(&place, steps.clone(), time_limit));
     let (size, notes) = (size::words(&built.network), built.notes.len());
     let scene = studio::keep_scene(folder.own(), &built)?;
-    let bar = Bar::new(increments(&built), standing.increments, !arguments.quiet);
+    bar.count("bringing the fixings to their places", "increments", increments(&built), standing.increments);
     let mut watcher = Watcher {
         bar,
+        steps,
         swept: Swept::of(&scenario.output, &built),
         extremes: standing.extremes,
         increments: standing.increments,
@@ -61,7 +64,17 @@ pub fn run(arguments: &RunArguments, out: &mut dyn Write) -> Result<Outcome, Fai
     run.plugins = plugins.iter().map(plugins::record).collect();
     run.notes.extend(wireloom::host::notes());
     let Watcher { bar, extremes, increments, mut results, swept, keeper, page, failure, .. } = watcher;
-    drop(bar);
+    bar.say("writing the results");
+    let (mut failure, mut surface) = (failure, None);
+    if let Some(swept) = swept.as_ref().filter(|_| failure.is_none()) {
+        match swept.surface(&keeper, increments, interrupt::monitor()) {
+            Ok(Some(made)) => surface = Some(made),
+            // It is made of the whole run.
+            Ok(None) if run.status == Status::Converged => run.status = Status::Interrupted,
+            Ok(None) => {}
+            Err(error) => failure = Some(error),
+        }
+    }
     // What is there is written, if that can be. The first failure is the one to report.
     let finished = results.finish(&run);
     if let Some(failure) = failure.or(finished.err()) {
@@ -72,14 +85,14 @@ pub fn run(arguments: &RunArguments, out: &mut dyn Write) -> Result<Outcome, Fai
         return Err(failure);
     }
     let mut remark = None;
-    if let Some(swept) = swept {
-        let (surface, cell) = swept.surface(&keeper, increments)?;
+    if let (Some(swept), Some((surface, cell))) = (swept, surface) {
         results.swept(&surface)?;
         remark = swept.remark(cell);
     }
     if let (Some(path), Some(page)) = (&arguments.page, page) {
         studio::write_page(path, &page.finish(&run))?;
     }
+    drop(bar);
     let interrupted = run.status == Status::Interrupted;
     if !interrupted {
         keeper.clear()?;
@@ -198,6 +211,8 @@ pub fn increments(built: &Built) -> usize {
 /// Watches a run and writes what it leaves on the way. A file that cannot be written stops it.
 struct Watcher {
     bar: Bar,
+    /// Names of the steps.
+    steps: Vec<String>,
     extremes: Extremes,
     increments: usize,
     results: Results,
@@ -220,7 +235,7 @@ impl Watcher {
 
 impl Observer for Watcher {
     fn increment(&mut self, progress: &Progress, end: &StepResult, kept: bool) -> Control {
-        self.bar.advance(progress);
+        self.bar.one();
         if let Some(worst) = &self.worst {
             worst.after(progress);
         }
@@ -236,13 +251,11 @@ impl Observer for Watcher {
             }
             if kept { watcher.keeper.keep(end) } else { Ok(()) }
         });
-        if interrupt::asked() {
-            self.bar.say("interrupted");
-        }
-        if self.failure.is_some() || interrupt::asked() { Control::Stop } else { Control::Continue }
+        if self.failure.is_some() { Control::Stop } else { Control::Continue }
     }
 
     fn checkpoint(&mut self, checkpoint: &Checkpoint) {
+        self.bar.at(self.steps.get(checkpoint.done().0).map_or("equilibrium", String::as_str));
         if self.increments == 0
             && let Some(lines) = self.swept.as_ref().map(|swept| swept.at_start(checkpoint))
         {
@@ -259,7 +272,7 @@ impl Observer for Watcher {
         }
     }
 
-    fn gives_up(&mut self) -> bool {
-        interrupt::asked() || self.failure.is_some()
+    fn monitor(&self) -> Monitor {
+        interrupt::monitor().clone()
     }
 }

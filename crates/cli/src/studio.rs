@@ -8,6 +8,7 @@ use crate::load::{self, Beside};
 use crate::own::{ANEW, Own};
 use crate::place::Place;
 use crate::plugins::{self, Trust};
+use crate::redirect::Redirect;
 use crate::results::{PROGRAM, RESULT};
 use crate::studio_state::{Draft, Memory, Remembered};
 use crate::{diagnostics, interrupt};
@@ -50,7 +51,7 @@ pub fn studio(arguments: &StudioArguments, out: &mut dyn Write) -> Result<Outcom
     let address = listener.local_addr().map_err(Failure::network("listen"))?;
     if let Some(memory) = &mut memory {
         let kept = memory.change(|known| {
-            (known.port, known.token) = (Some(address.port()), Some(token.digits().to_owned()));
+            known.port = Some(address.port());
         });
         kept.map_err(Failure::io("remember the address of", what))?;
     }
@@ -72,11 +73,23 @@ pub fn studio(arguments: &StudioArguments, out: &mut dyn Write) -> Result<Outcom
     // Who has read the address may end it.
     interrupt::listen();
     say(out).map_err(Failure::standard_output)?;
-    if !arguments.no_open && open::that_detached(&page).is_err() {
-        writeln!(out, "no browser was found: open that address in one").map_err(Failure::standard_output)?;
+    let mut redirect = None;
+    if !arguments.no_open {
+        match Redirect::to(&page).and_then(|made| made.open().map(|()| made)) {
+            // Browsers are slow: it stays for as long as the session.
+            Ok(made) => redirect = Some(made),
+            Err(error) => writeln!(out, "no browser could be opened ({error}): open that address in one")
+                .and_then(|()| out.flush())
+                .map_err(Failure::standard_output)?,
+        }
     }
     interrupt::wait();
-    server.stop();
+    let ended = server.stop();
+    drop(redirect);
+    if !ended {
+        out.flush().map_err(Failure::standard_output)?;
+        interrupt::leave(0);
+    }
     Ok(Outcome::Done)
 }
 
@@ -109,7 +122,7 @@ fn remember(what: &Path) -> Result<Option<Memory>, Failure> {
     Ok(memory)
 }
 
-/// Where to listen, and what pages must know: as the last time, so that pages that are still open find their way back.
+/// Where to listen: as the last time, so that pages that are still open learn that there is another session; and what pages must know.
 fn address(arguments: &StudioArguments, known: &Remembered) -> Result<(TcpListener, Token), Failure> {
     let refused = |error: io::Error| {
         Failure::Input(format!("cannot listen at {}: {error}; give another --host or --port", arguments.host))
@@ -119,15 +132,13 @@ fn address(arguments: &StudioArguments, known: &Remembered) -> Result<(TcpListen
         TcpListener::bind(places.collect::<Vec<_>>().as_slice())
     };
     let wanted = arguments.port.or(known.port).unwrap_or(0);
-    let token = known.token.as_deref().and_then(Token::known).filter(|_| known.port == Some(wanted));
-    let (listener, token) = match bind(wanted) {
-        Ok(listener) => (listener, token),
+    let listener = match bind(wanted) {
+        Ok(listener) => listener,
         // Somebody else has it now.
-        Err(_) if arguments.port.is_none() => (bind(0).map_err(refused)?, None),
+        Err(_) if arguments.port.is_none() => bind(0).map_err(refused)?,
         Err(error) => return Err(refused(error)),
     };
-    let token = token.map_or_else(Token::random, Ok);
-    Ok((listener, token.map_err(|error| Failure::Input(format!("there are no random numbers: {error}")))?))
+    Ok((listener, Token::random().map_err(|error| Failure::Input(format!("there are no random numbers: {error}")))?))
 }
 
 /// A page for the run whose results lie in a folder.

@@ -1,5 +1,5 @@
-//! What the studio remembers of a scenario from one session to the next: its address, so that pages that are still open find it again, and
-//! the draft that nobody has saved. One file for each scenario, readable by its user alone, in the folder where the system keeps states of
+//! What the studio remembers of a scenario from one session to the next: its port, so that pages that are still open learn that their session has
+//! ended, and the draft that nobody has saved. One file for each scenario, readable by its user alone, in the folder where the system keeps states of
 //! programs: `$XDG_STATE_HOME/wireloom` (by default `~/.local/state/wireloom`), on Windows `%LOCALAPPDATA%\wireloom`.
 
 use serde::{Deserialize, Serialize};
@@ -14,8 +14,6 @@ pub struct Remembered {
     pub scenario: PathBuf,
     /// Where it listened.
     pub port: Option<u16>,
-    /// What pages had to know.
-    pub token: Option<String>,
     /// What nobody has saved.
     pub draft: Option<Draft>,
 }

@@ -54,6 +54,7 @@ struct Origin {
 pub fn sweep(arguments: &SweepArguments, out: &mut dyn Write) -> Result<Outcome, Failure> {
     let trust = Trust::to_run(&arguments.allowed).for_many();
     let file = &arguments.file;
+    let bar = Bar::new(format!("reading {}", file.display()), !arguments.quiet);
     let minimiser: Vec<Setting> = arguments.minimiser.iter().map(|kind| Setting::minimiser(kind)).collect();
     let loaded = load::scenario(file, &minimiser, &trust)?;
     let Some(sweep) = &loaded.scenario.sweep else {
@@ -86,12 +87,11 @@ pub fn sweep(arguments: &SweepArguments, out: &mut dyn Write) -> Result<Outcome,
         writeln!(out, "going on after {} points", sweep.points - left).map_err(Failure::standard_output)?;
         out.flush().map_err(Failure::standard_output)?;
     }
-    let bar = Bar::new(sweep.points, sweep.points - left, !arguments.quiet);
-    bar.say("points");
+    bar.count(&loaded.scenario.name, "points", sweep.points, sweep.points - left);
     interrupt::listen();
-    points.compute(&to_do, &interrupt::asked, &|| bar.one(), |k, rows| parts.keep(k, &rows))?;
-    drop(bar);
+    points.compute(&to_do, interrupt::monitor(), &|| bar.one(), |k, rows| parts.keep(k, &rows))?;
     if interrupt::asked() {
+        drop(bar);
         let words = format!("interrupted; the same command goes on, from {}", place.display());
         writeln!(out, "{words}").map_err(Failure::standard_output)?;
         return Ok(Outcome::NotConverged);
@@ -106,8 +106,10 @@ pub fn sweep(arguments: &SweepArguments, out: &mut dyn Write) -> Result<Outcome,
         ("text", loaded.texts[0].1.clone()),
     ];
     let table = Table::of(&points.header, &rows, notes.map(|(key, text)| (format!("wireloom.{key}"), text)).to_vec());
+    bar.say(format!("writing {TABLE}"));
     folder.write(TABLE, |out| table::write(&table, out))?;
     parts.clear()?;
+    drop(bar);
     if !arguments.quiet {
         print(&rows, &table, out).map_err(Failure::standard_output)?;
         writeln!(out, "wrote {}", place.join(TABLE).display()).map_err(Failure::standard_output)?;
@@ -200,6 +202,7 @@ fn part(chain: usize) -> String {
 /// `wireloom report`: the table of a sweep as one page.
 pub fn report(place: &Path, target: Option<&Path>, out: &mut dyn Write) -> Result<Outcome, Failure> {
     let path = if place.is_dir() { place.join(TABLE) } else { place.to_owned() };
+    let bar = Bar::new(format!("reading {}", path.display()), true);
     let bytes = load::bytes(&path)?;
     let table = table::read(bytes)
         .map_err(|error| Failure::Input(format!("{} is no table of a sweep: {error}", path.display())))?;
@@ -211,7 +214,9 @@ pub fn report(place: &Path, target: Option<&Path>, out: &mut dyn Write) -> Resul
         written: &humantime::format_rfc3339_seconds(std::time::SystemTime::now()).to_string(),
     };
     let target = target.map_or_else(|| path.with_file_name(REPORT), Path::to_owned);
+    bar.say(format!("writing {}", target.display()));
     folder::write(&target, |out| report::write_points(&points, out))?;
+    drop(bar);
     writeln!(out, "wrote {}", target.display()).map_err(Failure::standard_output)?;
     Ok(Outcome::Done)
 }

@@ -5,7 +5,7 @@ use crate::saved::Keeper;
 use std::ops::Range;
 use wireloom::contact::swept::Envelope;
 use wireloom::core::obstacle::Surface;
-use wireloom::core::{StepResult, Vector};
+use wireloom::core::{Monitor, StepResult, Vector};
 use wireloom::scenario::{Built, Output};
 use wireloom::solve::checkpoint::Checkpoint;
 
@@ -38,19 +38,27 @@ impl Swept {
     }
 
     /// The surface about everything from the start to the end of so many increments, and the size of its cells, m: where those that are asked for
-    /// would take more memory than there is, twice as large ones, or larger.
-    pub fn surface(&self, keeper: &Keeper, increments: usize) -> Result<(Surface, f64), Failure> {
+    /// would take more memory than there is, twice as large ones, or larger. `None` where somebody asked to stop.
+    pub fn surface(
+        &self,
+        keeper: &Keeper,
+        increments: usize,
+        monitor: &Monitor,
+    ) -> Result<Option<(Surface, f64)>, Failure> {
         let radii: Vec<f64> = self.branches.iter().map(|(_, radius)| *radius).collect();
         let mut cell = self.cell;
         'coarser: loop {
             let mut envelope = Envelope::new(cell, &radii);
             for lines in keeper.lines(increments) {
+                if monitor.is_stopped() {
+                    return Ok(None);
+                }
                 if envelope.sweep(&lines?).is_err() {
                     cell *= 2.0;
                     continue 'coarser;
                 }
             }
-            return Ok((envelope.surface(), cell));
+            return Ok(Some((envelope.surface(), cell)));
         }
     }
 

@@ -105,10 +105,16 @@ fn crossing_by_marching(at: impl Fn(f64) -> Place, way: &Vector, fineness: f64) 
     if length == 0.0 {
         return None;
     }
+    if !length.is_finite() {
+        // Nobody can say where it leads: it leads nowhere.
+        return Some(0.0);
+    }
     let outside = at(0.0).distance >= 0.0;
     let mut before = 0.0;
     while before < 1.0 {
-        let next = (before + at(before).distance.abs().max(fineness) / length).min(1.0);
+        let next = before + at(before).distance.abs().max(fineness) / length;
+        // On a way so long that this is less than round-off, it goes on by that.
+        let next = next.max(before.next_up()).min(1.0);
         if (at(next).distance >= 0.0) != outside {
             return Some(halve(before, next, |t| (at(t).distance >= 0.0) == outside));
         }
@@ -124,4 +130,32 @@ fn halve(mut low: f64, mut high: f64, still: impl Fn(f64) -> bool) -> f64 {
         if still(middle) { low = middle } else { high = middle }
     }
     high
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A ball, as what is not convex is treated.
+    fn ball(x: &Vector) -> Place {
+        Place::round(x).grown(0.1)
+    }
+
+    /// A step along the way is then less than what a share of it can tell.
+    #[test]
+    fn a_way_that_is_far_too_long_comes_to_an_end() {
+        let crossing = |from: Vector, to: Vector| {
+            let way = to - from;
+            crossing_by_marching(|t| ball(&(from + way * t)), &way, 1e-3)
+        };
+        let (near, far) = (Vector::new(-1.0, 0.0, 0.0), |x: f64| Vector::new(x, 0.0, 0.0));
+        for length in [1e16, 1e30, 1e150] {
+            assert_eq!(crossing(near, far(-length)), None);
+            let share = crossing(near, far(length));
+            assert!(share.is_none_or(|share| share * length < 1.0), "{share:?}");
+        }
+        assert_eq!(crossing(near, far(1e308)), Some(0.0), "the square of its length is no number");
+        let share = crossing(near, far(1.0)).expect("through the ball");
+        assert!((share - 0.45).abs() < 1e-12, "{share}");
+    }
 }

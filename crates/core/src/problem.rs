@@ -10,7 +10,7 @@ use crate::rod::{BranchHessian, BranchShape};
 use crate::rotation::{columns, shortest};
 use crate::scales::{LocalScale, LocalScales, rigidity};
 use crate::sliding::{ActiveSlide, LengthTerms, Sliding};
-use crate::{Matrix, Network, Pose, Rotation, State, Tangent, Vector};
+use crate::{Matrix, Monitor, Network, Pose, Rotation, State, Tangent, Vector};
 use serde::{Deserialize, Serialize};
 
 /// Share of the weight of a segment beside a station that its other node carries for it: of what the staggered scheme
@@ -86,6 +86,8 @@ impl Hessian {
 pub struct Problem<'n> {
     /// The harness.
     pub network: &'n Network,
+    /// Through it others may stop what works on the problem.
+    pub monitor: Monitor,
     pub(crate) conditions: Conditions,
     /// Dead force at every point, N; without the weight of branches whose mesh may move along them.
     dead: Vec<Vector>,
@@ -126,6 +128,7 @@ impl<'n> Problem<'n> {
         let contacts = Contacts::new(network, &conditions);
         let mut problem = Self {
             network,
+            monitor: Monitor::default(),
             conditions,
             contacts,
             dead: vec![Vector::zeros(); network.points],

@@ -9,6 +9,8 @@ use crate::device::Gpu;
 use crate::session::{Session, TooLarge};
 use std::collections::BTreeMap;
 use std::sync::{Condvar, Mutex, MutexGuard, PoisonError};
+use std::time::{Duration, Instant};
+use wireloom_core::Monitor;
 use wireloom_shaders::Real;
 use wireloom_shaders::harness::{Harness, Shape, Stop};
 use wireloom_shaders::memory::Memory;
@@ -19,6 +21,8 @@ use wireloom_shaders::plan::Plan;
 const FIRST_CYCLES: usize = 12;
 /// Most cycles of one submission: at a few hundred dispatches each, far from what a driver takes for a hanging device.
 const MOST_CYCLES: usize = 64;
+/// A submission is no longer than this, as far as can be foreseen: between two of them it is asked whether all is to stop.
+const SUBMISSION: Duration = Duration::from_millis(500);
 /// More cycles than what was needed the last time.
 const SPARE_CYCLES: usize = 2;
 /// Plans that are kept: a harness, its coarse mesh, and what came before.
@@ -36,6 +40,8 @@ pub struct Job {
     pub shape: Shape,
     /// When it stops.
     pub stop: Stop,
+    /// Through it others stop it before.
+    pub monitor: Monitor,
 }
 
 /// Where a harness came to.
@@ -189,18 +195,23 @@ impl Prepared {
         }
         self.session.upload(gpu, &self.memory);
         let mut cycles = self.cycles;
-        loop {
+        let most = loop {
+            let clock = Instant::now();
             if !self.session.run(gpu, cycles, &mut self.memory) {
                 let failure = gpu.failure().unwrap_or_default();
                 return jobs.into_iter().map(|(ticket, _)| (ticket, Err(failure.clone()))).collect();
             }
-            if self.memory.control.iter().all(|control| control.phase == Phase::Done as u32) {
-                break;
+            let each = clock.elapsed().as_secs_f64() / cycles as f64;
+            let most = ((SUBMISSION.as_secs_f64() / each) as usize).clamp(1, MOST_CYCLES);
+            // What is stopped comes back as it is.
+            let stopped = jobs.iter().all(|(_, job)| job.monitor.is_stopped());
+            if stopped || self.memory.control.iter().all(|control| control.phase == Phase::Done as u32) {
+                break most;
             }
-            cycles = (2 * cycles).min(MOST_CYCLES);
-        }
+            cycles = (2 * cycles).min(most);
+        };
         let needed = self.memory.control[..jobs.len()].iter().map(|control| control.cycles as usize).max();
-        self.cycles = (needed.unwrap_or_default() + SPARE_CYCLES).clamp(FIRST_CYCLES / 2, MOST_CYCLES);
+        self.cycles = (needed.unwrap_or_default() + SPARE_CYCLES).clamp(FIRST_CYCLES / 2, MOST_CYCLES).min(most);
         let found = |(variant, (ticket, _)): (usize, (u64, Job))| {
             let control = self.memory.control[variant];
             (ticket, Ok(Found { control, shape: self.memory.shape(&self.plan, variant) }))

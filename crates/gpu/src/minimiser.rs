@@ -179,6 +179,7 @@ impl GpuMinimiser {
                 max_iterations: u32::try_from(stop.max_iterations).unwrap_or(u32::MAX),
                 algorithm: self.algorithm,
             },
+            monitor: problem.monitor.clone(),
         };
         let Found { control, shape } = self.batch.descend(&self.gpu, job)?;
         ws.flattening.put(&shape, network, state);
@@ -189,6 +190,7 @@ impl GpuMinimiser {
         let residual = problem.residual(&ws.gradient);
         let ended = |outcome: Outcome| control.outcome == outcome as u32;
         let status = match () {
+            () if problem.monitor.iterate(residual) => Status::Interrupted,
             () if !residual.is_finite() => Status::Failed,
             () if residual <= stop.force_tolerance => Status::Converged,
             // In its own view; single precision does not see what is left.
@@ -237,7 +239,7 @@ impl Minimiser for GpuMinimiser {
         // increment began.
         let from_device = report.status == Status::Stalled;
         for go_on in [from_device, false].into_iter().skip(usize::from(!from_device)) {
-            if report.status == Status::Converged {
+            if matches!(report.status, Status::Converged | Status::Interrupted) {
                 break;
             }
             if !go_on {

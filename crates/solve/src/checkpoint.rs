@@ -10,7 +10,7 @@ use crate::steps::{Control, Progress};
 use serde::{Deserialize, Serialize};
 use wireloom_core::equilibrium::{OperationResult, StepResult};
 use wireloom_core::problem::Conditions;
-use wireloom_core::{Network, State, Status, Vector};
+use wireloom_core::{Monitor, Network, State, Status, Vector};
 
 /// States are the same where nothing is farther away than this share of the longest branch, and nothing turned by more than this (rad).
 const SAME: f64 = 1e-4;
@@ -102,9 +102,10 @@ pub trait Observer {
     /// From here the run can be taken up again.
     fn checkpoint(&mut self, _: &Checkpoint) {}
 
-    /// Asked now and then while the start is being found, when there is nothing to show yet: whether to give up.
-    fn gives_up(&mut self) -> bool {
-        false
+    /// Asked for once, before anything is computed: through it the run can be stopped at any time, and its iterations seen. An increment
+    /// that was stopped is no part of the result.
+    fn monitor(&self) -> Monitor {
+        Monitor::default()
     }
 }
 

@@ -167,10 +167,11 @@ impl Workspace {
     }
 
     /// Energy and gradient at the trial, whose held freedoms are put in place and whose points are settled; infinite where a cable would go
-    /// through an obstacle on the way there.
+    /// through an obstacle on the way there, or where all is to stop.
     fn evaluate(&mut self, problem: &mut Problem<'_>, from: Option<&State>) -> f64 {
         problem.place_held(&mut self.trial);
-        if from.is_some_and(|from| problem.free_share(from, &self.trial, None) < 1.0) {
+        let barred = from.is_some_and(|from| problem.free_share(from, &self.trial, None) < 1.0);
+        if barred || problem.monitor.is_stopped() {
             return f64::INFINITY;
         }
         self.evaluations += 1;
@@ -315,6 +316,9 @@ fn descend(
         report.iterations += 1;
         if energy.is_infinite() {
             // What is held goes through an obstacle, or drags a cable through one: the increment is too large.
+            if problem.monitor.is_stopped() {
+                report.status = Status::Interrupted;
+            }
             return report;
         }
     } else {
@@ -328,6 +332,9 @@ fn descend(
     let mut judge = Judge::new(stop, patience);
     judge.begin(ws.residual(problem));
     report.status = loop {
+        if problem.monitor.iterate(judge.residual) {
+            break Status::Interrupted;
+        }
         if let Verdict::Over(status) = judge.verdict(report.iterations) {
             break status;
         }

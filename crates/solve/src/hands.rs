@@ -2,14 +2,14 @@
 //! [`crate::carry_out`] makes of the same steps, to the bit.
 
 use crate::certificate::Certifier;
-use crate::checkpoint::{Checkpoint, Observer};
+use crate::checkpoint::Checkpoint;
 use crate::plan::Plan;
 use crate::steps::{Driver, is_balanced};
 use std::time::Instant;
 use wireloom_core::equilibrium::{PartFault, StepResult};
 use wireloom_core::minimiser::{Minimiser, Status, Stop};
 use wireloom_core::steps::{Journey, Schedule, Step};
-use wireloom_core::{Event, Network};
+use wireloom_core::{Event, Monitor, Network};
 
 /// Where a harness is brought into balance again, forces are as much smaller than the tolerance: what is seen from outside then does not
 /// depend on how it came there.
@@ -29,9 +29,9 @@ pub struct Ended {
 /// Why there is no end.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum Trouble {
-    /// The observer gave up.
-    #[error("given up")]
-    GivenUp,
+    /// Somebody stopped it.
+    #[error("stopped")]
+    Stopped,
     /// Something cannot go on.
     #[error("{0}")]
     Fault(PartFault),
@@ -85,36 +85,36 @@ pub struct Hands {
     stop: Stop,
     /// Whether clearances of everything from everything are kept.
     clearances: bool,
+    monitor: Monitor,
     certifier: Option<(u64, Certifier)>,
 }
 
 impl Hands {
-    /// With this minimiser; `clearances` as in [`Schedule::clearances`].
-    pub fn new(minimiser: Box<dyn Minimiser>, stop: Stop, clearances: bool) -> Self {
-        Self { minimiser, stop, clearances, certifier: None }
+    /// With this minimiser; `clearances` as in [`Schedule::clearances`], and `monitor` to stop it.
+    pub fn new(minimiser: Box<dyn Minimiser>, stop: Stop, clearances: bool, monitor: Monitor) -> Self {
+        Self { minimiser, stop, clearances, monitor, certifier: None }
     }
 
     /// The balanced start, as [`crate::carry_out`] finds it.
     ///
     /// # Errors
-    /// Where there is none: the observer gave up, or a part cannot go on.
+    /// Where there is none: somebody stopped it, or a part cannot go on.
     pub fn start(
         &mut self,
         network: &Network,
         coarse: Option<&Network>,
         schedule: &Schedule,
-        observer: &mut dyn Observer,
     ) -> Result<Ended, Trouble> {
         let clock = Instant::now();
         let first = schedule.steps.first().map_or("equilibrium", |step| &step.name);
-        let mut driver = Driver::at_start(network, &mut *self.minimiser, &self.stop, schedule);
-        let homed = driver.find_start(coarse, schedule, first, observer);
+        let mut driver = Driver::at_start(network, &mut *self.minimiser, &self.stop, schedule, &self.monitor);
+        let homed = driver.find_start(coarse, schedule, first);
         let step = Step { name: START.to_owned(), increments: 1, ..Step::default() };
         if let Some(fault) = driver.named_fault(&step, 0) {
             return Err(Trouble::Fault(fault));
         }
         if homed == Status::Interrupted {
-            return Err(Trouble::GivenUp);
+            return Err(Trouble::Stopped);
         }
         let mut notes = Vec::new();
         if homed != Status::Converged {
@@ -131,8 +131,8 @@ impl Hands {
     /// The next increment of a step whose way is known; behind the last one the checkpoint is that of the step after it.
     ///
     /// # Errors
-    /// A part that cannot go on.
-    pub fn carry(&mut self, network: &Network, step: &Step, from: &Checkpoint) -> Result<Ended, PartFault> {
+    /// Where there is no end: somebody stopped it, or a part cannot go on.
+    pub fn carry(&mut self, network: &Network, step: &Step, from: &Checkpoint) -> Result<Ended, Trouble> {
         self.increment(network, step, from, false)
     }
 
@@ -140,12 +140,12 @@ impl Hands {
     /// many increments are one step through so many places, at equal shares of it.
     ///
     /// # Errors
-    /// A part that cannot go on.
-    pub fn follow(&mut self, network: &Network, step: &Step, from: &Checkpoint) -> Result<Ended, PartFault> {
+    /// Where there is no end: somebody stopped it, or a part cannot go on.
+    pub fn follow(&mut self, network: &Network, step: &Step, from: &Checkpoint) -> Result<Ended, Trouble> {
         self.increment(network, step, from, true)
     }
 
-    fn increment(&mut self, network: &Network, step: &Step, from: &Checkpoint, open: bool) -> Result<Ended, PartFault> {
+    fn increment(&mut self, network: &Network, step: &Step, from: &Checkpoint, open: bool) -> Result<Ended, Trouble> {
         let clock = Instant::now();
         let (index, increment) = (from.step_index, from.increment + 1);
         let (mut notes, spent, plan) = (from.notes.clone(), from.seconds, from.plan.clone());
@@ -179,16 +179,16 @@ impl Hands {
         let certifier = driver.certifier;
         self.certifier = Some((network.id, certifier));
         match (fault, end) {
-            (Some(fault), _) => Err(fault),
+            (Some(fault), _) => Err(Trouble::Fault(fault)),
             (None, Ok(end)) => {
                 Ok(Ended { end, checkpoint: if last { checkpoint.with_step_ended() } else { checkpoint } })
             }
-            // A status without an end comes with a fault.
-            (None, Err(status)) => unreachable!("{} without a fault", status.word()),
+            (None, Err(_)) => Err(Trouble::Stopped),
         }
     }
 
-    /// The same checkpoint with the harness in balance, more finely than usual; `None` where no balance is found from there.
+    /// The same checkpoint with the harness in balance, more finely than usual; `None` where no balance is found from there, or somebody
+    /// stopped it.
     pub fn balance(&mut self, network: &Network, from: Checkpoint) -> Option<Checkpoint> {
         let stood = from.clone();
         let mut driver = self.driver(network, from);
@@ -197,7 +197,7 @@ impl Hands {
         driver.stop.force_tolerance *= FINER;
         let finer = driver.solve();
         driver.stop = stop;
-        let balanced = driver.fault.is_none() && driver.certify(finer) == Status::Converged;
+        let balanced = !driver.is_over() && driver.certify(finer) == Status::Converged;
         let found = balanced.then(|| Checkpoint {
             plan: stood.plan,
             notes: stood.notes,
@@ -209,7 +209,7 @@ impl Hands {
     }
 
     fn driver<'n>(&mut self, network: &'n Network, from: Checkpoint) -> Driver<'n, '_> {
-        let (mut driver, _) = Driver::at(network, &mut *self.minimiser, &self.stop, from);
+        let (mut driver, _) = Driver::at(network, &mut *self.minimiser, &self.stop, from, &self.monitor);
         if let Some((_, certifier)) = self.certifier.take().filter(|(id, _)| *id == network.id) {
             driver.certifier = certifier;
         }

@@ -127,7 +127,7 @@ impl Workspace {
     fn assemble(&mut self, problem: &mut Problem<'_>, state: &State, mixed: bool, mut sigma: f64) -> f64 {
         problem.hessian(state, mixed.then_some(self.forces.as_slice()), &mut self.hessian);
         let mut convex = false;
-        while self.factorise(problem, state, sigma) > 0 && sigma.is_finite() {
+        while self.factorise(problem, state, sigma) > 0 && sigma.is_finite() && !problem.monitor.is_stopped() {
             if std::mem::replace(&mut convex, true) || !problem.make_convex(state, &mut self.hessian) {
                 sigma = raised(sigma, RAISE);
             }
@@ -169,7 +169,7 @@ impl Workspace {
             let Self { foresight, gradient, step, foreseen, hessian, .. } = self;
             let from = (!moving).then_some(&*gradient);
             let changed = problem.foresee(state, foresight, from, step, foreseen, &mut hessian.fixings);
-            if !changed || left == 0 {
+            if !changed || left == 0 || problem.monitor.is_stopped() {
                 return;
             }
             match sigma {
@@ -218,8 +218,8 @@ impl Workspace {
     fn try_step(&mut self, problem: &mut Problem<'_>, state: &State, alpha: f64) -> f64 {
         problem.retract(state, &self.step, alpha, &mut self.trial);
         problem.place_held(&mut self.trial);
-        if problem.free_share(state, &self.trial, None) < 1.0 {
-            // A cable would go through an obstacle.
+        if problem.free_share(state, &self.trial, None) < 1.0 || problem.monitor.is_stopped() {
+            // A cable would go through an obstacle; or nobody wants to know any more.
             return f64::INFINITY;
         }
         self.evaluations += 1;
@@ -326,6 +326,9 @@ fn descend(ws: &mut Workspace, problem: &mut Problem<'_>, state: &mut State, sto
         if energy.is_infinite() {
             // What is held goes through an obstacle, or drags a cable through one: the increment is too large.
             ws.factor_of = None;
+            if problem.monitor.is_stopped() {
+                report.status = Status::Interrupted;
+            }
             return report;
         }
         problem.update_held(state);
@@ -338,6 +341,9 @@ fn descend(ws: &mut Workspace, problem: &mut Problem<'_>, state: &mut State, sto
     let mut judge = Judge::new(stop, STALLED_AFTER);
     judge.begin(ws.residual(problem));
     report.status = loop {
+        if problem.monitor.iterate(judge.residual) {
+            break Status::Interrupted;
+        }
         match judge.verdict(report.iterations) {
             Verdict::Over(status) => break status,
             Verdict::Polish => sigma = 0.0,
@@ -365,7 +371,7 @@ fn descend(ws: &mut Workspace, problem: &mut Problem<'_>, state: &mut State, sto
             }
             let parabola = -0.5 * slope * alpha * alpha / (trial - energy - slope * alpha);
             alpha = if parabola.is_finite() { parabola.clamp(0.1 * alpha, 0.5 * alpha) } else { 0.25 * alpha };
-            if alpha < 1e-10 {
+            if alpha < 1e-10 || problem.monitor.is_stopped() {
                 break None;
             }
         };

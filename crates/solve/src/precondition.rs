@@ -50,7 +50,7 @@ impl Preconditioner {
     pub(crate) fn make(&mut self, problem: &mut Problem<'_>, state: &State) {
         problem.hessian(state, None, &mut self.hessian);
         let (mut sigma, mut convex) = (0.0_f64, false);
-        while self.factorise(problem, state, sigma) > 0 && sigma.is_finite() {
+        while self.factorise(problem, state, sigma) > 0 && sigma.is_finite() && !problem.monitor.is_stopped() {
             if std::mem::replace(&mut convex, true) || !problem.make_convex(state, &mut self.hessian) {
                 sigma = raised(sigma, RAISE);
             }

@@ -17,7 +17,7 @@ use wireloom_core::minimiser::{Minimiser, Status, Stop};
 use wireloom_core::problem::{Conditions, Problem};
 use wireloom_core::sliding::{SlideStop, Sliding};
 use wireloom_core::steps::{Journey, Schedule, Step};
-use wireloom_core::{EventKind, EventPlace, Moment, Network, State};
+use wireloom_core::{EventKind, EventPlace, Moment, Monitor, Network, State};
 
 /// Newton steps are taken from an increment's end until the next one moves the harness by less than this share of its longest branch, and
 /// turns it by less than this, in rad; what is allowed in the end is [`crate::certificate`]'s.
@@ -45,6 +45,8 @@ const FRICTION_ROUNDS: usize = 40;
 const MULTIPLIER_ROUNDS: usize = 40;
 /// Arc lengths that differ by less than this share of the branch are the same.
 const SAME_PLACE: f64 = 1e-12;
+/// Shares of a step that differ by less than this are the same.
+const SAME_SHARE: f64 = 1e-9;
 /// Turns that a fixing may make at once: half a turn would look the same either way round.
 const LARGEST_TURNS: f64 = 0.2;
 
@@ -163,12 +165,13 @@ pub fn carry_out(
     let mut run = begun(schedule);
     let alone = [Step { name: "equilibrium".into(), increments: 1, ..Step::default() }];
     let steps = if schedule.steps.is_empty() { &alone[..] } else { &schedule.steps };
+    let monitor = observer.monitor();
     let mut clock = Instant::now();
     let (mut spent, mut first, mut done, mut begun) = (0.0, 0, 0, None);
     let mut driver = match resumed {
         None => {
-            let mut driver = Driver::at_start(network, minimiser, stop, schedule);
-            let homed = driver.find_start(coarse, schedule, &steps[0].name, observer);
+            let mut driver = Driver::at_start(network, minimiser, stop, schedule, &monitor);
+            let homed = driver.find_start(coarse, schedule, &steps[0].name);
             if homed == Status::Interrupted || driver.fault.is_some() {
                 run.status = driver.unless_faulty(homed);
                 run.fault = driver.named_fault(&steps[0], 0);
@@ -180,7 +183,7 @@ pub fn carry_out(
             driver
         }
         Some(Resumed { checkpoint, steps }) => {
-            let (driver, stood) = Driver::at(network, minimiser, stop, checkpoint);
+            let (driver, stood) = Driver::at(network, minimiser, stop, checkpoint, &monitor);
             (run.status, run.notes, run.steps) = (stood.status, stood.notes, steps);
             run.steps.truncate(stood.kept);
             (spent, first, done, begun) = (stood.seconds, stood.step_index, stood.increment, stood.plan);
@@ -229,7 +232,7 @@ pub fn carry_out(
             }
             let all = index + 1 == steps.len() && increment == step.increments;
             // What went wrong before is worth more than that somebody stopped it.
-            if stopped && run.status == Status::Converged && !all {
+            if stopped && is_balanced(run.status) && !all {
                 run.status = Status::Interrupted;
             }
             passed = if kept || stopped {
@@ -274,9 +277,12 @@ impl<'n, 'm> Driver<'n, 'm> {
         stop: &Stop,
         state: State,
         conditions: Conditions,
+        monitor: &Monitor,
     ) -> Self {
+        let mut problem = Problem::new(network, conditions);
+        problem.monitor = monitor.clone();
         Self {
-            problem: Problem::new(network, conditions),
+            problem,
             minimiser,
             stop: *stop,
             certifier: Certifier::new(network),
@@ -304,10 +310,11 @@ impl<'n, 'm> Driver<'n, 'm> {
         minimiser: &'m mut dyn Minimiser,
         stop: &Stop,
         schedule: &Schedule,
+        monitor: &Monitor,
     ) -> Self {
         let state = start::place(network, schedule);
         let conditions = Conditions::new(network, schedule.gravity, &state);
-        let mut driver = Self::new(network, minimiser, stop, state, conditions);
+        let mut driver = Self::new(network, minimiser, stop, state, conditions, monitor);
         driver.problem.note_overlaps(&driver.state);
         driver
     }
@@ -318,6 +325,7 @@ impl<'n, 'm> Driver<'n, 'm> {
         minimiser: &'m mut dyn Minimiser,
         stop: &Stop,
         checkpoint: Checkpoint,
+        monitor: &Monitor,
     ) -> (Self, Stood) {
         let Checkpoint {
             conditions,
@@ -334,30 +342,30 @@ impl<'n, 'm> Driver<'n, 'm> {
             notes,
             kept,
         } = checkpoint;
-        let mut driver = Driver::new(network, minimiser, stop, state, conditions);
+        let mut driver = Driver::new(network, minimiser, stop, state, conditions, monitor);
         (driver.iterations, driver.polish, driver.factorisations) = work;
         (driver.log, driver.operations, driver.pace, driver.homing) = (log, operations, pace, false);
         (driver, Stood { plan, step_index, increment, seconds, status, notes, kept })
     }
 
+    /// Whether nothing more is to be computed: something cannot go on, or somebody asked to stop.
+    pub(crate) fn is_over(&self) -> bool {
+        self.fault.is_some() || self.problem.monitor.is_stopped()
+    }
+
     /// From where the harness is laid out to the balanced start of this first step.
-    pub(crate) fn find_start(
-        &mut self,
-        coarse: Option<&Network>,
-        schedule: &Schedule,
-        first: &str,
-        observer: &mut dyn Observer,
-    ) -> Status {
+    pub(crate) fn find_start(&mut self, coarse: Option<&Network>, schedule: &Schedule, first: &str) -> Status {
         self.log.begin(Moment { step: first.to_owned(), step_index: 0, increment: 0 });
-        let nested = coarse.and_then(|coarse| self.come_from(coarse, schedule, observer));
-        nested.unwrap_or_else(|| self.bring_home(observer))
+        let nested = coarse.and_then(|coarse| self.come_from(coarse, schedule));
+        let status = nested.unwrap_or_else(|| self.bring_home());
+        if self.problem.monitor.is_stopped() { Status::Interrupted } else { status }
     }
 
     /// An increment (of this number, in the step of this number) from one share of the step's plan to another, and its end, looked over; with
     /// `all`, clearances of everything from everything.
     ///
     /// # Errors
-    /// A status, where something cannot go on.
+    /// A status, where something cannot go on or somebody asked to stop.
     pub(crate) fn carry(
         &mut self,
         (step, plan): (&Step, &Plan),
@@ -370,6 +378,9 @@ impl<'n, 'm> Driver<'n, 'm> {
         let status = self.increment(plan, a, b);
         if self.fault.is_some() {
             return Err(self.unless_faulty(status));
+        }
+        if self.problem.monitor.is_stopped() {
+            return Err(Status::Interrupted);
         }
         let end = self.step_result(step, increment, status, seconds());
         events::watch(&mut self.log, &mut self.problem, &self.state, &end, &self.stop, all);
@@ -444,7 +455,7 @@ impl<'n, 'm> Driver<'n, 'm> {
                 message: format!("did not converge at once; parts as small as 1/{parts:.0} were tried"),
             });
         }
-        let fallen = status == Status::IterationLimit && self.fault.is_none();
+        let fallen = status == Status::IterationLimit && !self.is_over();
         if fallen {
             status = self.let_snap();
         }
@@ -487,6 +498,9 @@ impl<'n, 'm> Driver<'n, 'm> {
             let small = inspection.relative <= REFINED || inspection.is_flat();
             if small && !inspection.is_blurred || inspection.touches || inspection.relative.is_nan() {
                 break;
+            }
+            if self.problem.monitor.is_stopped() {
+                return Status::Interrupted;
             }
             let before = self.state.clone();
             self.problem.retract(&before, self.certifier.next_step(), 1.0, &mut self.state);
@@ -561,14 +575,26 @@ impl<'n, 'm> Driver<'n, 'm> {
     /// point of its paths.
     fn advance_through(&mut self, plan: &Plan, a: f64, b: f64) -> Status {
         let turns = plan.turns(b - a);
-        let parts = (turns / LARGEST_TURNS).ceil().max(1.0) as usize;
-        let mut places: Vec<f64> = (1..parts).map(|k| a + (b - a) * k as f64 / parts as f64).collect();
-        places.extend(plan.corners.iter().filter(|t| a + 1e-9 < **t && **t < b - 1e-9));
-        places.push(b);
-        places.sort_by(f64::total_cmp);
-        places.dedup_by(|next, last| *next - *last < 1e-9);
-        let (mut from, mut status) = (a, Status::Converged);
-        for to in places {
+        let parts = (turns / LARGEST_TURNS).ceil().max(1.0);
+        if b - a < parts * SAME_SHARE {
+            // More turns than can be followed.
+            return Status::Failed;
+        }
+        let mut corners: Vec<f64> =
+            plan.corners.iter().copied().filter(|t| a + SAME_SHARE < *t && *t < b - SAME_SHARE).collect();
+        corners.sort_by(f64::total_cmp);
+        let mut corners = corners.into_iter().peekable();
+        let (mut from, mut k, mut status) = (a, 0.0, Status::Converged);
+        // There may be more parts than memory has room for.
+        while from < b {
+            let part = if k + 1.0 < parts { a + (b - a) * (k + 1.0) / parts } else { b };
+            let to = corners.next_if(|corner| *corner < part).unwrap_or_else(|| {
+                k += 1.0;
+                part
+            });
+            if to < b && to - from < SAME_SHARE {
+                continue;
+            }
             status = self.advance(plan, from, to, CUT_BACKS);
             if !matches!(status, Status::Converged | Status::Stalled) {
                 break;
@@ -596,7 +622,7 @@ impl<'n, 'm> Driver<'n, 'm> {
             return if balanced { self.advance(plan, middle, b, cuts) } else { half };
         }
         let status = self.solve_from(&began);
-        if matches!(status, Status::Converged | Status::Stalled) || cuts == 0 || self.fault.is_some() {
+        if matches!(status, Status::Converged | Status::Stalled) || cuts == 0 || self.is_over() {
             return status;
         }
         let failed = self.state.clone();
@@ -604,7 +630,7 @@ impl<'n, 'm> Driver<'n, 'm> {
         self.go_back(&began, |_| false);
         let middle = 0.5 * (a + b);
         let half = self.advance(plan, a, middle, cuts - 1);
-        if self.fault.is_some() {
+        if self.is_over() {
             return half;
         }
         if !matches!(half, Status::Converged | Status::Stalled) {
@@ -625,7 +651,7 @@ impl<'n, 'm> Driver<'n, 'm> {
             let balanced = matches!(status, Status::Converged | Status::Stalled);
             let turned = |k: usize| !balanced || self.problem.slips_backward(k, &self.before, &self.state);
             let found: Vec<usize> = (0..sticks.len()).filter(|&k| !sticks[k] && turned(k)).collect();
-            if found.is_empty() || self.fault.is_some() {
+            if found.is_empty() || self.is_over() {
                 return status;
             }
             found.into_iter().for_each(|k| sticks[k] = true);
@@ -673,6 +699,9 @@ impl<'n, 'm> Driver<'n, 'm> {
             self.iterations += report.iterations;
             self.polish += report.polish;
             self.factorisations += report.factorisations;
+            if self.problem.monitor.is_stopped() {
+                return Status::Interrupted;
+            }
             let balanced = matches!(report.status, Status::Converged | Status::Stalled);
             let tolerance = FEASIBLE * self.stop.force_tolerance;
             let met = self.problem.unmet(&self.state).is_none_or(|unmet| unmet.value <= tolerance)

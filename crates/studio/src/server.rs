@@ -9,6 +9,7 @@
 //! Whatever comes in is taken for hostile: who has not got the token learns nothing, whose `Host` or `Origin` is another one neither (a page of
 //! another site that a browser was led to); connections, sizes and rates are bounded, and what waits to be sent is.
 
+mod door;
 mod guard;
 mod live;
 mod tab;
@@ -22,21 +23,22 @@ use axum::extract::{Extension, Path, State};
 use axum::http::{HeaderName, HeaderValue, StatusCode, header};
 use axum::response::{IntoResponse, Response};
 use axum::routing::get;
+use door::{Door, Visitor};
 use hyper::server::conn::http1;
 use hyper_util::rt::{TokioIo, TokioTimer};
 use hyper_util::service::TowerToHyperService;
 use std::io;
 use std::net::{SocketAddr, TcpListener};
 use std::sync::Arc;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 use tokio::net::TcpStream;
 use tokio::runtime::Runtime;
-use tokio::sync::{OwnedSemaphorePermit, Semaphore, watch};
+use tokio::sync::watch;
 
-/// Connections at a time: some tabs with the handful that a browser opens for each.
+/// Connections at a time that have shown the token: some tabs with the handful that a browser opens for each.
 const CONNECTIONS: u32 = 64;
 /// A request's head must have come after so long, or a browser ask for something again.
-const PATIENCE: Duration = Duration::from_secs(10);
+const PATIENCE: Duration = Duration::from_secs(4);
 /// A request's head is no longer than this, bytes.
 const HEAD: usize = 16 << 10;
 /// Pages are told that the server ends; what they have not taken after so long is dropped.
@@ -85,6 +87,7 @@ struct House {
     token: Token,
     /// The name by which browsers know the server, where it has another one than those of this machine.
     host: String,
+    door: Arc<Door>,
     /// Becomes true when all is to end.
     ending: watch::Receiver<bool>,
 }
@@ -93,7 +96,6 @@ struct House {
 pub struct Server {
     runtime: Runtime,
     house: Arc<House>,
-    places: Arc<Semaphore>,
     ending: watch::Sender<bool>,
     address: SocketAddr,
 }
@@ -113,17 +115,17 @@ impl Server {
             .enable_time()
             .build()?;
         let (ending, ended) = watch::channel(false);
-        let places = Arc::new(Semaphore::new(CONNECTIONS as usize));
-        let house = Arc::new(House { site, token, host: host.to_owned(), ending: ended });
+        let door = Arc::new(Door::new(CONNECTIONS));
+        let house = Arc::new(House { site, token, host: host.to_owned(), door, ending: ended });
         let listener = {
             let _within = runtime.enter();
             tokio::net::TcpListener::from_std(listener)?
         };
-        runtime.spawn(accept(listener, house.clone(), places.clone()));
+        runtime.spawn(accept(listener, house.clone()));
         if house.site.live().is_some() {
             runtime.spawn(live::keep_drafts(house.clone()));
         }
-        Ok(Self { runtime, house, places, ending, address })
+        Ok(Self { runtime, house, ending, address })
     }
 
     /// Where it listens.
@@ -131,22 +133,31 @@ impl Server {
         self.address
     }
 
-    /// How many connections there are.
+    /// How many connections there are that have shown the token.
     pub fn connections(&self) -> usize {
-        CONNECTIONS as usize - self.places.available_permits()
+        self.house.door.inside()
     }
 
-    /// Ends it: takes no more connections, tells the pages, keeps the draft. Takes two seconds at most.
-    pub fn stop(self) {
-        let Self { runtime, house, places, ending, .. } = self;
+    /// Ends it: takes no more connections, tells the pages, stops what is computed, keeps the draft. Takes two seconds at most. Returns whether
+    /// everything that it did has come to its end: where not, a thread still runs, which may be within a driver or a plugin.
+    #[must_use]
+    pub fn stop(self) -> bool {
+        let Self { runtime, house, ending, .. } = self;
         let _ = ending.send(true);
-        runtime.block_on(async {
-            let _ = tokio::time::timeout(FAREWELL, places.acquire_many(CONNECTIONS)).await;
-        });
         if let Some(live) = house.site.live() {
-            live.end();
+            live.close();
         }
+        let began = Instant::now();
+        runtime.block_on(async {
+            let _ = tokio::time::timeout(FAREWELL, house.door.all_gone()).await;
+        });
+        let ended = house.site.live().is_none_or(|live| {
+            let ended = live.has_ended(FAREWELL.saturating_sub(began.elapsed()));
+            live.keep();
+            ended
+        });
         runtime.shutdown_timeout(END);
+        ended
     }
 }
 
@@ -156,11 +167,8 @@ async fn end(ending: &mut watch::Receiver<bool>) {
     drop(ending.wait_for(|ending| *ending).await);
 }
 
-/// A place among the connections, given back when the last who holds it has gone.
-type Held = Arc<OwnedSemaphorePermit>;
-
 /// Takes connections until all is to end.
-async fn accept(listener: tokio::net::TcpListener, house: Arc<House>, places: Arc<Semaphore>) {
+async fn accept(listener: tokio::net::TcpListener, house: Arc<House>) {
     let mut ending = house.ending.clone();
     loop {
         let accepted = tokio::select! {
@@ -169,10 +177,9 @@ async fn accept(listener: tokio::net::TcpListener, house: Arc<House>, places: Ar
         };
         match accepted {
             Ok((stream, _)) => {
-                // Whoever comes when all places are taken is sent away.
-                if let Ok(place) = places.clone().try_acquire_owned() {
-                    tokio::spawn(connection(stream, house.clone(), Arc::new(place)));
-                }
+                let visitor = house.door.knock();
+                let served = tokio::spawn(connection(stream, house.clone(), visitor.clone()));
+                visitor.waits(served.abort_handle());
             }
             // The peer has gone already, or there are too many open files: others may have better luck, a little later.
             Err(_) => tokio::time::sleep(Duration::from_millis(20)).await,
@@ -181,11 +188,11 @@ async fn accept(listener: tokio::net::TcpListener, house: Arc<House>, places: Ar
 }
 
 /// Serves one connection.
-async fn connection(stream: TcpStream, house: Arc<House>, held: Held) {
+async fn connection(stream: TcpStream, house: Arc<House>, visitor: Arc<Visitor>) {
     // Small messages go at once, or each would wait for the answer to the one before.
     let _ = stream.set_nodelay(true);
     let mut ending = house.ending.clone();
-    let service = TowerToHyperService::new(routes(house, held));
+    let service = TowerToHyperService::new(routes(house, visitor));
     let connection = http1::Builder::new()
         .timer(TokioTimer::new())
         .header_read_timeout(PATIENCE)
@@ -204,13 +211,13 @@ async fn connection(stream: TcpStream, house: Arc<House>, held: Held) {
 }
 
 /// What answers to what.
-fn routes(house: Arc<House>, held: Held) -> Router {
+fn routes(house: Arc<House>, visitor: Arc<Visitor>) -> Router {
     Router::new()
         .route("/", get(page))
         .route("/socket", get(tab::open))
         .route("/export/{*name}", get(export))
         .layer(axum::middleware::from_fn_with_state(house.clone(), guard::guard))
-        .layer(Extension(held))
+        .layer(Extension(visitor))
         .with_state(house)
 }
 

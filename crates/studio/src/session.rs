@@ -22,7 +22,7 @@ use std::collections::BTreeMap;
 use std::rc::Rc;
 use std::sync::Arc;
 use wireloom::core::obstacle::Obstacle;
-use wireloom::core::{Registry, Status, StepResult};
+use wireloom::core::{Monitor, Registry, Status, StepResult};
 use wireloom::scenario::record::{Written, with_steps};
 use wireloom::scenario::{Fault, Files};
 use wireloom::solve::checkpoint::Checkpoint;
@@ -106,6 +106,7 @@ pub(crate) struct Session {
     name: String,
     files: Box<dyn Files + Send + Sync>,
     registry: Registry,
+    monitor: Monitor,
     now: Standing,
     undo: Vec<(String, Standing)>,
     redo: Vec<(String, Standing)>,
@@ -121,18 +122,18 @@ pub(crate) struct Session {
 }
 
 impl Session {
-    /// Of a text; nothing is computed yet.
+    /// Of a text; nothing is computed yet, and through `monitor` what is can be stopped.
     ///
     /// # Errors
     /// All faults of the text.
-    pub fn open(opened: Opened) -> Result<Self, Vec<Fault>> {
+    pub fn open(opened: Opened, monitor: Monitor) -> Result<Self, Vec<Fault>> {
         let Opened { mut text, name, files, registry, unsaved } = opened;
-        let mut harness = Harness::load(&text, &*files, &registry)?;
+        let mut harness = Harness::load(&text, &*files, &registry, &monitor)?;
         if harness.schedule.steps.is_empty() && harness.is_drawn_tight() {
             // What `run` calls the equilibrium is not the start, then.
             let equilibrium = Written { name: "equilibrium".to_owned(), ..Written::default() };
             text = with_steps(&text, 0, &[equilibrium]).map_err(|fault| vec![fault])?;
-            harness = Harness::load(&text, &*files, &registry)?;
+            harness = Harness::load(&text, &*files, &registry, &monitor)?;
         }
         let harness = Rc::new(harness);
         let own = harness.schedule.steps.len();
@@ -142,6 +143,7 @@ impl Session {
             name,
             files,
             registry,
+            monitor,
             now,
             undo: Vec::new(),
             redo: Vec::new(),
@@ -311,7 +313,7 @@ impl Session {
     fn save(&mut self, tab: u32) -> Result<(), Refusal> {
         let text = self.text()?;
         // What cannot be carried out is not to be saved without a word.
-        let checked = Harness::load(&text, &*self.files, &self.registry);
+        let checked = Harness::load(&text, &*self.files, &self.registry, &self.monitor);
         (self.unsaved, self.news.edited) = (false, true);
         self.news.said.push((Some(tab), Notice::Saved { name: self.name.clone(), text }));
         checked.map(|_| ()).map_err(Refusal::from)
@@ -431,7 +433,7 @@ impl Session {
     /// What a standing's text describes.
     fn load(&self, standing: &Standing) -> Result<Harness, Refusal> {
         let text = standing.whole_text()?;
-        Ok(Harness::load(&text, &*self.files, &self.registry)?)
+        Ok(Harness::load(&text, &*self.files, &self.registry, &self.monitor)?)
     }
 
     /// How hands find it: a step has ended, and what was not carried out is no part of it.

@@ -7,13 +7,15 @@ use crate::protocol::{Notice, Request};
 use crate::session::{Frame, Opened, Session};
 use board::Board;
 use std::collections::VecDeque;
+use std::convert::Infallible;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc;
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::thread;
-use wireloom::core::Run;
+use std::time::Duration;
 use wireloom::core::obstacle::Obstacle;
+use wireloom::core::{Monitor, Run};
 use wireloom::scenario::Fault;
 
 /// Requests that wait at most: a page has a handful on the way.
@@ -22,6 +24,8 @@ const WAITING: usize = 256;
 /// A harness in the studio: a thread of its own carries it, until it is closed or dropped.
 pub struct Studio {
     shared: Arc<Shared>,
+    /// Nothing is ever sent: it is cut off when the thread, and all that it had, has gone.
+    thread: Mutex<mpsc::Receiver<Infallible>>,
 }
 
 /// What a tab is to be told; whoever has it asks it.
@@ -60,6 +64,10 @@ struct Shared {
     /// Something waits, or it is all over.
     bell: Condvar,
     board: Mutex<Board>,
+    /// Stops what is being computed.
+    monitor: Monitor,
+    /// Whether the start is being computed.
+    begins: AtomicBool,
     stop: AtomicBool,
     closed: AtomicBool,
 }
@@ -78,14 +86,19 @@ pub fn open(opened: Opened) -> Result<Studio, Vec<Fault>> {
         waiting: Mutex::default(),
         bell: Condvar::new(),
         board: Mutex::new(Board::new()),
+        monitor: Monitor::default(),
+        begins: AtomicBool::new(false),
         stop: AtomicBool::new(false),
         closed: AtomicBool::new(false),
     });
     let (told, asked) = mpsc::channel();
     let text = opened.text.len();
     let own = shared.clone();
+    let (ends, thread) = mpsc::channel();
     let work = move || {
-        let mut session = match Session::open(opened) {
+        // What is made later goes before it.
+        let _ends = ends;
+        let mut session = match Session::open(opened, own.monitor.clone()) {
             Ok(session) => session,
             Err(faults) => return told.send(Err(faults)).unwrap_or_default(),
         };
@@ -98,10 +111,10 @@ pub fn open(opened: Opened) -> Result<Studio, Vec<Fault>> {
         let help = "this is a fault of the program, not of the scenario".to_owned();
         vec![Fault { span: text..text, message, help }]
     };
-    let thread = thread::Builder::new().name("studio".to_owned()).spawn(work);
-    thread.map_err(|error| broken(format!("no thread to work on: {error}")))?;
+    let spawned = thread::Builder::new().name("studio".to_owned()).spawn(work);
+    spawned.map_err(|error| broken(format!("no thread to work on: {error}")))?;
     asked.recv().unwrap_or_else(|_| Err(broken("the scenario could not be read".to_owned())))?;
-    Ok(Studio { shared })
+    Ok(Studio { shared, thread: Mutex::new(thread) })
 }
 
 impl Studio {
@@ -121,12 +134,18 @@ impl Studio {
 
     /// A tab asks for something. Of targets of a fixing only the newest waits.
     pub fn ask(&self, tab: u32, request: Request) {
-        match &request {
-            Request::Frames { from, to } => return locked(&self.shared.board).send_frames(tab, *from, *to),
-            Request::Stop => self.shared.stop.store(true, Ordering::Relaxed),
-            _ => {}
+        if let Request::Frames { from, to } = request {
+            return locked(&self.shared.board).send_frames(tab, from, to);
         }
         let mut waiting = locked(&self.shared.waiting);
+        match &request {
+            Request::Stop => self.shared.stop(),
+            // They lead to another start.
+            Request::Set { .. } | Request::Undo | Request::Redo if self.shared.begins.load(Ordering::Relaxed) => {
+                self.shared.monitor.stop();
+            }
+            _ => {}
+        }
         if waiting.len() >= WAITING {
             drop(waiting);
             let message = "too many requests wait already".to_owned();
@@ -175,12 +194,17 @@ impl Studio {
         Some(Outcome { run, obstacles: record.obstacles })
     }
 
-    /// Ends the thread; it need not have ended when this returns.
+    /// Ends the thread and stops what it computes; it need not have ended when this returns.
     pub fn close(&self) {
         self.shared.closed.store(true, Ordering::Relaxed);
-        self.shared.stop.store(true, Ordering::Relaxed);
+        self.shared.stop();
         drop(locked(&self.shared.waiting));
         self.shared.bell.notify_all();
+    }
+
+    /// Waits until the thread has come to its end, but no longer than that. Returns whether it has.
+    pub fn has_ended(&self, patience: Duration) -> bool {
+        locked(&self.thread).recv_timeout(patience) == Err(mpsc::RecvTimeoutError::Disconnected)
     }
 }
 
@@ -205,11 +229,11 @@ impl Shared {
     /// Does what is asked for, and computes in between, until it is closed.
     fn work(&self, session: &mut Session) {
         while !self.is_closed() {
-            let next = if session.must_finish() && session.has_work() { None } else { self.next(!session.has_work()) };
+            let next = if session.must_finish() && session.has_work() { None } else { self.next(session) };
             let done = catch_unwind(AssertUnwindSafe(|| match next {
                 Some(Waiting::Request(tab, request)) => session.handle(tab, request),
                 Some(Waiting::Detached(tab)) => session.detach(tab),
-                None => session.work(&|| self.gives_up()),
+                None => session.work(),
             }));
             if self.stop.swap(false, Ordering::Relaxed) {
                 session.stop();
@@ -224,21 +248,24 @@ impl Shared {
         }
     }
 
-    /// The next request; with `patient`, waits for one.
-    fn next(&self, patient: bool) -> Option<Waiting> {
-        let mut waiting = locked(&self.waiting);
-        while patient && waiting.is_empty() && !self.is_closed() {
-            waiting = self.bell.wait(waiting).unwrap_or_else(PoisonError::into_inner);
-        }
-        waiting.pop_front()
+    /// Nothing more is computed until what waits has been looked at.
+    fn stop(&self) {
+        self.stop.store(true, Ordering::Relaxed);
+        self.monitor.stop();
     }
 
-    /// Whether the search for a start is to be given up.
-    fn gives_up(&self) -> bool {
-        let replaces = |waiting: &Waiting| {
-            matches!(waiting, Waiting::Request(_, Request::Set { .. } | Request::Undo | Request::Redo))
-        };
-        self.stop.load(Ordering::Relaxed) || locked(&self.waiting).iter().any(replaces)
+    /// The next request; waits for one where there is nothing to be computed.
+    fn next(&self, session: &Session) -> Option<Waiting> {
+        let mut waiting = locked(&self.waiting);
+        while !session.has_work() && waiting.is_empty() && !self.is_closed() {
+            waiting = self.bell.wait(waiting).unwrap_or_else(PoisonError::into_inner);
+        }
+        // Under the lock, so that whoever asks for something now knows what he stops.
+        if !self.stop.load(Ordering::Relaxed) {
+            self.monitor.go_on();
+        }
+        self.begins.store(waiting.is_empty() && session.begins(), Ordering::Relaxed);
+        waiting.pop_front()
     }
 
     fn publish(&self, session: &mut Session) {

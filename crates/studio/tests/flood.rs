@@ -99,6 +99,6 @@ fn ten_thousand_malformed_messages_of_fifty_clients_do_no_harm() {
         std::thread::yield_now();
     }
     assert!(threads() > 0);
-    served.server.stop();
+    assert!(served.server.stop(), "nothing is left");
     assert_eq!(threads(), 0, "its threads have gone");
 }

@@ -3,9 +3,12 @@
 mod common;
 
 use common::{Drawer, Served, TEXT};
+use std::io::{Read, Write};
+use std::net::{TcpListener, TcpStream};
 use std::sync::{Arc, Mutex};
+use std::time::{Duration, Instant};
 use wireloom_studio::protocol::{Holding, Notice, Request};
-use wireloom_studio::server::Offer;
+use wireloom_studio::server::{Behind, Live, Offer, Server, Site, Token};
 
 fn served() -> Served {
     Served::new(None, Drawer::default())
@@ -47,7 +50,7 @@ fn only_who_knows_the_token_is_let_in() {
     assert_eq!(served.connect("token=0", None).err(), Some(403));
     assert_eq!(served.connect("", None).err(), Some(403));
     assert!(served.connect(&served.query(), None).is_ok(), "a program of its own says no Origin");
-    served.server.stop();
+    assert!(served.server.stop(), "nothing is left");
 }
 
 #[test]
@@ -77,7 +80,7 @@ fn exports_are_those_of_the_session_and_no_other_files() {
         let answer = served.get_own(&format!("/export/{name}?{}", served.query()));
         assert_eq!(status(&answer), "404", "{name}: {answer}");
     }
-    served.server.stop();
+    assert!(served.server.stop(), "nothing is left");
 }
 
 #[test]
@@ -104,7 +107,7 @@ fn tabs_see_the_same_and_a_closed_one_frees_what_it_held() {
         Notice::Session(session) if session.held.is_empty() && session.tabs == 1 => Some(()),
         _ => None,
     });
-    served.server.stop();
+    assert!(served.server.stop(), "nothing is left");
 }
 
 #[test]
@@ -121,8 +124,8 @@ fn pages_are_told_of_the_end_and_the_draft_is_kept() {
         _ => None,
     });
     // Somebody who never says anything, and does not read.
-    let _mute = std::net::TcpStream::connect(served.address).expect("it listens");
-    served.server.stop();
+    let _mute = TcpStream::connect(served.address).expect("it listens");
+    assert!(served.server.stop(), "nothing is left");
     assert_eq!((tab.end(), other.end()), (1001, 1001));
     let draft = drawer.0.lock().expect("nobody panics").clone().expect("what was not saved");
     assert!(draft.contains("[[steps]]") && wireloom::load(&draft, &wireloom::registry()).is_ok(), "{draft}");
@@ -146,7 +149,7 @@ fn a_draft_is_offered_and_taken_up_or_discarded() {
     // It is over for others, too, and for those that come later.
     tab.ask(&Request::Draft { take: false });
     tab.until(|notice| matches!(notice, Notice::Refused { .. }).then_some(()));
-    served.server.stop();
+    assert!(served.server.stop(), "nothing is left");
     assert_eq!(drawer.0.lock().expect("nobody panics").as_deref(), Some("as it lies there"), "nobody has saved it yet");
 
     let served = Served::new(offer("schema = "), drawer.clone());
@@ -157,7 +160,7 @@ fn a_draft_is_offered_and_taken_up_or_discarded() {
     tab.ask(&Request::Draft { take: false });
     assert_eq!(tab.until(draft), None);
     assert_eq!(*drawer.0.lock().expect("nobody panics"), None);
-    served.server.stop();
+    assert!(served.server.stop(), "nothing is left");
 }
 
 #[test]
@@ -172,7 +175,52 @@ fn more_connections_than_places_are_sent_away_and_places_come_back() {
     }
     assert!(served.connect(&served.query(), None).is_ok());
     drop(tabs);
-    served.server.stop();
+    assert!(served.server.stop(), "nothing is left");
+}
+
+/// Who has not shown the token takes no place from those who have, however many there are; and is sent away after a few seconds, whether he says
+/// nothing, a part of something, or something wrong again and again.
+#[test]
+fn idle_connections_without_the_token_keep_nobody_out() {
+    let served = served();
+    let stranger = |words: &str| {
+        let mut stream = TcpStream::connect(served.address).expect("it listens");
+        stream.write_all(words.as_bytes()).expect("taken");
+        stream
+    };
+    let mut strangers: Vec<TcpStream> = (0..100).map(|_| stranger("")).collect();
+    strangers.extend((0..100).map(|_| stranger("GET /?token=")));
+    strangers.extend((0..100).map(|_| stranger("GET / HTTP/1.1\r\nHost: localhost\r\n\r\n")));
+    let began = Instant::now();
+    let mut tabs: Vec<_> = (0..64).map(|_| served.tab()).collect();
+    assert_eq!(served.server.connections(), 64);
+    assert_eq!(status(&served.get_own("/")), "403", "strangers are still answered");
+    for mut stream in strangers {
+        stream.set_read_timeout(Some(Duration::from_secs(30))).expect("a time");
+        let mut answer = Vec::new();
+        // A reset ends it as well as an orderly end; only waiting in vain is none.
+        if let Err(error) = stream.read_to_end(&mut answer) {
+            assert_eq!(error.kind(), std::io::ErrorKind::ConnectionReset, "still there after {:?}", began.elapsed());
+        }
+    }
+    // A page that says nothing stays.
+    tabs[0].ask(&Request::Save);
+    tabs[0].until(|notice| matches!(notice, Notice::Saved { .. }).then_some(()));
+    assert!(served.server.stop(), "nothing is left");
+}
+
+/// A server that ends does not leave its solver behind, which may be within a driver that the process then unloads.
+#[test]
+fn a_server_that_ends_within_an_increment_leaves_no_thread_behind() {
+    let endless = format!("{TEXT}\n[minimiser]\nkind = \"ncg\"\npreconditioner = \"none\"\nmax_iterations = 1000000\n");
+    let listener = TcpListener::bind("127.0.0.1:0").expect("a port");
+    let token = Token::random().expect("random numbers");
+    let studio = common::session(&endless.replace("segments = 40", "segments = 1000"), false).expect("no faults");
+    let live = Live::new(studio, None, Box::new(Drawer::default()));
+    let site = Site { page: String::new(), behind: Behind::Live(live) };
+    let server = Server::start(listener, "127.0.0.1", token, site).expect("started");
+    std::thread::sleep(Duration::from_millis(300));
+    assert!(server.stop(), "the solver has ended");
 }
 
 #[test]

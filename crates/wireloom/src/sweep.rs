@@ -20,7 +20,7 @@ use std::ops::Range;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Mutex, PoisonError};
 use wireloom_core::equilibrium::StepResult;
-use wireloom_core::{Network, Registry, Status};
+use wireloom_core::{Monitor, Network, Registry, Status};
 use wireloom_export::ending::Ending;
 use wireloom_export::table::{Cell, Header, Row};
 use wireloom_gpu::batch::Batch;
@@ -104,7 +104,7 @@ impl Points<'_> {
         (0..points).step_by(length).map(|first| first..(first + length).min(points)).collect()
     }
 
-    /// Computes chains on all cores until `stop` says so; `keep` is given the rows of each that is done (its number is that of
+    /// Computes chains on all cores until `monitor` is told to stop; `keep` is given the rows of each that is done (its number is that of
     /// [`Self::chains`]), `done` told of each point.
     ///
     /// # Errors
@@ -112,12 +112,12 @@ impl Points<'_> {
     pub fn compute<E: Send>(
         &self,
         chains: &[usize],
-        stop: &(dyn Fn() -> bool + Sync),
+        monitor: &Monitor,
         done: &(dyn Fn() + Sync),
         keep: impl Fn(usize, Vec<Row>) -> Result<(), E> + Sync,
     ) -> Result<(), E> {
         let all = self.chains();
-        let chain = |&k: &usize| match self.chain(all[k].clone(), stop, done) {
+        let chain = |&k: &usize| match self.chain(all[k].clone(), monitor, done) {
             Some(rows) => keep(k, rows),
             None => Ok(()),
         };
@@ -129,20 +129,15 @@ impl Points<'_> {
     }
 
     /// The rows of a chain; `None` where it was stopped.
-    fn chain(
-        &self,
-        points: Range<usize>,
-        stop: &(dyn Fn() -> bool + Sync),
-        done: &(dyn Fn() + Sync),
-    ) -> Option<Vec<Row>> {
+    fn chain(&self, points: Range<usize>, monitor: &Monitor, done: &(dyn Fn() + Sync)) -> Option<Vec<Row>> {
         let mut told = 0;
-        let rows = match self.near_each_other(points.clone(), stop, &mut || {
+        let rows = match self.near_each_other(points.clone(), monitor, &mut || {
             told += 1;
             done();
         }) {
             Some(rows) => rows,
             None => {
-                let afresh = |k| Some(self.point(k, Began::Afresh, stop)?.row);
+                let afresh = |k| Some(self.point(k, Began::Afresh, monitor)?.row);
                 points.clone().map(afresh).collect::<Option<Vec<Row>>>()?
             }
         };
@@ -151,12 +146,7 @@ impl Points<'_> {
     }
 
     /// The rows of a chain whose points are started from each other; `None` where they must be started afresh, or it was stopped.
-    fn near_each_other(
-        &self,
-        points: Range<usize>,
-        stop: &(dyn Fn() -> bool + Sync),
-        done: &mut dyn FnMut(),
-    ) -> Option<Vec<Row>> {
+    fn near_each_other(&self, points: Range<usize>, monitor: &Monitor, done: &mut dyn FnMut()) -> Option<Vec<Row>> {
         let places: Vec<Vec<f64>> = points.clone().map(|k| self.sweep.place(k)).collect();
         let distance =
             |a: usize, b: usize| -> f64 { places[a].iter().zip(&places[b]).map(|(a, b)| (a - b) * (a - b)).sum() };
@@ -177,12 +167,12 @@ impl Points<'_> {
                 (None, Some(&first)) => (first, Began::Afresh),
                 (None, None) => break,
             };
-            all[i] = Some(self.point(points.start + i, from, stop)?);
+            all[i] = Some(self.point(points.start + i, from, monitor)?);
             done();
         }
         let mut all: Vec<Point> = all.into_iter().flatten().collect();
         if let Some(i) = last {
-            let afresh = self.point(points.start + i, Began::Afresh, stop)?;
+            let afresh = self.point(points.start + i, Began::Afresh, monitor)?;
             let same = match (&afresh.start, &all[i].start) {
                 (Some(one), Some(other)) => one.checkpoint.is_same_state(&other.checkpoint, &one.network),
                 (None, None) => true,
@@ -197,8 +187,8 @@ impl Points<'_> {
     }
 
     /// Computes a point; `None` where it has no start near that of the other one, or it was stopped.
-    fn point(&self, k: usize, from: Began<'_>, stop: &(dyn Fn() -> bool + Sync)) -> Option<Point> {
-        if stop() {
+    fn point(&self, k: usize, from: Began<'_>, monitor: &Monitor) -> Option<Point> {
+        if monitor.is_stopped() {
             return None;
         }
         let cell = |(axis, value): (&Axis, Value)| match value.number {
@@ -219,11 +209,12 @@ impl Points<'_> {
             Began::Afresh => None,
             Began::Near(Start { network: other, checkpoint }) => {
                 let near = (other, checkpoint);
-                let checkpoint = wireloom_solve::start_near(&network, minimiser.as_mut(), &when, &schedule, near)?;
+                let checkpoint =
+                    wireloom_solve::start_near(&network, minimiser.as_mut(), &when, &schedule, near, monitor)?;
                 Some(Resumed { checkpoint, steps: Vec::new() })
             }
         };
-        let mut watching = Watching { stop, start: None };
+        let mut watching = Watching { monitor, start: None };
         let minimiser = minimiser.as_mut();
         let run =
             wireloom_solve::carry_out(&network, coarse.as_ref(), minimiser, &when, &schedule, resumed, &mut watching);
@@ -274,21 +265,21 @@ fn together<E: Send>(batch: &Batch, chains: &[usize], work: impl Fn(&usize) -> R
 
 /// Keeps the first checkpoint.
 struct Watching<'s> {
-    stop: &'s (dyn Fn() -> bool + Sync),
+    monitor: &'s Monitor,
     start: Option<Checkpoint>,
 }
 
 impl Observer for Watching<'_> {
     fn increment(&mut self, _: &Progress, _: &StepResult, _: bool) -> Control {
-        if self.gives_up() { Control::Stop } else { Control::Continue }
+        Control::Continue
     }
 
     fn checkpoint(&mut self, checkpoint: &Checkpoint) {
         self.start.get_or_insert_with(|| checkpoint.clone());
     }
 
-    fn gives_up(&mut self) -> bool {
-        (self.stop)()
+    fn monitor(&self) -> Monitor {
+        self.monitor.clone()
     }
 }
 

@@ -1,7 +1,7 @@
 //! Homing: from where a harness is laid out to the balanced start of its first step.
 
 use super::{Driver, snap_iterations};
-use crate::checkpoint::{Checkpoint, Observer};
+use crate::checkpoint::Checkpoint;
 use crate::nested;
 use crate::plan::{self, Plan};
 use crate::settle::Settle;
@@ -9,7 +9,7 @@ use crate::stability::Stability;
 use wireloom_core::minimiser::{Minimiser, Status, Stop};
 use wireloom_core::sliding::Sliding;
 use wireloom_core::steps::{Schedule, Step};
-use wireloom_core::{Network, State, Vector};
+use wireloom_core::{Monitor, Network, State, Vector};
 
 /// Least number of increments in which the start shape gives way and the fixings are brought to where the scenario puts
 /// them.
@@ -36,15 +36,16 @@ pub fn start_near(
     stop: &Stop,
     schedule: &Schedule,
     (other, start): (&Network, &Checkpoint),
+    monitor: &Monitor,
 ) -> Option<Checkpoint> {
     if !nested::alike(other, network) {
         return None;
     }
-    let mut driver = Driver::at_start(network, minimiser, stop, schedule);
+    let mut driver = Driver::at_start(network, minimiser, stop, schedule, monitor);
     let carried_over = nested::carried_over(other, &start.state, network);
     let status = driver.go_down_from(carried_over.clone());
     let turns = carried_over.frames.iter().zip(&driver.state.frames).map(|(a, b)| a.angle_to(b));
-    let near = status == Status::Converged && driver.fault.is_none() && turns.fold(0.0, f64::max) <= NEAR;
+    let near = status == Status::Converged && !driver.is_over() && turns.fold(0.0, f64::max) <= NEAR;
     driver.homing = false;
     near.then(|| driver.checkpoint(&super::begun(schedule), (0, 0), None, 0.0))
 }
@@ -53,7 +54,7 @@ impl Driver<'_, '_> {
     /// From the start shape to a balanced state with the fixings that act from the start where the scenario puts them.
     /// A drawn shape is first taken for the rest shape, without weight; then it gives way to the true one and the weight
     /// comes, while the fixings move. No edge is left to balance on.
-    pub(super) fn bring_home(&mut self, observer: &mut dyn Observer) -> Status {
+    pub(super) fn bring_home(&mut self) -> Status {
         let network = self.problem.network;
         let mut journeys = Vec::new();
         let mut increments = HOMING;
@@ -83,9 +84,6 @@ impl Driver<'_, '_> {
         self.stop.force_tolerance = stop.force_tolerance.max(HOMING_TOLERANCE);
         let mut status = self.advance(&plan, 0.0, 0.0, 0);
         for k in 1..=increments {
-            if observer.gives_up() {
-                return Status::Interrupted;
-            }
             if k == increments {
                 self.stop.force_tolerance = stop.force_tolerance;
             }
@@ -95,7 +93,7 @@ impl Driver<'_, '_> {
                 break;
             }
         }
-        if self.fault.is_some() {
+        if self.is_over() {
             return status;
         }
         if !matches!(status, Status::Converged | Status::Stalled) {
@@ -115,20 +113,19 @@ impl Driver<'_, '_> {
 
     /// The balanced start of a coarse mesh, carried over to this one. `None` where that leads to no balance: the harness then lies as
     /// it did.
-    pub(super) fn come_from(
-        &mut self,
-        coarse: &Network,
-        schedule: &Schedule,
-        observer: &mut dyn Observer,
-    ) -> Option<Status> {
-        let mut rough = Driver::at_start(coarse, &mut *self.minimiser, &self.stop, schedule);
-        let status = rough.bring_home(observer);
+    pub(super) fn come_from(&mut self, coarse: &Network, schedule: &Schedule) -> Option<Status> {
+        let monitor = &self.problem.monitor;
+        let mut rough = Driver::at_start(coarse, &mut *self.minimiser, &self.stop, schedule, monitor);
+        let status = rough.bring_home();
         let (state, work) = (rough.state, (rough.iterations, rough.polish, rough.factorisations));
         self.iterations += work.0;
         self.polish += work.1;
         self.factorisations += work.2;
+        if self.problem.monitor.is_stopped() {
+            return Some(Status::Interrupted);
+        }
         if status != Status::Converged {
-            return (status == Status::Interrupted).then_some(status);
+            return None;
         }
         let network = self.problem.network;
         let (began, conditions) = (self.state.clone(), self.problem.conditions().clone());
@@ -180,7 +177,7 @@ impl Driver<'_, '_> {
     /// the energy falls (the same every time) and lets it fall.
     fn off_the_edge(&mut self, status: Status) -> Status {
         let judged = matches!(status, Status::Converged | Status::Failed) && !self.problem.has_dead_moments();
-        if !judged || self.problem.network.fixings.is_empty() {
+        if self.is_over() || !judged || self.problem.network.fixings.is_empty() {
             return status;
         }
         let (began, conditions) = (self.state.clone(), self.problem.conditions().clone());

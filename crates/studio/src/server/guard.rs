@@ -1,24 +1,33 @@
 //! Who is let in.
 
 use super::House;
-use axum::extract::{Request, State};
+use super::door::Visitor;
+use axum::extract::{Extension, Request, State};
 use axum::http::{HeaderMap, HeaderName, HeaderValue, StatusCode, header};
 use axum::middleware::Next;
 use axum::response::{IntoResponse, Response};
 use std::net::IpAddr;
 use std::sync::Arc;
 
-/// Lets in who calls the server by a name of its own, comes from a page of its own, and has the token.
-pub async fn guard(State(house): State<Arc<House>>, request: Request, next: Next) -> Response {
-    let let_in = is_own_name(request.headers(), &house.host)
+/// Lets in who calls the server by a name of its own, comes from a page of its own, and has the token; who has not is sent away.
+pub async fn guard(
+    State(house): State<Arc<House>>,
+    Extension(visitor): Extension<Arc<Visitor>>,
+    request: Request,
+    next: Next,
+) -> Response {
+    let knows = is_own_name(request.headers(), &house.host)
         && is_own_page(request.headers())
         && house.token.is_in(request.uri().query());
-    let mut response = if let_in {
-        next.run(request).await
+    let away =
+        |status: StatusCode, words: &'static str| (status, [(header::CONNECTION, "close")], words).into_response();
+    let mut response = if !knows {
+        let words = "This is a studio of wireloom, whose address has a token, a new one for each session: take the whole address that it printed.\n";
+        away(StatusCode::FORBIDDEN, words)
+    } else if !visitor.comes_in() {
+        away(StatusCode::SERVICE_UNAVAILABLE, "there are too many connections already: close some pages\n")
     } else {
-        let words =
-            "This is a studio of wireloom, whose address has a token: take the whole address that it printed.\n";
-        (StatusCode::FORBIDDEN, words).into_response()
+        next.run(request).await
     };
     let always: [(HeaderName, &str); 4] = [
         (header::X_CONTENT_TYPE_OPTIONS, "nosniff"),

@@ -102,7 +102,7 @@ impl Live {
     }
 
     /// Keeps the draft, if there is something new in it.
-    fn keep(&self) {
+    pub(super) fn keep(&self) {
         let mut kept = self.kept();
         let draft = self.now().draft();
         if *kept == draft {
@@ -119,10 +119,14 @@ impl Live {
         self.kept.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Keeps the draft and ends the session.
-    pub(super) fn end(&self) {
-        self.keep();
+    /// Ends the session: nothing more is computed.
+    pub(super) fn close(&self) {
         self.now().close();
+    }
+
+    /// Waits until its thread has come to its end, but no longer than that. Returns whether it has.
+    pub(super) fn has_ended(&self, patience: Duration) -> bool {
+        self.now().has_ended(patience)
     }
 }
 

@@ -1,7 +1,8 @@
 //! One tab: a WebSocket between a page and the session.
 
+use super::door::Visitor;
 use super::live::{Live, Refusal, refused};
-use super::{Held, House, end};
+use super::{House, end};
 use crate::exports;
 use crate::protocol::{Notice, Request, Scene};
 use crate::{Feed, Studio, Told};
@@ -30,7 +31,7 @@ const WORDS: usize = 400;
 /// `GET /socket`.
 pub async fn open(
     State(house): State<Arc<House>>,
-    Extension(held): Extension<Held>,
+    Extension(visitor): Extension<Arc<Visitor>>,
     upgrade: WebSocketUpgrade,
 ) -> Response {
     if house.site.live().is_none() {
@@ -40,7 +41,7 @@ pub async fn open(
         if let Some(live) = house.site.live() {
             serve(socket, &house, live).await;
         }
-        drop(held);
+        drop(visitor);
     })
 }
 

@@ -1,4 +1,4 @@
-//! What a page must know.
+//! What a page must know: a random number, a new one for each session.
 
 use std::fmt;
 
@@ -18,12 +18,6 @@ impl Token {
         let mut bytes = [0; BYTES];
         getrandom::fill(&mut bytes).map_err(|error| error.to_string())?;
         Ok(Self(bytes.iter().map(|byte| format!("{byte:02x}")).collect()))
-    }
-
-    /// One that was kept; `None` where it is no token.
-    pub fn known(text: &str) -> Option<Self> {
-        let digits = text.bytes().all(|byte| byte.is_ascii_digit() || (b'a'..=b'f').contains(&byte));
-        (digits && text.len() == 2 * BYTES).then(|| Self(text.to_owned()))
     }
 
     /// Its digits, for an address.
@@ -55,7 +49,6 @@ mod tests {
     fn only_the_whole_token_is_the_token() {
         let token = Token::random().expect("random numbers");
         let digits = token.digits();
-        assert_eq!(Token::known(digits), Some(token.clone()));
         assert!(token.is_in(Some(&format!("token={digits}"))) && token.is_in(Some(&format!("a=b&token={digits}"))));
         let upper = digits.to_uppercase();
         for wrong in ["", &digits[1..], &format!("{digits}0"), &"0".repeat(32), &format!("{upper}g")] {
@@ -63,7 +56,6 @@ mod tests {
         }
         assert!(!token.is_in(None) && !token.is_in(Some(digits)) && !token.is_in(Some("token")));
         assert_ne!(token, Token::random().expect("random numbers"));
-        assert_eq!(Token::known(&"g".repeat(32)), None);
         assert_eq!(format!("{token:?}"), "Token");
     }
 }

@@ -9,6 +9,7 @@ use wireloom::core::rotation::{columns, shortest};
 use wireloom::core::steps::{Move, Operation, Step, Track};
 use wireloom::core::{Pose, Rotation, Vector};
 use wireloom::scenario::record::{Passed, Turned, Way, Written, rotation};
+use wireloom::solve::hands::Trouble;
 
 /// Farthest that an increment brings something, in lengths of the longest branch: as far as the search for a start goes at once.
 const REACH: f64 = 0.1;
@@ -216,9 +217,11 @@ impl Session {
                     drag.goal = None;
                 }
             }
-            Err(fault) => {
+            Err(trouble) => {
                 drag.goal = None;
-                self.trouble(fault);
+                if let Trouble::Fault(fault) = trouble {
+                    self.trouble(fault.to_string());
+                }
             }
         }
         let over = drag.goal.is_none() && drag.ends;

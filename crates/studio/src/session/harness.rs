@@ -5,10 +5,10 @@ use std::cell::RefCell;
 use wireloom::core::constraint::Action;
 use wireloom::core::network::Fixing;
 use wireloom::core::steps::{Schedule, Step};
-use wireloom::core::{Network, Pose, Registry, StepResult};
+use wireloom::core::{Monitor, Network, Pose, Registry, StepResult};
 use wireloom::scenario::{Built, Fault, Files, Scenario};
 use wireloom::solve::changed::{Changed, changed};
-use wireloom::solve::checkpoint::{Checkpoint, Observer};
+use wireloom::solve::checkpoint::Checkpoint;
 use wireloom::solve::hands::{Ended, Hands, Trouble};
 
 /// A harness, and what carries it.
@@ -23,14 +23,14 @@ pub(super) struct Harness {
 }
 
 impl Harness {
-    /// Of a text.
+    /// Of a text; `monitor` stops what carries it.
     ///
     /// # Errors
     /// All its faults.
-    pub fn load(text: &str, files: &dyn Files, registry: &Registry) -> Result<Self, Vec<Fault>> {
+    pub fn load(text: &str, files: &dyn Files, registry: &Registry, monitor: &Monitor) -> Result<Self, Vec<Fault>> {
         let (scenario, built) = wireloom::load_with_files(text, files, registry)?;
         let Built { network, coarse, schedule, minimiser, stop, notes, .. } = built;
-        let hands = RefCell::new(Hands::new(minimiser, stop, schedule.clearances));
+        let hands = RefCell::new(Hands::new(minimiser, stop, schedule.clearances, monitor.clone()));
         Ok(Self { scenario, network, schedule, notes, coarse, hands })
     }
 
@@ -51,9 +51,8 @@ impl Harness {
     ///
     /// # Errors
     /// Where there is none.
-    pub fn start(&self, gives_up: &dyn Fn() -> bool) -> Result<Ended, Trouble> {
-        let mut observer = Asked(gives_up);
-        self.hands.borrow_mut().start(&self.network, self.coarse.as_ref(), &self.schedule, &mut observer)
+    pub fn start(&self) -> Result<Ended, Trouble> {
+        self.hands.borrow_mut().start(&self.network, self.coarse.as_ref(), &self.schedule)
     }
 
     /// Is carried from now on by what would carry another harness.
@@ -64,17 +63,17 @@ impl Harness {
     /// The next increment of a step of the schedule.
     ///
     /// # Errors
-    /// What cannot go on, in words.
-    pub fn carry(&self, step: &Step, from: &Checkpoint) -> Result<Ended, String> {
-        self.hands.borrow_mut().carry(&self.network, step, from).map_err(|fault| fault.to_string())
+    /// Where it has no end.
+    pub fn carry(&self, step: &Step, from: &Checkpoint) -> Result<Ended, Trouble> {
+        self.hands.borrow_mut().carry(&self.network, step, from)
     }
 
     /// One more increment of a step that goes on for as long as somebody drags.
     ///
     /// # Errors
-    /// What cannot go on, in words.
-    pub fn follow(&self, step: &Step, from: &Checkpoint) -> Result<Ended, String> {
-        self.hands.borrow_mut().follow(&self.network, step, from).map_err(|fault| fault.to_string())
+    /// Where it has no end.
+    pub fn follow(&self, step: &Step, from: &Checkpoint) -> Result<Ended, Trouble> {
+        self.hands.borrow_mut().follow(&self.network, step, from)
     }
 
     /// A checkpoint of another harness as one of this one, in balance; `None` where it would have to know how it came there.
@@ -113,17 +112,4 @@ impl Harness {
 pub(super) fn same_nodes(one: &StepResult, network: &Network) -> bool {
     let counts = network.branches.iter().map(|branch| branch.rod.mesh().nodes());
     one.branches.iter().map(|branch| branch.s.len()).eq(counts)
-}
-
-/// Watches the search for a start.
-struct Asked<'a>(&'a dyn Fn() -> bool);
-
-impl Observer for Asked<'_> {
-    fn increment(&mut self, _: &wireloom::solve::Progress, _: &StepResult, _: bool) -> wireloom::solve::Control {
-        wireloom::solve::Control::Continue
-    }
-
-    fn gives_up(&mut self) -> bool {
-        (self.0)()
-    }
 }

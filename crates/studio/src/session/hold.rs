@@ -120,14 +120,17 @@ impl Session {
         let harness = Rc::new(self.load(&next)?);
         let nodes_stay = next.last.as_ref().is_some_and(|last| same_nodes(last, &harness.network));
         let adopted = if nodes_stay { harness.adopt(&other, &at) } else { None };
+        let again = "take back what was done last, or hold something else first";
+        if self.monitor.is_stopped() {
+            return Err(Refusal::new(format!("\"{label}\" was stopped"), "do it once more"));
+        }
         let (Some(at), Some(step)) = (adopted, harness.schedule.steps.last()) else {
             // All of it again: slow, but right.
             let next = Standing::new(next.text, next.own, next.by_hand, harness, next.run + 1);
             self.deed(label, next);
             return Ok(());
         };
-        let again = "take back what was done last, or hold something else first";
-        let ended = harness.carry(step, &at).map_err(|fault| Refusal::new(fault, again))?;
+        let ended = harness.carry(step, &at).map_err(|trouble| Refusal::new(trouble.to_string(), again))?;
         if !is_balanced(&ended) {
             let message = format!("the harness finds no balance after \"{label}\": {}", ended.end.status.word());
             return Err(Refusal::new(message, again));

@@ -107,14 +107,14 @@ pub(super) fn session(text: &str) -> Session {
         registry: wireloom::registry(),
         unsaved: false,
     };
-    let mut session = Session::open(opened).unwrap_or_else(|faults| panic!("{faults:?}"));
+    let mut session = Session::open(opened, Monitor::default()).unwrap_or_else(|faults| panic!("{faults:?}"));
     work(&mut session);
     session
 }
 
 fn work(session: &mut Session) {
     while session.has_work() {
-        session.work(&|| false);
+        session.work();
     }
 }
 
@@ -416,7 +416,7 @@ fn what_finds_no_balance_is_shown_and_not_written_down() {
         registry: with_lazy(&rests),
         unsaved: false,
     };
-    let mut session = Session::open(opened).unwrap_or_else(|faults| panic!("{faults:?}"));
+    let mut session = Session::open(opened, Monitor::default()).unwrap_or_else(|faults| panic!("{faults:?}"));
     work(&mut session);
     let status = |session: &Session| {
         let frame = session.frames_from(session.now.frames() - 1)[0].clone().expect("there");
@@ -465,9 +465,9 @@ fn a_run_is_stopped_and_goes_on_in_hands() {
         registry: wireloom::registry(),
         unsaved: false,
     };
-    let mut session = Session::open(opened).unwrap_or_else(|faults| panic!("{faults:?}"));
-    session.work(&|| false);
-    session.work(&|| false);
+    let mut session = Session::open(opened, Monitor::default()).unwrap_or_else(|faults| panic!("{faults:?}"));
+    session.work();
+    session.work();
     let refused_now = |session: &mut Session| {
         session.handle(1, to("plug-A", [0.0, 0.0, 0.01]));
         session.take_news().said
@@ -485,7 +485,9 @@ fn a_run_is_stopped_and_goes_on_in_hands() {
     assert_eq!(session.now.frames(), 2);
     // A start that is given up leaves a session that answers.
     session.handle(1, Request::Set { key: "joints.J.model".into(), value: json!("fused") });
-    session.work(&|| true);
+    session.monitor.stop();
+    session.work();
+    session.monitor.go_on();
     refused(&mut session, to("plug-A", [0.0, 0.0, 0.01]));
     done(&mut session, Request::Undo);
     assert_eq!(session.now.frames(), 2);
@@ -554,7 +556,7 @@ fn whatever_is_asked_the_session_goes_on() {
         session.handle(random.u32(1..3), request);
         for _ in 0..random.u32(..4) {
             if session.has_work() {
-                session.work(&|| false);
+                session.work();
             }
         }
         if random.u32(..10) == 0 {

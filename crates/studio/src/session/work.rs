@@ -19,20 +19,25 @@ impl Session {
         self.drag.as_ref().is_some_and(|drag| drag.ends)
     }
 
-    /// Computes one increment, or the start, unless that is given up.
-    pub fn work(&mut self, gives_up: &dyn Fn() -> bool) {
+    /// Whether the start is to be computed next.
+    pub fn begins(&self) -> bool {
+        self.now.todo && self.now.at.is_none()
+    }
+
+    /// Computes one increment, or the start, unless that is stopped.
+    pub fn work(&mut self) {
         if self.drag.as_ref().is_some_and(|drag| drag.goal.is_some()) {
             self.drag_on();
         } else if self.now.todo {
-            self.carry_on(gives_up);
+            self.carry_on();
         }
     }
 
     /// The next increment of the schedule.
-    fn carry_on(&mut self, gives_up: &dyn Fn() -> bool) {
+    fn carry_on(&mut self) {
         let harness = self.now.harness.clone();
         let Some(at) = self.now.at.clone() else {
-            match harness.start(gives_up) {
+            match harness.start() {
                 Ok(ended) => {
                     self.now.steps = vec![Rc::new(Stretch::new("start", false, 1))];
                     self.show(&ended);
@@ -69,12 +74,14 @@ impl Session {
                     self.now.todo = index + 1 < harness.schedule.steps.len();
                 }
             }
-            Err(fault) => {
+            Err(trouble) => {
                 self.now.todo = false;
                 if self.now.steps.last().is_some_and(|step| step.len() == 0) {
                     self.now.steps.pop();
                 }
-                self.trouble(fault);
+                if let Trouble::Fault(fault) = trouble {
+                    self.trouble(fault.to_string());
+                }
             }
         }
     }

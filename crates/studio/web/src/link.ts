@@ -1,7 +1,12 @@
 // Where notices and frames come from: a server behind a WebSocket, or the data of a replay that is part of the page.
 import type { Notice, Request, Scene, Timeline } from "./protocol";
 
-export type LinkState = "connecting" | "open" | "lost" | "replay";
+export type LinkState = "connecting" | "open" | "lost" | "ended" | "replay";
+
+/** With this code a server that ends closes its connections (RFC 6455, 7.4.1). */
+const GOING_AWAY = 1001;
+/** With this status a server answers whose token is another one. */
+const FORBIDDEN = 403;
 
 export interface Link {
   send(request: Request): void;
@@ -43,13 +48,21 @@ class Socket implements Link {
       if (typeof message.data === "string") this.receiver.notice(JSON.parse(message.data) as Notice);
       else this.receiver.frame(message.data as ArrayBuffer);
     };
-    socket.onclose = () => {
+    socket.onclose = (event) => {
       this.socket = null;
+      if (event.code === GOING_AWAY) return this.receiver.state("ended");
       this.receiver.state("lost");
-      setTimeout(() => this.start(), this.wait);
+      setTimeout(() => void this.again(), this.wait);
       this.wait = Math.min(4000, this.wait * 2);
     };
     this.socket = socket;
+  }
+
+  /** Connects again, unless another session is there now: each has a token of its own. */
+  private async again(): Promise<void> {
+    const answer = await fetch(location.href, { method: "HEAD", cache: "no-store" }).catch(() => null);
+    if (answer?.status === FORBIDDEN) this.receiver.state("ended");
+    else this.start();
   }
 
   send(request: Request): void {

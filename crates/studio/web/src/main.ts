@@ -98,9 +98,16 @@ function takeFrame(buffer: ArrayBuffer): void {
 function linkState(state: LinkState): void {
   const chip = byId("link");
   document.body.classList.toggle("replay", state === "replay");
-  const words = { connecting: "connecting…", open: "live", lost: "connection lost, trying again…", replay: "finished run" }[state];
+  const words = { connecting: "connecting…", open: "live", lost: "connection lost, trying again…", ended: "session ended", replay: "finished run" }[state];
   chip.textContent = words;
-  chip.className = state === "lost" ? "chip bad" : "chip";
+  chip.className = state === "lost" || state === "ended" ? "chip bad" : "chip";
+  if (state === "ended") {
+    const bar = byId("draft");
+    bar.hidden = false;
+    bar.replaceChildren(
+      element("span", {}, "This session has ended; what is shown here stays, but cannot be moved. Start “wireloom studio” again: it opens a page of its own, and offers there what was not saved."),
+    );
+  }
   if (state === "open") {
     store.forget();
     fetching = null;

@@ -212,7 +212,7 @@ test("another joint model gives another shape, and the one there was stays as a 
   assert.equal(await stop(), 0);
 });
 
-test("a page outlives its server, and what nobody saved is offered again", { skip: absent }, async () => {
+test("a page says that its session has ended, and the next one offers what nobody saved", { skip: absent }, async () => {
   const file = scenario("assembly/workbench.toml");
   const first = await studio(file);
   const { page } = await opened(first.address);
@@ -221,10 +221,21 @@ test("a page outlives its server, and what nobody saved is offered again", { ski
   const dragged = await shape(page);
   await page.waitForFunction(() => window.wireloom.store.session.unsaved);
   await first.stop();
+  const ended = () => page.waitForFunction(() => document.getElementById("link").textContent === "session ended", null, { timeout: 20_000 });
+  await ended();
+  assert.match(await page.locator("#draft").textContent(), /Start “wireloom studio” again/);
+  await page.screenshot({ path: `${shots}studio-ended.png` });
+  // A server that was killed says nothing: the page learns it from the next one, which has another token.
+  const killed = await studio(file);
+  assert.equal(new URL(killed.address).port, new URL(first.address).port);
+  assert.notEqual(killed.address, first.address);
+  await page.goto(killed.address);
+  await quiet(page);
+  await killed.kill();
   await page.waitForFunction(() => document.getElementById("link").textContent.includes("lost"));
   const second = await studio(file);
-  assert.equal(second.address, first.address);
-  await page.waitForFunction(() => document.getElementById("link").textContent === "live", null, { timeout: 20_000 });
+  await ended();
+  await page.goto(second.address);
   await quiet(page);
   assert.ok(distance(dragged, await shape(page)) > 1e-3, "the session begins as the file says");
   await page.screenshot({ path: `${shots}studio-restarted.png` });

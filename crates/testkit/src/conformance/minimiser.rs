@@ -175,6 +175,30 @@ pub fn stops_at_the_iteration_limit(factory: &Factory<'_>, registry: &Registries
 }
 
 /// # Panics
+/// If a minimiser that somebody stopped goes on, says anything else, or gives other bits when it is told to go on from where it began.
+pub fn is_interrupted_when_stopped(factory: &Factory<'_>, registry: &Registries<'_>) {
+    let sample = cable(&registry(), 20);
+    let target = wireloom_core::Pose { position: Vector::new(0.5, 0.2, 0.1), ..sample.conditions.targets[1] };
+    for moves in [false, true] {
+        let target = if moves { target } else { sample.conditions.targets[1] };
+        let mut stopped = factory();
+        let mut problem = sample_at(&sample, target);
+        problem.monitor.stop();
+        let report = stopped.minimise(&mut problem, &mut sample.state.clone(), &STOP);
+        assert_eq!(report.status, Status::Interrupted, "moves: {moves}; {report:?}");
+        problem.monitor.go_on();
+        stopped.forget();
+        let ends = [stopped, factory()].map(|mut minimiser| {
+            let mut state = sample.state.clone();
+            let report = minimiser.minimise(&mut sample_at(&sample, target), &mut state, &STOP);
+            assert_eq!(report.status, Status::Converged, "moves: {moves}; {report:?}");
+            bits(&state)
+        });
+        assert!(ends[0] == ends[1], "moves: {moves}");
+    }
+}
+
+/// # Panics
 /// If a start with NaN in it (free or held, with something to move or without) is called anything but failed.
 pub fn fails_on_a_start_that_is_not_finite(factory: &Factory<'_>, registry: &Registries<'_>) {
     let sample = cable(&registry(), 20);

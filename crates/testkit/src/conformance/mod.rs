@@ -230,6 +230,7 @@ macro_rules! minimiser_conformance {
             comes_down_from_a_crumpled_start
             repeats_to_the_last_bit
             stops_at_the_iteration_limit
+            is_interrupted_when_stopped
             fails_on_a_start_that_is_not_finite
             goes_from_network_to_network
             forgets_when_told

@@ -6,7 +6,7 @@ use crate::sweep::{Points, header};
 use std::convert::Infallible;
 use std::sync::Mutex;
 use std::time::Instant;
-use wireloom_core::{Registry, Status};
+use wireloom_core::{Monitor, Registry, Status};
 
 /// Its small sister, of which it has more points.
 const SCENARIO: &str = include_str!("../../../../scenarios/sweeps/y_tolerances.toml");
@@ -46,7 +46,7 @@ pub fn monte_carlo(points: usize, minimiser: Option<&str>, batch: Option<&Batch>
     let clock = Instant::now();
     let statuses: Mutex<Vec<(String, usize)>> = Mutex::default();
     let chains: Vec<usize> = (0..all.chains().len()).collect();
-    let kept = all.compute(&chains, &|| false, &|| (), |_, rows| {
+    let kept = all.compute(&chains, &Monitor::default(), &|| (), |_, rows| {
         let mut statuses = statuses.lock().expect("nobody panics with it");
         for row in rows {
             match statuses.iter_mut().find(|(status, _)| *status == row.status) {
