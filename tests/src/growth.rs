@@ -16,8 +16,6 @@ pub fn no_square<T>(name: &str, n: usize, prepare: impl Fn(usize) -> T, work: im
         let given = prepare(size);
         (0..TIMES).map(|_| spent(|| work(&given))).min().unwrap_or_default()
     });
-    // Seen with --nocapture.
-    println!("{name} at {n}, {}, {}: {times:?}", 2 * n, 4 * n);
     let [once, _, four] = times.map(|time| time.as_secs_f64());
     assert!(four <= MOST * once, "{name} takes longer and longer: {times:?} at {n}, {}, {}", 2 * n, 4 * n);
 }

@@ -35,6 +35,7 @@ fn corpus(names: &[&str]) -> Vec<Vec<u8>> {
 }
 
 /// Tries a reader; good inputs come first, and all of them must be taken.
+#[allow(clippy::print_stdout, reason = "how many inputs there were and what they took is asked for with --nocapture")]
 fn fuzz(name: &str, corpus: &[Vec<u8>], words: &[&str], reads: impl FnMut(&[u8]) -> bool) {
     let mut reads = reads;
     for (k, good) in corpus.iter().enumerate() {
@@ -43,7 +44,6 @@ fn fuzz(name: &str, corpus: &[Vec<u8>], words: &[&str], reads: impl FnMut(&[u8])
     let (seed, inputs) = (number("WIRELOOM_FUZZ_SEED", 1), number("WIRELOOM_FUZZ", FEW));
     let (taken, slowest) = Fuzz { name, corpus, words, seed, inputs, patience: PATIENCE }.hunt(reads);
     assert!(taken > inputs / 100, "{name}: of {inputs} inputs {taken} were taken: they say little of what comes after");
-    // Seen with --nocapture.
     println!("{name}: {inputs} inputs, {taken} taken, the slowest took {slowest:?}");
 }
 
