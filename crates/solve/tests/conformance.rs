@@ -490,6 +490,23 @@ fn what_pushes_from_afar_has_its_block_in_the_matrix() {
     check_gathered("pushed from afar", &sample);
 }
 
+/// Only spots were looked at on the way: between two of them one cable could come through the other.
+#[test]
+fn a_cable_does_not_come_through_another_one_between_their_spots() {
+    let sample = crossed(0.0167, false);
+    let upper = sample.network.branches[1].points.clone();
+    let at = |z: f64| {
+        let mut state = sample.state.clone();
+        // Halfway between spots on either.
+        state.points[upper.clone()].iter_mut().for_each(|x| *x = Vector::new(x.x, x.y + 0.0125, z));
+        state
+    };
+    let mut problem = sample.problem();
+    let share = problem.free_share(&at(0.004), &at(-0.004), None);
+    assert!((share - 0.45).abs() < 1e-9, "nine tenths of the way to where they meet, not {share}");
+    assert_eq!(problem.free_share(&at(0.004), &at(0.001), None), 1.0);
+}
+
 /// Cables that took hold of each other before they moved to where [`shaken`] has them: not far, so that all stick, or so that all slip.
 fn rubbing(offset: f64, hub: bool, moved: f64) -> Sample {
     let mut sample = crossed(offset, hub);

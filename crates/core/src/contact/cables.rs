@@ -6,8 +6,9 @@
 //! begins (arms that leave a joint side by side), they are let overlap so far, until they have come apart; where fixings hold them in each other
 //! ([`super::held`]), as long as they do.
 
+use super::cross::{self, meeting};
 use super::held::HeldOverlap;
-use super::{Against, COMING, Contact, DEPTH, Mark, Spot, Touched, Turning, marks_of, position, pushed};
+use super::{Against, COMING, Contact, DEPTH, Mark, SPACING, Spot, Touched, Turning, marks_of, position, pushed};
 use crate::network::{BranchEnd, next_id};
 use crate::problem::{Problem, Variable};
 use crate::rotation::orthogonal;
@@ -483,10 +484,13 @@ impl Problem<'_> {
         let farthest = moves.map(|way| way.norm()).fold(0.0, f64::max);
         let mut free = 1.0_f64;
         for pair in &cables.pairs {
-            if 2.0 * farthest < SAFE * (pair.nearest - 2.0 * cables.moved) {
+            let spot = &self.contacts.spots[pair.spot as usize];
+            let radius = 0.5 * self.network.branches[spot.branch].section.diameter;
+            let nearest = pair.nearest - 2.0 * cables.moved;
+            if 2.0 * farthest < (SAFE * nearest).min(nearest - SPACING * radius) {
                 continue;
             }
-            let spot = &self.contacts.spots[pair.spot as usize];
+            free = free.min(self.share_of_piece(from, to, pair));
             let (a, b) = (position(self.network, from, spot), position(self.network, to, spot));
             let own = b - a;
             let distance = self.distance(from, pair, &a);
@@ -505,6 +509,23 @@ impl Problem<'_> {
             free = free.min(self.share_of_swept(from, to, farthest));
         }
         free
+    }
+
+    /// The share of the way from one state to another on which the piece between a spot and the next one does not come through what is near it.
+    fn share_of_piece(&self, from: &State, to: &State, pair: &Pair) -> f64 {
+        let spot = self.contacts.spots[pair.spot as usize];
+        if spot.share == 1.0 {
+            return 1.0;
+        }
+        let next = self.next_share(&spot);
+        let piece =
+            |state: &State| [spot.share, next].map(|share| position(self.network, state, &Spot { share, ..spot }));
+        let (p, p_end) = (piece(from), piece(to));
+        let b = pair.branch as usize;
+        let segment = |state: &State, j: usize| [self.node(state, b, j), self.node(state, b, j + 1)];
+        let rows = pair.segments.0 as usize..=pair.segments.1 as usize;
+        let meets = rows.filter_map(|j| meeting([&p, &p_end], [&segment(from, j), &segment(to, j)]));
+        meets.fold(1.0, |free, at| free.min(cross::SAFE * at))
     }
 
     /// The same for a way on which something goes far, `farthest` (m): by all segments that come near each other's way.

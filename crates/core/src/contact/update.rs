@@ -242,7 +242,7 @@ impl Problem<'_> {
     }
 
     /// Where the next spot on the segment is, whoever it is: those that every harness has are in order.
-    fn next_share(&self, spot: &Spot) -> f64 {
+    pub(super) fn next_share(&self, spot: &Spot) -> f64 {
         let place = |s: &Spot| (s.branch, s.segment);
         let (own, added) = self.contacts.spots.split_at(self.contacts.own);
         let first = own.partition_point(|s| place(s) < place(spot));
