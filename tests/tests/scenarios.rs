@@ -33,9 +33,10 @@ fn main() {
         let plain = path.clone();
         trials.push(Trial::test(name(&path), move || analytic(&plain, Swap::default())));
         for minimiser in ["lbfgs", "ncg"] {
-            let path = path.clone();
+            let (path, trial) = (path.clone(), format!("{}, {minimiser}", name(&path)));
             let swap = Swap { minimiser: Some(minimiser), ..Swap::default() };
-            trials.push(Trial::test(format!("{}, {minimiser}", name(&path)), move || analytic(&path, swap)));
+            let by_energy = move || if has_dead_moment(&path)? { declined(&path, swap) } else { analytic(&path, swap) };
+            trials.push(Trial::test(trial, by_energy));
         }
         // What is expected there is the closed form of a rod without shear, or has a tolerance that shear is within.
         let swap = Swap { rod: Some("kirchhoff"), ..Swap::default() };
@@ -110,6 +111,22 @@ fn text_converged(text: &str, files: &dyn wireloom::scenario::Files, swap: Swap)
     } else {
         let steps: Vec<_> = run.steps.iter().map(|step| (&step.name, step.status)).collect();
         Err(format!("{:?} {steps:?} {:?}", run.status, run.notes).into())
+    }
+}
+
+/// Whether a scenario has a load without a potential.
+fn has_dead_moment(path: &Path) -> Result<bool, Failed> {
+    let scenario = std::fs::read_to_string(path)?.parse::<toml::Table>()?;
+    let loads = scenario.get("loads").and_then(Value::as_array);
+    Ok(loads.is_some_and(|loads| loads.iter().any(|load| load.get("moment").is_some())))
+}
+
+/// What goes by the energy says by name what it cannot do.
+fn declined(path: &Path, swap: Swap) -> Result<(), Failed> {
+    match converged(path, swap) {
+        Err(fault) if fault.message().is_some_and(|said| said.contains("is a dead moment")) => Ok(()),
+        Err(fault) => Err(fault),
+        Ok(_) => Err("accepted".into()),
     }
 }
 

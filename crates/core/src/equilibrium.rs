@@ -124,8 +124,8 @@ pub struct StepResult {
     /// Of the whole harness, the bend nearest to its limit, or furthest beyond it; where no branch has a limit, the one of least
     /// radius. `None` where everything is straight.
     pub min_bend_radius: Option<TightestBend>,
-    /// Whether the equilibrium is stable; `None` where that cannot be told: a motion of it costs nothing (or nothing above round-off), a
-    /// dead moment acts, or it is not one.
+    /// Whether the equilibrium is stable; `None` where that cannot be told: a motion of it costs nothing (or nothing above round-off), it is not
+    /// one, or a dead moment acts, which has no potential: then it is `Some(false)` or `None`.
     pub stable: Option<bool>,
     /// How it was found.
     pub minimiser: MinimiserResult,

@@ -37,12 +37,15 @@ pub enum EventKind {
     NotConverged,
     /// An increment ended in an equilibrium that is not stable.
     Unstable,
+    /// Turns of twist that were asked for cannot be held by the mesh; value: how many would be lost at once.
+    TwistLost,
 }
 
 impl EventKind {
     /// All kinds, in the order in which they are listed.
-    pub const ALL: [EventKind; 15] = [
+    pub const ALL: [EventKind; 16] = [
         EventKind::NotConverged,
+        EventKind::TwistLost,
         EventKind::Jump,
         EventKind::Unstable,
         EventKind::Overstretched,
@@ -77,6 +80,7 @@ impl EventKind {
             EventKind::CutBack => "cut-back",
             EventKind::NotConverged => "not-converged",
             EventKind::Unstable => "unstable",
+            EventKind::TwistLost => "twist-lost",
         }
     }
 
@@ -98,6 +102,7 @@ impl EventKind {
             EventKind::CutBack => "increment cut back",
             EventKind::NotConverged => "not converged",
             EventKind::Unstable => "unstable equilibrium",
+            EventKind::TwistLost => "twist lost",
         }
     }
 

@@ -533,6 +533,11 @@ impl Network {
         }
     }
 
+    /// A load with a dead moment, which has no potential: minimisers that go by the energy alone decline it.
+    pub fn dead_moment(&self) -> Option<&Load> {
+        self.loads.iter().find(|load| load.site.frame.is_some() && load.moment != Vector::zeros())
+    }
+
     /// Connected pieces of the harness: for each branch the number of its piece, and how many there are.
     pub fn pieces(&self) -> (Vec<usize>, usize) {
         let mut piece = vec![usize::MAX; self.branches.len()];

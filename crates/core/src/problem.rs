@@ -7,7 +7,7 @@ use crate::equilibrium::Energy;
 use crate::fixings::{Block, Exerted, FixingState, Room};
 use crate::network::WORTHWHILE;
 use crate::rod::{BranchHessian, BranchShape};
-use crate::rotation::{columns, shortest};
+use crate::rotation::{columns, nearer_sign, shortest};
 use crate::scales::{LocalScale, LocalScales, rigidity};
 use crate::sliding::{ActiveSlide, LengthTerms, Sliding};
 use crate::{Matrix, Monitor, Network, Pose, Rotation, State, Tangent, Vector};
@@ -95,8 +95,10 @@ pub struct Problem<'n> {
     pub(crate) slides: Vec<ActiveSlide>,
     /// Scratch.
     pub(crate) length_terms: LengthTerms,
-    /// Dead moment (world) by frame, N m.
+    /// Dead moment (world) by independent frame, N m.
     dead_moments: Vec<(usize, Vector)>,
+    /// Share of the dead moments that acts.
+    moment_share: f64,
     held: Vec<Held>,
     /// Curvature that was drawn beyond that at rest, by first frame of each coupling, 1/m; empty where none is held.
     drawn: Vec<Vector>,
@@ -135,6 +137,7 @@ impl<'n> Problem<'n> {
             slides: Vec::new(),
             length_terms: LengthTerms::default(),
             dead_moments: Vec::with_capacity(network.loads.len()),
+            moment_share: 1.0,
             held: Vec::new(),
             drawn: Vec::new(),
             extra_curvature: Vec::new(),
@@ -197,10 +200,11 @@ impl<'n> Problem<'n> {
         }
         for (load, factor) in self.network.loads.iter().zip(&self.conditions.load_factors) {
             self.dead[load.point] += load.force * *factor;
+            let moment = load.moment * (*factor * self.moment_share);
             if let Some(frame) = load.site.frame
-                && load.moment * *factor != Vector::zeros()
+                && moment != Vector::zeros()
             {
-                self.dead_moments.push((frame, load.moment * *factor));
+                self.dead_moments.push((frame, moment));
             }
         }
         let scales = self.scales();
@@ -504,7 +508,8 @@ impl<'n> Problem<'n> {
             {
                 let local = &fixing.site.local.orientation;
                 let station = state.frames[frame] * local;
-                state.frames[frame] = self.placed(f, &hold.rotation, &station) * local.inverse();
+                let placed = self.placed(f, &hold.rotation, &station) * local.inverse();
+                state.frames[frame] = nearer_sign(placed, &state.frames[frame]);
             }
             if hold.position {
                 let lever =
@@ -612,6 +617,20 @@ impl<'n> Problem<'n> {
     /// Whether dead moments act.
     pub fn has_dead_moments(&self) -> bool {
         !self.dead_moments.is_empty()
+    }
+
+    /// The dead moments that act: the independent frame that takes each of them, and the moment, N m, world axes.
+    ///
+    /// A moment M about an axis fixed in space has no potential. It adds `−Rᵀ M` to the gradient; the derivative of that along
+    /// `q ∘ exp(θ)`, pulled back to θ as all second derivatives are, is `−½ [Rᵀ M]ₓ`: antisymmetric, so that [`Self::hessian`] has nothing of it.
+    pub fn dead_moments(&self) -> &[(usize, Vector)] {
+        &self.dead_moments
+    }
+
+    /// Share of the dead moments that acts from now on, 0 to 1: the start of a harness is looked for without them.
+    pub fn set_moment_share(&mut self, share: f64) {
+        self.moment_share = share;
+        self.lump_dead_loads();
     }
 
     /// Work of the dead moments over a step, J, to first order.

@@ -59,6 +59,12 @@ pub fn twist_angle(r: &Rotation) -> f64 {
     2.0 * (sign * r.k).atan2(sign * r.w)
 }
 
+/// `q` with the one of its two signs that is nearer to `to`: so quaternions go on continuously where rotations do.
+#[inline]
+pub fn nearer_sign(q: Rotation, to: &Rotation) -> Rotation {
+    if q.coords.dot(&to.coords) < 0.0 { Unit::new_unchecked(-q.into_inner()) } else { q }
+}
+
 /// First, second and third column of the rotation matrix of `q`.
 #[inline]
 pub fn columns(q: &Rotation) -> [Vector; 3] {

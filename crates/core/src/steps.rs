@@ -165,6 +165,18 @@ impl Journey {
     pub fn turns(&self, share: f64) -> f64 {
         (self.body.spin / self.carried.share * share).abs()
     }
+
+    /// Turns that it makes at most from share `a` of the step to share `b`: about its tangent, and from one orientation to the next.
+    pub fn turned(&self, a: f64, b: f64) -> f64 {
+        let own = |t: f64| ((t - self.carried.delay) / self.carried.share).clamp(0.0, 1.0);
+        let (a, b) = (own(a), own(b));
+        let between = self.body.orientations.windows(2).map(|pair| {
+            let [(from, p), (to, q)] = [pair[0], pair[1]];
+            let share = (b.min(to) - a.max(from)).max(0.0) / (to - from);
+            if share > 0.0 { share * p.angle_to(&q) / std::f64::consts::TAU } else { 0.0 }
+        });
+        self.body.spin.abs() * (b - a) + between.sum::<f64>()
+    }
 }
 
 /// What a step does, in the words of the trade: what the run reports about it.
@@ -275,6 +287,17 @@ mod tests {
         assert!((course.at(0.5).position - Vector::new(2.0, 2.0, 0.0)).norm() < 1e-15);
         assert_eq!(course.at(0.9).orientation, quarter);
         assert!((course.at(0.25).orientation.angle() - std::f64::consts::FRAC_PI_4).abs() < 1e-15);
+    }
+
+    #[test]
+    fn what_turns_about_its_tangent_and_to_another_orientation_turns_by_both() {
+        let quarter = Rotation::from_axis_angle(&Vector::x_axis(), std::f64::consts::FRAC_PI_2);
+        let track = Track { positions: vec![], turns: vec![(0.5, Turn::Orientation(quarter))], spin: -3.0 };
+        let mut journey = Journey::of(0, &track, &start());
+        assert_eq!((journey.turns(0.5), journey.turned(0.0, 1.0), journey.turned(0.5, 0.75)), (1.5, 3.25, 0.75));
+        (journey.carried.delay, journey.carried.share) = (0.5, 0.25);
+        assert!((journey.turned(0.25, 0.5625) - (0.75 + 0.125)).abs() < 1e-15);
+        assert_eq!(journey.turned(0.75, 1.0), 0.0);
     }
 
     /// Two hands a quarter turn about the first: the other one goes around it, later where it is told to.

@@ -78,7 +78,7 @@ pub fn accepts(network: &Network) -> Result<(), BuildError> {
     if let Some(obstacle) = network.obstacles.first() {
         return refused(format!("contact with body `{}`", obstacle.name));
     }
-    match network.loads.iter().find(|load| load.site.frame.is_some() && load.moment != Vector::zeros()) {
+    match network.dead_moment() {
         Some(load) => refused(format!("load `{}`, a dead moment,", load.name)),
         None => Ok(()),
     }

@@ -5,8 +5,9 @@ use crate::mesh::Layout;
 use crate::scenario::{At, Constraint, Facing, Joint, Scenario, Spans, Stretch};
 use crate::sections;
 use nalgebra::Unit;
-use wireloom_core::constraint::{ConstraintSpec, SpanSpec, StationSpec};
+use wireloom_core::constraint::{Action, ConstraintSpec, RotationHold, SpanSpec, StationSpec};
 use wireloom_core::joint::{JointSpec, Mounting};
+use wireloom_core::law::TurningLaw;
 use wireloom_core::network::{BranchPlan, FixingPlan, JointPlan, LoadPlan};
 use wireloom_core::registry::{BuildError, Factory, Parameters};
 use wireloom_core::rod::{Mesh, RodSpec};
@@ -69,6 +70,10 @@ impl Scenario {
         notes.extend(self.obstacles.iter().flat_map(|body| body.notes.iter().cloned()));
         let joints = self.joint_plans(models);
         let network = self.among_obstacles(Network::new(branches, joints, fixings, self.load_plans(&layout)));
+        self.turned_in_vain(&network, &mut faults);
+        if !faults.is_empty() {
+            return Err(faults);
+        }
         minimiser
             .accepts(&network)
             .map_err(|refusal| vec![refused(refusal, "the minimiser", &self.minimiser.spans)])?;
@@ -82,6 +87,34 @@ impl Scenario {
             clearances: self.output.clearance,
         };
         Ok(Built { network, coarse, schedule, minimiser, stop: self.minimiser.stop, notes, sections })
+    }
+
+    /// What is told to make turns about its tangent, and leaves the twist free: nobody would see any of them.
+    fn turned_in_vain(&self, network: &Network, faults: &mut Vec<Fault>) {
+        for step in &self.steps {
+            for motion in step.moves.iter().filter(|motion| motion.track.spin != 0.0) {
+                for carried in &motion.carried {
+                    let fixing = &network.fixings[carried.fixing].constraint;
+                    let free = match fixing.action() {
+                        Action::Prescribed(hold) => matches!(hold.rotation, RotationHold::Free | RotationHold::Tangent),
+                        Action::Potential(_) => {
+                            fixing.law().is_some_and(|law| !matches!(law.turning, TurningLaw::Frame(_)))
+                        }
+                        Action::Equations(_) => false,
+                    };
+                    if free {
+                        let constraint = &self.constraints[carried.fixing];
+                        let message = format!(
+                            "makes {} turns in step \"{}\", but leaves the twist free",
+                            motion.track.spin, step.name
+                        );
+                        let help = "hold the twist: a connector does, a collar with twist = \"held\", a handle with `tangent` and `up`";
+                        let label = format!("constraint \"{}\"", constraint.name);
+                        faults.push(refused(BuildError::new(message, help).at("kind"), &label, &constraint.spans));
+                    }
+                }
+            }
+        }
     }
 
     /// The harness with fewer segments; `None` where that makes little difference, or where the mesh moves along the cable.

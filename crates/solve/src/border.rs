@@ -24,6 +24,8 @@ pub struct Border {
     columns: Vec<Tangent>,
     /// S, where [`Self::inertia`] looked at it.
     schur: Option<SymmetricEigen<f64, nalgebra::Dyn>>,
+    /// S of the last [`Self::complete`]; none where nothing runs.
+    factor: Option<SymmetricEigen<f64, nalgebra::Dyn>>,
 }
 
 /// Signs of a symmetric matrix's eigenvalues.
@@ -121,8 +123,14 @@ impl Border {
         rhs: &mut [Vector],
         step: &mut Tangent,
     ) {
+        self.factor = self.schur(matrix, problem, state, gradient, rhs);
+        self.complete_again(gradient, step);
+    }
+
+    /// The same for another right-hand side, with the matrix and what runs as they were then.
+    pub fn complete_again(&self, gradient: &Tangent, step: &mut Tangent) {
         step.slides.fill(0.0);
-        let Some(schur) = self.schur(matrix, problem, state, gradient, rhs) else { return };
+        let Some(schur) = &self.factor else { return };
         let largest = schur.eigenvalues.amax();
         let count = self.hessian.running.len();
         let residual =
@@ -131,7 +139,7 @@ impl Border {
         for (a, e) in along.iter_mut().zip(&schur.eigenvalues) {
             *a /= e.abs().max(FLAT * largest);
         }
-        let sigma = schur.eigenvectors * along;
+        let sigma = &schur.eigenvectors * along;
         for (k, &slide) in self.hessian.running.iter().enumerate() {
             step.add_scaled(sigma[k], &self.columns[k]);
             step.slides[slide] = sigma[k];

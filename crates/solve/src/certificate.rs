@@ -75,6 +75,12 @@ impl Certifier {
         inspector.get_or_insert_with(|| Inspector::new(problem)).inspect(problem, state, gradient)
     }
 
+    /// Whether an equilibrium under dead moments is certainly unstable; see [`Inspector::diverges`].
+    pub fn diverges(&mut self, problem: &mut Problem<'_>, state: &State) -> bool {
+        let Self { inspector, gradient, .. } = self;
+        inspector.get_or_insert_with(|| Inspector::new(problem)).diverges(problem, state, gradient)
+    }
+
     /// The status of a state whose forces were graded so, where the second derivatives were looked at, too. Where cables touch something they
     /// say nothing of the shape: contact and friction end a step on its way.
     pub fn grade_shape(graded: Status, inspection: &Inspection) -> Status {

@@ -16,7 +16,7 @@ use crate::settle::Settle;
 use crate::transport::{carry, slope};
 use wireloom_core::minimiser::{Minimiser, Report, Status, Stop};
 use wireloom_core::problem::Problem;
-use wireloom_core::registry::{Form, MinimiserKind, Parameter, Parameters, Quantity, Value};
+use wireloom_core::registry::{BuildError, Form, MinimiserKind, Parameter, Parameters, Quantity, Value};
 use wireloom_core::{Network, State, Tangent, Vector};
 
 /// Iterations without progress at round-off after which the state is called stalled: with a metric, and without, where a method
@@ -189,10 +189,10 @@ impl Workspace {
         problem.gradient(&self.trial, &mut self.trial_gradient)
     }
 
-    /// Energy (less the work of dead moments) and slope at `state ⊕ α step`.
+    /// Energy and slope at `state ⊕ α step`.
     fn try_step(&mut self, problem: &mut Problem<'_>, state: &State, alpha: f64) -> (f64, f64) {
         problem.retract(state, &self.step, alpha, &mut self.trial);
-        let energy = self.evaluate(problem, Some(state)) - problem.moment_work(state, &self.step, alpha);
+        let energy = self.evaluate(problem, Some(state));
         (energy, slope(&self.trial_gradient, &self.step, alpha))
     }
 
@@ -253,15 +253,21 @@ impl Workspace {
         if shares.len() > 1 || best.1 == 0.0 {
             best.0 = self.try_step(problem, state, best.1).0;
         }
-        let energy = best.0 + problem.moment_work(state, &self.step, best.1);
         self.accept(problem, state);
-        energy
+        best.0
     }
 }
 
 impl<M: Method> Minimiser for Descent<M> {
     fn name(&self) -> &str {
         M::NAME
+    }
+
+    fn accepts(&self, network: &Network) -> Result<(), BuildError> {
+        let Some(load) = network.dead_moment() else { return Ok(()) };
+        let what =
+            format!("load `{}` is a dead moment, which has no potential: {} goes by the energy", load.name, M::NAME);
+        Err(BuildError::new(what, "take minimiser.kind = \"newton\", which solves for the balance itself").at("kind"))
     }
 
     fn minimise(&mut self, problem: &mut Problem<'_>, state: &mut State, stop: &Stop) -> Report {
@@ -380,7 +386,7 @@ fn descend(
         };
         last = Some((alpha, first_slope));
         let turn = alpha * ws.largest_turn();
-        energy = end.0 + problem.moment_work(state, &ws.step, alpha);
+        energy = end.0;
         ws.before.copy_from(&ws.free);
         carry(&mut ws.before, &ws.step, alpha);
         ws.accept(problem, state);

@@ -4,7 +4,7 @@
 //! frame. [`structure`] orders the blocks by minimum degree, which on trees gives no fill at all; [`gather`]
 //! puts the parts' second derivatives into a [`matrix`], [`factor`] factorises it in place, [`newton`] walks downhill
 //! with it ([`lbfgs`] and [`ncg`] go by gradients), [`settle`] brings the points into balance after every step, [`border`] adds the arc
-//! lengths of fixings that slide, [`nested`] carries a start over from a coarse mesh, or from a neighbour in a sweep, [`changed`] to the same harness with other fixings, [`certificate`] grades the result by forces and [`stability`] by second derivatives, [`steps`]
+//! lengths of fixings that slide, [`dead_moments`] loads without a potential, [`nested`] carries a start over from a coarse mesh, or from a neighbour in a sweep, [`changed`] to the same harness with other fixings, [`certificate`] grades the result by forces and [`stability`] by second derivatives, [`steps`]
 //! carries out the assembly, [`hands`] one increment at a time, [`events`] keeps the log of what happened on the way.
 
 pub mod border;
@@ -13,6 +13,7 @@ pub mod changed;
 pub mod checkpoint;
 mod clearance;
 mod clips;
+pub mod dead_moments;
 mod descent;
 pub mod events;
 pub mod factor;
@@ -21,6 +22,8 @@ pub mod hands;
 mod judge;
 pub mod lbfgs;
 mod line_search;
+mod link;
+mod lost_turns;
 pub mod matrix;
 pub mod ncg;
 pub mod nested;

@@ -8,8 +8,12 @@
 //! What a step brings into contact, or takes out of it, is foreseen ([`Foresight`]).
 //! After small steps the axial and shear forces in the geometric stiffness are those predicted by the last linear step
 //! ("mixed integration points", Magisano, Leonetti, Garcea 2017).
+//! Dead moments have no potential: with them steps are those of the residual ([`leap`]), downhill only where that fails.
+
+mod leap;
 
 use crate::border::Border;
+use crate::dead_moments::DeadMoments;
 use crate::gather::System;
 use crate::judge::{Judge, PROGRESS, Verdict};
 use crate::settle::Settle;
@@ -70,6 +74,7 @@ struct Workspace {
     system: System,
     settle: Settle,
     border: Border,
+    moments: DeadMoments,
     foresight: Foresight,
     hessian: Hessian,
     gradient: Tangent,
@@ -108,6 +113,7 @@ impl Workspace {
             trial: State::origin(network),
             forces: network.branches.iter().map(|b| vec![Vector::zeros(); b.rod.mesh().segments()]).collect(),
             border: Border::default(),
+            moments: DeadMoments::default(),
             factor_of: None,
             settled_force: 0.0,
             factorisations: 0,
@@ -174,7 +180,7 @@ impl Workspace {
             }
             match sigma {
                 Some(sigma) => {
-                    if self.factorise(problem, state, sigma) > 0 {
+                    if self.factorise(problem, state, sigma) > 0 && !problem.has_dead_moments() {
                         return;
                     }
                 }
@@ -197,13 +203,18 @@ impl Workspace {
     /// Solves for the step with the matrix at hand and the forces of the model.
     fn solve_once(&mut self, problem: &mut Problem<'_>, state: &State, moving: bool) {
         let motion = moving.then_some(&self.motion);
-        let Self { system: System { matrix, rhs, .. }, border, foresight, gradient, foreseen, step, .. } = self;
+        let Self { system: System { matrix, rhs, .. }, border, moments, foresight, gradient, foreseen, step, .. } =
+            self;
         let forces = if foresight.is_idle() { gradient } else { foreseen };
         matrix.right_hand_side(problem, forces, motion, rhs);
         matrix.solve(rhs);
         matrix.step(problem, state, rhs, motion, step);
         if problem.slides_any() {
             border.complete(matrix, problem, state, forces, rhs, step);
+        }
+        if problem.has_dead_moments() {
+            moments.prepare(matrix, border, problem, state, rhs);
+            moments.complete(step);
         }
     }
 
@@ -352,6 +363,15 @@ fn descend(ws: &mut Workspace, problem: &mut Problem<'_>, state: &mut State, sto
         if mixed {
             ws.predict_forces(problem);
         }
+        if problem.has_dead_moments() {
+            report.iterations += 1;
+            if let Some(leap) = leap::leap(ws, problem, state, mixed) {
+                mixed = leap.mixed;
+                energy = leap.energy;
+                judge.moved(leap.turn, leap.visible, ws.residual(problem));
+                continue;
+            }
+        }
         sigma = ws.assemble(problem, state, mixed, sigma);
         ws.solve(problem, state, false, Some(sigma));
         report.iterations += 1;
@@ -429,7 +449,15 @@ pub(crate) fn settled_force(problem: &Problem<'_>, stop: &Stop) -> f64 {
 fn predict(ws: &mut Workspace, problem: &mut Problem<'_>, state: &mut State) -> (f64, bool) {
     problem.gradient(state, &mut ws.gradient);
     let known = ws.factor_of.as_ref() == Some(&problem.conditions().active);
-    let sigma = (!known).then(|| ws.assemble(problem, state, false, 0.0));
+    let sigma = (!known).then(|| {
+        if problem.has_dead_moments() {
+            // Their matrix need not be positive definite; see [`leap`].
+            problem.hessian(state, None, &mut ws.hessian);
+            ws.factorise(problem, state, 0.0);
+            return 0.0;
+        }
+        ws.assemble(problem, state, false, 0.0)
+    });
     ws.solve(problem, state, true, sigma);
     if ws.largest_turn() < SMALL_TURN && problem.largest_slide(state, &ws.step) == 1.0 {
         let energy = ws.try_step(problem, state, 1.0);

@@ -6,6 +6,9 @@ use wireloom_core::problem::Problem;
 use wireloom_core::steps::{Course, Journey, Move, Operation, Step, Track, Turn};
 use wireloom_core::{Pose, Vector};
 
+/// Share of a part that is round-off.
+const ROUND_OFF: f64 = 1e-6;
+
 /// Everything that changes over a step.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Plan {
@@ -22,6 +25,8 @@ pub(crate) struct Plan {
     begun: Vec<usize>,
     /// Whether the drawn shape ceases to count as the rest shape.
     pub undraw: bool,
+    /// Whether the dead moments come.
+    pub take_up_moments: bool,
 }
 
 impl Plan {
@@ -41,6 +46,7 @@ impl Plan {
             loads: step.loads.iter().map(|&(load, end)| (load, now.load_factors[load], end)).collect(),
             begun: Vec::new(),
             undraw: false,
+            take_up_moments: false,
         }
     }
 
@@ -62,6 +68,14 @@ impl Plan {
     /// Most turns that something makes about its tangent over a share of the step.
     pub fn turns(&self, share: f64) -> f64 {
         self.journeys.iter().map(|journey| journey.turns(share)).fold(0.0, f64::max)
+    }
+
+    /// Into how many parts a share of the step must be divided, so that nothing that goes round makes more than `most` turns in one of them, if all go
+    /// evenly.
+    pub fn parts(&self, a: f64, b: f64, most: f64) -> f64 {
+        let spinning = self.journeys.iter().filter(|journey| journey.turns(1.0) > 0.0);
+        let parts = |journey: &Journey| (journey.turned(a, b) / most - ROUND_OFF).ceil();
+        spinning.map(parts).fold(1.0, f64::max)
     }
 
     /// Sets the conditions at share `t`.
@@ -86,6 +100,9 @@ impl Plan {
         }
         if self.undraw {
             problem.set_drawn_share(1.0 - t);
+        }
+        if self.take_up_moments {
+            problem.set_moment_share(t);
         }
     }
 }

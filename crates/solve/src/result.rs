@@ -51,7 +51,7 @@ pub fn branch(problem: &Problem<'_>, index: usize, state: &State, touching: &[bo
         force: Vec::with_capacity(n + 1),
         moment: vec![Vector::zeros(); n + 1],
         bend_radius: Vec::with_capacity(n + 1),
-        twist_turns: 0.0,
+        twist_turns: twist_turns(shape.frames),
     };
     let segment_frame = |j: usize| shape.frames[mesh.segment_frames[j]];
     // Curvature (1/m) at each node and the side it is that of: before the node, after it, or neither. At an inner station,
@@ -60,7 +60,6 @@ pub fn branch(problem: &Problem<'_>, index: usize, state: &State, touching: &[bo
     for (c, &lambda) in shape.coupling_lengths.iter().enumerate() {
         let node = mesh.coupling_nodes[c];
         let relative = shape.frames[c].inverse() * shape.frames[c + 1];
-        result.twist_turns += twist_angle(&relative) / std::f64::consts::TAU;
         let kappa = relative.scaled_axis() / lambda;
         let inner = node > 0 && node < n && mesh.station_frame(node).is_some();
         let second = c > 0 && mesh.coupling_nodes[c - 1] == node;
@@ -137,6 +136,12 @@ pub fn branch(problem: &Problem<'_>, index: usize, state: &State, touching: &[bo
         result.bend_radius.push(if bend * length > STRAIGHT { 1.0 / bend } else { f64::INFINITY });
     }
     result
+}
+
+/// Total material twist of a branch with these frames, turns.
+pub(crate) fn twist_turns(frames: &[Rotation]) -> f64 {
+    let angles = frames.windows(2).map(|pair| twist_angle(&(pair[0].inverse() * pair[1])));
+    angles.sum::<f64>() / std::f64::consts::TAU
 }
 
 /// Rotation at share `t` of the way from `a` to `b`.

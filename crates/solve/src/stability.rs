@@ -12,6 +12,7 @@
 //! a rotation about them appear with the curvature `r · lever`: that much is added to τ D at the frames, too.
 
 use crate::border::{Border, Inertia};
+use crate::dead_moments::DeadMoments;
 use crate::gather::System;
 use wireloom_core::problem::{Hessian, Problem};
 use wireloom_core::scales::nan_max;
@@ -127,6 +128,24 @@ impl Inspector {
         let touches = !problem.conditions().contact.marks.is_empty();
         let is_worthless = -self.free.dot(&self.step) <= problem.energy_noise(gradient);
         Inspection { stability, move_left, relative, is_worthless, is_blurred, touches }
+    }
+
+    /// Whether an equilibrium under dead moments is certainly unstable: the tangent of the residual has a negative determinant, so one of its real
+    /// eigenvalues is negative, and something grows without end however it is damped (divergence). Otherwise nothing is known: what has no
+    /// potential may be unstable in pairs of directions, or flutter. Where cables slide, nothing is said. `gradient` is as for [`Self::inspect`].
+    pub fn diverges(&mut self, problem: &mut Problem<'_>, state: &State, gradient: &Tangent) -> bool {
+        if problem.slides_any() {
+            return false;
+        }
+        problem.hessian(state, None, &mut self.hessian);
+        self.free.copy_from(gradient);
+        problem.free_part(&mut self.free);
+        self.sum_what_is_left(problem);
+        let Inertia { negative, .. } = self.inertia(problem, state, gradient, ROUND_OFF, LEVERS);
+        let Self { system: System { matrix, rhs, .. }, border, .. } = self;
+        let mut moments = DeadMoments::default();
+        moments.prepare(matrix, border, problem, state, rhs);
+        moments.turns_determinant(negative)
     }
 
     /// A direction along which the energy falls from the unstable equilibrium inspected last, its largest turn 1 rad (or, where no frame

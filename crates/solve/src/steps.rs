@@ -7,13 +7,14 @@ pub use homing::start_near;
 use crate::certificate::{Certifier, FEASIBLE};
 use crate::checkpoint::{Checkpoint, Observer, Resumed};
 use crate::events::{self, EventLog, Occurrence};
+use crate::lost_turns::LostTurns;
 use crate::plan::{self, Plan};
 use crate::stability::Inspection;
-use crate::{clips, operations, result, start};
+use crate::{clips, link, operations, result, start};
 use std::time::Instant;
 use wireloom_core::contact::Rounds;
 use wireloom_core::equilibrium::{MinimiserResult, OperationResult, PartFamily, PartFault, Run, StepResult};
-use wireloom_core::minimiser::{Minimiser, Status, Stop};
+use wireloom_core::minimiser::{Minimiser, Report, Status, Stop};
 use wireloom_core::problem::{Conditions, Problem};
 use wireloom_core::sliding::{SlideStop, Sliding};
 use wireloom_core::steps::{Journey, Schedule, Step};
@@ -103,6 +104,12 @@ pub(crate) struct Driver<'n, 'm> {
     /// While the start is being found nothing slides.
     pub(crate) homing: bool,
     log: EventLog,
+    /// Follows the twist, once the start is found: which way that was turned nobody has asked.
+    turns: Option<LostTurns>,
+    /// Most turns that a fixing makes in the step at hand.
+    turns_asked: f64,
+    /// What was lost of the twist where the harness stands.
+    lost: Vec<Occurrence>,
     /// The smallest part of an increment at hand that was carried out at once.
     smallest: f64,
     /// How far the harness moved in the increment before, m; `None` in the first of a step that lets go of something, takes hold or
@@ -298,6 +305,9 @@ impl<'n, 'm> Driver<'n, 'm> {
             fault: None,
             homing: true,
             log: EventLog::default(),
+            turns: None,
+            turns_asked: 0.0,
+            lost: Vec::new(),
             smallest: 1.0,
             pace: None,
             operations: Vec::new(),
@@ -420,6 +430,9 @@ impl<'n, 'm> Driver<'n, 'm> {
             unmet: _,
             fault: _,
             homing: _,
+            turns: _,
+            turns_asked: _,
+            lost: _,
             smallest: _,
         } = self;
         Checkpoint {
@@ -442,6 +455,8 @@ impl<'n, 'm> Driver<'n, 'm> {
     /// One increment, from share `a` to share `b` of a plan, and what had to be done to find its end.
     fn increment(&mut self, plan: &Plan, a: f64, b: f64) -> Status {
         self.smallest = 1.0;
+        self.turns.get_or_insert_with(|| LostTurns::new(self.problem.network));
+        self.turns_asked = plan.turns(1.0);
         let began = self.state.clone();
         let before = self.problem.conditions().clone();
         let mut status = self.advance_through(plan, a, b);
@@ -455,9 +470,13 @@ impl<'n, 'm> Driver<'n, 'm> {
                 message: format!("did not converge at once; parts as small as 1/{parts:.0} were tried"),
             });
         }
-        let fallen = status == Status::IterationLimit && !self.is_over();
+        let fallen = status == Status::IterationLimit && !self.is_over() && self.lost.is_empty();
         if fallen {
             status = self.let_snap();
+            self.look_for_passing(status);
+        }
+        for lost in self.lost.drain(..) {
+            self.log.raise(lost);
         }
         status = self.refine(status);
         if matches!(status, Status::Converged | Status::Stalled) {
@@ -472,6 +491,15 @@ impl<'n, 'm> Driver<'n, 'm> {
             self.pace = Some(moved);
         }
         status
+    }
+
+    /// Where something goes round, tells of cables that have passed through themselves since `before`.
+    fn look_for_passing(&mut self, status: Status) {
+        if is_balanced(status) && self.turns.is_some() && self.turns_asked > 0.0 {
+            for passed in link::passed(&self.problem, &self.before, &self.state) {
+                self.log.raise(passed);
+            }
+        }
     }
 
     /// Smaller increments did not help: the equilibrium that was followed has ceased to exist, and the harness falls to
@@ -574,29 +602,34 @@ impl<'n, 'm> Driver<'n, 'm> {
     /// From share `a` to share `b` of a plan, in as many parts as it takes to follow its turns and to pass through every
     /// point of its paths.
     fn advance_through(&mut self, plan: &Plan, a: f64, b: f64) -> Status {
-        let turns = plan.turns(b - a);
-        let parts = (turns / LARGEST_TURNS).ceil().max(1.0);
-        if b - a < parts * SAME_SHARE {
-            // More turns than can be followed.
-            return Status::Failed;
-        }
         let mut corners: Vec<f64> =
             plan.corners.iter().copied().filter(|t| a + SAME_SHARE < *t && *t < b - SAME_SHARE).collect();
+        corners.push(b);
         corners.sort_by(f64::total_cmp);
-        let mut corners = corners.into_iter().peekable();
-        let (mut from, mut k, mut status) = (a, 0.0, Status::Converged);
+        corners.dedup_by(|next, last| *next - *last < SAME_SHARE);
+        let mut corners = corners.into_iter();
+        let (mut from, mut corner, mut status) = (a, a, Status::Converged);
         // There may be more parts than memory has room for.
-        while from < b {
-            let part = if k + 1.0 < parts { a + (b - a) * (k + 1.0) / parts } else { b };
-            let to = corners.next_if(|corner| *corner < part).unwrap_or_else(|| {
-                k += 1.0;
-                part
-            });
-            if to < b && to - from < SAME_SHARE {
-                continue;
+        loop {
+            if from >= corner {
+                let Some(next) = corners.next() else { break };
+                corner = next;
+            }
+            let mut to = corner;
+            // Not everything goes round evenly.
+            loop {
+                let parts = plan.parts(from, to, LARGEST_TURNS);
+                if parts <= 1.0 {
+                    break;
+                }
+                to = from + (to - from) / parts;
+                if to - from < SAME_SHARE {
+                    // More turns than can be followed.
+                    return Status::Failed;
+                }
             }
             status = self.advance(plan, from, to, CUT_BACKS);
-            if !matches!(status, Status::Converged | Status::Stalled) {
+            if !is_balanced(status) {
                 break;
             }
             let reaction = |f: usize| self.problem.reaction(f, &self.state, &self.certifier.gradient).0;
@@ -622,10 +655,11 @@ impl<'n, 'm> Driver<'n, 'm> {
             return if balanced { self.advance(plan, middle, b, cuts) } else { half };
         }
         let status = self.solve_from(&began);
+        self.look_for_passing(status);
         if matches!(status, Status::Converged | Status::Stalled) || cuts == 0 || self.is_over() {
             return status;
         }
-        let failed = self.state.clone();
+        let (failed, lost) = (self.state.clone(), self.lost.clone());
         self.smallest = self.smallest.min(0.5_f64.powi((CUT_BACKS - cuts + 1) as i32));
         self.go_back(&began, |_| false);
         let middle = 0.5 * (a + b);
@@ -636,6 +670,7 @@ impl<'n, 'm> Driver<'n, 'm> {
         if !matches!(half, Status::Converged | Status::Stalled) {
             // Keep what got furthest: the whole increment's last state.
             self.state = failed;
+            self.lost = lost;
             plan.apply(&mut self.problem, b);
             return self.certify(status);
         }
@@ -695,7 +730,7 @@ impl<'n, 'm> Driver<'n, 'm> {
         let (mut last, mut rounds) = (Vec::new(), Rounds::default());
         let let_pass = (self.stop.force_tolerance / STRICT).max(1.0);
         for round in 1..=MULTIPLIER_ROUNDS {
-            let report = self.minimiser.minimise(&mut self.problem, &mut self.state, &self.stop);
+            let report = self.minimise_once();
             self.iterations += report.iterations;
             self.polish += report.polish;
             self.factorisations += report.factorisations;
@@ -707,11 +742,15 @@ impl<'n, 'm> Driver<'n, 'm> {
             let met = self.problem.unmet(&self.state).is_none_or(|unmet| unmet.value <= tolerance)
                 && self.problem.contact_unmet(&self.state).is_none_or(|unmet| unmet <= let_pass);
             // Only what is met everywhere else is worth looking at between spots.
-            let more = balanced && met && round < MULTIPLIER_ROUNDS && self.problem.refine_spots(&self.state);
+            let more = balanced
+                && met
+                && round < MULTIPLIER_ROUNDS
+                && self.lost.is_empty()
+                && self.problem.refine_spots(&self.state);
             if more {
                 continue;
             }
-            if !balanced || met || round == MULTIPLIER_ROUNDS {
+            if !balanced || met || round == MULTIPLIER_ROUNDS || !self.lost.is_empty() {
                 let status = self.certify(if balanced && !met { Status::IterationLimit } else { report.status });
                 let found = self.problem.fault(!matches!(status, Status::Converged | Status::Stalled));
                 let own = self.minimiser.fault().map(|message| (PartFamily::Minimiser, 0, message));
@@ -722,6 +761,20 @@ impl<'n, 'm> Driver<'n, 'm> {
             self.problem.update_contacts(&self.state, &mut rounds);
         }
         Status::IterationLimit
+    }
+
+    /// One call of the minimiser, in which the twist is followed.
+    fn minimise_once(&mut self) -> Report {
+        self.lost.clear();
+        let Some(turns) = &mut self.turns else {
+            return self.minimiser.minimise(&mut self.problem, &mut self.state, &self.stop);
+        };
+        turns.begin(&self.problem, &self.state);
+        let report = self.minimiser.minimise(&mut self.problem, &mut self.state, &self.stop);
+        if turns.end(&self.problem, &self.state) {
+            self.lost = turns.occurrences(&self.problem, &self.before, self.turns_asked);
+        }
+        report
     }
 
     /// The fault that ended the run.
@@ -746,7 +799,7 @@ impl<'n, 'm> Driver<'n, 'm> {
                 self.problem.change(|c| c.active[site.fixing] = false);
                 let s = self.state.arc_lengths(network, site.branch);
                 let knots: Vec<_> = self.problem.knots(site.branch).into_iter().map(|node| (node, s[node])).collect();
-                network.move_mesh(site.branch, &knots, &mut self.state);
+                self.move_mesh(site.branch, &knots);
                 dropped = true;
                 let fixing = &network.fixings[site.fixing].name;
                 let branch = &network.branches[site.branch].name;
@@ -772,11 +825,29 @@ impl<'n, 'm> Driver<'n, 'm> {
             let mut knots: Vec<_> = self.problem.knots(b).into_iter().map(|node| (node, s[node])).collect();
             notes.extend(clips::put_in_place(network, &self.state, b, added, &mut knots));
             if knots.iter().any(|&(node, to)| (to - s[node]).abs() > SAME_PLACE * s[s.len() - 1]) {
-                let moved = network.move_mesh(b, &knots, &mut self.state);
+                let moved = self.move_mesh(b, &knots);
                 debug_assert!(moved, "arc lengths increase: {knots:?}");
             }
         }
         notes
+    }
+
+    /// Moves the mesh of a branch along it; see [`Network::move_mesh`].
+    fn move_mesh(&mut self, branch: usize, knots: &[(usize, f64)]) -> bool {
+        let network = self.problem.network;
+        let before = result::twist_turns(self.state.branch(network, branch).frames);
+        let moved = network.move_mesh(branch, knots, &mut self.state);
+        let gone = before - result::twist_turns(self.state.branch(network, branch).frames);
+        if gone.abs() > 0.5 {
+            self.log.raise(Occurrence {
+                kind: EventKind::TwistLost,
+                place: EventPlace { branch: Some(network.branches[branch].name.clone()), ..EventPlace::default() },
+                value: Some(gone.abs().round()),
+                limit: None,
+                message: "its mesh, moved along the cable, does not hold the twist any more: more segments may".into(),
+            });
+        }
+        moved
     }
 
     /// Grades the state as it is now.
@@ -785,15 +856,19 @@ impl<'n, 'm> Driver<'n, 'm> {
         self.residual = certificate.residual;
         self.round_off = certificate.round_off;
         self.unmet = certificate.unmet.map(|unmet| unmet.value);
-        certificate.status
+        // In balance, but with other twist than was asked for.
+        if self.lost.is_empty() || !is_balanced(certificate.status) { certificate.status } else { Status::Failed }
     }
 
     pub(crate) fn step_result(&mut self, step: &Step, increment: usize, status: Status, seconds: f64) -> StepResult {
-        // A dead moment has no potential, and a state that is not balanced is neither: the Hessian says nothing there.
+        // A state that is not balanced is neither, and under dead moments only some instability can be told.
         let known = status == Status::Converged && !self.problem.has_dead_moments();
         let inspect = || self.certifier.inspect(&mut self.problem, &self.state);
         let inspection = self.inspection.take().or_else(|| known.then(inspect));
-        let stable = inspection.filter(|_| known).and_then(|inspection| inspection.stability.flag());
+        let stable = match status {
+            Status::Converged if !known => self.certifier.diverges(&mut self.problem, &self.state).then_some(false),
+            _ => inspection.filter(|_| known).and_then(|inspection| inspection.stability.flag()),
+        };
         let (problem, state) = (&mut self.problem, &self.state);
         let network = problem.network;
         let touching = problem.touching_points(state);

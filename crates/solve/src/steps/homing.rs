@@ -1,6 +1,6 @@
 //! Homing: from where a harness is laid out to the balanced start of its first step.
 
-use super::{Driver, snap_iterations};
+use super::{Driver, is_balanced, snap_iterations};
 use crate::checkpoint::Checkpoint;
 use crate::nested;
 use crate::plan::{self, Plan};
@@ -51,10 +51,37 @@ pub fn start_near(
 }
 
 impl Driver<'_, '_> {
-    /// From the start shape to a balanced state with the fixings that act from the start where the scenario puts them.
+    /// From the start shape to a balanced state with the fixings that act from the start where the scenario puts them. Dead moments come last,
+    /// for only what has an energy can go down to a stable start.
+    pub(super) fn bring_home(&mut self) -> Status {
+        if !self.problem.has_dead_moments() {
+            return self.bring_home_without_moments();
+        }
+        self.problem.set_moment_share(0.0);
+        let status = self.bring_home_without_moments();
+        let mut plan = Plan::new(&self.problem, &Step::default(), Vec::new());
+        plan.take_up_moments = true;
+        if self.is_over() {
+            plan.apply(&mut self.problem, 1.0);
+            return status;
+        }
+        let share = |k: usize| k as f64 / HOMING;
+        for k in 1..=HOMING as usize {
+            let status = self.advance_through(&plan, share(k - 1), share(k));
+            if !is_balanced(status) {
+                break;
+            }
+            if share(k) == 1.0 {
+                return status;
+            }
+        }
+        plan.apply(&mut self.problem, 1.0);
+        self.solve()
+    }
+
     /// A drawn shape is first taken for the rest shape, without weight; then it gives way to the true one and the weight
     /// comes, while the fixings move. No edge is left to balance on.
-    pub(super) fn bring_home(&mut self) -> Status {
+    fn bring_home_without_moments(&mut self) -> Status {
         let network = self.problem.network;
         let mut journeys = Vec::new();
         let mut increments = HOMING;

@@ -1,0 +1,157 @@
+//! Turns of twist asked of a mesh: held, or said to be lost. Never lost without a word.
+
+use wireloom_core::constraint::ConstraintSpec;
+use wireloom_core::equilibrium::StepResult;
+use wireloom_core::minimiser::{Status, Stop};
+use wireloom_core::steps::{Move, Schedule, Step, Track};
+use wireloom_core::{Event, EventKind, Network, Parameters, Registry, Run, Value, Vector};
+use wireloom_solve::checkpoint::Watching;
+use wireloom_solve::newton::Newton;
+use wireloom_solve::{Control, carry_out};
+use wireloom_testkit::conformance::networks::{cable, cut_cable};
+
+fn registry() -> Registry {
+    let mut registry = Registry::default();
+    wireloom_models::register(&mut registry);
+    registry
+}
+
+/// Pulls the last fixing to a place, then turns it by so many turns in so many increments.
+fn turn(network: &Network, to: Vector, gravity: f64, turns: f64, increments: usize) -> Run {
+    let last = network.fixings.len() - 1;
+    let there = Track { positions: vec![(1.0, to)], ..Track::default() };
+    let steps = [("pull", there, 4), ("turn", Track { spin: turns, ..Track::default() }, increments)];
+    let step = |(name, track, increments): (&str, Track, usize)| Step {
+        name: name.into(),
+        increments,
+        moves: vec![Move::of(last, track)],
+        ..Step::default()
+    };
+    let schedule = Schedule {
+        scenario: "twisted".into(),
+        gravity: Vector::new(0.0, 0.0, -gravity),
+        initial: None,
+        steps: steps.map(step).into(),
+        increments: true,
+        clearances: false,
+    };
+    let mut watching = |_: &_, _: &_| Control::Continue;
+    carry_out(network, None, &mut Newton::new(), &Stop::default(), &schedule, None, &mut Watching(&mut watching))
+}
+
+/// Half a percent longer than it is: the pull keeps it straight, whatever it is twisted by.
+const TAUT: Vector = Vector::new(1.005, 0.0, 0.0);
+
+/// The steps that turn, with how many turns are asked of each.
+fn turning(run: &Run, turns: f64) -> impl Iterator<Item = (&StepResult, f64)> {
+    let all = run.steps.iter().filter(|end| end.name == "turn");
+    all.map(move |end| (end, turns * end.increment as f64 / end.increments as f64))
+}
+
+fn twist(end: &StepResult) -> f64 {
+    end.branches.iter().map(|branch| branch.twist_turns).sum()
+}
+
+/// What converged has the twist that was asked for (so much of it in its branches, to this), and what has not is said to have lost it, with its place.
+#[track_caller]
+fn never_lost_without_a_word(what: &str, run: &Run, turns: f64, (share, error): (f64, f64), held: bool) {
+    for (end, asked) in turning(run, turns).filter(|(end, _)| end.status == Status::Converged) {
+        assert!((twist(end) - share * asked).abs() <= error * asked.abs(), "{what}: {} turns of {asked}", twist(end));
+    }
+    let lost = lost(run);
+    if held {
+        assert_eq!((run.status, lost.len()), (Status::Converged, 0), "{what}: {lost:?}");
+        return;
+    }
+    assert_eq!(run.status, Status::Failed, "{what}: {:?}", run.events);
+    assert!(!lost.is_empty(), "{what}: {:?}", run.events);
+    for event in lost {
+        assert!(event.place.branch.is_some() && event.place.s.is_some(), "{what}: {event:?}");
+        assert!(event.value.is_some_and(|turns| turns >= 1.0), "{what}: {event:?}");
+    }
+}
+
+fn lost(run: &Run) -> Vec<&Event> {
+    run.events.iter().filter(|event| event.kind == EventKind::TwistLost).collect()
+}
+
+/// All of it in the branches, to round-off.
+const EXACTLY: (f64, f64) = (1.0, 1e-9);
+
+#[test]
+fn eight_turns_on_twenty_segments_end_converged_with_five() {
+    for (segments, turns, held) in [(20, 5.0, true), (20, 8.0, false), (40, 8.0, true), (40, 50.0, false)] {
+        let sample = cable(&registry(), segments);
+        for increments in [1, 16] {
+            let run = turn(&sample.network, TAUT, 0.0, turns, increments);
+            never_lost_without_a_word(
+                &format!("{turns} turns on {segments}, in {increments}"),
+                &run,
+                turns,
+                EXACTLY,
+                held,
+            );
+        }
+    }
+}
+
+/// As many parts as that takes are never made: the run ends where the first turn would be lost.
+#[test]
+fn ten_million_turns_end_where_the_mesh_holds_no_more() {
+    let sample = cable(&registry(), 20);
+    for turns in [1e7, -1e7] {
+        let run = turn(&sample.network, TAUT, 0.0, turns, 1);
+        never_lost_without_a_word(&format!("{turns} turns"), &run, turns, EXACTLY, false);
+    }
+}
+
+#[test]
+fn turns_are_not_lost_at_a_joint_in_between() {
+    for model in ["cosserat", "fused", "rigid-body"] {
+        let sample = cut_cable(&registry(), model, 20);
+        // The segments at a joint without a frame are coupled by it, as any two of the twenty: that is no part of a branch.
+        let share = if model == "cosserat" { (0.95, 0.05) } else { EXACTLY };
+        for (turns, held) in [(4.0, true), (9.0, false)] {
+            let run = turn(&sample.network, TAUT, 0.0, turns, 18);
+            never_lost_without_a_word(&format!("{turns} turns through {model}"), &run, turns, share, held);
+        }
+    }
+}
+
+/// A hanging loop, its end turned by five turns: every two of them go around its end, as in the trick with the belt. It is in balance, and says so.
+#[test]
+fn turns_that_a_loop_passes_off_are_told() {
+    for segments in [20, 40] {
+        let sample = cable(&registry(), segments);
+        let run = turn(&sample.network, Vector::new(0.5, 0.0, 0.0), 9.81, 5.0, 20);
+        assert_eq!(run.status, Status::Converged, "{:?}", run.events);
+        let lost = lost(&run);
+        let gone: f64 = lost.iter().filter_map(|event| event.value).sum();
+        assert_eq!((lost.len(), gone), (2, 4.0), "{lost:?}");
+        assert!(
+            lost.iter().all(|event| event.place.branch.is_some() && event.message.contains("passed through itself"))
+        );
+        let left = turning(&run, 5.0).last().map(|(end, _)| twist(end));
+        assert!(left.is_some_and(|left| left < 1.0), "{left:?}");
+    }
+}
+
+/// A hand whose spring is weaker than the twisted cable: the spring snaps round, and the cable keeps less than was asked for.
+#[test]
+fn turns_are_not_lost_in_a_springy_hand() {
+    let registry = registry();
+    let spring = |stiffness: f64| {
+        let mut sample = cable(&registry, 20);
+        let spec = ConstraintSpec { tangent_given: true, up_given: true, ..ConstraintSpec::default() };
+        let springs = [("stiffness", 1e5), ("angular_stiffness", stiffness)];
+        let parameters = Parameters(springs.map(|(name, value)| (name.into(), Value::Number(value))).into());
+        let handle = registry.constraint("handle").expect("built in");
+        sample.network.fixings[1].constraint = (handle.build)(&spec, &parameters).expect("a springy handle");
+        turn(&sample.network, TAUT, 0.0, 3.0, 6)
+    };
+    let strong = spring(10.0);
+    assert_eq!((strong.status, lost(&strong).len()), (Status::Converged, 0), "{:?}", strong.events);
+    let weak = spring(0.02);
+    assert_eq!(weak.status, Status::Failed, "{:?}", weak.events);
+    assert!(matches!(lost(&weak)[..], [event] if event.place.fixing.is_some()), "{:?}", weak.events);
+}
