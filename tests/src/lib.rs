@@ -1,6 +1,7 @@
 //! What the whole-program tests share: where things are, and the program itself.
 
 pub mod growth;
+pub mod hunt;
 
 use std::path::{Path, PathBuf};
 use std::process::Command;

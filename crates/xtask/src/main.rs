@@ -1,6 +1,7 @@
 //! Developer commands: `cargo xtask test` and its like. No dependencies, so that it is there in a second.
 #![allow(clippy::print_stdout, clippy::print_stderr, reason = "a command for developers talks to them")]
 
+mod hunt;
 mod readme;
 mod run;
 mod test;
@@ -12,6 +13,7 @@ const HELP: &str = "\
 cargo xtask COMMAND
 
   test     all that must hold before a change goes in: form, lints, docs, tests, licences; installs what that needs
+  hunt     random harnesses, each judged by what a user sees of it; what is wrong is made small and saved in target/hunt (hunt --help)
   readme   writes what the README's commands print into README.md, and the picture beside it
   help     this
 ";
@@ -21,6 +23,7 @@ fn main() -> ExitCode {
     let arguments: Vec<&str> = arguments.iter().map(String::as_str).collect();
     let done = match arguments.as_slice() {
         ["test"] => test::test(),
+        ["hunt", options @ ..] => hunt::hunt(options),
         ["readme"] => readme::readme(),
         ["help" | "--help" | "-h"] => {
             print!("{HELP}");
