@@ -175,6 +175,14 @@ impl Problem<'_> {
         ENERGY_NOISE * (self.magnitude + exerted.chain(push).fold(0.0, f64::max))
     }
 
+    /// The least force and moment that are "one" for a part of the harness, and its longest branch: for who judges all of it by one scale.
+    pub fn least_scales(&self) -> Scales {
+        let all = || self.local.branches.iter().chain(&self.local.joints);
+        let least = |value: fn(&LocalScale) -> f64| all().map(value).fold(f64::INFINITY, f64::min);
+        let length = self.local.branches.iter().map(|scale| scale.length).fold(0.0, f64::max);
+        Scales { force: least(|scale| scale.force), moment: least(|scale| scale.moment), length }
+    }
+
     /// What is "one" for each branch, as [`Self::update_held`] found it.
     pub fn local_scales(&self) -> &[LocalScale] {
         &self.local.branches

@@ -65,7 +65,7 @@ fn measure(
 ) -> Result<Value, Box<dyn Error>> {
     let mut problem = sample.problem();
     let flattening = Flattening::new(&sample.network);
-    let (scales, target) = (problem.scales(), problem.conditions().targets[1]);
+    let (scales, target) = (problem.least_scales(), problem.conditions().targets[1]);
     let mut harnesses = Vec::new();
     for variant in 0..variants {
         let way = STEP * (variant + 1) as f64 / variants as f64;

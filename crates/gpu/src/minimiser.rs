@@ -162,7 +162,7 @@ impl GpuMinimiser {
             gradient: Tangent::zeros(network),
         };
         let ws = self.workspace.insert(ws.unwrap_or_else(made));
-        let scales = problem.scales();
+        let scales = problem.least_scales();
         let tolerance = match (self.real, &self.polisher) {
             (Real::F32, Some(_)) => stop.force_tolerance.max(SINGLE_TOLERANCE),
             _ => stop.force_tolerance,

@@ -72,7 +72,7 @@ fn every_stage(gpu: &Arc<Gpu>, real: Real, allowed: f64, algorithm: Algorithm) -
         let harness = flattening.harness(&problem, &state);
         let plan = Plan::new(harness.links(), 4);
         let mut twin = Memory::new(&plan, 2);
-        let scales = problem.scales();
+        let scales = problem.least_scales();
         let stop = Stop {
             force_scale: scales.force,
             moment_scale: scales.moment,
