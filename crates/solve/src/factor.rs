@@ -162,11 +162,10 @@ impl BlockMatrix {
     fn solve_transposed(&self, rhs: &mut [Vector]) {
         let Pattern { starts, rows } = &self.structure.pattern;
         for p in (0..rhs.len()).rev() {
-            for i in starts[p] as usize..starts[p + 1] as usize {
-                if let Some(later) = rhs.get(rows[i] as usize).copied() {
-                    rhs[p] -= self.below[i].tr_mul(&later);
-                }
-            }
+            let column = starts[p] as usize..starts[p + 1] as usize;
+            let blocks = rows[column.clone()].iter().zip(&self.below[column]);
+            let known: Vector = blocks.filter_map(|(row, block)| Some(block.tr_mul(rhs.get(*row as usize)?))).sum();
+            rhs[p] -= known;
         }
     }
 
