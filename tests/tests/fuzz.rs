@@ -199,7 +199,7 @@ fn kbl_files_never_make_the_importer_panic_and_what_it_writes_is_a_scenario() {
         let text = String::from_utf8_lossy(bytes);
         turn.set(turn.get() + 1);
         let arrangement = [Arrangement::Installed, Arrangement::Board, Arrangement::Assembly][turn.get() % 3];
-        let order = if turn.get() % 2 == 0 { Order::Outward } else { Order::Random(turn.get() as u64) };
+        let order = if turn.get().is_multiple_of(2) { Order::Outward } else { Order::Random(turn.get() as u64) };
         let Ok(imported) = import(&text, &Options { arrangement, order, ..Options::default() }) else { return false };
         if let Err(faults) = wireloom::load(&imported.scenario, &registry) {
             panic!("{}\n{}", render(&imported.scenario, &faults), imported.scenario);

@@ -48,8 +48,8 @@ pub(super) fn shares(
     let mut shares = Vec::new();
     for a in 0..arms.len() {
         let mut alone = true;
-        for b in 0..arms.len() {
-            let common: Vec<usize> = through[a].iter().filter(|wire| sets[b].contains(wire)).copied().collect();
+        for (b, set) in sets.iter().enumerate() {
+            let common: Vec<usize> = through[a].iter().filter(|wire| set.contains(wire)).copied().collect();
             if a == b || common.is_empty() {
                 continue;
             }

@@ -7,7 +7,7 @@ use std::time::{Duration, Instant};
 /// What is wrong with a file, told quickly.
 fn refused(name: &str, bytes: Vec<u8>) -> String {
     let begun = Instant::now();
-    let file = ShapeFile { name: name.into(), bytes: bytes.into(), scale: 1.0 };
+    let file = ShapeFile { name: name.into(), bytes, scale: 1.0 };
     let fault = read(&file).expect_err("a file that must be refused");
     assert!(begun.elapsed() < Duration::from_secs(5), "{:?}: {fault}", begun.elapsed());
     fault.to_string()
@@ -59,7 +59,7 @@ fn a_gltf_that_sets_a_large_mesh_in_very_many_places_is_refused() {
 #[test]
 fn a_gltf_that_sets_a_mesh_in_some_places_is_read() {
     let nodes = json!([{ "children": [1, 2] }, { "mesh": 0 }, { "mesh": 0, "translation": [0, 0, 1] }]);
-    let file = ShapeFile { name: "two.gltf".into(), bytes: gltf(&nodes, 1).into(), scale: 1.0 };
+    let file = ShapeFile { name: "two.gltf".into(), bytes: gltf(&nodes, 1), scale: 1.0 };
     assert_eq!(read(&file).map(|surface| surface.triangles), Ok(vec![[0, 1, 2], [3, 4, 5]]));
 }
 
