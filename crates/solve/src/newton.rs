@@ -8,7 +8,7 @@
 //! What a step brings into contact, or takes out of it, is foreseen ([`Foresight`]).
 //! After small steps the axial and shear forces in the geometric stiffness are those predicted by the last linear step
 //! ("mixed integration points", Magisano, Leonetti, Garcea 2017).
-//! Dead moments have no potential: with them steps are those of the residual ([`leap`]), downhill only where that fails.
+//! Dead moments have no potential: with them steps are those of the residual (`leap`), downhill only where that fails.
 
 mod leap;
 
