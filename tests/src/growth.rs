@@ -4,6 +4,8 @@ use std::time::{Duration, Instant};
 
 /// Measurements of a size, of which the shortest counts.
 const TIMES: usize = 2;
+/// Systems count the time of a thread in ticks of some milliseconds.
+const LONG_ENOUGH: Duration = Duration::from_millis(200);
 /// At four times the size it may take so many times as long: 4 is linear, 16 quadratic.
 const MOST: f64 = 9.0;
 
@@ -20,14 +22,18 @@ pub fn no_square<T>(name: &str, n: usize, prepare: impl Fn(usize) -> T, work: im
     assert!(four <= MOST * once, "{name} takes longer and longer: {times:?} at {n}, {}, {}", 2 * n, 4 * n);
 }
 
-/// What this thread spends on something: other work of the machine does not count where the system tells.
-fn spent(work: impl FnOnce()) -> Duration {
-    let begun = (on_processor(), Instant::now());
-    work();
-    match (begun.0, on_processor()) {
-        (Some(from), Some(to)) => to - from,
-        _ => begun.1.elapsed(),
+/// What this thread spends on something, on average over [`LONG_ENOUGH`]: other work of the machine does not count where the system tells.
+fn spent(work: impl Fn()) -> Duration {
+    let (from, begun, mut calls) = (on_processor(), Instant::now(), 0);
+    while begun.elapsed() < LONG_ENOUGH {
+        work();
+        calls += 1;
     }
+    let all = match (from, on_processor()) {
+        (Some(from), Some(to)) => to - from,
+        _ => begun.elapsed(),
+    };
+    all / calls
 }
 
 /// How long this thread has been on a processor (Linux).
