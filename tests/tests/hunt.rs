@@ -4,8 +4,10 @@ use rayon::prelude::*;
 use wireloom_tests::hunt::generate::generate;
 use wireloom_tests::hunt::judge::{Judged, judge};
 
-/// Share of harnesses that must converge: they are wilder than those that people make, and what does not converge must say so.
-const CONVERGED: f64 = 0.82;
+/// Share of harnesses that must converge, of those that are not told to have too coarse a mesh: they are wilder than those that people make.
+const CONVERGED: f64 = 0.97;
+/// Share of harnesses that may be told so.
+const TOO_COARSE: f64 = 0.16;
 
 fn hunt(seeds: std::ops::Range<u64>, quick: bool) {
     let judged: Vec<(u64, Judged)> = seeds.into_par_iter().map(|seed| (seed, judge(&generate(seed), quick))).collect();
@@ -16,7 +18,10 @@ fn hunt(seeds: std::ops::Range<u64>, quick: bool) {
     }
     assert!(found.is_empty(), "{found:#?}");
     let converged = judged.iter().filter(|(_, judged)| judged.converged).count();
-    assert!(converged as f64 >= CONVERGED * judged.len() as f64, "only {converged} of {} converged", judged.len());
+    let too_coarse = judged.iter().filter(|(_, judged)| judged.too_coarse).count();
+    assert!(too_coarse as f64 <= TOO_COARSE * judged.len() as f64, "{too_coarse} are told to be too coarse");
+    let others = judged.len() - too_coarse;
+    assert!(converged as f64 >= CONVERGED * others as f64, "only {converged} of {others} converged");
 }
 
 #[test]

@@ -3,10 +3,13 @@
 
 use crate::failure::{Failure, Refusal};
 use crate::summary::printable;
-use miette::{Diagnostic, LabeledSpan, MietteHandlerOpts, NamedSource, ReportHandler, SourceCode};
+use miette::{
+    Diagnostic, LabeledSpan, MietteError, MietteHandlerOpts, MietteSpanContents, ReportHandler, SourceCode, SourceSpan,
+    SpanContents,
+};
 use std::fmt;
 use std::io::{IsTerminal, Write};
-use wireloom::scenario::{Fault, render};
+use wireloom::scenario::{Fault, Places};
 
 /// Shows a failure on standard error.
 pub fn show(failure: &Failure, err: &mut (impl Write + IsTerminal)) {
@@ -27,10 +30,11 @@ pub fn show(failure: &Failure, err: &mut (impl Write + IsTerminal)) {
 
 /// The faults of a refused scenario, two lines each, then their number.
 pub fn plain(refusal: &Refusal) -> String {
+    let places = Places::of(&refusal.text);
     let mut text = String::new();
-    for fault in &refusal.faults {
-        let lines = render(&refusal.text, std::slice::from_ref(fault));
-        text += &format!("{}:{}\n", refusal.file, safe(&lines));
+    for Fault { span, message, help } in &refusal.faults {
+        let (line, column) = places.position(span.start);
+        text += &format!("{}:{line}:{column}: {}\n  help: {}\n", refusal.file, safe(message), safe(help));
     }
     text + &count(refusal)
 }
@@ -48,7 +52,8 @@ fn masked(text: &str) -> String {
 
 /// The same with the lines at fault.
 fn drawn(refusal: &Refusal, handler: &dyn ReportHandler) -> String {
-    let source = NamedSource::new(&refusal.file, masked(&refusal.text));
+    let masked = masked(&refusal.text);
+    let source = Source { name: &refusal.file, text: &masked, places: Places::of(&masked) };
     let mut text = String::new();
     for fault in &refusal.faults {
         let drawing = Drawing { report: Report { fault, source: &source }, handler };
@@ -67,6 +72,40 @@ fn terminal() -> impl ReportHandler {
     MietteHandlerOpts::new().build()
 }
 
+/// A file's text, of which a fault is shown with its line alone: many faults do not each count its lines from the first one.
+struct Source<'a> {
+    name: &'a str,
+    text: &'a str,
+    places: Places<'a>,
+}
+
+impl SourceCode for Source<'_> {
+    fn read_span<'a>(
+        &'a self,
+        span: &SourceSpan,
+        before: usize,
+        after: usize,
+    ) -> Result<Box<dyn SpanContents<'a> + 'a>, MietteError> {
+        let (at, end) = (span.offset(), span.offset() + span.len());
+        let (Some(head), Some(tail)) = (self.text.get(..at), self.text.get(end..)) else {
+            return Err(MietteError::OutOfBounds);
+        };
+        // As many lines before and behind as are asked for.
+        let first = head.rmatch_indices('\n').nth(before).map_or(0, |(newline, _)| newline + 1);
+        let last = tail.match_indices('\n').nth(after).map_or(self.text.len(), |(newline, _)| end + newline + 1);
+        let shown = &self.text[first..last];
+        let (line, column) = self.places.position(first);
+        Ok(Box::new(MietteSpanContents::new_named(
+            self.name.to_owned(),
+            shown.as_bytes(),
+            (first, last - first).into(),
+            line - 1,
+            column - 1,
+            shown.lines().count(),
+        )))
+    }
+}
+
 /// A report, drawn by a handler.
 struct Drawing<'a> {
     report: Report<'a>,
@@ -80,10 +119,15 @@ impl fmt::Debug for Drawing<'_> {
 }
 
 /// One fault in its file.
-#[derive(Debug)]
 struct Report<'a> {
     fault: &'a Fault,
-    source: &'a NamedSource<String>,
+    source: &'a Source<'a>,
+}
+
+impl fmt::Debug for Report<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        fmt::Display::fmt(self, f)
+    }
 }
 
 impl fmt::Display for Report<'_> {
@@ -103,10 +147,10 @@ impl Diagnostic for Report<'_> {
     }
     fn labels(&self) -> Option<Box<dyn Iterator<Item = LabeledSpan> + '_>> {
         // An entry of many lines would be drawn as a bracket over all of them: its first line says where it is.
-        let length = self.source.inner().len();
+        let length = self.source.text.len();
         let start = self.fault.span.start.min(length);
         let end = self.fault.span.end.clamp(start, length);
-        let line = self.source.inner().get(start..end).and_then(|text| text.lines().next()).unwrap_or_default();
+        let line = self.source.text.get(start..end).and_then(|text| text.lines().next()).unwrap_or_default();
         Some(Box::new(std::iter::once(LabeledSpan::new(None, start, line.len().max(1).min(length - start)))))
     }
 }

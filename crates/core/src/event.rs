@@ -39,13 +39,17 @@ pub enum EventKind {
     Unstable,
     /// Turns of twist that were asked for cannot be held by the mesh; value: how many would be lost at once.
     TwistLost,
+    /// Neighbouring frames of a branch are turned so far against each other that its segments do not bend and twist as the cable does;
+    /// value and limit are turns, rad.
+    CoarseMesh,
 }
 
 impl EventKind {
     /// All kinds, in the order in which they are listed.
-    pub const ALL: [EventKind; 16] = [
+    pub const ALL: [EventKind; 17] = [
         EventKind::NotConverged,
         EventKind::TwistLost,
+        EventKind::CoarseMesh,
         EventKind::Jump,
         EventKind::Unstable,
         EventKind::Overstretched,
@@ -81,6 +85,7 @@ impl EventKind {
             EventKind::NotConverged => "not-converged",
             EventKind::Unstable => "unstable",
             EventKind::TwistLost => "twist-lost",
+            EventKind::CoarseMesh => "coarse-mesh",
         }
     }
 
@@ -103,6 +108,7 @@ impl EventKind {
             EventKind::NotConverged => "not converged",
             EventKind::Unstable => "unstable equilibrium",
             EventKind::TwistLost => "twist lost",
+            EventKind::CoarseMesh => "mesh too coarse",
         }
     }
 
@@ -125,6 +131,7 @@ impl EventKind {
             | EventKind::Stick
             | EventKind::SlideStop => "N",
             EventKind::FixingMoment => "N m",
+            EventKind::CoarseMesh => "rad",
             _ => "",
         }
     }

@@ -84,13 +84,18 @@ unsafe fn one(at: *const abi::Kind, kind: &abi::Kind, which: &str) -> Result<Des
             parameters.push(one);
         }
         let table = format!("table of functions of {which}");
-        read::pointer(&format!("the {table}"), functions_at(kind, &which)?)?;
-        let (functions, create, destroy) = if kind.family == abi::FAMILY_JOINT {
-            let own: abi::JointKind = read::prefix(&table, kind.joint, (*kind.joint).size)?;
-            (Functions::Joint(own), own.create.is_some(), own.destroy.is_some())
-        } else {
-            let own: abi::ConstraintKind = read::prefix(&table, kind.constraint, (*kind.constraint).size)?;
-            (Functions::Constraint(own, attaches(&own, &which)?), own.create.is_some(), own.destroy.is_some())
+        let (functions, create, destroy) = match kind.family {
+            abi::FAMILY_CONSTRAINT => {
+                read::pointer(&format!("the {table}"), kind.constraint)?;
+                let own: abi::ConstraintKind = read::prefix(&table, kind.constraint, (*kind.constraint).size)?;
+                (Functions::Constraint(own, attaches(&own, &which)?), own.create.is_some(), own.destroy.is_some())
+            }
+            abi::FAMILY_JOINT => {
+                read::pointer(&format!("the {table}"), kind.joint)?;
+                let own: abi::JointKind = read::prefix(&table, kind.joint, (*kind.joint).size)?;
+                (Functions::Joint(own), own.create.is_some(), own.destroy.is_some())
+            }
+            other => return Err(wrong(format!("the family of {which}"), other, "1 is a constraint, 2 a joint model")),
         };
         for (there, function) in [(create, "create"), (destroy, "destroy")] {
             if !there {
@@ -101,15 +106,6 @@ unsafe fn one(at: *const abi::Kind, kind: &abi::Kind, which: &str) -> Result<Des
             }
         }
         Ok(Described { name, doc, parameters, kind: at, functions })
-    }
-}
-
-/// Where the functions of a kind are said to be.
-fn functions_at(kind: &abi::Kind, which: &str) -> Result<*const u32, Reason> {
-    match kind.family {
-        abi::FAMILY_CONSTRAINT => Ok(kind.constraint.cast()),
-        abi::FAMILY_JOINT => Ok(kind.joint.cast()),
-        other => Err(wrong(format!("the family of {which}"), other, "1 is a constraint, 2 a joint model")),
     }
 }
 
@@ -247,4 +243,177 @@ pub fn plain_value(value: Option<&Value>, form: &Form) -> abi::Value {
         (Value::Word(_), _) => [0.0; 3],
     });
     abi::Value { value: value.unwrap_or_default(), given: i32::from(value.is_some()), reserved: 0 }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::ffi::{c_char, c_void};
+    use std::time::Duration;
+    use wireloom_testkit::fuzz::Fuzz;
+
+    /// Inputs where nothing else is said.
+    const FEW: u64 = 2000;
+    /// Bytes that an array may say that it has, and more.
+    const ARRAY: usize = (MOST as usize + 1) * 65536;
+
+    /// A part of a descriptor: its size, and where it lies in the room that all pointers lead into. Behind every array there are zeroes,
+    /// for nothing can tell whether an array is as long as it says.
+    struct Part {
+        size: usize,
+        at: usize,
+    }
+
+    const KINDS: Part = Part { size: size_of::<abi::Kinds>(), at: 0 };
+    const FUNCTIONS: Part = Part { size: size_of::<abi::ConstraintKind>(), at: 64 };
+    const TEXTS: Part = Part { size: 192, at: 256 };
+    const CHOICES: Part = Part { size: 24, at: 8192 };
+    const KIND: Part = Part { size: size_of::<abi::Kind>(), at: 16384 };
+    const PARAMETER: Part = Part { size: size_of::<abi::Parameter>(), at: KIND.at + ARRAY };
+    const ROOM: usize = PARAMETER.at + ARRAY;
+    /// In this order inputs have them.
+    const PARTS: [Part; 6] = [KINDS, FUNCTIONS, TEXTS, CHOICES, KIND, PARAMETER];
+
+    /// Pointers in the room, and where to.
+    const POINTERS: [(usize, usize); 12] = [
+        (KINDS.at + 16, KIND.at),
+        (KIND.at + 16, TEXTS.at),
+        (KIND.at + 24, TEXTS.at + 8),
+        (KIND.at + 32, PARAMETER.at),
+        (KIND.at + 40, FUNCTIONS.at),
+        (KIND.at + 48, FUNCTIONS.at),
+        (PARAMETER.at, TEXTS.at + 32),
+        (PARAMETER.at + 8, TEXTS.at + 64),
+        (PARAMETER.at + 72, CHOICES.at),
+        (CHOICES.at, TEXTS.at + 96),
+        (CHOICES.at + 8, TEXTS.at + 128),
+        (CHOICES.at + 16, TEXTS.at + 160),
+    ];
+
+    unsafe extern "C" fn create(
+        _: *const abi::Kind,
+        _: *const abi::ConstraintSpec,
+        _: *mut *mut c_void,
+        _: *mut abi::Description,
+        _: *mut abi::Text,
+    ) -> i32 {
+        abi::STATUS_ERROR
+    }
+
+    unsafe extern "C" fn destroy(_: *mut c_void) {}
+
+    fn bytes_of<T: Copy>(value: &T) -> &[u8] {
+        // SAFETY: the structs of the ABI have no padding.
+        unsafe { std::slice::from_raw_parts((&raw const *value).cast(), size_of::<T>()) }
+    }
+
+    /// A good descriptor with one kind, one parameter of it and three words; no pointer is null.
+    fn good(form: i32) -> Vec<u8> {
+        let kinds = abi::Kinds {
+            size: KINDS.size as u32,
+            count: 1,
+            stride: KIND.size as u32,
+            reserved: 0,
+            first: dangling(),
+        };
+        let functions = abi::ConstraintKind {
+            size: FUNCTIONS.size as u32,
+            stations_min: 1,
+            stations_max: 2,
+            span: 1,
+            create: Some(create),
+            destroy: Some(destroy),
+            evaluate: None,
+            target: None,
+            commit: None,
+        };
+        let mut texts = vec![0; TEXTS.size];
+        for (line, text) in ["tie\0\0\0\0\0It ties.", "width", "How wide.", "a", "b", "c"].into_iter().enumerate() {
+            texts[32 * line..][..text.len()].copy_from_slice(text.as_bytes());
+        }
+        let kind = abi::Kind {
+            family: abi::FAMILY_CONSTRAINT,
+            parameter_count: 1,
+            parameter_stride: PARAMETER.size as u32,
+            reserved: 0,
+            name: dangling(),
+            doc: dangling(),
+            parameters: dangling(),
+            constraint: dangling(),
+            joint: dangling(),
+        };
+        let parameter = abi::Parameter {
+            name: dangling(),
+            doc: dangling(),
+            form,
+            quantity: abi::QUANTITY_LENGTH,
+            presence: abi::PRESENCE_DEFAULT,
+            minimum_excluded: 0,
+            minimum: 0.0,
+            maximum: 2.0,
+            default_value: [1.0, 0.0, 0.0],
+            choices: dangling(),
+            choice_count: 3,
+            reserved: 0,
+        };
+        let choices = [dangling::<c_char>(); 3];
+        let parts = [
+            bytes_of(&kinds),
+            bytes_of(&functions),
+            &texts,
+            bytes_of(&choices),
+            bytes_of(&kind),
+            bytes_of(&parameter),
+        ];
+        parts.concat()
+    }
+
+    /// Stands for a pointer that leads to its place in the room.
+    fn dangling<T>() -> *const T {
+        std::ptr::without_provenance(LED)
+    }
+
+    const LED: usize = 1 << 40;
+
+    /// Whatever numbers, texts and null pointers a descriptor has: it is refused, or taken. Other pointers lead where they should, for nothing can
+    /// tell where others would lead.
+    #[test]
+    fn descriptors_never_make_the_reader_panic() {
+        if size_of::<*const c_char>() != 8 {
+            return;
+        }
+        let inputs = std::env::var("WIRELOOM_FUZZ").ok().and_then(|text| text.parse().ok()).unwrap_or(FEW);
+        let corpus: Vec<Vec<u8>> = (abi::FORM_NUMBER..=abi::FORM_CHOICE).map(good).collect();
+        let mut room = vec![0_u64; ROOM / 8];
+        let base = room.as_mut_ptr().cast::<u8>();
+        let patience = Duration::from_secs(30);
+        let words = ["tie", "\u{e9}", "\0"];
+        let fuzz = Fuzz { name: "descriptors", corpus: &corpus, words: &words, seed: 1, inputs, patience };
+        let (taken, _) = fuzz.hunt(|bytes| {
+            let mut rest = bytes.to_vec();
+            rest.resize(PARTS.iter().map(|part| part.size).sum(), 0);
+            // SAFETY: all this lies in the room, which nobody else looks at; pointers that can be followed lead into it, and functions
+            // are those above.
+            unsafe {
+                for part in PARTS {
+                    base.add(part.at).copy_from_nonoverlapping(rest.as_ptr(), part.size);
+                    rest.drain(..part.size);
+                }
+                for (at, to) in POINTERS {
+                    let pointer = base.add(at).cast::<usize>();
+                    // Null stays, and what cannot be followed.
+                    let lame = *pointer < 4096 || (to < TEXTS.at || to >= CHOICES.at) && !(*pointer).is_multiple_of(8);
+                    if !lame {
+                        *pointer = base as usize + to;
+                    }
+                }
+                for (field, function) in [(16, create as usize), (24, destroy as usize), (32, 0), (40, 0), (48, 0)] {
+                    let pointer = base.add(FUNCTIONS.at + field).cast::<usize>();
+                    *pointer = if *pointer == 0 { 0 } else { function };
+                }
+                kinds(base.cast()).is_ok()
+            }
+        });
+        assert!(taken > inputs / 10, "of {inputs} descriptors {taken} were taken");
+    }
 }

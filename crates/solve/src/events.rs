@@ -2,6 +2,7 @@
 
 use crate::certificate::FEASIBLE;
 use crate::clearance::{clearances, keep_least};
+use crate::lost_turns::HELD_WELL;
 use crate::result;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -153,6 +154,7 @@ pub fn watch(log: &mut EventLog, problem: &mut Problem<'_>, state: &State, end: 
     fixings(log, problem, end);
     slides(log, end);
     pushes(log, end);
+    coarse_meshes(log, problem, state);
     for span in result::overstretched(problem, state) {
         log.raise(span);
     }
@@ -237,6 +239,35 @@ fn overlaps(log: &mut EventLog, problem: &Problem<'_>) {
                 1e3 * distance,
                 fixing(g),
                 1e3 * both
+            ),
+        });
+    }
+}
+
+/// Every branch whose frames are turned so far against each other that they do not follow the cable. What does not converge often cannot, for this.
+fn coarse_meshes(log: &mut EventLog, problem: &Problem<'_>, state: &State) {
+    let network = problem.network;
+    for (b, branch) in network.branches.iter().enumerate() {
+        let mesh = branch.rod.mesh();
+        let turns = state.frames[branch.frames.clone()].windows(2).map(|pair| pair[0].angle_to(&pair[1]));
+        let worst = turns.enumerate().max_by(|p, q| p.1.total_cmp(&q.1));
+        let Some((c, turn)) = worst else { continue };
+        if turn <= HELD_WELL {
+            continue;
+        }
+        let s = state.arc_lengths(network, b)[mesh.coupling_nodes[c]];
+        let segments = mesh.segments();
+        log.raise(Occurrence {
+            kind: EventKind::CoarseMesh,
+            place: EventPlace::branch(&branch.name, s),
+            value: Some(turn),
+            limit: Some(HELD_WELL),
+            message: format!(
+                "neighbouring segments are turned by {:.0}° against each other, and follow the cable up to {:.0}°: {segments} segments are \
+                 too few for how it bends or twists there, {:.0} may do",
+                turn.to_degrees(),
+                HELD_WELL.to_degrees(),
+                (segments as f64 * turn / HELD_WELL).ceil()
             ),
         });
     }

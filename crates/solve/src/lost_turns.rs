@@ -17,8 +17,8 @@ use wireloom_core::problem::{Conditions, Problem};
 use wireloom_core::rotation::nearer_sign;
 use wireloom_core::{EventKind, EventPlace, Network, Rotation, State};
 
-/// Turn of neighbouring frames (rad) up to which a mesh holds twist well: the energy is within 1 % of the rod's there.
-const HELD_WELL: f64 = TAU / 6.0;
+/// Turn of neighbouring frames (rad) up to which a mesh bends and twists as the rod does: the curvature is within 0.6 % of the rod's there.
+pub(crate) const HELD_WELL: f64 = TAU / 6.0;
 
 /// Two frames that something couples.
 #[derive(Clone, Debug)]

@@ -5,6 +5,8 @@
 
 mod clearance;
 mod drag;
+#[cfg(test)]
+mod fuzz;
 mod harness;
 mod hold;
 mod settings;

@@ -29,6 +29,7 @@ struct Tally {
     cases: usize,
     refused: usize,
     converged: usize,
+    too_coarse: usize,
     stable: usize,
     others: BTreeMap<&'static str, usize>,
     lost: BTreeMap<&'static str, usize>,
@@ -41,6 +42,7 @@ impl Tally {
         self.cases += 1;
         self.refused += usize::from(judged.refused.is_some());
         self.converged += usize::from(judged.converged);
+        self.too_coarse += usize::from(judged.too_coarse);
         self.stable += usize::from(judged.stable);
         judged.others.iter().for_each(|what| *self.others.entry(what).or_default() += 1);
         judged.lost.iter().for_each(|what| *self.lost.entry(what).or_default() += 1);
@@ -102,11 +104,12 @@ fn main() -> ExitCode {
         }
     });
     let tally = tally.into_inner().expect("no panic");
-    let Tally { cases, refused, converged, stable, others, lost, found, refusals } = &tally;
+    let Tally { cases, refused, converged, too_coarse, stable, others, lost, found, refusals } = &tally;
     println!(
-        "{cases} harnesses in {:.0} s: {refused} refused, {converged} converged ({:.2} %), {stable} stable",
+        "{cases} harnesses in {:.0} s: {refused} refused, {too_coarse} told that their mesh is too coarse; of the others {converged} converged \
+         ({:.2} %), {stable} of them stable",
         clock.elapsed().as_secs_f64(),
-        100.0 * *converged as f64 / (*cases - *refused).max(1) as f64
+        100.0 * *converged as f64 / (*cases - *refused - *too_coarse).max(1) as f64
     );
     refusals.iter().for_each(|why| println!("refused: {why}"));
     println!("another equilibrium: {others:?}\nnot converged when said otherwise: {lost:?}\nfound: {found:?}");

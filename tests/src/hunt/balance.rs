@@ -185,7 +185,7 @@ impl Bench<'_> {
                         all.add(weight * (0.5 * ds), &(b.position[node] - about), Vector::zeros());
                     }
                     // Nodes are drawn on the centre line, not where the weight hangs; at stations 1/24 of it hangs elsewhere.
-                    unsure += weight.norm() * ds * ds * ((b.d3[i + 1] - b.d3[i]).norm() / 12.0 + 1.0 / 12.0);
+                    unsure += weight.norm() * ds * b.chord(i) * ((b.d3[i + 1] - b.d3[i]).norm() / 12.0 + 1.0 / 12.0);
                 }
                 applied += weight.norm() * branch.length;
             }
@@ -251,8 +251,8 @@ impl Bench<'_> {
     /// Length of the longest segment of the branches that end at a vertex, m; 0 where only one does.
     fn longest_segment(&self, vertex: usize) -> f64 {
         let Some(joint) = self.scene.joint(vertex) else { return 0.0 };
-        let lengths = joint.arms.iter().map(|arm| self.scene.branch(arm.branch)).map(|b| b.length / b.segments as f64);
-        lengths.fold(0.0, f64::max)
+        let arms = joint.arms.iter().map(|arm| self.of(self.scene.branch(arm.branch)));
+        arms.flat_map(|b| (0..b.s.len() - 1).map(|i| b.chord(i))).fold(0.0, f64::max)
     }
 
     /// Arc lengths within a branch where fixings or loads act.
@@ -308,7 +308,7 @@ impl Bench<'_> {
                 let at_joint =
                     ends.iter().filter(|(is_end, _)| *is_end).map(|(_, k)| self.longest_segment(branch.ends[*k]));
                 let at_joint: f64 = at_joint.sum();
-                let drawn = internal * (ds * (turns(i) + turns(i + 1)) + at_joint) / 12.0;
+                let drawn = internal * (b.chord(i) * (turns(i) + turns(i + 1)) + at_joint) / 12.0;
                 worst_moment = worst_moment.max(gap.norm() - drawn - hangs * ds);
             }
             let name = branch.name;
@@ -536,7 +536,7 @@ impl Bench<'_> {
             for i in 0..b.s.len() - 1 {
                 let ds = b.s[i + 1] - b.s[i];
                 weight -= 0.5 * ds * g.dot(&(b.position[i] + b.position[i + 1]));
-                unsure += g.norm() * ds * ds * (0.1 + 0.1 * (b.d3[i + 1] - b.d3[i]).norm());
+                unsure += g.norm() * ds * b.chord(i) * (0.1 + 0.1 * (b.d3[i + 1] - b.d3[i]).norm());
             }
         }
         for joint in &self.scene.joints {

@@ -2,7 +2,7 @@
 
 use super::balance;
 use super::compare::{apart, moved};
-use super::outcome::{Outcome, Ran, StepOutcome, run, run_keeping};
+use super::outcome::{EventOutcome, Outcome, Ran, StepOutcome, run, run_keeping};
 use super::scene::{Minimiser, Scene, Step};
 use super::variants::{self, Variant};
 use wireloom::core::{Rotation, Vector};
@@ -16,6 +16,8 @@ const NUDGES: [f64; 3] = [1e-2, 1e-3, 1e-4];
 /// Energies are equal: share of what is stored in the harness, and of what is measured from the origin of the world.
 const EQUAL: f64 = 1e-7;
 const ROUND_OFF: f64 = 1e-12;
+/// Turn of neighbouring segments (rad) from which on their moment falls: no wonder if nothing converges then.
+const SLIPS: f64 = 1.8;
 /// As two meshes agree, or a half of that with twice as many segments.
 const MESH: f64 = 0.05;
 
@@ -37,6 +39,8 @@ pub struct Fault {
 pub struct Judged {
     /// Called converged.
     pub converged: bool,
+    /// Not converged, and told that a mesh is too coarse for it.
+    pub too_coarse: bool,
     /// Called stable.
     pub stable: bool,
     /// Refused before it ran.
@@ -112,7 +116,10 @@ fn alone(scene: &Scene, judged: &mut Judged) -> Option<Outcome> {
     for wrong in balance::statics(scene, &outcome) {
         judged.wrong(wrong.kind, wrong.words, scene);
     }
-    (outcome.status == "converged").then_some(outcome)
+    let converged = outcome.status == "converged";
+    let slips = |event: &EventOutcome| event.kind == "coarse-mesh" && event.value.is_some_and(|turn| turn > SLIPS);
+    judged.too_coarse = !converged && outcome.events.iter().any(slips);
+    converged.then_some(outcome)
 }
 
 /// From where it ended, minimisers with a tight tolerance find nothing better.

@@ -36,6 +36,18 @@ pub struct Outcome {
     pub status: String,
     /// The last increment of every step.
     pub steps: Vec<StepOutcome>,
+    /// What happened on the way.
+    #[serde(default)]
+    pub events: Vec<EventOutcome>,
+}
+
+/// Something that happened.
+#[derive(Clone, Debug, Deserialize)]
+pub struct EventOutcome {
+    /// What.
+    pub kind: String,
+    /// How much.
+    pub value: Option<f64>,
 }
 
 /// A step.
@@ -84,6 +96,13 @@ pub struct BranchOutcome {
     /// Twist.
     #[serde(deserialize_with = "number")]
     pub twist_turns: f64,
+}
+
+impl BranchOutcome {
+    /// Length of segment `i`, m: the drawn one or the unstressed one, whichever is longer.
+    pub fn chord(&self, i: usize) -> f64 {
+        (self.position[i + 1] - self.position[i]).norm().max(self.s[i + 1] - self.s[i])
+    }
 }
 
 /// A joint.
