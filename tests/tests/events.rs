@@ -1,7 +1,9 @@
 //! Events of whole runs: what they must find, and what they must not.
 
+use nalgebra::Quaternion;
+use std::f64::consts::TAU;
 use std::fs;
-use wireloom::core::{Event, EventKind, Run};
+use wireloom::core::{Event, EventKind, Rotation, Run, Status, Vector};
 use wireloom::solve::Control;
 use wireloom_tests::root;
 
@@ -160,4 +162,168 @@ fn scenarios_that_do_not_snap_have_no_jumps() {
             }
         }
     }
+}
+
+/// A plug turned by 2.7 turns in one increment drags a hinged harness round until it falls over: the increment then goes on to its end. It used
+/// to end "converged" where the harness fell, short of the turns that were asked for (found by the hunt).
+#[test]
+fn what_falls_on_the_way_through_an_increment_is_carried_to_its_end() {
+    let text = r#"
+schema = 1
+name = "falls on the way"
+[sections.s0]
+diameter = 0.006
+linear_density = 0.15
+axial_stiffness = 180000.0
+bending_stiffness = 0.21
+torsion_stiffness = 0.033
+[[branches]]
+name = "b0"
+from = "V0"
+to = "V1"
+section = "s0"
+length = 0.58
+segments = 1
+[sections.s1]
+diameter = 0.006
+linear_density = 0.16
+axial_stiffness = 1800.0
+bending_stiffness = 0.071
+torsion_stiffness = 0.019
+[[branches]]
+name = "b1"
+from = "V0"
+to = "V2"
+section = "s1"
+length = 0.6
+segments = 1
+[[joints]]
+name = "V0"
+arms = [
+  { branch = "b0", orientation = [0.7782423648867395, -0.05334974778137003, 0.5609755797449211, 0.2771263697972624] },
+  { branch = "b1", orientation = [0.9765706656055972, -0.1416451776275214, -0.027151885813641495, 0.159715853409333] },
+]
+[[constraints]]
+name = "plug"
+kind = "connector"
+at = { end = "V2" }
+position = [-0.001, -0.42, 0.67]
+orientation = [0.05428182243211108, 0.05003450915745547, 0.02547653342182126, 0.9969458249532063]
+[[constraints]]
+name = "ring"
+kind = "handle"
+at = { branch = "b0", s = 0.31 }
+position = [0.21, -0.3, 0.22]
+slide = true
+friction = 0.0
+[[steps]]
+name = "turn"
+increments = 1
+move = [{ constraint = "plug", turns = 2.7 }]
+"#;
+    let run = run(text);
+    assert_eq!(run.status, Status::Converged, "{:?}", run.events);
+    assert_eq!(of(&run, EventKind::Jump).len(), 1, "{:?}", run.events);
+    let [w, i, j, k] = [0.05428182243211108, 0.05003450915745547, 0.02547653342182126, 0.9969458249532063];
+    let before = Rotation::from_quaternion(Quaternion::new(w, i, j, k));
+    let off = run.steps[0].constraints[0]
+        .orientation
+        .angle_to(&(before * Rotation::from_scaled_axis(Vector::z() * (2.7 * TAU))));
+    assert!(off < 1e-9, "{off} rad short of what was asked for");
+}
+
+/// A cable bent into a U: three segments cannot follow it, forty can.
+#[test]
+fn a_mesh_that_is_too_coarse_for_a_bend_is_told() {
+    let u = |segments: usize| {
+        run(&format!(
+            r#"
+schema = 1
+name = "u"
+gravity = [0, 0, 0]
+[sections.cable]
+diameter = "6 mm"
+linear_density = "50 g/m"
+axial_stiffness = 1e4
+bending_stiffness = 0.01
+torsion_stiffness = 0.008
+[[branches]]
+name = "cable"
+from = "A"
+to = "B"
+section = "cable"
+length = "300 mm"
+segments = {segments}
+[[constraints]]
+name = "left"
+kind = "connector"
+at = {{ end = "A" }}
+position = [0, 0, 0]
+tangent = [0, 0, 1]
+up = [0, 1, 0]
+[[constraints]]
+name = "right"
+kind = "connector"
+at = {{ end = "B" }}
+position = [0.1, 0, 0]
+tangent = [0, 0, -1]
+up = [0, 1, 0]
+"#
+        ))
+    };
+    let coarse = u(2);
+    let [told] = of(&coarse, EventKind::CoarseMesh)[..] else { panic!("{:?}", coarse.events) };
+    assert_eq!(told.place.branch.as_deref(), Some("cable"));
+    assert!(told.value > told.limit && told.message.contains("2 segments are too few"), "{told:?}");
+    assert!(of(&u(40), EventKind::CoarseMesh).is_empty());
+}
+
+/// A curly cable is pulled back over its clamp: on two segments that turns neighbouring frames by half a turn, where the energy has a step, and
+/// nothing converges there. It used to be "stalled at round-off" and no more.
+#[test]
+fn what_stalls_at_half_a_turn_between_segments_says_that_the_mesh_is_too_coarse() {
+    let curl = |segments: usize| {
+        run(&format!(
+            r#"
+schema = 1
+name = "curl"
+gravity = [0, 0, 0]
+[sections.cable]
+diameter = "6 mm"
+linear_density = "50 g/m"
+axial_stiffness = 1e4
+bending_stiffness = 0.01
+torsion_stiffness = 0.008
+[[branches]]
+name = "cable"
+from = "A"
+to = "B"
+section = "cable"
+length = "300 mm"
+segments = {segments}
+curvature = [0, 5, 15]
+[[constraints]]
+name = "clamp"
+kind = "connector"
+at = {{ end = "A" }}
+position = [0, 0, 0]
+tangent = [1, 0, 0]
+up = [0, 0, 1]
+[[loads]]
+name = "pull"
+at = {{ end = "B" }}
+force = [-50, 0, 0]
+factor = 0
+[[steps]]
+name = "pull back"
+increments = 10
+load = [{{ load = "pull", factor = 1 }}]
+"#
+        ))
+    };
+    let coarse = curl(2);
+    assert_eq!(coarse.status, Status::Stalled);
+    let [told] = of(&coarse, EventKind::CoarseMesh)[..] else { panic!("{:?}", coarse.events) };
+    assert!(told.value > Some(3.0), "{told:?}");
+    assert_eq!(curl(20).status, Status::Converged);
 }

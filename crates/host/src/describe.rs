@@ -309,13 +309,8 @@ mod tests {
 
     /// A good descriptor with one kind, one parameter of it and three words; no pointer is null.
     fn good(form: i32) -> Vec<u8> {
-        let kinds = abi::Kinds {
-            size: KINDS.size as u32,
-            count: 1,
-            stride: KIND.size as u32,
-            reserved: 0,
-            first: dangling(),
-        };
+        let kinds =
+            abi::Kinds { size: KINDS.size as u32, count: 1, stride: KIND.size as u32, reserved: 0, first: dangling() };
         let functions = abi::ConstraintKind {
             size: FUNCTIONS.size as u32,
             stations_min: 1,
@@ -357,14 +352,8 @@ mod tests {
             reserved: 0,
         };
         let choices = [dangling::<c_char>(); 3];
-        let parts = [
-            bytes_of(&kinds),
-            bytes_of(&functions),
-            &texts,
-            bytes_of(&choices),
-            bytes_of(&kind),
-            bytes_of(&parameter),
-        ];
+        let parts =
+            [bytes_of(&kinds), bytes_of(&functions), &texts, bytes_of(&choices), bytes_of(&kind), bytes_of(&parameter)];
         parts.concat()
     }
 

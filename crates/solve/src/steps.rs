@@ -449,7 +449,20 @@ impl<'n, 'm> Driver<'n, 'm> {
         self.turns_asked = plan.turns(1.0);
         let began = self.state.clone();
         let before = self.problem.conditions().clone();
-        let mut status = self.advance_through(plan, a, b);
+        let (mut status, mut to) = self.advance_through(plan, a, b);
+        let mut fallen = false;
+        while status == Status::IterationLimit && !self.is_over() && self.lost.is_empty() {
+            fallen = true;
+            status = self.let_snap();
+            self.look_for_passing(status);
+            if !is_balanced(status) {
+                break;
+            }
+            self.watch_operations(plan, to);
+            if to < b {
+                (status, to) = self.advance_through(plan, to, b);
+            }
+        }
         if self.smallest < 1.0 {
             let parts = 1.0 / self.smallest;
             self.log.raise(Occurrence {
@@ -459,11 +472,6 @@ impl<'n, 'm> Driver<'n, 'm> {
                 limit: None,
                 message: format!("did not converge at once; parts as small as 1/{parts:.0} were tried"),
             });
-        }
-        let fallen = status == Status::IterationLimit && !self.is_over() && self.lost.is_empty();
-        if fallen {
-            status = self.let_snap();
-            self.look_for_passing(status);
         }
         for lost in self.lost.drain(..) {
             self.log.raise(lost);
@@ -534,8 +542,8 @@ impl<'n, 'm> Driver<'n, 'm> {
     }
 
     /// From share `a` to share `b` of a plan, in as many parts as it takes to follow its turns and to pass through every
-    /// point of its paths.
-    fn advance_through(&mut self, plan: &Plan, a: f64, b: f64) -> Status {
+    /// point of its paths. Returns also the share of the plan that was come to; what lies behind it was not tried.
+    fn advance_through(&mut self, plan: &Plan, a: f64, b: f64) -> (Status, f64) {
         let mut corners: Vec<f64> =
             plan.corners.iter().copied().filter(|t| a + SAME_SHARE < *t && *t < b - SAME_SHARE).collect();
         corners.push(b);
@@ -559,18 +567,23 @@ impl<'n, 'm> Driver<'n, 'm> {
                 to = from + (to - from) / parts;
                 if to - from < SAME_SHARE {
                     // More turns than can be followed.
-                    return Status::Failed;
+                    return (Status::Failed, from);
                 }
             }
             status = self.advance(plan, from, to, CUT_BACKS);
+            from = to;
             if !is_balanced(status) {
                 break;
             }
-            let reaction = |f: usize| self.problem.reaction(f, &self.state, &self.certifier.gradient).0;
-            operations::watch(&plan.operations, &mut self.operations, self.problem.network, to, reaction);
-            from = to;
+            self.watch_operations(plan, to);
         }
-        status
+        (status, from)
+    }
+
+    /// Looks at the operations of a plan where this share of it is done.
+    fn watch_operations(&mut self, plan: &Plan, share: f64) {
+        let reaction = |f: usize| self.problem.reaction(f, &self.state, &self.certifier.gradient).0;
+        operations::watch(&plan.operations, &mut self.operations, self.problem.network, share, reaction);
     }
 
     /// From share `a` to share `b` of a plan; halved where it does not converge.

@@ -67,7 +67,7 @@ impl Driver<'_, '_> {
         }
         let share = |k: usize| k as f64 / HOMING;
         for k in 1..=HOMING as usize {
-            let status = self.advance_through(&plan, share(k - 1), share(k));
+            let (status, _) = self.advance_through(&plan, share(k - 1), share(k));
             if !is_balanced(status) {
                 break;
             }
@@ -115,7 +115,7 @@ impl Driver<'_, '_> {
                 self.stop.force_tolerance = stop.force_tolerance;
             }
             let (a, b) = ((k - 1) as f64 / increments as f64, k as f64 / increments as f64);
-            status = self.advance_through(&plan, a, b);
+            (status, _) = self.advance_through(&plan, a, b);
             if !matches!(status, Status::Converged | Status::Stalled) {
                 break;
             }
