@@ -6,7 +6,7 @@ use crate::load::{self, Loaded};
 use crate::plugins::Trust;
 use crate::progress::Bar;
 use crate::variants::{self, Variant};
-use crate::{differences, folder, interrupt, run};
+use crate::{differences, folder, interrupt, run, size};
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 use wireloom::core::{Monitor, Status, StepResult};
@@ -158,7 +158,9 @@ fn read(path: &Path) -> Result<Option<Ending>, Failure> {
 
 /// Carries a scenario out; nothing is written. `None` where that was interrupted.
 fn carry_out(loaded: Loaded, name: &str, bar: &Bar) -> Result<Option<Option<Ending>>, Failure> {
-    bar.count(name, "increments", run::increments(&loaded.built), 0);
+    let increments = run::increments(&loaded.built);
+    let large = size::foretell(&loaded.built.network, increments)?.map(|words| format!(" ({words})"));
+    bar.count(format!("{name}{}", large.unwrap_or_default()), "increments", increments, 0);
     let run = wireloom::run_observed(loaded.built, None, &mut Watcher(bar));
     if run.status == Status::Interrupted {
         return Ok(None);

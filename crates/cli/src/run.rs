@@ -11,7 +11,7 @@ use crate::results::{self, Results, Surroundings};
 use crate::saved::{self, Keeper, Origin, Standing};
 use crate::swept::Swept;
 use crate::{interrupt, size, studio, summary, variants};
-use std::io::Write;
+use std::io::{self, Write};
 use std::path::Path;
 use wireloom::core::{Monitor, Status, StepResult};
 use wireloom::scenario::{Built, Scenario, Setting};
@@ -38,6 +38,14 @@ pub fn run(arguments: &RunArguments, out: &mut dyn Write) -> Result<Outcome, Fai
         Some(folder) => Job::resume(folder, &trust)?,
         None => Job::begin(arguments, &trust)?,
     };
+    drop(bar);
+    if let Some(words) = size::foretell(&job.loaded.built.network, increments(&job.loaded.built))?
+        && !arguments.quiet
+    {
+        // Who does not listen misses nothing that matters.
+        let _ = writeln!(io::stderr(), "{words}");
+    }
+    let bar = Bar::new("bringing the fixings to their places", !arguments.quiet);
     let provenance = job.loaded.provenance();
     let Job { loaded: Loaded { scenario, built, texts, plugins, .. }, folder, keeper, standing, resumed } = job;
     let place = folder.path().to_path_buf();

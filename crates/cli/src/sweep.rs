@@ -57,6 +57,7 @@ pub fn sweep(arguments: &SweepArguments, out: &mut dyn Write) -> Result<Outcome,
     let bar = Bar::new(format!("reading {}", file.display()), !arguments.quiet);
     let minimiser: Vec<Setting> = arguments.minimiser.iter().map(|kind| Setting::minimiser(kind)).collect();
     let loaded = load::scenario(file, &minimiser, &trust)?;
+    size::foretell(&loaded.built.network, 1)?;
     let Some(sweep) = &loaded.scenario.sweep else {
         let help = "add one, such as\n[sweep.vary]\n\"branches.NAME.length\" = { from = \"400 mm\", to = \"500 mm\", count = 11 }";
         return Err(Failure::Input(format!("{} has no [sweep]: {help}", file.display())));

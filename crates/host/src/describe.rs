@@ -396,7 +396,9 @@ mod tests {
                         *pointer = base as usize + to;
                     }
                 }
-                for (field, function) in [(16, create as usize), (24, destroy as usize), (32, 0), (40, 0), (48, 0)] {
+                for (field, function) in
+                    [(16, create as *const () as usize), (24, destroy as *const () as usize), (32, 0), (40, 0), (48, 0)]
+                {
                     let pointer = base.add(FUNCTIONS.at + field).cast::<usize>();
                     *pointer = if *pointer == 0 { 0 } else { function };
                 }

@@ -3,7 +3,7 @@
 use crate::fault::Fault;
 use crate::scenario::{At, Facing, Scenario};
 use crate::timeline::stages;
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use wireloom_core::constraint::Hold;
 use wireloom_core::rotation::columns;
 use wireloom_core::steps::{Move, Turn};
@@ -177,18 +177,24 @@ pub(crate) fn refuse_contradictions(scenario: &Scenario, network: &Network) -> V
             let given = if stage.step.is_none() { given(scenario, *fixing) } else { (None, None) };
             targets[*fixing] = begin(network, &targets, &stage.active, *fixing, given);
         }
-        let mut check = |targets: &[Option<Target<'_>>]| {
-            for (k, a) in stage.active.iter().enumerate() {
-                for b in &stage.active[k + 1..] {
-                    let Some(what) = contradiction(network, targets, *a, *b) else { continue };
-                    if reported.insert((*a, *b)) {
-                        faults.push(fault(scenario, *a, *b, what, &stage.label));
+        let mut others: BTreeMap<usize, Vec<usize>> = BTreeMap::new();
+        for fixing in &stage.active {
+            others.entry(network.fixings[*fixing].site.point).or_default().push(*fixing);
+        }
+        // Only what begins or moves can come to contradict something.
+        let mut check = |targets: &[Option<Target<'_>>], changed: &[usize]| {
+            for one in changed {
+                for other in others.get(&network.fixings[*one].site.point).into_iter().flatten().filter(|b| *b != one) {
+                    let (a, b) = (*one.min(other), *one.max(other));
+                    let Some(what) = contradiction(network, targets, a, b) else { continue };
+                    if reported.insert((a, b)) {
+                        faults.push(fault(scenario, a, b, what, &stage.label));
                     }
                 }
             }
         };
-        check(&targets);
-        for fixing in begins {
+        check(&targets, &begins);
+        for &fixing in &begins {
             let Some(target) = &mut targets[fixing] else { continue };
             let (position, facing) = given(scenario, fixing);
             target.position = position.unwrap_or(target.position);
@@ -196,8 +202,9 @@ pub(crate) fn refuse_contradictions(scenario: &Scenario, network: &Network) -> V
         }
         for motion in stage.step.into_iter().flat_map(|step| &step.moves) {
             moved(motion, &mut targets);
+            begins.extend(motion.carried.iter().map(|carried| carried.fixing));
         }
-        check(&targets);
+        check(&targets, &begins);
     }
     faults
 }
