@@ -391,7 +391,8 @@ mod tests {
                 for (at, to) in POINTERS {
                     let pointer = base.add(at).cast::<usize>();
                     // Null stays, and what cannot be followed.
-                    let lame = *pointer < 4096 || (to < TEXTS.at || to >= CHOICES.at) && !(*pointer).is_multiple_of(8);
+                    let lame =
+                        *pointer < 4096 || !(TEXTS.at..CHOICES.at).contains(&to) && !(*pointer).is_multiple_of(8);
                     if !lame {
                         *pointer = base as usize + to;
                     }
