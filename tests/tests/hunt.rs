@@ -9,7 +9,7 @@ const CONVERGED: f64 = 0.97;
 /// Share of harnesses that may be told so.
 const TOO_COARSE: f64 = 0.16;
 
-fn hunt(seeds: std::ops::Range<u64>, quick: bool) {
+fn hunt(seeds: std::ops::Range<u64>, quick: bool) -> Vec<(u64, Judged)> {
     let judged: Vec<(u64, Judged)> = seeds.into_par_iter().map(|seed| (seed, judge(&generate(seed), quick))).collect();
     let mut found = Vec::new();
     for (seed, judged) in &judged {
@@ -17,16 +17,17 @@ fn hunt(seeds: std::ops::Range<u64>, quick: bool) {
         found.extend(judged.faults.iter().map(|f| format!("seed {seed}: {} {}: {}", f.said, f.kind, f.words)));
     }
     assert!(found.is_empty(), "{found:#?}");
+    judged
+}
+
+#[test]
+fn random_harnesses_are_in_balance_as_a_whole_and_in_every_part() {
+    let judged = hunt(400..600, true);
     let converged = judged.iter().filter(|(_, judged)| judged.converged).count();
     let too_coarse = judged.iter().filter(|(_, judged)| judged.too_coarse).count();
     assert!(too_coarse as f64 <= TOO_COARSE * judged.len() as f64, "{too_coarse} are told to be too coarse");
     let others = judged.len() - too_coarse;
     assert!(converged as f64 >= CONVERGED * others as f64, "only {converged} of {others} converged");
-}
-
-#[test]
-fn random_harnesses_are_in_balance_as_a_whole_and_in_every_part() {
-    hunt(400..600, true);
 }
 
 #[test]

@@ -563,3 +563,18 @@ fn a_piece_without_plugs_hangs_on_its_first_vertex_until_clips_hold_it() {
     assert_eq!(last["name"].as_str(), Some("let go"));
     assert!(last["release"].as_array().unwrap().iter().any(|name| name.as_str() == Some("board A")), "{last:?}");
 }
+
+/// Two segments leave the vertex that the board holds, so it is a joint, which has no frame that a connector could hold: `check` refused what was
+/// imported (found by fuzzing).
+#[test]
+fn a_root_that_is_a_joint_is_held_at_its_point() {
+    let looped = with("<Start_node>n3</Start_node>", "<Start_node>n1</Start_node>");
+    for arrangement in [Arrangement::Board, Arrangement::Assembly] {
+        let scenario = import(&looped, &Options { arrangement, ..Options::default() }).unwrap().scenario;
+        checked(&scenario);
+        let table: toml::Table = toml::from_str(&scenario).unwrap();
+        let root = &table["constraints"][0];
+        assert!(root["name"].as_str().is_some_and(|name| name.starts_with("board")), "{root:?}");
+        assert_eq!((root["kind"].as_str(), root["at"].get("joint").is_some()), (Some("handle"), true), "{root:?}");
+    }
+}

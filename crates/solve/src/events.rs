@@ -257,13 +257,14 @@ fn coarse_meshes(log: &mut EventLog, problem: &Problem<'_>, state: &State) {
         }
         let s = state.arc_lengths(network, b)[mesh.coupling_nodes[c]];
         let segments = mesh.segments();
+        let few = if segments == 1 { "1 segment is".to_owned() } else { format!("{segments} segments are") };
         log.raise(Occurrence {
             kind: EventKind::CoarseMesh,
             place: EventPlace::branch(&branch.name, s),
             value: Some(turn),
             limit: Some(HELD_WELL),
             message: format!(
-                "neighbouring segments are turned by {:.0}° against each other, and follow the cable up to {:.0}°: {segments} segments are \
+                "neighbouring segments are turned by {:.0}° against each other, and follow the cable up to {:.0}°: {few} \
                  too few for how it bends or twists there, {:.0} may do",
                 turn.to_degrees(),
                 HELD_WELL.to_degrees(),

@@ -13,8 +13,6 @@ use wireloom::core::{Rotation, Vector};
 const BALANCE: f64 = 1e-3;
 /// Share of the internal forces, whatever the part's own scale is, for the tolerance of the solver may be relative to them.
 const OF_INTERNAL: f64 = 1e-5;
-/// The same of moments of the whole, whose lever arms are drawn ones.
-const OF_MOMENTS: f64 = 1e-4;
 /// Share of EA that is round-off of strains.
 const ROUND_OFF: f64 = 1e-11;
 /// Share of a segment's weight that may hang at the other one of its nodes: of the discretisation.
@@ -237,7 +235,7 @@ impl Bench<'_> {
                 );
             }
             // Friction pushes at the surface, a radius beside what is drawn; that is in the moments of bodies.
-            let allowed = allowed * size + 1.5 * unsure + OF_MOMENTS * (moments + held * size);
+            let allowed = allowed * size + 1.5 * unsure + OF_INTERNAL * (moments + held * size);
             if all.moment.norm() > allowed {
                 let gap = all.moment.norm();
                 self.say(

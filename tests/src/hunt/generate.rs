@@ -286,7 +286,11 @@ impl Grower {
 
     /// Fixings at ends, on branches and at joints, and how they move.
     fn fix(&mut self) {
-        let ends: Vec<usize> = (0..self.poses.len()).filter(|v| self.scene.joint(*v).is_none()).collect();
+        let mut ends: Vec<usize> = (0..self.poses.len()).filter(|v| self.scene.joint(*v).is_none()).collect();
+        if ends.is_empty() {
+            // Loops alone have joints only.
+            ends.push(0);
+        }
         let first = self.dice.pick(&ends);
         for &end in &ends {
             let kind = if end == first { 0 } else { self.dice.0.usize(0..4) };

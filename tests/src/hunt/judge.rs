@@ -118,7 +118,8 @@ fn alone(scene: &Scene, judged: &mut Judged) -> Option<Outcome> {
     }
     let converged = outcome.status == "converged";
     let slips = |event: &EventOutcome| event.kind == "coarse-mesh" && event.value.is_some_and(|turn| turn > SLIPS);
-    judged.too_coarse = !converged && outcome.events.iter().any(slips);
+    let told = |event: &EventOutcome| event.kind == "twist-lost" || slips(event);
+    judged.too_coarse = !converged && outcome.events.iter().any(told);
     converged.then_some(outcome)
 }
 

@@ -197,7 +197,9 @@ fn write_board(out: &mut String, harness: &Harness, tree: &Tree, board: &Board) 
         let is_joint = harness.joints.iter().any(|joint| joint.vertex == root);
         let at = if is_joint { Place::Joint(root) } else { Place::End(root) };
         let _ = writeln!(out, "\n[[constraints]] # the root, held fast on the board");
-        let _ = writeln!(out, "name = {}\nkind = \"connector\"", quoted(&root_holder(harness, root)));
+        // A joint has no frame that a connector could hold; the pegs beside it keep it from turning.
+        let kind = if is_joint { "handle" } else { "connector" };
+        let _ = writeln!(out, "name = {}\nkind = \"{kind}\"", quoted(&root_holder(harness, root)));
         let _ = writeln!(out, "at = {}\nposition = {}", place(harness, at), vector(&board.points[root]));
         let branch = harness.branches.iter().position(|branch| branch.ends.contains(&root));
         if let Some(branch) = branch.filter(|_| !is_joint) {
