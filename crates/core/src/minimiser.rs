@@ -68,6 +68,13 @@ pub struct Report {
     pub residual: f64,
 }
 
+impl Report {
+    /// Of a minimiser that has done nothing yet.
+    pub fn begun(status: Status) -> Self {
+        Self { status, iterations: 0, polish: 0, factorisations: 0, evaluations: 0, residual: f64::INFINITY }
+    }
+}
+
 /// Moves a state downhill to an equilibrium.
 ///
 /// Contract: on entry the state may violate prescribed freedoms; on return it satisfies them exactly

@@ -224,14 +224,7 @@ impl Minimiser for GpuMinimiser {
             Ok(report) => report,
             Err(failure) => {
                 self.fault = Some(failure);
-                return Report {
-                    status: Status::Failed,
-                    iterations: 0,
-                    polish: 0,
-                    factorisations: 0,
-                    evaluations: 0,
-                    residual: f64::INFINITY,
-                };
+                return Report::begun(Status::Failed);
             }
         };
         let Some(polisher) = &mut self.polisher else { return report };

@@ -308,14 +308,7 @@ fn descend(
     ws.settled_force = settled_force(problem, stop);
     ws.preconditioner.weigh(problem);
     let moves = problem.motion(state, &mut ws.motion);
-    let mut report = Report {
-        status: Status::Failed,
-        iterations: 0,
-        polish: 0,
-        factorisations: 0,
-        evaluations: 0,
-        residual: f64::INFINITY,
-    };
+    let mut report = Report::begun(Status::Failed);
     let mut energy;
     if moves && metric {
         energy = ws.predict(problem, state);

@@ -96,12 +96,17 @@ struct Workspace {
 }
 
 impl Workspace {
-    fn new(problem: &Problem<'_>) -> Self {
+    /// `None` where somebody asked to stop: of a large harness each pattern takes a while.
+    fn new(problem: &Problem<'_>) -> Option<Self> {
         let network = problem.network;
-        Self {
+        let going = || (!problem.monitor.is_stopped()).then_some(());
+        let system = going().map(|()| System::new(problem))?;
+        let settle = going().map(|()| Settle::new(problem))?;
+        going()?;
+        Some(Self {
             network: network.id,
-            system: System::new(problem),
-            settle: Settle::new(problem),
+            system,
+            settle,
             hessian: Hessian::new(network),
             gradient: Tangent::zeros(network),
             foreseen: Tangent::zeros(network),
@@ -118,14 +123,15 @@ impl Workspace {
             settled_force: 0.0,
             factorisations: 0,
             evaluations: 0,
-        }
+        })
     }
 
-    fn ready<'w>(slot: &'w mut Option<Box<Self>>, problem: &Problem<'_>) -> &'w mut Self {
+    /// The workspace for a problem; `None` as for [`Self::new`].
+    fn ready<'w>(slot: &'w mut Option<Box<Self>>, problem: &Problem<'_>) -> Option<&'w mut Self> {
         if slot.as_ref().is_none_or(|ws| ws.network != problem.network.id) {
-            *slot = Some(Box::new(Self::new(problem)));
+            *slot = Self::new(problem).map(Box::new);
         }
-        slot.as_mut().expect("made above")
+        slot.as_deref_mut()
     }
 
     /// Second derivatives at `state` (where `gradient` was evaluated last), factorised with the first shift from `sigma` on that makes
@@ -298,7 +304,9 @@ impl Minimiser for Newton {
     }
 
     fn minimise(&mut self, problem: &mut Problem<'_>, state: &mut State, stop: &Stop) -> Report {
-        let ws = Workspace::ready(&mut self.workspace, problem);
+        let Some(ws) = Workspace::ready(&mut self.workspace, problem) else {
+            return Report::begun(Status::Interrupted);
+        };
         if problem.network.is_shared() {
             // Among the threads of the pool, so that handing them work costs little.
             rayon::scope(|_| descend(ws, problem, state, stop))
@@ -321,14 +329,7 @@ fn descend(ws: &mut Workspace, problem: &mut Problem<'_>, state: &mut State, sto
     ws.settled_force = settled_force(problem, stop);
     ws.system.weigh(problem);
     let moving = problem.motion(state, &mut ws.motion);
-    let mut report = Report {
-        status: Status::Failed,
-        iterations: 0,
-        polish: 0,
-        factorisations: 0,
-        evaluations: 0,
-        residual: f64::INFINITY,
-    };
+    let mut report = Report::begun(Status::Failed);
     let mut mixed = false;
     let mut energy;
     if moving {

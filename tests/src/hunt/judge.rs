@@ -129,7 +129,7 @@ fn settles(scene: &Scene, end: &StepOutcome, judged: &mut Judged) {
     waiting.steps.push(Step { increments: 1, ..Step::default() });
     let (_, resumed) = run_keeping(&waiting, scene.steps.len(), None);
     let Some(resumed) = resumed else { return };
-    for (kind, iterations) in [("newton", 200), ("lbfgs", 2000)] {
+    for (kind, iterations) in [("newton", 200), ("lbfgs", 300)] {
         let minimiser = Minimiser { kind, tolerance: 1e-10, iterations };
         let tight = Scene { minimiser: Some(minimiser), ..waiting.clone() };
         let (ran, _) = run_keeping(&tight, usize::MAX, Some(resumed.clone()));
@@ -199,7 +199,7 @@ fn said_otherwise(scene: &Scene, end: &StepOutcome, judged: &mut Judged) {
         variants::scaled(scene, 1e3, 1e5),
         variants::reversed(scene, half),
         variants::with_stranger(scene),
-        variants::minimised(scene, Minimiser { kind: "lbfgs", tolerance: 1e-8, iterations: 2000 }),
+        variants::minimised(scene, Minimiser { kind: "lbfgs", tolerance: 1e-8, iterations: 300 }),
     ];
     for variant in variants {
         same(scene, end, &variant, judged);

@@ -184,6 +184,9 @@ impl Driver<'_, '_> {
         self.problem.update_held(&self.state);
         self.problem.place_held(&mut self.state);
         self.problem.note_overlaps(&self.state);
+        if self.problem.monitor.is_stopped() {
+            return Status::Interrupted;
+        }
         self.problem.gradient(&self.state, &mut self.certifier.gradient);
         let mut settle = Settle::new(&self.problem);
         settle.settle(&mut self.problem, &mut self.state, &self.certifier.gradient, 0.0);
