@@ -2,6 +2,7 @@
 
 pub mod growth;
 pub mod hunt;
+pub mod place;
 
 use std::path::{Path, PathBuf};
 use std::process::Command;

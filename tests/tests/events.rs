@@ -232,14 +232,12 @@ move = [{ constraint = "plug", turns = 2.7 }]
     assert!(off < 1e-9, "{off} rad short of what was asked for");
 }
 
-/// A cable bent into a U: three segments cannot follow it, forty can.
-#[test]
-fn a_mesh_that_is_too_coarse_for_a_bend_is_told() {
-    let u = |segments: usize| {
-        run(&format!(
-            r#"
+/// A cable of so many segments, 300 mm long, that nothing weighs down; `more` says how it is held.
+fn cable(segments: usize, more: &str) -> Run {
+    run(&format!(
+        r#"
 schema = 1
-name = "u"
+name = "cable"
 gravity = [0, 0, 0]
 [sections.cable]
 diameter = "6 mm"
@@ -254,22 +252,33 @@ to = "B"
 section = "cable"
 length = "300 mm"
 segments = {segments}
+{more}"#
+    ))
+}
+
+/// Bent into a U: two segments cannot follow it, forty can.
+#[test]
+fn a_mesh_that_is_too_coarse_for_a_bend_is_told() {
+    let u = |segments: usize| {
+        cable(
+            segments,
+            r#"
 [[constraints]]
 name = "left"
 kind = "connector"
-at = {{ end = "A" }}
+at = { end = "A" }
 position = [0, 0, 0]
 tangent = [0, 0, 1]
 up = [0, 1, 0]
 [[constraints]]
 name = "right"
 kind = "connector"
-at = {{ end = "B" }}
+at = { end = "B" }
 position = [0.1, 0, 0]
 tangent = [0, 0, -1]
 up = [0, 1, 0]
-"#
-        ))
+"#,
+        )
     };
     let coarse = u(2);
     let [told] = of(&coarse, EventKind::CoarseMesh)[..] else { panic!("{:?}", coarse.events) };
@@ -283,43 +292,28 @@ up = [0, 1, 0]
 #[test]
 fn what_stalls_at_half_a_turn_between_segments_says_that_the_mesh_is_too_coarse() {
     let curl = |segments: usize| {
-        run(&format!(
+        cable(
+            segments,
             r#"
-schema = 1
-name = "curl"
-gravity = [0, 0, 0]
-[sections.cable]
-diameter = "6 mm"
-linear_density = "50 g/m"
-axial_stiffness = 1e4
-bending_stiffness = 0.01
-torsion_stiffness = 0.008
-[[branches]]
-name = "cable"
-from = "A"
-to = "B"
-section = "cable"
-length = "300 mm"
-segments = {segments}
 curvature = [0, 5, 15]
 [[constraints]]
 name = "clamp"
 kind = "connector"
-at = {{ end = "A" }}
+at = { end = "A" }
 position = [0, 0, 0]
 tangent = [1, 0, 0]
 up = [0, 0, 1]
 [[loads]]
 name = "pull"
-at = {{ end = "B" }}
+at = { end = "B" }
 force = [-50, 0, 0]
 factor = 0
 [[steps]]
 name = "pull back"
 increments = 10
-load = [{{ load = "pull", factor = 1 }}]
-"#
-        ))
+load = [{ load = "pull", factor = 1 }]
+"#,
+        )
     };
     let coarse = curl(2);
     assert_eq!(coarse.status, Status::Stalled);

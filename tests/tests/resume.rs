@@ -1,16 +1,16 @@
 //! Interrupted runs: whatever stops one, it goes on to the same bits.
 
-use serde_json::Value;
 use std::fs;
-use std::path::{Path, PathBuf};
-use std::process::{Command, Stdio};
+use std::path::Path;
+use std::process::Stdio;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 use wireloom::core::{Monitor, Run, StepResult};
 use wireloom::scenario::Built;
 use wireloom::solve::checkpoint::{Checkpoint, Observer, Resumed};
 use wireloom::solve::{Control, Progress};
-use wireloom_tests::{program, root};
+use wireloom_tests::place::Place;
+use wireloom_tests::root;
 
 /// A cable that is drawn through a smooth ring and a rough one, lifted and let go; more than one checkpoint in each step.
 const RINGS: &str = r#"
@@ -237,54 +237,17 @@ fn a_checkpoint_of_another_network_does_not_fit() {
     assert!(!checkpoint.fits(&built(&rings(61, 1)).network));
 }
 
-/// A folder in which the program is run.
-struct Place(tempfile::TempDir);
-
-impl Place {
-    fn new(scenario: &str) -> Self {
-        let place = Self(tempfile::tempdir().expect("a folder"));
-        fs::write(place.path("s.toml"), scenario).expect("written");
-        place
-    }
-
-    fn path(&self, name: &str) -> PathBuf {
-        self.0.path().join(name)
-    }
-
-    fn command(&self, arguments: &[&str]) -> Command {
-        let mut command = Command::new(program());
-        command.args(arguments).current_dir(self.0.path());
-        command
-    }
-
-    /// Exit code, standard output and standard error.
-    fn run(&self, arguments: &[&str]) -> (i32, String, String) {
-        let output = self.command(arguments).output().expect("the program runs");
-        let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
-        (output.status.code().expect("a code"), text(&output.stdout), text(&output.stderr))
-    }
-
-    /// `result.json` without times.
-    fn result(&self, folder: &str) -> Value {
-        let text = fs::read_to_string(self.path(folder).join("result.json")).expect("a result");
-        let mut result: Value = serde_json::from_str(&text).expect("JSON");
-        for step in result["steps"].as_array_mut().expect("steps") {
-            step["minimiser"]["seconds"] = Value::Null;
-        }
-        result
-    }
-
-    fn series(&self, folder: &str) -> Vec<(String, Vec<u8>)> {
-        let entries = fs::read_dir(self.path(folder).join("vtk")).expect("a folder");
-        let mut files: Vec<_> = entries
-            .map(|entry| {
-                let path = entry.expect("an entry").path();
-                (path.file_name().expect("a name").to_string_lossy().into_owned(), fs::read(&path).expect("bytes"))
-            })
-            .collect();
-        files.sort();
-        files
-    }
+/// Names and bytes of the VTK files.
+fn series(place: &Place, folder: &str) -> Vec<(String, Vec<u8>)> {
+    let entries = fs::read_dir(place.path(folder).join("vtk")).expect("a folder");
+    let mut files: Vec<_> = entries
+        .map(|entry| {
+            let path = entry.expect("an entry").path();
+            (path.file_name().expect("a name").to_string_lossy().into_owned(), fs::read(&path).expect("bytes"))
+        })
+        .collect();
+    files.sort();
+    files
 }
 
 fn stamp(path: &Path) -> Option<std::time::SystemTime> {
@@ -296,7 +259,8 @@ fn stamp(path: &Path) -> Option<std::time::SystemTime> {
 fn killed_at_twenty_moments_the_result_is_the_same() {
     let scenario = rings(400, 400) + "[output]\nincrements = true\nvtk = true\nswept = \"6 mm\"\n";
     let place = Place::new(&scenario);
-    assert_eq!(place.run(&["run", "s.toml", "--out", "whole", "-q"]), (0, String::new(), String::new()));
+    let whole = place.run(&["run", "s.toml", "--out", "whole", "-q"]);
+    assert_eq!((whole.code, whole.out.as_str(), whole.err.as_str()), (Some(0), "", ""));
     let mut random = fastrand::Rng::with_seed(20);
     let standing = place.path("o/.wireloom/standing");
     let mut kills = 0;
@@ -318,11 +282,11 @@ fn killed_at_twenty_moments_the_result_is_the_same() {
     }
     assert!(kills >= 15, "the run is too short: {kills} kills");
     if place.path("o/.wireloom/origin").exists() {
-        let (code, out, err) = place.run(&["run", "--resume", "o", "-q"]);
-        assert_eq!((code, err.as_str()), (0, ""), "{out}");
+        let rest = place.run(&["run", "--resume", "o", "-q"]);
+        assert_eq!((rest.code, rest.err.as_str()), (Some(0), ""), "{}", rest.out);
     }
     assert!(place.result("o") == place.result("whole"));
-    assert!(place.series("o") == place.series("whole"));
+    assert!(series(&place, "o") == series(&place, "whole"));
     for file in ["harness.pvd", "swept.glb"] {
         assert!(
             fs::read(place.path("o").join(file)).unwrap() == fs::read(place.path("whole").join(file)).unwrap(),
@@ -340,11 +304,9 @@ fn killed_at_twenty_moments_the_result_is_the_same() {
 #[test]
 fn what_cannot_be_resumed_is_refused_with_the_reason() {
     let place = Place::new(&rings(400, 150));
-    let (code, _, err) = place.run(&["run", "--resume", "nowhere"]);
-    assert_eq!(code, 1);
-    assert!(err.contains("nothing to resume in nowhere"), "{err}");
+    place.run(&["run", "--resume", "nowhere"]).says(1, &["nothing to resume in nowhere"]);
     for wrong in [&["run", "s.toml", "--resume", "o"][..], &["run", "--resume", "o", "--minimiser", "newton"]] {
-        assert_eq!(place.run(wrong).0, 1);
+        assert_eq!(place.run(wrong).code, Some(1));
     }
     let mut child = place.command(&["run", "s.toml", "--out", "o"]).stdout(Stdio::null()).spawn().expect("runs");
     while !place.path("o/.wireloom/standing").exists() {
@@ -354,18 +316,14 @@ fn what_cannot_be_resumed_is_refused_with_the_reason() {
     child.kill().expect("killed");
     child.wait().expect("ended");
     fs::write(place.path("s.toml"), rings(400, 151)).expect("written");
-    let (code, _, err) = place.run(&["run", "--resume", "o"]);
-    assert_eq!(code, 1);
-    assert!(err.contains("s.toml has changed since the run was interrupted"), "{err}");
+    place.run(&["run", "--resume", "o"]).says(1, &["s.toml has changed since the run was interrupted"]);
     fs::write(place.path("s.toml"), rings(400, 150)).expect("written");
     let standing = place.path("o/.wireloom/standing");
     let bytes = fs::read(&standing).expect("bytes");
     fs::write(&standing, &bytes[..bytes.len() / 2]).expect("written");
-    let (code, _, err) = place.run(&["run", "--resume", "o"]);
-    assert_eq!(code, 3);
-    assert!(err.contains("o/.wireloom/standing: it is damaged"), "{err}");
+    place.run(&["run", "--resume", "o"]).says(3, &["o/.wireloom/standing: it is damaged"]);
     // A new run in the same folder begins anew, and leaves nothing of the old one.
     fs::write(place.path("s.toml"), rings(20, 1)).expect("written");
-    assert_eq!(place.run(&["run", "s.toml", "--out", "o"]).0, 0);
-    assert!(!standing.exists() && place.run(&["run", "--resume", "o"]).0 == 1);
+    assert_eq!(place.run(&["run", "s.toml", "--out", "o"]).code, Some(0));
+    assert!(!standing.exists() && place.run(&["run", "--resume", "o"]).code == Some(1));
 }

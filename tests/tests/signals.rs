@@ -1,18 +1,14 @@
 //! Signals to the program while it works: within an increment, a point of a sweep, a comparison; and what it says of itself meanwhile.
 #![cfg(unix)]
 
-use serde_json::Value;
 use std::fs;
 use std::io::{BufRead, BufReader, Read};
-use std::path::PathBuf;
-use std::process::{Child, Command, Stdio};
+use std::process::{Child, Command};
 use std::time::{Duration, Instant};
-use wireloom_tests::program;
+use wireloom_tests::place::{PATIENCE, Place};
 
 /// The program ends within 2 s of a signal, writing included; this is for machines that have a lot of other work.
 const LIMIT: Duration = Duration::from_secs(10);
-/// Longer than the program takes to get anywhere, on any machine.
-const PATIENCE: Duration = Duration::from_secs(120);
 
 /// A cable whose end is drawn along a way; `drawn` is one increment, which passes through every point of `way.csv`.
 const DRAWN: &str = r#"
@@ -57,43 +53,22 @@ carry = [{ what = ["plug-B"], path = "way.csv" }]
 /// What is done while nobody is patient enough for it to end.
 const ENDLESS: usize = 200_000;
 
-struct Place(tempfile::TempDir);
-
-impl Place {
-    /// With a way through so many points.
-    fn new(points: usize, more: &str) -> Self {
-        let place = Self(tempfile::tempdir().expect("a folder"));
-        let mut way = "t,x,y,z\n".to_owned();
-        for k in 0..=points {
-            let t = k as f64 / points as f64;
-            // Round in a small circle, which it never leaves.
-            let angle = 0.02 * k as f64;
-            way += &format!("{t},{},{},0\n", 0.55 + 0.05 * angle.cos(), 0.05 + 0.05 * angle.sin());
-        }
-        fs::write(place.path("way.csv"), way).expect("written");
-        fs::write(place.path("s.toml"), format!("{DRAWN}{more}")).expect("written");
-        place
+/// A folder with this scenario and a way through so many points.
+fn place(points: usize, more: &str) -> Place {
+    let place = Place::new(&format!("{DRAWN}{more}"));
+    let mut way = "t,x,y,z\n".to_owned();
+    for k in 0..=points {
+        let t = k as f64 / points as f64;
+        // Round in a small circle, which it never leaves.
+        let angle = 0.02 * k as f64;
+        way += &format!("{t},{},{},0\n", 0.55 + 0.05 * angle.cos(), 0.05 + 0.05 * angle.sin());
     }
+    place.file("way.csv", way);
+    place
+}
 
-    fn path(&self, name: &str) -> PathBuf {
-        self.0.path().join(name)
-    }
-
-    fn start(&self, arguments: &[&str]) -> Child {
-        let mut command = Command::new(program());
-        command.args(arguments).current_dir(self.0.path()).stdout(Stdio::piped()).stderr(Stdio::piped());
-        command.spawn().expect("the program runs")
-    }
-
-    /// The result in a folder without what depends on the clock.
-    fn result(&self, folder: &str) -> Value {
-        let text = fs::read_to_string(self.path(folder).join("result.json")).expect("a result");
-        let mut result: Value = serde_json::from_str(&text).expect("JSON");
-        for step in result["steps"].as_array_mut().expect("a list") {
-            step["minimiser"]["seconds"] = Value::Null;
-        }
-        result
-    }
+fn start(place: &Place, arguments: &[&str]) -> Child {
+    place.command(arguments).spawn().expect("the program runs")
 }
 
 fn wait_until(what: &str, mut there: impl FnMut() -> bool) {
@@ -124,8 +99,8 @@ fn end(mut child: Child, signal: &str) -> (Option<i32>, String) {
 #[test]
 fn a_signal_within_an_increment_ends_the_run_and_keeps_what_is_done() {
     for signal in ["-INT", "-TERM"] {
-        let place = Place::new(ENDLESS, "");
-        let child = place.start(&["run", "s.toml", "--out", "o"]);
+        let place = place(ENDLESS, "");
+        let child = start(&place, &["run", "s.toml", "--out", "o"]);
         let first = place.path("o/.wireloom/results/000001");
         wait_until("the first step never ended", || first.exists());
         std::thread::sleep(Duration::from_millis(300));
@@ -142,15 +117,15 @@ fn a_signal_within_an_increment_ends_the_run_and_keeps_what_is_done() {
 
 #[test]
 fn a_run_interrupted_within_an_increment_goes_on_to_the_same_bytes() {
-    let place = Place::new(400, "");
-    let whole = place.start(&["run", "s.toml", "--out", "whole"]).wait_with_output().expect("ended");
+    let place = place(400, "");
+    let whole = start(&place, &["run", "s.toml", "--out", "whole"]).wait_with_output().expect("ended");
     assert_eq!(whole.status.code(), Some(0), "{}", String::from_utf8_lossy(&whole.stderr));
-    let child = place.start(&["run", "s.toml", "--out", "o"]);
+    let child = start(&place, &["run", "s.toml", "--out", "o"]);
     let first = place.path("o/.wireloom/results/000001");
     wait_until("the first step never ended", || first.exists());
     assert_eq!(end(child, "-TERM").0, Some(2));
     assert_eq!(place.result("o")["steps"].as_array().map(Vec::len), Some(1), "what was not done is no part of it");
-    let resumed = place.start(&["run", "--resume", "o"]).wait_with_output().expect("ended");
+    let resumed = start(&place, &["run", "--resume", "o"]).wait_with_output().expect("ended");
     assert_eq!(resumed.status.code(), Some(0));
     assert!(place.result("o") == place.result("whole"));
 }
@@ -158,9 +133,9 @@ fn a_run_interrupted_within_an_increment_goes_on_to_the_same_bytes() {
 /// Nobody is left in silence, where there is no terminal either; but for those who want it.
 #[test]
 fn a_run_is_not_silent_for_long() {
-    let place = Place::new(ENDLESS, "");
-    let mut silent = place.start(&["run", "s.toml", "--out", "silent", "--quiet"]);
-    let mut child = place.start(&["run", "s.toml", "--out", "o"]);
+    let place = place(ENDLESS, "");
+    let mut silent = start(&place, &["run", "s.toml", "--out", "silent", "--quiet"]);
+    let mut child = start(&place, &["run", "s.toml", "--out", "o"]);
     let mut said = BufReader::new(child.stderr.take().expect("piped")).lines();
     let began = Instant::now();
     let told = |line: &String| line.contains("of 4 increments") && line.contains(" iterations, residual ");
@@ -176,10 +151,10 @@ fn a_run_is_not_silent_for_long() {
 
 #[test]
 fn a_comparison_that_is_interrupted_ends_with_code_2_and_what_is_done() {
-    let place = Place::new(ENDLESS, "");
+    let place = place(ENDLESS, "");
     let quick = DRAWN.split("[[steps]]").next().expect("what comes before the steps");
     fs::write(place.path("quick.toml"), quick).expect("written");
-    let mut child = place.start(&["compare", "quick.toml", "s.toml", "quick.toml"]);
+    let mut child = start(&place, &["compare", "quick.toml", "s.toml", "quick.toml"]);
     let mut said = BufReader::new(child.stderr.take().expect("piped")).lines();
     // It is at the second one.
     said.find(|line| line.as_ref().is_ok_and(|line| line.contains("of 4 increments")))
@@ -189,7 +164,7 @@ fn a_comparison_that_is_interrupted_ends_with_code_2_and_what_is_done() {
     assert_eq!(code, Some(2), "{out}");
     assert!(out.starts_with("interrupted: 1 of 3 runs came to their ends") && out.contains("converged"), "{out}");
     // Before anything is done there is nothing to be shown.
-    let mut child = place.start(&["compare", "s.toml", "quick.toml"]);
+    let mut child = start(&place, &["compare", "s.toml", "quick.toml"]);
     let mut said = BufReader::new(child.stderr.take().expect("piped")).lines();
     said.find(|line| line.as_ref().is_ok_and(|line| line.contains("of 4 increments")))
         .expect("it says so")
@@ -201,8 +176,8 @@ fn a_comparison_that_is_interrupted_ends_with_code_2_and_what_is_done() {
 #[test]
 fn a_sweep_that_is_interrupted_within_a_point_ends_with_code_2() {
     let vary = "\n[sweep.vary]\n\"branches.cable.length\" = { from = \"1 m\", to = \"1.01 m\", count = 2 }\n";
-    let place = Place::new(ENDLESS, vary);
-    let mut child = place.start(&["sweep", "s.toml", "--out", "o"]);
+    let place = place(ENDLESS, vary);
+    let mut child = start(&place, &["sweep", "s.toml", "--out", "o"]);
     let mut said = BufReader::new(child.stderr.take().expect("piped")).lines();
     let line = said.find(|line| line.as_ref().is_ok_and(|line| line.contains("of 2 points")));
     assert!(line.expect("it says so").expect("text").contains(" iterations"));

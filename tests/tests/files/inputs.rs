@@ -1,7 +1,8 @@
 //! Files that have no end, or keep their reader waiting: refused at once, whoever names them.
 
-use crate::{Place, cable, pipe};
+use crate::{cable, pipe};
 use std::fs::File;
+use wireloom_tests::place::Place;
 
 /// Bytes. A file of this size that has no blocks: it costs nothing but to who reads it.
 fn large(place: &Place, name: &str, megabytes: u64) {

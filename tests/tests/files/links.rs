@@ -1,7 +1,8 @@
 //! Working copies with planted links: nothing outside of the folder of the results is written or removed.
 
-use crate::{Place, SWEEP, cable, files, pipe};
+use crate::{SWEEP, cable, files, pipe};
 use std::fs;
+use wireloom_tests::place::Place;
 
 /// What must stay as it is.
 const SECRET: &str = "export PATH\n";

@@ -1,15 +1,16 @@
 //! Disks that are full, folders that may not be written to, readers that have gone: the right exit code and words, and nothing computed is lost.
 
-use crate::{Place, SWEEP, cable, ended, kill};
+use crate::{SWEEP, cable};
 use std::fs::{self, File};
 use std::io::{BufRead, BufReader};
 use std::os::unix::fs::PermissionsExt;
 use std::os::unix::process::CommandExt;
 use std::process::{Command, Stdio};
+use wireloom_tests::place::{Ended, Place, ended, kill};
 use wireloom_tests::program;
 
 /// A command of `sh`, which finds the program in `$P`.
-fn shell(place: &Place, script: &str) -> crate::Ended {
+fn shell(place: &Place, script: &str) -> Ended {
     let mut command = Command::new("sh");
     command.args(["-c", script]).env("P", program()).current_dir(place.path(""));
     command.stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped());
@@ -86,7 +87,7 @@ fn a_full_disk_stops_the_run_and_leaves_what_can_be_resumed() {
 }
 
 /// The program as somebody who may not do everything: for `root` no folder is read-only.
-fn unprivileged(place: &Place, arguments: &[&str]) -> crate::Ended {
+fn unprivileged(place: &Place, arguments: &[&str]) -> Ended {
     let mut command = place.command(arguments);
     if fs::metadata("/proc/self").is_ok_and(|own| std::os::unix::fs::MetadataExt::uid(&own) == 0) {
         /// Nobody in particular.
