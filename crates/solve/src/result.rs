@@ -73,11 +73,14 @@ pub fn branch(problem: &Problem<'_>, index: usize, state: &State, touching: &[bo
             result.moment[node] = coupling_moments[c];
         }
     }
-    // Edges are tangent to the centre line in their middle; nodes without a station lie beside it by ℓ² x″/24. What touches is the polygon: there
+    // Edges are tangent to the centre line in their middle (frames are not, where the cable shears); nodes without a station lie beside it by ℓ² x″/24. What touches is the polygon: there
     // it is what is drawn.
     let touching = &touching[branch.points.clone()];
     for node in (1..n).filter(|&node| mesh.station_frame(node).is_none() && !touching[node]) {
-        let tangent = |j: usize| columns(&segment_frame(j))[2];
+        let tangent = |j: usize| {
+            let edge = (shape.points[j + 1] - shape.points[j]) + (shape.carry[j + 1] - shape.carry[j]);
+            edge / shape.rest_lengths[j]
+        };
         let mean = 0.5 * (shape.rest_lengths[node - 1] + shape.rest_lengths[node]);
         result.position[node] += (tangent(node) - tangent(node - 1)) * (mean / 24.0);
     }
