@@ -1,7 +1,7 @@
 //! The length of the joint `cosserat`: what it does is the same on every mesh, and what closed forms say.
 
 use wireloom::core::equilibrium::StepResult;
-use wireloom::core::{Status, Vector};
+use wireloom::core::{EventKind, Status, Vector};
 use wireloom::solve::Control;
 
 /// Solves a scenario; the end of its last step.
@@ -186,4 +186,24 @@ fn every_model_takes_a_file_with_a_length() {
         let without = solved(&y_harness(&format!("model = \"{model}\""), 20));
         assert_eq!(apart(&with, &without), 0.0, "{model}");
     }
+}
+
+/// A joint through which few wires run takes nearly all the twist: where it would turn past half a turn, a turn would be lost, and the joint is what is
+/// named, not a number of segments.
+#[test]
+fn a_turn_that_would_be_lost_in_the_wires_of_a_joint_is_told() {
+    let joint = "wires = [{ between = [\"one\", \"two\"], share = 0.02 }]";
+    let end = "position = [0.7, 0, 0]\ntangent = [1, 0, 0]\nup = [0, 0, 1]";
+    let turned = |turns: f64| {
+        let step =
+            format!("[[steps]]\nname = \"turn\"\nincrements = 8\nmove = [{{ constraint = \"d\", turns = {turns} }}]\n");
+        let text = cable(Some(joint), [20, 20], "", end) + &step;
+        let (_, built) = wireloom::load(&text, &wireloom::registry()).expect("no faults");
+        wireloom::run(built, &mut |_, _| Control::Continue)
+    };
+    assert_eq!(turned(0.3).status, Status::Converged);
+    let run = turned(1.0);
+    assert_eq!(run.status, Status::Failed);
+    let lost = run.events.iter().find(|event| event.kind == EventKind::TwistLost).expect("an event");
+    assert!(lost.message.contains("at the joint with branch `two`: the wires that run"), "{lost:?}");
 }

@@ -200,30 +200,31 @@ impl LostTurns {
     /// fixing makes in the step.
     pub fn occurrences(&self, problem: &Problem<'_>, before: &State, asked: f64) -> Vec<Occurrence> {
         let network = problem.network;
-        // By branch or hand, with the place of the first of them.
-        let mut all: Vec<(EventPlace, Option<usize>, usize)> = Vec::new();
+        // By branch or hand, with the first of them.
+        let mut all: Vec<(EventPlace, &Coupled, usize)> = Vec::new();
         for &k in &self.lost {
-            let (place, branch) = match &self.coupled[k] {
+            let coupled = &self.coupled[k];
+            let place = match coupled {
                 Coupled::Along { branch, c } => {
                     let own = &network.branches[*branch];
                     let node = own.rod.mesh().coupling_nodes[*c];
-                    (EventPlace::branch(&own.name, before.arc_lengths(network, *branch)[node]), Some(*branch))
+                    EventPlace::branch(&own.name, before.arc_lengths(network, *branch)[node])
                 }
                 Coupled::Arms { arms: [(branch, _), _], s, .. } => {
-                    (EventPlace::branch(&network.branches[*branch].name, *s), Some(*branch))
+                    EventPlace::branch(&network.branches[*branch].name, *s)
                 }
-                Coupled::Hand { fixing } => (EventPlace::fixing(&network.fixings[*fixing].name), None),
+                Coupled::Hand { fixing } => EventPlace::fixing(&network.fixings[*fixing].name),
             };
             let thing = |place: &EventPlace| (place.branch.clone(), place.fixing.clone());
             match all.iter_mut().find(|(known, ..)| thing(known) == thing(&place)) {
                 Some((_, _, count)) => *count += 1,
-                None => all.push((place, branch, 1)),
+                None => all.push((place, coupled, 1)),
             }
         }
-        let occurrence = |(place, branch, count): (EventPlace, Option<usize>, usize)| {
+        let occurrence = |(place, coupled, count): (EventPlace, &Coupled, usize)| {
             let lost = if count == 1 { "a turn".to_owned() } else { format!("{count} turns") };
-            let message = match branch {
-                Some(branch) => {
+            let message = match *coupled {
+                Coupled::Along { branch, .. } => {
                     let own = &network.branches[branch];
                     let (segments, twist) =
                         (own.rod.mesh().segments(), result::twist_turns(before.branch(network, branch).frames));
@@ -233,7 +234,11 @@ impl LostTurns {
                          {twist:.1} turns and how it bends there, {needed:.0} may"
                     )
                 }
-                None => format!(
+                Coupled::Arms { arms: [_, (other, _)], .. } => format!(
+                    "{lost} of twist would be lost at the joint with branch `{}`: the wires that run from one to the other turned past half a turn",
+                    network.branches[other].name
+                ),
+                Coupled::Hand { .. } => format!(
                     "{lost} would be lost: its spring turned past half a turn, and cannot turn the cable as asked"
                 ),
             };

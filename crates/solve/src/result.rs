@@ -10,6 +10,7 @@ use wireloom_core::fixings::Exerted;
 use wireloom_core::network::{Branch, BranchEnd, Fixing, Joint, Place, Site, Span};
 use wireloom_core::obstacle::Obstacle;
 use wireloom_core::problem::{Problem, STATION_SHIFT, Variable};
+use wireloom_core::rod::BranchShape;
 use wireloom_core::rotation::{columns, twist_angle};
 use wireloom_core::{EventKind, EventPlace, Mounting, Pose, Rotation, State, Tangent, Vector};
 
@@ -77,12 +78,8 @@ pub fn branch(problem: &Problem<'_>, index: usize, state: &State, touching: &[bo
     // it is what is drawn.
     let touching = &touching[branch.points.clone()];
     for node in (1..n).filter(|&node| mesh.station_frame(node).is_none() && !touching[node]) {
-        let tangent = |j: usize| {
-            let edge = (shape.points[j + 1] - shape.points[j]) + (shape.carry[j + 1] - shape.carry[j]);
-            edge / shape.rest_lengths[j]
-        };
         let mean = 0.5 * (shape.rest_lengths[node - 1] + shape.rest_lengths[node]);
-        result.position[node] += (tangent(node) - tangent(node - 1)) * (mean / 24.0);
+        result.position[node] += (tangent(&shape, node) - tangent(&shape, node - 1)) * (mean / 24.0);
     }
     // Ends at a joint without stations have no coupling of the rod's own: there the moment is what the joint exerts, and frame and
     // curvature follow from it, or with two arms from how the other one continues this one.
@@ -141,6 +138,11 @@ pub fn branch(problem: &Problem<'_>, index: usize, state: &State, touching: &[bo
     result
 }
 
+/// x′ in the middle of segment `j`: its edge over its rest length.
+fn tangent(shape: &BranchShape<'_>, j: usize) -> Vector {
+    shape.edge(j) / shape.rest_lengths[j]
+}
+
 /// Total material twist of a branch with these frames, turns.
 pub(crate) fn twist_turns(frames: &[Rotation]) -> f64 {
     let angles = frames.windows(2).map(|pair| twist_angle(&(pair[0].inverse() * pair[1])));
@@ -185,9 +187,14 @@ fn joint_shift(problem: &Problem<'_>, joint: &Joint, state: &State) -> Vector {
         return Vector::zeros();
     }
     let mean = mean_rotation(others(joint, usize::MAX, state));
-    let bends = joint.arm_frames.iter().zip(&joint.arms).map(|(&c, arm)| {
-        let beyond_rest = columns(&state.frames[c])[2] - columns(&(mean * arm.rest))[2];
-        if arm.starts_here { beyond_rest } else { -beyond_rest }
+    let bends = joint.branches.iter().zip(&joint.arms).map(|(&branch, arm)| {
+        let shape = state.branch(problem.network, branch);
+        let at_rest = columns(&(mean * arm.rest))[2];
+        if arm.starts_here {
+            tangent(&shape, 0) - at_rest
+        } else {
+            at_rest - tangent(&shape, shape.rest_lengths.len() - 1)
+        }
     });
     bends.sum::<Vector>() * (mean_length(joint) / 24.0)
 }
