@@ -10,7 +10,6 @@ use wireloom_core::fixings::Exerted;
 use wireloom_core::network::{Branch, BranchEnd, Fixing, Joint, Place, Site, Span};
 use wireloom_core::obstacle::Obstacle;
 use wireloom_core::problem::{Problem, STATION_SHIFT, Variable};
-use wireloom_core::rod::BranchShape;
 use wireloom_core::rotation::{columns, twist_angle};
 use wireloom_core::{EventKind, EventPlace, Mounting, Pose, Rotation, State, Tangent, Vector};
 
@@ -78,8 +77,7 @@ pub fn branch(problem: &Problem<'_>, index: usize, state: &State, touching: &[bo
     // it is what is drawn.
     let touching = &touching[branch.points.clone()];
     for node in (1..n).filter(|&node| mesh.station_frame(node).is_none() && !touching[node]) {
-        let mean = 0.5 * (shape.rest_lengths[node - 1] + shape.rest_lengths[node]);
-        result.position[node] += (tangent(&shape, node) - tangent(&shape, node - 1)) * (mean / 24.0);
+        result.position[node] += drawn_beside(shape.edge(node - 1), shape.edge(node), Vector::zeros());
     }
     // Ends at a joint without stations have no coupling of the rod's own: there the moment is what the joint exerts, and frame and
     // curvature follow from it, or with two arms from how the other one continues this one.
@@ -138,9 +136,10 @@ pub fn branch(problem: &Problem<'_>, index: usize, state: &State, touching: &[bo
     result
 }
 
-/// x′ in the middle of segment `j`: its edge over its rest length.
-fn tangent(shape: &BranchShape<'_>, j: usize) -> Vector {
-    shape.edge(j) / shape.rest_lengths[j]
+/// `ℓ² x″/24` at a node between two edges, ℓ their mean length and ℓ x″ the change of their directions beyond that at rest.
+fn drawn_beside(before: Vector, after: Vector, at_rest: Vector) -> Vector {
+    let direction = |edge: &Vector| edge.try_normalize(0.0).unwrap_or_default();
+    (direction(&after) - direction(&before) - at_rest) * ((before.norm() + after.norm()) / 48.0)
 }
 
 /// Total material twist of a branch with these frames, turns.
@@ -187,16 +186,14 @@ fn joint_shift(problem: &Problem<'_>, joint: &Joint, state: &State) -> Vector {
         return Vector::zeros();
     }
     let mean = mean_rotation(others(joint, usize::MAX, state));
-    let bends = joint.branches.iter().zip(&joint.arms).map(|(&branch, arm)| {
-        let shape = state.branch(problem.network, branch);
-        let at_rest = columns(&(mean * arm.rest))[2];
-        if arm.starts_here {
-            tangent(&shape, 0) - at_rest
-        } else {
-            at_rest - tangent(&shape, shape.rest_lengths.len() - 1)
-        }
+    let [into, out] = [0, 1].map(|arm| {
+        let (arm, shape) = (&joint.arms[arm], state.branch(problem.network, joint.branches[arm]));
+        // Both as they leave the joint.
+        let (edge, sign) =
+            if arm.starts_here { (shape.edge(0), 1.0) } else { (shape.edge(shape.rest_lengths.len() - 1), -1.0) };
+        (edge * sign, columns(&(mean * arm.rest))[2] * sign)
     });
-    bends.sum::<Vector>() * (mean_length(joint) / 24.0)
+    drawn_beside(-into.0, out.0, into.1 + out.1)
 }
 
 /// Normalised sum of quaternions, signs aligned with the first: the mean of rotations that lie close together.

@@ -13,6 +13,8 @@ use wireloom::core::{Rotation, Vector};
 const BALANCE: f64 = 1e-3;
 /// Share of the internal forces, whatever the part's own scale is, for the tolerance of the solver may be relative to them.
 const OF_INTERNAL: f64 = 1e-5;
+/// The same of moments of the whole, where what is left at some hundred nodes adds up.
+const OF_MOMENTS: f64 = 3e-5;
 /// Share of EA that is round-off of strains.
 const ROUND_OFF: f64 = 1e-11;
 /// Share of a segment's weight that may hang at the other one of its nodes: of the discretisation.
@@ -235,7 +237,7 @@ impl Bench<'_> {
                 );
             }
             // Friction pushes at the surface, a radius beside what is drawn; that is in the moments of bodies.
-            let allowed = allowed * size + 1.5 * unsure + OF_INTERNAL * (moments + held * size);
+            let allowed = allowed * size + 1.5 * unsure + OF_MOMENTS * (moments + held * size);
             if all.moment.norm() > allowed {
                 let gap = all.moment.norm();
                 self.say(
@@ -541,7 +543,7 @@ impl Bench<'_> {
         }
         for joint in &self.scene.joints {
             weight -= joint.mass * self.gravity.dot(&self.position(Place::Vertex(joint.vertex)));
-            unsure += joint.mass * self.gravity.norm() * self.scene.length() / 24.0;
+            unsure += joint.mass * self.gravity.norm() * self.longest_segment(joint.vertex) / 12.0;
         }
         let loads = self.scene.loads.iter().map(|l| -self.factor(l) * l.force.dot(&self.position(l.at)));
         let load: f64 = loads.sum();

@@ -293,7 +293,12 @@ impl Grower {
         }
         let first = self.dice.pick(&ends);
         for &end in &ends {
-            let kind = if end == first { 0 } else { self.dice.0.usize(0..4) };
+            let kind = match () {
+                // What a joint has no frame for.
+                () if self.scene.joint(end).is_some() => 1,
+                () if end == first => 0,
+                () => self.dice.0.usize(0..4),
+            };
             let from_step = (end != first && !self.scene.steps.is_empty() && self.dice.chance(0.15))
                 .then(|| self.dice.0.usize(0..self.scene.steps.len()));
             let rest = self.poses[end];
