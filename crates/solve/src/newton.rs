@@ -99,10 +99,11 @@ impl Workspace {
     /// `None` where somebody asked to stop: of a large harness each pattern takes a while.
     fn new(problem: &Problem<'_>) -> Option<Self> {
         let network = problem.network;
-        let going = || (!problem.monitor.is_stopped()).then_some(());
-        let system = going().map(|()| System::new(problem))?;
-        let settle = going().map(|()| Settle::new(problem))?;
-        going()?;
+        let system = System::new(problem);
+        if problem.monitor.is_stopped() {
+            return None;
+        }
+        let settle = Settle::new(problem);
         Some(Self {
             network: network.id,
             system,
@@ -128,6 +129,9 @@ impl Workspace {
 
     /// The workspace for a problem; `None` as for [`Self::new`].
     fn ready<'w>(slot: &'w mut Option<Box<Self>>, problem: &Problem<'_>) -> Option<&'w mut Self> {
+        if problem.monitor.is_stopped() {
+            return None;
+        }
         if slot.as_ref().is_none_or(|ws| ws.network != problem.network.id) {
             *slot = Self::new(problem).map(Box::new);
         }

@@ -73,8 +73,8 @@ pub fn branch(problem: &Problem<'_>, index: usize, state: &State, touching: &[bo
             result.moment[node] = coupling_moments[c];
         }
     }
-    // Edges are tangent to the centre line in their middle (frames are not, where the cable shears); nodes without a station lie beside it by ℓ² x″/24. What touches is the polygon: there
-    // it is what is drawn.
+    // Edges are tangent to the centre line in their middle (frames are not, where the cable shears); nodes without a station lie beside
+    // it by ℓ² x″/24. What touches is the polygon: there it is what is drawn.
     let touching = &touching[branch.points.clone()];
     for node in (1..n).filter(|&node| mesh.station_frame(node).is_none() && !touching[node]) {
         result.position[node] += drawn_beside(shape.edge(node - 1), shape.edge(node), Vector::zeros());
