@@ -39,15 +39,13 @@ pub fn run(arguments: &RunArguments, out: &mut dyn Write) -> Result<Outcome, Fai
         None => Job::begin(arguments, &trust)?,
     };
     drop(bar);
-    if let Some(words) = size::foretell(&job.loaded.built.network, increments(&job.loaded.built))?
-        && !arguments.quiet
-    {
+    if let Some(words) = job.size.as_ref().filter(|_| !arguments.quiet) {
         // Who does not listen misses nothing that matters.
         let _ = writeln!(io::stderr(), "{words}");
     }
     let bar = Bar::new("bringing the fixings to their places", !arguments.quiet);
     let provenance = job.loaded.provenance();
-    let Job { loaded: Loaded { scenario, built, texts, plugins, .. }, folder, keeper, standing, resumed } = job;
+    let Job { loaded: Loaded { scenario, built, texts, plugins, .. }, folder, keeper, standing, resumed, .. } = job;
     let place = folder.path().to_path_buf();
     let steps: Vec<String> = built.schedule.steps.iter().map(|step| step.name.clone()).collect();
     let time_limit = wireloom::scenario::plugins(&texts[0].1).time_limit;
@@ -135,6 +133,8 @@ pub fn run(arguments: &RunArguments, out: &mut dyn Write) -> Result<Outcome, Fai
 /// All that a run needs.
 struct Job {
     loaded: Loaded,
+    /// What to expect of a large harness.
+    size: Option<String>,
     folder: Folder,
     keeper: Keeper,
     standing: Standing,
@@ -146,12 +146,14 @@ impl Job {
         let file = arguments.file.as_deref().unwrap_or(Path::new(""));
         let mut loaded = load::scenario(file, &settings(file, arguments, trust)?, trust)?;
         loaded.scenario.output.report |= arguments.report;
+        // What does not fit is refused before the results of a run before are cleared away.
+        let size = size::foretell(&loaded.built.network, increments(&loaded.built))?;
         let mut folder = folder(arguments.out.as_deref(), file)?;
         folder.clear()?;
         folder.has_room(bytes(&loaded))?;
         let origin = Origin::new(file, arguments, &loaded)?;
         let keeper = Keeper::begin(&folder, &origin)?;
-        Ok(Self { loaded, folder, keeper, standing: Standing::default(), resumed: None })
+        Ok(Self { loaded, size, folder, keeper, standing: Standing::default(), resumed: None })
     }
 
     fn resume(place: &Path, trust: &Trust) -> Result<Self, Failure> {
@@ -160,6 +162,7 @@ impl Job {
         let mut loaded = load::scenario(&origin.file, &origin.settings(), trust)?;
         loaded.scenario.output.report |= origin.report;
         origin.check(&loaded)?;
+        let size = size::foretell(&loaded.built.network, increments(&loaded.built))?;
         let (keeper, standing, resumed) = Keeper::resume(&folder)?;
         results::check(&folder, &standing.series)?;
         if resumed.as_ref().is_some_and(|resumed| !resumed.checkpoint.fits(&loaded.built.network)) {
@@ -168,7 +171,7 @@ impl Job {
                 place.display()
             )));
         }
-        Ok(Self { loaded, folder, keeper, standing, resumed })
+        Ok(Self { loaded, size, folder, keeper, standing, resumed })
     }
 }
 

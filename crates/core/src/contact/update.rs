@@ -152,12 +152,17 @@ impl Problem<'_> {
                 see(off / (SETTLED * largest), spot, against, Lack::Friction(off));
             }
         }
-        // Friction that still acts on a spot that has lost contact since its normal force was known: however small it is, nothing bears it.
-        let rubbing = marks.iter().filter_map(|mark| Some((mark, mark.grip.filter(|grip| grip.force > 0.0)?)));
-        let mut rubbing = rubbing.filter(|(mark, _)| self.friction(mark.against) > 0.0).peekable();
-        if rubbing.peek().is_some() {
-            let touching: BTreeSet<_> = found.iter().map(|contact| (contact.spot, contact.against)).collect();
-            for (mark, grip) in rubbing.filter(|(mark, _)| !touching.contains(&(mark.spot, mark.against))) {
+        // What has opened must not be left with a multiplier, λ/ρ in metres: the measure of complementarity `|max(c, −λ/ρ)|` (Birgin and Martínez
+        // 2014, Practical Augmented Lagrangian Methods). Residuals are measured by what pushes, and a large one would hide any of them.
+        let touching: BTreeSet<_> = found.iter().map(|contact| (contact.spot, contact.against)).collect();
+        for mark in marks.iter().filter(|mark| !touching.contains(&(mark.spot, mark.against))) {
+            let branch = self.contacts.branch_of(mark);
+            let reach = mark.multiplier / (self.contacts.penalties[branch] * mark.penalty);
+            let radius = 0.5 * self.network.branches[branch].section.diameter;
+            see(reach / (DEPTH * radius), mark.spot, mark.against, Lack::Depth(-reach));
+            // Friction that still acts there, by a normal force of before: however small it is, nothing bears it.
+            let grip = mark.grip.filter(|grip| grip.force > 0.0 && self.friction(mark.against) > 0.0);
+            if let Some(grip) = grip {
                 see(f64::INFINITY, mark.spot, mark.against, Lack::Friction(grip.force));
             }
         }
