@@ -80,7 +80,7 @@ impl Hold {
 
 /// What a constraint sees of the harness: m stations, and n nodes of its span; either may be none.
 #[derive(Clone, Copy, Debug)]
-pub struct Situation<'a> {
+pub struct ConstraintView<'a> {
     /// Pose of each station. One that needs no frame and has none is not turned.
     pub stations: &'a [Pose],
     /// Target of each station; see [`Constraint::target`]. Those of the second and further ones go along with the first as one rigid
@@ -103,14 +103,14 @@ pub struct Situation<'a> {
 /// A potential whose energy is the least possible at its targets makes that 0.
 pub trait Potential: Send + Sync {
     /// Energy, J.
-    fn energy(&self, at: &Situation<'_>) -> f64;
+    fn energy(&self, at: &ConstraintView<'_>) -> f64;
     /// First derivatives; returns the energy, J. `stations` has 2 m entries: ∂E/∂x (N) and ∂E/∂θ (N m) of each station; `span` has n:
     /// ∂E/∂x (N) of each node.
-    fn gradient(&self, at: &Situation<'_>, stations: &mut [Vector], span: &mut [Vector]) -> f64;
+    fn gradient(&self, at: &ConstraintView<'_>, stations: &mut [Vector], span: &mut [Vector]) -> f64;
     /// Second derivatives. `stations` is a 2 m × 2 m table of blocks, row by row, in the order of [`Self::gradient`], symmetric as a
     /// whole: block (2 a + 1, 2 b) is ∂²E/∂θ_a∂x_b. `span` has n blocks ∂²E/∂x²: the nodes are coupled neither with one another nor with
     /// stations.
-    fn hessian(&self, at: &Situation<'_>, stations: &mut [Matrix], span: &mut [Matrix]);
+    fn hessian(&self, at: &ConstraintView<'_>, stations: &mut [Matrix], span: &mut [Matrix]);
 }
 
 /// What a residual must be.
@@ -157,13 +157,13 @@ pub trait Equations: Send + Sync {
         Vec::new()
     }
     /// c.
-    fn residuals(&self, at: &Situation<'_>, c: &mut [f64]);
+    fn residuals(&self, at: &ConstraintView<'_>, c: &mut [f64]);
     /// c and J = ∂c/∂(x, θ). `stations` has a row of 2 m vectors for each residual of the stations: ∂c/∂x and ∂c/∂θ of each station;
     /// `span` has one vector for each residual of a node: ∂c/∂x of that node.
-    fn jacobian(&self, at: &Situation<'_>, c: &mut [f64], stations: &mut [Vector], span: &mut [Vector]);
+    fn jacobian(&self, at: &ConstraintView<'_>, c: &mut [f64], stations: &mut [Vector], span: &mut [Vector]);
     /// Σ w c″ over all residuals, in the places of [`Potential::hessian`]. Left at zero (as this does), second derivatives are those of
     /// Gauss and Newton, and it takes more iterations where a residual is curved.
-    fn curvature(&self, _at: &Situation<'_>, _w: &[f64], _stations: &mut [Matrix], _span: &mut [Matrix]) {}
+    fn curvature(&self, _at: &ConstraintView<'_>, _w: &[f64], _stations: &mut [Matrix], _span: &mut [Matrix]) {}
 }
 
 /// How a constraint acts.
@@ -198,8 +198,8 @@ pub trait Constraint: Send + Sync {
     fn objective(&self) -> bool {
         true
     }
-    /// The target that follows from the one the scenario gives (`base`) at a share of the step in which the constraint began to act; see
-    /// [`Situation::progress`].
+    /// The target that follows from the one the scenario gives (`base`) at a fraction of the step in which the constraint began to act; see
+    /// [`ConstraintView::progress`].
     fn target(&self, base: &Pose, _progress: f64) -> Pose {
         *base
     }
@@ -209,7 +209,7 @@ pub trait Constraint: Send + Sync {
     }
     /// Called once at the equilibrium that an increment ends in, never for one that is tried and taken back: what is remembered from
     /// here on. `memory` holds what was remembered before.
-    fn commit(&self, _at: &Situation<'_>, _memory: &mut [f64]) {}
+    fn commit(&self, _at: &ConstraintView<'_>, _memory: &mut [f64]) {}
     /// Why nothing it has said may be relied on any more, if so (a plugin that crashed or took too long); the run then ends.
     fn fault(&self) -> Option<String> {
         None
@@ -250,7 +250,7 @@ impl Default for Attaches {
     }
 }
 
-/// What a fixing bears. Beyond it the fixing still holds: the run says so, and the engineer judges.
+/// What a constraint bears. Beyond it the constraint still holds: the run says so, and the engineer judges.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Limits {
     /// Largest force it takes before it comes off, N.
@@ -261,7 +261,7 @@ pub struct Limits {
     pub insertion_force: Option<f64>,
 }
 
-/// The cable may run through a fixing: its place is fixed in space, not in the material.
+/// The cable may run through a constraint: its place is fixed in space, not in the material.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Slide {
     /// Coulomb coefficient: the axial force it takes is at most so many times the force across. 0 is smooth.

@@ -1,7 +1,7 @@
 //! What comes out: shapes, internal forces, reactions, energies, and how it was found. SI units.
 
 pub use crate::event::{Event, EventKind, EventPlace, Moment};
-use crate::minimiser::Status;
+use crate::status::Status;
 use crate::{Pose, Rotation, Vector};
 use serde::{Deserialize, Serialize};
 use std::fmt;
@@ -113,7 +113,7 @@ pub struct StepResult {
     pub branches: Vec<BranchResult>,
     /// Joints.
     pub joints: Vec<JointResult>,
-    /// Fixings that act.
+    /// Constraints that act.
     pub constraints: Vec<ConstraintResult>,
     /// Obstacles.
     pub obstacles: Vec<ObstacleResult>,
@@ -197,7 +197,7 @@ pub struct ObstacleResult {
     pub depth: f64,
 }
 
-/// One branch; vectors have one entry for each node. Where a fixing inside the branch makes force, moment and curvature
+/// One branch; vectors have one entry for each node. Where a constraint inside the branch makes force, moment and curvature
 /// jump, they are those of the side that is bent more tightly.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct BranchResult {
@@ -236,7 +236,7 @@ pub struct JointResult {
     pub orientation: Rotation,
 }
 
-/// One fixing: where it holds, and what it exerts on the harness.
+/// One constraint: where it holds, and what it exerts on the harness.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ConstraintResult {
     /// Name.
@@ -272,7 +272,7 @@ impl ConstraintResult {
     }
 }
 
-/// One of several stations of a fixing, and what it exerts there.
+/// One of several stations of a constraint, and what it exerts there.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct StationResult {
     /// Where it is, m.
@@ -283,7 +283,7 @@ pub struct StationResult {
     pub moment: Vector,
 }
 
-/// The span of a fixing, and what it exerts along it.
+/// The span of a constraint, and what it exerts along it.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct SpanResult {
     /// Branch.
@@ -298,20 +298,20 @@ pub struct SpanResult {
     pub largest_at: f64,
 }
 
-/// How the cable runs through a fixing.
+/// How the cable runs through a constraint.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct SlideResult {
     /// Branch.
     pub branch: String,
-    /// Unstressed arc length at the fixing, m.
+    /// Unstressed arc length at the constraint, m.
     pub arc_length: f64,
-    /// What the fixing exerts on the cable along it, towards larger s, N: friction, or a stop.
+    /// What the constraint exerts on the cable along it, towards larger s, N: friction, or a stop.
     pub axial_force: f64,
     /// What the cable does.
     pub motion: SlideMotion,
 }
 
-/// What a cable does in a fixing that slides.
+/// What a cable does in a constraint that slides.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum SlideMotion {
     /// It runs without friction.
@@ -320,7 +320,7 @@ pub enum SlideMotion {
     Stick,
     /// It runs against friction.
     Slip,
-    /// A joint or another fixing has come up against it.
+    /// A joint or another constraint has come up against it.
     Stopped,
 }
 
@@ -341,21 +341,21 @@ impl SlideMotion {
 pub enum OperationResult {
     /// A hand took hold.
     Grasp {
-        /// Name of the fixing.
+        /// Name of the constraint.
         constraint: String,
         /// Branch and arc length (m) where it did; none at a joint.
         place: Option<(String, f64)>,
     },
     /// Things were carried together.
     Carry {
-        /// Names of the fixings.
+        /// Names of the constraints.
         constraints: Vec<String>,
         /// Largest force that one of them took on the way, N.
         force: f64,
     },
     /// A connector was pushed home.
     Mate {
-        /// Name of the fixing.
+        /// Name of the constraint.
         constraint: String,
         /// Largest force along the direction of insertion that the hand needed in the push: what the cable held against it and
         /// what the connector itself takes, N; none before the push has begun.
@@ -365,7 +365,7 @@ pub enum OperationResult {
     },
     /// A clip closed.
     Clip {
-        /// Name of the fixing.
+        /// Name of the constraint.
         constraint: String,
         /// Branch and arc length (m) where it did; none at a joint.
         place: Option<(String, f64)>,
@@ -385,7 +385,7 @@ impl OperationResult {
         }
     }
 
-    /// Names of the fixings that take part.
+    /// Names of the constraints that take part.
     pub fn of(&self) -> &[String] {
         match self {
             OperationResult::Carry { constraints, .. } => constraints,

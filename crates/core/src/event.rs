@@ -10,26 +10,26 @@ pub enum EventKind {
     BendRadius,
     /// A branch is nearer to an obstacle than asked for; value and limit are distances from surface to surface, m.
     Clearance,
-    /// A fixing takes more force than it can; N.
-    FixingForce,
-    /// A fixing takes more moment than it can; N m.
-    FixingMoment,
+    /// A constraint takes more force than it can; N.
+    ConstraintForce,
+    /// A constraint takes more moment than it can; N m.
+    ConstraintMoment,
     /// A span is shorter than the distance it must bridge; value: that distance, m; limit: the span's length, m.
     Overstretched,
     /// Pushing a connector home takes more force than allowed; N.
     InsertionForce,
-    /// Fixings hold cables nearer to each other than they are thick; value and limit are distances between centre lines, m.
+    /// Constraints hold cables nearer to each other than they are thick; value and limit are distances between centre lines, m.
     Overlap,
     /// An equilibrium ceased to exist or to be stable, and the harness snapped to another one; value: the farthest that
     /// any point moved, m.
     Jump,
-    /// The cable slips through a fixing with friction; value: the friction, N.
+    /// The cable slips through a constraint with friction; value: the friction, N.
     Slip,
-    /// The cable sticks again in a fixing with friction in which it slipped; value: what friction holds, N.
+    /// The cable sticks again in a constraint with friction in which it slipped; value: what friction holds, N.
     Stick,
-    /// The cable ran out of a fixing it slides in: that no longer acts.
+    /// The cable ran out of a constraint it slides in: that no longer acts.
     LeftRing,
-    /// The cable cannot run on through a fixing: another one or a joint has come up against it; value: what that takes, N.
+    /// The cable cannot run on through a constraint: another one or a joint has come up against it; value: what that takes, N.
     SlideStop,
     /// An increment did not converge and was carried out in smaller parts; value: into how many.
     CutBack,
@@ -56,8 +56,8 @@ impl EventKind {
         EventKind::Overlap,
         EventKind::BendRadius,
         EventKind::Clearance,
-        EventKind::FixingForce,
-        EventKind::FixingMoment,
+        EventKind::ConstraintForce,
+        EventKind::ConstraintMoment,
         EventKind::InsertionForce,
         EventKind::LeftRing,
         EventKind::SlideStop,
@@ -71,8 +71,8 @@ impl EventKind {
         match self {
             EventKind::BendRadius => "bend-radius",
             EventKind::Clearance => "clearance",
-            EventKind::FixingForce => "fixing-force",
-            EventKind::FixingMoment => "fixing-moment",
+            EventKind::ConstraintForce => "fixing-force",
+            EventKind::ConstraintMoment => "fixing-moment",
             EventKind::Overstretched => "overstretched",
             EventKind::InsertionForce => "insertion-force",
             EventKind::Overlap => "overlap",
@@ -94,15 +94,15 @@ impl EventKind {
         match self {
             EventKind::BendRadius => "bent too tightly",
             EventKind::Clearance => "nearer than the required clearance",
-            EventKind::FixingForce => "fixing force above its limit",
-            EventKind::FixingMoment => "fixing moment above its limit",
+            EventKind::ConstraintForce => "constraint force above its limit",
+            EventKind::ConstraintMoment => "constraint moment above its limit",
             EventKind::Overstretched => "overstretched span",
             EventKind::InsertionForce => "insertion force above its limit",
             EventKind::Overlap => "cables held in each other",
             EventKind::Jump => "snapped to another equilibrium",
             EventKind::Slip => "slipped against friction",
             EventKind::Stick => "sticks again",
-            EventKind::LeftRing => "ran out of its fixing",
+            EventKind::LeftRing => "ran out of its constraint",
             EventKind::SlideStop => "sliding was stopped",
             EventKind::CutBack => "increment cut back",
             EventKind::NotConverged => "not converged",
@@ -125,12 +125,12 @@ impl EventKind {
             | EventKind::Overstretched
             | EventKind::Overlap
             | EventKind::Jump => "m",
-            EventKind::FixingForce
+            EventKind::ConstraintForce
             | EventKind::InsertionForce
             | EventKind::Slip
             | EventKind::Stick
             | EventKind::SlideStop => "N",
-            EventKind::FixingMoment => "N m",
+            EventKind::ConstraintMoment => "N m",
             EventKind::CoarseMesh => "rad",
             _ => "",
         }
@@ -149,8 +149,8 @@ impl EventKind {
 /// What it happened to; all empty: to the harness as a whole.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct EventPlace {
-    /// Name of the fixing.
-    pub fixing: Option<String>,
+    /// Name of the constraint.
+    pub constraint: Option<String>,
     /// Name of the obstacle.
     pub obstacle: Option<String>,
     /// Name of the branch.
@@ -160,9 +160,9 @@ pub struct EventPlace {
 }
 
 impl EventPlace {
-    /// A fixing.
-    pub fn fixing(name: &str) -> Self {
-        Self { fixing: Some(name.to_owned()), ..Self::default() }
+    /// A constraint.
+    pub fn constraint(name: &str) -> Self {
+        Self { constraint: Some(name.to_owned()), ..Self::default() }
     }
 
     /// A place on a branch.
@@ -171,11 +171,11 @@ impl EventPlace {
     }
 }
 
-/// "fixing `clip-1`", "branch `trunk` at s = 0.31 m", "harness".
+/// "constraint `clip-1`", "branch `trunk` at s = 0.31 m", "harness".
 impl fmt::Display for EventPlace {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let mut parts = Vec::new();
-        parts.extend(self.fixing.as_ref().map(|name| format!("fixing `{name}`")));
+        parts.extend(self.constraint.as_ref().map(|name| format!("constraint `{name}`")));
         parts.extend(self.obstacle.as_ref().map(|name| format!("obstacle `{name}`")));
         parts.extend(self.branch.as_ref().map(|name| match self.s {
             Some(s) => format!("branch `{name}` at s = {s:.4} m"),

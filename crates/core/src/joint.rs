@@ -24,7 +24,7 @@ pub struct Arm {
     pub curvature: Vector,
 }
 
-/// Which share of the wires of arm `from` passes to arm `to`.
+/// Which fraction of the wires of arm `from` passes to arm `to`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct WireShare {
     /// Index of the first arm.
@@ -32,7 +32,7 @@ pub struct WireShare {
     /// Index of the second arm.
     pub to: usize,
     /// Share, 0 to 1.
-    pub share: f64,
+    pub fraction: f64,
 }
 
 /// Everything a joint factory is told.

@@ -16,26 +16,29 @@
 
 use serde::{Deserialize, Serialize};
 
+pub mod conditions;
 pub mod constraint;
-pub mod contact;
 pub mod equilibrium;
 pub mod event;
-pub mod fixings;
 pub mod joint;
 pub mod law;
+mod mesh_motion;
 pub mod minimiser;
 pub mod monitor;
 pub mod network;
 pub mod obstacle;
+pub mod prescribed;
 pub mod problem;
 pub mod registry;
 pub mod rod;
 pub mod rotation;
 pub mod scales;
 pub mod section;
-pub mod sliding;
 pub mod state;
+pub mod status;
 pub mod steps;
+pub mod terms;
+pub mod variable;
 
 /// A vector of three numbers.
 pub type Vector = nalgebra::Vector3<f64>;
@@ -79,18 +82,20 @@ impl Pose {
     }
 }
 
+pub use conditions::{Conditions, System};
 pub use constraint::{
-    Action, Constraint, Equations, Hold, HoldWord, Limits, Potential, Relation, Residual, RotationHold, Situation,
+    Action, Constraint, ConstraintView, Equations, Hold, HoldWord, Limits, Potential, Relation, Residual, RotationHold,
     Slide,
 };
 pub use equilibrium::{Run, StepResult};
 pub use event::{Event, EventKind, EventPlace, Moment};
 pub use joint::{Arm, JointModel, Mounting};
-pub use minimiser::{Minimiser, Report, Status, Stop};
+pub use minimiser::{Minimiser, Report, Stop};
 pub use monitor::Monitor;
 pub use network::Network;
-pub use problem::{Conditions, Problem};
+pub use problem::Problem;
 pub use registry::{Parameter, Parameters, Quantity, Registry, Value};
 pub use rod::{BranchShape, RodSegment};
 pub use section::Section;
 pub use state::{State, Tangent};
+pub use status::Status;

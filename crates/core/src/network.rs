@@ -1,4 +1,4 @@
-//! The harness as a graph of branches, joints and fixings, and where each has its place in a [`crate::State`].
+//! The harness as a graph of branches, joints and constraints, and where each has its place in a [`crate::State`].
 
 use crate::constraint::{Action, Constraint, Limits, Residual, Slide};
 use crate::joint::{Arm, JointModel, Mounting};
@@ -84,14 +84,14 @@ pub struct Span {
     pub sites: Vec<Site>,
 }
 
-/// A fixing before it has its place in the network.
-pub struct FixingPlan {
+/// A constraint before it has its place in the network.
+pub struct ConstraintPlan {
     /// Name.
     pub name: String,
     /// Kind, as scenarios name it.
     pub kind: String,
-    /// The constraint.
-    pub constraint: Box<dyn Constraint>,
+    /// The model.
+    pub model: Box<dyn Constraint>,
     /// Its stations.
     pub stations: Vec<Place>,
     /// The nodes of a branch along which it acts.
@@ -145,7 +145,7 @@ pub struct Branch {
     pub start: BranchEnd,
     /// What hangs at its end.
     pub end: BranchEnd,
-    /// Whether its mesh may move along it, for a fixing slides on it or finds its place there.
+    /// Whether its mesh may move along it, for a constraint slides on it or finds its place there.
     pub mesh_moves: bool,
 }
 
@@ -179,7 +179,7 @@ pub struct Joint {
     pub arm_frames: Vec<usize>,
 }
 
-/// The place of a fixing or load in the state: a pose carried by independent variables.
+/// The place of a constraint or load in the state: a pose carried by independent variables.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Site {
     /// Index of the point.
@@ -190,14 +190,14 @@ pub struct Site {
     pub local: Pose,
 }
 
-/// A fixing in its place.
-pub struct Fixing {
+/// A constraint in its place.
+pub struct AttachedConstraint {
     /// Name.
     pub name: String,
     /// Kind.
     pub kind: String,
-    /// The constraint.
-    pub constraint: Box<dyn Constraint>,
+    /// The model.
+    pub model: Box<dyn Constraint>,
     /// Where it acts, as the scenario says: its first station, or where its span begins.
     pub place: Place,
     /// Where that is in the state.
@@ -228,7 +228,7 @@ pub struct Fixing {
     pub from_start: bool,
 }
 
-impl Fixing {
+impl AttachedConstraint {
     /// The node of the span to which a residual belongs that is none of the stations.
     pub(crate) fn node_of(&self, residual: usize) -> usize {
         let nodes = self.span.as_ref().map_or(1, |span| span.sites.len());
@@ -236,14 +236,14 @@ impl Fixing {
     }
 }
 
-/// Where the cable runs through a fixing.
+/// Where the cable runs through a constraint.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SlideSite {
-    /// Index of the fixing.
-    pub fixing: usize,
+    /// Index of the constraint.
+    pub constraint: usize,
     /// Index of the branch.
     pub branch: usize,
-    /// Node that stays at the fixing.
+    /// Node that stays at the constraint.
     pub node: usize,
     /// Coefficient of Coulomb friction.
     pub friction: f64,
@@ -295,9 +295,9 @@ pub struct Network {
     pub branches: Vec<Branch>,
     /// Joints.
     pub joints: Vec<Joint>,
-    /// Fixings of the whole scenario, whether they act from the start or are added later.
-    pub fixings: Vec<Fixing>,
-    /// The fixings that the cable runs through.
+    /// Constraints of the whole scenario, whether they act from the start or are added later.
+    pub constraints: Vec<AttachedConstraint>,
+    /// The constraints that the cable runs through.
     pub slides: Vec<SlideSite>,
     /// Dead loads.
     pub loads: Vec<Load>,
@@ -326,13 +326,13 @@ impl Network {
     /// Gives every part its place.
     ///
     /// # Panics
-    /// If indices of the plans do not exist, a fixing has neither station nor span, a place that needs a frame is no station, or the mesh of a
+    /// If indices of the plans do not exist, a constraint has neither station nor span, a place that needs a frame is no station, or the mesh of a
     /// rod has a station at a [`Mounting::Point`] joint or none at a free end or another joint: what the scenario's
     /// check has excluded.
     pub fn new(
         branches: Vec<BranchPlan>,
         joints: Vec<JointPlan>,
-        fixings: Vec<FixingPlan>,
+        constraints: Vec<ConstraintPlan>,
         loads: Vec<LoadPlan>,
     ) -> Self {
         let (mut points, mut frames) = (0, 0);
@@ -407,7 +407,7 @@ impl Network {
             id: next_id(),
             branches,
             joints: placed,
-            fixings: Vec::new(),
+            constraints: Vec::new(),
             slides: Vec::new(),
             loads: Vec::new(),
             ties,
@@ -416,8 +416,8 @@ impl Network {
             points,
             frames,
         };
-        for plan in fixings {
-            network.add_fixing(plan);
+        for plan in constraints {
+            network.add_constraint(plan);
         }
         network.loads = loads
             .into_iter()
@@ -436,11 +436,11 @@ impl Network {
         network
     }
 
-    /// Gives a fixing its place.
+    /// Gives a constraint its place.
     ///
     /// # Panics
     /// If its indices do not exist, or it has neither station nor span.
-    pub fn add_fixing(&mut self, plan: FixingPlan) {
+    pub fn add_constraint(&mut self, plan: ConstraintPlan) {
         let span = plan.span.map(|NodeRange { branch, nodes }| {
             let start = self.branches[branch].points.start;
             let sites = nodes.clone().map(|node| self.site(Place::Node { branch, node })).collect();
@@ -451,15 +451,15 @@ impl Network {
             node: span.points.start - self.branches[span.branch].points.start,
         };
         let place = plan.stations.first().copied().or_else(|| span.as_ref().map(begin));
-        let place = place.expect("a fixing has a station or a span");
+        let place = place.expect("a constraint has a station or a span");
         let (mut residuals, mut of_stations) = (Vec::new(), 0);
-        if let Action::Equations(equations) = plan.constraint.action() {
+        if let Action::Equations(equations) = plan.model.action() {
             residuals = equations.of_stations();
             of_stations = residuals.len();
             let nodes = span.iter().flat_map(|span| &span.sites);
             residuals.extend(nodes.flat_map(|_| equations.of_each_node()));
         }
-        let fixing = Fixing {
+        let constraint = AttachedConstraint {
             place,
             site: self.site(place),
             stations: plan.stations.iter().map(|&place| self.site(place)).collect(),
@@ -469,7 +469,7 @@ impl Network {
             of_stations,
             name: plan.name,
             kind: plan.kind,
-            constraint: plan.constraint,
+            model: plan.model,
             position: plan.position,
             tangent: plan.tangent,
             orientation: plan.orientation,
@@ -478,14 +478,14 @@ impl Network {
             nearest: plan.nearest,
             from_start: plan.from_start,
         };
-        if let (Some(slide), Place::Node { branch, node }) = (fixing.slide, place) {
+        if let (Some(slide), Place::Node { branch, node }) = (constraint.slide, place) {
             self.branches[branch].mesh_moves = true;
-            self.slides.push(SlideSite { fixing: self.fixings.len(), branch, node, friction: slide.friction });
+            self.slides.push(SlideSite { constraint: self.constraints.len(), branch, node, friction: slide.friction });
         }
-        if let (true, Place::Node { branch, .. }) = (fixing.nearest, place) {
+        if let (true, Place::Node { branch, .. }) = (constraint.nearest, place) {
             self.branches[branch].mesh_moves = true;
         }
-        self.fixings.push(fixing);
+        self.constraints.push(constraint);
     }
 
     /// The independent point and frame that carry a place.

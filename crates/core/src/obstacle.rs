@@ -38,7 +38,7 @@ pub trait Shape: Send + Sync {
     /// The nearest place of every part of the surface that is nearer than `reach` to `x` and not hidden behind another one, in order of the
     /// parts. Nearest places inside the body count, too.
     fn touches(&self, x: &Vector, reach: f64, see: &mut dyn FnMut(Touch));
-    /// The first share, 0 to 1, of the straight way between two points at which it goes through the surface, from outside or inside.
+    /// The first fraction, 0 to 1, of the straight way between two points at which it goes through the surface, from outside or inside.
     fn crossing(&self, from: &Vector, to: &Vector) -> Option<f64>;
     /// The surface as triangles, `size` (m) being how far a body without end is drawn.
     fn surface(&self, size: f64) -> Surface;

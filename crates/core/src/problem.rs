@@ -1,160 +1,99 @@
-//! The function to be minimised: energy, gradient and Hessian of a network under conditions, and which
-//! freedoms the fixings leave.
+//! The function to be minimised: the energy of a network under conditions, as the sum of its [`crate::terms`].
 
-use crate::constraint::{Action, RotationHold};
-use crate::contact::{Against, ContactState, Contacts};
-use crate::equilibrium::Energy;
-use crate::fixings::{Block, Exerted, FixingState, Room};
-use crate::network::WORTHWHILE;
-use crate::rod::{BranchHessian, BranchShape};
-use crate::rotation::{columns, nearer_sign, shortest};
-use crate::scales::{LocalScale, LocalScales, rigidity};
-use crate::sliding::{ActiveSlide, LengthTerms, Sliding};
-use crate::{Matrix, Monitor, Network, Pose, Rotation, State, Tangent, Vector};
-use serde::{Deserialize, Serialize};
-
-/// Share of the weight of a segment beside a station that its other node carries for it: of what the staggered scheme
-/// differs from the rod, that takes out the boundary term `−(ℓ²/24) [ρ g·t]` of each span.
-pub const STATION_SHIFT: f64 = 1.0 / 24.0;
-
-/// What acts on the harness at one moment.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Conditions {
-    /// Gravity, m/s².
-    pub gravity: Vector,
-    /// Factor of each load.
-    pub load_factors: Vec<f64>,
-    /// Which fixings act.
-    pub active: Vec<bool>,
-    /// Where each fixing holds (or pulls) its first station.
-    pub targets: Vec<Pose>,
-    /// What each fixing carries along.
-    pub fixings: Vec<FixingState>,
-    /// How each fixing of [`Network::slides`] slides, while it acts.
-    pub sliding: Vec<Sliding>,
-    /// Where obstacles stand, and what touches them.
-    pub contact: ContactState,
-}
-
-/// An independent variable: three numbers of a [`Tangent`].
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Variable {
-    /// Position of a point.
-    Point(usize),
-    /// Rotation of a frame.
-    Frame(usize),
-}
-
-/// A variable of which some or all directions are prescribed.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Held {
-    /// The variable.
-    pub variable: Variable,
-    /// Orthonormal columns: world axes for points, body axes for frames. The held directions come first.
-    pub basis: Matrix,
-    /// For each held direction (so many are held) the fixing that holds it.
-    pub fixing: [usize; 3],
-    /// How many of the basis' directions are held.
-    pub count: usize,
-}
+use crate::conditions::{Conditions, ConstraintState, ContactPoint, ContactRecord, FrictionAnchor, Sliding, System};
+use crate::constraint::Action;
+use crate::equilibrium::{Energy, PartFamily, SlideResult};
+use crate::prescribed::{Held, Prescribed};
+use crate::rod::BranchHessian;
+use crate::rotation::{columns, lever_hessian};
+use crate::scales::{ENERGY_NOISE, LocalScale, LocalScales, Scales, rigidity};
+use crate::terms::constraints::{ConstraintResidual, ConstraintTerm, Convex, Reaction};
+use crate::terms::contact::{Contact, ContactTerm, ContactViolation, HeldOverlap, ObstacleLoad, Penetration};
+use crate::terms::friction::{Anchoring, FrictionTerm};
+use crate::terms::gravity;
+use crate::terms::joints::JointTerm;
+use crate::terms::loads::LoadTerm;
+use crate::terms::rods::RodTerm;
+use crate::terms::sliding::{SlideHessian, SlideStop, SlidingTerm};
+use crate::variable::{Block, Variable};
+use crate::{Matrix, Monitor, Network, Pose, State, Tangent, Vector};
 
 /// Second derivatives of the elastic energy, part by part, as [`Problem::hessian`] fills them.
 pub struct Hessian {
-    /// Each branch.
+    /// Of each branch.
     pub branches: Vec<BranchHessian>,
-    /// For each joint with energy the k × k table of [`crate::JointModel::add_hessian`].
+    /// Of each joint with energy the k × k table of [`crate::JointModel::add_hessian`].
     pub joints: Vec<Vec<Matrix>>,
-    /// Of all fixings that pull or set equations; see [`Problem::fixing_hessian`].
-    pub fixings: Vec<Block>,
-    /// For each tie the second derivative in the rotation of its hub.
+    /// Of contact, friction, and the constraints that pull or set equations; see [`Problem::hessian_blocks`].
+    pub blocks: Vec<Block>,
+    /// Of each tie, in the rotation of its hub.
     pub ties: Vec<Matrix>,
 }
 
 impl Hessian {
-    /// Room for the Hessian of a network.
+    /// All zero.
     pub fn new(network: &Network) -> Self {
         Self {
             branches: network.branches.iter().map(|b| BranchHessian::new(b.rod.mesh())).collect(),
             joints: network.joints.iter().map(|j| vec![Matrix::zeros(); j.arm_frames.len().pow(2)]).collect(),
-            fixings: Vec::new(),
+            blocks: Vec::new(),
             ties: vec![Matrix::zeros(); network.ties.len()],
         }
     }
 }
 
-/// A network under conditions.
+/// A network under conditions: the sum of the terms of its energy, in the variables that constraints leave free.
 pub struct Problem<'n> {
     /// The harness.
     pub network: &'n Network,
-    /// Through it others may stop what works on the problem.
+    /// Through it others may stop the solver.
     pub monitor: Monitor,
-    pub(crate) conditions: Conditions,
-    /// Dead force at every point, N; without the weight of branches whose mesh may move along them.
-    dead: Vec<Vector>,
-    /// The fixings that slide, and act.
-    pub(crate) slides: Vec<ActiveSlide>,
-    /// Scratch.
-    pub(crate) length_terms: LengthTerms,
-    /// Dead moment (world) by independent frame, N m.
-    dead_moments: Vec<(usize, Vector)>,
-    /// Share of the dead moments that acts.
-    moment_share: f64,
-    held: Vec<Held>,
-    /// Curvature that was drawn beyond that at rest, by first frame of each coupling, 1/m; empty where none is held.
-    drawn: Vec<Vector>,
-    /// The share of it that counts as rest curvature.
-    extra_curvature: Vec<Vector>,
+    conditions: Conditions,
+    rods: RodTerm,
+    joints: JointTerm,
+    constraints: ConstraintTerm,
+    sliding: SlidingTerm,
+    contact: ContactTerm,
+    friction: FrictionTerm,
+    loads: LoadTerm,
+    prescribed: Prescribed,
     /// Force at each tied point in the last gradient, N, world.
     tie_forces: Vec<Vector>,
-    /// Scratch: energies of the branches, frames and gradients of the arms of a joint.
-    energies: Vec<f64>,
-    arm_frames: Vec<Rotation>,
-    arm_gradients: Vec<Vector>,
-    pub(crate) fixing_room: Room,
-    /// ρ per unit of penalty of a residual whose scale is 1, J.
-    pub(crate) penalty_unit: f64,
-    /// A fixing that has said what is not finite of a harness that is.
-    pub(crate) odd: Option<usize>,
-    pub(crate) contacts: Contacts,
     /// Scales of the branches without weight and contact.
-    pub(crate) rigidity: Vec<LocalScale>,
-    pub(crate) local: LocalScales,
-    /// What the energy was summed up from in the last gradient, each part without its sign, J.
-    pub(crate) magnitude: f64,
+    rigidity: Vec<LocalScale>,
+    scales: LocalScales,
+    /// Sum of the parts of the energy in the last gradient, each without its sign, J.
+    magnitude: f64,
 }
 
 impl<'n> Problem<'n> {
     /// A network under conditions.
     pub fn new(network: &'n Network, conditions: Conditions) -> Self {
-        let arms = network.joints.iter().map(|j| j.arm_frames.len()).max().unwrap_or(0);
-        let contacts = Contacts::new(network, &conditions);
         let mut problem = Self {
             network,
             monitor: Monitor::default(),
+            rods: RodTerm::new(network),
+            joints: JointTerm::new(network),
+            constraints: ConstraintTerm::default(),
+            sliding: SlidingTerm::default(),
+            contact: ContactTerm::new(network, &conditions),
+            friction: FrictionTerm::default(),
+            loads: LoadTerm::new(network),
+            prescribed: Prescribed::default(),
             conditions,
-            contacts,
-            dead: vec![Vector::zeros(); network.points],
-            slides: Vec::new(),
-            length_terms: LengthTerms::default(),
-            dead_moments: Vec::with_capacity(network.loads.len()),
-            moment_share: 1.0,
-            held: Vec::new(),
-            drawn: Vec::new(),
-            extra_curvature: Vec::new(),
             tie_forces: vec![Vector::zeros(); network.ties.len()],
-            energies: vec![0.0; network.branches.len()],
-            arm_frames: Vec::with_capacity(arms),
-            arm_gradients: vec![Vector::zeros(); arms],
-            fixing_room: Room::default(),
-            penalty_unit: 0.0,
-            odd: None,
             rigidity: rigidity(network),
-            local: LocalScales::default(),
+            scales: LocalScales::default(),
             magnitude: 0.0,
         };
-        problem.lump_dead_loads();
-        problem.find_slides();
+        problem.update_loads();
+        problem.sliding.update(System { network, conditions: &problem.conditions });
         problem
+    }
+
+    /// The network and its conditions.
+    pub fn system(&self) -> System<'_> {
+        System { network: self.network, conditions: &self.conditions }
     }
 
     /// The conditions.
@@ -162,520 +101,579 @@ impl<'n> Problem<'n> {
         &self.conditions
     }
 
-    /// Changes what acts; see [`Self::set_target`] for the cheap way to move a fixing.
+    /// Changes what acts; see [`Self::set_target`] for the cheap way to move a constraint.
     pub fn change(&mut self, change: impl FnOnce(&mut Conditions)) {
         change(&mut self.conditions);
-        self.lump_dead_loads();
-        self.find_slides();
+        self.update_loads();
+        self.sliding.update(System { network: self.network, conditions: &self.conditions });
     }
 
-    /// Dead force at every point of the state, N: weight and loads; of points that ride on a joint, too. Without the weight of branches
-    /// whose mesh may move along them.
-    pub fn dead_forces(&self) -> &[Vector] {
-        &self.dead
-    }
-
-    /// What is added to the rest curvature, by first frame of each coupling, 1/m; empty: nothing.
-    pub fn extra_curvature(&self) -> &[Vector] {
-        &self.extra_curvature
-    }
-
-    /// How a fixing that slides (index in [`Network::slides`]) does so from now on.
-    pub fn set_sliding(&mut self, slide: usize, sliding: Sliding) {
-        self.conditions.sliding[slide] = sliding;
-    }
-
-    /// Gravity lumped at nodes and dead loads.
-    fn lump_dead_loads(&mut self) {
-        let mut dead = std::mem::take(&mut self.dead);
-        dead.fill(Vector::zeros());
-        for (b, branch) in self.network.branches.iter().enumerate().filter(|(_, branch)| !branch.mesh_moves) {
-            self.for_weights(b, &branch.rod.mesh().rest_lengths, |point, force| dead[point] += force);
-        }
-        self.dead = dead;
-        self.dead_moments.clear();
-        let g = self.conditions.gravity;
-        for joint in &self.network.joints {
-            self.dead[joint.point] += g * joint.mass;
-        }
-        for (load, factor) in self.network.loads.iter().zip(&self.conditions.load_factors) {
-            self.dead[load.point] += load.force * *factor;
-            let moment = load.moment * (*factor * self.moment_share);
-            if let Some(frame) = load.site.frame
-                && moment != Vector::zeros()
-            {
-                self.dead_moments.push((frame, moment));
-            }
-        }
+    fn update_loads(&mut self) {
+        self.loads.update(System { network: self.network, conditions: &self.conditions });
         let scales = self.scales();
-        self.penalty_unit = scales.force * scales.length;
+        self.constraints.penalty_unit = scales.force * scales.length;
     }
+}
 
-    /// Takes the curvature and twist that the branches have at `state` for their rest curvature, until
-    /// [`Self::set_drawn_share`] takes it away again: from what was drawn, small steps then lead to the harness as it is.
-    pub fn hold_drawn_shape(&mut self, state: &State) {
-        self.drawn = vec![Vector::zeros(); self.network.frames];
-        for branch in &self.network.branches {
-            for c in 0..branch.rod.mesh().coupling_lengths.len() {
-                let lambda = &state.coupling_lengths[branch.frames.start + c];
-                let frames = &state.frames[branch.frames.start + c..];
-                let now = (frames[0].inverse() * frames[1]).scaled_axis();
-                let rest = branch.rod.rest_rotation(c).scaled_axis();
-                self.drawn[branch.frames.start + c] = (now - rest) / *lambda;
-            }
-        }
-        self.extra_curvature.clone_from(&self.drawn);
-    }
-
-    /// Share of the drawn curvature that counts as rest curvature, 1 to 0; at 0 it is forgotten.
-    pub fn set_drawn_share(&mut self, share: f64) {
-        if share == 0.0 {
-            self.drawn.clear();
-            self.extra_curvature.clear();
-        }
-        for (extra, drawn) in self.extra_curvature.iter_mut().zip(&self.drawn) {
-            *extra = drawn * share;
-        }
-    }
-
-    /// The shape of one branch.
-    #[inline]
-    pub(crate) fn shape<'s>(&'s self, state: &'s State, branch: usize) -> BranchShape<'s> {
-        let frames = self.network.branches[branch].frames.clone();
-        BranchShape {
-            extra_curvature: self.extra_curvature.get(frames).unwrap_or_default(),
-            ..state.branch(self.network, branch)
-        }
-    }
-
+/// The sum of the terms.
+impl Problem<'_> {
     /// Energy by effect, J.
     pub fn energy(&mut self, state: &State) -> Energy {
+        let system = System { network: self.network, conditions: &self.conditions };
         let mut energy = Energy::default();
-        for b in 0..self.network.branches.len() {
-            let rod = self.network.branches[b].rod.energy(&self.shape(state, b));
-            energy.stretch += rod.stretch;
-            energy.shear += rod.shear;
-            energy.bend += rod.bend;
-            energy.twist += rod.twist;
-        }
-        for joint in &self.network.joints {
-            self.arm_frames.clear();
-            self.arm_frames.extend(joint.arm_frames.iter().map(|&c| state.frames[c]));
-            energy.joint += joint.model.energy(&self.arm_frames);
-        }
-        for (load, factor) in self.network.loads.iter().zip(&self.conditions.load_factors) {
-            energy.load -= factor * load.force.dot(&state.points[load.point]);
-        }
-        let dead: f64 = self.dead.iter().zip(&state.points).map(|(f, x)| -f.dot(x)).sum();
-        energy.gravity = dead - energy.load;
-        self.for_moving_weights(state, |point, force| energy.gravity -= force.dot(&state.points[point]));
-        energy.constraint = self.fixing_energy(state) + self.find_contacts(state);
+        self.rods.energy(self.network, state, &mut energy);
+        energy.joint = self.joints.energy(self.network, state);
+        energy.load = self.loads.energy(system, state);
+        energy.gravity = self.loads.energy_with_weight(state) - energy.load;
+        gravity::moving_weights(system, state, |point, force| energy.gravity -= force.dot(&state.points[point]));
+        energy.constraint = self.constraints.energy(system, state) + self.contact_energy(state);
         energy
     }
 
-    /// The weight of branches whose mesh may move along them, as it is lumped at `state`.
-    fn for_moving_weights(&self, state: &State, mut add: impl FnMut(usize, Vector)) {
-        for (b, _) in self.network.branches.iter().enumerate().filter(|(_, branch)| branch.mesh_moves) {
-            self.for_weights(b, state.branch(self.network, b).rest_lengths, &mut add);
+    /// Energy of contact and friction, J.
+    fn contact_energy(&mut self, state: &State) -> f64 {
+        if self.contact.is_idle() {
+            return 0.0;
         }
+        let system = System { network: self.network, conditions: &self.conditions };
+        self.contact.energy(system, state) + self.friction.energy(&self.contact, system, state)
     }
 
     /// ∂E/∂x (N), ∂E/∂θ (N m) and ∂E/∂s (N) in the independent variables (tied entries are zero), held ones included: there
-    /// it is what the fixing exerts on the harness. Returns the energy, J; dead moments do no work in it.
+    /// it is the reaction of the constraint. Returns the energy, J; dead moments have none.
     pub fn gradient(&mut self, state: &State, gradient: &mut Tangent) -> f64 {
-        let mut energy = 0.0;
-        for joint in &self.network.joints {
+        let network = self.network;
+        let system = System { network, conditions: &self.conditions };
+        for joint in &network.joints {
             gradient.points[joint.point] = Vector::zeros();
             if let Some(frame) = joint.frame {
                 gradient.frames[frame] = Vector::zeros();
             }
         }
-        let mut energies = std::mem::take(&mut self.energies);
-        self.branch_gradients(state, 0, &mut energies, &mut gradient.points, &mut gradient.frames);
-        // In this order, whoever was done first: the sum is the same for any number of threads.
-        energy += energies.iter().sum::<f64>();
-        self.energies = energies;
+        let mut energy = self.rods.gradient(network, state, gradient);
         let mut magnitude = energy;
-        for ((g, x), f) in gradient.points.iter_mut().zip(&state.points).zip(&self.dead) {
-            *g -= f;
-            let work = f.dot(x);
-            energy -= work;
-            magnitude += work.abs();
-        }
-        self.for_moving_weights(state, |point, force| {
+        self.loads.force_gradient(state, gradient, &mut energy, &mut magnitude);
+        gravity::moving_weights(system, state, |point, force| {
             gradient.points[point] -= force;
             let work = force.dot(&state.points[point]);
             energy -= work;
             magnitude += work.abs();
         });
-        if !self.network.slides.is_empty() {
-            energy += self.slide_gradient(state, gradient);
+        if !network.slides.is_empty() {
+            energy += self.sliding.gradient(system, &self.rods, state, gradient);
         }
-        for (frame, moment) in &self.dead_moments {
-            gradient.frames[*frame] -= state.frames[*frame].inverse_transform_vector(moment);
+        self.loads.moment_gradient(state, gradient);
+        self.joints.gradient(network, state, gradient, &mut energy);
+        if !self.contact.is_idle() {
+            let contact = self.contact.gradient(system, state, gradient);
+            energy += contact + self.friction.gradient(&self.contact, system, state, gradient);
         }
-        for joint in &self.network.joints {
-            if joint.arm_frames.is_empty() {
-                continue;
-            }
-            self.arm_frames.clear();
-            self.arm_frames.extend(joint.arm_frames.iter().map(|&c| state.frames[c]));
-            let arms = &mut self.arm_gradients[..joint.arm_frames.len()];
-            arms.fill(Vector::zeros());
-            energy += joint.model.add_gradient(&self.arm_frames, arms);
-            for (&c, g) in joint.arm_frames.iter().zip(arms) {
-                gradient.frames[c] += *g;
-            }
-        }
-        energy += self.contact_gradient(state, gradient);
-        for (tie, force) in self.network.ties.iter().zip(&mut self.tie_forces) {
+        for (tie, force) in network.ties.iter().zip(&mut self.tie_forces) {
             *force = gradient.points[tie.point];
         }
-        self.network.pull_back(state, gradient);
-        let fixings = self.fixing_gradient(state, gradient);
-        self.magnitude = magnitude + fixings.abs();
-        energy + fixings
-    }
-
-    /// Energies and gradients of as many branches as `energies` has room for, from `first` on; `points` and `frames` begin with theirs.
-    fn branch_gradients(
-        &self,
-        state: &State,
-        first: usize,
-        energies: &mut [f64],
-        points: &mut [Vector],
-        frames: &mut [Vector],
-    ) {
-        let branches = &self.network.branches[first..first + energies.len()];
-        let (Some(start), Some(end)) = (branches.first(), branches.last()) else { return };
-        let all = start.points.start..end.points.end;
-        if branches.len() > 1 && all.len() >= 2 * WORTHWHILE {
-            let half = branches.partition_point(|branch| branch.points.end <= all.start + all.len() / 2);
-            let half = half.clamp(1, branches.len() - 1);
-            let (energies, other_energies) = energies.split_at_mut(half);
-            let (points, other_points) = points.split_at_mut(branches[half].points.start - all.start);
-            let (frames, other_frames) = frames.split_at_mut(branches[half].frames.start - start.frames.start);
-            rayon::join(
-                || self.branch_gradients(state, first, energies, points, frames),
-                || self.branch_gradients(state, first + half, other_energies, other_points, other_frames),
-            );
-            return;
-        }
-        let (mut points, mut frames) = (points, frames);
-        for (k, (branch, energy)) in branches.iter().zip(energies).enumerate() {
-            let (own_points, later_points) = points.split_at_mut(branch.points.len());
-            let (own_frames, later_frames) = frames.split_at_mut(branch.frames.len());
-            *energy = branch.rod.gradient(&self.shape(state, first + k), own_points, own_frames);
-            (points, frames) = (later_points, later_frames);
-        }
+        network.pull_back(state, gradient);
+        let constraints = self.constraints.gradient(system, state, gradient);
+        self.magnitude = magnitude + constraints.abs();
+        energy + constraints
     }
 
     /// Second derivatives at `state`. `forces` (N, body frame; one vector for each branch, one entry for each segment)
     /// replaces the rods' own forces in the geometric stiffness; see [`crate::RodSegment::hessian`]. Call after
     /// [`Self::gradient`] at the same state.
     pub fn hessian(&mut self, state: &State, forces: Option<&[Vec<Vector>]>, hessian: &mut Hessian) {
-        let this = &*self;
-        this.network.for_branches(&mut hessian.branches, |b, branch, room| {
-            branch.rod.hessian(&this.shape(state, b), forces.map(|f| f[b].as_slice()), room);
-        });
-        for (joint, table) in self.network.joints.iter().zip(&mut hessian.joints) {
-            table.fill(Matrix::zeros());
-            self.arm_frames.clear();
-            self.arm_frames.extend(joint.arm_frames.iter().map(|&c| state.frames[c]));
-            joint.model.add_hessian(&self.arm_frames, table);
-        }
+        self.rods.hessian(self.network, state, forces, &mut hessian.branches);
+        self.joints.hessian(self.network, state, &mut hessian.joints);
         for ((tie, force), h) in self.network.ties.iter().zip(&self.tie_forces).zip(&mut hessian.ties) {
             if let Some(hub) = tie.hub_frame {
                 *h = lever_hessian(&state.frames[hub], force, &tie.offset);
             }
         }
-        self.fixing_hessian(state, false, &mut hessian.fixings);
+        self.hessian_blocks(state, false, &mut hessian.blocks);
+    }
+
+    /// Second derivatives of contact, friction and the constraints at `state`, in the independent variables: both
+    /// triangles; with `convex` those of [`Self::make_convex`].
+    pub fn hessian_blocks(&mut self, state: &State, convex: bool, blocks: &mut Vec<Block>) {
+        blocks.clear();
+        let system = System { network: self.network, conditions: &self.conditions };
+        if !self.contact.is_idle() {
+            self.contact.hessian(system, state, convex, blocks);
+            self.friction.hessian(&self.contact, system, state, convex, blocks);
+        }
+        let convex = convex.then(|| {
+            let scales = Scales::of(system);
+            Convex { stiffness: scales.force / scales.length }
+        });
+        self.constraints.hessian(system, state, convex, blocks);
+    }
+
+    /// Replaces the second derivatives of constraints and contact by those of a convex model: negative curvatures of
+    /// potentials, and of μ c″ of equations, change their sign (Dauphin and others 2014), and every station gets a little
+    /// stiffness against moving. `hessian` is that of `state`. Returns whether that changed anything. A matrix that is not
+    /// positive definite because of a constraint (a strut that is pushed, a penalty far from its equation, a piece that
+    /// hangs by a tie alone) becomes so by no shift of frames.
+    pub fn make_convex(&mut self, state: &State, hessian: &mut Hessian) -> bool {
+        if hessian.blocks.is_empty() {
+            return false;
+        }
+        let exact = std::mem::take(&mut hessian.blocks);
+        self.hessian_blocks(state, true, &mut hessian.blocks);
+        exact != hessian.blocks
     }
 
     /// Second derivatives of the energy at `state` in the edges of a branch, N/m; see [`crate::RodSegment::edge_stiffness`].
     pub fn edge_stiffness(&self, state: &State, branch: usize, stiffness: &mut [Matrix]) {
-        self.network.branches[branch].rod.edge_stiffness(&self.shape(state, branch), stiffness);
+        self.rods.edge_stiffness(self.network, state, branch, stiffness);
     }
+}
 
-    /// Which variables are held, as [`Self::update_held`] found them.
+/// Prescribed directions, and the motion of the free ones.
+impl Problem<'_> {
+    /// Variables that are held, as [`Self::update_held`] found them.
     pub fn held(&self) -> &[Held] {
-        &self.held
+        self.prescribed.held()
     }
 
-    /// Finds the held directions at `state`, and what residuals are measured by. Allocates only when there are more of them than ever before.
+    /// Finds the held directions at `state`, and the scales of residuals. Allocates only when there are more of them than
+    /// ever before.
     pub fn update_held(&mut self, state: &State) {
-        let mut held = std::mem::take(&mut self.held);
-        held.clear();
-        for (f, fixing) in self.network.fixings.iter().enumerate() {
-            if !self.conditions.active[f] {
-                continue;
-            }
-            let Action::Prescribed(hold) = fixing.constraint.action() else { continue };
-            if hold.position {
-                let variable = Variable::Point(fixing.site.point);
-                match hold.rails.as_slice() {
-                    [] => {
-                        for d in [Vector::x(), Vector::y(), Vector::z()] {
-                            add_direction(&mut held, variable, f, &d);
-                        }
-                    }
-                    [a] => {
-                        let b = crate::rotation::orthogonal(a);
-                        add_direction(&mut held, variable, f, &b);
-                        add_direction(&mut held, variable, f, &a.cross(&b));
-                    }
-                    [a, b, ..] => add_direction(&mut held, variable, f, &a.cross(b)),
-                }
-            }
-            let Some(frame) = fixing.site.frame else { continue };
-            let variable = Variable::Frame(frame);
-            let local = &fixing.site.local.orientation;
-            let mut add = |d: Vector| add_direction(&mut held, variable, f, &(local * d));
-            match &hold.rotation {
-                RotationHold::Free => {}
-                RotationHold::Tangent => {
-                    add(Vector::x());
-                    add(Vector::y());
-                }
-                RotationHold::All => {
-                    add(Vector::x());
-                    add(Vector::y());
-                    add(Vector::z());
-                }
-                RotationHold::Twist => {
-                    // Gradient of the twist angle α = 2 atan2(z, w) of p = q̄_target q.
-                    let p = self.conditions.targets[f].orientation.inverse() * (state.frames[frame] * local);
-                    let (w, v) = (p.w, p.imag());
-                    add(Vector::new(v.z * v.x - w * v.y, w * v.x + v.z * v.y, w * w + v.z * v.z).normalize());
-                }
-                RotationHold::Hinge(axis) => {
-                    let axis = (state.frames[frame] * local).inverse_transform_vector(axis);
-                    let b = crate::rotation::orthogonal(&axis);
-                    add(b);
-                    add(axis.cross(&b));
-                }
-            }
-        }
-        for h in &mut held {
-            complete_basis(h);
-        }
-        self.held = held;
-        self.note_held_near();
-        self.update_room(state);
+        let system = System { network: self.network, conditions: &self.conditions };
+        self.prescribed.update(system, state);
+        self.contact.update_held(system);
+        self.sliding.update_travel(self.network, state);
         self.update_local_scales();
     }
 
-    fn update_local_scales(&mut self) {
-        let pushes = self.conditions.contact.marks.iter().flat_map(|mark| {
-            let other = match mark.against {
-                Against::Cable { branch, .. } => Some(branch as usize),
-                Against::Obstacle { .. } => None,
-            };
-            let own = self.contacts.branch_of(mark);
-            [Some(own), other].into_iter().flatten().map(|b| (b, mark.multiplier))
-        });
-        self.local.find(self.network, &self.rigidity, self.conditions.gravity.norm(), pushes, &self.dead_moments);
-    }
-
-    /// The orientation a fixing gives a station that is at `q`: its target, but for what it leaves free.
-    fn placed(&self, fixing: usize, rotation: &RotationHold, q: &Rotation) -> Rotation {
-        let target = &self.conditions.targets[fixing].orientation;
-        match rotation {
-            RotationHold::Free => *q,
-            RotationHold::All => *target,
-            RotationHold::Tangent => shortest(&columns(q)[2], &columns(target)[2]) * q,
-            RotationHold::Twist => {
-                let alpha = crate::rotation::twist_angle(&(target.inverse() * q));
-                q * Rotation::from_axis_angle(&Vector::z_axis(), -alpha)
-            }
-            RotationHold::Hinge(axis) => {
-                let r = q * target.inverse();
-                let phi = 2.0 * r.imag().dot(axis).atan2(r.w);
-                Rotation::from_axis_angle(axis, phi) * target
-            }
-        }
-    }
-
-    /// Puts every held freedom exactly where its fixing wants it, and what is tied to a joint with it.
+    /// Puts every held freedom exactly at its target, with what is tied to a joint.
     pub fn place_held(&self, state: &mut State) {
-        for (f, fixing) in self.network.fixings.iter().enumerate() {
-            if !self.conditions.active[f] {
-                continue;
-            }
-            let Action::Prescribed(hold) = fixing.constraint.action() else { continue };
-            if let Some(frame) = fixing.site.frame
-                && hold.rotation != RotationHold::Free
-            {
-                let local = &fixing.site.local.orientation;
-                let station = state.frames[frame] * local;
-                let placed = self.placed(f, &hold.rotation, &station) * local.inverse();
-                state.frames[frame] = nearer_sign(placed, &state.frames[frame]);
-            }
-            if hold.position {
-                let lever =
-                    fixing.site.frame.map_or_else(Vector::zeros, |c| state.frames[c] * fixing.site.local.position);
-                let target = self.conditions.targets[f].position - lever;
-                let i = fixing.site.point;
-                if hold.rails.is_empty() {
-                    state.points[i] = target;
-                    state.carry[i] = Vector::zeros();
-                } else {
-                    let gap = target - state.points[i];
-                    let along: Vector = hold.rails.iter().map(|d| d * d.dot(&gap)).sum();
-                    state.points[i] += gap - along;
-                }
-            }
-        }
-        self.network.follow_ties(state);
+        self.prescribed.place(self.system(), state);
     }
 
-    /// How the held freedoms must move from `state` to where their fixings want them (to first order; zero
-    /// elsewhere). Returns whether anything must move.
+    /// Motion of the held freedoms from `state` to their targets (to first order; zero elsewhere). Returns whether anything
+    /// must move.
     pub fn motion(&self, state: &State, motion: &mut Tangent) -> bool {
-        motion.clear();
-        for (f, fixing) in self.network.fixings.iter().enumerate() {
-            if !self.conditions.active[f] {
-                continue;
-            }
-            let Action::Prescribed(hold) = fixing.constraint.action() else { continue };
-            if let Some(frame) = fixing.site.frame
-                && hold.rotation != RotationHold::Free
-            {
-                let local = &fixing.site.local.orientation;
-                let station = state.frames[frame] * local;
-                let turn = station.inverse() * self.placed(f, &hold.rotation, &station);
-                motion.frames[frame] += local * turn.scaled_axis();
-            }
-            if hold.position {
-                let at = state.pose(&fixing.site).position;
-                let gap = self.conditions.targets[f].position - at;
-                let along: Vector = hold.rails.iter().map(|d| d * d.dot(&gap)).sum();
-                motion.points[fixing.site.point] += gap - along;
-            }
-        }
-        let mut moves = false;
-        for h in &self.held {
-            let held_part =
-                |d: &Vector| -> Vector { (0..h.count).map(|k| h.basis.column(k) * h.basis.column(k).dot(d)).sum() };
-            let d = match h.variable {
-                Variable::Point(i) => &mut motion.points[i],
-                Variable::Frame(c) => &mut motion.frames[c],
-            };
-            *d = held_part(d);
-            moves |= d.amax() > 1e-14;
-        }
-        moves
+        self.prescribed.motion(self.system(), state, motion)
     }
 
-    /// Removes the held directions from a gradient: what is left must vanish.
+    /// Removes the held directions from a gradient: the free part, which vanishes at an equilibrium.
     pub fn free_part(&self, gradient: &mut Tangent) {
-        for h in &self.held {
-            let g = match h.variable {
-                Variable::Point(i) => &mut gradient.points[i],
-                Variable::Frame(c) => &mut gradient.frames[c],
-            };
-            for k in 0..h.count {
-                let d: Vector = h.basis.column(k).into();
-                *g -= d * d.dot(g);
-            }
-        }
-        self.free_slides(gradient);
+        self.prescribed.project(gradient);
+        self.sliding.project(self.system(), gradient);
     }
 
-    /// What fixing `f` exerts on the harness at `state`; see [`Self::reaction`].
-    pub fn exerted(&self, f: usize, state: &State, gradient: &Tangent) -> Exerted {
-        match self.network.fixings[f].constraint.action() {
-            Action::Prescribed(_) => Exerted { stations: vec![self.held_reaction(f, state, gradient)], span: vec![] },
-            _ => self.pull(f, state),
-        }
+    /// `to = from ⊕ α step`: [`Network::retract`], and the mesh moves along the cable where constraints slide.
+    pub fn retract(&self, from: &State, step: &Tangent, alpha: f64, to: &mut State) {
+        self.sliding.retract(self.system(), from, step, alpha, to);
+    }
+}
+
+/// Rest curvature and loads.
+impl Problem<'_> {
+    /// Curvature that is added to that at rest, by first frame of each coupling, 1/m; empty: none.
+    pub fn extra_curvature(&self) -> &[Vector] {
+        self.rods.extra_curvature()
     }
 
-    /// What fixing `f` exerts on the harness: force (N) and moment about the held point (N m), world axes, at its first station; where it has
-    /// none the force on its span. `gradient` is the whole gradient at `state`; the held directions must be up to date.
-    pub fn reaction(&self, f: usize, state: &State, gradient: &Tangent) -> (Vector, Vector) {
-        let exerted = self.exerted(f, state, gradient);
-        exerted.stations.first().copied().unwrap_or_else(|| (exerted.span.iter().sum(), Vector::zeros()))
+    /// See [`RodTerm::hold_drawn_shape`].
+    pub fn hold_drawn_shape(&mut self, state: &State) {
+        self.rods.hold_drawn_shape(self.network, state);
     }
 
-    /// What a fixing that prescribes exerts.
-    fn held_reaction(&self, f: usize, state: &State, gradient: &Tangent) -> (Vector, Vector) {
-        let fixing = &self.network.fixings[f];
-        let (mut force, mut moment) = (Vector::zeros(), Vector::zeros());
-        for h in &self.held {
-            for k in (0..h.count).filter(|&k| h.fixing[k] == f) {
-                let d: Vector = h.basis.column(k).into();
-                match h.variable {
-                    Variable::Point(i) => force += d * d.dot(&gradient.points[i]),
-                    Variable::Frame(c) => moment += state.frames[c] * (d * d.dot(&gradient.frames[c])),
-                }
-            }
-        }
-        let lever = fixing.site.frame.map_or_else(Vector::zeros, |c| state.frames[c] * fixing.site.local.position);
-        (force, moment - lever.cross(&force))
+    /// See [`RodTerm::set_drawn_fraction`].
+    pub fn set_drawn_fraction(&mut self, fraction: f64) {
+        self.rods.set_drawn_fraction(fraction);
+    }
+
+    /// See [`LoadTerm::forces`].
+    pub fn dead_forces(&self) -> &[Vector] {
+        self.loads.forces()
     }
 
     /// Whether dead moments act.
     pub fn has_dead_moments(&self) -> bool {
-        !self.dead_moments.is_empty()
+        !self.loads.moments().is_empty()
     }
 
-    /// The dead moments that act: the independent frame that takes each of them, and the moment, N m, world axes.
-    ///
-    /// A moment M about an axis fixed in space has no potential. It adds `−Rᵀ M` to the gradient; the derivative of that along
-    /// `q ∘ exp(θ)`, pulled back to θ as all second derivatives are, is `−½ [Rᵀ M]ₓ`: antisymmetric, so that [`Self::hessian`] has nothing of it.
+    /// See [`LoadTerm::moments`].
     pub fn dead_moments(&self) -> &[(usize, Vector)] {
-        &self.dead_moments
+        self.loads.moments()
     }
 
-    /// Share of the dead moments that acts from now on, 0 to 1: the start of a harness is looked for without them.
-    pub fn set_moment_share(&mut self, share: f64) {
-        self.moment_share = share;
-        self.lump_dead_loads();
+    /// Sets the fraction of the dead moments that acts, 0 to 1: the initial equilibrium is found without them.
+    pub fn set_moment_fraction(&mut self, fraction: f64) {
+        self.loads.set_moment_fraction(fraction);
+        self.update_loads();
     }
 
     /// Work of the dead moments over a step, J, to first order.
     pub fn moment_work(&self, state: &State, step: &Tangent, alpha: f64) -> f64 {
-        self.dead_moments.iter().map(|(c, m)| alpha * m.dot(&(state.frames[*c] * step.frames[*c]))).sum()
+        self.loads.moment_work(state, step, alpha)
     }
 }
 
-/// Second derivative in θ of `f · R exp(θ) o`: with `f_b = Rᵀ f` it is `sym(f_b oᵀ) − (f_b·o) I`.
-pub(crate) fn lever_hessian(q: &Rotation, force: &Vector, offset: &Vector) -> Matrix {
-    let f = q.inverse_transform_vector(force);
-    let outer = f * offset.transpose();
-    (outer + outer.transpose()) * 0.5 - Matrix::identity() * f.dot(offset)
-}
+/// Constraints.
+impl Problem<'_> {
+    /// Starts a constraint where its stations are at `state`, with no memory.
+    pub fn begin_constraint(&mut self, c: usize, state: &State) {
+        let constraint = &self.network.constraints[c];
+        let own = ConstraintState::begin(constraint, state);
+        self.conditions.targets[c] = constraint.model.target(&own.base, own.progress);
+        self.conditions.constraints[c] = own;
+    }
 
-/// Adds a held direction to a variable, unless it is held already.
-fn add_direction(held: &mut Vec<Held>, variable: Variable, fixing: usize, direction: &Vector) {
-    let index = held.iter().position(|h| h.variable == variable).unwrap_or_else(|| {
-        held.push(Held { variable, basis: Matrix::zeros(), fixing: [usize::MAX; 3], count: 0 });
-        held.len() - 1
-    });
-    let h = &mut held[index];
-    let rest = (0..h.count).fold(*direction, |d, k| {
-        let c: Vector = h.basis.column(k).into();
-        d - c * c.dot(&d)
-    });
-    // Directions held twice (checked to agree) count once.
-    if h.count < 3
-        && let Some(d) = rest.try_normalize(1e-6)
-    {
-        h.basis.set_column(h.count, &d);
-        h.fixing[h.count] = fixing;
-        h.count += 1;
+    /// Moves the target of a constraint; see [`ConstraintState::base`].
+    pub fn set_target(&mut self, c: usize, base: Pose) {
+        let own = &mut self.conditions.constraints[c];
+        own.base = base;
+        self.conditions.targets[c] = self.network.constraints[c].model.target(&base, own.progress);
+    }
+
+    /// Sets the progress of a constraint through the step in which it began, 0 to 1.
+    pub fn set_progress(&mut self, c: usize, progress: f64) {
+        let own = &mut self.conditions.constraints[c];
+        own.progress = progress;
+        self.conditions.targets[c] = self.network.constraints[c].model.target(&own.base, progress);
+    }
+
+    /// Reaction of a constraint on the harness at `state`; see [`Self::reaction`].
+    pub fn reactions(&self, c: usize, state: &State, gradient: &Tangent) -> Reaction {
+        match self.network.constraints[c].model.action() {
+            Action::Prescribed(_) => {
+                let station = self.prescribed.reaction(self.system(), c, state, gradient);
+                Reaction { stations: vec![station], span: vec![] }
+            }
+            _ => self.constraints.reaction(self.system(), c, state),
+        }
+    }
+
+    /// Force (N) and moment about the held point (N m), world axes, of a constraint on the harness at its first station;
+    /// where it has none the force on its span. `gradient` is the whole gradient at `state`; the held directions must be
+    /// up to date.
+    pub fn reaction(&self, c: usize, state: &State, gradient: &Tangent) -> (Vector, Vector) {
+        let reaction = self.reactions(c, state, gradient);
+        reaction.stations.first().copied().unwrap_or_else(|| (reaction.span.iter().sum(), Vector::zeros()))
+    }
+
+    /// Every equation and inequality of the constraints that act, at `state`.
+    pub fn constraint_residuals(&self, state: &State) -> Vec<ConstraintResidual> {
+        self.constraints.residuals(self.system(), state)
+    }
+
+    /// The residual of the constraints that act with the largest violation at `state`; `None` where none sets equations.
+    pub fn worst_residual(&self, state: &State) -> Option<ConstraintResidual> {
+        let mut worst: Option<ConstraintResidual> = None;
+        for residual in self.constraint_residuals(state) {
+            // NaN counts as the largest.
+            if worst.is_none_or(|worst| residual.violation > worst.violation || residual.violation.is_nan()) {
+                worst = Some(residual);
+            }
+        }
+        worst
+    }
+
+    /// Sets multiplier and penalty of a residual.
+    pub fn set_multiplier(&mut self, residual: &ConstraintResidual, multiplier: f64, penalty: f64) {
+        let own = &mut self.conditions.constraints[residual.constraint];
+        own.multipliers[residual.residual] = multiplier;
+        own.penalties[residual.residual] = penalty;
+    }
+
+    /// Makes multipliers and penalties of constraints those of other conditions.
+    pub fn set_multipliers(&mut self, other: &Conditions) {
+        for (own, other) in self.conditions.constraints.iter_mut().zip(&other.constraints) {
+            own.multipliers.clone_from(&other.multipliers);
+            own.penalties.clone_from(&other.penalties);
+        }
+    }
+
+    /// Commits the memory of friction and of every constraint that acts, at the equilibrium of an increment.
+    pub fn commit(&mut self, state: &State) {
+        self.commit_contacts(state);
+        for (c, memory) in self.constraints.memories(self.system(), state) {
+            self.conditions.constraints[c].memory = memory;
+        }
+    }
+
+    /// A part (by index) that has a fault, and the message: it says so itself, or it is a constraint whose memory is not
+    /// finite or that, with `lost`, has given a number that is not finite since the last call.
+    pub fn fault(&mut self, lost: bool) -> Option<(PartFamily, usize, String)> {
+        for (j, joint) in self.network.joints.iter().enumerate() {
+            if let Some(message) = joint.model.fault() {
+                return Some((PartFamily::Joint, j, message));
+            }
+        }
+        for (c, constraint) in self.system().acting() {
+            if let Some(message) = constraint.model.fault() {
+                return Some((PartFamily::Constraint, c, message));
+            }
+            if self.conditions.constraints[c].memory.iter().any(|x| !x.is_finite()) {
+                return Some((PartFamily::Constraint, c, "what it remembers is not a finite number".to_owned()));
+            }
+        }
+        let c = self.constraints.non_finite.take().filter(|_| lost)?;
+        Some((PartFamily::Constraint, c, "it gave a number that is not finite for a harness that is".to_owned()))
     }
 }
 
-/// Fills the free columns of a basis.
-fn complete_basis(h: &mut Held) {
-    let column = |k: usize, b: &Matrix| -> Vector { b.column(k).into() };
-    if h.count == 1 {
-        let b = crate::rotation::orthogonal(&column(0, &h.basis));
-        h.basis.set_column(1, &b);
+/// Sliding constraints.
+impl Problem<'_> {
+    /// The term of sliding.
+    pub fn sliding(&self) -> &SlidingTerm {
+        &self.sliding
     }
-    if h.count < 3 {
-        let c = column(0, &h.basis).cross(&column(1, &h.basis));
-        h.basis.set_column(2, &c);
+
+    /// Sets the state of a sliding constraint (index in [`Network::slides`]).
+    pub fn set_sliding(&mut self, slide: usize, sliding: Sliding) {
+        self.conditions.sliding[slide] = sliding;
+    }
+
+    /// Whether any constraint slides.
+    pub fn has_slides(&self) -> bool {
+        !self.sliding.is_idle()
+    }
+
+    /// See [`SlidingTerm::stop`].
+    pub fn slide_stop(&self, slide: usize, gradient: &Tangent) -> Option<SlideStop> {
+        self.sliding.stop(self.system(), slide, gradient)
+    }
+
+    /// See [`SlidingTerm::slips`].
+    pub fn slips(&self, slide: usize) -> bool {
+        self.sliding.slips(self.system(), slide)
+    }
+
+    /// See [`SlidingTerm::slips_backward`].
+    pub fn slips_backward(&self, slide: usize, before: &State, state: &State) -> bool {
+        self.sliding.slips_backward(self.system(), slide, before, state)
+    }
+
+    /// See [`SlidingTerm::result`].
+    pub fn slide_result(&self, slide: usize, state: &State, gradient: &Tangent) -> SlideResult {
+        self.sliding.result(self.system(), slide, state, gradient)
+    }
+
+    /// See [`SlidingTerm::largest_fraction`].
+    pub fn largest_slide_fraction(&self, state: &State, step: &Tangent) -> f64 {
+        self.sliding.largest_fraction(self.system(), state, step)
+    }
+
+    /// See [`SlidingTerm::hessian`].
+    pub fn slide_hessian(&mut self, state: &State, gradient: &Tangent, hessian: &mut SlideHessian) {
+        let system = System { network: self.network, conditions: &self.conditions };
+        self.sliding.hessian(system, &self.rods, state, gradient, hessian);
+    }
+
+    /// Force of a sliding constraint across the cable, N: the normal force of its friction.
+    pub fn slide_pressure(&self, slide: usize, state: &State, gradient: &Tangent) -> f64 {
+        let c = self.network.slides[slide].constraint;
+        let (force, _) = self.reaction(c, state, gradient);
+        let tangent = columns(&state.pose(&self.network.constraints[c].site).orientation)[2];
+        (force - tangent * tangent.dot(&force)).norm()
+    }
+}
+
+/// Contact and friction.
+impl Problem<'_> {
+    /// The term of contact.
+    pub fn contact(&self) -> &ContactTerm {
+        &self.contact
+    }
+
+    /// Evaluates contact and friction at `state`.
+    pub fn find_contacts(&mut self, state: &State) {
+        self.contact_energy(state);
+    }
+
+    /// Largest violation of contact at `state`, in units of the tolerance: 1 or less is met. `None` where nothing can touch.
+    pub fn contact_violation(&mut self, state: &State) -> Option<f64> {
+        let system = System { network: self.network, conditions: &self.conditions };
+        self.contact.violation(system, state)
+    }
+
+    /// Largest violation of contact at `state` that is above the tolerance.
+    pub fn worst_contact(&mut self, state: &State) -> Option<ContactViolation> {
+        let system = System { network: self.network, conditions: &self.conditions };
+        self.contact.worst_violation(system, state)
+    }
+
+    /// Anchor of friction on a contact at `state`, among `old` records of which `known` is its own; none where the partner
+    /// is smooth.
+    pub fn friction_anchor(
+        &self,
+        state: &State,
+        old: &[ContactRecord],
+        known: Option<&ContactRecord>,
+        contact: &Contact,
+    ) -> Option<FrictionAnchor> {
+        Anchoring { contact: &self.contact, system: self.system(), state }.anchor(old, known, contact)
+    }
+
+    /// Replaces the contact records, sorted by contact point and partner.
+    pub fn set_contact_records(&mut self, records: Vec<ContactRecord>) {
+        self.conditions.contact.records = records;
+    }
+
+    /// Adds contact points where a cable lies deeper between two of them at `state` than the tolerance allows. Returns
+    /// whether it did.
+    pub fn refine_contact_points(&mut self, state: &State) -> bool {
+        let system = System { network: self.network, conditions: &self.conditions };
+        let deeper = self.contact.deeper_places(system, state);
+        if deeper.is_empty() {
+            return false;
+        }
+        self.conditions.contact.extra.extend(deeper);
+        self.contact.set_extra(&self.conditions.contact.extra);
+        true
+    }
+
+    /// Commits the anchors of friction, and drops contact points that were added and are not needed any more.
+    fn commit_contacts(&mut self, state: &State) {
+        if self.contact.is_idle() {
+            return;
+        }
+        self.find_contacts(state);
+        let anchoring = Anchoring { contact: &self.contact, system: self.system(), state };
+        let followed = |record: &ContactRecord| ContactRecord {
+            anchor: record.anchor.map(|anchor| anchoring.follow(record, &anchor)),
+            ..*record
+        };
+        let mut records: Vec<ContactRecord> = self.conditions.contact.records.iter().map(followed).collect();
+        // Penalties that were raised stay so only where there is a force.
+        let own = self.contact.own_points();
+        let needed = |k: usize| records.iter().any(|record| record.point as usize == own + k);
+        let kept: Vec<usize> = (0..self.conditions.contact.extra.len()).filter(|&k| needed(k)).collect();
+        if kept.len() < self.conditions.contact.extra.len() {
+            for record in &mut records {
+                if let Some(k) = (record.point as usize).checked_sub(own) {
+                    let place = kept.iter().position(|&old| old == k).expect("contact points of records are kept");
+                    record.point = (own + place) as u32;
+                }
+            }
+            let extra: Vec<ContactPoint> = kept.iter().map(|&k| self.conditions.contact.extra[k]).collect();
+            self.contact.set_extra(&extra);
+            self.conditions.contact.extra = extra;
+        }
+        self.conditions.contact.records = records;
+        let system = System { network: self.network, conditions: &self.conditions };
+        self.conditions.contact.overlaps = self.contact.remaining_overlaps(system, state);
+    }
+
+    /// Makes records, added contact points and overlaps those of other conditions; obstacles stay where they are.
+    pub fn set_contacts(&mut self, other: &Conditions) {
+        self.conditions.contact.records.clone_from(&other.contact.records);
+        // They may couple segments that are not coupled now.
+        if self.conditions.contact.bound_cables().next().is_some() {
+            self.contact.search_pairs_again();
+        }
+        self.conditions.contact.overlaps.clone_from(&other.contact.overlaps);
+        if self.conditions.contact.extra != other.contact.extra {
+            self.conditions.contact.extra.clone_from(&other.contact.extra);
+            self.contact.set_extra(&other.contact.extra);
+        }
+    }
+
+    /// Allows cables that overlap at `state` to go on to, as far as they do.
+    pub fn allow_overlaps(&mut self, state: &State) {
+        let system = System { network: self.network, conditions: &self.conditions };
+        self.conditions.contact.overlaps = self.contact.overlaps(system, state);
+    }
+
+    /// Pairs of cables that constraints hold nearer to each other than they are thick.
+    pub fn held_overlaps(&self) -> &[HeldOverlap] {
+        self.contact.held_overlaps()
+    }
+
+    /// Switches friction on.
+    pub fn enable_friction(&mut self) {
+        self.conditions.contact.friction = true;
+    }
+
+    /// Moves an obstacle.
+    pub fn set_obstacle(&mut self, obstacle: usize, pose: Pose) {
+        if self.conditions.contact.poses[obstacle] != pose {
+            self.conditions.contact.poses[obstacle] = pose;
+            self.contact.search_again();
+        }
+    }
+
+    /// See [`ContactTerm::pattern`].
+    pub fn contact_pattern(&self) -> (u64, &[Vec<Variable>]) {
+        self.contact.pattern()
+    }
+
+    /// Deepest place of a centre line inside a body at `state`, places that constraints hold there apart; `None` where no
+    /// centre line is.
+    pub fn deepest_penetration(&mut self, state: &State) -> Option<Penetration> {
+        let system = System { network: self.network, conditions: &self.conditions };
+        self.contact.deepest_penetration(system, state)
+    }
+
+    /// Largest fraction of the way from one state to another on which no centre line enters a body or passes through a
+    /// cable; 1 where none does. The bodies may have moved there from `poses`; without it they stand.
+    pub fn collision_free_fraction(&mut self, from: &State, to: &State, poses: Option<&[Pose]>) -> f64 {
+        let system = System { network: self.network, conditions: &self.conditions };
+        self.contact.collision_free_fraction(system, from, to, poses)
+    }
+
+    /// By point: whether it belongs to a segment that touches something at `state`, or may after a step.
+    pub fn touching_points(&mut self, state: &State) -> Vec<bool> {
+        self.find_contacts(state);
+        self.contact.touching_points(self.system())
+    }
+
+    /// Load of every obstacle on the harness at `state`.
+    pub fn obstacle_loads(&mut self, state: &State) -> Vec<ObstacleLoad> {
+        self.find_contacts(state);
+        self.contact.obstacle_loads(self.system(), |contact| self.friction.force_on(contact))
+    }
+}
+
+/// Scales, by which residuals are measured.
+impl Problem<'_> {
+    /// Scales of the whole harness.
+    pub fn scales(&self) -> Scales {
+        Scales::of(self.system())
+    }
+
+    fn update_local_scales(&mut self) {
+        let contact = &self.contact;
+        let pushes = self.conditions.contact.records.iter().flat_map(|record| {
+            let own = contact.branch_of(record);
+            [Some(own), record.partner.branch()].into_iter().flatten().map(|b| (b, record.multiplier))
+        });
+        let gravity = self.conditions.gravity.norm();
+        self.scales.find(self.network, &self.rigidity, gravity, pushes, self.loads.moments());
+    }
+
+    /// Least scales of any part; see [`LocalScales::least`].
+    pub fn least_scales(&self) -> Scales {
+        self.scales.least()
+    }
+
+    /// Scale of each branch, as [`Self::update_held`] found it.
+    pub fn local_scales(&self) -> &[LocalScale] {
+        &self.scales.branches
+    }
+
+    /// See [`LocalScales::residual`]; `free` is a gradient without its held part ([`Self::free_part`]).
+    pub fn residual(&self, free: &Tangent) -> f64 {
+        self.scales.residual(self.network, free)
+    }
+
+    /// See [`LocalScales::whole_residual`].
+    pub fn whole_residual(&self, free: &Tangent) -> f64 {
+        self.scales.whole_residual(self.network, free)
+    }
+
+    /// Round-off of a change of the energy (J), at the state of the whole `gradient` evaluated last: a fraction of the sum
+    /// of its parts, and of the work of reactions and contact forces, which go through the whole harness, over its length.
+    pub fn energy_noise(&self, gradient: &Tangent) -> f64 {
+        let length = self.rigidity.iter().map(|scale| scale.length).fold(0.0, f64::max);
+        let reactions = self.held().iter().map(|held| match held.variable {
+            Variable::Point(i) => gradient.points[i].norm() * length,
+            Variable::Frame(c) => gradient.frames[c].norm(),
+        });
+        let pushes = self.conditions.contact.records.iter().map(|record| record.multiplier * length);
+        ENERGY_NOISE * (self.magnitude + reactions.chain(pushes).fold(0.0, f64::max))
     }
 }

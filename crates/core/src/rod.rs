@@ -156,11 +156,11 @@ pub struct RodSpec {
 pub struct BranchShape<'a> {
     /// x_i, m; one for each node.
     pub points: &'a [Vector],
-    /// Low-order parts of the positions, m: the position is `points + carry`, unevaluated.
-    pub carry: &'a [Vector],
+    /// Low-order parts of the positions, m: the position is `points + compensation`, unevaluated.
+    pub compensation: &'a [Vector],
     /// q_c in the order of the mesh's row of frames.
     pub frames: &'a [Rotation],
-    /// ℓ_j, m; one for each segment: those of the mesh, but where a fixing slides and the mesh has moved along the cable.
+    /// ℓ_j, m; one for each segment: those of the mesh, but where a constraint slides and the mesh has moved along the cable.
     pub rest_lengths: &'a [f64],
     /// λ_c, m; one for each coupling, as [`Mesh::couple`] has them.
     pub coupling_lengths: &'a [f64],
@@ -172,7 +172,7 @@ impl BranchShape<'_> {
     /// `x_{j+1} − x_j`, m, with the low-order parts: free of the round-off of large coordinates.
     #[inline(always)]
     pub fn edge(&self, j: usize) -> Vector {
-        (self.points[j + 1] - self.points[j]) + (self.carry[j + 1] - self.carry[j])
+        (self.points[j + 1] - self.points[j]) + (self.compensation[j + 1] - self.compensation[j])
     }
 }
 
@@ -293,7 +293,7 @@ pub trait RodSegment: Send + Sync {
 
     /// How the energy depends on the lengths themselves, frames and points fixed: for each segment
     /// `[∂E/∂ℓ_j (N), ∂²E/∂ℓ_j² (N/m)]`, for each coupling `[∂E/∂λ_c, ∂²E/∂λ_c²]`. The parts of the energy are independent,
-    /// so there are no mixed ones. Fixings that slide are balanced by it: at rest `∂E/∂ℓ` is the configurational force.
+    /// so there are no mixed ones. Constraints that slide are balanced by it: at rest `∂E/∂ℓ` is the configurational force.
     fn length_terms(&self, shape: &BranchShape<'_>, segments: &mut [[f64; 2]], couplings: &mut [[f64; 2]]);
 
     /// Derivative of the gradient as lengths grow at these rates: adds `Σ_j a_j ∂²E/∂ℓ_j∂x_i + Σ_c b_c ∂²E/∂λ_c∂x_i` (N/m where the

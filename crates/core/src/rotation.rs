@@ -9,6 +9,13 @@ pub fn skew(a: &Vector) -> Matrix {
     Matrix::new(0.0, -a.z, a.y, a.z, 0.0, -a.x, -a.y, a.x, 0.0)
 }
 
+/// Second derivative in θ of `f · R exp(θ) o`: with `f_b = Rᵀ f` it is `sym(f_b oᵀ) − (f_b·o) I`.
+pub fn lever_hessian(q: &Rotation, force: &Vector, offset: &Vector) -> Matrix {
+    let f = q.inverse_transform_vector(force);
+    let outer = f * offset.transpose();
+    (outer + outer.transpose()) * 0.5 - Matrix::identity() * f.dot(offset)
+}
+
 /// `q ∘ cay(θ)`, with θ (rad) in the body frame.
 ///
 /// `cay(θ) = (1, θ/2)/√(1 + |θ|²/4)` agrees with `exp(θ)` up to third order, so first and second

@@ -1,7 +1,7 @@
-//! Forces and moments that are "one": what residuals are measured by, branch by branch.
+//! Scales of forces and moments, by which residuals are measured, branch by branch.
 //!
-//! A harness may join a cable of EI = 10⁶ N m² to a wire of 10⁻⁶ N m²: what is next to nothing for one is the whole weight of the
-//! other. So each branch is judged by what acts in itself, with Λ the longest branch of the piece it is connected to:
+//! A harness may join a cable of EI = 10⁶ N m² to a wire of 10⁻⁶ N m²: a force that is negligible for one is the
+//! whole weight of the other. So each branch is measured by what acts in itself, with Λ the longest branch of the piece it is connected to:
 //!
 //! ```text
 //! F = max(ρ g L, EI/Λ², push),   M = max(ρ g L², EI/Λ, push Λ, dead moment)
@@ -9,21 +9,21 @@
 //!
 //! Dead forces are left out: near a limit point what a load leaves of the stiffness is small beside it, and so is what decides.
 
+use crate::conditions::System;
 use crate::network::Branch;
-use crate::problem::{Problem, Variable};
 use crate::rod::{BranchShape, RodSegment};
 use crate::{Matrix, Network, Rotation, Tangent, Vector};
 
 /// Residuals below so many times what one rounding makes of forces and moments are round-off: some ten terms are added up at a node.
 const ROUNDINGS: f64 = 10.0;
 
-/// Changes of the energy below this share of what it is summed up from are round-off.
-const ENERGY_NOISE: f64 = 1e-14;
+/// Changes of the energy below this fraction of the sum of its parts are round-off.
+pub(crate) const ENERGY_NOISE: f64 = 1e-14;
 
-/// Forces and moments of the whole harness that are "one".
+/// Scales of the whole harness.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Scales {
-    /// N: the largest of the weights of the branches and joints, the dead forces, the forces known to push where cables touch something, and EI/L²
+    /// N: the largest of the weights of the branches and joints, the dead forces, the contact forces, and EI/L²
     /// with the stiffest section and the longest branch.
     pub force: f64,
     /// N m: the force scale times the longest branch, or the largest dead moment.
@@ -32,7 +32,7 @@ pub struct Scales {
     pub length: f64,
 }
 
-/// Forces and moments that are "one" for a branch or a joint.
+/// Scales of a branch or a joint.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LocalScale {
     /// F, N.
@@ -45,7 +45,7 @@ pub struct LocalScale {
     pub round_off: [f64; 2],
 }
 
-/// Of each branch: its scale, with neither weight nor anything that pushes.
+/// Scales of the branches by their stiffness alone.
 pub(crate) fn rigidity(network: &Network) -> Vec<LocalScale> {
     let (piece, pieces) = network.pieces();
     let mut longest = vec![0.0_f64; pieces];
@@ -67,7 +67,7 @@ fn round_off(rod: &dyn RodSegment, bending: f64) -> [f64; 2] {
     let s = mesh.arc_lengths();
     let points: Vec<Vector> = s.iter().map(|s| Vector::z() * *s).collect();
     let shape = BranchShape {
-        carry: &vec![Vector::zeros(); points.len()],
+        compensation: &vec![Vector::zeros(); points.len()],
         points: &points,
         frames: &vec![Rotation::identity(); mesh.frames()],
         rest_lengths: &mesh.rest_lengths,
@@ -86,7 +86,7 @@ fn round_off(rod: &dyn RodSegment, bending: f64) -> [f64; 2] {
 
 /// The scales of the branches and joints under conditions.
 #[derive(Default)]
-pub(crate) struct LocalScales {
+pub struct LocalScales {
     pub(crate) branches: Vec<LocalScale>,
     pub(crate) joints: Vec<LocalScale>,
 }
@@ -140,66 +140,52 @@ impl LocalScales {
     }
 }
 
-impl Problem<'_> {
-    /// What is "one" for the whole harness.
-    pub fn scales(&self) -> Scales {
-        let g = self.conditions.gravity.norm();
+impl Scales {
+    /// Scales of the whole harness.
+    pub fn of(system: System<'_>) -> Self {
+        let System { network, conditions } = system;
+        let g = conditions.gravity.norm();
         let (mut force, mut length, mut stiffness, mut moment) = (0.0_f64, 0.0_f64, 0.0_f64, 0.0_f64);
-        for branch in &self.network.branches {
+        for branch in &network.branches {
             let l = branch.rod.mesh().length();
             force = force.max(g * branch.section.linear_density * l);
             length = length.max(l);
             stiffness = stiffness.max(branch.section.bend_diagonal().max());
         }
-        for joint in &self.network.joints {
+        for joint in &network.joints {
             force = force.max(g * joint.mass);
         }
-        for (load, factor) in self.network.loads.iter().zip(&self.conditions.load_factors) {
+        for (load, factor) in network.loads.iter().zip(&conditions.load_factors) {
             force = force.max(load.force.norm() * factor.abs());
             moment = moment.max(load.moment.norm() * factor.abs());
         }
         force = force.max(stiffness / (length * length));
-        force = self.conditions.contact.marks.iter().map(|mark| mark.multiplier).fold(force, f64::max);
+        force = conditions.contact.records.iter().map(|record| record.multiplier).fold(force, f64::max);
         Scales { force, moment: moment.max(force * length), length }
     }
+}
 
-    /// What of a change of the energy is round-off (J), at the state of the whole `gradient` evaluated last: a share of what the energy is summed up
-    /// from, and of the work of what fixings and contact exert, which goes through the whole harness, over its length.
-    pub fn energy_noise(&self, gradient: &Tangent) -> f64 {
-        let length = self.rigidity.iter().map(|scale| scale.length).fold(0.0, f64::max);
-        let exerted = self.held().iter().map(|held| match held.variable {
-            Variable::Point(i) => gradient.points[i].norm() * length,
-            Variable::Frame(c) => gradient.frames[c].norm(),
-        });
-        let push = self.conditions.contact.marks.iter().map(|mark| mark.multiplier * length);
-        ENERGY_NOISE * (self.magnitude + exerted.chain(push).fold(0.0, f64::max))
-    }
-
-    /// The least force and moment that are "one" for a part of the harness, and its longest branch: for who judges all of it by one scale.
-    pub fn least_scales(&self) -> Scales {
-        let all = || self.local.branches.iter().chain(&self.local.joints);
+impl LocalScales {
+    /// Least force and moment scales of any branch or joint, and the longest branch: for a measure by one scale.
+    pub fn least(&self) -> Scales {
+        let all = || self.branches.iter().chain(&self.joints);
         let least = |value: fn(&LocalScale) -> f64| all().map(value).fold(f64::INFINITY, f64::min);
-        let length = self.local.branches.iter().map(|scale| scale.length).fold(0.0, f64::max);
+        let length = self.branches.iter().map(|scale| scale.length).fold(0.0, f64::max);
         Scales { force: least(|scale| scale.force), moment: least(|scale| scale.moment), length }
     }
 
-    /// What is "one" for each branch, as [`Self::update_held`] found it.
-    pub fn local_scales(&self) -> &[LocalScale] {
-        &self.local.branches
+    /// Largest free force relative to the force scale of its branch, or moment relative to its moment scale, whichever is
+    /// larger, of the part above round-off; NaN if one is.
+    pub fn residual(&self, network: &Network, free: &Tangent) -> f64 {
+        self.largest(network, free, |value, scale, round_off| (value - round_off).max(0.0) / scale)
     }
 
-    /// Largest free force relative to the force scale of its branch, or moment relative to its moment scale, whichever is larger, of what is
-    /// above round-off; NaN if one is. `free` is a gradient without its held part ([`Self::free_part`]).
-    pub fn residual(&self, free: &Tangent) -> f64 {
-        self.largest(free, |value, scale, round_off| (value - round_off).max(0.0) / scale)
+    /// [`Self::residual`] with round-off.
+    pub fn whole_residual(&self, network: &Network, free: &Tangent) -> f64 {
+        self.largest(network, free, |value, scale, _| value / scale)
     }
 
-    /// The same with what is round-off.
-    pub fn whole_residual(&self, free: &Tangent) -> f64 {
-        self.largest(free, |value, scale, _| value / scale)
-    }
-
-    fn largest(&self, free: &Tangent, relative: impl Fn(f64, f64, f64) -> f64) -> f64 {
+    fn largest(&self, network: &Network, free: &Tangent, relative: impl Fn(f64, f64, f64) -> f64) -> f64 {
         let relative = |value: f64, scale: f64, round_off: f64| {
             // `max` would lose it.
             if value.is_nan() { value } else { relative(value, scale, round_off) }
@@ -210,15 +196,15 @@ impl Problem<'_> {
             nan_max(relative(norm(points), scale.force, force), relative(norm(frames), scale.moment, moment))
         };
         let mut worst = 0.0;
-        for (branch, scale) in self.network.branches.iter().zip(&self.local.branches) {
+        for (branch, scale) in network.branches.iter().zip(&self.branches) {
             worst = nan_max(worst, of(scale, &free.points[branch.points.clone()], &free.frames[branch.frames.clone()]));
         }
-        for (joint, scale) in self.network.joints.iter().zip(&self.local.joints) {
+        for (joint, scale) in network.joints.iter().zip(&self.joints) {
             let frames = joint.frame.map_or(0..0, |c| c..c + 1);
             worst = nan_max(worst, of(scale, &free.points[joint.point..][..1], &free.frames[frames]));
         }
-        for (site, g) in self.network.slides.iter().zip(&free.slides) {
-            let scale = &self.local.branches[site.branch];
+        for (site, g) in network.slides.iter().zip(&free.slides) {
+            let scale = &self.branches[site.branch];
             worst = nan_max(worst, relative(g.abs(), scale.force, scale.round_off[0]));
         }
         worst

@@ -11,12 +11,12 @@ use serde::{Deserialize, Serialize};
 pub struct State {
     /// Positions, m.
     pub points: Vec<Vector>,
-    /// Low-order parts of the positions, m: a position is `points + carry`, unevaluated, so that strains
+    /// Low-order parts of the positions, m: a position is `points + compensation`, unevaluated, so that strains
     /// are not limited by the round-off of coordinates.
-    pub carry: Vec<Vector>,
+    pub compensation: Vec<Vector>,
     /// Frames.
     pub frames: Vec<Rotation>,
-    /// ℓ_j, m, at the place of the segment's first node; those of the meshes, but where a fixing slides. Joints and last nodes have 0.
+    /// ℓ_j, m, at the place of the segment's first node; those of the meshes, but where a constraint slides. Joints and last nodes have 0.
     pub rest_lengths: Vec<f64>,
     /// λ_c, m, at the place of the coupling's first frame.
     pub coupling_lengths: Vec<f64>,
@@ -29,7 +29,7 @@ pub struct Tangent {
     pub points: Vec<Vector>,
     /// θ (rad, body frame), or ∂E/∂θ (N m).
     pub frames: Vec<Vector>,
-    /// For each fixing that slides (see [`Network::slides`]) by how much its arc length grows (m), or ∂E/∂s (N).
+    /// For each constraint that slides (see [`Network::slides`]) by how much its arc length grows (m), or ∂E/∂s (N).
     pub slides: Vec<f64>,
 }
 
@@ -80,7 +80,7 @@ impl State {
     pub fn origin(network: &Network) -> Self {
         let mut state = Self {
             points: vec![Vector::zeros(); network.points],
-            carry: vec![Vector::zeros(); network.points],
+            compensation: vec![Vector::zeros(); network.points],
             frames: vec![Rotation::identity(); network.frames],
             rest_lengths: vec![0.0; network.points],
             coupling_lengths: vec![0.0; network.frames],
@@ -100,7 +100,7 @@ impl State {
         let b = &network.branches[branch];
         BranchShape {
             points: &self.points[b.points.clone()],
-            carry: &self.carry[b.points.clone()],
+            compensation: &self.compensation[b.points.clone()],
             frames: &self.frames[b.frames.clone()],
             rest_lengths: &self.rest_lengths[b.points.start..b.points.end - 1],
             coupling_lengths: &self.coupling_lengths[b.frames.start..b.frames.end - 1],
@@ -121,7 +121,7 @@ impl State {
     /// The pose of a site; a site without frame has the identity.
     pub fn pose(&self, site: &crate::network::Site) -> Pose {
         let carrier = Pose {
-            position: self.points[site.point] + self.carry[site.point],
+            position: self.points[site.point] + self.compensation[site.point],
             orientation: site.frame.map_or_else(Rotation::identity, |f| self.frames[f]),
         };
         carrier.compose(&site.local)
@@ -130,7 +130,7 @@ impl State {
     /// Overwrites with another state of the same network, without allocating.
     pub fn copy_from(&mut self, other: &State) {
         self.points.copy_from_slice(&other.points);
-        self.carry.copy_from_slice(&other.carry);
+        self.compensation.copy_from_slice(&other.compensation);
         self.frames.copy_from_slice(&other.frames);
         self.copy_lengths_from(other);
     }
@@ -150,8 +150,8 @@ impl State {
 
 /// `x + δ` with its rounding error: the error-free sum of Knuth.
 #[inline(always)]
-fn add_exactly(x: f64, carry: f64, delta: f64) -> (f64, f64) {
-    let delta = delta + carry;
+fn add_exactly(x: f64, compensation: f64, delta: f64) -> (f64, f64) {
+    let delta = delta + compensation;
     let sum = x + delta;
     let virtual_delta = sum - x;
     let error = (x - (sum - virtual_delta)) + (delta - virtual_delta);
@@ -163,11 +163,11 @@ impl Network {
     /// tied to a joint follows it.
     pub fn retract(&self, from: &State, step: &Tangent, alpha: f64, to: &mut State) {
         for i in 0..self.points {
-            let (x, c, d) = (&from.points[i], &from.carry[i], &step.points[i]);
+            let (x, c, d) = (&from.points[i], &from.compensation[i], &step.points[i]);
             for k in 0..3 {
                 let (sum, error) = add_exactly(x[k], c[k], alpha * d[k]);
                 to.points[i][k] = sum;
-                to.carry[i][k] = error;
+                to.compensation[i][k] = error;
             }
         }
         for c in 0..self.frames {
@@ -179,9 +179,9 @@ impl Network {
 
     /// Moves points by δ (m) and nothing else: a step that turns nothing.
     pub fn shift_points(&self, state: &mut State, step: &Tangent) {
-        for ((x, carry), d) in state.points.iter_mut().zip(&mut state.carry).zip(&step.points) {
+        for ((x, compensation), d) in state.points.iter_mut().zip(&mut state.compensation).zip(&step.points) {
             for k in 0..3 {
-                (x[k], carry[k]) = add_exactly(x[k], carry[k], d[k]);
+                (x[k], compensation[k]) = add_exactly(x[k], compensation[k], d[k]);
             }
         }
         self.follow_ties(state);
@@ -190,16 +190,16 @@ impl Network {
     /// Puts everything that is tied to a joint where the joint carries it.
     pub fn follow_ties(&self, state: &mut State) {
         for tie in &self.ties {
-            let (hub, carry) = (state.points[tie.hub_point], state.carry[tie.hub_point]);
+            let (hub, compensation) = (state.points[tie.hub_point], state.compensation[tie.hub_point]);
             state.points[tie.point] = hub;
-            state.carry[tie.point] = carry;
+            state.compensation[tie.point] = compensation;
             if let Some(frame) = tie.hub_frame {
                 let q = state.frames[frame];
                 let offset = q * tie.offset;
                 for k in 0..3 {
-                    let (sum, error) = add_exactly(hub[k], carry[k], offset[k]);
+                    let (sum, error) = add_exactly(hub[k], compensation[k], offset[k]);
                     state.points[tie.point][k] = sum;
-                    state.carry[tie.point][k] = error;
+                    state.compensation[tie.point][k] = error;
                 }
                 if let Some(own) = tie.frame {
                     state.frames[own] = q * tie.rest;

@@ -15,7 +15,7 @@ pub enum Turn {
     Orientation(Rotation),
 }
 
-/// Where something goes over a motion: points and orientations, each at shares of the motion in (0, 1], increasing. Between
+/// Where something goes over a motion: points and orientations, each at fractions of the motion in (0, 1], increasing. Between
 /// them it goes straight, and turns by the shortest way; behind the last of them it stays.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Track {
@@ -54,16 +54,16 @@ pub struct Course {
 }
 
 impl Course {
-    /// Pose at share `t` of the motion; exactly those of the track at its shares.
+    /// Pose at fraction `t` of the motion; exactly those of the track at its fractions.
     pub fn at(&self, t: f64) -> Pose {
-        let position = along(&self.positions, t, |a, b, share| a + (b - a) * share);
-        let turned = along(&self.orientations, t, |a, b, share| (b * a.inverse()).powf(share) * a);
+        let position = along(&self.positions, t, |a, b, fraction| a + (b - a) * fraction);
+        let turned = along(&self.orientations, t, |a, b, fraction| (b * a.inverse()).powf(fraction) * a);
         let spin = Rotation::from_axis_angle(&Vector::z_axis(), std::f64::consts::TAU * self.spin * t);
         Pose { position, orientation: turned * spin }
     }
 }
 
-/// What stands at share `t` in a list of shares and values that begins with share 0.
+/// What stands at fraction `t` in a list of fractions and values that begins with fraction 0.
 fn along<T: Copy>(knots: &[(f64, T)], t: f64, between: impl Fn(T, T, f64) -> T) -> T {
     let next = knots.partition_point(|knot| knot.0 <= t);
     let (from, a) = knots[next.saturating_sub(1)];
@@ -73,18 +73,18 @@ fn along<T: Copy>(knots: &[(f64, T)], t: f64, between: impl Fn(T, T, f64) -> T) 
     }
 }
 
-/// A fixing that takes part in a motion.
+/// A constraint that takes part in a motion.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Carried {
-    /// Index of the fixing.
-    pub fixing: usize,
+    /// Index of the constraint.
+    pub constraint: usize,
     /// Share of the step after which it begins to move.
     pub delay: f64,
     /// Share of the step over which it moves.
-    pub share: f64,
+    pub fraction: f64,
 }
 
-/// Motion of one fixing's target over a step, or of several together as one rigid body.
+/// Motion of one constraint's target over a step, or of several together as one rigid body.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Move {
     /// What moves; the track is that of the first, unless `origin` says otherwise.
@@ -96,15 +96,15 @@ pub struct Move {
 }
 
 impl Move {
-    /// Motion of one fixing over the whole step.
-    pub fn of(fixing: usize, track: Track) -> Self {
-        Self { carried: vec![Carried { fixing, delay: 0.0, share: 1.0 }], origin: (None, None), track }
+    /// Motion of one constraint over the whole step.
+    pub fn of(constraint: usize, track: Track) -> Self {
+        Self { carried: vec![Carried { constraint, delay: 0.0, fraction: 1.0 }], origin: (None, None), track }
     }
 
     /// Where everything that takes part goes, by what the pose of each is when the step begins.
     pub fn journeys(&self, pose: impl Fn(usize) -> Pose) -> Vec<Journey> {
         let Some(first) = self.carried.first() else { return Vec::new() };
-        let first = pose(first.fixing);
+        let first = pose(first.constraint);
         let body = Pose {
             position: self.origin.0.unwrap_or(first.position),
             orientation: self.origin.1.unwrap_or(first.orientation),
@@ -115,7 +115,7 @@ impl Move {
             own: if k == 0 && self.origin == (None, None) {
                 Pose::identity()
             } else {
-                body.inverse().compose(&pose(carried.fixing))
+                body.inverse().compose(&pose(carried.constraint))
             },
         };
         self.carried.iter().enumerate().map(journey).collect()
@@ -126,13 +126,13 @@ impl Move {
         let knots = || self.track.positions.iter().map(|k| k.0).chain(self.track.turns.iter().map(|k| k.0));
         let of = |c: &Carried| {
             let c = *c;
-            std::iter::once(c.delay).chain(knots().map(move |t| c.delay + c.share * t))
+            std::iter::once(c.delay).chain(knots().map(move |t| c.delay + c.fraction * t))
         };
         self.carried.iter().flat_map(of).filter(|t| 0.0 < *t && *t < 1.0).collect()
     }
 }
 
-/// Where one fixing goes over a step.
+/// Where one constraint goes over a step.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Journey {
     carried: Carried,
@@ -142,38 +142,38 @@ pub struct Journey {
 }
 
 impl Journey {
-    /// The way of one fixing from a pose, over the whole step.
-    pub fn of(fixing: usize, track: &Track, from: &Pose) -> Self {
-        let carried = Carried { fixing, delay: 0.0, share: 1.0 };
+    /// The way of one constraint from a pose, over the whole step.
+    pub fn of(constraint: usize, track: &Track, from: &Pose) -> Self {
+        let carried = Carried { constraint, delay: 0.0, fraction: 1.0 };
         Self { carried, body: track.from(from), own: Pose::identity() }
     }
 
-    /// Index of the fixing.
-    pub fn fixing(&self) -> usize {
-        self.carried.fixing
+    /// Index of the constraint.
+    pub fn constraint(&self) -> usize {
+        self.carried.constraint
     }
 
-    /// Its pose at share `t` of the step.
+    /// Its pose at fraction `t` of the step.
     pub fn at(&self, t: f64) -> Pose {
-        let Carried { delay, share, .. } = self.carried;
+        let Carried { delay, fraction, .. } = self.carried;
         // Exactly the end at the end.
-        let own = if t >= delay + share { 1.0 } else { ((t - delay) / share).max(0.0) };
+        let own = if t >= delay + fraction { 1.0 } else { ((t - delay) / fraction).max(0.0) };
         self.body.at(own).compose(&self.own)
     }
 
-    /// Turns about its tangent over a share of the step.
-    pub fn turns(&self, share: f64) -> f64 {
-        (self.body.spin / self.carried.share * share).abs()
+    /// Turns about its tangent over a fraction of the step.
+    pub fn turns(&self, fraction: f64) -> f64 {
+        (self.body.spin / self.carried.fraction * fraction).abs()
     }
 
-    /// Turns that it makes at most from share `a` of the step to share `b`: about its tangent, and from one orientation to the next.
+    /// Turns that it makes at most from fraction `a` of the step to fraction `b`: about its tangent, and from one orientation to the next.
     pub fn turned(&self, a: f64, b: f64) -> f64 {
-        let own = |t: f64| ((t - self.carried.delay) / self.carried.share).clamp(0.0, 1.0);
+        let own = |t: f64| ((t - self.carried.delay) / self.carried.fraction).clamp(0.0, 1.0);
         let (a, b) = (own(a), own(b));
         let between = self.body.orientations.windows(2).map(|pair| {
             let [(from, p), (to, q)] = [pair[0], pair[1]];
-            let share = (b.min(to) - a.max(from)).max(0.0) / (to - from);
-            if share > 0.0 { share * p.angle_to(&q) / std::f64::consts::TAU } else { 0.0 }
+            let fraction = (b.min(to) - a.max(from)).max(0.0) / (to - from);
+            if fraction > 0.0 { fraction * p.angle_to(&q) / std::f64::consts::TAU } else { 0.0 }
         });
         self.body.spin.abs() * (b - a) + between.sum::<f64>()
     }
@@ -184,18 +184,18 @@ impl Journey {
 pub enum Operation {
     /// A hand takes hold.
     Grasp {
-        /// Index of the fixing.
-        fixing: usize,
+        /// Index of the constraint.
+        constraint: usize,
     },
     /// Hands or connectors are carried together.
     Carry {
-        /// Indices of the fixings.
-        fixings: Vec<usize>,
+        /// Indices of the constraints.
+        constraints: Vec<usize>,
     },
     /// A connector is pushed home.
     Mate {
-        /// Index of the fixing.
-        fixing: usize,
+        /// Index of the constraint.
+        constraint: usize,
         /// Where it is pushed; a unit vector.
         direction: Vector,
         /// Share of the step at which the push begins.
@@ -205,8 +205,8 @@ pub enum Operation {
     },
     /// A clip closes around the cable.
     Clip {
-        /// Index of the fixing.
-        fixing: usize,
+        /// Index of the constraint.
+        constraint: usize,
     },
 }
 
@@ -228,11 +228,11 @@ pub struct Step {
     pub increments: usize,
     /// Gravity reached at the end of the step, m/s².
     pub gravity: Option<Vector>,
-    /// Fixings that begin with this step.
+    /// Constraints that begin with this step.
     pub add: Vec<usize>,
-    /// Fixings that end with this step.
+    /// Constraints that end with this step.
     pub release: Vec<usize>,
-    /// Motions; a fixing takes part in one at most.
+    /// Motions; a constraint takes part in one at most.
     pub moves: Vec<Move>,
     /// Motions of obstacles; each moves in one of them at most.
     pub obstacle_moves: Vec<ObstacleMove>,
@@ -295,7 +295,7 @@ mod tests {
         let track = Track { positions: vec![], turns: vec![(0.5, Turn::Orientation(quarter))], spin: -3.0 };
         let mut journey = Journey::of(0, &track, &start());
         assert_eq!((journey.turns(0.5), journey.turned(0.0, 1.0), journey.turned(0.5, 0.75)), (1.5, 3.25, 0.75));
-        (journey.carried.delay, journey.carried.share) = (0.5, 0.25);
+        (journey.carried.delay, journey.carried.fraction) = (0.5, 0.25);
         assert!((journey.turned(0.25, 0.5625) - (0.75 + 0.125)).abs() < 1e-15);
         assert_eq!(journey.turned(0.75, 1.0), 0.0);
     }
@@ -308,7 +308,7 @@ mod tests {
         let poses = [start(), other];
         let track = Track { positions: vec![], turns: vec![(1.0, Turn::Orientation(quarter))], spin: 0.0 };
         let mut together = Move::of(0, track);
-        together.carried.push(Carried { fixing: 1, delay: 0.5, share: 0.25 });
+        together.carried.push(Carried { constraint: 1, delay: 0.5, fraction: 0.25 });
         let journeys = together.journeys(|k| poses[k]);
         assert!((journeys[0].at(1.0).position - Vector::x()).norm() < 1e-15);
         assert_eq!(journeys[1].at(0.5), other);

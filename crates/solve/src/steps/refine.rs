@@ -1,15 +1,15 @@
 //! The end of an increment: Newton steps until the next one would hardly move the harness.
 
-use super::Driver;
-use crate::certificate::Certifier;
-use wireloom_core::minimiser::Status;
+use super::driver::Driver;
+use crate::steps::certificate::Certifier;
+use wireloom_core::status::Status;
 
-/// Newton steps are taken from an increment's end until the next one moves the harness by less than this share of its longest branch, and
+/// Newton steps are taken from an increment's end until the next one moves the harness by less than this fraction of its longest branch, and
 /// turns it by less than this, in rad; what is allowed in the end is [`crate::certificate`]'s.
 const REFINED: f64 = 1e-7;
 /// So many of them: next to a limit point the first ones converge slowly.
 const REFINEMENTS: usize = 12;
-/// Each must be shorter than this share of the one before, or the minimiser is asked for forces smaller by [`FINER`].
+/// Each must be shorter than this fraction of the one before, or the minimiser is asked for forces smaller by [`FINER`].
 const SHRINKS: f64 = 0.7;
 /// See [`SHRINKS`].
 const FINER: f64 = 1e-2;

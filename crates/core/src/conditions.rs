@@ -1,0 +1,294 @@
+//! What acts on a harness at one moment, as data: targets, memories, multipliers, contact, friction and sliding.
+
+use crate::network::AttachedConstraint;
+use crate::{Network, Pose, State, Vector};
+use serde::{Deserialize, Serialize};
+
+/// First penalty of a constraint's equations, in units of (force scale × length scale) / (scale of the residual)²: far
+/// stiffer than a cable in bending, so that every update of the multipliers takes three or four digits off; in a taut
+/// cable it is raised.
+const FIRST_PENALTY: f64 = 1e4;
+
+/// What acts on the harness at one moment.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Conditions {
+    /// Gravity, m/s².
+    pub gravity: Vector,
+    /// Factor of each load.
+    pub load_factors: Vec<f64>,
+    /// Which constraints act.
+    pub active: Vec<bool>,
+    /// Target pose of the first station of each constraint.
+    pub targets: Vec<Pose>,
+    /// State of each constraint.
+    pub constraints: Vec<ConstraintState>,
+    /// State of each sliding constraint of [`Network::slides`], while it acts.
+    pub sliding: Vec<Sliding>,
+    /// Poses of obstacles, and contact records.
+    pub contact: ContactState,
+}
+
+impl Conditions {
+    /// Start of a run: every constraint where its stations are at `state`, nothing slides yet.
+    pub fn new(network: &Network, gravity: Vector, state: &State) -> Self {
+        let constraints: Vec<ConstraintState> =
+            network.constraints.iter().map(|c| ConstraintState::begin(c, state)).collect();
+        let with_states = network.constraints.iter().zip(&constraints);
+        Self {
+            gravity,
+            load_factors: network.loads.iter().map(|load| load.factor).collect(),
+            active: network.constraints.iter().map(|c| c.from_start).collect(),
+            targets: with_states.map(|(c, own)| c.model.target(&own.base, 0.0)).collect(),
+            constraints,
+            sliding: vec![Sliding::Stuck; network.slides.len()],
+            contact: ContactState::new(network),
+        }
+    }
+}
+
+/// State of a constraint from one equilibrium to the next.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ConstraintState {
+    /// Target of its first station by the scenario, before [`crate::Constraint::target`].
+    pub base: Pose,
+    /// Poses of its further stations relative to the first when it began.
+    pub beside: Vec<Pose>,
+    /// See [`crate::ConstraintView::progress`].
+    pub progress: f64,
+    /// See [`crate::Constraint::memory`].
+    pub memory: Vec<f64>,
+    /// λ of each residual.
+    pub multipliers: Vec<f64>,
+    /// ρ of each residual, in units of (force scale × length scale) / (scale of the residual)².
+    pub penalties: Vec<f64>,
+}
+
+impl ConstraintState {
+    /// State of a constraint that begins where its stations are at `state`.
+    pub fn begin(constraint: &AttachedConstraint, state: &State) -> Self {
+        let base = state.pose(&constraint.site);
+        let further = constraint.stations.iter().skip(1);
+        Self {
+            base,
+            beside: further.map(|site| base.inverse().compose(&state.pose(site))).collect(),
+            progress: 0.0,
+            memory: constraint.model.memory(),
+            multipliers: vec![0.0; constraint.residuals.len()],
+            penalties: vec![FIRST_PENALTY; constraint.residuals.len()],
+        }
+    }
+}
+
+/// State of a sliding constraint.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub enum Sliding {
+    /// Its arc length is fixed; the axial force is a reaction.
+    Stuck,
+    /// The cable runs. `force` (N) acts on the arc length against the motion: friction, or 0.
+    Running {
+        /// Constant generalised force on the arc length: `∂E/∂s + force = 0` at rest, N.
+        force: f64,
+    },
+}
+
+/// A place of a cable that is kept out of others: between nodes `segment` and `segment + 1` of a branch.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ContactPoint {
+    /// Index of the branch.
+    pub branch: usize,
+    /// Index of the segment.
+    pub segment: usize,
+    /// Fraction of the way from its first to its second node.
+    pub fraction: f64,
+}
+
+impl ContactPoint {
+    /// Position at `state`, m.
+    pub fn position(&self, network: &Network, state: &State) -> Vector {
+        let i = network.branches[self.branch].points.start + self.segment;
+        let (a, b) = (state.points[i] + state.compensation[i], state.points[i + 1] + state.compensation[i + 1]);
+        a + (b - a) * self.fraction
+    }
+
+    /// Arc length at `state`, m.
+    pub fn arc_length(&self, network: &Network, state: &State) -> f64 {
+        let lengths = &state.rest_lengths[network.branches[self.branch].points.start..];
+        lengths[..self.segment].iter().sum::<f64>() + lengths[self.segment] * self.fraction
+    }
+}
+
+/// The surface that a contact point touches.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+pub enum Partner {
+    /// A body.
+    Obstacle {
+        /// Index of the obstacle.
+        obstacle: u32,
+        /// Part of its surface.
+        part: u32,
+    },
+    /// A cable.
+    Cable {
+        /// Index of the branch.
+        branch: u32,
+        /// Index of the segment.
+        segment: u32,
+    },
+}
+
+impl Partner {
+    /// Index of the obstacle, if it is one.
+    pub fn obstacle(self) -> Option<u32> {
+        match self {
+            Partner::Obstacle { obstacle, .. } => Some(obstacle),
+            Partner::Cable { .. } => None,
+        }
+    }
+
+    /// Index of the branch, if it is a cable.
+    pub fn branch(self) -> Option<usize> {
+        match self {
+            Partner::Obstacle { .. } => None,
+            Partner::Cable { branch, .. } => Some(branch as usize),
+        }
+    }
+}
+
+/// Multiplier, penalty and friction of a contact point that touches a partner.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ContactRecord {
+    /// Index of the contact point.
+    pub point: u32,
+    /// The surface that it touches.
+    pub partner: Partner,
+    /// λ, N.
+    pub multiplier: f64,
+    /// ρ in units of the first one.
+    pub penalty: f64,
+    /// Friction; none where the partner is smooth.
+    pub anchor: Option<FrictionAnchor>,
+}
+
+/// The place of a body, or of another cable, to which friction binds a contact point by a tangential spring.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct FrictionAnchor {
+    /// Place of the anchor, m: in the axes of the body; on a cable from the centre line, in the axes of the segment's
+    /// frame.
+    pub(crate) position: Vector,
+    /// n in the same axes.
+    pub(crate) normal: Vector,
+    /// N, N.
+    pub force: f64,
+    /// Where two cables are bound to each other.
+    pub(crate) bond: Option<Bond>,
+}
+
+/// Place where two cables are bound to each other by friction.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub(crate) struct Bond {
+    /// Fraction of the way along the segment that the contact point is bound to.
+    pub(crate) fraction: f64,
+    /// From the contact point to the surface of its own cable, in the axes of its segment's frame, m.
+    pub(crate) lever: Vector,
+}
+
+/// Two cables that overlapped at the start of a run, and may go on to.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Overlap {
+    /// Index of the contact point.
+    pub point: u32,
+    /// Index of the other branch.
+    pub branch: u32,
+    /// Least distance that is allowed, m.
+    pub distance: f64,
+}
+
+/// State of contact from one equilibrium to the next.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct ContactState {
+    /// Pose of each obstacle.
+    pub poses: Vec<Pose>,
+    /// Whether friction acts: not while the initial equilibrium is being found.
+    pub friction: bool,
+    /// Contact points beside those that every harness of the network has.
+    pub extra: Vec<ContactPoint>,
+    /// Sorted by contact point, then by partner.
+    pub records: Vec<ContactRecord>,
+    /// Sorted by contact point and branch.
+    pub overlaps: Vec<Overlap>,
+}
+
+impl ContactState {
+    /// At the beginning: nothing touches.
+    pub fn new(network: &Network) -> Self {
+        Self { poses: network.obstacles.iter().map(|o| o.pose).collect(), ..Self::default() }
+    }
+
+    /// Records of a contact point.
+    pub fn records_of(&self, point: u32) -> &[ContactRecord] {
+        records_of(&self.records, point)
+    }
+
+    /// Record of a contact point and a partner.
+    pub fn record_of(&self, point: u32, partner: Partner) -> Option<&ContactRecord> {
+        self.records_of(point).iter().find(|record| record.partner == partner)
+    }
+
+    /// Records whose partner is a cable to which friction binds them, with the branch and segment of that cable.
+    pub(crate) fn bound_cables(&self) -> impl Iterator<Item = (&ContactRecord, [usize; 2])> {
+        self.records.iter().filter_map(|record| match record.partner {
+            Partner::Cable { branch, segment } if record.anchor.is_some() => {
+                Some((record, [branch as usize, segment as usize]))
+            }
+            _ => None,
+        })
+    }
+}
+
+/// Records of a contact point among sorted ones.
+pub fn records_of(records: &[ContactRecord], point: u32) -> &[ContactRecord] {
+    let from = records.partition_point(|record| record.point < point);
+    let records = &records[from..];
+    &records[..records.partition_point(|record| record.point == point)]
+}
+
+/// A harness and what acts on it: all that a term of the energy reads beside the state.
+#[derive(Clone, Copy)]
+pub struct System<'a> {
+    /// The harness.
+    pub network: &'a Network,
+    /// What acts on it.
+    pub conditions: &'a Conditions,
+}
+
+impl<'a> System<'a> {
+    /// Coefficient of friction of a partner, where friction acts.
+    pub fn friction_coefficient(&self, partner: Partner) -> f64 {
+        match partner {
+            _ if !self.conditions.contact.friction => 0.0,
+            Partner::Obstacle { obstacle, .. } => self.network.obstacles[obstacle as usize].friction,
+            Partner::Cable { .. } => self.network.contact.friction,
+        }
+    }
+
+    /// Constraints that act, with their indices.
+    pub fn acting(self) -> impl Iterator<Item = (usize, &'a AttachedConstraint)> {
+        self.network.constraints.iter().enumerate().filter(move |(c, _)| self.conditions.active[*c])
+    }
+
+    /// Nodes of a branch that are tied to the material or to space: ends, constraints that act, loads. Increasing.
+    pub fn knots(self, branch: usize) -> Vec<usize> {
+        let points = &self.network.branches[branch].points;
+        let of_constraints =
+            self.acting().flat_map(|(_, constraint)| &constraint.places).filter_map(|place| match place {
+                crate::network::Place::Node { branch: b, node } if *b == branch => Some(*node),
+                _ => None,
+            });
+        let loads = self.network.loads.iter().filter(|load| points.contains(&load.point));
+        let of_loads = loads.map(|load| load.point - points.start);
+        let mut knots: Vec<usize> = of_constraints.chain(of_loads).chain([0, points.len() - 1]).collect();
+        knots.sort_unstable();
+        knots.dedup();
+        knots
+    }
+}

@@ -1,0 +1,28 @@
+//! The total energy, term by term:
+//!
+//! ```text
+//! E = Σ rods + Σ joints + Σ constraints + contact + friction + weight and dead loads
+//! ```
+//!
+//! | term | module | energy |
+//! | --- | --- | --- |
+//! | rods | [`rods`] | `Σ ½ ℓ Γᵀ C Γ + ½ λ (κ − κ°)ᵀ D (κ − κ°)` |
+//! | joints | [`joints`] | that of each joint model |
+//! | constraints | [`constraints`] | potentials, and `λ c + ½ ρ c²` of equations (augmented Lagrangian) |
+//! | sliding | [`sliding`] | none of its own: `∂E/∂s` of the arc length s at a sliding constraint |
+//! | contact | [`contact`] | `(max(0, λ + ρ c)² − λ²)/(2ρ)` |
+//! | friction | [`friction`] | `½ k u²`, up to `f N` |
+//! | weight | [`gravity`] | `−Σ m g·x` |
+//! | dead loads | [`loads`] | `−Σ f·x`; dead moments have none |
+//!
+//! Each term is a struct with its workspace: asked for energy (J), gradient (N, N m) and second derivatives of a
+//! [`crate::conditions::System`] at a [`crate::State`]. [`crate::Problem`] is their sum.
+
+pub mod constraints;
+pub mod contact;
+pub mod friction;
+pub mod gravity;
+pub mod joints;
+pub mod loads;
+pub mod rods;
+pub mod sliding;

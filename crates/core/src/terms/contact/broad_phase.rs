@@ -1,0 +1,101 @@
+//! Broad phase: which contact points may touch which obstacles, searched again only where something came near.
+
+use super::distance_cache::CachedDistance;
+use super::term::{ContactTerm, SPACING};
+use crate::conditions::System;
+use crate::{State, Vector};
+
+/// Reach of the search around a contact point, in radii.
+const REACH: f64 = 12.0;
+/// Obstacles stay in the cache of a contact point that are nearer than its radius and so many radii.
+const MARGIN: f64 = 1.0;
+
+/// A place of a cable whose centre line is inside a body.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Penetration {
+    /// Index of the branch.
+    pub branch: usize,
+    /// Arc length, m.
+    pub s: f64,
+    /// Position, m.
+    pub position: Vector,
+    /// Index of the obstacle.
+    pub obstacle: usize,
+    /// Depth, m.
+    pub depth: f64,
+}
+
+impl ContactTerm {
+    /// Whether contact point `i`, which is at `x`, may touch what is not in its cache.
+    fn has_gone_far(&self, i: usize, x: &Vector) -> bool {
+        let (at, reach) = &self.searched[i];
+        !((x - at).norm_squared() <= reach * reach && *reach >= 0.0)
+    }
+
+    /// Searches around every contact point that has moved too far since its last search.
+    pub(super) fn search(&mut self, system: System<'_>, state: &State) {
+        let network = system.network;
+        let mut changed = false;
+        for i in 0..self.points.len() {
+            let point = self.points[i];
+            let x = point.position(network, state);
+            if !self.has_gone_far(i, &x) {
+                continue;
+            }
+            changed = true;
+            let radius = 0.5 * network.branches[point.branch].section.diameter;
+            let reach = REACH * radius;
+            let cached = &mut self.cached[i];
+            cached.clear();
+            let mut safe = f64::INFINITY;
+            for (o, obstacle) in network.obstacles.iter().enumerate() {
+                let own = system.conditions.contact.poses[o].local(&x);
+                let distance = obstacle.shape.distance(&own, reach).min(reach);
+                if distance < (1.0 + MARGIN) * radius {
+                    cached.push(CachedDistance::new(o as u32, own, distance));
+                    // It stays in the cache as long as the point is within `safe`.
+                    continue;
+                }
+                safe = safe.min(distance - radius);
+            }
+            if !cached.is_empty() {
+                safe = safe.min(SPACING * radius);
+            }
+            self.searched[i] = (x, safe);
+        }
+        if changed {
+            let Self { near, points, held, cached, .. } = self;
+            near.clear();
+            near.extend((0..points.len() as u32).filter(|&i| {
+                let point = &points[i as usize];
+                let first = network.branches[point.branch].points.start + point.segment;
+                // A point that a constraint holds cannot give way.
+                let free = |point: usize| !held[point];
+                let moves = point.fraction < 1.0 && free(first) || point.fraction > 0.0 && free(first + 1);
+                moves && !cached[i as usize].is_empty()
+            }));
+        }
+    }
+
+    /// Deepest place of a centre line inside a body at `state`, places that constraints hold there apart; `None` where
+    /// no centre line is.
+    pub(crate) fn deepest_penetration(&mut self, system: System<'_>, state: &State) -> Option<Penetration> {
+        let network = system.network;
+        self.update_held(system);
+        let mut deepest: Option<Penetration> = None;
+        for point in &self.points {
+            let x = point.position(network, state);
+            let radius = 0.5 * network.branches[point.branch].section.diameter;
+            for (o, obstacle) in network.obstacles.iter().enumerate() {
+                let own = system.conditions.contact.poses[o].local(&x);
+                let depth = -obstacle.shape.distance(&own, radius);
+                let held_there = self.touch_radius(system, state, point, o as u32) < 0.5 * radius;
+                if depth > deepest.as_ref().map_or(0.0, |deepest| deepest.depth) && !held_there {
+                    let s = point.arc_length(network, state);
+                    deepest = Some(Penetration { branch: point.branch, s, position: x, obstacle: o, depth });
+                }
+            }
+        }
+        deepest
+    }
+}

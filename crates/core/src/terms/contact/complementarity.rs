@@ -1,0 +1,98 @@
+//! Complementarity of contact: gap and force, of which one is zero at an equilibrium.
+
+use super::term::{ContactTerm, DEPTH};
+use crate::State;
+use crate::conditions::{Partner, System};
+use std::collections::BTreeSet;
+
+/// Tolerance of the normal force that friction goes by, as a fraction of the largest normal force.
+const FRICTION_TOLERANCE: f64 = 1e-3;
+
+/// A place where contact is violated.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ContactViolation {
+    /// Index of the branch.
+    pub branch: usize,
+    /// Arc length, m.
+    pub s: f64,
+    /// The surface that it touches.
+    pub partner: Partner,
+    /// Kind of the violation.
+    pub lack: Lack,
+}
+
+/// Kind of a violation of contact.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Lack {
+    /// Depth, m; where it is negative a force acts across so large a gap.
+    Depth(f64),
+    /// Difference of the normal force that friction goes by from the present one, N.
+    Friction(f64),
+}
+
+impl ContactTerm {
+    /// Largest violation of contact at `state`, in units of the tolerance: 1 or less is met. `None` where nothing can touch.
+    pub(crate) fn violation(&mut self, system: System<'_>, state: &State) -> Option<f64> {
+        if self.is_idle() {
+            return None;
+        }
+        self.energy(system, state);
+        let mut worst = 0.0_f64;
+        self.for_violations(system, |value, _, _, _| worst = worst.max(value));
+        Some(worst)
+    }
+
+    /// Largest violation of contact at `state` that is above the tolerance.
+    pub(crate) fn worst_violation(&mut self, system: System<'_>, state: &State) -> Option<ContactViolation> {
+        if self.is_idle() {
+            return None;
+        }
+        self.energy(system, state);
+        let mut worst: Option<(f64, u32, Partner, Lack)> = None;
+        self.for_violations(system, |value, point, partner, lack| {
+            if value > worst.map_or(1.0, |worst| worst.0) {
+                worst = Some((value, point, partner, lack));
+            }
+        });
+        worst.map(|(_, point, partner, lack)| {
+            let point = self.point(point);
+            let (branch, s) = (point.branch, point.arc_length(system.network, state));
+            ContactViolation { branch, s, partner, lack }
+        })
+    }
+
+    /// Shows `see` the violations of all contacts and records, where contact was evaluated last, in units of the tolerance.
+    fn for_violations(&self, system: System<'_>, mut see: impl FnMut(f64, u32, Partner, Lack)) {
+        let records = &system.conditions.contact.records;
+        let found = &self.found;
+        let largest = found.iter().map(|c| c.force).fold(0.0, f64::max);
+        for contact in found {
+            let (point, partner, gap) = (contact.point, contact.partner, contact.gap);
+            see(gap.abs() / (DEPTH * contact.radius), point, partner, Lack::Depth(-gap));
+            if system.friction_coefficient(partner) > 0.0 {
+                let anchor = system
+                    .conditions
+                    .contact
+                    .record_of(contact.point, contact.partner)
+                    .and_then(|record| record.anchor);
+                let off = (anchor.map_or(0.0, |anchor| anchor.force) - contact.force).abs();
+                see(off / (FRICTION_TOLERANCE * largest), point, partner, Lack::Friction(off));
+            }
+        }
+        // A contact that has opened must not keep a multiplier, λ/ρ in metres: the measure of complementarity
+        // `|max(c, −λ/ρ)|` (Birgin and Martínez 2014, Practical Augmented Lagrangian Methods). Residuals are relative to
+        // contact forces, so a large multiplier would hide any residual.
+        let touching: BTreeSet<_> = found.iter().map(|contact| (contact.point, contact.partner)).collect();
+        for record in records.iter().filter(|record| !touching.contains(&(record.point, record.partner))) {
+            let reach = record.multiplier / self.penalty(record);
+            let radius = 0.5 * system.network.branches[self.branch_of(record)].section.diameter;
+            see(reach / (DEPTH * radius), record.point, record.partner, Lack::Depth(-reach));
+            // Friction that still acts there, by a normal force of before: however small, it is a violation.
+            let anchor =
+                record.anchor.filter(|anchor| anchor.force > 0.0 && system.friction_coefficient(record.partner) > 0.0);
+            if let Some(anchor) = anchor {
+                see(f64::INFINITY, record.point, record.partner, Lack::Friction(anchor.force));
+            }
+        }
+    }
+}

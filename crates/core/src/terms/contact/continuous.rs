@@ -1,0 +1,183 @@
+//! Continuous collision detection: no centre line goes through a surface, or another centre line, on its way.
+
+use super::term::ContactTerm;
+use crate::conditions::System;
+use crate::{Pose, State, Vector};
+
+/// Share of the way to a surface, or to where two pieces of cable meet, that may be gone.
+pub(super) const SAFE: f64 = 0.9;
+/// Halvings in the search for the moment when two pieces of cable meet.
+const HALVINGS: usize = 50;
+/// Round-off in where two lines meet, as a fraction of their pieces.
+const BESIDE: f64 = 1e-9;
+
+/// A piece of straight line, by its ends.
+pub(super) type Piece = [Vector; 2];
+
+/// The first fraction of the way on which two pieces of straight line come through each other, their ends going straight from one place to another;
+/// `None` where they never do. They meet where the volume of the tetrahedron of their four ends, a cubic polynomial of the fraction, is zero.
+pub(super) fn meeting([p, p_end]: [&Piece; 2], [q, q_end]: [&Piece; 2]) -> Option<f64> {
+    let edge = |piece: &Piece| piece[1] - piece[0];
+    let (e, f, g) = (edge(p), edge(q), q[0] - p[0]);
+    let (de, df, dg) = (edge(p_end) - e, edge(q_end) - f, q_end[0] - p_end[0] - g);
+    let volume = |t: f64| (e + de * t).dot(&(f + df * t).cross(&(g + dg * t)));
+    // c₁ + 2 c₂ t + 3 c₃ t²: between its zeros the volume rises or falls.
+    let triple = |a: &Vector, b: &Vector, c: &Vector| a.dot(&b.cross(c));
+    let c1 = triple(&de, &f, &g) + triple(&e, &df, &g) + triple(&e, &f, &dg);
+    let c2 = triple(&de, &df, &g) + triple(&de, &f, &dg) + triple(&e, &df, &dg);
+    let c3 = triple(&de, &df, &dg);
+    let mut places = [0.0, 1.0, 1.0, 1.0];
+    let square = c2 * c2 - 3.0 * c3 * c1;
+    if square > 0.0 {
+        // Of two zeros with the same sign of c₂ and the root, the other one from their product: nothing cancels, and c₃ may be zero.
+        let w = -(c2 + square.sqrt().copysign(c2));
+        let mut zeros = [w / (3.0 * c3), c1 / w].map(|t| if t > 0.0 && t < 1.0 { t } else { 1.0 });
+        zeros.sort_by(f64::total_cmp);
+        places[1..3].copy_from_slice(&zeros);
+    }
+    places.windows(2).find_map(|ends| {
+        let (mut low, mut high) = (ends[0], ends[1]);
+        let rises = volume(high) > volume(low);
+        let above = |t: f64| if rises { volume(t) > 0.0 } else { volume(t) < 0.0 };
+        // What is in one plane from the beginning has no sides.
+        if volume(low) == 0.0 || above(low) || !above(high) {
+            return None;
+        }
+        for _ in 0..HALVINGS {
+            let middle = 0.5 * (low + high);
+            if above(middle) { high = middle } else { low = middle }
+        }
+        let (e, f, g) = (e + de * low, f + df * low, g + dg * low);
+        let (ee, ef, ff) = (e.norm_squared(), e.dot(&f), f.norm_squared());
+        let square = ee * ff - ef * ef;
+        let s = (ff * e.dot(&g) - ef * f.dot(&g)) / square;
+        let t = (ef * e.dot(&g) - ee * f.dot(&g)) / square;
+        let within = |x: f64| (-BESIDE..=1.0 + BESIDE).contains(&x);
+        (within(s) && within(t)).then_some(low)
+    })
+}
+
+impl ContactTerm {
+    /// Largest fraction of the way from one state to another on which no centre line enters a body; 1 where none does. The
+    /// bodies may have moved there from `poses`; without it they stand. A cable that is inside already is free to come out.
+    pub(crate) fn collision_free_fraction(
+        &mut self,
+        system: System<'_>,
+        from: &State,
+        to: &State,
+        poses: Option<&[Pose]>,
+    ) -> f64 {
+        let mut free = 1.0_f64;
+        if self.is_idle() {
+            return free;
+        }
+        free = free.min(self.collision_free_fraction_of_cables(system, from, to));
+        let network = system.network;
+        for (i, point) in self.points.iter().enumerate() {
+            let (a, b) = (point.position(network, from), point.position(network, to));
+            let (at, reach) = &self.searched[i];
+            let first = network.branches[point.branch].points.start + point.segment;
+            let held = |point: usize, weight: f64| weight == 0.0 || self.held[point];
+            if held(first, 1.0 - point.fraction) && held(first + 1, point.fraction) {
+                continue;
+            }
+            let cached = &self.cached[i];
+            // Beside what is in the cache nothing was nearer than `reach` at the last search.
+            let out_of_reach = poses.is_none() && (a - at).norm() + (b - a).norm() <= *reach;
+            if out_of_reach && cached.is_empty() {
+                continue;
+            }
+            for (o, obstacle) in network.obstacles.iter().enumerate() {
+                let cached = cached.iter().find(|cached| cached.obstacle as usize == o);
+                if out_of_reach && cached.is_none() {
+                    continue;
+                }
+                let now = &system.conditions.contact.poses[o];
+                let was = poses.map_or(now, |poses| &poses[o]);
+                let (start, end) = (was.local(&a), now.local(&b));
+                let way = (end - start).norm();
+                if way == 0.0 || cached.is_some_and(|cached| cached.is_beyond(&start, way)) {
+                    continue;
+                }
+                // A cable that is held inside a body must get there.
+                let radius = 0.5 * network.branches[point.branch].section.diameter;
+                if self.touch_radius(system, from, point, o as u32) < 0.5 * radius {
+                    continue;
+                }
+                let distance = obstacle.shape.distance(&start, way);
+                if !(distance > 0.0 && distance < way) {
+                    continue;
+                }
+                if let Some(fraction) = obstacle.shape.crossing(&start, &end) {
+                    free = free.min(SAFE * fraction);
+                }
+            }
+        }
+        free
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn piece(a: [f64; 3], b: [f64; 3]) -> Piece {
+        [a.into(), b.into()]
+    }
+
+    #[test]
+    fn pieces_meet_where_one_falls_through_the_other() {
+        let still = piece([-1.0, 0.0, 0.0], [1.0, 0.0, 0.0]);
+        let (above, below) = (piece([0.2, -1.0, 0.3], [0.2, 1.0, 0.3]), piece([0.2, -1.0, -0.7], [0.2, 1.0, -0.7]));
+        let at = meeting([&still, &still], [&above, &below]).expect("they meet");
+        assert!((at - 0.3).abs() < 1e-12, "{at}");
+        // The same to the last but round-off whoever goes.
+        let moved = meeting([&above, &below], [&still, &still]).expect("they meet");
+        assert!((at - moved).abs() < 1e-12, "{moved}");
+        // Beside its end, or only up to it.
+        let (beside, down) = (piece([1.2, -1.0, 0.3], [1.2, 1.0, 0.3]), piece([1.2, -1.0, -0.7], [1.2, 1.0, -0.7]));
+        assert_eq!(meeting([&still, &still], [&beside, &down]), None);
+        assert_eq!(meeting([&still, &still], [&above, &piece([0.2, -1.0, 0.1], [0.2, 1.0, 0.1])]), None);
+    }
+
+    /// Pieces that turn while they go may meet more than once: against small steps of the way, but for what comes near an end.
+    #[test]
+    fn pieces_that_turn_meet_first_where_small_steps_say() {
+        // Numbers between -1 and 1 without a pattern.
+        let mut seed = 1.0_f64;
+        let mut number = || {
+            seed += 1.0;
+            2.0 * ((seed * 12.9898).sin() * 43758.5453).rem_euclid(1.0) - 1.0
+        };
+        let mut vector = || Vector::new(number(), number(), number());
+        let mut met = 0;
+        for _ in 0..3000 {
+            let [p, p_end, q, q_end] = [0; 4].map(|_| [vector(), vector()]);
+            let at = |from: &Piece, to: &Piece, t: f64| [0, 1].map(|k| from[k] + (to[k] - from[k]) * t);
+            // On which side they are, and by how much they cross within their ends.
+            let seen = |t: f64| {
+                let (p, q) = (at(&p, &p_end, t), at(&q, &q_end, t));
+                let (e, f, g) = (p[1] - p[0], q[1] - q[0], q[0] - p[0]);
+                let n = e.cross(&f);
+                let (s, u) = (g.cross(&f).dot(&n) / n.norm_squared(), g.cross(&e).dot(&n) / n.norm_squared());
+                (g.dot(&n), s.min(1.0 - s).min(u).min(1.0 - u))
+            };
+            let place = |k: usize| k as f64 / 400.0;
+            let crosses = |k: &usize| {
+                let ((before, a), (after, b)) = (seen(place(*k)), seen(place(k + 1)));
+                before * after < 0.0 && a.min(b) > 0.02
+            };
+            let expected = (0..400).find(crosses).map(place);
+            let found = meeting([&p, &p_end], [&q, &q_end]);
+            met += usize::from(found.is_some());
+            if let Some(expected) = expected {
+                assert!(found.is_some_and(|found| found < expected + 1.0 / 400.0), "{found:?}, {expected} expected");
+            }
+            if let Some(found) = found {
+                let (volume, within) = seen(found);
+                assert!(volume.abs() < 1e-6 && within > -1e-6, "{volume} {within}");
+            }
+        }
+        assert!(met > 100, "{met}");
+    }
+}

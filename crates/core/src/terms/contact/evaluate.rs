@@ -1,0 +1,239 @@
+//! Energy of contact and its derivatives.
+
+use super::term::{APPROACHING, Contact, ContactTerm, RUN_OUT, Sunk, Touched, Turning};
+use crate::conditions::{ContactPoint, ContactRecord, Partner, System};
+use crate::constraint::Action;
+use crate::network::Place;
+use crate::rotation::skew;
+use crate::variable::{Block, Variable};
+use crate::{Matrix, State, Tangent};
+
+/// Energy of an inequality `−gap ≤ 0` with multiplier λ and penalty ρ, J, and μ, N.
+pub fn inequality(gap: f64, lambda: f64, rho: f64) -> (f64, f64) {
+    let mu = (lambda - rho * gap).max(0.0);
+    ((mu * mu - lambda * lambda) / (2.0 * rho), mu)
+}
+
+impl ContactTerm {
+    /// Radius that counts for a contact point against an obstacle, m.
+    pub(super) fn touch_radius(&self, system: System<'_>, state: &State, point: &ContactPoint, obstacle: u32) -> f64 {
+        let branch = &system.network.branches[point.branch];
+        let radius = 0.5 * branch.section.diameter;
+        let mut least = radius;
+        for sunk in self.sunk.iter().filter(|sunk| sunk.obstacle == obstacle && sunk.place.0 == point.branch) {
+            let s = point.arc_length(system.network, state);
+            let t = ((s - sunk.place.1).abs() / (RUN_OUT * radius)).min(1.0);
+            least = least.min(sunk.distance + (radius - sunk.distance) * t * t * (3.0 - 2.0 * t));
+        }
+        least
+    }
+
+    /// Finds every contact point that touches at `state`, in order, and those that are approaching. Returns the energy of
+    /// contact, J, to which multipliers contribute nothing at an equilibrium.
+    pub fn energy(&mut self, system: System<'_>, state: &State) -> f64 {
+        if self.is_idle() {
+            return 0.0;
+        }
+        self.search(system, state);
+        self.search_pairs(system, state);
+        let mut found = std::mem::take(&mut self.found);
+        let mut cached = std::mem::take(&mut self.cached);
+        let mut approaching = std::mem::take(&mut self.approaching);
+        found.clear();
+        approaching.clear();
+        let contact = &system.conditions.contact;
+        // Records that do not touch any more leave this behind.
+        let of_record = |r: &ContactRecord| -0.5 * r.multiplier * r.multiplier / self.penalty(r);
+        let mut energy: f64 = contact.records.iter().map(of_record).sum();
+        for &index in &self.near {
+            let point = &self.points[index as usize];
+            let position = point.position(system.network, state);
+            let records = contact.records_of(index);
+            let first = self.penalties[point.branch];
+            for cached in &mut cached[index as usize] {
+                let o = cached.obstacle;
+                let (obstacle, pose) = (&system.network.obstacles[o as usize], &contact.poses[o as usize]);
+                let radius = self.touch_radius(system, state, point, o);
+                let records = || records.iter().filter(|record| record.partner.obstacle() == Some(o));
+                let pull = records().map(|record| record.multiplier / (first * record.penalty)).fold(0.0, f64::max);
+                for touch in
+                    cached.touches(&*obstacle.shape, &pose.local(&position), (1.0 + APPROACHING) * radius + pull)
+                {
+                    let partner = Partner::Obstacle { obstacle: o, part: touch.part };
+                    let record = records().find(|record| record.partner == partner);
+                    let rho = first * record.map_or(1.0, |record| record.penalty);
+                    let lambda = record.map_or(0.0, |record| record.multiplier);
+                    let gap = touch.distance - radius;
+                    let (e, force) = inequality(gap, lambda, rho);
+                    energy += e + 0.5 * lambda * lambda / rho;
+                    let r = pose.orientation.to_rotation_matrix();
+                    let contact = Contact {
+                        point: index,
+                        partner,
+                        other: None,
+                        position,
+                        gap,
+                        radius,
+                        normal: r * touch.normal,
+                        curvature: r.matrix() * touch.curvature * r.matrix().transpose(),
+                        force: lambda - rho * gap,
+                        penalty: rho,
+                    };
+                    if force > 0.0 { found.push(contact) } else { approaching.push(contact) }
+                }
+            }
+        }
+        self.cached = cached;
+        energy += self.find_pairs(system, state, &mut found, &mut approaching);
+        self.couple_contacts(system, state, found.iter().chain(&approaching));
+        (self.found, self.approaching) = (found, approaching);
+        energy
+    }
+
+    /// Adds the first derivatives of the energy of contact in the positions of all points, tied ones included; returns
+    /// that energy, J.
+    pub fn gradient(&mut self, system: System<'_>, state: &State, gradient: &mut Tangent) -> f64 {
+        let energy = self.energy(system, state);
+        for contact in &self.found {
+            let Some(Touched { first, fraction, .. }) = contact.other else { continue };
+            gradient.points[first] += contact.normal * (contact.force * (1.0 - fraction));
+            gradient.points[first + 1] += contact.normal * (contact.force * fraction);
+        }
+        for contact in &self.found {
+            for (point, fraction) in self.support(system, contact.point) {
+                gradient.points[point] -= contact.normal * contact.force * fraction;
+            }
+        }
+        energy
+    }
+
+    /// Adds the second derivatives of the energy of contact at `state` in the independent variables: both triangles; with
+    /// `convex` without what makes it less convex. The levers of tied points have theirs from the forces at them.
+    ///
+    /// With `u` the motion of the contact point against the place it touches, and, where that is within a segment from a
+    /// to b (length L, direction t), `w = δb − δa`: `δ²φ = u·∂²φ/∂x² u − 2 (t·u)(n·w)/L − (φ/L²)(n·w)²`, the last two
+    /// because the nearest place moves along as the segment turns.
+    pub fn hessian(&mut self, system: System<'_>, state: &State, convex: bool, blocks: &mut Vec<Block>) {
+        self.energy(system, state);
+        for contact in &self.found {
+            let (n, mu) = (contact.normal, contact.force);
+            let mut uu = n * n.transpose() * contact.penalty;
+            if !convex {
+                uu -= contact.curvature * mu;
+            }
+            let (uw, ww) = match contact.other.and_then(|other| other.turning) {
+                Some(Turning { direction, length, distance }) => {
+                    let uw = if convex { Matrix::zeros() } else { direction * n.transpose() * (mu / length) };
+                    (uw, n * n.transpose() * (mu * distance / (length * length)))
+                }
+                None => (Matrix::zeros(), Matrix::zeros()),
+            };
+            let of =
+                |u: f64, v: f64, w: f64, z: f64| uu * (u * v) + uw * (u * z) + uw.transpose() * (w * v) + ww * (w * z);
+            self.add_blocks(system, state, &self.places(system, contact), of, blocks);
+        }
+    }
+
+    /// The two points that carry a contact point, and their weights.
+    pub(crate) fn support(&self, system: System<'_>, point: u32) -> [(usize, f64); 2] {
+        let point = &self.points[point as usize];
+        let i = system.network.branches[point.branch].points.start + point.segment;
+        [(i, 1.0 - point.fraction), (i + 1, point.fraction)]
+    }
+
+    /// The points that a contact depends on, each with its weights in u and w; zero weights fill the rest.
+    pub fn places(&self, system: System<'_>, contact: &Contact) -> [(usize, f64, f64); 4] {
+        let [a, b] = self.support(system, contact.point).map(|(point, u)| (point, u, 0.0));
+        let [c, d] = match contact.other {
+            Some(Touched { first, fraction, .. }) => [(first, fraction - 1.0, -1.0), (first + 1, -fraction, 1.0)],
+            None => [(0, 0.0, 0.0); 2],
+        };
+        [a, b, c, d]
+    }
+
+    /// The independent variables that move a point, and its derivatives in them.
+    pub fn columns(&self, system: System<'_>, state: &State, point: usize) -> [Option<(Variable, Matrix)>; 2] {
+        let Some(tie) = self.ties[point].map(|t| &system.network.ties[t]) else {
+            return [Some((Variable::Point(point), Matrix::identity())), None];
+        };
+        let lever = tie.hub_frame.map(|hub| {
+            let r = state.frames[hub].to_rotation_matrix();
+            (Variable::Frame(hub), -(r.matrix() * skew(&tie.offset)))
+        });
+        [Some((Variable::Point(tie.hub_point), Matrix::identity())), lever]
+    }
+
+    /// Adds second derivatives in some points, each with its weights in u and w, as those in independent variables; `of`
+    /// gives them for two of the points by their weights.
+    pub fn add_blocks(
+        &self,
+        system: System<'_>,
+        state: &State,
+        points: &[(usize, f64, f64)],
+        of: impl Fn(f64, f64, f64, f64) -> Matrix,
+        blocks: &mut Vec<Block>,
+    ) {
+        let weighty = || points.iter().filter(|(_, u, w)| *u != 0.0 || *w != 0.0);
+        for (p, u, w) in weighty() {
+            for (q, v, z) in weighty() {
+                let h = of(*u, *v, *w, *z);
+                for (row, a) in self.columns(system, state, *p).into_iter().flatten() {
+                    for (column, b) in self.columns(system, state, *q).into_iter().flatten() {
+                        blocks.push(Block { row, column, matrix: a.transpose() * h * b });
+                    }
+                }
+            }
+        }
+    }
+
+    /// Finds which points constraints hold, and which of them within a radius of an obstacle.
+    pub(crate) fn update_held(&mut self, system: System<'_>) {
+        if self.is_idle() {
+            return;
+        }
+        let (held, before) = (&mut self.held, &mut self.held_before);
+        std::mem::swap(held, before);
+        held.fill(false);
+        self.sunk.clear();
+        let network = system.network;
+        for (c, constraint) in system.acting() {
+            let Action::Prescribed(hold) = constraint.model.action() else { continue };
+            if !hold.position {
+                continue;
+            }
+            if hold.rails.is_empty() {
+                self.held[constraint.site.point] = true;
+            }
+            for (o, obstacle) in network.obstacles.iter().enumerate() {
+                let x = system.conditions.contact.poses[o].local(&system.conditions.targets[c].position);
+                let mut sink = |branch: usize, s: f64| {
+                    let radius = 0.5 * network.branches[branch].section.diameter;
+                    let distance = obstacle.shape.distance(&x, radius);
+                    if distance < radius {
+                        self.sunk.push(Sunk { place: (branch, s), obstacle: o as u32, distance });
+                    }
+                };
+                match constraint.place {
+                    Place::Node { branch, node } => {
+                        let mesh = network.branches[branch].rod.mesh();
+                        sink(branch, mesh.rest_lengths[..node].iter().sum());
+                    }
+                    Place::Joint(j) => {
+                        for (arm, &branch) in network.joints[j].arms.iter().zip(&network.joints[j].branches) {
+                            let mesh = network.branches[branch].rod.mesh();
+                            sink(branch, if arm.starts_here { 0.0 } else { mesh.length() });
+                        }
+                    }
+                }
+            }
+        }
+        self.update_held_overlaps(system);
+        for tie in &network.ties {
+            let rides = tie.hub_frame.is_none() && self.held[tie.hub_point];
+            self.held[tie.point] |= rides;
+        }
+        if self.held != self.held_before {
+            self.search_again();
+        }
+    }
+}

@@ -1,0 +1,60 @@
+//! Forces and moments of obstacles on the harness.
+
+use super::term::{Contact, ContactTerm};
+use crate::Vector;
+use crate::conditions::System;
+
+/// Load of the harness on an obstacle.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct ObstacleLoad {
+    /// Force on the harness, N.
+    pub force: Vector,
+    /// Moment on the harness about the obstacle's position, N m.
+    pub moment: Vector,
+    /// Number of contact points with a force.
+    pub points: usize,
+    /// Largest depth, m.
+    pub depth: f64,
+}
+
+impl ContactTerm {
+    /// Load of every obstacle on the harness, where contact was evaluated last; `friction` is the force of friction on a
+    /// contact, N.
+    pub(crate) fn obstacle_loads(
+        &self,
+        system: System<'_>,
+        friction: impl Fn(&Contact) -> Vector,
+    ) -> Vec<ObstacleLoad> {
+        let mut all = vec![ObstacleLoad::default(); system.network.obstacles.len()];
+        for contact in &self.found {
+            let Some(o) = contact.partner.obstacle().map(|o| o as usize) else { continue };
+            let force = contact.normal * contact.force + friction(contact);
+            // Friction on an obstacle acts on the centre line, the normal force along its normal on all that is below.
+            let lever = contact.position - system.conditions.contact.poses[o].position;
+            all[o].force += force;
+            all[o].moment += lever.cross(&force);
+            all[o].points += 1;
+            all[o].depth = all[o].depth.max(-contact.gap);
+        }
+        all
+    }
+
+    /// By point: whether it belongs to a segment that touches something, or may after a step, where contact was evaluated
+    /// last.
+    pub(crate) fn touching_points(&self, system: System<'_>) -> Vec<bool> {
+        let mut touching = vec![false; system.network.points];
+        for contact in self.found.iter().chain(&self.approaching) {
+            let others = contact.other.iter().flat_map(|other| [other.first, other.first + 1]);
+            let own = self.support(system, contact.point).map(|(point, _)| point);
+            own.into_iter().chain(others).for_each(|point| touching[point] = true);
+        }
+        // Arms that meet at a joint are drawn there as one.
+        for tie in &system.network.ties {
+            touching[tie.hub_point] |= touching[tie.point];
+        }
+        for tie in &system.network.ties {
+            touching[tie.point] |= touching[tie.hub_point];
+        }
+        touching
+    }
+}

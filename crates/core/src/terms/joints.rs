@@ -1,0 +1,56 @@
+//! Energy of the joints.
+
+use crate::{Matrix, Network, Rotation, State, Tangent, Vector};
+
+/// Term of the joints; keeps its workspace.
+pub struct JointTerm {
+    /// Frames and gradients of the arms of one joint.
+    frames: Vec<Rotation>,
+    gradients: Vec<Vector>,
+}
+
+impl JointTerm {
+    /// Joints of a network.
+    pub fn new(network: &Network) -> Self {
+        let arms = network.joints.iter().map(|j| j.arm_frames.len()).max().unwrap_or(0);
+        Self { frames: Vec::with_capacity(arms), gradients: vec![Vector::zeros(); arms] }
+    }
+
+    /// Energy of the joints, J.
+    pub fn energy(&mut self, network: &Network, state: &State) -> f64 {
+        let mut energy = 0.0;
+        for joint in &network.joints {
+            self.frames.clear();
+            self.frames.extend(joint.arm_frames.iter().map(|&c| state.frames[c]));
+            energy += joint.model.energy(&self.frames);
+        }
+        energy
+    }
+
+    /// Adds the first derivatives in the frames of the arms, joint by joint, and their energies (J) to `energy`.
+    pub fn gradient(&mut self, network: &Network, state: &State, gradient: &mut Tangent, energy: &mut f64) {
+        for joint in &network.joints {
+            if joint.arm_frames.is_empty() {
+                continue;
+            }
+            self.frames.clear();
+            self.frames.extend(joint.arm_frames.iter().map(|&c| state.frames[c]));
+            let arms = &mut self.gradients[..joint.arm_frames.len()];
+            arms.fill(Vector::zeros());
+            *energy += joint.model.add_gradient(&self.frames, arms);
+            for (&c, g) in joint.arm_frames.iter().zip(arms) {
+                gradient.frames[c] += *g;
+            }
+        }
+    }
+
+    /// Writes the k × k table of [`crate::JointModel::add_hessian`] of each joint.
+    pub fn hessian(&mut self, network: &Network, state: &State, hessian: &mut [Vec<Matrix>]) {
+        for (joint, table) in network.joints.iter().zip(hessian) {
+            table.fill(Matrix::zeros());
+            self.frames.clear();
+            self.frames.extend(joint.arm_frames.iter().map(|&c| state.frames[c]));
+            joint.model.add_hessian(&self.frames, table);
+        }
+    }
+}

@@ -1,0 +1,139 @@
+//! Elastic energy of the rods, branch by branch.
+
+use crate::equilibrium::Energy;
+use crate::network::WORTHWHILE;
+use crate::rod::{BranchHessian, BranchShape};
+use crate::{Matrix, Network, State, Tangent, Vector};
+
+/// Term of the rods; keeps its workspace.
+pub struct RodTerm {
+    /// Curvature that was drawn beyond that at rest, by first frame of each coupling, 1/m; empty where none is held.
+    drawn: Vec<Vector>,
+    /// Part of it that counts as rest curvature.
+    extra_curvature: Vec<Vector>,
+    /// Energies of the branches, J.
+    energies: Vec<f64>,
+}
+
+impl RodTerm {
+    /// Rods of a network, with their own rest curvature.
+    pub fn new(network: &Network) -> Self {
+        Self { drawn: Vec::new(), extra_curvature: Vec::new(), energies: vec![0.0; network.branches.len()] }
+    }
+
+    /// Curvature that is added to that at rest, by first frame of each coupling, 1/m; empty: none.
+    pub fn extra_curvature(&self) -> &[Vector] {
+        &self.extra_curvature
+    }
+
+    /// Takes the curvature and twist that the branches have at `state` for their rest curvature, until
+    /// [`Self::set_drawn_fraction`] takes it away again: from the drawn shape, small steps then lead to the equilibrium.
+    pub fn hold_drawn_shape(&mut self, network: &Network, state: &State) {
+        self.drawn = vec![Vector::zeros(); network.frames];
+        for branch in &network.branches {
+            for c in 0..branch.rod.mesh().coupling_lengths.len() {
+                let lambda = &state.coupling_lengths[branch.frames.start + c];
+                let frames = &state.frames[branch.frames.start + c..];
+                let now = (frames[0].inverse() * frames[1]).scaled_axis();
+                let rest = branch.rod.rest_rotation(c).scaled_axis();
+                self.drawn[branch.frames.start + c] = (now - rest) / *lambda;
+            }
+        }
+        self.extra_curvature.clone_from(&self.drawn);
+    }
+
+    /// Sets the fraction of the drawn curvature that counts as rest curvature, 1 to 0; at 0 it is forgotten.
+    pub fn set_drawn_fraction(&mut self, fraction: f64) {
+        if fraction == 0.0 {
+            self.drawn.clear();
+            self.extra_curvature.clear();
+        }
+        for (extra, drawn) in self.extra_curvature.iter_mut().zip(&self.drawn) {
+            *extra = drawn * fraction;
+        }
+    }
+
+    /// Shape of one branch.
+    #[inline]
+    pub(crate) fn shape<'s>(&'s self, network: &Network, state: &'s State, branch: usize) -> BranchShape<'s> {
+        let frames = network.branches[branch].frames.clone();
+        BranchShape {
+            extra_curvature: self.extra_curvature.get(frames).unwrap_or_default(),
+            ..state.branch(network, branch)
+        }
+    }
+
+    /// Adds the energies of the rods by effect, J.
+    pub fn energy(&self, network: &Network, state: &State, energy: &mut Energy) {
+        for (b, branch) in network.branches.iter().enumerate() {
+            let rod = branch.rod.energy(&self.shape(network, state, b));
+            energy.stretch += rod.stretch;
+            energy.shear += rod.shear;
+            energy.bend += rod.bend;
+            energy.twist += rod.twist;
+        }
+    }
+
+    /// Writes the first derivatives in the points and frames of the branches; returns the energy, J.
+    pub fn gradient(&mut self, network: &Network, state: &State, gradient: &mut Tangent) -> f64 {
+        let mut energies = std::mem::take(&mut self.energies);
+        self.branch_gradients(network, state, 0, &mut energies, &mut gradient.points, &mut gradient.frames);
+        self.energies = energies;
+        // In this order, whichever branch was done first: the sum is the same for any number of threads.
+        self.energies.iter().sum()
+    }
+
+    /// Energies and gradients of the branches from `first` on, one for each entry of `energies`; `points` and `frames` begin
+    /// with theirs.
+    fn branch_gradients(
+        &self,
+        network: &Network,
+        state: &State,
+        first: usize,
+        energies: &mut [f64],
+        points: &mut [Vector],
+        frames: &mut [Vector],
+    ) {
+        let branches = &network.branches[first..first + energies.len()];
+        let (Some(start), Some(end)) = (branches.first(), branches.last()) else { return };
+        let all = start.points.start..end.points.end;
+        if branches.len() > 1 && all.len() >= 2 * WORTHWHILE {
+            let half = branches.partition_point(|branch| branch.points.end <= all.start + all.len() / 2);
+            let half = half.clamp(1, branches.len() - 1);
+            let (energies, other_energies) = energies.split_at_mut(half);
+            let (points, other_points) = points.split_at_mut(branches[half].points.start - all.start);
+            let (frames, other_frames) = frames.split_at_mut(branches[half].frames.start - start.frames.start);
+            rayon::join(
+                || self.branch_gradients(network, state, first, energies, points, frames),
+                || self.branch_gradients(network, state, first + half, other_energies, other_points, other_frames),
+            );
+            return;
+        }
+        let (mut points, mut frames) = (points, frames);
+        for (k, (branch, energy)) in branches.iter().zip(energies).enumerate() {
+            let (own_points, later_points) = points.split_at_mut(branch.points.len());
+            let (own_frames, later_frames) = frames.split_at_mut(branch.frames.len());
+            *energy = branch.rod.gradient(&self.shape(network, state, first + k), own_points, own_frames);
+            (points, frames) = (later_points, later_frames);
+        }
+    }
+
+    /// Writes the second derivatives, branch by branch. `forces` (N, body frame; one vector for each branch, one entry for
+    /// each segment) replaces the rods' own forces in the geometric stiffness; see [`crate::RodSegment::hessian`].
+    pub fn hessian(
+        &self,
+        network: &Network,
+        state: &State,
+        forces: Option<&[Vec<Vector>]>,
+        hessian: &mut [BranchHessian],
+    ) {
+        network.for_branches(hessian, |b, branch, own| {
+            branch.rod.hessian(&self.shape(network, state, b), forces.map(|f| f[b].as_slice()), own);
+        });
+    }
+
+    /// Second derivatives in the edges of a branch, N/m; see [`crate::RodSegment::edge_stiffness`].
+    pub fn edge_stiffness(&self, network: &Network, state: &State, branch: usize, stiffness: &mut [Matrix]) {
+        network.branches[branch].rod.edge_stiffness(&self.shape(network, state, branch), stiffness);
+    }
+}

@@ -1,0 +1,358 @@
+//! Fixings that the cable runs through.
+//!
+//! The station stays at the constraint and the mesh moves along the cable: as the arc length s at the constraint grows, the rest lengths
+//! before it grow and those after it shrink, up to the next place that is tied to the material. So s is one more variable of a smooth
+//! energy, `dℓ_j/ds = ±ℓ_j/L` with L the length that takes part; nothing jumps as material passes a node. At rest without friction
+//! `∂E/∂s`, the difference of the configurational forces on either side, vanishes (Bigoni, Dal Corso, Bosi, Misseroni 2015:
+//! the "Eshelby-like" force of a sliding sleeve; for a ring it makes the tensions equal).
+
+use super::gravity::weights;
+use super::rods::RodTerm;
+use crate::conditions::{Sliding, System};
+use crate::equilibrium::{SlideMotion, SlideResult};
+use crate::joint::Mounting;
+use crate::network::{BranchEnd, Place};
+use crate::{Network, State, Tangent};
+use std::ops::Range;
+
+/// Length (in diameters of the cable) that stays on either side of a sliding constraint: with less it has run out.
+const LEAST_LENGTH: f64 = 0.1;
+/// The same as a fraction of the unstretched span.
+const LEAST_FRACTION: f64 = 0.01;
+/// A motion of less than this fraction of the arc length is none.
+const STANDSTILL: f64 = 1e-9;
+/// Travel (as a fraction of the length that is kept) below which a constraint counts as standing at its stop.
+const AT_STOP: f64 = 1e-6;
+
+/// End of the way of a cable through a constraint.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum SlideStop {
+    /// A free end: the cable runs out of the constraint.
+    End,
+    /// A joint.
+    Joint,
+    /// Another constraint, a load, or an end that is held.
+    Constraint,
+}
+
+/// A constraint that slides, and acts, with the part of the cable that grows and shrinks with it.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct ActiveSlide {
+    /// Index in [`Network::slides`].
+    index: usize,
+    branch: usize,
+    node: usize,
+    /// Segments before and after it whose lengths change.
+    sides: [Range<usize>; 2],
+    stops: [SlideStop; 2],
+    /// Least length on either side, m.
+    least: [f64; 2],
+    /// Cable that may still run in from either side, m: from the last [`crate::Problem::update_held`].
+    travel: [f64; 2],
+}
+
+impl ActiveSlide {
+    /// Length that takes part on a side, m.
+    fn length(&self, state: &State, network: &Network, side: usize) -> f64 {
+        let start = network.branches[self.branch].points.start;
+        state.rest_lengths[start..][self.sides[side].clone()].iter().sum()
+    }
+
+    /// Whether a force of this sign on s meets a stop: a negative `gradient` drives s up, into what is after it.
+    fn is_stopped(&self, gradient: f64) -> bool {
+        self.travel[usize::from(gradient < 0.0)] <= AT_STOP * self.least[usize::from(gradient < 0.0)]
+    }
+}
+
+/// Second derivatives of the energy in the arc lengths of the constraints that slide.
+#[derive(Clone, Debug, Default)]
+pub struct SlideHessian {
+    /// For each running constraint: its index in [`Network::slides`].
+    pub running: Vec<usize>,
+    /// For each running constraint `∂²E/∂s∂(x, θ)` in the independent variables.
+    pub mixed: Vec<Tangent>,
+    /// `∂²E/∂s_a∂s_b`, N/m, row by row.
+    pub own: Vec<f64>,
+}
+
+/// Derivatives of a rod in its lengths.
+#[derive(Default)]
+pub(crate) struct LengthTerms {
+    segments: Vec<[f64; 2]>,
+    couplings: Vec<[f64; 2]>,
+    segment_rates: [Vec<f64>; 2],
+    coupling_rates: [Vec<f64>; 2],
+}
+
+/// Term of the arc lengths at sliding constraints; keeps its workspace.
+#[derive(Default)]
+pub struct SlidingTerm {
+    /// The constraints that slide, and act.
+    slides: Vec<ActiveSlide>,
+    scratch: LengthTerms,
+}
+
+impl SlidingTerm {
+    /// Finds the constraints that slide and act, and how far each may.
+    pub(crate) fn update(&mut self, system: System<'_>) {
+        let network = system.network;
+        self.slides.clear();
+        for (index, site) in network.slides.iter().enumerate() {
+            if !system.conditions.active[site.constraint] {
+                continue;
+            }
+            let branch = &network.branches[site.branch];
+            let mesh = branch.rod.mesh();
+            let knots = system.knots(site.branch);
+            let place = knots.partition_point(|&node| node < site.node);
+            let neighbours = [knots[place - 1], knots[place + 1]];
+            let (mut stops, mut least) = ([SlideStop::Constraint; 2], [0.0; 2]);
+            let mut sides = [neighbours[0]..site.node, site.node..neighbours[1]];
+            for (side, end) in [(0, branch.start), (1, branch.end)] {
+                let last = [0, mesh.segments()][side];
+                let here = Place::Node { branch: site.branch, node: last };
+                let held = system.acting().any(|(_, constraint)| constraint.places.contains(&here));
+                least[side] = (LEAST_LENGTH * branch.section.diameter)
+                    .min(LEAST_FRACTION * mesh.rest_lengths[sides[side].clone()].iter().sum::<f64>());
+                if neighbours[side] != last {
+                    continue;
+                }
+                match end {
+                    BranchEnd::Free if !held => stops[side] = SlideStop::End,
+                    BranchEnd::Free => {}
+                    BranchEnd::Joint { joint, .. } => {
+                        stops[side] = SlideStop::Joint;
+                        // The joint's energy knows the length of the first segment of each arm: that one stays.
+                        if network.joints[joint].model.mounting() == Mounting::Point {
+                            sides[0].start += usize::from(side == 0);
+                            sides[1].end -= usize::from(side == 1);
+                        }
+                    }
+                }
+            }
+            self.slides.push(ActiveSlide {
+                index,
+                branch: site.branch,
+                node: site.node,
+                sides,
+                stops,
+                least,
+                travel: [f64::INFINITY; 2],
+            });
+        }
+    }
+
+    /// Constraints that slide and act: their indices in [`Network::slides`].
+    pub fn acting(&self) -> Vec<usize> {
+        self.slides.iter().map(|slide| slide.index).collect()
+    }
+
+    /// Whether no constraint slides.
+    pub fn is_idle(&self) -> bool {
+        self.slides.is_empty()
+    }
+
+    /// Arc length at a constraint that slides (index in [`Network::slides`]), m.
+    pub fn arc_length(&self, system: System<'_>, slide: usize, state: &State) -> f64 {
+        let site = &system.network.slides[slide];
+        let start = system.network.branches[site.branch].points.start;
+        state.rest_lengths[start..start + site.node].iter().sum()
+    }
+
+    /// Stop at which a constraint (index in [`Network::slides`]) stands that the cable is driven through; `None` where it does
+    /// not. `gradient` is the whole gradient at the state of the last [`crate::Problem::update_held`].
+    pub fn stop(&self, system: System<'_>, slide: usize, gradient: &Tangent) -> Option<SlideStop> {
+        let found = self.slides.iter().find(|s| s.index == slide)?;
+        let g = gradient.slides[slide];
+        let running = matches!(system.conditions.sliding[slide], Sliding::Running { .. });
+        (running && found.is_stopped(g)).then_some(found.stops[usize::from(g < 0.0)])
+    }
+
+    /// Whether the cable slips in a constraint that acts, against friction.
+    pub fn slips(&self, system: System<'_>, slide: usize) -> bool {
+        let site = &system.network.slides[slide];
+        site.friction > 0.0
+            && system.conditions.active[site.constraint]
+            && system.conditions.sliding[slide] != Sliding::Stuck
+    }
+
+    /// Whether a slipping constraint has moved from `before` to `state` against the direction of its slip, or not at all.
+    pub fn slips_backward(&self, system: System<'_>, slide: usize, before: &State, state: &State) -> bool {
+        let Sliding::Running { force } = system.conditions.sliding[slide] else { return false };
+        let (from, to) = (self.arc_length(system, slide, before), self.arc_length(system, slide, state));
+        self.slips(system, slide) && force.signum() * (to - from) <= STANDSTILL * to
+    }
+
+    /// Result of a constraint that slides, and acts; `gradient` is the whole gradient at `state`.
+    pub fn result(&self, system: System<'_>, slide: usize, state: &State, gradient: &Tangent) -> SlideResult {
+        let site = &system.network.slides[slide];
+        let (motion, friction) = match system.conditions.sliding[slide] {
+            _ if self.stop(system, slide, gradient).is_some() => (SlideMotion::Stopped, 0.0),
+            Sliding::Stuck => (SlideMotion::Stick, 0.0),
+            Sliding::Running { force } if site.friction > 0.0 => (SlideMotion::Slip, force),
+            Sliding::Running { .. } => (SlideMotion::Free, 0.0),
+        };
+        SlideResult {
+            branch: system.network.branches[site.branch].name.clone(),
+            arc_length: self.arc_length(system, slide, state),
+            // gradient = ∂E/∂s + friction, and the constraint exerts −∂E/∂s on the cable.
+            axial_force: if motion == SlideMotion::Free { 0.0 } else { friction - gradient.slides[slide] },
+            motion,
+        }
+    }
+
+    /// Finds how far each constraint may still slide at `state`.
+    pub(crate) fn update_travel(&mut self, network: &Network, state: &State) {
+        for slide in &mut self.slides {
+            slide.travel = [0, 1].map(|side| slide.length(state, network, side) - slide.least[side]);
+        }
+    }
+
+    /// Sets the entries of slides that do not run, or stand at a stop, to zero.
+    pub(crate) fn project(&self, system: System<'_>, gradient: &mut Tangent) {
+        for slide in &self.slides {
+            let g = &mut gradient.slides[slide.index];
+            if system.conditions.sliding[slide.index] == Sliding::Stuck || slide.is_stopped(*g) {
+                *g = 0.0;
+            }
+        }
+    }
+
+    /// `to = from ⊕ α step`: [`Network::retract`], and the mesh moves along the cable where constraints slide.
+    pub fn retract(&self, system: System<'_>, from: &State, step: &Tangent, alpha: f64, to: &mut State) {
+        system.network.retract(from, step, alpha, to);
+        for slide in self.slides.iter().filter(|slide| step.slides[slide.index] != 0.0) {
+            let branch = &system.network.branches[slide.branch];
+            let start = branch.points.start;
+            for (side, sign) in [(0, 1.0), (1, -1.0)] {
+                let rate = sign * alpha * step.slides[slide.index] / slide.length(from, system.network, side);
+                for j in slide.sides[side].clone() {
+                    to.rest_lengths[start + j] += from.rest_lengths[start + j] * rate;
+                }
+            }
+            system.network.couple(slide.branch, to);
+        }
+    }
+
+    /// Largest fraction of a step that leaves every constraint within its stops and no span shorter than a quarter.
+    pub fn largest_fraction(&self, system: System<'_>, state: &State, step: &Tangent) -> f64 {
+        let mut fraction = 1.0_f64;
+        for slide in &self.slides {
+            let (ds, side) = (step.slides[slide.index], usize::from(step.slides[slide.index] > 0.0));
+            let travel = slide.travel[side].max(0.0).min(0.75 * slide.length(state, system.network, side));
+            // Two constraints may both take from the span between them.
+            let twice = self.slides.iter().any(|other| other.sides[1 - side] == slide.sides[side]);
+            let travel = if twice { 0.5 * travel } else { travel };
+            if ds.abs() > travel {
+                fraction = fraction.min(travel / ds.abs());
+            }
+        }
+        fraction
+    }
+
+    /// dℓ_j/ds and dλ_c/ds of a slide.
+    fn rates(
+        &self,
+        system: System<'_>,
+        slide: &ActiveSlide,
+        state: &State,
+        segments: &mut Vec<f64>,
+        couplings: &mut Vec<f64>,
+    ) {
+        let branch = &system.network.branches[slide.branch];
+        let mesh = branch.rod.mesh();
+        segments.clear();
+        segments.resize(mesh.segments(), 0.0);
+        couplings.clear();
+        couplings.resize(mesh.coupling_lengths.len(), 0.0);
+        for (side, sign) in [(0, 1.0), (1, -1.0)] {
+            let length = slide.length(state, system.network, side);
+            for j in slide.sides[side].clone() {
+                segments[j] = sign * state.rest_lengths[branch.points.start + j] / length;
+            }
+        }
+        mesh.couple(segments, couplings);
+    }
+
+    /// Writes ∂E/∂s of every constraint that slides, friction included, into `gradient`. Returns the work of friction, J.
+    pub fn gradient(&mut self, system: System<'_>, rods: &RodTerm, state: &State, gradient: &mut Tangent) -> f64 {
+        gradient.slides.fill(0.0);
+        let mut terms = std::mem::take(&mut self.scratch);
+        let mut work = 0.0;
+        for slide in &self.slides {
+            Self::fill_terms(system, rods, slide.branch, state, &mut terms);
+            let LengthTerms { segments, couplings, segment_rates: [a, _], coupling_rates: [b, _] } = &mut terms;
+            self.rates(system, slide, state, a, b);
+            let sum =
+                |rates: &[f64], terms: &[[f64; 2]]| -> f64 { rates.iter().zip(terms).map(|(r, t)| r * t[0]).sum() };
+            let mut g = sum(a, segments) + sum(b, couplings);
+            weights(system, slide.branch, a, |point, force| g -= force.dot(&state.points[point]));
+            if let Sliding::Running { force } = system.conditions.sliding[slide.index] {
+                g += force;
+                if force != 0.0 {
+                    work += force * self.arc_length(system, slide.index, state);
+                }
+            }
+            gradient.slides[slide.index] = g;
+        }
+        self.scratch = terms;
+        work
+    }
+
+    fn fill_terms(system: System<'_>, rods: &RodTerm, branch: usize, state: &State, terms: &mut LengthTerms) {
+        let rod = &system.network.branches[branch].rod;
+        terms.segments.resize(rod.mesh().segments(), [0.0; 2]);
+        terms.couplings.resize(rod.mesh().coupling_lengths.len(), [0.0; 2]);
+        rod.length_terms(&rods.shape(system.network, state, branch), &mut terms.segments, &mut terms.couplings);
+    }
+
+    /// Second derivatives in the arc lengths of the constraints that may run at `state`, where `gradient` is the whole gradient.
+    pub fn hessian(
+        &mut self,
+        system: System<'_>,
+        rods: &RodTerm,
+        state: &State,
+        gradient: &Tangent,
+        hessian: &mut SlideHessian,
+    ) {
+        let runs = |slide: &ActiveSlide| {
+            system.conditions.sliding[slide.index] != Sliding::Stuck && !slide.is_stopped(gradient.slides[slide.index])
+        };
+        let running: Vec<usize> = (0..self.slides.len()).filter(|&k| runs(&self.slides[k])).collect();
+        hessian.running.clear();
+        hessian.running.extend(running.iter().map(|&k| self.slides[k].index));
+        hessian.mixed.resize_with(running.len().max(hessian.mixed.len()), || Tangent::zeros(system.network));
+        hessian.own.clear();
+        hessian.own.resize(running.len() * running.len(), 0.0);
+        let mut terms = std::mem::take(&mut self.scratch);
+        for (row, &k) in running.iter().enumerate() {
+            let slide = &self.slides[k];
+            let branch = &system.network.branches[slide.branch];
+            Self::fill_terms(system, rods, slide.branch, state, &mut terms);
+            let LengthTerms { segments, couplings, segment_rates, coupling_rates } = &mut terms;
+            let ([a, other_a], [b, other_b]) = (segment_rates, coupling_rates);
+            self.rates(system, slide, state, a, b);
+            let mixed = &mut hessian.mixed[row];
+            mixed.clear();
+            branch.rod.length_mixed(
+                &rods.shape(system.network, state, slide.branch),
+                a,
+                b,
+                &mut mixed.points[branch.points.clone()],
+                &mut mixed.frames[branch.frames.clone()],
+            );
+            weights(system, slide.branch, a, |point, force| mixed.points[point] -= force);
+            system.network.pull_back(state, mixed);
+            for (column, &other) in
+                running.iter().enumerate().filter(|(_, other)| self.slides[**other].branch == slide.branch)
+            {
+                self.rates(system, &self.slides[other], state, other_a, other_b);
+                let sum = |x: &[f64], y: &[f64], terms: &[[f64; 2]]| -> f64 {
+                    x.iter().zip(y).zip(terms).map(|((x, y), t)| x * y * t[1]).sum()
+                };
+                hessian.own[row * running.len() + column] = sum(a, other_a, segments) + sum(b, other_b, couplings);
+            }
+        }
+        self.scratch = terms;
+    }
+}

@@ -1,0 +1,173 @@
+//! Primal-dual active set for contact in the Newton model.
+//!
+//! The linear step d of Newton's method keeps the present contacts: where contact points come to touch, or leave, it is
+//! wrong, and a line search cuts it where the first of them does. So the step leads to the minimum of the model with all of
+//! them, `½ d·H d + g·d + Σ ½ ρ max(0, p − n·u)²` with H and g those of all but contact, u the motion of a contact point
+//! against its partner, and `ρ p = λ − ρ gap`: a convex, piecewise quadratic function where H is positive definite. Its
+//! minimum is found by Newton's method in turn (primal-dual active set: Hintermüller, Ito and Kunisch 2003), along each of
+//! whose steps the model is minimised exactly, so that it always decreases. As `H d + g = Σ c n` at every solution, with one
+//! number c for each contact point, the iteration needs these numbers alone.
+
+use wireloom_core::terms::contact::Contact;
+use wireloom_core::variable::{Block, Variable};
+use wireloom_core::{Network, Problem, State, Tangent};
+
+/// Bisections in the search along a step.
+const BISECTIONS: usize = 40;
+
+/// Active set of contact in a linear step; keeps its workspace.
+pub struct ActiveSet {
+    candidates: Vec<Candidate>,
+    /// d, and the way from there to the new solution.
+    reached: Tangent,
+    way: Tangent,
+    /// Fraction of g in `H d + g`, which is 1 at the beginning and 0 at a solution.
+    start: f64,
+}
+
+/// A contact point that touches, or is approaching.
+struct Candidate {
+    contact: Contact,
+    /// Whether it touches at the beginning.
+    touched: bool,
+    /// Whether it is in the active set.
+    active: bool,
+    /// n·u, m.
+    approach: f64,
+    /// c, N.
+    force: f64,
+    /// Both at the new solution.
+    next: (f64, f64),
+}
+
+impl Candidate {
+    /// ρ (p − n·u), N: the contact force of the model, negative where it would pull.
+    fn model_force(&self, approach: f64) -> f64 {
+        self.contact.force - self.contact.penalty * approach
+    }
+}
+
+impl ActiveSet {
+    /// Empty set for the states of a network.
+    pub fn new(network: &Network) -> Self {
+        let zeros = || Tangent::zeros(network);
+        Self { candidates: Vec::new(), reached: zeros(), way: zeros(), start: 1.0 }
+    }
+
+    /// Whether nothing may touch.
+    pub fn is_idle(&self) -> bool {
+        self.candidates.is_empty()
+    }
+
+    /// Takes what touches and what is approaching, where contact was evaluated last.
+    pub fn begin(&mut self, problem: &Problem<'_>) {
+        let candidate = |contact: &Contact, active| Candidate {
+            contact: *contact,
+            touched: active,
+            active,
+            approach: 0.0,
+            force: 0.0,
+            next: (0.0, 0.0),
+        };
+        self.candidates.clear();
+        self.candidates.extend(problem.contact().found().iter().map(|contact| candidate(contact, true)));
+        self.candidates.extend(problem.contact().approaching().iter().map(|contact| candidate(contact, false)));
+        self.reached.clear();
+        self.start = 1.0;
+    }
+
+    /// With a step that was solved for at `state` with the present active set: goes along it to the minimum of the model,
+    /// and makes `step` the whole step so far. Where the active set changes there, `model` and `blocks` (those of
+    /// [`Problem::hessian_blocks`]) become first and second derivatives of the model with the new one; returns whether, so
+    /// that the step must be solved for again. `gradient` is that at `state`; none where the step carries a prescribed
+    /// motion, which is made at once.
+    pub fn update(
+        &mut self,
+        problem: &Problem<'_>,
+        state: &State,
+        gradient: Option<&Tangent>,
+        step: &mut Tangent,
+        model: &mut Tangent,
+        blocks: &mut Vec<Block>,
+    ) -> bool {
+        let Self { candidates, reached, way, start } = self;
+        for candidate in candidates.iter_mut() {
+            let approach = approach(problem, &candidate.contact, step);
+            candidate.next = (approach, if candidate.active { candidate.model_force(approach) } else { 0.0 });
+        }
+        way.copy_from(step);
+        way.add_scaled(-1.0, reached);
+        // g along the way: the gradient contains the contacts at the beginning.
+        let touched = candidates.iter().filter(|candidate| candidate.touched);
+        let pushes: f64 = touched.map(|c| c.contact.force * (c.next.0 - c.approach)).sum();
+        let falls = gradient.map(|gradient| *start * (gradient.dot(way) + pushes));
+        // ∂m/∂t at fraction t of the way.
+        let slope = |t: f64| -> f64 {
+            let along = candidates.iter().map(|candidate| {
+                let (approach, force) = candidate.next;
+                let way = approach - candidate.approach;
+                let own = candidate.force + t * (force - candidate.force);
+                way * (own - candidate.model_force(candidate.approach + t * way).max(0.0))
+            });
+            (1.0 - t) * falls.unwrap_or(0.0) + along.sum::<f64>()
+        };
+        let whole = *start == 1.0 && gradient.is_none() || slope(1.0) <= 0.0;
+        let t = if whole {
+            1.0
+        } else {
+            let (mut low, mut high) = (0.0, 1.0);
+            for _ in 0..BISECTIONS {
+                let middle = 0.5 * (low + high);
+                if slope(middle) < 0.0 { low = middle } else { high = middle }
+            }
+            low
+        };
+        reached.add_scaled(t, way);
+        step.copy_from(reached);
+        *start *= 1.0 - t;
+        let mut changed = false;
+        for candidate in candidates.iter_mut() {
+            let (approach, force) = candidate.next;
+            candidate.approach += t * (approach - candidate.approach);
+            candidate.force += t * (force - candidate.force);
+            let active = candidate.model_force(candidate.approach) > 0.0;
+            if std::mem::replace(&mut candidate.active, active) != active {
+                changed = true;
+                let sign = if active { 1.0 } else { -1.0 };
+                add_spring(problem, state, &candidate.contact, sign, model, blocks);
+            }
+        }
+        changed
+    }
+}
+
+/// n·u.
+fn approach(problem: &Problem<'_>, contact: &Contact, step: &Tangent) -> f64 {
+    let places = problem.contact().places(problem.system(), contact);
+    places.iter().map(|(point, u, _)| contact.normal.dot(&step.points[*point]) * u).sum()
+}
+
+/// Adds `sign` times the first and second derivatives of ½ ρ (p − n·u)².
+fn add_spring(
+    problem: &Problem<'_>,
+    state: &State,
+    contact: &Contact,
+    sign: f64,
+    gradient: &mut Tangent,
+    blocks: &mut Vec<Block>,
+) {
+    let Contact { normal, force, penalty, .. } = contact;
+    let (term, system) = (problem.contact(), problem.system());
+    let places = term.places(system, contact);
+    for (point, u, _) in places.iter().filter(|(_, u, _)| *u != 0.0) {
+        for (variable, column) in term.columns(system, state, *point).into_iter().flatten() {
+            let slope = column.tr_mul(normal) * (-sign * force * u);
+            match variable {
+                Variable::Point(i) => gradient.points[i] += slope,
+                Variable::Frame(c) => gradient.frames[c] += slope,
+            }
+        }
+    }
+    let stiffness = normal * normal.transpose() * (sign * penalty);
+    term.add_blocks(system, state, &places, |u, v, _, _| stiffness * (u * v), blocks);
+}

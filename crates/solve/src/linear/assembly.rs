@@ -1,0 +1,375 @@
+//! Gathering of the Hessian: where the second derivatives of every part go in the matrix.
+
+use crate::linear::matrix::BlockMatrix;
+use crate::linear::symbolic::{Pattern, Structure, TIED};
+use std::ops::Range;
+use wireloom_core::problem::{Hessian, Problem};
+use wireloom_core::rotation::skew;
+use wireloom_core::{Matrix, Network, State, Vector};
+
+/// Place of an off-diagonal block; `turned` where it is stored transposed.
+#[derive(Clone, Copy)]
+struct Slot {
+    index: u32,
+    turned: bool,
+}
+
+/// Places of the six blocks of a segment between two points that are not tied.
+struct SegmentPlan {
+    a: u32,
+    b: u32,
+    f: u32,
+    ba: Slot,
+    fa: Slot,
+    fb: Slot,
+}
+
+/// Places of the three blocks of a coupling between two frames that are not tied.
+struct CouplingPlan {
+    a: u32,
+    b: u32,
+    ba: Slot,
+}
+
+/// Plans of parts of a branch that follow each other.
+struct Run<P> {
+    branch: usize,
+    first: usize,
+    plans: Vec<P>,
+}
+
+/// Everything that goes in the blocks of a range of columns; places are counted from the first of them.
+struct Group {
+    columns: Range<usize>,
+    blocks: Range<usize>,
+    segments: Vec<Run<SegmentPlan>>,
+    couplings: Vec<Run<CouplingPlan>>,
+}
+
+impl Group {
+    fn new(columns: Range<usize>, pattern: &Pattern) -> Self {
+        let blocks = pattern.starts[columns.start] as usize..pattern.starts[columns.end] as usize;
+        Self { columns, blocks, segments: vec![], couplings: vec![] }
+    }
+
+    /// The place of a block at any two positions.
+    fn slot(&self, pattern: &Pattern, row: u32, column: u32) -> Slot {
+        let index = pattern.slot(row.max(column), row.min(column)) - self.blocks.start;
+        Slot { index: index as u32, turned: row < column }
+    }
+
+    fn place(&self, position: u32) -> u32 {
+        position - self.columns.start as u32
+    }
+
+    fn add_segment(&mut self, pattern: &Pattern, branch: usize, j: usize, [a, b, f]: [u32; 3]) {
+        let plan = SegmentPlan {
+            a: self.place(a),
+            b: self.place(b),
+            f: self.place(f),
+            ba: self.slot(pattern, b, a),
+            fa: self.slot(pattern, f, a),
+            fb: self.slot(pattern, f, b),
+        };
+        push(&mut self.segments, branch, j, plan);
+    }
+
+    fn add_coupling(&mut self, pattern: &Pattern, branch: usize, c: usize, [a, b]: [u32; 2]) {
+        let plan = CouplingPlan { a: self.place(a), b: self.place(b), ba: self.slot(pattern, b, a) };
+        push(&mut self.couplings, branch, c, plan);
+    }
+
+    /// Adds the second derivatives to the blocks of its columns.
+    fn fill(&self, hessian: &Hessian, diagonal: &mut [Matrix], below: &mut [Matrix]) {
+        for run in &self.segments {
+            for (plan, h) in run.plans.iter().zip(&hessian.branches[run.branch].segments[run.first..]) {
+                diagonal[plan.a as usize] += h.ee;
+                diagonal[plan.b as usize] += h.ee;
+                diagonal[plan.f as usize] += h.tt;
+                // e = x_b − x_a
+                below[plan.ba.index as usize] -= h.ee;
+                if plan.fa.turned {
+                    below[plan.fa.index as usize] -= h.te.transpose();
+                } else {
+                    below[plan.fa.index as usize] -= h.te;
+                }
+                add_below(below, plan.fb, &h.te);
+            }
+        }
+        for run in &self.couplings {
+            for (plan, h) in run.plans.iter().zip(&hessian.branches[run.branch].couplings[run.first..]) {
+                diagonal[plan.a as usize] += h.aa;
+                diagonal[plan.b as usize] += h.bb;
+                let block = Slot { turned: !plan.ba.turned, ..plan.ba };
+                add_below(below, block, &h.ab);
+            }
+        }
+    }
+}
+
+/// Appends a plan to the run that it goes on with.
+fn push<P>(runs: &mut Vec<Run<P>>, branch: usize, index: usize, plan: P) {
+    match runs.last_mut() {
+        Some(run) if run.branch == branch && run.first + run.plans.len() == index => run.plans.push(plan),
+        _ => runs.push(Run { branch, first: index, plans: vec![plan] }),
+    }
+}
+
+#[inline(always)]
+fn add_below(below: &mut [Matrix], slot: Slot, block: &Matrix) {
+    if slot.turned {
+        below[slot.index as usize] += block.transpose();
+    } else {
+        below[slot.index as usize] += block;
+    }
+}
+
+/// Clears and fills the blocks of groups that follow each other, side by side.
+fn fill_all(groups: &[Group], hessian: &Hessian, diagonal: &mut [Matrix], below: &mut [Matrix]) {
+    match groups {
+        [] => return,
+        [group] => {
+            diagonal.fill(Matrix::zeros());
+            below.fill(Matrix::zeros());
+            return group.fill(hessian, diagonal, below);
+        }
+        _ => {}
+    }
+    let (groups, others) = groups.split_at(groups.len() / 2);
+    let (diagonal, other_diagonal) = diagonal.split_at_mut(others[0].columns.start - groups[0].columns.start);
+    let (below, other_below) = below.split_at_mut(others[0].blocks.start - groups[0].blocks.start);
+    rayon::join(
+        || fill_all(groups, hessian, diagonal, below),
+        || fill_all(others, hessian, other_diagonal, other_below),
+    );
+}
+
+/// A segment at a joint: its edge is a linear function of other variables than its own end points.
+struct TiedSegment {
+    branch: usize,
+    segment: usize,
+    frame: u32,
+}
+
+/// One column of `e = Σ J_i u_i`.
+type Lever = (u32, Matrix);
+
+/// Everything that goes by the pattern of the Hessian.
+pub struct System {
+    /// Which pattern of contact it is for; see [`Problem::contact_pattern`].
+    version: u64,
+    /// Where second derivatives go.
+    pub gather: Gather,
+    /// The matrix.
+    pub matrix: BlockMatrix,
+    /// What a shift of each variable is multiplied by, in elimination order, N m: the rest length around a frame times the force scale of its
+    /// branch; 0 for points. See [`Self::weigh`].
+    pub weights: Vec<f64>,
+    /// Room for a right-hand side.
+    pub rhs: Vec<Vector>,
+}
+
+impl System {
+    /// For what may be coupled in a problem now.
+    pub fn new(problem: &Problem<'_>) -> Self {
+        let (version, touching) = problem.contact_pattern();
+        let matrix = BlockMatrix::new(Structure::new(problem.network, touching), problem.network);
+        Self {
+            version,
+            gather: Gather::new(problem.network, &matrix.structure),
+            weights: vec![0.0; matrix.structure.len()],
+            rhs: vec![Vector::zeros(); matrix.structure.len()],
+            matrix,
+        }
+    }
+
+    /// Finds the weights of shifts by the scales at hand ([`Problem::local_scales`]).
+    pub fn weigh(&mut self, problem: &Problem<'_>) {
+        let scales = problem.local_scales();
+        self.matrix.frame_weights(problem.network, |branch| scales[branch].force, &mut self.weights);
+    }
+
+    /// Gathers the second derivatives of `problem` at `state`, for which it becomes another one if other cables may touch now.
+    pub fn fill(&mut self, problem: &Problem<'_>, state: &State, hessian: &Hessian) {
+        if problem.contact_pattern().0 != self.version {
+            *self = Self::new(problem);
+            self.weigh(problem);
+        }
+        self.gather.run(&mut self.matrix, problem.network, state, hessian);
+    }
+}
+
+/// The places of a network's second derivatives in a matrix with [`Structure::new`].
+pub struct Gather {
+    /// One for each of [`crate::linear::elimination_tree::Part::ranges`].
+    groups: Vec<Group>,
+    /// Segments and couplings with variables in more than one of them.
+    across: Group,
+    tied_segments: Vec<TiedSegment>,
+    tied_couplings: Vec<(usize, usize)>,
+}
+
+impl Gather {
+    /// For a network, whose [`Structure::new`] is `s`.
+    pub fn new(network: &Network, s: &Structure) -> Self {
+        let pattern = &s.pattern;
+        let mut groups: Vec<Group> = s.parts.ranges().into_iter().map(|range| Group::new(range, pattern)).collect();
+        let mut across = Group::new(0..s.len(), pattern);
+        let (mut tied_segments, mut tied_couplings) = (vec![], vec![]);
+        for (branch_index, branch) in network.branches.iter().enumerate() {
+            let mesh = branch.rod.mesh();
+            for (j, frame) in mesh.segment_frames.iter().enumerate() {
+                let (a, b) = (s.of_point[branch.points.start + j], s.of_point[branch.points.start + j + 1]);
+                let f = s.of_frame[branch.frames.start + frame];
+                if a.max(b) >= TIED {
+                    tied_segments.push(TiedSegment { branch: branch_index, segment: j, frame: f });
+                } else {
+                    group_of(&mut groups, &mut across, &[a, b, f]).add_segment(pattern, branch_index, j, [a, b, f]);
+                }
+            }
+            for c in 0..mesh.coupling_lengths.len() {
+                let (a, b) = (s.of_frame[branch.frames.start + c], s.of_frame[branch.frames.start + c + 1]);
+                if a.max(b) >= TIED {
+                    tied_couplings.push((branch_index, c));
+                } else {
+                    group_of(&mut groups, &mut across, &[a, b]).add_coupling(pattern, branch_index, c, [a, b]);
+                }
+            }
+        }
+        Self { groups, across, tied_segments, tied_couplings }
+    }
+
+    /// The edge from `point` to the next as a linear function of independent variables: ends that are tied to a joint
+    /// move with its point and, by the lever of their offset, with its frame.
+    fn levers(structure: &Structure, network: &Network, state: &State, point: usize) -> [Option<Lever>; 4] {
+        let mut levers = [None; 4];
+        for (end, sign) in [(0, -1.0), (1, 1.0)] {
+            let own = structure.of_point[point + end];
+            if own < TIED {
+                levers[2 * end] = Some((own, Matrix::identity() * sign));
+                continue;
+            }
+            let tie = &network.ties[(own - TIED) as usize];
+            levers[2 * end] = Some((structure.of_point[tie.hub_point], Matrix::identity() * sign));
+            if let Some(hub) = tie.hub_frame {
+                let r = state.frames[hub].to_rotation_matrix();
+                levers[2 * end + 1] = Some((structure.of_frame[hub], r.matrix() * skew(&tie.offset) * -sign));
+            }
+        }
+        levers
+    }
+
+    /// The independent frame that carries `frame`, and the rotation A of a tied one in it: `θ = Aᵀ θ_hub`.
+    fn turned(structure: &Structure, network: &Network, frame: usize) -> (u32, Matrix) {
+        let own = structure.of_frame[frame];
+        if own < TIED {
+            return (own, Matrix::identity());
+        }
+        let tie = &network.ties[(own - TIED) as usize];
+        let hub = tie.hub_frame.expect("a tied frame has a hub");
+        (structure.of_frame[hub], *tie.rest.to_rotation_matrix().matrix())
+    }
+
+    /// Gathers the parts' second derivatives at `state`.
+    pub fn run(&self, matrix: &mut BlockMatrix, network: &Network, state: &State, hessian: &Hessian) {
+        fill_all(&self.groups, hessian, &mut matrix.diagonal, &mut matrix.below);
+        self.across.fill(hessian, &mut matrix.diagonal, &mut matrix.below);
+        self.gather_tied(matrix, network, state, hessian);
+        for (joint, table) in network.joints.iter().zip(&hessian.joints) {
+            let k = joint.arm_frames.len();
+            for b in 0..k {
+                for a in 0..=b {
+                    let (row, column) = (
+                        matrix.structure.of_frame[joint.arm_frames[b]],
+                        matrix.structure.of_frame[joint.arm_frames[a]],
+                    );
+                    let block = table[b * k + a];
+                    if row == column {
+                        matrix.add(row, row, &block);
+                    } else {
+                        matrix.add_both(row, column, &block);
+                    }
+                }
+            }
+        }
+        for block in &hessian.blocks {
+            matrix.add_block(block);
+        }
+    }
+
+    /// Parts that touch a joint: their end points and end stations are functions of the joint's variables.
+    fn gather_tied(&self, matrix: &mut BlockMatrix, network: &Network, state: &State, hessian: &Hessian) {
+        for index in 0..self.tied_segments.len() {
+            let TiedSegment { branch, segment, frame } = self.tied_segments[index];
+            let h = hessian.branches[branch].segments[segment];
+            let levers =
+                Self::levers(&matrix.structure, network, state, network.branches[branch].points.start + segment);
+            matrix.add(frame, frame, &h.tt);
+            for (row, ji) in levers.iter().flatten() {
+                for (column, jk) in levers.iter().flatten() {
+                    matrix.add(*row, *column, &(ji.transpose() * h.ee * jk));
+                }
+                matrix.add_both(frame, *row, &(h.te * ji));
+            }
+        }
+        for (b, branch) in network.branches.iter().enumerate() {
+            let mesh = branch.rod.mesh();
+            for (beside, h) in mesh.beside.iter().zip(&hessian.branches[b].beside) {
+                let frame = matrix.structure.of_frame[branch.frames.start + mesh.segment_frames[beside.segment]];
+                let levers = Self::levers(&matrix.structure, network, state, branch.points.start + beside.segment);
+                let stations = beside
+                    .stations
+                    .map(|c| c.map(|c| Self::turned(&matrix.structure, network, branch.frames.start + c)));
+                for (k, (station, r)) in stations.iter().enumerate().filter_map(|(k, s)| s.as_ref().map(|s| (k, s))) {
+                    matrix.add(*station, *station, &(r * h.ss[k] * r.transpose()));
+                    matrix.add_both(*station, frame, &(r * h.st[k]));
+                    for (row, j) in levers.iter().flatten() {
+                        let block = r * h.se[k] * j;
+                        if row == station {
+                            // The station and the lever of its offset are the same hub.
+                            matrix.add(*row, *row, &(block + block.transpose()));
+                        } else {
+                            matrix.add_both(*station, *row, &block);
+                        }
+                    }
+                }
+                if let [Some((s0, r0)), Some((s1, r1))] = &stations {
+                    let block = r1 * h.s1s0 * r0.transpose();
+                    if s0 == s1 {
+                        matrix.add(*s0, *s0, &(block + block.transpose()));
+                    } else {
+                        matrix.add_both(*s1, *s0, &block);
+                    }
+                }
+            }
+        }
+        for index in 0..self.tied_couplings.len() {
+            let (branch, c) = self.tied_couplings[index];
+            let h = hessian.branches[branch].couplings[c];
+            let start = network.branches[branch].frames.start + c;
+            let ((a, ra), (b, rb)) =
+                (Self::turned(&matrix.structure, network, start), Self::turned(&matrix.structure, network, start + 1));
+            matrix.add(a, a, &(ra * h.aa * ra.transpose()));
+            matrix.add(b, b, &(rb * h.bb * rb.transpose()));
+            let ab = ra * h.ab * rb.transpose();
+            if a == b {
+                matrix.add(a, a, &(ab + ab.transpose()));
+            } else {
+                matrix.add_both(a, b, &ab);
+            }
+        }
+        for (tie, h) in network.ties.iter().zip(&hessian.ties) {
+            if let Some(hub) = tie.hub_frame {
+                let position = matrix.structure.of_frame[hub];
+                matrix.add(position, position, h);
+            }
+        }
+    }
+}
+
+/// The group that has all these positions.
+fn group_of<'g>(groups: &'g mut [Group], across: &'g mut Group, positions: &[u32]) -> &'g mut Group {
+    let index = groups.partition_point(|group| group.columns.end <= positions[0] as usize);
+    let group = &mut groups[index];
+    if positions.iter().all(|&p| group.columns.contains(&(p as usize))) { group } else { across }
+}

@@ -1,0 +1,148 @@
+//! Arc lengths of constraints that slide, as a border around the factorised matrix.
+//!
+//! With `A` the matrix of points and frames, `B` one column for each running constraint and `D` the second derivatives in the arc lengths
+//! alone, `[A B; Bᵀ D] [u; σ] = −[g; g_s]` is solved by `S = D − Bᵀ A⁻¹ B`, `S σ = −g_s − Bᵀ u₀`, `u = u₀ − A⁻¹ B σ` with `u₀`
+//! the step at fixed arc lengths. The inertia of the whole is that of A and S together (Haynsworth 1968).
+
+use crate::linear::matrix::BlockMatrix;
+use nalgebra::{DMatrix, DVector, SymmetricEigen};
+use wireloom_core::problem::Problem;
+use wireloom_core::terms::sliding::SlideHessian;
+use wireloom_core::{State, Tangent, Vector};
+
+/// Curvatures of S below this fraction of its largest are not trusted.
+const FLAT: f64 = 1e-10;
+
+/// Share of its largest term that S is known to: it is what is left of second derivatives of the size of EA/ℓ.
+const ROUND_OFF: f64 = 1e-12;
+
+/// Workspace of the border.
+#[derive(Default)]
+pub struct Border {
+    hessian: SlideHessian,
+    /// −A⁻¹ B.
+    columns: Vec<Tangent>,
+    /// S, where [`Self::inertia`] looked at it.
+    schur: Option<SymmetricEigen<f64, nalgebra::Dyn>>,
+    /// S of the last [`Self::complete`]; none where nothing runs.
+    factor: Option<SymmetricEigen<f64, nalgebra::Dyn>>,
+}
+
+/// Signs of a symmetric matrix's eigenvalues.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Inertia {
+    /// How many are negative.
+    pub negative: usize,
+    /// How many cannot be told from zero.
+    pub flat: usize,
+}
+
+impl Inertia {
+    /// Whether all are positive.
+    pub fn is_positive(self) -> bool {
+        self.negative + self.flat == 0
+    }
+
+    /// Whether none is negative.
+    pub fn is_not_negative(self) -> bool {
+        self.negative == 0
+    }
+}
+
+impl Border {
+    /// S, the columns −A⁻¹ B being made on the way. `matrix` is factorised, `gradient` the whole gradient at `state`.
+    fn schur(
+        &mut self,
+        matrix: &BlockMatrix,
+        problem: &mut Problem<'_>,
+        state: &State,
+        gradient: &Tangent,
+        rhs: &mut [Vector],
+    ) -> Option<SymmetricEigen<f64, nalgebra::Dyn>> {
+        problem.slide_hessian(state, gradient, &mut self.hessian);
+        let count = self.hessian.running.len();
+        if count == 0 {
+            return None;
+        }
+        self.columns.resize_with(count.max(self.columns.len()), || Tangent::zeros(problem.network));
+        for (mixed, column) in self.hessian.mixed.iter().zip(&mut self.columns).take(count) {
+            matrix.right_hand_side(problem, mixed, None, rhs);
+            matrix.solve(rhs);
+            column.clear();
+            matrix.step(problem, state, rhs, None, column);
+        }
+        let entry = |i: usize, k: usize| self.hessian.own[i * count + k] + self.hessian.mixed[i].dot(&self.columns[k]);
+        Some(SymmetricEigen::new(DMatrix::from_fn(count, count, |i, k| 0.5 * (entry(i, k) + entry(k, i)))))
+    }
+
+    /// Signs of the eigenvalues of S; those that cannot be told from the round-off of its terms are flat.
+    pub fn inertia(
+        &mut self,
+        matrix: &BlockMatrix,
+        problem: &mut Problem<'_>,
+        state: &State,
+        gradient: &Tangent,
+        rhs: &mut [Vector],
+    ) -> Inertia {
+        self.schur = self.schur(matrix, problem, state, gradient, rhs);
+        let Some(schur) = &self.schur else { return Inertia::default() };
+        let zero = ROUND_OFF * self.hessian.own.iter().fold(0.0_f64, |a, d| a.max(d.abs()));
+        let count = |is: fn(f64, f64) -> bool| schur.eigenvalues.iter().filter(|e| is(**e, zero)).count();
+        Inertia { negative: count(|e, zero| e < -zero), flat: count(|e, zero| e.abs() <= zero) }
+    }
+
+    /// Forgets the eigenvalues found last.
+    pub fn forget(&mut self) {
+        self.schur = None;
+    }
+
+    /// The direction of the least eigenvalue found last, points and frames following. Returns whether it is negative.
+    pub fn negative_direction(&self, step: &mut Tangent) -> bool {
+        let Some(schur) = &self.schur else { return false };
+        let least = schur.eigenvalues.imin();
+        if schur.eigenvalues[least] >= 0.0 {
+            return false;
+        }
+        step.clear();
+        for (k, &slide) in self.hessian.running.iter().enumerate() {
+            let sigma = schur.eigenvectors[(k, least)];
+            step.add_scaled(sigma, &self.columns[k]);
+            step.slides[slide] = sigma;
+        }
+        true
+    }
+
+    /// Turns `step`, which is u₀, into the step of everything. Where S is not positive its directions are turned over, so that the
+    /// step leads downhill.
+    pub fn complete(
+        &mut self,
+        matrix: &BlockMatrix,
+        problem: &mut Problem<'_>,
+        state: &State,
+        gradient: &Tangent,
+        rhs: &mut [Vector],
+        step: &mut Tangent,
+    ) {
+        self.factor = self.schur(matrix, problem, state, gradient, rhs);
+        self.complete_again(gradient, step);
+    }
+
+    /// The same for another right-hand side, with the matrix and what runs as they were then.
+    pub fn complete_again(&self, gradient: &Tangent, step: &mut Tangent) {
+        step.slides.fill(0.0);
+        let Some(schur) = &self.factor else { return };
+        let largest = schur.eigenvalues.amax();
+        let count = self.hessian.running.len();
+        let residual =
+            DVector::from_fn(count, |k, _| -gradient.slides[self.hessian.running[k]] - self.hessian.mixed[k].dot(step));
+        let mut along = schur.eigenvectors.tr_mul(&residual);
+        for (a, e) in along.iter_mut().zip(&schur.eigenvalues) {
+            *a /= e.abs().max(FLAT * largest);
+        }
+        let sigma = &schur.eigenvectors * along;
+        for (k, &slide) in self.hessian.running.iter().enumerate() {
+            step.add_scaled(sigma[k], &self.columns[k]);
+            step.slides[slide] = sigma[k];
+        }
+    }
+}

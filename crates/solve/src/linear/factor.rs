@@ -1,0 +1,190 @@
+//! Factorisation `A = L D Lᵀ` of a block matrix in place, and the solve.
+//!
+//! Right-looking, column by column in elimination order. Along a branch every column has two blocks below its diagonal, and the next
+//! column begins with the later of their rows; those columns are handled without any index look-up. Pivots are 3 × 3
+//! blocks, themselves factorised without exchanges; the signs of their scalars give the inertia of the
+//! matrix (Sylvester).
+
+use crate::linear::elimination_tree::Part;
+use crate::linear::matrix::BlockMatrix;
+use crate::linear::symbolic::{Pattern, Structure};
+use nalgebra::SymmetricEigen;
+use wireloom_core::{Matrix, Vector};
+
+/// `(P⁻¹, negative pivots)` of a symmetric 3 × 3 block, through `P = L D Lᵀ`.
+#[inline(always)]
+fn invert(p: &Matrix) -> (Matrix, u32) {
+    let (a11, a21, a31) = (p[(0, 0)], p[(1, 0)], p[(2, 0)]);
+    let (a22, a32, a33) = (p[(1, 1)], p[(2, 1)], p[(2, 2)]);
+    let i1 = 1.0 / a11;
+    let (l21, l31) = (a21 * i1, a31 * i1);
+    let d2 = a22 - l21 * a21;
+    let i2 = 1.0 / d2;
+    let e32 = a32 - l31 * a21;
+    let l32 = e32 * i2;
+    let d3 = a33 - l31 * a31 - l32 * e32;
+    let i3 = 1.0 / d3;
+    // L⁻¹ = [1, 0, 0; −l21, 1, 0; m31, −l32, 1]
+    let m31 = l21 * l32 - l31;
+    let (x13, x23) = (m31 * i3, -l32 * i3);
+    let (x12, x22) = (-l21 * i2 + m31 * x23, i2 - l32 * x23);
+    let x11 = i1 + l21 * l21 * i2 + m31 * x13;
+    let negative = u32::from(a11 < 0.0) + u32::from(d2 < 0.0) + u32::from(d3 < 0.0);
+    (Matrix::new(x11, x12, x13, x12, x22, x23, x13, x23, i3), negative)
+}
+
+/// Eliminates the columns of a part; `diagonal` and `below` are the blocks of these columns. What that does to later rows is left in
+/// the part's updates. Returns the number of negative pivots.
+fn eliminate(part: &mut Part, pattern: &Pattern, diagonal: &mut [Matrix], below: &mut [Matrix]) -> usize {
+    let first = part.columns.start;
+    let end = part.columns.end as u32;
+    let first_block = pattern.starts[first] as usize;
+    part.updates.fill(Matrix::zeros());
+    let mut negative = eliminate_all(&mut part.children, pattern, diagonal, below);
+    let Part { children, beyond, updates, .. } = part;
+    for child in children {
+        for (i, &row) in child.beyond.iter().enumerate() {
+            for (j, &column) in child.beyond[..=i].iter().enumerate() {
+                let update = &child.updates[Part::place(i, j)];
+                if column >= end {
+                    updates[Part::update_of(beyond, row, column)] += update;
+                } else if row == column {
+                    diagonal[row as usize - first] += update;
+                } else if let Some(slot) = pattern.find(row, column) {
+                    below[slot - first_block] += update;
+                }
+            }
+        }
+    }
+    let rows = &pattern.rows[first_block..];
+    for p in part.own..part.columns.end {
+        let local = p - first;
+        let (inverse, signs) = invert(&diagonal[local]);
+        negative += signs as usize;
+        diagonal[local] = inverse;
+        let (start, stop) = (pattern.starts[p] as usize - first_block, pattern.starts[p + 1] as usize - first_block);
+        if stop == start + 2 && rows[start + 1] < end {
+            let (row, later) = (rows[start] as usize, rows[start + 1] as usize);
+            let slot = pattern.starts[row] as usize - first_block;
+            // Along a branch the next column begins with the later row: there is no row between.
+            if rows[slot] as usize == later {
+                let (b1, b2) = (below[start], below[start + 1]);
+                let (w1, w2) = (b1 * inverse, b2 * inverse);
+                diagonal[row - first] -= w1 * b1.transpose();
+                below[slot] -= w2 * b1.transpose();
+                diagonal[later - first] -= w2 * b2.transpose();
+                below[start] = w1;
+                below[start + 1] = w2;
+                continue;
+            }
+        }
+        for i in start..stop {
+            let row = rows[i];
+            let w = below[i] * inverse;
+            // The blocks before this one are multiplied by the inverse already: A_ij −= (B_i P⁻¹) B_jᵀ = B_i W_jᵀ.
+            for (j, &column) in (start..i).zip(&rows[start..i]) {
+                let update = below[i] * below[j].transpose();
+                if column < end {
+                    below[pattern.slot(row, column) - first_block] -= update;
+                } else {
+                    updates[Part::update_of(beyond, row, column)] -= update;
+                }
+            }
+            let update = w * below[i].transpose();
+            if row < end {
+                diagonal[row as usize - first] -= update;
+            } else {
+                updates[Part::update_of(beyond, row, row)] -= update;
+            }
+            below[i] = w;
+        }
+    }
+    negative
+}
+
+/// Eliminates parts that are independent and follow each other, side by side.
+fn eliminate_all(parts: &mut [Part], pattern: &Pattern, diagonal: &mut [Matrix], below: &mut [Matrix]) -> usize {
+    match parts {
+        [] => 0,
+        [part] => {
+            let (columns, first_block) = (part.columns.len(), pattern.starts[part.columns.start]);
+            let blocks = (pattern.starts[part.columns.end] - first_block) as usize;
+            eliminate(part, pattern, &mut diagonal[..columns], &mut below[..blocks])
+        }
+        _ => {
+            let (parts, others) = parts.split_at_mut(parts.len() / 2);
+            let (first, cut) = (parts[0].columns.start, others[0].columns.start);
+            let (diagonal, other_diagonal) = diagonal.split_at_mut(cut - first);
+            let (below, other_below) = below.split_at_mut((pattern.starts[cut] - pattern.starts[first]) as usize);
+            let (a, b) = rayon::join(
+                || eliminate_all(parts, pattern, diagonal, below),
+                || eliminate_all(others, pattern, other_diagonal, other_below),
+            );
+            a + b
+        }
+    }
+}
+
+impl BlockMatrix {
+    /// Factorises in place: `diagonal` then holds the inverse pivots, `below` the blocks of L. Returns the number
+    /// of negative pivots; not finite numbers in the factor show in the solution.
+    pub fn factorise(&mut self) -> usize {
+        let Structure { pattern, parts, .. } = &mut self.structure;
+        eliminate(parts, pattern, &mut self.diagonal, &mut self.below)
+    }
+
+    /// A direction u with `uᵀ A u < 0`, in elimination order, after [`Self::factorise`]: the sum over the negative pivots of `L⁻ᵀ e`, each with
+    /// a largest entry of 1. Returns whether there is a negative pivot.
+    pub fn negative_direction(&self, u: &mut [Vector]) -> bool {
+        let mut one = vec![Vector::zeros(); u.len()];
+        let mut some = false;
+        u.fill(Vector::zeros());
+        for (p, inverse) in self.diagonal.iter().enumerate() {
+            if !inverse.iter().all(|x| x.is_finite()) {
+                continue;
+            }
+            let pivot = SymmetricEigen::new(*inverse);
+            for (_, d) in pivot.eigenvalues.iter().zip(pivot.eigenvectors.column_iter()).filter(|(e, _)| **e < 0.0) {
+                // The sign of an eigenvector is anybody's.
+                let d: Vector = d.into();
+                one.fill(Vector::zeros());
+                one[p] = d * d[d.iamax()].signum();
+                self.solve_transposed(&mut one[..=p]);
+                let largest = one[..=p].iter().map(Vector::amax).fold(0.0, f64::max);
+                u.iter_mut().zip(&one).for_each(|(u, one)| *u += one / largest);
+                some = true;
+            }
+        }
+        some
+    }
+
+    /// Solves `Lᵀ u = rhs` in place, for a right-hand side that is zero from its end on.
+    fn solve_transposed(&self, rhs: &mut [Vector]) {
+        let Pattern { starts, rows } = &self.structure.pattern;
+        for p in (0..rhs.len()).rev() {
+            let column = starts[p] as usize..starts[p + 1] as usize;
+            let blocks = rows[column.clone()].iter().zip(&self.below[column]);
+            let known: Vector = blocks.filter_map(|(row, block)| Some(block.tr_mul(rhs.get(*row as usize)?))).sum();
+            rhs[p] -= known;
+        }
+    }
+
+    /// Solves `L D Lᵀ u = rhs` in place.
+    pub fn solve(&self, rhs: &mut [Vector]) {
+        let n = self.structure.len();
+        let Pattern { starts, rows } = &self.structure.pattern;
+        for p in 0..n {
+            let r = rhs[p];
+            for i in starts[p] as usize..starts[p + 1] as usize {
+                rhs[rows[i] as usize] -= self.below[i] * r;
+            }
+        }
+        for p in (0..n).rev() {
+            let mut u = self.diagonal[p] * rhs[p];
+            for i in starts[p] as usize..starts[p + 1] as usize {
+                u -= self.below[i].tr_mul(&rhs[rows[i] as usize]);
+            }
+            rhs[p] = u;
+        }
+    }
+}

@@ -1,0 +1,366 @@
+//! Which blocks of the Hessian are not zero, and in which order they are eliminated.
+
+use crate::linear::elimination_tree::{Part, Tree};
+use std::cmp::Reverse;
+use std::collections::{BinaryHeap, VecDeque};
+use wireloom_core::Network;
+use wireloom_core::constraint::Action;
+use wireloom_core::variable::Variable;
+
+/// Positions from here on are not positions: `TIED + t` says that the point or frame has no variable of its own but rides
+/// on a joint by tie t of the network.
+pub const TIED: u32 = 1 << 31;
+
+/// The position of what has none: a frame, where only points are variables.
+const ABSENT: u32 = u32::MAX;
+
+/// Pattern of the factor: column by column (in elimination order) the rows below the diagonal.
+pub struct Pattern {
+    /// `rows[starts[p]..starts[p + 1]]` are the rows of column p, increasing.
+    pub starts: Vec<u32>,
+    /// Rows below the diagonal.
+    pub rows: Vec<u32>,
+}
+
+impl Pattern {
+    /// Where the block (row, column), row after column in elimination order, is stored.
+    ///
+    /// # Panics
+    /// If the pattern has no such block.
+    pub fn slot(&self, row: u32, column: u32) -> usize {
+        self.find(row, column).expect("a block of the pattern")
+    }
+
+    /// The same, where there is such a block.
+    pub fn find(&self, row: u32, column: u32) -> Option<usize> {
+        let (start, end) = (self.starts[column as usize] as usize, self.starts[column as usize + 1] as usize);
+        self.rows[start..end].binary_search(&row).ok().map(|place| start + place)
+    }
+}
+
+/// The variables in elimination order, and the pattern of their factor.
+pub struct Structure {
+    /// The variables in elimination order.
+    pub variables: Vec<Variable>,
+    /// Position in elimination order of every point; see [`TIED`]. In [`Self::of_points`] a tied point has that of its joint.
+    pub of_point: Vec<u32>,
+    /// Position in elimination order of every frame; see [`TIED`].
+    pub of_frame: Vec<u32>,
+    /// Which blocks are not zero.
+    pub pattern: Pattern,
+    /// What can be eliminated at the same time.
+    pub parts: Part,
+}
+
+impl Structure {
+    /// Of a network's Hessian, in which cables that touch couple what `touching` says, row by row.
+    pub fn new(network: &Network, touching: &[Vec<Variable>]) -> Self {
+        // Natural numbering: along the branches, joints last.
+        let mut variables = Vec::new();
+        let (mut of_point, mut of_frame) = (vec![0; network.points], vec![0; network.frames]);
+        for (t, tie) in network.ties.iter().enumerate() {
+            of_point[tie.point] = TIED + t as u32;
+            if let Some(frame) = tie.frame {
+                of_frame[frame] = TIED + t as u32;
+            }
+        }
+        for branch in &network.branches {
+            let mesh = branch.rod.mesh();
+            for node in 0..mesh.nodes() {
+                let point = branch.points.start + node;
+                if of_point[point] < TIED {
+                    variables.push(Variable::Point(point));
+                }
+                let station = mesh.station_frame(node);
+                let segment = mesh.segment_frames.get(node).copied();
+                for frame in [station, segment].into_iter().flatten().map(|c| branch.frames.start + c) {
+                    if of_frame[frame] < TIED {
+                        variables.push(Variable::Frame(frame));
+                    }
+                }
+            }
+        }
+        for joint in &network.joints {
+            variables.push(Variable::Point(joint.point));
+            variables.extend(joint.frame.map(Variable::Frame));
+        }
+        number(&variables, &mut of_point, &mut of_frame);
+        let graph = coupled(network, touching, &of_point, &of_frame, variables.len());
+        Self::ordered(variables, of_point, of_frame, graph, network.is_shared())
+    }
+
+    /// Of the second derivatives in the points alone, the frames being given; `touching` as in [`Self::new`].
+    pub fn of_points(network: &Network, touching: &[Vec<Variable>]) -> Self {
+        let mut of_point = vec![0; network.points];
+        for tie in &network.ties {
+            of_point[tie.point] = ABSENT;
+        }
+        let own = of_point.iter().enumerate().filter(|(_, place)| **place != ABSENT);
+        let variables: Vec<Variable> = own.map(|(i, _)| Variable::Point(i)).collect();
+        number(&variables, &mut of_point, &mut []);
+        for tie in &network.ties {
+            of_point[tie.point] = of_point[tie.hub_point];
+        }
+        let mut graph = vec![Vec::new(); variables.len()];
+        for branch in &network.branches {
+            for ends in of_point[branch.points.clone()].windows(2).filter(|ends| ends[0] != ends[1]) {
+                graph[ends[0] as usize].push(ends[1]);
+                graph[ends[1] as usize].push(ends[0]);
+            }
+        }
+        for constraint in &network.constraints {
+            if matches!(constraint.model.action(), Action::Prescribed(_)) {
+                continue;
+            }
+            let points = || constraint.stations.iter().map(|site| of_point[site.point]);
+            for a in points() {
+                graph[a as usize].extend(points().filter(|&b| b != a));
+            }
+        }
+        for clique in touching {
+            let points =
+                || clique.iter().filter_map(|v| if let Variable::Point(i) = v { Some(of_point[*i]) } else { None });
+            for a in points() {
+                graph[a as usize].extend(points().filter(|&b| b != a));
+            }
+        }
+        sort(&mut graph);
+        let mut structure =
+            Self::ordered(variables, of_point, vec![ABSENT; network.frames], graph, network.is_shared());
+        for tie in &network.ties {
+            structure.of_point[tie.point] = structure.of_point[tie.hub_point];
+        }
+        structure
+    }
+
+    /// Numbers variables in their elimination order, and notes the pattern of the factor.
+    fn ordered(
+        variables: Vec<Variable>,
+        mut of_point: Vec<u32>,
+        mut of_frame: Vec<u32>,
+        graph: Vec<Vec<u32>>,
+        shared: bool,
+    ) -> Self {
+        let (order, cliques) = minimum_degree(graph);
+        let position = positions(&order);
+        let columns: Vec<Vec<u32>> =
+            cliques.iter().map(|clique| clique.iter().map(|&v| position[v as usize]).collect()).collect();
+        let (arranged, parts) = Tree::new(&columns, shared).arrange();
+        let order: Vec<u32> = arranged.iter().map(|&p| order[p]).collect();
+        let position = positions(&order);
+        let (mut starts, mut rows) = (vec![0], Vec::new());
+        for p in arranged {
+            let first = rows.len();
+            rows.extend(cliques[p].iter().map(|&v| position[v as usize]));
+            rows[first..].sort_unstable();
+            starts.push(rows.len() as u32);
+        }
+        let variables: Vec<Variable> = order.iter().map(|&v| variables[v as usize]).collect();
+        number(&variables, &mut of_point, &mut of_frame);
+        Self { variables, of_point, of_frame, pattern: Pattern { starts, rows }, parts }
+    }
+
+    /// Number of block rows.
+    pub fn len(&self) -> usize {
+        self.variables.len()
+    }
+
+    /// Whether there is nothing to solve for.
+    pub fn is_empty(&self) -> bool {
+        self.variables.is_empty()
+    }
+
+    /// Position in elimination order of what has a variable of its own here.
+    pub fn position(&self, variable: Variable) -> Option<u32> {
+        let position = match variable {
+            Variable::Point(i) => self.of_point[i],
+            Variable::Frame(c) => self.of_frame[c],
+        };
+        (position < TIED).then_some(position)
+    }
+}
+
+/// Writes down the place of every variable in an order.
+fn number(order: &[Variable], of_point: &mut [u32], of_frame: &mut [u32]) {
+    for (p, variable) in order.iter().enumerate() {
+        match variable {
+            Variable::Point(i) => of_point[*i] = p as u32,
+            Variable::Frame(c) => of_frame[*c] = p as u32,
+        }
+    }
+}
+
+/// For every variable those it fractions an energy with.
+fn coupled(
+    network: &Network,
+    touching: &[Vec<Variable>],
+    of_point: &[u32],
+    of_frame: &[u32],
+    count: usize,
+) -> Vec<Vec<u32>> {
+    let mut graph = vec![Vec::new(); count];
+    let mut clique: Vec<u32> = Vec::new();
+    let mut join = |clique: &mut Vec<u32>| {
+        clique.sort_unstable();
+        clique.dedup();
+        for &a in clique.iter() {
+            graph[a as usize].extend(clique.iter().copied().filter(|&b| b != a));
+        }
+        clique.clear();
+    };
+    let point = |i: usize, clique: &mut Vec<u32>| match of_point[i] {
+        own if own < TIED => clique.push(own),
+        tied => {
+            let tie = &network.ties[(tied - TIED) as usize];
+            clique.push(of_point[tie.hub_point]);
+            clique.extend(tie.hub_frame.map(|c| of_frame[c]));
+        }
+    };
+    let frame = |c: usize, clique: &mut Vec<u32>| match of_frame[c] {
+        own if own < TIED => clique.push(own),
+        tied => clique.extend(network.ties[(tied - TIED) as usize].hub_frame.map(|c| of_frame[c])),
+    };
+    for branch in &network.branches {
+        let mesh = branch.rod.mesh();
+        for (j, f) in mesh.segment_frames.iter().enumerate() {
+            point(branch.points.start + j, &mut clique);
+            point(branch.points.start + j + 1, &mut clique);
+            frame(branch.frames.start + f, &mut clique);
+            join(&mut clique);
+        }
+        for beside in &mesh.beside {
+            point(branch.points.start + beside.segment, &mut clique);
+            point(branch.points.start + beside.segment + 1, &mut clique);
+            let segment = mesh.segment_frames[beside.segment];
+            for c in beside.stations.into_iter().flatten().chain([segment]) {
+                frame(branch.frames.start + c, &mut clique);
+            }
+            join(&mut clique);
+        }
+        for c in 0..mesh.coupling_lengths.len() {
+            frame(branch.frames.start + c, &mut clique);
+            frame(branch.frames.start + c + 1, &mut clique);
+            join(&mut clique);
+        }
+    }
+    for joint in &network.joints {
+        for &c in &joint.arm_frames {
+            frame(c, &mut clique);
+        }
+        join(&mut clique);
+    }
+    for constraint in &network.constraints {
+        if matches!(constraint.model.action(), Action::Prescribed(_)) {
+            continue;
+        }
+        for site in &constraint.stations {
+            point(site.point, &mut clique);
+            if let Some(c) = site.frame {
+                frame(c, &mut clique);
+            }
+        }
+        join(&mut clique);
+    }
+    for touching in touching {
+        for variable in touching {
+            match *variable {
+                Variable::Point(i) => point(i, &mut clique),
+                Variable::Frame(c) => frame(c, &mut clique),
+            }
+        }
+        join(&mut clique);
+    }
+    sort(&mut graph);
+    graph
+}
+
+/// Every neighbour once, in order.
+fn sort(graph: &mut [Vec<u32>]) {
+    for neighbours in graph {
+        neighbours.sort_unstable();
+        neighbours.dedup();
+    }
+}
+
+/// Where each vertex stands in an order of all of them.
+fn positions(order: &[u32]) -> Vec<u32> {
+    let mut position = vec![0; order.len()];
+    for (p, &v) in order.iter().enumerate() {
+        position[v as usize] = p as u32;
+    }
+    position
+}
+
+/// Vertices by breadth, from `start` on, with those they were found from.
+fn by_breadth(graph: &[Vec<u32>], start: u32, found: &mut [bool]) -> Vec<(u32, u32)> {
+    let (mut order, mut open) = (Vec::new(), VecDeque::from([(start, start)]));
+    found[start as usize] = true;
+    while let Some((v, from)) = open.pop_front() {
+        order.push((v, from));
+        for &next in &graph[v as usize] {
+            if !std::mem::replace(&mut found[next as usize], true) {
+                open.push_back((next, v));
+            }
+        }
+    }
+    order
+}
+
+/// How many steps every vertex is away from the middle of its piece: the vertex without which no part of a spanning tree holds
+/// more than half of it (Jordan 1869).
+fn from_the_middle(graph: &[Vec<u32>]) -> Vec<u32> {
+    let n = graph.len();
+    let mut away = vec![0; n];
+    let (mut found, mut weight) = (vec![false; n], vec![1; n]);
+    for start in 0..n as u32 {
+        if found[start as usize] {
+            continue;
+        }
+        let piece = by_breadth(graph, start, &mut found);
+        for &(v, from) in piece.iter().rev().filter(|(v, from)| v != from) {
+            weight[from as usize] += weight[v as usize];
+        }
+        // The last of the heavy ones: all of them lie on one path from the start.
+        let middle = piece.iter().rev().find(|(v, _)| 2 * weight[*v as usize] >= piece.len());
+        let middle = middle.expect("the start holds all").0;
+        for (v, _) in &piece {
+            found[*v as usize] = false;
+        }
+        for (v, from) in by_breadth(graph, middle, &mut found) {
+            away[v as usize] = if v == from { 0 } else { away[from as usize] + 1 };
+        }
+    }
+    away
+}
+
+/// Elimination order by minimum degree (Tinney and Walker 1967), and for each eliminated vertex the neighbours it has then. On trees
+/// of chains this causes no fill. Ties are broken from the outside in, then by number: so the tree of the elimination has its root in the
+/// middle, and what hangs on either side of it can be eliminated at the same time.
+fn minimum_degree(mut graph: Vec<Vec<u32>>) -> (Vec<u32>, Vec<Vec<u32>>) {
+    let n = graph.len();
+    let inward: Vec<Reverse<u32>> = from_the_middle(&graph).into_iter().map(Reverse).collect();
+    let mut heap: BinaryHeap<_> =
+        graph.iter().enumerate().map(|(v, neighbours)| Reverse((neighbours.len(), inward[v], v as u32))).collect();
+    let mut gone = vec![false; n];
+    let (mut order, mut columns) = (Vec::with_capacity(n), Vec::with_capacity(n));
+    while let Some(Reverse((degree, _, v))) = heap.pop() {
+        if gone[v as usize] || degree != graph[v as usize].len() {
+            continue;
+        }
+        gone[v as usize] = true;
+        let clique = std::mem::take(&mut graph[v as usize]);
+        for &a in &clique {
+            let neighbours = &mut graph[a as usize];
+            neighbours.retain(|&b| b != v);
+            for &b in clique.iter().filter(|&&b| b != a) {
+                if let Err(place) = neighbours.binary_search(&b) {
+                    neighbours.insert(place, b);
+                }
+            }
+            heap.push(Reverse((neighbours.len(), inward[a as usize], a)));
+        }
+        order.push(v);
+        columns.push(clique);
+    }
+    (order, columns)
+}

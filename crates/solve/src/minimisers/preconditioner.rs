@@ -1,0 +1,104 @@
+//! What turns a gradient into a direction: a metric in which the energy is nearly round.
+
+use crate::linear::assembly::System;
+use crate::linear::border::Border;
+use crate::minimisers::newton::{RAISE, raised};
+use wireloom_core::problem::{Hessian, Problem};
+use wireloom_core::{State, Tangent};
+
+/// Which metric M.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Metric {
+    /// The Hessian where it was factorised last, shifted until it is positive definite.
+    Hessian,
+    /// None: metres and radians as they are.
+    None,
+}
+
+impl Metric {
+    /// The words of scenarios.
+    pub(crate) const WORDS: [&str; 2] = ["hessian", "none"];
+
+    pub(crate) fn from_word(word: &str) -> Option<Self> {
+        let all = [Self::Hessian, Self::None];
+        Self::WORDS.into_iter().zip(all).find_map(|(known, metric)| (known == word).then_some(metric))
+    }
+}
+
+/// M, factorised; keeps its workspace.
+pub(crate) struct Preconditioner {
+    metric: Metric,
+    system: System,
+    border: Border,
+    hessian: Hessian,
+    /// Matrices factorised so far.
+    pub factorisations: usize,
+}
+
+impl Preconditioner {
+    pub(crate) fn new(problem: &Problem<'_>, metric: Metric) -> Self {
+        Self {
+            metric,
+            system: System::new(problem),
+            border: Border::default(),
+            hessian: Hessian::new(problem.network),
+            factorisations: 0,
+        }
+    }
+
+    /// Takes M, the Hessian's, from `state`, where the gradient was evaluated last.
+    pub(crate) fn make(&mut self, problem: &mut Problem<'_>, state: &State) {
+        problem.hessian(state, None, &mut self.hessian);
+        let (mut sigma, mut convex) = (0.0_f64, false);
+        while self.factorise(problem, state, sigma) > 0 && sigma.is_finite() && !problem.monitor.is_stopped() {
+            if std::mem::replace(&mut convex, true) || !problem.make_convex(state, &mut self.hessian) {
+                sigma = raised(sigma, RAISE);
+            }
+        }
+    }
+
+    /// Shifts are measured by the scales of `problem` from now on.
+    pub(crate) fn weigh(&mut self, problem: &Problem<'_>) {
+        self.system.weigh(problem);
+    }
+
+    fn factorise(&mut self, problem: &Problem<'_>, state: &State, sigma: f64) -> usize {
+        self.system.fill(problem, state, &self.hessian);
+        let System { matrix, weights, .. } = &mut self.system;
+        if sigma > 0.0 {
+            matrix.shift(sigma, weights);
+        }
+        matrix.eliminate_prescribed(problem);
+        self.factorisations += 1;
+        matrix.factorise()
+    }
+
+    /// `step = −M⁻¹ gradient`.
+    pub(crate) fn solve(&mut self, problem: &mut Problem<'_>, state: &State, gradient: &Tangent, step: &mut Tangent) {
+        if self.metric == Metric::None {
+            step.clear();
+            step.add_scaled(-1.0, gradient);
+            problem.free_part(step);
+            return;
+        }
+        self.solve_moving(problem, state, gradient, None, step);
+    }
+
+    /// The same with the prescribed motion in it.
+    pub(crate) fn solve_moving(
+        &mut self,
+        problem: &mut Problem<'_>,
+        state: &State,
+        gradient: &Tangent,
+        motion: Option<&Tangent>,
+        step: &mut Tangent,
+    ) {
+        let System { matrix, rhs, .. } = &mut self.system;
+        matrix.right_hand_side(problem, gradient, motion, rhs);
+        matrix.solve(rhs);
+        matrix.step(problem, state, rhs, motion, step);
+        if problem.has_slides() {
+            self.border.complete(matrix, problem, state, gradient, rhs, step);
+        }
+    }
+}

@@ -1,0 +1,352 @@
+//! The log of what happened on the way, and what is looked at after every increment.
+
+use super::log::{EventLog, Occurrence};
+use crate::report::clearance::{clearances, keep_least};
+use crate::report::result;
+use crate::report::twist_loss::HELD_WELL;
+use crate::steps::certificate::FEASIBLE;
+use std::collections::BTreeMap;
+use wireloom_core::conditions::Conditions;
+use wireloom_core::conditions::Partner;
+use wireloom_core::equilibrium::{Clearance, ClearanceFrom, OperationResult, SlideMotion, StepResult};
+use wireloom_core::minimiser::Stop;
+use wireloom_core::problem::Problem;
+use wireloom_core::status::Status;
+use wireloom_core::terms::contact::{ContactViolation, HeldOverlap, Lack};
+use wireloom_core::{EventKind, EventPlace, Network, Pose, State};
+
+/// So many times as far as before, or as what holds it, a harness moves only when it leaves its equilibrium.
+const OUT_OF_PROPORTION: f64 = 8.0;
+/// What turns may carry a harness of several branches with it: so many times the arc over the longest.
+const TURN_SHARE: f64 = 2.0;
+/// What moves by less than this fraction of the longest branch is no jump that anybody would see.
+const FAR: f64 = 0.05;
+
+/// How far the constraints that act have moved their targets since, m, and turned them, rad: the most of any.
+pub fn prescribed(problem: &Problem<'_>, before: &[Pose]) -> [f64; 2] {
+    let Conditions { active, targets, .. } = problem.conditions();
+    let mut most = [0.0_f64; 2];
+    for ((from, to), _) in before.iter().zip(targets).zip(active).filter(|(_, active)| **active) {
+        most[0] = most[0].max((to.position - from.position).norm());
+        most[1] = most[1].max(to.orientation.angle_to(&from.orientation));
+    }
+    most
+}
+
+/// Whether an increment in which the harness `moved` so far (m) was a jump: it `fell` when smaller increments did not help, or
+/// moved far, and out of proportion both with the increment before (`pace`, m) and with what was prescribed (m, rad).
+/// `length` is that of the longest branch, m.
+pub fn jump(moved: f64, pace: Option<f64>, prescribed: [f64; 2], length: f64, fell: bool) -> Option<Occurrence> {
+    let expected = OUT_OF_PROPORTION * prescribed[0] + TURN_SHARE * length * prescribed[1];
+    let leapt = pace.is_some_and(|pace| moved > OUT_OF_PROPORTION * pace) && moved > expected.max(FAR * length);
+    let why = match () {
+        () if leapt => {
+            format!("where {:.1} mm and {:.1}° are prescribed", 1e3 * prescribed[0], prescribed[1].to_degrees())
+        }
+        () if fell => {
+            "and was found with more iterations than are allowed, after smaller increments did not help".to_owned()
+        }
+        () => return None,
+    };
+    Some(Occurrence {
+        kind: EventKind::Jump,
+        place: EventPlace::default(),
+        value: Some(moved),
+        limit: None,
+        message: format!("moved by {:.1} mm in one increment, {why}", 1e3 * moved),
+    })
+}
+
+/// Looks for limits that are passed at the end of an increment, and for what slides.
+/// With `all`, clearances of everything from everything are kept.
+pub fn watch(log: &mut EventLog, problem: &mut Problem<'_>, state: &State, end: &StepResult, stop: &Stop, all: bool) {
+    bends(log, end);
+    overlaps(log, problem);
+    nearness(log, clearances(problem.network, end, log.now(), all));
+    constraints(log, problem, end);
+    slides(log, end);
+    pushes(log, end);
+    coarse_meshes(log, problem, state);
+    for span in result::overstretched(problem, state) {
+        log.raise(span);
+    }
+    if end.stable == Some(false) {
+        log.raise(Occurrence {
+            kind: EventKind::Unstable,
+            place: EventPlace::default(),
+            value: None,
+            limit: None,
+            message: "the equilibrium is not stable: the least disturbance makes the harness leave it".into(),
+        });
+    }
+    if end.status != Status::Converged {
+        let allowed = FEASIBLE * stop.force_tolerance;
+        let unmet = end.minimiser.constraint_residual.filter(|unmet| *unmet > allowed || unmet.is_nan());
+        let unmet = unmet.map_or_else(String::new, |unmet| {
+            format!("; equations of constraints are off by {unmet:.1e}, allowed {allowed:.1e}")
+        });
+        let shape = end.minimiser.shape_error.map_or_else(String::new, |error| {
+            format!("; the next Newton step would move it by {:.1e} mm", 1e3 * error)
+        });
+        let (place, contact) = problem.worst_contact(state).map_or_else(Default::default, |worst| {
+            let (place, what) = contact_violation(problem.network, &worst);
+            (place, format!("; contact is not met: {what}"))
+        });
+        log.raise(Occurrence {
+            kind: EventKind::NotConverged,
+            place,
+            value: Some(end.minimiser.force_residual),
+            limit: Some(stop.force_tolerance),
+            message: format!(
+                "not in balance: {}, residual {:.1e}, allowed {:.1e}{unmet}{shape}{contact}",
+                end.status.word(),
+                end.minimiser.force_residual,
+                stop.force_tolerance
+            ),
+        });
+    }
+}
+
+/// Where a contact is that is not met, and what is wrong with it.
+fn contact_violation(network: &Network, worst: &ContactViolation) -> (EventPlace, String) {
+    let place = EventPlace::branch(&network.branches[worst.branch].name, worst.s);
+    let (place, other) = match worst.partner {
+        Partner::Obstacle { obstacle, .. } => {
+            let name = &network.obstacles[obstacle as usize].name;
+            (EventPlace { obstacle: Some(name.clone()), ..place }, format!("obstacle `{name}`"))
+        }
+        Partner::Cable { branch, segment } => {
+            let branch = &network.branches[branch as usize];
+            let s: f64 = branch.rod.mesh().rest_lengths[..segment as usize].iter().sum();
+            (place, format!("branch `{}` near s = {s:.4} m", branch.name))
+        }
+    };
+    let message = match worst.lack {
+        Lack::Depth(depth) if depth >= 0.0 => format!("the cable lies {:.3} mm deep in {other}", 1e3 * depth),
+        Lack::Depth(depth) => format!("the cable pushes {:.3} mm before it touches {other}", -1e3 * depth),
+        Lack::Friction(off) => format!("friction on {other} goes by a normal force that is {off:.2e} N off"),
+    };
+    (place, message)
+}
+
+/// Every constraint that holds a cable in one that another constraint holds, with the one that is nearest.
+fn overlaps(log: &mut EventLog, problem: &Problem<'_>) {
+    let network = problem.network;
+    let constraint = |f: usize| &network.constraints[f].name;
+    let mut worst: BTreeMap<usize, HeldOverlap> = BTreeMap::new();
+    for overlap in problem.held_overlaps() {
+        let known = worst.entry(overlap.constraints[0]).or_insert(*overlap);
+        if overlap.distance - overlap.both < known.distance - known.both {
+            *known = *overlap;
+        }
+    }
+    for HeldOverlap { constraints: [f, g], distance, both, .. } in worst.into_values() {
+        log.raise(Occurrence {
+            kind: EventKind::Overlap,
+            place: EventPlace::constraint(constraint(f)),
+            value: Some(distance),
+            limit: Some(both),
+            message: format!(
+                "holds its cable {:.2} mm from that of `{}`; both together are {:.2} mm thick, so they overlap here",
+                1e3 * distance,
+                constraint(g),
+                1e3 * both
+            ),
+        });
+    }
+}
+
+/// Every branch whose frames are turned so far against each other that they do not follow the cable. What does not converge often cannot, for this.
+fn coarse_meshes(log: &mut EventLog, problem: &Problem<'_>, state: &State) {
+    let network = problem.network;
+    for (b, branch) in network.branches.iter().enumerate() {
+        let mesh = branch.rod.mesh();
+        let turns = state.frames[branch.frames.clone()].windows(2).map(|pair| pair[0].angle_to(&pair[1]));
+        let worst = turns.enumerate().max_by(|p, q| p.1.total_cmp(&q.1));
+        let Some((c, turn)) = worst else { continue };
+        if turn <= HELD_WELL {
+            continue;
+        }
+        let s = state.arc_lengths(network, b)[mesh.coupling_nodes[c]];
+        let segments = mesh.segments();
+        let few = if segments == 1 { "1 segment is".to_owned() } else { format!("{segments} segments are") };
+        log.raise(Occurrence {
+            kind: EventKind::CoarseMesh,
+            place: EventPlace::branch(&branch.name, s),
+            value: Some(turn),
+            limit: Some(HELD_WELL),
+            message: format!(
+                "neighbouring segments are turned by {:.0}° against each other, and follow the cable up to {:.0}°: {few} \
+                 too few for how it bends or twists there, {:.0} may do",
+                turn.to_degrees(),
+                HELD_WELL.to_degrees(),
+                (segments as f64 * turn / HELD_WELL).ceil()
+            ),
+        });
+    }
+}
+
+/// Cables nearer to an obstacle than they may be.
+fn nearness(log: &mut EventLog, now: Vec<Clearance>) {
+    for clearance in now.iter().filter(|clearance| clearance.is_short()) {
+        let Clearance { branch, from, distance, s, required, .. } = clearance;
+        if let (ClearanceFrom::Obstacle(obstacle), Some(required)) = (from, required) {
+            log.raise(Occurrence {
+                kind: EventKind::Clearance,
+                place: EventPlace { obstacle: Some(obstacle.clone()), ..EventPlace::branch(branch, *s) },
+                value: Some(*distance),
+                limit: Some(*required),
+                message: format!(
+                    "{:.1} mm from `{obstacle}`, at least {:.1} mm required",
+                    1e3 * distance,
+                    1e3 * required
+                ),
+            });
+        }
+    }
+    keep_least(&mut log.clearances, now);
+}
+
+/// Every branch that is bent more tightly than its section allows.
+fn bends(log: &mut EventLog, end: &StepResult) {
+    for branch in &end.branches {
+        let Some(limit) = branch.bend_radius_limit else { continue };
+        let tightest = branch.bend_radius.iter().zip(&branch.s).min_by(|a, b| a.0.total_cmp(b.0));
+        if let Some((&radius, &s)) = tightest.filter(|(radius, _)| **radius < limit) {
+            log.raise(Occurrence {
+                kind: EventKind::BendRadius,
+                place: EventPlace::branch(&branch.name, s),
+                value: Some(radius),
+                limit: Some(limit),
+                message: format!("bend radius {:.1} mm, allowed {:.1} mm", 1e3 * radius, 1e3 * limit),
+            });
+        }
+    }
+}
+
+/// Every constraint that takes more than it bears.
+fn constraints(log: &mut EventLog, problem: &Problem<'_>, end: &StepResult) {
+    for result in &end.constraints {
+        // One that has let go may have had the same name.
+        let mut acting =
+            problem.network.constraints.iter().zip(&problem.conditions().active).filter(|(_, acts)| **acts);
+        let Some((constraint, _)) = acting.find(|(constraint, _)| constraint.name == result.name) else { continue };
+        let taken = [
+            (EventKind::ConstraintForce, "force", result.largest_force(), constraint.limits.pull_out_force),
+            (EventKind::ConstraintMoment, "moment", result.largest_moment(), constraint.limits.max_moment),
+        ];
+        for (kind, what, value, limit) in taken {
+            if let Some(limit) = limit.filter(|limit| value > *limit) {
+                let unit = kind.unit();
+                log.raise(Occurrence {
+                    kind,
+                    place: EventPlace::constraint(&constraint.name),
+                    value: Some(value),
+                    limit: Some(limit),
+                    message: format!("takes a {what} of {value:.4} {unit}, bears {limit} {unit}"),
+                });
+            }
+        }
+    }
+}
+
+/// Every connector that takes more to push home than a hand may give.
+fn pushes(log: &mut EventLog, end: &StepResult) {
+    for operation in &end.operations {
+        if let OperationResult::Mate { constraint, insertion_force: Some(force), limit: Some(limit) } = operation
+            && force > limit
+        {
+            log.raise(Occurrence {
+                kind: EventKind::InsertionForce,
+                place: EventPlace::constraint(constraint),
+                value: Some(*force),
+                limit: Some(*limit),
+                message: format!("takes {force:.3} N to push home, allowed {limit} N"),
+            });
+        }
+    }
+}
+
+/// What slips, sticks again or stands at a stop.
+fn slides(log: &mut EventLog, end: &StepResult) {
+    for result in &end.constraints {
+        let Some(slide) = &result.slide else { continue };
+        let place =
+            EventPlace { constraint: Some(result.name.clone()), ..EventPlace::branch(&slide.branch, slide.arc_length) };
+        let force = slide.axial_force.abs();
+        let (kind, message) = match slide.motion {
+            SlideMotion::Slip => (EventKind::Slip, format!("the cable slips against {force:.3} N of friction")),
+            SlideMotion::Stopped => {
+                (EventKind::SlideStop, format!("the cable cannot run on: its stop takes {force:.3} N"))
+            }
+            SlideMotion::Stick if log.went_on(EventKind::Slip, &place) => {
+                (EventKind::Stick, format!("friction holds the cable again, with {force:.3} N"))
+            }
+            SlideMotion::Stick | SlideMotion::Free => continue,
+        };
+        log.raise(Occurrence { kind, place, value: Some(force), limit: None, message });
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn moment(step: usize, increment: usize) -> Moment {
+        Moment { step: format!("step {step}"), step_index: step, increment }
+    }
+
+    fn bend(s: f64, radius: f64) -> Occurrence {
+        Occurrence {
+            kind: EventKind::BendRadius,
+            place: EventPlace::branch("trunk", s),
+            value: Some(radius),
+            limit: Some(0.05),
+            message: format!("{radius}"),
+        }
+    }
+
+    #[test]
+    fn what_goes_on_is_one_event_and_what_comes_again_another() {
+        let mut log = EventLog::default();
+        let radii = [None, Some((0.1, 0.04)), Some((0.2, 0.02)), Some((0.3, 0.03)), None, Some((0.1, 0.01))];
+        for (k, radius) in radii.into_iter().enumerate() {
+            log.begin(moment(k / 3, k % 3 + 1));
+            if let Some((s, radius)) = radius {
+                log.raise(bend(s, radius));
+                // A second one in the same increment counts once.
+                log.raise(bend(s, radius));
+            }
+        }
+        let events = log.events;
+        let [long, again] = &events[..] else { panic!("{events:?}") };
+        assert_eq!((&long.first, &long.worst, &long.last), (&moment(0, 2), &moment(0, 3), &moment(1, 1)));
+        assert_eq!((long.increments, long.value, long.place.s), (3, Some(0.02), Some(0.2)));
+        assert_eq!(long.message, "0.02");
+        assert_eq!((&again.first, again.increments, again.value), (&moment(1, 3), 1, Some(0.01)));
+    }
+
+    #[test]
+    fn what_sticks_after_it_slipped_is_said_once() {
+        let mut log = EventLog::default();
+        let place = EventPlace { constraint: Some("ring".into()), ..EventPlace::branch("trunk", 0.1) };
+        let moved = EventPlace { s: Some(0.2), ..place.clone() };
+        log.begin(moment(0, 1));
+        log.raise(Occurrence { kind: EventKind::Slip, place, ..bend(0.1, 1.0) });
+        assert!(!log.went_on(EventKind::Slip, &moved));
+        log.begin(moment(0, 2));
+        assert!(log.went_on(EventKind::Slip, &moved) && !log.went_on(EventKind::Stick, &moved));
+        log.begin(moment(0, 3));
+        assert!(!log.went_on(EventKind::Slip, &moved));
+    }
+
+    #[test]
+    fn things_and_kinds_are_kept_apart() {
+        let mut log = EventLog::default();
+        log.begin(moment(0, 1));
+        log.raise(bend(0.1, 0.04));
+        log.raise(Occurrence { place: EventPlace::branch("arm", 0.1), ..bend(0.1, 0.03) });
+        log.raise(Occurrence { kind: EventKind::Overstretched, ..bend(0.1, 0.03) });
+        assert_eq!(log.events.len(), 3);
+    }
+}

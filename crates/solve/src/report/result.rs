@@ -1,0 +1,377 @@
+//! From a state to what users read: internal forces, moments, bend radii, reactions.
+
+use crate::report::Occurrence;
+use wireloom_core::constraint::Action;
+use wireloom_core::equilibrium::{
+    BranchResult, ConstraintResult, JointResult, ObstacleResult, SpanResult, StationResult, TightestBend,
+};
+use wireloom_core::network::{AttachedConstraint, Branch, BranchEnd, Joint, Place, Site, Span};
+use wireloom_core::obstacle::Obstacle;
+use wireloom_core::problem::Problem;
+use wireloom_core::rotation::{columns, twist_angle};
+use wireloom_core::terms::constraints::Reaction;
+use wireloom_core::terms::contact::ObstacleLoad;
+use wireloom_core::terms::gravity::STATION_SHIFT;
+use wireloom_core::variable::Variable;
+use wireloom_core::{EventKind, EventPlace, Mounting, Pose, Rotation, State, Tangent, Vector};
+
+/// Curvatures below this fraction of 1/L count as straight.
+const STRAIGHT: f64 = 1e-9;
+/// Mean strain above which a span with a free end counts as overstretched.
+const LARGE_STRAIN: f64 = 5e-3;
+
+/// Side of a node.
+#[derive(Clone, Copy)]
+enum Side {
+    Before,
+    After,
+    Both,
+}
+
+/// One branch, `touching` being what touches something ([`Problem::touching_points`]).
+pub fn branch(problem: &Problem<'_>, index: usize, state: &State, touching: &[bool]) -> BranchResult {
+    let network = problem.network;
+    let branch = &network.branches[index];
+    let shape = state.branch(network, index);
+    let mesh = branch.rod.mesh();
+    let n = mesh.segments();
+    let mut segment_forces = vec![Vector::zeros(); n];
+    branch.rod.forces(&shape, &mut segment_forces);
+    let mut coupling_moments = vec![Vector::zeros(); mesh.coupling_lengths.len()];
+    branch.rod.moments(&shape, &mut coupling_moments);
+    let weight = problem.conditions().gravity * branch.section.linear_density;
+    let length = mesh.length();
+
+    let mut result = BranchResult {
+        name: branch.name.clone(),
+        diameter: branch.section.diameter,
+        bend_radius_limit: branch.section.min_bend_radius,
+        axial_stiffness: branch.section.axial_stiffness,
+        s: state.arc_lengths(network, index),
+        position: shape.points.iter().zip(shape.compensation).map(|(x, c)| x + c).collect(),
+        frame: Vec::with_capacity(n + 1),
+        force: Vec::with_capacity(n + 1),
+        moment: vec![Vector::zeros(); n + 1],
+        bend_radius: Vec::with_capacity(n + 1),
+        twist_turns: twist_turns(shape.frames),
+    };
+    let segment_frame = |j: usize| shape.frames[mesh.segment_frames[j]];
+    // Curvature (1/m) at each node and the side it is that of: before the node, after it, or neither. At an inner station,
+    // where a constraint makes forces and moments jump, the tighter side counts.
+    let mut curvature = vec![(Vector::zeros(), Side::Both); n + 1];
+    for (c, &lambda) in shape.coupling_lengths.iter().enumerate() {
+        let node = mesh.coupling_nodes[c];
+        let relative = shape.frames[c].inverse() * shape.frames[c + 1];
+        let kappa = relative.scaled_axis() / lambda;
+        let inner = node > 0 && node < n && mesh.station_frame(node).is_some();
+        let second = c > 0 && mesh.coupling_nodes[c - 1] == node;
+        if !second || kappa.xy().norm() > curvature[node].0.xy().norm() {
+            let side = match (inner, second) {
+                (false, _) => Side::Both,
+                (true, false) => Side::Before,
+                (true, true) => Side::After,
+            };
+            curvature[node] = (kappa, side);
+            result.moment[node] = coupling_moments[c];
+        }
+    }
+    // Edges are tangent to the centre line in their middle (frames are not, where the cable shears); nodes without a station lie beside
+    // it by ℓ² x″/24. What touches is the polygon: there it is what is drawn.
+    let touching = &touching[branch.points.clone()];
+    for node in (1..n).filter(|&node| mesh.station_frame(node).is_none() && !touching[node]) {
+        result.position[node] += drawn_beside(shape.edge(node - 1), shape.edge(node), Vector::zeros());
+    }
+    // Ends at a joint without stations have no coupling of the rod's own: there the moment is what the joint exerts, and frame and
+    // curvature follow from it, or with two arms from how the other one continues this one.
+    let mut continued = [None, None];
+    for (k, (end, node)) in [(branch.start, 0), (branch.end, n)].into_iter().enumerate() {
+        let BranchEnd::Joint { joint, arm } = end else { continue };
+        let joint = &network.joints[joint];
+        if joint.model.mounting() != Mounting::Point {
+            continue;
+        }
+        let (segment, sign) = if k == 0 { (0, 1.0) } else { (n - 1, -1.0) };
+        let q = segment_frame(segment);
+        let frames: Vec<Rotation> = joint.arm_frames.iter().map(|&c| state.frames[c]).collect();
+        let mut moments = vec![Vector::zeros(); frames.len()];
+        joint.model.add_gradient(&frames, &mut moments);
+        let moment = moments[arm] * sign;
+        if !touching[node] {
+            result.position[node] += joint_shift(problem, joint, state);
+        }
+        result.moment[node] = q * moment;
+        let (kappa, frame) = if joint.arms.len() == 2 {
+            let beyond = mean_rotation(others(joint, arm, state)) * joint.arms[arm].rest;
+            let relative = if k == 0 { beyond.inverse() * q } else { q.inverse() * beyond };
+            (relative.scaled_axis() / mean_length(joint), halfway(&beyond, &q, 0.5))
+        } else {
+            let kappa = moment.component_div(&branch.section.bend_diagonal()) + joint.arms[arm].curvature;
+            (kappa, q * Rotation::from_scaled_axis(kappa * (-0.5 * sign * shape.rest_lengths[segment])))
+        };
+        curvature[node].0 = kappa;
+        continued[k] = Some(frame);
+    }
+    for (node, &(kappa, side)) in curvature.iter().enumerate() {
+        let (l0, l1) = (
+            if node > 0 { shape.rest_lengths[node - 1] } else { 0.0 },
+            if node < n { shape.rest_lengths[node] } else { 0.0 },
+        );
+        let frame = match (mesh.station_frame(node), node) {
+            (Some(c), _) => shape.frames[c],
+            (None, 0) => continued[0].unwrap_or_else(|| segment_frame(0)),
+            (None, node) if node == n => continued[1].unwrap_or_else(|| segment_frame(n - 1)),
+            (None, node) => halfway(&segment_frame(node - 1), &segment_frame(node), l0 / (l0 + l1)),
+        };
+        result.frame.push(frame);
+        // Between nodes the force changes by the weight: n' + ρ g = 0; what a station carries of it is
+        // `Problem`'s to say.
+        let carried = if mesh.station_frame(node).is_some() { 0.5 - STATION_SHIFT } else { 0.5 };
+        result.force.push(match (node, side) {
+            (0, _) | (_, Side::After) => segment_forces[node] + weight * (carried * l1),
+            (_, Side::Before) => segment_forces[node - 1] - weight * (carried * l0),
+            (node, _) if node == n => segment_forces[n - 1] - weight * (carried * l0),
+            (node, Side::Both) => (segment_forces[node - 1] * l1 + segment_forces[node] * l0) / (l0 + l1),
+        });
+        let bend = kappa.xy().norm();
+        result.bend_radius.push(if bend * length > STRAIGHT { 1.0 / bend } else { f64::INFINITY });
+    }
+    result
+}
+
+/// `ℓ² x″/24` at a node between two edges, ℓ their mean length and ℓ x″ the change of their directions beyond that at rest.
+fn drawn_beside(before: Vector, after: Vector, at_rest: Vector) -> Vector {
+    let direction = |edge: &Vector| edge.try_normalize(0.0).unwrap_or_default();
+    (direction(&after) - direction(&before) - at_rest) * ((before.norm() + after.norm()) / 48.0)
+}
+
+/// Total material twist of a branch with these frames, turns.
+pub(crate) fn twist_turns(frames: &[Rotation]) -> f64 {
+    let angles = frames.windows(2).map(|pair| twist_angle(&(pair[0].inverse() * pair[1])));
+    angles.sum::<f64>() / std::f64::consts::TAU
+}
+
+/// Rotation at fraction `t` of the way from `a` to `b`.
+fn halfway(a: &Rotation, b: &Rotation, t: f64) -> Rotation {
+    a.try_slerp(b, t, 1e-12).unwrap_or(*a)
+}
+
+/// One joint; see [`branch`].
+pub fn joint(problem: &Problem<'_>, joint: &Joint, state: &State, touching: &[bool]) -> JointResult {
+    let position = state.points[joint.point] + state.compensation[joint.point];
+    let shift = || if touching[joint.point] { Vector::zeros() } else { joint_shift(problem, joint, state) };
+    match joint.frame {
+        Some(frame) => JointResult { name: joint.name.clone(), position, orientation: state.frames[frame] },
+        None => JointResult {
+            name: joint.name.clone(),
+            position: position + shift(),
+            orientation: mean_rotation(others(joint, usize::MAX, state)),
+        },
+    }
+}
+
+/// The frame of a joint as each of its arms but one has it.
+fn others<'a>(joint: &'a Joint, arm: usize, state: &'a State) -> impl Iterator<Item = Rotation> + 'a {
+    let arms = joint.arm_frames.iter().zip(&joint.arms).enumerate().filter(move |(a, _)| *a != arm);
+    arms.map(|(_, (&c, arm))| state.frames[c] * arm.rest.inverse())
+}
+
+/// Mean length of the segments at a joint, m.
+fn mean_length(joint: &Joint) -> f64 {
+    joint.arms.iter().map(|arm| arm.segment_length).sum::<f64>() / joint.arms.len() as f64
+}
+
+/// From a two-arm joint, which is a corner of the polygon, to the centre line: `ℓ² x″/24` as at a node between segments, x″
+/// from the arms' outward tangents beyond those at rest. Nothing where more arms meet, where their ends are stations, or where the joint is held.
+fn joint_shift(problem: &Problem<'_>, joint: &Joint, state: &State) -> Vector {
+    let held = problem.held().iter().any(|h| h.variable == Variable::Point(joint.point));
+    if held || joint.arms.len() != 2 || joint.model.mounting() != Mounting::Point {
+        return Vector::zeros();
+    }
+    let mean = mean_rotation(others(joint, usize::MAX, state));
+    let [into, out] = [0, 1].map(|arm| {
+        let (arm, shape) = (&joint.arms[arm], state.branch(problem.network, joint.branches[arm]));
+        // Both as they leave the joint.
+        let (edge, sign) =
+            if arm.starts_here { (shape.edge(0), 1.0) } else { (shape.edge(shape.rest_lengths.len() - 1), -1.0) };
+        (edge * sign, columns(&(mean * arm.rest))[2] * sign)
+    });
+    drawn_beside(-into.0, out.0, into.1 + out.1)
+}
+
+/// Normalised sum of quaternions, signs aligned with the first: the mean of rotations that lie close together.
+fn mean_rotation(mut rotations: impl Iterator<Item = Rotation>) -> Rotation {
+    let Some(first) = rotations.next() else { return Rotation::identity() };
+    let sum = rotations
+        .fold(first.into_inner(), |sum, q| sum + if q.dot(&first) < 0.0 { -q.into_inner() } else { q.into_inner() });
+    if sum.norm() > 1e-6 { Rotation::new_normalize(sum) } else { first }
+}
+
+/// Every obstacle of a problem, and what it exerts on the harness at `state`.
+pub fn obstacles(problem: &mut Problem<'_>, state: &State) -> Vec<ObstacleResult> {
+    let touching = problem.obstacle_loads(state);
+    let network = problem.network;
+    let poses = &problem.conditions().contact.poses;
+    let result = |((obstacle, pose), touching): ((&Obstacle, &Pose), ObstacleLoad)| ObstacleResult {
+        name: obstacle.name.clone(),
+        pose: *pose,
+        force: touching.force,
+        moment: touching.moment,
+        contacts: touching.points,
+        depth: touching.depth,
+    };
+    network.obstacles.iter().zip(poses).zip(touching).map(result).collect()
+}
+
+/// What the constraints that act exert on the harness.
+pub fn constraints(problem: &Problem<'_>, state: &State, gradient: &Tangent) -> Vec<ConstraintResult> {
+    let active = problem.network.constraints.iter().enumerate().filter(|(f, _)| problem.conditions().active[*f]);
+    active
+        .map(|(f, constraint)| {
+            let reactions = problem.reactions(f, state, gradient);
+            let of_span = || (reactions.span.iter().sum(), Vector::zeros());
+            let (force, moment) = reactions.stations.first().copied().unwrap_or_else(of_span);
+            let mut pose = state.pose(&constraint.site);
+            if let (None, Place::Node { branch, node }) = (constraint.site.frame, constraint.place) {
+                pose.orientation = frame_at(&problem.network.branches[branch], state, node);
+            }
+            ConstraintResult {
+                name: constraint.name.clone(),
+                kind: constraint.kind.clone(),
+                position: pose.position,
+                orientation: pose.orientation,
+                force,
+                moment,
+                stations: stations(constraint, &reactions, state),
+                span: constraint.span.as_ref().map(|span| along(problem, span, &reactions.span, state)),
+                slide: problem
+                    .network
+                    .slides
+                    .iter()
+                    .position(|site| site.constraint == f)
+                    .map(|slide| problem.slide_result(slide, state, gradient)),
+            }
+        })
+        .collect()
+}
+
+/// What a constraint exerts on each of its stations, where there are several.
+fn stations(constraint: &AttachedConstraint, reactions: &Reaction, state: &State) -> Vec<StationResult> {
+    if constraint.stations.len() < 2 {
+        return Vec::new();
+    }
+    let result = |(site, &(force, moment)): (&Site, &(Vector, Vector))| StationResult {
+        position: state.pose(site).position,
+        force,
+        moment,
+    };
+    constraint.stations.iter().zip(&reactions.stations).map(result).collect()
+}
+
+/// What a constraint exerts along its span.
+fn along(problem: &Problem<'_>, span: &Span, forces: &[Vector], state: &State) -> SpanResult {
+    let branch = &problem.network.branches[span.branch];
+    let s = state.arc_lengths(problem.network, span.branch);
+    let s = &s[span.points.start - branch.points.start..span.points.end - branch.points.start];
+    let largest = s.iter().zip(forces).max_by(|a, b| a.1.norm().total_cmp(&b.1.norm()));
+    let (largest_at, largest) = largest.map_or((s[0], Vector::zeros()), |(s, force)| (*s, *force));
+    SpanResult {
+        branch: branch.name.clone(),
+        range: (s[0], s[s.len() - 1]),
+        force: forces.iter().sum(),
+        largest,
+        largest_at,
+    }
+}
+
+/// Frame of the segment at a node.
+fn frame_at(branch: &Branch, state: &State, node: usize) -> Rotation {
+    let mesh = branch.rod.mesh();
+    let c = mesh.station_frame(node).unwrap_or_else(|| mesh.segment_frames[node.min(mesh.segments() - 1)]);
+    state.frames[branch.frames.start + c]
+}
+
+/// The bend nearest to its limit, or furthest beyond it; where no branch has a limit, the one of least radius.
+pub fn tightest_bend(branches: &[BranchResult]) -> Option<TightestBend> {
+    let all = branches.iter().flat_map(|b| b.s.iter().zip(&b.bend_radius).map(move |(s, r)| (b, *s, *r)));
+    // A small fraction of the limit is worse than a large one, and any better known than none.
+    let fraction = |b: &BranchResult, r: f64| b.bend_radius_limit.map_or(f64::INFINITY, |limit| r / limit);
+    all.filter(|(_, _, r)| r.is_finite())
+        .min_by(|a, b| fraction(a.0, a.2).total_cmp(&fraction(b.0, b.2)).then(a.2.total_cmp(&b.2)))
+        .map(|(b, s, value)| TightestBend { branch: b.name.clone(), s, value, limit: b.bend_radius_limit })
+}
+
+/// How far the point moved that moved the farthest, m.
+pub fn farthest(from: &State, to: &State) -> f64 {
+    from.points.iter().zip(&to.points).map(|(a, b)| (b - a).norm()).fold(0.0, f64::max)
+}
+
+/// Spans that are shorter than the distance they must bridge.
+pub fn overstretched(problem: &Problem<'_>, state: &State) -> Vec<Occurrence> {
+    let network = problem.network;
+    let held = |branch: usize, node: usize| {
+        network.constraints.iter().enumerate().any(|(f, constraint)| {
+            problem.conditions().active[f]
+                && constraint.place == (Place::Node { branch, node })
+                && matches!(constraint.model.action(), Action::Prescribed(hold) if hold.position && hold.rails.is_empty())
+        })
+    };
+    let mut found = Vec::new();
+    for (index, branch) in network.branches.iter().enumerate() {
+        let mesh = branch.rod.mesh();
+        let s = state.arc_lengths(network, index);
+        let n = mesh.segments();
+        let stops: Vec<usize> = (0..=n).filter(|&node| node == 0 || node == n || held(index, node)).collect();
+        for pair in stops.windows(2) {
+            let x = |node: usize| state.points[branch.points.start + node];
+            let (chord, length) = ((x(pair[1]) - x(pair[0])).norm(), s[pair[1]] - s[pair[0]]);
+            let allowed = if held(index, pair[0]) && held(index, pair[1]) { 1e-9 } else { LARGE_STRAIN };
+            if chord > length * (1.0 + allowed) {
+                found.push(Occurrence {
+                    kind: EventKind::Overstretched,
+                    place: EventPlace::branch(&branch.name, 0.5 * (s[pair[0]] + s[pair[1]])),
+                    value: Some(chord),
+                    limit: Some(length),
+                    message: format!(
+                        "between s = {:.4} m and s = {:.4} m, {length:.4} m of cable bridge {chord:.4} m",
+                        s[pair[0]], s[pair[1]]
+                    ),
+                });
+            }
+        }
+    }
+    found
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn bent(name: &str, limit: Option<f64>, radii: [f64; 2]) -> BranchResult {
+        BranchResult {
+            name: name.into(),
+            diameter: 0.01,
+            bend_radius_limit: limit,
+            axial_stiffness: 1.0,
+            s: vec![0.0, 1.0],
+            position: vec![Vector::zeros(), Vector::z()],
+            frame: vec![Rotation::identity(); 2],
+            force: vec![Vector::zeros(); 2],
+            moment: vec![Vector::zeros(); 2],
+            bend_radius: radii.to_vec(),
+            twist_turns: 0.0,
+        }
+    }
+
+    #[test]
+    fn the_tightest_bend_is_the_one_nearest_to_its_limit() {
+        let branches = [
+            bent("free", None, [0.01, 0.02]),
+            bent("thick", Some(0.1), [f64::INFINITY, 0.09]),
+            bent("thin", Some(0.01), [0.02, 0.03]),
+        ];
+        let worst = tightest_bend(&branches).expect("bends");
+        assert_eq!((worst.branch.as_str(), worst.s, worst.value, worst.limit), ("thick", 1.0, 0.09, Some(0.1)));
+        assert_eq!(tightest_bend(&branches[..1]).expect("bends").value, 0.01);
+        assert_eq!(tightest_bend(&[bent("straight", Some(0.1), [f64::INFINITY; 2])]), None);
+    }
+}

@@ -1,0 +1,302 @@
+//! Where the harness lies before anything acts on it: its rest shape, or the curves it was drawn along.
+
+use nalgebra::Unit;
+use wireloom_core::conditions::Conditions;
+use wireloom_core::network::{AttachedConstraint, BranchEnd, Joint, Place};
+use wireloom_core::problem::Problem;
+use wireloom_core::rotation::{columns, shortest, twist_angle};
+use wireloom_core::steps::Schedule;
+use wireloom_core::terms::contact::Penetration;
+use wireloom_core::{Matrix, Network, Pose, Rotation, State, Vector};
+
+/// Where a harness that is laid out by drawn paths or by `initial` is deepest inside an obstacle, if it is, and is not to be pushed out of
+/// it ([`wireloom_core::obstacle::ContactSettings::resolve`]). A start that the program finds by itself is always pushed out.
+pub fn inside(network: &Network, schedule: &Schedule) -> Option<Penetration> {
+    let drawn = schedule.initial.is_some() || network.branches.iter().any(|branch| !branch.path.is_empty());
+    if network.obstacles.is_empty() || network.contact.resolve || !drawn {
+        return None;
+    }
+    let state = place(network, schedule);
+    Problem::new(network, Conditions::new(network, schedule.gravity, &state)).deepest_penetration(&state)
+}
+
+/// A state to start from: along the drawn paths where all branches of a piece have one, else the rest shape,
+/// laid where `initial` says or at the piece's best constraint.
+pub fn place(network: &Network, schedule: &Schedule) -> State {
+    let mut state = State::origin(network);
+    let (piece, pieces) = network.pieces();
+    for p in 0..pieces {
+        let branches: Vec<usize> = (0..network.branches.len()).filter(|&b| piece[b] == p).collect();
+        match schedule.initial {
+            Some(initial) if piece[initial.branch] == p => {
+                lay_rest_shape(network, initial.branch, initial.pose, &mut state);
+            }
+            _ if branches.iter().all(|&b| network.branches[b].path.len() >= 2) => {
+                lay_along_paths(network, &branches, &mut state);
+            }
+            _ => lay_at_fixing(network, &branches, &mut state),
+        }
+    }
+    network.follow_ties(&mut state);
+    state
+}
+
+/// A branch at rest, its start at the origin.
+struct RestShape {
+    points: Vec<Vector>,
+    frames: Vec<Rotation>,
+    /// Pose of its end.
+    end: Pose,
+}
+
+impl RestShape {
+    /// Segments at an end without a station are half a segment's rest curvature away from the end's frame.
+    fn new(network: &Network, branch: usize) -> Self {
+        let rod = &network.branches[branch].rod;
+        let mesh = rod.mesh();
+        let n = mesh.segments();
+        let couplings = mesh.coupling_lengths.len();
+        let half_beside = |coupling: usize, segment: usize| -> Rotation {
+            if couplings == 0 {
+                return Rotation::identity();
+            }
+            let fraction = 0.5 * mesh.rest_lengths[segment] / mesh.coupling_lengths[coupling];
+            Rotation::from_scaled_axis(rod.rest_rotation(coupling).scaled_axis() * fraction)
+        };
+        let at_start = mesh.station_frame(0).is_none();
+        let mut frames = vec![if at_start { half_beside(0, 0) } else { Rotation::identity() }];
+        for c in 0..couplings {
+            frames.push(frames[c] * rod.rest_rotation(c));
+        }
+        let mut points = vec![Vector::zeros()];
+        for (j, l) in mesh.rest_lengths.iter().enumerate() {
+            points.push(points[j] + columns(&frames[mesh.segment_frames[j]])[2] * *l);
+        }
+        let mut orientation = frames[frames.len() - 1];
+        if mesh.station_frame(n).is_none() {
+            orientation *= half_beside(couplings.saturating_sub(1), n - 1);
+        }
+        let end = Pose { position: points[n], orientation };
+        Self { points, frames, end }
+    }
+}
+
+/// Lays a piece's rest shape with the start of `first` at `pose`, and the rest of the piece after it, joint by joint.
+fn lay_rest_shape(network: &Network, first: usize, pose: Pose, state: &mut State) {
+    let mut laid = vec![false; network.branches.len()];
+    let mut hubs: Vec<Option<Pose>> = vec![None; network.joints.len()];
+    let mut open = vec![(first, pose)];
+    while let Some((b, start)) = open.pop() {
+        if std::mem::replace(&mut laid[b], true) {
+            continue;
+        }
+        let branch = &network.branches[b];
+        let RestShape { points, frames, end: last } = RestShape::new(network, b);
+        for (i, x) in branch.points.clone().zip(&points) {
+            state.points[i] = start.position + start.orientation * x;
+        }
+        for (c, q) in branch.frames.clone().zip(&frames) {
+            state.frames[c] = start.orientation * q;
+        }
+        for (end, station) in [(branch.start, start), (branch.end, start.compose(&last))] {
+            let BranchEnd::Joint { joint, arm } = end else { continue };
+            let (index, joint) = (joint, &network.joints[joint]);
+            if let Some(hub) = hubs[index] {
+                // Where a loop closes there is a gap: spread it over the branch.
+                let gap = hub.compose(&arm_pose(joint, arm)).position - station.position;
+                let at_start = joint.arms[arm].starts_here;
+                let n = points.len() - 1;
+                for (k, i) in branch.points.clone().enumerate() {
+                    let t = if at_start { n - k } else { k } as f64 / n as f64;
+                    state.points[i] += gap * t;
+                }
+                continue;
+            }
+            let hub = station.compose(&arm_pose(joint, arm).inverse());
+            hubs[index] = Some(hub);
+            state.points[joint.point] = hub.position;
+            if let Some(frame) = joint.frame {
+                state.frames[frame] = hub.orientation;
+            }
+            for (a, &other) in joint.branches.iter().enumerate().filter(|(_, other)| !laid[**other]) {
+                let end = hub.compose(&arm_pose(joint, a));
+                let start = if joint.arms[a].starts_here {
+                    end
+                } else {
+                    end.compose(&RestShape::new(network, other).end.inverse())
+                };
+                open.push((other, start));
+            }
+        }
+    }
+}
+
+/// Pose of an arm's end in the joint's frame.
+fn arm_pose(joint: &Joint, arm: usize) -> Pose {
+    let offset = if joint.frame.is_some() { joint.arms[arm].offset } else { Vector::zeros() };
+    Pose { position: offset, orientation: joint.arms[arm].rest }
+}
+
+/// Lays the rest shape of a piece at the constraint that says most about where it belongs.
+fn lay_at_fixing(network: &Network, branches: &[usize], state: &mut State) {
+    let on_piece = |constraint: &&AttachedConstraint| match constraint.place {
+        Place::Node { branch, .. } => branches.contains(&branch),
+        Place::Joint(j) => network.joints[j].branches.iter().any(|b| branches.contains(b)),
+    };
+    let constraints: Vec<&AttachedConstraint> =
+        network.constraints.iter().filter(|f| f.from_start).filter(on_piece).collect();
+    let rank = |constraint: &AttachedConstraint| {
+        (
+            constraint.position.is_some(),
+            constraint.orientation.is_some(),
+            constraint.tangent.is_some(),
+            matches!(constraint.place, Place::Node { node: 0, .. }),
+        )
+    };
+    // max_by_key takes the last of equals; the first of the scenario is the natural one.
+    let Some(best) = constraints.iter().rev().max_by_key(|f| rank(f)) else {
+        lay_rest_shape(network, branches[0], Pose::identity(), state);
+        return;
+    };
+    let first = match best.place {
+        Place::Node { branch, .. } => branch,
+        Place::Joint(j) => network.joints[j].branches[0],
+    };
+    lay_rest_shape(network, first, Pose::identity(), state);
+    network.follow_ties(state);
+    // Where the constraint's station is now, and where it ought to be: with no direction given the harness points from
+    // this constraint to the mean of the others.
+    let at = state.pose(&best.site);
+    let position = best.position.unwrap_or_else(Vector::zeros);
+    let others: Vec<Vector> = constraints.iter().filter(|f| f.name != best.name).filter_map(|f| f.position).collect();
+    let orientation = match (best.orientation, best.tangent) {
+        (Some(q), _) => q,
+        (None, Some(t)) => shortest(&columns(&at.orientation)[2], &t) * at.orientation,
+        (None, None) => {
+            let mean = others.iter().sum::<Vector>() / others.len().max(1) as f64;
+            let centre = |b: &usize| state.points[network.branches[*b].points.clone()].iter().sum::<Vector>();
+            let nodes: usize = branches.iter().map(|b| network.branches[*b].points.len()).sum();
+            let body = branches.iter().map(centre).sum::<Vector>() / nodes as f64 - at.position;
+            let wanted = if others.is_empty() { Vector::x() } else { mean - position };
+            if body.norm() > 1e-9 && wanted.norm() > 1e-9 {
+                shortest(&body, &wanted) * at.orientation
+            } else {
+                at.orientation
+            }
+        }
+    };
+    let carry = Pose { position, orientation }.compose(&at.inverse());
+    for &b in branches {
+        let branch = &network.branches[b];
+        for x in &mut state.points[branch.points.clone()] {
+            *x = carry.position + carry.orientation * *x;
+        }
+        for q in &mut state.frames[branch.frames.clone()] {
+            *q = carry.orientation * *q;
+        }
+        for end in [branch.start, branch.end] {
+            if let BranchEnd::Joint { joint, arm: 0 } = end {
+                let joint = &network.joints[joint];
+                let pose = Pose { position: state.points[joint.point], orientation: Rotation::identity() };
+                state.points[joint.point] = carry.compose(&pose).position;
+                if let Some(frame) = joint.frame {
+                    state.frames[frame] = carry.orientation * state.frames[frame];
+                }
+            }
+        }
+    }
+}
+
+/// The point at arc length fraction `t` of a polyline, and the direction there.
+fn along(path: &[Vector], t: f64) -> (Vector, Vector) {
+    let length: f64 = path.windows(2).map(|w| (w[1] - w[0]).norm()).sum();
+    let mut left = t * length;
+    for w in path.windows(2) {
+        let edge = (w[1] - w[0]).norm();
+        if left <= edge && edge > 0.0 {
+            return (w[0] + (w[1] - w[0]) * (left / edge), w[1] - w[0]);
+        }
+        left -= edge;
+    }
+    let n = path.len();
+    (path[n - 1], path[n - 1] - path[n - 2])
+}
+
+/// Lays a piece along its drawn centre lines. Frames follow them without twist from one end of each branch and are
+/// then turned evenly so as to meet what is known of the other end.
+fn lay_along_paths(network: &Network, branches: &[usize], state: &mut State) {
+    let mut hubs = vec![Rotation::identity(); network.joints.len()];
+    for (j, joint) in network.joints.iter().enumerate() {
+        if !branches.contains(&joint.branches[0]) {
+            continue;
+        }
+        let tangent = |a: usize| -> Vector {
+            let path = &network.branches[joint.branches[a]].path;
+            along(path, if joint.arms[a].starts_here { 0.0 } else { 1.0 }).1
+        };
+        hubs[j] = best_turn((0..joint.arms.len()).map(|a| (columns(&joint.arms[a].rest)[2], tangent(a))));
+        let (path, first) = (&network.branches[joint.branches[0]].path, joint.arms[0].starts_here);
+        let end = if first { path[0] } else { path[path.len() - 1] };
+        state.points[joint.point] = end - hubs[j] * arm_pose(joint, 0).position;
+        if let Some(frame) = joint.frame {
+            state.frames[frame] = hubs[j];
+        }
+    }
+    for &b in branches {
+        let branch = &network.branches[b];
+        let mesh = branch.rod.mesh();
+        let n = mesh.segments();
+        let known = |end: BranchEnd, node: usize| -> Option<Rotation> {
+            match end {
+                BranchEnd::Joint { joint, arm } => Some(hubs[joint] * network.joints[joint].arms[arm].rest),
+                BranchEnd::Free => network
+                    .constraints
+                    .iter()
+                    .find(|f| f.from_start && f.place == Place::Node { branch: b, node })
+                    .and_then(|f| f.orientation),
+            }
+        };
+        let s = mesh.arc_lengths();
+        let length = mesh.length();
+        for (i, s) in branch.points.clone().zip(&s) {
+            state.points[i] = along(&branch.path, s / length).0;
+        }
+        // Shares of the branch's length at which its frames sit.
+        let places: Vec<f64> = mesh.frame_places(&s).into_iter().map(|place| place / length).collect();
+        let mut q = known(branch.start, 0).unwrap_or_else(Rotation::identity);
+        let mut frames: Vec<Rotation> = Vec::with_capacity(places.len());
+        for &t in &places {
+            q = shortest(&columns(&q)[2], &along(&branch.path, t).1) * q;
+            frames.push(q);
+        }
+        if let Some(end) = known(branch.end, n) {
+            let twist = twist_angle(&(q.inverse() * end));
+            for (q, t) in frames.iter_mut().zip(&places) {
+                *q *= Rotation::from_axis_angle(&Vector::z_axis(), twist * t);
+            }
+        }
+        for (c, q) in branch.frames.clone().zip(frames) {
+            state.frames[c] = q;
+        }
+    }
+}
+
+/// The rotation that best takes the first of each pair of directions to the second (Kabsch 1976).
+fn best_turn(pairs: impl Iterator<Item = (Vector, Vector)>) -> Rotation {
+    let (mut sum, mut some) = (Matrix::zeros(), None);
+    for (from, to) in pairs {
+        if let (Some(from), Some(to)) = (from.try_normalize(1e-12), to.try_normalize(1e-12)) {
+            sum += to * from.transpose();
+            some.get_or_insert((from, to));
+        }
+    }
+    let Some((from, to)) = some else { return Rotation::identity() };
+    // Directions alone leave a turn about a straight harness open; a little of the identity settles it.
+    sum += *shortest(&from, &to).to_rotation_matrix().matrix() * 1e-3;
+    let svd = sum.svd(true, true);
+    let (Some(u), Some(vt)) = (svd.u, svd.v_t) else { return Rotation::identity() };
+    let sign = (u * vt).determinant().signum();
+    let r = u * Matrix::from_diagonal(&Vector::new(1.0, 1.0, sign)) * vt;
+    let q = Rotation::from_rotation_matrix(&nalgebra::Rotation3::from_matrix_unchecked(r));
+    Unit::new_normalize(q.into_inner())
+}

@@ -1,0 +1,113 @@
+//! Where on the cable the stations of constraints that begin come to stand: where the file says, or nearest to their seat.
+
+use wireloom_core::network::Place;
+use wireloom_core::{Network, State, Vector};
+
+/// Length that stays between a clip that closes and what holds the cable beside it, in diameters.
+const ROOM: f64 = 1.0;
+/// The same as a fraction of the cable between those, where that is shorter.
+const ROOM_SHARE: f64 = 0.1;
+/// Distances (m) that differ by less than this are the same.
+const SAME: f64 = 1e-9;
+
+/// Gives the knots (increasing nodes, and their arc lengths at `state`, m) of a branch that constraints of `added` bring the arc lengths at which
+/// those begin: those given, then the nearest. All stay between what acts already. Returns remarks where that was in the way.
+pub(crate) fn put_in_place(
+    network: &Network,
+    state: &State,
+    branch: usize,
+    added: &[usize],
+    knots: &mut [(usize, f64)],
+) -> Vec<String> {
+    let mut notes = Vec::new();
+    let own = &network.branches[branch];
+    let built = own.rod.mesh().arc_lengths();
+    let begins =
+        |node: usize| added.iter().copied().find(|&f| network.constraints[f].place == Place::Node { branch, node });
+    let begun: Vec<Option<usize>> = knots.iter().map(|knot| begins(knot.0)).collect();
+    let is_nearest = |f: usize| network.constraints[f].nearest;
+    // Those that are given a place leave out of account those that are not.
+    for given in [true, false] {
+        for k in 1..knots.len() - 1 {
+            let Some(f) = begun[k].filter(|&f| is_nearest(f) != given) else { continue };
+            let standing = |other: &usize| begun[*other].is_none_or(|f| !given && !is_nearest(f));
+            let placed = |other: &usize| standing(other) || begun[*other].is_some_and(|f| is_nearest(f) != given);
+            let before = (0..k).rev().find(placed).map_or(0.0, |other| knots[other].1);
+            let next = (k + 1..knots.len()).find(standing).unwrap_or(knots.len() - 1);
+            let (after, between) = (knots[next].1, (next - k) as f64);
+            let fraction = ROOM_SHARE * (after - before) / between;
+            if given {
+                let wanted = built[knots[k].0];
+                let free = before < wanted && wanted < after;
+                knots[k].1 = if free { wanted } else { wanted.clamp(before + fraction, after - between * fraction) };
+                if !free {
+                    notes.push(format!(
+                        "constraint `{}` begins at s = {:.4} m of branch `{}`, not at {wanted:.4} m: what acts already has come past that",
+                        network.constraints[f].name, knots[k].1, own.name
+                    ));
+                }
+            } else {
+                let room = fraction.min(ROOM * own.section.diameter);
+                let (here, note) = nearest_place(network, state, f, branch, before + room, after - between * room);
+                knots[k].1 = here;
+                notes.extend(note);
+            }
+        }
+    }
+    notes
+}
+
+/// The arc length in `[low, high]` at which the cable is nearest to the seat of constraint `f`, and a remark where it is nearer beyond.
+fn nearest_place(
+    network: &Network,
+    state: &State,
+    f: usize,
+    branch: usize,
+    low: f64,
+    high: f64,
+) -> (f64, Option<String>) {
+    let constraint = &network.constraints[f];
+    let own = &network.branches[branch];
+    // A constraint of this kind has a seat: the scenario sees to it.
+    let seat = constraint.position.unwrap_or_default();
+    let points: Vec<Vector> = own.points.clone().map(|i| state.points[i] + state.compensation[i]).collect();
+    let s = state.arc_lengths(network, branch);
+    let (here, distance) = nearest(&s, &points, &seat, low, high);
+    let (there, least) = nearest(&s, &points, &seat, s[0], s[s.len() - 1]);
+    let note = (least < distance - SAME).then(|| {
+        format!(
+            "clip `{}` closes at s = {here:.4} m of branch `{}`, between the constraints beside it; at s = {there:.4} m the cable is nearer to its seat",
+            constraint.name, own.name
+        )
+    });
+    (here, note)
+}
+
+/// Arc length in `[low, high]` at which the polygon through `points` at arc lengths `s` is nearest to `seat`, and its distance, m.
+fn nearest(s: &[f64], points: &[Vector], seat: &Vector, low: f64, high: f64) -> (f64, f64) {
+    let edges = s.windows(2).zip(points.windows(2)).filter(|(s, _)| s[1] >= low && s[0] <= high);
+    let candidates = edges.map(|(s, p)| {
+        let (edge, length) = (p[1] - p[0], s[1] - s[0]);
+        let fraction = edge.dot(&(seat - p[0])) / edge.norm_squared().max(f64::MIN_POSITIVE);
+        let fraction = fraction.clamp((low - s[0]).max(0.0) / length, ((high - s[0]) / length).min(1.0));
+        (s[0] + fraction * length, (p[0] + edge * fraction - seat).norm())
+    });
+    candidates.min_by(|a, b| a.1.total_cmp(&b.1)).unwrap_or((0.5 * (low + high), f64::INFINITY))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn nearest_on_a_bent_polygon() {
+        let points = [Vector::zeros(), Vector::x(), Vector::new(1.0, 1.0, 0.0)];
+        let s = [0.0, 2.0, 3.0];
+        let (at, distance) = nearest(&s, &points, &Vector::new(0.25, 0.5, 0.0), 0.0, 3.0);
+        assert!((at - 0.5).abs() < 1e-15 && (distance - 0.5).abs() < 1e-15);
+        let (at, distance) = nearest(&s, &points, &Vector::new(0.25, 0.5, 0.0), 2.25, 2.75);
+        assert!((at - 2.5).abs() < 1e-15 && (distance - 0.75).abs() < 1e-15);
+        let (at, _) = nearest(&s, &points, &Vector::new(5.0, 5.0, 0.0), 0.1, 2.9);
+        assert!((at - 2.9).abs() < 1e-15);
+    }
+}

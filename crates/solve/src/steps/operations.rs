@@ -1,0 +1,63 @@
+//! What the operations of a step come to: where hands and clips took hold, which forces they needed.
+
+use wireloom_core::equilibrium::OperationResult;
+use wireloom_core::network::Place;
+use wireloom_core::problem::Problem;
+use wireloom_core::steps::Operation;
+use wireloom_core::{Network, State, Vector};
+
+/// The operations of a step as it begins.
+pub(crate) fn begin(operations: &[Operation], problem: &Problem<'_>, state: &State) -> Vec<OperationResult> {
+    let network = problem.network;
+    let name = |constraint: usize| network.constraints[constraint].name.clone();
+    let place = |constraint: usize| match network.constraints[constraint].place {
+        Place::Node { branch, node } => {
+            Some((network.branches[branch].name.clone(), state.arc_lengths(network, branch)[node]))
+        }
+        Place::Joint(_) => None,
+    };
+    let result = |operation: &Operation| match operation {
+        Operation::Grasp { constraint } => {
+            OperationResult::Grasp { constraint: name(*constraint), place: place(*constraint) }
+        }
+        Operation::Carry { constraints } => {
+            OperationResult::Carry { constraints: constraints.iter().map(|f| name(*f)).collect(), force: 0.0 }
+        }
+        Operation::Mate { constraint, limit, .. } => {
+            OperationResult::Mate { constraint: name(*constraint), insertion_force: None, limit: *limit }
+        }
+        Operation::Clip { constraint } => {
+            let own = &network.constraints[*constraint];
+            let here = state.pose(&own.site).position;
+            let reach = own.position.map_or(0.0, |seat| (seat - here).norm());
+            OperationResult::Clip { constraint: name(*constraint), place: place(*constraint), reach }
+        }
+    };
+    operations.iter().map(result).collect()
+}
+
+/// Looks at the equilibrium at fraction `t` of the step; `reaction` is the force (N) that a constraint exerts on the harness.
+pub(crate) fn watch(
+    operations: &[Operation],
+    results: &mut [OperationResult],
+    network: &Network,
+    t: f64,
+    reaction: impl Fn(usize) -> Vector,
+) {
+    for (operation, result) in operations.iter().zip(results) {
+        match (operation, result) {
+            (Operation::Carry { constraints }, OperationResult::Carry { force, .. }) => {
+                *force = constraints.iter().map(|f| reaction(*f).norm()).fold(*force, f64::max);
+            }
+            (
+                Operation::Mate { constraint, direction, push_from, .. },
+                OperationResult::Mate { insertion_force: largest, .. },
+            ) if t >= *push_from => {
+                let own = network.constraints[*constraint].limits.insertion_force.unwrap_or(0.0);
+                let needed = reaction(*constraint).dot(direction) + own;
+                *largest = Some(largest.unwrap_or(0.0).max(needed));
+            }
+            _ => {}
+        }
+    }
+}
