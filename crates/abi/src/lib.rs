@@ -307,7 +307,7 @@ pub struct ConstraintKind {
     pub evaluate: Option<
         unsafe extern "C" fn(
             instance: *const c_void,
-            situation: *const Situation,
+            situation: *const ConstraintView,
             evaluation: *mut Evaluation,
             message: *mut Text,
         ) -> i32,
@@ -327,7 +327,7 @@ pub struct ConstraintKind {
     pub commit: Option<
         unsafe extern "C" fn(
             instance: *const c_void,
-            situation: *const Situation,
+            situation: *const ConstraintView,
             memory: *mut f64,
             message: *mut Text,
         ) -> i32,
@@ -461,7 +461,7 @@ pub struct Hold {
 /// Where the harness is.
 #[repr(C)]
 #[derive(Clone, Copy, Debug)]
-pub struct Situation {
+pub struct ConstraintView {
     /// Size of this struct, bytes.
     pub size: u32,
     /// Stations.

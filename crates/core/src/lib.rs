@@ -16,6 +16,7 @@
 
 use serde::{Deserialize, Serialize};
 
+mod build_error;
 pub mod conditions;
 pub mod constraint;
 pub mod equilibrium;
@@ -82,6 +83,7 @@ impl Pose {
     }
 }
 
+pub use build_error::BuildError;
 pub use conditions::{Conditions, System};
 pub use constraint::{
     Action, Constraint, ConstraintView, Equations, Hold, HoldWord, Limits, Potential, Relation, Residual, RotationHold,

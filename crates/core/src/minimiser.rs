@@ -1,6 +1,6 @@
 //! The trait of a minimiser, and what it says when it is done.
 
-use crate::registry::BuildError;
+use crate::build_error::BuildError;
 use crate::status::Status;
 use crate::{Network, Problem, State};
 

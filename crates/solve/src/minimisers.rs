@@ -8,4 +8,6 @@ mod line_search;
 pub mod ncg;
 pub mod newton;
 mod preconditioner;
+mod step_control;
+mod trace;
 mod transport;

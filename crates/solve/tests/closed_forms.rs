@@ -6,12 +6,13 @@
 //! that nothing but the flag can answer.
 
 use wireloom_core::constraint::{ConstraintSpec, HoldWord};
-use wireloom_core::minimiser::{Minimiser, Status, Stop};
+use wireloom_core::minimiser::{Minimiser, Stop};
 use wireloom_core::rod::RodSpec;
+use wireloom_core::status::Status;
 use wireloom_core::{Parameters, Problem, Registry, Rotation, Section, State, Tangent, Vector};
-use wireloom_solve::certificate::Certifier;
-use wireloom_solve::newton::Newton;
-use wireloom_solve::stability::Stability;
+use wireloom_solve::minimisers::newton::Newton;
+use wireloom_solve::steps::certificate::Certifier;
+use wireloom_solve::steps::stability::Stability;
 use wireloom_testkit::closed_forms::{clamped_beam_sag, euler_clamped, euler_pinned, greenhill_critical_angle};
 use wireloom_testkit::conformance::networks::{Sample, cable, section};
 
@@ -29,7 +30,7 @@ fn weightless(segments: usize, holds: [&[HoldWord]; 2]) -> Sample {
     let registry = registry();
     let mut sample = cable(&registry, segments);
     let connector = registry.constraint("connector").unwrap();
-    for (fixing, words) in sample.network.fixings.iter_mut().zip(holds) {
+    for (fixing, words) in sample.network.constraints.iter_mut().zip(holds) {
         let spec = ConstraintSpec { hold: Some(words.to_vec()), ..ConstraintSpec::default() };
         fixing.constraint = (connector.build)(&spec, &Parameters::default()).unwrap();
     }

@@ -2,23 +2,26 @@
 
 use nalgebra::{DMatrix, DVector};
 use std::collections::BTreeSet;
+use wireloom_core::conditions::Conditions;
 use wireloom_core::constraint::{ConstraintSpec, Limits};
 use wireloom_core::contact::Rounds;
-use wireloom_core::minimiser::{Minimiser, Status, Stop};
-use wireloom_core::network::{FixingPlan, NodeRange, Place};
+use wireloom_core::minimiser::{Minimiser, Stop};
+use wireloom_core::network::{ConstraintPlan, NodeRange, Place};
 use wireloom_core::obstacle::{Obstacle, Shape, Surface, Touch};
-use wireloom_core::problem::{Conditions, Hessian, Variable};
+use wireloom_core::problem::Hessian;
+use wireloom_core::status::Status;
+use wireloom_core::variable::Variable;
 use wireloom_core::{
-    Action, Constraint, Matrix, Network, Parameters, Pose, Potential, Problem, Registry, Situation, State, Tangent,
-    Value, Vector,
+    Action, Constraint, ConstraintView, Matrix, Network, Parameters, Pose, Potential, Problem, Registry, State,
+    Tangent, Value, Vector,
 };
-use wireloom_solve::certificate::Certifier;
-use wireloom_solve::gather::Gather;
-use wireloom_solve::matrix::BlockMatrix;
-use wireloom_solve::newton::Newton;
-use wireloom_solve::result::branch;
-use wireloom_solve::settle::Settle;
-use wireloom_solve::structure::Structure;
+use wireloom_solve::linear::assembly::Gather;
+use wireloom_solve::linear::matrix::BlockMatrix;
+use wireloom_solve::linear::symbolic::Structure;
+use wireloom_solve::minimisers::condensation::Settle;
+use wireloom_solve::minimisers::newton::Newton;
+use wireloom_solve::report::result::branch;
+use wireloom_solve::steps::certificate::Certifier;
 use wireloom_testkit::conformance::networks::{Sample, Sketch, cable, cut_cable, ring, sized_y_harness, y_harness};
 use wireloom_testkit::conformance::numeric::{
     assert_matrix_near, random_rotation, random_turn, random_vector, symmetric,
@@ -451,7 +454,7 @@ fn cables_that_touch_have_the_second_derivatives_of_their_energy() {
     for offset in [0.0, 0.02] {
         let sample = crossed(offset, false);
         let (mut problem, state) = (sample.problem(), shaken(&sample));
-        assert!(problem.contact_unmet(&state).is_some_and(|unmet| unmet > 100.0), "they touch");
+        assert!(problem.contact_violation(&state).is_some_and(|unmet| unmet > 100.0), "they touch");
         check_gathered("crossed cables", &sample);
     }
 }
@@ -502,9 +505,9 @@ fn a_cable_does_not_come_through_another_one_between_their_spots() {
         state
     };
     let mut problem = sample.problem();
-    let share = problem.free_share(&at(0.004), &at(-0.004), None);
+    let share = problem.collision_free_fraction(&at(0.004), &at(-0.004), None);
     assert!((share - 0.45).abs() < 1e-9, "nine tenths of the way to where they meet, not {share}");
-    assert_eq!(problem.free_share(&at(0.004), &at(0.001), None), 1.0);
+    assert_eq!(problem.collision_free_fraction(&at(0.004), &at(0.001), None), 1.0);
 }
 
 /// Cables that took hold of each other before they moved to where [`shaken`] has them: not far, so that all stick, or so that all slip.
@@ -522,7 +525,7 @@ fn rubbing(offset: f64, hub: bool, moved: f64) -> Sample {
     sample.network.retract(&to, &step, -1.0, &mut from);
     sample.network.follow_ties(&mut from);
     let mut problem = sample.problem();
-    problem.let_rub();
+    problem.enable_friction();
     problem.update_contacts(&from, &mut Rounds::default());
     sample.conditions = problem.conditions().clone();
     assert!(sample.conditions.contact.marks.iter().filter(|mark| mark.grip.is_some()).count() > 3, "they rub");
@@ -668,9 +671,9 @@ fn levers_and_springs_are_in_the_gathered_matrix() {
     let handle = registry.constraint("handle").unwrap();
     // One springy hand at an end, one at an arm's station on the hub.
     for fixing in [0, 1] {
-        sample.network.fixings[fixing].constraint = (handle.build)(&spec, &values).unwrap();
+        sample.network.constraints[fixing].constraint = (handle.build)(&spec, &values).unwrap();
     }
-    sample.network.fixings[1].stations = vec![sample.network.site(Place::Node { branch: 1, node: 0 })];
+    sample.network.constraints[1].stations = vec![sample.network.site(Place::Node { branch: 1, node: 0 })];
     check_gathered("offsets and springs", &sample);
 }
 
@@ -687,9 +690,9 @@ fn constraints_of_several_stations_are_in_the_gathered_matrix() {
         let kinds: [Box<dyn Constraint>; 3] =
             [Box::new(Strut { rest: 0.01, stiffness: 70.0 }), Box::new(Link(0.3)), Box::new(Sight)];
         for (kind, pair) in kinds.into_iter().zip(pairs) {
-            sample.network.add_fixing(plan(kind, pair.into(), None));
+            sample.network.add_constraint(plan(kind, pair.into(), None));
         }
-        sample.network.add_fixing(plan(Box::new(Bowl), vec![], Some(NodeRange { branch: 1, nodes: 0..3 })));
+        sample.network.add_constraint(plan(Box::new(Bowl), vec![], Some(NodeRange { branch: 1, nodes: 0..3 })));
         sample.conditions = Conditions::new(&sample.network, Vector::new(0.0, 0.0, -9.81), &sample.state);
         // Multipliers that are not zero, and penalties that do not drown all else.
         for own in &mut sample.conditions.fixings {
@@ -706,7 +709,7 @@ fn constraints_of_several_stations_are_in_the_gathered_matrix() {
 fn newton_keeps_its_order_through_equations() {
     let mut sample = cable(&registry(), 60);
     let nodes = [15, 45].map(|node| Place::Node { branch: 0, node });
-    sample.network.add_fixing(plan(Box::new(Link(0.35)), nodes.into(), None));
+    sample.network.add_constraint(plan(Box::new(Link(0.35)), nodes.into(), None));
     sample.conditions = Conditions::new(&sample.network, Vector::new(0.0, 0.0, -9.81), &sample.state);
     let (mut problem, mut state, mut newton) = (sample.problem(), sample.state.clone(), Newton::new());
     let (stop, mut last) = (Stop { force_tolerance: 1e-10, max_iterations: 500 }, Vec::new());
@@ -735,8 +738,8 @@ fn newton_keeps_its_order_through_equations() {
     assert!(unmet(&problem, &state) < 1e-7, "{:e}", unmet(&problem, &state));
 }
 
-fn plan(constraint: Box<dyn Constraint>, stations: Vec<Place>, span: Option<NodeRange>) -> FixingPlan {
-    FixingPlan {
+fn plan(constraint: Box<dyn Constraint>, stations: Vec<Place>, span: Option<NodeRange>) -> ConstraintPlan {
+    ConstraintPlan {
         name: String::new(),
         kind: String::new(),
         constraint,
@@ -765,14 +768,14 @@ impl Constraint for Bowl {
 }
 
 impl Potential for Bowl {
-    fn energy(&self, at: &Situation<'_>) -> f64 {
+    fn energy(&self, at: &ConstraintView<'_>) -> f64 {
         at.span.iter().map(|x| x.norm_squared().powi(2)).sum::<f64>() * 2.5
     }
-    fn gradient(&self, at: &Situation<'_>, _: &mut [Vector], span: &mut [Vector]) -> f64 {
+    fn gradient(&self, at: &ConstraintView<'_>, _: &mut [Vector], span: &mut [Vector]) -> f64 {
         span.iter_mut().zip(at.span).for_each(|(g, x)| *g = x * (10.0 * x.norm_squared()));
         self.energy(at)
     }
-    fn hessian(&self, at: &Situation<'_>, _: &mut [Matrix], span: &mut [Matrix]) {
+    fn hessian(&self, at: &ConstraintView<'_>, _: &mut [Matrix], span: &mut [Matrix]) {
         for (h, x) in span.iter_mut().zip(at.span) {
             *h = Matrix::identity() * (10.0 * x.norm_squared()) + x * x.transpose() * 20.0;
         }

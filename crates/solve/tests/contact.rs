@@ -2,10 +2,10 @@
 
 use std::f64::consts::PI;
 use wireloom_core::equilibrium::{Run, StepResult};
-use wireloom_core::minimiser::Status;
+use wireloom_core::status::Status;
 use wireloom_core::{EventKind, Network, Registry, Vector};
 use wireloom_solve::Control;
-use wireloom_solve::checkpoint::Watching;
+use wireloom_solve::steps::checkpoint::Watching;
 use wireloom_testkit::balance::imbalance;
 
 /// Share of all forces that may be left: the tolerance of forces at every node, and round-off.

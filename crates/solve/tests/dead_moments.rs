@@ -1,16 +1,17 @@
 //! Dead moments: loads about axes that are fixed in space, which have no potential.
 
 use std::f64::consts::TAU;
-use wireloom_core::minimiser::{Minimiser, Report, Status, Stop};
+use wireloom_core::minimiser::{Minimiser, Report, Stop};
 use wireloom_core::network::{Load, Place};
 use wireloom_core::problem::Hessian;
 use wireloom_core::rod::RodSpec;
+use wireloom_core::status::Status;
 use wireloom_core::{Parameters, Problem, Registry, Section, State, Tangent, Vector};
-use wireloom_solve::border::Border;
-use wireloom_solve::certificate::Certifier;
-use wireloom_solve::dead_moments::DeadMoments;
-use wireloom_solve::gather::System;
-use wireloom_solve::newton::Newton;
+use wireloom_solve::linear::assembly::System;
+use wireloom_solve::linear::border::Border;
+use wireloom_solve::linear::dead_moments::DeadMoments;
+use wireloom_solve::minimisers::newton::Newton;
+use wireloom_solve::steps::certificate::Certifier;
 use wireloom_testkit::conformance::networks::{Sample, Sketch, section, sized_y_harness};
 use wireloom_testkit::conformance::numeric::{random_turn, random_vector};
 

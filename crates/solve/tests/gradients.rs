@@ -1,6 +1,7 @@
 //! The minimisers that go by gradients under the conformance suite, as the registry makes them, and against each other.
 
-use wireloom_core::minimiser::{Minimiser, Report, Status, Stop};
+use wireloom_core::minimiser::{Minimiser, Report, Stop};
+use wireloom_core::status::Status;
 use wireloom_core::{Parameters, Registry, State, Value, Vector};
 use wireloom_testkit::conformance::networks::{Sample, cable};
 use wireloom_testkit::minimiser_conformance;

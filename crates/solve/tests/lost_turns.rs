@@ -2,11 +2,12 @@
 
 use wireloom_core::constraint::ConstraintSpec;
 use wireloom_core::equilibrium::StepResult;
-use wireloom_core::minimiser::{Status, Stop};
+use wireloom_core::minimiser::Stop;
+use wireloom_core::status::Status;
 use wireloom_core::steps::{Move, Schedule, Step, Track};
 use wireloom_core::{Event, EventKind, Network, Parameters, Registry, Run, Value, Vector};
-use wireloom_solve::checkpoint::Watching;
-use wireloom_solve::newton::Newton;
+use wireloom_solve::minimisers::newton::Newton;
+use wireloom_solve::steps::checkpoint::Watching;
 use wireloom_solve::{Control, carry_out};
 use wireloom_testkit::conformance::networks::{cable, cut_cable};
 
@@ -18,7 +19,7 @@ fn registry() -> Registry {
 
 /// Pulls the last fixing to a place, then turns it by so many turns in so many increments.
 fn turn(network: &Network, to: Vector, gravity: f64, turns: f64, increments: usize) -> Run {
-    let last = network.fixings.len() - 1;
+    let last = network.constraints.len() - 1;
     let there = Track { positions: vec![(1.0, to)], ..Track::default() };
     let steps = [("pull", there, 4), ("turn", Track { spin: turns, ..Track::default() }, increments)];
     let step = |(name, track, increments): (&str, Track, usize)| Step {
@@ -146,7 +147,7 @@ fn turns_are_not_lost_in_a_springy_hand() {
         let springs = [("stiffness", 1e5), ("angular_stiffness", stiffness)];
         let parameters = Parameters(springs.map(|(name, value)| (name.into(), Value::Number(value))).into());
         let handle = registry.constraint("handle").expect("built in");
-        sample.network.fixings[1].constraint = (handle.build)(&spec, &parameters).expect("a springy handle");
+        sample.network.constraints[1].constraint = (handle.build)(&spec, &parameters).expect("a springy handle");
         turn(&sample.network, TAUT, 0.0, 3.0, 6)
     };
     let strong = spring(10.0);

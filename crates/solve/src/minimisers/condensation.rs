@@ -6,10 +6,10 @@
 //! model), so one linear solve brings them to where every point is in balance; where that does not lower the energy, it is taken back. Newton's method then works on the frames alone, the points always following
 //! ("variable projection", Golub and Pereyra 1973).
 
+use super::step_control::ACTIVE_SET_UPDATES;
 use crate::contact::active_set::ActiveSet;
 use crate::linear::matrix::BlockMatrix;
 use crate::linear::symbolic::Structure;
-use crate::minimisers::newton::ACTIVE_SET_UPDATES;
 use wireloom_core::problem::Problem;
 use wireloom_core::variable::Block;
 use wireloom_core::{Matrix, State, Tangent, Vector};

@@ -8,10 +8,11 @@
 //! the frames into balance ([`crate::condensation`]): what is minimised is then the energy of the frames alone. Without it the
 //! methods are those of the textbooks, in metres and radians.
 
+use super::step_control::{LARGEST_TURN, SMALL_TURN, condensed_force};
+use super::trace::trace;
 use crate::minimisers::condensation::Condensation;
 use crate::minimisers::convergence::{ConvergenceMonitor, Termination};
 use crate::minimisers::line_search::{self, Wolfe};
-use crate::minimisers::newton::{LARGEST_TURN, SMALL_TURN, condensed_force};
 use crate::minimisers::preconditioner::{Metric, Preconditioner};
 use crate::minimisers::transport::{carry, slope};
 use wireloom_core::minimiser::{Minimiser, Report, Stop};
@@ -338,6 +339,9 @@ fn descend(
     let mut last = None;
     let mut monitor = ConvergenceMonitor::new(stop, patience);
     monitor.begin(ws.residual(problem));
+    if report.iterations > 0 {
+        trace(problem, &report, [energy, monitor.residual, 1.0, 0.0], ws.preconditioner.factorisations);
+    }
     report.status = loop {
         if problem.monitor.iterate(monitor.residual) {
             break Status::Interrupted;
@@ -373,6 +377,7 @@ fn descend(
             })
         });
         let Some(alpha) = found.flatten() else {
+            trace(problem, &report, [energy, monitor.residual, 0.0, 0.0], ws.preconditioner.factorisations);
             if !method.is_blank() || age > 0 {
                 // What was learnt does not lead down any more: begin anew from here.
                 method.restart();
@@ -392,6 +397,7 @@ fn descend(
         carry(&mut ws.before, &ws.step, alpha);
         ws.accept(problem, state);
         monitor.moved(turn, -first_slope > noise, ws.residual(problem));
+        trace(problem, &report, [energy, monitor.residual, alpha, 0.0], ws.preconditioner.factorisations);
         method.learn(&ws.step, alpha, &ws.free, &ws.before);
         age = if metric && alpha < SHORT { choices.refresh } else { age + 1 };
     };

@@ -12,6 +12,8 @@
 
 mod residual_step;
 
+use super::step_control::{ACTIVE_SET_UPDATES, FIRST_SHIFT, LARGEST_TURN, RAISE, SMALL_TURN, condensed_force, raised};
+use super::trace::trace;
 use crate::contact::active_set::ActiveSet;
 use crate::linear::assembly::System;
 use crate::linear::border::Border;
@@ -21,28 +23,29 @@ use crate::minimisers::convergence::{ConvergenceMonitor, PROGRESS, Termination};
 use wireloom_core::minimiser::{Minimiser, Report, Stop};
 use wireloom_core::problem::{Hessian, Problem};
 use wireloom_core::registry::MinimiserKind;
-use wireloom_core::scales::LocalScale;
 use wireloom_core::status::Status;
 use wireloom_core::{State, Tangent, Vector};
 
-/// Largest turn (rad) of any frame in one line-search step; beyond it the quadratic model says nothing.
-pub(crate) const LARGEST_TURN: f64 = 1.0;
-/// Largest turn (rad) of a step that counts as small: a linear prediction says something of what comes after it.
-pub(crate) const SMALL_TURN: f64 = 0.3;
-/// Share of the tolerance below which forces on points are not condensed.
-const CONDENSED_FRACTION: f64 = 0.1;
-/// First shift of the frames' diagonal that is tried, in units of [`System::weights`]; one tenth of it is none.
-const FIRST_SHIFT: f64 = 1e-6;
-/// How many times larger the next shift is that is tried where the matrix is not positive definite yet.
-pub(crate) const RAISE: f64 = 8.0;
 /// By how much a shift is lowered after a step that it let succeed.
 const LOWER: f64 = 0.1;
 /// Shift at which a step that still does not lower the energy is given up.
 const LARGEST_SHIFT: f64 = 1e6;
+/// By how much a shift is raised after a step that was found in no line search.
+const RAISE_AFTER_FAILURE: f64 = 16.0;
+/// A step shorter than this raises the shift by [`RAISE_AFTER_SHORT_STEP`]: the model was too optimistic.
+const SHORT_STEP: f64 = 0.25;
+/// See [`SHORT_STEP`].
+const RAISE_AFTER_SHORT_STEP: f64 = 4.0;
+/// A shift below this is dropped.
+const NO_SHIFT: f64 = 0.1 * FIRST_SHIFT;
+/// Least and largest factor by which the line search shortens a step to the minimum of the parabola.
+const SHORTENING: [f64; 2] = [0.1, 0.5];
+/// Factor by which it shortens a step without a parabola.
+const BACKTRACK: f64 = 0.25;
+/// The line search has failed at steps shorter than this: below it round-off of the state decides.
+const SHORTEST_STEP: f64 = 1e-10;
 /// Share of the predicted decrease that a step must bring (Armijo).
 const ARMIJO: f64 = 1e-4;
-/// How often a step is solved for, where something else will touch than was taken to.
-pub(crate) const ACTIVE_SET_UPDATES: usize = 12;
 /// Iterations without progress at round-off after which the state is called stalled.
 const STALLED_AFTER: usize = 4;
 
@@ -258,6 +261,34 @@ impl Workspace {
         energy - problem.moment_work(state, &self.step, alpha)
     }
 
+    /// Backtracking line search (Armijo) along the step from `state` with `energy` (J), its `slope` along the step and its
+    /// `noise`, with the parabola through value, slope and trial where it helps. Returns step length and energy of the
+    /// accepted trial.
+    fn line_search(
+        &mut self,
+        problem: &mut Problem<'_>,
+        state: &State,
+        [energy, slope, noise]: [f64; 3],
+        residual: f64,
+    ) -> Option<(f64, f64)> {
+        let mut alpha = self.longest(problem, state);
+        loop {
+            let trial = self.try_step(problem, state, alpha);
+            // Where round-off hides the change of the energy, the forces decide whether the step was a good one.
+            let lower = trial <= energy + ARMIJO * alpha * slope + noise;
+            if lower || (-slope <= noise && self.trial_residual(problem) <= PROGRESS * residual) {
+                return Some((alpha, trial));
+            }
+            let parabola = -0.5 * slope * alpha * alpha / (trial - energy - slope * alpha);
+            let [least, largest] = SHORTENING;
+            alpha =
+                if parabola.is_finite() { parabola.clamp(least * alpha, largest * alpha) } else { BACKTRACK * alpha };
+            if alpha < SHORTEST_STEP || problem.monitor.is_stopped() {
+                return None;
+            }
+        }
+    }
+
     /// Takes the trial as the new state; `trial` keeps the old one.
     fn accept(&mut self, state: &mut State) {
         std::mem::swap(state, &mut self.trial);
@@ -356,6 +387,9 @@ fn descend(ws: &mut Workspace, problem: &mut Problem<'_>, state: &mut State, sto
     let mut sigma = 0.0_f64;
     let mut monitor = ConvergenceMonitor::new(stop, STALLED_AFTER);
     monitor.begin(ws.residual(problem));
+    if moving {
+        trace(problem, &report, [energy, monitor.residual, 1.0, 0.0], ws.factorisations);
+    }
     report.status = loop {
         if problem.monitor.iterate(monitor.residual) {
             break Status::Interrupted;
@@ -370,45 +404,31 @@ fn descend(ws: &mut Workspace, problem: &mut Problem<'_>, state: &mut State, sto
         }
         if problem.has_dead_moments() {
             report.iterations += 1;
-            if let Some(residual_step) = residual_step::residual_step(ws, problem, state, mixed) {
-                mixed = residual_step.mixed;
-                energy = residual_step.energy;
-                monitor.moved(residual_step.turn, residual_step.visible, ws.residual(problem));
+            if let Some(step) = ws.residual_step(problem, state, mixed) {
+                mixed = step.mixed;
+                energy = step.energy;
+                monitor.moved(step.turn, step.visible, ws.residual(problem));
+                trace(problem, &report, [energy, monitor.residual, step.alpha, 0.0], ws.factorisations);
                 continue;
             }
+            trace(problem, &report, [energy, monitor.residual, 0.0, 0.0], ws.factorisations);
         }
         sigma = ws.assemble(problem, state, mixed, sigma);
         ws.solve(problem, state, false, Some(sigma));
         report.iterations += 1;
         let slope = ws.slope();
-        let noise = problem.energy_noise(&ws.gradient);
-        let mut alpha = ws.longest(problem, state);
         if !slope.is_finite() {
             break Status::Failed;
         }
-        // Line search by halving, with the parabola through value, slope and trial where it helps.
-        let accepted = loop {
-            let trial = ws.try_step(problem, state, alpha);
-            // Where round-off hides what the step does to the energy, the forces say whether it was a good one.
-            let lower = trial <= energy + ARMIJO * alpha * slope + noise;
-            if lower || (-slope <= noise && ws.trial_residual(problem) <= PROGRESS * monitor.residual) {
-                break Some(trial);
-            }
-            let parabola = -0.5 * slope * alpha * alpha / (trial - energy - slope * alpha);
-            alpha = if parabola.is_finite() { parabola.clamp(0.1 * alpha, 0.5 * alpha) } else { 0.25 * alpha };
-            if alpha < 1e-10 || problem.monitor.is_stopped() {
-                break None;
-            }
-        };
-        let Some(trial) = accepted else {
+        let noise = problem.energy_noise(&ws.gradient);
+        let Some((alpha, trial)) = ws.line_search(problem, state, [energy, slope, noise], monitor.residual) else {
+            trace(problem, &report, [energy, monitor.residual, 0.0, sigma], ws.factorisations);
             if mixed {
                 mixed = false;
-                continue;
-            }
-            if -slope <= noise {
+            } else if -slope <= noise {
                 monitor.stall();
             } else if sigma < LARGEST_SHIFT {
-                sigma = raised(sigma, 16.0);
+                sigma = raised(sigma, RAISE_AFTER_FAILURE);
             } else {
                 break Status::Failed;
             }
@@ -420,15 +440,11 @@ fn descend(ws: &mut Workspace, problem: &mut Problem<'_>, state: &mut State, sto
         ws.accept(state);
         problem.update_held(state);
         monitor.moved(turn, -slope > noise, ws.residual(problem));
-        if sigma > 0.0 {
-            sigma *= if alpha < 0.25 { 4.0 } else { LOWER };
-            if sigma < 0.1 * FIRST_SHIFT {
-                sigma = 0.0;
-            }
-        }
+        trace(problem, &report, [energy, monitor.residual, alpha, sigma], ws.factorisations);
+        sigma = next_shift(sigma, alpha);
     };
     if report.status != Status::Converged {
-        // Whoever goes on from here may go on from somewhere else.
+        // The next call may begin from another state.
         ws.factor_of = None;
     }
     report.residual = monitor.residual;
@@ -437,15 +453,10 @@ fn descend(ws: &mut Workspace, problem: &mut Problem<'_>, state: &mut State, sto
     report
 }
 
-/// A larger shift than `sigma`.
-pub(crate) fn raised(sigma: f64, factor: f64) -> f64 {
-    (factor * sigma).max(FIRST_SHIFT)
-}
-
-/// Force (N) below which a point counts as condensed: a fraction of what the softest branch may have left.
-pub(crate) fn condensed_force(problem: &Problem<'_>, stop: &Stop) -> f64 {
-    let allowed = |scale: &LocalScale| (stop.force_tolerance * scale.force).max(scale.round_off[0]);
-    CONDENSED_FRACTION * problem.local_scales().iter().map(allowed).fold(f64::INFINITY, f64::min)
+/// Shift for the next iteration, after a step of length `alpha` with the shift `sigma`.
+fn next_shift(sigma: f64, alpha: f64) -> f64 {
+    let next = sigma * if alpha < SHORT_STEP { RAISE_AFTER_SHORT_STEP } else { LOWER };
+    if next < NO_SHIFT { 0.0 } else { next }
 }
 
 /// The first step of an increment: the tangent at the old state carries the prescribed motion. Where it turns anything

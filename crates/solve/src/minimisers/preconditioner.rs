@@ -1,8 +1,8 @@
 //! What turns a gradient into a direction: a metric in which the energy is nearly round.
 
+use super::step_control::{RAISE, raised};
 use crate::linear::assembly::System;
 use crate::linear::border::Border;
-use crate::minimisers::newton::{RAISE, raised};
 use wireloom_core::problem::{Hessian, Problem};
 use wireloom_core::{State, Tangent};
 

@@ -166,6 +166,7 @@ pub fn carry_out(
         }
     };
     for (index, step) in steps.iter().enumerate().skip(first) {
+        let _step = tracing::info_span!("step", index, name = step.name).entered();
         let plan = begun.take().unwrap_or_else(|| {
             driver.minimiser.forget();
             observer.checkpoint(&driver.checkpoint(&run, (index, 0), None, 0.0));
@@ -333,6 +334,7 @@ impl<'n, 'm> Driver<'n, 'm> {
 
     /// From where the harness is laid out to the balanced start of this first step.
     pub(crate) fn find_start(&mut self, coarse: Option<&Network>, schedule: &Schedule, first: &str) -> Status {
+        let _start = tracing::info_span!("start").entered();
         self.log.begin(Moment { step: first.to_owned(), step_index: 0, increment: 0 });
         let nested = coarse.and_then(|coarse| self.start_from_coarse(coarse, schedule));
         let status = nested.unwrap_or_else(|| self.find_initial_equilibrium());
@@ -353,6 +355,7 @@ impl<'n, 'm> Driver<'n, 'm> {
         seconds: impl FnOnce() -> f64,
     ) -> Result<StepResult, Status> {
         self.log.begin(Moment { step: step.name.clone(), step_index, increment });
+        let _increment = tracing::info_span!("increment", index = increment).entered();
         let status = self.increment(plan, a, b);
         if self.fault.is_some() {
             return Err(self.unless_faulty(status));
@@ -361,6 +364,17 @@ impl<'n, 'm> Driver<'n, 'm> {
             return Err(Status::Interrupted);
         }
         let end = self.step_result(step, increment, status, seconds());
+        tracing::info!(
+            target: "wireloom::increment",
+            step = step.name,
+            increment,
+            increments = step.increments,
+            status = status.word(),
+            iterations = self.iterations,
+            factorisations = self.factorisations,
+            residual = self.residual,
+            energy = end.energy.total(),
+        );
         events::watch(&mut self.log, &mut self.problem, &self.state, &end, &self.stop, all);
         Ok(end)
     }

@@ -5,13 +5,14 @@
 //! in radians and lengths: `|K⁻¹ r(x ⊕ α u)| ≤ (1 − α/4) |u|` (the restricted monotonicity test, Deuflhard 2004, section 3.3). Where no fraction of the
 //! step passes, the caller goes downhill.
 
-use super::{SMALL_TURN, Workspace};
+use super::Workspace;
 use crate::linear::assembly::System;
+use crate::minimisers::step_control::SMALL_TURN;
 use wireloom_core::problem::Problem;
 use wireloom_core::{State, Tangent};
 
-/// Shares of the longest step that are tried: below the least the model says too little.
-const SHARES: [f64; 4] = [1.0, 0.5, 0.25, 0.125];
+/// Fractions of the longest step that are tried: below the least the model says too little.
+const FRACTIONS: [f64; 4] = [1.0, 0.5, 0.25, 0.125];
 /// Turn (rad) below which a step is round-off.
 const NO_TURN: f64 = 1e-10;
 
@@ -19,7 +20,9 @@ const NO_TURN: f64 = 1e-10;
 const RESOLVED: f64 = 1e-8;
 
 /// A step that was taken.
-pub(super) struct Leap {
+pub(super) struct ResidualStep {
+    /// Its length.
+    pub alpha: f64,
     /// Energy after it, J.
     pub energy: f64,
     /// Largest turn of any frame, rad; endless where the next one is still to be taken.
@@ -30,37 +33,39 @@ pub(super) struct Leap {
     pub mixed: bool,
 }
 
-/// Takes the step from `state`, whose gradient is at hand, if it passes the test.
-pub(super) fn residual_step(
-    ws: &mut Workspace,
-    problem: &mut Problem<'_>,
-    state: &mut State,
-    mixed: bool,
-) -> Option<Leap> {
-    problem.hessian(state, mixed.then_some(ws.forces.as_slice()), &mut ws.hessian);
-    ws.factorise(problem, state, 0.0);
-    ws.solve(problem, state, false, Some(0.0));
-    let (length, turn) = (problem.scales().length, ws.largest_turn());
-    let size = size(&ws.step, length);
-    if !size.is_finite() {
-        return None;
-    }
-    let longest = ws.longest(problem, state);
-    for fraction in SHARES {
-        let alpha = fraction * longest;
-        let energy = ws.try_step(problem, state, alpha);
-        let next = if energy.is_finite() { next_size(ws, problem, state, length) } else { f64::NAN };
-        // NaN passes no test.
-        if next <= (1.0 - 0.25 * alpha) * size {
-            let left = if next > RESOLVED { f64::INFINITY } else { alpha * turn };
-            let energy = energy + problem.moment_work(state, &ws.step, alpha);
-            ws.accept(state);
-            problem.update_held(state);
-            let mixed = turn < SMALL_TURN && alpha == 1.0;
-            return Some(Leap { energy, turn: left, visible: alpha * turn > NO_TURN, mixed });
+impl Workspace {
+    /// Takes the step from `state`, whose gradient is at hand, if it passes the test.
+    pub(super) fn residual_step(
+        &mut self,
+        problem: &mut Problem<'_>,
+        state: &mut State,
+        mixed: bool,
+    ) -> Option<ResidualStep> {
+        problem.hessian(state, mixed.then_some(self.forces.as_slice()), &mut self.hessian);
+        self.factorise(problem, state, 0.0);
+        self.solve(problem, state, false, Some(0.0));
+        let (length, turn) = (problem.scales().length, self.largest_turn());
+        let size = size(&self.step, length);
+        if !size.is_finite() {
+            return None;
         }
+        let longest = self.longest(problem, state);
+        for fraction in FRACTIONS {
+            let alpha = fraction * longest;
+            let energy = self.try_step(problem, state, alpha);
+            let next = if energy.is_finite() { next_size(self, problem, state, length) } else { f64::NAN };
+            // NaN passes no test.
+            if next <= (1.0 - 0.25 * alpha) * size {
+                let left = if next > RESOLVED { f64::INFINITY } else { alpha * turn };
+                let energy = energy + problem.moment_work(state, &self.step, alpha);
+                self.accept(state);
+                problem.update_held(state);
+                let mixed = turn < SMALL_TURN && alpha == 1.0;
+                return Some(ResidualStep { alpha, energy, turn: left, visible: alpha * turn > NO_TURN, mixed });
+            }
+        }
+        None
     }
-    None
 }
 
 /// Size of the correction that the matrix at hand asks for at the trial.
