@@ -4,7 +4,7 @@ use wireloom::bench::{cable, harness};
 use wireloom::core::{Conditions, Minimiser, Network, Pose, Problem, State, Status, Stop, Vector};
 use wireloom::scenario::Built;
 use wireloom::solve::Control;
-use wireloom::solve::minimisers::newton::Newton;
+use wireloom::solve::newton::Newton;
 
 fn thrown(segments: usize, increments: usize) -> wireloom::core::Run {
     let text = format!(
@@ -68,9 +68,9 @@ fn a_throw_ends_where_small_steps_end() {
 /// A network hung from its fixings where its rest shape has them, and dragged once.
 fn dragged(network: &Network, newton: &mut Newton) -> (Vec<bool>, Vec<Pose>, State) {
     let schedule = wireloom::bench::schedule();
-    let mut state = wireloom::solve::start::layout::place(network, &schedule);
-    let targets: Vec<Pose> = network.constraints.iter().map(|f| state.pose(&f.site)).collect();
-    let active = vec![true; network.constraints.len()];
+    let mut state = wireloom::solve::start::place(network, &schedule);
+    let targets: Vec<Pose> = network.fixings.iter().map(|f| state.pose(&f.site)).collect();
+    let active = vec![true; network.fixings.len()];
     let mut problem = problem(network, &active, &targets);
     for k in 1..=30 {
         let mut target = targets[1];
@@ -160,13 +160,13 @@ fn a_state_carried_over_to_a_finer_mesh_is_nearly_balanced() {
     let built = hanging_y(800);
     let coarse = built.coarse.as_ref().expect("a coarse mesh");
     let mut newton = Newton::new();
-    let mut state = wireloom::solve::start::layout::place(coarse, &built.schedule);
+    let mut state = wireloom::solve::start::place(coarse, &built.schedule);
     let targets: Vec<Pose> = coarse.fixings.iter().map(|f| state.pose(&f.site)).collect();
     let active = vec![true; targets.len()];
     let stop = Stop { max_iterations: 5000, ..Stop::default() };
     let report = newton.minimise(&mut problem(coarse, &active, &targets), &mut state, &stop);
     assert_eq!(report.status, Status::Converged);
-    let mut fine = wireloom::solve::start::prolongation::prolonged(coarse, &state, &built.network);
+    let mut fine = wireloom::solve::nested::carried_over(coarse, &state, &built.network);
     let report = newton.minimise(&mut problem(&built.network, &active, &targets), &mut fine, &stop);
     assert_eq!(report.status, Status::Converged);
     assert!(report.iterations <= 3, "{} iterations", report.iterations);

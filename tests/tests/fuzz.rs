@@ -11,7 +11,7 @@ use wireloom::core::obstacle::ShapeFile;
 use wireloom::export::json;
 use wireloom::import::kbl::{Arrangement, Options, Order, import};
 use wireloom::scenario::{Files, record, render};
-use wireloom::solve::steps::checkpoint::{Checkpoint, Observer};
+use wireloom::solve::checkpoint::{Checkpoint, Observer};
 use wireloom::solve::{Control, Progress};
 use wireloom::testkit::fuzz::Fuzz;
 use wireloom_tests::root;

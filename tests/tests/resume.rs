@@ -7,7 +7,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 use wireloom::core::{Monitor, Run, StepResult};
 use wireloom::scenario::Built;
-use wireloom::solve::steps::checkpoint::{Checkpoint, Observer, Resumed};
+use wireloom::solve::checkpoint::{Checkpoint, Observer, Resumed};
 use wireloom::solve::{Control, Progress};
 use wireloom_tests::place::Place;
 use wireloom_tests::root;

@@ -307,7 +307,7 @@ pub struct ConstraintKind {
     pub evaluate: Option<
         unsafe extern "C" fn(
             instance: *const c_void,
-            situation: *const ConstraintView,
+            situation: *const Situation,
             evaluation: *mut Evaluation,
             message: *mut Text,
         ) -> i32,
@@ -327,7 +327,7 @@ pub struct ConstraintKind {
     pub commit: Option<
         unsafe extern "C" fn(
             instance: *const c_void,
-            situation: *const ConstraintView,
+            situation: *const Situation,
             memory: *mut f64,
             message: *mut Text,
         ) -> i32,
@@ -461,7 +461,7 @@ pub struct Hold {
 /// Where the harness is.
 #[repr(C)]
 #[derive(Clone, Copy, Debug)]
-pub struct ConstraintView {
+pub struct Situation {
     /// Size of this struct, bytes.
     pub size: u32,
     /// Stations.

@@ -8,7 +8,7 @@ use std::io::{self, Write};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
 use std::time::Instant;
-use wireloom::core::constraint::{ConstraintSpec, ConstraintView, SpanSpec, SpanUse, StationSpec};
+use wireloom::core::constraint::{ConstraintSpec, Situation, SpanSpec, SpanUse, StationSpec};
 use wireloom::core::registry::{ConstraintKind, Form, Parameter};
 use wireloom::core::{Action, Constraint, Matrix, Parameters, Pose, Value, Vector};
 use wireloom::host::{Plugins, differentiated};
@@ -204,7 +204,7 @@ fn evaluate(constraint: &dyn Constraint, stations: usize, nodes: usize, x: f64) 
     let span: Vec<Vector> = (0..nodes).map(|k| Vector::new(0.05 * k as f64, x, -x)).collect();
     let memory = constraint.memory();
     let lengths = vec![0.01; nodes];
-    let at = ConstraintView {
+    let at = Situation {
         stations: &at,
         targets: &targets,
         span: &span,

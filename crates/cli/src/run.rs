@@ -15,7 +15,7 @@ use std::io::{self, Write};
 use std::path::Path;
 use wireloom::core::{Monitor, Status, StepResult};
 use wireloom::scenario::{Built, Scenario, Setting};
-use wireloom::solve::steps::checkpoint::{Checkpoint, Observer, Resumed};
+use wireloom::solve::checkpoint::{Checkpoint, Observer, Resumed};
 use wireloom::solve::{Control, Progress};
 use wireloom_studio::replay::Recorder;
 

@@ -29,7 +29,7 @@ use wireloom::core::equilibrium::Library;
 use wireloom::export::json::Provenance;
 use wireloom::export::vtk::SeriesFile;
 use wireloom::scenario::Setting;
-use wireloom::solve::steps::checkpoint::{Checkpoint, Resumed};
+use wireloom::solve::checkpoint::{Checkpoint, Resumed};
 
 /// Changes with what the files mean.
 const FORMAT: u32 = 5;

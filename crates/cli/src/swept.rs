@@ -7,7 +7,7 @@ use wireloom::contact::swept::Envelope;
 use wireloom::core::obstacle::Surface;
 use wireloom::core::{Monitor, StepResult, Vector};
 use wireloom::scenario::{Built, Output};
-use wireloom::solve::steps::checkpoint::Checkpoint;
+use wireloom::solve::checkpoint::Checkpoint;
 
 /// Nodes of every branch, m.
 pub type Lines = Vec<Vec<Vector>>;

@@ -5,8 +5,8 @@ use nalgebra::{Quaternion, Unit, Vector4};
 use wireloom_core::constraint::{Action, RotationHold};
 use wireloom_core::law::TurningLaw;
 use wireloom_core::network::Site;
+use wireloom_core::problem::Variable as Whole;
 use wireloom_core::registry::BuildError;
-use wireloom_core::variable::Variable as Whole;
 use wireloom_core::{Matrix, Network, Pose, Problem, Rotation, State, Tangent, Vector};
 use wireloom_shaders::harness::{
     Coupling, End, Harness, Hold, Segment, Shape, Spring, Station, StationSegment, Turned, Variable,
@@ -56,12 +56,12 @@ pub fn accepts(network: &Network) -> Result<(), BuildError> {
             return refused(format!("joint `{}` ({})", joint.name, joint.kind));
         }
     }
-    for fixing in &network.constraints {
+    for fixing in &network.fixings {
         let named = |what: &str| refused(format!("constraint `{}` ({}){what}", fixing.name, fixing.kind));
         if fixing.slide.is_some() || fixing.nearest {
             return named(", through which the cable runs,");
         }
-        match fixing.model.action() {
+        match fixing.constraint.action() {
             Action::Equations(_) => return named(", which sets equations,"),
             Action::Potential(_) if fixing.constraint.law().is_none() => return named(""),
             Action::Prescribed(hold) => match hold.rotation {
@@ -136,8 +136,8 @@ impl Flattening {
 
     fn candidates_of(&self, network: &Network) -> Vec<Variable> {
         let mut candidates = vec![];
-        for fixing in &network.constraints {
-            let Action::Prescribed(hold) = fixing.model.action() else { continue };
+        for fixing in &network.fixings {
+            let Action::Prescribed(hold) = fixing.constraint.action() else { continue };
             if hold.position {
                 candidates.push(self.variable(Whole::Point(fixing.site.point)));
             }
@@ -274,7 +274,7 @@ impl Flattening {
     /// Every spring there is: one that does not act has no stiffness, so that the links stay the same.
     fn add_springs(&self, problem: &Problem<'_>, harness: &mut Harness) {
         let conditions = problem.conditions();
-        for (f, fixing) in problem.network.constraints.iter().enumerate() {
+        for (f, fixing) in problem.network.fixings.iter().enumerate() {
             let Some(law) = fixing.constraint.law() else { continue };
             let mut spring = self.spring(&fixing.site, &conditions.targets[f]);
             if conditions.active[f] {

@@ -10,7 +10,7 @@ use std::ffi::CString;
 use std::ptr::null_mut;
 use std::sync::Arc;
 use wireloom_abi as abi;
-use wireloom_core::constraint::ConstraintView;
+use wireloom_core::constraint::Situation;
 use wireloom_core::joint::{Arm, JointModel, JointSpec, Mounting};
 use wireloom_core::registry::{BuildError, JointKind, Parameters};
 use wireloom_core::{Matrix, Parameter, Pose, Rotation, Vector};
@@ -188,25 +188,19 @@ impl Proxy {
     }
 
     /// As stations that all stand at the origin, which the numerical derivatives know how to turn.
-    fn turned<R>(frames: &[Rotation], call: impl FnOnce(&ConstraintView<'_>) -> R) -> R {
+    fn turned<R>(frames: &[Rotation], call: impl FnOnce(&Situation<'_>) -> R) -> R {
         let pose = |q: &Rotation| Pose { position: Vector::zeros(), orientation: *q };
         let stations: Vec<Pose> = frames.iter().map(pose).collect();
-        let none = ConstraintView {
-            stations: &stations,
-            targets: &[],
-            span: &[],
-            span_lengths: &[],
-            progress: 0.0,
-            memory: &[],
-        };
+        let none =
+            Situation { stations: &stations, targets: &[], span: &[], span_lengths: &[], progress: 0.0, memory: &[] };
         call(&none)
     }
 
     /// Gradient in the variables of such stations, which leaves positions out.
-    fn gradient_of_stations(&self, at: &ConstraintView<'_>, slopes: &mut [Vector]) {
+    fn gradient_of_stations(&self, at: &Situation<'_>, slopes: &mut [Vector]) {
         let frames = orientations(at);
         if self.description.has_gradient == 0 {
-            let energy = |at: &ConstraintView<'_>| self.evaluate(&orientations(at), Asked::Energy, |_| {});
+            let energy = |at: &Situation<'_>| self.evaluate(&orientations(at), Asked::Energy, |_| {});
             numeric::gradient(at, &energy, slopes, &mut []);
             return;
         }
@@ -219,7 +213,7 @@ impl Proxy {
     }
 }
 
-fn orientations(at: &ConstraintView<'_>) -> Vec<Rotation> {
+fn orientations(at: &Situation<'_>) -> Vec<Rotation> {
     at.stations.iter().map(|pose| pose.orientation).collect()
 }
 
@@ -262,7 +256,7 @@ impl JointModel for Proxy {
         }
         if self.description.has_hessian == 0 {
             let mut blocks = vec![Matrix::zeros(); 4 * k * k];
-            let gradient = |at: &ConstraintView<'_>, slopes: &mut [Vector], _: &mut [Vector]| {
+            let gradient = |at: &Situation<'_>, slopes: &mut [Vector], _: &mut [Vector]| {
                 self.gradient_of_stations(at, slopes);
             };
             Self::turned(frames, |at| numeric::hessian(at, &gradient, &mut blocks, &mut []));

@@ -1,6 +1,6 @@
 //! Derivatives that a plugin does not give: central differences of fourth order, along `x + δ` and `q ∘ exp(θ)`.
 
-use wireloom_core::constraint::ConstraintView;
+use wireloom_core::constraint::Situation;
 use wireloom_core::{Matrix, Pose, Rotation, Vector};
 
 /// Step, m and rad. Longer ones see the fifth derivative of what bends within millimetres, shorter ones round-off.
@@ -11,18 +11,18 @@ const STENCIL: [(f64, f64); 4] = [(1.0, 8.0), (-1.0, -8.0), (2.0, -1.0), (-2.0, 
 
 /// The situation with one variable moved: of the stations, then of the nodes.
 struct Moved<'s, 'a> {
-    at: &'s ConstraintView<'a>,
+    at: &'s Situation<'a>,
     stations: Vec<Pose>,
     span: Vec<Vector>,
 }
 
 impl<'s, 'a> Moved<'s, 'a> {
-    fn new(at: &'s ConstraintView<'a>) -> Self {
+    fn new(at: &'s Situation<'a>) -> Self {
         Self { at, stations: at.stations.to_vec(), span: at.span.to_vec() }
     }
 
     /// Calls with entry `axis` of a vector moved by `h`: vectors are `x` and θ of station after station, then `x` of node after node.
-    fn call<R>(&mut self, vector: usize, axis: usize, h: f64, call: impl FnOnce(&ConstraintView<'_>) -> R) -> R {
+    fn call<R>(&mut self, vector: usize, axis: usize, h: f64, call: impl FnOnce(&Situation<'_>) -> R) -> R {
         let of_stations = 2 * self.stations.len();
         let mut step = Vector::zeros();
         step[axis] = h;
@@ -33,7 +33,7 @@ impl<'s, 'a> Moved<'s, 'a> {
         } else {
             self.stations[vector / 2].orientation *= Rotation::from_scaled_axis(step);
         }
-        let result = call(&ConstraintView { stations: &self.stations, span: &self.span, ..*self.at });
+        let result = call(&Situation { stations: &self.stations, span: &self.span, ..*self.at });
         self.stations.copy_from_slice(self.at.stations);
         self.span.copy_from_slice(self.at.span);
         result
@@ -42,8 +42,8 @@ impl<'s, 'a> Moved<'s, 'a> {
 
 /// Gradient of an energy.
 pub fn gradient(
-    at: &ConstraintView<'_>,
-    energy: &dyn Fn(&ConstraintView<'_>) -> f64,
+    at: &Situation<'_>,
+    energy: &dyn Fn(&Situation<'_>) -> f64,
     stations: &mut [Vector],
     span: &mut [Vector],
 ) {
@@ -57,10 +57,10 @@ pub fn gradient(
 }
 
 /// Writes first derivatives by stations and nodes.
-type Gradient<'g> = dyn Fn(&ConstraintView<'_>, &mut [Vector], &mut [Vector]) + 'g;
+type Gradient<'g> = dyn Fn(&Situation<'_>, &mut [Vector], &mut [Vector]) + 'g;
 
 /// Symmetric part of the derivative of a gradient.
-pub fn hessian(at: &ConstraintView<'_>, gradient: &Gradient<'_>, stations: &mut [Matrix], span: &mut [Matrix]) {
+pub fn hessian(at: &Situation<'_>, gradient: &Gradient<'_>, stations: &mut [Matrix], span: &mut [Matrix]) {
     let (m, k) = (at.stations.len(), at.span.len());
     let mut moved = Moved::new(at);
     let (mut x, mut s) = (vec![Vector::zeros(); 2 * m], vec![Vector::zeros(); k]);
@@ -93,9 +93,9 @@ pub fn hessian(at: &ConstraintView<'_>, gradient: &Gradient<'_>, stations: &mut 
 
 /// Jacobian of residuals: `r` of the stations, the rest equally many of each node.
 pub fn jacobian(
-    at: &ConstraintView<'_>,
+    at: &Situation<'_>,
     r: usize,
-    residuals: &dyn Fn(&ConstraintView<'_>, &mut [f64]),
+    residuals: &dyn Fn(&Situation<'_>, &mut [f64]),
     all: usize,
     stations: &mut [Vector],
     span: &mut [Vector],

@@ -14,7 +14,7 @@ use std::ptr::{null, null_mut};
 use std::sync::{Arc, Mutex};
 use wireloom_abi as abi;
 use wireloom_abi::draft::Notes;
-use wireloom_core::constraint::{Attaches, ConstraintSpec, ConstraintView, Equations, HoldWord, Relation, Residual};
+use wireloom_core::constraint::{Attaches, ConstraintSpec, Equations, HoldWord, Relation, Residual, Situation};
 use wireloom_core::registry::{BuildError, ConstraintKind, Parameters};
 use wireloom_core::{Action, Constraint, Hold, Matrix, Pose, Potential, RotationHold, Vector};
 
@@ -282,18 +282,14 @@ impl Proxy {
     }
 
     /// Calls with the situation in C, and room for rows.
-    fn with_situation<R>(
-        &self,
-        at: &ConstraintView<'_>,
-        call: impl FnOnce(&abi::ConstraintView, &mut Vec<f64>) -> R,
-    ) -> R {
+    fn with_situation<R>(&self, at: &Situation<'_>, call: impl FnOnce(&abi::Situation, &mut Vec<f64>) -> R) -> R {
         SCRATCH.with_borrow_mut(|Scratch { stations, targets, rows }| {
             stations.clear();
             stations.extend(at.stations.iter().map(plain_pose));
             targets.clear();
             targets.extend(at.targets.iter().map(plain_pose));
-            let situation = abi::ConstraintView {
-                size: size_of::<abi::ConstraintView>() as u32,
+            let situation = abi::Situation {
+                size: size_of::<abi::Situation>() as u32,
                 station_count: stations.len() as u32,
                 span_count: at.span.len() as u32,
                 memory_count: at.memory.len() as u32,
@@ -309,13 +305,13 @@ impl Proxy {
         })
     }
 
-    fn evaluate(&self, situation: &abi::ConstraintView, wanted: &mut Wanted) -> bool {
+    fn evaluate(&self, situation: &abi::Situation, wanted: &mut Wanted) -> bool {
         let evaluate = self.functions.evaluate.expect("looked for as it was made");
         // SAFETY: all is as the ABI says.
         self.line.call(c"evaluate", |own, text| unsafe { evaluate(own, situation, wanted, text) })
     }
 
-    fn energy_alone(&self, at: &ConstraintView<'_>) -> f64 {
+    fn energy_alone(&self, at: &Situation<'_>) -> f64 {
         let mut energy = UNWRITTEN;
         let done = self.with_situation(at, |situation, _| {
             self.evaluate(situation, &mut Wanted { energy: &mut energy, ..NOTHING })
@@ -323,7 +319,7 @@ impl Proxy {
         if done && self.line.finite("energy", &[energy]) { energy } else { f64::NAN }
     }
 
-    fn residuals_alone(&self, at: &ConstraintView<'_>, c: &mut [f64]) {
+    fn residuals_alone(&self, at: &Situation<'_>, c: &mut [f64]) {
         c.fill(UNWRITTEN);
         let done = self.with_situation(at, |situation, _| {
             self.evaluate(situation, &mut Wanted { residuals: c.as_mut_ptr(), ..NOTHING })
@@ -334,7 +330,7 @@ impl Proxy {
     }
 
     /// Second derivatives as the plugin writes them, by rows, to the core's blocks.
-    fn second(&self, at: &ConstraintView<'_>, w: &[f64], stations: &mut [Matrix], span: &mut [Matrix]) {
+    fn second(&self, at: &Situation<'_>, w: &[f64], stations: &mut [Matrix], span: &mut [Matrix]) {
         let (m, k) = (at.stations.len(), at.span.len());
         let done = self.with_situation(at, |situation, rows| {
             rows.clear();
@@ -412,7 +408,7 @@ impl Constraint for Proxy {
         self.memory.clone()
     }
 
-    fn commit(&self, at: &ConstraintView<'_>, memory: &mut [f64]) {
+    fn commit(&self, at: &Situation<'_>, memory: &mut [f64]) {
         let Some(commit) = self.functions.commit else { return };
         self.with_situation(at, |situation, rows| {
             rows.clear();
@@ -432,11 +428,11 @@ impl Constraint for Proxy {
 }
 
 impl Potential for Proxy {
-    fn energy(&self, at: &ConstraintView<'_>) -> f64 {
+    fn energy(&self, at: &Situation<'_>) -> f64 {
         self.energy_alone(at)
     }
 
-    fn gradient(&self, at: &ConstraintView<'_>, stations: &mut [Vector], span: &mut [Vector]) -> f64 {
+    fn gradient(&self, at: &Situation<'_>, stations: &mut [Vector], span: &mut [Vector]) -> f64 {
         if self.description.has_gradient == 0 {
             numeric::gradient(at, &|at| self.energy_alone(at), stations, span);
             return self.energy_alone(at);
@@ -465,7 +461,7 @@ impl Potential for Proxy {
         energy
     }
 
-    fn hessian(&self, at: &ConstraintView<'_>, stations: &mut [Matrix], span: &mut [Matrix]) {
+    fn hessian(&self, at: &Situation<'_>, stations: &mut [Matrix], span: &mut [Matrix]) {
         if self.description.has_hessian == 0 {
             numeric::hessian(
                 at,
@@ -490,11 +486,11 @@ impl Equations for Proxy {
         self.residuals[1].clone()
     }
 
-    fn residuals(&self, at: &ConstraintView<'_>, c: &mut [f64]) {
+    fn residuals(&self, at: &Situation<'_>, c: &mut [f64]) {
         self.residuals_alone(at, c);
     }
 
-    fn jacobian(&self, at: &ConstraintView<'_>, c: &mut [f64], stations: &mut [Vector], span: &mut [Vector]) {
+    fn jacobian(&self, at: &Situation<'_>, c: &mut [f64], stations: &mut [Vector], span: &mut [Vector]) {
         if self.description.has_gradient == 0 {
             numeric::jacobian(
                 at,
@@ -531,7 +527,7 @@ impl Equations for Proxy {
     }
 
     /// Without second derivatives of the plugin's own, those of Gauss and Newton do.
-    fn curvature(&self, at: &ConstraintView<'_>, w: &[f64], stations: &mut [Matrix], span: &mut [Matrix]) {
+    fn curvature(&self, at: &Situation<'_>, w: &[f64], stations: &mut [Matrix], span: &mut [Matrix]) {
         if self.description.has_hessian != 0 {
             self.second(at, w, stations, span);
         }

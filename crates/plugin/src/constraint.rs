@@ -8,7 +8,7 @@ use crate::read::{parameters, plain_pose, pose, slice, spec};
 use std::cell::RefCell;
 use std::ffi::c_void;
 use wireloom_abi as abi;
-use wireloom_core::constraint::{ConstraintView, Equations, Relation, Residual};
+use wireloom_core::constraint::{Equations, Relation, Residual, Situation};
 use wireloom_core::{Action, Constraint, Hold, Matrix, Pose, Potential, RotationHold, Vector};
 
 /// What a `*mut c_void` points to.
@@ -61,7 +61,7 @@ pub unsafe extern "C" fn create(
             });
             *description = abi::Description {
                 size: (*description).size,
-                shape: match own.model.action() {
+                shape: match own.constraint.action() {
                     Action::Prescribed(_) => abi::SHAPE_PRESCRIBED,
                     Action::Potential(_) => abi::SHAPE_POTENTIAL,
                     Action::Equations(_) => abi::SHAPE_EQUATIONS,
@@ -77,7 +77,7 @@ pub unsafe extern "C" fn create(
                 node_residual_count: own.residuals[1] as u32,
                 inequalities: own.inequalities.as_ptr(),
                 scales: own.scales.as_ptr(),
-                hold: match own.model.action() {
+                hold: match own.constraint.action() {
                     Action::Prescribed(hold) => plain_hold(hold),
                     _ => NO_HOLD,
                 },
@@ -136,7 +136,7 @@ pub unsafe extern "C" fn target(
     unsafe {
         guarded(message, || {
             let own = &*instance.cast::<Instance>();
-            *target = plain_pose(&own.model.target(&pose(&*base), progress));
+            *target = plain_pose(&own.constraint.target(&pose(&*base), progress));
             Ok(())
         })
     }
@@ -144,7 +144,7 @@ pub unsafe extern "C" fn target(
 
 pub unsafe extern "C" fn commit(
     instance: *const c_void,
-    situation: *const abi::ConstraintView,
+    situation: *const abi::Situation,
     memory: *mut f64,
     message: *mut abi::Text,
 ) -> i32 {
@@ -156,7 +156,7 @@ pub unsafe extern "C" fn commit(
                 0 => &mut [],
                 count => std::slice::from_raw_parts_mut(memory, count),
             };
-            in_words(&*situation, |at, _| own.model.commit(at, memory));
+            in_words(&*situation, |at, _| own.constraint.commit(at, memory));
             Ok(())
         })
     }
@@ -164,7 +164,7 @@ pub unsafe extern "C" fn commit(
 
 pub unsafe extern "C" fn evaluate(
     instance: *const c_void,
-    situation: *const abi::ConstraintView,
+    situation: *const abi::Situation,
     evaluation: *mut abi::Evaluation,
     message: *mut abi::Text,
 ) -> i32 {
@@ -173,7 +173,7 @@ pub unsafe extern "C" fn evaluate(
         guarded(message, || {
             let own = &*instance.cast::<Instance>();
             let wanted = &*evaluation;
-            in_words(&*situation, |at, blocks| match own.model.action() {
+            in_words(&*situation, |at, blocks| match own.constraint.action() {
                 Action::Prescribed(_) => {}
                 Action::Potential(potential) => of_potential(potential, at, wanted, blocks),
                 Action::Equations(equations) => of_equations(equations, own.residuals, at, wanted, blocks),
@@ -187,7 +187,7 @@ pub unsafe extern "C" fn evaluate(
 /// `wanted` is what the ABI says.
 unsafe fn of_potential(
     potential: &dyn Potential,
-    at: &ConstraintView<'_>,
+    at: &Situation<'_>,
     wanted: &abi::Evaluation,
     blocks: &mut Vec<Matrix>,
 ) {
@@ -213,7 +213,7 @@ unsafe fn of_potential(
 unsafe fn of_equations(
     equations: &dyn Equations,
     [r, p]: [usize; 2],
-    at: &ConstraintView<'_>,
+    at: &Situation<'_>,
     wanted: &abi::Evaluation,
     blocks: &mut Vec<Matrix>,
 ) {
@@ -292,7 +292,7 @@ unsafe fn vectors<'a>(first: *mut f64, count: usize) -> &'a mut [Vector] {
 ///
 /// # Safety
 /// `situation` is what the ABI says.
-unsafe fn in_words(situation: &abi::ConstraintView, call: impl FnOnce(&ConstraintView<'_>, &mut Vec<Matrix>)) {
+unsafe fn in_words(situation: &abi::Situation, call: impl FnOnce(&Situation<'_>, &mut Vec<Matrix>)) {
     let count = situation.station_count as usize;
     let nodes = situation.span_count as usize;
     SCRATCH.with_borrow_mut(|Scratch { stations, targets, blocks }| {
@@ -302,7 +302,7 @@ unsafe fn in_words(situation: &abi::ConstraintView, call: impl FnOnce(&Constrain
         let at = unsafe {
             stations.extend(slice(situation.stations, count).iter().map(pose));
             targets.extend(slice(situation.targets, count).iter().map(pose));
-            ConstraintView {
+            Situation {
                 stations,
                 targets,
                 span: slice(situation.span.cast(), nodes),

@@ -5,9 +5,9 @@ use crate::placement::{Placement, branch_of};
 use crate::scenario::{At, Constraint as Given, Facing, Scenario};
 use crate::timeline::{Stage, stages};
 use nalgebra::{Matrix6, SymmetricEigen, Vector6};
-use wireloom_core::network::AttachedConstraint;
+use wireloom_core::network::Fixing;
 use wireloom_core::rotation::columns;
-use wireloom_core::{Action, Constraint, ConstraintView, Matrix, Network, Pose, Relation, RotationHold, Vector};
+use wireloom_core::{Action, Constraint, Matrix, Network, Pose, Relation, RotationHold, Situation, Vector};
 
 /// Eigenvalues below this, for rows of unit length, belong to motions that nothing opposes.
 const UNOPPOSED: f64 = 1e-12;
@@ -79,7 +79,7 @@ fn refuse_piece(
     let rows: Vec<Vector6<f64>> = holding
         .iter()
         .flat_map(|f| {
-            let fixing = &network.constraints[*f];
+            let fixing = &network.fixings[*f];
             if fixing.stations.len() == 1 && fixing.residuals.is_empty() && fixing.span.is_none() {
                 let local = Pose { position: (poses[*f].position - centre) / size, ..poses[*f] };
                 return rows(fixing.constraint.as_ref(), &local);
@@ -143,7 +143,7 @@ fn rows(constraint: &dyn Constraint, pose: &Pose) -> Vec<Vector6<f64>> {
         Action::Potential(potential) => {
             let mut table = [Matrix::zeros(); 4];
             let (poses, memory) = ([*pose], constraint.memory());
-            let at = ConstraintView {
+            let at = Situation {
                 stations: &poses,
                 targets: &poses,
                 span: &[],
@@ -184,8 +184,8 @@ fn rows_of_several(
             lengths.push(0.5 * (before + after));
         }
     }
-    let memory = fixing.model.memory();
-    let at = ConstraintView {
+    let memory = fixing.constraint.memory();
+    let at = Situation {
         stations: &stations,
         targets: &stations,
         span: &span,
@@ -207,7 +207,7 @@ fn rows_of_several(
         let of = |(pose, g): (&Pose, &[Vector])| of_point(&pose.position, &g[0]) + of_frame(pose, &g[1]);
         stations.iter().zip(g.chunks_exact(2)).map(of).sum()
     };
-    let rows: Vec<Vector6<f64>> = match fixing.model.action() {
+    let rows: Vec<Vector6<f64>> = match fixing.constraint.action() {
         Action::Prescribed(_) => vec![],
         Action::Equations(equations) => {
             let mut c = vec![0.0; fixing.residuals.len()];

@@ -27,8 +27,8 @@ use wireloom::core::obstacle::Obstacle;
 use wireloom::core::{Monitor, Registry, Status, StepResult};
 use wireloom::scenario::record::{Written, with_steps};
 use wireloom::scenario::{Fault, Files};
-use wireloom::solve::steps::checkpoint::Checkpoint;
-use wireloom::solve::steps::interactive::Ended;
+use wireloom::solve::checkpoint::Checkpoint;
+use wireloom::solve::hands::Ended;
 
 pub(crate) use standing::Frame;
 
@@ -186,7 +186,7 @@ impl Session {
         for fixing in &mut scene.fixings {
             fixing.by_hand = begun.contains(&fixing.name.as_str());
         }
-        for (fixing, own) in scene.fixings.iter_mut().zip(&harness.network.constraints) {
+        for (fixing, own) in scene.fixings.iter_mut().zip(&harness.network.fixings) {
             fixing.turns = drag::turning(own).is_some();
             fixing.moves &= own.span.is_none() || !own.stations.is_empty();
         }

@@ -13,7 +13,7 @@ use wireloom::core::{
 use wireloom::models::kernel::BendTwist;
 use wireloom::models::rods::cosserat;
 use wireloom::solve::Control;
-use wireloom::solve::minimisers::newton::Newton;
+use wireloom::solve::newton::Newton;
 
 /// The rod `taped`: tape makes the bundle bend harder than its section says, by a factor that the scenario may give for each branch.
 fn taped() -> RodKind {

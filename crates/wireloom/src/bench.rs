@@ -21,7 +21,7 @@ use crate::solve::newton::Newton;
 use std::time::Instant;
 use wireloom_core::constraint::{ConstraintSpec, HoldWord, Limits};
 use wireloom_core::joint::{Arm, JointSpec};
-use wireloom_core::network::{BranchPlan, ConstraintPlan, JointPlan, Place};
+use wireloom_core::network::{BranchPlan, FixingPlan, JointPlan, Place};
 use wireloom_core::registry::Parameters;
 use wireloom_core::rod::{Mesh, RodSpec};
 use wireloom_core::rotation::{columns, frame_from};
@@ -77,11 +77,11 @@ fn branch(name: String, section: &Section, length: f64, segments: usize, station
     BranchPlan { name, section: section.clone(), rod: Box::new(cosserat::rod(spec)), path: vec![] }
 }
 
-fn connector(name: &str, branch: usize, node: usize) -> ConstraintPlan {
+fn connector(name: &str, branch: usize, node: usize) -> FixingPlan {
     let words = [HoldWord::Position, HoldWord::Tangent, HoldWord::Twist];
     let spec = ConstraintSpec { name: name.into(), hold: Some(words.to_vec()), ..ConstraintSpec::default() };
     let kind = crate::models::fixings::connector();
-    ConstraintPlan {
+    FixingPlan {
         name: name.into(),
         kind: kind.name.clone(),
         constraint: (kind.build)(&spec, &Parameters::default()).expect("a connector holds everything"),
@@ -248,7 +248,7 @@ pub fn drag_installed(kbl: &str) -> Result<Case, String> {
     let mut problem = Problem::new(network, conditions);
     let mut newton = Newton::new();
     newton.minimise(&mut problem, &mut state, &Stop { max_iterations: 20_000, ..stop });
-    let ends = network.constraints.iter().enumerate().filter_map(|(f, fixing)| match fixing.place {
+    let ends = network.fixings.iter().enumerate().filter_map(|(f, fixing)| match fixing.place {
         Place::Node { branch, node } if fixing.kind == "connector" => {
             let mesh = network.branches[branch].rod.mesh();
             let outward = if node == 0 { -1.0 } else { 1.0 };

@@ -41,7 +41,7 @@ pub fn registry_on(devices: gpu::Devices) -> Registry {
 
 use wireloom_core::equilibrium::{Run, StepResult};
 use wireloom_scenario::{Built, Fault, Files, Scenario, Setting};
-use wireloom_solve::steps::checkpoint::{Observer, Resumed, Watching};
+use wireloom_solve::checkpoint::{Observer, Resumed, Watching};
 use wireloom_solve::{Control, Progress};
 
 /// The text of a scenario that names no other files, checked and built.

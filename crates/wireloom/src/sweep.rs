@@ -26,7 +26,7 @@ use wireloom_export::table::{Cell, Header, Row};
 use wireloom_gpu::batch::Batch;
 use wireloom_scenario::sweep::{Axis, Sweep, Value};
 use wireloom_scenario::{Built, Fault, Files};
-use wireloom_solve::steps::checkpoint::{Checkpoint, Observer, Resumed};
+use wireloom_solve::checkpoint::{Checkpoint, Observer, Resumed};
 use wireloom_solve::{Control, Progress};
 
 /// The most points of a chain: what a kill costs, on each core. One of them is computed twice.
@@ -60,7 +60,7 @@ pub struct Points<'a> {
 pub fn header(sweep: &Sweep, network: &Network) -> Header {
     let mut fixings: Vec<String> = Vec::new();
     // A name may be taken again when a fixing has let go.
-    for fixing in &network.constraints {
+    for fixing in &network.fixings {
         if !fixings.contains(&fixing.name) {
             fixings.push(fixing.name.clone());
         }

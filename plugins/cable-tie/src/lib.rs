@@ -1,6 +1,6 @@
 //! `cable-tie`: a tie around two branches, drawn tight over the step in which it is put on. README.md has the parameters.
 
-use wireloom_plugin::core::constraint::{Attaches, ConstraintSpec, ConstraintView, Equations, Residual, SpanUse};
+use wireloom_plugin::core::constraint::{Attaches, ConstraintSpec, Equations, Residual, Situation, SpanUse};
 use wireloom_plugin::core::registry::{BuildError, ConstraintKind, Form, Parameter, Parameters, Quantity, Value};
 use wireloom_plugin::core::{Action, Constraint, Matrix, Vector};
 
@@ -50,7 +50,7 @@ impl Tie {
     }
 
     /// `L = d₀ + (D − d₀) min(1, p / p_tight)`, and at least D: what is nearer stays loose.
-    fn length(&self, at: &ConstraintView<'_>) -> f64 {
+    fn length(&self, at: &Situation<'_>) -> f64 {
         let tight = self.touching + self.gap;
         let put_on = (at.targets[1].position - at.targets[0].position).norm();
         let drawn = (at.progress / self.tight_at).min(1.0);
@@ -59,7 +59,7 @@ impl Tie {
 }
 
 /// d and its direction, of which there is none where the centre lines meet.
-fn distance(at: &ConstraintView<'_>) -> (f64, Vector) {
+fn distance(at: &Situation<'_>) -> (f64, Vector) {
     let apart = at.stations[1].position - at.stations[0].position;
     let d = apart.norm();
     (d, if d > 0.0 { apart / d } else { Vector::zeros() })
@@ -81,7 +81,7 @@ impl Equations for Tie {
         if self.gap == 0.0 { vec![Residual::zero(1.0)] } else { vec![Residual::not_positive(1.0); 2] }
     }
 
-    fn residuals(&self, at: &ConstraintView<'_>, c: &mut [f64]) {
+    fn residuals(&self, at: &Situation<'_>, c: &mut [f64]) {
         let (d, _) = distance(at);
         c[0] = d - self.length(at);
         if let Some(push) = c.get_mut(1) {
@@ -90,7 +90,7 @@ impl Equations for Tie {
     }
 
     /// `∂d/∂x₁ = −n`, `∂d/∂x₂ = n`
-    fn jacobian(&self, at: &ConstraintView<'_>, c: &mut [f64], stations: &mut [Vector], _span: &mut [Vector]) {
+    fn jacobian(&self, at: &Situation<'_>, c: &mut [f64], stations: &mut [Vector], _span: &mut [Vector]) {
         self.residuals(at, c);
         let (_, n) = distance(at);
         for (row, sign) in stations.chunks_exact_mut(4).zip([1.0, -1.0]) {
@@ -99,7 +99,7 @@ impl Equations for Tie {
     }
 
     /// `∂²d/∂x² = ±(I − n nᵀ)/d`
-    fn curvature(&self, at: &ConstraintView<'_>, w: &[f64], stations: &mut [Matrix], _span: &mut [Matrix]) {
+    fn curvature(&self, at: &Situation<'_>, w: &[f64], stations: &mut [Matrix], _span: &mut [Matrix]) {
         let (d, n) = distance(at);
         if d == 0.0 {
             return;

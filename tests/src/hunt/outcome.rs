@@ -6,7 +6,7 @@ use std::collections::BTreeMap;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use wireloom::core::{Rotation, Vector};
 use wireloom::scenario::Fault;
-use wireloom::solve::steps::checkpoint::{Checkpoint, Observer, Resumed};
+use wireloom::solve::checkpoint::{Checkpoint, Observer, Resumed};
 use wireloom::solve::{Control, Progress};
 
 /// A number of a result, which writes `null` for what is not finite.

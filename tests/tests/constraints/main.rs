@@ -7,8 +7,8 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use wireloom::core::equilibrium::ConstraintResult;
 use wireloom::core::{Conditions, EventKind, Minimiser, Pose, Problem, Run, Status, StepResult, Stop, Vector};
-use wireloom::solve::minimisers::newton::Newton;
-use wireloom::solve::steps::checkpoint::{Checkpoint, Observer, Resumed};
+use wireloom::solve::checkpoint::{Checkpoint, Observer, Resumed};
+use wireloom::solve::newton::Newton;
 use wireloom::solve::{Control, Progress};
 use wireloom_testkit::constraints::{Floor, Link, Sight, Strut};
 use wireloom_testkit::{equations_conformance, potential_conformance};
@@ -363,14 +363,14 @@ fn a_ratchet_that_begins_again_has_forgotten() {
 fn a_step_through_equations_does_not_allocate() {
     let (_, built) = wireloom::load(include_str!("tied.toml"), &registry()).expect("no faults");
     let network = &built.network;
-    let mut state = wireloom::solve::start::layout::place(network, &built.schedule);
+    let mut state = wireloom::solve::start::place(network, &built.schedule);
     let mut conditions = Conditions::new(network, built.schedule.gravity, &state);
     conditions.active.fill(true);
     let mut problem = Problem::new(network, conditions);
     let targets = |problem: &mut Problem<'_>, shift: f64| {
-        for (f, fixing) in network.constraints.iter().enumerate() {
+        for (f, fixing) in network.fixings.iter().enumerate() {
             if let Some(position) = fixing.position {
-                let base = problem.conditions().constraints[f].base;
+                let base = problem.conditions().fixings[f].base;
                 let moved = if fixing.name == "D" { Vector::y() * shift } else { Vector::zeros() };
                 problem.set_target(f, Pose { position: position + moved, ..base });
             }

@@ -4,12 +4,12 @@ use super::standing::{Standing, Stretch};
 use super::{Refusal, Session, is_balanced};
 use std::rc::Rc;
 use wireloom::core::constraint::{Action, RotationHold};
-use wireloom::core::network::AttachedConstraint;
+use wireloom::core::network::Fixing;
 use wireloom::core::rotation::{columns, shortest};
 use wireloom::core::steps::{Move, Operation, Step, Track};
 use wireloom::core::{Pose, Rotation, Vector};
 use wireloom::scenario::record::{Passed, Turned, Way, Written, rotation};
-use wireloom::solve::steps::interactive::Trouble;
+use wireloom::solve::hands::Trouble;
 
 /// Farthest that an increment brings something, in lengths of the longest branch: as far as the search for a start goes at once.
 const REACH: f64 = 0.1;
@@ -29,7 +29,7 @@ pub(super) enum Turning {
 
 /// How a fixing can be turned, if it can: one that would hold more by being turned must be pinned first.
 pub(super) fn turning(fixing: &Fixing) -> Option<Turning> {
-    match fixing.model.action() {
+    match fixing.constraint.action() {
         Action::Prescribed(hold) => match hold.rotation {
             RotationHold::All => Some(Turning::Frame),
             RotationHold::Tangent => Some(Turning::Tangent),
@@ -165,7 +165,7 @@ impl Session {
         let standing = self.at_hand()?;
         let at = standing.at.as_ref().ok_or_else(super::no_start)?;
         let index = standing.harness.acting(name, at)?;
-        let fixing = &standing.harness.network.constraints[index];
+        let fixing = &standing.harness.network.fixings[index];
         if fixing.stations.is_empty() {
             let message = format!("\"{name}\" acts along a part of a branch and cannot be brought anywhere");
             return Err(Refusal::new(message, "take hold of the cable, or of another fixing"));

@@ -3,13 +3,13 @@
 use super::Refusal;
 use std::cell::RefCell;
 use wireloom::core::constraint::Action;
-use wireloom::core::network::AttachedConstraint;
+use wireloom::core::network::Fixing;
 use wireloom::core::steps::{Schedule, Step};
 use wireloom::core::{Monitor, Network, Pose, Registry, StepResult};
 use wireloom::scenario::{Built, Fault, Files, Scenario};
-use wireloom::solve::steps::checkpoint::Checkpoint;
-use wireloom::solve::steps::checkpoint_transfer::{Changed, changed};
-use wireloom::solve::steps::interactive::{Ended, Hands, Trouble};
+use wireloom::solve::changed::{Changed, changed};
+use wireloom::solve::checkpoint::Checkpoint;
+use wireloom::solve::hands::{Ended, Hands, Trouble};
 
 /// A harness, and what carries it.
 pub(super) struct Harness {
@@ -36,15 +36,15 @@ impl Harness {
 
     /// Whether something that acts from the beginning does more and more so over the first step.
     pub fn is_drawn_tight(&self) -> bool {
-        let changes = |fixing: &Fixing| match fixing.model.action() {
+        let changes = |fixing: &Fixing| match fixing.constraint.action() {
             Action::Prescribed(_) => {
                 let base = Pose::identity();
-                fixing.model.target(&base, 0.0) != fixing.model.target(&base, 1.0)
+                fixing.constraint.target(&base, 0.0) != fixing.constraint.target(&base, 1.0)
             }
             // What they do with their progress they know alone.
             Action::Potential(_) | Action::Equations(_) => true,
         };
-        self.network.constraints.iter().any(|fixing| fixing.from_start && changes(fixing))
+        self.network.fixings.iter().any(|fixing| fixing.from_start && changes(fixing))
     }
 
     /// The balanced start.
@@ -89,9 +89,9 @@ impl Harness {
     /// # Errors
     /// Where none does.
     pub fn acting(&self, name: &str, at: &Checkpoint) -> Result<usize, Refusal> {
-        let of_name = |f: &usize| self.network.constraints[*f].name == name && at.acts(*f);
-        (0..self.network.constraints.len()).find(of_name).ok_or_else(|| {
-            let acting = self.network.constraints.iter().enumerate().filter(|(f, _)| at.acts(*f));
+        let of_name = |f: &usize| self.network.fixings[*f].name == name && at.acts(*f);
+        (0..self.network.fixings.len()).find(of_name).ok_or_else(|| {
+            let acting = self.network.fixings.iter().enumerate().filter(|(f, _)| at.acts(*f));
             let names: Vec<&str> = acting.map(|(_, fixing)| fixing.name.as_str()).collect();
             Refusal::new(format!("no fixing \"{name}\" acts now"), format!("those that do: {}", names.join(", ")))
         })

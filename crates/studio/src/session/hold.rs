@@ -22,7 +22,7 @@ impl Standing {
 
     /// A name for a fixing that no other one has had.
     fn free_fixing(&self, word: &str) -> String {
-        let fixings = &self.harness.network.constraints;
+        let fixings = &self.harness.network.fixings;
         let begun = || self.by_hand.iter().flat_map(|step| &step.begins);
         let free = |name: &String| {
             fixings.iter().all(|fixing| fixing.name != *name) && begun().all(|begins| begins.name != *name)

@@ -9,7 +9,7 @@ use std::sync::Arc;
 use wireloom::core::{EventPlace, StepResult};
 use wireloom::scenario::Fault;
 use wireloom::scenario::record::{Written, with_steps};
-use wireloom::solve::steps::checkpoint::Checkpoint;
+use wireloom::solve::checkpoint::Checkpoint;
 
 /// Bytes of frames that are kept: a thousand of a harness of 4,000 nodes. Then every second increment inside the oldest steps goes; pages
 /// that saw them have them still.

@@ -6,7 +6,7 @@ use crate::frame::{self, Header};
 use crate::protocol::Notice;
 use std::rc::Rc;
 use std::sync::Arc;
-use wireloom::solve::steps::interactive::{Ended, Trouble};
+use wireloom::solve::hands::{Ended, Trouble};
 
 impl Session {
     /// Whether something is to be computed.

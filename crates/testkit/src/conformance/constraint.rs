@@ -5,8 +5,7 @@ use crate::laws::spring_energy;
 use fastrand::Rng;
 use nalgebra::{DMatrix, DVector};
 use wireloom_core::{
-    Action, Constraint, ConstraintView, Equations, Hold, Matrix, Pose, Potential, Residual, Rotation, RotationHold,
-    Vector,
+    Action, Constraint, Equations, Hold, Matrix, Pose, Potential, Residual, Rotation, RotationHold, Situation, Vector,
 };
 
 /// Makes the constraint under test.
@@ -73,8 +72,8 @@ struct Scene {
 }
 
 impl Scene {
-    fn at(&self) -> ConstraintView<'_> {
-        ConstraintView {
+    fn at(&self) -> Situation<'_> {
+        Situation {
             stations: &self.stations,
             targets: &self.targets,
             span: &self.span,
