@@ -5,12 +5,12 @@
 use std::cell::Cell;
 use std::path::Path;
 use std::time::Duration;
-use wireloom::contact::mesh;
 use wireloom::core::StepResult;
 use wireloom::core::obstacle::ShapeFile;
 use wireloom::export::json;
 use wireloom::import::kbl::{Arrangement, Options, Order, import};
 use wireloom::scenario::{Files, record, render};
+use wireloom::shapes::mesh;
 use wireloom::solve::checkpoint::{Checkpoint, Observer};
 use wireloom::solve::{Control, Progress};
 use wireloom::testkit::fuzz::Fuzz;

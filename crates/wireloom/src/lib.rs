@@ -7,7 +7,6 @@ pub mod sweep;
 mod targets;
 
 pub use provenance::{provenance, sha256};
-pub use wireloom_contact as contact;
 pub use wireloom_core as core;
 pub use wireloom_export as export;
 pub use wireloom_gpu as gpu;
@@ -15,6 +14,7 @@ pub use wireloom_host as host;
 pub use wireloom_import as import;
 pub use wireloom_models as models;
 pub use wireloom_scenario as scenario;
+pub use wireloom_shapes as shapes;
 pub use wireloom_solve as solve;
 pub use wireloom_testkit as testkit;
 
@@ -32,7 +32,7 @@ pub fn registry() -> Registry {
 pub fn registry_on(devices: gpu::Devices) -> Registry {
     let mut registry = Registry::default();
     models::register(&mut registry);
-    contact::register(&mut registry);
+    shapes::register(&mut registry);
     solve::register(&mut registry);
     let gpu = gpu::kind(devices, || Box::new(solve::newton::Newton::new()));
     registry.add_minimiser(gpu).map_err(|_| "built-ins are registered first").unwrap();
