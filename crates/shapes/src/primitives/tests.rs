@@ -1,4 +1,3 @@
-use super::*;
 use wireloom_core::obstacle::{Shape, ShapeSpec};
 use wireloom_core::{Parameters, Registry, Value, Vector};
 
