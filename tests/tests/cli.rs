@@ -6,8 +6,8 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Command, ExitCode, Output};
 use tempfile::TempDir;
-use wireloom::core::Vector;
-use wireloom::core::obstacle::{Shape, ShapeFile};
+use wireloom::geometry::Vector;
+use wireloom::harness::{Shape, ShapeFile};
 use wireloom::shapes::mesh::{Mesh, read};
 use wireloom_tests::{program, root, shared};
 
