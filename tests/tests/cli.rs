@@ -6,9 +6,9 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Command, ExitCode, Output};
 use tempfile::TempDir;
-use wireloom::contact::mesh::{Mesh, read};
-use wireloom::core::Vector;
-use wireloom::core::obstacle::{Shape, ShapeFile};
+use wireloom::geometry::Vector;
+use wireloom::harness::{Shape, ShapeFile};
+use wireloom::shapes::mesh::{Mesh, read};
 use wireloom_tests::{program, root, shared};
 
 type Checked = Result<(), Failed>;

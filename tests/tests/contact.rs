@@ -1,9 +1,8 @@
 //! Cables that touch obstacles and each other, by the whole program: closed forms, and random scenes.
 
 use std::f64::consts::PI;
-use wireloom::core::equilibrium::{Run, StepResult};
-use wireloom::core::{Rotation, Status, Vector};
-use wireloom::solve::Control;
+use wireloom::geometry::{Rotation, Vector};
+use wireloom::{Control, Run, Status, StepResult};
 
 /// Runs a scenario.
 fn run(text: &str) -> Run {

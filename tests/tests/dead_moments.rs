@@ -1,8 +1,8 @@
 //! Whole runs with dead moments: what they end in, in how many iterations, and what is said of their stability.
 
 use std::f64::consts::TAU;
-use wireloom::core::{Run, Status, Vector};
-use wireloom::solve::Control;
+use wireloom::geometry::Vector;
+use wireloom::{Control, Run, Status};
 
 fn run(text: &str) -> Run {
     let (_, built) = wireloom::load(text, &wireloom::registry())

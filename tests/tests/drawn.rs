@@ -1,7 +1,7 @@
 //! Where results draw the nodes of a cable.
 
-use wireloom::core::{Status, Vector};
-use wireloom::solve::Control;
+use wireloom::geometry::Vector;
+use wireloom::{Control, Status};
 
 /// A taut cable of few segments that two clamps bend sharply at its ends: its frames stand askew to its edges there, and nodes that were drawn by
 /// frames lay in a zigzag beside the cable, so that forces and moments along it did not fit its shape: by 24 % of the clamp's moment (found by

@@ -3,8 +3,9 @@
 use nalgebra::Quaternion;
 use std::f64::consts::TAU;
 use std::fs;
-use wireloom::core::{Event, EventKind, Rotation, Run, Status, Vector};
-use wireloom::solve::Control;
+use wireloom::geometry::{Rotation, Vector};
+use wireloom::result::{Event, EventKind};
+use wireloom::{Control, Run, Status};
 use wireloom_tests::root;
 
 fn run(text: &str) -> Run {

@@ -1,12 +1,13 @@
 //! A cable thrown from straight to its place in a single increment still finds it, and hot calls do not allocate.
 
 use wireloom::bench::{cable, harness};
-use wireloom::core::{Conditions, Minimiser, Network, Pose, Problem, State, Status, Stop, Vector};
+use wireloom::geometry::{Pose, Vector};
+use wireloom::harness::{Conditions, Network, Problem, State};
+use wireloom::parts::{Minimiser, Newton, Stop};
 use wireloom::scenario::Built;
-use wireloom::solve::Control;
-use wireloom::solve::newton::Newton;
+use wireloom::{Control, Status};
 
-fn thrown(segments: usize, increments: usize) -> wireloom::core::Run {
+fn thrown(segments: usize, increments: usize) -> wireloom::Run {
     let text = format!(
         r#"
         schema = 1
@@ -58,7 +59,7 @@ fn a_throw_ends_where_small_steps_end() {
     for segments in [50, 100, 400] {
         let (far, near) = (thrown(segments, 1), thrown(segments, 20));
         assert_eq!((far.status, near.status), (Status::Converged, Status::Converged), "{segments} segments");
-        let end = |run: &wireloom::core::Run| run.steps.last().map(|step| (step.stable, step.energy.total()));
+        let end = |run: &wireloom::Run| run.steps.last().map(|step| (step.stable, step.energy.total()));
         let ((stable, energy), (_, expected)) = (end(&far).expect("a step"), end(&near).expect("a step"));
         assert_eq!(stable, Some(true), "{segments} segments");
         assert!((energy - expected).abs() < 1e-8, "{segments} segments: {energy} J instead of {expected} J");
@@ -68,7 +69,7 @@ fn a_throw_ends_where_small_steps_end() {
 /// A network hung from its fixings where its rest shape has them, and dragged once.
 fn dragged(network: &Network, newton: &mut Newton) -> (Vec<bool>, Vec<Pose>, State) {
     let schedule = wireloom::bench::schedule();
-    let mut state = wireloom::solve::start::place(network, &schedule);
+    let mut state = wireloom::harness::place(network, &schedule);
     let targets: Vec<Pose> = network.fixings.iter().map(|f| state.pose(&f.site)).collect();
     let active = vec![true; network.fixings.len()];
     let mut problem = problem(network, &active, &targets);
@@ -160,13 +161,13 @@ fn a_state_carried_over_to_a_finer_mesh_is_nearly_balanced() {
     let built = hanging_y(800);
     let coarse = built.coarse.as_ref().expect("a coarse mesh");
     let mut newton = Newton::new();
-    let mut state = wireloom::solve::start::place(coarse, &built.schedule);
+    let mut state = wireloom::harness::place(coarse, &built.schedule);
     let targets: Vec<Pose> = coarse.fixings.iter().map(|f| state.pose(&f.site)).collect();
     let active = vec![true; targets.len()];
     let stop = Stop { max_iterations: 5000, ..Stop::default() };
     let report = newton.minimise(&mut problem(coarse, &active, &targets), &mut state, &stop);
     assert_eq!(report.status, Status::Converged);
-    let mut fine = wireloom::solve::nested::carried_over(coarse, &state, &built.network);
+    let mut fine = wireloom::harness::carried_over(coarse, &state, &built.network);
     let report = newton.minimise(&mut problem(&built.network, &active, &targets), &mut fine, &stop);
     assert_eq!(report.status, Status::Converged);
     assert!(report.iterations <= 3, "{} iterations", report.iterations);

@@ -5,15 +5,14 @@
 use std::cell::Cell;
 use std::path::Path;
 use std::time::Duration;
-use wireloom::contact::mesh;
-use wireloom::core::StepResult;
-use wireloom::core::obstacle::ShapeFile;
 use wireloom::export::json;
+use wireloom::harness::ShapeFile;
 use wireloom::import::kbl::{Arrangement, Options, Order, import};
 use wireloom::scenario::{Files, record, render};
-use wireloom::solve::checkpoint::{Checkpoint, Observer};
-use wireloom::solve::{Control, Progress};
-use wireloom::testkit::fuzz::Fuzz;
+use wireloom::session::{Checkpoint, Observer, Progress};
+use wireloom::shapes::mesh;
+use wireloom::testing::fuzz::Fuzz;
+use wireloom::{Control, StepResult};
 use wireloom_tests::root;
 
 /// Inputs where nothing else is said.

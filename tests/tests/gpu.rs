@@ -4,11 +4,11 @@ use libtest_mimic::{Arguments, Failed, Trial};
 use std::fs;
 use std::process::{Command, ExitCode};
 use std::sync::{Arc, OnceLock};
-use wireloom::core::{Run, Status, Vector};
 use wireloom::export::table::{Column, Table, read};
-use wireloom::gpu::policy::{self, Found};
-use wireloom::gpu::{Devices, Gpu};
-use wireloom::solve::Control;
+use wireloom::geometry::Vector;
+use wireloom::gpu::policy::Found;
+use wireloom::gpu::{Devices, Gpu, policy};
+use wireloom::{Control, Run, Status};
 use wireloom_tests::program;
 
 type Check = fn(&Arc<Gpu>) -> Result<(), Failed>;

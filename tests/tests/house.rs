@@ -12,7 +12,7 @@ const ARROWS: &[(&str, &[&str])] = &[
     ("core", &[]),
     ("shaders", &[]),
     ("models", &["core"]),
-    ("contact", &["core"]),
+    ("shapes", &["core"]),
     ("solve", &["core"]),
     ("gpu", &["core", "shaders"]),
     ("scenario", &["core"]),
@@ -23,7 +23,7 @@ const ARROWS: &[(&str, &[&str])] = &[
     ("cable-tie", &["plugin"]),
     ("hinge-guide", &["plugin"]),
     ("testkit", &["core"]),
-    ("wireloom", &["core", "models", "contact", "solve", "gpu", "scenario", "import", "export", "host", "testkit"]),
+    ("wireloom", &["core", "models", "shapes", "solve", "gpu", "scenario", "import", "export", "host", "testkit"]),
     ("studio", &["wireloom"]),
     ("cli", &["wireloom", "studio"]),
     ("xtask", &[]),
@@ -31,14 +31,14 @@ const ARROWS: &[(&str, &[&str])] = &[
 ];
 
 /// What any crate may use in its own tests besides.
-const FOR_TESTS: &[&str] = &["core", "testkit", "models", "contact", "scenario"];
+const FOR_TESTS: &[&str] = &["core", "testkit", "models", "shapes", "scenario"];
 
 /// Crates from outside (a `*` ends a prefix) that one crate of the house alone may name.
 const ONE_NAMES: &[(&str, &str)] = &[
     ("toml", "scenario"),
     ("toml_edit", "scenario"),
     ("roxmltree", "import"),
-    ("parry*", "contact"),
+    ("parry*", "shapes"),
     ("wgpu*", "gpu"),
     ("libloading", "host"),
     ("parquet", "export"),

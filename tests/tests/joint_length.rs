@@ -1,8 +1,8 @@
 //! The length of the joint `cosserat`: what it does is the same on every mesh, and what closed forms say.
 
-use wireloom::core::equilibrium::StepResult;
-use wireloom::core::{EventKind, Status, Vector};
-use wireloom::solve::Control;
+use wireloom::geometry::Vector;
+use wireloom::result::EventKind;
+use wireloom::{Control, Status, StepResult};
 
 /// Solves a scenario; the end of its last step.
 fn solved(text: &str) -> StepResult {

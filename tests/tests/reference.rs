@@ -12,9 +12,10 @@
 use libtest_mimic::{Arguments, Failed, Trial};
 use serde_json::Value;
 use std::path::{Path, PathBuf};
-use wireloom::core::equilibrium::StepResult;
-use wireloom::core::{Status, Vector};
-use wireloom::gpu::policy::{self, Found};
+use wireloom::geometry::Vector;
+use wireloom::gpu::policy;
+use wireloom::gpu::policy::Found;
+use wireloom::{Status, StepResult};
 
 fn main() {
     let arguments = Arguments::from_args();
@@ -224,7 +225,7 @@ fn solve(text: &str, segments: usize, branches: &Value) -> Result<(f64, StepResu
     let text = text.replace("segments = 160", &format!("segments = {segments}"));
     let registry = wireloom::registry();
     let (_, built) = wireloom::load(&text, &registry).map_err(|faults| wireloom::scenario::render(&text, &faults))?;
-    let mut run = wireloom::run(built, &mut |_, _| wireloom::solve::Control::Continue);
+    let mut run = wireloom::run(built, &mut |_, _| wireloom::Control::Continue);
     if run.status != Status::Converged {
         let last = run.steps.last().map(|step| &step.minimiser);
         return Err(format!("{segments} segments: {:?} {:?} {:?} {last:?}", run.status, run.notes, run.fault).into());

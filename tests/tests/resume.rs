@@ -5,10 +5,9 @@ use std::path::Path;
 use std::process::Stdio;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
-use wireloom::core::{Monitor, Run, StepResult};
 use wireloom::scenario::Built;
-use wireloom::solve::checkpoint::{Checkpoint, Observer, Resumed};
-use wireloom::solve::{Control, Progress};
+use wireloom::session::{Checkpoint, Monitor, Observer, Progress, Resumed};
+use wireloom::{Control, Run, StepResult};
 use wireloom_tests::place::Place;
 use wireloom_tests::root;
 

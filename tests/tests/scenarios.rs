@@ -21,8 +21,9 @@
 use libtest_mimic::{Arguments, Failed, Trial};
 use std::path::{Path, PathBuf};
 use toml::Value;
-use wireloom::core::equilibrium::{BranchResult, ConstraintResult, OperationResult, Run, SlideResult, StepResult};
-use wireloom::core::{Status, Vector};
+use wireloom::geometry::Vector;
+use wireloom::result::{BranchResult, ConstraintResult, OperationResult, SlideResult};
+use wireloom::{Run, Status, StepResult};
 use wireloom_testkit::closed_forms;
 
 fn main() {
@@ -105,7 +106,7 @@ fn text_converged(text: &str, files: &dyn wireloom::scenario::Files, swap: Swap)
         scenario.minimiser.kind = minimiser.into();
     }
     let built = scenario.build(&registry).map_err(shown)?;
-    let run = wireloom::run(built, &mut |_, _| wireloom::solve::Control::Continue);
+    let run = wireloom::run(built, &mut |_, _| wireloom::Control::Continue);
     if run.status == Status::Converged && !run.steps.is_empty() {
         Ok(run)
     } else {

@@ -1,7 +1,7 @@
 //! Stiff and soft parts in one harness: each is judged by itself, whatever it is joined to.
 
-use wireloom::core::{Run, Status, StepResult, Vector};
-use wireloom::solve::Control;
+use wireloom::geometry::Vector;
+use wireloom::{Control, Run, Status, StepResult};
 
 fn run(text: &str) -> Run {
     let (_, built) = wireloom::load(text, &wireloom::registry()).expect("no faults");

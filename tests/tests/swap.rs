@@ -4,8 +4,8 @@
 //! `cosserat`, which is next to nothing here, and `mass-spring` by half a segment of softness wherever something holds it, a
 //! few millimetres on 30 segments of 10 to 13 mm.
 
-use wireloom::core::equilibrium::{Run, StepResult};
-use wireloom::core::{Status, Vector};
+use wireloom::geometry::Vector;
+use wireloom::{Run, Status, StepResult};
 
 /// The Y of `scenarios/branches`, coarser, with other kinds in place of its own.
 fn run(rod: &str, joint: &str, minimiser: &str) -> Run {
@@ -21,7 +21,7 @@ fn run(rod: &str, joint: &str, minimiser: &str) -> Run {
     scenario.minimiser.kind = minimiser.into();
     scenario.minimiser.stop.force_tolerance = 1e-8;
     let built = scenario.build(&registry).expect("any rod goes with any joint");
-    wireloom::run(built, &mut |_, _| wireloom::solve::Control::Continue)
+    wireloom::run(built, &mut |_, _| wireloom::Control::Continue)
 }
 
 /// Largest distance between nodes at the ends of all steps, m.

@@ -5,10 +5,10 @@ use std::fs;
 use std::path::Path;
 use std::process::{Command, ExitCode, Stdio};
 use std::sync::Mutex;
-use wireloom::core::Monitor;
+use wireloom::Control;
 use wireloom::export::table::{Column, Row, Table, read};
 use wireloom::scenario::{NoFiles, Setting};
-use wireloom::solve::Control;
+use wireloom::session::Monitor;
 use wireloom::sweep::{Points, header};
 use wireloom_tests::{program, root};
 

@@ -3,10 +3,10 @@
 use crate::failure::Failure;
 use crate::saved::Keeper;
 use std::ops::Range;
-use wireloom::contact::swept::Envelope;
 use wireloom::core::obstacle::Surface;
 use wireloom::core::{Monitor, StepResult, Vector};
 use wireloom::scenario::{Built, Output};
+use wireloom::shapes::swept::Envelope;
 use wireloom::solve::checkpoint::Checkpoint;
 
 /// Nodes of every branch, m.

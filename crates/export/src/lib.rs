@@ -12,7 +12,7 @@
 //! | [`vtk`] | one step as `.vtp`, and a `.pvd` over many | ParaView |
 //! | [`picture`] | one step as SVG: three views | people and reports |
 //! | [`report`] | the whole run as one HTML page | people, and their files |
-//! | [`table`] | the points of a sweep as Parquet | DuckDB, pandas, Polars |
+//! | [`table`] | the points of a sweep as Parquet (feature `parquet`) | DuckDB, pandas, Polars |
 //!
 //! [`json::read`] reads a `result.json` back as an [`ending::Ending`]; [`comparison`] says what differs between several of them.
 //!

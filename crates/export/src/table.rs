@@ -21,24 +21,16 @@
 //!
 //! No times: the same sweep gives the same bytes.
 
+#[cfg(feature = "parquet")]
+mod parquet_file;
+
+#[cfg(feature = "parquet")]
+pub use parquet_file::{read, write};
+
 use crate::ending::{Ending, FixingEnd};
-use bytes::Bytes;
-use parquet::basic::{Compression, LogicalType, Repetition, Type as Physical};
-use parquet::column::reader::ColumnReader;
-use parquet::data_type::{BoolType, ByteArray, ByteArrayType, DataType, DoubleType, Int64Type};
-use parquet::errors::ParquetError;
-use parquet::file::metadata::KeyValue;
-use parquet::file::properties::WriterProperties;
-use parquet::file::reader::{FileReader, SerializedFileReader};
-use parquet::file::writer::{SerializedFileWriter, SerializedRowGroupWriter};
-use parquet::schema::types::Type;
 use serde::{Deserialize, Serialize};
-use std::io::{self, Write};
-use std::sync::Arc;
 use wireloom_core::Vector;
 
-/// Rows written at once.
-const ROWS: usize = 1 << 16;
 /// Status of a point whose values make no scenario.
 pub const REFUSED: &str = "refused";
 
@@ -217,127 +209,5 @@ impl Column {
             Column::Words(entries) => entries.len(),
             Column::Flags(entries) => entries.len(),
         }
-    }
-
-    fn field(&self, name: &str) -> Result<Type, ParquetError> {
-        let (physical, logical) = match self {
-            Column::Counts(_) => (Physical::INT64, None),
-            Column::Numbers(_) => (Physical::DOUBLE, None),
-            Column::Words(_) => (Physical::BYTE_ARRAY, Some(LogicalType::String)),
-            Column::Flags(_) => (Physical::BOOLEAN, None),
-        };
-        let field = Type::primitive_type_builder(name, physical).with_repetition(Repetition::OPTIONAL);
-        field.with_logical_type(logical).build()
-    }
-}
-
-/// Writes a table as Parquet.
-///
-/// # Errors
-/// Those of `out`.
-pub fn write(table: &Table, out: &mut (impl Write + Send)) -> io::Result<()> {
-    let attempt = |out| -> Result<(), ParquetError> {
-        let fields = table.columns.iter().map(|(name, column)| Ok(Arc::new(column.field(name)?)));
-        let fields = fields.collect::<Result<Vec<_>, ParquetError>>()?;
-        let schema = Arc::new(Type::group_type_builder("points").with_fields(fields).build()?);
-        let notes = table.notes.iter().map(|(key, text)| KeyValue::new(key.clone(), text.clone())).collect();
-        let properties = WriterProperties::builder()
-            .set_compression(Compression::SNAPPY)
-            .set_key_value_metadata(Some(notes))
-            .build();
-        let mut file = SerializedFileWriter::new(out, schema, Arc::new(properties))?;
-        for start in (0..table.rows()).step_by(ROWS) {
-            let rows = start..(start + ROWS).min(table.rows());
-            let mut group = file.next_row_group()?;
-            for (_, column) in &table.columns {
-                match column {
-                    Column::Counts(entries) => put::<Int64Type, _>(&mut group, &entries[rows.clone()], |x| *x)?,
-                    Column::Numbers(entries) => put::<DoubleType, _>(&mut group, &entries[rows.clone()], |x| *x)?,
-                    Column::Flags(entries) => put::<BoolType, _>(&mut group, &entries[rows.clone()], |x| *x)?,
-                    Column::Words(entries) => {
-                        put::<ByteArrayType, _>(&mut group, &entries[rows.clone()], |word| {
-                            ByteArray::from(word.as_str())
-                        })?;
-                    }
-                }
-            }
-            group.close()?;
-        }
-        file.close()?;
-        Ok(())
-    };
-    attempt(out).map_err(io::Error::other)
-}
-
-fn put<T: DataType, E>(
-    group: &mut SerializedRowGroupWriter<'_, impl Write + Send>,
-    entries: &[Option<E>],
-    stored: impl Fn(&E) -> T::T,
-) -> Result<(), ParquetError> {
-    let Some(mut column) = group.next_column()? else { return Ok(()) };
-    let present: Vec<i16> = entries.iter().map(|entry| i16::from(entry.is_some())).collect();
-    let values: Vec<T::T> = entries.iter().flatten().map(stored).collect();
-    column.typed::<T>().write_batch(&values, Some(&present), None)?;
-    column.close()
-}
-
-/// Reads a table that [`write()`] has written.
-///
-/// # Errors
-/// `InvalidData`, with the reason, where it is none.
-pub fn read(bytes: Vec<u8>) -> io::Result<Table> {
-    let attempt = || -> Result<Table, ParquetError> {
-        let file = SerializedFileReader::new(Bytes::from(bytes))?;
-        let metadata = file.metadata();
-        let notes = metadata.file_metadata().key_value_metadata().into_iter().flatten();
-        let notes = notes.map(|note| (note.key.clone(), note.value.clone().unwrap_or_default())).collect();
-        let mut columns: Vec<(String, Column)> = Vec::new();
-        for g in 0..metadata.num_row_groups() {
-            let group = file.get_row_group(g)?;
-            let rows = usize::try_from(group.metadata().num_rows()).unwrap_or(0);
-            for c in 0..group.num_columns() {
-                let name = group.metadata().column(c).column_descr().name().to_owned();
-                let read = entries(group.get_column_reader(c)?, rows)?;
-                match columns.get_mut(c) {
-                    None => columns.push((name, read)),
-                    Some((_, column)) => column.append(read)?,
-                }
-            }
-        }
-        Ok(Table { columns, notes })
-    };
-    attempt().map_err(|error| io::Error::new(io::ErrorKind::InvalidData, error))
-}
-
-fn entries(reader: ColumnReader, rows: usize) -> Result<Column, ParquetError> {
-    macro_rules! read {
-        ($reader:expr, $stored:expr) => {{
-            let mut reader = $reader;
-            let (mut values, mut present) = (Vec::new(), Vec::new());
-            reader.read_records(rows, Some(&mut present), None, &mut values)?;
-            let mut values = values.into_iter().map($stored);
-            present.into_iter().map(|level| if level > 0 { values.next() } else { None }).collect()
-        }};
-    }
-    let text = |word: ByteArray| String::from_utf8_lossy(word.data()).into_owned();
-    Ok(match reader {
-        ColumnReader::Int64ColumnReader(reader) => Column::Counts(read!(reader, |x| x)),
-        ColumnReader::DoubleColumnReader(reader) => Column::Numbers(read!(reader, |x| x)),
-        ColumnReader::BoolColumnReader(reader) => Column::Flags(read!(reader, |x| x)),
-        ColumnReader::ByteArrayColumnReader(reader) => Column::Words(read!(reader, text)),
-        _ => return Err(ParquetError::General("a column is neither number, text nor flag".to_owned())),
-    })
-}
-
-impl Column {
-    fn append(&mut self, more: Column) -> Result<(), ParquetError> {
-        match (self, more) {
-            (Column::Counts(entries), Column::Counts(more)) => entries.extend(more),
-            (Column::Numbers(entries), Column::Numbers(more)) => entries.extend(more),
-            (Column::Words(entries), Column::Words(more)) => entries.extend(more),
-            (Column::Flags(entries), Column::Flags(more)) => entries.extend(more),
-            _ => return Err(ParquetError::General("a column changes its type".to_owned())),
-        }
-        Ok(())
     }
 }

@@ -5,15 +5,15 @@
 
 use std::cell::Cell;
 use std::rc::Rc;
-use wireloom::core::joint::JointSpec;
-use wireloom::core::registry::{Form, JointKind, MinimiserKind, Parameter, Quantity, RodKind, Value};
-use wireloom::core::{
-    JointModel, Matrix, Minimiser, Mounting, Problem, Registry, Report, Rotation, State, Status, Stop, Vector,
+use wireloom::geometry::{Matrix, Rotation, Vector};
+use wireloom::harness::{Problem, State};
+use wireloom::parts::kernel::BendTwist;
+use wireloom::parts::rods::cosserat;
+use wireloom::parts::{
+    Form, JointKind, JointModel, JointSpec, Minimiser, MinimiserKind, Mounting, Newton, Parameter, Quantity, Report,
+    RodKind, Stop, Value,
 };
-use wireloom::models::kernel::BendTwist;
-use wireloom::models::rods::cosserat;
-use wireloom::solve::Control;
-use wireloom::solve::newton::Newton;
+use wireloom::{Control, Registry, Status};
 
 /// The rod `taped`: tape makes the bundle bend harder than its section says, by a factor that the scenario may give for each branch.
 fn taped() -> RodKind {

@@ -3,9 +3,8 @@
 //! `cargo run -p wireloom --example run_text`
 #![allow(clippy::print_stdout, reason = "an example shows what it finds")]
 
-use wireloom::core::{Run, Status};
 use wireloom::scenario::render;
-use wireloom::solve::Control;
+use wireloom::{Control, Run, Status};
 
 const TEXT: &str = include_str!("../../../scenarios/first.toml");
 

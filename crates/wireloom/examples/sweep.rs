@@ -4,9 +4,9 @@
 #![allow(clippy::print_stdout, reason = "an example shows what it finds")]
 
 use std::sync::Mutex;
-use wireloom::core::Monitor;
 use wireloom::export::table::Cell;
 use wireloom::scenario::{NoFiles, render};
+use wireloom::session::Monitor;
 use wireloom::sweep::{Points, header};
 
 const TEXT: &str = include_str!("../../../scenarios/first.toml");

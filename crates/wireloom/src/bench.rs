@@ -11,13 +11,6 @@ pub use device::{OnDevice, on_device};
 pub use minimisers::{Contender, minimisers};
 pub use monte_carlo::{MonteCarlo, monte_carlo};
 
-use crate::import::kbl::{Arrangement, Options};
-use crate::models::joints::cosserat::CosseratJoint;
-use crate::models::rods::cosserat;
-use crate::scenario::Built;
-use crate::solve::Control;
-use crate::solve::certificate::Certifier;
-use crate::solve::newton::Newton;
 use std::time::Instant;
 use wireloom_core::constraint::{ConstraintSpec, HoldWord, Limits};
 use wireloom_core::joint::{Arm, JointSpec};
@@ -27,6 +20,13 @@ use wireloom_core::rod::{Mesh, RodSpec};
 use wireloom_core::rotation::{columns, frame_from};
 use wireloom_core::steps::{Initial, Schedule};
 use wireloom_core::{Conditions, Minimiser, Network, Pose, Problem, Rotation, Section, State, Status, Stop, Vector};
+use wireloom_import::kbl::{Arrangement, Options};
+use wireloom_models::joints::cosserat::CosseratJoint;
+use wireloom_models::rods::cosserat;
+use wireloom_scenario::Built;
+use wireloom_solve::Control;
+use wireloom_solve::certificate::Certifier;
+use wireloom_solve::newton::Newton;
 
 /// Length of a drag step, m.
 const STRIDE: f64 = 0.005;
@@ -80,7 +80,7 @@ fn branch(name: String, section: &Section, length: f64, segments: usize, station
 fn connector(name: &str, branch: usize, node: usize) -> FixingPlan {
     let words = [HoldWord::Position, HoldWord::Tangent, HoldWord::Twist];
     let spec = ConstraintSpec { name: name.into(), hold: Some(words.to_vec()), ..ConstraintSpec::default() };
-    let kind = crate::models::fixings::connector();
+    let kind = wireloom_models::fixings::connector();
     FixingPlan {
         name: name.into(),
         kind: kind.name.clone(),
@@ -241,7 +241,7 @@ const DRAG_SPACING: f64 = 0.005;
 pub fn drag_installed(kbl: &str) -> Result<Case, String> {
     let built = imported(kbl, Arrangement::Installed, DRAG_SPACING)?;
     let (network, stop) = (&built.network, built.stop);
-    let mut state = crate::solve::start::place(network, &built.schedule);
+    let mut state = wireloom_solve::start::place(network, &built.schedule);
     let mut conditions = Conditions::new(network, built.schedule.gravity, &state);
     conditions.load_factors.fill(1.0);
     conditions.active.fill(true);
@@ -308,9 +308,9 @@ pub fn install(kbl: &str) -> Result<Installation, String> {
 
 fn imported(kbl: &str, arrangement: Arrangement, max_segment: f64) -> Result<Built, String> {
     let options = Options { arrangement, max_segment, ..Options::default() };
-    let imported = crate::import::kbl::import(kbl, &options).map_err(|error| error.to_string())?;
+    let imported = wireloom_import::kbl::import(kbl, &options).map_err(|error| error.to_string())?;
     let loaded = crate::load(&imported.scenario, &crate::registry());
-    loaded.map(|(_, built)| built).map_err(|faults| crate::scenario::render(&imported.scenario, &faults))
+    loaded.map(|(_, built)| built).map_err(|faults| wireloom_scenario::render(&imported.scenario, &faults))
 }
 
 /// The first branch laid along x from the origin, under gravity.
@@ -329,7 +329,7 @@ pub fn schedule() -> Schedule {
 /// The rest shape along x under gravity, then fixing 1 moved by `shift` in increments.
 fn hung<'n>(network: &'n Network, newton: &mut Newton, stop: &Stop, shift: Vector) -> (Problem<'n>, State) {
     let schedule = schedule();
-    let mut state = crate::solve::start::place(network, &schedule);
+    let mut state = wireloom_solve::start::place(network, &schedule);
     let conditions = Conditions::new(network, schedule.gravity, &state);
     let mut problem = Problem::new(network, conditions);
     let mut target = problem.conditions().targets[1];

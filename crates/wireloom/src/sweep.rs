@@ -1,39 +1,73 @@
-//! Sweeps: a scenario over many values.
+//! Sweeps: one scenario with many values.
 //!
-//! Points are computed in *chains*: so many consecutive ones, which depend on nothing outside. The first point of a chain is started
-//! afresh, as a run of it alone would be; the others from the balanced start of the nearest point of the chain that is done, which
-//! saves laying the harness out and bringing it home. Their steps are carried out in full. A neighbour's start is a way to the same
-//! equilibrium, not to another one:
+//! ```
+//! use wireloom::scenario::NoFiles;
+//! use wireloom::sweep::Cell;
 //!
-//! - a start must be near: found, and nothing turned far on the way ([`wireloom_solve::start_near`]);
-//! - the last point of a chain is started afresh, too, and must come to the same start.
+//! let text = std::fs::read_to_string("../../scenarios/first.toml")?
+//!     + "[sweep.vary]\n\"branches.trunk.length\" = { from = \"590 mm\", to = \"610 mm\", count = 3 }\n";
+//! let (header, rows) = wireloom::sweep::run(&text, &NoFiles, &wireloom::registry()).expect("no faults");
+//! let force = header.numbers().iter().position(|name| name == "force").expect("a column");
+//! for row in &rows {
+//!     if let Cell::Number(length) = row.values[0] {
+//!         println!("trunk of {length} m: {}, largest force {:?} N", row.status, row.numbers[force]);
+//!     }
+//! }
+//! # assert_eq!(rows.len(), 3);
+//! # Ok::<(), std::io::Error>(())
+//! ```
 //!
-//! Where either fails, where there is more than one equilibrium and which one is found depends on the way, all points of the chain are
-//! started afresh. So what is between the ends of a chain has the equilibrium that both have; what a start afresh would find at single points
-//! between them, and at neither end, is not looked for. With the minimiser `gpu` many chains go to the device together, one variant each. How chains are cut follows from the number of points alone: so rows are the same, to the last bit, for any number of
-//! threads, and wherever an interrupted sweep was taken up again.
+//! [`run`] computes all points at once. [`Points`] computes them in parts, for programs that keep what is done of a long sweep.
+//!
+//! # Chains
+//!
+//! Points are computed in *chains*: blocks of consecutive points that depend on nothing outside. The first point of a chain has a
+//! cold start, as a run of it alone has. Each other point has a warm start: the balanced start of the nearest point of the chain that
+//! is done. That saves laying the harness out and finding its initial equilibrium; its steps are carried out in full. A warm start
+//! must lead to the same equilibrium as a cold one, so:
+//!
+//! - it must be near: found, and nothing turned far on the way ([`wireloom_solve::start_near`]);
+//! - the last point of a chain is started cold, too, and both starts must be the same.
+//!
+//! If either fails, the equilibrium depends on the way, and all points of the chain are started cold. So points between the ends of a
+//! chain have the equilibrium that both ends have. Not detected: a single point between them at which a cold start would find another
+//! equilibrium.
+//!
+//! How chains are cut follows from the number of points alone. So rows are the same to the last bit for any number of threads, and
+//! wherever an interrupted sweep was resumed. With the minimiser `gpu` many chains go to the device together, one variant each.
 
 mod outputs;
 
 use rayon::prelude::*;
+use std::convert::Infallible;
 use std::ops::Range;
+#[cfg(feature = "gpu")]
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Mutex, PoisonError};
 use wireloom_core::equilibrium::StepResult;
 use wireloom_core::{Monitor, Network, Registry, Status};
 use wireloom_export::ending::Ending;
-use wireloom_export::table::{Cell, Header, Row};
-use wireloom_gpu::batch::Batch;
-use wireloom_scenario::sweep::{Axis, Sweep, Value};
+use wireloom_scenario::sweep::{Axis, Value};
 use wireloom_scenario::{Built, Fault, Files};
 use wireloom_solve::checkpoint::{Checkpoint, Observer, Resumed};
 use wireloom_solve::{Control, Progress};
+
+pub use wireloom_export::table::{Cell, Header, Row};
+#[cfg(feature = "gpu")]
+pub use wireloom_gpu::batch::Batch;
+pub use wireloom_scenario::sweep::Sweep;
+
+/// Stand-in for the batch of harnesses on a device: without the feature `gpu` there is none.
+#[cfg(not(feature = "gpu"))]
+#[derive(Clone, Copy, Debug)]
+pub enum Batch {}
 
 /// The most points of a chain: what a kill costs, on each core. One of them is computed twice.
 const LONGEST: usize = 32;
 /// The most points of a chain where chains go to a device together: short ones, so that there are many.
 const LONGEST_TOGETHER: usize = 4;
 /// The most chains that go together: each has a thread, which mostly waits.
+#[cfg(feature = "gpu")]
 const TOGETHER: usize = 4096;
 /// Chains there are at least, so that all cores have work.
 const CHAINS: usize = 16;
@@ -54,6 +88,31 @@ pub struct Points<'a> {
     pub sweep: &'a Sweep,
     /// Names of the columns.
     pub header: Header,
+}
+
+/// Computes all points of the sweep of a scenario, on all cores. Returns the names of the columns and one row a point.
+///
+/// # Errors
+/// All faults of the text at once; a text without `[sweep]` is one. A point whose values are refused is a row with its status.
+pub fn run(text: &str, files: &(dyn Files + Sync), registry: &Registry) -> Result<(Header, Vec<Row>), Vec<Fault>> {
+    let (scenario, built) = crate::load_with_files(text, files, registry)?;
+    let Some(sweep) = &scenario.sweep else {
+        let message = "the scenario has no [sweep]".to_owned();
+        let help = "add [sweep.vary] with the keys that vary".to_owned();
+        return Err(vec![Fault { span: text.len()..text.len(), message, help }]);
+    };
+    let header = header(sweep, &built.network);
+    let points = Points { text, files, minimiser: None, registry, batch: None, sweep, header };
+    let chains: Vec<usize> = (0..points.chains().len()).collect();
+    let done = Mutex::new(Vec::new());
+    let kept = points.compute(&chains, &Monitor::default(), &|| (), |chain, rows| {
+        done.lock().unwrap_or_else(PoisonError::into_inner).push((chain, rows));
+        Ok::<(), Infallible>(())
+    });
+    kept.unwrap_or_else(|never| match never {});
+    let mut done = done.into_inner().unwrap_or_else(PoisonError::into_inner);
+    done.sort_unstable_by_key(|(chain, _)| *chain);
+    Ok((points.header, done.into_iter().flat_map(|(_, rows)| rows).collect()))
 }
 
 /// Names of the columns of a sweep over this harness.
@@ -124,7 +183,10 @@ impl Points<'_> {
         match self.batch {
             // One at a time: which thread takes which makes no difference.
             None => chains.par_iter().with_max_len(1).try_for_each(chain),
+            #[cfg(feature = "gpu")]
             Some(batch) => together(batch, chains, chain),
+            #[cfg(not(feature = "gpu"))]
+            Some(batch) => match *batch {},
         }
     }
 
@@ -238,6 +300,7 @@ impl Points<'_> {
     }
 }
 
+#[cfg(feature = "gpu")]
 /// Works on chains in threads of their own, all of which meet on the device; not in those of rayon, where one that waits may have to
 /// do another's work first. The first error ends it.
 fn together<E: Send>(batch: &Batch, chains: &[usize], work: impl Fn(&usize) -> Result<(), E> + Sync) -> Result<(), E> {

@@ -1,6 +1,6 @@
 //! `cargo xtask test`: all that must hold. What is quick to fail comes first.
 
-use crate::run::{command, step, target};
+use crate::run::{command, root, step, target};
 use crate::tools;
 
 /// Installs what is missing, then checks form, lints, docs, tests and licences.
@@ -9,6 +9,7 @@ pub fn test() -> Result<(), String> {
     step("one form for all sources", &mut command("cargo", &["fmt", "--all", "--check"]))?;
     let lints = ["clippy", "--quiet", "--workspace", "--all-targets", "--", "-D", "warnings"];
     step("lints: what is known to go wrong", &mut command("cargo", &lints))?;
+    features()?;
     let docs = ["doc", "--quiet", "--workspace", "--no-deps"];
     step("docs: every link leads somewhere", command("cargo", &docs).env("RUSTDOCFLAGS", "-D warnings"))?;
     let tests = ["test", "--quiet", "--workspace", "--no-fail-fast"];
@@ -27,6 +28,21 @@ pub fn test() -> Result<(), String> {
     let licences = ["--log-level", "error", "check", "licenses", "bans", "sources"];
     step("licences and sources of everything that is built in", &mut command(&deny, &licences))?;
     println!("\nall holds");
+    Ok(())
+}
+
+/// Lints of the façade with none of its features, and with each of them alone.
+fn features() -> Result<(), String> {
+    let manifest = root().join("crates/wireloom/Cargo.toml");
+    let manifest = std::fs::read_to_string(manifest).map_err(|error| format!("the façade's manifest: {error}"))?;
+    let lines =
+        manifest.lines().skip_while(|line| *line != "[features]").skip(1).take_while(|line| !line.starts_with('['));
+    let names = lines.filter_map(|line| Some(line.split_once(" = ")?.0)).filter(|name| !name.starts_with('#'));
+    for name in names {
+        let lints = format!("clippy --quiet -p wireloom --no-default-features --features {name} -- -D warnings");
+        let lints: Vec<&str> = lints.split(' ').collect();
+        step(&format!("lints: the library with the feature `{name}` alone"), &mut command("cargo", &lints))?;
+    }
     Ok(())
 }
 

@@ -7,7 +7,7 @@
 use super::outcome::{BranchOutcome, ConstraintOutcome, Outcome, StepOutcome};
 use super::scene::{Branch, Facing, Fixing, Load, Place, Scene, Shape};
 use std::f64::consts::TAU;
-use wireloom::core::{Rotation, Vector};
+use wireloom::geometry::{Rotation, Vector};
 
 /// Share of a part's own forces by which they may miss the balance. The solver's tolerance is a thousandth of that.
 const BALANCE: f64 = 1e-3;

@@ -3,7 +3,7 @@
 use super::outcome::{BranchOutcome, StepOutcome};
 use super::scene::Scene;
 use super::variants::Variant;
-use wireloom::core::Vector;
+use wireloom::geometry::Vector;
 
 /// The largest distance of two shapes: of nodes, per length of the longest branch, or a tenth of their distance seen from the start of
 /// their branch, per its length, so that small branches count.
@@ -32,7 +32,7 @@ pub fn apart(scene: &Scene, one: &StepOutcome, variant: &Variant, other: &StepOu
 
 /// The same for two results of one scene.
 pub fn moved(scene: &Scene, one: &StepOutcome, other: &StepOutcome) -> f64 {
-    apart(scene, one, &super::variants::moved(scene, wireloom::core::Rotation::identity(), Vector::zeros()), other)
+    apart(scene, one, &super::variants::moved(scene, wireloom::geometry::Rotation::identity(), Vector::zeros()), other)
 }
 
 /// Where a branch is at arc length `s`: at a node, or on the cubic between two with their tangents.

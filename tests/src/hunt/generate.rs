@@ -3,7 +3,7 @@
 use super::scene::{Arm, Branch, Facing, Fixing, Joint, Load, Move, Obstacle, Place, Scene, Shape, Step};
 use fastrand::Rng;
 use std::f64::consts::TAU;
-use wireloom::core::{Pose, Rotation, Vector};
+use wireloom::geometry::{Pose, Rotation, Vector};
 
 /// Random numbers of the forms that are needed.
 struct Dice(Rng);

@@ -5,7 +5,7 @@ use super::compare::{apart, moved};
 use super::outcome::{EventOutcome, Outcome, Ran, StepOutcome, run, run_keeping};
 use super::scene::{Minimiser, Scene, Step};
 use super::variants::{self, Variant};
-use wireloom::core::{Rotation, Vector};
+use wireloom::geometry::{Rotation, Vector};
 
 /// Shapes nearer to each other are the same: share of the longest branch.
 const SAME: f64 = 1e-3;

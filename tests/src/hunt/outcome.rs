@@ -4,10 +4,10 @@ use super::scene::Scene;
 use serde::{Deserialize, Deserializer};
 use std::collections::BTreeMap;
 use std::panic::{AssertUnwindSafe, catch_unwind};
-use wireloom::core::{Rotation, Vector};
+use wireloom::Control;
+use wireloom::geometry::{Rotation, Vector};
 use wireloom::scenario::Fault;
-use wireloom::solve::checkpoint::{Checkpoint, Observer, Resumed};
-use wireloom::solve::{Control, Progress};
+use wireloom::session::{Checkpoint, Observer, Progress, Resumed};
 
 /// A number of a result, which writes `null` for what is not finite.
 fn number<'de, D: Deserializer<'de>>(deserializer: D) -> Result<f64, D::Error> {
@@ -206,11 +206,11 @@ struct Keeper {
     step: usize,
     seen: usize,
     kept: Option<Checkpoint>,
-    results: Vec<wireloom::core::equilibrium::StepResult>,
+    results: Vec<wireloom::StepResult>,
 }
 
 impl Observer for Keeper {
-    fn increment(&mut self, progress: &Progress, end: &wireloom::core::equilibrium::StepResult, kept: bool) -> Control {
+    fn increment(&mut self, progress: &Progress, end: &wireloom::StepResult, kept: bool) -> Control {
         if progress.step_index < self.step && kept {
             self.results.push(end.clone());
         }
@@ -243,7 +243,7 @@ pub fn run_keeping(scene: &Scene, step: usize, resumed: Option<Resumed>) -> (Ran
         };
         let mut keeper = Keeper { step, seen: 0, kept: None, results: Vec::new() };
         let run = wireloom::run_observed(built, resumed, &mut keeper);
-        let provenance = wireloom::provenance("hunt", &scenario, &[], &[], &[]);
+        let provenance = wireloom::export::provenance("hunt", &scenario, &[], &[], &[]);
         let mut json = Vec::new();
         wireloom::export::json::write(&run, &provenance, &mut json).expect("a Vec takes everything");
         let outcome: Outcome = serde_json::from_slice(&json).expect("result.json has the form it is said to have");

@@ -1,7 +1,7 @@
 //! A scenario as data: what the hunt generates, transforms and shrinks, and its TOML text.
 
 use std::fmt::Write;
-use wireloom::core::{Rotation, Vector};
+use wireloom::geometry::{Rotation, Vector};
 
 /// A whole scenario. Lists are indexed by each other; names follow from the indices.
 #[derive(Clone, Debug)]

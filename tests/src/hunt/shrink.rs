@@ -4,7 +4,7 @@ use super::judge::{Fault, judge};
 use super::scene::{Facing, Place, Scene};
 use super::variants::without_arm;
 use std::time::{Duration, Instant};
-use wireloom::core::Vector;
+use wireloom::geometry::Vector;
 
 /// The smallest scene that is found in a limited time in which the same kind of thing is wrong.
 pub fn shrink(fault: &Fault, quick: bool, time: Duration) -> Fault {

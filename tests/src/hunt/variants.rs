@@ -3,7 +3,7 @@
 
 use super::scene::{Arm, Branch, Facing, Fixing, Minimiser, Obstacle, Place, Scene, Shape, Step};
 use std::f64::consts::PI;
-use wireloom::core::{Rotation, Vector};
+use wireloom::geometry::{Rotation, Vector};
 
 /// A scene that says the same as another one, and how its shape is taken back to that of the other.
 pub struct Variant {

@@ -2,11 +2,11 @@
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
-use wireloom::core::constraint::{Attaches, ConstraintSpec, SpanUse};
-use wireloom::core::registry::{ConstraintKind, Form, Parameter};
-use wireloom::core::{
-    Action, Constraint, Hold, HoldWord, Matrix, Parameters, Pose, Potential, Quantity, Registry, Rotation, Situation,
-    Vector,
+use wireloom::Registry;
+use wireloom::geometry::{Matrix, Pose, Rotation, Vector};
+use wireloom::parts::{
+    Action, Attaches, Constraint, ConstraintKind, ConstraintSpec, Form, Hold, HoldWord, Parameter, Parameters,
+    Potential, Quantity, Situation, SpanUse,
 };
 use wireloom_testkit::constraints::{Floor, Link, Strut};
 

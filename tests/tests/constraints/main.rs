@@ -5,11 +5,12 @@ mod kinds;
 use kinds::{Ratchet, counting, registry};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
-use wireloom::core::equilibrium::ConstraintResult;
-use wireloom::core::{Conditions, EventKind, Minimiser, Pose, Problem, Run, Status, StepResult, Stop, Vector};
-use wireloom::solve::checkpoint::{Checkpoint, Observer, Resumed};
-use wireloom::solve::newton::Newton;
-use wireloom::solve::{Control, Progress};
+use wireloom::geometry::{Pose, Vector};
+use wireloom::harness::{Conditions, Problem};
+use wireloom::parts::{Minimiser, Newton, Stop};
+use wireloom::result::{ConstraintResult, EventKind};
+use wireloom::session::{Checkpoint, Observer, Progress, Resumed};
+use wireloom::{Control, Run, Status, StepResult};
 use wireloom_testkit::constraints::{Floor, Link, Sight, Strut};
 use wireloom_testkit::{equations_conformance, potential_conformance};
 
@@ -363,7 +364,7 @@ fn a_ratchet_that_begins_again_has_forgotten() {
 fn a_step_through_equations_does_not_allocate() {
     let (_, built) = wireloom::load(include_str!("tied.toml"), &registry()).expect("no faults");
     let network = &built.network;
-    let mut state = wireloom::solve::start::place(network, &built.schedule);
+    let mut state = wireloom::harness::place(network, &built.schedule);
     let mut conditions = Conditions::new(network, built.schedule.gravity, &state);
     conditions.active.fill(true);
     let mut problem = Problem::new(network, conditions);

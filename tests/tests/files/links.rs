@@ -76,8 +76,8 @@ fn a_default_folder_that_is_a_link_is_not_followed() {
 fn a_list_of_files_removes_nothing_through_a_link() {
     let place = with_home(&cable(1, ""));
     place.run(&["run", "s.toml", "--out", "o", "-q"]).says(0, &[]);
-    let line = format!("{} home/key.txt", wireloom::sha256(SECRET.as_bytes()));
-    let list = place.text("o/.wireloom/files") + &format!("{line}\t{}\n", wireloom::sha256(line.as_bytes()));
+    let line = format!("{} home/key.txt", wireloom::export::sha256(SECRET.as_bytes()));
+    let list = place.text("o/.wireloom/files") + &format!("{line}\t{}\n", wireloom::export::sha256(line.as_bytes()));
     place.file("o/.wireloom/files", list);
     place.link("o/home", "home");
     place.run(&["run", "s.toml", "--out", "o"]).says(3, &["`home` in it is a link"]);
@@ -135,8 +135,8 @@ fn files_that_the_user_names_are_not_written_through_links_or_into_devices() {
     }
     // What a page of the studio may ask for is not looked for behind a link either.
     place.link("o/away", "home");
-    let line = format!("{} away/key.txt", wireloom::sha256(SECRET.as_bytes()));
-    let list = place.text("o/.wireloom/files") + &format!("{line}\t{}\n", wireloom::sha256(line.as_bytes()));
+    let line = format!("{} away/key.txt", wireloom::export::sha256(SECRET.as_bytes()));
+    let list = place.text("o/.wireloom/files") + &format!("{line}\t{}\n", wireloom::export::sha256(line.as_bytes()));
     place.file("o/.wireloom/files", list);
     place.run(&["compare", "o", "o"]).says(0, &[]);
 }

@@ -5,6 +5,7 @@ mod comparisons;
 mod csv_table;
 mod gltf_files;
 mod json_contract;
+#[cfg(feature = "parquet")]
 mod parquet_table;
 mod picture_svg;
 mod report_html;

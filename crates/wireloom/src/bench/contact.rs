@@ -1,9 +1,9 @@
 //! What contact costs: a large harness that has sagged onto a body of many triangles while gravity tilts, beside the same harness without the body.
 
-use crate::core::{Registry, Status};
-use crate::scenario::Files;
-use crate::solve::Control;
 use std::fmt::Write;
+use wireloom_core::{Registry, Status};
+use wireloom_scenario::Files;
+use wireloom_solve::Control;
 
 /// Joints along the trunk, each with an arm to either side; those of every other one are plugged in, the rest hang free.
 const JOINTS: usize = 20;

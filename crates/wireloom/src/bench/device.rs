@@ -2,10 +2,10 @@
 
 use super::monte_carlo::{MonteCarlo, monte_carlo};
 use super::{Case, cable, hung, stroke};
-use crate::gpu::{Devices, Listed};
-use crate::solve::newton::Newton;
 use wireloom_core::registry::Parameters;
 use wireloom_core::{Minimiser, Problem, Stop, Vector};
+use wireloom_gpu::{Devices, Listed};
+use wireloom_solve::newton::Newton;
 
 /// What a device does, and what the processor does with the same.
 #[derive(Clone, Debug, PartialEq)]

@@ -1,9 +1,9 @@
 //! The minimisers side by side, on the same steps of the same cable to the same certificate.
 
 use super::{Case, cable, hung, stroke};
-use crate::solve::newton::Newton;
 use wireloom_core::registry::{Parameters, Value};
 use wireloom_core::{Minimiser, Problem, Registry, Stop, Vector};
+use wireloom_solve::newton::Newton;
 
 /// Segments of the cable.
 const SEGMENTS: usize = 1_000;

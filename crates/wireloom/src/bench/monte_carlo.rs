@@ -1,12 +1,12 @@
 //! A tolerance study of many points: a Y harness of three branches of 60 segments, whose lengths and whose clip's places vary.
 
-use crate::gpu::batch::Batch;
-use crate::scenario::{NoFiles, Setting};
 use crate::sweep::{Points, header};
 use std::convert::Infallible;
 use std::sync::Mutex;
 use std::time::Instant;
 use wireloom_core::{Monitor, Registry, Status};
+use wireloom_gpu::batch::Batch;
+use wireloom_scenario::{NoFiles, Setting};
 
 /// Its small sister, of which it has more points.
 const SCENARIO: &str = include_str!("../../../../scenarios/sweeps/y_tolerances.toml");
@@ -39,7 +39,7 @@ pub fn monte_carlo(points: usize, minimiser: Option<&str>, batch: Option<&Batch>
     let settings = [Setting::new("sweep.method", "random"), Setting::new("sweep.samples", points.to_string())];
     let loaded = crate::load_with_settings(SCENARIO, &settings, &NoFiles, registry);
     let (scenario, built) =
-        loaded.map_err(|faults| crate::scenario::render(SCENARIO, &faults)).expect("a sound scenario");
+        loaded.map_err(|faults| wireloom_scenario::render(SCENARIO, &faults)).expect("a sound scenario");
     let sweep = scenario.sweep.as_ref().expect("it has a sweep");
     let header = header(sweep, &built.network);
     let all = Points { text: SCENARIO, files: &NoFiles, minimiser, registry, batch, sweep, header };

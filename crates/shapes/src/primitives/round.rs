@@ -1,7 +1,7 @@
 //! What lies about a point, a line or a circle: spheres, capsules and tori, with hollows of the same shape where they have a bore.
 
+use super::build::{bore, kind, length};
 use super::revolution::{arc, revolved};
-use super::{bore, kind, length};
 use crate::field::{Field, Place, SINGULAR};
 use crate::parameters;
 use wireloom_core::obstacle::Surface;

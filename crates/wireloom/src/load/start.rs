@@ -59,7 +59,7 @@ position = [0.5, 0, -0.07]
     fn a_harness_that_is_drawn_within_a_body_is_refused_unless_it_is_pushed_out() {
         let registry = crate::registry();
         let faults = crate::load(TEXT, &registry).err().expect("it is refused");
-        let said = crate::scenario::render(TEXT, &faults);
+        let said = wireloom_scenario::render(TEXT, &faults);
         // Its axis is 30 mm below the top of the post.
         assert!(
             said.starts_with(

@@ -1,6 +1,5 @@
-use super::*;
-use wireloom_core::obstacle::ShapeSpec;
-use wireloom_core::{Registry, Value, Vector};
+use wireloom_core::obstacle::{Shape, ShapeSpec};
+use wireloom_core::{Parameters, Registry, Value, Vector};
 
 fn registry() -> Registry {
     let mut registry = Registry::default();

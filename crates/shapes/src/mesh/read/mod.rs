@@ -3,6 +3,7 @@
 mod gltf;
 mod obj;
 mod ply;
+mod polygon;
 mod stl;
 #[cfg(test)]
 mod tests;
@@ -65,9 +66,4 @@ pub fn read(file: &ShapeFile) -> Result<Surface, ReadFault> {
     })?;
     surface.corners.iter_mut().for_each(|corner| *corner *= file.scale);
     Ok(surface)
-}
-
-/// A convex polygon as triangles.
-fn fan(polygon: &[u32]) -> impl Iterator<Item = [u32; 3]> {
-    polygon.windows(2).skip(1).map(|pair| [polygon[0], pair[0], pair[1]])
 }

@@ -1,6 +1,6 @@
 //! The plane: everything on one side of it is solid.
 
-use super::kind;
+use super::build::kind;
 use crate::field::{Field, Place};
 use crate::parameters::vector;
 use wireloom_core::obstacle::Surface;

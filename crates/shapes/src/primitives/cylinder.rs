@@ -1,7 +1,7 @@
 //! The cylinder, also with a bore: then it is a tube.
 
+use super::build::{bore, kind, length};
 use super::revolution::revolved;
-use super::{bore, kind, length};
 use crate::field::{Field, Place, SINGULAR};
 use crate::parameters;
 use wireloom_core::obstacle::Surface;

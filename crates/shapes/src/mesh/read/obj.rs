@@ -1,7 +1,7 @@
 //! Wavefront OBJ: the polygons of all its groups, taken for convex. Of the format only what makes surfaces is read: the crate for it overflows at
 //! large indices, of textures and normals too.
 
-use super::fan;
+use super::polygon::fan;
 use wireloom_core::Vector;
 use wireloom_core::obstacle::Surface;
 

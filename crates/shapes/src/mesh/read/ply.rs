@@ -1,6 +1,6 @@
 //! PLY, as text or binary; polygons are taken for convex.
 
-use super::fan;
+use super::polygon::fan;
 use ply_rs_bw::parser::{Parser, Reader};
 use ply_rs_bw::ply::{Property, PropertyAccess, PropertyAccessResult};
 use std::io::Cursor;

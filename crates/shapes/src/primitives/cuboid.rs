@@ -1,6 +1,6 @@
 //! The box.
 
-use super::kind;
+use super::build::kind;
 use crate::field::{Field, Place};
 use crate::parameters::vector;
 use wireloom_core::obstacle::Surface;

@@ -1,0 +1,20 @@
+//! Devices for the minimiser `gpu`.
+//!
+//! [`registry_on`](crate::registry_on) chooses one of them; [`registry`](crate::registry) uses the fastest.
+//!
+//! ```
+//! use wireloom::gpu::Devices;
+//!
+//! for device in wireloom::gpu::list() {
+//!     println!("{} ({})", device.name, device.kind);
+//! }
+//! let registry = wireloom::registry_on(Devices::for_one(Some("my card")));
+//! assert!(registry.minimiser("gpu").is_some(), "a device is opened when a harness is built for it");
+//! ```
+
+pub use wireloom_gpu::batch::Batch;
+pub use wireloom_gpu::policy;
+pub use wireloom_gpu::{Devices, Gpu, Listed, OpenError, list};
+
+#[doc(hidden)]
+pub use wireloom_gpu::batch;

@@ -1,0 +1,27 @@
+//! The harness that is computed: the network of branches, joints, fixings and bodies, its state, and the schedule of its steps.
+//!
+//! [`load`](crate::load) builds it; it is here to be read, and to be laid out or balanced by own programs.
+//!
+//! ```
+//! let text = std::fs::read_to_string("../../scenarios/first.toml")?;
+//! let (_, built) = wireloom::load(&text, &wireloom::registry()).expect("no faults");
+//! for branch in &built.network.branches {
+//!     let mesh = branch.rod.mesh();
+//!     println!("{}: {} m, {} nodes", branch.name, mesh.length(), mesh.nodes());
+//! }
+//! let state = wireloom::harness::place(&built.network, &built.schedule);
+//! assert_eq!(state.points.len(), built.network.points);
+//! # Ok::<(), std::io::Error>(())
+//! ```
+
+pub use wireloom_core::network::{
+    Branch, BranchPlan, Fixing, FixingPlan, Joint, JointPlan, Load, Network, Place, Site, Span,
+};
+pub use wireloom_core::obstacle::{Obstacle, Shape, ShapeFile, Surface};
+pub use wireloom_core::rod::Mesh;
+pub use wireloom_core::steps::{
+    Carried, Course, Initial, Journey, Move, ObstacleMove, Operation, Schedule, Step, Track, Turn,
+};
+pub use wireloom_core::{Conditions, Problem, Section, State, Tangent};
+pub use wireloom_solve::nested::carried_over;
+pub use wireloom_solve::start::place;

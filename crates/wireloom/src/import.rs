@@ -1,0 +1,10 @@
+//! Harness files of other programs to scenarios.
+//!
+//! ```
+//! use wireloom::import::kbl::{Options, import};
+//!
+//! let refused = import("<not-kbl/>", &Options::default());
+//! println!("{}", refused.err().expect("it is no KBL file"));
+//! ```
+
+pub use wireloom_import::kbl;

@@ -1,0 +1,50 @@
+//! Traits, specifications and kinds for own rods, joints, constraints, shapes and minimisers.
+//!
+//! A kind has a name, declared parameters and a factory. Scenarios choose own kinds by their names, as they choose built-in ones.
+//!
+//! ```
+//! use wireloom::parts::{Minimiser, MinimiserKind, Newton, Problem, Report, State, Stop};
+//!
+//! /// Newton's method under another name.
+//! struct Own(Newton);
+//!
+//! impl Minimiser for Own {
+//!     fn name(&self) -> &str {
+//!         "own"
+//!     }
+//!     fn minimise(&mut self, problem: &mut Problem<'_>, state: &mut State, stop: &Stop) -> Report {
+//!         self.0.minimise(problem, state, stop)
+//!     }
+//!     fn forget(&mut self) {
+//!         self.0.forget();
+//!     }
+//! }
+//!
+//! let mut registry = wireloom::registry();
+//! let own = MinimiserKind {
+//!     name: "own".into(),
+//!     doc: "Newton's method under another name".into(),
+//!     parameters: vec![],
+//!     build: Box::new(|(), _| Ok(Box::new(Own(Newton::new())))),
+//! };
+//! assert!(registry.add_minimiser(own).is_ok());
+//! ```
+//!
+//! `examples/own_parts.rs` has a rod, a joint and a minimiser that are run.
+
+pub use wireloom_core::constraint::{
+    Action, Attaches, Constraint, ConstraintSpec, Equations, Hold, HoldWord, Limits, Potential, Relation, Residual,
+    RotationHold, Situation, Slide, SpanSpec, SpanUse, StationSpec,
+};
+pub use wireloom_core::joint::{Arm, JointModel, JointSpec, Mounting};
+pub use wireloom_core::minimiser::{Minimiser, Report, Status, Stop};
+pub use wireloom_core::obstacle::{Shape, ShapeSpec, Touch};
+pub use wireloom_core::registry::{
+    BuildError, ConstraintKind, Factory, Form, JointKind, Kind, MinimiserKind, Parameter, Parameters, Quantity,
+    Registry, RodKind, ShapeKind, Value,
+};
+pub use wireloom_core::rod::{BranchHessian, BranchShape, RodEnergy, RodSegment, RodSpec};
+pub use wireloom_core::{Conditions, Monitor, Problem, Section, State, Tangent, law};
+pub use wireloom_models::kernel;
+pub use wireloom_models::{fixings, joints, rods};
+pub use wireloom_solve::newton::Newton;

@@ -1,0 +1,20 @@
+//! Plugins: constraints and joints out of dynamic libraries.
+//!
+//! A plugin is native code that may do all that the process may do: load only what the user trusts.
+//!
+//! ```
+//! use std::path::Path;
+//! use wireloom::plugins::Plugins;
+//!
+//! let mut registry = wireloom::registry();
+//! let mut plugins = Plugins::default();
+//! match plugins.load(Path::new("libelastic_strap.so"), &mut registry) {
+//!     Ok(plugin) => println!("{} {}", plugin.name, plugin.version),
+//!     Err(error) => println!("{error}; {}", error.reason.help()),
+//! }
+//! ```
+
+pub use wireloom_host::{
+    ABI_MAJOR, ABI_MINOR, Folders, HEADER, LoadError, Plugin, Plugins, Reason, differentiated, file_name, named, notes,
+    plain_file, stand_by,
+};

@@ -1,0 +1,25 @@
+//! What a run returns: its status, the equilibrium at the end of each step, and events.
+//!
+//! ```
+//! use wireloom::{Control, Status};
+//!
+//! let text = std::fs::read_to_string("../../scenarios/first.toml")?;
+//! let (_, built) = wireloom::load(&text, &wireloom::registry()).expect("no faults");
+//! let run = wireloom::run(built, &mut |_, _| Control::Continue);
+//! assert_eq!(run.status, Status::Converged);
+//! for event in &run.events {
+//!     println!("{} at {}: {}", event.kind.title(), event.place, event.message);
+//! }
+//! for plug in &run.steps.last().expect("a step").constraints {
+//!     println!("{} exerts {:.3} N", plug.name, plug.force.norm());
+//! }
+//! # Ok::<(), std::io::Error>(())
+//! ```
+
+pub use wireloom_core::equilibrium::{
+    BranchResult, Clearance, ClearanceFrom, ConstraintResult, Energy, JointResult, Library, MinimiserResult,
+    ObstacleResult, OperationResult, PartFamily, PartFault, Run, SlideMotion, SlideResult, SpanResult, StationResult,
+    StepResult, TightestBend,
+};
+pub use wireloom_core::event::{Event, EventKind, EventPlace, Group, Moment, grouped};
+pub use wireloom_core::minimiser::Status;

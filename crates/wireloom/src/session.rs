@@ -1,0 +1,49 @@
+//! Runs that are observed, stopped and resumed, and harnesses that are driven interactively.
+//!
+//! [`run_observed`](crate::run_observed) calls an [`Observer`] at the end of every increment and gives it a [`Checkpoint`] from which the
+//! run can be resumed to the same bits. A [`Monitor`] stops a run from any thread. [`Hands`] carries out one increment at a time, from any
+//! checkpoint; [`changed`] transfers a checkpoint to the same harness with other fixings.
+//!
+//! ```
+//! use wireloom::session::{Checkpoint, Observer, Progress, Resumed};
+//! use wireloom::{Control, StepResult};
+//!
+//! /// Stops after the first increment that is kept, and keeps what is needed to go on.
+//! #[derive(Default)]
+//! struct StopsOnce {
+//!     checkpoint: Option<Checkpoint>,
+//!     steps: Vec<StepResult>,
+//! }
+//!
+//! impl Observer for StopsOnce {
+//!     fn increment(&mut self, _: &Progress, end: &StepResult, kept: bool) -> Control {
+//!         if kept {
+//!             self.steps.push(end.clone());
+//!         }
+//!         if self.steps.len() == 1 { Control::Stop } else { Control::Continue }
+//!     }
+//!     fn checkpoint(&mut self, checkpoint: &Checkpoint) {
+//!         self.checkpoint = Some(checkpoint.clone());
+//!     }
+//! }
+//!
+//! let text = std::fs::read_to_string("../../scenarios/first.toml")?;
+//! let registry = wireloom::registry();
+//! let built = || wireloom::load(&text, &registry).expect("no faults").1;
+//! let whole = wireloom::run(built(), &mut |_, _| Control::Continue);
+//!
+//! let mut observer = StopsOnce::default();
+//! wireloom::run_observed(built(), None, &mut observer);
+//! let checkpoint = observer.checkpoint.take().expect("one is given at the start");
+//! observer.steps.truncate(checkpoint.kept());
+//! let resumed = Resumed { checkpoint, steps: std::mem::take(&mut observer.steps) };
+//! let rest = wireloom::run_observed(built(), Some(resumed), &mut StopsOnce::default());
+//! assert_eq!(rest.steps[0].branches, whole.steps[0].branches);
+//! # Ok::<(), std::io::Error>(())
+//! ```
+
+pub use wireloom_core::Monitor;
+pub use wireloom_solve::changed::{Changed, changed};
+pub use wireloom_solve::checkpoint::{Checkpoint, Observer, Resumed, Watching};
+pub use wireloom_solve::hands::{Ended, Hands, Trouble};
+pub use wireloom_solve::{Control, Progress};
