@@ -1,10 +1,12 @@
 //! What holds the harness in the vehicle: connectors at its ends, clips along its branches.
 
-use super::Arrangement;
 use super::curve::{NODE_TOLERANCE, Vector};
 use super::document::{Document, Fixing, Node, Placement, Segment};
 use super::findings::Findings;
-use super::harness::{Constraint, Incidence, Laid, Names, Place, Role};
+use super::harness::{Constraint, Place, Role};
+use super::names::Names;
+use super::options::Arrangement;
+use super::segments::{Incidence, Laid};
 use std::collections::HashSet;
 
 /// How far, m, a fixing may be drawn from the place on the curve that its assignment names. Clips stand off the bundle by its radius
