@@ -1,12 +1,12 @@
 //! What is wrong with a scenario, and where.
 
-use std::ops::Range;
+use crate::span::Span;
 
 /// One fault of a scenario file.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Fault {
     /// Where, in bytes of the text.
-    pub span: Range<usize>,
+    pub span: Span,
     /// What is wrong, naming the offending value.
     pub message: String,
     /// What would be right.

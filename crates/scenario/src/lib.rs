@@ -1,71 +1,55 @@
 //! TOML text to checked scenario to network.
 //!
 //! [`parse`] reads a scenario file and refuses it with all its faults at once, each at its place;
-//! [`Scenario::build`] makes the network, the schedule and the minimiser from what it read; [`schema()`] writes the format down as a
-//! JSON Schema, [`explain`] in words. What a file may say stands in one set of tables (`keys.rs`), by which all go.
+//! [`Scenario::build`] makes the network, the schedule and the minimiser from it; [`schema()`] writes the format as a
+//! JSON Schema, [`explain`] in words.
 //!
-//! The road of a file: `document` (with `library`, `catalogue`, `sections`, `joints`, `fixings`, `sequence`) reads entries through `reader` and
-//! resolves names; [`bundle`] makes sections of wires; `mesh` and `build` make the parts; `conflicts` and `freedoms` judge the whole.
-//! [`record`] writes into a text what was done by hand.
+//! | folder | contents |
+//! | --- | --- |
+//! | `format` | tables of keys, units, limits; schema and explanations derived from them |
+//! | `operations` | step operations: one file each, with its keys and its reader |
+//! | `read` | text to document: values, names, references, entry by entry |
+//! | `build` | mesh, placement, network |
+//! | `check` | contradicting constraints, parts that nothing holds |
+//! | `edit` | values that replace those of the text, steps and values written into the text |
 //!
-//! Beyond the format of the design page: a branch may have `path = [[x, y, z], …]`, the drawn centre line from
-//! `from` to `to` in world coordinates (m), which serves as a start for its shape and for nothing else.
+//! The data types lie beside them: [`Scenario`] and its parts, [`sweep`], [`settings`], [`Fault`]; [`bundle`] is the rule
+//! for sections made of wires.
 
-pub mod adjust;
+mod attachment;
 mod build;
 pub mod bundle;
-mod catalogue;
-mod conflicts;
-mod document;
-pub mod explain;
+mod check;
+mod edit;
 mod fault;
-mod files;
-mod fixings;
-mod freedoms;
-mod joints;
-mod keys;
-mod kinds;
-mod library;
-mod mesh;
-mod obstacles;
+mod format;
 mod operations;
-mod placement;
-mod plugins;
-mod poses;
-mod reader;
-pub mod record;
+mod output;
+mod read;
 mod scenario;
-mod schema;
-mod sections;
-mod sequence;
 pub mod settings;
+mod span;
 pub mod sweep;
-mod timeline;
-mod units;
 
-pub use build::Built;
+pub use attachment::{At, Stretch};
+pub use build::network::Built;
+pub use edit::{adjust, record};
 pub use fault::{Fault, Places, render};
-pub use files::{Files, NoFiles};
-pub use keys::MANY as MOST_SEGMENTS;
-pub use library::{shipped_coverings, shipped_wires};
-pub use plugins::{Plugins, plugins};
-pub use scenario::{
-    Arm, At, Body, Branch, ByRule, Constraint, Division, Facing, Joint, Load, Minimiser, Output, Scenario, Spans,
-    Stretch,
-};
-pub use schema::schema;
+pub use format::explain;
+pub use format::limits::MAX_COUNT as MAX_SEGMENTS;
+pub use format::schema::schema;
+pub use format::units::unit_of;
+pub use output::Output;
+pub use read::files::{Files, NoFiles};
+pub use read::library::{shipped_coverings, shipped_wires};
+pub use read::plugins::{Plugins, plugins};
+pub use scenario::{Arm, Body, Branch, ByRule, Constraint, Division, Facing, Joint, Load, Minimiser, Scenario};
 pub use settings::Setting;
-pub use units::unit_of;
+pub use span::{Span, Spans};
 
-use std::ops::Range;
-use toml::de::DeTable;
+use check::{conflicts, freedoms};
+use read::{document, reader, toml_text};
 use wireloom_core::Registry;
-
-/// A place in a text, bytes.
-pub type Span = Range<usize>;
-
-/// Syntax errors shown: those that follow are mostly echoes of the first ones.
-const SYNTAX_ERRORS: usize = 3;
 
 /// Reads and checks a scenario that names no other files; the kinds it names are looked up in `registry`.
 ///
@@ -109,9 +93,9 @@ pub fn build_with_settings(
     registry: &Registry,
 ) -> Result<(Scenario, Built), Vec<Fault>> {
     let whole_text = format!("{text}\n{}", settings::lines(settings));
-    let mut table = toml_table(&whole_text[..text.len()])?;
+    let mut table = toml_text::table(&whole_text[..text.len()])?;
     let reader = reader::Reader::new(&whole_text, files, registry);
-    let unset = settings::put(table.get_mut(), &whole_text, text.len(), settings, registry);
+    let unset = edit::apply::put(table.get_mut(), &whole_text, text.len(), settings, registry);
     if !unset.is_empty() {
         return Err(unset);
     }
@@ -150,24 +134,4 @@ fn broken_down(scenario: &Scenario, network: &wireloom_core::Network) -> Vec<Fau
         Some(Fault { span: own.spans.of(Some("kind")), message, help })
     });
     faults.collect()
-}
-
-/// The text as a table, with the places of its values.
-fn toml_table(text: &str) -> Result<toml::Spanned<DeTable<'_>>, Vec<Fault>> {
-    let (table, errors) = DeTable::parse_recoverable(text);
-    if errors.is_empty() {
-        return Ok(table);
-    }
-    let mut faults: Vec<Fault> = errors.iter().map(|error| syntax_fault(text, error)).collect();
-    faults.sort_by_key(|fault| fault.span.start);
-    faults.truncate(SYNTAX_ERRORS);
-    Err(faults)
-}
-
-fn syntax_fault(text: &str, error: &toml::de::Error) -> Fault {
-    Fault {
-        span: error.span().unwrap_or(text.len()..text.len()),
-        message: format!("this is no TOML: {}", error.message()),
-        help: "see https://toml.io; the faults after this one may be echoes of it".to_owned(),
-    }
 }

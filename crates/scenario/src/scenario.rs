@@ -1,30 +1,15 @@
 //! A checked scenario: plain data, names resolved to indices, all values in SI units.
 
-use crate::Span;
+use crate::attachment::{At, NOWHERE, Stretch};
 use crate::bundle::Bundle;
+use crate::output::Output;
+use crate::span::{Span, Spans};
 use crate::sweep::Sweep;
-use std::collections::BTreeMap;
 use wireloom_core::constraint::{Limits, Slide};
 use wireloom_core::joint::WireShare;
 use wireloom_core::obstacle::{ContactSettings, Obstacle};
-use wireloom_core::steps::{Initial, Step};
+use wireloom_core::steps::{Initial, Step, Turn};
 use wireloom_core::{HoldWord, Parameters, Rotation, Section, Stop, Vector};
-
-/// Where an entry of the file is, for faults that only the building of parts can find.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct Spans {
-    /// The entry, bytes.
-    pub entry: Span,
-    /// The values of its keys, bytes.
-    pub keys: BTreeMap<String, Span>,
-}
-
-impl Spans {
-    /// The value of a key, or the entry where the key is not given.
-    pub fn of(&self, key: Option<&str>) -> Span {
-        key.and_then(|key| self.keys.get(key)).unwrap_or(&self.entry).clone()
-    }
-}
 
 /// A whole scenario. Made by [`crate::parse`] only, which has checked that everything fits together.
 #[derive(Clone, Debug)]
@@ -145,48 +130,6 @@ pub struct Arm {
     pub offset: Vector,
 }
 
-/// Where something attaches.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum At {
-    /// On a branch.
-    Branch {
-        /// Index of the branch.
-        branch: usize,
-        /// Unstressed arc length, m.
-        s: f64,
-    },
-    /// On a joint, by index.
-    Joint(usize),
-}
-
-/// A part of a branch.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Stretch {
-    /// Index of the branch.
-    pub branch: usize,
-    /// Unstressed arc length where it begins, m.
-    pub from: f64,
-    /// And where it ends, m.
-    pub to: f64,
-}
-
-impl Constraint {
-    /// The first place it attaches to, or else where its span begins.
-    pub fn place(&self) -> At {
-        let of_span = || self.span.map(|span| At::Branch { branch: span.branch, s: span.from });
-        self.at.first().copied().or_else(of_span).unwrap_or(NOWHERE)
-    }
-
-    /// Every place it attaches to, and both ends of its span.
-    pub fn places(&self) -> impl Iterator<Item = At> {
-        let ends = self.span.into_iter().flat_map(|span| [span.from, span.to].map(|s| (span.branch, s)));
-        self.at.iter().copied().chain(ends.map(|(branch, s)| At::Branch { branch, s }))
-    }
-}
-
-/// Stands for a place at fault.
-pub(crate) const NOWHERE: At = At::Branch { branch: 0, s: 0.0 };
-
 /// A direction or frame that a scenario gives.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum Facing {
@@ -197,6 +140,17 @@ pub enum Facing {
     Tangent(Vector),
     /// The whole frame.
     Orientation(Rotation),
+}
+
+impl Facing {
+    /// The turn of a motion that ends in this direction or frame.
+    pub fn turn(self) -> Turn {
+        match self {
+            Facing::Left => Turn::Keep,
+            Facing::Tangent(tangent) => Turn::Tangent(tangent),
+            Facing::Orientation(orientation) => Turn::Orientation(orientation),
+        }
+    }
 }
 
 /// A constraint.
@@ -240,6 +194,20 @@ pub struct Constraint {
     pub spans: Spans,
 }
 
+impl Constraint {
+    /// The first place it attaches to, or else where its span begins.
+    pub fn place(&self) -> At {
+        let of_span = || self.span.map(|span| At::Branch { branch: span.branch, s: span.from });
+        self.at.first().copied().or_else(of_span).unwrap_or(NOWHERE)
+    }
+
+    /// Every place it attaches to, and both ends of its span.
+    pub fn places(&self) -> impl Iterator<Item = At> {
+        let ends = self.span.into_iter().flat_map(|span| [span.from, span.to].map(|s| (span.branch, s)));
+        self.at.iter().copied().chain(ends.map(|(branch, s)| At::Branch { branch, s }))
+    }
+}
+
 /// A dead load.
 #[derive(Clone, Debug)]
 pub struct Load {
@@ -279,25 +247,4 @@ pub struct Minimiser {
     pub stop: Stop,
     /// Where it is in the file; empty where the file has none.
     pub spans: Spans,
-}
-
-/// What is written besides the result.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Output {
-    /// Every increment, not only the last of each step.
-    pub increments: bool,
-    /// The branches as CSV.
-    pub csv: bool,
-    /// The shape as VTK.
-    pub vtk: bool,
-    /// A picture of the shape.
-    pub picture: bool,
-    /// How near every branch comes to every obstacle and other branch.
-    pub clearance: bool,
-    /// The whole run as one page.
-    pub report: bool,
-    /// Harness and obstacles at the end of each step as glTF.
-    pub gltf: bool,
-    /// The space that the harness goes through, as glTF, from a grid with cells of this size, m.
-    pub swept: Option<f64>,
 }

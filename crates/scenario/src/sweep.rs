@@ -1,29 +1,21 @@
 //! Sweeps: which values a scenario is run over. Every point follows from its number and the seed alone, so any of them can be
 //! computed again, on any machine, in any order.
 
-mod outputs;
+pub use crate::attachment::At;
 
-pub use crate::scenario::At;
-pub(crate) use outputs::QUANTITIES;
-pub use outputs::{Measured, Output};
-
-use crate::Span;
-use crate::document::Names;
+use crate::attachment::Stretch;
 use crate::fault::Fault;
-use crate::reader::Entry;
-use crate::settings::Setting;
-use crate::units;
+use crate::settings::{self, Setting};
+use crate::span::Span;
 use statrs::distribution::{ContinuousCDF, Normal};
 use std::sync::OnceLock;
-use toml::Spanned;
-use toml::de::DeValue;
 
 /// Points of Sobol's sequence, as far as it is tabulated; after them it begins anew, scrambled otherwise.
 const SOBOL: usize = 1 << 16;
 /// The most keys of it.
-const SOBOL_KEYS: usize = 256;
+pub(crate) const MAX_SOBOL_KEYS: usize = 256;
 /// The most points of any sweep.
-const POINTS: usize = 10_000_000;
+pub(crate) const MAX_POINTS: usize = 10_000_000;
 
 /// How points are chosen.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -68,6 +60,32 @@ pub struct Axis {
     pub span: Span,
 }
 
+/// A column of a sweep's table, or three with a fourth for their length, beside those it always has.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Output {
+    /// Name.
+    pub name: String,
+    /// What is measured in the end.
+    pub measured: Measured,
+}
+
+/// What can be measured of a harness.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Measured {
+    /// Where something is, m.
+    Position(At),
+    /// What the part of a branch behind a place exerts on the part before it, N; index of the branch, arc length (m).
+    Force(usize, f64),
+    /// Likewise, N m.
+    Moment(usize, f64),
+    /// The part of that force along the branch, N.
+    Tension(usize, f64),
+    /// The tightest bend of a part of a branch, m.
+    BendRadius(Stretch),
+    /// By how much a part of a branch is longer, unstressed, than its ends are apart, m.
+    Slack(Stretch),
+}
+
 /// Values of a key.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Range {
@@ -103,7 +121,7 @@ pub struct Value {
 }
 
 impl Value {
-    fn number(number: f64, unit: &str) -> Self {
+    pub(crate) fn number(number: f64, unit: &str) -> Self {
         let text = if unit.is_empty() { format!("{number:?}") } else { format!("\"{number:?} {unit}\"") };
         Self { text, number: Some(number) }
     }
@@ -126,6 +144,11 @@ impl Range {
         }
     }
 
+    /// Number of values in a list; 1 for distributions.
+    pub(crate) fn count(&self) -> usize {
+        if let Range::Values(values) = self { values.len() } else { 1 }
+    }
+
     /// Whether all values are numbers.
     pub fn is_numeric(&self) -> bool {
         match self {
@@ -136,6 +159,11 @@ impl Range {
 }
 
 impl Sweep {
+    /// A sweep of so many points.
+    pub(crate) fn new(method: Method, seed: u64, axes: Vec<Axis>, points: usize, outputs: Vec<Output>) -> Self {
+        Self { method, seed, axes, points, outputs, slices: OnceLock::new() }
+    }
+
     /// The values of a point, by number from 0, in the order of the axes.
     ///
     /// # Panics
@@ -151,7 +179,7 @@ impl Sweep {
                 let mut left = k;
                 let mut values: Vec<Value> = Vec::with_capacity(self.axes.len());
                 for axis in self.axes.iter().rev() {
-                    let n = count(&axis.range);
+                    let n = axis.range.count();
                     values.push(listed(axis, left % n));
                     left /= n;
                 }
@@ -190,7 +218,7 @@ impl Sweep {
         let mut left = k;
         let mut places: Vec<f64> = (0..self.axes.len())
             .rev()
-            .map(|axis| match (self.method, count(&self.axes[axis].range)) {
+            .map(|axis| match (self.method, self.axes[axis].range.count()) {
                 (Method::Grid, n) => {
                     let i = left % n;
                     left /= n;
@@ -226,193 +254,16 @@ fn random(seed: u64, k: usize, axis: usize) -> fastrand::Rng {
     fastrand::Rng::with_seed(random.u64(..))
 }
 
-fn count(range: &Range) -> usize {
-    if let Range::Values(values) = range { values.len() } else { 1 }
-}
-
-/// Reads a sweep; `None` where it is at fault.
-pub(crate) fn sweep(entry: &Entry<'_>, names: &Names<'_>) -> Option<Sweep> {
-    let before = entry.reader.fault_count();
-    let method = match entry.choice("method").unwrap_or("grid") {
-        "zip" => Method::Zip,
-        "random" => Method::Random,
-        "latin-hypercube" => Method::LatinHypercube,
-        "sobol" => Method::Sobol,
-        _ => Method::Grid,
-    };
-    let sampled = matches!(method, Method::Random | Method::LatinHypercube | Method::Sobol);
-    let samples = entry.count("samples");
-    if sampled && !entry.has("samples") {
-        entry.fault_at("method", "a sweep at random has no `samples`", "say how many points, such as samples = 1000");
-    }
-    if !sampled && entry.has("samples") {
-        entry.fault_at(
-            "samples",
-            "this sweep has as many points as its lists give",
-            "leave out `samples`, or choose method = \"random\"",
-        );
-    }
-    let seed = entry.count("seed").unwrap_or(0) as u64;
-    let varied = entry.named_entries("vary");
-    let axes: Vec<Axis> = varied.iter().filter_map(|(key, varied)| axis(key, varied, sampled)).collect();
-    if varied.is_empty() && entry.has("vary") {
-        entry.fault_at(
-            "vary",
-            "nothing varies",
-            "add a key, such as \"branches.left.length\" = { from = 0.4, to = 0.5 }",
-        );
-    }
-    let measured = entry.named_entries("outputs");
-    let outputs: Vec<Output> =
-        measured.iter().filter_map(|(name, output)| outputs::output(name, output, names)).collect();
-    if entry.reader.fault_count() > before || axes.is_empty() {
-        return None;
-    }
-    let counts: Vec<usize> = axes.iter().map(|axis| count(&axis.range)).collect();
-    let points = match method {
-        Method::Grid => counts.iter().try_fold(1_usize, |all, n| all.checked_mul(*n)).unwrap_or(usize::MAX),
-        Method::Zip => {
-            if let Some(k) = counts.iter().position(|n| *n != counts[0]) {
-                let message =
-                    format!("`{}` has {} values, `{}` has {}", axes[k].key, counts[k], axes[0].key, counts[0]);
-                entry.reader.fault(axes[k].span.clone(), message, "keys that vary together have as many values each");
-                return None;
-            }
-            counts[0]
-        }
-        _ => samples.unwrap_or(1),
-    };
-    if points > POINTS {
-        entry.fault_here(format!("this sweep has {points} points"), format!("at most {POINTS} are possible"));
-        return None;
-    }
-    if method == Method::Sobol && axes.len() > SOBOL_KEYS {
-        entry.fault_here(
-            format!("this sweep varies {} keys", axes.len()),
-            format!("at most {SOBOL_KEYS} are possible with sobol"),
-        );
-        return None;
-    }
-    Some(Sweep { method, seed, axes, points, outputs, slices: OnceLock::new() })
-}
-
 fn permutation(seed: u64, axis: usize, n: usize) -> Vec<usize> {
     let mut slices: Vec<usize> = (0..n).collect();
     random(seed, usize::MAX, axis).shuffle(&mut slices);
     slices
 }
 
-fn axis(key: &str, entry: &Entry<'_>, sampled: bool) -> Option<Axis> {
-    let given: Vec<&str> =
-        ["values", "from", "to", "count", "mean", "deviation"].into_iter().filter(|name| entry.has(name)).collect();
-    let range = match &given[..] {
-        ["values"] => {
-            let values: Vec<Value> = entry.values("values").iter().map(|node| listed(entry, node)).collect();
-            if values.is_empty() {
-                entry.fault_at("values", format!("`{key}` has no values"), "write a list, such as [0.4, \"500 mm\"]");
-                return None;
-            }
-            Range::Values(values)
-        }
-        ["from", "to"] | ["from", "to", "count"] => {
-            let (unit, [from, to]) = pair(entry, ["from", "to"])?;
-            match (sampled, entry.count("count")) {
-                (true, None) => Range::Uniform { from, to, unit },
-                (false, Some(n)) => {
-                    let at = |i: usize| from + (to - from) * i as f64 / (n - 1) as f64;
-                    Range::Values((0..n).map(|i| Value::number(at(i), &unit)).collect())
-                }
-                (true, Some(_)) => {
-                    let help = "leave it out, or choose method = \"grid\"";
-                    entry.fault_at("count", format!("`count` of `{key}` means nothing at random"), help);
-                    return None;
-                }
-                (false, None) => {
-                    let help = "add count = 5, or choose a method with samples, such as \"random\"";
-                    entry.fault_here(format!("`{key}` has no `count`"), help);
-                    return None;
-                }
-            }
-        }
-        ["mean", "deviation"] if sampled => {
-            let (unit, [mean, deviation]) = pair(entry, ["mean", "deviation"])?;
-            if deviation < 0.0 {
-                entry.fault_at(
-                    "deviation",
-                    format!("`deviation` of `{key}` is below zero"),
-                    "give a standard deviation",
-                );
-                return None;
-            }
-            Range::Normal { mean, deviation, unit }
-        }
-        ["mean", "deviation"] => {
-            entry.fault_here(
-                format!("`{key}` is distributed, but points are not chosen at random"),
-                "choose a method with samples, such as \"random\" or \"latin-hypercube\"",
-            );
-            return None;
-        }
-        _ => {
-            entry.fault_here(
-                format!("`{key}` has {}", if given.is_empty() { "no values".to_owned() } else { given.join(", ") }),
-                "give either values, or from and to (and count), or mean and deviation",
-            );
-            return None;
-        }
-    };
-    Some(Axis { key: key.to_owned(), range, span: entry.span.clone() })
-}
-
-/// A value of a list, as it stands in the file.
-fn listed(entry: &Entry<'_>, node: &Spanned<DeValue<'_>>) -> Value {
-    let text = entry.reader.text.get(node.span()).unwrap_or_default().to_owned();
-    let number = match node.get_ref() {
-        DeValue::Integer(integer) => integer.as_str().parse().ok(),
-        DeValue::Float(float) => float.as_str().parse().ok(),
-        DeValue::String(text) => units::any(text).ok().map(|(value, _)| value),
-        _ => None,
-    };
-    Value { text, number }
-}
-
-/// Two numbers of the same unit, in SI.
-fn pair(entry: &Entry<'_>, names: [&str; 2]) -> Option<(String, [f64; 2])> {
-    let read = |name: &str| -> Option<(f64, String)> {
-        let node = entry.node(name)?;
-        let read = match node.get_ref() {
-            DeValue::Integer(integer) => {
-                integer.as_str().parse().map(|x| (x, String::new())).map_err(|_| String::new())
-            }
-            DeValue::Float(float) => float.as_str().parse().map(|x| (x, String::new())).map_err(|_| String::new()),
-            DeValue::String(text) => units::any(text),
-            _ => Err(String::new()),
-        };
-        match read {
-            Ok((value, unit)) if value.is_finite() => Some((value, unit)),
-            Ok(_) | Err(_) => {
-                let shown = entry.reader.text.get(node.span()).unwrap_or_default();
-                let message = format!("`{name}` = {shown} is no number");
-                entry.fault_at(name, message, "write a number in SI units, or one with a unit such as \"500 mm\"");
-                None
-            }
-        }
-    };
-    let (first, second) = (read(names[0]), read(names[1]));
-    let ((a, unit), (b, other)) = (first?, second?);
-    if unit != other {
-        let shown = |unit: &str| if unit.is_empty() { "no unit".to_owned() } else { format!("the unit {unit}") };
-        let message = format!("`{}` has {}, `{}` has {}", names[0], shown(&unit), names[1], shown(&other));
-        entry.fault_at(names[1], message, "give both with a unit of the same quantity, or both without");
-        return None;
-    }
-    Some((unit, [a, b]))
-}
-
 /// Faults of the first point's settings, where the sweep names their keys.
 pub(crate) fn placed(sweep: &Sweep, text: &str, faults: Vec<Fault>) -> Vec<Fault> {
-    let (own, set) = crate::settings::apart(text, faults);
-    let lines = crate::settings::lines(&sweep.settings(0));
+    let (own, set) = settings::apart(text, faults);
+    let lines = settings::lines(&sweep.settings(0));
     let place = |fault: Fault| {
         let line = fault.position(&lines).0 - 1;
         let span = sweep.axes.get(line).map_or(0..0, |axis| axis.span.clone());

@@ -2,7 +2,8 @@
 
 use super::document::Document;
 use super::findings::Findings;
-use super::harness::{Incidence, Laid, Share};
+use super::harness::Share;
+use super::segments::{Incidence, Laid};
 use std::collections::{HashMap, HashSet};
 use wireloom_scenario::bundle::Bundle;
 

@@ -1,7 +1,7 @@
 //! The way from the board into the vehicle, as steps that a user edits.
 
-use super::Order;
 use super::harness::{Harness, Place};
+use super::options::Order;
 use super::tree::Tree;
 use std::collections::HashSet;
 

@@ -2,7 +2,8 @@
 
 use super::curve::Vector;
 use super::findings::Findings;
-use super::harness::{Harness, Joint, Names, Place};
+use super::harness::{Harness, Joint, Place};
+use super::names::Names;
 use super::tree::Tree;
 use crate::layout::{Edge, Layout, Point, unfold};
 use nalgebra::{Matrix3, Rotation3, SymmetricEigen, UnitQuaternion};

@@ -1,7 +1,7 @@
 //! XML to plain values in SI: what the file says, and nothing decided yet.
 
-use super::ImportError;
 use super::curve::{Polygon, Vector};
+use super::error::ImportError;
 use super::findings::Findings;
 use super::unit::{Quantity, Unit};
 use std::collections::{BTreeMap, HashMap};

@@ -1,7 +1,7 @@
 //! Why a file cannot be imported.
 
 use super::unit::Quantity;
-use wireloom_scenario::MOST_SEGMENTS;
+use wireloom_scenario::MAX_SEGMENTS;
 
 /// Why a file cannot be imported. Lines and columns count from 1.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -103,7 +103,7 @@ pub enum ImportError {
     },
     /// The harness has more segments than a scenario may have, or a branch that is longer than one may be.
     #[error(
-        "the harness comes to {segments} segments of {max_segment} m, with `{id}` as its longest, {length} m; at most {MOST_SEGMENTS} \
+        "the harness comes to {segments} segments of {max_segment} m, with `{id}` as its longest, {length} m; at most {MAX_SEGMENTS} \
          segments and branches of at most {longest} m make a scenario: correct its lengths, or take longer segments",
         longest = Quantity::Length.range()[1]
     )]

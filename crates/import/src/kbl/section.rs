@@ -11,7 +11,7 @@
 
 use super::document;
 use super::findings::Findings;
-use super::harness::Names;
+use super::names::Names;
 use std::collections::HashMap;
 use std::f64::consts::PI;
 use wireloom_scenario::bundle::{Bundle, Covered, Covering, Layer, Wire, Wires};

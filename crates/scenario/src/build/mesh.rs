@@ -1,0 +1,165 @@
+//! Divides branches into segments so that everything that attaches sits on a node.
+
+use crate::attachment::{At, Stretch};
+use crate::scenario::{Branch, Division, Scenario};
+use std::collections::BTreeSet;
+use wireloom_core::network::{NodeRange, Place};
+
+/// Attachments closer than this, relative to the branch, share a node.
+const COINCIDENT: f64 = 1e-9;
+
+/// How one branch is divided.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Divided {
+    /// Rest length of every segment, m.
+    pub rest_lengths: Vec<f64>,
+    /// Arc length (m) and node of the ends and of everything that attaches, increasing.
+    pub marks: Vec<(f64, usize)>,
+}
+
+impl Divided {
+    /// The node at arc length `s`, which must be that of an attachment.
+    fn node(&self, s: f64) -> usize {
+        let nearest = self.marks.iter().min_by(|a, b| (a.0 - s).abs().total_cmp(&(b.0 - s).abs()));
+        nearest.map_or(0, |mark| mark.1)
+    }
+}
+
+/// How every branch is divided, and where its stations are.
+pub(crate) struct Layout {
+    pub branches: Vec<Divided>,
+    /// Nodes that get a frame because of what attaches there; the ends of branches are not among them.
+    pub stations: Vec<BTreeSet<usize>>,
+}
+
+impl Layout {
+    /// Divides all branches of a scenario, in each span into one segment where the scenario wants `coarser`.
+    pub fn new(scenario: &Scenario, coarser: usize) -> Self {
+        let of_constraints = || scenario.constraints.iter().flat_map(|constraint| constraint.places());
+        let places = || of_constraints().chain(scenario.loads.iter().map(|load| load.at));
+        let branches: Vec<Divided> = scenario
+            .branches
+            .iter()
+            .enumerate()
+            .map(|(index, branch)| {
+                let arc_length = |at: At| match at {
+                    At::Branch { branch, s } if branch == index => Some(s),
+                    _ => None,
+                };
+                let sliding =
+                    scenario.constraints.iter().filter(|c| c.slide.is_some()).filter_map(|c| arc_length(c.place()));
+                divide(branch, places().filter_map(arc_length).collect(), &sliding.collect::<Vec<_>>(), coarser)
+            })
+            .collect();
+        let mut layout = Self { stations: vec![BTreeSet::new(); branches.len()], branches };
+        let of_loads = scenario.loads.iter().map(|load| load.at);
+        for at in scenario.constraints.iter().flat_map(|constraint| constraint.at.iter().copied()).chain(of_loads) {
+            if let Place::Node { branch, node } = layout.place(at) {
+                layout.stations[branch].insert(node);
+            }
+        }
+        layout
+    }
+
+    /// The nodes of a span.
+    pub fn span(&self, span: &Stretch) -> NodeRange {
+        let own = &self.branches[span.branch];
+        NodeRange { branch: span.branch, nodes: own.node(span.from)..own.node(span.to) + 1 }
+    }
+
+    /// The node or joint of an attachment.
+    pub fn place(&self, at: At) -> Place {
+        match at {
+            At::Joint(joint) => Place::Joint(joint),
+            At::Branch { branch, s } => Place::Node { branch, node: self.branches[branch].node(s) },
+        }
+    }
+}
+
+/// Divides a branch with attachments at these arc lengths (m): uniform between neighbouring attachments. Beside those that
+/// slide a span has two segments at least: the one at a joint keeps its length.
+fn divide(branch: &Branch, mut attachments: Vec<f64>, sliding: &[f64], coarser: usize) -> Divided {
+    let length = branch.length;
+    attachments.sort_by(f64::total_cmp);
+    let mut breaks = vec![0.0];
+    for s in attachments {
+        let last = breaks[breaks.len() - 1];
+        if s - last > COINCIDENT * length && length - s > COINCIDENT * length {
+            breaks.push(s);
+        }
+    }
+    breaks.push(length);
+    let spans: Vec<f64> = breaks.windows(2).map(|pair| pair[1] - pair[0]).collect();
+    let slides = |s: &f64| sliding.iter().any(|other| (other - s).abs() <= COINCIDENT * length);
+    let least: Vec<usize> = breaks.windows(2).map(|pair| 1 + usize::from(pair.iter().any(slides))).collect();
+    let counts = match branch.division {
+        Division::Segments(segments) => share_out(segments, &spans, &least),
+        // A span that is a whole number of segments but for round-off is taken for one.
+        Division::MaxSegment(longest) => {
+            let whole = |(l, least): (&f64, &usize)| ((l / longest - 1e-9).ceil() as usize).max(*least);
+            spans.iter().zip(&least).map(whole).collect()
+        }
+    };
+    let counts: Vec<usize> = counts.into_iter().map(|count: usize| count.div_ceil(coarser)).collect();
+    let mut marks = vec![(0.0, 0)];
+    let mut rest_lengths = Vec::with_capacity(counts.iter().sum());
+    for ((span, count), end) in spans.iter().zip(counts).zip(&breaks[1..]) {
+        rest_lengths.extend(std::iter::repeat_n(span / count as f64, count));
+        marks.push((*end, rest_lengths.len()));
+    }
+    Divided { rest_lengths, marks }
+}
+
+/// Divides `segments` over spans in proportion to their lengths, at least `least` for each: the next segment
+/// goes where segments are longest, one too many is taken where they would remain shortest.
+fn share_out(segments: usize, spans: &[f64], least: &[usize]) -> Vec<usize> {
+    let length: f64 = spans.iter().sum();
+    let share = |span: &f64| (segments as f64 * (span / length)).floor() as usize;
+    let mut counts: Vec<usize> = spans.iter().zip(least).map(|(span, least)| share(span).max(*least)).collect();
+    loop {
+        let total: usize = counts.iter().sum();
+        let size = |k: &usize, count: usize| spans[*k] / count as f64;
+        if total < segments {
+            let longest = (0..spans.len()).max_by(|a, b| size(a, counts[*a]).total_cmp(&size(b, counts[*b])));
+            counts[longest.unwrap_or(0)] += 1;
+        } else if total > segments {
+            let shortest = (0..spans.len())
+                .filter(|k| counts[*k] > least[*k])
+                .min_by(|a, b| size(a, counts[*a] - 1).total_cmp(&size(b, counts[*b] - 1)));
+            let Some(shortest) = shortest else { return counts };
+            counts[shortest] -= 1;
+        } else {
+            return counts;
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn segments_are_shared_out_in_proportion() {
+        assert_eq!(share_out(160, &[0.5, 0.7], &[1; 2]), [67, 93]);
+        assert_eq!(share_out(10, &[1.0], &[1]), [10]);
+        assert_eq!(share_out(3, &[1e-6, 1.0], &[1; 2]), [1, 2]);
+        assert_eq!(share_out(1, &[0.5, 0.5], &[1; 2]), [1, 1]);
+        assert_eq!(share_out(4, &[1e-6, 1e-6, 1.0], &[1; 3]), [1, 1, 2]);
+        assert_eq!(share_out(5, &[0.1, 0.9], &[2; 2]), [2, 3]);
+    }
+
+    #[test]
+    fn the_total_is_what_was_asked_for_wherever_there_are_enough() {
+        let mut x = 0.5_f64;
+        for n in 3..200 {
+            let mut spans = Vec::new();
+            for _ in 0..3 {
+                x = 3.9 * x * (1.0 - x);
+                spans.push(x + 1e-3);
+            }
+            let counts = share_out(n, &spans, &[1; 3]);
+            assert_eq!(counts.iter().sum::<usize>(), n);
+            assert!(counts.iter().all(|count| *count > 0));
+        }
+    }
+}

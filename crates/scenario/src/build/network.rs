@@ -1,0 +1,336 @@
+//! From a checked scenario to a network and a schedule.
+
+use super::mesh::Layout;
+use super::notes;
+use crate::attachment::{At, Stretch};
+use crate::fault::Fault;
+use crate::scenario::{Constraint, Facing, Joint, Load, Scenario};
+use crate::span::Spans;
+use nalgebra::Unit;
+use wireloom_core::constraint::{Action, ConstraintSpec, RotationHold, SpanSpec, StationSpec};
+use wireloom_core::joint::{JointSpec, Mounting};
+use wireloom_core::law::TurningLaw;
+use wireloom_core::network::{BranchPlan, FixingPlan, JointPlan, LoadPlan};
+use wireloom_core::registry::{BuildError, Factory, Parameters};
+use wireloom_core::rod::{Mesh, RodSpec};
+use wireloom_core::steps::Schedule;
+use wireloom_core::{Arm, JointModel, Minimiser, Network, Registry, RodSegment, Stop};
+
+/// Everything a run needs.
+pub struct Built {
+    /// The harness.
+    pub network: Network,
+    /// The same with fewer segments, where it has so many that its start is better looked for there first.
+    pub coarse: Option<Network>,
+    /// What happens to it.
+    pub schedule: Schedule,
+    /// Finds equilibria.
+    pub minimiser: Box<dyn Minimiser>,
+    /// When it stops.
+    pub stop: Stop,
+    /// What an engineer should know, each beginning with what it is about.
+    pub notes: Vec<String>,
+    /// What the rule says of sections, a line for each, where there are too many of them for the notes.
+    pub sections: Vec<String>,
+}
+
+/// Points from which on a start is looked for on a coarse mesh first.
+const LARGE: usize = 2000;
+
+/// So many segments of the mesh are one of the coarse mesh.
+const COARSER: usize = 4;
+
+/// Sections by rule that have a note each; of more, one note tells.
+const FEW_SECTIONS: usize = 6;
+
+impl Scenario {
+    /// Builds the parts with the factories of `registry`, which must be the one the scenario was parsed with.
+    ///
+    /// # Errors
+    /// What the factories refuse, each fault at its place in the file.
+    pub fn build(&self, registry: &Registry) -> Result<Built, Vec<Fault>> {
+        let mut faults = Vec::new();
+        let layout = Layout::new(self, 1);
+        let models = self.joint_models(&layout, registry, &mut faults);
+        let fixings = self.fixing_plans(&layout, registry, &mut faults);
+        let minimiser = self.minimiser(registry, &mut faults);
+        let (Some(models), Some(minimiser)) = (models, minimiser) else { return Err(faults) };
+        let branches = self.branch_plans(&layout, &models, registry, &mut faults);
+        if !faults.is_empty() {
+            return Err(faults);
+        }
+        let mut sections = self.notes_on_sections();
+        let mut notes = if sections.len() <= FEW_SECTIONS {
+            std::mem::take(&mut sections)
+        } else {
+            vec![format!(
+                "{} sections follow from their wires by rule; `wireloom check` lists what it takes, and between which bounds",
+                sections.len()
+            )]
+        };
+        notes.extend(self.notes(&models));
+        notes.extend(self.obstacles.iter().flat_map(|body| body.notes.iter().cloned()));
+        let joints = self.joint_plans(models);
+        let network = self.among_obstacles(Network::new(branches, joints, fixings, self.load_plans(&layout)));
+        self.turned_in_vain(&network, &mut faults);
+        if !faults.is_empty() {
+            return Err(faults);
+        }
+        minimiser
+            .accepts(&network)
+            .map_err(|refusal| vec![refused(refusal, "the minimiser", &self.minimiser.spans)])?;
+        let coarse = self.coarse(&network, registry);
+        let schedule = Schedule {
+            scenario: self.name.clone(),
+            gravity: self.gravity,
+            initial: self.initial,
+            steps: self.steps.clone(),
+            increments: self.output.increments,
+            clearances: self.output.clearance,
+        };
+        Ok(Built { network, coarse, schedule, minimiser, stop: self.minimiser.stop, notes, sections })
+    }
+
+    /// What is told to make turns about its tangent, and leaves the twist free: nobody would see any of them.
+    fn turned_in_vain(&self, network: &Network, faults: &mut Vec<Fault>) {
+        for step in &self.steps {
+            for motion in step.moves.iter().filter(|motion| motion.track.spin != 0.0) {
+                for carried in &motion.carried {
+                    let fixing = &network.fixings[carried.fixing].constraint;
+                    let free = match fixing.action() {
+                        Action::Prescribed(hold) => matches!(hold.rotation, RotationHold::Free | RotationHold::Tangent),
+                        Action::Potential(_) => {
+                            fixing.law().is_some_and(|law| !matches!(law.turning, TurningLaw::Frame(_)))
+                        }
+                        Action::Equations(_) => false,
+                    };
+                    if free {
+                        let constraint = &self.constraints[carried.fixing];
+                        let message = format!(
+                            "makes {} turns in step \"{}\", but leaves the twist free",
+                            motion.track.spin, step.name
+                        );
+                        let help = "hold the twist: a connector does, a collar with twist = \"held\", a handle with `tangent` and `up`";
+                        let label = format!("constraint \"{}\"", constraint.name);
+                        faults.push(refused(BuildError::new(message, help).at("kind"), &label, &constraint.spans));
+                    }
+                }
+            }
+        }
+    }
+
+    /// The harness with fewer segments; `None` where that makes little difference, or where the mesh moves along the cable.
+    fn coarse(&self, fine: &Network, registry: &Registry) -> Option<Network> {
+        if fine.points < LARGE || fine.branches.iter().any(|branch| branch.mesh_moves) {
+            return None;
+        }
+        let layout = Layout::new(self, COARSER);
+        // What the factories refuse they refused before.
+        let mut faults = Vec::new();
+        let models = self.joint_models(&layout, registry, &mut faults)?;
+        let fixings = self.fixing_plans(&layout, registry, &mut faults);
+        let branches = self.branch_plans(&layout, &models, registry, &mut faults);
+        if !faults.is_empty() {
+            return None;
+        }
+        let network = Network::new(branches, self.joint_plans(models), fixings, self.load_plans(&layout));
+        let network = self.among_obstacles(network);
+        (2 * network.points <= fine.points).then_some(network)
+    }
+
+    /// The harness with all that is about it.
+    fn among_obstacles(&self, network: Network) -> Network {
+        let obstacles = self.obstacles.iter().map(|body| body.obstacle.clone()).collect();
+        Network { obstacles, contact: self.contact, ..network }
+    }
+
+    /// Joint models with what they were told; `None` where one could not be built.
+    fn joint_models(
+        &self,
+        layout: &Layout,
+        registry: &Registry,
+        faults: &mut Vec<Fault>,
+    ) -> Option<Vec<(JointSpec, Box<dyn JointModel>)>> {
+        let model = |joint: &Joint| {
+            let spec = self.joint_spec(joint, layout);
+            let kind = registry.joint(&joint.model).map(|kind| &kind.build);
+            let label = format!("joint \"{}\"", joint.name);
+            let model = made(kind, &spec, &joint.parameters, &label, &joint.spans, faults)?;
+            Some((spec, model))
+        };
+        let models: Vec<Option<_>> = self.joints.iter().map(model).collect();
+        models.into_iter().collect()
+    }
+
+    fn joint_spec(&self, joint: &Joint, layout: &Layout) -> JointSpec {
+        let arms = joint.arms.iter().map(|arm| {
+            let branch = &self.branches[arm.branch];
+            let lengths = &layout.branches[arm.branch].rest_lengths;
+            Arm {
+                branch: branch.name.clone(),
+                starts_here: arm.starts_here,
+                rest: arm.rest,
+                offset: arm.offset,
+                section: self.sections[branch.section].clone(),
+                curvature: branch.curvature,
+                length: branch.length,
+                segment_length: if arm.starts_here { lengths[0] } else { lengths[lengths.len() - 1] },
+            }
+        });
+        JointSpec { name: joint.name.clone(), arms: arms.collect(), wires: joint.wires.clone() }
+    }
+
+    /// Rods on meshes with stations at both ends (but for ends that meet others in a point) and where
+    /// something attaches.
+    fn branch_plans(
+        &self,
+        layout: &Layout,
+        models: &[(JointSpec, Box<dyn JointModel>)],
+        registry: &Registry,
+        faults: &mut Vec<Fault>,
+    ) -> Vec<BranchPlan> {
+        let mut plans = Vec::new();
+        for (index, branch) in self.branches.iter().enumerate() {
+            let rest_lengths = layout.branches[index].rest_lengths.clone();
+            let last = rest_lengths.len();
+            let mut stations = layout.stations[index].clone();
+            stations.extend([0, last]);
+            for (joint, (_, model)) in self.joints.iter().zip(models) {
+                if model.mounting() != Mounting::Point {
+                    continue;
+                }
+                for arm in joint.arms.iter().filter(|arm| arm.branch == index) {
+                    stations.remove(if arm.starts_here { &0 } else { &last });
+                }
+            }
+            let section = self.sections[branch.section].clone();
+            let mesh = Mesh::new(rest_lengths, stations.into_iter().collect());
+            let spec = RodSpec { section: section.clone(), mesh, curvature: branch.curvature };
+            let kind = registry.rod(&branch.rod).map(|kind| &kind.build);
+            let label = format!("branch \"{}\"", branch.name);
+            let rod: Option<Box<dyn RodSegment>> = made(kind, &spec, &branch.parameters, &label, &branch.spans, faults);
+            let (name, path) = (branch.name.clone(), branch.path.clone());
+            plans.extend(rod.map(|rod| BranchPlan { name, section, rod, path }));
+        }
+        plans
+    }
+
+    fn joint_plans(&self, models: Vec<(JointSpec, Box<dyn JointModel>)>) -> Vec<JointPlan> {
+        let plan = |(joint, (spec, model)): (&Joint, (JointSpec, Box<dyn JointModel>))| JointPlan {
+            name: joint.name.clone(),
+            kind: joint.model.clone(),
+            model,
+            arms: spec.arms,
+            branches: joint.arms.iter().map(|arm| arm.branch).collect(),
+            mass: joint.mass,
+        };
+        self.joints.iter().zip(models).map(plan).collect()
+    }
+
+    fn fixing_plans(&self, layout: &Layout, registry: &Registry, faults: &mut Vec<Fault>) -> Vec<FixingPlan> {
+        let mut plans = Vec::new();
+        for constraint in &self.constraints {
+            let kind = registry.constraint(&constraint.kind).map(|kind| &kind.build);
+            let label = format!("constraint \"{}\"", constraint.name);
+            let spec = self.constraint_spec(constraint);
+            let built = made(kind, &spec, &constraint.parameters, &label, &constraint.spans, faults);
+            plans.extend(built.map(|built| FixingPlan {
+                name: constraint.name.clone(),
+                kind: constraint.called.clone(),
+                constraint: built,
+                stations: constraint.at.iter().map(|&at| layout.place(at)).collect(),
+                span: constraint.span.as_ref().map(|span| layout.span(span)),
+                position: constraint.position,
+                tangent: if let Facing::Tangent(tangent) = constraint.facing { Some(tangent) } else { None },
+                orientation: if let Facing::Orientation(frame) = constraint.facing { Some(frame) } else { None },
+                slide: constraint.slide,
+                limits: constraint.limits,
+                nearest: constraint.nearest,
+                from_start: constraint.from_start,
+            }));
+        }
+        plans
+    }
+
+    fn constraint_spec(&self, constraint: &Constraint) -> ConstraintSpec {
+        let diameter = |branch: usize| self.sections[self.branches[branch].section].diameter;
+        let station = |at: &At| match at {
+            At::Branch { branch, s } => {
+                let place = Some((self.branches[*branch].name.clone(), *s));
+                StationSpec { place, diameter: diameter(*branch) }
+            }
+            At::Joint(joint) => {
+                let arms = self.joints[*joint].arms.iter().map(|arm| diameter(arm.branch));
+                StationSpec { place: None, diameter: arms.fold(0.0, f64::max) }
+            }
+        };
+        let span = |span: &Stretch| SpanSpec {
+            branch: self.branches[span.branch].name.clone(),
+            range: (span.from, span.to),
+            diameter: diameter(span.branch),
+        };
+        ConstraintSpec {
+            name: constraint.name.clone(),
+            stations: constraint.at.iter().map(station).collect(),
+            span: constraint.span.as_ref().map(span),
+            tangent_given: constraint.tangent_given,
+            up_given: constraint.up_given,
+            hold: constraint.hold.clone(),
+            free_axis: constraint.free_axis.map(Unit::new_unchecked),
+            rails: constraint.rails.clone(),
+        }
+    }
+
+    fn load_plans(&self, layout: &Layout) -> Vec<LoadPlan> {
+        let plan = |load: &Load| LoadPlan {
+            name: load.name.clone(),
+            place: layout.place(load.at),
+            force: load.force,
+            moment: load.moment,
+            factor: load.factor,
+        };
+        self.loads.iter().map(plan).collect()
+    }
+
+    fn minimiser(&self, registry: &Registry, faults: &mut Vec<Fault>) -> Option<Box<dyn Minimiser>> {
+        let chosen = &self.minimiser;
+        let kind = registry.minimiser(&chosen.kind).map(|kind| &kind.build);
+        made(kind, &(), &chosen.parameters, "the minimiser", &chosen.spans, faults)
+    }
+
+    fn notes(&self, models: &[(JointSpec, Box<dyn JointModel>)]) -> Vec<String> {
+        let of_joint = |(spec, model): &(JointSpec, Box<dyn JointModel>)| {
+            let name = spec.name.clone();
+            model.notes().into_iter().map(move |note| format!("joint \"{name}\": {note}"))
+        };
+        models.iter().flat_map(of_joint).collect()
+    }
+
+    fn notes_on_sections(&self) -> Vec<String> {
+        self.by_rule.iter().map(|by_rule| notes::note(by_rule, &self.sections[by_rule.section])).collect()
+    }
+}
+
+/// What a factory makes; `None`, with a fault at the key it names, where it refuses.
+fn made<S, T: ?Sized>(
+    factory: Option<&Factory<S, T>>,
+    spec: &S,
+    parameters: &Parameters,
+    label: &str,
+    spans: &Spans,
+    faults: &mut Vec<Fault>,
+) -> Option<Box<T>> {
+    let built = match factory {
+        Some(factory) => factory(spec, parameters),
+        None => Err(BuildError::new(
+            "its kind is not in this registry",
+            "build with the registry the scenario was parsed with",
+        )),
+    };
+    built.map_err(|error| faults.push(refused(error, label, spans))).ok()
+}
+
+/// A refusal, at the key it names.
+fn refused(error: BuildError, label: &str, spans: &Spans) -> Fault {
+    Fault { span: spans.of(error.key.as_deref()), message: format!("{label}: {}", error.message), help: error.help }
+}

@@ -1,0 +1,5 @@
+//! Checks of the whole harness: constraints that contradict each other, parts that nothing holds.
+
+pub(crate) mod conflicts;
+pub(crate) mod freedoms;
+mod timeline;

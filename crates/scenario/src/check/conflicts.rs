@@ -1,0 +1,358 @@
+//! Refuses constraints that do not fit where they attach, or that contradict one another.
+
+use super::timeline::stages;
+use crate::attachment::At;
+use crate::fault::Fault;
+use crate::scenario::{Facing, Scenario};
+use std::collections::{BTreeMap, BTreeSet};
+use wireloom_core::constraint::Hold;
+use wireloom_core::rotation::columns;
+use wireloom_core::steps::{Move, Turn};
+use wireloom_core::{Action, Matrix, Network, Rotation, RotationHold, Vector};
+
+/// Constraints and loads that ask more of their place than it has.
+pub(crate) fn refuse_misplaced(scenario: &Scenario, network: &Network) -> Vec<Fault> {
+    let mut faults = Vec::new();
+    for (own, fixing) in scenario.constraints.iter().zip(&network.fixings) {
+        if fixing.constraint.needs_frame()
+            && let Some(site) = fixing.stations.iter().find(|site| site.frame.is_none())
+        {
+            faults.push(Fault {
+                span: own.spans.of(Some("at")),
+                message: format!(
+                    "constraint \"{}\" holds more than the position at joint {}, which has no frame",
+                    own.name,
+                    joint_name(network, site.point),
+                ),
+                help: "write hold = [\"position\"], attach it further along a branch, or use a joint model with a body"
+                    .to_owned(),
+            });
+        } else if fixing.site.local.position != Vector::zeros() && holds_a_part(fixing.constraint.action()) {
+            faults.push(Fault {
+                span: own.spans.of(Some("at")),
+                message: format!(
+                    "constraint \"{}\" holds some freedoms of an arm that leaves joint {} with an offset",
+                    own.name,
+                    joint_name(network, fixing.site.point),
+                ),
+                help: "let it hold position, tangent and twist, attach it to the joint, or one segment away".to_owned(),
+            });
+        }
+    }
+    faults.extend(refuse_bad_slides(scenario, network));
+    faults.extend(refuse_bad_shapes(scenario, network));
+    for (own, load) in scenario.loads.iter().zip(&network.loads) {
+        if own.moment != Vector::zeros() && load.site.frame.is_none() {
+            faults.push(Fault {
+                span: own.spans.of(Some("moment")),
+                message: format!(
+                    "load \"{}\" has a moment at joint {}, which has no frame",
+                    own.name,
+                    joint_name(network, load.site.point),
+                ),
+                help: "attach it further along a branch, or use a joint model with a body".to_owned(),
+            });
+        }
+    }
+    faults
+}
+
+/// The cable can run through a fixing only where nothing else is tied to the material.
+fn refuse_bad_slides(scenario: &Scenario, network: &Network) -> Vec<Fault> {
+    let mut faults = Vec::new();
+    for (index, (own, fixing)) in scenario.constraints.iter().zip(&network.fixings).enumerate() {
+        if fixing.slide.is_none() {
+            continue;
+        }
+        let others = network.fixings.iter().enumerate();
+        let other = others.filter(|(k, _)| *k != index).find(|(_, other)| other.places.contains(&fixing.place));
+        let load = network.loads.iter().find(|load| load.point == fixing.site.point);
+        let message = match (other, load) {
+            (Some((_, other)), _) => {
+                format!(
+                    "the cable cannot run through constraint \"{}\": \"{}\" attaches at the same place",
+                    own.name, other.name
+                )
+            }
+            (_, Some(load)) => {
+                format!(
+                    "the cable cannot run through constraint \"{}\": load \"{}\" acts at the same place",
+                    own.name, load.name
+                )
+            }
+            (None, None) => continue,
+        };
+        faults.push(Fault {
+            span: own.spans.of(Some("at")),
+            message,
+            help: "attach what slides within a branch, at an arc length of its own".to_owned(),
+        });
+    }
+    faults
+}
+
+/// What prescribes acts on one station; equations have something to measure by; the nodes of a span stay where they are on the cable.
+fn refuse_bad_shapes(scenario: &Scenario, network: &Network) -> Vec<Fault> {
+    let mut faults = Vec::new();
+    for (own, fixing) in scenario.constraints.iter().zip(&network.fixings) {
+        let mut refuse = |key: &str, message: String, help: &str| {
+            faults.push(Fault { span: own.spans.of(Some(key)), message, help: help.to_owned() });
+        };
+        let name = &own.name;
+        if matches!(fixing.constraint.action(), Action::Prescribed(_))
+            && (fixing.stations.len() != 1 || fixing.span.is_some())
+        {
+            let message = format!("constraint \"{name}\" prescribes freedoms, and does not attach to one place alone");
+            refuse(
+                "at",
+                message,
+                "give one place in `at` and no `span`: a constraint prescribes one station's freedoms",
+            );
+        }
+        if let Some(odd) =
+            fixing.residuals.iter().find(|residual| !(residual.scale > 0.0 && residual.scale.is_finite()))
+        {
+            let message = format!("constraint \"{name}\" measures an equation by {}", odd.scale);
+            refuse("kind", message, "its kind is at fault: what counts as one is a positive number");
+        }
+        if let Some(span) = fixing.span.as_ref().filter(|span| network.branches[span.branch].mesh_moves) {
+            let branch = &network.branches[span.branch].name;
+            let message =
+                format!("constraint \"{name}\" acts along branch \"{branch}\", which runs through another fixing");
+            refuse("span", message, "let nothing slide on that branch, or divide it by a joint");
+        }
+    }
+    faults
+}
+
+fn joint_name(network: &Network, point: usize) -> String {
+    network
+        .joints
+        .iter()
+        .find(|joint| joint.point == point)
+        .map(|joint| format!("\"{}\"", joint.name))
+        .unwrap_or_default()
+}
+
+/// Whether some freedoms are prescribed, and others are not.
+fn holds_a_part(action: Action<'_>) -> bool {
+    match action {
+        Action::Prescribed(Hold { position: true, rails, rotation: RotationHold::All }) => !rails.is_empty(),
+        Action::Prescribed(_) => true,
+        Action::Potential(_) | Action::Equations(_) => false,
+    }
+}
+
+/// Where a held value comes from: the file, or where constraint so-and-so found the cable.
+#[derive(Clone, Copy, PartialEq)]
+enum Held<T> {
+    Given(T),
+    Found(usize),
+}
+
+/// A given direction or frame.
+#[derive(Clone, Copy, PartialEq)]
+enum Faced {
+    Tangent(Vector),
+    Frame(Rotation),
+}
+
+/// What a constraint prescribes, while it acts.
+struct Target<'n> {
+    hold: &'n Hold,
+    position: Held<Vector>,
+    facing: Held<Faced>,
+}
+
+/// Pairs of constraints that hold the same freedom of the same place at the same time in different ways.
+pub(crate) fn refuse_contradictions(scenario: &Scenario, network: &Network) -> Vec<Fault> {
+    let mut faults = Vec::new();
+    let mut reported = BTreeSet::new();
+    let mut targets: Vec<Option<Target<'_>>> = network.fixings.iter().map(|_| None).collect();
+    for stage in stages(scenario) {
+        // What is given comes first: what begins beside it and is given nothing takes it over. What a step adds
+        // takes hold of the cable where it is, and goes to what it is given from there.
+        let mut begins = stage.begins.clone();
+        begins.sort_by_key(|fixing| scenario.constraints[*fixing].position.is_none());
+        for fixing in &begins {
+            let given = if stage.step.is_none() { given(scenario, *fixing) } else { (None, None) };
+            targets[*fixing] = begin(network, &targets, &stage.active, *fixing, given);
+        }
+        let mut others: BTreeMap<usize, Vec<usize>> = BTreeMap::new();
+        for fixing in &stage.active {
+            others.entry(network.fixings[*fixing].site.point).or_default().push(*fixing);
+        }
+        // Only what begins or moves can come to contradict something.
+        let mut check = |targets: &[Option<Target<'_>>], changed: &[usize]| {
+            for one in changed {
+                for other in others.get(&network.fixings[*one].site.point).into_iter().flatten().filter(|b| *b != one) {
+                    let (a, b) = (*one.min(other), *one.max(other));
+                    let Some(what) = contradiction(network, targets, a, b) else { continue };
+                    if reported.insert((a, b)) {
+                        faults.push(fault(scenario, a, b, what, &stage.label));
+                    }
+                }
+            }
+        };
+        check(&targets, &begins);
+        for &fixing in &begins {
+            let Some(target) = &mut targets[fixing] else { continue };
+            let (position, facing) = given(scenario, fixing);
+            target.position = position.unwrap_or(target.position);
+            target.facing = facing.unwrap_or(target.facing);
+        }
+        for motion in stage.step.into_iter().flat_map(|step| &step.moves) {
+            moved(motion, &mut targets);
+            begins.extend(motion.carried.iter().map(|carried| carried.fixing));
+        }
+        check(&targets, &begins);
+    }
+    faults
+}
+
+/// What a motion leaves behind: the end of its track, but for those that follow the first one as a body.
+fn moved(motion: &Move, targets: &mut [Option<Target<'_>>]) {
+    let leads = motion.origin == (None, None);
+    let track = &motion.track;
+    for (k, carried) in motion.carried.iter().enumerate() {
+        let fixing = carried.fixing;
+        let Some(target) = &mut targets[fixing] else { continue };
+        if !(k == 0 && leads) {
+            (target.position, target.facing) = (Held::Found(fixing), Held::Found(fixing));
+            continue;
+        }
+        if let Some((_, position)) = track.positions.last() {
+            target.position = Held::Given(*position);
+        }
+        match track.turns.last() {
+            None if track.spin != 0.0 => target.facing = Held::Found(fixing),
+            None | Some((_, Turn::Keep)) => {}
+            Some((_, Turn::Tangent(tangent))) => target.facing = Held::Given(Faced::Tangent(*tangent)),
+            Some((_, Turn::Orientation(frame))) => target.facing = Held::Given(Faced::Frame(*frame)),
+        }
+    }
+}
+
+fn fault(scenario: &Scenario, a: usize, b: usize, what: &str, when: &str) -> Fault {
+    let (first, second) = (&scenario.constraints[a], &scenario.constraints[b]);
+    let place = match second.place() {
+        At::Joint(joint) => format!("joint \"{}\"", scenario.joints[joint].name),
+        At::Branch { branch, s } => format!("s = {s} m of branch \"{}\"", scenario.branches[branch].name),
+    };
+    Fault {
+        span: second.spans.of(None),
+        message: format!(
+            "constraints \"{}\" and \"{}\" hold {what} at {place} differently {when}",
+            first.name, second.name
+        ),
+        help: "release one before the other begins, or let them hold different freedoms with `hold`".to_owned(),
+    }
+}
+
+/// Whether two places ride on the same point and frame in the same way.
+fn same_place(network: &Network, a: usize, b: usize) -> bool {
+    network.fixings[a].site == network.fixings[b].site
+}
+
+/// Position and facing that the file gives a constraint.
+type Given = (Option<Held<Vector>>, Option<Held<Faced>>);
+
+fn given(scenario: &Scenario, fixing: usize) -> Given {
+    let own = &scenario.constraints[fixing];
+    let facing = match own.facing {
+        Facing::Left => None,
+        Facing::Tangent(tangent) => Some(Held::Given(Faced::Tangent(tangent))),
+        Facing::Orientation(frame) => Some(Held::Given(Faced::Frame(frame))),
+    };
+    (own.position.map(Held::Given), facing)
+}
+
+/// The target of a constraint as it begins: what it is given, or what others hold there already, or where it finds the
+/// cable; `None` where it prescribes nothing.
+fn begin<'n>(
+    network: &'n Network,
+    targets: &[Option<Target<'n>>],
+    active: &[usize],
+    fixing: usize,
+    (position, facing): Given,
+) -> Option<Target<'n>> {
+    let Action::Prescribed(hold) = network.fixings[fixing].constraint.action() else { return None };
+    let beside = || {
+        let others = active.iter().filter(|other| **other != fixing && same_place(network, fixing, **other));
+        others.filter_map(|other| targets[*other].as_ref())
+    };
+    let point = || beside().find(|other| other.hold.position && other.hold.rails.is_empty());
+    let frame = || beside().find(|other| other.hold.rotation != RotationHold::Free);
+    let found = Held::Found(fixing);
+    Some(Target {
+        hold,
+        position: position.or_else(|| point().map(|other| other.position)).unwrap_or(found),
+        facing: facing.or_else(|| frame().map(|other| other.facing)).unwrap_or(Held::Found(fixing)),
+    })
+}
+
+/// What two constraints hold differently, if anything.
+fn contradiction(network: &Network, targets: &[Option<Target<'_>>], a: usize, b: usize) -> Option<&'static str> {
+    let (first, second) = (targets[a].as_ref()?, targets[b].as_ref()?);
+    if network.fixings[a].site.point != network.fixings[b].site.point {
+        return None;
+    }
+    let same = same_place(network, a, b);
+    let shared = shared_directions(&first.hold.held_directions(), &second.hold.held_directions());
+    let differ = |d: &Vector| match (first.position, second.position) {
+        (Held::Given(p), Held::Given(q)) => d.dot(&(p - q)).abs() > 1e-9 * (1.0 + p.norm()),
+        (p, q) => p != q,
+    };
+    if shared.iter().any(|d| !same || differ(d)) {
+        return Some("the position");
+    }
+    match (first.hold.rotation, second.hold.rotation) {
+        (RotationHold::Free, _) | (_, RotationHold::Free) => None,
+        (RotationHold::Tangent, RotationHold::Twist) | (RotationHold::Twist, RotationHold::Tangent) => None,
+        (RotationHold::Tangent, _) | (_, RotationHold::Tangent) => {
+            let differ = match (tangent(first.facing), tangent(second.facing)) {
+                (Some(p), Some(q)) => (p - q).norm() > 1e-9,
+                _ => first.facing != second.facing,
+            };
+            (!same || differ).then_some("the tangent")
+        }
+        _ => {
+            let differ = match (first.facing, second.facing) {
+                (Held::Given(Faced::Frame(p)), Held::Given(Faced::Frame(q))) => p.angle_to(&q) > 1e-7,
+                (p, q) => p != q,
+            };
+            (!same || differ).then_some("the orientation")
+        }
+    }
+}
+
+fn tangent(facing: Held<Faced>) -> Option<Vector> {
+    match facing {
+        Held::Given(Faced::Tangent(tangent)) => Some(tangent),
+        Held::Given(Faced::Frame(frame)) => Some(columns(&frame)[2]),
+        Held::Found(_) => None,
+    }
+}
+
+/// Orthonormal basis of the directions common to two subspaces with orthonormal bases: the eigenvectors of
+/// `P_A P_B P_A` to the eigenvalue 1.
+fn shared_directions(a: &[Vector], b: &[Vector]) -> Vec<Vector> {
+    let projector = |basis: &[Vector]| basis.iter().map(|d| d * d.transpose()).sum::<Matrix>();
+    let (pa, pb) = (projector(a), projector(b));
+    let eigen = (pa * pb * pa).symmetric_eigen();
+    (0..3).filter(|k| eigen.eigenvalues[*k] > 1.0 - 1e-9).map(|k| eigen.eigenvectors.column(k).into_owned()).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn directions_common_to_two_planes() {
+        let shared = shared_directions(&[Vector::x(), Vector::y()], &[Vector::y(), Vector::z()]);
+        assert_eq!(shared.len(), 1);
+        assert!((shared[0].y.abs() - 1.0).abs() < 1e-12);
+        assert!(shared_directions(&[Vector::x()], &[Vector::y()]).is_empty());
+        assert!(shared_directions(&[], &[Vector::y()]).is_empty());
+    }
+}

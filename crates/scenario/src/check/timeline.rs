@@ -1,0 +1,58 @@
+//! Which constraints and loads act when.
+
+use crate::scenario::Scenario;
+use crate::span::Span;
+use wireloom_core::Vector;
+use wireloom_core::steps::Step;
+
+/// The beginning, or a step.
+pub(crate) struct Stage<'s> {
+    /// When it is, for messages.
+    pub label: String,
+    /// Where it is in the file; `None` at the start.
+    pub span: Option<Span>,
+    /// The step; `None` at the start.
+    pub step: Option<&'s Step>,
+    /// Constraints that begin with it.
+    pub begins: Vec<usize>,
+    /// Constraints that act in it.
+    pub active: Vec<usize>,
+    /// Whether gravity acts at some time in it.
+    pub gravity: bool,
+    /// Loads that act at some time in it.
+    pub loads: Vec<usize>,
+}
+
+/// All stages of a scenario, in order. What the first step brings counts at the start too: its first increment
+/// is the first equilibrium asked for.
+pub(crate) fn stages(scenario: &Scenario) -> Vec<Stage<'_>> {
+    let mut active: Vec<usize> =
+        (0..scenario.constraints.len()).filter(|c| scenario.constraints[*c].from_start).collect();
+    let mut gravity = scenario.gravity;
+    let mut factors: Vec<f64> = scenario.loads.iter().map(|load| load.factor).collect();
+    let mut all = Vec::new();
+    let first = Step::default();
+    let mut stage = |label, span, begins: Vec<usize>, active: &[usize], step, ahead: &Step| {
+        let mut acting: Vec<bool> = factors.iter().map(|factor| *factor != 0.0).collect();
+        let mut pulls = gravity != Vector::zeros();
+        for (load, factor) in &ahead.loads {
+            factors[*load] = *factor;
+            acting[*load] |= *factor != 0.0;
+        }
+        if let Some(next) = ahead.gravity {
+            gravity = next;
+            pulls |= next != Vector::zeros();
+        }
+        let loads = (0..acting.len()).filter(|load| acting[*load]).collect();
+        all.push(Stage { label, span, step, begins, active: active.to_vec(), gravity: pulls, loads });
+    };
+    let ahead = scenario.steps.first().unwrap_or(&first);
+    stage("at the start".to_owned(), None, active.clone(), &active, None, ahead);
+    for (step, span) in scenario.steps.iter().zip(&scenario.step_spans) {
+        active.retain(|constraint| !step.release.contains(constraint));
+        active.extend(&step.add);
+        let label = format!("in step \"{}\"", step.name);
+        stage(label, Some(span.clone()), step.add.clone(), &active, Some(step), step);
+    }
+    all
+}

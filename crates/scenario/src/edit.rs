@@ -1,0 +1,6 @@
+//! Changes to a scenario: values that replace those of the text, and steps and values written into the text.
+
+pub mod adjust;
+pub(crate) mod apply;
+mod key_path;
+pub mod record;

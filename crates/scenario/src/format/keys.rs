@@ -1,0 +1,58 @@
+//! The tables of keys: one for each kind of entry.
+
+pub(crate) mod constraints;
+mod harness;
+mod library;
+mod run;
+mod steps;
+mod surroundings;
+mod sweep;
+#[cfg(test)]
+mod tests;
+
+pub(crate) use constraints::{CONSTRAINT, LOAD};
+pub(crate) use harness::{BRANCH, JOINT};
+pub(crate) use library::{FIXING_TYPE, LIBRARY_FILE, SECTION};
+pub(crate) use run::MINIMISER;
+pub(crate) use surroundings::OBSTACLE;
+
+use super::form::{Form, Keys, may, must};
+use crate::output::OUTPUT;
+use library::{COVERINGS, FIXING_TYPES, LIBRARY, MATERIALS, WIRE_TYPES};
+use run::{INITIAL, PLUGINS};
+use steps::STEP;
+use surroundings::CONTACT;
+use sweep::SWEEP;
+use wireloom_core::Quantity;
+
+/// A whole scenario.
+pub(crate) const SCENARIO: Keys = Keys {
+    what: "scenario",
+    keys: &[
+        must("schema", Form::Version, "version of the format; 1 is the only one so far"),
+        may("name", Form::Name, "name of the scenario, for results; default \"harness\""),
+        may("gravity", Form::Vector(Quantity::Acceleration), "gravity at the beginning; default [0, 0, -9.81]"),
+        must("sections", Form::Named(&SECTION), "what branches are made of, by name"),
+        MATERIALS,
+        WIRE_TYPES,
+        COVERINGS,
+        FIXING_TYPES,
+        may("library", Form::Table(&LIBRARY), "files with further wires, coverings, materials and types of fixings"),
+        must("branches", Form::Tables(&BRANCH), "the branches of the harness; vertices come into being by being named"),
+        may(
+            "joints",
+            Form::Tables(&JOINT),
+            "what holds branches together: one for every vertex of two or more branches",
+        ),
+        may("constraints", Form::Tables(&CONSTRAINT), "what holds the harness from the beginning"),
+        may("loads", Form::Tables(&LOAD), "dead loads"),
+        may("initial", Form::Table(&INITIAL), "start from the rest shape, laid here; left out, a start is found"),
+        may("minimiser", Form::Table(&MINIMISER), "how equilibria are found"),
+        may("steps", Form::Tables(&STEP), "assembly operations, in order; left out, the scenario is one equilibrium"),
+        may("output", Form::Table(&OUTPUT), "what is written besides the result"),
+        may("plugins", Form::Table(&PLUGINS), "libraries with further kinds"),
+        may("obstacles", Form::Tables(&OBSTACLE), "bodies that the harness may touch but not enter"),
+        may("contact", Form::Table(&CONTACT), "how cables meet each other and the obstacles"),
+        may("sweep", Form::Table(&SWEEP), "values to run the scenario over, with `wireloom sweep`"),
+    ],
+};

@@ -1,0 +1,103 @@
+//! Constraints and loads, and where they attach.
+
+use crate::format::form::{Family, Form, Key, Keys, may, must, unless};
+use crate::format::limits::{ANY, FRICTION_COEFFICIENT, LOAD_FACTOR, POSITIVE};
+use wireloom_core::Quantity;
+
+/// Where something attaches.
+pub(crate) const AT: Keys = Keys {
+    what: "at",
+    keys: &[
+        may("end", Form::Name, "a free end, by vertex"),
+        may("joint", Form::Name, "a joint, by vertex"),
+        may("branch", Form::Name, "a branch, with s"),
+        may("s", Form::Number(Quantity::Length, ANY), "unstressed arc length along the branch"),
+    ],
+};
+
+pub(crate) const TANGENT: Key =
+    may("tangent", Form::Direction, "direction of d3: along the branch, from `from` to `to`");
+pub(crate) const UP: Key =
+    may("up", Form::Direction, "direction of d1; with tangent it fixes the twist; projected where not orthogonal");
+pub(crate) const ORIENTATION: Key = may("orientation", Form::Orientation, "instead of tangent and up: the whole frame");
+
+pub(crate) const NAME: Key = must("name", Form::Name, "its name");
+pub(crate) const PLACE: Key = must("at", Form::Table(&AT), "where it attaches");
+pub(crate) const HOLD: Key = may(
+    "hold",
+    Form::Words(&["position", "tangent", "twist"]),
+    "the freedoms it holds, instead of those its kind holds",
+);
+pub(crate) const FREE_AXIS: Key =
+    may("free_axis", Form::Direction, "world axis about which alone it may turn: a hinge");
+pub(crate) const RAIL: Key =
+    may("rail", Form::Directions, "one or two world directions along which the held point may move freely");
+pub(crate) const SLIDE: Key = may(
+    "slide",
+    Form::Flag,
+    "whether the cable may run through: a ring or, with the tangent held, a sleeve; default false",
+);
+pub(crate) const FRICTION: Key = may(
+    "friction",
+    Form::Number(Quantity::Dimensionless, FRICTION_COEFFICIENT),
+    "where the cable runs through: axial force it takes, per force across, before the cable slips; default 0",
+);
+pub(crate) const PULL_OUT_FORCE: Key = may(
+    "pull_out_force",
+    Form::Number(Quantity::Force, POSITIVE),
+    "largest force it takes before it comes off; reported against",
+);
+pub(crate) const MAX_MOMENT: Key =
+    may("max_moment", Form::Number(Quantity::Moment, POSITIVE), "largest moment it takes; reported against");
+pub(crate) const INSERTION_FORCE: Key =
+    may("insertion_force", Form::Number(Quantity::Force, POSITIVE), "force it takes to push it home");
+
+/// A part of a branch.
+pub(crate) const SPAN: Keys = Keys {
+    what: "span",
+    keys: &[
+        must("branch", Form::Name, "the branch"),
+        may("from", Form::Number(Quantity::Length, ANY), "arc length where it begins; default 0"),
+        may("to", Form::Number(Quantity::Length, ANY), "arc length where it ends; default the end of the branch"),
+    ],
+};
+
+/// A constraint.
+pub(crate) const CONSTRAINT: Keys = Keys {
+    what: "constraint",
+    keys: &[
+        NAME,
+        must("kind", Form::Kind(Family::Constraint, None), "what it is, such as \"connector\" or \"edge-clip\""),
+        unless(
+            "span",
+            "at",
+            Form::OneOrMoreTables(&AT),
+            "where it attaches; a list, for kinds that take several places",
+        ),
+        may("span", Form::Table(&SPAN), "the part of a branch along which it acts, for kinds that act along one"),
+        may("position", Form::Vector(Quantity::Length), "where it holds; left out: where the cable is when it begins"),
+        TANGENT,
+        UP,
+        ORIENTATION,
+        HOLD,
+        FREE_AXIS,
+        RAIL,
+        SLIDE,
+        FRICTION,
+        PULL_OUT_FORCE,
+        MAX_MOMENT,
+        INSERTION_FORCE,
+    ],
+};
+
+/// A dead load.
+pub(crate) const LOAD: Keys = Keys {
+    what: "load",
+    keys: &[
+        must("name", Form::Name, "its name"),
+        must("at", Form::Table(&AT), "where it acts"),
+        may("force", Form::Vector(Quantity::Force), "force in world axes; default 0"),
+        may("moment", Form::Vector(Quantity::Moment), "moment in world axes; default 0"),
+        may("factor", Form::Number(Quantity::Dimensionless, LOAD_FACTOR), "factor at the beginning; default 1"),
+    ],
+};

@@ -1,0 +1,75 @@
+//! Branches and joints.
+
+use crate::format::form::{Family, Form, Keys, may, must};
+use crate::format::limits::{FRACTION, MAX_COUNT, NON_NEGATIVE, POSITIVE, SPAN_LENGTH};
+use wireloom_core::Quantity;
+
+/// A branch.
+pub(crate) const BRANCH: Keys = Keys {
+    what: "branch",
+    keys: &[
+        must("name", Form::Name, "its name"),
+        must("from", Form::Name, "vertex where it begins"),
+        must("to", Form::Name, "vertex where it ends"),
+        must("section", Form::Name, "name of its section"),
+        must("length", Form::Number(Quantity::Length, SPAN_LENGTH), "unstressed length"),
+        may("segments", Form::Count(1, MAX_COUNT), "how many segments it is divided into; either this or max_segment"),
+        may("max_segment", Form::Number(Quantity::Length, POSITIVE), "longest segment; either this or segments"),
+        may("rod", Form::Kind(Family::Rod, Some("cosserat")), "which rod it is; default \"cosserat\""),
+        may(
+            "curvature",
+            Form::Vector(Quantity::Curvature),
+            "rest curvature about d1 and d2 and rest twist about d3; default straight",
+        ),
+        may(
+            "path",
+            Form::Points(2),
+            "drawn centre line from `from` to `to`, world coordinates: a start for the shape, nothing more",
+        ),
+    ],
+};
+
+/// A joint.
+pub(crate) const JOINT: Keys = Keys {
+    what: "joint",
+    keys: &[
+        must("name", Form::Name, "the vertex where it sits"),
+        may("model", Form::Kind(Family::Joint, Some("cosserat")), "which model it is; default \"cosserat\""),
+        must("arms", Form::Tables(&ARM), "one entry for every branch that ends here"),
+        may("wires", Form::Tables(&WIRES), "which wires run through; default: by stiffness"),
+        may("mass", Form::Number(Quantity::Mass, NON_NEGATIVE), "mass; default 0"),
+    ],
+};
+
+/// An arm of a joint.
+pub(crate) const ARM: Keys = Keys {
+    what: "arm",
+    keys: &[
+        must("branch", Form::Name, "name of its branch"),
+        may("direction", Form::Direction, "points out of the joint along the arm, in the joint's frame"),
+        may("up", Form::Direction, "d1 of the branch in the joint's frame; projected where it is not orthogonal"),
+        may(
+            "orientation",
+            Form::Orientation,
+            "instead of direction and up: frame of the branch (d3 `from → to`) in the joint's frame",
+        ),
+        may(
+            "offset",
+            Form::Vector(Quantity::Length),
+            "where the arm leaves, in the joint's frame; for models with a body",
+        ),
+    ],
+};
+
+/// An entry of a joint's anatomy.
+pub(crate) const WIRES: Keys = Keys {
+    what: "wires",
+    keys: &[
+        must("between", Form::Names, "two arms, by branch"),
+        must(
+            "share",
+            Form::Number(Quantity::Dimensionless, FRACTION),
+            "share of the first arm's wires that passes to the second",
+        ),
+    ],
+};

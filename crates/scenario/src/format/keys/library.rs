@@ -1,0 +1,268 @@
+//! What branches and fixings are made of: sections, wires, coverings, materials, types of fixings, and files of them.
+
+use super::constraints::{FRICTION, HOLD, INSERTION_FORCE, MAX_MOMENT, PULL_OUT_FORCE, SLIDE};
+use crate::format::form::{Family, Form, Key, Keys, may, must, unless, with};
+use crate::format::limits::{DIAMETER, FRACTION, MAX_COUNT, NON_NEGATIVE, POISSON, POSITIVE, POSITIVE_FRACTION};
+use wireloom_core::Quantity;
+
+/// A section: measured, or made of wires, or both; what is measured goes before the rule.
+pub(crate) const SECTION: Keys = Keys {
+    what: "section",
+    keys: &[
+        may(
+            "wires",
+            Form::Tables(&SECTION_WIRES),
+            "the wires in it; what is not given beside them follows from them by the rule of the library",
+        ),
+        with(
+            "wires",
+            "covering",
+            Form::NamesOrTables(&COVERED),
+            "what lies around the wires, inside out: a name of the library, a table with type and share, or a list of them",
+        ),
+        with(
+            "wires",
+            "cohesion",
+            Form::Number(Quantity::Dimensionless, FRACTION),
+            "how much wires and coverings stick together, from 0 (they slide) to 1 (glued); default that of the coverings",
+        ),
+        with(
+            "wires",
+            "packing",
+            Form::Number(Quantity::Dimensionless, POSITIVE_FRACTION),
+            "share of the bundle's circle that its wires fill; default 0.75",
+        ),
+        unless("wires", "diameter", Form::Number(Quantity::Length, DIAMETER), "outer diameter"),
+        unless(
+            "wires",
+            "linear_density",
+            Form::Number(Quantity::LinearDensity, NON_NEGATIVE),
+            "mass per unstressed length",
+        ),
+        unless("wires", "axial_stiffness", Form::Number(Quantity::Force, POSITIVE), "EA"),
+        may(
+            "shear_stiffness",
+            Form::OneOrTwo(Quantity::Force, POSITIVE),
+            "GA, or [GA1, GA2] along d1 and d2; default EA/2.6, that is GA = EA/(2(1 + ν)) with ν = 0.3",
+        ),
+        unless(
+            "wires",
+            "bending_stiffness",
+            Form::OneOrTwo(Quantity::BendingStiffness, POSITIVE),
+            "EI, or [EI1, EI2] about d1 and d2",
+        ),
+        unless(
+            "wires",
+            "torsion_stiffness",
+            Form::Number(Quantity::BendingStiffness, POSITIVE),
+            "GJ; never derived from the bending stiffness",
+        ),
+        may(
+            "min_bend_radius",
+            Form::Number(Quantity::Length, POSITIVE),
+            "smallest bend radius allowed; reported against",
+        ),
+    ],
+};
+
+/// Wires of one type in a section.
+pub(crate) const SECTION_WIRES: Keys = Keys {
+    what: "wires",
+    keys: &[
+        must("type", Form::Name, "a wire of the library, such as \"FLRY-B 0.5\""),
+        may("count", Form::Count(1, MAX_COUNT), "how many; default 1"),
+    ],
+};
+
+/// A covering over a part of a branch.
+pub(crate) const COVERED: Keys = Keys {
+    what: "covering",
+    keys: &[
+        must("type", Form::Name, "a covering of the library, such as \"pvc tape, half lap\""),
+        may(
+            "share",
+            Form::Number(Quantity::Dimensionless, POSITIVE_FRACTION),
+            "share of the branch that it covers; default 1",
+        ),
+    ],
+};
+
+const LIKE: Key = may("like", Form::Name, "another one of the library, from which it has what is not given here");
+const LINEAR_DENSITY: Key = may(
+    "linear_density",
+    Form::Number(Quantity::LinearDensity, NON_NEGATIVE),
+    "measured mass per length; default by the rule",
+);
+const AXIAL_STIFFNESS: Key =
+    may("axial_stiffness", Form::Number(Quantity::Force, NON_NEGATIVE), "measured EA; default by the rule");
+const BENDING_STIFFNESS: Key = may(
+    "bending_stiffness",
+    Form::Number(Quantity::BendingStiffness, NON_NEGATIVE),
+    "measured EI; default by the rule",
+);
+const TORSION_STIFFNESS: Key = may(
+    "torsion_stiffness",
+    Form::Number(Quantity::BendingStiffness, NON_NEGATIVE),
+    "measured GJ; default by the rule",
+);
+const MIN_BEND_RADIUS: Key = may(
+    "min_bend_radius",
+    Form::Number(Quantity::Length, POSITIVE),
+    "smallest bend radius allowed; of wires by default four diameters",
+);
+
+/// A wire of the library.
+pub(crate) const WIRE: Keys = Keys {
+    what: "wire",
+    keys: &[
+        LIKE,
+        unless("like", "strands", Form::Count(1, MAX_COUNT), "strands of its conductor"),
+        unless("like", "strand", Form::Number(Quantity::Length, DIAMETER), "diameter of a strand"),
+        may("conductor", Form::Name, "material of the conductor; default \"copper\""),
+        may(
+            "conductor_diameter",
+            Form::Number(Quantity::Length, DIAMETER),
+            "diameter of the conductor; default that of strands that fill 0.75 of it",
+        ),
+        unless(
+            "like",
+            "layers",
+            Form::Tables(&LAYER),
+            "what lies over the conductor, inside out: insulation, shield, jacket",
+        ),
+        LINEAR_DENSITY,
+        AXIAL_STIFFNESS,
+        BENDING_STIFFNESS,
+        TORSION_STIFFNESS,
+        MIN_BEND_RADIUS,
+    ],
+};
+
+/// A layer of a wire.
+pub(crate) const LAYER: Keys = Keys {
+    what: "layer",
+    keys: &[
+        must("material", Form::Name, "a material of the library, such as \"pvc\""),
+        must("diameter", Form::Number(Quantity::Length, DIAMETER), "outer diameter"),
+        may(
+            "fill",
+            Form::Number(Quantity::Dimensionless, POSITIVE_FRACTION),
+            "share of the ring that is filled; default 1",
+        ),
+        may("strand", Form::Number(Quantity::Length, DIAMETER), "diameter of its strands, where it is a braid"),
+    ],
+};
+
+/// A covering of the library.
+pub(crate) const COVERING: Keys = Keys {
+    what: "covering",
+    keys: &[
+        LIKE,
+        unless("like", "material", Form::Name, "a material of the library, such as \"pvc\""),
+        unless("like", "thickness", Form::Number(Quantity::Length, DIAMETER), "wall; of a tape one layer"),
+        may("layers", Form::Count(1, 100), "layers that lie on each other; 2 for half lap; default 1"),
+        may(
+            "wrap",
+            Form::Flag,
+            "wound or braided, so that turns may slide on each other; default false: a closed tube",
+        ),
+        may(
+            "coverage",
+            Form::Number(Quantity::Dimensionless, POSITIVE_FRACTION),
+            "share of the surface that it covers, such as 0.3 for a spaced tape; default 1",
+        ),
+        may(
+            "inner_diameter",
+            Form::Number(Quantity::Length, DIAMETER),
+            "of a tube; left out, it lies on what it covers",
+        ),
+        may(
+            "outer_diameter",
+            Form::Number(Quantity::Length, DIAMETER),
+            "of a corrugated tube, over the crests; default inner diameter and wall",
+        ),
+        may(
+            "bending_share",
+            Form::Number(Quantity::Dimensionless, FRACTION),
+            "what corrugation or laps leave of a plain wall's stiffness in bending and stretch; default 1",
+        ),
+        may(
+            "torsion_share",
+            Form::Number(Quantity::Dimensionless, FRACTION),
+            "what a slit or laps leave of a plain wall's stiffness in torsion; default 1",
+        ),
+        may(
+            "cohesion",
+            Form::Number(Quantity::Dimensionless, FRACTION),
+            "how much it makes wires stick together, from 0 (they slide) to 1 (glued); default 0.05, as without it",
+        ),
+        LINEAR_DENSITY,
+        AXIAL_STIFFNESS,
+        BENDING_STIFFNESS,
+        TORSION_STIFFNESS,
+        may("min_bend_radius", Form::Number(Quantity::Length, POSITIVE), "smallest bend radius it allows"),
+    ],
+};
+
+/// A material of the library.
+pub(crate) const MATERIAL: Keys = Keys {
+    what: "material",
+    keys: &[
+        must("modulus", Form::Number(Quantity::Pressure, POSITIVE), "Young's modulus at small strains"),
+        must("poisson", Form::Number(Quantity::Dimensionless, POISSON), "Poisson's ratio"),
+        must("density", Form::Number(Quantity::Density, NON_NEGATIVE), "density"),
+    ],
+};
+
+pub(super) const MATERIALS: Key =
+    may("materials", Form::Named(&MATERIAL), "materials, by name, beside those of the library or in their place");
+pub(super) const WIRE_TYPES: Key =
+    may("wires", Form::Named(&WIRE), "types of wires, by name, beside those of the library or in their place");
+pub(super) const COVERINGS: Key = may(
+    "coverings",
+    Form::Named(&COVERING),
+    "types of coverings, by name, beside those of the library or in their place",
+);
+
+pub(super) const FIXING_TYPES: Key = may(
+    "fixings",
+    Form::Named(&FIXING_TYPE),
+    "types of fixings, by name, beside those of the library or in their place",
+);
+
+/// A type of fixing.
+pub(crate) const FIXING_TYPE: Keys = Keys {
+    what: "fixing type",
+    keys: &[
+        may("doc", Form::Name, "what it is, in a few words"),
+        may(
+            "kind",
+            Form::Kind(Family::Constraint, Some("collar")),
+            "the built-in kind that it is at heart, whose parameters it may set; default \"collar\"",
+        ),
+        may(
+            "needs",
+            Form::Words(&["tangent", "up", "orientation", "rail", "free_axis"]),
+            "keys that every constraint of the type must give",
+        ),
+        HOLD,
+        SLIDE,
+        FRICTION,
+        PULL_OUT_FORCE,
+        MAX_MOMENT,
+        INSERTION_FORCE,
+    ],
+};
+
+/// A file of wires, coverings, materials and types of fixings.
+pub(crate) const LIBRARY_FILE: Keys = Keys { what: "library", keys: &[MATERIALS, WIRE_TYPES, COVERINGS, FIXING_TYPES] };
+
+/// Where further wires, coverings, materials and types of fixings are.
+pub(crate) const LIBRARY: Keys = Keys {
+    what: "library",
+    keys: &[must(
+        "files",
+        Form::Names,
+        "TOML files with wires, coverings, materials and types of fixings, from the folder of the scenario",
+    )],
+};

@@ -1,0 +1,49 @@
+//! How a scenario is run: the start, the minimiser, plugins.
+
+use super::constraints::{ORIENTATION, TANGENT, UP};
+use crate::format::form::{Family, Form, Keys, may, must};
+use crate::format::limits::{MAX_COUNT, SECONDS, TOLERANCE};
+use wireloom_core::Quantity;
+
+/// Plugins.
+pub(super) const PLUGINS: Keys = Keys {
+    what: "plugins",
+    keys: &[
+        must(
+            "load",
+            Form::Names,
+            "names of plugins in the search path, or paths of libraries from the scenario's folder",
+        ),
+        may(
+            "time_limit",
+            Form::Number(Quantity::Dimensionless, SECONDS),
+            "how long one call of a plugin may take, in seconds; default 10",
+        ),
+    ],
+};
+
+/// Where the rest shape is laid.
+pub(super) const INITIAL: Keys = Keys {
+    what: "initial",
+    keys: &[
+        must("branch", Form::Name, "the branch whose start is laid here"),
+        may("position", Form::Vector(Quantity::Length), "position of its start; default the origin"),
+        TANGENT,
+        UP,
+        ORIENTATION,
+    ],
+};
+
+/// The minimiser.
+pub(crate) const MINIMISER: Keys = Keys {
+    what: "minimiser",
+    keys: &[
+        may("kind", Form::Kind(Family::Minimiser, Some("newton")), "which one; default \"newton\""),
+        may(
+            "force_tolerance",
+            Form::Number(Quantity::Dimensionless, TOLERANCE),
+            "largest residual force relative to the load scale, moments likewise; default 1e-6",
+        ),
+        may("max_iterations", Form::Count(1, MAX_COUNT), "iterations allowed for each increment; default 200"),
+    ],
+};

@@ -1,0 +1,29 @@
+//! Steps: their own keys, and those of the step operations.
+
+use crate::format::form::{Form, Key, Keys, may};
+use crate::format::limits::MAX_INCREMENTS;
+use crate::operations::OPERATIONS;
+use wireloom_core::Quantity;
+
+/// A step.
+pub(crate) const STEP: Keys = Keys { what: "step", keys: &KEYS };
+
+/// Keys of a step itself.
+const OWN: [Key; 5] = [
+    may("name", Form::Name, "its name; default \"step N\""),
+    may("increments", Form::Count(1, MAX_INCREMENTS), "number of increments; default 1"),
+    may("gravity", Form::Vector(Quantity::Acceleration), "gravity reached at its end"),
+    may("release", Form::Names, "constraints that are released when this step begins"),
+    may("wait", Form::Flag, "true: nothing is done but to let the harness come to rest; default false"),
+];
+
+/// Keys of a step, followed by those of the step operations.
+const KEYS: [Key; OWN.len() + OPERATIONS.len()] = {
+    let mut keys = [OWN[0]; OWN.len() + OPERATIONS.len()];
+    let mut k = 0;
+    while k < keys.len() {
+        keys[k] = if k < OWN.len() { OWN[k] } else { OPERATIONS[k - OWN.len()].key };
+        k += 1;
+    }
+    keys
+};

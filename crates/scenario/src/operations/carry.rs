@@ -1,0 +1,225 @@
+//! `carry`: constraints that move together, as one rigid body.
+
+use super::context::Context;
+use super::{Begins, StepOperation};
+use crate::fault::did_you_mean;
+use crate::format::form::{Form, Keys, may, must, unless};
+use crate::format::keys::constraints::{ORIENTATION, TANGENT, UP};
+use crate::format::limits::{Bound, FRACTION};
+use crate::read::entry::Entry;
+use crate::read::places::facing;
+use crate::read::poses;
+use crate::scenario::Facing;
+use wireloom_core::steps::{Carried, Move, Operation, Track, Turn};
+use wireloom_core::{Quantity, Rotation, Vector};
+
+/// Things that are carried together.
+pub(crate) const CARRY: StepOperation = StepOperation {
+    key: may("carry", Form::Tables(&KEYS), "motions of hands or connectors that are carried together"),
+    begins: |_| Begins::Nothing,
+    read,
+};
+
+/// Things that are carried together.
+const KEYS: Keys = Keys {
+    what: "carry",
+    keys: &[
+        must("what", Form::Names, "constraints that move together, as one rigid body; the way is that of the first"),
+        may(
+            "about",
+            Form::Table(&ABOUT),
+            "the way is that of a point and frame of the body, here when the step begins, instead of the first",
+        ),
+        unless("path", "keyframes", Form::Tables(&KEYFRAME), "the way"),
+        may(
+            "path",
+            Form::Name,
+            "instead of keyframes: a CSV file of poses, from the folder of the scenario; columns t, x, y, z and, all or none, qw, qx, qy, qz; lengths in m or as in x [mm]; t from the step's beginning to its end",
+        ),
+        may("timing", Form::Tables(&TIMING), "those that begin later, or are done sooner, than the step"),
+    ],
+};
+
+/// Where a body is when it begins to be carried.
+const ABOUT: Keys = Keys {
+    what: "about",
+    keys: &[
+        must("position", Form::Vector(Quantity::Length), "a point of the body"),
+        may("tangent", Form::Direction, "with up: its frame, d3; default the world's axes"),
+        may("up", Form::Direction, "with tangent: its frame, d1"),
+        ORIENTATION,
+    ],
+};
+
+/// A place on the way.
+const KEYFRAME: Keys = Keys {
+    what: "keyframe",
+    keys: &[
+        must(
+            "at",
+            Form::Number(Quantity::Dimensionless, FRACTION),
+            "share of the step at which it is passed; one at 0 says where the body counts as being as the step begins",
+        ),
+        may("position", Form::Vector(Quantity::Length), "position; left out, it is on the way between those beside it"),
+        TANGENT,
+        UP,
+        ORIENTATION,
+    ],
+};
+
+/// When something that is carried moves.
+const TIMING: Keys = Keys {
+    what: "timing",
+    keys: &[
+        must("what", Form::Name, "name of the constraint"),
+        may(
+            "delay",
+            Form::Number(Quantity::Dimensionless, FRACTION),
+            "share of the step after which it begins to move; default 0",
+        ),
+        may(
+            "share",
+            Form::Number(Quantity::Dimensionless, Bound { exclusive: true, ..FRACTION }),
+            "share of the step over which it moves; default what is left of it",
+        ),
+    ],
+};
+
+/// A place on the way of what is carried.
+struct Keyframe {
+    at: f64,
+    position: Option<Vector>,
+    turn: Turn,
+}
+
+/// Moves constraints together, as one rigid body.
+fn read(entry: &Entry<'_>, _: Option<usize>, step: &mut Context<'_, '_>) -> Option<Operation> {
+    let carried = carried(entry, step);
+    let mut frames = way(entry);
+    let about = entry.entry("about").map(|about| (about.vector("position"), frame(&about)));
+    let origin = about.or_else(|| {
+        let first = frames.first().filter(|first| first.at == 0.0)?;
+        let frame = if let Turn::Orientation(frame) = first.turn { Some(frame) } else { None };
+        Some((first.position, frame))
+    });
+    frames.retain(|frame| frame.at > 0.0);
+    let track = Track {
+        positions: frames.iter().filter_map(|frame| Some((frame.at, frame.position?))).collect(),
+        turns: frames.iter().filter(|frame| frame.turn != Turn::Keep).map(|frame| (frame.at, frame.turn)).collect(),
+        spin: 0.0,
+    };
+    // What turns a body holds all of its frame; a single tangent leaves the twist to the cable.
+    let tangents = track.turns.iter().all(|(_, turn)| matches!(turn, Turn::Tangent(_)));
+    for Carried { fixing, .. } in &carried {
+        step.constraints[*fixing].tangent_given |= !track.turns.is_empty();
+        step.constraints[*fixing].up_given |= !(track.turns.is_empty() || tangents && carried.len() == 1);
+    }
+    let fixings: Vec<usize> = carried.iter().map(|carried| carried.fixing).collect();
+    if fixings.is_empty() {
+        return None;
+    }
+    step.moves.push(Move { carried, origin: origin.unwrap_or_default(), track });
+    Some(Operation::Carry { fixings })
+}
+
+/// What is carried, and when.
+fn carried(entry: &Entry<'_>, step: &Context<'_, '_>) -> Vec<Carried> {
+    let mut all: Vec<(&str, Carried)> = Vec::new();
+    let given = entry.names("what");
+    for (name, span) in &given {
+        if all.iter().any(|(other, _)| other == name) {
+            let message = format!("{} names \"{name}\" twice", entry.label);
+            entry.reader.fault(span.clone(), message, "name everything once");
+        } else if let Some(fixing) = step.claim(entry, name, span.clone()) {
+            all.push((name, Carried { fixing, delay: 0.0, share: 1.0 }));
+        }
+    }
+    if entry.has("what") && given.is_empty() {
+        entry.fault_at("what", format!("{} carries nothing", entry.label), "name one constraint at least");
+    }
+    for timing in entry.entries("timing") {
+        let delay = timing.number("delay").unwrap_or(0.0);
+        let share = timing.number("share").unwrap_or(1.0 - delay);
+        let Some(name) = timing.word("what") else { continue };
+        if delay + share > 1.0 + 1e-12 || share <= 0.0 {
+            let message = format!("\"{name}\" would not arrive within the step: `delay` + `share` = {}", delay + share);
+            timing.fault_here(message, "they add up to at most 1, and some share is left to move in");
+        }
+        if let Some((_, carried)) = all.iter_mut().find(|(other, _)| *other == name) {
+            (carried.delay, carried.share) = (delay, share);
+        } else if !given.iter().any(|(other, _)| *other == name) {
+            let help = did_you_mean(name, given.iter().map(|(other, _)| *other));
+            timing.fault_at("what", format!("{} does not carry \"{name}\"", entry.label), help);
+        }
+    }
+    all.into_iter().map(|(_, carried)| carried).collect()
+}
+
+/// The way of what is carried: keyframes, or the poses of a file.
+fn way(entry: &Entry<'_>) -> Vec<Keyframe> {
+    if !entry.has("path") {
+        return keyframes(entry);
+    }
+    for other in ["keyframes", "about"].into_iter().filter(|key| entry.has(key)) {
+        let message = format!("{} has `{other}` beside `path`", entry.label);
+        let help = "leave it out: the first pose of the file says where the body begins, the others where it goes";
+        entry.fault_at(other, message, help);
+    }
+    let turn = |frame: Option<Rotation>| frame.map_or(Turn::Keep, Turn::Orientation);
+    let poses = poses::read(entry, "path").unwrap_or_default();
+    let frame =
+        |pose: poses::TimedPose| Keyframe { at: pose.at, position: Some(pose.position), turn: turn(pose.orientation) };
+    poses.into_iter().map(frame).collect()
+}
+
+fn keyframes(entry: &Entry<'_>) -> Vec<Keyframe> {
+    let mut frames: Vec<Keyframe> = Vec::new();
+    for given in entry.entries("keyframes") {
+        let position = given.vector("position");
+        let facing = facing(&given);
+        if !["position", "tangent", "up", "orientation"].iter().any(|key| given.has(key)) {
+            let message = format!("{} says nothing", given.label);
+            given.fault_here(message, "give `position`, `tangent` and `up`, or `orientation`");
+        }
+        let Some(at) = given.number("at") else { continue };
+        if let Some(last) = frames.last().filter(|last| at <= last.at) {
+            let message = format!("`at` = {at} of {} does not come after {}", given.label, last.at);
+            given.fault_at("at", message, "keyframes come in the order in which they are passed");
+        }
+        if at == 0.0 && entry.has("about") {
+            let message = format!("{} has `about` and a keyframe at 0: both say where the body begins", entry.label);
+            given.fault_at("at", message, "leave one of them out");
+        }
+        if at == 0.0 && matches!(facing, Facing::Tangent(_)) {
+            let message = format!("the keyframe at 0 of {} has a tangent alone", entry.label);
+            given.fault_at(
+                "tangent",
+                message,
+                "add `up`: the body begins with a whole frame, or with that of the first",
+            );
+        }
+        frames.push(Keyframe { at, position, turn: facing.turn() });
+    }
+    if entry.has("keyframes") && !frames.iter().any(|frame| frame.at > 0.0) {
+        let message = format!("{} goes nowhere", entry.label);
+        entry.fault_at(
+            "keyframes",
+            message,
+            "give one keyframe at least behind 0, such as { at = 1, position = [0, 0, 1] }",
+        );
+    }
+    frames
+}
+
+/// The frame of a body: the world's axes where none is given.
+fn frame(about: &Entry<'_>) -> Option<Rotation> {
+    match facing(about) {
+        Facing::Left => Some(Rotation::identity()),
+        Facing::Orientation(frame) => Some(frame),
+        Facing::Tangent(_) => {
+            let message = format!("{} has a tangent alone", about.label);
+            about.fault_at("tangent", message, "add `up`, or leave both out for the world's axes");
+            None
+        }
+    }
+}

@@ -1,0 +1,43 @@
+//! `clip`: a clip closes around the cable and brings it to its seat.
+
+use super::{Begins, StepOperation};
+use crate::format::form::{Family, Form, Keys, may, must};
+use crate::format::keys::constraints::{
+    AT, FREE_AXIS, FRICTION, HOLD, INSERTION_FORCE, MAX_MOMENT, NAME, ORIENTATION, PULL_OUT_FORCE, RAIL, SLIDE,
+    TANGENT, UP,
+};
+use wireloom_core::Quantity;
+use wireloom_core::steps::Operation;
+
+/// Clips that close.
+pub(super) const CLIP: StepOperation = StepOperation {
+    key: may("clip", Form::Tables(&KEYS), "clips that close around the cable and bring it to their seats"),
+    begins: |_| Begins::AtPlaceOrNearest,
+    read: |_, begun, _| begun.map(|fixing| Operation::Clip { fixing }),
+};
+
+/// A clip that closes.
+const KEYS: Keys = Keys {
+    what: "clip",
+    keys: &[
+        NAME,
+        may("kind", Form::Kind(Family::Constraint, Some("collar")), "what it is; default \"collar\""),
+        must(
+            "at",
+            Form::Table(&AT),
+            "where it closes: branch and s, or branch alone for the place that is nearest to it when the step begins",
+        ),
+        must("position", Form::Vector(Quantity::Length), "its seat"),
+        TANGENT,
+        UP,
+        ORIENTATION,
+        HOLD,
+        FREE_AXIS,
+        RAIL,
+        SLIDE,
+        FRICTION,
+        PULL_OUT_FORCE,
+        MAX_MOMENT,
+        INSERTION_FORCE,
+    ],
+};

@@ -1,0 +1,65 @@
+//! The state that the operations of a step read and change.
+
+use crate::read::entry::Entry;
+use crate::read::names::{Names, lookup};
+use crate::scenario::Constraint;
+use crate::span::Span;
+use std::collections::{BTreeMap, BTreeSet};
+use wireloom_core::steps::{Move, ObstacleMove};
+
+/// Which constraints act, as the steps go by.
+pub(crate) struct Acting {
+    pub active: BTreeSet<usize>,
+    /// Those that have let go, and in which step.
+    pub released: BTreeMap<usize, usize>,
+    /// Connectors that have been pushed home.
+    pub mated: BTreeSet<usize>,
+}
+
+/// A step while it is read. A constraint or an obstacle takes part in one motion at most.
+pub(crate) struct Context<'s, 'a> {
+    /// The step.
+    pub entry: &'s Entry<'a>,
+    pub names: &'s Names<'a>,
+    pub acting: &'s mut Acting,
+    pub constraints: &'s mut [Constraint],
+    /// Constraints that begin with the step.
+    pub begun: &'s [usize],
+    pub moves: Vec<Move>,
+    pub obstacle_moves: Vec<ObstacleMove>,
+    /// Loads, by index, and the factors reached.
+    pub loads: Vec<(usize, f64)>,
+}
+
+impl Context<'_, '_> {
+    /// The constraint of this name, if it may be moved.
+    pub fn claim(&self, entry: &Entry<'_>, name: &str, span: Span) -> Option<usize> {
+        let index = *lookup(entry, "constraint", &self.names.constraints, name, span.clone())?;
+        let step = &self.entry.label;
+        let (message, help) = if self.acting.released.contains_key(&index) {
+            (format!("{step} moves \"{name}\", which has let go"), "move it before it is released")
+        } else if !self.acting.active.contains(&index) {
+            (format!("{step} moves \"{name}\", which has not begun"), "add it in this step or before")
+        } else if self.moves.iter().any(|other| other.carried.iter().any(|carried| carried.fixing == index)) {
+            let help = "give one move for every constraint, with `via` points where it needs them";
+            (format!("{step} moves \"{name}\" twice"), help)
+        } else {
+            return Some(index);
+        };
+        entry.reader.fault(span, message, help);
+        None
+    }
+
+    /// The obstacle of this name, if nothing else moves it.
+    pub fn claim_obstacle(&self, entry: &Entry<'_>, name: &str) -> Option<usize> {
+        let span = entry.span_of("obstacle");
+        let index = *lookup(entry, "obstacle", &self.names.obstacles, name, span.clone())?;
+        if self.obstacle_moves.iter().any(|other| other.obstacle == index) {
+            let message = format!("{} moves the obstacle \"{name}\" twice", self.entry.label);
+            let help = "give one move for every obstacle, with `via` points where it needs them";
+            entry.reader.fault(span, message, help);
+            return None;
+        }
+        Some(index)
+    }
+}

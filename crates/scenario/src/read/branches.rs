@@ -1,0 +1,86 @@
+//! Reads branches.
+
+use super::entry::Entry;
+use super::kinds;
+use super::names::{Names, Vertex, lookup, register};
+use crate::format::limits::MAX_COUNT;
+use crate::scenario::{Branch, Division};
+use wireloom_core::Vector;
+
+/// A branch. The names are broken where something that it needs is missing.
+pub(crate) fn branch<'a>(entry: &Entry<'a>, names: &mut Names<'a>) -> Branch {
+    let index = names.lengths.len();
+    let kind = kinds::read(entry);
+    let name = entry.word("name").filter(|name| register(entry, entry.keys.what, &mut names.branches, name, index));
+    let (from, to) = (entry.word("from"), entry.word("to"));
+    for (key, vertex, starts_here) in [("from", from, true), ("to", to, false)] {
+        let Some(vertex) = vertex else { continue };
+        let span = entry.span_of(key);
+        names.vertices.entry(vertex).or_insert(Vertex { ends: Vec::new(), span }).ends.push((index, starts_here));
+    }
+    if let (Some(from), Some(to)) = (from, to)
+        && from == to
+    {
+        let message = format!("{} begins and ends at the same vertex \"{from}\"", entry.label);
+        entry.fault_at("to", message, "make two branches of the loop, with a joint between them");
+        names.broken = true;
+    }
+    let section = entry
+        .word("section")
+        .and_then(|section| lookup(entry, "section", &names.sections, section, entry.span_of("section")).copied());
+    let length = entry.number("length");
+    names.lengths.push(length);
+    names.broken |= kind.is_none() || name.is_none() || from.is_none() || to.is_none();
+    names.broken |= section.is_none() || length.is_none();
+    let (rod, parameters) = kind.map(|kind| (kind.name, kind.parameters)).unwrap_or_default();
+    Branch {
+        name: name.unwrap_or_default().to_owned(),
+        vertices: [from, to].map(|vertex| vertex.unwrap_or_default().to_owned()),
+        section: section.unwrap_or_default(),
+        length: length.unwrap_or(1.0),
+        division: division(entry, length, names),
+        rod,
+        parameters,
+        curvature: entry.vector("curvature").unwrap_or_default(),
+        path: path(entry),
+        spans: entry.spans(),
+    }
+}
+
+fn division(entry: &Entry<'_>, length: Option<f64>, names: &mut Names<'_>) -> Division {
+    const DEFAULT: Division = Division::Segments(1);
+    let (segments, longest) = (entry.count("segments"), entry.number("max_segment"));
+    let many = segments.map(|n| n as f64).or(length.zip(longest).map(|(length, longest)| length / longest));
+    names.segments += many.unwrap_or(0.0);
+    if names.segments > MAX_COUNT as f64 {
+        let message = format!("with {} the harness has more than {} segments", entry.label, MAX_COUNT);
+        let key = if entry.has("segments") { "segments" } else { "max_segment" };
+        entry.fault_at(key, message, "divide the branches less finely");
+        names.segments = 0.0;
+        names.broken = true;
+        return DEFAULT;
+    }
+    match (entry.has("segments"), entry.has("max_segment")) {
+        (true, false) => segments.map_or(DEFAULT, Division::Segments),
+        (false, true) => longest.map_or(DEFAULT, Division::MaxSegment),
+        (true, true) => {
+            let message = format!("{} has both `segments` and `max_segment`", entry.label);
+            entry.fault_at("max_segment", message, "leave one of them out");
+            DEFAULT
+        }
+        (false, false) => {
+            let message = format!("{} has neither `segments` nor `max_segment`", entry.label);
+            entry.fault_here(message, "add one of them, such as segments = 40 or max_segment = \"10 mm\"");
+            DEFAULT
+        }
+    }
+}
+
+fn path(entry: &Entry<'_>) -> Vec<Vector> {
+    let path = entry.points("path").unwrap_or_default();
+    if let Some(k) = path.windows(2).position(|pair| pair[0] == pair[1]) {
+        let message = format!("points {} and {} of `path` of {} coincide", k + 1, k + 2, entry.label);
+        entry.fault_at("path", message, "leave one of them out");
+    }
+    path
+}

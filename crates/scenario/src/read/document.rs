@@ -1,0 +1,98 @@
+//! Reads a whole scenario, from the top: sections, branches, then what refers to them.
+//!
+//! A value at fault is replaced by a harmless one and the reading goes on, so that all faults are found. What comes
+//! out is used only where there are none.
+
+use super::branches::branch;
+use super::constraints::constraint;
+use super::entry::Entry;
+use super::initial::initial;
+use super::library::Library;
+use super::loads::load;
+use super::minimiser::minimiser;
+use super::names::Names;
+use super::nearest::place_nearest;
+use super::reader::Reader;
+use super::steps::steps;
+use super::sweep::sweep;
+use super::{joints, obstacles, plugins, sections};
+use crate::format::keys;
+use crate::output::{self, Output};
+use crate::scenario::{Branch, Joint, Scenario};
+use toml::de::DeTable;
+use wireloom_core::Vector;
+use wireloom_core::obstacle::ContactSettings;
+
+/// Reads a scenario; the second value says whether all names lead somewhere.
+pub(crate) fn read(reader: &Reader<'_>, table: &DeTable<'_>) -> (Scenario, bool) {
+    let root = Entry::new(reader, table, 0..0, &keys::SCENARIO, "the scenario".to_owned());
+    version(&root);
+    if let Some(entry) = root.entry("plugins") {
+        plugins::read(&entry);
+    }
+    let mut names = Names::default();
+    let name = root.word("name").unwrap_or("harness").to_owned();
+    let gravity = root.vector("gravity").unwrap_or(Vector::new(0.0, 0.0, -9.81));
+    let library = Library::of(&root);
+    let entries = root.named_entries("sections");
+    let (sections, by_rule): (Vec<_>, Vec<_>) =
+        entries.iter().map(|(name, entry)| sections::section(name, entry, &library, &mut names)).unzip();
+    names.types = library.fixings;
+    let entries = root.entries("branches");
+    let branches: Vec<Branch> = entries.iter().map(|entry| branch(entry, &mut names)).collect();
+    if entries.is_empty() {
+        if root.has("branches") {
+            root.fault_at("branches", "`branches` is empty", "a harness has at least one [[branches]] entry");
+        }
+        names.broken = true;
+    }
+    let entries = root.entries("joints");
+    let joints: Vec<Joint> = entries.iter().filter_map(|entry| joints::joint(entry, &mut names)).collect();
+    joints::refuse_dangling(&root, &mut names);
+    let entries = root.entries("constraints");
+    let mut constraints: Vec<_> =
+        entries.iter().filter_map(|entry| constraint(entry, true, false, &mut names)).collect();
+    let entries = root.entries("loads");
+    let loads: Vec<_> = entries.iter().filter_map(|entry| load(entry, &mut names)).collect();
+    let initial = root.entry("initial").and_then(|entry| initial(&entry, &mut names));
+    let minimiser = minimiser(&root, &mut names);
+    let lengths: f64 = branches.iter().map(|branch| branch.length).sum();
+    let entries = root.entries("obstacles");
+    let obstacles = entries.iter().filter_map(|entry| obstacles::obstacle(entry, lengths, &mut names)).collect();
+    let contact = root.entry("contact").map_or_else(ContactSettings::default, |entry| obstacles::contact(&entry));
+    let entries = root.entries("steps");
+    let steps = steps(&entries, &mut constraints, &mut names);
+    place_nearest(&mut constraints, &loads, &branches);
+    let sweep = root.entry("sweep").and_then(|entry| sweep(&entry, &names));
+    let output = root.entry("output").map_or_else(Output::default, |entry| output::read(&entry));
+    let scenario = Scenario {
+        name,
+        gravity,
+        sections,
+        by_rule: by_rule.into_iter().flatten().collect(),
+        branches,
+        joints,
+        constraints,
+        loads,
+        obstacles,
+        contact,
+        initial,
+        minimiser,
+        steps,
+        step_spans: entries.iter().map(|entry| entry.span.clone()).collect(),
+        sweep,
+        output,
+    };
+    (scenario, !names.broken)
+}
+
+fn version(root: &Entry<'_>) {
+    let Some(node) = root.node("schema") else { return };
+    let number = root.reader.count("schema", node, 0, usize::MAX);
+    if let Some(number) = number
+        && number != 1
+    {
+        let message = format!("`schema` = {number} is not known to this program");
+        root.fault_at("schema", message, "it reads version 1 of the format: write schema = 1");
+    }
+}

@@ -1,0 +1,346 @@
+//! An entry of a scenario: a table, and the keys that it may have.
+
+use super::reader::{Node, Reader};
+use crate::fault::{did_you_mean, nearest};
+use crate::format::form::{Form, Key, Keys, Need};
+use crate::span::{Span, Spans};
+use nalgebra::Unit;
+use toml::Spanned;
+use toml::de::{DeTable, DeValue};
+use wireloom_core::{Quantity, Rotation, Vector};
+
+/// An entry of the file: a table, and the keys it may have.
+pub(crate) struct Entry<'a> {
+    pub reader: &'a Reader<'a>,
+    pub table: &'a DeTable<'a>,
+    pub keys: &'static Keys,
+    /// Where it is.
+    pub span: Span,
+    /// What messages call it: `branch "trunk"`.
+    pub label: String,
+}
+
+impl<'a> Entry<'a> {
+    /// An entry. Keys that are not declared are refused at once, but for entries of a kind: those may
+    /// have the kind's parameters, see [`super::kinds::read`].
+    pub fn new(reader: &'a Reader<'a>, table: &'a DeTable<'a>, span: Span, keys: &'static Keys, label: String) -> Self {
+        let entry = Self { reader, table, keys, span, label };
+        if keys.kind().is_none() {
+            entry.refuse_unknown_keys(std::iter::empty());
+        }
+        entry
+    }
+
+    /// The declared key; asking for one that is not declared is a mistake of this crate, met by every test.
+    fn key(&self, name: &str) -> &'static Key {
+        self.keys.get(name).unwrap_or_else(|| unreachable!("{} has no key {name}", self.keys.what))
+    }
+
+    /// The value of a key; notes a fault where it must be given and is not.
+    pub fn node(&self, name: &str) -> Option<&'a Node<'a>> {
+        let key = self.key(name);
+        let node = self.table.get(name);
+        let needed = match key.need {
+            Need::Must => true,
+            Need::Unless(other) => !self.has(other),
+            Need::May | Need::With(_) => false,
+        };
+        if node.is_none() && needed && !self.misspelt(name) {
+            self.missing(key.name, key.doc);
+        }
+        if let (Some(node), Need::With(other)) = (node, key.need)
+            && !self.has(other)
+        {
+            let message = format!("{} has `{name}` but no `{other}`", self.label);
+            self.reader.fault(
+                node.span(),
+                message,
+                format!("it means nothing without `{other}`: leave it out, or add that"),
+            );
+        }
+        node
+    }
+
+    /// Whether an unknown key is taken for this one misspelt; one fault is enough then.
+    fn misspelt(&self, name: &str) -> bool {
+        let own = || self.keys.keys.iter().map(|key| key.name);
+        self.table
+            .keys()
+            .any(|key| self.keys.get(key.get_ref()).is_none() && nearest(key.get_ref(), own()) == Some(name))
+    }
+
+    /// Notes that a key is missing.
+    pub fn missing(&self, name: &str, doc: &str) {
+        self.fault_here(format!("{} has no `{name}`", self.label), format!("add `{name}`: {doc}"));
+    }
+
+    /// Notes a fault of the whole entry.
+    pub fn fault_here(&self, message: impl Into<String>, help: impl Into<String>) {
+        self.reader.fault(self.span.clone(), message, help);
+    }
+
+    /// Notes a fault at the value of a key (or of the whole entry, where the key is left out).
+    pub fn fault_at(&self, name: &str, message: impl Into<String>, help: impl Into<String>) {
+        self.reader.fault(self.span_of(name), message, help);
+    }
+
+    /// Where the value of a key is; the whole entry where the key is left out.
+    pub fn span_of(&self, name: &str) -> Span {
+        self.table.get(name).map_or_else(|| self.span.clone(), Spanned::span)
+    }
+
+    /// Whether a key is given.
+    pub fn has(&self, name: &str) -> bool {
+        self.table.contains_key(name)
+    }
+
+    /// Where the entry and all its values are.
+    pub fn spans(&self) -> Spans {
+        let keys = self.table.iter().map(|(key, value)| (key.get_ref().to_string(), value.span())).collect();
+        Spans { entry: self.span.clone(), keys }
+    }
+
+    /// Notes keys that are neither declared nor parameters of the entry's kind.
+    pub fn refuse_unknown_keys<'w>(&self, parameters: impl IntoIterator<Item = &'w str> + Clone) {
+        let own = self.keys.keys.iter().map(|key| key.name);
+        let known: Vec<&str> = own.chain(parameters).collect();
+        for (key, value) in self.table {
+            let name = key.get_ref().as_ref();
+            if known.contains(&name) {
+                continue;
+            }
+            let span = if key.span().is_empty() { value.span() } else { key.span() };
+            let message = format!("unknown key `{name}` in {}", self.label);
+            self.reader.fault(span, message, did_you_mean(name, known.iter().copied()));
+        }
+    }
+
+    /// A string.
+    pub fn word(&self, name: &str) -> Option<&'a str> {
+        self.node(name).and_then(|node| self.reader.word(name, node))
+    }
+
+    /// A number in SI.
+    pub fn number(&self, name: &str) -> Option<f64> {
+        let Form::Number(quantity, bound) = self.key(name).form else { unreachable!("{name} is no number") };
+        self.node(name).and_then(|node| self.reader.number(name, node, quantity, bound))
+    }
+
+    /// A number, or two.
+    pub fn one_or_two(&self, name: &str) -> Option<[f64; 2]> {
+        let Form::OneOrTwo(quantity, bound) = self.key(name).form else { unreachable!("{name} is no pair") };
+        let node = self.node(name)?;
+        let DeValue::Array(list) = node.get_ref() else {
+            return self.reader.number(name, node, quantity, bound).map(|x| [x, x]);
+        };
+        let [a, b] = list.as_ref() else {
+            self.reader.mismatch(name, node, "a number or a list of two", "write one number, or two in brackets");
+            return None;
+        };
+        let both = [a, b].map(|item| self.reader.number(name, item, quantity, bound));
+        Some([both[0]?, both[1]?])
+    }
+
+    /// Three numbers.
+    pub fn vector(&self, name: &str) -> Option<Vector> {
+        let Form::Vector(quantity) = self.key(name).form else { unreachable!("{name} is no vector") };
+        self.node(name).and_then(|node| self.reader.vector(name, node, quantity))
+    }
+
+    /// A unit vector.
+    pub fn direction(&self, name: &str) -> Option<Unit<Vector>> {
+        self.node(name).and_then(|node| self.reader.direction(name, node))
+    }
+
+    /// A rotation.
+    pub fn orientation(&self, name: &str) -> Option<Rotation> {
+        self.node(name).and_then(|node| self.reader.orientation(name, node))
+    }
+
+    /// A whole number.
+    pub fn count(&self, name: &str) -> Option<usize> {
+        let Form::Count(minimum, maximum) = self.key(name).form else { unreachable!("{name} is no count") };
+        self.node(name).and_then(|node| self.reader.count(name, node, minimum, maximum))
+    }
+
+    /// true or false.
+    pub fn flag(&self, name: &str) -> Option<bool> {
+        self.node(name).and_then(|node| self.reader.flag(name, node))
+    }
+
+    /// The values of a list; none, where it is left out or no list.
+    fn list(&self, name: &str) -> &'a [Node<'a>] {
+        let Some(node) = self.node(name) else { return &[] };
+        if let DeValue::Array(list) = node.get_ref() {
+            return list;
+        }
+        self.reader.mismatch(name, node, "a list", "write a list in brackets");
+        &[]
+    }
+
+    /// Points of a list.
+    pub fn points(&self, name: &str) -> Option<Vec<Vector>> {
+        let Form::Points(least) = self.key(name).form else { unreachable!("{name} are no points") };
+        let list = self.list(name);
+        if self.has(name) && list.len() < least {
+            self.fault_at(
+                name,
+                format!("`{name}` of {} has {} points", self.label, list.len()),
+                format!("give a list of at least {least}, such as [[0, 0, 0], [1, 0, 0]]"),
+            );
+            return None;
+        }
+        list.iter().map(|item| self.reader.vector(name, item, Quantity::Length)).collect()
+    }
+
+    /// Unit vectors of a list.
+    pub fn directions(&self, name: &str) -> Option<Vec<Unit<Vector>>> {
+        self.list(name).iter().map(|item| self.reader.direction(name, item)).collect()
+    }
+
+    /// One of the words declared.
+    pub fn choice(&self, name: &str) -> Option<&'a str> {
+        let Form::Choice(words) = self.key(name).form else { unreachable!("{name} is no choice") };
+        self.node(name).and_then(|node| self.reader.choice(name, node, words.iter().copied()))
+    }
+
+    /// The values of a list, whatever they are.
+    pub fn values(&self, name: &str) -> &'a [Node<'a>] {
+        let Form::Values = self.key(name).form else { unreachable!("{name} is no list of values") };
+        self.list(name)
+    }
+
+    /// Words of a list out of those declared.
+    pub fn choices(&self, name: &str) -> Vec<&'a str> {
+        let Form::Words(words) = self.key(name).form else { unreachable!("{name} are no words") };
+        self.list(name).iter().filter_map(|item| self.reader.choice(name, item, words.iter().copied())).collect()
+    }
+
+    /// Names of a list, with their places.
+    pub fn names(&self, name: &str) -> Vec<(&'a str, Span)> {
+        self.list(name).iter().filter_map(|item| Some((self.reader.word(name, item)?, item.span()))).collect()
+    }
+
+    /// The strings of a list, whatever else is in it: what is wrong with it is said when its names are read.
+    pub fn texts(&self, name: &str) -> Vec<&'a str> {
+        let Some(DeValue::Array(list)) = self.table.get(name).map(Spanned::get_ref) else { return Vec::new() };
+        let text =
+            |item: &'a Node<'a>| if let DeValue::String(text) = item.get_ref() { Some(text.as_ref()) } else { None };
+        list.iter().filter_map(text).collect()
+    }
+
+    /// A table as an entry of its own.
+    pub fn entry(&self, name: &str) -> Option<Entry<'a>> {
+        let Form::Table(keys) = self.key(name).form else { unreachable!("{name} is no table") };
+        let node = self.node(name)?;
+        let DeValue::Table(table) = node.get_ref() else {
+            self.reader.mismatch(name, node, "a table", format!("write its keys in a table: {}", some_keys(keys)));
+            return None;
+        };
+        Some(Entry::new(self.reader, table, node.span(), keys, format!("`{name}` of {}", self.label)))
+    }
+
+    /// A table, or those of a list, as entries of their own.
+    pub fn one_or_more(&self, name: &str) -> Vec<Entry<'a>> {
+        let Form::OneOrMoreTables(keys) = self.key(name).form else { return self.entry(name).into_iter().collect() };
+        let Some(node) = self.node(name) else { return Vec::new() };
+        let items = match node.get_ref() {
+            DeValue::Array(list) => list.as_ref(),
+            _ => std::slice::from_ref(node),
+        };
+        if items.is_empty() {
+            self.fault_at(
+                name,
+                format!("`{name}` of {} is empty", self.label),
+                "give one table at least, or leave it out",
+            );
+        }
+        let one = |item: &'a Node<'a>| match item.get_ref() {
+            DeValue::Table(table) => {
+                Some(Entry::new(self.reader, table, item.span(), keys, format!("`{name}` of {}", self.label)))
+            }
+            _ => {
+                let help = format!("write a table with keys {}, or a list of them", some_keys(keys));
+                self.reader.mismatch(name, item, "a table", help);
+                None
+            }
+        };
+        items.iter().filter_map(one).collect()
+    }
+
+    /// Tables as entries of their own, called by their name or by what they belong to.
+    pub fn entries(&self, name: &str) -> Vec<Entry<'a>> {
+        let Form::Tables(keys) = self.key(name).form else { unreachable!("{name} are no tables") };
+        let entry = |item: &'a Node<'a>| {
+            let DeValue::Table(table) = item.get_ref() else {
+                self.reader.mismatch(name, item, "a table", format!("write tables with keys: {}", some_keys(keys)));
+                return None;
+            };
+            let label = match (keys.get("name"), table.get("name").map(Spanned::get_ref)) {
+                (Some(_), Some(DeValue::String(own))) => format!("{} \"{own}\"", keys.what),
+                (Some(_), _) => keys.what.to_owned(),
+                (None, _) => format!("`{name}` of {}", self.label),
+            };
+            Some(Entry::new(self.reader, table, item.span(), keys, label))
+        };
+        self.list(name).iter().filter_map(entry).collect()
+    }
+
+    /// Names and tables, alone or in a list.
+    pub fn names_or_entries(&self, name: &str) -> Vec<NameOrEntry<'a>> {
+        let Form::NamesOrTables(keys) = self.key(name).form else { unreachable!("{name} are no names or tables") };
+        let Some(node) = self.node(name) else { return Vec::new() };
+        let items = match node.get_ref() {
+            DeValue::Array(list) => list.as_ref(),
+            _ => std::slice::from_ref(node),
+        };
+        let one = |item: &'a Node<'a>| match item.get_ref() {
+            DeValue::String(_) => Some(NameOrEntry::Name(self.reader.word(name, item)?, item.span())),
+            DeValue::Table(table) => {
+                let label = format!("`{name}` of {}", self.label);
+                Some(NameOrEntry::Entry(Entry::new(self.reader, table, item.span(), keys, label)))
+            }
+            _ => {
+                let help = format!("write a name in quotes, a table with keys {}, or a list of them", some_keys(keys));
+                self.reader.mismatch(name, item, "a name or a table", help);
+                None
+            }
+        };
+        items.iter().filter_map(one).collect()
+    }
+
+    /// The tables of a table, by name, in the order of the text.
+    pub fn named_entries(&self, name: &str) -> Vec<(&'a str, Entry<'a>)> {
+        let Form::Named(keys) = self.key(name).form else { unreachable!("{name} are no named tables") };
+        let Some(node) = self.node(name) else { return Vec::new() };
+        let DeValue::Table(tables) = node.get_ref() else {
+            self.reader.mismatch(name, node, "a table of tables", format!("write [{name}.NAME] tables"));
+            return Vec::new();
+        };
+        let mut entries = Vec::new();
+        for (key, value) in tables {
+            let DeValue::Table(table) = value.get_ref() else {
+                let what = format!("`{name}` has the key `{}`, which is no table", key.get_ref());
+                self.reader.fault(value.span(), what, format!("write [{name}.NAME] tables"));
+                continue;
+            };
+            let label = format!("{} \"{}\"", keys.what, key.get_ref());
+            entries.push((key.get_ref().as_ref(), Entry::new(self.reader, table, value.span(), keys, label)));
+        }
+        entries.sort_by_key(|(_, entry)| entry.span.start);
+        entries
+    }
+}
+
+/// An item of a list of names and tables.
+pub(crate) enum NameOrEntry<'a> {
+    /// A name, and where it is.
+    Name(&'a str, Span),
+    /// A table.
+    Entry(Entry<'a>),
+}
+
+fn some_keys(keys: &Keys) -> String {
+    let names: Vec<String> = keys.keys.iter().map(|key| format!("`{}`", key.name)).collect();
+    names.join(", ")
+}

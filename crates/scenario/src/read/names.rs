@@ -1,0 +1,73 @@
+//! The names of a scenario, as they are read.
+
+use super::entry::Entry;
+use super::fixing_types::Types;
+use crate::fault::did_you_mean;
+use crate::span::Span;
+use std::collections::{BTreeMap, BTreeSet};
+
+/// What is known of a vertex.
+pub(crate) struct Vertex {
+    /// Branches that end here, and whether they start here.
+    pub ends: Vec<(usize, bool)>,
+    /// Where it is first named.
+    pub span: Span,
+}
+
+/// Names read so far, with what later entries need to know of them.
+#[derive(Default)]
+pub(crate) struct Names<'a> {
+    pub sections: BTreeMap<&'a str, usize>,
+    pub branches: BTreeMap<&'a str, usize>,
+    /// Length of each branch, m; `None` where it is at fault.
+    pub lengths: Vec<Option<f64>>,
+    pub vertices: BTreeMap<&'a str, Vertex>,
+    pub joints: BTreeMap<&'a str, usize>,
+    pub constraints: BTreeMap<&'a str, usize>,
+    /// Types of fixings.
+    pub types: Types,
+    /// How many constraints there are; some may have had the same name one after the other.
+    pub fixings: usize,
+    /// Constraints that have let go, and whose names may be taken again.
+    pub let_go: BTreeSet<&'a str>,
+    pub loads: BTreeMap<&'a str, usize>,
+    pub obstacles: BTreeMap<&'a str, usize>,
+    /// Segments so far, roughly.
+    pub segments: f64,
+    /// Whether a name leads nowhere, so that the harness cannot be put together.
+    pub broken: bool,
+}
+
+/// Gives a name of the family to an entry; false, with a fault, where it is taken.
+#[must_use]
+pub(crate) fn register<'a>(
+    entry: &Entry<'a>,
+    what: &str,
+    family: &mut BTreeMap<&'a str, usize>,
+    name: &'a str,
+    index: usize,
+) -> bool {
+    if family.contains_key(name) {
+        let message = format!("there is another {what} of the name \"{name}\"");
+        entry.fault_at("name", message, "give this one a name of its own");
+        return false;
+    }
+    family.insert(name, index);
+    true
+}
+
+/// Looks a name up; notes a fault where it is not known.
+pub(crate) fn lookup<'m, T>(
+    entry: &Entry<'_>,
+    what: &str,
+    family: &'m BTreeMap<&str, T>,
+    name: &str,
+    span: Span,
+) -> Option<&'m T> {
+    let found = family.get(name);
+    if found.is_none() {
+        let help = did_you_mean(name, family.keys().copied());
+        entry.reader.fault(span, format!("unknown {what} \"{name}\" in {}", entry.label), help);
+    }
+    found
+}

@@ -1,0 +1,79 @@
+//! Reads what is about the harness: bodies, and how cables meet them.
+
+use super::entry::Entry;
+use super::kinds;
+use super::names::{Names, register};
+use super::places::facing;
+use crate::scenario::{Body, Facing};
+use wireloom_core::obstacle::{ContactSettings, Obstacle, ShapeFile, ShapeSpec};
+use wireloom_core::rotation::{frame_from, orthogonal};
+use wireloom_core::{Pose, Rotation};
+
+/// A body so many times as long as all cables together is taken for one in other units.
+const LARGE: f64 = 50.0;
+
+/// A body with its shape; `lengths`: of all cables together, m. `None` where it is at fault.
+pub(crate) fn obstacle<'a>(entry: &Entry<'a>, lengths: f64, names: &mut Names<'a>) -> Option<Body> {
+    let before = entry.reader.fault_count();
+    let chosen = kinds::read(entry);
+    let index = names.obstacles.len();
+    let name = entry.word("name").filter(|name| register(entry, entry.keys.what, &mut names.obstacles, name, index));
+    let (mesh, scale) = (entry.word("mesh"), entry.number("scale").unwrap_or(1.0));
+    let position = entry.vector("position").unwrap_or_default();
+    let orientation = match facing(entry) {
+        Facing::Left => Some(Rotation::identity()),
+        Facing::Tangent(tangent) => frame_from(&tangent, &orthogonal(&tangent)),
+        Facing::Orientation(orientation) => Some(orientation),
+    };
+    let friction = entry.number("friction").unwrap_or(0.0);
+    let min_clearance = entry.number("min_clearance");
+    let kind = chosen.as_ref().map_or("", |chosen| chosen.kind.as_str());
+    if !entry.has("shape") && !entry.has("mesh") {
+        let message = format!("{} has neither `shape` nor `mesh`", entry.label);
+        entry.fault_here(message, "add one of them, such as shape = \"box\" or mesh = \"panel.stl\"");
+    } else if entry.has("mesh") && !matches!(kind, "mesh" | "") {
+        let message = format!("{} has `mesh` beside shape = \"{kind}\"", entry.label);
+        entry.fault_at("mesh", message, "leave one of them out");
+    }
+    let file = mesh.and_then(|name| {
+        let bytes = entry.reader.bytes(name, entry.span_of("mesh"))?;
+        Some(ShapeFile { name: name.to_owned(), bytes, scale })
+    });
+    let sound = entry.reader.fault_count() == before;
+    names.broken |= !sound;
+    let (true, Some(chosen), Some(name), Some(orientation)) = (sound, chosen, name, orientation) else { return None };
+    let build = &entry.reader.registry.shape(&chosen.kind)?.build;
+    let shape = match build(&ShapeSpec { file }, &chosen.parameters) {
+        Ok(shape) => shape,
+        Err(error) => {
+            let span =
+                error.key.as_deref().filter(|key| entry.has(key)).map_or(entry.span.clone(), |key| entry.span_of(key));
+            entry.reader.fault(span, format!("{}: {}", entry.label, error.message), error.help);
+            names.broken = true;
+            return None;
+        }
+    };
+    let mut notes: Vec<String> = shape.notes().iter().map(|note| format!("{}: {note}", entry.label)).collect();
+    let size = shape.surface(0.0).corners.iter().map(|corner| corner.amax()).fold(0.0, f64::max);
+    if size > LARGE * lengths {
+        notes.push(format!(
+            "{}: it reaches {size:.1} m from its origin, and all cables together are {lengths:.1} m long; if its file is in \
+             millimetres, write scale = 0.001",
+            entry.label
+        ));
+    }
+    let pose = Pose { position, orientation };
+    let obstacle =
+        Obstacle { name: name.to_owned(), kind: chosen.kind, shape: shape.into(), pose, friction, min_clearance };
+    Some(Body { obstacle, notes, spans: entry.spans() })
+}
+
+/// How cables meet each other and the bodies.
+pub(crate) fn contact(entry: &Entry<'_>) -> ContactSettings {
+    let default = ContactSettings::default();
+    ContactSettings {
+        cables: entry.flag("cables").unwrap_or(default.cables),
+        friction: entry.number("friction").unwrap_or(default.friction),
+        resolve: entry.flag("resolve").unwrap_or(default.resolve),
+    }
+}

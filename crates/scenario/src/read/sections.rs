@@ -1,0 +1,125 @@
+//! Reads sections: what is measured, and what follows from their wires by the rule of [`crate::bundle`].
+
+use super::entry::{Entry, NameOrEntry};
+use super::library::{self, Library};
+use super::names::Names;
+use crate::bundle::{Bundle, Covered, Covering, Wire, Wires};
+use crate::format::units::unit_of;
+use crate::scenario::ByRule;
+use crate::span::Span;
+use wireloom_core::Section;
+
+/// Keys of a section that are measured values; with wires, they replace the rule's.
+const MEASURED: [&str; 6] =
+    ["diameter", "linear_density", "axial_stiffness", "bending_stiffness", "torsion_stiffness", "min_bend_radius"];
+
+/// A section, and what the rule says of it where it has wires.
+pub(crate) fn section<'a>(
+    name: &'a str,
+    entry: &Entry<'a>,
+    library: &Library,
+    names: &mut Names<'a>,
+) -> (Section, Option<ByRule>) {
+    let index = names.sections.len();
+    names.sections.insert(name, index);
+    let by_rule = by_rule(index, entry, library);
+    let bundle = by_rule.as_ref().map(|by_rule| &by_rule.bundle);
+    let or_rule = |measured: Option<f64>, rule: fn(&Bundle) -> f64| measured.or(bundle.map(rule)).unwrap_or(1.0);
+    let axial_stiffness = or_rule(entry.number("axial_stiffness"), |bundle| bundle.axial_stiffness);
+    let section = Section {
+        name: name.to_owned(),
+        diameter: or_rule(entry.number("diameter"), |bundle| bundle.diameter),
+        linear_density: or_rule(entry.number("linear_density"), |bundle| bundle.linear_density),
+        axial_stiffness,
+        // GA = EA/(2(1 + ν)), ν = 0.3
+        shear_stiffness: entry.one_or_two("shear_stiffness").unwrap_or([axial_stiffness / 2.6; 2]),
+        bending_stiffness: entry
+            .one_or_two("bending_stiffness")
+            .or(bundle.map(|bundle| [bundle.bending.taken; 2]))
+            .unwrap_or([1.0; 2]),
+        torsion_stiffness: or_rule(entry.number("torsion_stiffness"), |bundle| bundle.torsion.taken),
+        min_bend_radius: entry.number("min_bend_radius").or(bundle.map(|bundle| bundle.min_bend_radius)),
+    };
+    (section, by_rule)
+}
+
+/// What the rule says of a section; none where it has no wires, or some of them are at fault.
+fn by_rule(section: usize, entry: &Entry<'_>, library: &Library) -> Option<ByRule> {
+    let (wires, coverings) = (wires(entry, library), coverings(entry, library));
+    let (packing, cohesion) = (entry.number("packing"), entry.number("cohesion"));
+    let (wires, coverings) = (wires?, coverings?);
+    let contents: Vec<Wires<'_>> = wires.iter().map(|(wire, count)| Wires { wire, count: *count }).collect();
+    let covered: Vec<Covered<'_>> = coverings.iter().map(|(_, covered)| *covered).collect();
+    let bundle = Bundle::new(&contents, &covered, packing, cohesion);
+    let values = [
+        ("diameter", bundle.diameter),
+        ("linear_density", bundle.linear_density),
+        ("axial_stiffness", bundle.axial_stiffness),
+        ("bending_stiffness", bundle.bending.slip),
+        ("bending_stiffness", bundle.bending.bonded),
+        ("torsion_stiffness", bundle.torsion.slip),
+        ("torsion_stiffness", bundle.torsion.bonded),
+        ("min_bend_radius", bundle.min_bend_radius),
+    ];
+    for (key, value) in values {
+        let Some((quantity, bound)) = entry.keys.get(key).and_then(|key| key.form.bound()) else { continue };
+        if !(bound.minimum..=bound.maximum).contains(&value) {
+            let unit = unit_of(quantity);
+            let message = format!("the wires of {} give it a `{key}` of {value:.3e} {unit}", entry.label);
+            let help = format!(
+                "it must be {}: correct their diameters, counts, moduli or measured values",
+                bound.words(quantity)
+            );
+            entry.fault_at("wires", message, help);
+            return None;
+        }
+    }
+    let narrow = coverings.iter().filter_map(|(name, Covered { covering, .. })| {
+        let inner = covering.inner_diameter.filter(|inner| *inner < bundle.wires_diameter)?;
+        Some(format!(
+            "\"{name}\" is {:.1} mm wide inside, the wires are {:.1} mm thick",
+            inner * 1e3,
+            bundle.wires_diameter * 1e3
+        ))
+    });
+    Some(ByRule {
+        section,
+        coverings: coverings.iter().map(|(name, _)| (*name).to_owned()).collect(),
+        remarks: narrow.collect(),
+        measured: MEASURED.iter().filter(|key| entry.has(key)).map(|key| (*key).to_owned()).collect(),
+        bundle,
+    })
+}
+
+fn wires<'l>(entry: &Entry<'_>, library: &'l Library) -> Option<Vec<(&'l Wire, usize)>> {
+    let entries = entry.entries("wires");
+    if entries.is_empty() && entry.has("wires") {
+        let message = format!("{} has `wires`, but none in it", entry.label);
+        entry.fault_at("wires", message, "write such as wires = [{ type = \"FLRY-B 0.5\", count = 24 }]");
+    }
+    let one = |wires: &Entry<'_>| {
+        let count = if wires.has("count") { wires.count("count") } else { Some(1) };
+        let name = wires.word("type")?;
+        let wire = library::find(&library.wires, "wire type", name, entry, wires.span_of("type"))?;
+        Some((wire, count?))
+    };
+    let all: Vec<Option<_>> = entries.iter().map(one).collect();
+    all.into_iter().collect::<Option<Vec<_>>>().filter(|wires| !wires.is_empty())
+}
+
+/// The coverings with their names.
+fn coverings<'a, 'l>(entry: &Entry<'a>, library: &'l Library) -> Option<Vec<(&'a str, Covered<'l>)>> {
+    let find = |name: &'a str, span: Span| -> Option<&'l Covering> {
+        library::find(&library.coverings, "covering", name, entry, span)
+    };
+    let one = |item: NameOrEntry<'a>| match item {
+        NameOrEntry::Name(name, span) => Some((name, Covered { covering: find(name, span)?, share: 1.0 })),
+        NameOrEntry::Entry(covered) => {
+            let share = if covered.has("share") { covered.number("share") } else { Some(1.0) };
+            let name = covered.word("type")?;
+            Some((name, Covered { covering: find(name, covered.span_of("type"))?, share: share? }))
+        }
+    };
+    let all: Vec<Option<_>> = entry.names_or_entries("covering").into_iter().map(one).collect();
+    all.into_iter().collect()
+}

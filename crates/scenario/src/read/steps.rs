@@ -1,0 +1,129 @@
+//! Reads steps: each through its own keys and the step operations.
+
+use super::constraints::constraint;
+use super::entry::Entry;
+use super::names::{Names, lookup, register};
+use crate::operations::context::{Acting, Context};
+use crate::operations::{Begins, OPERATIONS, StepOperation};
+use crate::scenario::Constraint;
+use std::collections::{BTreeMap, BTreeSet};
+use wireloom_core::steps::Step;
+
+/// The steps; the constraints they add are put behind those that act from the beginning.
+pub(crate) fn steps<'a>(entries: &[Entry<'a>], constraints: &mut Vec<Constraint>, names: &mut Names<'a>) -> Vec<Step> {
+    // Names come first: a step may name a constraint that only a later one adds, and that has its own message.
+    let from_start = constraints.len();
+    let mut first = names.constraints.clone();
+    let begun: Vec<Begun<'a>> = entries.iter().map(|entry| begin(entry, constraints, names)).collect();
+    for (name, index) in begun.iter().flat_map(|begun| &begun.names) {
+        first.entry(name).or_insert(*index);
+    }
+    names.constraints = first;
+    let mut acting = Acting { active: (0..from_start).collect(), released: BTreeMap::new(), mated: BTreeSet::new() };
+    let mut step_names = BTreeMap::new();
+    let mut steps = Vec::new();
+    for (k, (entry, begun)) in entries.iter().zip(begun).enumerate() {
+        let name = entry.word("name");
+        if let Some(name) = name {
+            names.broken |= !register(entry, entry.keys.what, &mut step_names, name, k);
+        }
+        let before = entry.reader.fault_count();
+        let release = release(entry, k, &mut acting, names);
+        names.constraints.extend(begun.names.iter().copied());
+        acting.active.extend(&begun.constraints);
+        let mut step = Context {
+            entry,
+            names,
+            acting: &mut acting,
+            constraints,
+            begun: &begun.constraints,
+            moves: Vec::new(),
+            obstacle_moves: Vec::new(),
+            loads: Vec::new(),
+        };
+        let read = |(operation, entry, begun): &(&StepOperation, Entry<'_>, Option<usize>)| {
+            (operation.read)(entry, *begun, &mut step)
+        };
+        let operations = begun.operations.iter().filter_map(read).collect();
+        let Context { moves, obstacle_moves, loads, .. } = step;
+        refuse_work_while_waiting(entry);
+        names.broken |= entry.reader.fault_count() > before;
+        steps.push(Step {
+            name: name.map_or_else(|| format!("step {}", k + 1), str::to_owned),
+            increments: entry.count("increments").unwrap_or(1),
+            gravity: entry.vector("gravity"),
+            add: begun.constraints,
+            release,
+            moves,
+            obstacle_moves,
+            operations,
+            loads,
+        });
+    }
+    steps
+}
+
+/// The operations of a step, and the constraints that begin with it.
+#[derive(Default)]
+struct Begun<'a> {
+    constraints: Vec<usize>,
+    names: Vec<(&'a str, usize)>,
+    /// Every operation, with its entry and the constraint that this begins.
+    operations: Vec<(&'static StepOperation, Entry<'a>, Option<usize>)>,
+}
+
+fn begin<'a>(step: &Entry<'a>, constraints: &mut Vec<Constraint>, names: &mut Names<'a>) -> Begun<'a> {
+    let released = step.texts("release");
+    names.let_go.extend(released.into_iter().filter(|name| names.constraints.contains_key(name)));
+    let mut begun = Begun::default();
+    for operation in OPERATIONS {
+        let before = step.reader.fault_count();
+        let entries = step.entries(operation.key.name);
+        names.broken |= step.reader.fault_count() > before;
+        for entry in entries {
+            let nearest = match (operation.begins)(&entry) {
+                Begins::Nothing => None,
+                Begins::AtPlace => Some(false),
+                Begins::AtPlaceOrNearest => Some(true),
+            };
+            let own = nearest.and_then(|nearest| constraint(&entry, false, nearest, names)).map(|constraint| {
+                let index = constraints.len();
+                begun.constraints.push(index);
+                begun.names.extend(entry.word("name").map(|name| (name, index)));
+                constraints.push(constraint);
+                index
+            });
+            begun.operations.push((operation, entry, own));
+        }
+    }
+    begun
+}
+
+fn refuse_work_while_waiting(step: &Entry<'_>) {
+    let idle = ["name", "increments", "wait"];
+    let Some(work) = step.table.keys().find(|key| !idle.contains(&key.get_ref().as_ref())) else { return };
+    if step.flag("wait") == Some(true) && step.keys.get(work.get_ref()).is_some() {
+        let message = format!("{} waits, and has `{}` to do", step.label, work.get_ref());
+        step.reader.fault(work.span(), message, "put what is to be done in a step of its own, before or after");
+    }
+}
+
+fn release(entry: &Entry<'_>, step: usize, acting: &mut Acting, names: &Names<'_>) -> Vec<usize> {
+    let mut all = Vec::new();
+    for (name, span) in entry.names("release") {
+        let Some(&index) = lookup(entry, "constraint", &names.constraints, name, span.clone()) else { continue };
+        if acting.active.remove(&index) {
+            acting.released.insert(index, step);
+            acting.mated.remove(&index);
+            all.push(index);
+            continue;
+        }
+        let (message, help) = if acting.released.contains_key(&index) {
+            (format!("{} releases \"{name}\", which has let go before", entry.label), "release it once")
+        } else {
+            (format!("{} releases \"{name}\", which has not begun", entry.label), "release it in a later step")
+        };
+        entry.reader.fault(span, message, help);
+    }
+    all
+}

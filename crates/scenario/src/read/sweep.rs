@@ -1,0 +1,182 @@
+//! Reads sweeps.
+
+use super::entry::Entry;
+use super::names::Names;
+use super::sweep_outputs;
+use crate::format::units;
+use crate::sweep::{Axis, MAX_POINTS, MAX_SOBOL_KEYS, Method, Output, Range, Sweep, Value};
+use toml::Spanned;
+use toml::de::DeValue;
+
+/// Reads a sweep; `None` where it is at fault.
+pub(crate) fn sweep(entry: &Entry<'_>, names: &Names<'_>) -> Option<Sweep> {
+    let before = entry.reader.fault_count();
+    let method = match entry.choice("method").unwrap_or("grid") {
+        "zip" => Method::Zip,
+        "random" => Method::Random,
+        "latin-hypercube" => Method::LatinHypercube,
+        "sobol" => Method::Sobol,
+        _ => Method::Grid,
+    };
+    let sampled = matches!(method, Method::Random | Method::LatinHypercube | Method::Sobol);
+    let samples = entry.count("samples");
+    if sampled && !entry.has("samples") {
+        entry.fault_at("method", "a sweep at random has no `samples`", "say how many points, such as samples = 1000");
+    }
+    if !sampled && entry.has("samples") {
+        entry.fault_at(
+            "samples",
+            "this sweep has as many points as its lists give",
+            "leave out `samples`, or choose method = \"random\"",
+        );
+    }
+    let seed = entry.count("seed").unwrap_or(0) as u64;
+    let varied = entry.named_entries("vary");
+    let axes: Vec<Axis> = varied.iter().filter_map(|(key, varied)| axis(key, varied, sampled)).collect();
+    if varied.is_empty() && entry.has("vary") {
+        entry.fault_at(
+            "vary",
+            "nothing varies",
+            "add a key, such as \"branches.left.length\" = { from = 0.4, to = 0.5 }",
+        );
+    }
+    let measured = entry.named_entries("outputs");
+    let outputs: Vec<Output> =
+        measured.iter().filter_map(|(name, entry)| sweep_outputs::output(name, entry, names)).collect();
+    if entry.reader.fault_count() > before || axes.is_empty() {
+        return None;
+    }
+    let counts: Vec<usize> = axes.iter().map(|axis| axis.range.count()).collect();
+    let points = match method {
+        Method::Grid => counts.iter().try_fold(1_usize, |all, n| all.checked_mul(*n)).unwrap_or(usize::MAX),
+        Method::Zip => {
+            if let Some(k) = counts.iter().position(|n| *n != counts[0]) {
+                let message =
+                    format!("`{}` has {} values, `{}` has {}", axes[k].key, counts[k], axes[0].key, counts[0]);
+                entry.reader.fault(axes[k].span.clone(), message, "keys that vary together have as many values each");
+                return None;
+            }
+            counts[0]
+        }
+        _ => samples.unwrap_or(1),
+    };
+    if points > MAX_POINTS {
+        entry.fault_here(format!("this sweep has {points} points"), format!("at most {MAX_POINTS} are possible"));
+        return None;
+    }
+    if method == Method::Sobol && axes.len() > MAX_SOBOL_KEYS {
+        entry.fault_here(
+            format!("this sweep varies {} keys", axes.len()),
+            format!("at most {MAX_SOBOL_KEYS} are possible with sobol"),
+        );
+        return None;
+    }
+    Some(Sweep::new(method, seed, axes, points, outputs))
+}
+
+fn axis(key: &str, entry: &Entry<'_>, sampled: bool) -> Option<Axis> {
+    let given: Vec<&str> =
+        ["values", "from", "to", "count", "mean", "deviation"].into_iter().filter(|name| entry.has(name)).collect();
+    let range = match &given[..] {
+        ["values"] => {
+            let values: Vec<Value> = entry.values("values").iter().map(|node| listed(entry, node)).collect();
+            if values.is_empty() {
+                entry.fault_at("values", format!("`{key}` has no values"), "write a list, such as [0.4, \"500 mm\"]");
+                return None;
+            }
+            Range::Values(values)
+        }
+        ["from", "to"] | ["from", "to", "count"] => {
+            let (unit, [from, to]) = pair(entry, ["from", "to"])?;
+            match (sampled, entry.count("count")) {
+                (true, None) => Range::Uniform { from, to, unit },
+                (false, Some(n)) => {
+                    let at = |i: usize| from + (to - from) * i as f64 / (n - 1) as f64;
+                    Range::Values((0..n).map(|i| Value::number(at(i), &unit)).collect())
+                }
+                (true, Some(_)) => {
+                    let help = "leave it out, or choose method = \"grid\"";
+                    entry.fault_at("count", format!("`count` of `{key}` means nothing at random"), help);
+                    return None;
+                }
+                (false, None) => {
+                    let help = "add count = 5, or choose a method with samples, such as \"random\"";
+                    entry.fault_here(format!("`{key}` has no `count`"), help);
+                    return None;
+                }
+            }
+        }
+        ["mean", "deviation"] if sampled => {
+            let (unit, [mean, deviation]) = pair(entry, ["mean", "deviation"])?;
+            if deviation < 0.0 {
+                entry.fault_at(
+                    "deviation",
+                    format!("`deviation` of `{key}` is below zero"),
+                    "give a standard deviation",
+                );
+                return None;
+            }
+            Range::Normal { mean, deviation, unit }
+        }
+        ["mean", "deviation"] => {
+            entry.fault_here(
+                format!("`{key}` is distributed, but points are not chosen at random"),
+                "choose a method with samples, such as \"random\" or \"latin-hypercube\"",
+            );
+            return None;
+        }
+        _ => {
+            entry.fault_here(
+                format!("`{key}` has {}", if given.is_empty() { "no values".to_owned() } else { given.join(", ") }),
+                "give either values, or from and to (and count), or mean and deviation",
+            );
+            return None;
+        }
+    };
+    Some(Axis { key: key.to_owned(), range, span: entry.span.clone() })
+}
+
+/// A value of a list, as it stands in the file.
+fn listed(entry: &Entry<'_>, node: &Spanned<DeValue<'_>>) -> Value {
+    let text = entry.reader.text.get(node.span()).unwrap_or_default().to_owned();
+    let number = match node.get_ref() {
+        DeValue::Integer(integer) => integer.as_str().parse().ok(),
+        DeValue::Float(float) => float.as_str().parse().ok(),
+        DeValue::String(text) => units::any(text).ok().map(|(value, _)| value),
+        _ => None,
+    };
+    Value { text, number }
+}
+
+/// Two numbers of the same unit, in SI.
+fn pair(entry: &Entry<'_>, names: [&str; 2]) -> Option<(String, [f64; 2])> {
+    let read = |name: &str| -> Option<(f64, String)> {
+        let node = entry.node(name)?;
+        let read = match node.get_ref() {
+            DeValue::Integer(integer) => {
+                integer.as_str().parse().map(|x| (x, String::new())).map_err(|_| String::new())
+            }
+            DeValue::Float(float) => float.as_str().parse().map(|x| (x, String::new())).map_err(|_| String::new()),
+            DeValue::String(text) => units::any(text),
+            _ => Err(String::new()),
+        };
+        match read {
+            Ok((value, unit)) if value.is_finite() => Some((value, unit)),
+            Ok(_) | Err(_) => {
+                let shown = entry.reader.text.get(node.span()).unwrap_or_default();
+                let message = format!("`{name}` = {shown} is no number");
+                entry.fault_at(name, message, "write a number in SI units, or one with a unit such as \"500 mm\"");
+                None
+            }
+        }
+    };
+    let (first, second) = (read(names[0]), read(names[1]));
+    let ((a, unit), (b, other)) = (first?, second?);
+    if unit != other {
+        let shown = |unit: &str| if unit.is_empty() { "no unit".to_owned() } else { format!("the unit {unit}") };
+        let message = format!("`{}` has {}, `{}` has {}", names[0], shown(&unit), names[1], shown(&other));
+        entry.fault_at(names[1], message, "give both with a unit of the same quantity, or both without");
+        return None;
+    }
+    Some((unit, [a, b]))
+}
