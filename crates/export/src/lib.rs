@@ -21,6 +21,7 @@
 
 pub mod comparison;
 pub mod csv;
+mod curve;
 pub mod ending;
 pub mod gltf;
 pub mod json;

@@ -4,6 +4,7 @@
 //! limit first, and the scenario itself. What is long is folded away; printing unfolds it.
 
 mod beside;
+mod layout;
 mod plots;
 mod points;
 mod style;
@@ -15,6 +16,7 @@ pub use points::{Points, write_points};
 use crate::local::{Local, node_count};
 use crate::picture;
 use base64::Engine;
+use layout::{OPEN, fixed, millimetres, radius};
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 use std::io::{self, Write};
 use wireloom_core::equilibrium::{BranchResult, ConstraintResult, Run, SlideMotion, StepResult};
@@ -30,8 +32,6 @@ const MOST_PICTURES: usize = 40;
 const LEAST_PICTURES: usize = 4;
 /// Pictures of a large harness are large: together they should take no more than this.
 const PICTURE_BYTES: usize = 16 << 20;
-/// So many sections are open to begin with; a harness may have hundreds.
-const OPEN: usize = 12;
 
 /// What a report is about. Its writer knows neither clock nor machine: whoever asks for it says.
 #[derive(Clone, Debug)]
@@ -411,18 +411,4 @@ fn plots_of(course: &Course<'_>, ends: &[&StepResult]) -> Markup {
             figcaption { "tension [N] along s [mm]: " (legend(course.pulled.0)) }
         }
     }
-}
-
-fn millimetres(metres: f64) -> String {
-    fixed(1e3 * metres, 1)
-}
-
-fn radius(metres: f64) -> String {
-    if metres.is_finite() { millimetres(metres) } else { "straight".into() }
-}
-
-/// Without `-0.000`.
-fn fixed(value: f64, digits: usize) -> String {
-    let scale = 10f64.powi(digits as i32);
-    format!("{:.digits$}", (value * scale).round() / scale + 0.0)
 }
