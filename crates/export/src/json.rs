@@ -49,6 +49,7 @@ pub use provenance::{Provenance, options};
 pub use values::SCHEMA;
 
 use crate::ending::Ending;
+use crate::format::{Ended, File, Format};
 use document::Document;
 use std::io::{self, BufWriter, Read, Write};
 use stream::{Collected, Written};
@@ -84,4 +85,36 @@ pub fn read_run(input: impl Read) -> io::Result<Run> {
 pub fn read(input: impl Read) -> io::Result<Option<Ending>> {
     let document: Document<Collected<ending::Last>> = stream::parse(input)?;
     ending::ending(document).map_err(stream::invalid)
+}
+
+/// The format `result.json`.
+pub struct Json;
+
+/// Its file.
+pub const FILE: &str = "result.json";
+
+impl Format for Json {
+    fn key(&self) -> Option<&'static str> {
+        None
+    }
+
+    fn files(&self) -> &'static [&'static str] {
+        &[FILE]
+    }
+
+    fn media_type(&self) -> &'static str {
+        "application/json"
+    }
+
+    fn at_end<'a>(&self, ended: &'a Ended<'a>) -> Vec<File<'a>> {
+        vec![File::new(FILE, |mut out| write(ended.run, ended.provenance, &mut out))]
+    }
+
+    fn offered(&self, _: &[&str], _: bool) -> Vec<String> {
+        vec![FILE.to_owned()]
+    }
+
+    fn at_hand<'a>(&self, ended: &'a Ended<'a>) -> Vec<File<'a>> {
+        self.at_end(ended)
+    }
 }

@@ -13,6 +13,7 @@ mod surroundings;
 pub use beside::{Beside, write_beside};
 pub use points::{Points, write_points};
 
+use crate::format::{Ended, File, Format, ends};
 use crate::local::{Local, node_count};
 use crate::picture;
 use base64::Engine;
@@ -59,14 +60,6 @@ pub fn write(report: &Report<'_>, out: &mut impl Write) -> io::Result<()> {
         node_count(branch)?;
     }
     out.write_all(page(report)?.into_string().as_bytes())
-}
-
-/// The last increment that was kept of every step, which is all of it that a report shows.
-fn ends(run: &Run) -> Vec<&StepResult> {
-    let goes_on = |k: usize, end: &StepResult| {
-        run.steps.get(k + 1).is_some_and(|next| next.name == end.name && next.increment > end.increment)
-    };
-    run.steps.iter().enumerate().filter(|(k, end)| !goes_on(*k, end)).map(|(_, end)| end).collect()
 }
 
 fn page(report: &Report<'_>) -> io::Result<Markup> {
@@ -410,5 +403,41 @@ fn plots_of(course: &Course<'_>, ends: &[&StepResult]) -> Markup {
             (PreEscaped(plots::tension(&curves(course.pulled.0))))
             figcaption { "tension [N] along s [mm]: " (legend(course.pulled.0)) }
         }
+    }
+}
+
+/// The format `report.html`.
+pub struct Html;
+
+/// Its file.
+pub const FILE: &str = "report.html";
+
+impl Format for Html {
+    fn key(&self) -> Option<&'static str> {
+        Some("report")
+    }
+
+    fn files(&self) -> &'static [&'static str] {
+        &[FILE]
+    }
+
+    fn media_type(&self) -> &'static str {
+        "text/html; charset=utf-8"
+    }
+
+    fn at_end<'a>(&self, ended: &'a Ended<'a>) -> Vec<File<'a>> {
+        vec![File::new(FILE, |mut out| {
+            let Ended { run, texts, program, machine, written, .. } = *ended;
+            let obstacles = ended.surroundings.obstacles();
+            write(&Report { run, obstacles, texts, program, machine, written }, &mut out)
+        })]
+    }
+
+    fn offered(&self, _: &[&str], _: bool) -> Vec<String> {
+        vec![FILE.to_owned()]
+    }
+
+    fn at_hand<'a>(&self, ended: &'a Ended<'a>) -> Vec<File<'a>> {
+        self.at_end(ended)
     }
 }
