@@ -301,3 +301,18 @@ pub struct Output {
     /// The space that the harness goes through, as glTF, from a grid with cells of this size, m.
     pub swept: Option<f64>,
 }
+
+impl Output {
+    /// Whether files of the format with this key of `[output]` are asked for.
+    pub fn asks_for(&self, key: &str) -> bool {
+        match key {
+            "csv" => self.csv,
+            "vtk" => self.vtk,
+            "picture" => self.picture,
+            "report" => self.report,
+            "gltf" => self.gltf,
+            "swept" => self.swept.is_some(),
+            _ => false,
+        }
+    }
+}
