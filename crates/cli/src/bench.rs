@@ -2,6 +2,7 @@
 
 use crate::arguments::BenchArguments;
 use crate::failure::{Failure, Outcome};
+use crate::program::machine;
 use crate::summary::{Columns, time};
 use serde_json::{Value, json};
 use std::io::Write;
@@ -306,15 +307,4 @@ fn document(measured: &Measured) -> Value {
         });
     }
     document
-}
-
-/// Processor, number of cores, system: as far as they can be told.
-pub fn machine() -> String {
-    let cores = std::thread::available_parallelism().map_or(1, usize::from);
-    let processor = std::fs::read_to_string("/proc/cpuinfo").ok().and_then(|text| {
-        let line = text.lines().find(|line| line.starts_with("model name"))?;
-        Some(line.split_once(':')?.1.trim().to_owned())
-    });
-    let processor = processor.unwrap_or_else(|| std::env::consts::ARCH.to_owned());
-    format!("{processor}, {}, {}", crate::size::counted(cores, "core", "cores"), std::env::consts::OS)
 }

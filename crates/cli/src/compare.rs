@@ -4,7 +4,9 @@ use crate::arguments::CompareArguments;
 use crate::failure::{Failure, Outcome};
 use crate::load::{self, Loaded};
 use crate::plugins::Trust;
+use crate::program::{PROGRAM, machine, now};
 use crate::progress::Bar;
+use crate::results::RESULT;
 use crate::variants::{self, Variant};
 use crate::{differences, folder, interrupt, run, size};
 use std::io::{self, Write};
@@ -60,9 +62,9 @@ pub fn compare(arguments: &CompareArguments, out: &mut dyn Write) -> Result<Outc
             comparison: &comparison,
             trends: &trends,
             alike,
-            program: crate::results::PROGRAM,
-            machine: &crate::bench::machine(),
-            written: &humantime::format_rfc3339_seconds(std::time::SystemTime::now()).to_string(),
+            program: PROGRAM,
+            machine: &machine(),
+            written: &now(),
         };
         folder::write(path, |out| write_beside(&beside, out))?;
     }
@@ -147,7 +149,7 @@ fn case(name: String, ending: Option<Ending>) -> Result<Case, Failure> {
 
 /// The end of the run whose results lie in a folder, or in a file.
 fn read(path: &Path) -> Result<Option<Ending>, Failure> {
-    let file = if path.is_dir() { path.join(crate::results::RESULT) } else { path.to_owned() };
+    let file = if path.is_dir() { path.join(RESULT) } else { path.to_owned() };
     json::read(load::open(&file)?).map_err(|error| match error.kind() {
         io::ErrorKind::InvalidData | io::ErrorKind::UnexpectedEof => {
             Failure::Input(format!("{} is no result of `wireloom run`: {error}", file.display()))
@@ -190,7 +192,7 @@ fn names(paths: &[PathBuf]) -> Vec<String> {
     let parts: Vec<Vec<String>> = paths
         .iter()
         .map(|path| {
-            let path = if path.ends_with(crate::results::RESULT) { path.parent().unwrap_or(path) } else { path };
+            let path = if path.ends_with(RESULT) { path.parent().unwrap_or(path) } else { path };
             path.with_extension("").components().map(|part| part.as_os_str().to_string_lossy().into_owned()).collect()
         })
         .collect();

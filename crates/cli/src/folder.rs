@@ -10,14 +10,13 @@ use std::fs::{self, File, TryLockError};
 use std::io::{self, ErrorKind, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
+use wireloom::export::catalogue;
 
 const LIST: &str = "files";
 /// Whoever writes in the folder has locked it; the system unlocks it when the process ends, however that comes.
 const LOCK: &str = "lock";
 /// The system must find room for so much before the work begins, bytes.
 const TRIAL: usize = 1 << 16;
-/// Folders of results in the folder.
-const FOLDERS: [&str; 3] = [OWN, "csv", "vtk"];
 /// What to do where the list of files is damaged.
 const HELP: &str = "remove the folder, or give another one with --out";
 
@@ -50,7 +49,8 @@ impl Folder {
 
     fn of(place: Place, path: &Path) -> Result<Self, Failure> {
         let failed = || Failure::io("write in the folder", path);
-        if let Some(link) = place.link(&FOLDERS).map_err(failed())? {
+        let folders: Vec<&str> = [OWN].into_iter().chain(catalogue::folders()).collect();
+        if let Some(link) = place.link(&folders).map_err(failed())? {
             let reason =
                 format!("`{link}` in it is a link, which may lead anywhere: remove it, or give another folder");
             return Err(failed()(io::Error::new(ErrorKind::InvalidInput, reason)));

@@ -2,7 +2,7 @@
 
 use crate::failure::{Failure, Refusal};
 use crate::plugins::{self, Trust};
-use crate::results::PROGRAM;
+use crate::program::PROGRAM;
 use std::collections::BTreeMap;
 use std::fs::File;
 use std::io::{self, Read};

@@ -30,6 +30,7 @@ mod plugin_check_joint;
 mod plugin_fault;
 mod plugin_new;
 mod plugins;
+mod program;
 mod progress;
 mod redirect;
 mod results;

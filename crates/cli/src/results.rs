@@ -1,181 +1,90 @@
-//! The files of a run.
-//!
-//! | file | what | when |
-//! | --- | --- | --- |
-//! | `result.json` | the whole run | always |
-//! | `picture.svg` | the last equilibrium | `picture` |
-//! | `report.html` | the whole run on one page | `report` |
-//! | `harness.glb` | harness and obstacles at the end of every step | `gltf` |
-//! | `swept.glb` | the space that the harness goes through | `swept` |
-//! | `csv/STEP/BRANCH.csv` | the branches at the end of every step | `csv` |
-//! | `vtk/NNNN.vtp`, `harness.pvd` | every increment, and all of them as a series in time | `vtk` |
-//! | `vtk/obstacles.vtp`, `vtk/obstacles-NNNN.vtp` | obstacles that stand still, and those that move, at every increment | `vtk` |
+//! The files of a run: those of all formats of the [`catalogue`](wireloom::export::catalogue) that the scenario's `[output]` asks for.
 
 use crate::failure::Failure;
 use crate::folder::Folder;
-use wireloom::core::obstacle::{Obstacle, Surface};
+use crate::program::{PROGRAM, machine, now};
+use wireloom::core::obstacle::Surface;
 use wireloom::core::{Run, StepResult};
+use wireloom::export::catalogue::FORMATS;
+use wireloom::export::format::{Ended, Format, Increment, Surroundings};
 use wireloom::export::json::Provenance;
-use wireloom::export::names::file_name;
-use wireloom::export::vtk::SeriesFile;
-use wireloom::export::{csv, gltf, json, picture, report, vtk};
 use wireloom::scenario::{Built, Output};
 use wireloom::solve::Progress;
 
-/// Where the whole run is.
-pub const RESULT: &str = "result.json";
+/// The file of the whole run.
+pub use wireloom::export::json::FILE as RESULT;
 
-/// Name and version of this program.
-pub const PROGRAM: &str = concat!("wireloom ", env!("CARGO_PKG_VERSION"));
-
-/// Writes what a scenario's `[output]` asks for.
+/// Writer of the files that `[output]` asks for.
 pub struct Results {
     folder: Folder,
     output: Output,
     texts: Vec<(String, String)>,
     provenance: Provenance,
     surroundings: Surroundings,
-    series: Vec<SeriesFile>,
+    times: Vec<f64>,
 }
 
-/// The bodies about a harness.
-pub struct Surroundings {
-    obstacles: Vec<Obstacle>,
-    /// Whether a step moves it, for each.
-    moves: Vec<bool>,
+/// The formats that are asked for, and those that are always written.
+pub fn asked(output: &Output) -> impl Iterator<Item = &'static dyn Format> {
+    FORMATS.into_iter().filter(|format| format.key().is_none_or(|key| output.asks_for(key)))
 }
 
-impl Surroundings {
-    /// Those of a scenario.
-    pub fn of(built: &Built) -> Self {
-        let obstacles = built.network.obstacles.clone();
-        let moved = |k: usize| {
-            built.schedule.steps.iter().flat_map(|step| &step.obstacle_moves).any(|motion| motion.obstacle == k)
-        };
-        Self { moves: (0..obstacles.len()).map(moved).collect(), obstacles }
-    }
-
-    /// Surfaces of those that move, or of the others, where they are in `end`; each with its index.
-    fn surfaces(&self, end: &StepResult, moving: bool) -> Vec<(usize, Surface)> {
-        let chosen = (0..self.obstacles.len()).filter(|k| self.moves[*k] == moving);
-        let placed = |k: usize| {
-            let pose = end.obstacles[k].pose;
-            let mut surface = self.obstacles[k].shape.surface(DRAWN);
-            surface.corners.iter_mut().for_each(|x| *x = pose.position + pose.orientation * *x);
-            (k, surface)
-        };
-        chosen.map(placed).collect()
-    }
+/// The obstacles of a scenario.
+pub fn surroundings(built: &Built) -> Surroundings {
+    let mut moves = built.schedule.steps.iter().flat_map(|step| &step.obstacle_moves).map(|motion| motion.obstacle);
+    let moved: Vec<usize> = moves.by_ref().collect();
+    Surroundings::new(built.network.obstacles.clone(), |k| moved.contains(&k))
 }
-
-/// How far a body without end is drawn, m.
-const DRAWN: f64 = 10.0;
-/// Obstacles that stand still.
-const STANDING: &str = "vtk/obstacles.vtp";
 
 impl Results {
-    /// Into this folder; `texts`: those of the scenario; `series`: what was written before a run was interrupted.
+    /// Into this folder; `texts`: those of the scenario; `times`: those of the increments written before an interruption.
     pub fn new(
         folder: Folder,
         output: Output,
         texts: Vec<(String, String)>,
         provenance: Provenance,
         surroundings: Surroundings,
-        series: Vec<SeriesFile>,
+        times: Vec<f64>,
     ) -> Self {
-        Self { folder, output, texts, provenance, surroundings, series }
+        Self { folder, output, texts, provenance, surroundings, times }
     }
 
-    /// The VTK files so far.
-    pub fn series(&self) -> &[SeriesFile] {
-        &self.series
+    /// Times of the increments so far, in steps.
+    pub fn times(&self) -> &[f64] {
+        &self.times
     }
 
-    /// What is written as soon as an increment has ended, so that it is there whatever comes.
+    /// Writes the files of an increment as soon as it has ended, so that an interruption does not lose them.
     pub fn increment(&mut self, progress: &Progress, end: &StepResult) -> Result<(), Failure> {
-        if !self.output.vtk {
-            return Ok(());
+        let Self { folder, output, surroundings, times, .. } = self;
+        let ended = Increment { number: times.len() + 1, end, surroundings };
+        for file in asked(output).flat_map(|format| format.at_increment(&ended)) {
+            let name = file.name.clone();
+            folder.write(&name, |out| file.write(out))?;
         }
-        let number = self.series.len() + 1;
-        let file = format!("vtk/{number:04}.vtp");
-        self.folder.write(&file, |out| vtk::write(end, out))?;
-        let moving = self.surroundings.surfaces(end, true);
-        if !moving.is_empty() {
-            self.folder.write(&moving_file(number), |out| vtk::write_surfaces(&moving, out))?;
-        }
-        if number == 1 {
-            let standing = self.surroundings.surfaces(end, false);
-            if !standing.is_empty() {
-                self.folder.write(STANDING, |out| vtk::write_surfaces(&standing, out))?;
-            }
-        }
-        let time = progress.step_index as f64 + progress.increment as f64 / progress.increments as f64;
-        self.series.push(SeriesFile { file, time });
+        times.push(progress.step_index as f64 + progress.increment as f64 / progress.increments as f64);
         Ok(())
     }
 
-    /// What is written when all is done.
-    pub fn finish(&mut self, run: &Run) -> Result<(), Failure> {
-        let provenance = &self.provenance;
-        self.folder.write(RESULT, |out| json::write(run, provenance, out))?;
-        if self.output.vtk {
-            let series = self.with_obstacles();
-            self.folder.write("harness.pvd", |out| vtk::write_series(&series, out))?;
-        }
-        if self.output.csv {
-            self.tables(run)?;
-        }
-        if self.output.gltf && !run.steps.is_empty() {
-            let (ends, obstacles) = (ends(run), &self.surroundings.obstacles);
-            self.folder.write("harness.glb", |out| gltf::write(&ends, obstacles, out))?;
-        }
-        if let Some(end) = run.steps.last().filter(|_| self.output.picture) {
-            let title = format!("{}: {}", run.scenario, end.name);
-            self.folder.write("picture.svg", |out| picture::write(end, &self.surroundings.obstacles, &title, out))?;
-        }
-        if self.output.report {
-            let report = report::Report {
-                run,
-                obstacles: &self.surroundings.obstacles,
-                texts: &self.texts,
-                program: PROGRAM,
-                machine: &crate::bench::machine(),
-                written: &humantime::format_rfc3339_seconds(std::time::SystemTime::now()).to_string(),
-            };
-            self.folder.write("report.html", |out| report::write(&report, out))?;
-        }
-        Ok(())
-    }
-
-    /// The space that the harness went through; nothing where it never was anywhere.
-    pub fn swept(&mut self, surface: &Surface) -> Result<(), Failure> {
-        if surface.triangles.is_empty() {
-            return Ok(());
-        }
-        self.folder.write("swept.glb", |out| gltf::write_surface("swept", surface, out))
-    }
-
-    /// The series with the obstacles at every time.
-    fn with_obstacles(&self) -> Vec<SeriesFile> {
-        let Surroundings { moves, .. } = &self.surroundings;
-        let mut all = vec![];
-        for (k, own) in self.series.iter().enumerate() {
-            all.push(own.clone());
-            let beside = |file: String| SeriesFile { file, time: own.time };
-            all.extend(moves.contains(&false).then(|| beside(STANDING.to_owned())));
-            all.extend(moves.contains(&true).then(|| beside(moving_file(k + 1))));
-        }
-        all
-    }
-
-    fn tables(&mut self, run: &Run) -> Result<(), Failure> {
-        let mut steps = vec![];
-        for end in ends(run) {
-            let step = file_name(&format!("{}-{}", steps.len() + 1, end.name), &mut steps);
-            let mut branches = vec![];
-            for branch in &end.branches {
-                let name = file_name(&branch.name, &mut branches);
-                self.folder.write(&format!("csv/{step}/{name}.csv"), |out| csv::write(branch, out))?;
+    /// Writes the files of the whole run; `swept`: the space that the harness went through.
+    pub fn finish(&mut self, run: &Run, swept: Option<&Surface>) -> Result<(), Failure> {
+        let Self { folder, output, texts, provenance, surroundings, times } = self;
+        let (machine, written) = (machine(), now());
+        let ended = Ended {
+            run,
+            provenance,
+            texts,
+            surroundings,
+            times,
+            swept,
+            program: PROGRAM,
+            machine: &machine,
+            written: &written,
+        };
+        for format in asked(output) {
+            for file in format.at_end(&ended) {
+                let name = file.name.clone();
+                folder.write(&name, |out| file.write(out))?;
             }
         }
         Ok(())
@@ -192,27 +101,57 @@ impl Results {
     }
 }
 
-/// Makes sure that the files of a series still are what was written, before more are added to it.
-pub fn check(folder: &Folder, series: &[SeriesFile]) -> Result<(), Failure> {
-    for (k, own) in series.iter().enumerate() {
-        folder.check(&own.file)?;
-        let moving = moving_file(k + 1);
-        if folder.names().any(|name| name == moving) {
-            folder.check(&moving)?;
+/// Makes sure that the files of this number of increments still are what was written, before more are added to them.
+pub fn check(folder: &Folder, output: &Output, built: &Built, increments: usize) -> Result<(), Failure> {
+    let surroundings = surroundings(built);
+    for (number, format) in (1..=increments).flat_map(|number| asked(output).map(move |format| (number, format))) {
+        format.increment_names(number, &surroundings).iter().try_for_each(|name| folder.check(name))?;
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use wireloom::scenario::schema;
+
+    /// Keys of `[output]` that are no formats.
+    const SETTINGS: [&str; 2] = ["increments", "clearance"];
+
+    /// A scenario with these lines in its `[output]`.
+    fn output(lines: &str) -> Output {
+        let text = format!(
+            "schema = 1\n[sections.c]\ndiameter = 0.01\nlinear_density = 0.1\naxial_stiffness = 1e4\n\
+             bending_stiffness = 0.01\ntorsion_stiffness = 0.01\n[[branches]]\nname = \"a\"\nfrom = \"A\"\nto = \"B\"\n\
+             section = \"c\"\nlength = 1.0\nsegments = 4\n[[constraints]]\nname = \"plug\"\nkind = \"connector\"\n\
+             at = {{ end = \"A\" }}\nposition = [0, 0, 0]\ntangent = [1, 0, 0]\nup = [0, 0, 1]\n[output]\npicture = false\n{lines}"
+        );
+        wireloom::load(&text, &wireloom::registry()).expect("a scenario").0.output
+    }
+
+    #[test]
+    fn the_catalogue_has_the_keys_of_scenarios() {
+        let schema = schema(&wireloom::registry());
+        let keys = schema.pointer("/properties/output/properties").and_then(|keys| keys.as_object()).expect("keys");
+        let mut known: Vec<&str> = keys.keys().map(String::as_str).filter(|key| !SETTINGS.contains(key)).collect();
+        let mut written: Vec<&str> = FORMATS.iter().filter_map(|format| format.key()).collect();
+        known.sort_unstable();
+        written.sort_unstable();
+        assert_eq!(written, known);
+    }
+
+    #[test]
+    fn a_key_asks_for_its_format_alone() {
+        let always: Vec<_> = asked(&output("")).map(|format| format.key()).collect();
+        assert_eq!(always, [None]);
+        for key in FORMATS.iter().filter_map(|format| format.key()) {
+            let line = match key {
+                "picture" => continue,
+                "swept" => "swept = 0.01".to_owned(),
+                flag => format!("{flag} = true"),
+            };
+            let keys: Vec<_> = asked(&output(&line)).filter_map(|format| format.key()).collect();
+            assert_eq!(keys, [key]);
         }
     }
-    if folder.names().any(|name| name == STANDING) { folder.check(STANDING) } else { Ok(()) }
-}
-
-/// The last increment of every step.
-fn ends(run: &Run) -> Vec<&StepResult> {
-    let goes_on = |k: usize, end: &StepResult| {
-        run.steps.get(k + 1).is_some_and(|next| next.name == end.name && next.increment > end.increment)
-    };
-    run.steps.iter().enumerate().filter(|(k, end)| !goes_on(*k, end)).map(|(_, end)| end).collect()
-}
-
-/// Obstacles that move, at an increment.
-fn moving_file(number: usize) -> String {
-    format!("vtk/obstacles-{number:04}.vtp")
 }

@@ -7,7 +7,7 @@ use crate::folder::Folder;
 use crate::load::{self, Loaded};
 use crate::plugins::{self, Trust, Worst};
 use crate::progress::Bar;
-use crate::results::{self, Results, Surroundings};
+use crate::results::{self, Results};
 use crate::saved::{self, Keeper, Origin, Standing};
 use crate::swept::Swept;
 use crate::{interrupt, size, studio, summary, variants};
@@ -21,8 +21,6 @@ use wireloom_studio::replay::Recorder;
 
 /// What a node takes in `result.json` and in what is kept for `--resume`, bytes; some less than it really does.
 const BYTES_KEPT: usize = 350;
-/// Likewise in a VTK file.
-const BYTES_SERIES: usize = 150;
 /// Likewise in what is kept of every increment to draw what is swept.
 const BYTES_SWEPT: usize = 24;
 /// Where results go that nobody gave a place.
@@ -52,14 +50,20 @@ pub fn run(arguments: &RunArguments, out: &mut dyn Write) -> Result<Outcome, Fai
     let worst = (!plugins.is_empty()).then(|| Worst::new(&place, steps.clone(), time_limit));
     let (size, notes) = (size::words(&built.network), built.notes.len());
     let scene = studio::keep_scene(folder.own(), &built)?;
-    bar.count("bringing the fixings to their places", "increments", increments(&built), standing.increments);
+    bar.count("bringing the fixings to their places", "increments", increments(&built), standing.times.len());
     let mut watcher = Watcher {
         bar,
         steps,
         swept: Swept::of(&scenario.output, &built),
         extremes: standing.extremes,
-        increments: standing.increments,
-        results: Results::new(folder, scenario.output, texts, provenance, Surroundings::of(&built), standing.series),
+        results: Results::new(
+            folder,
+            scenario.output,
+            texts,
+            provenance,
+            results::surroundings(&built),
+            standing.times,
+        ),
         keeper,
         page: arguments.page.as_ref().map(|_| Recorder::new(scene)),
         failure: None,
@@ -69,11 +73,11 @@ pub fn run(arguments: &RunArguments, out: &mut dyn Write) -> Result<Outcome, Fai
     let mut run = wireloom::run_observed(built, resumed, &mut watcher);
     run.plugins = plugins.iter().map(plugins::record).collect();
     run.notes.extend(wireloom::host::notes());
-    let Watcher { bar, extremes, increments, mut results, swept, keeper, page, failure, .. } = watcher;
+    let Watcher { bar, extremes, mut results, swept, keeper, page, failure, .. } = watcher;
     bar.say("writing the results");
     let (mut failure, mut surface) = (failure, None);
     if let Some(swept) = swept.as_ref().filter(|_| failure.is_none()) {
-        match swept.surface(&keeper, increments, interrupt::monitor()) {
+        match swept.surface(&keeper, results.times().len(), interrupt::monitor()) {
             Ok(Some(made)) => surface = Some(made),
             // It is made of the whole run.
             Ok(None) if run.status == Status::Converged => run.status = Status::Interrupted,
@@ -82,7 +86,8 @@ pub fn run(arguments: &RunArguments, out: &mut dyn Write) -> Result<Outcome, Fai
         }
     }
     // What is there is written, if that can be. The first failure is the one to report.
-    let finished = results.finish(&run);
+    let surface = surface.as_ref();
+    let finished = results.finish(&run, surface.map(|(surface, _)| surface));
     if let Some(failure) = failure.or(finished.err()) {
         if !arguments.quiet {
             // The failure counts more than one to say this.
@@ -90,11 +95,7 @@ pub fn run(arguments: &RunArguments, out: &mut dyn Write) -> Result<Outcome, Fai
         }
         return Err(failure);
     }
-    let mut remark = None;
-    if let (Some(swept), Some((surface, cell))) = (swept, surface) {
-        results.swept(&surface)?;
-        remark = swept.remark(cell);
-    }
+    let remark = swept.zip(surface).and_then(|(swept, (_, cell))| swept.remark(*cell));
     if let (Some(path), Some(page)) = (&arguments.page, page) {
         studio::write_page(path, &page.finish(&run))?;
     }
@@ -164,7 +165,7 @@ impl Job {
         origin.check(&loaded)?;
         let size = size::foretell(&loaded.built.network, increments(&loaded.built))?;
         let (keeper, standing, resumed) = Keeper::resume(&folder)?;
-        results::check(&folder, &standing.series)?;
+        results::check(&folder, &loaded.scenario.output, &loaded.built, standing.times.len())?;
         if resumed.as_ref().is_some_and(|resumed| !resumed.checkpoint.fits(&loaded.built.network)) {
             return Err(Failure::Input(format!(
                 "the run in {} was begun by another build of this program: run the scenario anew",
@@ -209,9 +210,9 @@ fn bytes(loaded: &Loaded) -> u64 {
     let Loaded { scenario: Scenario { output, .. }, built, .. } = loaded;
     let all = increments(built);
     let kept = if output.increments { all } else { built.schedule.steps.len().max(1) };
-    let series = if output.vtk { all } else { 0 };
+    let series: usize = results::asked(output).map(|format| all * format.bytes_per_node()).sum();
     let swept = if output.swept.is_some() { all } else { 0 };
-    (built.network.points * (kept * BYTES_KEPT + series * BYTES_SERIES + swept * BYTES_SWEPT)) as u64
+    (built.network.points * (kept * BYTES_KEPT + series + swept * BYTES_SWEPT)) as u64
 }
 
 /// How many increments a run has.
@@ -225,7 +226,6 @@ struct Watcher {
     /// Names of the steps.
     steps: Vec<String>,
     extremes: Extremes,
-    increments: usize,
     results: Results,
     swept: Option<Swept>,
     keeper: Keeper,
@@ -250,7 +250,6 @@ impl Observer for Watcher {
         if let Some(worst) = &self.worst {
             worst.after(progress);
         }
-        self.increments += 1;
         self.extremes.see(end);
         if let Some(page) = &mut self.page {
             page.see(end);
@@ -258,7 +257,7 @@ impl Observer for Watcher {
         self.attempt(|watcher| {
             watcher.results.increment(progress, end)?;
             if watcher.swept.is_some() {
-                watcher.keeper.keep_lines(watcher.increments, &Swept::at(end))?;
+                watcher.keeper.keep_lines(watcher.results.times().len(), &Swept::at(end))?;
             }
             if kept { watcher.keeper.keep(end) } else { Ok(()) }
         });
@@ -267,7 +266,7 @@ impl Observer for Watcher {
 
     fn checkpoint(&mut self, checkpoint: &Checkpoint) {
         self.bar.at(self.steps.get(checkpoint.done().0).map_or("equilibrium", String::as_str));
-        if self.increments == 0
+        if self.results.times().is_empty()
             && let Some(lines) = self.swept.as_ref().map(|swept| swept.at_start(checkpoint))
         {
             self.attempt(|watcher| watcher.keeper.keep_lines(0, &lines));
@@ -276,8 +275,7 @@ impl Observer for Watcher {
             let standing = Standing {
                 checkpoint: Some(checkpoint.clone()),
                 extremes: self.extremes.clone(),
-                series: self.results.series().to_vec(),
-                increments: self.increments,
+                times: self.results.times().to_vec(),
             };
             self.attempt(|watcher| watcher.keeper.stand(&standing));
         }

@@ -17,7 +17,7 @@ use crate::folder::Folder;
 use crate::load::Loaded;
 use crate::own::{ANEW, OWN, Own};
 use crate::plugins;
-use crate::results::PROGRAM;
+use crate::program::PROGRAM;
 use crate::swept::Lines;
 use serde::{Deserialize, Serialize};
 use std::io;
@@ -27,12 +27,11 @@ use std::time::{Duration, Instant};
 use wireloom::core::StepResult;
 use wireloom::core::equilibrium::Library;
 use wireloom::export::json::Provenance;
-use wireloom::export::vtk::SeriesFile;
 use wireloom::scenario::Setting;
 use wireloom::solve::checkpoint::{Checkpoint, Resumed};
 
 /// Changes with what the files mean.
-const FORMAT: u32 = 5;
+const FORMAT: u32 = 6;
 const ORIGIN: &str = "origin";
 const RESULTS: &str = "results";
 const SWEPT: &str = "swept";
@@ -140,10 +139,8 @@ pub struct Standing {
     pub checkpoint: Option<Checkpoint>,
     /// Seen so far.
     pub extremes: Extremes,
-    /// Written so far.
-    pub series: Vec<SeriesFile>,
-    /// Increments so far.
-    pub increments: usize,
+    /// Times of the increments so far, in steps.
+    pub times: Vec<f64>,
 }
 
 /// Keeps a run as it goes.
@@ -177,7 +174,7 @@ impl Keeper {
         };
         // What is damaged is told before the work goes on.
         if keeper.own.place().has(&line(0)) {
-            keeper.lines(standing.increments).try_for_each(|lines| lines.map(|_| ()))?;
+            keeper.lines(standing.times.len()).try_for_each(|lines| lines.map(|_| ()))?;
         }
         let Some(checkpoint) = standing.checkpoint.take() else { return Ok((keeper, standing, None)) };
         keeper.kept = checkpoint.kept();

@@ -1,15 +1,15 @@
 //! `wireloom studio`: a session in the browser, or a finished run in it; and pages that hold a run.
 
 use crate::arguments::{Allowed, StudioArguments};
-use crate::bench::machine;
 use crate::failure::{Failure, Outcome};
 use crate::folder;
 use crate::load::{self, Beside};
 use crate::own::{ANEW, Own};
 use crate::place::Place;
 use crate::plugins::{self, Trust};
+use crate::program::{PROGRAM, machine, now};
 use crate::redirect::Redirect;
-use crate::results::{PROGRAM, RESULT};
+use crate::results::RESULT;
 use crate::studio_state::{Draft, Memory, Remembered};
 use crate::{diagnostics, interrupt};
 use std::io::{self, Write};
@@ -235,9 +235,4 @@ impl Desk for AtHand {
             Made { provenance: &provenance, texts: &texts, program: PROGRAM, machine: &machine(), written: &now() };
         exports::make(&outcome.run, &outcome.obstacles, name, &made)
     }
-}
-
-/// The time, RFC 3339.
-fn now() -> String {
-    humantime::format_rfc3339_seconds(std::time::SystemTime::now()).to_string()
 }

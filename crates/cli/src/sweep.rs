@@ -12,8 +12,8 @@ use crate::folder::{self, Folder};
 use crate::load::{self, Beside};
 use crate::own::Own;
 use crate::plugins::{self, Trust};
+use crate::program::{PROGRAM, now};
 use crate::progress::Bar;
-use crate::results::PROGRAM;
 use crate::saved::{decode, encode, present};
 use crate::summary::{Columns, printable};
 use crate::{interrupt, run, size};
@@ -29,8 +29,6 @@ use wireloom::sweep::{Points, header};
 
 /// The table.
 const TABLE: &str = "points.parquet";
-/// The page.
-const REPORT: &str = "report.html";
 const PARTS: &str = "sweep";
 const ORIGIN: &str = "sweep/origin";
 /// What to do where a part is damaged.
@@ -208,13 +206,8 @@ pub fn report(place: &Path, target: Option<&Path>, out: &mut dyn Write) -> Resul
     let table = table::read(bytes)
         .map_err(|error| Failure::Input(format!("{} is no table of a sweep: {error}", path.display())))?;
     let name = table.notes.iter().find(|(key, _)| key == "wireloom.scenario").map_or("sweep", |(_, name)| name);
-    let points = report::Points {
-        title: name,
-        table: &table,
-        program: PROGRAM,
-        written: &humantime::format_rfc3339_seconds(std::time::SystemTime::now()).to_string(),
-    };
-    let target = target.map_or_else(|| path.with_file_name(REPORT), Path::to_owned);
+    let points = report::Points { title: name, table: &table, program: PROGRAM, written: &now() };
+    let target = target.map_or_else(|| path.with_file_name(report::FILE), Path::to_owned);
     bar.say(format!("writing {}", target.display()));
     folder::write(&target, |out| report::write_points(&points, out))?;
     drop(bar);
