@@ -1,6 +1,6 @@
 //! The program, the machine and the time, as results state them.
 
-use crate::size::counted;
+use crate::print::text::counted;
 
 /// Name and version of this program.
 pub const PROGRAM: &str = concat!("wireloom ", env!("CARGO_PKG_VERSION"));

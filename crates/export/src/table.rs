@@ -37,6 +37,9 @@ use std::io::{self, Write};
 use std::sync::Arc;
 use wireloom_core::Vector;
 
+/// Name of the file.
+pub const FILE: &str = "points.parquet";
+
 /// Rows written at once.
 const ROWS: usize = 1 << 16;
 /// Status of a point whose values make no scenario.
