@@ -1,5 +1,7 @@
 //! What may stand on the command line.
 
+pub mod values;
+
 use clap::{Args, Parser, Subcommand};
 use std::path::PathBuf;
 
@@ -268,7 +270,7 @@ pub struct CompareArguments {
     #[arg(long, value_name = "FILE")]
     pub report: Option<PathBuf>,
     /// Shapes nearer to each other than this are the same, in metres or with a unit
-    #[arg(long, value_name = "LENGTH", default_value = "1 mm", value_parser = crate::length::parse)]
+    #[arg(long, value_name = "LENGTH", default_value = "1 mm", value_parser = values::length)]
     pub tolerance: f64,
     /// Show no progress
     #[arg(long, short)]
@@ -300,7 +302,7 @@ pub struct KblArguments {
     #[arg(long, value_name = "N", requires = "order")]
     pub seed: Option<u64>,
     /// Longest segment of a branch, in metres or with a unit
-    #[arg(long, value_name = "LENGTH", default_value = "10 mm", value_parser = crate::length::parse)]
+    #[arg(long, value_name = "LENGTH", default_value = "10 mm", value_parser = values::length)]
     pub spacing: f64,
     /// Name of the scenario [default: what the file calls the harness]
     #[arg(long)]

@@ -1,8 +1,10 @@
 //! How large a harness is, in words.
 
 use crate::failure::Failure;
+use crate::print::text::counted;
 use sysinfo::{MemoryRefreshKind, RefreshKind, System};
 use wireloom::core::Network;
+use wireloom::scenario::Built;
 
 /// What a node takes, as measured with cables of 10⁵ and 10⁶ segments: bytes at most, and seconds for an equilibrium.
 const BYTES: u64 = 5_200;
@@ -45,6 +47,11 @@ fn foretold(nodes: usize, increments: usize, left: Option<u64>) -> Result<String
     }
 }
 
+/// Number of increments of a run.
+pub fn increments(built: &Built) -> usize {
+    built.schedule.steps.iter().map(|step| step.increments).sum::<usize>().max(1)
+}
+
 fn nodes(network: &Network) -> usize {
     network.branches.iter().map(|branch| branch.rod.mesh().segments() + 1).sum()
 }
@@ -59,11 +66,6 @@ pub fn words(network: &Network) -> String {
         counted(nodes, "node", "nodes"),
     ];
     parts.join(", ")
-}
-
-/// A number and its noun.
-pub fn counted(n: usize, one: &str, many: &str) -> String {
-    format!("{n} {}", if n == 1 { one } else { many })
 }
 
 #[cfg(test)]

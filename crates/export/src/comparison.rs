@@ -1,6 +1,6 @@
 //! What differs between the ends of runs, and why they are not the same.
 //!
-//! Branches are laid beside each other by the share of their arc length, whatever their meshes: between nodes a shape is the
+//! Branches are laid beside each other by the fraction of their arc length, whatever their meshes: between nodes a shape is the
 //! cubic through positions and tangents, so that a coarse mesh is not blamed for its corners. Runs whose branches
 //! all lie within a tolerance of each other have ended in the same equilibrium. Of those that have not, [`Comparison::parts`] says which
 //! parts of the harness lie in more than one way, and [`Group::reasons`] why the runs may have parted.
@@ -316,12 +316,12 @@ fn difference(reference: &Ending, here: &Ending) -> Difference {
             unmatched.push(branch.name.clone());
             continue;
         };
-        let Gap { largest, share, mean } = shape::gap(branch, other);
+        let Gap { largest, fraction, mean } = shape::gap(branch, other);
         let length = branch.s.last().copied().unwrap_or(0.0);
         branches.push(BranchDifference {
             name: branch.name.clone(),
             largest,
-            s: share * length,
+            s: fraction * length,
             mean,
             length,
             bend_radius: [branch, other].map(|branch| branch.tightest().map_or(f64::INFINITY, |(_, radius)| radius)),
@@ -435,7 +435,7 @@ fn parts(cases: &[Case], reference: usize, tolerance: f64, gaps: &mut Gaps<'_>) 
                 let distances = branches.iter().filter_map(|name| {
                     let gap = gaps.of_branch(first, members[0], name)?;
                     let length = length(cases, first, name);
-                    Some((name.clone(), gap.share * length, gap.largest))
+                    Some((name.clone(), gap.fraction * length, gap.largest))
                 });
                 let farthest = distances.max_by(|a, b| a.2.total_cmp(&b.2)).filter(|_| members[0] != first);
                 Way { cases: members, farthest }

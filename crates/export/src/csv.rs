@@ -1,6 +1,8 @@
 //! One branch as a table: a row for each node, for spreadsheets and plotting.
 
+use crate::format::{Ended, File, Format};
 use crate::local::{Local, node_count};
+use crate::names::file_name;
 use std::io::{self, Write};
 use wireloom_core::equilibrium::BranchResult;
 
@@ -72,4 +74,52 @@ fn row(branch: &BranchResult, i: usize) -> [f64; HEADER.len()] {
         local.torque,
         branch.bend_radius[i],
     ]
+}
+
+/// The format `csv/STEP/BRANCH.csv`.
+pub struct Csv;
+
+impl Format for Csv {
+    fn key(&self) -> Option<&'static str> {
+        Some("csv")
+    }
+
+    fn files(&self) -> &'static [&'static str] {
+        &["csv/STEP/BRANCH.csv"]
+    }
+
+    fn media_type(&self) -> &'static str {
+        "text/csv; charset=utf-8"
+    }
+
+    fn at_end<'a>(&self, ended: &'a Ended<'a>) -> Vec<File<'a>> {
+        let mut taken = vec![];
+        let mut files = vec![];
+        for end in ended.ends() {
+            let step = file_name(&format!("{}-{}", taken.len() + 1, end.name), &mut taken);
+            files.extend(tables(&format!("csv/{step}"), &end.branches));
+        }
+        files
+    }
+
+    fn offered(&self, branches: &[&str], _: bool) -> Vec<String> {
+        names("csv", branches.iter().copied())
+    }
+
+    fn at_hand<'a>(&self, ended: &'a Ended<'a>) -> Vec<File<'a>> {
+        ended.run.steps.last().map_or_else(Vec::new, |end| tables("csv", &end.branches))
+    }
+}
+
+/// The tables of branches in a folder.
+fn tables<'a>(folder: &str, branches: &'a [BranchResult]) -> Vec<File<'a>> {
+    let names = names(folder, branches.iter().map(|branch| branch.name.as_str()));
+    let table = |(name, branch): (String, &'a BranchResult)| File::new(name, |mut out| write(branch, &mut out));
+    names.into_iter().zip(branches).map(table).collect()
+}
+
+/// Their names.
+fn names<'a>(folder: &str, branches: impl Iterator<Item = &'a str>) -> Vec<String> {
+    let mut taken = vec![];
+    branches.map(|branch| format!("{folder}/{}.csv", file_name(branch, &mut taken))).collect()
 }

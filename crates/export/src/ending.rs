@@ -1,6 +1,7 @@
 //! How a run ended: what is compared of it. From a run at hand ([`Ending::of`]) or from its `result.json`
 //! ([`crate::json::read`]).
 
+use crate::curve::Curve;
 use wireloom_core::equilibrium::{
     BranchResult, ConstraintResult, Energy, OperationResult, Run, SlideResult, StepResult,
 };
@@ -85,40 +86,27 @@ impl Ending {
     /// Of a run; `None` where nothing was computed.
     pub fn of(run: &Run) -> Option<Self> {
         let end = run.steps.last()?;
-        let goes_on = |k: usize, step: &StepResult| {
-            run.steps.get(k + 1).is_some_and(|next| next.name == step.name && next.increment > step.increment)
-        };
-        let work = run.steps.iter().enumerate().filter(|(k, step)| !goes_on(*k, step)).map(|(_, step)| &step.minimiser);
-        let mut ending = Self {
+        let mut way = Way::default();
+        for step in &run.steps {
+            way.add(&step.name, step.increment, Work::of(step), step.operations.iter().filter_map(Closed::of));
+        }
+        let (work, closed) = way.sums();
+        Some(Self {
             scenario: run.scenario.clone(),
             status: run.status.word().to_owned(),
             converged: run.status == Status::Converged,
             stable: end.stable,
             branches: end.branches.iter().map(BranchEnd::of).collect(),
             fixings: end.constraints.iter().map(FixingEnd::of).collect(),
-            closed: run.steps.iter().flat_map(|step| &step.operations).filter_map(Closed::of).collect(),
+            closed,
             energy: end.energy,
             events: count(run.events.iter().map(|event| event.kind)),
-            iterations: work.clone().map(|m| m.iterations).sum(),
-            polish: work.clone().map(|m| m.polish).sum(),
-            factorisations: work.clone().map(|m| m.factorisations).sum(),
-            seconds: work.map(|m| m.seconds).sum(),
+            iterations: work.iterations,
+            polish: work.polish,
+            factorisations: work.factorisations,
+            seconds: work.seconds,
             minimiser: end.minimiser.kind.clone(),
-        };
-        ending.settle();
-        Some(ending)
-    }
-
-    /// With `increments = true` an operation is told of once for every increment: the last one holds.
-    pub(crate) fn settle(&mut self) {
-        let mut last: Vec<Closed> = Vec::new();
-        for closed in std::mem::take(&mut self.closed) {
-            match last.iter_mut().find(|known| known.fixing == closed.fixing) {
-                Some(known) => *known = closed,
-                None => last.push(closed),
-            }
-        }
-        self.closed = last;
+        })
     }
 
     /// The tightest bend of all: branch, arc length and radius (m).
@@ -151,7 +139,12 @@ impl BranchEnd {
 
     /// Position (m) at an arc length (m), between nodes on the cubic through positions and tangents.
     pub fn position_at(&self, s: f64) -> Vector {
-        crate::comparison::shape::position(self, s)
+        self.curve().map_or(Vector::repeat(f64::NAN), |curve| curve.at(s / curve.length()))
+    }
+
+    /// The centre line; `None` where there is none.
+    pub(crate) fn curve(&self) -> Option<Curve<'_>> {
+        Curve::of(&self.s, &self.position, &self.tangent)
     }
 
     /// Arc length and radius (m) of its tightest bend; none where it is straight.
@@ -175,12 +168,72 @@ impl FixingEnd {
 }
 
 impl Closed {
-    fn of(operation: &OperationResult) -> Option<Self> {
+    /// That of a grasp or a clip; `None` for other operations.
+    pub(crate) fn of(operation: &OperationResult) -> Option<Self> {
         match operation {
             OperationResult::Grasp { constraint, place } | OperationResult::Clip { constraint, place, .. } => {
                 Some(Self { fixing: constraint.clone(), place: place.clone() })
             }
             OperationResult::Carry { .. } | OperationResult::Mate { .. } => None,
         }
+    }
+}
+
+/// Work of the minimiser.
+#[derive(Clone, Copy, Default)]
+pub(crate) struct Work {
+    pub iterations: usize,
+    pub polish: usize,
+    pub factorisations: usize,
+    pub seconds: f64,
+}
+
+impl Work {
+    fn of(step: &StepResult) -> Self {
+        let m = &step.minimiser;
+        Self { iterations: m.iterations, polish: m.polish, factorisations: m.factorisations, seconds: m.seconds }
+    }
+
+    fn add(&mut self, other: Self) {
+        self.iterations += other.iterations;
+        self.polish += other.polish;
+        self.factorisations += other.factorisations;
+        self.seconds += other.seconds;
+    }
+}
+
+/// Sums over the steps of a run, in their order. A step may be there with each of its increments (`increments = true`): its work is that of
+/// the last one, since work is counted from the beginning of the step, and so are its operations.
+#[derive(Default)]
+pub(crate) struct Way {
+    done: Work,
+    /// Name, increment and work of the step that may go on.
+    last: Option<(String, usize, Work)>,
+    closed: Vec<Closed>,
+}
+
+impl Way {
+    /// Takes the next step, or the next increment of the same one.
+    pub fn add(&mut self, name: &str, increment: usize, work: Work, closed: impl Iterator<Item = Closed>) {
+        for closed in closed {
+            match self.closed.iter_mut().find(|known| known.fixing == closed.fixing) {
+                Some(known) => *known = closed,
+                None => self.closed.push(closed),
+            }
+        }
+        if let Some((before, at, work)) = self.last.take()
+            && !(before == name && increment > at)
+        {
+            self.done.add(work);
+        }
+        self.last = Some((name.to_owned(), increment, work));
+    }
+
+    /// The work of all steps, and what closed in them.
+    pub fn sums(mut self) -> (Work, Vec<Closed>) {
+        if let Some((_, _, work)) = self.last {
+            self.done.add(work);
+        }
+        (self.done, self.closed)
     }
 }

@@ -1,6 +1,7 @@
 //! glTF 2.0 in one binary file (GLB): the harness with what is about it, and surfaces. Metres; what stands in the file is in the axes of the
 //! scenario, under one node that turns them so that y points up, as the format has it.
 
+use crate::format::{self as output, Ended, Format};
 use crate::local::node_count;
 use serde_json::{Value, json};
 use std::f64::consts::{FRAC_1_SQRT_2, TAU};
@@ -321,5 +322,56 @@ impl File {
             out.write_all(chunk)?;
         }
         Ok(())
+    }
+}
+
+/// The format `harness.glb`.
+pub struct Gltf;
+
+/// Its media type.
+const MEDIA_TYPE: &str = "model/gltf-binary";
+
+impl Format for Gltf {
+    fn key(&self) -> Option<&'static str> {
+        Some("gltf")
+    }
+
+    fn files(&self) -> &'static [&'static str] {
+        &["harness.glb"]
+    }
+
+    fn media_type(&self) -> &'static str {
+        MEDIA_TYPE
+    }
+
+    fn at_end<'a>(&self, ended: &'a Ended<'a>) -> Vec<output::File<'a>> {
+        if ended.run.steps.is_empty() {
+            return vec![];
+        }
+        let obstacles = ended.surroundings.obstacles();
+        vec![output::File::new("harness.glb", |mut out| write(&ended.ends(), obstacles, &mut out))]
+    }
+}
+
+/// The format `swept.glb`.
+pub struct Swept;
+
+impl Format for Swept {
+    fn key(&self) -> Option<&'static str> {
+        Some("swept")
+    }
+
+    fn files(&self) -> &'static [&'static str] {
+        &["swept.glb"]
+    }
+
+    fn media_type(&self) -> &'static str {
+        MEDIA_TYPE
+    }
+
+    fn at_end<'a>(&self, ended: &'a Ended<'a>) -> Vec<output::File<'a>> {
+        let surface = ended.swept.filter(|surface| !surface.triangles.is_empty());
+        let file = |surface| output::File::new("swept.glb", move |mut out| write_surface("swept", surface, &mut out));
+        surface.map(file).into_iter().collect()
     }
 }

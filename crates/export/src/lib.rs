@@ -4,7 +4,7 @@
 //! prints, or depends on the clock: equal input gives equal bytes. SI units throughout; where a format has
 //! headers, they carry the units.
 //!
-//! | module | what it writes | for whom |
+//! | module | written | for |
 //! | --- | --- | --- |
 //! | [`json`] | `result.json`: the whole run | programs; this is the contract |
 //! | [`csv`] | one branch as a table | spreadsheets |
@@ -14,14 +14,20 @@
 //! | [`report`] | the whole run as one HTML page | people, and their files |
 //! | [`table`] | the points of a sweep as Parquet (feature `parquet`) | DuckDB, pandas, Polars |
 //!
-//! [`json::read`] reads a `result.json` back as an [`ending::Ending`]; [`comparison`] says what differs between several of them.
+//! A run's files are those of the formats in the [`catalogue`], each a [`format::Format`]: it has a key in the scenario's `[output]`,
+//! names of files, a media type and a writer.
+//!
+//! [`json::read`] reads a `result.json` back as an [`ending::Ending`]; [`comparison`] finds the differences between several of them.
 //!
 //! Errors are [`std::io::Error`]: those of the writer, and `InvalidInput` where the vectors of a branch
 //! differ in length.
 
+pub mod catalogue;
 pub mod comparison;
 pub mod csv;
+mod curve;
 pub mod ending;
+pub mod format;
 pub mod gltf;
 pub mod json;
 mod local;

@@ -20,6 +20,7 @@ mod view;
 
 pub(crate) use overlay::{colour, overlay};
 
+use crate::format::{Ended, File, Format};
 use crate::local::node_count;
 use std::io::{self, Write};
 use svg::{Anchor, Svg, Text, fitted, length};
@@ -119,4 +120,42 @@ fn tightest(bend: Option<&TightestBend>) -> (String, &str, String, bool) {
         None => " (no limit given)".into(),
     };
     (format!("tightest bend {} on ", length(*value)), branch, format!(" at s = {}{verdict}", length(*s)), over)
+}
+
+/// The format `picture.svg`.
+pub struct Picture;
+
+/// Its file.
+const FILE: &str = "picture.svg";
+
+impl Format for Picture {
+    fn key(&self) -> Option<&'static str> {
+        Some("picture")
+    }
+
+    fn files(&self) -> &'static [&'static str] {
+        &[FILE]
+    }
+
+    fn media_type(&self) -> &'static str {
+        "image/svg+xml"
+    }
+
+    fn at_end<'a>(&self, ended: &'a Ended<'a>) -> Vec<File<'a>> {
+        let file = |end: &'a StepResult| {
+            File::new(FILE, move |mut out| {
+                let title = format!("{}: {}", ended.run.scenario, end.name);
+                write(end, ended.surroundings.obstacles(), &title, &mut out)
+            })
+        };
+        ended.run.steps.last().map(file).into_iter().collect()
+    }
+
+    fn offered(&self, _: &[&str], _: bool) -> Vec<String> {
+        vec![FILE.to_owned()]
+    }
+
+    fn at_hand<'a>(&self, ended: &'a Ended<'a>) -> Vec<File<'a>> {
+        self.at_end(ended)
+    }
 }

@@ -4,6 +4,7 @@
 //! limit first, and the scenario itself. What is long is folded away; printing unfolds it.
 
 mod beside;
+mod layout;
 mod plots;
 mod points;
 mod style;
@@ -12,9 +13,11 @@ mod surroundings;
 pub use beside::{Beside, write_beside};
 pub use points::{Points, write_points};
 
+use crate::format::{Ended, File, Format, ends};
 use crate::local::{Local, node_count};
 use crate::picture;
 use base64::Engine;
+use layout::{OPEN, fixed, millimetres, radius};
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 use std::io::{self, Write};
 use wireloom_core::equilibrium::{BranchResult, ConstraintResult, Run, SlideMotion, StepResult};
@@ -30,8 +33,6 @@ const MOST_PICTURES: usize = 40;
 const LEAST_PICTURES: usize = 4;
 /// Pictures of a large harness are large: together they should take no more than this.
 const PICTURE_BYTES: usize = 16 << 20;
-/// So many sections are open to begin with; a harness may have hundreds.
-const OPEN: usize = 12;
 
 /// What a report is about. Its writer knows neither clock nor machine: whoever asks for it says.
 #[derive(Clone, Debug)]
@@ -59,14 +60,6 @@ pub fn write(report: &Report<'_>, out: &mut impl Write) -> io::Result<()> {
         node_count(branch)?;
     }
     out.write_all(page(report)?.into_string().as_bytes())
-}
-
-/// The last increment that was kept of every step, which is all of it that a report shows.
-fn ends(run: &Run) -> Vec<&StepResult> {
-    let goes_on = |k: usize, end: &StepResult| {
-        run.steps.get(k + 1).is_some_and(|next| next.name == end.name && next.increment > end.increment)
-    };
-    run.steps.iter().enumerate().filter(|(k, end)| !goes_on(*k, end)).map(|(_, end)| end).collect()
 }
 
 fn page(report: &Report<'_>) -> io::Result<Markup> {
@@ -413,16 +406,38 @@ fn plots_of(course: &Course<'_>, ends: &[&StepResult]) -> Markup {
     }
 }
 
-fn millimetres(metres: f64) -> String {
-    fixed(1e3 * metres, 1)
-}
+/// The format `report.html`.
+pub struct Html;
 
-fn radius(metres: f64) -> String {
-    if metres.is_finite() { millimetres(metres) } else { "straight".into() }
-}
+/// Its file.
+pub const FILE: &str = "report.html";
 
-/// Without `-0.000`.
-fn fixed(value: f64, digits: usize) -> String {
-    let scale = 10f64.powi(digits as i32);
-    format!("{:.digits$}", (value * scale).round() / scale + 0.0)
+impl Format for Html {
+    fn key(&self) -> Option<&'static str> {
+        Some("report")
+    }
+
+    fn files(&self) -> &'static [&'static str] {
+        &[FILE]
+    }
+
+    fn media_type(&self) -> &'static str {
+        "text/html; charset=utf-8"
+    }
+
+    fn at_end<'a>(&self, ended: &'a Ended<'a>) -> Vec<File<'a>> {
+        vec![File::new(FILE, |mut out| {
+            let Ended { run, texts, program, machine, written, .. } = *ended;
+            let obstacles = ended.surroundings.obstacles();
+            write(&Report { run, obstacles, texts, program, machine, written }, &mut out)
+        })]
+    }
+
+    fn offered(&self, _: &[&str], _: bool) -> Vec<String> {
+        vec![FILE.to_owned()]
+    }
+
+    fn at_hand<'a>(&self, ended: &'a Ended<'a>) -> Vec<File<'a>> {
+        self.at_end(ended)
+    }
 }

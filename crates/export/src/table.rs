@@ -31,6 +31,9 @@ use crate::ending::{Ending, FixingEnd};
 use serde::{Deserialize, Serialize};
 use wireloom_core::Vector;
 
+/// Name of the file.
+pub const FILE: &str = "points.parquet";
+
 /// Status of a point whose values make no scenario.
 pub const REFUSED: &str = "refused";
 

@@ -1,6 +1,7 @@
 //! VTK files for ParaView: a step as `.vtp` (PolyData, one polyline for each branch), and a `.pvd` that
 //! strings many of them together in time.
 
+use crate::format::{Ended, File, Format, Increment, Surroundings};
 use crate::local::{Local, node_count};
 use crate::xml::escape;
 use std::io::{self, BufWriter, Write};
@@ -66,7 +67,7 @@ pub fn write_surfaces(surfaces: &[(usize, Surface)], out: &mut impl Write) -> io
 }
 
 /// One file of a series.
-#[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct SeriesFile {
     /// Path of the `.vtp`, relative to the `.pvd`.
     pub file: String,
@@ -223,4 +224,89 @@ impl Appended {
              format=\"appended\" offset=\"{offset}\"/>\n"
         )
     }
+}
+
+/// The format `vtk`: files of increments, and a series of them.
+pub struct Vtk;
+
+/// Obstacles that stand still, where increments are written one by one.
+const STANDING: &str = "vtk/obstacles.vtp";
+/// Harness and obstacles that a session offers.
+const HARNESS: &str = "harness.vtp";
+const OBSTACLES: &str = "obstacles.vtp";
+
+impl Format for Vtk {
+    fn key(&self) -> Option<&'static str> {
+        Some("vtk")
+    }
+
+    fn files(&self) -> &'static [&'static str] {
+        &["vtk/NNNN.vtp", "harness.pvd", STANDING, "vtk/obstacles-NNNN.vtp"]
+    }
+
+    fn media_type(&self) -> &'static str {
+        "application/octet-stream"
+    }
+
+    fn bytes_per_node(&self) -> usize {
+        150
+    }
+
+    fn at_increment<'a>(&self, ended: &'a Increment<'a>) -> Vec<File<'a>> {
+        let Increment { number, end, surroundings } = *ended;
+        let harness = File::new(harness_file(number), |mut out| write(end, &mut out));
+        let bodies = |name: String, moving: bool| {
+            File::new(name, move |mut out| write_surfaces(&surroundings.surfaces(end, moving), &mut out))
+        };
+        let mut files = vec![harness];
+        files.extend(surroundings.any(true).then(|| bodies(moving_file(number), true)));
+        files.extend((number == 1 && surroundings.any(false)).then(|| bodies(STANDING.to_owned(), false)));
+        files
+    }
+
+    fn increment_names(&self, number: usize, surroundings: &Surroundings) -> Vec<String> {
+        let mut names = vec![harness_file(number)];
+        names.extend(surroundings.any(true).then(|| moving_file(number)));
+        names.extend((number == 1 && surroundings.any(false)).then(|| STANDING.to_owned()));
+        names
+    }
+
+    fn at_end<'a>(&self, ended: &'a Ended<'a>) -> Vec<File<'a>> {
+        vec![File::new("harness.pvd", |mut out| write_series(&series(ended), &mut out))]
+    }
+
+    fn offered(&self, _: &[&str], obstacles: bool) -> Vec<String> {
+        let all = [Some(HARNESS), obstacles.then_some(OBSTACLES)];
+        all.into_iter().flatten().map(str::to_owned).collect()
+    }
+
+    fn at_hand<'a>(&self, ended: &'a Ended<'a>) -> Vec<File<'a>> {
+        let Some(end) = ended.run.steps.last() else { return vec![] };
+        let harness = File::new(HARNESS, |mut out| write(end, &mut out));
+        let bodies = |mut out: &mut dyn Write| write_surfaces(&ended.surroundings.all_surfaces(end), &mut out);
+        let some = !ended.surroundings.obstacles().is_empty();
+        [Some(harness), some.then(|| File::new(OBSTACLES, bodies))].into_iter().flatten().collect()
+    }
+}
+
+/// The harness at an increment.
+fn harness_file(number: usize) -> String {
+    format!("vtk/{number:04}.vtp")
+}
+
+/// Obstacles that move, at an increment.
+fn moving_file(number: usize) -> String {
+    format!("vtk/obstacles-{number:04}.vtp")
+}
+
+/// All increments, each with the obstacles at its time.
+fn series(ended: &Ended<'_>) -> Vec<SeriesFile> {
+    let mut all = vec![];
+    for (k, &time) in ended.times.iter().enumerate() {
+        let file = |file: String| SeriesFile { file, time };
+        all.push(file(harness_file(k + 1)));
+        all.extend(ended.surroundings.any(false).then(|| file(STANDING.to_owned())));
+        all.extend(ended.surroundings.any(true).then(|| file(moving_file(k + 1))));
+    }
+    all
 }

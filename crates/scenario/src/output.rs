@@ -22,6 +22,17 @@ macro_rules! output {
             }
         }
 
+        impl Output {
+            /// Whether the key of `[output]` is set.
+            pub fn asks_for(&self, key: &str) -> bool {
+                match key {
+                    $(stringify!($name) => self.$name,)*
+                    "swept" => self.swept.is_some(),
+                    _ => false,
+                }
+            }
+        }
+
         /// The keys of `[output]`.
         pub(crate) const OUTPUT: Keys = Keys {
             what: "output",

@@ -1,39 +1,21 @@
-//! Files of a session, as `run` would write them.
-//!
-//! | name | what |
-//! | --- | --- |
-//! | `result.json` | the run so far |
-//! | `report.html` | the same on one page, for people |
-//! | `picture.svg` | the harness as it hangs now |
-//! | `harness.vtp`, `obstacles.vtp` | it and what is about it, for ParaView |
-//! | `csv/BRANCH.csv` | each branch as a table |
+//! Files of a session, as `run` would write them: those that the formats of the catalogue offer of the equilibrium at hand.
 
 use crate::protocol::Scene;
-use wireloom::core::equilibrium::{ObstacleResult, Run, StepResult};
-use wireloom::core::obstacle::{Obstacle, Surface};
+use wireloom::core::equilibrium::Run;
+use wireloom::core::obstacle::Obstacle;
+use wireloom::export::catalogue;
+use wireloom::export::format::{Ended, Surroundings};
 use wireloom::export::json::Provenance;
-use wireloom::export::names::file_name;
-use wireloom::export::report::Report;
-use wireloom::export::{csv, json, picture, report, vtk};
 
-/// What there is for a scene.
+/// Names of the files for a scene.
 pub fn names(scene: &Scene) -> Vec<String> {
-    let mut names =
-        vec!["result.json".to_owned(), "report.html".to_owned(), "picture.svg".to_owned(), "harness.vtp".to_owned()];
-    names.extend((!scene.obstacles.is_empty()).then(|| "obstacles.vtp".to_owned()));
-    names.extend(tables(scene.branches.iter().map(|branch| branch.name.as_str())));
-    names
+    let branches: Vec<&str> = scene.branches.iter().map(|branch| branch.name.as_str()).collect();
+    catalogue::offered(&branches, !scene.obstacles.is_empty())
 }
 
-/// Names of the tables of branches.
-fn tables<'a>(branches: impl Iterator<Item = &'a str>) -> Vec<String> {
-    let mut taken = vec![];
-    branches.map(|branch| format!("csv/{}.csv", file_name(branch, &mut taken))).collect()
-}
-
-/// What files say of their making.
+/// Origin of a result, as its files state it.
 pub struct Made<'a> {
-    /// What it was made from.
+    /// Origin of the run.
     pub provenance: &'a Provenance,
     /// Names and texts: of the scenario, then of the files it names.
     pub texts: &'a [(String, String)],
@@ -45,34 +27,22 @@ pub struct Made<'a> {
     pub written: &'a str,
 }
 
-/// The file of this name; `None` where there is none, or nothing to be told yet.
+/// The file of this name; `None` where there is none, or no equilibrium yet.
 pub fn make(run: &Run, obstacles: &[Obstacle], name: &str, made: &Made<'_>) -> Option<Vec<u8>> {
-    let end = run.steps.last()?;
+    let Made { provenance, texts, program, machine, written } = *made;
+    let surroundings = Surroundings::new(obstacles.to_vec(), |_| false);
+    let ended = Ended {
+        run,
+        provenance,
+        texts,
+        surroundings: &surroundings,
+        times: &[],
+        swept: None,
+        program,
+        machine,
+        written,
+    };
     let mut bytes = Vec::new();
-    let written = match name {
-        "result.json" => json::write(run, made.provenance, &mut bytes),
-        "report.html" => {
-            let Made { texts, program, machine, written, .. } = *made;
-            report::write(&Report { run, obstacles, texts, program, machine, written }, &mut bytes)
-        }
-        "picture.svg" => picture::write(end, obstacles, &format!("{}: {}", run.scenario, end.name), &mut bytes),
-        "harness.vtp" => vtk::write(end, &mut bytes),
-        "obstacles.vtp" => vtk::write_surfaces(&surfaces(obstacles, end), &mut bytes),
-        table => {
-            let names = tables(end.branches.iter().map(|branch| branch.name.as_str()));
-            let branch = names.iter().position(|name| name == table)?;
-            csv::write(&end.branches[branch], &mut bytes)
-        }
-    };
-    written.ok().map(|()| bytes)
-}
-
-/// Surfaces of the bodies where they are.
-fn surfaces(obstacles: &[Obstacle], end: &StepResult) -> Vec<(usize, Surface)> {
-    let placed = |(k, (body, result)): (usize, (&Obstacle, &ObstacleResult))| {
-        let mut surface = body.shape.surface(crate::scene::DRAWN);
-        surface.corners.iter_mut().for_each(|x| *x = result.pose.position + result.pose.orientation * *x);
-        (k, surface)
-    };
-    obstacles.iter().zip(&end.obstacles).enumerate().map(placed).collect()
+    let file = catalogue::at_hand(&ended, name)?;
+    file.write(&mut bytes).ok().map(|()| bytes)
 }

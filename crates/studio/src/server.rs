@@ -243,13 +243,7 @@ fn file_headers(name: &str) -> [(HeaderName, HeaderValue); 3] {
     let last = name.rsplit('/').next().unwrap_or_default();
     let plain: String =
         last.chars().map(|c| if c.is_ascii_alphanumeric() || "-_.".contains(c) { c } else { '_' }).collect();
-    let kind = match plain.rsplit('.').next() {
-        Some("json") => "application/json",
-        Some("svg") => "image/svg+xml",
-        Some("html") => "text/html; charset=utf-8",
-        Some("csv") => "text/csv; charset=utf-8",
-        _ => "application/octet-stream",
-    };
+    let kind = wireloom::export::catalogue::media_type(&plain);
     let disposition = HeaderValue::try_from(format!("attachment; filename=\"{plain}\""));
     [
         (header::CONTENT_TYPE, HeaderValue::from_static(kind)),

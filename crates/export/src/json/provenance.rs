@@ -7,6 +7,7 @@ use wireloom_core::{Parameters, Stop, Value};
 
 /// What a result was made from, so that it can be made again.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct Provenance {
     /// Program and version.
     pub program: String,
@@ -15,6 +16,7 @@ pub struct Provenance {
     /// What was set beside the files, as `key = value`.
     pub set: Vec<String>,
     /// Seed of the scenario's sweep.
+    #[serde(deserialize_with = "super::values::nullable")]
     pub seed: Option<u64>,
     /// Kinds of rods.
     pub rods: Vec<String>,

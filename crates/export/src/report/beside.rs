@@ -1,6 +1,7 @@
 //! Results beside each other on one page: what `wireloom compare --report` writes.
 
-use super::{OPEN, fixed, millimetres, plots, radius, style};
+use super::layout::{OPEN, fixed, millimetres, radius};
+use super::{plots, style};
 use crate::comparison::{BranchDifference, Case, Comparison, Trend};
 use crate::ending::BranchEnd;
 use crate::picture;

@@ -1,5 +1,6 @@
 //! Curves along a branch, as SVG.
 
+use super::layout::fixed;
 use crate::ending::BranchEnd;
 use crate::local::Local;
 use plotters::coord::ranged1d::{AsRangedCoord, Ranged, ValueFormatter};
@@ -75,7 +76,7 @@ pub fn tension(curves: &[&BranchResult]) -> String {
     let margin = (0.08 * (high - low)).max(1e-3);
     // Two digits more than the size of the range has.
     let digits = (1.5 - (high - low + margin).log10()).ceil().clamp(0.0, 9.0) as usize;
-    draw(&lines(curves, values), low - margin..high + margin, &|t| super::fixed(t, digits), None)
+    draw(&lines(curves, values), low - margin..high + margin, &|t| fixed(t, digits), None)
 }
 
 /// Curves over s (mm).
@@ -195,8 +196,8 @@ fn chart(x: (f64, f64), y: (f64, f64), fill: impl FnOnce(&mut Plane<'_, '_>) -> 
             .label_style(("sans-serif", 13))
             .x_labels(6)
             .y_labels(8)
-            .x_label_formatter(&|value| super::fixed(*value, digits(x)))
-            .y_label_formatter(&|value| super::fixed(*value, digits(y)))
+            .x_label_formatter(&|value| fixed(*value, digits(x)))
+            .y_label_formatter(&|value| fixed(*value, digits(y)))
             .draw()
             .map_err(|error| error.to_string())?;
         fill(&mut chart)?;

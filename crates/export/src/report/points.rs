@@ -1,7 +1,8 @@
 //! A sweep on one page: how many points ended how, how results are distributed, how they respond to every key, and which key
 //! matters most. What `wireloom report` writes.
 
-use super::{fixed, plots, style};
+use super::layout::fixed;
+use super::{plots, style};
 use crate::table::{Column, Table};
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 use nalgebra::{DMatrix, DVector};

@@ -1,6 +1,6 @@
 //! What touches the harness, and how near it comes to what is about it.
 
-use super::{OPEN, fixed, millimetres};
+use super::layout::{OPEN, fixed, millimetres};
 use maud::{Markup, html};
 use wireloom_core::StepResult;
 use wireloom_core::equilibrium::Clearance;

@@ -97,20 +97,90 @@ fn what_is_written_is_read_back() {
     }
 }
 
+/// Why a document is refused, by both readers.
+fn refusal(value: &Value) -> String {
+    let text = value.to_string();
+    let error = wireloom_export::json::read_run(text.as_bytes()).expect_err("no result");
+    assert_eq!(error.kind(), std::io::ErrorKind::InvalidData, "{error}");
+    error.to_string()
+}
+
 #[test]
 fn what_is_no_result_is_refused() {
     let mut written = parsed(&run("y", vec![y_harness()]));
-    let refusal = |value: &Value| {
-        let error = wireloom_export::json::read_run(value.to_string().as_bytes()).expect_err("no result");
-        assert_eq!(error.kind(), std::io::ErrorKind::InvalidData, "{error}");
-        error.to_string()
-    };
     written["steps"][0]["branches"]["left"]["d1"].as_array_mut().unwrap().pop();
-    assert_eq!(refusal(&written), "the lists of branch \"left\" differ in length");
+    assert_eq!(refusal(&written), "steps[0]: the lists of branch \"left\" differ in length");
     written["status"] = "fine".into();
-    assert_eq!(refusal(&written), "no status is called \"fine\"");
+    assert_eq!(refusal(&written), "status: invalid value: string \"fine\", expected a status");
     written["schema"] = 7.into();
-    assert_eq!(refusal(&written), "schema 7 is not known to this program, which reads 1");
+    assert_eq!(refusal(&written), "schema: version 7 is not known to this program, which reads version 1");
+}
+
+/// Every field that is always written must be there, also where it may be null, and there may be no other one.
+#[test]
+fn missing_and_unknown_fields_are_named_with_their_path() {
+    fn each(value: &mut Value, path: &str, whole: &dyn Fn(&Value) -> Option<String>, root: &Value, at: &str) -> usize {
+        let mut tried = 0;
+        let Value::Object(map) = value else { return 0 };
+        let named = ["files", "minimiser"].iter().any(|key| path == format!("provenance.{key}"));
+        let by_name =
+            ["branches", "joints", "constraints", "obstacles", "sliding"].iter().any(|key| path.ends_with(key));
+        for key in map.keys().cloned().collect::<Vec<_>>() {
+            let pointer = format!("{at}/{key}");
+            let inner = if path.is_empty() { key.clone() } else { format!("{path}.{key}") };
+            if !named && !by_name {
+                let mut changed = root.clone();
+                let parent = changed.pointer_mut(at).and_then(Value::as_object_mut).expect("an object");
+                parent.remove(&key);
+                match whole(&changed) {
+                    Some(said) => {
+                        assert!(said.contains(&format!("missing field `{key}`")), "{inner}: {said}");
+                        assert!(path.is_empty() || said.starts_with(&format!("{path}: ")), "{inner}: {said}");
+                        tried += 1;
+                    }
+                    None => assert!(OPTIONAL.contains(&key.as_str()), "{inner} may be missing"),
+                }
+            }
+            tried += each(map.get_mut(&key).expect("a key"), &inner, whole, root, &pointer);
+        }
+        tried
+    }
+    let written = full();
+    let all = |value: &Value| {
+        wireloom_export::json::read_run(value.to_string().as_bytes()).err().map(|error| error.to_string())
+    };
+    let step = written["steps"][0].clone();
+    let mut flat = written.clone();
+    assert!(all(&written).is_none(), "{:?}", all(&written));
+    let tried = each(&mut flat, "", &all, &written, "");
+    let mut inner = step;
+    let tried = tried + each(&mut inner, "steps[0]", &all, &written, "/steps/0");
+    assert!(tried > 60, "{tried}");
+    let mut new = written.clone();
+    new["verdict"] = "pass".into();
+    let newer = ", which another version of this program may have written";
+    assert_eq!(refusal(&new), format!("verdict: unknown field `verdict`{newer}"));
+    let mut new = written.clone();
+    new["steps"][0]["branches"]["left"]["colour"] = "red".into();
+    let said = refusal(&new);
+    assert_eq!(said, format!("steps[0].branches.left.colour: unknown field `colour`{newer}"));
+    let ending = wireloom_export::json::read(new.to_string().as_bytes()).expect_err("an unknown field").to_string();
+    assert_eq!(ending, said);
+    let mut new = written.clone();
+    new["steps"][0]["operations"][0]["speed"] = 1.into();
+    assert_eq!(refusal(&new), format!("steps[0].operations[0]: unknown field `speed`{newer}"));
+}
+
+/// Fields that are left out where there is nothing to say.
+const OPTIONAL: [&str; 7] = ["plugins", "obstacles", "sliding", "operations", "clearance", "fault", "shape_error"];
+
+/// A run with everything that a result may have.
+fn full() -> Value {
+    let mut step = y_harness();
+    step.operations = vec![OperationResult::Grasp { constraint: "hand".into(), place: Some(("left".into(), 0.1)) }];
+    step.constraints[1].slide =
+        Some(SlideResult { branch: "trunk".into(), arc_length: 0.125, axial_force: 0.5, motion: SlideMotion::Slip });
+    parsed(&run("full", vec![step]))
 }
 
 fn keys(value: &Value) -> Vec<&str> {

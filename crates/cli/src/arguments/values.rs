@@ -1,0 +1,47 @@
+//! Values on the command line.
+
+use crate::failure::Failure;
+use wireloom::scenario::Setting;
+
+/// Metres from `10 mm`, `0.01 m` or `0.01`; above zero.
+pub fn length(text: &str) -> Result<f64, String> {
+    let text = text.trim();
+    let split = text.find(|c: char| c.is_alphabetic() && c != 'e' && c != 'E').unwrap_or(text.len());
+    let (number, unit) = text.split_at(split);
+    // A divisor, so that 10 mm is the double nearest to 0.01 m.
+    let divisor = match unit.trim() {
+        "" | "m" => 1.0,
+        "dm" => 10.0,
+        "cm" => 100.0,
+        "mm" => 1000.0,
+        other => return Err(format!("unknown unit `{other}`; lengths are in m, dm, cm or mm")),
+    };
+    match number.trim().parse::<f64>() {
+        Ok(value) if value.is_finite() && value > 0.0 => Ok(value / divisor),
+        Ok(value) => Err(format!("{value} is not above zero")),
+        Err(_) => Err(format!("`{text}` is not a length like `10 mm`")),
+    }
+}
+
+/// A setting from KEY=VALUE.
+pub fn setting(set: &str) -> Result<Setting, Failure> {
+    let Some((key, value)) = set.split_once('=') else {
+        return Err(Failure::Input(format!("--set {set} has no value: write KEY=VALUE")));
+    };
+    Ok(Setting::new(key.trim(), value.trim()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::length;
+
+    #[test]
+    fn lengths_have_units() {
+        for text in ["10 mm", "10mm", "1 cm", "0.01", "1e-2 m", " 0.01 m "] {
+            assert_eq!(length(text), Ok(0.01), "{text}");
+        }
+        for text in ["", "mm", "-1 mm", "0", "10 km", "1 2 mm", "inf", "nan"] {
+            assert!(length(text).is_err(), "{text}");
+        }
+    }
+}

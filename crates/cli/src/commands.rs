@@ -1,0 +1,41 @@
+//! The subcommands, one file each.
+
+mod bench;
+mod check;
+mod compare;
+mod devices;
+mod explain;
+mod import;
+mod models;
+mod plugin;
+mod report;
+mod run;
+mod schema;
+mod studio;
+mod sweep;
+
+use crate::arguments::{Command, Format};
+use crate::failure::{Failure, Outcome};
+use crate::plugin::fault;
+use crate::plugin::trust::Trust;
+use std::io::Write;
+
+/// Carries out a subcommand.
+pub fn carry_out(command: &Command, out: &mut dyn Write) -> Result<Outcome, Failure> {
+    match command {
+        Command::Run(arguments) => run::run(arguments, out),
+        Command::Check { files, allowed } => check::check(files, &Trust::to_look(allowed), out),
+        Command::Studio(arguments) => studio::studio(arguments, out),
+        Command::Compare(arguments) => compare::compare(arguments, out),
+        Command::Sweep(arguments) => sweep::sweep(arguments, out),
+        Command::Report { results, output } => report::report(results, output.as_deref(), out),
+        Command::Schema => schema::schema(out),
+        Command::Plugin { task } => plugin::plugin(task, out),
+        Command::PluginFault(fault) => Err(fault::report(fault)),
+        Command::Models { allowed } => models::list(allowed, out),
+        Command::Devices => devices::list(out),
+        Command::Explain { key, allowed } => explain::explain(key, allowed, out),
+        Command::Import { format: Format::Kbl(arguments) } => import::kbl(arguments, out),
+        Command::Bench(arguments) => bench::bench(arguments, out),
+    }
+}

@@ -1,0 +1,311 @@
+//! `wireloom bench`: drag-step times on the machine at hand, the minimisers side by side, what contact costs, and a sweep of many points.
+
+use crate::arguments::BenchArguments;
+use crate::failure::{Failure, Outcome};
+use crate::print::table::Columns;
+use crate::print::text::{counted, time};
+use crate::program::machine;
+use serde_json::{Value, json};
+use std::io::Write;
+use wireloom::bench::{Case, ContactCost, Contender, Installation, MonteCarlo, OnDevice, Tilting};
+use wireloom_studio::bench::Drag;
+
+/// All that was measured.
+struct Measured {
+    cases: Vec<Case>,
+    minimisers: Vec<Contender>,
+    contact: ContactCost,
+    monte_carlo: MonteCarlo,
+    /// Hands in the studio.
+    hands: Vec<Drag>,
+    installed: Option<Installation>,
+}
+
+/// Measures all cases and prints them.
+pub fn bench(arguments: &BenchArguments, out: &mut dyn Write) -> Result<Outcome, Failure> {
+    if let Some(device) = &arguments.device {
+        return on_device(device, arguments, out);
+    }
+    let registry = wireloom::registry();
+    // What cannot be read is told before the work begins.
+    let harness = arguments.harness.as_deref().map(|path| Ok((path, crate::files::load::text(path)?))).transpose()?;
+    let mut measured = Measured {
+        cases: wireloom::bench::all(),
+        minimisers: wireloom::bench::minimisers(&registry, arguments.iterations as usize),
+        contact: wireloom::bench::contact(&registry),
+        monte_carlo: wireloom::bench::monte_carlo(arguments.points as usize, None, None, &registry),
+        hands: vec![wireloom_studio::bench::cable(1_000).map_err(Failure::Input)?],
+        installed: None,
+    };
+    if let Some((path, kbl)) = harness {
+        let refused = |message: String| Failure::Input(format!("{}: {message}", path.display()));
+        measured.cases.push(wireloom::bench::drag_installed(&kbl).map_err(refused)?);
+        measured.hands.push(wireloom_studio::bench::harness(&kbl).map_err(refused)?);
+        measured.installed = Some(wireloom::bench::install(&kbl).map_err(refused)?);
+    }
+    let print = match arguments.json {
+        true => writeln!(out, "{:#}", document(&measured)),
+        false => table(&measured, out),
+    };
+    print.map_err(Failure::standard_output)?;
+    // That others than Newton's method do not get there is a result.
+    let sound = measured.cases.iter().all(|case| case.failures == 0)
+        && measured.contact.touching.failures + measured.contact.alone.failures == 0
+        && measured.monte_carlo.converged() == measured.monte_carlo.points
+        && measured.hands.iter().all(|drag| drag.failures == 0)
+        && measured.installed.is_none_or(|all| all.failures == 0);
+    Ok(if sound { Outcome::Done } else { Outcome::NotConverged })
+}
+
+/// Measures a device beside one core of the processor, as JSON.
+fn on_device(device: &str, arguments: &BenchArguments, out: &mut dyn Write) -> Result<Outcome, Failure> {
+    let measured = wireloom::bench::on_device(Some(device), arguments.points as usize).map_err(Failure::Input)?;
+    writeln!(out, "{:#}", device_document(&measured)).map_err(Failure::standard_output)?;
+    let sound = measured.drags.iter().all(|(gpu, newton)| gpu.failures + newton.failures == 0)
+        && measured.batch.converged() == measured.batch.points;
+    Ok(if sound { Outcome::Done } else { Outcome::NotConverged })
+}
+
+fn device_document(measured: &OnDevice) -> Value {
+    let drags = measured.drags.iter().map(|(gpu, newton)| {
+        json!({
+            "segments": gpu.segments,
+            "seconds_per_step": gpu.seconds_per_step,
+            "iterations_per_step": gpu.iterations_per_step,
+            "residual": gpu.residual,
+            "failures": gpu.failures,
+            "newton_seconds_per_step": newton.seconds_per_step,
+        })
+    });
+    json!({
+        "version": env!("CARGO_PKG_VERSION"),
+        "machine": machine(),
+        "optimised": !cfg!(debug_assertions),
+        "device": {
+            "name": measured.device.name,
+            "sort": measured.device.kind,
+            "by": measured.device.backend,
+            "driver": measured.device.driver,
+            "double_precision": measured.device.double,
+        },
+        "drags": drags.collect::<Vec<Value>>(),
+        "batch": {
+            "points": measured.batch.points,
+            "converged": measured.batch.converged(),
+            "seconds": measured.batch.seconds,
+            "newton_on_one_core": { "points": measured.one_core.points, "seconds": measured.one_core.seconds },
+            "times_faster_than_one_core": measured.batch_ratio(),
+        },
+    })
+}
+
+fn table(measured: &Measured, out: &mut dyn Write) -> std::io::Result<()> {
+    writeln!(out, "wireloom {} on {}", env!("CARGO_PKG_VERSION"), machine())?;
+    if cfg!(debug_assertions) {
+        writeln!(out, "This build checks itself as it goes: a release build is faster.")?;
+    }
+    writeln!(out, "One step moves one end by 5 mm and is solved to a relative residual of 1e-8; medians.\n")?;
+    let mut table = Columns::new([
+        "case",
+        ">segments",
+        ">threads",
+        ">step",
+        ">out",
+        ">back",
+        ">per segment",
+        ">iterations",
+        ">largest residual",
+        ">failures",
+    ]);
+    for case in &measured.cases {
+        table.row([
+            case.case.to_owned(),
+            case.segments.to_string(),
+            case.threads.to_string(),
+            precise(case.seconds_per_step),
+            precise(case.seconds_out),
+            precise(case.seconds_back),
+            format!("{:.0} ns", 1e9 * case.seconds_per_step / case.segments as f64),
+            format!("{:.2}", case.iterations_per_step),
+            format!("{:.0e}", case.residual),
+            case.failures.to_string(),
+        ]);
+    }
+    table.print(out)?;
+    writeln!(out, "\nThe same step of 1,000 segments with each minimiser, to the same certificate.\n")?;
+    minimisers(&measured.minimisers, out)?;
+    let ContactCost { nodes, joints, triangles, touching, alone } = &measured.contact;
+    let each = |way: &Tilting| {
+        let n = way.increments as f64;
+        format!("{} and {:.1} iterations an increment", precise(way.seconds / n), way.iterations as f64 / n)
+    };
+    writeln!(
+        out,
+        "\nA harness of {nodes} nodes and {joints} joints lies on a body of {triangles} triangles while gravity tilts: {}, {:.1} times as long as without it \
+         ({}); {} places touch in the end, {} increments not converged",
+        each(touching),
+        measured.contact.ratio(),
+        each(alone),
+        touching.contacts,
+        touching.failures + alone.failures
+    )?;
+    writeln!(out, "\nFrom a hand's target to the picture of it, in the studio over loopback.\n")?;
+    hands(&measured.hands, out)?;
+    let MonteCarlo { points, statuses, threads, seconds } = &measured.monte_carlo;
+    let statuses: Vec<String> = statuses.iter().map(|(status, n)| format!("{n} {status}")).collect();
+    let (threads, each) = (counted(*threads, "thread", "threads"), precise(seconds / *points as f64));
+    let statuses = statuses.join(", ");
+    writeln!(
+        out,
+        "\nA sweep of a Y harness over {points} points ({statuses}) on {threads}: {}, {each} a point",
+        time(*seconds)
+    )?;
+    if let Some(all) = &measured.installed {
+        let Installation { nodes, steps, increments, failures, iterations, seconds } = all;
+        writeln!(
+            out,
+            "\nFrom the board into the vehicle: {nodes} nodes, {steps} steps, {increments} increments ({failures} not converged), {iterations} iterations, {}{}",
+            time(*seconds),
+            peak_memory().map_or_else(String::new, |bytes| format!(", {} MB at most", bytes / 1_000_000)),
+        )?;
+    }
+    Ok(())
+}
+
+fn minimisers(all: &[Contender], out: &mut dyn Write) -> std::io::Result<()> {
+    let mut table = Columns::new([
+        "minimiser",
+        "preconditioner",
+        ">step",
+        ">times newton",
+        ">iterations",
+        ">evaluations",
+        ">factorisations",
+        ">largest residual",
+        "converged",
+    ]);
+    for Contender { minimiser, preconditioner, case, times_newton } in all {
+        let at_least = if case.failures > 0 { "> " } else { "" };
+        table.row([
+            (*minimiser).to_owned(),
+            preconditioner.unwrap_or("").to_owned(),
+            format!("{at_least}{}", precise(case.seconds_per_step)),
+            format!("{at_least}{times_newton:.1}"),
+            format!("{:.1}", case.iterations_per_step),
+            format!("{:.1}", case.evaluations_per_step),
+            format!("{:.1}", case.factorisations_per_step),
+            format!("{:.0e}", case.residual),
+            if case.failures == 0 { "yes" } else { "no" }.to_owned(),
+        ]);
+    }
+    table.print(out)
+}
+
+fn hands(all: &[Drag], out: &mut dyn Write) -> std::io::Result<()> {
+    let mut table = Columns::new([">nodes", ">targets", ">median", ">slowest", ">a second", ">failures"]);
+    for drag in all {
+        table.row([
+            drag.nodes.to_string(),
+            drag.targets.to_string(),
+            precise(drag.seconds),
+            precise(drag.slowest),
+            format!("{:.0}", drag.per_second),
+            drag.failures.to_string(),
+        ]);
+    }
+    table.print(out)
+}
+
+/// Most memory this process has had so far, where the system tells.
+fn peak_memory() -> Option<u64> {
+    let status = std::fs::read_to_string("/proc/self/status").ok()?;
+    let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"))?;
+    Some(line.trim().strip_suffix(" kB")?.parse::<u64>().ok()? * 1024)
+}
+
+/// Three digits.
+fn precise(seconds: f64) -> String {
+    if seconds < 1.0 { format!("{:.3} ms", 1e3 * seconds) } else { time(seconds) }
+}
+
+fn document(measured: &Measured) -> Value {
+    let case = |case: &Case| {
+        json!({
+            "case": case.case,
+            "segments": case.segments,
+            "threads": case.threads,
+            "seconds_per_step": case.seconds_per_step,
+            "seconds_out": case.seconds_out,
+            "seconds_back": case.seconds_back,
+            "iterations_per_step": case.iterations_per_step,
+            "evaluations_per_step": case.evaluations_per_step,
+            "factorisations_per_step": case.factorisations_per_step,
+            "residual": case.residual,
+            "failures": case.failures,
+        })
+    };
+    let minimisers = measured.minimisers.iter().map(|contender| {
+        let mut entry = case(&contender.case);
+        entry["minimiser"] = contender.minimiser.into();
+        entry["preconditioner"] = contender.preconditioner.into();
+        entry["times_newton"] = contender.times_newton.into();
+        entry
+    });
+    let tilting = |way: &Tilting| {
+        json!({
+            "increments": way.increments,
+            "failures": way.failures,
+            "iterations": way.iterations,
+            "seconds": way.seconds,
+            "contacts": way.contacts,
+        })
+    };
+    let contact = json!({
+        "nodes": measured.contact.nodes,
+        "joints": measured.contact.joints,
+        "triangles": measured.contact.triangles,
+        "touching": tilting(&measured.contact.touching),
+        "alone": tilting(&measured.contact.alone),
+        "times_alone": measured.contact.ratio(),
+    });
+    let all = &measured.monte_carlo;
+    let statuses: serde_json::Map<String, Value> =
+        all.statuses.iter().map(|(status, n)| (status.clone(), (*n).into())).collect();
+    let mut document = json!({
+        "version": env!("CARGO_PKG_VERSION"),
+        "machine": machine(),
+        "optimised": !cfg!(debug_assertions),
+        "cases": measured.cases.iter().map(case).collect::<Vec<Value>>(),
+        "minimisers": minimisers.collect::<Vec<Value>>(),
+        "contact": contact,
+        "monte_carlo": {
+            "points": all.points,
+            "statuses": statuses,
+            "threads": all.threads,
+            "seconds": all.seconds,
+        },
+    });
+    let hands = measured.hands.iter().map(|drag| {
+        json!({
+            "nodes": drag.nodes,
+            "targets": drag.targets,
+            "seconds": drag.seconds,
+            "slowest": drag.slowest,
+            "per_second": drag.per_second,
+            "failures": drag.failures,
+        })
+    });
+    document["hands"] = hands.collect::<Vec<Value>>().into();
+    if let Some(all) = &measured.installed {
+        document["installation"] = json!({
+            "nodes": all.nodes,
+            "steps": all.steps,
+            "increments": all.increments,
+            "failures": all.failures,
+            "iterations": all.iterations,
+            "seconds": all.seconds,
+            "peak_memory": peak_memory(),
+        });
+    }
+    document
+}

@@ -1,0 +1,226 @@
+//! `wireloom compare`: results of runs beside each other.
+
+mod variants;
+
+use crate::arguments::CompareArguments;
+use crate::failure::{Failure, Outcome};
+use crate::files::folder;
+use crate::files::load::{self, Loaded};
+use crate::files::results::RESULT;
+use crate::plugin::trust::Trust;
+use crate::print::differences;
+use crate::print::progress::Bar;
+use crate::program::{PROGRAM, machine, now};
+use crate::{interrupt, size};
+use std::io::{self, Write};
+use std::path::{Path, PathBuf};
+use variants::Variant;
+use wireloom::core::{Monitor, Status, StepResult};
+use wireloom::export::comparison::{Case, Comparison, Trend, convergence};
+use wireloom::export::ending::Ending;
+use wireloom::export::json;
+use wireloom::export::report::{Beside, write_beside};
+use wireloom::solve::checkpoint::Observer;
+use wireloom::solve::{Control, Progress};
+
+/// Compares folders with results, and scenarios that are carried out for the purpose, or one scenario with what is tried in it.
+pub fn compare(arguments: &CompareArguments, out: &mut dyn Write) -> Result<Outcome, Failure> {
+    let variants = variants::variants(arguments)?;
+    let trust = Trust::to_run(&arguments.allowed);
+    let refused = |message: &str| Err(Failure::Input(message.into()));
+    let bar = Bar::new("reading", !arguments.quiet);
+    let cases = match (&arguments.inputs[..], variants.len()) {
+        ([_], 0 | 1) => {
+            return refused(
+                "nothing to compare it with: give two or more folders or scenarios, or what to try in it, such as --segments 20,40,80",
+            );
+        }
+        ([file], _) if is_scenario(file) => tried(file, &variants, &trust, &bar)?,
+        (_, 0) => gathered(&arguments.inputs, &trust, &bar)?,
+        _ => return refused("what is to be tried needs one scenario (.toml), not results or several"),
+    };
+    drop(bar);
+    let wanted = arguments.inputs.len().max(variants.len());
+    let interrupted = cases.len() < wanted;
+    if interrupted {
+        writeln!(out, "interrupted: {} of {wanted} runs came to their ends\n", cases.len())
+            .map_err(Failure::standard_output)?;
+    }
+    if cases.is_empty() {
+        return Ok(Outcome::NotConverged);
+    }
+    // The finest mesh is the nearest to the truth; otherwise the first is what the user has now.
+    let finest = arguments.segments.iter().take(cases.len()).enumerate().max_by_key(|(_, n)| **n);
+    let only = variants.len() == arguments.segments.len();
+    let reference = (!variants.is_empty()).then(|| finest.filter(|_| only).map_or(0, |(k, _)| k));
+    let comparison = Comparison::of(&cases, reference, arguments.tolerance);
+    let trends = trends(arguments, &cases);
+    let alike = [&arguments.joint, &arguments.rod, &arguments.set].iter().all(|tried| tried.is_empty())
+        && arguments.segments.is_empty();
+    // What was computed is said before a file may fail.
+    differences::print(&cases, &comparison, &trends, alike, out).map_err(Failure::standard_output)?;
+    if let Some(path) = &arguments.report {
+        let beside = Beside {
+            title: &title(arguments),
+            cases: &cases,
+            comparison: &comparison,
+            trends: &trends,
+            alike,
+            program: PROGRAM,
+            machine: &machine(),
+            written: &now(),
+        };
+        folder::write(path, |out| write_beside(&beside, out))?;
+    }
+    let converged = cases.iter().all(|case| case.ending.converged);
+    Ok(if converged && !interrupted { Outcome::Done } else { Outcome::NotConverged })
+}
+
+/// Of the page: the scenario at hand, or all results.
+fn title(arguments: &CompareArguments) -> String {
+    match &arguments.inputs[..] {
+        [file] => file.file_stem().unwrap_or_default().to_string_lossy().into_owned(),
+        inputs => names(inputs).join(", "),
+    }
+}
+
+fn is_scenario(path: &Path) -> bool {
+    path.extension().is_some_and(|extension| extension == "toml")
+}
+
+/// How results settle, where three or more meshes are all that is tried.
+fn trends(arguments: &CompareArguments, cases: &[Case]) -> Vec<Trend> {
+    if arguments.segments.len() < 3 || arguments.segments.len() != cases.len() {
+        return vec![];
+    }
+    let mut meshes: Vec<(usize, &Ending)> =
+        arguments.segments.iter().copied().zip(cases.iter().map(|case| &case.ending)).collect();
+    meshes.sort_by_key(|(segments, _)| *segments);
+    convergence(&meshes)
+}
+
+/// One scenario with each of the variants, as far as nobody interrupts. All are checked before the first is carried out.
+fn tried(file: &Path, variants: &[Variant], trust: &Trust, bar: &Bar) -> Result<Vec<Case>, Failure> {
+    let loaded = variants.iter().map(|variant| load::scenario(file, &variant.settings, trust));
+    let loaded = loaded.collect::<Result<Vec<_>, _>>()?;
+    interrupt::listen();
+    let cases = loaded.into_iter().zip(variants).map(|(loaded, variant)| {
+        let ended = carry_out(loaded, &variant.name, bar)?;
+        ended.map(|ending| case(variant.name.clone(), ending)).transpose()
+    });
+    until_interrupted(cases)
+}
+
+/// Results of folders and of scenarios, as far as nobody interrupts. All are read before the first is carried out.
+fn gathered(inputs: &[PathBuf], trust: &Trust, bar: &Bar) -> Result<Vec<Case>, Failure> {
+    let given = inputs.iter().map(|input| {
+        bar.say(format!("reading {}", input.display()));
+        Ok(if is_scenario(input) {
+            Given::Scenario(Box::new(load::scenario(input, &[], trust)?))
+        } else {
+            Given::Result(Box::new(read(input)?))
+        })
+    });
+    let given = given.collect::<Result<Vec<_>, Failure>>()?;
+    interrupt::listen();
+    let cases = given.into_iter().zip(names(inputs)).map(|(given, name)| {
+        let ended = match given {
+            Given::Scenario(loaded) => carry_out(*loaded, &name, bar)?,
+            Given::Result(ending) => Some(*ending),
+        };
+        ended.map(|ending| case(name, ending)).transpose()
+    });
+    until_interrupted(cases)
+}
+
+/// What is to be compared.
+enum Given {
+    Scenario(Box<Loaded>),
+    Result(Box<Option<Ending>>),
+}
+
+/// Those before the first `None`.
+fn until_interrupted(cases: impl Iterator<Item = Result<Option<Case>, Failure>>) -> Result<Vec<Case>, Failure> {
+    cases.map_while(Result::transpose).collect()
+}
+
+fn case(name: String, ending: Option<Ending>) -> Result<Case, Failure> {
+    let Some(ending) = ending else {
+        return Err(Failure::Input(format!("{name}: the run has come to no equilibrium")));
+    };
+    Ok(Case { name, ending })
+}
+
+/// The end of the run whose results lie in a folder, or in a file.
+fn read(path: &Path) -> Result<Option<Ending>, Failure> {
+    let file = if path.is_dir() { path.join(RESULT) } else { path.to_owned() };
+    json::read(load::open(&file)?).map_err(|error| match error.kind() {
+        io::ErrorKind::InvalidData | io::ErrorKind::UnexpectedEof => {
+            Failure::Input(format!("{} is no result of `wireloom run`: {error}", file.display()))
+        }
+        _ => Failure::io("read", &file)(error),
+    })
+}
+
+/// Carries a scenario out; nothing is written. `None` where that was interrupted.
+fn carry_out(loaded: Loaded, name: &str, bar: &Bar) -> Result<Option<Option<Ending>>, Failure> {
+    let increments = size::increments(&loaded.built);
+    let large = size::foretell(&loaded.built.network, increments)?.map(|words| format!(" ({words})"));
+    bar.count(format!("{name}{}", large.unwrap_or_default()), "increments", increments, 0);
+    let run = wireloom::run_observed(loaded.built, None, &mut Watcher(bar));
+    if run.status == Status::Interrupted {
+        return Ok(None);
+    }
+    if let Some(fault) = run.fault {
+        return Err(Failure::Part(fault));
+    }
+    Ok(Some(Ending::of(&run)))
+}
+
+/// Tells how far a run is.
+struct Watcher<'a>(&'a Bar);
+
+impl Observer for Watcher<'_> {
+    fn increment(&mut self, _: &Progress, _: &StepResult, _: bool) -> Control {
+        self.0.one();
+        Control::Continue
+    }
+
+    fn monitor(&self) -> Monitor {
+        interrupt::monitor().clone()
+    }
+}
+
+/// The shortest ends of the paths that tell them apart, without `.toml` and `result.json`.
+fn names(paths: &[PathBuf]) -> Vec<String> {
+    let parts: Vec<Vec<String>> = paths
+        .iter()
+        .map(|path| {
+            let path = if path.ends_with(RESULT) { path.parent().unwrap_or(path) } else { path };
+            path.with_extension("").components().map(|part| part.as_os_str().to_string_lossy().into_owned()).collect()
+        })
+        .collect();
+    let last = |parts: &[String], n: usize| parts[parts.len().saturating_sub(n)..].join("/");
+    let longest = parts.iter().map(Vec::len).max().unwrap_or(1);
+    let tells = |n: &usize| {
+        let names: std::collections::BTreeSet<String> = parts.iter().map(|parts| last(parts, *n)).collect();
+        names.len() == parts.len()
+    };
+    match (1..=longest).find(tells) {
+        Some(n) => parts.iter().map(|parts| last(parts, n)).collect(),
+        None => paths.iter().enumerate().map(|(k, path)| format!("{} ({})", path.display(), k + 1)).collect(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_are_as_short_as_may_be() {
+        let names = |paths: &[&str]| names(&paths.iter().map(PathBuf::from).collect::<Vec<_>>());
+        assert_eq!(names(&["out/a", "out/b/", "c.toml"]), ["a", "b", "c"]);
+        assert_eq!(names(&["1/a/result.json", "2/a"]), ["1/a", "2/a"]);
+        assert_eq!(names(&["a", "a"]), ["a (1)", "a (2)"]);
+    }
+}

@@ -1,0 +1,76 @@
+//! `wireloom import`: other harness files to scenarios. What was found odd in them goes to standard error.
+
+use crate::arguments::{KblArguments, KblArrangement, KblOrder};
+use crate::failure::{Failure, Outcome};
+use crate::files::{folder, load};
+use crate::print::progress::Bar;
+use crate::size;
+use std::io::Write;
+use std::path::Path;
+use wireloom::import::kbl::{Arrangement, Finding, Options, Order, import};
+
+/// Places of a finding that are shown; the file has all of them.
+const ITEMS: usize = 6;
+
+/// The order of an assembly; nothing else has one.
+fn order(arguments: &KblArguments, arrangement: Arrangement) -> Result<Order, Failure> {
+    let refused = |message: &str| Err(Failure::Input(message.to_owned()));
+    match (arguments.order, arguments.seed) {
+        (Some(_), _) if arrangement != Arrangement::Assembly => {
+            refused("--order says how an assembly goes; add --as assembly")
+        }
+        (Some(KblOrder::Random), seed) => Ok(Order::Random(seed.unwrap_or(0))),
+        (Some(KblOrder::Outward), Some(_)) => refused("--seed says which random order; add --order random"),
+        (Some(KblOrder::Outward) | None, _) => Ok(Order::Outward),
+    }
+}
+
+/// KBL to a scenario, which is then checked as `wireloom check` would.
+pub fn kbl(arguments: &KblArguments, out: &mut dyn Write) -> Result<Outcome, Failure> {
+    let bar = Bar::new(format!("importing {}", arguments.file.display()), true);
+    let text = load::text(&arguments.file)?;
+    let arrangement = match arguments.arrangement {
+        KblArrangement::Installed => Arrangement::Installed,
+        KblArrangement::Board => Arrangement::Board,
+        KblArrangement::Assembly => Arrangement::Assembly,
+    };
+    let options = Options {
+        max_segment: arguments.spacing,
+        arrangement,
+        order: order(arguments, arrangement)?,
+        name: arguments.name.clone(),
+    };
+    let imported = import(&text, &options)
+        .map_err(|error| Failure::Input(format!("{} cannot be imported: {error}", arguments.file.display())))?;
+    drop(bar);
+    let findings: String = imported.findings.iter().map(|finding| format!("found: {}\n", shortened(finding))).collect();
+    // A finding that nobody can read is no reason to give up.
+    let _ = std::io::stderr().write_all(findings.as_bytes());
+    match &arguments.output {
+        None => out.write_all(imported.scenario.as_bytes()).map_err(Failure::standard_output)?,
+        Some(path) => folder::write(path, |file| file.write_all(imported.scenario.as_bytes()))?,
+    }
+    let target = arguments.output.as_deref().unwrap_or(Path::new("standard output"));
+    let bar = Bar::new(format!("checking {}", target.display()), true);
+    let loaded = wireloom::load(&imported.scenario, &wireloom::registry());
+    drop(bar);
+    match loaded {
+        Ok((_, built)) => {
+            if let Some(path) = &arguments.output {
+                writeln!(out, "wrote {} ({})", path.display(), size::words(&built.network))
+                    .map_err(Failure::standard_output)?;
+            }
+            Ok(Outcome::Done)
+        }
+        Err(faults) => Err(Failure::Refused(vec![load::refusal(target, imported.scenario, faults)])),
+    }
+}
+
+fn shortened(finding: &Finding) -> String {
+    let more = finding.items.len().saturating_sub(ITEMS);
+    if more == 0 {
+        return finding.to_string();
+    }
+    let (count, shown) = (finding.items.len(), finding.items[..ITEMS].join(", "));
+    format!("{} ({count} of them): {shown}, and {more} more at the end of the scenario", finding.what)
+}

@@ -1,0 +1,225 @@
+//! `wireloom studio`: a session in the browser, or a finished run in it.
+
+mod memory;
+mod redirect;
+
+use crate::arguments::{Allowed, StudioArguments};
+use crate::failure::{Failure, Outcome};
+use crate::files::folder;
+use crate::files::load::{self, Beside};
+use crate::files::own::{ANEW, Own};
+use crate::files::page::SCENE;
+use crate::files::place::Place;
+use crate::files::results::RESULT;
+use crate::interrupt;
+use crate::plugin::load::load as load_plugins;
+use crate::plugin::trust::Trust;
+use crate::print::diagnostics;
+use crate::program::{PROGRAM, machine, now};
+use memory::{Draft, Memory, Remembered};
+use redirect::Redirect;
+use std::io::{self, Write};
+use std::net::{IpAddr, TcpListener, ToSocketAddrs};
+use std::path::{Path, PathBuf};
+use std::sync::{Mutex, PoisonError};
+use wireloom::export::json::{self, Provenance};
+use wireloom_studio::exports::{self, Made};
+use wireloom_studio::protocol::Scene;
+use wireloom_studio::replay::Recorder;
+use wireloom_studio::server::{Behind, Desk, Live, Offer, Server, Site, Token};
+use wireloom_studio::{Opened, PAGE, Studio};
+
+/// Serves the page until somebody asks to stop.
+pub fn studio(arguments: &StudioArguments, out: &mut dyn Write) -> Result<Outcome, Failure> {
+    let what = &arguments.what;
+    let mut memory = remember(what)?;
+    let known = memory.as_ref().map(|memory| memory.remembered().clone()).unwrap_or_default();
+    let (listener, token) = address(arguments, &known)?;
+    let address = listener.local_addr().map_err(Failure::network("listen"))?;
+    if let Some(memory) = &mut memory {
+        let kept = memory.change(|known| {
+            known.port = Some(address.port());
+        });
+        kept.map_err(Failure::io("remember the address of", what))?;
+    }
+    let site = if what.is_dir() { finished(what)? } else { session(arguments, memory, known.draft)? };
+    let server = Server::start(listener, &arguments.host, token.clone(), site).map_err(Failure::network("serve"))?;
+    let host = if address.ip().is_unspecified() { "127.0.0.1".to_owned() } else { shown(address.ip()) };
+    let page = format!("http://{host}:{}/?token={}", address.port(), token.digits());
+    let say = |out: &mut dyn Write| {
+        if !address.ip().is_loopback() {
+            writeln!(
+                out,
+                "WARNING: this listens at {address}: whoever reaches this machine and knows or overhears the token (nothing is encrypted) may use the session",
+            )?;
+        }
+        writeln!(out, "{page}")?;
+        writeln!(out, "Ctrl-C ends it")?;
+        out.flush()
+    };
+    // Who has read the address may end it.
+    interrupt::listen();
+    say(out).map_err(Failure::standard_output)?;
+    let mut redirect = None;
+    if !arguments.no_open {
+        match Redirect::to(&page).and_then(|made| made.open().map(|()| made)) {
+            // Browsers are slow: it stays for as long as the session.
+            Ok(made) => redirect = Some(made),
+            Err(error) => writeln!(out, "no browser could be opened ({error}): open that address in one")
+                .and_then(|()| out.flush())
+                .map_err(Failure::standard_output)?,
+        }
+    }
+    interrupt::wait();
+    let ended = server.stop();
+    drop(redirect);
+    if !ended {
+        out.flush().map_err(Failure::standard_output)?;
+        interrupt::leave(0);
+    }
+    Ok(Outcome::Done)
+}
+
+/// An address within an URL.
+fn shown(address: IpAddr) -> String {
+    match address {
+        IpAddr::V4(address) => address.to_string(),
+        IpAddr::V6(address) => format!("[{address}]"),
+    }
+}
+
+/// What is remembered of the scenario or folder; none where another studio has it, or where nothing can be kept.
+fn remember(what: &Path) -> Result<Option<Memory>, Failure> {
+    // What is not there is not remembered.
+    if !what.is_dir() {
+        load::open(what)?;
+    }
+    let memory = Memory::of(what).map_err(Failure::io("keep drafts of", what));
+    let (memory, lack) = match memory {
+        Ok(None) => {
+            (None, Some(Failure::Input(format!("another studio has {} open: this one keeps no draft", what.display()))))
+        }
+        Ok(memory) => (memory, None),
+        // One can work without.
+        Err(failure) => (None, Some(failure)),
+    };
+    if let Some(lack) = lack {
+        diagnostics::show(&lack, &mut io::stderr());
+    }
+    Ok(memory)
+}
+
+/// Where to listen: as the last time, so that pages that are still open learn that there is another session; and what pages must know.
+fn address(arguments: &StudioArguments, known: &Remembered) -> Result<(TcpListener, Token), Failure> {
+    let refused = |error: io::Error| {
+        Failure::Input(format!("cannot listen at {}: {error}; give another --host or --port", arguments.host))
+    };
+    let bind = |port: u16| {
+        let places = (arguments.host.as_str(), port).to_socket_addrs()?;
+        TcpListener::bind(places.collect::<Vec<_>>().as_slice())
+    };
+    let wanted = arguments.port.or(known.port).unwrap_or(0);
+    let listener = match bind(wanted) {
+        Ok(listener) => listener,
+        // Somebody else has it now.
+        Err(_) if arguments.port.is_none() => bind(0).map_err(refused)?,
+        Err(error) => return Err(refused(error)),
+    };
+    Ok((listener, Token::random().map_err(|error| Failure::Input(format!("there are no random numbers: {error}")))?))
+}
+
+/// A page for the run whose results lie in a folder.
+fn finished(path: &Path) -> Result<Site, Failure> {
+    let no_result = |error: io::Error| match error.kind() {
+        io::ErrorKind::InvalidData | io::ErrorKind::UnexpectedEof => Failure::Input(format!(
+            "{} holds no result of this version of `wireloom run`: {error}; run the scenario anew",
+            path.display()
+        )),
+        _ => Failure::io("read", path)(error),
+    };
+    let place = Place::open(path).map_err(Failure::io("read", path))?;
+    let result = place.file(RESULT).map_err(Failure::io("read", &path.join(RESULT)))?;
+    let run = json::read_run(result).map_err(no_result)?;
+    let own = Own::open(path)?;
+    let absent = || Failure::io("read", &own.path(SCENE))(io::ErrorKind::NotFound.into());
+    let bytes = own.part(SCENE, ANEW)?.ok_or_else(absent)?;
+    let scene: Scene = serde_json::from_slice(&bytes).map_err(|error| no_result(error.into()))?;
+    let mut recorder = Recorder::new(Scene { exports: folder::written(&own)?.into_keys().collect(), ..scene });
+    run.steps.iter().for_each(|end| recorder.see(end));
+    let replay = recorder.finish(&run);
+    let names = replay.scene().exports.clone();
+    let file = move |name: &str| names.iter().any(|known| known == name).then(|| place.bytes(name).ok().flatten())?;
+    Ok(Site { page: replay.page(PAGE), behind: Behind::Finished(Box::new(file)) })
+}
+
+/// A session of the scenario in a file.
+fn session(arguments: &StudioArguments, memory: Option<Memory>, draft: Option<Draft>) -> Result<Site, Failure> {
+    let path = &arguments.what;
+    let text = load::text(path)?;
+    let opener = Opener { path: path.clone(), allowed: arguments.allowed.clone() };
+    let studio = opener.open(&text, false)?;
+    let offer = draft.filter(|draft| draft.text != text).map(|Draft { text, written }| Offer { text, written });
+    let desk = AtHand { opener, memory: memory.map(Mutex::new) };
+    Ok(Site { page: PAGE.to_owned(), behind: Behind::Live(Live::new(studio, offer, Box::new(desk))) })
+}
+
+/// Opens sessions of one scenario.
+struct Opener {
+    path: PathBuf,
+    allowed: Allowed,
+}
+
+impl Opener {
+    /// With the text of the file, or with one that takes its place and is not saved.
+    fn open(&self, text: &str, unsaved: bool) -> Result<Studio, Failure> {
+        let trust = Trust::to_run(&self.allowed);
+        let mut registry = trust.registry();
+        load_plugins(&self.path, text, &trust, &mut registry)?;
+        let opened = Opened {
+            text: text.to_owned(),
+            name: self.path.file_name().unwrap_or_default().to_string_lossy().into_owned(),
+            files: Box::new(Beside::of(&self.path)),
+            registry,
+            unsaved,
+        };
+        wireloom_studio::open(opened)
+            .map_err(|faults| Failure::Refused(vec![load::refusal(&self.path, text.to_owned(), faults)]))
+    }
+
+    /// What results of such a text say of their making; and all texts.
+    fn origin(&self, text: &str) -> Option<(Provenance, Vec<(String, String)>)> {
+        let loaded = load::scenario_of(&self.path, text.to_owned(), &[], &Trust::to_run(&self.allowed)).ok()?;
+        Some((loaded.provenance(), loaded.texts))
+    }
+}
+
+/// What the server has done here.
+struct AtHand {
+    opener: Opener,
+    /// None where another studio keeps this scenario's.
+    memory: Option<Mutex<Memory>>,
+}
+
+impl Desk for AtHand {
+    fn keep(&self, draft: Option<&str>) {
+        let Some(memory) = &self.memory else { return };
+        let draft = draft.map(|text| Draft { text: text.to_owned(), written: now() });
+        let mut memory = memory.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Err(error) = memory.change(|known| known.draft = draft) {
+            let failure = Failure::Io { what: "cannot keep the draft".to_owned(), source: error };
+            diagnostics::show(&failure, &mut io::stderr());
+        }
+    }
+
+    fn open(&self, draft: &str) -> Result<Studio, String> {
+        self.opener.open(draft, true).map_err(|failure| failure.to_string())
+    }
+
+    fn export(&self, studio: &Studio, name: &str) -> Option<Vec<u8>> {
+        let outcome = studio.result()?;
+        let (provenance, texts) = self.opener.origin(&studio.text()?)?;
+        let made =
+            Made { provenance: &provenance, texts: &texts, program: PROGRAM, machine: &machine(), written: &now() };
+        exports::make(&outcome.run, &outcome.obstacles, name, &made)
+    }
+}

@@ -1,0 +1,68 @@
+//! The space that the harness goes through: where its nodes are after every increment, and the surface about all that in the end.
+
+use crate::failure::Failure;
+use crate::files::saved::{Keeper, Lines};
+use std::ops::Range;
+use wireloom::core::obstacle::Surface;
+use wireloom::core::{Monitor, StepResult};
+use wireloom::scenario::{Built, Output};
+use wireloom::shapes::swept::Envelope;
+use wireloom::solve::checkpoint::Checkpoint;
+
+/// What is asked for.
+pub struct Swept {
+    /// Size of the grid's cells, m.
+    cell: f64,
+    /// Of every branch, its points in a state, and its radius, m.
+    branches: Vec<(Range<usize>, f64)>,
+}
+
+impl Swept {
+    /// Where a scenario asks for it.
+    pub fn of(output: &Output, built: &Built) -> Option<Self> {
+        let branches = built.network.branches.iter().map(|b| (b.points.clone(), 0.5 * b.section.diameter));
+        output.swept.map(|cell| Self { cell, branches: branches.collect() })
+    }
+
+    /// The harness before anything has happened.
+    pub fn at_start(&self, checkpoint: &Checkpoint) -> Lines {
+        self.branches.iter().map(|(points, _)| checkpoint.points()[points.clone()].to_vec()).collect()
+    }
+
+    /// The harness at the end of an increment.
+    pub fn at(end: &StepResult) -> Lines {
+        end.branches.iter().map(|branch| branch.position.clone()).collect()
+    }
+
+    /// The surface about everything from the start to the end of so many increments, and the size of its cells, m: where those that are asked for
+    /// would take more memory than there is, twice as large ones, or larger. `None` where somebody asked to stop.
+    pub fn surface(
+        &self,
+        keeper: &Keeper,
+        increments: usize,
+        monitor: &Monitor,
+    ) -> Result<Option<(Surface, f64)>, Failure> {
+        let radii: Vec<f64> = self.branches.iter().map(|(_, radius)| *radius).collect();
+        let mut cell = self.cell;
+        'coarser: loop {
+            let mut envelope = Envelope::new(cell, &radii);
+            for lines in keeper.lines(increments) {
+                if monitor.is_stopped() {
+                    return Ok(None);
+                }
+                if envelope.sweep(&lines?).is_err() {
+                    cell *= 2.0;
+                    continue 'coarser;
+                }
+            }
+            return Ok(Some((envelope.surface(), cell)));
+        }
+    }
+
+    /// What there is to say where the cells had to be larger than asked for.
+    pub fn remark(&self, cell: f64) -> Option<String> {
+        let (asked, taken) = (1e3 * self.cell, 1e3 * cell);
+        (cell > self.cell)
+            .then(|| format!("swept.glb has cells of {taken} mm: with {asked} mm it would have taken too much memory"))
+    }
+}

@@ -1,0 +1,217 @@
+//! Tests of constraints.
+
+use super::trial::{CYCLES, THREADS, TIMED, Trial, Verdict, leaks, parameters};
+use std::time::Instant;
+use wireloom::core::constraint::{ConstraintSpec, Situation, SpanSpec, SpanUse, StationSpec};
+use wireloom::core::registry::{ConstraintKind, Form};
+use wireloom::core::{Action, Constraint, Matrix, Parameters, Pose, Value, Vector};
+use wireloom::host::differentiated;
+use wireloom::testkit::conformance::constraint::{Subject, checks};
+
+/// Nodes of a span that constraints are tried on.
+const NODES: usize = 5;
+
+/// What is tried with a kind, by name.
+pub fn trials(kind: &ConstraintKind) -> Vec<Trial<'_>> {
+    let stations = (*kind.attaches.stations.start())
+        .max(usize::from(kind.attaches.span != SpanUse::Always))
+        .min(*kind.attaches.stations.end());
+    let nodes = if kind.attaches.span == SpanUse::Never { 0 } else { NODES };
+    let values = parameters(&kind.parameters);
+    let mut all: Vec<Trial<'_>> = vec![];
+    let what = "one can be made of typical values".to_owned();
+    match made(kind, &values, stations, nodes) {
+        Ok(first) => all.push((what, Box::new(move || Ok(acts(first.as_ref()).into())))),
+        Err(why) => {
+            all.push((what, Box::new(move || Err(why))));
+            return all;
+        }
+    }
+    // What could be made once can be made again.
+    let make = move || made(kind, &values, stations, nodes).unwrap_or_else(|why| panic!("{why}"));
+    let subject = Subject::new(make.clone(), stations, nodes);
+    let listed: &'static [_] = checks(&subject);
+    let subject = std::rc::Rc::new(subject);
+    for (name, check) in listed {
+        let subject = subject.clone();
+        let numeric = name.contains("derivative")
+            && differentiated().iter().any(|words| words.contains(&format!("`{}`", kind.name)));
+        all.push((
+            name.replace('_', " "),
+            Box::new(move || {
+                if numeric {
+                    return Ok("not tried: the program takes them numerically, which is slower and less exact than what the plugin could give".into());
+                }
+                check(&subject);
+                Ok("ok".into())
+            }),
+        ));
+    }
+    let maker = make.clone();
+    all.push((
+        "comes back from input that is not finite or extreme".into(),
+        Box::new(move || extreme_input(&maker, stations, nodes)),
+    ));
+    all.push((
+        "makes or refuses whatever its parameters allow".into(),
+        Box::new(move || extreme_parameters(kind, stations, nodes)),
+    ));
+    let maker = make.clone();
+    all.push(("says the same to several threads".into(), Box::new(move || threads(maker().as_ref(), stations, nodes))));
+    let maker = make.clone();
+    all.push((
+        format!("leaves no memory behind, {CYCLES} times"),
+        Box::new(move || leaks(|| drop(evaluate(maker().as_ref(), stations, nodes, 0.01)))),
+    ));
+    all.push(("time of an evaluation".into(), Box::new(move || time(make().as_ref(), stations, nodes))));
+    all
+}
+
+fn acts(constraint: &dyn Constraint) -> &'static str {
+    match constraint.action() {
+        Action::Prescribed(_) => "ok: prescribes",
+        Action::Potential(_) => "ok: a potential",
+        Action::Equations(_) => "ok: equations",
+    }
+}
+
+fn made(
+    kind: &ConstraintKind,
+    values: &Parameters,
+    stations: usize,
+    nodes: usize,
+) -> Result<Box<dyn Constraint>, String> {
+    let spec = ConstraintSpec {
+        name: "trial".into(),
+        stations: (0..stations)
+            .map(|k| StationSpec { place: Some(("branch".into(), 0.1 * k as f64)), diameter: 0.01 })
+            .collect(),
+        span: (nodes > 0).then(|| SpanSpec { branch: "branch".into(), range: (0.0, 0.1), diameter: 0.01 }),
+        tangent_given: true,
+        up_given: true,
+        ..ConstraintSpec::default()
+    };
+    (kind.build)(&spec, values).map_err(|error| error.message)
+}
+
+/// Stations and nodes at these coordinates, evaluated in every way.
+fn evaluate(constraint: &dyn Constraint, stations: usize, nodes: usize, x: f64) -> Vec<u64> {
+    let pose = |k: usize, x: f64| Pose { position: Vector::new(x, 0.1 * k as f64, x), ..Pose::identity() };
+    let at: Vec<Pose> = (0..stations).map(|k| pose(k, x)).collect();
+    let targets: Vec<Pose> = (0..stations).map(|k| constraint.target(&pose(k, 0.02), 0.5)).collect();
+    let span: Vec<Vector> = (0..nodes).map(|k| Vector::new(0.05 * k as f64, x, -x)).collect();
+    let memory = constraint.memory();
+    let lengths = vec![0.01; nodes];
+    let at = Situation {
+        stations: &at,
+        targets: &targets,
+        span: &span,
+        span_lengths: &lengths,
+        progress: 0.5,
+        memory: &memory,
+    };
+    let mut remembered = memory.clone();
+    constraint.commit(&at, &mut remembered);
+    let mut numbers = remembered;
+    let mut blocks = vec![Matrix::zeros(); 4 * stations * stations];
+    let mut of_span = vec![Matrix::zeros(); nodes];
+    match constraint.action() {
+        Action::Prescribed(_) => {}
+        Action::Potential(potential) => {
+            let mut gradient = vec![Vector::zeros(); 2 * stations];
+            let mut along = vec![Vector::zeros(); nodes];
+            numbers.push(potential.energy(&at));
+            numbers.push(potential.gradient(&at, &mut gradient, &mut along));
+            numbers.extend(gradient.iter().chain(&along).flat_map(|v| [v.x, v.y, v.z]));
+            potential.hessian(&at, &mut blocks, &mut of_span);
+        }
+        Action::Equations(equations) => {
+            let (r, p) = (equations.of_stations().len(), equations.of_each_node().len());
+            let mut c = vec![0.0; r + p * nodes];
+            let mut jacobian = vec![Vector::zeros(); r * 2 * stations];
+            let mut along = vec![Vector::zeros(); p * nodes];
+            equations.residuals(&at, &mut c);
+            equations.jacobian(&at, &mut c, &mut jacobian, &mut along);
+            numbers.extend(jacobian.iter().chain(&along).flat_map(|v| [v.x, v.y, v.z]));
+            equations.curvature(&at, &c, &mut blocks, &mut of_span);
+            numbers.extend(c);
+        }
+    }
+    numbers.extend(blocks.iter().chain(&of_span).flat_map(|block| block.iter().copied().collect::<Vec<_>>()));
+    numbers.iter().map(|x| x.to_bits()).collect()
+}
+
+type Make<'m> = dyn Fn() -> Box<dyn Constraint> + 'm;
+
+/// What is no position must not end the program, nor panic; it may well be refused.
+fn extreme_input(make: &Make<'_>, stations: usize, nodes: usize) -> Verdict {
+    for x in [0.0, f64::NAN, f64::INFINITY, f64::NEG_INFINITY, f64::MAX, 1e200, -1e30, f64::MIN_POSITIVE] {
+        let constraint = make();
+        evaluate(constraint.as_ref(), stations, nodes, x);
+        if let Some(fault) = constraint.fault().filter(|fault| fault.contains("panicked")) {
+            return Err(format!("at {x}: {fault}"));
+        }
+        if let (Some(fault), true) = (constraint.fault(), x.abs() < 1e-3) {
+            return Err(format!("at {x}: {fault}"));
+        }
+    }
+    Ok("ok".into())
+}
+
+/// The ends of all ranges, one parameter after the other.
+fn extreme_parameters(kind: &ConstraintKind, stations: usize, nodes: usize) -> Verdict {
+    let mut tried = 0;
+    for parameter in &kind.parameters {
+        let ends = match &parameter.form {
+            Form::Number { minimum, exclusive, maximum, .. } => {
+                let low = if *exclusive { minimum + minimum.abs().max(1.0) * 1e-12 } else { *minimum };
+                vec![Value::Number(low.max(-1e12)), Value::Number(maximum.min(1e12))]
+            }
+            Form::Vector { .. } => vec![Value::Vector(Vector::zeros()), Value::Vector(Vector::repeat(1e12))],
+            Form::Count { minimum } => vec![Value::Count(*minimum), Value::Count(minimum + 1000)],
+            Form::Flag => vec![Value::Flag(true)],
+            Form::Choice(words) => words.iter().cloned().map(Value::Word).collect(),
+        };
+        for end in ends {
+            let mut values = parameters(&kind.parameters);
+            values.0.insert(parameter.name.clone(), end.clone());
+            tried += 1;
+            let fault = match made(kind, &values, stations, nodes) {
+                Ok(constraint) => {
+                    evaluate(constraint.as_ref(), stations, nodes, 0.1);
+                    constraint.fault()
+                }
+                Err(message) => Some(message).filter(|message| message.contains("panicked")),
+            };
+            if let Some(fault) = fault {
+                return Err(format!("with {} = {end:?}: {fault}", parameter.name));
+            }
+        }
+    }
+    Ok(format!("ok ({tried} values)"))
+}
+
+fn threads(constraint: &dyn Constraint, stations: usize, nodes: usize) -> Verdict {
+    let (threads, times) = THREADS;
+    let place = |k: usize| 0.01 * (k % 7) as f64;
+    let want: Vec<Vec<u64>> = (0..7).map(|k| evaluate(constraint, stations, nodes, place(k))).collect();
+    let same = std::thread::scope(|scope| {
+        let all: Vec<_> = (0..threads)
+            .map(|_| scope.spawn(|| (0..times).all(|k| evaluate(constraint, stations, nodes, place(k)) == want[k % 7])))
+            .collect();
+        all.into_iter().all(|thread| thread.join().unwrap_or(false))
+    });
+    match constraint.fault() {
+        Some(fault) => Err(fault),
+        None if same => Ok("ok".into()),
+        None => {
+            Err(format!("{threads} threads at a time do not get the same numbers as one: leave `thread_safe` at 0"))
+        }
+    }
+}
+
+fn time(constraint: &dyn Constraint, stations: usize, nodes: usize) -> Verdict {
+    let clock = Instant::now();
+    (0..TIMED).for_each(|_| drop(evaluate(constraint, stations, nodes, 0.01)));
+    Ok(format!("{:.2} µs for all values and derivatives", clock.elapsed().as_secs_f64() * 1e6 / f64::from(TIMED)))
+}

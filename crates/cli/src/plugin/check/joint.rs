@@ -1,0 +1,143 @@
+//! What `wireloom plugin check` tries with joint models.
+
+use super::trial::{CYCLES, THREADS, TIMED, Trial, Verdict, leaks, parameters};
+use std::time::Instant;
+use wireloom::core::joint::JointSpec;
+use wireloom::core::registry::JointKind;
+use wireloom::core::rotation::frame_from;
+use wireloom::core::{Arm, JointModel, Matrix, Mounting, Rotation, Section, Vector};
+use wireloom::host::differentiated;
+use wireloom::testkit::conformance::joint::CHECKS;
+
+/// Arms of the joint that is timed and given odd input.
+const ARMS: usize = 3;
+
+/// What is tried with a joint model, by name.
+pub fn trials(kind: &JointKind) -> Vec<Trial<'_>> {
+    let values = parameters(&kind.parameters);
+    let make = move |spec: JointSpec| (kind.build)(&spec, &values).map_err(|error| error.message);
+    let what = "one can be made of typical values".to_owned();
+    let mut all: Vec<Trial<'_>> = vec![];
+    match make(spec()) {
+        Ok(first) => all.push((what, Box::new(move || Ok(hangs(first.as_ref()).into())))),
+        Err(why) => {
+            all.push((what, Box::new(move || Err(why))));
+            return all;
+        }
+    }
+    let make = move |spec: JointSpec| make(spec).unwrap_or_else(|why| panic!("{why}"));
+    let numeric = differentiated().iter().any(|words| words.contains(&format!("`{}`", kind.name)));
+    for (name, check) in CHECKS {
+        let make = make.clone();
+        all.push((
+            name.replace('_', " "),
+            Box::new(move || {
+                if numeric && name.contains("derivative") {
+                    return Ok("not tried: the program takes them numerically, which is slower and less exact than what the plugin could give".into());
+                }
+                check(&make);
+                Ok("ok".into())
+            }),
+        ));
+    }
+    let maker = make.clone();
+    all.push(("comes back from input that is not finite".into(), Box::new(move || odd_input(&maker))));
+    let maker = make.clone();
+    all.push(("says the same to several threads".into(), Box::new(move || threads(maker(spec()).as_ref()))));
+    let maker = make.clone();
+    all.push((
+        format!("leaves no memory behind, {CYCLES} times"),
+        Box::new(move || leaks(|| drop(evaluate(maker(spec()).as_ref(), 0.1)))),
+    ));
+    all.push(("time of an evaluation".into(), Box::new(move || time(make(spec()).as_ref()))));
+    all
+}
+
+fn hangs(joint: &dyn JointModel) -> &'static str {
+    match joint.mounting() {
+        Mounting::Point => "ok: the arms share a point",
+        Mounting::Stations => "ok: the arms share a point, their ends have frames",
+        Mounting::Pose => "ok: a hub",
+    }
+}
+
+/// Three arms, 120 degrees apart.
+fn spec() -> JointSpec {
+    let arm = |a: usize| {
+        let angle = std::f64::consts::TAU * a as f64 / ARMS as f64;
+        let direction = Vector::new(angle.cos(), angle.sin(), 0.0);
+        Arm {
+            branch: format!("arm {a}"),
+            starts_here: true,
+            rest: frame_from(&direction, &Vector::z()).expect("not along z"),
+            offset: Vector::zeros(),
+            section: Section {
+                name: "cable".into(),
+                diameter: 0.006,
+                linear_density: 0.05,
+                axial_stiffness: 1e4,
+                shear_stiffness: [4e3; 2],
+                bending_stiffness: [0.01; 2],
+                torsion_stiffness: 0.008,
+                min_bend_radius: None,
+            },
+            segment_length: 0.01,
+            length: 1.0,
+            curvature: Vector::zeros(),
+        }
+    };
+    JointSpec { name: "trial".into(), arms: (0..ARMS).map(arm).collect(), wires: vec![] }
+}
+
+/// All values, with the arms turned by about `x` rad.
+fn evaluate(joint: &dyn JointModel, x: f64) -> Vec<u64> {
+    let turned =
+        |(a, arm): (usize, &Arm)| arm.rest * Rotation::from_scaled_axis(Vector::new(x, 0.3 * x * a as f64, -x));
+    let frames: Vec<Rotation> = spec().arms.iter().enumerate().map(turned).collect();
+    let mut gradient = [Vector::zeros(); ARMS];
+    let mut hessian = [Matrix::zeros(); ARMS * ARMS];
+    let mut numbers = vec![joint.energy(&frames), joint.add_gradient(&frames, &mut gradient)];
+    joint.add_hessian(&frames, &mut hessian);
+    numbers.extend(gradient.iter().flat_map(|v| [v.x, v.y, v.z]));
+    numbers.extend(hessian.iter().flat_map(|block| block.iter().copied().collect::<Vec<_>>()));
+    numbers.iter().map(|x| x.to_bits()).collect()
+}
+
+/// What is no rotation must not end the program, nor panic.
+fn odd_input(make: &dyn Fn(JointSpec) -> Box<dyn JointModel>) -> Verdict {
+    for x in [0.0, f64::NAN, f64::INFINITY, 1e-200, 3.0] {
+        let joint = make(spec());
+        evaluate(joint.as_ref(), x);
+        if let Some(fault) = joint.fault().filter(|fault| x.is_finite() || fault.contains("panicked")) {
+            return Err(format!("turned by {x}: {fault}"));
+        }
+    }
+    Ok("ok".into())
+}
+
+fn threads(joint: &dyn JointModel) -> Verdict {
+    let (threads, times) = THREADS;
+    let turn = |k: usize| 0.1 * (k % 7) as f64;
+    let want: Vec<Vec<u64>> = (0..7).map(|k| evaluate(joint, turn(k))).collect();
+    let same = std::thread::scope(|scope| {
+        let all: Vec<_> =
+            (0..threads).map(|_| scope.spawn(|| (0..times).all(|k| evaluate(joint, turn(k)) == want[k % 7]))).collect();
+        all.into_iter().all(|thread| thread.join().unwrap_or(false))
+    });
+    match joint.fault() {
+        Some(fault) => Err(fault),
+        None if same => Ok("ok".into()),
+        None => {
+            Err(format!("{threads} threads at a time do not get the same numbers as one: leave `thread_safe` at 0"))
+        }
+    }
+}
+
+fn time(joint: &dyn JointModel) -> Verdict {
+    let clock = Instant::now();
+    (0..TIMED).for_each(|_| drop(evaluate(joint, 0.1)));
+    Ok(format!(
+        "{:.2} µs for all values and derivatives of {ARMS} arms",
+        clock.elapsed().as_secs_f64() * 1e6 / f64::from(TIMED)
+    ))
+}

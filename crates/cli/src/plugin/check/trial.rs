@@ -1,0 +1,62 @@
+//! A test of a kind, and what all tests share.
+
+use wireloom::core::registry::{Form, Parameter};
+use wireloom::core::{Parameters, Value, Vector};
+
+/// Times that a constraint is made and unmade.
+pub const CYCLES: usize = 10_000;
+/// Bytes that may stay of one of them: the system counts memory by pages.
+const LEFT_BEHIND: f64 = 16.0;
+/// Evaluations that are timed.
+pub const TIMED: u32 = 10_000;
+/// Threads that evaluate at a time, and how often each.
+pub const THREADS: (usize, usize) = (4, 500);
+
+pub type Verdict = Result<String, String>;
+
+pub type Trial<'k> = (String, Box<dyn FnOnce() -> Verdict + 'k>);
+
+/// A value that is in the middle of what may be.
+fn typical(form: &Form) -> Value {
+    match form {
+        Form::Number { minimum, maximum, .. } => Value::Number(match (minimum.is_finite(), maximum.is_finite()) {
+            (true, true) => 0.5 * (minimum + maximum),
+            (true, false) => minimum + 1.0,
+            (false, true) => maximum - 1.0,
+            (false, false) => 1.0,
+        }),
+        Form::Vector { .. } => Value::Vector(Vector::new(0.0, 0.0, 1.0)),
+        Form::Count { minimum } => Value::Count(*minimum),
+        Form::Flag => Value::Flag(false),
+        Form::Choice(words) => Value::Word(words[0].clone()),
+    }
+}
+
+/// Defaults, and typical values of what must be given; what may be left out is.
+pub fn parameters(declared: &[Parameter]) -> Parameters {
+    let value = |p: &Parameter| p.default.clone().or_else(|| p.required.then(|| typical(&p.form)));
+    Parameters(declared.iter().filter_map(|p| Some((p.name.clone(), value(p)?))).collect())
+}
+
+/// Whether making, using and unmaking something again and again keeps memory.
+pub fn leaks(cycle: impl Fn()) -> Verdict {
+    (0..CYCLES / 10).for_each(|_| cycle());
+    let before = memory();
+    (0..CYCLES).for_each(|_| cycle());
+    let (Some(before), Some(after)) = (before, memory()) else {
+        return Ok("not tried: this system does not tell".into());
+    };
+    let each = after.saturating_sub(before) as f64 / CYCLES as f64;
+    if each > LEFT_BEHIND {
+        Err(format!("about {each:.0} bytes stay of every one that is made and unmade"))
+    } else {
+        Ok("ok".into())
+    }
+}
+
+/// Memory that this process has, bytes, where the system tells.
+fn memory() -> Option<u64> {
+    let statm = std::fs::read_to_string("/proc/self/statm").ok()?;
+    let pages: u64 = statm.split(' ').nth(1)?.parse().ok()?;
+    Some(pages * 4096)
+}

@@ -1,0 +1,58 @@
+//! What this program becomes when a plugin has ended it, by a crash or by a call that never came back: it says whose doing that was, and writes what the
+//! run had come to.
+
+use crate::arguments::PluginFault;
+use crate::failure::Failure;
+use crate::files::results::RESULT;
+use crate::files::saved::{self, Keeper, Origin};
+use std::path::Path;
+use wireloom::core::equilibrium::{PartFamily, PartFault};
+use wireloom::core::{Run, Status};
+use wireloom::export::json;
+
+/// Says what happened, after it has saved what there is.
+pub fn report(fault: &PluginFault) -> Failure {
+    let what = format!("{} (in `{}`)", fault.happened, fault.function);
+    let Some(folder) = fault.folder.as_deref() else { return Failure::Plugin(format!("{} {what}", fault.site)) };
+    let (family, name, kind, owner) = parts(&fault.site);
+    let fault = PartFault {
+        family,
+        name: name.to_owned(),
+        kind: kind.to_owned(),
+        step: fault.step.clone().unwrap_or_default(),
+        increment: fault.increment.unwrap_or_default(),
+        message: format!("{owner} {what}"),
+    };
+    match save(folder, &fault) {
+        Ok(()) => Failure::Part(fault),
+        Err(other) => Failure::Plugin(format!("{fault}; what was computed before cannot be written: {other}")),
+    }
+}
+
+/// What it is, its name, its kind and the rest of "constraint `tie` (cable-tie): plugin …".
+fn parts(site: &str) -> (PartFamily, &str, &str, &str) {
+    let parts = |family: PartFamily| {
+        let (name, rest) = site.strip_prefix(family.word())?.strip_prefix(" `")?.split_once("` (")?;
+        let (kind, owner) = rest.split_once("): ")?;
+        Some((family, name, kind, owner))
+    };
+    let known = parts(PartFamily::Constraint).or_else(|| parts(PartFamily::Joint));
+    known.unwrap_or((PartFamily::Constraint, "", "", site))
+}
+
+/// Writes the result as far as it goes.
+fn save(place: &Path, fault: &PartFault) -> Result<(), Failure> {
+    let mut folder = saved::interrupted(place)?;
+    let origin = Origin::read(&folder)?;
+    let run = Run {
+        scenario: origin.scenario,
+        status: Status::Failed,
+        notes: vec![],
+        events: vec![],
+        steps: Keeper::salvage(&folder)?,
+        clearances: vec![],
+        fault: Some(fault.clone()),
+        plugins: origin.plugins,
+    };
+    folder.write(RESULT, |out| json::write(&run, &origin.provenance, out))
+}

@@ -1,0 +1,59 @@
+//! Loads plugins, as far as the user trusts them.
+
+use crate::arguments::Allowed;
+use crate::failure::{Failure, Refusal};
+use crate::plugin::crash;
+use crate::plugin::trust::Trust;
+use std::path::Path;
+use wireloom::core::Registry;
+use wireloom::core::equilibrium::Library;
+use wireloom::host::{LoadError, Plugin, Plugins};
+use wireloom::scenario::Fault;
+
+/// Time that a plugin has to say what it is, where no scenario says so, s.
+const LOOK_LIMIT: f64 = 10.0;
+/// Loads the plugins that the scenario in `path` wants, as far as the user trusts them.
+pub fn load(path: &Path, text: &str, trust: &Trust, registry: &mut Registry) -> Result<Vec<Plugin>, Failure> {
+    let wanted = wireloom::scenario::plugins(text);
+    let mut plugins = Plugins::default();
+    let mut faults = vec![];
+    if !wanted.load.is_empty() {
+        crash::prepare(wanted.time_limit);
+    }
+    for (name, span) in &wanted.load {
+        let loaded = trust.file(name, path.parent().unwrap_or(Path::new(""))).and_then(|file| {
+            plugins
+                .load(&file, registry)
+                .map(|_| ())
+                .map_err(|error: LoadError| (error.to_string(), error.reason.help().to_owned()))
+        });
+        if let Err((message, help)) = loaded {
+            faults.push(Fault { span: span.clone(), message, help });
+        }
+    }
+    if faults.is_empty() {
+        return Ok(plugins.loaded().to_vec());
+    }
+    Err(Failure::Refused(vec![Refusal { file: path.display().to_string(), text: text.to_owned(), faults }]))
+}
+
+/// Loads the plugins that are allowed by name, whoever may want them.
+pub fn load_allowed(allowed: &Allowed, registry: &mut Registry) -> Result<Plugins, Failure> {
+    let mut plugins = Plugins::default();
+    for file in &allowed.allow_plugin {
+        crash::prepare(LOOK_LIMIT);
+        let loaded = plugins.load(file, registry);
+        loaded.map_err(|error| Failure::Input(format!("{error}; {}", error.reason.help())))?;
+    }
+    Ok(plugins)
+}
+
+/// How the result remembers a plugin.
+pub fn record(plugin: &Plugin) -> Library {
+    Library {
+        name: plugin.name.clone(),
+        version: plugin.version.clone(),
+        file: plugin.file.display().to_string(),
+        hash: plugin.hash.clone(),
+    }
+}

@@ -1,0 +1,10 @@
+//! Everything that is printed, but for results on files.
+
+pub mod diagnostics;
+pub mod differences;
+pub mod operations;
+pub mod progress;
+pub mod summary;
+pub mod table;
+pub mod terminal;
+pub mod text;

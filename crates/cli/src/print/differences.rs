@@ -1,0 +1,252 @@
+//! What `wireloom compare` prints: how every run ended, what is different, which ended in the same equilibrium and why
+//! others did not.
+
+use crate::print::table::{Columns, ROWS};
+use crate::print::text::{counted, printable, time};
+use std::io::{self, Write};
+use wireloom::export::comparison::{BranchDifference, Case, Comparison, Part, Trend};
+
+/// Prints a comparison; `alike`: all are the same problem, so that they could have ended in the same equilibrium.
+pub fn print(
+    cases: &[Case],
+    comparison: &Comparison,
+    trends: &[Trend],
+    alike: bool,
+    out: &mut dyn Write,
+) -> io::Result<()> {
+    endings(cases, out)?;
+    differences(cases, comparison, out)?;
+    branches(comparison, out)?;
+    settling(trends, out)?;
+    if !alike {
+        return Ok(());
+    }
+    groups(cases, comparison, out)?;
+    parts(cases, comparison, out)
+}
+
+/// How every run ended.
+fn endings(cases: &[Case], out: &mut dyn Write) -> io::Result<()> {
+    let mut table = Columns::new([
+        "result",
+        "status",
+        "stable",
+        ">energy [J]",
+        ">tightest bend [mm]",
+        "on",
+        ">iterations",
+        ">time",
+    ]);
+    for Case { name, ending } in cases {
+        let tightest = ending.tightest();
+        table.row([
+            name.clone(),
+            ending.status.clone(),
+            match ending.stable {
+                Some(true) => "yes",
+                Some(false) => "NO",
+                None => "unknown",
+            }
+            .to_owned(),
+            format!("{:.6}", ending.energy.total()),
+            tightest.map_or("straight".into(), |(_, _, radius)| millimetres(radius)),
+            tightest.map_or(String::new(), |(branch, s, _)| format!("{branch}, s = {:.0} mm", 1e3 * s)),
+            ending.iterations.to_string(),
+            time(ending.seconds),
+        ]);
+    }
+    table.print(out)
+}
+
+/// What is different from the reference.
+fn differences(cases: &[Case], comparison: &Comparison, out: &mut dyn Write) -> io::Result<()> {
+    let reference = &cases[comparison.reference].name;
+    writeln!(out, "Differences from {}:\n", printable(reference))?;
+    let mut table = Columns::new([
+        "result",
+        ">farthest apart [mm]",
+        "on",
+        ">mean [mm]",
+        ">energy [J]",
+        ">largest force difference [N]",
+        "at fixing",
+    ]);
+    for (k, (case, difference)) in cases.iter().zip(&comparison.differences).enumerate() {
+        if k == comparison.reference {
+            continue;
+        }
+        let (farthest, hardest) = (difference.farthest(), difference.hardest());
+        table.row([
+            case.name.clone(),
+            farthest.map_or("–".into(), |branch| millimetres(branch.largest)),
+            farthest.map_or(String::new(), place),
+            millimetres(difference.mean()),
+            format!("{:+.3e}", difference.energy),
+            hardest.map_or("–".into(), |fixing| format!("{:.4}", fixing.force)),
+            hardest.map_or(String::new(), |fixing| fixing.name.clone()),
+        ]);
+    }
+    table.print(out)
+}
+
+/// Of two results that are not the same, branch by branch.
+fn branches(comparison: &Comparison, out: &mut dyn Write) -> io::Result<()> {
+    let others = comparison.differences.iter().enumerate().filter(|(k, _)| *k != comparison.reference);
+    let [(_, difference)] = others.collect::<Vec<_>>()[..] else { return Ok(()) };
+    if comparison.groups.len() == 1 {
+        return Ok(());
+    }
+    let mut rows: Vec<&BranchDifference> = difference.branches.iter().collect();
+    rows.sort_by(|a, b| b.largest.total_cmp(&a.largest));
+    let mut table = Columns::new([
+        "branch",
+        ">farthest apart [mm]",
+        ">at s [mm]",
+        ">mean [mm]",
+        ">tightest bend [mm]",
+        ">instead of",
+        ">twist [turns]",
+        ">instead of",
+    ]);
+    for branch in rows.iter().take(ROWS) {
+        let [before, now] =
+            branch.bend_radius.map(|radius| if radius.is_finite() { millimetres(radius) } else { "straight".into() });
+        let [twist_before, twist_now] = branch.twist_turns.map(|turns| format!("{:.3}", turns + 0.0));
+        table.row([
+            branch.name.clone(),
+            millimetres(branch.largest),
+            format!("{:.0}", 1e3 * branch.s),
+            millimetres(branch.mean),
+            now,
+            before,
+            twist_now,
+            twist_before,
+        ]);
+    }
+    table.print(out)?;
+    if rows.len() > ROWS {
+        writeln!(out, "({} more branches, nearer to each other)\n", rows.len() - ROWS)?;
+    }
+    Ok(())
+}
+
+/// How results settle as meshes get finer.
+fn settling(trends: &[Trend], out: &mut dyn Write) -> io::Result<()> {
+    let mut table = Columns::new([
+        "quantity",
+        "unit",
+        "changes from mesh to mesh",
+        ">observed order",
+        ">error of the finest",
+        ">limit",
+    ]);
+    for trend in trends {
+        let changes: Vec<String> = trend.changes.iter().map(|change| format!("{change:.2e}")).collect();
+        table.row([
+            trend.quantity.to_owned(),
+            trend.unit.to_owned(),
+            changes.join(", "),
+            trend.order.map_or("–".into(), |order| format!("{order:.2}")),
+            trend.error.map_or("–".into(), |error| format!("{error:.1e}")),
+            trend.limit.map_or(String::new(), |limit| format!("{limit:.6}")),
+        ]);
+    }
+    table.print(out)
+}
+
+fn groups(cases: &[Case], comparison: &Comparison, out: &mut dyn Write) -> io::Result<()> {
+    let within = format!("{} mm", 1e3 * comparison.tolerance);
+    if let [group] = &comparison.groups[..] {
+        return writeln!(
+            out,
+            "All {} are the same equilibrium: no branch is {within} away from where it is in another one.",
+            group.cases.len()
+        );
+    }
+    let count = comparison.groups.len();
+    writeln!(out, "{count} different equilibria (the same: no branch is {within} away):\n")?;
+    for (k, group) in comparison.groups.iter().enumerate() {
+        write!(out, "{}. {}", k + 1, named(cases, &group.cases))?;
+        if group.reasons.is_empty() {
+            writeln!(out)?;
+            continue;
+        }
+        let difference = &comparison.differences[group.cases[0]];
+        let apart = difference.branches.iter().filter(|branch| branch.largest > comparison.tolerance).count();
+        write!(out, ": {:+.3} mJ", 1e3 * difference.energy)?;
+        if let Some(farthest) = difference.farthest() {
+            let branches = counted(apart, "branch lies", "branches lie");
+            write!(
+                out,
+                "; {branches} elsewhere, up to {} mm on {}",
+                millimetres(farthest.largest),
+                printable(&place(farthest))
+            )?;
+        }
+        writeln!(out)?;
+        for reason in group.reasons.iter().take(REASONS) {
+            writeln!(out, "   {}", printable(&reason.to_string()))?;
+        }
+        if group.reasons.len() > REASONS {
+            writeln!(out, "   and {} more reasons of these kinds", group.reasons.len() - REASONS)?;
+        }
+    }
+    writeln!(out)
+}
+
+/// Reasons shown for each group.
+const REASONS: usize = 5;
+
+/// Parts that lie in more than one way.
+fn parts(cases: &[Case], comparison: &Comparison, out: &mut dyn Write) -> io::Result<()> {
+    if comparison.parts.is_empty() {
+        return Ok(());
+    }
+    writeln!(out, "Parts of the harness that lie in more than one way:\n")?;
+    let mut table = Columns::new(["part", ">way", ">from way 1 [mm]", "on", "results"]);
+    for part in comparison.parts.iter().take(ROWS) {
+        for (k, way) in part.ways.iter().enumerate() {
+            table.row([
+                if k == 0 { branch_names(part) } else { String::new() },
+                (k + 1).to_string(),
+                way.farthest.as_ref().map_or(String::new(), |(_, _, distance)| millimetres(*distance)),
+                way.farthest.as_ref().map_or(String::new(), |(name, s, _)| format!("{name}, s = {:.0} mm", 1e3 * s)),
+                named(cases, &way.cases),
+            ]);
+        }
+    }
+    table.print(out)?;
+    if comparison.parts.len() > ROWS {
+        writeln!(out, "({} more parts, which move less)\n", comparison.parts.len() - ROWS)?;
+    }
+    Ok(())
+}
+
+/// `Segment_13, Segment_20 and 3 more`.
+fn branch_names(part: &Part) -> String {
+    const SHOWN: usize = 2;
+    let more = part.branches.len().saturating_sub(SHOWN);
+    let shown = part.branches[..part.branches.len().min(SHOWN)].join(", ");
+    if more == 0 { shown } else { format!("{shown} and {more} more") }
+}
+
+fn named(cases: &[Case], which: &[usize]) -> String {
+    let mut which = which.to_vec();
+    which.sort_unstable();
+    printable(&which.iter().map(|k| cases[*k].name.as_str()).collect::<Vec<_>>().join(", "))
+}
+
+fn place(branch: &BranchDifference) -> String {
+    format!("{}, s = {:.0} mm", branch.name, 1e3 * branch.s)
+}
+
+/// With as many digits as a small difference needs.
+fn millimetres(metres: f64) -> String {
+    let value = 1e3 * metres;
+    match value.abs() {
+        0.0 => "0".into(),
+        size if size < 0.01 => format!("{value:.1e}"),
+        size if size < 1.0 => format!("{value:.3}"),
+        _ => format!("{value:.1}"),
+    }
+}

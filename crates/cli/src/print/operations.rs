@@ -1,0 +1,28 @@
+//! The table of what was grasped, carried, mated and clipped.
+
+use crate::print::table::Columns;
+use std::io::{self, Write};
+use wireloom::core::Run;
+
+/// Rows that are shown.
+const ROWS: usize = 40;
+
+/// Prints the operations of a run, each as the last increment of its step has it.
+pub fn print(run: &Run, out: &mut dyn Write) -> io::Result<()> {
+    let mut table = Columns::new(["operation", "of", "in step", "came to"]);
+    let mut rows = 0;
+    for (k, end) in run.steps.iter().enumerate() {
+        if run.steps.get(k + 1).is_some_and(|next| next.name == end.name && next.increment > end.increment) {
+            continue;
+        }
+        for operation in &end.operations {
+            rows += 1;
+            if rows <= ROWS {
+                let of = operation.of().join(", ");
+                table.row([operation.word().to_owned(), of, end.name.clone(), operation.to_string()]);
+            }
+        }
+    }
+    table.print(out)?;
+    if rows > ROWS { writeln!(out, "({} more operations: see result.json)\n", rows - ROWS) } else { Ok(()) }
+}

@@ -1,0 +1,235 @@
+//! What a run prints: its steps, what every fixing takes, how tightly every branch is bent, what touches it, what is near, events, remarks.
+
+use crate::extremes::{Bend, Extremes, Load};
+use crate::print::operations;
+use crate::print::table::{Columns, ROWS};
+use crate::print::text::{printable, time};
+use std::io::{self, Write};
+use wireloom::core::equilibrium::{Clearance, ConstraintResult, ObstacleResult};
+use wireloom::core::event::{Group, grouped};
+use wireloom::core::{Event, Run, StepResult, Vector};
+
+/// Notes that are shown; a large harness may have thousands.
+const NOTES: usize = 8;
+
+/// Prints the summary of a run; the first `built` of its notes were known before it began.
+pub fn print(run: &Run, extremes: &Extremes, built: usize, out: &mut dyn Write) -> io::Result<()> {
+    steps(run, out)?;
+    operations::print(run, out)?;
+    if let Some(end) = run.steps.last() {
+        fixings(end, &extremes.loads, out)?;
+    }
+    bends(&extremes.bends, out)?;
+    if let Some(end) = run.steps.last() {
+        obstacles(end, out)?;
+    }
+    clearances(&run.clearances, out)?;
+    events(&run.events, out)?;
+    notes(&run.notes, built, out)
+}
+
+/// What the run found, then what was known of the harness before: of a large one, the first few.
+fn notes(notes: &[String], built: usize, out: &mut dyn Write) -> io::Result<()> {
+    let (before, during) = notes.split_at(built.min(notes.len()));
+    for notes in [during, before] {
+        for note in notes.iter().take(NOTES) {
+            writeln!(out, "note: {}", printable(note))?;
+        }
+        if notes.len() > NOTES {
+            writeln!(out, "({} more notes of this kind: see result.json)", notes.len() - NOTES)?;
+        }
+    }
+    if notes.is_empty() { Ok(()) } else { writeln!(out) }
+}
+
+fn steps(run: &Run, out: &mut dyn Write) -> io::Result<()> {
+    let mut table =
+        Columns::new(["step", "status", ">increments", ">iterations", ">time", ">residual", ">energy [J]", "stable"]);
+    for (k, end) in run.steps.iter().enumerate() {
+        // With `increments = true` every increment has an entry; the last one of a step stands for it.
+        if run.steps.get(k + 1).is_some_and(|next| next.name == end.name && next.increment > end.increment) {
+            continue;
+        }
+        let m = &end.minimiser;
+        table.row([
+            end.name.clone(),
+            end.status.word().to_owned(),
+            if end.increment == end.increments {
+                end.increments.to_string()
+            } else {
+                format!("{} of {}", end.increment, end.increments)
+            },
+            match m.polish {
+                0 => m.iterations.to_string(),
+                polish => format!("{} ({polish} to polish)", m.iterations),
+            },
+            time(m.seconds),
+            format!("{:.0e}", m.force_residual),
+            format!("{:.4}", end.energy.total()),
+            match end.stable {
+                Some(true) => "yes",
+                Some(false) => "NO",
+                None => "unknown",
+            }
+            .to_owned(),
+        ]);
+    }
+    table.print(out)
+}
+
+fn fixings(end: &StepResult, loads: &[Load], out: &mut dyn Write) -> io::Result<()> {
+    let mut loads: Vec<&Load> = loads.iter().collect();
+    let left_out = keep(&mut loads, |load| load.force);
+    let mut table = Columns::new([
+        "fixing",
+        "kind",
+        "force at the end [N]",
+        "moment at the end [N m]",
+        ">largest force [N]",
+        "in step",
+    ]);
+    for load in loads {
+        let now = end.constraints.iter().find(|fixing| fixing.name == load.name);
+        let vector = |part: fn(&ConstraintResult) -> Vector, digits| {
+            now.map_or_else(|| "released".into(), |fixing| vector(&part(fixing), digits))
+        };
+        table.row([
+            load.name.clone(),
+            load.kind.clone(),
+            vector(|fixing| fixing.force, 3),
+            vector(|fixing| fixing.moment, 4),
+            format!("{:.3}", load.force),
+            load.step.clone(),
+        ]);
+    }
+    table.print(out)?;
+    if left_out > 0 {
+        writeln!(out, "({left_out} fixings with smaller forces: see result.json)\n")?;
+    }
+    Ok(())
+}
+
+fn bends(bends: &[Bend], out: &mut dyn Write) -> io::Result<()> {
+    let mut bends: Vec<&Bend> = bends.iter().collect();
+    let left_out = keep(&mut bends, |bend| if bend.limit.is_some() { bend.use_of_limit() } else { -bend.radius });
+    let mut table = Columns::new(["branch", ">tightest bend [mm]", ">at s [mm]", "in step", ">allowed [mm]", ""]);
+    for bend in bends {
+        let straight = bend.radius.is_infinite();
+        table.row([
+            bend.name.clone(),
+            if straight { "straight".into() } else { format!("{:.1}", 1e3 * bend.radius) },
+            if straight { String::new() } else { format!("{:.0}", 1e3 * bend.s) },
+            if straight { String::new() } else { bend.step.clone() },
+            bend.limit.map_or_else(|| "any".into(), |limit| format!("{:.1}", 1e3 * limit)),
+            if bend.use_of_limit() > 1.0 { "TOO TIGHT" } else { "" }.to_owned(),
+        ]);
+    }
+    table.print(out)?;
+    if left_out > 0 {
+        writeln!(out, "({left_out} branches further from their limits: see result.json)\n")?;
+    }
+    Ok(())
+}
+
+fn obstacles(end: &StepResult, out: &mut dyn Write) -> io::Result<()> {
+    let mut touched: Vec<&ObstacleResult> = end.obstacles.iter().filter(|obstacle| obstacle.contacts > 0).collect();
+    let left_out = keep(&mut touched, |obstacle| obstacle.force.norm());
+    let mut table = Columns::new(["obstacle", "force on the harness [N]", "moment [N m]", ">contacts", ">depth [µm]"]);
+    for obstacle in touched {
+        table.row([
+            obstacle.name.clone(),
+            vector(&obstacle.force, 3),
+            vector(&obstacle.moment, 4),
+            obstacle.contacts.to_string(),
+            format!("{:.1}", 1e6 * obstacle.depth),
+        ]);
+    }
+    table.print(out)?;
+    if left_out > 0 {
+        writeln!(out, "({left_out} obstacles with smaller forces: see result.json)\n")?;
+    }
+    Ok(())
+}
+
+fn clearances(clearances: &[Clearance], out: &mut dyn Write) -> io::Result<()> {
+    let mut least: Vec<&Clearance> = clearances.iter().collect();
+    let left_out = keep(&mut least, |clearance| clearance.required.unwrap_or(0.0) - clearance.distance);
+    let mut table =
+        Columns::new(["branch", "nearest to", ">clearance [mm]", ">at s [mm]", "in step", ">required [mm]", ""]);
+    for clearance in least {
+        table.row([
+            clearance.branch.clone(),
+            clearance.from.to_string(),
+            format!("{:.1}", 1e3 * clearance.distance),
+            format!("{:.0}", 1e3 * clearance.s),
+            format!("{} ({})", clearance.moment.step, clearance.moment.increment),
+            clearance.required.map_or_else(String::new, |required| format!("{:.1}", 1e3 * required)),
+            if clearance.is_short() { "TOO NEAR" } else { "" }.to_owned(),
+        ]);
+    }
+    table.print(out)?;
+    if left_out > 0 {
+        writeln!(out, "({left_out} pairs further apart: see result.json)\n")?;
+    }
+    Ok(())
+}
+
+fn events(events: &[Event], out: &mut dyn Write) -> io::Result<()> {
+    let groups = grouped(events);
+    let mut table = Columns::new(["event", "where", "at its worst", "in step", ">increments"]);
+    for Group { worst, increments, .. } in groups.iter().take(ROWS) {
+        table.row([
+            worst.kind.title().to_owned(),
+            worst.place.to_string(),
+            worst.message.clone(),
+            format!("{} ({})", worst.worst.step, worst.worst.increment),
+            increments.to_string(),
+        ]);
+    }
+    table.print(out)?;
+    if groups.len() > ROWS {
+        writeln!(out, "({} more events: see result.json)\n", groups.len() - ROWS)?;
+    }
+    Ok(())
+}
+
+/// Keeps the rows of largest weight, in the order they have. Returns how many went.
+fn keep<T>(rows: &mut Vec<&T>, weight: impl Fn(&T) -> f64) -> usize {
+    if rows.len() <= ROWS {
+        return 0;
+    }
+    let mut weights: Vec<f64> = rows.iter().map(|row| weight(row)).collect();
+    weights.sort_by(|a, b| b.total_cmp(a));
+    let least = weights[ROWS - 1];
+    let all = rows.len();
+    rows.retain(|row| weight(row) >= least);
+    rows.truncate(ROWS);
+    all - rows.len()
+}
+
+fn vector(v: &Vector, digits: usize) -> String {
+    // Adding zero turns −0 into 0, and rounding first keeps `-0.000` away.
+    let scale = 10f64.powi(digits as i32);
+    let [x, y, z] = [v.x, v.y, v.z].map(|c| format!("{:8.digits$}", (c * scale).round() / scale + 0.0));
+    format!("{x} {y} {z}")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_are_readable() {
+        assert_eq!(vector(&Vector::new(-0.0, -1e-9, 12.3456), 3), "   0.000    0.000   12.346");
+    }
+
+    #[test]
+    fn long_tables_keep_the_heaviest_rows_in_order() {
+        let numbers: Vec<f64> = (0..50).map(|k| f64::from((k * 7) % 50)).collect();
+        let mut rows: Vec<&f64> = numbers.iter().collect();
+        assert_eq!(keep(&mut rows, |x| *x), 30);
+        assert_eq!(rows.len(), ROWS);
+        assert!(rows.iter().all(|x| **x >= 30.0));
+        assert_eq!(*rows[0], 35.0);
+    }
+}

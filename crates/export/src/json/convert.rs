@@ -1,0 +1,533 @@
+//! From and to the results of `wireloom-core`.
+
+use super::document::{
+    Branch, Clearance, Constraint, Document, Energy, Event, Fault, Increment, Joint, Minimiser, Obstacle, Operation,
+    Place, Plugin, Slide, Span, Station, Step, TightestBend,
+};
+use super::provenance::Provenance;
+use super::values::{Entries, Number, Schema, Vector3, Word, quaternion, rotation, vector, written};
+use wireloom_core::rotation::{columns, frame_from};
+use wireloom_core::{Pose, Rotation, Vector, equilibrium as core};
+
+/// Why something that has the form of a result cannot be one.
+type Refusal = String;
+
+impl<S> Document<S> {
+    /// All but the steps of `run`, which are given.
+    pub fn of(run: &core::Run, provenance: &Provenance, steps: S) -> Self {
+        Self {
+            schema: Schema,
+            scenario: run.scenario.clone(),
+            status: Word(run.status),
+            provenance: provenance.clone(),
+            notes: run.notes.clone(),
+            plugins: run.plugins.iter().map(Plugin::of).collect(),
+            events: run.events.iter().map(Event::of).collect(),
+            steps,
+            clearance: run.clearances.iter().map(Clearance::of).collect(),
+            fault: run.fault.as_ref().map(Fault::of),
+        }
+    }
+
+    /// The run, with its steps made of those read.
+    pub fn run(self, steps: impl FnOnce(S) -> Vec<core::StepResult>) -> Result<core::Run, Refusal> {
+        Ok(core::Run {
+            scenario: self.scenario,
+            status: self.status.0,
+            notes: self.notes,
+            events: self.events.into_iter().map(Event::event).collect(),
+            steps: steps(self.steps),
+            clearances: self.clearance.into_iter().map(Clearance::clearance).collect::<Result<_, _>>()?,
+            fault: self.fault.map(Fault::fault).transpose()?,
+            plugins: self.plugins.into_iter().map(Plugin::library).collect(),
+        })
+    }
+}
+
+impl Plugin {
+    fn of(library: &core::Library) -> Self {
+        let core::Library { name, version, file, hash } = library.clone();
+        Self { name, version, file, hash }
+    }
+
+    fn library(self) -> core::Library {
+        let Self { name, version, file, hash } = self;
+        core::Library { name, version, file, hash }
+    }
+}
+
+impl Event {
+    fn of(event: &core::Event) -> Self {
+        Self {
+            kind: Word(event.kind),
+            place: Place {
+                fixing: event.place.fixing.clone(),
+                obstacle: event.place.obstacle.clone(),
+                branch: event.place.branch.clone(),
+                s: event.place.s.map(Number),
+            },
+            first: Increment::of(&event.first),
+            worst: Increment::of(&event.worst),
+            last: Increment::of(&event.last),
+            increments: event.increments,
+            value: event.value.map(Number),
+            limit: event.limit.map(Number),
+            message: event.message.clone(),
+        }
+    }
+
+    fn event(self) -> core::Event {
+        let Place { fixing, obstacle, branch, s } = self.place;
+        core::Event {
+            kind: self.kind.0,
+            place: core::EventPlace { fixing, obstacle, branch, s: s.map(number) },
+            first: self.first.moment(),
+            worst: self.worst.moment(),
+            last: self.last.moment(),
+            increments: self.increments,
+            value: self.value.map(number),
+            limit: self.limit.map(number),
+            message: self.message,
+        }
+    }
+}
+
+impl Increment {
+    fn of(moment: &core::Moment) -> Self {
+        Self { step: moment.step.clone(), step_index: moment.step_index, increment: moment.increment }
+    }
+
+    fn moment(self) -> core::Moment {
+        core::Moment { step: self.step, step_index: self.step_index, increment: self.increment }
+    }
+}
+
+impl Step {
+    pub fn of(step: &core::StepResult) -> Self {
+        let slide = |constraint: &core::ConstraintResult| {
+            constraint.slide.as_ref().map(|slide| (constraint.name.clone(), Slide::of(slide)))
+        };
+        Self {
+            name: step.name.clone(),
+            increment: step.increment,
+            increments: step.increments,
+            status: Word(step.status),
+            branches: step.branches.iter().map(|branch| (branch.name.clone(), Branch::of(branch))).collect(),
+            joints: step.joints.iter().map(|joint| (joint.name.clone(), Joint::of(joint))).collect(),
+            constraints: step.constraints.iter().map(|held| (held.name.clone(), Constraint::of(held))).collect(),
+            obstacles: step.obstacles.iter().map(|body| (body.name.clone(), Obstacle::of(body))).collect(),
+            sliding: step.constraints.iter().filter_map(slide).collect(),
+            operations: step.operations.iter().map(Operation::of).collect(),
+            energy: Energy::of(&step.energy),
+            min_bend_radius: step.min_bend_radius.as_ref().map(TightestBend::of),
+            stable: step.stable,
+            minimiser: Minimiser::of(&step.minimiser),
+        }
+    }
+
+    pub fn result(self) -> Result<core::StepResult, Refusal> {
+        let mut slides = self.sliding;
+        let constraint = |(name, constraint): (String, Constraint)| {
+            let slide = slides.0.iter().position(|(sliding, _)| *sliding == name);
+            let slide = slide.map(|k| slides.0.swap_remove(k).1.result());
+            constraint.result(name, slide)
+        };
+        let constraints = self.constraints.0.into_iter().map(constraint).collect();
+        unknown_slide(&slides)?;
+        let branches = self.branches.0.into_iter().map(|(name, branch)| branch.result(name));
+        Ok(core::StepResult {
+            name: self.name,
+            increment: self.increment,
+            increments: self.increments,
+            status: self.status.0,
+            branches: branches.collect::<Result<_, _>>()?,
+            joints: self.joints.0.into_iter().map(|(name, joint)| joint.result(name)).collect(),
+            constraints,
+            obstacles: self.obstacles.0.into_iter().map(|(name, obstacle)| obstacle.result(name)).collect(),
+            operations: self.operations.into_iter().map(Operation::result).collect(),
+            energy: self.energy.energy(),
+            min_bend_radius: self.min_bend_radius.map(TightestBend::bend),
+            stable: self.stable,
+            minimiser: self.minimiser.result(),
+        })
+    }
+}
+
+/// Refuses a slide through a constraint that is not there.
+fn unknown_slide(left: &Entries<Slide>) -> Result<(), Refusal> {
+    match left.0.first() {
+        Some((name, _)) => Err(format!("`sliding` names \"{name}\", which is not among `constraints`")),
+        None => Ok(()),
+    }
+}
+
+impl Branch<Vec<Vector3>> {
+    fn of(branch: &core::BranchResult) -> Self {
+        let column = |k: usize| branch.frame.iter().map(|frame| written(&columns(frame)[k])).collect();
+        Self {
+            diameter: Number(branch.diameter),
+            bend_radius_limit: branch.bend_radius_limit.map(Number),
+            axial_stiffness: Number(branch.axial_stiffness),
+            s: numbers_of(&branch.s),
+            position: vectors_of(&branch.position),
+            d3: column(2),
+            d1: column(0),
+            force: vectors_of(&branch.force),
+            moment: vectors_of(&branch.moment),
+            bend_radius: numbers_of(&branch.bend_radius),
+            twist_turns: Number(branch.twist_turns),
+        }
+    }
+
+    fn result(self, name: String) -> Result<core::BranchResult, Refusal> {
+        let lengths = [self.d1.len(), self.force.len(), self.moment.len()];
+        self.same_lengths(&name, &lengths)?;
+        let frames = self.d3.into_iter().zip(self.d1);
+        // Where a failure has left no numbers there is no frame either.
+        let frame = |(d3, d1)| frame_from(&vector(d3), &vector(d1)).unwrap_or_else(Rotation::identity);
+        Ok(core::BranchResult {
+            name,
+            diameter: self.diameter.0,
+            bend_radius_limit: self.bend_radius_limit.map(number),
+            axial_stiffness: self.axial_stiffness.0,
+            s: numbers(self.s),
+            position: vectors(self.position),
+            frame: frames.map(frame).collect(),
+            force: vectors(self.force),
+            moment: vectors(self.moment),
+            bend_radius: radii(self.bend_radius),
+            twist_turns: self.twist_turns.0,
+        })
+    }
+}
+
+impl<V> Branch<V> {
+    /// Refuses a branch whose lists, or others of these lengths, differ in length.
+    pub fn same_lengths(&self, name: &str, others: &[usize]) -> Result<(), Refusal> {
+        let own = [self.position.len(), self.d3.len(), self.bend_radius.len()];
+        if own.iter().chain(others).all(|length| *length == self.s.len()) {
+            return Ok(());
+        }
+        Err(format!("the lists of branch \"{name}\" differ in length"))
+    }
+}
+
+impl Joint {
+    fn of(joint: &core::JointResult) -> Self {
+        Self { position: written(&joint.position), orientation: quaternion(&joint.orientation) }
+    }
+
+    fn result(self, name: String) -> core::JointResult {
+        core::JointResult { name, position: vector(self.position), orientation: rotation(self.orientation) }
+    }
+}
+
+impl Constraint {
+    fn of(constraint: &core::ConstraintResult) -> Self {
+        Self {
+            kind: constraint.kind.clone(),
+            position: written(&constraint.position),
+            orientation: quaternion(&constraint.orientation),
+            force: written(&constraint.force),
+            moment: written(&constraint.moment),
+            stations: constraint.stations.iter().map(Station::of).collect(),
+            span: constraint.span.as_ref().map(Span::of),
+        }
+    }
+
+    fn result(self, name: String, slide: Option<core::SlideResult>) -> core::ConstraintResult {
+        core::ConstraintResult {
+            name,
+            kind: self.kind,
+            position: vector(self.position),
+            orientation: rotation(self.orientation),
+            force: vector(self.force),
+            moment: vector(self.moment),
+            stations: self.stations.into_iter().map(Station::result).collect(),
+            span: self.span.map(Span::result),
+            slide,
+        }
+    }
+}
+
+impl Station {
+    fn of(station: &core::StationResult) -> Self {
+        Self { position: written(&station.position), force: written(&station.force), moment: written(&station.moment) }
+    }
+
+    fn result(self) -> core::StationResult {
+        core::StationResult { position: vector(self.position), force: vector(self.force), moment: vector(self.moment) }
+    }
+}
+
+impl Span {
+    fn of(span: &core::SpanResult) -> Self {
+        Self {
+            branch: span.branch.clone(),
+            from: Number(span.range.0),
+            to: Number(span.range.1),
+            force: written(&span.force),
+            largest: written(&span.largest),
+            largest_at: Number(span.largest_at),
+        }
+    }
+
+    fn result(self) -> core::SpanResult {
+        core::SpanResult {
+            branch: self.branch,
+            range: (self.from.0, self.to.0),
+            force: vector(self.force),
+            largest: vector(self.largest),
+            largest_at: self.largest_at.0,
+        }
+    }
+}
+
+impl Obstacle {
+    fn of(obstacle: &core::ObstacleResult) -> Self {
+        Self {
+            position: written(&obstacle.pose.position),
+            orientation: quaternion(&obstacle.pose.orientation),
+            force: written(&obstacle.force),
+            moment: written(&obstacle.moment),
+            contacts: obstacle.contacts,
+            depth: Number(obstacle.depth),
+        }
+    }
+
+    fn result(self, name: String) -> core::ObstacleResult {
+        core::ObstacleResult {
+            name,
+            pose: Pose { position: vector(self.position), orientation: rotation(self.orientation) },
+            force: vector(self.force),
+            moment: vector(self.moment),
+            contacts: self.contacts,
+            depth: self.depth.0,
+        }
+    }
+}
+
+impl Slide {
+    fn of(slide: &core::SlideResult) -> Self {
+        Self {
+            branch: slide.branch.clone(),
+            contact_arclength: Number(slide.arc_length),
+            axial_force: Number(slide.axial_force),
+            motion: Word(slide.motion),
+        }
+    }
+
+    fn result(self) -> core::SlideResult {
+        core::SlideResult {
+            branch: self.branch,
+            arc_length: self.contact_arclength.0,
+            axial_force: self.axial_force.0,
+            motion: self.motion.0,
+        }
+    }
+}
+
+impl Operation {
+    fn of(operation: &core::OperationResult) -> Self {
+        let apart = |place: &Option<(String, f64)>| place.clone().map(|(branch, s)| (branch, Number(s))).unzip();
+        match operation {
+            core::OperationResult::Grasp { constraint, place } => {
+                let (branch, s) = apart(place);
+                Self::Grasp { constraint: constraint.clone(), branch, s }
+            }
+            core::OperationResult::Carry { constraints, force } => {
+                Self::Carry { constraints: constraints.clone(), force: Number(*force) }
+            }
+            core::OperationResult::Mate { constraint, insertion_force, limit } => Self::Mate {
+                constraint: constraint.clone(),
+                insertion_force: insertion_force.map(Number),
+                limit: limit.map(Number),
+            },
+            core::OperationResult::Clip { constraint, place, reach } => {
+                let (branch, s) = apart(place);
+                Self::Clip { constraint: constraint.clone(), branch, s, reach: Number(*reach) }
+            }
+        }
+    }
+
+    pub fn result(self) -> core::OperationResult {
+        let place = |branch: Option<String>, s: Option<Number>| branch.zip(s.map(number));
+        match self {
+            Self::Grasp { constraint, branch, s } => {
+                core::OperationResult::Grasp { constraint, place: place(branch, s) }
+            }
+            Self::Carry { constraints, force } => core::OperationResult::Carry { constraints, force: force.0 },
+            Self::Mate { constraint, insertion_force, limit } => core::OperationResult::Mate {
+                constraint,
+                insertion_force: insertion_force.map(number),
+                limit: limit.map(number),
+            },
+            Self::Clip { constraint, branch, s, reach } => {
+                core::OperationResult::Clip { constraint, place: place(branch, s), reach: reach.0 }
+            }
+        }
+    }
+}
+
+impl Energy {
+    fn of(energy: &core::Energy) -> Self {
+        Self {
+            total: Number(energy.total()),
+            stretch: Number(energy.stretch),
+            shear: Number(energy.shear),
+            bend: Number(energy.bend),
+            twist: Number(energy.twist),
+            gravity: Number(energy.gravity),
+            load: Number(energy.load),
+            joint: Number(energy.joint),
+            constraint: Number(energy.constraint),
+        }
+    }
+
+    /// By effect; the total is their sum.
+    pub fn energy(&self) -> core::Energy {
+        core::Energy {
+            stretch: self.stretch.0,
+            shear: self.shear.0,
+            bend: self.bend.0,
+            twist: self.twist.0,
+            gravity: self.gravity.0,
+            load: self.load.0,
+            joint: self.joint.0,
+            constraint: self.constraint.0,
+        }
+    }
+}
+
+impl TightestBend {
+    fn of(bend: &core::TightestBend) -> Self {
+        Self {
+            branch: bend.branch.clone(),
+            s: Number(bend.s),
+            value: Number(bend.value),
+            limit: bend.limit.map(Number),
+        }
+    }
+
+    fn bend(self) -> core::TightestBend {
+        core::TightestBend { branch: self.branch, s: self.s.0, value: self.value.0, limit: self.limit.map(number) }
+    }
+}
+
+impl Minimiser {
+    fn of(minimiser: &core::MinimiserResult) -> Self {
+        Self {
+            kind: minimiser.kind.clone(),
+            device: minimiser.device.clone(),
+            iterations: minimiser.iterations,
+            polish: minimiser.polish,
+            factorisations: minimiser.factorisations,
+            seconds: Number(minimiser.seconds),
+            force_residual: Number(minimiser.force_residual),
+            shape_error: minimiser.shape_error.map(Number),
+            constraint_residual: minimiser.constraint_residual.map(Number),
+        }
+    }
+
+    pub fn result(self) -> core::MinimiserResult {
+        core::MinimiserResult {
+            kind: self.kind,
+            device: self.device,
+            iterations: self.iterations,
+            polish: self.polish,
+            factorisations: self.factorisations,
+            seconds: self.seconds.0,
+            force_residual: self.force_residual.0,
+            shape_error: self.shape_error.map(number),
+            constraint_residual: self.constraint_residual.map(number),
+        }
+    }
+}
+
+impl Clearance {
+    fn of(clearance: &core::Clearance) -> Self {
+        let (obstacle, other) = match &clearance.from {
+            core::ClearanceFrom::Obstacle(name) => (Some(name.clone()), None),
+            core::ClearanceFrom::Branch { name, s } => (None, Some((name.clone(), Number(*s)))),
+        };
+        let (other, other_s) = other.unzip();
+        Self {
+            branch: clearance.branch.clone(),
+            s: Number(clearance.s),
+            position: written(&clearance.position),
+            obstacle,
+            other,
+            other_s,
+            distance: Number(clearance.distance),
+            required: clearance.required.map(Number),
+            at: Increment::of(&clearance.moment),
+        }
+    }
+
+    fn clearance(self) -> Result<core::Clearance, Refusal> {
+        let from = match (self.obstacle, self.other) {
+            (Some(name), None) => core::ClearanceFrom::Obstacle(name),
+            (None, Some(name)) => core::ClearanceFrom::Branch { name, s: self.other_s.map_or(f64::NAN, number) },
+            _ => {
+                return Err(format!("`clearance` of branch \"{}\" needs one of `obstacle` and `other`", self.branch));
+            }
+        };
+        Ok(core::Clearance {
+            branch: self.branch,
+            from,
+            distance: self.distance.0,
+            s: self.s.0,
+            position: vector(self.position),
+            required: self.required.map(number),
+            moment: self.at.moment(),
+        })
+    }
+}
+
+impl Fault {
+    fn of(fault: &core::PartFault) -> Self {
+        let core::PartFault { family, name, kind, step, increment, message } = fault.clone();
+        let named = |which: core::PartFamily| (family == which).then(|| name.clone());
+        let (constraint, joint) = (named(core::PartFamily::Constraint), named(core::PartFamily::Joint));
+        let minimiser = named(core::PartFamily::Minimiser);
+        Self { constraint, joint, minimiser, kind, step, increment, message }
+    }
+
+    fn fault(self) -> Result<core::PartFault, Refusal> {
+        let Self { constraint, joint, minimiser, kind, step, increment, message } = self;
+        let (family, name) = match (constraint, joint, minimiser) {
+            (Some(name), None, None) => (core::PartFamily::Constraint, name),
+            (None, Some(name), None) => (core::PartFamily::Joint, name),
+            (None, None, Some(name)) => (core::PartFamily::Minimiser, name),
+            _ => return Err("`fault` needs one of `constraint`, `joint` and `minimiser`".to_owned()),
+        };
+        Ok(core::PartFault { family, name, kind, step, increment, message })
+    }
+}
+
+fn number(number: Number) -> f64 {
+    number.0
+}
+
+fn numbers_of(list: &[f64]) -> Vec<Number> {
+    list.iter().copied().map(Number).collect()
+}
+
+fn vectors_of(list: &[Vector]) -> Vec<Vector3> {
+    list.iter().map(written).collect()
+}
+
+/// Numbers as they were read.
+pub fn numbers(list: Vec<Number>) -> Vec<f64> {
+    list.into_iter().map(number).collect()
+}
+
+/// Vectors as they were read.
+pub fn vectors(list: Vec<Vector3>) -> Vec<Vector> {
+    list.into_iter().map(vector).collect()
+}
+
+/// Bend radii as they were read: infinite where they are null.
+pub fn radii(list: Vec<Number>) -> Vec<f64> {
+    list.into_iter().map(|Number(radius)| if radius.is_nan() { f64::INFINITY } else { radius }).collect()
+}

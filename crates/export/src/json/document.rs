@@ -1,0 +1,302 @@
+//! The form of `result.json`. It is written and read through these types alone; [`super::convert`] leads from and to the results of
+//! `wireloom-core`.
+//!
+//! What has no value is null where the field says `nullable`, and left out where it says `default`. Any other missing field and any
+//! field that is not known here is refused: a result of another version of this program is not read by halves.
+
+use super::provenance::Provenance;
+use super::values::{Entries, Number, Quaternion, Schema, Vector3, Word, is_zero, nullable};
+use serde::{Deserialize, Serialize};
+use wireloom_core::equilibrium::SlideMotion;
+use wireloom_core::{EventKind, Status};
+
+/// The whole file. `S`: the list of steps, which writers and readers take one by one.
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Document<S> {
+    pub schema: Schema,
+    pub scenario: String,
+    pub status: Word<Status>,
+    pub provenance: Provenance,
+    pub notes: Vec<String>,
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub plugins: Vec<Plugin>,
+    pub events: Vec<Event>,
+    pub steps: S,
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub clearance: Vec<Clearance>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub fault: Option<Fault>,
+}
+
+/// A library that brought kinds of its own.
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Plugin {
+    pub name: String,
+    pub version: String,
+    pub file: String,
+    pub hash: String,
+}
+
+/// An event; `first`, `worst` and `last` are increments.
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Event {
+    pub kind: Word<EventKind>,
+    pub place: Place,
+    pub first: Increment,
+    pub worst: Increment,
+    pub last: Increment,
+    pub increments: usize,
+    #[serde(deserialize_with = "nullable")]
+    pub value: Option<Number>,
+    #[serde(deserialize_with = "nullable")]
+    pub limit: Option<Number>,
+    pub message: String,
+}
+
+/// Place of an event: the keys that apply; none: the harness.
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Place {
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub fixing: Option<String>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub obstacle: Option<String>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub branch: Option<String>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub s: Option<Number>,
+}
+
+/// An increment of the run.
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Increment {
+    pub step: String,
+    pub step_index: usize,
+    pub increment: usize,
+}
+
+/// An equilibrium. `V`: lists of vectors that not every reader needs.
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Step<V = Vec<Vector3>> {
+    pub name: String,
+    pub increment: usize,
+    pub increments: usize,
+    pub status: Word<Status>,
+    pub branches: Entries<Branch<V>>,
+    pub joints: Entries<Joint>,
+    pub constraints: Entries<Constraint>,
+    #[serde(default, skip_serializing_if = "Entries::is_empty")]
+    pub obstacles: Entries<Obstacle>,
+    #[serde(default, skip_serializing_if = "Entries::is_empty")]
+    pub sliding: Entries<Slide>,
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub operations: Vec<Operation>,
+    pub energy: Energy,
+    #[serde(deserialize_with = "nullable")]
+    pub min_bend_radius: Option<TightestBend>,
+    #[serde(deserialize_with = "nullable")]
+    pub stable: Option<bool>,
+    pub minimiser: Minimiser,
+}
+
+/// A branch; lists have one entry for each node.
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Branch<V> {
+    pub diameter: Number,
+    #[serde(deserialize_with = "nullable")]
+    pub bend_radius_limit: Option<Number>,
+    pub axial_stiffness: Number,
+    pub s: Vec<Number>,
+    pub position: Vec<Vector3>,
+    pub d3: Vec<Vector3>,
+    pub d1: V,
+    pub force: V,
+    pub moment: V,
+    pub bend_radius: Vec<Number>,
+    pub twist_turns: Number,
+}
+
+/// A joint.
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Joint {
+    pub position: Vector3,
+    pub orientation: Quaternion,
+}
+
+/// A constraint: where it holds, and what it exerts on the harness.
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Constraint {
+    pub kind: String,
+    pub position: Vector3,
+    pub orientation: Quaternion,
+    pub force: Vector3,
+    pub moment: Vector3,
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub stations: Vec<Station>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub span: Option<Span>,
+}
+
+/// One of several stations of a constraint.
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Station {
+    pub position: Vector3,
+    pub force: Vector3,
+    pub moment: Vector3,
+}
+
+/// The span of a constraint, and what it exerts along it.
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Span {
+    pub branch: String,
+    pub from: Number,
+    pub to: Number,
+    pub force: Vector3,
+    pub largest: Vector3,
+    pub largest_at: Number,
+}
+
+/// An obstacle: where it is, and what it exerts on the harness.
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Obstacle {
+    pub position: Vector3,
+    pub orientation: Quaternion,
+    pub force: Vector3,
+    pub moment: Vector3,
+    pub contacts: usize,
+    pub depth: Number,
+}
+
+/// Motion of the cable through a constraint that slides.
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Slide {
+    pub branch: String,
+    pub contact_arclength: Number,
+    pub axial_force: Number,
+    pub motion: Word<SlideMotion>,
+}
+
+/// `{ "operation": "mate", "constraint": "plug-B", "insertion_force": 31.2, "limit": 45.0 }` and the like: N, m.
+#[derive(Serialize, Deserialize)]
+#[serde(tag = "operation", rename_all = "lowercase", deny_unknown_fields)]
+pub enum Operation {
+    Grasp {
+        constraint: String,
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        branch: Option<String>,
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        s: Option<Number>,
+    },
+    Carry {
+        constraints: Vec<String>,
+        force: Number,
+    },
+    Mate {
+        constraint: String,
+        #[serde(deserialize_with = "nullable")]
+        insertion_force: Option<Number>,
+        #[serde(deserialize_with = "nullable")]
+        limit: Option<Number>,
+    },
+    Clip {
+        constraint: String,
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        branch: Option<String>,
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        s: Option<Number>,
+        reach: Number,
+    },
+}
+
+/// Energy by effect, J.
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Energy {
+    pub total: Number,
+    pub stretch: Number,
+    pub shear: Number,
+    pub bend: Number,
+    pub twist: Number,
+    pub gravity: Number,
+    pub load: Number,
+    pub joint: Number,
+    pub constraint: Number,
+}
+
+/// The tightest bend.
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct TightestBend {
+    pub branch: String,
+    pub s: Number,
+    pub value: Number,
+    #[serde(deserialize_with = "nullable")]
+    pub limit: Option<Number>,
+}
+
+/// Work and residuals of the minimiser. `device`: where that was not the processor; `polish`: iterations that another minimiser made
+/// to finish.
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Minimiser {
+    pub kind: String,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub device: Option<String>,
+    pub iterations: usize,
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub polish: usize,
+    pub factorisations: usize,
+    pub seconds: Number,
+    pub force_residual: Number,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub shape_error: Option<Number>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub constraint_residual: Option<Number>,
+}
+
+/// Smallest distance of a branch from an obstacle or another branch.
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Clearance {
+    pub branch: String,
+    pub s: Number,
+    pub position: Vector3,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub obstacle: Option<String>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub other: Option<String>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub other_s: Option<Number>,
+    pub distance: Number,
+    #[serde(deserialize_with = "nullable")]
+    pub required: Option<Number>,
+    pub at: Increment,
+}
+
+/// The fault of a constraint, a joint or the minimiser that ended the run.
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Fault {
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub constraint: Option<String>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub joint: Option<String>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub minimiser: Option<String>,
+    pub kind: String,
+    pub step: String,
+    pub increment: usize,
+    pub message: String,
+}
