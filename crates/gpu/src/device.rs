@@ -1,6 +1,6 @@
 //! Devices: which there are, which one is taken, and what is wanted of it.
 
-use crate::session::Cache;
+use crate::pipelines::Cache;
 use std::sync::{Arc, Mutex, PoisonError};
 use wgpu::{
     Adapter, AdapterInfo, Backends, DeviceDescriptor, DeviceType, Features, Instance, InstanceDescriptor, Limits,

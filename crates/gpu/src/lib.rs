@@ -6,6 +6,7 @@ pub mod batch;
 pub mod device;
 pub mod flatten;
 pub mod minimiser;
+mod pipelines;
 pub mod policy;
 pub mod session;
 

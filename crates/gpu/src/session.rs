@@ -4,16 +4,13 @@
 //! variant stands and is.
 
 use crate::device::Gpu;
+use crate::pipelines::RANGE;
 use std::ops::Range;
-use std::sync::OnceLock;
 use std::sync::mpsc;
 use std::time::Duration;
 use wgpu::{
-    BindGroup, BindGroupDescriptor, BindGroupEntry, BindGroupLayout, BindGroupLayoutDescriptor, BindGroupLayoutEntry,
-    BindingResource, BindingType, Buffer, BufferBinding, BufferBindingType, BufferDescriptor, BufferSize, BufferUsages,
-    CommandEncoder, CommandEncoderDescriptor, ComputePassDescriptor, ComputePipeline, ComputePipelineDescriptor,
-    MapMode, PipelineCompilationOptions, PipelineLayoutDescriptor, PollType, ShaderModuleDescriptor, ShaderSource,
-    ShaderStages,
+    BindGroup, BindGroupDescriptor, BindGroupEntry, BindingResource, Buffer, BufferBinding, BufferDescriptor,
+    BufferSize, BufferUsages, CommandEncoder, CommandEncoderDescriptor, ComputePassDescriptor, MapMode, PollType,
 };
 use wireloom_shaders::memory::{self, Memory};
 use wireloom_shaders::plan::{Dispatch, Plan};
@@ -23,68 +20,6 @@ use wireloom_shaders::{Access, BINDINGS, Real, Stage};
 const PATIENCE: Duration = Duration::from_secs(120);
 /// Where dispatches' ranges lie in their buffer: WebGPU's least alignment of a uniform with an offset.
 const RANGE_STRIDE: usize = 256;
-/// The binding whose offset changes from dispatch to dispatch.
-const RANGE: &str = "range";
-
-/// What a device keeps between sessions: every stage, compiled once.
-pub(crate) struct Pipelines {
-    layout: BindGroupLayout,
-    /// In the order of [`Stage::ALL`].
-    stages: Vec<ComputePipeline>,
-}
-
-/// The pipelines of both precisions, each made when it is first wanted.
-#[derive(Default)]
-pub(crate) struct Cache([OnceLock<Pipelines>; 2]);
-
-impl Cache {
-    pub(crate) fn get(&self, gpu: &Gpu, real: Real) -> &Pipelines {
-        self.0[usize::from(real == Real::F64)].get_or_init(|| Pipelines::new(&gpu.device, real))
-    }
-}
-
-impl Pipelines {
-    fn new(device: &wgpu::Device, real: Real) -> Self {
-        let entries: Vec<BindGroupLayoutEntry> = BINDINGS
-            .iter()
-            .map(|binding| BindGroupLayoutEntry {
-                binding: binding.place,
-                visibility: ShaderStages::COMPUTE,
-                ty: BindingType::Buffer {
-                    ty: match binding.access {
-                        Access::Uniform => BufferBindingType::Uniform,
-                        Access::Read => BufferBindingType::Storage { read_only: true },
-                        Access::ReadWrite => BufferBindingType::Storage { read_only: false },
-                    },
-                    has_dynamic_offset: binding.name == RANGE,
-                    min_binding_size: None,
-                },
-                count: None,
-            })
-            .collect();
-        let layout = device.create_bind_group_layout(&BindGroupLayoutDescriptor { label: None, entries: &entries });
-        let pipeline_layout = device.create_pipeline_layout(&PipelineLayoutDescriptor {
-            label: None,
-            bind_group_layouts: &[Some(&layout)],
-            immediate_size: 0,
-        });
-        let stages = Stage::ALL.iter().map(|stage| {
-            let module = device.create_shader_module(ShaderModuleDescriptor {
-                label: Some(stage.name()),
-                source: ShaderSource::Wgsl(stage.text(real).into()),
-            });
-            device.create_compute_pipeline(&ComputePipelineDescriptor {
-                label: Some(stage.name()),
-                layout: Some(&pipeline_layout),
-                module: &module,
-                entry_point: Some("main"),
-                compilation_options: PipelineCompilationOptions::default(),
-                cache: None,
-            })
-        });
-        Self { stages: stages.collect(), layout }
-    }
-}
 
 /// A dispatch, ready to be encoded.
 struct Encoded {
@@ -171,7 +106,7 @@ impl Session {
             };
             buffers.push((binding.name, made));
         }
-        let pipelines = gpu.pipelines.get(gpu, real);
+        let pipelines = gpu.pipelines.get(&gpu.device, real);
         let entries: Vec<BindGroupEntry<'_>> = BINDINGS
             .iter()
             .zip(&buffers)
@@ -245,7 +180,7 @@ impl Session {
     }
 
     fn encode(&self, gpu: &Gpu, encoder: &mut CommandEncoder, dispatches: &[Encoded]) {
-        let pipelines = gpu.pipelines.get(gpu, self.real);
+        let pipelines = gpu.pipelines.get(&gpu.device, self.real);
         let mut pass = encoder.begin_compute_pass(&ComputePassDescriptor { label: None, timestamp_writes: None });
         for Encoded { stage, offset, workgroups: [x, y, z] } in dispatches {
             pass.set_pipeline(&pipelines.stages[*stage]);

@@ -5,7 +5,6 @@ use crate::describe::{self, Described};
 use crate::error::Reason;
 use crate::find::plain_file;
 use crate::read::{self, Message};
-use crate::site_of;
 use sha2::{Digest, Sha256};
 use std::error::Error;
 use std::io::Read;
@@ -37,7 +36,7 @@ pub fn open(file: &Path) -> Result<Opened, Reason> {
     let hash = hash.finalize().iter().map(|byte| format!("{byte:02x}")).collect();
     // A path without a folder would be looked for elsewhere.
     let file = std::path::absolute(file).map_err(Reason::Unreadable)?;
-    let site = site_of(&file);
+    let site = Site::new(&format!("plugin {}", file.display()));
     // SAFETY: what a library does as it is loaded is its own affair: whoever names it trusts it.
     let library = into_plugin(&site, c"the library's own start", || unsafe { libloading::Library::new(&file) });
     let library = library.map_err(|error| Reason::NotALibrary(words(&error)))?;

@@ -26,7 +26,6 @@ pub use line::differentiated;
 pub use proxy::notes;
 pub use wireloom_abi::{ABI_MAJOR, ABI_MINOR, HEADER};
 
-use call::Site;
 use describe::{Described, Functions};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -116,9 +115,4 @@ impl Plugins {
 /// Names of some kinds.
 fn names(kinds: &[Described], which: impl Fn(&Functions) -> bool) -> Vec<String> {
     kinds.iter().filter(|kind| which(&kind.functions)).map(|kind| kind.name.clone()).collect()
-}
-
-/// The place of calls that belong to no constraint.
-fn site_of(file: &Path) -> Arc<Site> {
-    Site::new(&format!("plugin {}", file.display()))
 }

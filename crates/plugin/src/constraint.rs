@@ -2,13 +2,14 @@
 //!
 //! All of them are given what the ABI says: pointers that are null or hold what it says they hold.
 
-use crate::descriptors::Functions;
 use crate::panics::guarded;
 use crate::read::{parameters, plain_pose, pose, slice, spec};
+use crate::table::Table;
 use std::cell::RefCell;
 use std::ffi::c_void;
 use wireloom_abi as abi;
 use wireloom_core::constraint::{Equations, Relation, Residual, Situation};
+use wireloom_core::registry::ConstraintKind;
 use wireloom_core::{Action, Constraint, Hold, Matrix, Pose, Potential, RotationHold, Vector};
 
 /// What a `*mut c_void` points to.
@@ -43,9 +44,9 @@ pub unsafe extern "C" fn create(
     // SAFETY: see the head of this file. `kind` is one of ours, so behind its table of functions its owner stands.
     unsafe {
         guarded(message, || {
-            let owner = &(*(*kind).constraint.cast::<Functions>()).owner;
+            let kind = &(*(*kind).constraint.cast::<Table<abi::ConstraintKind, ConstraintKind>>()).kind;
             let values = slice((*said).values, (*said).value_count as usize);
-            let made = (owner.build)(&spec(&*said), &parameters(&owner.parameters, values))
+            let made = (kind.build)(&spec(&*said), &parameters(&kind.parameters, values))
                 .map_err(|error| format!("{}; {}", error.message, error.help))?;
             let residuals = match made.action() {
                 Action::Equations(equations) => [equations.of_stations(), equations.of_each_node()],

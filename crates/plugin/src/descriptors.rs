@@ -1,32 +1,17 @@
 //! Descriptors of kinds, as C reads them. They live as long as the library, which is never unloaded.
 
-use crate::{Plugin, constraint, joint};
+use crate::table::Table;
+use crate::{constraint, joint};
 use std::ffi::{CString, c_char};
 use std::ptr::null;
 use wireloom_abi as abi;
 use wireloom_core::constraint::SpanUse;
 use wireloom_core::registry::{ConstraintKind, Form, JointKind, Parameter, Quantity, Value};
 
-/// The functions of a kind, and behind them, where the program does not look, the kind itself.
-#[repr(C)]
-pub struct Functions {
-    table: abi::ConstraintKind,
-    /// Whose they are.
-    pub owner: ConstraintKind,
-}
-
-/// The same of a joint model.
-#[repr(C)]
-pub struct JointFunctions {
-    table: abi::JointKind,
-    /// Whose they are.
-    pub owner: JointKind,
-}
-
-/// Describes kinds.
-pub fn kinds(plugin: Plugin) -> &'static abi::Kinds {
-    let constraints = plugin.constraints.into_iter().map(constraint_kind);
-    let kinds: Vec<abi::Kind> = constraints.chain(plugin.joints.into_iter().map(joint_kind)).collect();
+/// The list of all kinds of a plugin.
+pub fn kinds(constraints: Vec<ConstraintKind>, joints: Vec<JointKind>) -> &'static abi::Kinds {
+    let constraints = constraints.into_iter().map(constraint_kind);
+    let kinds: Vec<abi::Kind> = constraints.chain(joints.into_iter().map(joint_kind)).collect();
     leaked(abi::Kinds {
         size: size_of::<abi::Kinds>() as u32,
         count: kinds.len() as u32,
@@ -36,13 +21,13 @@ pub fn kinds(plugin: Plugin) -> &'static abi::Kinds {
     })
 }
 
-fn constraint_kind(owner: ConstraintKind) -> abi::Kind {
-    let described = described(abi::FAMILY_CONSTRAINT, &owner.name, &owner.doc, &owner.parameters);
-    let table = abi::ConstraintKind {
+fn constraint_kind(kind: ConstraintKind) -> abi::Kind {
+    let described = described(abi::FAMILY_CONSTRAINT, &kind.name, &kind.doc, &kind.parameters);
+    let functions = abi::ConstraintKind {
         size: size_of::<abi::ConstraintKind>() as u32,
-        stations_min: *owner.attaches.stations.start() as u32,
-        stations_max: *owner.attaches.stations.end() as u32,
-        span: match owner.attaches.span {
+        stations_min: *kind.attaches.stations.start() as u32,
+        stations_max: *kind.attaches.stations.end() as u32,
+        span: match kind.attaches.span {
             SpanUse::Never => 0,
             SpanUse::Maybe => 1,
             SpanUse::Always => 2,
@@ -53,19 +38,19 @@ fn constraint_kind(owner: ConstraintKind) -> abi::Kind {
         target: Some(constraint::target),
         commit: Some(constraint::commit),
     };
-    abi::Kind { constraint: &raw const leaked(Functions { table, owner }).table, ..described }
+    abi::Kind { constraint: &raw const leaked(Table { functions, kind }).functions, ..described }
 }
 
-fn joint_kind(owner: JointKind) -> abi::Kind {
-    let described = described(abi::FAMILY_JOINT, &owner.name, &owner.doc, &owner.parameters);
-    let table = abi::JointKind {
+fn joint_kind(kind: JointKind) -> abi::Kind {
+    let described = described(abi::FAMILY_JOINT, &kind.name, &kind.doc, &kind.parameters);
+    let functions = abi::JointKind {
         size: size_of::<abi::JointKind>() as u32,
         reserved: 0,
         create: Some(joint::create),
         destroy: Some(joint::destroy),
         evaluate: Some(joint::evaluate),
     };
-    abi::Kind { joint: &raw const leaked(JointFunctions { table, owner }).table, ..described }
+    abi::Kind { joint: &raw const leaked(Table { functions, kind }).functions, ..described }
 }
 
 /// A kind without its functions.

@@ -2,13 +2,14 @@
 //!
 //! All of them are given what the ABI says: pointers that are null or hold what it says they hold.
 
-use crate::descriptors::JointFunctions;
 use crate::panics::guarded;
 use crate::read::{frame, parameters, slice, words};
+use crate::table::Table;
 use std::cell::RefCell;
 use std::ffi::c_void;
 use wireloom_abi as abi;
 use wireloom_core::joint::{Arm, JointModel, JointSpec, Mounting, WireShare};
+use wireloom_core::registry::JointKind;
 use wireloom_core::{Matrix, Rotation, Section, Vector};
 
 /// Frames, moments and blocks of one call.
@@ -36,9 +37,9 @@ pub unsafe extern "C" fn create(
     // SAFETY: see the head of this file. `kind` is one of ours, so behind its table of functions its owner stands.
     unsafe {
         guarded(message, || {
-            let owner = &(*(*kind).joint.cast::<JointFunctions>()).owner;
+            let kind = &(*(*kind).joint.cast::<Table<abi::JointKind, JointKind>>()).kind;
             let values = slice((*said).values, (*said).value_count as usize);
-            let made: Instance = (owner.build)(&spec(&*said), &parameters(&owner.parameters, values))
+            let made: Instance = (kind.build)(&spec(&*said), &parameters(&kind.parameters, values))
                 .map_err(|error| format!("{}; {}", error.message, error.help))?;
             *description = abi::JointDescription {
                 size: (*description).size,

@@ -11,6 +11,7 @@ mod descriptors;
 mod joint;
 mod panics;
 mod read;
+mod table;
 
 pub use wireloom_abi as abi;
 pub use wireloom_core as core;
@@ -50,7 +51,10 @@ impl Shelf {
         // SAFETY: as the caller promises.
         unsafe {
             panics::guarded(message, || {
-                found = std::ptr::from_ref(*self.0.get_or_init(|| descriptors::kinds(plugin())));
+                found = std::ptr::from_ref(*self.0.get_or_init(|| {
+                    let Plugin { constraints, joints } = plugin();
+                    descriptors::kinds(constraints, joints)
+                }));
                 Ok(())
             });
         }

@@ -12,10 +12,12 @@
 mod door;
 mod guard;
 mod live;
+mod state;
 mod tab;
 mod token;
 
 pub use live::{Desk, Live, Offer};
+pub use state::{Behind, Exports, Site};
 pub use token::Token;
 
 use axum::Router;
@@ -27,6 +29,7 @@ use door::{Door, Visitor};
 use hyper::server::conn::http1;
 use hyper_util::rt::{TokioIo, TokioTimer};
 use hyper_util::service::TowerToHyperService;
+use state::{House, ended};
 use std::io;
 use std::net::{SocketAddr, TcpListener};
 use std::sync::Arc;
@@ -43,54 +46,11 @@ const PATIENCE: Duration = Duration::from_secs(4);
 const HEAD: usize = 16 << 10;
 /// Pages are told that the server ends; what they have not taken after so long is dropped.
 const FAREWELL: Duration = Duration::from_millis(1500);
+/// A draft is kept so often, if there is something new in it.
+const PAUSE: Duration = Duration::from_secs(2);
+
 /// What then still runs is left to the end of the process.
 const END: Duration = Duration::from_millis(300);
-
-/// Makes the file of a name, where there is one.
-pub type Exports = Box<dyn Fn(&str) -> Option<Vec<u8>> + Send + Sync>;
-
-/// What is served.
-pub struct Site {
-    /// The page.
-    pub page: String,
-    /// What is behind it.
-    pub behind: Behind,
-}
-
-/// What is behind a page.
-pub enum Behind {
-    /// A session.
-    Live(Live),
-    /// A run that has come to its end, and its files.
-    Finished(Exports),
-}
-
-impl Site {
-    fn live(&self) -> Option<&Live> {
-        match &self.behind {
-            Behind::Live(live) => Some(live),
-            Behind::Finished(_) => None,
-        }
-    }
-
-    fn export(&self, name: &str) -> Option<Vec<u8>> {
-        match &self.behind {
-            Behind::Live(live) => live.export(name),
-            Behind::Finished(exports) => exports(name),
-        }
-    }
-}
-
-/// What requests see.
-struct House {
-    site: Site,
-    token: Token,
-    /// The name by which browsers know the server, where it has another one than those of this machine.
-    host: String,
-    door: Arc<Door>,
-    /// Becomes true when all is to end.
-    ending: watch::Receiver<bool>,
-}
 
 /// A running server.
 pub struct Server {
@@ -114,16 +74,16 @@ impl Server {
             .enable_io()
             .enable_time()
             .build()?;
-        let (ending, ended) = watch::channel(false);
+        let (ending, seen) = watch::channel(false);
         let door = Arc::new(Door::new(CONNECTIONS));
-        let house = Arc::new(House { site, token, host: host.to_owned(), door, ending: ended });
+        let house = Arc::new(House { site, token, host: host.to_owned(), door, ending: seen });
         let listener = {
             let _within = runtime.enter();
             tokio::net::TcpListener::from_std(listener)?
         };
         runtime.spawn(accept(listener, house.clone()));
         if house.site.live().is_some() {
-            runtime.spawn(live::keep_drafts(house.clone()));
+            runtime.spawn(keep_drafts(house.clone()));
         }
         Ok(Self { runtime, house, ending, address })
     }
@@ -161,19 +121,13 @@ impl Server {
     }
 }
 
-/// Waits until all is to end.
-async fn end(ending: &mut watch::Receiver<bool>) {
-    // Whoever would say so has gone: that is an end, too.
-    drop(ending.wait_for(|ending| *ending).await);
-}
-
 /// Takes connections until all is to end.
 async fn accept(listener: tokio::net::TcpListener, house: Arc<House>) {
     let mut ending = house.ending.clone();
     loop {
         let accepted = tokio::select! {
             accepted = listener.accept() => accepted,
-            () = end(&mut ending) => return,
+            () = ended(&mut ending) => return,
         };
         match accepted {
             Ok((stream, _)) => {
@@ -184,6 +138,20 @@ async fn accept(listener: tokio::net::TcpListener, house: Arc<House>) {
             // The peer has gone already, or there are too many open files: others may have better luck, a little later.
             Err(_) => tokio::time::sleep(Duration::from_millis(20)).await,
         }
+    }
+}
+
+/// Keeps the draft now and then, until all is to end.
+async fn keep_drafts(house: Arc<House>) {
+    let mut ending = house.ending.clone();
+    loop {
+        tokio::select! {
+            () = tokio::time::sleep(PAUSE) => {}
+            () = ended(&mut ending) => return,
+        }
+        let house = house.clone();
+        // Files may be slow.
+        let _ = tokio::task::spawn_blocking(move || house.site.live().map(Live::keep)).await;
     }
 }
 
@@ -203,7 +171,7 @@ async fn connection(stream: TcpStream, house: Arc<House>, visitor: Arc<Visitor>)
     tokio::select! {
         // A peer that breaks off is no fault of ours.
         _ = connection.as_mut() => {}
-        () = end(&mut ending) => {
+        () = ended(&mut ending) => {
             connection.as_mut().graceful_shutdown();
             let _ = connection.await;
         }

@@ -5,10 +5,12 @@
 
 mod clearance;
 mod drag;
+mod dragging;
 #[cfg(test)]
 mod fuzz;
 mod harness;
 mod hold;
+mod refusal;
 mod settings;
 mod standing;
 #[cfg(test)]
@@ -19,16 +21,18 @@ use crate::protocol::{Notice, Request, Scene, Timeline};
 use crate::scene;
 use drag::Drag;
 use harness::Harness;
-use standing::{ENDS, FRAMES, Standing, make_room, number};
+use refusal::{Refusal, no_start};
+use serde_json::Value as Json;
+use standing::{ENDS, FRAMES, Standing, make_room};
 use std::collections::BTreeMap;
 use std::rc::Rc;
 use std::sync::Arc;
 use wireloom::core::obstacle::Obstacle;
 use wireloom::core::{Monitor, Registry, Status, StepResult};
-use wireloom::scenario::record::{Written, with_steps};
+use wireloom::scenario::adjust::adjustable;
+use wireloom::scenario::record::{Written, with_steps, with_value};
 use wireloom::scenario::{Fault, Files};
 use wireloom::solve::checkpoint::Checkpoint;
-use wireloom::solve::hands::Ended;
 
 pub(crate) use standing::Frame;
 
@@ -49,32 +53,6 @@ pub struct Opened {
     pub registry: Registry,
     /// Whether it is worth saving as it is: a draft that was taken up.
     pub unsaved: bool,
-}
-
-/// What was asked for and cannot be done.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub(crate) struct Refusal {
-    message: String,
-    help: String,
-}
-
-impl Refusal {
-    fn new(message: impl Into<String>, help: impl Into<String>) -> Self {
-        Self { message: message.into(), help: help.into() }
-    }
-}
-
-impl From<Fault> for Refusal {
-    fn from(fault: Fault) -> Self {
-        Self { message: fault.message, help: fault.help }
-    }
-}
-
-impl From<Vec<Fault>> for Refusal {
-    fn from(faults: Vec<Fault>) -> Self {
-        let first = faults.into_iter().next().map(Self::from);
-        first.unwrap_or_else(|| Self::new("the scenario is refused", "take the last change back"))
-    }
 }
 
 /// What has become another since it was asked last.
@@ -328,6 +306,27 @@ impl Session {
         now.whole_text()
     }
 
+    /// Puts another value in the place of what the text says, and begins anew with it.
+    fn set(&mut self, key: &str, given: &Json) -> Result<(), Refusal> {
+        self.end_drag();
+        let Standing { text, own, by_hand, harness, run, .. } = &self.now;
+        let all = adjustable(&harness.scenario, &self.registry);
+        let known = all.iter().find(|own| own.key == key);
+        let known = known.ok_or_else(|| {
+            Refusal::new(format!("`{key:.80}` cannot be set here"), "set one of the scene's settings")
+        })?;
+        let value = settings::value(known, given)?;
+        if known.value.as_ref() == Some(&value) {
+            return Ok(());
+        }
+        let text = with_value(text, key, &value, &self.registry)?;
+        let mut next = Standing::new(text.into(), *own, by_hand.clone(), harness.clone(), run + 1);
+        next.harness = Rc::new(self.load(&next)?);
+        let label = format!("{} of {}", known.label, known.group);
+        self.deed(label, next);
+        Ok(())
+    }
+
     fn take_back(&mut self) -> Result<(), Refusal> {
         self.end_drag();
         let (label, standing) =
@@ -455,13 +454,4 @@ impl Session {
         }
         Ok(cut)
     }
-}
-
-/// Whether an increment may be followed by another.
-fn is_balanced(ended: &Ended) -> bool {
-    matches!(ended.end.status, Status::Converged | Status::Stalled)
-}
-
-fn no_start() -> Refusal {
-    Refusal::new("no balanced start has been found", "set something else, or take back what was set last")
 }

@@ -4,8 +4,9 @@
 mod board;
 
 use crate::protocol::{Notice, Request};
-use crate::session::{Frame, Opened, Session};
+use crate::session::{Opened, Session};
 use board::Board;
+pub use board::Told;
 use std::collections::VecDeque;
 use std::convert::Infallible;
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -32,16 +33,6 @@ pub struct Studio {
 pub struct Feed {
     shared: Arc<Shared>,
     tab: u32,
-}
-
-/// Something a tab is to be told.
-#[derive(Clone, Debug, PartialEq)]
-#[expect(clippy::large_enum_variant, reason = "one at a time is passed on, and none is kept")]
-pub enum Told {
-    /// In words.
-    Notice(Notice),
-    /// A shape.
-    Frame(Arc<[u8]>),
 }
 
 /// What `run` would have made of it so far.
@@ -273,6 +264,3 @@ impl Shared {
         wakes.iter().for_each(|wake| wake());
     }
 }
-
-/// What the board keeps of frames.
-type Frames = Vec<Option<Frame>>;

@@ -1,7 +1,7 @@
 //! Who is let in.
 
-use super::House;
 use super::door::Visitor;
+use super::state::House;
 use axum::extract::{Extension, Request, State};
 use axum::http::{HeaderMap, HeaderName, HeaderValue, StatusCode, header};
 use axum::middleware::Next;

@@ -1,15 +1,11 @@
 //! The session behind the page, and its draft: what hands did and nobody has saved is kept while it goes, and offered when the next session of
 //! the same scenario begins.
 
-use super::{House, end};
 use crate::Studio;
 use crate::protocol::Notice;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 use tokio::sync::watch;
-
-/// A draft is kept so often, if there is something new in it.
-const PAUSE: Duration = Duration::from_secs(2);
 
 /// What a server cannot do itself: files, and opening scenarios.
 pub trait Desk: Send + Sync {
@@ -144,19 +140,5 @@ pub(super) fn refused(message: &str, help: &str) -> Refusal {
 impl From<Refusal> for Notice {
     fn from(Refusal { message, help }: Refusal) -> Self {
         Self::Refused { message, help }
-    }
-}
-
-/// Keeps the draft now and then, until all is to end.
-pub(super) async fn keep_drafts(house: Arc<House>) {
-    let mut ending = house.ending.clone();
-    loop {
-        tokio::select! {
-            () = tokio::time::sleep(PAUSE) => {}
-            () = end(&mut ending) => return,
-        }
-        let house = house.clone();
-        // Files may be slow.
-        let _ = tokio::task::spawn_blocking(move || house.site.live().map(Live::keep)).await;
     }
 }

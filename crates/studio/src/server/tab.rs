@@ -2,7 +2,7 @@
 
 use super::door::Visitor;
 use super::live::{Live, Refusal, refused};
-use super::{House, end};
+use super::state::{House, ended};
 use crate::exports;
 use crate::protocol::{Notice, Request, Scene};
 use crate::{Feed, Studio, Told};
@@ -126,7 +126,7 @@ async fn talk(socket: &mut WebSocket, house: &Arc<House>, live: &Live) -> Result
                 let written = offer.borrow_and_update().as_ref().map(|offer| offer.written.clone());
                 say(socket, &Notice::Draft { written }).await?;
             }
-            () = end(&mut ending) => return Err(End::Told(close_code::AWAY, "the server ends")),
+            () = ended(&mut ending) => return Err(End::Told(close_code::AWAY, "the server ends")),
         }
     }
 }

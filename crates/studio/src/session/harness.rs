@@ -1,11 +1,11 @@
 //! What a text describes, ready to be carried from one equilibrium to the next.
 
-use super::Refusal;
+use super::refusal::Refusal;
 use std::cell::RefCell;
 use wireloom::core::constraint::Action;
 use wireloom::core::network::Fixing;
 use wireloom::core::steps::{Schedule, Step};
-use wireloom::core::{Monitor, Network, Pose, Registry, StepResult};
+use wireloom::core::{Monitor, Network, Pose, Registry, Status, StepResult};
 use wireloom::scenario::{Built, Fault, Files, Scenario};
 use wireloom::solve::changed::{Changed, changed};
 use wireloom::solve::checkpoint::Checkpoint;
@@ -112,4 +112,9 @@ impl Harness {
 pub(super) fn same_nodes(one: &StepResult, network: &Network) -> bool {
     let counts = network.branches.iter().map(|branch| branch.rod.mesh().nodes());
     one.branches.iter().map(|branch| branch.s.len()).eq(counts)
+}
+
+/// Whether an increment may be followed by another.
+pub(super) fn is_balanced(ended: &Ended) -> bool {
+    matches!(ended.end.status, Status::Converged | Status::Stalled)
 }

@@ -1,8 +1,9 @@
 //! What hands do between drags: they take hold, let go, pin and clip. Each is a step of one increment.
 
-use super::harness::same_nodes;
+use super::Session;
+use super::harness::{is_balanced, same_nodes};
+use super::refusal::{Refusal, no_start};
 use super::standing::{Standing, Stretch};
-use super::{Refusal, Session, is_balanced};
 use crate::protocol::Holding;
 use std::rc::Rc;
 use wireloom::scenario::At;
@@ -42,7 +43,7 @@ impl Session {
     pub(super) fn hold(&mut self, tab: u32, branch: &str, s: f64, how: Holding) -> Result<(), Refusal> {
         self.end_drag();
         let standing = self.at_hand()?;
-        let last = standing.last.as_ref().ok_or_else(super::no_start)?;
+        let last = standing.last.as_ref().ok_or_else(no_start)?;
         let line = last.branches.iter().find(|line| line.name == branch).ok_or_else(|| {
             let names: Vec<&str> = last.branches.iter().map(|line| line.name.as_str()).collect();
             Refusal::new(format!("there is no branch \"{branch}\""), format!("known: {}", names.join(", ")))
@@ -83,7 +84,7 @@ impl Session {
     pub(super) fn pin(&mut self, tab: u32, name: &str) -> Result<(), Refusal> {
         let standing = self.where_it_acts(tab, name)?;
         let Standing { harness, at, .. } = &standing;
-        let index = harness.acting(name, at.as_ref().ok_or_else(super::no_start)?)?;
+        let index = harness.acting(name, at.as_ref().ok_or_else(no_start)?)?;
         let own = &harness.scenario.constraints[index];
         let at = match (own.at.as_slice(), own.span) {
             ([At::Branch { branch, s }], None) => {
@@ -107,7 +108,7 @@ impl Session {
             return Err(Refusal::new(format!("\"{name}\" is held by tab {other}"), "wait until it is let go there"));
         }
         let standing = self.at_hand()?;
-        standing.harness.acting(name, standing.at.as_ref().ok_or_else(super::no_start)?)?;
+        standing.harness.acting(name, standing.at.as_ref().ok_or_else(no_start)?)?;
         Ok(standing)
     }
 
@@ -115,7 +116,7 @@ impl Session {
     fn act(&mut self, standing: Standing, written: Written) -> Result<(), Refusal> {
         let label = written.name.clone();
         let mut next = standing;
-        let (other, at) = (next.harness.clone(), next.at.clone().ok_or_else(super::no_start)?);
+        let (other, at) = (next.harness.clone(), next.at.clone().ok_or_else(no_start)?);
         next.by_hand.push(Rc::new(written));
         let harness = Rc::new(self.load(&next)?);
         let nodes_stay = next.last.as_ref().is_some_and(|last| same_nodes(last, &harness.network));

@@ -1,6 +1,7 @@
 //! Everything of a session that `undo` brings back: the text so far, and the increments there are.
 
 use super::harness::Harness;
+use crate::frame::number;
 use crate::protocol::{Event, Timeline, TimelineStep};
 use std::cell::RefCell;
 use std::collections::HashSet;
@@ -204,11 +205,6 @@ fn place(place: &EventPlace, end: &StepResult) -> Option<[f64; 3]> {
     let s = place.s.unwrap_or(0.5 * branch.s.last()?);
     let node = branch.s.partition_point(|node| *node < s).min(branch.s.len() - 1);
     Some(branch.position[node].into())
-}
-
-/// A number as the protocol has it.
-pub(super) fn number(n: usize) -> u32 {
-    u32::try_from(n).unwrap_or(u32::MAX)
 }
 
 /// Keeps within bounds (bytes of frames, and of ends of steps) what all these remember, oldest first. Returns whether frames went.

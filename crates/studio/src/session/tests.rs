@@ -432,7 +432,10 @@ fn what_finds_no_balance_is_shown_and_not_written_down() {
     lost(&mut session, to("plug-B", [0.54, 0.2, 0.06]));
     assert_eq!(session.now.frames(), frames + 1);
     let events = session.timeline().events;
-    assert!(events.iter().any(|event| event.kind == "not-converged" && event.frame == number(frames)), "{events:?}");
+    assert!(
+        events.iter().any(|event| event.kind == "not-converged" && event.frame == crate::frame::number(frames)),
+        "{events:?}"
+    );
     // Another target takes its place, and another one's is taken back by letting go.
     done(&mut session, to("plug-B", [0.54, 0.2, 0.05]));
     assert_eq!((status(&session).as_str(), session.now.frames()), ("converged", frames + 1));

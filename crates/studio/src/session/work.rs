@@ -1,8 +1,9 @@
 //! Computing: one increment after the other, the schedule's or a drag's, each of which is shown.
 
+use super::harness::is_balanced;
 use super::standing::Stretch;
-use super::{Session, clearance, is_balanced};
-use crate::frame::{self, Header};
+use super::{Session, clearance};
+use crate::frame::{self, Header, number};
 use crate::protocol::Notice;
 use std::rc::Rc;
 use std::sync::Arc;
@@ -88,13 +89,13 @@ impl Session {
 
     /// Puts the end of an increment behind the others; where it is balanced, the harness stands there.
     pub(super) fn show(&mut self, ended: &Ended) {
-        let number = self.now.frames();
-        let mut header = Header::of(super::number(number), &ended.end, self.now.last.as_deref());
+        let index = self.now.frames();
+        let mut header = Header::of(number(index), &ended.end, self.now.last.as_deref());
         if let ([_, first], Some(start)) = (self.now.steps.as_slice(), &self.now.last)
             && first.len() == 0
         {
             // Results count the search for the start with the first step.
-            header.iterations = header.iterations.saturating_sub(super::number(start.minimiser.iterations));
+            header.iterations = header.iterations.saturating_sub(number(start.minimiser.iterations));
         }
         // While a hand drags there is no time for it.
         let rests = ended.checkpoint.done().1 == 0;
@@ -109,7 +110,7 @@ impl Session {
             self.now.last = Some(Arc::new(ended.end.clone()));
         }
         self.shown = Some(checkpoint);
-        self.frames_changed(number);
+        self.frames_changed(index);
     }
 
     /// The last frame once more, where something is near it: with how near.
@@ -118,12 +119,12 @@ impl Session {
             return;
         };
         let near = clearance::of_nodes(&self.now.harness.network.obstacles, &end);
-        let number = self.now.frames() - 1;
+        let index = self.now.frames() - 1;
         let newest = self.now.steps.last().and_then(|step| step.frames.borrow().last().cloned().flatten());
         let Some((header, _)) = newest.and_then(|frame| frame::decode(&frame)) else { return };
         self.now.pop();
         self.now.push(header.encode(&frame::nodes(&end.branches, &near)).into());
-        self.frames_changed(number);
+        self.frames_changed(index);
     }
 
     /// Something went wrong that nobody asked for.

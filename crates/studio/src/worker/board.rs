@@ -1,8 +1,7 @@
 //! What is known of a session outside its thread, and what every tab is to be told of it yet.
 
-use super::{Frames, Told};
 use crate::protocol::{self, Notice, Scene, Timeline};
-use crate::session::{News, Record, Session};
+use crate::session::{Frame, News, Record, Session};
 use std::collections::{BTreeMap, VecDeque};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -17,6 +16,16 @@ const SECOND: Duration = Duration::from_secs(1);
 /// Is called when there is something to take.
 type Wake = Arc<dyn Fn() + Send + Sync>;
 
+/// Something a tab is to be told.
+#[derive(Clone, Debug, PartialEq)]
+#[expect(clippy::large_enum_variant, reason = "one at a time is passed on, and none is kept")]
+pub enum Told {
+    /// In words.
+    Notice(Notice),
+    /// A shape.
+    Frame(Arc<[u8]>),
+}
+
 /// What is known of a session.
 pub(super) struct Board {
     scene: Option<Arc<Scene>>,
@@ -25,7 +34,7 @@ pub(super) struct Board {
     labels: [Option<String>; 2],
     held: Vec<(String, u32)>,
     pub unsaved: bool,
-    frames: Frames,
+    frames: Vec<Option<Frame>>,
     /// When frames came, within the last second.
     came: VecDeque<Instant>,
     tabs: BTreeMap<u32, Tab>,
