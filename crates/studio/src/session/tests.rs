@@ -433,7 +433,7 @@ fn what_finds_no_balance_is_shown_and_not_written_down() {
     assert_eq!(session.now.frames(), frames + 1);
     let events = session.timeline().events;
     assert!(
-        events.iter().any(|event| event.kind == "not-converged" && event.frame == crate::frame::number(frames)),
+        events.iter().any(|event| event.kind == "not-converged" && event.frame == frame::number(frames)),
         "{events:?}"
     );
     // Another target takes its place, and another one's is taken back by letting go.
