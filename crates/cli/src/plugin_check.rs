@@ -11,7 +11,7 @@ use std::time::Instant;
 use wireloom::core::constraint::{ConstraintSpec, Situation, SpanSpec, SpanUse, StationSpec};
 use wireloom::core::registry::{ConstraintKind, Form, Parameter};
 use wireloom::core::{Action, Constraint, Matrix, Parameters, Pose, Value, Vector};
-use wireloom::host::{Plugins, differentiated};
+use wireloom::host::{Plugins, numeric_derivatives};
 use wireloom::testkit::conformance::constraint::{Subject, checks};
 
 /// Nodes of a span that constraints are tried on.
@@ -115,7 +115,7 @@ fn trials(kind: &ConstraintKind) -> Vec<Trial<'_>> {
     for (name, check) in listed {
         let subject = subject.clone();
         let numeric = name.contains("derivative")
-            && differentiated().iter().any(|words| words.contains(&format!("`{}`", kind.name)));
+            && numeric_derivatives().iter().any(|words| words.contains(&format!("`{}`", kind.name)));
         all.push((
             name.replace('_', " "),
             Box::new(move || {

@@ -9,7 +9,7 @@ use wireloom::core::Registry;
 use wireloom::core::equilibrium::Library;
 use wireloom::gpu::Devices;
 use wireloom::gpu::batch::Batch;
-use wireloom::host::{Folders, LoadError, Plugin, Plugins, named, stand_by};
+use wireloom::host::{LoadError, Plugin, Plugins, SearchPath, install_crash_handler, resolve};
 use wireloom::scenario::Fault;
 use wireloom::solve::Progress;
 
@@ -19,8 +19,8 @@ const LOOK_LIMIT: f64 = 10.0;
 const PATH: &str = "WIRELOOM_PLUGINS";
 
 /// The folders of the search path that exist: those of the variable, then the one in the home folder.
-pub fn search_path() -> Folders {
-    let mut folders = std::env::var_os(PATH).map(|path| Folders::of(&path)).unwrap_or_default();
+pub fn search_path() -> SearchPath {
+    let mut folders = std::env::var_os(PATH).map(|path| SearchPath::of(&path)).unwrap_or_default();
     folders.0.extend(std::env::home_dir().map(|home| home.join(".wireloom/plugins")));
     folders.0.retain(|folder| folder.is_dir());
     folders
@@ -32,7 +32,7 @@ fn devices(allowed: &Allowed) -> Devices {
 
 /// Whom the user trusts, and which device they wish.
 pub struct Trust {
-    folders: Option<Folders>,
+    folders: Option<SearchPath>,
     allowed: Vec<PathBuf>,
     devices: Devices,
 }
@@ -67,14 +67,14 @@ impl Trust {
     fn file(&self, wanted: &str, folder: &Path) -> Result<PathBuf, (String, String)> {
         let is_name = Path::new(wanted).file_name().is_some_and(|name| name == wanted);
         let searched = self.folders.as_ref().filter(|_| is_name).and_then(|folders| folders.find(wanted));
-        let Some(file) = searched.or_else(|| self.allowed_by_name(wanted)).or_else(|| named(&folder.join(wanted)))
+        let Some(file) = searched.or_else(|| self.allowed_by_name(wanted)).or_else(|| resolve(&folder.join(wanted)))
         else {
             return Err(self.nowhere(wanted, folder, is_name));
         };
         let same = |other: &PathBuf| {
             other.canonicalize().is_ok_and(|other| file.canonicalize().is_ok_and(|file| file == other))
         };
-        if self.folders.as_ref().is_some_and(|folders| folders.contain(&file)) || self.allowed.iter().any(same) {
+        if self.folders.as_ref().is_some_and(|folders| folders.contains(&file)) || self.allowed.iter().any(same) {
             return Ok(file);
         }
         let file = file.display();
@@ -87,7 +87,7 @@ impl Trust {
 
     /// An allowed file that is called so.
     fn allowed_by_name(&self, name: &str) -> Option<PathBuf> {
-        self.allowed.iter().find(|file| named(&file.with_file_name(name)).as_ref() == Some(file)).cloned()
+        self.allowed.iter().find(|file| resolve(&file.with_file_name(name)).as_ref() == Some(file)).cloned()
     }
 
     fn nowhere(&self, wanted: &str, folder: &Path, is_name: bool) -> (String, String) {
@@ -113,7 +113,7 @@ pub fn prepare_for_the_worst(time_limit: f64) {
 fn become_heir(arguments: &[OsString], time_limit: f64) {
     let Ok(program) = std::env::current_exe() else { return };
     let arguments = [&["plugin-fault".into()], arguments, &["--".into()]].concat();
-    stand_by(&program, &arguments, Duration::try_from_secs_f64(time_limit).unwrap_or(Duration::MAX));
+    install_crash_handler(&program, &arguments, Duration::try_from_secs_f64(time_limit).unwrap_or(Duration::MAX));
 }
 
 /// What becomes of this process where a plugin ends it during a run: it says so, with the increment at hand, and saves what there is.

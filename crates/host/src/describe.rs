@@ -13,7 +13,7 @@ const MOST: u32 = 256;
 const MOST_STATIONS: u32 = 64;
 
 /// What a kind says of itself.
-pub struct Described {
+pub struct KindDescription {
     /// Name in scenarios.
     pub name: String,
     /// One line.
@@ -38,11 +38,11 @@ pub enum Functions {
 ///
 /// # Safety
 /// `kinds` and what it points to are what the ABI says, where that cannot be checked.
-pub unsafe fn kinds(kinds: *const abi::Kinds) -> Result<Vec<Described>, Reason> {
+pub unsafe fn kinds(kinds: *const abi::Kinds) -> Result<Vec<KindDescription>, Reason> {
     // SAFETY: as the caller promises; the size stands first.
     unsafe {
         read::pointer("its list of kinds", kinds)?;
-        let table: abi::Kinds = read::prefix("list of kinds", kinds, (*kinds).size)?;
+        let table: abi::Kinds = read::read_struct("list of kinds", kinds, (*kinds).size)?;
         let all = read::array("kinds", table.first, table.count, table.stride, MOST)?;
         let mut names = BTreeSet::new();
         let mut described = vec![];
@@ -50,7 +50,7 @@ pub unsafe fn kinds(kinds: *const abi::Kinds) -> Result<Vec<Described>, Reason> 
             let at = table.first.byte_add(k * table.stride as usize);
             let one = one(at, kind, &format!("kind {}", k + 1))?;
             if !names.insert(one.name.clone()) {
-                return Err(Reason::Twice { what: format!("kind `{}`", one.name) });
+                return Err(Reason::Duplicate { what: format!("kind `{}`", one.name) });
             }
             described.push(one);
         }
@@ -67,7 +67,7 @@ fn wrong(what: String, value: impl ToString, right: &str) -> Reason {
 
 /// # Safety
 /// As for [`kinds`].
-unsafe fn one(at: *const abi::Kind, kind: &abi::Kind, which: &str) -> Result<Described, Reason> {
+unsafe fn one(at: *const abi::Kind, kind: &abi::Kind, which: &str) -> Result<KindDescription, Reason> {
     // SAFETY: as the caller promises.
     unsafe {
         let name = read::name(&format!("the name of {which}"), kind.name)?;
@@ -79,7 +79,7 @@ unsafe fn one(at: *const abi::Kind, kind: &abi::Kind, which: &str) -> Result<Des
         for (k, declared) in declared.iter().enumerate() {
             let one = parameter(declared, &format!("parameter {} of {which}", k + 1))?;
             if parameters.iter().any(|other| other.name == one.name) {
-                return Err(Reason::Twice { what: format!("parameter `{}` of {which}", one.name) });
+                return Err(Reason::Duplicate { what: format!("parameter `{}` of {which}", one.name) });
             }
             parameters.push(one);
         }
@@ -87,12 +87,12 @@ unsafe fn one(at: *const abi::Kind, kind: &abi::Kind, which: &str) -> Result<Des
         let (functions, create, destroy) = match kind.family {
             abi::FAMILY_CONSTRAINT => {
                 read::pointer(&format!("the {table}"), kind.constraint)?;
-                let own: abi::ConstraintKind = read::prefix(&table, kind.constraint, (*kind.constraint).size)?;
+                let own: abi::ConstraintKind = read::read_struct(&table, kind.constraint, (*kind.constraint).size)?;
                 (Functions::Constraint(own, attaches(&own, &which)?), own.create.is_some(), own.destroy.is_some())
             }
             abi::FAMILY_JOINT => {
                 read::pointer(&format!("the {table}"), kind.joint)?;
-                let own: abi::JointKind = read::prefix(&table, kind.joint, (*kind.joint).size)?;
+                let own: abi::JointKind = read::read_struct(&table, kind.joint, (*kind.joint).size)?;
                 (Functions::Joint(own), own.create.is_some(), own.destroy.is_some())
             }
             other => return Err(wrong(format!("the family of {which}"), other, "1 is a constraint, 2 a joint model")),
@@ -105,7 +105,7 @@ unsafe fn one(at: *const abi::Kind, kind: &abi::Kind, which: &str) -> Result<Des
                 });
             }
         }
-        Ok(Described { name, doc, parameters, kind: at, functions })
+        Ok(KindDescription { name, doc, parameters, kind: at, functions })
     }
 }
 
@@ -231,7 +231,7 @@ fn quantity(plain: i32) -> Option<Quantity> {
 }
 
 /// The value of a parameter for C.
-pub fn plain_value(value: Option<&Value>, form: &Form) -> abi::Value {
+pub fn abi_value(value: Option<&Value>, form: &Form) -> abi::Value {
     let value = value.map(|value| match (value, form) {
         (Value::Number(x), _) => [*x, 0.0, 0.0],
         (Value::Vector(v), _) => (*v).into(),

@@ -50,7 +50,7 @@ pub enum Reason {
     },
     /// A struct is smaller than it has ever been.
     #[error("its {what} says it has {size} bytes; ABI 1.0 has {least}")]
-    Short {
+    TooSmall {
         /// Which struct.
         what: String,
         /// Bytes it says.
@@ -89,7 +89,7 @@ pub enum Reason {
     },
     /// Two of a name within the plugin.
     #[error("{what} stands there twice")]
-    Twice {
+    Duplicate {
         /// What.
         what: String,
     },

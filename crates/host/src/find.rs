@@ -8,9 +8,9 @@ use std::path::{Path, PathBuf};
 
 /// Folders whose libraries the user trusts, in order.
 #[derive(Clone, Debug, Default)]
-pub struct Folders(pub Vec<PathBuf>);
+pub struct SearchPath(pub Vec<PathBuf>);
 
-impl Folders {
+impl SearchPath {
     /// The folders of a search path, written as the system writes such lists.
     pub fn of(path: &OsStr) -> Self {
         Self(std::env::split_paths(path).filter(|folder| !folder.as_os_str().is_empty()).collect())
@@ -35,11 +35,11 @@ impl Folders {
 
     /// The library of a plugin of this name, in the first folder that has one.
     pub fn find(&self, name: &str) -> Option<PathBuf> {
-        self.0.iter().find_map(|folder| named(&folder.join(name)))
+        self.0.iter().find_map(|folder| resolve(&folder.join(name)))
     }
 
     /// Whether a file lies in one of the folders.
-    pub fn contain(&self, file: &Path) -> bool {
+    pub fn contains(&self, file: &Path) -> bool {
         let folder = file.canonicalize().ok().and_then(|file| Some(file.parent()?.to_owned()));
         folder.is_some_and(|folder| self.0.iter().any(|own| own.canonicalize().is_ok_and(|own| own == folder)))
     }
@@ -53,7 +53,7 @@ fn is_library(path: &Path) -> bool {
 ///
 /// # Errors
 /// Those of the system; that it is something else, or larger than `most` bytes.
-pub fn plain_file(path: &Path, most: u64) -> std::io::Result<File> {
+pub fn open_regular_file(path: &Path, most: u64) -> std::io::Result<File> {
     // Looked at before it is opened: to open a pipe is to wait for somebody who writes.
     let there = std::fs::metadata(path)?;
     let refused = |reason: String| Err(std::io::Error::new(ErrorKind::InvalidInput, reason));
@@ -75,7 +75,7 @@ pub fn file_name(name: &str) -> String {
 }
 
 /// The file itself, or, where the path says only the plugin's name, the library of that name in its folder.
-pub fn named(path: &Path) -> Option<PathBuf> {
+pub fn resolve(path: &Path) -> Option<PathBuf> {
     if path.is_file() {
         return Some(path.to_owned());
     }

@@ -1,9 +1,9 @@
 //! Opens a library, and looks at its entry before anything in it is called.
 
-use crate::call::{Site, into_plugin};
-use crate::describe::{self, Described};
+use crate::call::{CallSite, call_plugin};
+use crate::describe::{self, KindDescription};
 use crate::error::Reason;
-use crate::find::plain_file;
+use crate::find::open_regular_file;
 use crate::read::{self, Message};
 use sha2::{Digest, Sha256};
 use std::error::Error;
@@ -23,22 +23,22 @@ pub struct Opened {
     pub doc: String,
     pub hash: String,
     pub abi: (u32, u32),
-    pub kinds: Vec<Described>,
+    pub kinds: Vec<KindDescription>,
     pub notes: Option<Notes>,
 }
 
 /// Opens, checks, lists.
 pub fn open(file: &Path) -> Result<Opened, Reason> {
     let mut hash = Sha256::new();
-    plain_file(file, LARGEST)
+    open_regular_file(file, LARGEST)
         .and_then(|file| std::io::copy(&mut file.take(LARGEST), &mut hash))
         .map_err(Reason::Unreadable)?;
     let hash = hash.finalize().iter().map(|byte| format!("{byte:02x}")).collect();
     // A path without a folder would be looked for elsewhere.
     let file = std::path::absolute(file).map_err(Reason::Unreadable)?;
-    let site = Site::new(&format!("plugin {}", file.display()));
+    let site = CallSite::new(&format!("plugin {}", file.display()));
     // SAFETY: what a library does as it is loaded is its own affair: whoever names it trusts it.
-    let library = into_plugin(&site, c"the library's own start", || unsafe { libloading::Library::new(&file) });
+    let library = call_plugin(&site, c"the library's own start", || unsafe { libloading::Library::new(&file) });
     let library = library.map_err(|error| Reason::NotALibrary(words(&error)))?;
     // SAFETY: a symbol of this name is an entry, which begins with its magic; everything else is looked at only after that.
     let entry: *const Entry =
@@ -56,7 +56,7 @@ pub fn open(file: &Path) -> Result<Opened, Reason> {
             entry.kinds.ok_or_else(|| Reason::Pointer { what: "its function `kinds`".into(), value: "null".into() })?;
         let mut message = Message::new();
         let mut text = message.text();
-        let list = into_plugin(&site, c"kinds", || kinds(&mut text));
+        let list = call_plugin(&site, c"kinds", || kinds(&mut text));
         if list.is_null() {
             return Err(Reason::Kinds(message.words()));
         }
@@ -70,17 +70,17 @@ pub fn open(file: &Path) -> Result<Opened, Reason> {
 ///
 /// # Safety
 /// `entry` is one of a plugin.
-unsafe fn notes(entry: &Entry, site: &Arc<Site>) -> Result<Option<Notes>, Reason> {
+unsafe fn notes(entry: &Entry, site: &Arc<CallSite>) -> Result<Option<Notes>, Reason> {
     let Some(get) = entry.get_extension else { return Ok(None) };
     // SAFETY: as the caller promises; an extension of this id has this type, and its size stands first.
     unsafe {
-        let found: *const Notes = into_plugin(site, c"get_extension", || get(EXTENSION_NOTES.as_ptr())).cast();
+        let found: *const Notes = call_plugin(site, c"get_extension", || get(EXTENSION_NOTES.as_ptr())).cast();
         if found.is_null() {
             return Ok(None);
         }
         let what = format!("extension `{}`", EXTENSION_NOTES.to_string_lossy());
         read::pointer(&format!("its {what}"), found)?;
-        read::prefix(&what, found, (*found).size).map(Some)
+        read::read_struct(&what, found, (*found).size).map(Some)
     }
 }
 
@@ -100,7 +100,7 @@ unsafe fn check(entry: *const Entry, program: (u32, u32)) -> Result<Entry, Reaso
         if plugin.0 != program.0 || plugin.1 > program.1 {
             return Err(Reason::Version { plugin, program });
         }
-        read::prefix("entry", entry, (*entry).size)
+        read::read_struct("entry", entry, (*entry).size)
     }
 }
 
@@ -155,26 +155,26 @@ mod tests {
         /// The table of functions as a later program knows it, with one more.
         #[repr(C)]
         #[derive(Clone, Copy)]
-        struct Later {
+        struct NewerTable {
             known: wireloom_abi::ConstraintKind,
             more: Option<extern "C" fn()>,
         }
         // SAFETY: integers and functions that may be absent.
-        unsafe impl read::Grows for Later {
-            const LEAST: usize = <wireloom_abi::ConstraintKind as read::Grows>::LEAST;
+        unsafe impl read::Extensible for NewerTable {
+            const MIN_SIZE: usize = <wireloom_abi::ConstraintKind as read::Extensible>::MIN_SIZE;
         }
         extern "C" fn never() {}
         // SAFETY: zeroes are valid.
-        let mut here: Later = unsafe { std::mem::zeroed() };
+        let mut here: NewerTable = unsafe { std::mem::zeroed() };
         here.known.stations_max = 3;
         // What happens to stand behind an old struct must not be taken for a function.
         here.more = Some(never);
-        for (size, more) in [(size_of::<wireloom_abi::ConstraintKind>(), false), (size_of::<Later>(), true)] {
+        for (size, more) in [(size_of::<wireloom_abi::ConstraintKind>(), false), (size_of::<NewerTable>(), true)] {
             // SAFETY: as many bytes are there.
-            let read = unsafe { read::prefix("table", &raw const here, size as u32) }.expect("long enough");
+            let read = unsafe { read::read_struct("table", &raw const here, size as u32) }.expect("long enough");
             assert_eq!((read.known.stations_max, read.more.is_some()), (3, more));
         }
         // SAFETY: likewise.
-        assert!(unsafe { read::prefix("table", &raw const here, 40) }.is_err());
+        assert!(unsafe { read::read_struct("table", &raw const here, 40) }.is_err());
     }
 }

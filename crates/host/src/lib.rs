@@ -4,29 +4,29 @@
 //!
 //! The road of a library: [`Plugins::load`] opens it; `handshake` checks its entry before anything in it is called; `describe` reads its kinds;
 //! `proxy` makes constraints of them and `joint` joint models, which the rest of the program cannot tell from built-in ones. Every call goes through `line` and `call`, so that a watchdog
-//! and a signal handler know where a thread is (`last_words`).
+//! and a signal handler know where a thread is (`crash_handler`).
 #![allow(unsafe_code, reason = "this crate calls into libraries of others")]
 
 mod call;
+mod crash_handler;
 mod describe;
 mod error;
 mod find;
 mod handshake;
+mod instance;
 mod joint;
-mod last_words;
-mod line;
 mod numeric;
 mod proxy;
 mod read;
 
+pub use crash_handler::install_crash_handler;
 pub use error::{LoadError, Reason};
-pub use find::{Folders, file_name, named, plain_file};
-pub use last_words::stand_by;
-pub use line::differentiated;
+pub use find::{SearchPath, file_name, open_regular_file, resolve};
+pub use instance::numeric_derivatives;
 pub use proxy::notes;
 pub use wireloom_abi::{ABI_MAJOR, ABI_MINOR, HEADER};
 
-use describe::{Described, Functions};
+use describe::{Functions, KindDescription};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use wireloom_core::Registry;
@@ -72,7 +72,7 @@ impl Plugins {
         if let Some(other) = self.0.iter().find(|other| other.name == opened.name) {
             return Err(refuse(Reason::NameTaken { name: opened.name, other: other.file.clone() }));
         }
-        let taken = |kind: &&Described| match kind.functions {
+        let taken = |kind: &&KindDescription| match kind.functions {
             Functions::Constraint(..) => registry.constraint(&kind.name).is_some(),
             Functions::Joint(_) => registry.joint(&kind.name).is_some(),
         };
@@ -113,6 +113,6 @@ impl Plugins {
 }
 
 /// Names of some kinds.
-fn names(kinds: &[Described], which: impl Fn(&Functions) -> bool) -> Vec<String> {
+fn names(kinds: &[KindDescription], which: impl Fn(&Functions) -> bool) -> Vec<String> {
     kinds.iter().filter(|kind| which(&kind.functions)).map(|kind| kind.name.clone()).collect()
 }

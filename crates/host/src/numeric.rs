@@ -10,13 +10,13 @@ const STEP: f64 = 1e-4;
 const STENCIL: [(f64, f64); 4] = [(1.0, 8.0), (-1.0, -8.0), (2.0, -1.0), (-2.0, 1.0)];
 
 /// The situation with one variable moved: of the stations, then of the nodes.
-struct Moved<'s, 'a> {
+struct Perturbed<'s, 'a> {
     at: &'s Situation<'a>,
     stations: Vec<Pose>,
     span: Vec<Vector>,
 }
 
-impl<'s, 'a> Moved<'s, 'a> {
+impl<'s, 'a> Perturbed<'s, 'a> {
     fn new(at: &'s Situation<'a>) -> Self {
         Self { at, stations: at.stations.to_vec(), span: at.span.to_vec() }
     }
@@ -47,7 +47,7 @@ pub fn gradient(
     stations: &mut [Vector],
     span: &mut [Vector],
 ) {
-    let mut moved = Moved::new(at);
+    let mut moved = Perturbed::new(at);
     for (vector, to) in stations.iter_mut().chain(span).enumerate() {
         *to = Vector::from_fn(|axis, _| {
             let terms = STENCIL.map(|(place, weight)| weight * moved.call(vector, axis, place * STEP, energy));
@@ -62,7 +62,7 @@ type Gradient<'g> = dyn Fn(&Situation<'_>, &mut [Vector], &mut [Vector]) + 'g;
 /// Symmetric part of the derivative of a gradient.
 pub fn hessian(at: &Situation<'_>, gradient: &Gradient<'_>, stations: &mut [Matrix], span: &mut [Matrix]) {
     let (m, k) = (at.stations.len(), at.span.len());
-    let mut moved = Moved::new(at);
+    let mut moved = Perturbed::new(at);
     let (mut x, mut s) = (vec![Vector::zeros(); 2 * m], vec![Vector::zeros(); k]);
     stations.fill(Matrix::zeros());
     span.fill(Matrix::zeros());
@@ -102,7 +102,7 @@ pub fn jacobian(
 ) {
     let (m, k) = (at.stations.len(), at.span.len());
     let of_node = (all - r).checked_div(k).unwrap_or(0);
-    let mut moved = Moved::new(at);
+    let mut moved = Perturbed::new(at);
     let mut c = vec![0.0; all];
     stations.fill(Vector::zeros());
     span.fill(Vector::zeros());

@@ -2,9 +2,9 @@
 //!
 //! The first thing that goes wrong is kept as the constraint's fault; from then on the plugin is not called any more, and all values are not-a-number.
 
-use crate::call::{Site, into_plugin};
-use crate::describe::{Described, plain_value};
-use crate::line::{Line, UNWRITTEN, differentiate, differentiated, kept};
+use crate::call::{CallSite, call_plugin};
+use crate::describe::{KindDescription, abi_value};
+use crate::instance::{PluginInstance, UNWRITTEN, locked, note_numeric_derivatives, numeric_derivatives};
 use crate::numeric;
 use crate::read::Message;
 use std::cell::RefCell;
@@ -29,29 +29,29 @@ const MOST_NOTES: u32 = 16;
 
 /// What an engineer should know of the constraints that plugins have made in this process: what they say themselves, and which derivatives are missing.
 pub fn notes() -> Vec<String> {
-    kept(&NOTES).iter().cloned().chain(differentiated()).collect()
+    locked(&NOTES).iter().cloned().chain(numeric_derivatives()).collect()
 }
 
 /// A kind whose constraints are made by a plugin; `owner` says which, in words.
 pub fn kind(
-    described: Described,
+    described: KindDescription,
     (functions, attaches): (abi::ConstraintKind, Attaches),
     owner: Arc<String>,
     notes: Option<Notes>,
 ) -> ConstraintKind {
-    let Described { name, doc, parameters, kind, .. } = described;
-    let maker = Maker { name: name.clone(), kind, functions, owner, parameters: parameters.clone(), notes };
+    let KindDescription { name, doc, parameters, kind, .. } = described;
+    let factory = Factory { name: name.clone(), kind, functions, owner, parameters: parameters.clone(), notes };
     ConstraintKind {
         name,
         doc,
         attaches,
         parameters,
-        build: Box::new(move |spec, values| Ok(Box::new(maker.make(spec, values)?))),
+        build: Box::new(move |spec, values| Ok(Box::new(factory.make(spec, values)?))),
     }
 }
 
 /// Makes constraints of a kind.
-struct Maker {
+struct Factory {
     name: String,
     kind: *const abi::Kind,
     functions: abi::ConstraintKind,
@@ -61,14 +61,14 @@ struct Maker {
 }
 
 // SAFETY: descriptors are never written to, and `create` may be called from any thread.
-unsafe impl Send for Maker {}
+unsafe impl Send for Factory {}
 // SAFETY: likewise.
-unsafe impl Sync for Maker {}
+unsafe impl Sync for Factory {}
 
-impl Maker {
+impl Factory {
     fn make(&self, spec: &ConstraintSpec, values: &Parameters) -> Result<Proxy, BuildError> {
         let owner = &self.owner;
-        let site = Site::new(&format!("constraint `{}` ({}): {owner}", spec.name, self.name));
+        let site = CallSite::new(&format!("constraint `{}` ({}): {owner}", spec.name, self.name));
         let refuse = |what: String| BuildError::new(format!("{owner} {what}"), HELP);
         let name = c_string(&spec.name);
         let branches: Vec<Option<CString>> =
@@ -93,7 +93,7 @@ impl Maker {
             diameter: span.diameter,
         });
         let values: Vec<abi::Value> =
-            self.parameters.iter().map(|p| plain_value(values.0.get(&p.name), &p.form)).collect();
+            self.parameters.iter().map(|p| abi_value(values.0.get(&p.name), &p.form)).collect();
         let mut rails = [[0.0; 3]; 2];
         for (to, rail) in rails.iter_mut().zip(&spec.rails) {
             *to = (*rail).into();
@@ -109,7 +109,7 @@ impl Maker {
             values: values.as_ptr(),
             tangent_given: i32::from(spec.tangent_given),
             up_given: i32::from(spec.up_given),
-            hold: spec.hold.iter().flatten().map(|word| plain_hold(*word)).fold(0, |all, bit| all | bit),
+            hold: spec.hold.iter().flatten().map(|word| abi_hold(*word)).fold(0, |all, bit| all | bit),
             free_axis_given: i32::from(spec.free_axis.is_some()),
             free_axis: spec.free_axis.map_or([0.0; 3], |axis| (*axis).into()),
             rails,
@@ -121,11 +121,11 @@ impl Maker {
         description.size = size_of::<abi::Description>() as u32;
         let create = self.functions.create.expect("descriptors without it are refused");
         // SAFETY: all is as the ABI says.
-        let line = Line::create(site, owner.clone(), |instance, text| unsafe {
+        let instance = PluginInstance::create(site, owner.clone(), |instance, text| unsafe {
             create(self.kind, &plain, instance, &mut description, text)
         });
         let mut proxy = Proxy {
-            line: line.map_err(refuse)?,
+            instance: instance.map_err(refuse)?,
             functions: self.functions,
             description,
             stations: spec.stations.len(),
@@ -134,10 +134,10 @@ impl Maker {
             residuals: [vec![], vec![]],
         };
         if description.thread_safe != 0 {
-            proxy.line.unlock();
+            proxy.instance.allow_concurrent_calls();
         }
-        proxy.understand(&self.functions).map_err(refuse)?;
-        self.take_note(spec, &proxy);
+        proxy.validate(&self.functions).map_err(refuse)?;
+        self.collect_notes(spec, &proxy);
         let missing = match (description.has_gradient != 0, description.has_hessian != 0, description.shape) {
             (_, _, abi::SHAPE_PRESCRIBED) | (true, true, _) => return Ok(proxy),
             (false, _, abi::SHAPE_EQUATIONS) => "the Jacobian is taken numerically, second derivatives are left out",
@@ -145,27 +145,27 @@ impl Maker {
             (false, ..) => "gradient and Hessian are taken numerically",
             (true, false, _) => "the Hessian is taken numerically",
         };
-        differentiate(&self.name, owner, missing);
+        note_numeric_derivatives(&self.name, owner, missing);
         Ok(proxy)
     }
 }
 
-impl Maker {
+impl Factory {
     /// Asks for what an engineer should know.
-    fn take_note(&self, spec: &ConstraintSpec, proxy: &Proxy) {
+    fn collect_notes(&self, spec: &ConstraintSpec, proxy: &Proxy) {
         let Some(note) = self.notes.and_then(|notes| notes.note) else { return };
         let kind = c_string(&self.name);
         for index in 0..MOST_NOTES {
             let mut message = Message::new();
             let mut text = message.text();
             // SAFETY: all is as the ABI says.
-            let status = into_plugin(&proxy.line.site, c"note", || unsafe {
-                note(kind.as_ptr(), proxy.line.instance, index, &mut text)
+            let status = call_plugin(&proxy.instance.site, c"note", || unsafe {
+                note(kind.as_ptr(), proxy.instance.instance, index, &mut text)
             });
             if status != abi::STATUS_OK {
                 return;
             }
-            kept(&NOTES).insert(format!("constraint `{}` ({}): {}", spec.name, self.name, message.words()));
+            locked(&NOTES).insert(format!("constraint `{}` ({}): {}", spec.name, self.name, message.words()));
         }
     }
 }
@@ -174,7 +174,7 @@ pub fn c_string(words: &str) -> CString {
     CString::new(words.replace('\0', "")).unwrap_or_default()
 }
 
-fn plain_hold(word: HoldWord) -> i32 {
+fn abi_hold(word: HoldWord) -> i32 {
     match word {
         HoldWord::Position => abi::HOLD_POSITION,
         HoldWord::Tangent => abi::HOLD_TANGENT,
@@ -184,7 +184,7 @@ fn plain_hold(word: HoldWord) -> i32 {
 
 /// A constraint whose functions are in a plugin.
 struct Proxy {
-    line: Line,
+    instance: PluginInstance,
     functions: abi::ConstraintKind,
     description: abi::Description,
     stations: usize,
@@ -203,16 +203,16 @@ impl Drop for Proxy {
     fn drop(&mut self) {
         if let Some(destroy) = self.functions.destroy {
             // SAFETY: the instance is one of this plugin's, and nobody else has it.
-            into_plugin(&self.line.site, c"destroy", || unsafe { destroy(self.line.instance) });
+            call_plugin(&self.instance.site, c"destroy", || unsafe { destroy(self.instance.instance) });
         }
     }
 }
 
 /// What is asked of `evaluate`.
-type Wanted = abi::Evaluation;
+type Evaluation = abi::Evaluation;
 
-const NOTHING: Wanted = Wanted {
-    size: size_of::<Wanted>() as u32,
+const NOTHING: Evaluation = Evaluation {
+    size: size_of::<Evaluation>() as u32,
     reserved: 0,
     energy: null_mut(),
     gradient: null_mut(),
@@ -239,7 +239,7 @@ thread_local! {
 
 impl Proxy {
     /// Takes what `create` wrote at its word where that can be checked.
-    fn understand(&mut self, functions: &abi::ConstraintKind) -> Result<(), String> {
+    fn validate(&mut self, functions: &abi::ConstraintKind) -> Result<(), String> {
         let said = self.description;
         if !(abi::SHAPE_PRESCRIBED..=abi::SHAPE_EQUATIONS).contains(&said.shape) {
             return Err(match said.shape {
@@ -285,9 +285,9 @@ impl Proxy {
     fn with_situation<R>(&self, at: &Situation<'_>, call: impl FnOnce(&abi::Situation, &mut Vec<f64>) -> R) -> R {
         SCRATCH.with_borrow_mut(|Scratch { stations, targets, rows }| {
             stations.clear();
-            stations.extend(at.stations.iter().map(plain_pose));
+            stations.extend(at.stations.iter().map(abi_pose));
             targets.clear();
-            targets.extend(at.targets.iter().map(plain_pose));
+            targets.extend(at.targets.iter().map(abi_pose));
             let situation = abi::Situation {
                 size: size_of::<abi::Situation>() as u32,
                 station_count: stations.len() as u32,
@@ -305,38 +305,38 @@ impl Proxy {
         })
     }
 
-    fn evaluate(&self, situation: &abi::Situation, wanted: &mut Wanted) -> bool {
+    fn evaluate(&self, situation: &abi::Situation, wanted: &mut Evaluation) -> bool {
         let evaluate = self.functions.evaluate.expect("looked for as it was made");
         // SAFETY: all is as the ABI says.
-        self.line.call(c"evaluate", |own, text| unsafe { evaluate(own, situation, wanted, text) })
+        self.instance.call(c"evaluate", |own, text| unsafe { evaluate(own, situation, wanted, text) })
     }
 
     fn energy_alone(&self, at: &Situation<'_>) -> f64 {
         let mut energy = UNWRITTEN;
         let done = self.with_situation(at, |situation, _| {
-            self.evaluate(situation, &mut Wanted { energy: &mut energy, ..NOTHING })
+            self.evaluate(situation, &mut Evaluation { energy: &mut energy, ..NOTHING })
         });
-        if done && self.line.finite("energy", &[energy]) { energy } else { f64::NAN }
+        if done && self.instance.finite("energy", &[energy]) { energy } else { f64::NAN }
     }
 
     fn residuals_alone(&self, at: &Situation<'_>, c: &mut [f64]) {
         c.fill(UNWRITTEN);
         let done = self.with_situation(at, |situation, _| {
-            self.evaluate(situation, &mut Wanted { residuals: c.as_mut_ptr(), ..NOTHING })
+            self.evaluate(situation, &mut Evaluation { residuals: c.as_mut_ptr(), ..NOTHING })
         });
-        if !(done && self.line.finite("residuals", c)) {
+        if !(done && self.instance.finite("residuals", c)) {
             c.fill(f64::NAN);
         }
     }
 
     /// Second derivatives as the plugin writes them, by rows, to the core's blocks.
-    fn second(&self, at: &Situation<'_>, w: &[f64], stations: &mut [Matrix], span: &mut [Matrix]) {
+    fn second_derivatives(&self, at: &Situation<'_>, w: &[f64], stations: &mut [Matrix], span: &mut [Matrix]) {
         let (m, k) = (at.stations.len(), at.span.len());
         let done = self.with_situation(at, |situation, rows| {
             rows.clear();
             rows.resize(36 * m * m + 9 * k, UNWRITTEN);
             let (of_stations, of_span) = rows.split_at_mut(36 * m * m);
-            let mut wanted = Wanted {
+            let mut wanted = Evaluation {
                 hessian: of_stations.as_mut_ptr(),
                 span_hessian: of_span.as_mut_ptr(),
                 weights: w.as_ptr(),
@@ -345,7 +345,7 @@ impl Proxy {
             if !self.evaluate(situation, &mut wanted) {
                 return false;
             }
-            if !(self.line.finite("Hessian", of_stations) && self.line.finite("Hessian of the span", of_span)) {
+            if !(self.instance.finite("Hessian", of_stations) && self.instance.finite("Hessian of the span", of_span)) {
                 return false;
             }
             for (at, x) in of_stations.iter().enumerate() {
@@ -386,18 +386,21 @@ impl Constraint for Proxy {
 
     fn target(&self, base: &Pose, progress: f64) -> Pose {
         let Some(target) = self.functions.target else { return *base };
-        let base = plain_pose(base);
+        let base = abi_pose(base);
         let mut to = abi::Pose { position: [UNWRITTEN; 3], orientation: [UNWRITTEN; 4] };
         // SAFETY: all is as the ABI says.
-        let done = self.line.call(c"target", |own, text| unsafe { target(own, &base, progress, &mut to, text) });
+        let done = self.instance.call(c"target", |own, text| unsafe { target(own, &base, progress, &mut to, text) });
         let q = to.orientation;
         let [w, x, y, z] = q;
         let norm = q.iter().map(|x| x * x).sum::<f64>().sqrt();
-        if done && self.line.finite("target's position", &to.position) && self.line.finite("target's orientation", &q) {
+        if done
+            && self.instance.finite("target's position", &to.position)
+            && self.instance.finite("target's orientation", &q)
+        {
             if (norm - 1.0).abs() < 1e-6 {
                 return pose(to.position, q);
             }
-            self.line.broke(format!(
+            self.instance.fail(format!(
                 "returned a target with orientation [{w}, {x}, {y}, {z}], of length {norm} instead of 1"
             ));
         }
@@ -415,15 +418,15 @@ impl Constraint for Proxy {
             rows.extend_from_slice(memory);
             // SAFETY: all is as the ABI says; `rows` has as many numbers as the memory.
             let done =
-                self.line.call(c"commit", |own, text| unsafe { commit(own, situation, rows.as_mut_ptr(), text) });
-            if done && self.line.finite("memory", rows) {
+                self.instance.call(c"commit", |own, text| unsafe { commit(own, situation, rows.as_mut_ptr(), text) });
+            if done && self.instance.finite("memory", rows) {
                 memory.copy_from_slice(rows);
             }
         });
     }
 
     fn fault(&self) -> Option<String> {
-        self.line.fault()
+        self.instance.fault()
     }
 }
 
@@ -441,7 +444,7 @@ impl Potential for Proxy {
         stations.fill(Vector::repeat(UNWRITTEN));
         span.fill(Vector::repeat(UNWRITTEN));
         let done = self.with_situation(at, |situation, _| {
-            let mut wanted = Wanted {
+            let mut wanted = Evaluation {
                 energy: &mut energy,
                 gradient: stations.as_mut_ptr().cast(),
                 span_gradient: span.as_mut_ptr().cast(),
@@ -450,9 +453,9 @@ impl Potential for Proxy {
             self.evaluate(situation, &mut wanted)
         });
         let good = done
-            && self.line.finite("energy", &[energy])
-            && self.line.finite("gradient", stations.as_flattened_numbers())
-            && self.line.finite("gradient of the span", span.as_flattened_numbers());
+            && self.instance.finite("energy", &[energy])
+            && self.instance.finite("gradient", stations.as_numbers())
+            && self.instance.finite("gradient of the span", span.as_numbers());
         if !good {
             stations.fill(Vector::repeat(f64::NAN));
             span.fill(Vector::repeat(f64::NAN));
@@ -473,7 +476,7 @@ impl Potential for Proxy {
             );
             return;
         }
-        self.second(at, &[], stations, span);
+        self.second_derivatives(at, &[], stations, span);
     }
 }
 
@@ -507,7 +510,7 @@ impl Equations for Proxy {
         stations.fill(Vector::repeat(UNWRITTEN));
         span.fill(Vector::repeat(UNWRITTEN));
         let done = self.with_situation(at, |situation, _| {
-            let mut wanted = Wanted {
+            let mut wanted = Evaluation {
                 residuals: c.as_mut_ptr(),
                 jacobian: stations.as_mut_ptr().cast(),
                 span_jacobian: span.as_mut_ptr().cast(),
@@ -516,9 +519,9 @@ impl Equations for Proxy {
             self.evaluate(situation, &mut wanted)
         });
         let good = done
-            && self.line.finite("residuals", c)
-            && self.line.finite("Jacobian", stations.as_flattened_numbers())
-            && self.line.finite("Jacobian of the span", span.as_flattened_numbers());
+            && self.instance.finite("residuals", c)
+            && self.instance.finite("Jacobian", stations.as_numbers())
+            && self.instance.finite("Jacobian of the span", span.as_numbers());
         if !good {
             c.fill(f64::NAN);
             stations.fill(Vector::repeat(f64::NAN));
@@ -529,24 +532,24 @@ impl Equations for Proxy {
     /// Without second derivatives of the plugin's own, those of Gauss and Newton do.
     fn curvature(&self, at: &Situation<'_>, w: &[f64], stations: &mut [Matrix], span: &mut [Matrix]) {
         if self.description.has_hessian != 0 {
-            self.second(at, w, stations, span);
+            self.second_derivatives(at, w, stations, span);
         }
     }
 }
 
 /// Vectors as the numbers they are made of.
-trait Numbers {
-    fn as_flattened_numbers(&self) -> &[f64];
+trait AsNumbers {
+    fn as_numbers(&self) -> &[f64];
 }
 
-impl Numbers for [Vector] {
-    fn as_flattened_numbers(&self) -> &[f64] {
+impl AsNumbers for [Vector] {
+    fn as_numbers(&self) -> &[f64] {
         // SAFETY: a vector of nalgebra is three numbers and nothing else (`repr(C)`, `repr(transparent)`).
         unsafe { std::slice::from_raw_parts(self.as_ptr().cast(), 3 * self.len()) }
     }
 }
 
-fn plain_pose(pose: &Pose) -> abi::Pose {
+fn abi_pose(pose: &Pose) -> abi::Pose {
     let q = &pose.orientation;
     abi::Pose { position: pose.position.into(), orientation: [q.w, q.i, q.j, q.k] }
 }

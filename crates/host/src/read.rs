@@ -13,22 +13,22 @@ const LARGEST: u32 = 65536;
 ///
 /// # Safety
 /// All bit patterns of zeroes are valid values, also of its last fields alone.
-pub unsafe trait Grows: Copy {
+pub unsafe trait Extensible: Copy {
     /// Its size in ABI 1.0, bytes.
-    const LEAST: usize;
+    const MIN_SIZE: usize;
 }
 
-macro_rules! grows {
+macro_rules! extensible {
     ($($name:ty: $least:expr),+ $(,)?) => {$(
         // SAFETY: integers, pointers and functions that may be absent.
-        unsafe impl Grows for $name {
-            const LEAST: usize = if cfg!(target_pointer_width = "64") { $least } else { size_of::<$name>() };
+        unsafe impl Extensible for $name {
+            const MIN_SIZE: usize = if cfg!(target_pointer_width = "64") { $least } else { size_of::<$name>() };
         }
     )+};
 }
 
 // Sizes where pointers have eight bytes, as ABI 1.0 had them. A field that comes later must not change them.
-grows! {
+extensible! {
     wireloom_abi::Entry: 64,
     wireloom_abi::Kinds: 24,
     wireloom_abi::Kind: 48,
@@ -54,10 +54,10 @@ pub fn pointer<T>(what: &str, pointer: *const T) -> Result<(), Reason> {
 ///
 /// # Safety
 /// `from` is null, or points to as many bytes.
-pub unsafe fn prefix<T: Grows>(what: &str, from: *const T, size: u32) -> Result<T, Reason> {
+pub unsafe fn read_struct<T: Extensible>(what: &str, from: *const T, size: u32) -> Result<T, Reason> {
     pointer(what, from)?;
-    if (size as usize) < T::LEAST {
-        return Err(Reason::Short { what: what.to_owned(), size, least: T::LEAST as u32 });
+    if (size as usize) < T::MIN_SIZE {
+        return Err(Reason::TooSmall { what: what.to_owned(), size, least: T::MIN_SIZE as u32 });
     }
     if size > LARGEST {
         return Err(Reason::Value {
@@ -78,7 +78,7 @@ pub unsafe fn prefix<T: Grows>(what: &str, from: *const T, size: u32) -> Result<
 ///
 /// # Safety
 /// `first` is null, or points to as many bytes as that makes.
-pub unsafe fn array<T: Grows>(
+pub unsafe fn array<T: Extensible>(
     what: &str,
     first: *const T,
     count: u32,
@@ -98,7 +98,7 @@ pub unsafe fn array<T: Grows>(
     pointer(&format!("its array of {what}"), first)?;
     let one = |k: u32| {
         // SAFETY: as the caller promises.
-        unsafe { prefix(&format!("array of {what}"), first.byte_add(k as usize * stride as usize), stride) }
+        unsafe { read_struct(&format!("array of {what}"), first.byte_add(k as usize * stride as usize), stride) }
     };
     (0..count).map(one).collect()
 }

@@ -1,6 +1,6 @@
 //! A call that never comes back must not take with it what was computed: this process becomes another program, which saves it.
 
-use crate::call::{self, Watch};
+use crate::call::{self, Watchdog};
 use std::ffi::{CStr, CString, OsString, c_char};
 use std::path::Path;
 use std::ptr::{null, null_mut};
@@ -8,16 +8,16 @@ use std::sync::atomic::{AtomicPtr, Ordering};
 use std::time::Duration;
 
 /// Program and arguments, ready for a moment in which nothing may be allocated.
-struct Heir {
+struct CrashHandler {
     program: CString,
     arguments: Vec<CString>,
 }
 
-static HEIR: AtomicPtr<Heir> = AtomicPtr::new(null_mut());
+static HANDLER: AtomicPtr<CrashHandler> = AtomicPtr::new(null_mut());
 
-fn heir() -> Option<&'static Heir> {
-    // SAFETY: null, or leaked by `stand_by`.
-    unsafe { HEIR.load(Ordering::Acquire).as_ref() }
+fn handler() -> Option<&'static CrashHandler> {
+    // SAFETY: null, or leaked by `install_crash_handler`.
+    unsafe { HANDLER.load(Ordering::Acquire).as_ref() }
 }
 
 fn c_string(words: &std::ffi::OsStr) -> CString {
@@ -27,11 +27,13 @@ fn c_string(words: &std::ffi::OsStr) -> CString {
 /// From now on a plugin that crashes, ends the process, or takes more than `limit` for one call makes this process become `program` with these
 /// arguments and three more: whose function it was, which function, and what happened. The last call counts, but for the limit, which is that of the
 /// first.
-pub fn stand_by(program: &Path, arguments: &[OsString], limit: Duration) {
-    let heir =
-        Heir { program: c_string(program.as_os_str()), arguments: arguments.iter().map(|a| c_string(a)).collect() };
+pub fn install_crash_handler(program: &Path, arguments: &[OsString], limit: Duration) {
+    let handler = CrashHandler {
+        program: c_string(program.as_os_str()),
+        arguments: arguments.iter().map(|a| c_string(a)).collect(),
+    };
     // The one before it stays: another thread may be reading it.
-    if !HEIR.swap(Box::into_raw(Box::new(heir)), Ordering::AcqRel).is_null() {
+    if !HANDLER.swap(Box::into_raw(Box::new(handler)), Ordering::AcqRel).is_null() {
         return;
     }
     #[cfg(unix)]
@@ -41,12 +43,12 @@ pub fn stand_by(program: &Path, arguments: &[OsString], limit: Duration) {
     let (started, begun) = std::sync::mpsc::channel();
     let watch = move || {
         let took = CString::new(format!("did not come back within {} s", limit.as_secs_f64())).unwrap_or_default();
-        let mut watch = Watch::default();
+        let mut watch = Watchdog::default();
         let _ = started.send(());
         loop {
             std::thread::sleep(pause);
             if let Some((site, function)) = watch.overdue(limit) {
-                hand_over(site.words().as_ptr(), function.as_ptr(), took.as_ptr());
+                exec_handler(site.words().as_ptr(), function.as_ptr(), took.as_ptr());
             }
         }
     };
@@ -61,36 +63,36 @@ const ARGUMENTS: usize = 16;
 
 /// Becomes the heir. Allocates nothing where there is `exec`.
 #[cfg(unix)]
-fn hand_over(site: *const c_char, function: *const c_char, happened: *const c_char) {
-    let Some(heir) = heir() else { return };
+fn exec_handler(site: *const c_char, function: *const c_char, happened: *const c_char) {
+    let Some(handler) = handler() else { return };
     let mut all = [null::<c_char>(); ARGUMENTS + 5];
-    let own = heir.arguments.iter().take(ARGUMENTS).map(|a| a.as_ptr());
-    let words = std::iter::once(heir.program.as_ptr()).chain(own).chain([site, function, happened]);
+    let own = handler.arguments.iter().take(ARGUMENTS).map(|a| a.as_ptr());
+    let words = std::iter::once(handler.program.as_ptr()).chain(own).chain([site, function, happened]);
     for (to, word) in all.iter_mut().zip(words) {
         *to = word;
     }
     // SAFETY: all are strings that end with a zero, and the list ends with a null.
-    unsafe { libc::execv(heir.program.as_ptr(), all.as_ptr()) };
+    unsafe { libc::execv(handler.program.as_ptr(), all.as_ptr()) };
 }
 
 #[cfg(not(unix))]
-fn hand_over(site: *const c_char, function: *const c_char, happened: *const c_char) {
-    let Some(heir) = heir() else { return };
+fn exec_handler(site: *const c_char, function: *const c_char, happened: *const c_char) {
+    let Some(handler) = handler() else { return };
     // SAFETY: all are strings that end with a zero.
     let words = [site, function, happened].map(|word| unsafe { CStr::from_ptr(word) });
     let words =
-        heir.arguments.iter().map(CString::as_c_str).chain(words).map(|word| word.to_string_lossy().into_owned());
-    let ended = std::process::Command::new(heir.program.to_string_lossy().as_ref()).args(words).status();
+        handler.arguments.iter().map(CString::as_c_str).chain(words).map(|word| word.to_string_lossy().into_owned());
+    let ended = std::process::Command::new(handler.program.to_string_lossy().as_ref()).args(words).status();
     std::process::exit(ended.ok().and_then(|status| status.code()).unwrap_or(3));
 }
 
 #[cfg(unix)]
 mod signals {
-    use super::{CStr, call, hand_over};
+    use super::{CStr, call, exec_handler};
     use std::ffi::c_int;
     use std::sync::OnceLock;
 
-    const WATCHED: [(c_int, &CStr); 5] = [
+    const SIGNALS: [(c_int, &CStr); 5] = [
         (libc::SIGSEGV, c"crashed: it touched memory that is not its own (SIGSEGV)"),
         (libc::SIGBUS, c"crashed: it touched memory that is not there (SIGBUS)"),
         (libc::SIGILL, c"crashed: an illegal instruction (SIGILL)"),
@@ -99,12 +101,12 @@ mod signals {
     ];
 
     /// What was in place before, and gets what happens outside of plugins.
-    static BEFORE: OnceLock<[libc::sigaction; WATCHED.len()]> = OnceLock::new();
+    static PREVIOUS: OnceLock<[libc::sigaction; SIGNALS.len()]> = OnceLock::new();
 
     /// Takes over what ends a process, where it is inside a plugin.
     pub fn listen() {
-        BEFORE.get_or_init(|| {
-            WATCHED.map(|(signal, _)| {
+        PREVIOUS.get_or_init(|| {
+            SIGNALS.map(|(signal, _)| {
                 // SAFETY: plain structs of C, for which zeroes are valid; the handler is one for `SA_SIGINFO`.
                 unsafe {
                     let mut before: libc::sigaction = std::mem::zeroed();
@@ -122,11 +124,11 @@ mod signals {
     }
 
     extern "C" fn crashed(signal: c_int, _: *mut libc::siginfo_t, _: *mut libc::c_void) {
-        let at = call::inside();
-        let found = WATCHED.iter().position(|(watched, _)| *watched == signal);
-        let (Some(which), Some(before)) = (found, BEFORE.get()) else { return };
+        let at = call::current_call();
+        let found = SIGNALS.iter().position(|(watched, _)| *watched == signal);
+        let (Some(which), Some(before)) = (found, PREVIOUS.get()) else { return };
         if !at.site.is_null() {
-            hand_over(at.site, at.function, WATCHED[which].1.as_ptr());
+            exec_handler(at.site, at.function, SIGNALS[which].1.as_ptr());
         }
         // Not a plugin's doing, or nobody to hand over to: what was there before gets it, as the instruction is tried again.
         // SAFETY: `before` is what the system gave us.
@@ -139,9 +141,9 @@ mod signals {
     }
 
     extern "C" fn ended() {
-        let at = call::inside();
+        let at = call::current_call();
         if !at.site.is_null() {
-            hand_over(at.site, at.function, c"ended the process (exit)".as_ptr());
+            exec_handler(at.site, at.function, c"ended the process (exit)".as_ptr());
         }
     }
 }
