@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use std::time::Duration;
 use wireloom::core::Registry;
 use wireloom::core::equilibrium::Library;
-use wireloom::gpu::Devices;
+use wireloom::gpu::SharedDevice;
 use wireloom::gpu::batch::Batch;
 use wireloom::host::{LoadError, Plugin, Plugins, SearchPath, install_crash_handler, resolve};
 use wireloom::scenario::Fault;
@@ -26,15 +26,15 @@ pub fn search_path() -> SearchPath {
     folders
 }
 
-fn devices(allowed: &Allowed) -> Devices {
-    Devices::for_one(allowed.device.as_deref())
+fn devices(allowed: &Allowed) -> SharedDevice {
+    SharedDevice::for_single_runs(allowed.device.as_deref())
 }
 
 /// Whom the user trusts, and which device they wish.
 pub struct Trust {
     folders: Option<SearchPath>,
     allowed: Vec<PathBuf>,
-    devices: Devices,
+    devices: SharedDevice,
 }
 
 impl Trust {
@@ -49,8 +49,8 @@ impl Trust {
     }
 
     /// The same, for many harnesses at a time.
-    pub fn for_many(self) -> Self {
-        Self { devices: self.devices.for_many(), ..self }
+    pub fn for_batches(self) -> Self {
+        Self { devices: self.devices.for_batches(), ..self }
     }
 
     /// What brings them to the device together.

@@ -253,7 +253,7 @@ impl Observer for Watcher {
         self.increments += 1;
         self.extremes.see(end);
         if let Some(page) = &mut self.page {
-            page.see(end);
+            page.record(end);
         }
         self.attempt(|watcher| {
             watcher.results.increment(progress, end)?;

@@ -2,8 +2,8 @@
 //!
 //! All of them are given what the ABI says: pointers that are null or hold what it says they hold.
 
-use crate::panics::guarded;
-use crate::read::{parameters, plain_pose, pose, slice, spec};
+use crate::panics::catch_panics;
+use crate::read::{abi_pose, parameters, pose, slice, spec};
 use crate::table::Table;
 use std::cell::RefCell;
 use std::ffi::c_void;
@@ -43,7 +43,7 @@ pub unsafe extern "C" fn create(
 ) -> i32 {
     // SAFETY: see the head of this file. `kind` is one of ours, so behind its table of functions its owner stands.
     unsafe {
-        guarded(message, || {
+        catch_panics(message, || {
             let kind = &(*(*kind).constraint.cast::<Table<abi::ConstraintKind, ConstraintKind>>()).kind;
             let values = slice((*said).values, (*said).value_count as usize);
             let made = (kind.build)(&spec(&*said), &parameters(&kind.parameters, values))
@@ -79,7 +79,7 @@ pub unsafe extern "C" fn create(
                 inequalities: own.inequalities.as_ptr(),
                 scales: own.scales.as_ptr(),
                 hold: match own.constraint.action() {
-                    Action::Prescribed(hold) => plain_hold(hold),
+                    Action::Prescribed(hold) => abi_hold(hold),
                     _ => NO_HOLD,
                 },
             };
@@ -98,7 +98,7 @@ const NO_HOLD: abi::Hold = abi::Hold {
     reserved: 0,
 };
 
-fn plain_hold(hold: &Hold) -> abi::Hold {
+fn abi_hold(hold: &Hold) -> abi::Hold {
     let mut plain = abi::Hold { position: i32::from(hold.position), rail_count: hold.rails.len() as u32, ..NO_HOLD };
     for (to, rail) in plain.rails.iter_mut().zip(&hold.rails) {
         *to = (*rail).into();
@@ -119,7 +119,7 @@ fn plain_hold(hold: &Hold) -> abi::Hold {
 pub unsafe extern "C" fn destroy(instance: *mut c_void) {
     // SAFETY: see the head of this file; an instance is destroyed once.
     unsafe {
-        guarded(std::ptr::null_mut(), || {
+        catch_panics(std::ptr::null_mut(), || {
             drop(Box::from_raw(instance.cast::<Instance>()));
             Ok(())
         });
@@ -135,9 +135,9 @@ pub unsafe extern "C" fn target(
 ) -> i32 {
     // SAFETY: see the head of this file.
     unsafe {
-        guarded(message, || {
+        catch_panics(message, || {
             let own = &*instance.cast::<Instance>();
-            *target = plain_pose(&own.constraint.target(&pose(&*base), progress));
+            *target = abi_pose(&own.constraint.target(&pose(&*base), progress));
             Ok(())
         })
     }
@@ -151,13 +151,13 @@ pub unsafe extern "C" fn commit(
 ) -> i32 {
     // SAFETY: see the head of this file.
     unsafe {
-        guarded(message, || {
+        catch_panics(message, || {
             let own = &*instance.cast::<Instance>();
             let memory = match own.memory.len() {
                 0 => &mut [],
                 count => std::slice::from_raw_parts_mut(memory, count),
             };
-            in_words(&*situation, |at, _| own.constraint.commit(at, memory));
+            with_situation(&*situation, |at, _| own.constraint.commit(at, memory));
             Ok(())
         })
     }
@@ -171,13 +171,13 @@ pub unsafe extern "C" fn evaluate(
 ) -> i32 {
     // SAFETY: see the head of this file.
     unsafe {
-        guarded(message, || {
+        catch_panics(message, || {
             let own = &*instance.cast::<Instance>();
             let wanted = &*evaluation;
-            in_words(&*situation, |at, blocks| match own.constraint.action() {
+            with_situation(&*situation, |at, blocks| match own.constraint.action() {
                 Action::Prescribed(_) => {}
-                Action::Potential(potential) => of_potential(potential, at, wanted, blocks),
-                Action::Equations(equations) => of_equations(equations, own.residuals, at, wanted, blocks),
+                Action::Potential(potential) => evaluate_potential(potential, at, wanted, blocks),
+                Action::Equations(equations) => evaluate_equations(equations, own.residuals, at, wanted, blocks),
             });
             Ok(())
         })
@@ -186,7 +186,7 @@ pub unsafe extern "C" fn evaluate(
 
 /// # Safety
 /// `wanted` is what the ABI says.
-unsafe fn of_potential(
+unsafe fn evaluate_potential(
     potential: &dyn Potential,
     at: &Situation<'_>,
     wanted: &abi::Evaluation,
@@ -204,14 +204,14 @@ unsafe fn of_potential(
             *to = energy;
         }
         if !wanted.hessian.is_null() {
-            second(m, k, wanted, blocks, |stations, span| potential.hessian(at, stations, span));
+            second_derivatives(m, k, wanted, blocks, |stations, span| potential.hessian(at, stations, span));
         }
     }
 }
 
 /// # Safety
-/// As for [`of_potential`]; there are `r` residuals of the stations and `p` of each node.
-unsafe fn of_equations(
+/// As for [`evaluate_potential`]; there are `r` residuals of the stations and `p` of each node.
+unsafe fn evaluate_equations(
     equations: &dyn Equations,
     [r, p]: [usize; 2],
     at: &Situation<'_>,
@@ -222,7 +222,7 @@ unsafe fn of_equations(
     let all = r + k * p;
     // SAFETY: as the caller promises.
     unsafe {
-        let c = room(wanted.residuals, all);
+        let c = output(wanted.residuals, all);
         if !wanted.jacobian.is_null() {
             let stations = vectors(wanted.jacobian, r * 2 * m);
             equations.jacobian(at, c, stations, vectors(wanted.span_jacobian, all - r));
@@ -231,7 +231,7 @@ unsafe fn of_equations(
         }
         if !wanted.hessian.is_null() {
             let w = slice(wanted.weights, all);
-            second(m, k, wanted, blocks, |stations, span| equations.curvature(at, w, stations, span));
+            second_derivatives(m, k, wanted, blocks, |stations, span| equations.curvature(at, w, stations, span));
         }
     }
 }
@@ -239,8 +239,8 @@ unsafe fn of_equations(
 /// Second derivatives: blocks of the core, which are stored by columns, to rows of C.
 ///
 /// # Safety
-/// As for [`of_potential`].
-unsafe fn second(
+/// As for [`evaluate_potential`].
+unsafe fn second_derivatives(
     m: usize,
     k: usize,
     wanted: &abi::Evaluation,
@@ -253,12 +253,12 @@ unsafe fn second(
     hessian(stations, span);
     // SAFETY: as the caller promises.
     unsafe {
-        let rows = room(wanted.hessian, 36 * m * m);
+        let rows = output(wanted.hessian, 36 * m * m);
         for (at, x) in rows.iter_mut().enumerate() {
             let (row, column) = (at / (6 * m), at % (6 * m));
             *x = stations[row / 3 * 2 * m + column / 3][(row % 3, column % 3)];
         }
-        let rows = room(wanted.span_hessian, 9 * k);
+        let rows = output(wanted.span_hessian, 9 * k);
         for (at, x) in rows.iter_mut().enumerate() {
             *x = span[at / 9][(at % 9 / 3, at % 3)];
         }
@@ -269,23 +269,23 @@ unsafe fn second(
 ///
 /// # Safety
 /// `first` is null, or has room for them.
-unsafe fn room<'a>(first: *mut f64, count: usize) -> &'a mut [f64] {
+unsafe fn output<'a>(first: *mut f64, count: usize) -> &'a mut [f64] {
     if first.is_null() || count == 0 {
         return &mut [];
     }
     // SAFETY: as the caller promises.
-    let room = unsafe { std::slice::from_raw_parts_mut(first, count) };
-    room.fill(0.0);
-    room
+    let output = unsafe { std::slice::from_raw_parts_mut(first, count) };
+    output.fill(0.0);
+    output
 }
 
 /// The same as vectors of three.
 ///
 /// # Safety
-/// As for [`room`], for `3 count` numbers.
+/// As for [`output`], for `3 count` numbers.
 unsafe fn vectors<'a>(first: *mut f64, count: usize) -> &'a mut [Vector] {
     // SAFETY: as the caller promises; a vector of nalgebra is three numbers and nothing else (`repr(C)`, `repr(transparent)`).
-    let numbers = unsafe { room(first, 3 * count) };
+    let numbers = unsafe { output(first, 3 * count) };
     unsafe { std::slice::from_raw_parts_mut(numbers.as_mut_ptr().cast(), numbers.len() / 3) }
 }
 
@@ -293,7 +293,7 @@ unsafe fn vectors<'a>(first: *mut f64, count: usize) -> &'a mut [Vector] {
 ///
 /// # Safety
 /// `situation` is what the ABI says.
-unsafe fn in_words(situation: &abi::Situation, call: impl FnOnce(&Situation<'_>, &mut Vec<Matrix>)) {
+unsafe fn with_situation(situation: &abi::Situation, call: impl FnOnce(&Situation<'_>, &mut Vec<Matrix>)) {
     let count = situation.station_count as usize;
     let nodes = situation.span_count as usize;
     SCRATCH.with_borrow_mut(|Scratch { stations, targets, blocks }| {

@@ -12,7 +12,7 @@ use wireloom_core::registry::{ConstraintKind, Form, JointKind, Parameter, Quanti
 pub fn kinds(constraints: Vec<ConstraintKind>, joints: Vec<JointKind>) -> &'static abi::Kinds {
     let constraints = constraints.into_iter().map(constraint_kind);
     let kinds: Vec<abi::Kind> = constraints.chain(joints.into_iter().map(joint_kind)).collect();
-    leaked(abi::Kinds {
+    leak(abi::Kinds {
         size: size_of::<abi::Kinds>() as u32,
         count: kinds.len() as u32,
         stride: size_of::<abi::Kind>() as u32,
@@ -38,7 +38,7 @@ fn constraint_kind(kind: ConstraintKind) -> abi::Kind {
         target: Some(constraint::target),
         commit: Some(constraint::commit),
     };
-    abi::Kind { constraint: &raw const leaked(Table { functions, kind }).functions, ..described }
+    abi::Kind { constraint: &raw const leak(Table { functions, kind }).functions, ..described }
 }
 
 fn joint_kind(kind: JointKind) -> abi::Kind {
@@ -50,7 +50,7 @@ fn joint_kind(kind: JointKind) -> abi::Kind {
         destroy: Some(joint::destroy),
         evaluate: Some(joint::evaluate),
     };
-    abi::Kind { joint: &raw const leaked(Table { functions, kind }).functions, ..described }
+    abi::Kind { joint: &raw const leak(Table { functions, kind }).functions, ..described }
 }
 
 /// A kind without its functions.
@@ -61,8 +61,8 @@ fn described(family: i32, name: &str, doc: &str, parameters: &[Parameter]) -> ab
         parameter_count: parameters.len() as u32,
         parameter_stride: size_of::<abi::Parameter>() as u32,
         reserved: 0,
-        name: words(name),
-        doc: words(doc),
+        name: text(name),
+        doc: text(doc),
         parameters: parameters.leak().as_ptr(),
         constraint: null(),
         joint: null(),
@@ -71,8 +71,8 @@ fn described(family: i32, name: &str, doc: &str, parameters: &[Parameter]) -> ab
 
 fn parameter(parameter: &Parameter) -> abi::Parameter {
     let mut described = abi::Parameter {
-        name: words(&parameter.name),
-        doc: words(&parameter.doc),
+        name: text(&parameter.name),
+        doc: text(&parameter.doc),
         form: 0,
         quantity: abi::QUANTITY_DIMENSIONLESS,
         presence: match (&parameter.default, parameter.required) {
@@ -91,13 +91,13 @@ fn parameter(parameter: &Parameter) -> abi::Parameter {
     match &parameter.form {
         Form::Number { quantity, minimum, exclusive, maximum } => {
             described.form = abi::FORM_NUMBER;
-            described.quantity = plain_quantity(*quantity);
+            described.quantity = abi_quantity(*quantity);
             (described.minimum, described.maximum) = (*minimum, *maximum);
             described.minimum_excluded = i32::from(*exclusive);
         }
         Form::Vector { quantity } => {
             described.form = abi::FORM_VECTOR;
-            described.quantity = plain_quantity(*quantity);
+            described.quantity = abi_quantity(*quantity);
         }
         Form::Count { minimum } => {
             described.form = abi::FORM_COUNT;
@@ -107,7 +107,7 @@ fn parameter(parameter: &Parameter) -> abi::Parameter {
         Form::Choice(choices) => {
             described.form = abi::FORM_CHOICE;
             described.choice_count = choices.len() as u32;
-            let choices: Vec<*const c_char> = choices.iter().map(|word| words(word)).collect();
+            let choices: Vec<*const c_char> = choices.iter().map(|word| text(word)).collect();
             described.choices = choices.leak().as_ptr();
         }
     }
@@ -125,7 +125,7 @@ fn parameter(parameter: &Parameter) -> abi::Parameter {
     described
 }
 
-fn plain_quantity(quantity: Quantity) -> i32 {
+fn abi_quantity(quantity: Quantity) -> i32 {
     match quantity {
         Quantity::Dimensionless => abi::QUANTITY_DIMENSIONLESS,
         Quantity::Length => abi::QUANTITY_LENGTH,
@@ -144,11 +144,11 @@ fn plain_quantity(quantity: Quantity) -> i32 {
     }
 }
 
-fn words(words: &str) -> *const c_char {
-    let until_zero = words.split('\0').next().unwrap_or_default();
+fn text(text: &str) -> *const c_char {
+    let until_zero = text.split('\0').next().unwrap_or_default();
     CString::new(until_zero).unwrap_or_default().into_raw()
 }
 
-fn leaked<T>(value: T) -> &'static T {
+fn leak<T>(value: T) -> &'static T {
     Box::leak(Box::new(value))
 }

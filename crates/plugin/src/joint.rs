@@ -2,8 +2,8 @@
 //!
 //! All of them are given what the ABI says: pointers that are null or hold what it says they hold.
 
-use crate::panics::guarded;
-use crate::read::{frame, parameters, slice, words};
+use crate::panics::catch_panics;
+use crate::read::{frame, parameters, slice, text};
 use crate::table::Table;
 use std::cell::RefCell;
 use std::ffi::c_void;
@@ -36,7 +36,7 @@ pub unsafe extern "C" fn create(
 ) -> i32 {
     // SAFETY: see the head of this file. `kind` is one of ours, so behind its table of functions its owner stands.
     unsafe {
-        guarded(message, || {
+        catch_panics(message, || {
             let kind = &(*(*kind).joint.cast::<Table<abi::JointKind, JointKind>>()).kind;
             let values = slice((*said).values, (*said).value_count as usize);
             let made: Instance = (kind.build)(&spec(&*said), &parameters(&kind.parameters, values))
@@ -62,7 +62,7 @@ pub unsafe extern "C" fn create(
 pub unsafe extern "C" fn destroy(instance: *mut c_void) {
     // SAFETY: see the head of this file; an instance is destroyed once.
     unsafe {
-        guarded(std::ptr::null_mut(), || {
+        catch_panics(std::ptr::null_mut(), || {
             drop(Box::from_raw(instance.cast::<Instance>()));
             Ok(())
         });
@@ -77,7 +77,7 @@ pub unsafe extern "C" fn evaluate(
 ) -> i32 {
     // SAFETY: see the head of this file.
     unsafe {
-        guarded(message, || {
+        catch_panics(message, || {
             let model = &*instance.cast::<Instance>();
             let wanted = &*evaluation;
             let k = wanted.arm_count as usize;
@@ -129,7 +129,7 @@ unsafe fn spec(spec: &abi::JointSpec) -> JointSpec {
     unsafe {
         let arms = (0..spec.arm_count as usize).map(|a| {
             let arm = &*spec.arms.byte_add(a * spec.arm_stride as usize);
-            let branch = words(arm.branch).unwrap_or_default();
+            let branch = text(arm.branch).unwrap_or_default();
             Arm {
                 starts_here: arm.starts_here != 0,
                 rest: frame(&arm.rest),
@@ -153,7 +153,7 @@ unsafe fn spec(spec: &abi::JointSpec) -> JointSpec {
         let share =
             |wire: &abi::WireShare| WireShare { from: wire.from as usize, to: wire.to as usize, share: wire.share };
         JointSpec {
-            name: words(spec.name).unwrap_or_default(),
+            name: text(spec.name).unwrap_or_default(),
             arms: arms.collect(),
             wires: slice(spec.wires, spec.wire_count as usize).iter().map(share).collect(),
         }

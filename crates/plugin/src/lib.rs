@@ -31,9 +31,9 @@ pub struct Plugin {
 
 /// Descriptors of a plugin's kinds, made when they are first asked for. Used by [`export!`].
 #[doc(hidden)]
-pub struct Shelf(OnceLock<&'static Kinds>);
+pub struct Descriptors(OnceLock<&'static Kinds>);
 
-impl Shelf {
+impl Descriptors {
     /// Nothing yet.
     #[doc(hidden)]
     pub const fn empty() -> Self {
@@ -46,11 +46,11 @@ impl Shelf {
     /// `message` is null, or points to a text with the room that it says.
     #[doc(hidden)]
     pub unsafe fn kinds(&'static self, message: *mut Text, plugin: fn() -> Plugin) -> *const Kinds {
-        panics::listen();
+        panics::install_hook();
         let mut found = std::ptr::null();
         // SAFETY: as the caller promises.
         unsafe {
-            panics::guarded(message, || {
+            panics::catch_panics(message, || {
                 found = std::ptr::from_ref(*self.0.get_or_init(|| {
                     let Plugin { constraints, joints } = plugin();
                     descriptors::kinds(constraints, joints)
@@ -73,11 +73,11 @@ macro_rules! export {
         #[allow(unsafe_code, reason = "a plugin exports one symbol, and this is it")]
         const _: () = {
             unsafe extern "C" fn kinds(message: *mut $crate::abi::Text) -> *const $crate::abi::Kinds {
-                static SHELF: $crate::Shelf = $crate::Shelf::empty();
+                static DESCRIPTORS: $crate::Descriptors = $crate::Descriptors::empty();
                 #[allow(clippy::needless_update, reason = "all families may be named")]
                 let plugin = || $crate::Plugin { $($family: vec![$($kind),*],)+ ..$crate::Plugin::default() };
                 // SAFETY: who calls this promises what the ABI demands.
-                unsafe { SHELF.kinds(message, plugin) }
+                unsafe { DESCRIPTORS.kinds(message, plugin) }
             }
 
             #[unsafe(no_mangle)]

@@ -23,7 +23,7 @@ pub unsafe fn slice<'a, T>(first: *const T, count: usize) -> &'a [T] {
 ///
 /// # Safety
 /// `text` is null, or ends with a zero.
-pub unsafe fn words(text: *const c_char) -> Option<String> {
+pub unsafe fn text(text: *const c_char) -> Option<String> {
     if text.is_null() {
         return None;
     }
@@ -42,7 +42,7 @@ pub fn frame([w, x, y, z]: &[f64; 4]) -> Rotation {
 }
 
 /// The same for C.
-pub fn plain_pose(pose: &Pose) -> abi::Pose {
+pub fn abi_pose(pose: &Pose) -> abi::Pose {
     let q = &pose.orientation;
     abi::Pose { position: pose.position.into(), orientation: [q.w, q.i, q.j, q.k] }
 }
@@ -62,14 +62,14 @@ pub unsafe fn spec(spec: &abi::ConstraintSpec) -> ConstraintSpec {
     // SAFETY: what `spec` points to is what the ABI says.
     unsafe {
         let stations = slice(spec.stations, spec.station_count as usize).iter().map(|station| StationSpec {
-            place: words(station.branch).map(|branch| (branch, station.arc_length)),
+            place: text(station.branch).map(|branch| (branch, station.arc_length)),
             diameter: station.diameter,
         });
         ConstraintSpec {
-            name: words(spec.name).unwrap_or_default(),
+            name: text(spec.name).unwrap_or_default(),
             stations: stations.collect(),
             span: spec.span.as_ref().map(|span| SpanSpec {
-                branch: words(span.branch).unwrap_or_default(),
+                branch: text(span.branch).unwrap_or_default(),
                 range: (span.begins, span.ends),
                 diameter: span.diameter,
             }),
@@ -90,7 +90,7 @@ pub fn parameters(declared: &[Parameter], values: &[abi::Value]) -> Parameters {
         Form::Vector { .. } => Some(Value::Vector(Vector::from(*value))),
         Form::Count { .. } => Some(Value::Count(value[0] as usize)),
         Form::Flag => Some(Value::Flag(value[0] != 0.0)),
-        Form::Choice(words) => words.get(value[0] as usize).cloned().map(Value::Word),
+        Form::Choice(text) => text.get(value[0] as usize).cloned().map(Value::Word),
     };
     Parameters(
         given.filter_map(|(parameter, value)| Some((parameter.name.clone(), one(parameter, &value.value)?))).collect(),

@@ -32,7 +32,7 @@ fn tables<'a>(branches: impl Iterator<Item = &'a str>) -> Vec<String> {
 }
 
 /// What files say of their making.
-pub struct Made<'a> {
+pub struct ExportInfo<'a> {
     /// What it was made from.
     pub provenance: &'a Provenance,
     /// Names and texts: of the scenario, then of the files it names.
@@ -46,13 +46,13 @@ pub struct Made<'a> {
 }
 
 /// The file of this name; `None` where there is none, or nothing to be told yet.
-pub fn make(run: &Run, obstacles: &[Obstacle], name: &str, made: &Made<'_>) -> Option<Vec<u8>> {
+pub fn make(run: &Run, obstacles: &[Obstacle], name: &str, info: &ExportInfo<'_>) -> Option<Vec<u8>> {
     let end = run.steps.last()?;
     let mut bytes = Vec::new();
     let written = match name {
-        "result.json" => json::write(run, made.provenance, &mut bytes),
+        "result.json" => json::write(run, info.provenance, &mut bytes),
         "report.html" => {
-            let Made { texts, program, machine, written, .. } = *made;
+            let ExportInfo { texts, program, machine, written, .. } = *info;
             report::write(&Report { run, obstacles, texts, program, machine, written }, &mut bytes)
         }
         "picture.svg" => picture::write(end, obstacles, &format!("{}: {}", run.scenario, end.name), &mut bytes),

@@ -22,14 +22,14 @@ use wireloom_core::Registry;
 
 /// All built-in kinds; the minimiser `gpu` takes the fastest device of the machine, if it is asked for.
 pub fn registry() -> Registry {
-    registry_on(gpu::Devices::for_one(None))
+    registry_on(gpu::SharedDevice::for_single_runs(None))
 }
 
 /// All built-in kinds; `gpu` on a device of choice.
 ///
 /// # Panics
 /// Never: built-ins have names of their own.
-pub fn registry_on(devices: gpu::Devices) -> Registry {
+pub fn registry_on(devices: gpu::SharedDevice) -> Registry {
     let mut registry = Registry::default();
     models::register(&mut registry);
     contact::register(&mut registry);

@@ -1,6 +1,6 @@
 //! State that all connections of a server share.
 
-use super::door::Door;
+use super::admission::Admission;
 use super::live::Live;
 use super::token::Token;
 use std::sync::Arc;
@@ -14,11 +14,11 @@ pub struct Site {
     /// The page.
     pub page: String,
     /// What is behind it.
-    pub behind: Behind,
+    pub content: Content,
 }
 
 /// What is behind a page.
-pub enum Behind {
+pub enum Content {
     /// A session.
     Live(Live),
     /// A run that has come to its end, and its files.
@@ -27,27 +27,27 @@ pub enum Behind {
 
 impl Site {
     pub(super) fn live(&self) -> Option<&Live> {
-        match &self.behind {
-            Behind::Live(live) => Some(live),
-            Behind::Finished(_) => None,
+        match &self.content {
+            Content::Live(live) => Some(live),
+            Content::Finished(_) => None,
         }
     }
 
     pub(super) fn export(&self, name: &str) -> Option<Vec<u8>> {
-        match &self.behind {
-            Behind::Live(live) => live.export(name),
-            Behind::Finished(exports) => exports(name),
+        match &self.content {
+            Content::Live(live) => live.export(name),
+            Content::Finished(exports) => exports(name),
         }
     }
 }
 
 /// What requests see.
-pub(super) struct House {
+pub(super) struct ServerState {
     pub site: Site,
     pub token: Token,
     /// The name by which browsers know the server, where it has another one than those of this machine.
     pub host: String,
-    pub door: Arc<Door>,
+    pub admission: Arc<Admission>,
     /// Becomes true when all is to end.
     pub ending: watch::Receiver<bool>,
 }

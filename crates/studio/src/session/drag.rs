@@ -1,6 +1,6 @@
 //! Dragging: one step, whose increments come one by one, each as far towards the newest target as one increment may go.
 
-use super::standing::Standing;
+use super::snapshot::Snapshot;
 use wireloom::core::constraint::{Action, RotationHold};
 use wireloom::core::network::Fixing;
 use wireloom::core::rotation::{columns, shortest};
@@ -8,7 +8,7 @@ use wireloom::core::{Pose, Rotation, Vector};
 use wireloom::scenario::record::{Passed, Turned, Way, Written, rotation};
 
 /// Largest rotation in one increment, rad: as in the search for the initial equilibrium.
-const TURN: f64 = 0.3;
+const MAX_ROTATION: f64 = 0.3;
 
 /// How a fixing can be turned.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -54,9 +54,9 @@ pub(super) struct Drag {
     /// Whether it ends there.
     pub ends: bool,
     /// Whether the last frame is one that was not in balance.
-    pub lost: bool,
+    pub unbalanced: bool,
     /// How the session stood before.
-    pub before: Standing,
+    pub before: Snapshot,
 }
 
 impl Drag {
@@ -101,7 +101,7 @@ pub(super) fn approach(from: &Pose, goal: &Goal, turning: Option<Turning>, reach
             d.angle(&end)
         }
     });
-    let share = 1.0_f64.min(reach / distance).min(TURN / angle);
+    let share = 1.0_f64.min(reach / distance).min(MAX_ROTATION / angle);
     let reached = share >= 1.0;
     let position = if reached { to } else { from.position + (to - from.position) * share };
     let turn = facing.map(|(how, given, q)| match how {

@@ -4,7 +4,7 @@ use super::Session;
 use super::drag::{Drag, Goal, approach, turning};
 use super::harness::is_balanced;
 use super::refusal::{Refusal, no_start};
-use super::standing::Stretch;
+use super::snapshot::StepFrames;
 use std::rc::Rc;
 use wireloom::core::Vector;
 use wireloom::core::steps::{Move, Operation, Step, Track};
@@ -12,9 +12,9 @@ use wireloom::scenario::record::{Turned, rotation};
 use wireloom::solve::hands::Trouble;
 
 /// Farthest that an increment brings something, in lengths of the longest branch: as far as the search for a start goes at once.
-const REACH: f64 = 0.1;
+const MAX_MOTION: f64 = 0.1;
 /// Farthest from the harness that something may be brought, in lengths of all its branches: nobody means more.
-const FAR: f64 = 10.0;
+const MAX_DISTANCE: f64 = 10.0;
 
 impl Session {
     /// Brings a fixing towards a place from now on.
@@ -58,7 +58,7 @@ impl Session {
                 "give a position, an orientation, or both",
             ));
         }
-        let far = FAR * self.now.harness.total_length();
+        let far = MAX_DISTANCE * self.now.harness.total_length();
         if let (Some(to), Some(at)) = (position, &self.now.at) {
             let from = at.target(drag.index).map_or_else(Vector::zeros, |pose| pose.position);
             let distance = (Vector::from(to) - from).norm();
@@ -82,33 +82,44 @@ impl Session {
 
     fn begin_drag(&mut self, name: &str) -> Result<Drag, Refusal> {
         let before = self.now.clone();
-        let standing = self.at_hand()?;
-        let at = standing.at.as_ref().ok_or_else(no_start)?;
-        let index = standing.harness.acting(name, at)?;
-        let fixing = &standing.harness.network.fixings[index];
+        let snapshot = self.editable_snapshot()?;
+        let at = snapshot.at.as_ref().ok_or_else(no_start)?;
+        let index = snapshot.harness.active_constraint(name, at)?;
+        let fixing = &snapshot.harness.network.fixings[index];
         if fixing.stations.is_empty() {
             let message = format!("\"{name}\" acts along a part of a branch and cannot be brought anywhere");
             return Err(Refusal::new(message, "take hold of the cable, or of another fixing"));
         }
         let turning = turning(fixing);
-        let step = standing.free_step(&format!("drag {name}"));
-        if standing.steps.len() < self.now.steps.len() || !Rc::ptr_eq(&standing.harness, &self.now.harness) {
-            self.become_(standing);
+        let step = snapshot.unused_step_name(&format!("drag {name}"));
+        if snapshot.steps.len() < self.now.steps.len() || !Rc::ptr_eq(&snapshot.harness, &self.now.harness) {
+            self.switch_to(snapshot);
         }
-        self.now.steps.push(Rc::new(Stretch::new(&step, true, 0)));
-        self.news.timeline = true;
+        self.now.steps.push(Rc::new(StepFrames::new(&step, true, 0)));
+        self.changes.timeline = true;
         let (passed, fixing) = (Vec::new(), name.to_owned());
-        Ok(Drag { step, fixing, index, turning, turned: false, passed, goal: None, ends: false, lost: false, before })
+        Ok(Drag {
+            step,
+            fixing,
+            index,
+            turning,
+            turned: false,
+            passed,
+            goal: None,
+            ends: false,
+            unbalanced: false,
+            before,
+        })
     }
 
     /// One increment towards the goal.
-    pub(super) fn drag_on(&mut self) {
+    pub(super) fn advance_drag(&mut self) {
         // It stays where it is until that is computed: the solver may break down.
         let Some(drag) = &self.drag else { return };
         let (Some(goal), Some(at)) = (drag.goal, self.now.at.clone()) else { return };
         let harness = self.now.harness.clone();
         let Some(from) = at.target(drag.index) else { return };
-        let (passed, reached) = approach(&from, &goal, drag.turning, REACH * harness.longest());
+        let (passed, reached) = approach(&from, &goal, drag.turning, MAX_MOTION * harness.longest());
         let turn = passed.turn.as_ref().and_then(Turned::turn);
         let track = Track {
             positions: vec![(1.0, Vector::from(passed.position))],
@@ -118,9 +129,9 @@ impl Session {
         let operations = turn.map(|_| Operation::Carry { fixings: vec![drag.index] }).into_iter().collect();
         let moves = vec![Move::of(drag.index, track)];
         let step = Step { name: drag.step.clone(), increments: 1, moves, operations, ..Step::default() };
-        let ended = harness.follow(&step, &at);
+        let ended = harness.advance_drag(&step, &at);
         let Some(mut drag) = self.drag.take() else { return };
-        if std::mem::take(&mut drag.lost) {
+        if std::mem::take(&mut drag.unbalanced) {
             self.now.pop();
             self.frames_changed(self.now.frames());
         }
@@ -131,16 +142,16 @@ impl Session {
                     drag.turned |= passed.turn.is_some();
                     drag.passed.push((passed, ended.checkpoint.target(drag.index).unwrap_or(from)));
                 } else {
-                    drag.lost = true;
+                    drag.unbalanced = true;
                 }
-                if reached || drag.lost {
+                if reached || drag.unbalanced {
                     drag.goal = None;
                 }
             }
             Err(trouble) => {
                 drag.goal = None;
                 if let Trouble::Fault(fault) = trouble {
-                    self.trouble(fault.to_string());
+                    self.report_failure(fault.to_string());
                 }
             }
         }
@@ -153,7 +164,7 @@ impl Session {
     }
 
     /// Ends a drag, once it is where it is to go.
-    pub(super) fn let_go(&mut self, tab: u32, name: &str) {
+    pub(super) fn drop_held(&mut self, tab: u32, name: &str) {
         if self.held.get(name).is_some_and(|by| *by != tab) {
             return;
         }
@@ -170,20 +181,20 @@ impl Session {
         let Some(drag) = self.drag.take() else { return };
         let Some(written) = drag.written() else {
             let unsaved = self.unsaved;
-            self.become_(drag.before);
+            self.switch_to(drag.before);
             self.unsaved = unsaved;
             return;
         };
-        if drag.lost {
+        if drag.unbalanced {
             self.now.pop();
             self.frames_changed(self.now.frames());
         }
         self.now.at = self.now.at.take().map(|at| Rc::new(Rc::unwrap_or_clone(at).with_step_ended()));
         self.now.by_hand.push(Rc::new(written));
-        self.show_at_rest();
+        self.show_clearance();
         self.now.end();
         self.shown.clone_from(&self.now.at);
-        self.news.timeline = true;
-        self.remember(drag.step, drag.before);
+        self.changes.timeline = true;
+        self.push_undo(drag.step, drag.before);
     }
 }
