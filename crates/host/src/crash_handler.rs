@@ -1,4 +1,4 @@
-//! A call that never comes back must not take with it what was computed: this process becomes another program, which saves it.
+//! Saves results when a plugin crashes or hangs: this process becomes another program (`exec`), which saves them.
 
 use crate::call::{self, Watchdog};
 use std::ffi::{CStr, CString, OsString, c_char};
@@ -7,7 +7,7 @@ use std::ptr::{null, null_mut};
 use std::sync::atomic::{AtomicPtr, Ordering};
 use std::time::Duration;
 
-/// Program and arguments, ready for a moment in which nothing may be allocated.
+/// Program and arguments, prepared in advance: a signal handler must not allocate.
 struct CrashHandler {
     program: CString,
     arguments: Vec<CString>,
@@ -24,25 +24,25 @@ fn c_string(words: &std::ffi::OsStr) -> CString {
     CString::new(words.as_encoded_bytes().to_vec()).unwrap_or_default()
 }
 
-/// From now on a plugin that crashes, ends the process, or takes more than `limit` for one call makes this process become `program` with these
-/// arguments and three more: whose function it was, which function, and what happened. The last call counts, but for the limit, which is that of the
-/// first.
+/// Installs the crash handler: if a plugin crashes, ends the process, or takes longer than `limit` for one call, this
+/// process becomes `program` with these arguments and three more: owner of the function, name of the function, and what
+/// happened. A later call replaces program and arguments, but not the limit.
 pub fn install_crash_handler(program: &Path, arguments: &[OsString], limit: Duration) {
     let handler = CrashHandler {
         program: c_string(program.as_os_str()),
         arguments: arguments.iter().map(|a| c_string(a)).collect(),
     };
-    // The one before it stays: another thread may be reading it.
+    // The earlier handler is leaked: another thread may be reading it.
     if !HANDLER.swap(Box::into_raw(Box::new(handler)), Ordering::AcqRel).is_null() {
         return;
     }
     #[cfg(unix)]
     signals::listen();
     let pause = limit / 8;
-    // What a thread needs of the system's loader it must have before a library's own start holds the loader up.
+    // The thread must start before a library's own initialisation can block the system's loader.
     let (started, begun) = std::sync::mpsc::channel();
     let watch = move || {
-        let took = CString::new(format!("did not come back within {} s", limit.as_secs_f64())).unwrap_or_default();
+        let took = CString::new(format!("did not return within {} s", limit.as_secs_f64())).unwrap_or_default();
         let mut watch = Watchdog::default();
         let _ = started.send(());
         loop {
@@ -52,16 +52,16 @@ pub fn install_crash_handler(program: &Path, arguments: &[OsString], limit: Dura
             }
         }
     };
-    // A thread that cannot be had leaves calls unwatched, nothing worse.
+    // If the thread cannot be started, calls are not watched.
     if std::thread::Builder::new().name("plugin watch".into()).spawn(watch).is_ok() {
         let _ = begun.recv();
     }
 }
 
-/// Most arguments of an heir.
+/// Largest number of arguments of a handler.
 const ARGUMENTS: usize = 16;
 
-/// Becomes the heir. Allocates nothing where there is `exec`.
+/// Replaces this process by the handler's program. Does not allocate where `exec` exists.
 #[cfg(unix)]
 fn exec_handler(site: *const c_char, function: *const c_char, happened: *const c_char) {
     let Some(handler) = handler() else { return };
@@ -93,17 +93,17 @@ mod signals {
     use std::sync::OnceLock;
 
     const SIGNALS: [(c_int, &CStr); 5] = [
-        (libc::SIGSEGV, c"crashed: it touched memory that is not its own (SIGSEGV)"),
-        (libc::SIGBUS, c"crashed: it touched memory that is not there (SIGBUS)"),
+        (libc::SIGSEGV, c"crashed: invalid memory access (SIGSEGV)"),
+        (libc::SIGBUS, c"crashed: access to unmapped memory (SIGBUS)"),
         (libc::SIGILL, c"crashed: an illegal instruction (SIGILL)"),
         (libc::SIGFPE, c"crashed: an arithmetic fault (SIGFPE)"),
         (libc::SIGABRT, c"aborted the process (SIGABRT)"),
     ];
 
-    /// What was in place before, and gets what happens outside of plugins.
+    /// Signal handlers that were installed before; they receive signals raised outside of plugins.
     static PREVIOUS: OnceLock<[libc::sigaction; SIGNALS.len()]> = OnceLock::new();
 
-    /// Takes over what ends a process, where it is inside a plugin.
+    /// Installs handlers for the signals and the exit that end a process.
     pub fn listen() {
         PREVIOUS.get_or_init(|| {
             SIGNALS.map(|(signal, _)| {
@@ -130,8 +130,9 @@ mod signals {
         if !at.site.is_null() {
             exec_handler(at.site, at.function, SIGNALS[which].1.as_ptr());
         }
-        // Not a plugin's doing, or nobody to hand over to: what was there before gets it, as the instruction is tried again.
-        // SAFETY: `before` is what the system gave us.
+        // Not raised in a plugin, or no handler: restore the previous signal handler, which runs as the instruction is
+        // retried.
+        // SAFETY: `before` was returned by the system.
         unsafe {
             libc::sigaction(signal, &before[which], std::ptr::null_mut());
             if signal == libc::SIGABRT {

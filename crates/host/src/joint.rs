@@ -1,4 +1,4 @@
-//! Joint models whose functions are in a plugin.
+//! Joint models that a plugin implements.
 
 use crate::call::{CallSite, call_plugin};
 use crate::describe::{KindDescription, abi_value};
@@ -15,7 +15,7 @@ use wireloom_core::joint::{Arm, JointModel, JointSpec, Mounting};
 use wireloom_core::registry::{BuildError, JointKind, Parameters};
 use wireloom_core::{Matrix, Parameter, Pose, Rotation, Vector};
 
-/// A kind whose joint models are made by a plugin; `owner` says which, in words.
+/// A joint kind that a plugin implements; `owner` describes the plugin in messages.
 pub fn kind(described: KindDescription, functions: abi::JointKind, owner: Arc<String>) -> JointKind {
     let KindDescription { name, doc, parameters, kind, .. } = described;
     let factory = Factory { name: name.clone(), kind, functions, owner, parameters: parameters.clone() };
@@ -63,11 +63,11 @@ impl Factory {
             value_count: values.len() as u32,
             reserved: 0,
         };
-        // SAFETY: zeroes are no size, no mounting and no derivatives.
+        // SAFETY: all-zero bytes are valid: no size, no mounting and no derivatives.
         let mut description: abi::JointDescription = unsafe { std::mem::zeroed() };
         description.size = size_of::<abi::JointDescription>() as u32;
         let create = self.functions.create.expect("descriptors without it are refused");
-        // SAFETY: all is as the ABI says.
+        // SAFETY: all arguments are as the ABI demands.
         let instance = PluginInstance::create(site, owner.clone(), |instance, text| unsafe {
             create(self.kind, &plain, instance, &mut description, text)
         });
@@ -114,15 +114,15 @@ fn abi_quaternion(q: &Rotation) -> [f64; 4] {
     [q.w, q.i, q.j, q.k]
 }
 
-/// A joint model whose functions are in a plugin.
+/// A joint model that a plugin implements.
 struct Proxy {
     instance: PluginInstance,
     functions: abi::JointKind,
     description: abi::JointDescription,
 }
 
-// SAFETY: `create` and `destroy` may be called from any thread, and calls with the same instance at a time are locked out unless it
-// allows them.
+// SAFETY: `create` and `destroy` may be called from any thread; concurrent calls with the same instance are locked out
+// unless the plugin allows them.
 unsafe impl Send for Proxy {}
 // SAFETY: likewise.
 unsafe impl Sync for Proxy {}
@@ -130,18 +130,18 @@ unsafe impl Sync for Proxy {}
 impl Drop for Proxy {
     fn drop(&mut self) {
         if let Some(destroy) = self.functions.destroy {
-            // SAFETY: the instance is one of this plugin's, and nobody else has it.
+            // SAFETY: the instance belongs to this plugin, and no other reference to it exists.
             call_plugin(&self.instance.site, c"destroy", || unsafe { destroy(self.instance.instance) });
         }
     }
 }
 
 thread_local! {
-    /// Frames and derivatives of one call.
+    /// Scratch for frames and derivatives of one call.
     static SCRATCH: RefCell<(Vec<f64>, Vec<f64>)> = RefCell::default();
 }
 
-/// What is asked of `evaluate`.
+/// Output that `evaluate` is to compute.
 #[derive(Clone, Copy, PartialEq)]
 enum Output {
     Energy,
@@ -150,9 +150,9 @@ enum Output {
 }
 
 impl Proxy {
-    /// Evaluates; `take` sees the energy and the derivatives that were asked for, all finite. Returns the energy, or not-a-number.
+    /// Evaluates; `take` receives the requested derivatives. Returns the energy, J. All values are finite, or all NaN.
     fn evaluate(&self, frames: &[Rotation], asked: Output, take: impl FnOnce(&[f64])) -> f64 {
-        let evaluate = self.functions.evaluate.expect("looked for as it was made");
+        let evaluate = self.functions.evaluate.expect("checked when the proxy was made");
         SCRATCH.with_borrow_mut(|(plain, numbers)| {
             let n = 3 * frames.len();
             plain.clear();
@@ -168,7 +168,7 @@ impl Proxy {
                 gradient: room(asked == Output::Gradient, numbers.as_mut_ptr()),
                 hessian: room(asked == Output::Hessian, numbers.as_mut_ptr()),
             };
-            // SAFETY: all is as the ABI says.
+            // SAFETY: all arguments are as the ABI demands.
             let done = self
                 .instance
                 .call(c"evaluate", |own, text| unsafe { evaluate(own, plain.as_ptr(), &mut wanted, text) });
@@ -188,7 +188,7 @@ impl Proxy {
         })
     }
 
-    /// As stations that all stand at the origin, which the numerical derivatives know how to turn.
+    /// Calls with the frames as stations at the origin, as the numeric derivatives expect.
     fn turned<R>(frames: &[Rotation], call: impl FnOnce(&Situation<'_>) -> R) -> R {
         let pose = |q: &Rotation| Pose { position: Vector::zeros(), orientation: *q };
         let stations: Vec<Pose> = frames.iter().map(pose).collect();
@@ -197,7 +197,7 @@ impl Proxy {
         call(&none)
     }
 
-    /// Gradient in the variables of such stations, which leaves positions out.
+    /// Gradient with respect to such stations; the derivatives with respect to positions are zero.
     fn gradient_of_stations(&self, at: &Situation<'_>, slopes: &mut [Vector]) {
         let frames = orientations(at);
         if self.description.has_gradient == 0 {

@@ -1,15 +1,16 @@
-//! Derivatives that a plugin does not give: central differences of fourth order, along `x + δ` and `q ∘ exp(θ)`.
+//! Numeric derivatives for plugins that give none: fourth-order central differences along `x + δ` and `q ∘ exp(θ)`.
 
 use wireloom_core::constraint::Situation;
 use wireloom_core::{Matrix, Pose, Rotation, Vector};
 
-/// Step, m and rad. Longer ones see the fifth derivative of what bends within millimetres, shorter ones round-off.
+/// Step, m and rad. A longer step suffers from the fifth derivative of shapes that bend within millimetres, a shorter
+/// one from round-off.
 const STEP: f64 = 1e-4;
 
-/// `(8 (f(h) − f(−h)) − (f(2h) − f(−2h))) / 12 h`, as four places and their weights.
+/// Stencil `(8 (f(h) − f(−h)) − (f(2h) − f(−2h))) / 12 h`: offsets and weights.
 const STENCIL: [(f64, f64); 4] = [(1.0, 8.0), (-1.0, -8.0), (2.0, -1.0), (-2.0, 1.0)];
 
-/// The situation with one variable moved: of the stations, then of the nodes.
+/// The situation with one variable perturbed: stations first, then span nodes.
 struct Perturbed<'s, 'a> {
     at: &'s Situation<'a>,
     stations: Vec<Pose>,
@@ -21,7 +22,8 @@ impl<'s, 'a> Perturbed<'s, 'a> {
         Self { at, stations: at.stations.to_vec(), span: at.span.to_vec() }
     }
 
-    /// Calls with entry `axis` of a vector moved by `h`: vectors are `x` and θ of station after station, then `x` of node after node.
+    /// Calls with entry `axis` of a vector perturbed by `h`. Vectors: `x` and θ of each station, then `x` of each
+    /// node.
     fn call<R>(&mut self, vector: usize, axis: usize, h: f64, call: impl FnOnce(&Situation<'_>) -> R) -> R {
         let of_stations = 2 * self.stations.len();
         let mut step = Vector::zeros();
@@ -56,7 +58,7 @@ pub fn gradient(
     }
 }
 
-/// Writes first derivatives by stations and nodes.
+/// Computes first derivatives with respect to stations and nodes.
 type Gradient<'g> = dyn Fn(&Situation<'_>, &mut [Vector], &mut [Vector]) + 'g;
 
 /// Symmetric part of the derivative of a gradient.
@@ -72,7 +74,7 @@ pub fn hessian(at: &Situation<'_>, gradient: &Gradient<'_>, stations: &mut [Matr
                 moved.call(column, axis, place * STEP, |at| gradient(at, &mut x, &mut s));
                 let weight = weight / (12.0 * STEP);
                 if column < 2 * m {
-                    // Half to the block and half to its mirror image.
+                    // Symmetrise: half to the block, half to its transpose.
                     for (row, x) in x.iter().enumerate() {
                         for entry in 0..3 {
                             stations[row * 2 * m + column][(entry, axis)] += 0.5 * weight * x[entry];
@@ -91,7 +93,7 @@ pub fn hessian(at: &Situation<'_>, gradient: &Gradient<'_>, stations: &mut [Matr
     }
 }
 
-/// Jacobian of residuals: `r` of the stations, the rest equally many of each node.
+/// Jacobian of residuals: the first `r` belong to the stations, the rest in equal numbers to each node.
 pub fn jacobian(
     at: &Situation<'_>,
     r: usize,

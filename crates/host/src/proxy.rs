@@ -1,6 +1,7 @@
-//! Constraints whose functions are in a plugin.
+//! Constraints that a plugin implements.
 //!
-//! The first thing that goes wrong is kept as the constraint's fault; from then on the plugin is not called any more, and all values are not-a-number.
+//! The first error is kept as the constraint's fault. After that the plugin is not called again, and all values are
+//! NaN.
 
 use crate::call::{CallSite, call_plugin};
 use crate::describe::{KindDescription, abi_value};
@@ -18,21 +19,22 @@ use wireloom_core::constraint::{Attaches, ConstraintSpec, Equations, HoldWord, R
 use wireloom_core::registry::{BuildError, ConstraintKind, Parameters};
 use wireloom_core::{Action, Constraint, Hold, Matrix, Pose, Potential, RotationHold, Vector};
 
-/// Most numbers that a constraint remembers, and most residuals.
+/// Upper limit for the numbers in a constraint's memory and for its residuals.
 const MOST: u32 = 4096;
-pub const HELP: &str = "`wireloom plugin check` on the file tells more; its author can mend it";
+pub const HELP: &str = "`wireloom plugin check` on the file tells more; its author can fix it";
 
-/// What plugins say of their constraints.
+/// Notes of plugins on their constraints.
 static NOTES: Mutex<BTreeSet<String>> = Mutex::new(BTreeSet::new());
-/// Most notes of a constraint.
+/// Upper limit for the notes of a constraint.
 const MOST_NOTES: u32 = 16;
 
-/// What an engineer should know of the constraints that plugins have made in this process: what they say themselves, and which derivatives are missing.
+/// Notes for the engineer on all constraints of plugins in this process: the plugins' own notes, and missing
+/// derivatives.
 pub fn notes() -> Vec<String> {
     locked(&NOTES).iter().cloned().chain(numeric_derivatives()).collect()
 }
 
-/// A kind whose constraints are made by a plugin; `owner` says which, in words.
+/// A constraint kind that a plugin implements; `owner` describes the plugin in messages.
 pub fn kind(
     described: KindDescription,
     (functions, attaches): (abi::ConstraintKind, Attaches),
@@ -116,11 +118,11 @@ impl Factory {
             rail_count: spec.rails.len().min(2) as u32,
             reserved: 0,
         };
-        // SAFETY: zeroes are no size, no shape, no numbers and null.
+        // SAFETY: all-zero bytes are valid: no size, no shape, no numbers and null pointers.
         let mut description: abi::Description = unsafe { std::mem::zeroed() };
         description.size = size_of::<abi::Description>() as u32;
         let create = self.functions.create.expect("descriptors without it are refused");
-        // SAFETY: all is as the ABI says.
+        // SAFETY: all arguments are as the ABI demands.
         let instance = PluginInstance::create(site, owner.clone(), |instance, text| unsafe {
             create(self.kind, &plain, instance, &mut description, text)
         });
@@ -151,14 +153,14 @@ impl Factory {
 }
 
 impl Factory {
-    /// Asks for what an engineer should know.
+    /// Collects the plugin's notes on the constraint.
     fn collect_notes(&self, spec: &ConstraintSpec, proxy: &Proxy) {
         let Some(note) = self.notes.and_then(|notes| notes.note) else { return };
         let kind = c_string(&self.name);
         for index in 0..MOST_NOTES {
             let mut message = Message::new();
             let mut text = message.text();
-            // SAFETY: all is as the ABI says.
+            // SAFETY: all arguments are as the ABI demands.
             let status = call_plugin(&proxy.instance.site, c"note", || unsafe {
                 note(kind.as_ptr(), proxy.instance.instance, index, &mut text)
             });
@@ -182,7 +184,7 @@ fn abi_hold(word: HoldWord) -> i32 {
     }
 }
 
-/// A constraint whose functions are in a plugin.
+/// A constraint that a plugin implements.
 struct Proxy {
     instance: PluginInstance,
     functions: abi::ConstraintKind,
@@ -193,8 +195,8 @@ struct Proxy {
     residuals: [Vec<Residual>; 2],
 }
 
-// SAFETY: `create` and `destroy` may be called from any thread, and calls with the same instance at a time are locked out unless it
-// allows them; what the description points to is read as the proxy is made, and not after.
+// SAFETY: `create` and `destroy` may be called from any thread; concurrent calls with the same instance are locked out
+// unless the plugin allows them. Pointers of the description are read only while the proxy is made.
 unsafe impl Send for Proxy {}
 // SAFETY: likewise.
 unsafe impl Sync for Proxy {}
@@ -202,13 +204,13 @@ unsafe impl Sync for Proxy {}
 impl Drop for Proxy {
     fn drop(&mut self) {
         if let Some(destroy) = self.functions.destroy {
-            // SAFETY: the instance is one of this plugin's, and nobody else has it.
+            // SAFETY: the instance belongs to this plugin, and no other reference to it exists.
             call_plugin(&self.instance.site, c"destroy", || unsafe { destroy(self.instance.instance) });
         }
     }
 }
 
-/// What is asked of `evaluate`.
+/// Outputs that `evaluate` is to compute.
 type Evaluation = abi::Evaluation;
 
 const NOTHING: Evaluation = Evaluation {
@@ -225,7 +227,7 @@ const NOTHING: Evaluation = Evaluation {
     weights: null(),
 };
 
-/// Poses and rows of one call.
+/// Scratch for poses and rows of one call.
 #[derive(Default)]
 struct Scratch {
     stations: Vec<abi::Pose>,
@@ -238,7 +240,7 @@ thread_local! {
 }
 
 impl Proxy {
-    /// Takes what `create` wrote at its word where that can be checked.
+    /// Checks the description that `create` wrote.
     fn validate(&mut self, functions: &abi::ConstraintKind) -> Result<(), String> {
         let said = self.description;
         if !(abi::SHAPE_PRESCRIBED..=abi::SHAPE_EQUATIONS).contains(&said.shape) {
@@ -249,7 +251,7 @@ impl Proxy {
         }
         if said.shape == abi::SHAPE_PRESCRIBED {
             if self.stations != 1 {
-                return Err(format!("prescribes freedoms of {} stations; that goes with one", self.stations));
+                return Err(format!("prescribes freedoms of {} stations; only one station is allowed", self.stations));
             }
             self.hold = hold(&said.hold)?;
         } else if functions.evaluate.is_none() {
@@ -257,19 +259,19 @@ impl Proxy {
         }
         self.memory = numbers(said.memory, said.memory_count, "memory", 0.0)?;
         if self.memory.iter().any(|x| !x.is_finite()) {
-            return Err(format!("begins with a memory that is not finite: {:?}", self.memory));
+            return Err(format!("starts with a memory that is not finite: {:?}", self.memory));
         }
         if said.shape == abi::SHAPE_EQUATIONS {
             let all = said.residual_count.saturating_add(said.node_residual_count);
             if all == 0 {
-                return Err("has no residuals: equations need some".into());
+                return Err("has no residuals: equations need at least one".into());
             }
             let scales = numbers(said.scales, all, "residuals", 1.0)?;
             if let Some(scale) = scales.iter().find(|scale| !(scale.is_finite() && **scale > 0.0)) {
-                return Err(format!("measures a residual by {scale}; a scale is above 0"));
+                return Err(format!("scales a residual by {scale}; a scale must be positive"));
             }
             let relation = |k: usize| {
-                // SAFETY: null, or as many as there are residuals.
+                // SAFETY: null, or one entry per residual.
                 let inequality = !said.inequalities.is_null() && unsafe { *said.inequalities.add(k) } != 0;
                 if inequality { Relation::NotPositive } else { Relation::Zero }
             };
@@ -281,7 +283,7 @@ impl Proxy {
         Ok(())
     }
 
-    /// Calls with the situation in C, and room for rows.
+    /// Calls with the situation as the ABI has it, and with scratch for rows.
     fn with_situation<R>(&self, at: &Situation<'_>, call: impl FnOnce(&abi::Situation, &mut Vec<f64>) -> R) -> R {
         SCRATCH.with_borrow_mut(|Scratch { stations, targets, rows }| {
             stations.clear();
@@ -295,7 +297,7 @@ impl Proxy {
                 memory_count: at.memory.len() as u32,
                 stations: stations.as_ptr(),
                 targets: targets.as_ptr(),
-                // A vector of nalgebra is three numbers and nothing else (`repr(C)`, `repr(transparent)`).
+                // A vector of nalgebra is exactly three numbers (`repr(C)`, `repr(transparent)`).
                 span: at.span.as_ptr().cast(),
                 span_lengths: at.span_lengths.as_ptr(),
                 memory: at.memory.as_ptr(),
@@ -306,8 +308,8 @@ impl Proxy {
     }
 
     fn evaluate(&self, situation: &abi::Situation, wanted: &mut Evaluation) -> bool {
-        let evaluate = self.functions.evaluate.expect("looked for as it was made");
-        // SAFETY: all is as the ABI says.
+        let evaluate = self.functions.evaluate.expect("checked when the proxy was made");
+        // SAFETY: all arguments are as the ABI demands.
         self.instance.call(c"evaluate", |own, text| unsafe { evaluate(own, situation, wanted, text) })
     }
 
@@ -329,7 +331,7 @@ impl Proxy {
         }
     }
 
-    /// Second derivatives as the plugin writes them, by rows, to the core's blocks.
+    /// Copies second derivatives from the plugin's rows to the core's blocks.
     fn second_derivatives(&self, at: &Situation<'_>, w: &[f64], stations: &mut [Matrix], span: &mut [Matrix]) {
         let (m, k) = (at.stations.len(), at.span.len());
         let done = self.with_situation(at, |situation, rows| {
@@ -388,7 +390,7 @@ impl Constraint for Proxy {
         let Some(target) = self.functions.target else { return *base };
         let base = abi_pose(base);
         let mut to = abi::Pose { position: [UNWRITTEN; 3], orientation: [UNWRITTEN; 4] };
-        // SAFETY: all is as the ABI says.
+        // SAFETY: all arguments are as the ABI demands.
         let done = self.instance.call(c"target", |own, text| unsafe { target(own, &base, progress, &mut to, text) });
         let q = to.orientation;
         let [w, x, y, z] = q;
@@ -416,7 +418,7 @@ impl Constraint for Proxy {
         self.with_situation(at, |situation, rows| {
             rows.clear();
             rows.extend_from_slice(memory);
-            // SAFETY: all is as the ABI says; `rows` has as many numbers as the memory.
+            // SAFETY: all arguments are as the ABI demands; `rows` has as many numbers as the memory.
             let done =
                 self.instance.call(c"commit", |own, text| unsafe { commit(own, situation, rows.as_mut_ptr(), text) });
             if done && self.instance.finite("memory", rows) {
@@ -529,7 +531,7 @@ impl Equations for Proxy {
         }
     }
 
-    /// Without second derivatives of the plugin's own, those of Gauss and Newton do.
+    /// Without second derivatives from the plugin the Gauss-Newton approximation remains.
     fn curvature(&self, at: &Situation<'_>, w: &[f64], stations: &mut [Matrix], span: &mut [Matrix]) {
         if self.description.has_hessian != 0 {
             self.second_derivatives(at, w, stations, span);
@@ -537,14 +539,14 @@ impl Equations for Proxy {
     }
 }
 
-/// Vectors as the numbers they are made of.
+/// Vectors as a flat slice of numbers.
 trait AsNumbers {
     fn as_numbers(&self) -> &[f64];
 }
 
 impl AsNumbers for [Vector] {
     fn as_numbers(&self) -> &[f64] {
-        // SAFETY: a vector of nalgebra is three numbers and nothing else (`repr(C)`, `repr(transparent)`).
+        // SAFETY: a vector of nalgebra is exactly three numbers (`repr(C)`, `repr(transparent)`).
         unsafe { std::slice::from_raw_parts(self.as_ptr().cast(), 3 * self.len()) }
     }
 }
@@ -559,22 +561,22 @@ fn pose(position: [f64; 3], [w, x, y, z]: [f64; 4]) -> Pose {
     Pose { position: Vector::from(position), orientation: nalgebra::Unit::new_unchecked(q) }
 }
 
-/// `count` numbers of the plugin's, or so many times `otherwise` where it gives none.
+/// Copies `count` numbers of the plugin, or repeats `otherwise` if it gives none.
 fn numbers(first: *const f64, count: u32, what: &str, otherwise: f64) -> Result<Vec<f64>, String> {
     if count > MOST {
-        return Err(format!("says it has {count} numbers of {what}; at most {MOST} make sense"));
+        return Err(format!("says it has {count} numbers of {what}; at most {MOST} are allowed"));
     }
     if first.is_null() || count == 0 {
         return Ok(vec![otherwise; count as usize]);
     }
     if !first.is_aligned() || (first as usize) < 4096 {
-        return Err(format!("has its {what} at {first:p}, where nothing of the kind can be"));
+        return Err(format!("has its {what} at {first:p}, which is not a valid address"));
     }
-    // SAFETY: the plugin says that there are so many.
+    // SAFETY: the plugin states this count.
     Ok(unsafe { std::slice::from_raw_parts(first, count as usize) }.to_vec())
 }
 
-/// What a plugin prescribes.
+/// Converts the prescribed freedoms.
 fn hold(said: &abi::Hold) -> Result<Hold, String> {
     let one = |what: &str, v: &[f64; 3]| {
         let v = Vector::from(*v);
@@ -593,7 +595,7 @@ fn hold(said: &abi::Hold) -> Result<Hold, String> {
         other => return Err(format!("holds rotations in way {other}; 0 to 4 are known")),
     };
     if said.rail_count > 2 {
-        return Err(format!("has {} rails; two are a plane, more hold nothing", said.rail_count));
+        return Err(format!("has {} rails; at most two are allowed", said.rail_count));
     }
     let rails: Vec<Vector> =
         said.rails.iter().take(said.rail_count as usize).map(|rail| one("a rail", rail)).collect::<Result<_, _>>()?;

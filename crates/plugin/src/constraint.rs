@@ -1,6 +1,6 @@
-//! The functions of a constraint kind, as C calls them.
+//! C functions of a constraint kind.
 //!
-//! All of them are given what the ABI says: pointers that are null or hold what it says they hold.
+//! Their arguments are as the ABI demands: a pointer is null, or points to what the ABI says.
 
 use crate::panics::catch_panics;
 use crate::read::{abi_pose, parameters, pose, slice, spec};
@@ -12,17 +12,17 @@ use wireloom_core::constraint::{Equations, Relation, Residual, Situation};
 use wireloom_core::registry::ConstraintKind;
 use wireloom_core::{Action, Constraint, Hold, Matrix, Pose, Potential, RotationHold, Vector};
 
-/// What a `*mut c_void` points to.
+/// The instance behind a `*mut c_void`.
 struct Instance {
     constraint: Box<dyn Constraint>,
     memory: Vec<f64>,
     inequalities: Vec<i32>,
     scales: Vec<f64>,
-    /// Residuals of the stations, and of each node.
+    /// Number of residuals of the stations, and of each node.
     residuals: [usize; 2],
 }
 
-/// Poses and blocks of one call.
+/// Scratch for poses and blocks of one call.
 #[derive(Default)]
 struct Scratch {
     stations: Vec<Pose>,
@@ -41,7 +41,7 @@ pub unsafe extern "C" fn create(
     description: *mut abi::Description,
     message: *mut abi::Text,
 ) -> i32 {
-    // SAFETY: see the head of this file. `kind` is one of ours, so behind its table of functions its owner stands.
+    // SAFETY: see the top of this file. `kind` was made by this library, so its function table is part of a [`Table`].
     unsafe {
         catch_panics(message, || {
             let kind = &(*(*kind).constraint.cast::<Table<abi::ConstraintKind, ConstraintKind>>()).kind;
@@ -117,7 +117,7 @@ fn abi_hold(hold: &Hold) -> abi::Hold {
 }
 
 pub unsafe extern "C" fn destroy(instance: *mut c_void) {
-    // SAFETY: see the head of this file; an instance is destroyed once.
+    // SAFETY: see the top of this file; an instance is destroyed once.
     unsafe {
         catch_panics(std::ptr::null_mut(), || {
             drop(Box::from_raw(instance.cast::<Instance>()));
@@ -133,7 +133,7 @@ pub unsafe extern "C" fn target(
     target: *mut abi::Pose,
     message: *mut abi::Text,
 ) -> i32 {
-    // SAFETY: see the head of this file.
+    // SAFETY: see the top of this file.
     unsafe {
         catch_panics(message, || {
             let own = &*instance.cast::<Instance>();
@@ -149,7 +149,7 @@ pub unsafe extern "C" fn commit(
     memory: *mut f64,
     message: *mut abi::Text,
 ) -> i32 {
-    // SAFETY: see the head of this file.
+    // SAFETY: see the top of this file.
     unsafe {
         catch_panics(message, || {
             let own = &*instance.cast::<Instance>();
@@ -169,7 +169,7 @@ pub unsafe extern "C" fn evaluate(
     evaluation: *mut abi::Evaluation,
     message: *mut abi::Text,
 ) -> i32 {
-    // SAFETY: see the head of this file.
+    // SAFETY: see the top of this file.
     unsafe {
         catch_panics(message, || {
             let own = &*instance.cast::<Instance>();
@@ -185,7 +185,7 @@ pub unsafe extern "C" fn evaluate(
 }
 
 /// # Safety
-/// `wanted` is what the ABI says.
+/// `wanted` is as the ABI demands.
 unsafe fn evaluate_potential(
     potential: &dyn Potential,
     at: &Situation<'_>,
@@ -236,7 +236,7 @@ unsafe fn evaluate_equations(
     }
 }
 
-/// Second derivatives: blocks of the core, which are stored by columns, to rows of C.
+/// Second derivatives: copies the core's column-major blocks to C's rows.
 ///
 /// # Safety
 /// As for [`evaluate_potential`].
@@ -265,10 +265,10 @@ unsafe fn second_derivatives(
     }
 }
 
-/// So many zeros at `first`, to be written to; none where it is null.
+/// The output at `first`, `count` numbers set to zero; empty if it is null.
 ///
 /// # Safety
-/// `first` is null, or has room for them.
+/// `first` is null, or points to `count` numbers.
 unsafe fn output<'a>(first: *mut f64, count: usize) -> &'a mut [f64] {
     if first.is_null() || count == 0 {
         return &mut [];
@@ -279,20 +279,20 @@ unsafe fn output<'a>(first: *mut f64, count: usize) -> &'a mut [f64] {
     output
 }
 
-/// The same as vectors of three.
+/// The output at `first` as vectors of three numbers.
 ///
 /// # Safety
 /// As for [`output`], for `3 count` numbers.
 unsafe fn vectors<'a>(first: *mut f64, count: usize) -> &'a mut [Vector] {
-    // SAFETY: as the caller promises; a vector of nalgebra is three numbers and nothing else (`repr(C)`, `repr(transparent)`).
+    // SAFETY: as the caller promises; a vector of nalgebra is exactly three numbers (`repr(C)`, `repr(transparent)`).
     let numbers = unsafe { output(first, 3 * count) };
     unsafe { std::slice::from_raw_parts_mut(numbers.as_mut_ptr().cast(), numbers.len() / 3) }
 }
 
-/// Calls with the situation in words of the core.
+/// Converts the situation to types of the core and calls with it.
 ///
 /// # Safety
-/// `situation` is what the ABI says.
+/// `situation` is as the ABI demands.
 unsafe fn with_situation(situation: &abi::Situation, call: impl FnOnce(&Situation<'_>, &mut Vec<Matrix>)) {
     let count = situation.station_count as usize;
     let nodes = situation.span_count as usize;

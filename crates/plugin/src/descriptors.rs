@@ -1,4 +1,4 @@
-//! Descriptors of kinds, as C reads them. They live as long as the library, which is never unloaded.
+//! Descriptors of kinds as C reads them. They are leaked: the library is never unloaded.
 
 use crate::table::Table;
 use crate::{constraint, joint};
@@ -53,7 +53,7 @@ fn joint_kind(kind: JointKind) -> abi::Kind {
     abi::Kind { joint: &raw const leak(Table { functions, kind }).functions, ..described }
 }
 
-/// A kind without its functions.
+/// Descriptor of a kind without its functions.
 fn described(family: i32, name: &str, doc: &str, parameters: &[Parameter]) -> abi::Kind {
     let parameters: Vec<abi::Parameter> = parameters.iter().map(parameter).collect();
     abi::Kind {
@@ -117,7 +117,7 @@ fn parameter(parameter: &Parameter) -> abi::Parameter {
         (Some(Value::Count(n)), _) => [*n as f64, 0.0, 0.0],
         (Some(Value::Flag(flag)), _) => [f64::from(u8::from(*flag)), 0.0, 0.0],
         (Some(Value::Word(word)), Form::Choice(choices)) => {
-            // An index beyond the words is refused by the program.
+            // The program refuses an index beyond the last choice.
             [choices.iter().position(|choice| choice == word).unwrap_or(choices.len()) as f64, 0.0, 0.0]
         }
         _ => [0.0; 3],

@@ -1,6 +1,6 @@
-//! The functions of a joint model, as C calls them.
+//! C functions of a joint model.
 //!
-//! All of them are given what the ABI says: pointers that are null or hold what it says they hold.
+//! Their arguments are as the ABI demands: a pointer is null, or points to what the ABI says.
 
 use crate::panics::catch_panics;
 use crate::read::{frame, parameters, slice, text};
@@ -12,7 +12,7 @@ use wireloom_core::joint::{Arm, JointModel, JointSpec, Mounting, WireShare};
 use wireloom_core::registry::JointKind;
 use wireloom_core::{Matrix, Rotation, Section, Vector};
 
-/// Frames, moments and blocks of one call.
+/// Scratch for frames, gradients and blocks of one call.
 #[derive(Default)]
 struct Scratch {
     frames: Vec<Rotation>,
@@ -24,7 +24,7 @@ thread_local! {
     static SCRATCH: RefCell<Scratch> = RefCell::default();
 }
 
-/// What a `*mut c_void` points to.
+/// The instance behind a `*mut c_void`.
 type Instance = Box<dyn JointModel>;
 
 pub unsafe extern "C" fn create(
@@ -34,7 +34,7 @@ pub unsafe extern "C" fn create(
     description: *mut abi::JointDescription,
     message: *mut abi::Text,
 ) -> i32 {
-    // SAFETY: see the head of this file. `kind` is one of ours, so behind its table of functions its owner stands.
+    // SAFETY: see the top of this file. `kind` was made by this library, so its function table is part of a [`Table`].
     unsafe {
         catch_panics(message, || {
             let kind = &(*(*kind).joint.cast::<Table<abi::JointKind, JointKind>>()).kind;
@@ -60,7 +60,7 @@ pub unsafe extern "C" fn create(
 }
 
 pub unsafe extern "C" fn destroy(instance: *mut c_void) {
-    // SAFETY: see the head of this file; an instance is destroyed once.
+    // SAFETY: see the top of this file; an instance is destroyed once.
     unsafe {
         catch_panics(std::ptr::null_mut(), || {
             drop(Box::from_raw(instance.cast::<Instance>()));
@@ -75,7 +75,7 @@ pub unsafe extern "C" fn evaluate(
     evaluation: *mut abi::JointEvaluation,
     message: *mut abi::Text,
 ) -> i32 {
-    // SAFETY: see the head of this file.
+    // SAFETY: see the top of this file.
     unsafe {
         catch_panics(message, || {
             let model = &*instance.cast::<Instance>();
@@ -102,7 +102,7 @@ pub unsafe extern "C" fn evaluate(
                     blocks.clear();
                     blocks.resize(k * k, Matrix::zeros());
                     model.add_hessian(own, blocks);
-                    // The model writes the lower triangle of blocks.
+                    // The model writes the lower triangle of blocks only.
                     for row in 0..3 * k {
                         for column in 0..3 * k {
                             let (a, b) = (row / 3, column / 3);
@@ -120,12 +120,12 @@ pub unsafe extern "C" fn evaluate(
     }
 }
 
-/// What the scenario says.
+/// Converts the specification of a joint.
 ///
 /// # Safety
-/// `spec` is what the ABI says.
+/// `spec` is as the ABI demands.
 unsafe fn spec(spec: &abi::JointSpec) -> JointSpec {
-    // SAFETY: what `spec` points to is what the ABI says.
+    // SAFETY: `spec` points to data as the ABI demands.
     unsafe {
         let arms = (0..spec.arm_count as usize).map(|a| {
             let arm = &*spec.arms.byte_add(a * spec.arm_stride as usize);

@@ -1,4 +1,4 @@
-//! Panics end here: none leaves the plugin.
+//! Catches panics: none leaves the plugin.
 
 use std::cell::RefCell;
 use std::panic::{AssertUnwindSafe, catch_unwind, set_hook};
@@ -6,12 +6,12 @@ use std::sync::Once;
 use wireloom_abi::{STATUS_ERROR, STATUS_OK, STATUS_PANIC, Text};
 
 thread_local! {
-    /// Words and place of the panic that this thread is in.
+    /// Message and location of the current panic of this thread.
     static MESSAGE: RefCell<String> = const { RefCell::new(String::new()) };
 }
 
-/// Takes note of panics instead of printing them: the program says what became of them. The hook is that of this library's own
-/// copy of the standard library.
+/// Installs a panic hook that stores the message instead of printing it; the program reports it. The hook belongs to
+/// this library's own copy of the standard library.
 pub fn install_hook() {
     static ONCE: Once = Once::new();
     ONCE.call_once(|| {
@@ -23,16 +23,16 @@ pub fn install_hook() {
     });
 }
 
-/// Does the work; returns its status and writes why it failed, if it did.
+/// Runs `work`; returns its status, and writes the reason of a failure to `message`.
 ///
 /// # Safety
-/// `message` is null, or points to a text with the room that it says.
+/// `message` is null, or a valid text buffer.
 pub unsafe fn catch_panics(message: *mut Text, work: impl FnOnce() -> Result<(), String>) -> i32 {
     let (status, text) = match catch_unwind(AssertUnwindSafe(work)) {
         Ok(Ok(())) => return STATUS_OK,
         Ok(Err(text)) => (STATUS_ERROR, text),
         Err(payload) => {
-            // Dropping it may panic again.
+            // Dropping it could panic again.
             std::mem::forget(payload);
             (STATUS_PANIC, MESSAGE.take())
         }
@@ -42,7 +42,7 @@ pub unsafe fn catch_panics(message: *mut Text, work: impl FnOnce() -> Result<(),
     status
 }
 
-/// Writes as many whole characters as there is room for, and a zero.
+/// Writes as many whole characters as fit, and a terminating zero.
 ///
 /// # Safety
 /// As for [`catch_panics`].
@@ -66,7 +66,7 @@ mod tests {
     fn written(capacity: usize, work: impl FnOnce() -> Result<(), String>) -> (i32, Vec<u8>) {
         let mut buffer = vec![7_u8; 16];
         let mut text = Text { data: buffer.as_mut_ptr().cast(), capacity };
-        // SAFETY: the room is as large as every capacity here.
+        // SAFETY: the buffer is as large as every capacity used here.
         let status = unsafe { catch_panics(&mut text, work) };
         (status, buffer)
     }
