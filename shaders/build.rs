@@ -11,7 +11,7 @@ use std::{env, fs};
 /// How `real` is spelled, with what naga must be told that the device has.
 const PRECISIONS: [(&str, Capabilities); 2] = [("f32", Capabilities::empty()), ("f64", Capabilities::FLOAT64)];
 /// The structs whose offsets are compared with those of their Rust twins.
-const STRUCTS: [&str; 3] = ["Places", "Range", "Control"];
+const STRUCTS: [&str; 3] = ["Offsets", "Range", "Control"];
 
 fn main() {
     println!("cargo::rerun-if-changed=stages");

@@ -56,7 +56,7 @@ fn rotation_matrix(q: vec4<real>) -> mat3x3<real> {
 }
 
 // p ∘ q
-fn turned_by(p: vec4<real>, q: vec4<real>) -> vec4<real> {
+fn quaternion_product(p: vec4<real>, q: vec4<real>) -> vec4<real> {
     return vec4<real>(q.xyz * p.w + p.xyz * q.w + cross3(p.xyz, q.xyz), p.w * q.w - dot3(p.xyz, q.xyz));
 }
 
@@ -72,7 +72,7 @@ fn normalised(q: vec4<real>) -> vec4<real> {
 }
 
 // q ∘ cay(θ)
-fn turned(q: vec4<real>, theta: vec3<real>) -> vec4<real> {
+fn rotated(q: vec4<real>, theta: vec3<real>) -> vec4<real> {
     let h = theta * real(0.5);
     return normalised(vec4<real>(q.xyz + h * q.w + cross3(q.xyz, h), q.w - dot3(q.xyz, h)));
 }
@@ -80,6 +80,6 @@ fn turned(q: vec4<real>, theta: vec3<real>) -> vec4<real> {
 // Second derivative in θ of `force · R exp(θ) offset`, with f = Rᵀ force: sym(f oᵀ) − (f·o) I.
 fn lever_hessian(r: mat3x3<real>, force: vec3<real>, offset: vec3<real>) -> mat3x3<real> {
     let f = force * r;
-    let twice = outer(f, offset);
-    return (twice + transpose(twice)) * real(0.5) - identity(dot3(f, offset));
+    let dw_double = outer(f, offset);
+    return (dw_double + transpose(dw_double)) * real(0.5) - identity(dot3(f, offset));
 }

@@ -2,7 +2,7 @@
 // neighbouring variants, read neighbouring words.
 
 // Sizes and places, the same for all variants; counted in words of `program` (…_program) and in entries of the other buffers.
-struct Places {
+struct Offsets {
     variants: u32,
     variables: u32,
     segments: u32,
@@ -18,7 +18,7 @@ struct Places {
     couplings_program: u32,
     springs_program: u32,
     forces_program: u32,
-    settle_program: u32,
+    condensation_program: u32,
     variables_numbers: u32,
     holds_numbers: u32,
     segments_numbers: u32,
@@ -58,11 +58,11 @@ struct Control {
     trial_energy: real,
     slope: real,
     alpha: real,
-    largest_turn: real,
+    max_rotation: real,
     sigma: real,
     residual: real,
     trial_residual: real,
-    last_turn: real,
+    last_rotation: real,
     unit: real,
     beta: real,
     product: real,
@@ -85,7 +85,7 @@ struct Control {
     patience: u32,
 }
 
-@group(0) @binding(0) var<uniform> places: Places;
+@group(0) @binding(0) var<uniform> offsets: Offsets;
 @group(0) @binding(1) var<uniform> range: Range;
 @group(0) @binding(2) var<storage, read> program: array<u32>;
 @group(0) @binding(3) var<storage, read> numbers: array<real>;
@@ -101,34 +101,34 @@ const LINEARISE: u32 = 0u;
 const REFACTOR: u32 = 1u;
 const SOLVE: u32 = 2u;
 const SEARCH: u32 = 3u;
-const SETTLE: u32 = 4u;
-const JUDGE: u32 = 5u;
+const CONDENSE: u32 = 4u;
+const ACCEPT: u32 = 5u;
 const DESCEND: u32 = 6u;
 const COMBINE: u32 = 7u;
 const DONE: u32 = 8u;
 
 // Slots of the state: the state at hand, the one on trial, and that one with its points settled.
-const AT_HAND: u32 = 0u;
+const CURRENT: u32 = 0u;
 const TRIAL: u32 = 1u;
-const SETTLED: u32 = 2u;
+const CONDENSED: u32 = 2u;
 
 // The item and the variant of an invocation; none beyond the range, and none for a variant in another phase.
 struct Item {
     index: u32,
     variant: u32,
-    there: bool,
+    present: bool,
 }
 
 fn item(group: vec3<u32>, groups: vec3<u32>, local: u32) -> Item {
     let i = (group.y * groups.x + group.x) * 64u + local;
-    let index = i / places.variants;
-    let variant = i % places.variants;
-    let there = index < range.count && ((range.phases >> control[variant].phase) & 1u) == 1u;
-    return Item(range.first + index, variant, there);
+    let index = i / offsets.variants;
+    let variant = i % offsets.variants;
+    let present = index < range.count && ((range.phases >> control[variant].phase) & 1u) == 1u;
+    return Item(range.first + index, variant, present);
 }
 
 fn number(entry: u32, variant: u32) -> real {
-    return numbers[entry * places.variants + variant];
+    return numbers[entry * offsets.variants + variant];
 }
 
 fn number3(entry: u32, variant: u32) -> vec3<real> {
@@ -142,11 +142,11 @@ fn number4(entry: u32, variant: u32) -> vec4<real> {
 // Entry of a variable in a slot of the state.
 fn state_entry(variable: u32, slot: u32, variant: u32) -> u32 {
     let own = (control[variant].current + slot) % 3u;
-    return (own * places.variables + variable) * 7u;
+    return (own * offsets.variables + variable) * 7u;
 }
 
 fn state_at(entry: u32, variant: u32) -> real {
-    return state[entry * places.variants + variant];
+    return state[entry * offsets.variants + variant];
 }
 
 fn value3(entry: u32, variant: u32) -> vec3<real> {
@@ -157,16 +157,16 @@ fn value4(entry: u32, variant: u32) -> vec4<real> {
     return vec4<real>(value3(entry, variant), state_at(entry + 3u, variant));
 }
 
-fn carry3(entry: u32, variant: u32) -> vec3<real> {
+fn compensation3(entry: u32, variant: u32) -> vec3<real> {
     return value3(entry + 4u, variant);
 }
 
 fn set_state(entry: u32, variant: u32, x: real) {
-    state[entry * places.variants + variant] = x;
+    state[entry * offsets.variants + variant] = x;
 }
 
 fn set_part(entry: u32, variant: u32, x: real) {
-    parts[entry * places.variants + variant] = x;
+    parts[entry * offsets.variants + variant] = x;
 }
 
 fn set_part3(entry: u32, variant: u32, x: vec3<real>) {
@@ -182,7 +182,7 @@ fn set_part33(entry: u32, variant: u32, m: mat3x3<real>) {
 }
 
 fn part(entry: u32, variant: u32) -> real {
-    return parts[entry * places.variants + variant];
+    return parts[entry * offsets.variants + variant];
 }
 
 fn part3(entry: u32, variant: u32) -> vec3<real> {
@@ -194,7 +194,7 @@ fn part33(entry: u32, variant: u32) -> mat3x3<real> {
 }
 
 fn vector(entry: u32, variant: u32) -> real {
-    return vectors[entry * places.variants + variant];
+    return vectors[entry * offsets.variants + variant];
 }
 
 fn vector3(entry: u32, variant: u32) -> vec3<real> {
@@ -202,7 +202,7 @@ fn vector3(entry: u32, variant: u32) -> vec3<real> {
 }
 
 fn set_vector(entry: u32, variant: u32, x: real) {
-    vectors[entry * places.variants + variant] = x;
+    vectors[entry * offsets.variants + variant] = x;
 }
 
 fn set_vector3(entry: u32, variant: u32, x: vec3<real>) {
@@ -212,7 +212,7 @@ fn set_vector3(entry: u32, variant: u32, x: vec3<real>) {
 }
 
 fn block_at(entry: u32, variant: u32) -> real {
-    return blocks[entry * places.variants + variant];
+    return blocks[entry * offsets.variants + variant];
 }
 
 fn block_column(entry: u32, variant: u32) -> vec3<real> {
@@ -225,16 +225,16 @@ fn gradient_entry(variable: u32, slot: u32, variant: u32) -> u32 {
 }
 
 fn gradient_of(own: u32, variable: u32) -> u32 {
-    return places.gradient_vectors + (own * places.variables + variable) * 3u;
+    return offsets.gradient_vectors + (own * offsets.variables + variable) * 3u;
 }
 
 // How a variable must move in its first step.
 fn motion(variable: u32, variant: u32) -> vec3<real> {
-    let hold = program[places.holds_program + variable];
+    let hold = program[offsets.holds_program + variable];
     if hold == NONE || control[variant].moving == 0u {
         return vec3<real>(real(0.0), real(0.0), real(0.0));
     }
-    return number3(places.holds_numbers + 20u * hold + 17u, variant);
+    return number3(offsets.holds_numbers + 20u * hold + 17u, variant);
 }
 
 // Block b of the matrix, of its factor, or of what a task leaves for those after it.
@@ -251,7 +251,7 @@ fn set_block33(b: u32, variant: u32, m: mat3x3<real>) {
     let entry = 9u * b;
     for (var i = 0u; i < 3u; i++) {
         for (var k = 0u; k < 3u; k++) {
-            blocks[(entry + 3u * i + k) * places.variants + variant] = m[i][k];
+            blocks[(entry + 3u * i + k) * offsets.variants + variant] = m[i][k];
         }
     }
 }

@@ -4,7 +4,7 @@
 fn negative_pivots(variant: u32) -> real {
     var negative = real(0.0);
     for (var i = 1u; i <= program[range.table]; i++) {
-        negative += vector(places.negatives_vectors + program[range.table + i], variant);
+        negative += vector(offsets.negatives_vectors + program[range.table + i], variant);
     }
     return negative;
 }

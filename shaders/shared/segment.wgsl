@@ -5,8 +5,8 @@
 struct Segment {
     c: vec3<real>,
     l: real,
-    exact_l: Two,
-    overturned: real,
+    exact_l: DoubleWord,
+    inversion_stiffness: real,
 }
 
 struct SegmentLaw {
@@ -17,24 +17,24 @@ struct SegmentLaw {
     // C at v.
     c: vec3<real>,
     // What of it B is responsible for.
-    beyond: real,
+    inverted: real,
 }
 
 fn segment(k: u32, variant: u32) -> Segment {
-    let entry = places.segments_numbers + 6u * k;
-    let l = Two(number(entry + 3u, variant), number(entry + 4u, variant));
+    let entry = offsets.segments_numbers + 6u * k;
+    let l = DoubleWord(number(entry + 3u, variant), number(entry + 4u, variant));
     return Segment(number3(entry, variant), l.hi + l.lo, l, number(entry + 5u, variant));
 }
 
-fn segment_law(s: Segment, e: Sum, q: vec4<real>, on: bool) -> SegmentLaw {
+fn segment_law(s: Segment, e: Sum, q: vec4<real>, opaque: bool) -> SegmentLaw {
     let r = rotation_matrix(q);
-    let gamma = strain(r, e, s.exact_l, q, on);
+    let gamma = strain(r, e, s.exact_l, q, opaque);
     let v = vec3<real>(gamma.xy, gamma.z + real(1.0));
-    let beyond = select(real(0.0), s.overturned, v.z < real(0.0));
-    let n = vec3<real>(s.c.x * gamma.x, s.c.y * gamma.y, s.c.z * gamma.z + beyond * v.z);
-    return SegmentLaw(r, gamma, v, n, vec3<real>(s.c.xy, s.c.z + beyond), beyond);
+    let inverted = select(real(0.0), s.inversion_stiffness, v.z < real(0.0));
+    let n = vec3<real>(s.c.x * gamma.x, s.c.y * gamma.y, s.c.z * gamma.z + inverted * v.z);
+    return SegmentLaw(r, gamma, v, n, vec3<real>(s.c.xy, s.c.z + inverted), inverted);
 }
 
 fn segment_energy(law: SegmentLaw, l: real) -> real {
-    return real(0.5) * l * (dot3(law.n, law.gamma) + law.beyond * law.v.z);
+    return real(0.5) * l * (dot3(law.n, law.gamma) + law.inverted * law.v.z);
 }

@@ -28,7 +28,7 @@ struct SpringLaw {
 }
 
 fn spring(k: u32, variant: u32) -> Spring {
-    let entry = places.springs_numbers + 20u * k;
+    let entry = offsets.springs_numbers + 20u * k;
     return Spring(
         number4(entry, variant),
         number3(entry + 4u, variant),
@@ -43,21 +43,21 @@ fn spring(k: u32, variant: u32) -> Spring {
 
 fn spring_law(k: u32, trial: u32, variant: u32) -> SpringLaw {
     let s = spring(k, variant);
-    let point = state_entry(program[places.springs_program + 2u * k], trial, variant);
-    let variable = program[places.springs_program + 2u * k + 1u];
+    let point = state_entry(program[offsets.springs_program + 2u * k], trial, variant);
+    let variable = program[offsets.springs_program + 2u * k + 1u];
     let o = real(0.0);
     let x = value3(point, variant);
-    let carry = carry3(point, variant);
+    let compensation = compensation3(point, variant);
     if variable == NONE {
-        let gap = (x - s.position) + carry;
+        let gap = (x - s.position) + compensation;
         let energy = real(0.5) * s.k * dot3(gap, gap) - dot3(s.force, x);
         return SpringLaw(zero33(), energy, gap * s.k - s.force, vec3<real>(o, o, o), zero33());
     }
     let q = value4(state_entry(variable, trial, variant), variant);
     let r = rotation_matrix(q);
     let lever = r * s.offset;
-    let gap = ((x - s.position) + carry) + lever;
-    let at = turned_by(q, s.rest);
+    let gap = ((x - s.position) + compensation) + lever;
+    let at = quaternion_product(q, s.rest);
     // ½ k_t |d3 − t|² = k_t (1 − d3·t), t seen from S.
     let t = (rotation_matrix(s.orientation)[2]) * rotation_matrix(at);
     let c = Coupling(vec3<real>(s.frame, s.frame, s.frame), real(1.0), vec3<real>(o, o, o));

@@ -5,14 +5,14 @@
 struct StationSegment {
     c: vec3<real>,
     l: real,
-    exact_l: Two,
-    overturned: real,
+    exact_l: DoubleWord,
+    inversion_stiffness: real,
 }
 
 // A station of it: whether there is one, the independent frame that carries it, its matrix R, rest and offset in that frame, β, and
 // (w, v) of the turn from the segment to the station.
 struct Station {
-    there: bool,
+    present: bool,
     r: mat3x3<real>,
     rest: vec4<real>,
     offset: vec3<real>,
@@ -26,29 +26,29 @@ struct StationLaw {
     v: vec3<real>,
     n: vec3<real>,
     c: vec3<real>,
-    beyond: real,
+    inverted: real,
     gamma: vec3<real>,
     phi: vec3<real>,
 }
 
 fn station_segment(k: u32, variant: u32) -> StationSegment {
-    let entry = places.station_segments_numbers + 22u * k;
-    let l = Two(number(entry + 3u, variant), number(entry + 4u, variant));
+    let entry = offsets.station_segments_numbers + 22u * k;
+    let l = DoubleWord(number(entry + 3u, variant), number(entry + 4u, variant));
     return StationSegment(number3(entry, variant), l.hi + l.lo, l, number(entry + 5u, variant));
 }
 
 // The station at end 0 or 1 of segment k, whose frame is q; `trial`: which state.
 fn station(k: u32, end: u32, q: vec4<real>, trial: u32, variant: u32) -> Station {
-    let variable = program[places.station_segments_program + 5u * k + 3u + end];
+    let variable = program[offsets.station_segments_program + 5u * k + 3u + end];
     let o = real(0.0);
     let zero = vec3<real>(o, o, o);
     if variable == NONE {
         return Station(false, zero33(), vec4<real>(o, o, o, o), zero, o, o, zero);
     }
-    let entry = places.station_segments_numbers + 22u * k + 6u + 8u * end;
+    let entry = offsets.station_segments_numbers + 22u * k + 6u + 8u * end;
     let carrier = value4(state_entry(variable, trial, variant), variant);
     let rest = number4(entry, variant);
-    let turn = relative(q, turned_by(carrier, rest));
+    let turn = relative(q, quaternion_product(carrier, rest));
     return Station(
         true,
         rotation_matrix(carrier),
@@ -60,28 +60,28 @@ fn station(k: u32, end: u32, q: vec4<real>, trial: u32, variant: u32) -> Station
     );
 }
 
-fn station_law(s: StationSegment, e: Sum, q: vec4<real>, first: Station, second: Station, on: bool) -> StationLaw {
+fn station_law(s: StationSegment, e: Sum, q: vec4<real>, first: Station, second: Station, opaque: bool) -> StationLaw {
     let r = rotation_matrix(q);
-    let straight = strain(r, e, s.exact_l, q, on);
+    let straight = strain(r, e, s.exact_l, q, opaque);
     let v = vec3<real>(straight.xy, straight.z + real(1.0));
     let phi = first.v * (real(2.0) * first.blend * first.w) + second.v * (real(2.0) * second.blend * second.w);
     let gamma = straight + cross3(v, phi);
-    let beyond = select(real(0.0), s.overturned, gamma.z < real(-1.0));
-    let n = vec3<real>(s.c.x * gamma.x, s.c.y * gamma.y, s.c.z * gamma.z + beyond * (gamma.z + real(1.0)));
-    return StationLaw(r, v, n, vec3<real>(s.c.xy, s.c.z + beyond), beyond, gamma, phi);
+    let inverted = select(real(0.0), s.inversion_stiffness, gamma.z < real(-1.0));
+    let n = vec3<real>(s.c.x * gamma.x, s.c.y * gamma.y, s.c.z * gamma.z + inverted * (gamma.z + real(1.0)));
+    return StationLaw(r, v, n, vec3<real>(s.c.xy, s.c.z + inverted), inverted, gamma, phi);
 }
 
 fn station_energy(law: StationLaw, l: real) -> real {
-    return real(0.5) * l * (dot3(law.n, law.gamma) + law.beyond * (law.gamma.z + real(1.0)));
+    return real(0.5) * l * (dot3(law.n, law.gamma) + law.inverted * (law.gamma.z + real(1.0)));
 }
 
 // ∂φ/∂θ of the segment over β: −(w (w I − [v]ₓ) − v vᵀ)
-fn turn_of_segment(w: real, v: vec3<real>) -> mat3x3<real> {
+fn segment_rotation_jacobian(w: real, v: vec3<real>) -> mat3x3<real> {
     return outer(v, v) + skew(v) * w - identity(w * w);
 }
 
 // ∂φ/∂θ of the station over β: w (w I + [v]ₓ) − v vᵀ
-fn turn_of_station(w: real, v: vec3<real>) -> mat3x3<real> {
+fn station_rotation_jacobian(w: real, v: vec3<real>) -> mat3x3<real> {
     return identity(w * w) + skew(v) * w - outer(v, v);
 }
 
@@ -92,6 +92,6 @@ fn conjugate_force(law: StationLaw) -> vec3<real> {
 
 // What a station bears, in the body frame of what carries it: the lever of the force on the end (world) and the moment μ through φ.
 fn station_moment(s: Station, force: vec3<real>, mu: vec3<real>) -> vec3<real> {
-    let own = (mu * turn_of_station(s.w, s.v)) * s.blend;
+    let own = (mu * station_rotation_jacobian(s.w, s.v)) * s.blend;
     return cross3(s.offset, force * s.r) + rotation_matrix(s.rest) * own;
 }

@@ -5,27 +5,27 @@ struct Sum {
     error: vec3<real>,
 }
 
-// x, rounded. `on` is true, which no compiler can know: so none sees through it, and takes the error of a sum for 0. (A factor 1 that is read
+// x, rest. `opaque` is true, which no compiler can know: so none sees through it, and takes the error of a sum for 0. (A factor 1 that is read
 // from memory is not enough: a + (b − a) t was seen to become a mixture of a and b, which for t = 1 is b.)
-fn kept(x: real, on: bool) -> real {
-    return select(real(0.0), x, on);
+fn rounded(x: real, opaque: bool) -> real {
+    return select(real(0.0), x, opaque);
 }
 
-fn kept3(x: vec3<real>, on: bool) -> vec3<real> {
-    return vec3<real>(kept(x.x, on), kept(x.y, on), kept(x.z, on));
+fn rounded3(x: vec3<real>, opaque: bool) -> vec3<real> {
+    return vec3<real>(rounded(x.x, opaque), rounded(x.y, opaque), rounded(x.z, opaque));
 }
 
-// Whether sums are to be rounded: always.
-fn is_on(variant: u32) -> bool {
+// Whether sums are to be rest: always.
+fn opaque_true(variant: u32) -> bool {
     return control[variant].unit > real(0.5);
 }
 
 // x + δ with its rounding error: the error-free sum of Knuth.
-fn add_exactly(x: vec3<real>, carry: vec3<real>, step: vec3<real>, on: bool) -> Sum {
-    let delta = kept3(step + carry, on);
-    let sum = kept3(x + delta, on);
-    let rounded = kept3(sum - x, on);
-    return Sum(sum, (x - kept3(sum - rounded, on)) + (delta - rounded));
+fn two_sum(x: vec3<real>, compensation: vec3<real>, step: vec3<real>, opaque: bool) -> Sum {
+    let delta = rounded3(step + compensation, opaque);
+    let sum = rounded3(x + delta, opaque);
+    let rest = rounded3(sum - x, opaque);
+    return Sum(sum, (x - rounded3(sum - rest, opaque)) + (delta - rest));
 }
 
 fn set_point(entry: u32, variant: u32, x: Sum) {

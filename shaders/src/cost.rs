@@ -50,7 +50,7 @@ impl Plan {
     pub fn traffic(&self) -> Traffic {
         let newton = self.cycle().iter().filter(|dispatch| dispatch.stage != Stage::LoadGradient);
         let numbers = newton.map(|dispatch| self.numbers_of(dispatch)).sum();
-        let walk = [&self.elimination, &self.settling].map(|elimination| {
+        let walk = [&self.elimination, &self.condensation].map(|elimination| {
             let levels = elimination.levels.iter();
             let longest = |level: &std::ops::Range<u32>| {
                 level.clone().map(|task| walk(elimination, task as usize)).max().unwrap_or(0)
@@ -62,40 +62,41 @@ impl Plan {
 
     /// Numbers that a dispatch reads and writes for each variant; without those of motion and holds, which are few.
     pub fn numbers_of(&self, dispatch: &Dispatch) -> u64 {
-        let p = &self.places;
-        let settling = dispatch.range.slot == 2 || dispatch.range.phases == 1 << crate::places::Phase::Settle as u32;
-        let elimination = if settling { &self.settling } else { &self.elimination };
+        let p = &self.offsets;
+        let condensation =
+            dispatch.range.slot == 2 || dispatch.range.phases == 1 << crate::layout::Phase::Condense as u32;
+        let elimination = if condensation { &self.condensation } else { &self.elimination };
         let tasks = || dispatch.range.first as usize..(dispatch.range.first + dispatch.range.count) as usize;
         let count = u64::from(dispatch.range.count);
         let parts = u64::from(self.part_count());
         let variables = u64::from(p.variables);
         let part = u64::from(sizes::PART);
         match dispatch.stage {
-            Stage::MeasureSegments => count * (u64::from(sizes::SEGMENT) + 2 * POINT + FRAME + 16),
+            Stage::EvaluateSegments => count * (u64::from(sizes::SEGMENT) + 2 * POINT + FRAME + 16),
             Stage::LineariseSegments => count * (u64::from(sizes::SEGMENT) + 2 * POINT + FRAME + part),
-            Stage::MeasureStationSegments => count * (u64::from(sizes::STATION_SEGMENT) + 2 * POINT + 3 * FRAME + 22),
+            Stage::EvaluateStationSegments => count * (u64::from(sizes::STATION_SEGMENT) + 2 * POINT + 3 * FRAME + 22),
             Stage::LineariseStationSegments => {
                 count * (u64::from(sizes::STATION_SEGMENT) + 2 * POINT + 3 * FRAME + u64::from(sizes::STATION_PART))
             }
-            Stage::MeasureCouplings => count * (u64::from(sizes::COUPLING) + 2 * FRAME + 7),
+            Stage::EvaluateCouplings => count * (u64::from(sizes::COUPLING) + 2 * FRAME + 7),
             Stage::LineariseCouplings => count * (u64::from(sizes::COUPLING) + 2 * FRAME + part),
-            Stage::MeasureSprings => count * (u64::from(sizes::SPRING) + POINT + FRAME + 16),
+            Stage::EvaluateSprings => count * (u64::from(sizes::SPRING) + POINT + FRAME + 16),
             Stage::LineariseSprings => count * (u64::from(sizes::SPRING) + POINT + FRAME + part),
-            Stage::GatherMatrix => 9 * (count + u64::from(self.sources_of_blocks[usize::from(settling)])),
-            Stage::GatherRightHandSide | Stage::GatherGradient => 6 * count + 3 * u64::from(self.sources_of_forces),
+            Stage::AssembleMatrix => 9 * (count + u64::from(self.sources_of_blocks[usize::from(condensation)])),
+            Stage::AssembleRightHandSide | Stage::AssembleGradient => 6 * count + 3 * u64::from(self.sources_of_forces),
             Stage::Factorise => tasks().map(|task| factor(elimination, task)).sum(),
             Stage::SolveForward => tasks().map(|task| forward(elimination, task)).sum(),
             Stage::SolveBackward => tasks().map(|task| backward(elimination, task)).sum(),
-            Stage::MeasureStep => 9 * variables + 4 * count,
-            Stage::Combine => 6 * count,
+            Stage::SumStep => 9 * variables + 4 * count,
+            Stage::CombineDirections => 6 * count,
             Stage::LoadGradient => 6 * count,
-            Stage::MeasureState => parts + 9 * variables + 3 * count,
+            Stage::SumState => parts + 9 * variables + 3 * count,
             Stage::Retract => (3 + 2 * u64::from(sizes::STATE)) * count,
-            Stage::Settle => (3 + 2 * u64::from(sizes::STATE)) * count,
-            Stage::Publish => 2 * u64::from(sizes::STATE) * count,
-            Stage::Inspect | Stage::InspectPoints => 1,
-            Stage::BeginSearch => 4 * u64::from(p.chunks),
-            Stage::Weigh | Stage::Judge => 3 * u64::from(p.chunks),
+            Stage::CondensePoints => (3 + 2 * u64::from(sizes::STATE)) * count,
+            Stage::PackShape => 2 * u64::from(sizes::STATE) * count,
+            Stage::CheckInertia | Stage::CheckPointsInertia => 1,
+            Stage::BeginLineSearch => 4 * u64::from(p.chunks),
+            Stage::RecordTrial | Stage::AcceptStep => 3 * u64::from(p.chunks),
         }
     }
 }

@@ -1,7 +1,7 @@
 //! The master description of a harness, in f64: what `gpu` makes out of a problem, and what everything else here is made of.
 //!
 //! Only independent variables exist: points (m) and frames (unit quaternions x, y, z, w). What rides on a hub does not: the parts
-//! that touch it say how their end is carried ([`Station`], [`Turned`]). SI units; rotations along `q ∘ exp(θ)`, θ in the body frame.
+//! that touch it say how their end is carried ([`Station`], [`CarriedFrame`]). SI units; rotations along `q ∘ exp(θ)`, θ in the body frame.
 
 /// An independent variable.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -26,7 +26,7 @@ pub struct Segment {
     /// C: diag(GA1, GA2, EA), N.
     pub stiffness: [f64; 3],
     /// B, N.
-    pub overturned: f64,
+    pub inversion_stiffness: f64,
 }
 
 /// A station at the end of a segment: the frame `q ∘ rest`, which an independent frame q carries. The end of the segment sits at
@@ -65,12 +65,12 @@ pub struct StationSegment {
     /// C: diag(GA1, GA2, EA), N.
     pub stiffness: [f64; 3],
     /// B, N.
-    pub overturned: f64,
+    pub inversion_stiffness: f64,
 }
 
 /// A frame `q ∘ rest` that an independent frame q carries.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Turned {
+pub struct CarriedFrame {
     /// The independent frame.
     pub frame: u32,
     /// Rotation in it.
@@ -82,9 +82,9 @@ pub struct Turned {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Coupling {
     /// First frame.
-    pub a: Turned,
+    pub a: CarriedFrame,
     /// Second frame.
-    pub b: Turned,
+    pub b: CarriedFrame,
     /// λ, m.
     pub length: f64,
     /// C: diag(EI1, EI2, GJ), N m².
@@ -164,7 +164,7 @@ pub struct Shape {
     /// Positions, m.
     pub points: Vec<[f64; 3]>,
     /// Low-order parts of the positions, m: the position is the sum of both, unevaluated.
-    pub carry: Vec<[f64; 3]>,
+    pub compensation: Vec<[f64; 3]>,
     /// Unit quaternions x, y, z, w.
     pub frames: Vec<[f64; 4]>,
 }
@@ -199,9 +199,9 @@ pub enum Algorithm {
 
 impl Harness {
     /// The links alone, without any number: equal for harnesses that one plan serves.
-    pub fn links(&self) -> Links {
+    pub fn topology(&self) -> Topology {
         let station = |end: &End| [end.point, end.station.map_or(NONE, |station| station.frame)];
-        Links {
+        Topology {
             points: self.points,
             frames: self.frames,
             segments: self.segments.iter().map(|s| [s.a, s.b, s.frame]).collect(),
@@ -223,9 +223,9 @@ impl Harness {
 /// No variable.
 pub const NONE: u32 = u32::MAX;
 
-/// Which variables every part of a harness has; see [`Harness::links`].
+/// Which variables every part of a harness has; see [`Harness::topology`].
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct Links {
+pub struct Topology {
     /// Number of points.
     pub points: usize,
     /// Number of frames.

@@ -15,7 +15,7 @@
 //! # A cycle
 //!
 //! Everything that an iteration decides is decided on the device, so a host encodes many cycles and reads back once. Each
-//! variant goes its own way through [`places::Phase`]:
+//! variant goes its own way through [`offsets::Phase`]:
 //!
 //! | phase | stages | then |
 //! | --- | --- | --- |
@@ -40,11 +40,11 @@
 pub mod cost;
 pub mod elimination;
 pub mod harness;
+pub mod layout;
 pub mod memory;
 mod order;
-pub mod places;
 pub mod plan;
-pub mod twin;
+pub mod reference;
 
 /// The number type of a permutation: all stages exist in both.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]

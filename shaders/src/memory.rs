@@ -1,10 +1,10 @@
 //! The buffers as the stages want them, in f64: what twins work on, and what becomes the bytes of a device.
 //!
-//! Every number lies at `entry * variants + variant`. See [`crate::places::Places`] for the entries.
+//! Every number lies at `entry * variants + variant`. See [`crate::layout::Offsets`] for the entries.
 
 use crate::Real;
 use crate::harness::{Harness, NONE, Shape, Stop, Variable};
-use crate::places::{Control, Phase, Places};
+use crate::layout::{Control, Offsets, Phase};
 use crate::plan::{Plan, sizes};
 use nalgebra::{Matrix3, Quaternion, Vector3};
 
@@ -19,7 +19,7 @@ pub type Rotation = Quaternion<f64>;
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Buffer {
     /// Sizes and places.
-    Places,
+    Offsets,
     /// What stages look up.
     Program,
     /// What changes from variant to variant, and from increment to increment.
@@ -39,7 +39,7 @@ pub enum Buffer {
 impl Buffer {
     /// All of them.
     pub const ALL: [Self; 8] = [
-        Self::Places,
+        Self::Offsets,
         Self::Program,
         Self::Numbers,
         Self::State,
@@ -60,7 +60,7 @@ impl Buffer {
     /// The name of the binding.
     pub fn name(self) -> &'static str {
         match self {
-            Self::Places => "places",
+            Self::Offsets => "offsets",
             Self::Program => "program",
             Self::Numbers => "numbers",
             Self::State => "state",
@@ -75,13 +75,13 @@ impl Buffer {
 /// A harness that was made for another plan.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("the harness has other links than the one that the plan was made for")]
-pub struct OtherLinks;
+pub struct TopologyMismatch;
 
 /// See the module.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Memory {
     /// Sizes and places.
-    pub places: Places,
+    pub offsets: Offsets,
     /// What stages look up.
     pub program: Vec<u32>,
     /// Parameters, dead forces and holds.
@@ -99,7 +99,7 @@ pub struct Memory {
 }
 
 /// Motion (m or rad) below which a hold stands still.
-const STANDING: f64 = 1e-14;
+const MIN_MOTION: f64 = 1e-14;
 
 /// Share of the energy that is round-off, for sums of this many digits lose about two of them; and steps in a row that may bring nothing else.
 /// f64 has digits to spare, so that further steps may get lucky; f32 has not.
@@ -116,12 +116,12 @@ impl Memory {
         let room = |entries: u32| vec![0.0; entries as usize * variants];
         let done = Control { phase: Phase::Done as u32, ..Control::default() };
         Self {
-            places: Places { variants: variants as u32, ..plan.places },
+            offsets: Offsets { variants: variants as u32, ..plan.offsets },
             program: plan.program.clone(),
             numbers: room(plan.numbers),
-            state: room(3 * sizes::STATE * plan.places.variables),
+            state: room(3 * sizes::STATE * plan.offsets.variables),
             parts: room(plan.parts),
-            blocks: room(9 * plan.settling.blocks_end),
+            blocks: room(9 * plan.condensation.blocks_end),
             vectors: room(plan.vectors),
             control: vec![done; variants],
         }
@@ -136,7 +136,7 @@ impl Memory {
     ///
     /// # Errors
     /// If the harness has other links than the one the plan was made for.
-    pub fn set_harness(&mut self, plan: &Plan, variant: usize, harness: &Harness) -> Result<(), OtherLinks> {
+    pub fn set_harness(&mut self, plan: &Plan, variant: usize, harness: &Harness) -> Result<(), TopologyMismatch> {
         let own = numbers(plan, harness)?;
         self.scatter(variant, &[own], |memory| &mut memory.numbers);
         Ok(())
@@ -144,7 +144,7 @@ impl Memory {
 
     /// Puts a variant somewhere.
     pub fn set_shape(&mut self, plan: &Plan, variant: usize, shape: &Shape) {
-        let own = places(plan, shape);
+        let own = offsets(plan, shape);
         let first = self.state_entry(0, 0, variant) * self.variants();
         self.scatter(variant, &[own], |memory| &mut memory.state[first..]);
     }
@@ -157,14 +157,14 @@ impl Memory {
     ///
     /// # Panics
     /// If there are more than variants.
-    pub fn set_all(&mut self, plan: &Plan, all: &[(&Harness, &Shape)]) -> Result<(), OtherLinks> {
+    pub fn set_all(&mut self, plan: &Plan, all: &[(&Harness, &Shape)]) -> Result<(), TopologyMismatch> {
         assert!(all.len() <= self.variants(), "no more than variants");
         self.control[..all.len()].iter_mut().for_each(|control| control.current = 0);
         for (first, some) in (0..).step_by(TILE).zip(all.chunks(TILE)) {
             let own: Vec<Vec<f64>> =
                 some.iter().map(|(harness, _)| numbers(plan, harness)).collect::<Result<_, _>>()?;
             self.scatter(first, &own, |memory| &mut memory.numbers);
-            let own: Vec<Vec<f64>> = some.iter().map(|(_, shape)| places(plan, shape)).collect();
+            let own: Vec<Vec<f64>> = some.iter().map(|(_, shape)| offsets(plan, shape)).collect();
             self.scatter(first, &own, |memory| &mut memory.state);
         }
         Ok(())
@@ -180,9 +180,9 @@ impl Memory {
         }
     }
 
-    /// The bytes of [`Buffer::Vectors`] in which [`Plan::publish`] leaves where every variant is.
+    /// The bytes of [`Buffer::Vectors`] in which [`Plan::pack_shape`] leaves where every variant is.
     pub fn shape_bytes(&self, real: Real) -> std::ops::Range<usize> {
-        let entries = self.places.shape_vectors..self.places.shape_vectors + sizes::STATE * self.places.variables;
+        let entries = self.offsets.shape_vectors..self.offsets.shape_vectors + sizes::STATE * self.offsets.variables;
         let size = self.variants() * real.bytes();
         entries.start as usize * size..entries.end as usize * size
     }
@@ -191,8 +191,8 @@ impl Memory {
     ///
     /// # Panics
     /// If there are too few bytes.
-    pub fn take_shapes(&mut self, real: Real, bytes: &[u8]) {
-        let (variants, entries) = (self.variants(), sizes::STATE as usize * self.places.variables as usize);
+    pub fn load_shapes(&mut self, real: Real, bytes: &[u8]) {
+        let (variants, entries) = (self.variants(), sizes::STATE as usize * self.offsets.variables as usize);
         let mut shapes = vec![0.0; entries * variants];
         get(bytes, &mut shapes, real);
         let firsts: Vec<usize> = (0..variants).map(|variant| self.state_entry(0, 0, variant)).collect();
@@ -206,13 +206,14 @@ impl Memory {
     /// Where a variant is.
     pub fn shape(&self, plan: &Plan, variant: usize) -> Shape {
         let zeros = vec![[0.0; 3]; plan.of_point.len()];
-        let mut shape = Shape { points: zeros.clone(), carry: zeros, frames: vec![[0.0; 4]; plan.of_frame.len()] };
+        let mut shape =
+            Shape { points: zeros.clone(), compensation: zeros, frames: vec![[0.0; 4]; plan.of_frame.len()] };
         for (k, variable) in plan.variables.iter().enumerate() {
             let entry = self.state_entry(k, 0, variant);
             match variable {
                 Variable::Point(i) => {
                     shape.points[*i as usize] = self.value3(entry, variant).into();
-                    shape.carry[*i as usize] = self.carry3(entry, variant).into();
+                    shape.compensation[*i as usize] = self.compensation3(entry, variant).into();
                 }
                 Variable::Frame(c) => shape.frames[*c as usize] = self.value4(entry, variant).coords.into(),
             }
@@ -222,9 +223,9 @@ impl Memory {
 
     /// Lets a variant begin where it is. With motion among its holds the first step carries it; else it is only put where they want it.
     pub fn begin(&mut self, variant: usize, stop: &Stop, real: Real) {
-        let moving = (0..self.places.holds as usize).any(|k| {
-            let entry = self.places.holds_numbers as usize + sizes::HOLD as usize * k + 17;
-            self.number3(entry, variant).amax() > STANDING
+        let moving = (0..self.offsets.holds as usize).any(|k| {
+            let entry = self.offsets.holds_numbers as usize + sizes::HOLD as usize * k + 17;
+            self.number3(entry, variant).amax() > MIN_MOTION
         });
         let (noise, patience) = round_off(real);
         self.control[variant] = Control {
@@ -247,8 +248,8 @@ impl Memory {
     pub fn bytes(&self, buffer: Buffer, real: Real) -> Vec<u8> {
         let mut bytes = Vec::new();
         match buffer {
-            Buffer::Places => {
-                for word in self.places.words() {
+            Buffer::Offsets => {
+                for word in self.offsets.words() {
                     bytes.extend(word.to_le_bytes());
                 }
             }
@@ -274,9 +275,9 @@ impl Memory {
     ///
     /// # Panics
     /// If there are too few bytes.
-    pub fn take(&mut self, buffer: Buffer, real: Real, bytes: &[u8]) {
+    pub fn load(&mut self, buffer: Buffer, real: Real, bytes: &[u8]) {
         match buffer {
-            Buffer::Places | Buffer::Program | Buffer::Numbers => {}
+            Buffer::Offsets | Buffer::Program | Buffer::Numbers => {}
             Buffer::State => get(bytes, &mut self.state, real),
             Buffer::Parts => get(bytes, &mut self.parts, real),
             Buffer::Blocks => get(bytes, &mut self.blocks, real),
@@ -300,14 +301,14 @@ impl Memory {
         let mut state = self.state.clone();
         let (variants, size) = (self.variants(), sizes::STATE as usize);
         for entry in 0..state.len() / variants.max(1) {
-            let (variable, k) = (entry / size % self.places.variables as usize, entry % size);
-            let kind = self.program[self.places.kinds_program as usize + variable];
+            let (variable, k) = (entry / size % self.offsets.variables as usize, entry % size);
+            let kind = self.program[self.offsets.kinds_program as usize + variable];
             if kind == 0 && k < 3 {
                 for variant in 0..variants {
                     let own = entry * variants + variant;
-                    let carry = (entry + 4) * variants + variant;
+                    let compensation = (entry + 4) * variants + variant;
                     let rounded = f64::from(state[own] as f32);
-                    state[carry] += state[own] - rounded;
+                    state[compensation] += state[own] - rounded;
                     state[own] = rounded;
                 }
             }
@@ -320,9 +321,9 @@ impl Memory {
 const TILE: usize = 32;
 
 /// The numbers of a harness, entry by entry.
-fn numbers(plan: &Plan, harness: &Harness) -> Result<Vec<f64>, OtherLinks> {
-    if harness.links() != plan.links {
-        return Err(OtherLinks);
+fn numbers(plan: &Plan, harness: &Harness) -> Result<Vec<f64>, TopologyMismatch> {
+    if harness.topology() != plan.topology {
+        return Err(TopologyMismatch);
     }
     let mut all = Vec::with_capacity(plan.numbers as usize);
     for variable in &plan.variables {
@@ -338,7 +339,7 @@ fn numbers(plan: &Plan, harness: &Harness) -> Result<Vec<f64>, OtherLinks> {
         all.push(f64::from(hold.count));
         match hold.variable {
             Variable::Point(_) => {
-                let target = hold.target.map(in_two);
+                let target = hold.target.map(split_f32);
                 all.extend(target.map(|[x, _]| x));
                 all.extend(target[..3].iter().map(|[_, rest]| rest));
             }
@@ -351,13 +352,13 @@ fn numbers(plan: &Plan, harness: &Harness) -> Result<Vec<f64>, OtherLinks> {
     }
     for s in &harness.segments {
         all.extend(s.stiffness);
-        let [length, rest] = in_two(s.length);
-        all.extend([length, rest, s.overturned]);
+        let [length, rest] = split_f32(s.length);
+        all.extend([length, rest, s.inversion_stiffness]);
     }
     for s in &harness.station_segments {
         all.extend(s.stiffness);
-        let [length, rest] = in_two(s.length);
-        all.extend([length, rest, s.overturned]);
+        let [length, rest] = split_f32(s.length);
+        all.extend([length, rest, s.inversion_stiffness]);
         for end in &s.ends {
             let station = end.station;
             all.extend(station.map_or([0.0; 4], |station| station.rest));
@@ -385,20 +386,20 @@ fn numbers(plan: &Plan, harness: &Harness) -> Result<Vec<f64>, OtherLinks> {
 }
 
 /// A number as the sum of what f32 holds of it and the rest: in f64 the sum is the number, in f32 it has twice the digits.
-fn in_two(x: f64) -> [f64; 2] {
+fn split_f32(x: f64) -> [f64; 2] {
     let held = f64::from(x as f32);
     [held, x - held]
 }
 
 /// Value and carry of every variable, entry by entry.
-fn places(plan: &Plan, shape: &Shape) -> Vec<f64> {
+fn offsets(plan: &Plan, shape: &Shape) -> Vec<f64> {
     let mut all = Vec::with_capacity(sizes::STATE as usize * plan.len());
     for variable in &plan.variables {
         match variable {
             Variable::Point(i) => {
                 all.extend(shape.points[*i as usize]);
                 all.push(0.0);
-                all.extend(shape.carry[*i as usize]);
+                all.extend(shape.compensation[*i as usize]);
             }
             Variable::Frame(c) => {
                 all.extend(shape.frames[*c as usize]);
@@ -467,7 +468,7 @@ impl Memory {
 
     pub(crate) fn state_entry(&self, variable: usize, slot: u32, variant: usize) -> usize {
         let own = (self.control[variant].current + slot) % 3;
-        (own as usize * self.places.variables as usize + variable) * sizes::STATE as usize
+        (own as usize * self.offsets.variables as usize + variable) * sizes::STATE as usize
     }
 
     pub(crate) fn gradient_entry(&self, variable: usize, slot: u32, variant: usize) -> usize {
@@ -475,7 +476,7 @@ impl Memory {
     }
 
     pub(crate) fn gradient_of(&self, own: u32, variable: usize) -> usize {
-        self.places.gradient_vectors as usize + (own as usize * self.places.variables as usize + variable) * 3
+        self.offsets.gradient_vectors as usize + (own as usize * self.offsets.variables as usize + variable) * 3
     }
 
     pub(crate) fn value3(&self, entry: usize, variant: usize) -> Vector {
@@ -486,7 +487,7 @@ impl Memory {
         Quaternion::from([0, 1, 2, 3].map(|i| self.state[self.at(entry + i, variant)]))
     }
 
-    pub(crate) fn carry3(&self, entry: usize, variant: usize) -> Vector {
+    pub(crate) fn compensation3(&self, entry: usize, variant: usize) -> Vector {
         self.value3(entry + 4, variant)
     }
 
@@ -505,15 +506,16 @@ impl Memory {
     }
 
     pub(crate) fn edge(&self, a: usize, b: usize, variant: usize) -> Vector {
-        (self.value3(b, variant) - self.value3(a, variant)) + (self.carry3(b, variant) - self.carry3(a, variant))
+        (self.value3(b, variant) - self.value3(a, variant))
+            + (self.compensation3(b, variant) - self.compensation3(a, variant))
     }
 
     pub(crate) fn motion(&self, variable: usize, variant: usize) -> Vector {
-        let hold = self.word(self.places.holds_program as usize + variable);
+        let hold = self.word(self.offsets.holds_program as usize + variable);
         if hold == NONE || self.control[variant].moving == 0 {
             return Vector::zeros();
         }
-        self.number3(self.places.holds_numbers as usize + 20 * hold as usize + 17, variant)
+        self.number3(self.offsets.holds_numbers as usize + 20 * hold as usize + 17, variant)
     }
 
     pub(crate) fn part3(&self, entry: usize, variant: usize) -> Vector {

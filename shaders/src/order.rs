@@ -9,7 +9,7 @@ use std::collections::BinaryHeap;
 /// Elimination order of the vertices of a graph (for each vertex its neighbours). Pieces of at most `leaf` vertices are not cut any
 /// more: a small leaf makes many independent tasks, no limit (`usize::MAX`) the fewest operations.
 pub(crate) fn elimination_order(graph: &[Vec<u32>], leaf: usize) -> Vec<u32> {
-    let mut pieces = Pieces { graph, home: vec![0; graph.len()], next: 1 };
+    let mut pieces = Pieces { graph, part: vec![0; graph.len()], next: 1 };
     let all: Vec<u32> = (0..graph.len() as u32).collect();
     let mut open = pieces.connected(&all);
     let mut reversed = Vec::with_capacity(graph.len());
@@ -17,12 +17,12 @@ pub(crate) fn elimination_order(graph: &[Vec<u32>], leaf: usize) -> Vec<u32> {
         let separator = if piece.len() > leaf { pieces.separator(&piece) } else { None };
         let Some(separator) = separator else {
             reversed.extend(pieces.minimum_degree(&piece).into_iter().rev());
-            pieces.take_out(&piece);
+            pieces.eliminate(&piece);
             continue;
         };
         reversed.extend(separator.iter().rev());
-        pieces.take_out(&separator);
-        let rest: Vec<u32> = piece.into_iter().filter(|v| pieces.home[*v as usize] != GONE).collect();
+        pieces.eliminate(&separator);
+        let rest: Vec<u32> = piece.into_iter().filter(|v| pieces.part[*v as usize] != ELIMINATED).collect();
         open.extend(pieces.connected(&rest));
     }
     reversed.reverse();
@@ -30,40 +30,40 @@ pub(crate) fn elimination_order(graph: &[Vec<u32>], leaf: usize) -> Vec<u32> {
 }
 
 /// Home of what has its place in the order.
-const GONE: u32 = u32::MAX;
+const ELIMINATED: u32 = u32::MAX;
 
 /// The pieces that are left of a graph.
 struct Pieces<'g> {
     graph: &'g [Vec<u32>],
     /// The piece of each vertex.
-    home: Vec<u32>,
+    part: Vec<u32>,
     next: u32,
 }
 
 impl Pieces<'_> {
-    fn take_out(&mut self, vertices: &[u32]) {
+    fn eliminate(&mut self, vertices: &[u32]) {
         for &v in vertices {
-            self.home[v as usize] = GONE;
+            self.part[v as usize] = ELIMINATED;
         }
     }
 
     /// The connected pieces of some vertices that have no neighbours but each other, each with a home of its own.
     fn connected(&mut self, vertices: &[u32]) -> Vec<Vec<u32>> {
-        let old: Vec<u32> = vertices.iter().map(|&v| self.home[v as usize]).collect();
+        let old: Vec<u32> = vertices.iter().map(|&v| self.part[v as usize]).collect();
         let mut found = Vec::new();
-        for (&v, home) in vertices.iter().zip(old) {
-            if self.home[v as usize] != home {
+        for (&v, part) in vertices.iter().zip(old) {
+            if self.part[v as usize] != part {
                 continue;
             }
             let own = self.next;
             self.next += 1;
-            self.home[v as usize] = own;
+            self.part[v as usize] = own;
             let mut piece = vec![v];
             let mut k = 0;
             while k < piece.len() {
                 for &next in &self.graph[piece[k] as usize] {
-                    if self.home[next as usize] == home {
-                        self.home[next as usize] = own;
+                    if self.part[next as usize] == part {
+                        self.part[next as usize] = own;
                         piece.push(next);
                     }
                 }
@@ -77,7 +77,7 @@ impl Pieces<'_> {
 
     /// Vertices of the piece of `start` by breadth, and where each level begins.
     fn levels(&self, start: u32) -> (Vec<u32>, Vec<usize>) {
-        let home = self.home[start as usize];
+        let part = self.part[start as usize];
         let mut seen = std::collections::HashSet::from([start]);
         let (mut order, mut starts) = (vec![start], vec![0]);
         let mut first = 0;
@@ -86,7 +86,7 @@ impl Pieces<'_> {
             starts.push(end);
             for k in first..end {
                 for &next in &self.graph[order[k] as usize] {
-                    if self.home[next as usize] == home && seen.insert(next) {
+                    if self.part[next as usize] == part && seen.insert(next) {
                         order.push(next);
                     }
                 }

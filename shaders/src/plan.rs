@@ -5,8 +5,8 @@
 
 use crate::Stage;
 use crate::elimination::{Elimination, Instructions};
-use crate::harness::{Links, NONE, Variable};
-use crate::places::{Phase, Places, Range};
+use crate::harness::{NONE, Topology, Variable};
+use crate::layout::{Offsets, Phase, Range};
 
 /// Flag of a source: it is subtracted.
 pub(crate) const NEGATIVE: u32 = 1 << 31;
@@ -61,7 +61,7 @@ impl Dispatch {
 /// See the module.
 pub struct Plan {
     /// The graph it was made for.
-    pub links: Links,
+    pub topology: Topology,
     /// The variable at each place.
     pub variables: Vec<Variable>,
     /// Place of each point.
@@ -71,12 +71,12 @@ pub struct Plan {
     /// The elimination of all variables.
     pub elimination: Elimination,
     /// The elimination of the points alone, the frames being given.
-    pub settling: Elimination,
+    pub condensation: Elimination,
     tables: [Tables; 2],
     /// What the stages look up.
     pub program: Vec<u32>,
     /// Sizes and places, for one variant.
-    pub places: Places,
+    pub offsets: Offsets,
     /// Numbers of every variant.
     pub numbers: u32,
     /// Entries of `parts` of every variant.
@@ -98,35 +98,35 @@ impl Plan {
     ///
     /// # Panics
     /// If a link names a variable that there is not, or the harness has more than 2³⁰ derivatives.
-    pub fn new(links: Links, leaf: usize) -> Self {
-        let points = links.points as u32;
+    pub fn new(topology: Topology, leaf: usize) -> Self {
+        let points = topology.points as u32;
         let vertex = |variable: Variable| match variable {
             Variable::Point(i) => i,
             Variable::Frame(c) => points + c,
         };
-        let elimination = Elimination::new(&graph(&links, vertex), leaf, 0, 0);
+        let elimination = Elimination::new(&graph(&topology, vertex), leaf, 0, 0);
         let variables: Vec<Variable> = elimination
             .order
             .iter()
             .map(|&v| if v < points { Variable::Point(v) } else { Variable::Frame(v - points) })
             .collect();
         let (blocks, vectors) = (elimination.blocks_end, elimination.vectors_end);
-        let settling = Elimination::new(&points_graph(&links), leaf, blocks, vectors);
+        let condensation = Elimination::new(&points_graph(&topology), leaf, blocks, vectors);
         let mut place = vec![0; variables.len()];
         for (p, &v) in elimination.order.iter().enumerate() {
             place[v as usize] = p as u32;
         }
-        let of_frame = place.split_off(links.points);
+        let of_frame = place.split_off(topology.points);
         let mut plan = Self {
-            links,
+            topology,
             variables,
             of_point: place,
             of_frame,
             elimination,
-            settling,
+            condensation,
             tables: Default::default(),
             program: Vec::new(),
-            places: Places::default(),
+            offsets: Offsets::default(),
             numbers: 0,
             parts: 0,
             vectors: 0,
@@ -145,11 +145,11 @@ impl Plan {
         &self.cycle
     }
 
-    /// What comes before a read-back: where every variant is, whatever its phase; see [`crate::memory::Memory::take_shapes`].
-    pub fn publish(&self) -> Dispatch {
+    /// What comes before a read-back: where every variant is, whatever its phase; see [`crate::memory::Memory::load_shapes`].
+    pub fn pack_shape(&self) -> Dispatch {
         let phases = (1 << (Phase::Done as u32 + 1)) - 1;
-        let range = Range { count: self.places.variables, phases, ..Range::default() };
-        Dispatch { stage: Stage::Publish, range }
+        let range = Range { count: self.offsets.variables, phases, ..Range::default() };
+        Dispatch { stage: Stage::PackShape, range }
     }
 
     /// Number of variables.
@@ -172,19 +172,19 @@ impl Plan {
 
     /// Number of parts, all kinds.
     pub fn part_count(&self) -> u32 {
-        let p = &self.places;
+        let p = &self.offsets;
         p.segments + p.station_segments + p.couplings + p.springs
     }
 
     fn give_places(&mut self) {
-        let (links, p) = (&self.links, &mut self.places);
+        let (topology, p) = (&self.topology, &mut self.offsets);
         p.variants = 1;
         p.variables = self.variables.len() as u32;
-        p.segments = links.segments.len() as u32;
-        p.station_segments = links.station_segments.len() as u32;
-        p.couplings = links.couplings.len() as u32;
-        p.springs = links.springs.len() as u32;
-        p.holds = links.holds.len() as u32;
+        p.segments = topology.segments.len() as u32;
+        p.station_segments = topology.station_segments.len() as u32;
+        p.couplings = topology.couplings.len() as u32;
+        p.springs = topology.springs.len() as u32;
+        p.holds = topology.holds.len() as u32;
         let count = p.segments + p.station_segments + p.couplings + p.springs;
         // As many chunks as there are items in each: what then is left to add up is as short as it can be.
         p.chunks = p.variables.max(count).isqrt().max(1);
@@ -210,14 +210,14 @@ impl Plan {
             *place = parts;
             parts += count * size;
         }
-        let mut vectors = 3 * self.settling.vectors_end;
+        let mut vectors = 3 * self.condensation.vectors_end;
         for (place, size) in [
             (&mut p.step_vectors, 3 * p.variables),
             (&mut p.descent_vectors, 3 * p.variables),
             (&mut p.gradient_vectors, 9 * p.variables),
             (&mut p.energies_vectors, count),
             (&mut p.partials_vectors, sizes::PARTIAL * p.chunks),
-            (&mut p.negatives_vectors, self.elimination.tasks.len().max(self.settling.tasks.len()) as u32),
+            (&mut p.negatives_vectors, self.elimination.tasks.len().max(self.condensation.tasks.len()) as u32),
             (&mut p.shape_vectors, sizes::STATE * p.variables),
         ] {
             *place = vectors;
@@ -228,19 +228,19 @@ impl Plan {
     }
 
     fn write_program(&mut self) {
-        let [forces, blocks, settling] = self.sources();
+        let [forces, blocks, condensation] = self.sources();
         let count = |sources: &Sources| sources.iter().map(Vec::len).sum::<usize>() as u32;
         self.sources_of_forces = count(&forces);
-        self.sources_of_blocks = [count(&blocks), count(&settling)];
-        let links = &self.links;
+        self.sources_of_blocks = [count(&blocks), count(&condensation)];
+        let topology = &self.topology;
         let (point, frame) = (|i: u32| self.of_point[i as usize], |c: u32| self.of_frame[c as usize]);
         let some_frame = |c: u32| if c == NONE { NONE } else { frame(c) };
         let mut holds = vec![NONE; self.variables.len()];
-        for (k, &variable) in links.holds.iter().enumerate() {
+        for (k, &variable) in topology.holds.iter().enumerate() {
             holds[self.place(variable) as usize] = k as u32;
         }
         let mut words: Vec<u32> = Vec::new();
-        let p = &mut self.places;
+        let p = &mut self.offsets;
         let mut append = |place: &mut u32, own: Vec<u32>| {
             *place = words.len() as u32;
             words.extend(own);
@@ -248,29 +248,29 @@ impl Plan {
         let kinds = self.variables.iter().map(|variable| u32::from(matches!(variable, Variable::Frame(_))));
         append(&mut p.kinds_program, kinds.collect());
         append(&mut p.holds_program, holds);
-        let segments = links.segments.iter().flat_map(|s| [point(s[0]), point(s[1]), frame(s[2])]);
+        let segments = topology.segments.iter().flat_map(|s| [point(s[0]), point(s[1]), frame(s[2])]);
         append(&mut p.segments_program, segments.collect());
-        let station_segments = links
+        let station_segments = topology
             .station_segments
             .iter()
             .flat_map(|s| [point(s[0]), point(s[1]), frame(s[2]), some_frame(s[3]), some_frame(s[4])]);
         append(&mut p.station_segments_program, station_segments.collect());
-        append(&mut p.couplings_program, links.couplings.iter().flatten().map(|&c| frame(c)).collect());
-        append(&mut p.springs_program, links.springs.iter().flat_map(|s| [point(s[0]), some_frame(s[1])]).collect());
-        append(&mut p.forces_program, listed(&forces, |_| []));
-        let settled = self.settling.order.iter().map(|&i| self.of_point[i as usize]);
-        let settled: Vec<u32> = settled.collect();
+        append(&mut p.couplings_program, topology.couplings.iter().flatten().map(|&c| frame(c)).collect());
+        append(&mut p.springs_program, topology.springs.iter().flat_map(|s| [point(s[0]), some_frame(s[1])]).collect());
+        append(&mut p.forces_program, sum_table(&forces, |_| []));
+        let condensed = self.condensation.order.iter().map(|&i| self.of_point[i as usize]);
+        let condensed: Vec<u32> = condensed.collect();
         let mut settle = vec![NONE; self.variables.len()];
-        for (vector, &variable) in (self.settling.first_vector..).zip(&settled) {
+        for (vector, &variable) in (self.condensation.first_vector..).zip(&condensed) {
             settle[variable as usize] = vector;
         }
-        append(&mut p.settle_program, settle);
+        append(&mut p.condensation_program, settle);
         let all: Vec<u32> = (0..self.variables.len() as u32).collect();
-        let systems = [(&self.elimination, &blocks, all), (&self.settling, &settling, settled)];
+        let systems = [(&self.elimination, &blocks, all), (&self.condensation, &condensation, condensed)];
         for (tables, (elimination, blocks, variables)) in self.tables.iter_mut().zip(systems) {
-            let mut places = vec![[0; 3]; blocks.len()];
+            let mut offsets = vec![[0; 3]; blocks.len()];
             let mut put = |block: u32, row: u32, column: u32| {
-                let place = &mut places[(block - elimination.first_pivot) as usize];
+                let place = &mut offsets[(block - elimination.first_pivot) as usize];
                 *place = [block, variables[row as usize], variables[column as usize]];
             };
             for column in 0..elimination.len() as u32 {
@@ -281,41 +281,41 @@ impl Plan {
                     put(block, row, column);
                 }
             }
-            append(&mut tables.blocks, listed(blocks, |block| places[block]));
+            append(&mut tables.blocks, sum_table(blocks, |block| offsets[block]));
             let vectors = (elimination.first_vector..).zip(&variables);
             append(&mut tables.right_hand_side, vectors.flat_map(|(vector, &variable)| [vector, variable]).collect());
             let roots = elimination.roots();
             append(&mut tables.roots, [roots.len() as u32].into_iter().chain(roots).collect());
-            append(&mut tables.factor, instructed(&elimination.factor));
-            append(&mut tables.forward, instructed(&elimination.forward));
-            append(&mut tables.backward, instructed(&elimination.backward));
+            append(&mut tables.factor, instruction_table(&elimination.factor));
+            append(&mut tables.forward, instruction_table(&elimination.forward));
+            append(&mut tables.backward, instruction_table(&elimination.backward));
         }
         self.program = words;
     }
 
     /// Of every variable, of every block of the matrix and of every block of that for the points alone the derivatives it is the sum of.
     fn sources(&self) -> [Sources; 3] {
-        let mut sources = Gather {
-            systems: [System::new(&self.elimination), System::new(&self.settling)],
-            settled: vec![NONE; self.variables.len()],
+        let mut sources = Assembly {
+            systems: [System::new(&self.elimination), System::new(&self.condensation)],
+            condensed: vec![NONE; self.variables.len()],
             forces: vec![Vec::new(); self.variables.len()],
         };
-        for (position, &i) in (0..).zip(&self.settling.order) {
-            sources.settled[self.of_point[i as usize] as usize] = position;
+        for (position, &i) in (0..).zip(&self.condensation.order) {
+            sources.condensed[self.of_point[i as usize] as usize] = position;
         }
-        let (links, places) = (&self.links, &self.places);
+        let (topology, offsets) = (&self.topology, &self.offsets);
         let (point, frame) = (|i: u32| self.of_point[i as usize], |c: u32| self.of_frame[c as usize]);
-        for (k, &[a, b, f]) in (0..).zip(&links.segments) {
+        for (k, &[a, b, f]) in (0..).zip(&topology.segments) {
             let [a, b, f] = [point(a), point(b), frame(f)];
-            let entry = places.segments_parts + sizes::PART * k;
+            let entry = offsets.segments_parts + sizes::PART * k;
             sources.edge(a, b, entry, entry + 6);
             sources.force(f, entry + 3);
             sources.across_edge(f, a, b, entry + 15);
             sources.block(f, f, entry + 24);
         }
-        for (k, &[a, b, f, first, second]) in (0..).zip(&links.station_segments) {
+        for (k, &[a, b, f, first, second]) in (0..).zip(&topology.station_segments) {
             let [a, b, f] = [point(a), point(b), frame(f)];
-            let entry = places.station_segments_parts + sizes::STATION_PART * k;
+            let entry = offsets.station_segments_parts + sizes::STATION_PART * k;
             let block = |k: u32| entry + 12 + 9 * k;
             sources.edge(a, b, entry, block(0));
             sources.force(f, entry + 3);
@@ -335,18 +335,18 @@ impl Plan {
                 sources.mixed(frame(second), frame(first), block(8));
             }
         }
-        for (k, &[a, b]) in (0..).zip(&links.couplings) {
+        for (k, &[a, b]) in (0..).zip(&topology.couplings) {
             let [a, b] = [frame(a), frame(b)];
-            let entry = places.couplings_parts + sizes::PART * k;
+            let entry = offsets.couplings_parts + sizes::PART * k;
             sources.force(a, entry);
             sources.force(b, entry + 3);
             sources.block(a, a, entry + 6);
             sources.mixed(a, b, entry + 15);
             sources.block(b, b, entry + 24);
         }
-        for (k, &[x, q]) in (0..).zip(&links.springs) {
+        for (k, &[x, q]) in (0..).zip(&topology.springs) {
             let x = point(x);
-            let entry = places.springs_parts + sizes::PART * k;
+            let entry = offsets.springs_parts + sizes::PART * k;
             sources.force(x, entry);
             sources.block(x, x, entry + 6);
             if q != NONE {
@@ -361,8 +361,8 @@ impl Plan {
     }
 
     fn list_cycle(&self) -> Vec<Dispatch> {
-        use Phase::{Combine, Descend, Judge, Linearise, Refactor, Search, Settle, Solve};
-        let p = &self.places;
+        use Phase::{Accept, Combine, Condense, Descend, Linearise, Refactor, Search, Solve};
+        let p = &self.offsets;
         let mut cycle = Cycle::default();
         let first = [Linearise, Refactor];
         let [all, points] = &self.tables;
@@ -371,21 +371,21 @@ impl Plan {
         cycle.add(Stage::LineariseCouplings, p.couplings, &[Linearise]);
         cycle.add(Stage::LineariseSprings, p.springs, &[Linearise]);
         cycle.factorise(&self.elimination, all, &first);
-        cycle.add(Stage::Inspect, 1, &first).table = all.roots;
+        cycle.add(Stage::CheckInertia, 1, &first).table = all.roots;
         cycle.add(Stage::LoadGradient, p.variables, &[Descend]).table = all.right_hand_side;
         cycle.solve(&self.elimination, all, &[Solve, Descend]);
-        cycle.add(Stage::MeasureStep, p.chunks, &[Solve, Descend]);
-        cycle.add(Stage::BeginSearch, 1, &[Solve, Descend]);
-        cycle.add(Stage::Combine, p.variables, &[Combine]);
+        cycle.add(Stage::SumStep, p.chunks, &[Solve, Descend]);
+        cycle.add(Stage::BeginLineSearch, 1, &[Solve, Descend]);
+        cycle.add(Stage::CombineDirections, p.variables, &[Combine]);
         cycle.add(Stage::Retract, p.variables, &[Combine, Search]);
         cycle.measure(p, &[Combine, Search], 1);
-        cycle.add(Stage::Weigh, 1, &[Combine, Search]);
-        cycle.factorise(&self.settling, points, &[Settle]);
-        cycle.add(Stage::InspectPoints, 1, &[Settle]).table = points.roots;
-        cycle.solve(&self.settling, points, &[Settle]);
-        cycle.add(Stage::Settle, p.variables, &[Settle]);
-        cycle.measure(p, &[Settle], 2);
-        cycle.add(Stage::Judge, 1, &[Settle, Judge]);
+        cycle.add(Stage::RecordTrial, 1, &[Combine, Search]);
+        cycle.factorise(&self.condensation, points, &[Condense]);
+        cycle.add(Stage::CheckPointsInertia, 1, &[Condense]).table = points.roots;
+        cycle.solve(&self.condensation, points, &[Condense]);
+        cycle.add(Stage::CondensePoints, p.variables, &[Condense]);
+        cycle.measure(p, &[Condense], 2);
+        cycle.add(Stage::AcceptStep, 1, &[Condense, Accept]);
         cycle.dispatches.retain(|dispatch| dispatch.range.count > 0);
         cycle.dispatches
     }
@@ -417,8 +417,8 @@ impl Cycle {
 
     /// Gathers a matrix and a right-hand side, and factorises.
     fn factorise(&mut self, elimination: &Elimination, tables: &Tables, phases: &[Phase]) {
-        self.add(Stage::GatherMatrix, elimination.matrix_blocks.len() as u32, phases).table = tables.blocks;
-        self.add(Stage::GatherRightHandSide, elimination.len() as u32, phases).table = tables.right_hand_side;
+        self.add(Stage::AssembleMatrix, elimination.matrix_blocks.len() as u32, phases).table = tables.blocks;
+        self.add(Stage::AssembleRightHandSide, elimination.len() as u32, phases).table = tables.right_hand_side;
         for level in &elimination.levels {
             let range = self.add(Stage::Factorise, level.len() as u32, phases);
             (range.first, range.table) = (level.start, tables.factor);
@@ -437,14 +437,14 @@ impl Cycle {
     }
 
     /// Energy and free gradient of a slot of the state.
-    fn measure(&mut self, p: &Places, phases: &[Phase], slot: u32) {
+    fn measure(&mut self, p: &Offsets, phases: &[Phase], slot: u32) {
         for (stage, count) in [
-            (Stage::MeasureSegments, p.segments),
-            (Stage::MeasureStationSegments, p.station_segments),
-            (Stage::MeasureCouplings, p.couplings),
-            (Stage::MeasureSprings, p.springs),
-            (Stage::GatherGradient, p.variables),
-            (Stage::MeasureState, p.chunks),
+            (Stage::EvaluateSegments, p.segments),
+            (Stage::EvaluateStationSegments, p.station_segments),
+            (Stage::EvaluateCouplings, p.couplings),
+            (Stage::EvaluateSprings, p.springs),
+            (Stage::AssembleGradient, p.variables),
+            (Stage::SumState, p.chunks),
         ] {
             self.add(stage, count, phases).slot = slot;
         }
@@ -452,8 +452,8 @@ impl Cycle {
 }
 
 /// Which variables share an energy.
-fn graph(links: &Links, vertex: impl Fn(Variable) -> u32) -> Vec<Vec<u32>> {
-    let mut graph = vec![Vec::new(); links.points + links.frames];
+fn graph(topology: &Topology, vertex: impl Fn(Variable) -> u32) -> Vec<Vec<u32>> {
+    let mut graph = vec![Vec::new(); topology.points + topology.frames];
     let mut join = |clique: &[Variable]| {
         for &a in clique {
             let own = vertex(a);
@@ -461,17 +461,17 @@ fn graph(links: &Links, vertex: impl Fn(Variable) -> u32) -> Vec<Vec<u32>> {
         }
     };
     let (point, frame) = (Variable::Point, Variable::Frame);
-    for &[a, b, f] in &links.segments {
+    for &[a, b, f] in &topology.segments {
         join(&[point(a), point(b), frame(f)]);
     }
-    for &[a, b, f, first, second] in &links.station_segments {
+    for &[a, b, f, first, second] in &topology.station_segments {
         let stations = [first, second].into_iter().filter(|&q| q != NONE).map(frame);
         join(&[point(a), point(b), frame(f)].into_iter().chain(stations).collect::<Vec<_>>());
     }
-    for &[a, b] in &links.couplings {
+    for &[a, b] in &topology.couplings {
         join(&[frame(a), frame(b)]);
     }
-    for &[x, q] in links.springs.iter().filter(|spring| spring[1] != NONE) {
+    for &[x, q] in topology.springs.iter().filter(|spring| spring[1] != NONE) {
         join(&[point(x), frame(q)]);
     }
     for neighbours in &mut graph {
@@ -482,10 +482,10 @@ fn graph(links: &Links, vertex: impl Fn(Variable) -> u32) -> Vec<Vec<u32>> {
 }
 
 /// Which points share an energy.
-fn points_graph(links: &Links) -> Vec<Vec<u32>> {
-    let mut graph = vec![Vec::new(); links.points];
-    let segments = links.segments.iter().map(|s| [s[0], s[1]]);
-    let edges = segments.chain(links.station_segments.iter().map(|s| [s[0], s[1]]));
+fn points_graph(topology: &Topology) -> Vec<Vec<u32>> {
+    let mut graph = vec![Vec::new(); topology.points];
+    let segments = topology.segments.iter().map(|s| [s[0], s[1]]);
+    let edges = segments.chain(topology.station_segments.iter().map(|s| [s[0], s[1]]));
     for [a, b] in edges.filter(|[a, b]| a != b) {
         graph[a as usize].push(b);
         graph[b as usize].push(a);
@@ -518,21 +518,21 @@ impl<'e> System<'e> {
 }
 
 /// What variables and blocks are sums of, while it is collected: of all variables, and of the points alone.
-struct Gather<'e> {
+struct Assembly<'e> {
     systems: [System<'e>; 2],
     /// Of each variable its position among the points alone.
-    settled: Vec<u32>,
+    condensed: Vec<u32>,
     forces: Sources,
 }
 
-impl Gather<'_> {
+impl Assembly<'_> {
     fn force(&mut self, variable: u32, entry: u32) {
         self.forces[variable as usize].push(entry);
     }
 
     fn block(&mut self, row: u32, column: u32, source: u32) {
         self.systems[0].block(row, column, source);
-        let [row, column] = [row, column].map(|variable| self.settled[variable as usize]);
+        let [row, column] = [row, column].map(|variable| self.condensed[variable as usize]);
         if row != NONE && column != NONE {
             self.systems[1].block(row, column, source);
         }
@@ -564,7 +564,7 @@ impl Gather<'_> {
 }
 
 /// A table `[start, head…]` of every sum and one more start, then all sources; starts are counted from the table.
-fn listed<const N: usize>(sources: &Sources, head: impl Fn(usize) -> [u32; N]) -> Vec<u32> {
+fn sum_table<const N: usize>(sources: &Sources, head: impl Fn(usize) -> [u32; N]) -> Vec<u32> {
     let width = 1 + N;
     let mut words = Vec::new();
     let mut start = width * sources.len() + 1;
@@ -579,7 +579,7 @@ fn listed<const N: usize>(sources: &Sources, head: impl Fn(usize) -> [u32; N]) -
 }
 
 /// A table of starts, then the instructions; starts are counted from the table.
-fn instructed(instructions: &Instructions) -> Vec<u32> {
+fn instruction_table(instructions: &Instructions) -> Vec<u32> {
     let offset = instructions.starts.len() as u32;
     instructions.starts.iter().map(|start| start + offset).chain(instructions.words.iter().copied()).collect()
 }

@@ -40,7 +40,7 @@ fn main(
     @builtin(local_invocation_index) local: u32,
 ) {
     let it = item(group, groups, local);
-    if !it.there {
+    if !it.present {
         return;
     }
     let k = it.index;
@@ -51,7 +51,7 @@ fn main(
     var negative = real(0.0);
     let children = program[at];
     for (var i = 1u; i <= children; i++) {
-        negative += vector(places.negatives_vectors + program[at + i], variant);
+        negative += vector(offsets.negatives_vectors + program[at + i], variant);
     }
     at += 1u + children;
     while at < end {
@@ -80,5 +80,5 @@ fn main(
         }
         set_block33(block, variant, sum);
     }
-    set_vector(places.negatives_vectors + k, variant, negative);
+    set_vector(offsets.negatives_vectors + k, variant, negative);
 }

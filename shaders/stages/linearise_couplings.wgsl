@@ -8,24 +8,24 @@ fn main(
     @builtin(local_invocation_index) local: u32,
 ) {
     let it = item(group, groups, local);
-    if !it.there {
+    if !it.present {
         return;
     }
     let k = it.index;
     let variant = it.variant;
-    let entry = places.couplings_numbers + 15u * k;
+    let entry = offsets.couplings_numbers + 15u * k;
     let c = Coupling(number3(entry, variant), number(entry + 3u, variant), number3(entry + 4u, variant));
-    let links = places.couplings_program + 2u * k;
+    let links = offsets.couplings_program + 2u * k;
     let a = program[links];
     let b = program[links + 1u];
     let rest_a = number4(entry + 7u, variant);
     let rest_b = number4(entry + 11u, variant);
-    let qa = turned_by(value4(state_entry(a, AT_HAND, variant), variant), rest_a);
-    let qb = turned_by(value4(state_entry(b, AT_HAND, variant), variant), rest_b);
+    let qa = quaternion_product(value4(state_entry(a, CURRENT, variant), variant), rest_a);
+    let qb = quaternion_product(value4(state_entry(b, CURRENT, variant), variant), rest_b);
     let law = bend_twist(qa, qb, c);
     let ra = rotation_matrix(rest_a);
     let rb = rotation_matrix(rest_b);
-    let own = places.couplings_parts + 33u * k;
+    let own = offsets.couplings_parts + 33u * k;
     let h = bend_twist_hessian(law, c);
     let aa = ra * h.aa * transpose(ra);
     let ab = ra * h.ab * transpose(rb);

@@ -9,19 +9,19 @@ fn main(
     @builtin(local_invocation_index) local: u32,
 ) {
     let it = item(group, groups, local);
-    if !it.there {
+    if !it.present {
         return;
     }
     let k = it.index;
     let variant = it.variant;
     let s = segment(k, variant);
-    let links = places.segments_program + 3u * k;
+    let links = offsets.segments_program + 3u * k;
     let a = program[links];
     let b = program[links + 1u];
     let f = program[links + 2u];
-    let on = is_on(variant);
-    let e = edge(state_entry(a, AT_HAND, variant), state_entry(b, AT_HAND, variant), variant, on);
-    let law = segment_law(s, e, value4(state_entry(f, AT_HAND, variant), variant), on);
+    let opaque = opaque_true(variant);
+    let e = edge(state_entry(a, CURRENT, variant), state_entry(b, CURRENT, variant), variant, opaque);
+    let law = segment_law(s, e, value4(state_entry(f, CURRENT, variant), variant), opaque);
     let c = diagonal(law.c);
     let rt = transpose(law.r);
     let vt = skew(-law.v);
@@ -31,7 +31,7 @@ fn main(
     let tt = (vt * c * skew(law.v) + (nv + transpose(nv)) * real(0.5) - identity(dot3(law.n, law.v))) * s.l;
     let de = motion(b, variant) - motion(a, variant);
     let theta = motion(f, variant);
-    let entry = places.segments_parts + 33u * k;
+    let entry = offsets.segments_parts + 33u * k;
     set_part3(entry, variant, law.r * law.n + ee * de + theta * te);
     set_part3(entry + 3u, variant, cross3(law.n, law.v) * s.l + te * de + tt * theta);
     set_part33(entry + 6u, variant, ee);

@@ -8,15 +8,15 @@ fn main(
     @builtin(local_invocation_index) local: u32,
 ) {
     let it = item(group, groups, local);
-    if !it.there {
+    if !it.present {
         return;
     }
     let k = it.index;
     let variant = it.variant;
-    let law = spring_law(k, AT_HAND, variant);
+    let law = spring_law(k, CURRENT, variant);
     let s = spring(k, variant);
-    let point = program[places.springs_program + 2u * k];
-    let frame = program[places.springs_program + 2u * k + 1u];
+    let point = program[offsets.springs_program + 2u * k];
+    let frame = program[offsets.springs_program + 2u * k + 1u];
     let rest = rotation_matrix(s.rest);
     let lever = law.r * skew(-s.offset);
     let xx = identity(s.k);
@@ -27,7 +27,7 @@ fn main(
     if frame != NONE {
         theta = motion(frame, variant);
     }
-    let own = places.springs_parts + 33u * k;
+    let own = offsets.springs_parts + 33u * k;
     let moment = cross3(s.offset, law.force * law.r) + rest * law.moment;
     set_part3(own, variant, law.force + xx * dx + theta * tx);
     set_part3(own + 3u, variant, moment + tx * dx + tt * theta);

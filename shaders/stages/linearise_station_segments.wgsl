@@ -36,23 +36,23 @@ fn main(
     @builtin(local_invocation_index) local: u32,
 ) {
     let it = item(group, groups, local);
-    if !it.there {
+    if !it.present {
         return;
     }
     let k = it.index;
     let variant = it.variant;
     let s = station_segment(k, variant);
-    let links = places.station_segments_program + 5u * k;
+    let links = offsets.station_segments_program + 5u * k;
     let a = program[links];
     let b = program[links + 1u];
     let f = program[links + 2u];
-    let q = value4(state_entry(f, AT_HAND, variant), variant);
-    let first = station(k, 0u, q, AT_HAND, variant);
-    let second = station(k, 1u, q, AT_HAND, variant);
-    let on = is_on(variant);
-    let nodes = edge(state_entry(a, AT_HAND, variant), state_entry(b, AT_HAND, variant), variant, on);
-    let e = add_exactly(nodes.sum, nodes.error, second.r * second.offset - first.r * first.offset, on);
-    let law = station_law(s, e, q, first, second, on);
+    let q = value4(state_entry(f, CURRENT, variant), variant);
+    let first = station(k, 0u, q, CURRENT, variant);
+    let second = station(k, 1u, q, CURRENT, variant);
+    let opaque = opaque_true(variant);
+    let nodes = edge(state_entry(a, CURRENT, variant), state_entry(b, CURRENT, variant), variant, opaque);
+    let e = two_sum(nodes.sum, nodes.error, second.r * second.offset - first.r * first.offset, opaque);
+    let law = station_law(s, e, q, first, second, opaque);
     let n = law.n;
     let v = law.v;
     let rt = transpose(law.r);
@@ -60,9 +60,9 @@ fn main(
     let along_phi = skew(v);
     // ∂v and ∂φ in the edge, the segment and both stations.
     let dv_e = rt * (real(1.0) / s.l);
-    let dphi_f = turn_of_segment(first.w, first.v) * first.blend + turn_of_segment(second.w, second.v) * second.blend;
-    let dphi_0 = turn_of_station(first.w, first.v) * first.blend;
-    let dphi_1 = turn_of_station(second.w, second.v) * second.blend;
+    let dphi_f = segment_rotation_jacobian(first.w, first.v) * first.blend + segment_rotation_jacobian(second.w, second.v) * second.blend;
+    let dphi_0 = station_rotation_jacobian(first.w, first.v) * first.blend;
+    let dphi_1 = station_rotation_jacobian(second.w, second.v) * second.blend;
     // ∂Γ.
     let g_e = along_v * dv_e;
     let g_f = along_v * skew(v) + along_phi * dphi_f;
@@ -112,13 +112,13 @@ fn main(
     let theta = motion(f, variant);
     var theta_0 = vec3<real>(real(0.0), real(0.0), real(0.0));
     var theta_1 = theta_0;
-    if first.there {
+    if first.present {
         theta_0 = motion(program[links + 3u], variant);
     }
-    if second.there {
+    if second.present {
         theta_1 = motion(program[links + 4u], variant);
     }
-    let entry = places.station_segments_parts + 102u * k;
+    let entry = offsets.station_segments_parts + 102u * k;
     set_part3(entry, variant, world + ee * de + theta * fe + theta_0 * q0_e + theta_1 * q1_e);
     set_part3(
         entry + 3u,

@@ -1,4 +1,4 @@
-#import gather
+#import assembly
 
 // Minus the free gradient of the state at hand, in the basis of each held variable: the right-hand side of the gradient method, which goes on in the
 // metric of the matrix that was factorised last.
@@ -9,14 +9,14 @@ fn main(
     @builtin(local_invocation_index) local: u32,
 ) {
     let it = item(group, groups, local);
-    if !it.there {
+    if !it.present {
         return;
     }
     let k = it.index;
     let variant = it.variant;
     let own = program[range.table + 2u * k];
     let variable = program[range.table + 2u * k + 1u];
-    var r = -vector3(gradient_entry(variable, AT_HAND, variant), variant);
+    var r = -vector3(gradient_entry(variable, CURRENT, variant), variant);
     let held = hold_entry(variable);
     if held != NONE {
         r = (r * hold_basis(held, variant)) * free_directions(held, variant);

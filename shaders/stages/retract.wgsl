@@ -1,4 +1,4 @@
-#import gather
+#import assembly
 #import sum
 
 // The shortest rotation that takes direction a to b, both of length 1; the identity where they are opposite.
@@ -18,26 +18,26 @@ fn main(
     @builtin(local_invocation_index) local: u32,
 ) {
     let it = item(group, groups, local);
-    if !it.there {
+    if !it.present {
         return;
     }
     let k = it.index;
     let variant = it.variant;
-    let at = state_entry(k, AT_HAND, variant);
+    let at = state_entry(k, CURRENT, variant);
     let to = state_entry(k, TRIAL, variant);
-    let step = vector3(places.step_vectors + 3u * k, variant) * control[variant].alpha;
+    let step = vector3(offsets.step_vectors + 3u * k, variant) * control[variant].alpha;
     let held = hold_entry(k);
     var count = real(0.0);
     if held != NONE {
         count = number(held + 9u, variant);
     }
-    if program[places.kinds_program + k] == 1u {
-        var q = turned(value4(at, variant), step);
+    if program[offsets.kinds_program + k] == 1u {
+        var q = rotated(value4(at, variant), step);
         if count > real(2.5) {
             q = number4(held + 10u, variant);
         } else if count > real(1.5) {
             let wanted = rotation_matrix(number4(held + 10u, variant))[2];
-            q = normalised(turned_by(shortest(rotation_matrix(q)[2], wanted), q));
+            q = normalised(quaternion_product(shortest(rotation_matrix(q)[2], wanted), q));
         }
         set_state(to, variant, q.x);
         set_state(to + 1u, variant, q.y);
@@ -45,16 +45,16 @@ fn main(
         set_state(to + 3u, variant, q.w);
         return;
     }
-    let on = is_on(variant);
-    var moved = add_exactly(value3(at, variant), carry3(at, variant), step, on);
+    let opaque = opaque_true(variant);
+    var moved = two_sum(value3(at, variant), compensation3(at, variant), step, opaque);
     if count > real(2.5) {
         let zero = vec3<real>(real(0.0), real(0.0), real(0.0));
-        moved = add_exactly(number3(held + 10u, variant), number3(held + 14u, variant), zero, on);
+        moved = two_sum(number3(held + 10u, variant), number3(held + 14u, variant), zero, opaque);
     } else if count > real(0.5) {
         let basis = hold_basis(held, variant);
         let one = vec3<real>(real(1.0), real(1.0), real(1.0));
         let gap = ((number3(held + 10u, variant) - moved.sum) + (number3(held + 14u, variant) - moved.error)) * basis;
-        moved = add_exactly(moved.sum, moved.error, basis * (gap * (one - free_directions(held, variant))), on);
+        moved = two_sum(moved.sum, moved.error, basis * (gap * (one - free_directions(held, variant))), opaque);
     }
     set_point(to, variant, moved);
 }

@@ -111,10 +111,10 @@ fn a_release_is_no_jump() {
 #[test]
 fn limits_are_watched() {
     let run = strip("");
-    let [force] = of(&run, EventKind::FixingForce)[..] else { panic!("{:?}", run.events) };
+    let [force] = of(&run, EventKind::ConstraintForce)[..] else { panic!("{:?}", run.events) };
     let taken = run.steps[0].constraints[0].force.norm();
     assert_eq!((force.place.fixing.as_deref(), force.value, force.limit), (Some("left"), Some(taken), Some(0.1)));
-    assert!(of(&run, EventKind::FixingMoment).is_empty(), "{:?}", run.events);
+    assert!(of(&run, EventKind::ConstraintMoment).is_empty(), "{:?}", run.events);
     let [bend] = of(&run, EventKind::BendRadius)[..] else { panic!("{:?}", run.events) };
     let tightest = run.steps[0].min_bend_radius.as_ref().expect("it is bent");
     assert_eq!((bend.value, bend.limit, bend.place.s), (Some(tightest.value), Some(0.4), Some(tightest.s)));

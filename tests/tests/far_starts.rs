@@ -70,8 +70,8 @@ fn a_throw_ends_where_small_steps_end() {
 fn dragged(network: &Network, newton: &mut Newton) -> (Vec<bool>, Vec<Pose>, State) {
     let schedule = wireloom::bench::schedule();
     let mut state = wireloom::harness::place(network, &schedule);
-    let targets: Vec<Pose> = network.fixings.iter().map(|f| state.pose(&f.site)).collect();
-    let active = vec![true; network.fixings.len()];
+    let targets: Vec<Pose> = network.constraints.iter().map(|f| state.pose(&f.site)).collect();
+    let active = vec![true; network.constraints.len()];
     let mut problem = problem(network, &active, &targets);
     for k in 1..=30 {
         let mut target = targets[1];
@@ -167,7 +167,7 @@ fn a_state_carried_over_to_a_finer_mesh_is_nearly_balanced() {
     let stop = Stop { max_iterations: 5000, ..Stop::default() };
     let report = newton.minimise(&mut problem(coarse, &active, &targets), &mut state, &stop);
     assert_eq!(report.status, Status::Converged);
-    let mut fine = wireloom::harness::carried_over(coarse, &state, &built.network);
+    let mut fine = wireloom::harness::prolonged(coarse, &state, &built.network);
     let report = newton.minimise(&mut problem(&built.network, &active, &targets), &mut fine, &stop);
     assert_eq!(report.status, Status::Converged);
     assert!(report.iterations <= 3, "{} iterations", report.iterations);

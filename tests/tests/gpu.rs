@@ -7,7 +7,7 @@ use std::sync::{Arc, OnceLock};
 use wireloom::export::table::{Column, Table, read};
 use wireloom::geometry::Vector;
 use wireloom::gpu::policy::Found;
-use wireloom::gpu::{Devices, Gpu, policy};
+use wireloom::gpu::{SharedDevice, Gpu, policy};
 use wireloom::{Control, Run, Status};
 use wireloom_tests::program;
 
@@ -25,9 +25,11 @@ fn main() -> ExitCode {
     let arguments = Arguments::from_args();
     let found = policy::device(std::env::var("WIRELOOM_GPU_TESTS").ok().as_deref());
     let trials = CHECKS.iter().map(|&(name, check)| match found.clone() {
-        Found::Device(gpu) => Trial::test(name, move || check(&gpu)),
-        Found::Ignored(reason) => Trial::test(format!("{name} (ignored: {reason})"), || Ok(())).with_ignored_flag(true),
-        Found::Missing(reason) => Trial::test(name, move || Err(reason.into())),
+        TestDevice::Device(gpu) => Trial::test(name, move || check(&gpu)),
+        TestDevice::Ignored(reason) => {
+            Trial::test(format!("{name} (ignored: {reason})"), || Ok(())).with_ignored_flag(true)
+        }
+        TestDevice::Missing(reason) => Trial::test(name, move || Err(reason.into())),
     });
     libtest_mimic::run(&arguments, trials.collect()).exit_code()
 }
@@ -96,7 +98,7 @@ up = [0, 0, 1]
 
 /// Precision that leaves nothing to the CPU, or little.
 fn precision(gpu: &Gpu) -> &'static str {
-    if gpu.listed.double { "f64" } else { "f32" }
+    if gpu.info.double { "f64" } else { "f32" }
 }
 
 /// The harness, one plug of which is moved in four increments, with the minimiser `gpu` and these options.
@@ -118,12 +120,12 @@ position = [0.5, 0.25, 0.1]
 }
 
 /// The device of all tests but those that lose theirs: opened, and its shaders compiled, once.
-fn shared(gpu: &Gpu) -> Devices {
-    static SHARED: OnceLock<Devices> = OnceLock::new();
-    SHARED.get_or_init(|| Devices::for_one(Some(&gpu.listed.name))).clone()
+fn shared(gpu: &Gpu) -> SharedDevice {
+    static SHARED: OnceLock<SharedDevice> = OnceLock::new();
+    SHARED.get_or_init(|| SharedDevice::for_single_runs(Some(&gpu.info.name))).clone()
 }
 
-fn run(text: &str, devices: &Devices, mut each: impl FnMut(usize)) -> Result<Run, Failed> {
+fn run(text: &str, devices: &SharedDevice, mut each: impl FnMut(usize)) -> Result<Run, Failed> {
     let registry = wireloom::registry_on(devices.clone());
     let (_, built) = wireloom::load(text, &registry).map_err(|faults| wireloom::scenario::render(text, &faults))?;
     Ok(wireloom::run(built, &mut |progress, _| {
@@ -146,7 +148,7 @@ fn apart(one: &Run, other: &Run) -> f64 {
 fn gradients(gpu: &Arc<Gpu>) -> Result<(), Failed> {
     let devices = shared(gpu);
     let own = precision(gpu);
-    let polish = !gpu.listed.double;
+    let polish = !gpu.info.double;
     let by_gradients = moved(&format!(
         "kind = \"gpu\"\nalgorithm = \"gradient\"\nprecision = \"{own}\"\npolish = {polish}\nmax_iterations = 2000"
     ));
@@ -156,7 +158,7 @@ fn gradients(gpu: &Arc<Gpu>) -> Result<(), Failed> {
     // Both are certified to 1e-6 of the load scale.
     assert!(apart(&found, &newton) < 1e-5, "{} m apart", apart(&found, &newton));
     for (end, on_the_processor) in found.steps.iter().zip(&newton.steps) {
-        assert_eq!(end.minimiser.device, Some(format!("{}, {own}", gpu.listed.name)));
+        assert_eq!(end.minimiser.device, Some(format!("{}, {own}", gpu.info.name)));
         assert_eq!(on_the_processor.minimiser.device, None);
         assert_eq!(end.minimiser.polish > 0, polish, "{:?}", end.minimiser);
     }
@@ -164,7 +166,7 @@ fn gradients(gpu: &Arc<Gpu>) -> Result<(), Failed> {
 }
 
 fn lost(gpu: &Arc<Gpu>) -> Result<(), Failed> {
-    let devices = Devices::for_one(Some(&gpu.listed.name));
+    let devices = SharedDevice::for_single_runs(Some(&gpu.info.name));
     let own = devices.get()?;
     let found = run(&moved("kind = \"gpu\""), &devices, |increment| {
         if increment == 2 {
@@ -229,7 +231,7 @@ seed = 3
         let mut command = Command::new(program());
         command.args(["sweep", "s.toml", "--out", minimiser, "--minimiser", minimiser]);
         if minimiser == "gpu" {
-            command.args(["--device", &gpu.listed.name]);
+            command.args(["--device", &gpu.info.name]);
         }
         let done = command.current_dir(place.path()).output()?;
         let said = String::from_utf8_lossy(&done.stdout).into_owned() + &String::from_utf8_lossy(&done.stderr);

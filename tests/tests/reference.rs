@@ -58,14 +58,14 @@ fn main() {
         let name = format!("{}, gpu", path.file_stem().unwrap_or_default().to_string_lossy());
         let path = path.clone();
         trials.push(match &gpu {
-            Found::Device(gpu) => {
-                let double = gpu.listed.double;
+            TestDevice::Device(gpu) => {
+                let double = gpu.info.double;
                 Trial::test(name, move || check_gpu(&path, double))
             }
-            Found::Ignored(reason) => {
+            TestDevice::Ignored(reason) => {
                 Trial::test(format!("{name} (ignored: {reason})"), || Ok(())).with_ignored_flag(true)
             }
-            Found::Missing(reason) => {
+            TestDevice::Missing(reason) => {
                 let reason = reason.clone();
                 Trial::test(name, || Err(reason.into()))
             }

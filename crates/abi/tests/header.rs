@@ -1,4 +1,4 @@
-//! The C header is what this crate says, and a C compiler agrees with Rust about every struct.
+//! The C header matches this crate, and a C compiler agrees with Rust about the layout of every struct.
 
 use std::fmt::Write;
 use std::mem::{align_of, offset_of, size_of};
@@ -14,7 +14,7 @@ fn header() -> PathBuf {
     here().join("include/wireloom_plugin.h")
 }
 
-/// Rust's names are short where a module says whose they are; C has no modules.
+/// Structs of the header. C has no modules, so each gets the prefix `Wireloom`.
 const STRUCTS: &[&str] = &[
     "Text",
     "Entry",
@@ -29,7 +29,7 @@ const STRUCTS: &[&str] = &[
     "ConstraintSpec",
     "Description",
     "Hold",
-    "Situation",
+    "ConstraintView",
     "Evaluation",
     "JointKind",
     "Arm",
@@ -40,7 +40,7 @@ const STRUCTS: &[&str] = &[
     "Notes",
 ];
 
-/// Prefix of constants.
+/// Prefixes of constants.
 const CONSTANTS: &[&str] = &[
     "MAGIC",
     "ABI_",
@@ -97,7 +97,7 @@ fn generated() -> String {
         .generate()
         .expect("C can say all of it")
         .write(&mut text);
-    // Links of Rust's documentation mean nothing in C.
+    // Links of Rust's documentation have no meaning in C.
     String::from_utf8(text).expect("UTF-8").replace("[`", "`").replace("`]", "`")
 }
 
@@ -119,7 +119,7 @@ const EXPORT: &str = r#"
 #define WIRELOOM_EXPORT WIRELOOM_C __attribute__((visibility("default")))
 #endif
 
-// Its functions are given it.
+// Its functions receive it.
 struct WireloomKind;"#;
 
 #[test]
@@ -132,7 +132,7 @@ fn the_header_is_current() {
     assert!(is == want, "write it anew: WIRELOOM_HEADER=write cargo test -p wireloom-abi");
 }
 
-/// A C file that fails to compile where the two languages differ.
+/// A C file that does not compile if the two languages disagree.
 fn layout() -> String {
     let mut c = String::from("#include \"wireloom_plugin.h\"\n");
     macro_rules! same {
@@ -170,7 +170,7 @@ fn layout() -> String {
             node_residual_count, inequalities, scales, hold,
         }
         Hold { position, rotation, axis, rails, rail_count, reserved }
-        Situation {
+        ConstraintView {
             size, station_count, span_count, memory_count, stations, targets, span, span_lengths, memory, progress,
         }
         Evaluation {
@@ -189,7 +189,7 @@ fn layout() -> String {
     c
 }
 
-/// The fields that the source gives a struct.
+/// Fields of a struct as the source lists them.
 fn fields_of(name: &str) -> Vec<&'static str> {
     let source: &'static str = include_str!("../src/lib.rs");
     let body = source.split(&format!("pub struct {name} {{\n")).nth(1).expect("a struct of this name");

@@ -62,7 +62,7 @@ pub fn words(network: &Network) -> String {
     let parts = [
         counted(network.branches.len(), "branch", "branches"),
         counted(network.joints.len(), "joint", "joints"),
-        counted(network.fixings.len(), "fixing", "fixings"),
+        counted(network.constraints.len(), "fixing", "fixings"),
         counted(nodes, "node", "nodes"),
     ];
     parts.join(", ")

@@ -14,8 +14,8 @@ use wireloom_gpu::flatten::Flattening;
 use wireloom_gpu::session::Session;
 use wireloom_shaders::Real;
 use wireloom_shaders::harness::{Algorithm, Stop};
+use wireloom_shaders::layout::Phase;
 use wireloom_shaders::memory::Memory;
-use wireloom_shaders::places::Phase;
 use wireloom_shaders::plan::Plan;
 use wireloom_testkit::conformance::networks::{Sample, cable, y_harness};
 
@@ -27,18 +27,18 @@ const CYCLES: usize = 16;
 const STEP: f64 = 5e-3;
 
 fn main() -> Result<(), Box<dyn Error>> {
-    let wish = std::env::args().skip(1).find(|argument| !argument.starts_with('-'));
-    let gpu = Gpu::open(wish.as_deref())?;
+    let selector = std::env::args().skip(1).find(|argument| !argument.starts_with('-'));
+    let gpu = Gpu::open(selector.as_deref())?;
     let mut registry = Registry::default();
     wireloom_models::register(&mut registry);
     // A device in software shows that all this runs; its times say nothing of a card's.
-    let (lengths, many) = if gpu.listed.kind == "software" { ([100, 1_000], 8) } else { ([1_000, 10_000], 10_000) };
+    let (lengths, many) = if gpu.info.kind == "software" { ([100, 1_000], 8) } else { ([1_000, 10_000], 10_000) };
     let cases = [
         (format!("a cable of {} segments", lengths[0]), cable(&registry, lengths[0]), 1, 8),
         (format!("a cable of {} segments", lengths[1]), cable(&registry, lengths[1]), 1, 8),
         ("three branches of 60 segments".to_owned(), y_harness(&registry, "cosserat", 60), many, usize::MAX),
     ];
-    let reals = if gpu.listed.double { &[Real::F64, Real::F32][..] } else { &[Real::F32] };
+    let reals = if gpu.info.double { &[Real::F64, Real::F32][..] } else { &[Real::F32] };
     let mut measured = Vec::new();
     for (what, sample, variants, leaf) in &cases {
         for &real in reals {
@@ -46,10 +46,10 @@ fn main() -> Result<(), Box<dyn Error>> {
         }
     }
     let device = json!({
-        "name": gpu.listed.name,
-        "sort": gpu.listed.kind,
-        "by": gpu.listed.backend,
-        "driver": gpu.listed.driver,
+        "name": gpu.info.name,
+        "sort": gpu.info.kind,
+        "by": gpu.info.backend,
+        "driver": gpu.info.driver,
     });
     println!("{:#}", json!({ "version": env!("CARGO_PKG_VERSION"), "device": device, "cases": measured }));
     Ok(())
@@ -73,7 +73,7 @@ fn measure(
         problem.update_held(&sample.state);
         harnesses.push(flattening.harness(&problem, &sample.state));
     }
-    let plan = Plan::new(harnesses[0].links(), leaf);
+    let plan = Plan::new(harnesses[0].topology(), leaf);
     let shape = flattening.shape(&sample.state);
     let all: Vec<_> = harnesses.iter().map(|harness| (harness, &shape)).collect();
     let stop = Stop {

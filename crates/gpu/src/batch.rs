@@ -13,8 +13,8 @@ use std::time::{Duration, Instant};
 use wireloom_core::Monitor;
 use wireloom_shaders::Real;
 use wireloom_shaders::harness::{Harness, Shape, Stop};
+use wireloom_shaders::layout::{Control, Phase};
 use wireloom_shaders::memory::Memory;
-use wireloom_shaders::places::{Control, Phase};
 use wireloom_shaders::plan::Plan;
 
 /// Cycles of the first submission for a plan.
@@ -46,7 +46,7 @@ pub struct Job {
 
 /// Where a harness came to.
 #[derive(Clone, Debug)]
-pub struct Found {
+pub struct Solution {
     /// How it ended.
     pub control: Control<f64>,
     /// Where it is.
@@ -57,7 +57,7 @@ pub struct Found {
 pub struct Batch {
     /// Variables that one invocation eliminates in a row.
     leaf: usize,
-    room: Mutex<Room>,
+    room: Mutex<Queue>,
     changed: Condvar,
 }
 
@@ -72,18 +72,18 @@ impl Drop for Member<'_> {
 }
 
 #[derive(Default)]
-struct Room {
+struct Queue {
     members: usize,
     waiting: Vec<(u64, Job)>,
-    found: BTreeMap<u64, Result<Found, String>>,
-    tickets: u64,
+    found: BTreeMap<u64, Result<Solution, String>>,
+    next_ticket: u64,
     /// Whether somebody is on the device.
     busy: bool,
-    plans: Vec<Prepared>,
+    plans: Vec<PreparedPlan>,
 }
 
 /// A plan with room on the device for so many variants.
-struct Prepared {
+struct PreparedPlan {
     real: Real,
     plan: Plan,
     memory: Memory,
@@ -104,7 +104,7 @@ impl Batch {
         Member(self)
     }
 
-    fn room(&self) -> MutexGuard<'_, Room> {
+    fn room(&self) -> MutexGuard<'_, Queue> {
         // Nobody panics who holds the lock.
         self.room.lock().unwrap_or_else(PoisonError::into_inner)
     }
@@ -113,10 +113,10 @@ impl Batch {
     ///
     /// # Errors
     /// Why the device could not do it.
-    pub fn descend(&self, gpu: &Gpu, job: Job) -> Result<Found, String> {
+    pub fn descend(&self, gpu: &Gpu, job: Job) -> Result<Solution, String> {
         let mut room = self.room();
-        let ticket = room.tickets;
-        room.tickets += 1;
+        let ticket = room.next_ticket;
+        room.next_ticket += 1;
         room.waiting.push((ticket, job));
         loop {
             if let Some(found) = room.found.remove(&ticket) {
@@ -131,7 +131,7 @@ impl Batch {
             drop(room);
             let mut found = Vec::new();
             while !jobs.is_empty() {
-                self.descend_alike(gpu, &mut jobs, &mut plans, &mut found);
+                self.minimise_same_plan(gpu, &mut jobs, &mut plans, &mut found);
             }
             plans.drain(..plans.len().saturating_sub(PLANS));
             room = self.room();
@@ -142,27 +142,28 @@ impl Batch {
     }
 
     /// Brings down all jobs that have the links and the precision of the first one, and takes them off the list.
-    fn descend_alike(
+    fn minimise_same_plan(
         &self,
         gpu: &Gpu,
         jobs: &mut Vec<(u64, Job)>,
-        plans: &mut Vec<Prepared>,
-        found: &mut Vec<(u64, Result<Found, String>)>,
+        plans: &mut Vec<PreparedPlan>,
+        found: &mut Vec<(u64, Result<Solution, String>)>,
     ) {
-        let (real, links) = (jobs[0].1.real, jobs[0].1.harness.links());
-        let alike: Vec<bool> = jobs.iter().map(|(_, job)| job.real == real && job.harness.links() == links).collect();
+        let (real, topology) = (jobs[0].1.real, jobs[0].1.harness.topology());
+        let alike: Vec<bool> =
+            jobs.iter().map(|(_, job)| job.real == real && job.harness.topology() == topology).collect();
         let mut own = Vec::new();
         let mut others = Vec::new();
         for (job, alike) in jobs.drain(..).zip(alike) {
             if alike && own.len() < MOST_VARIANTS { own.push(job) } else { others.push(job) }
         }
         *jobs = others;
-        let known = plans.iter().position(|known| known.real == real && known.plan.links == links);
+        let known = plans.iter().position(|known| known.real == real && known.plan.topology == topology);
         let mut prepared = match known.map(|k| plans.remove(k)) {
             Some(known) if known.memory.variants() >= own.len() => known,
             known => {
-                let plan = known.map_or_else(|| Plan::new(links, self.leaf), |known| known.plan);
-                match Prepared::new(gpu, real, plan, own.len()) {
+                let plan = known.map_or_else(|| Plan::new(topology, self.leaf), |known| known.plan);
+                match PreparedPlan::new(gpu, real, plan, own.len()) {
                     Ok(prepared) => prepared,
                     Err(error) => {
                         found.extend(own.into_iter().map(|(ticket, _)| (ticket, Err(error.to_string()))));
@@ -176,7 +177,7 @@ impl Batch {
     }
 }
 
-impl Prepared {
+impl PreparedPlan {
     /// With room for so many variants and some more, so that it is seldom made anew.
     fn new(gpu: &Gpu, real: Real, plan: Plan, variants: usize) -> Result<Self, TooLarge> {
         let memory = Memory::new(&plan, variants.next_power_of_two());
@@ -184,7 +185,7 @@ impl Prepared {
         Ok(Self { real, plan, memory, session, cycles: FIRST_CYCLES })
     }
 
-    fn descend(&mut self, gpu: &Gpu, jobs: Vec<(u64, Job)>) -> Vec<(u64, Result<Found, String>)> {
+    fn descend(&mut self, gpu: &Gpu, jobs: Vec<(u64, Job)>) -> Vec<(u64, Result<Solution, String>)> {
         for control in &mut self.memory.control {
             control.phase = Phase::Done as u32;
         }
@@ -214,7 +215,7 @@ impl Prepared {
         self.cycles = (needed.unwrap_or_default() + SPARE_CYCLES).clamp(FIRST_CYCLES / 2, MOST_CYCLES).min(most);
         let found = |(variant, (ticket, _)): (usize, (u64, Job))| {
             let control = self.memory.control[variant];
-            (ticket, Ok(Found { control, shape: self.memory.shape(&self.plan, variant) }))
+            (ticket, Ok(Solution { control, shape: self.memory.shape(&self.plan, variant) }))
         };
         jobs.into_iter().enumerate().map(found).collect()
     }

@@ -1,6 +1,6 @@
 //! Devices: which there are, which one is taken, and what is wanted of it.
 
-use crate::session::Cache;
+use crate::pipelines::Cache;
 use std::sync::{Arc, Mutex, PoisonError};
 use wgpu::{
     Adapter, AdapterInfo, Backends, DeviceDescriptor, DeviceType, Features, Instance, InstanceDescriptor, Limits,
@@ -9,7 +9,7 @@ use wgpu::{
 
 /// A device as `wireloom devices` shows it.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Listed {
+pub struct DeviceInfo {
     /// Its number: what `--device` takes, as it takes part of its name.
     pub index: usize,
     /// Name.
@@ -35,23 +35,23 @@ pub enum OpenError {
     #[error("there is no GPU that Vulkan (on a Mac, Metal) knows of on this machine")]
     None,
     /// None of that name or number.
-    #[error("there is no device `{wish}`; there are: {}", .there.join(", "))]
+    #[error("there is no device `{selector}`; there are: {}", .there.join(", "))]
     Unknown {
         /// What was asked for.
-        wish: String,
+        selector: String,
         /// Names of all.
         there: Vec<String>,
     },
     /// Several of that name.
-    #[error("`{wish}` may be any of these devices: {}", .there.join(", "))]
+    #[error("`{selector}` may be any of these devices: {}", .there.join(", "))]
     Ambiguous {
         /// What was asked for.
-        wish: String,
+        selector: String,
         /// Names of those it may be.
         there: Vec<String>,
     },
     /// Its limits are too small.
-    #[error("device `{device}` is too small: {limit} is {has}, and {wanted} is needed")]
+    #[error("device `{device}` is too small: {limit} is {has}, and {required} is needed")]
     Limit {
         /// Name.
         device: String,
@@ -60,7 +60,7 @@ pub enum OpenError {
         /// What it has.
         has: u64,
         /// What is needed.
-        wanted: u64,
+        required: u64,
     },
     /// The driver refuses.
     #[error("device `{device}` cannot be opened: {reason}")]
@@ -94,26 +94,26 @@ pub struct Gpu {
     pub(crate) device: wgpu::Device,
     pub(crate) queue: wgpu::Queue,
     /// What `wireloom devices` says of it.
-    pub listed: Listed,
+    pub info: DeviceInfo,
     /// The first thing that went wrong with it.
     failure: Arc<Mutex<Option<String>>>,
     pub(crate) pipelines: Cache,
 }
 
 impl Gpu {
-    /// Opens the device of this number, or whose name contains `wish` in small or capital letters; where nothing is wished, the first of the
+    /// Opens the device of this number, or whose name contains `selector` in small or capital letters; where nothing is wished, the first of the
     /// fastest sort: a card of its own before one in the processor, software last.
     ///
     /// # Errors
     /// If there is none, or it cannot do what the stages need.
-    pub fn open(wish: Option<&str>) -> Result<Self, OpenError> {
-        let (listed, adapter) = choose(adapters(), wish)?;
-        let refused = |reason: String| OpenError::Refused { device: listed.name.clone(), reason };
-        let limits = wanted(&adapter);
+    pub fn open(selector: Option<&str>) -> Result<Self, OpenError> {
+        let (info, adapter) = choose(adapters(), selector)?;
+        let refused = |reason: String| OpenError::Refused { device: info.name.clone(), reason };
+        let limits = required_limits(&adapter);
         let mut lacks = None;
-        limits.check_limits_with_fail_fn(&adapter.limits(), false, |limit, wanted, has| {
-            let device = listed.name.clone();
-            lacks.get_or_insert(OpenError::Limit { device, limit: limit.to_owned(), has, wanted });
+        limits.check_limits_with_fail_fn(&adapter.limits(), false, |limit, required, has| {
+            let device = info.name.clone();
+            lacks.get_or_insert(OpenError::Limit { device, limit: limit.to_owned(), has, required });
         });
         if let Some(lacks) = lacks {
             return Err(lacks);
@@ -139,7 +139,7 @@ impl Gpu {
         device.on_uncaptured_error(Arc::new(move |error: wgpu::Error| note(error.to_string())));
         let note = keep(&failure);
         device.set_device_lost_callback(move |_, reason| note(format!("the device was lost: {reason}")));
-        Ok(Self { device, queue, listed, failure, pipelines: Cache::default() })
+        Ok(Self { device, queue, info, failure, pipelines: Cache::default() })
     }
 
     /// The first thing that went wrong with the device: from then on nothing it says may be relied on.
@@ -161,19 +161,19 @@ impl Gpu {
 }
 
 /// All devices of the machine; none where there is no driver.
-pub fn list() -> Vec<Listed> {
-    adapters().into_iter().map(|(listed, _)| listed).collect()
+pub fn list() -> Vec<DeviceInfo> {
+    adapters().into_iter().map(|(info, _)| info).collect()
 }
 
-fn adapters() -> Vec<(Listed, Adapter)> {
+fn adapters() -> Vec<(DeviceInfo, Adapter)> {
     let backends = Backends::VULKAN | Backends::METAL;
     let instance = Instance::new(InstanceDescriptor { backends, ..InstanceDescriptor::new_without_display_handle() });
     let all = pollster::block_on(instance.enumerate_adapters(backends));
-    all.into_iter().enumerate().map(|(index, adapter)| (listed(index, &adapter), adapter)).collect()
+    all.into_iter().enumerate().map(|(index, adapter)| (device_info(index, &adapter), adapter)).collect()
 }
 
 /// The limits of WebGPU, which every device is made to have, and the largest buffers this one can do.
-fn wanted(adapter: &Adapter) -> Limits {
+fn required_limits(adapter: &Adapter) -> Limits {
     let has = adapter.limits();
     let base = Limits::default();
     Limits {
@@ -183,14 +183,14 @@ fn wanted(adapter: &Adapter) -> Limits {
     }
 }
 
-fn listed(index: usize, adapter: &Adapter) -> Listed {
+fn device_info(index: usize, adapter: &Adapter) -> DeviceInfo {
     let AdapterInfo { name, device_type, driver, driver_info, backend, .. } = adapter.get_info();
     let mut refusal = None;
     let limits = adapter.limits();
-    wanted(adapter).check_limits_with_fail_fn(&limits, false, |limit, wanted, has| {
-        refusal.get_or_insert(format!("{limit} is {has}, and {wanted} is needed"));
+    required_limits(adapter).check_limits_with_fail_fn(&limits, false, |limit, required, has| {
+        refusal.get_or_insert(format!("{limit} is {has}, and {required} is needed"));
     });
-    Listed {
+    DeviceInfo {
         index,
         name,
         backend: backend.to_str().to_owned(),
@@ -209,38 +209,38 @@ fn listed(index: usize, adapter: &Adapter) -> Listed {
 }
 
 /// See [`Gpu::open`].
-fn choose<T>(mut all: Vec<(Listed, T)>, wish: Option<&str>) -> Result<(Listed, T), OpenError> {
-    let names = |chosen: &[&(Listed, T)]| chosen.iter().map(|(d, _)| format!("{} `{}`", d.index, d.name)).collect();
+fn choose<T>(mut all: Vec<(DeviceInfo, T)>, selector: Option<&str>) -> Result<(DeviceInfo, T), OpenError> {
+    let names = |chosen: &[&(DeviceInfo, T)]| chosen.iter().map(|(d, _)| format!("{} `{}`", d.index, d.name)).collect();
     if all.is_empty() {
         return Err(OpenError::None);
     }
-    let Some(wish) = wish else {
+    let Some(selector) = selector else {
         let sorts = ["discrete", "integrated", "virtual", "other", "software"];
-        let rank = |d: &Listed| (d.refusal.is_some(), sorts.iter().position(|sort| *sort == d.kind), d.index);
+        let rank = |d: &DeviceInfo| (d.refusal.is_some(), sorts.iter().position(|sort| *sort == d.kind), d.index);
         all.sort_by_key(|(d, _)| rank(d));
         return Ok(all.swap_remove(0));
     };
-    let meant = |d: &Listed| match wish.parse::<usize>() {
+    let meant = |d: &DeviceInfo| match selector.parse::<usize>() {
         Ok(index) => d.index == index,
-        Err(_) => d.name.to_lowercase().contains(&wish.to_lowercase()),
+        Err(_) => d.name.to_lowercase().contains(&selector.to_lowercase()),
     };
     let found: Vec<usize> = (0..all.len()).filter(|&k| meant(&all[k].0)).collect();
     match found.as_slice() {
         [one] => Ok(all.swap_remove(*one)),
-        [] => Err(OpenError::Unknown { wish: wish.to_owned(), there: names(&all.iter().collect::<Vec<_>>()) }),
+        [] => Err(OpenError::Unknown { selector: selector.to_owned(), there: names(&all.iter().collect::<Vec<_>>()) }),
         several => {
-            let several: Vec<&(Listed, T)> = several.iter().map(|&k| &all[k]).collect();
-            Err(OpenError::Ambiguous { wish: wish.to_owned(), there: names(&several) })
+            let several: Vec<&(DeviceInfo, T)> = several.iter().map(|&k| &all[k]).collect();
+            Err(OpenError::Ambiguous { selector: selector.to_owned(), there: names(&several) })
         }
     }
 }
 
 #[cfg(test)]
 mod tests {
-    use super::{Listed, OpenError, choose};
+    use super::{DeviceInfo, OpenError, choose};
 
-    fn machine() -> Vec<(Listed, ())> {
-        let device = |(index, (name, kind)): (usize, (&str, &'static str))| Listed {
+    fn machine() -> Vec<(DeviceInfo, ())> {
+        let device = |(index, (name, kind)): (usize, (&str, &'static str))| DeviceInfo {
             index,
             name: name.into(),
             backend: "vulkan".into(),
@@ -254,8 +254,8 @@ mod tests {
         all.into_iter().enumerate().map(|pair| (device(pair), ())).collect()
     }
 
-    fn chosen(wish: Option<&str>) -> Result<usize, OpenError> {
-        choose(machine(), wish).map(|(device, ())| device.index)
+    fn chosen(selector: Option<&str>) -> Result<usize, OpenError> {
+        choose(machine(), selector).map(|(device, ())| device.index)
     }
 
     #[test]

@@ -5,11 +5,11 @@ use nalgebra::{Quaternion, Unit, Vector4};
 use wireloom_core::constraint::{Action, RotationHold};
 use wireloom_core::law::TurningLaw;
 use wireloom_core::network::Site;
-use wireloom_core::problem::Variable as Whole;
+use wireloom_core::variable::Variable as CoreVariable;
 use wireloom_core::registry::BuildError;
 use wireloom_core::{Matrix, Network, Pose, Problem, Rotation, State, Tangent, Vector};
 use wireloom_shaders::harness::{
-    Coupling, End, Harness, Hold, Segment, Shape, Spring, Station, StationSegment, Turned, Variable,
+    CarriedFrame, Coupling, End, Harness, Hold, Segment, Shape, Spring, Station, StationSegment, Variable,
 };
 
 /// Where the parts of a network are in the description, and which variables may come to be held.
@@ -19,9 +19,9 @@ pub struct Flattening {
     /// Of each independent frame its index in the state.
     frames: Vec<usize>,
     /// What carries each point of the state.
-    carriers: Vec<Carrier>,
+    carriers: Vec<PointCarrier>,
     /// What carries each frame of the state.
-    turned: Vec<Turned>,
+    turned: Vec<CarriedFrame>,
     /// Rest length around each independent frame, m.
     weights: Vec<f64>,
     /// What may be held.
@@ -30,7 +30,7 @@ pub struct Flattening {
 
 /// What carries a point of the state.
 #[derive(Clone, Copy)]
-struct Carrier {
+struct PointCarrier {
     /// The independent point.
     point: u32,
     /// A hub's frame, and where the point is in it, m.
@@ -56,12 +56,12 @@ pub fn accepts(network: &Network) -> Result<(), BuildError> {
             return refused(format!("joint `{}` ({})", joint.name, joint.kind));
         }
     }
-    for fixing in &network.fixings {
+    for fixing in &network.constraints {
         let named = |what: &str| refused(format!("constraint `{}` ({}){what}", fixing.name, fixing.kind));
         if fixing.slide.is_some() || fixing.nearest {
             return named(", through which the cable runs,");
         }
-        match fixing.constraint.action() {
+        match fixing.model.action() {
             Action::Equations(_) => return named(", which sets equations,"),
             Action::Potential(_) if fixing.constraint.law().is_none() => return named(""),
             Action::Prescribed(hold) => match hold.rotation {
@@ -89,10 +89,10 @@ impl Flattening {
     pub fn new(network: &Network) -> Self {
         let tied_points: Vec<usize> = network.ties.iter().map(|tie| tie.point).collect();
         let tied_frames: Vec<usize> = network.ties.iter().filter_map(|tie| tie.frame).collect();
-        let points = independent(network.points, tied_points);
-        let frames = independent(network.frames, tied_frames);
-        let mut carriers = vec![Carrier { point: u32::MAX, lever: None }; network.points];
-        let mut turned = vec![Turned { frame: u32::MAX, rest: numbers(&Rotation::identity()) }; network.frames];
+        let points = untied(network.points, tied_points);
+        let frames = untied(network.frames, tied_frames);
+        let mut carriers = vec![PointCarrier { point: u32::MAX, lever: None }; network.points];
+        let mut turned = vec![CarriedFrame { frame: u32::MAX, rest: numbers(&Rotation::identity()) }; network.frames];
         for (k, &point) in points.iter().enumerate() {
             carriers[point].point = k as u32;
         }
@@ -101,9 +101,9 @@ impl Flattening {
         }
         for tie in &network.ties {
             let lever = tie.hub_frame.map(|hub| (turned[hub].frame, tie.offset));
-            carriers[tie.point] = Carrier { point: carriers[tie.hub_point].point, lever };
+            carriers[tie.point] = PointCarrier { point: carriers[tie.hub_point].point, lever };
             if let (Some((frame, _)), Some(own)) = (lever, tie.frame) {
-                turned[own] = Turned { frame, rest: numbers(&tie.rest) };
+                turned[own] = CarriedFrame { frame, rest: numbers(&tie.rest) };
             }
         }
         let mut flattening = Self { points, frames, carriers, turned, weights: vec![], candidates: vec![] };
@@ -136,13 +136,13 @@ impl Flattening {
 
     fn candidates_of(&self, network: &Network) -> Vec<Variable> {
         let mut candidates = vec![];
-        for fixing in &network.fixings {
-            let Action::Prescribed(hold) = fixing.constraint.action() else { continue };
+        for fixing in &network.constraints {
+            let Action::Prescribed(hold) = fixing.model.action() else { continue };
             if hold.position {
-                candidates.push(self.variable(Whole::Point(fixing.site.point)));
+                candidates.push(self.variable(CoreVariable::Point(fixing.site.point)));
             }
             if let (Some(frame), true) = (fixing.site.frame, hold.rotation != RotationHold::Free) {
-                candidates.push(self.variable(Whole::Frame(frame)));
+                candidates.push(self.variable(CoreVariable::Frame(frame)));
             }
         }
         candidates.sort_unstable();
@@ -150,10 +150,10 @@ impl Flattening {
         candidates
     }
 
-    fn variable(&self, whole: Whole) -> Variable {
+    fn variable(&self, whole: CoreVariable) -> Variable {
         match whole {
-            Whole::Point(i) => Variable::Point(self.carriers[i].point),
-            Whole::Frame(c) => Variable::Frame(self.turned[c].frame),
+            CoreVariable::Point(i) => Variable::Point(self.carriers[i].point),
+            CoreVariable::Frame(c) => Variable::Frame(self.turned[c].frame),
         }
     }
 
@@ -185,17 +185,17 @@ impl Flattening {
                 let node = branch.points.start + j;
                 let own = frame(mesh.segment_frames[j]).frame;
                 let length = state.rest_lengths[node];
-                let (stiffness, overturned) = (segment.stiffness.into(), segment.overturned);
+                let (stiffness, inversion_stiffness) = (segment.stiffness.into(), segment.overturned);
                 let stations = beside.next_if(|b| b.segment == j).map(|b| b.stations);
                 let Some(stations) = stations else {
                     let (a, b) = (self.carriers[node].point, self.carriers[node + 1].point);
-                    harness.segments.push(Segment { a, b, frame: own, length, stiffness, overturned });
+                    harness.segments.push(Segment { a, b, frame: own, length, stiffness, inversion_stiffness });
                     continue;
                 };
                 let end = |k: usize| {
                     let carrier = self.carriers[node + k];
                     let station = stations[k].map(|c| {
-                        let Turned { frame, rest } = frame(c);
+                        let CarriedFrame { frame, rest } = frame(c);
                         let offset = carrier.lever.map_or_else(Vector::zeros, |(_, offset)| offset).into();
                         let blend = law.blends[usize::from(c != 0 && c != last)];
                         Station { frame, rest, offset, blend }
@@ -203,7 +203,13 @@ impl Flattening {
                     End { point: carrier.point, station }
                 };
                 let ends = [end(0), end(1)];
-                harness.station_segments.push(StationSegment { ends, frame: own, length, stiffness, overturned });
+                harness.station_segments.push(StationSegment {
+                    ends,
+                    frame: own,
+                    length,
+                    stiffness,
+                    inversion_stiffness,
+                });
             }
             for (c, stiffness) in law.couplings.iter().enumerate() {
                 let whole = branch.frames.start + c;
@@ -222,7 +228,7 @@ impl Flattening {
     fn add_joints(&self, network: &Network, harness: &mut Harness) {
         for joint in &network.joints {
             for pair in joint.model.law().expect("accepted").pairs {
-                let turned = |arm: usize, rest: &Rotation| Turned {
+                let turned = |arm: usize, rest: &Rotation| CarriedFrame {
                     frame: self.turned[joint.arm_frames[arm]].frame,
                     rest: numbers(rest),
                 };
@@ -274,7 +280,7 @@ impl Flattening {
     /// Every spring there is: one that does not act has no stiffness, so that the links stay the same.
     fn add_springs(&self, problem: &Problem<'_>, harness: &mut Harness) {
         let conditions = problem.conditions();
-        for (f, fixing) in problem.network.fixings.iter().enumerate() {
+        for (f, fixing) in problem.network.constraints.iter().enumerate() {
             let Some(law) = fixing.constraint.law() else { continue };
             let mut spring = self.spring(&fixing.site, &conditions.targets[f]);
             if conditions.active[f] {
@@ -322,18 +328,18 @@ impl Flattening {
     pub fn shape(&self, state: &State) -> Shape {
         Shape {
             points: self.points.iter().map(|&i| state.points[i].into()).collect(),
-            carry: self.points.iter().map(|&i| state.carry[i].into()).collect(),
+            compensation: self.points.iter().map(|&i| state.carry[i].into()).collect(),
             frames: self.frames.iter().map(|&c| numbers(&state.frames[c])).collect(),
         }
     }
 
     /// Puts independent variables into a state, and what they carry. Carries that come from f32 are large for f64, where not everything
     /// (weights, say) looks at them: what fits goes into the positions.
-    pub fn put(&self, shape: &Shape, network: &Network, state: &mut State) {
-        for ((&i, x), carry) in self.points.iter().zip(&shape.points).zip(&shape.carry) {
-            let (x, carry) = (Vector::from(*x), Vector::from(*carry));
-            state.points[i] = x + carry;
-            state.carry[i] = carry - (state.points[i] - x);
+    pub fn write_back(&self, shape: &Shape, network: &Network, state: &mut State) {
+        for ((&i, x), compensation) in self.points.iter().zip(&shape.points).zip(&shape.compensation) {
+            let (x, compensation) = (Vector::from(*x), Vector::from(*compensation));
+            state.points[i] = x + compensation;
+            state.carry[i] = compensation - (state.points[i] - x);
         }
         for (&c, q) in self.frames.iter().zip(&shape.frames) {
             state.frames[c] = Unit::new_normalize(Quaternion::from(Vector4::from(*q)));
@@ -348,7 +354,7 @@ fn numbers(q: &Rotation) -> [f64; 4] {
 }
 
 /// What is left of `0..count`.
-fn independent(count: usize, mut tied: Vec<usize>) -> Vec<usize> {
+fn untied(count: usize, mut tied: Vec<usize>) -> Vec<usize> {
     tied.sort_unstable();
     (0..count).filter(|k| tied.binary_search(k).is_err()).collect()
 }

@@ -6,8 +6,9 @@ pub mod batch;
 pub mod device;
 pub mod flatten;
 pub mod minimiser;
+mod pipelines;
 pub mod policy;
 pub mod session;
 
-pub use device::{Gpu, Listed, OpenError, list};
-pub use minimiser::{Devices, GpuMinimiser, kind};
+pub use device::{DeviceInfo, Gpu, OpenError, list};
+pub use minimiser::{GpuMinimiser, SharedDevice, kind};

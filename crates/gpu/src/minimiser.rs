@@ -4,16 +4,17 @@
 //! iteration or a shorter trial of its step), and where every variable is comes back. The host grades what came back in f64; where that is not
 //! balanced to the tolerance, and `polish` allows it, a minimiser of the CPU goes on from there, and the report says so.
 
-use crate::batch::{Batch, Found, Job};
+use crate::batch::{Batch, Job, Solution};
 use crate::device::{Gpu, OpenError};
 use crate::flatten::{self, Flattening};
 use std::sync::{Arc, OnceLock};
-use wireloom_core::minimiser::{Minimiser, Report, Status, Stop};
+use wireloom_core::minimiser::{Minimiser, Report, Stop};
+use wireloom_core::status::Status;
 use wireloom_core::registry::{BuildError, Form, MinimiserKind, Parameter, Parameters, Value};
 use wireloom_core::{Network, Problem, State, Tangent};
 use wireloom_shaders::Real;
 use wireloom_shaders::harness::{self, Algorithm};
-use wireloom_shaders::places::Outcome;
+use wireloom_shaders::layout::Outcome;
 
 /// Variables that one invocation eliminates in a row, where one harness is to keep the whole device busy.
 const LEAF: usize = 8;
@@ -24,20 +25,20 @@ const SINGLE_TOLERANCE: f64 = 1e-4;
 
 /// The device of a program: opened once, when it is first wanted, and shared by all minimisers.
 #[derive(Clone)]
-pub struct Devices {
-    wish: Option<String>,
+pub struct SharedDevice {
+    selector: Option<String>,
     opened: Arc<OnceLock<Result<Arc<Gpu>, OpenError>>>,
     batch: Arc<Batch>,
 }
 
-impl Devices {
+impl SharedDevice {
     /// The device of this name or number (see [`Gpu::open`]), for one harness after the other.
-    pub fn for_one(wish: Option<&str>) -> Self {
-        Self { wish: wish.map(str::to_owned), opened: Arc::default(), batch: Arc::new(Batch::new(LEAF)) }
+    pub fn for_single_runs(selector: Option<&str>) -> Self {
+        Self { selector: selector.map(str::to_owned), opened: Arc::default(), batch: Arc::new(Batch::new(LEAF)) }
     }
 
     /// The same for many harnesses at a time, which members of the batch bring.
-    pub fn for_many(&self) -> Self {
+    pub fn for_batches(&self) -> Self {
         Self { batch: Arc::new(Batch::new(usize::MAX)), ..self.clone() }
     }
 
@@ -46,7 +47,7 @@ impl Devices {
     /// # Errors
     /// What kept it from being opened, the same every time.
     pub fn get(&self) -> Result<Arc<Gpu>, OpenError> {
-        self.opened.get_or_init(|| Gpu::open(self.wish.as_deref()).map(Arc::new)).clone()
+        self.opened.get_or_init(|| Gpu::open(self.selector.as_deref()).map(Arc::new)).clone()
     }
 
     /// What brings harnesses down together.
@@ -59,7 +60,7 @@ impl Devices {
 pub type Polisher = fn() -> Box<dyn Minimiser>;
 
 /// The kind `gpu`, on one of the machine's devices.
-pub fn kind(devices: Devices, polisher: Polisher) -> MinimiserKind {
+pub fn kind(devices: SharedDevice, polisher: Polisher) -> MinimiserKind {
     let choice = |words: &[&str]| Form::Choice(words.iter().map(|word| (*word).to_owned()).collect());
     let parameter = |name: &str, doc: &str, form: Form, default: Value| Parameter {
         name: name.into(),
@@ -96,18 +97,22 @@ pub fn kind(devices: Devices, polisher: Polisher) -> MinimiserKind {
     }
 }
 
-fn build(devices: &Devices, parameters: &Parameters, polisher: Polisher) -> Result<Box<dyn Minimiser>, BuildError> {
+fn build(
+    devices: &SharedDevice,
+    parameters: &Parameters,
+    polisher: Polisher,
+) -> Result<Box<dyn Minimiser>, BuildError> {
     let gpu = devices.get().map_err(|error| BuildError::new(error.to_string(), error.help()).at("kind"))?;
     let real = match parameters.word("precision") {
         Some("f32") => Real::F32,
-        Some("f64") if !gpu.listed.double => {
+        Some("f64") if !gpu.info.double => {
             return Err(BuildError::new(
-                format!("device `{}` has no double precision", gpu.listed.name),
+                format!("device `{}` has no double precision", gpu.info.name),
                 "precision = \"auto\" takes what the device has, and the CPU finishes",
             )
             .at("precision"));
         }
-        _ if gpu.listed.double => Real::F64,
+        _ if gpu.info.double => Real::F64,
         _ => Real::F32,
     };
     let algorithm = match parameters.word("algorithm") {
@@ -116,7 +121,7 @@ fn build(devices: &Devices, parameters: &Parameters, polisher: Polisher) -> Resu
     };
     let polish = parameters.flag("polish") != Some(false);
     let batch = Arc::clone(&devices.batch);
-    Ok(Box::new(GpuMinimiser::new(gpu, batch, real, polish.then(polisher)).by(algorithm)))
+    Ok(Box::new(GpuMinimiser::new(gpu, batch, real, polish.then(polisher)).with_algorithm(algorithm)))
 }
 
 /// Newton's method on a device; see the page.
@@ -144,7 +149,7 @@ impl GpuMinimiser {
     }
 
     /// By another algorithm than Newton's.
-    pub fn by(self, algorithm: Algorithm) -> Self {
+    pub fn with_algorithm(self, algorithm: Algorithm) -> Self {
         Self { algorithm, ..self }
     }
 
@@ -181,8 +186,8 @@ impl GpuMinimiser {
             },
             monitor: problem.monitor.clone(),
         };
-        let Found { control, shape } = self.batch.descend(&self.gpu, job)?;
-        ws.flattening.put(&shape, network, state);
+        let Solution { control, shape } = self.batch.descend(&self.gpu, job)?;
+        ws.flattening.write_back(&shape, network, state);
         problem.update_held(state);
         problem.place_held(state);
         problem.gradient(state, &mut ws.gradient);
@@ -261,7 +266,7 @@ impl Minimiser for GpuMinimiser {
             Real::F32 => "f32",
             Real::F64 => "f64",
         };
-        Some(format!("{}, {precision}", self.gpu.listed.name))
+        Some(format!("{}, {precision}", self.gpu.info.name))
     }
 
     fn fault(&self) -> Option<String> {

@@ -12,7 +12,7 @@ use std::sync::Arc;
 
 /// What a test that needs a device is to do.
 #[derive(Clone)]
-pub enum Found {
+pub enum TestDevice {
     /// Run on it.
     Device(Arc<Gpu>),
     /// Show as ignored, for this reason.
@@ -22,18 +22,18 @@ pub enum Found {
 }
 
 /// The device of tests under the variable's value.
-pub fn device(policy: Option<&str>) -> Found {
+pub fn device(policy: Option<&str>) -> TestDevice {
     let open = || Gpu::open(None).map_err(|error| error.to_string());
     let or_missing =
-        |device: Result<Gpu, String>| device.map_or_else(Found::Missing, |gpu| Found::Device(Arc::new(gpu)));
+        |device: Result<Gpu, String>| device.map_or_else(TestDevice::Missing, |gpu| TestDevice::Device(Arc::new(gpu)));
     match policy.unwrap_or("auto") {
-        "auto" => open().map_or_else(Found::Ignored, |gpu| Found::Device(Arc::new(gpu))),
+        "auto" => open().map_or_else(TestDevice::Ignored, |gpu| TestDevice::Device(Arc::new(gpu))),
         "require" => or_missing(open()),
-        "hardware" => or_missing(open().and_then(|gpu| match gpu.listed.kind {
-            "software" => Err(format!("{} is in software", gpu.listed.name)),
+        "hardware" => or_missing(open().and_then(|gpu| match gpu.info.kind {
+            "software" => Err(format!("{} is in software", gpu.info.name)),
             _ => Ok(gpu),
         })),
-        "off" => Found::Ignored("switched off".to_owned()),
-        other => Found::Missing(format!("WIRELOOM_GPU_TESTS = {other}: auto, require, hardware or off is meant")),
+        "off" => TestDevice::Ignored("switched off".to_owned()),
+        other => TestDevice::Missing(format!("WIRELOOM_GPU_TESTS = {other}: auto, require, hardware or off is meant")),
     }
 }

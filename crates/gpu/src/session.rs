@@ -4,90 +4,25 @@
 //! variant stands and is.
 
 use crate::device::Gpu;
+use crate::pipelines::RANGE;
 use std::ops::Range;
-use std::sync::OnceLock;
 use std::sync::mpsc;
 use std::time::Duration;
 use wgpu::{
-    BindGroup, BindGroupDescriptor, BindGroupEntry, BindGroupLayout, BindGroupLayoutDescriptor, BindGroupLayoutEntry,
-    BindingResource, BindingType, Buffer, BufferBinding, BufferBindingType, BufferDescriptor, BufferSize, BufferUsages,
-    CommandEncoder, CommandEncoderDescriptor, ComputePassDescriptor, ComputePipeline, ComputePipelineDescriptor,
-    MapMode, PipelineCompilationOptions, PipelineLayoutDescriptor, PollType, ShaderModuleDescriptor, ShaderSource,
-    ShaderStages,
+    BindGroup, BindGroupDescriptor, BindGroupEntry, BindingResource, Buffer, BufferBinding, BufferDescriptor,
+    BufferSize, BufferUsages, CommandEncoder, CommandEncoderDescriptor, ComputePassDescriptor, MapMode, PollType,
 };
 use wireloom_shaders::memory::{self, Memory};
 use wireloom_shaders::plan::{Dispatch, Plan};
 use wireloom_shaders::{Access, BINDINGS, Real, Stage};
 
 /// A submission that takes longer is taken for a device that hangs.
-const PATIENCE: Duration = Duration::from_secs(120);
+const TIMEOUT: Duration = Duration::from_secs(120);
 /// Where dispatches' ranges lie in their buffer: WebGPU's least alignment of a uniform with an offset.
 const RANGE_STRIDE: usize = 256;
-/// The binding whose offset changes from dispatch to dispatch.
-const RANGE: &str = "range";
-
-/// What a device keeps between sessions: every stage, compiled once.
-pub(crate) struct Pipelines {
-    layout: BindGroupLayout,
-    /// In the order of [`Stage::ALL`].
-    stages: Vec<ComputePipeline>,
-}
-
-/// The pipelines of both precisions, each made when it is first wanted.
-#[derive(Default)]
-pub(crate) struct Cache([OnceLock<Pipelines>; 2]);
-
-impl Cache {
-    pub(crate) fn get(&self, gpu: &Gpu, real: Real) -> &Pipelines {
-        self.0[usize::from(real == Real::F64)].get_or_init(|| Pipelines::new(&gpu.device, real))
-    }
-}
-
-impl Pipelines {
-    fn new(device: &wgpu::Device, real: Real) -> Self {
-        let entries: Vec<BindGroupLayoutEntry> = BINDINGS
-            .iter()
-            .map(|binding| BindGroupLayoutEntry {
-                binding: binding.place,
-                visibility: ShaderStages::COMPUTE,
-                ty: BindingType::Buffer {
-                    ty: match binding.access {
-                        Access::Uniform => BufferBindingType::Uniform,
-                        Access::Read => BufferBindingType::Storage { read_only: true },
-                        Access::ReadWrite => BufferBindingType::Storage { read_only: false },
-                    },
-                    has_dynamic_offset: binding.name == RANGE,
-                    min_binding_size: None,
-                },
-                count: None,
-            })
-            .collect();
-        let layout = device.create_bind_group_layout(&BindGroupLayoutDescriptor { label: None, entries: &entries });
-        let pipeline_layout = device.create_pipeline_layout(&PipelineLayoutDescriptor {
-            label: None,
-            bind_group_layouts: &[Some(&layout)],
-            immediate_size: 0,
-        });
-        let stages = Stage::ALL.iter().map(|stage| {
-            let module = device.create_shader_module(ShaderModuleDescriptor {
-                label: Some(stage.name()),
-                source: ShaderSource::Wgsl(stage.text(real).into()),
-            });
-            device.create_compute_pipeline(&ComputePipelineDescriptor {
-                label: Some(stage.name()),
-                layout: Some(&pipeline_layout),
-                module: &module,
-                entry_point: Some("main"),
-                compilation_options: PipelineCompilationOptions::default(),
-                cache: None,
-            })
-        });
-        Self { stages: stages.collect(), layout }
-    }
-}
 
 /// A dispatch, ready to be encoded.
-struct Encoded {
+struct EncodedDispatch {
     stage: usize,
     offset: u32,
     workgroups: [u32; 3],
@@ -95,12 +30,12 @@ struct Encoded {
 
 /// Why a session could not be made.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("the harness needs a buffer of {wanted} bytes (`{buffer}`), and the device allows {allowed}")]
+#[error("the harness needs a buffer of {required_limits} bytes (`{buffer}`), and the device allows {allowed}")]
 pub struct TooLarge {
     /// Which buffer.
     pub buffer: &'static str,
     /// Its size.
-    pub wanted: u64,
+    pub required_limits: u64,
     /// The largest there may be.
     pub allowed: u64,
 }
@@ -111,8 +46,8 @@ pub struct Session {
     /// In the order of [`BINDINGS`]; none for the ranges.
     buffers: Vec<(&'static str, Buffer)>,
     group: BindGroup,
-    cycle: Vec<Encoded>,
-    publish: Encoded,
+    cycle: Vec<EncodedDispatch>,
+    publish: EncodedDispatch,
     /// Where in `vectors` that leaves where every variant is, bytes.
     shapes: Range<u64>,
     read_back: Buffer,
@@ -125,11 +60,11 @@ impl Session {
     /// If a buffer would be larger than the device allows.
     pub fn new(gpu: &Gpu, real: Real, plan: &Plan, memory: &Memory) -> Result<Self, TooLarge> {
         let device = &gpu.device;
-        let allowed = gpu.listed.largest_buffer;
+        let allowed = gpu.info.largest_buffer;
         let buffer = |name: &'static str, size: usize, usage: BufferUsages| {
             let size = size as u64;
             if size > allowed {
-                return Err(TooLarge { buffer: name, wanted: size, allowed });
+                return Err(TooLarge { buffer: name, required_limits: size, allowed });
             }
             Ok(device.create_buffer(&BufferDescriptor {
                 label: Some(name),
@@ -143,14 +78,14 @@ impl Session {
             let offset = ranges.len() as u32;
             ranges.extend(dispatch.range.words().iter().flat_map(|word| word.to_le_bytes()));
             ranges.resize(ranges.len().next_multiple_of(RANGE_STRIDE), 0);
-            Encoded {
+            EncodedDispatch {
                 stage: Stage::ALL.iter().position(|stage| *stage == dispatch.stage).expect("all stages are listed"),
                 offset,
                 workgroups: dispatch.workgroups(memory.variants() as u32),
             }
         };
         let cycle = plan.cycle().iter().map(&mut encoded).collect();
-        let publish = encoded(&plan.publish());
+        let publish = encoded(&plan.pack_shape());
         let mut buffers = Vec::new();
         for binding in BINDINGS {
             let kind = match binding.access {
@@ -171,7 +106,7 @@ impl Session {
             };
             buffers.push((binding.name, made));
         }
-        let pipelines = gpu.pipelines.get(gpu, real);
+        let pipelines = gpu.pipelines.get(&gpu.device, real);
         let entries: Vec<BindGroupEntry<'_>> = BINDINGS
             .iter()
             .zip(&buffers)
@@ -193,7 +128,9 @@ impl Session {
             layout: &pipelines.layout,
             entries: &entries,
         });
-        let size = |wanted: &str| buffers.iter().find(|(name, _)| *name == wanted).map_or(0, |(_, b)| b.size());
+        let size = |required_limits: &str| {
+            buffers.iter().find(|(name, _)| *name == required_limits).map_or(0, |(_, b)| b.size())
+        };
         let shapes = memory.shape_bytes(real);
         let shapes = shapes.start as u64..shapes.end as u64;
         let read_back = device.create_buffer(&BufferDescriptor {
@@ -239,15 +176,15 @@ impl Session {
         gpu.queue.submit([encoder.finish()]);
         read(gpu, &self.read_back, |bytes| {
             let (control, shapes) = bytes.split_at(control.size() as usize);
-            memory.take(memory::Buffer::Control, self.real, control);
-            memory.take_shapes(self.real, shapes);
+            memory.load(memory::Buffer::Control, self.real, control);
+            memory.load_shapes(self.real, shapes);
         })
     }
 
-    fn encode(&self, gpu: &Gpu, encoder: &mut CommandEncoder, dispatches: &[Encoded]) {
-        let pipelines = gpu.pipelines.get(gpu, self.real);
+    fn encode(&self, gpu: &Gpu, encoder: &mut CommandEncoder, dispatches: &[EncodedDispatch]) {
+        let pipelines = gpu.pipelines.get(&gpu.device, self.real);
         let mut pass = encoder.begin_compute_pass(&ComputePassDescriptor { label: None, timestamp_writes: None });
-        for Encoded { stage, offset, workgroups: [x, y, z] } in dispatches {
+        for EncodedDispatch { stage, offset, workgroups: [x, y, z] } in dispatches {
             pass.set_pipeline(&pipelines.stages[*stage]);
             pass.set_bind_group(0, &self.group, &[*offset]);
             pass.dispatch_workgroups(*x, *y, *z);
@@ -272,7 +209,7 @@ impl Session {
             let mut encoder = gpu.device.create_command_encoder(&CommandEncoderDescriptor { label: None });
             encoder.copy_buffer_to_buffer(from, 0, &to, 0, from.size());
             gpu.queue.submit([encoder.finish()]);
-            read(gpu, &to, |bytes| memory.take(which, self.real, bytes))
+            read(gpu, &to, |bytes| memory.load(which, self.real, bytes))
         })
     }
 }
@@ -284,11 +221,11 @@ fn read(gpu: &Gpu, buffer: &Buffer, take: impl FnOnce(&[u8])) -> bool {
         // Nobody listens any more where waiting failed.
         let _ = tell.send(done);
     });
-    if let Err(error) = gpu.device.poll(PollType::Wait { submission_index: None, timeout: Some(PATIENCE) }) {
+    if let Err(error) = gpu.device.poll(PollType::Wait { submission_index: None, timeout: Some(TIMEOUT) }) {
         gpu.fail(format!("the device does not answer: {error}"));
     }
     // Another thread that waits, too, may be the one that is told first.
-    match told.recv_timeout(PATIENCE) {
+    match told.recv_timeout(TIMEOUT) {
         Ok(Ok(())) => match buffer.get_mapped_range(..) {
             Ok(range) => take(&range),
             Err(error) => gpu.fail(format!("what the device computed cannot be read: {error}")),

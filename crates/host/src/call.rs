@@ -1,7 +1,8 @@
-//! Calls into plugins: where a thread is, for the case that it does not come back.
+//! Calls into plugins, with a record of what each thread is calling.
 //!
-//! What cannot be caught inside a process is caught as it ends: a watchdog sees calls that take too long, and where the system has signals and
-//! `exec`, a crash is seen too. In both cases this process becomes another program, which saves what there is ([`crate::stand_by`]).
+//! What cannot be caught within a process is handled as it ends: a watchdog detects calls that take too long, and on
+//! systems with signals and `exec` crashes are detected too. Either way this process becomes another program, which
+//! saves the results ([`crate::install_crash_handler`]).
 
 use std::cell::{Cell, RefCell};
 use std::ffi::{CStr, CString};
@@ -10,51 +11,51 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, PoisonError, Weak};
 use std::time::{Duration, Instant};
 
-/// Whose functions are called, in words: plugin, file, constraint.
-pub struct Site(CString);
+/// Owner of the called functions, as text: plugin, file, constraint.
+pub struct CallSite(CString);
 
-impl Site {
-    /// In these words.
+impl CallSite {
+    /// A call site with this text.
     pub fn new(words: &str) -> Arc<Self> {
         Arc::new(Self(CString::new(words.replace('\0', "")).unwrap_or_default()))
     }
 
-    /// The words.
+    /// The text.
     pub fn words(&self) -> &CStr {
         &self.0
     }
 }
 
-/// Where a thread is.
+/// The call state of a thread.
 struct Slot {
-    /// Odd while it is inside a plugin; goes up with every call and every return.
+    /// Odd while the thread is inside a plugin; incremented at every call and every return.
     sequence: AtomicU64,
-    /// Where it is, or was last.
-    place: Mutex<Option<(Arc<Site>, &'static CStr)>>,
+    /// The current or the last call.
+    place: Mutex<Option<(Arc<CallSite>, &'static CStr)>>,
 }
 
-/// All threads that ever called a plugin.
+/// All threads that have called a plugin.
 static SLOTS: Mutex<Vec<Weak<Slot>>> = Mutex::new(Vec::new());
 
-/// What a signal handler may look at: null while the thread is not inside a plugin.
+/// The current call as a signal handler may read it: null while the thread is not inside a plugin.
 #[derive(Clone, Copy)]
-pub struct Inside {
-    /// Words of the site, zero at the end.
+pub struct CurrentCall {
+    /// Text of the call site, zero-terminated.
     pub site: *const std::ffi::c_char,
     /// Name of the function.
     pub function: *const std::ffi::c_char,
 }
 
-const NOWHERE: Inside = Inside { site: null(), function: null() };
+const NO_CALL: CurrentCall = CurrentCall { site: null(), function: null() };
 
 thread_local! {
-    static INSIDE: Cell<Inside> = const { Cell::new(NOWHERE) };
+    static CURRENT: Cell<CurrentCall> = const { Cell::new(NO_CALL) };
     static SLOT: RefCell<Option<Arc<Slot>>> = const { RefCell::new(None) };
 }
 
-/// Where this thread is.
-pub fn inside() -> Inside {
-    INSIDE.get()
+/// The current call of this thread.
+pub fn current_call() -> CurrentCall {
+    CURRENT.get()
 }
 
 fn lock<T>(mutex: &Mutex<T>) -> std::sync::MutexGuard<'_, T> {
@@ -62,7 +63,7 @@ fn lock<T>(mutex: &Mutex<T>) -> std::sync::MutexGuard<'_, T> {
 }
 
 /// Calls a function of a plugin.
-pub fn into_plugin<R>(site: &Arc<Site>, function: &'static CStr, call: impl FnOnce() -> R) -> R {
+pub fn call_plugin<R>(site: &Arc<CallSite>, function: &'static CStr, call: impl FnOnce() -> R) -> R {
     let slot = SLOT.with_borrow_mut(|slot| {
         slot.get_or_insert_with(|| {
             let slot = Arc::new(Slot { sequence: AtomicU64::new(0), place: Mutex::new(None) });
@@ -77,23 +78,24 @@ pub fn into_plugin<R>(site: &Arc<Site>, function: &'static CStr, call: impl FnOn
             *place = Some((site.clone(), function));
         }
     }
-    INSIDE.set(Inside { site: site.words().as_ptr(), function: function.as_ptr() });
+    CURRENT.set(CurrentCall { site: site.words().as_ptr(), function: function.as_ptr() });
     slot.sequence.fetch_add(1, Ordering::Release);
     let result = call();
     slot.sequence.fetch_add(1, Ordering::Release);
-    INSIDE.set(NOWHERE);
+    CURRENT.set(NO_CALL);
     result
 }
 
-/// Calls that have not come back, seen from outside.
+/// Watches from another thread for calls that do not return.
 #[derive(Default)]
-pub struct Watch {
+pub struct Watchdog {
     seen: Vec<(Weak<Slot>, u64, Instant)>,
 }
 
-impl Watch {
-    /// The site and function of a call that began at least `limit` before. To be asked again and again: a call counts from when it was seen first.
-    pub fn overdue(&mut self, limit: Duration) -> Option<(Arc<Site>, &'static CStr)> {
+impl Watchdog {
+    /// Site and function of a call that has run for at least `limit`. Poll it: a call is timed from the first poll that
+    /// sees it.
+    pub fn overdue(&mut self, limit: Duration) -> Option<(Arc<CallSite>, &'static CStr)> {
         let slots: Vec<Arc<Slot>> = lock(&SLOTS).iter().filter_map(Weak::upgrade).collect();
         self.seen.retain(|(slot, ..)| slot.strong_count() > 0);
         for slot in slots {

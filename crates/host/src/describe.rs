@@ -1,4 +1,4 @@
-//! A plugin's descriptors in words of the core, checked.
+//! Converts a plugin's descriptors to types of the core, with checks.
 
 use crate::error::Reason;
 use crate::read;
@@ -8,41 +8,41 @@ use wireloom_core::Vector;
 use wireloom_core::constraint::{Attaches, SpanUse};
 use wireloom_core::registry::{Form, Parameter, Quantity, Value};
 
-/// Most kinds of a plugin, parameters of a kind, words of a choice, stations of a constraint.
+/// Upper limit for kinds of a plugin, parameters of a kind, choices of a parameter and stations of a constraint.
 const MOST: u32 = 256;
 const MOST_STATIONS: u32 = 64;
 
-/// What a kind says of itself.
-pub struct Described {
+/// Checked descriptor of a kind.
+pub struct KindDescription {
     /// Name in scenarios.
     pub name: String,
-    /// One line.
+    /// One-line description.
     pub doc: String,
     /// Parameters.
     pub parameters: Vec<Parameter>,
-    /// Where its descriptor is.
+    /// Its descriptor in the plugin.
     pub kind: *const abi::Kind,
     /// Its functions.
     pub functions: Functions,
 }
 
-/// The functions of a kind.
+/// Functions of a kind, by family.
 pub enum Functions {
-    /// Of a constraint, and what it attaches to.
+    /// A constraint kind, with its attachments.
     Constraint(abi::ConstraintKind, Attaches),
-    /// Of a joint model.
+    /// A joint model.
     Joint(abi::JointKind),
 }
 
-/// All kinds.
+/// Reads all kinds.
 ///
 /// # Safety
-/// `kinds` and what it points to are what the ABI says, where that cannot be checked.
-pub unsafe fn kinds(kinds: *const abi::Kinds) -> Result<Vec<Described>, Reason> {
-    // SAFETY: as the caller promises; the size stands first.
+/// `kinds` and what it points to are as the ABI demands, as far as this cannot be checked.
+pub unsafe fn kinds(kinds: *const abi::Kinds) -> Result<Vec<KindDescription>, Reason> {
+    // SAFETY: as the caller promises; the size is the first field.
     unsafe {
         read::pointer("its list of kinds", kinds)?;
-        let table: abi::Kinds = read::prefix("list of kinds", kinds, (*kinds).size)?;
+        let table: abi::Kinds = read::read_struct("list of kinds", kinds, (*kinds).size)?;
         let all = read::array("kinds", table.first, table.count, table.stride, MOST)?;
         let mut names = BTreeSet::new();
         let mut described = vec![];
@@ -50,7 +50,7 @@ pub unsafe fn kinds(kinds: *const abi::Kinds) -> Result<Vec<Described>, Reason> 
             let at = table.first.byte_add(k * table.stride as usize);
             let one = one(at, kind, &format!("kind {}", k + 1))?;
             if !names.insert(one.name.clone()) {
-                return Err(Reason::Twice { what: format!("kind `{}`", one.name) });
+                return Err(Reason::Duplicate { what: format!("kind `{}`", one.name) });
             }
             described.push(one);
         }
@@ -67,7 +67,7 @@ fn wrong(what: String, value: impl ToString, right: &str) -> Reason {
 
 /// # Safety
 /// As for [`kinds`].
-unsafe fn one(at: *const abi::Kind, kind: &abi::Kind, which: &str) -> Result<Described, Reason> {
+unsafe fn one(at: *const abi::Kind, kind: &abi::Kind, which: &str) -> Result<KindDescription, Reason> {
     // SAFETY: as the caller promises.
     unsafe {
         let name = read::name(&format!("the name of {which}"), kind.name)?;
@@ -79,7 +79,7 @@ unsafe fn one(at: *const abi::Kind, kind: &abi::Kind, which: &str) -> Result<Des
         for (k, declared) in declared.iter().enumerate() {
             let one = parameter(declared, &format!("parameter {} of {which}", k + 1))?;
             if parameters.iter().any(|other| other.name == one.name) {
-                return Err(Reason::Twice { what: format!("parameter `{}` of {which}", one.name) });
+                return Err(Reason::Duplicate { what: format!("parameter `{}` of {which}", one.name) });
             }
             parameters.push(one);
         }
@@ -87,12 +87,12 @@ unsafe fn one(at: *const abi::Kind, kind: &abi::Kind, which: &str) -> Result<Des
         let (functions, create, destroy) = match kind.family {
             abi::FAMILY_CONSTRAINT => {
                 read::pointer(&format!("the {table}"), kind.constraint)?;
-                let own: abi::ConstraintKind = read::prefix(&table, kind.constraint, (*kind.constraint).size)?;
+                let own: abi::ConstraintKind = read::read_struct(&table, kind.constraint, (*kind.constraint).size)?;
                 (Functions::Constraint(own, attaches(&own, &which)?), own.create.is_some(), own.destroy.is_some())
             }
             abi::FAMILY_JOINT => {
                 read::pointer(&format!("the {table}"), kind.joint)?;
-                let own: abi::JointKind = read::prefix(&table, kind.joint, (*kind.joint).size)?;
+                let own: abi::JointKind = read::read_struct(&table, kind.joint, (*kind.joint).size)?;
                 (Functions::Joint(own), own.create.is_some(), own.destroy.is_some())
             }
             other => return Err(wrong(format!("the family of {which}"), other, "1 is a constraint, 2 a joint model")),
@@ -105,11 +105,11 @@ unsafe fn one(at: *const abi::Kind, kind: &abi::Kind, which: &str) -> Result<Des
                 });
             }
         }
-        Ok(Described { name, doc, parameters, kind: at, functions })
+        Ok(KindDescription { name, doc, parameters, kind: at, functions })
     }
 }
 
-/// What a kind of constraint attaches to.
+/// Stations and span of a constraint kind.
 fn attaches(functions: &abi::ConstraintKind, which: &str) -> Result<Attaches, Reason> {
     let (least, most) = (functions.stations_min, functions.stations_max);
     if least > most || most > MOST_STATIONS {
@@ -126,7 +126,7 @@ fn attaches(functions: &abi::ConstraintKind, which: &str) -> Result<Attaches, Re
         return Err(wrong(
             format!("the number of stations of {which}"),
             0,
-            "it would act on nothing: take stations or a span",
+            "it needs a station or a span",
         ));
     }
     Ok(Attaches { stations: least as usize..=most as usize, span })
@@ -138,7 +138,7 @@ unsafe fn parameter(declared: &abi::Parameter, which: &str) -> Result<Parameter,
     // SAFETY: as the caller promises.
     let name = unsafe { read::name(&format!("the name of {which}"), declared.name) }?;
     let which = format!("{which} (`{name}`)");
-    // SAFETY: likewise.
+    // SAFETY: as above.
     let doc = unsafe { read::text(&format!("the doc of {which}"), declared.doc) }?;
     let quantity = || {
         quantity(declared.quantity)
@@ -185,7 +185,7 @@ unsafe fn parameter(declared: &abi::Parameter, which: &str) -> Result<Parameter,
 unsafe fn choices(declared: &abi::Parameter, which: &str) -> Result<Vec<String>, Reason> {
     let count = declared.choice_count;
     if count == 0 || count > MOST {
-        return Err(wrong(format!("the number of words of {which}"), count, "a choice has some, and not hundreds"));
+        return Err(wrong(format!("the number of words of {which}"), count, "1 to 256 are allowed"));
     }
     read::pointer(&format!("the words of {which}"), declared.choices)?;
     // SAFETY: as the caller promises.
@@ -194,7 +194,7 @@ unsafe fn choices(declared: &abi::Parameter, which: &str) -> Result<Vec<String>,
         .collect()
 }
 
-/// The default, if it is one that a scenario might give.
+/// The default value, if it is one that a scenario could give.
 fn default(value: [f64; 3], form: &Form) -> Option<Value> {
     let whole = (value[0] >= 0.0 && value[0].fract() == 0.0 && value[0] <= 1e15).then_some(value[0] as usize);
     match form {
@@ -230,8 +230,8 @@ fn quantity(plain: i32) -> Option<Quantity> {
     })
 }
 
-/// The value of a parameter for C.
-pub fn plain_value(value: Option<&Value>, form: &Form) -> abi::Value {
+/// The value of a parameter as the ABI has it.
+pub fn abi_value(value: Option<&Value>, form: &Form) -> abi::Value {
     let value = value.map(|value| match (value, form) {
         (Value::Number(x), _) => [*x, 0.0, 0.0],
         (Value::Vector(v), _) => (*v).into(),
@@ -252,13 +252,13 @@ mod tests {
     use std::time::Duration;
     use wireloom_testkit::fuzz::Fuzz;
 
-    /// Inputs where nothing else is said.
+    /// Number of inputs by default.
     const FEW: u64 = 2000;
-    /// Bytes that an array may say that it has, and more.
+    /// Upper limit for the stated size of an array, bytes.
     const ARRAY: usize = (MOST as usize + 1) * 65536;
 
-    /// A part of a descriptor: its size, and where it lies in the room that all pointers lead into. Behind every array there are zeroes,
-    /// for nothing can tell whether an array is as long as it says.
+    /// A part of a descriptor: its size and its offset in the buffer that holds all parts. Zeros follow every array,
+    /// because the length that a plugin states cannot be checked.
     struct Part {
         size: usize,
         at: usize,
@@ -271,10 +271,10 @@ mod tests {
     const KIND: Part = Part { size: size_of::<abi::Kind>(), at: 16384 };
     const PARAMETER: Part = Part { size: size_of::<abi::Parameter>(), at: KIND.at + ARRAY };
     const ROOM: usize = PARAMETER.at + ARRAY;
-    /// In this order inputs have them.
+    /// Order of the parts in an input.
     const PARTS: [Part; 6] = [KINDS, FUNCTIONS, TEXTS, CHOICES, KIND, PARAMETER];
 
-    /// Pointers in the room, and where to.
+    /// Pointers in the buffer: offset of the pointer, offset of its target.
     const POINTERS: [(usize, usize); 12] = [
         (KINDS.at + 16, KIND.at),
         (KIND.at + 16, TEXTS.at),
@@ -307,7 +307,7 @@ mod tests {
         unsafe { std::slice::from_raw_parts((&raw const *value).cast(), size_of::<T>()) }
     }
 
-    /// A good descriptor with one kind, one parameter of it and three words; no pointer is null.
+    /// A valid descriptor with one kind, one parameter and three choices; no pointer is null.
     fn good(form: i32) -> Vec<u8> {
         let kinds =
             abi::Kinds { size: KINDS.size as u32, count: 1, stride: KIND.size as u32, reserved: 0, first: dangling() };
@@ -359,13 +359,13 @@ mod tests {
 
     const LED: usize = 1 << 40;
 
-    /// Stands for a pointer that leads to its place in the room.
+    /// Placeholder for a pointer that is later replaced by its target in the buffer.
     fn dangling<T>() -> *const T {
         std::ptr::without_provenance(LED)
     }
 
-    /// Whatever numbers, texts and null pointers a descriptor has: it is refused, or taken. Other pointers lead where they should, for nothing can
-    /// tell where others would lead.
+    /// Descriptors with arbitrary numbers, texts and null pointers are refused or accepted, but never cause a panic.
+    /// Non-null pointers stay valid, because invalid ones cannot be detected.
     #[test]
     #[cfg_attr(not(target_pointer_width = "64"), ignore = "POINTERS are offsets of 8-byte pointers")]
     fn descriptors_never_make_the_reader_panic() {
@@ -379,8 +379,8 @@ mod tests {
         let (taken, _) = fuzz.hunt(|bytes| {
             let mut rest = bytes.to_vec();
             rest.resize(PARTS.iter().map(|part| part.size).sum(), 0);
-            // SAFETY: all this lies in the room, which nobody else looks at; pointers that can be followed lead into it, and functions
-            // are those above.
+            // SAFETY: all parts are in the buffer, which nothing else uses; non-null pointers point into it, and
+            // functions are those above.
             unsafe {
                 for part in PARTS {
                     base.add(part.at).copy_from_nonoverlapping(rest.as_ptr(), part.size);
@@ -388,7 +388,7 @@ mod tests {
                 }
                 for (at, to) in POINTERS {
                     let pointer = base.add(at).cast::<usize>();
-                    // Null stays, and what cannot be followed.
+                    // Null and invalid pointers are left as they are.
                     let lame =
                         *pointer < 4096 || !(TEXTS.at..CHOICES.at).contains(&to) && !(*pointer).is_multiple_of(8);
                     if !lame {

@@ -1,14 +1,14 @@
-//! Why a plugin is not loaded.
+//! Errors of loading a plugin.
 
 use std::path::{Path, PathBuf};
 
-/// A plugin that is not loaded, and why.
+/// A plugin that was not loaded, and why.
 #[derive(Debug, thiserror::Error)]
 #[error("plugin {}: {reason}", file.display())]
 pub struct LoadError {
     /// The file.
     pub file: PathBuf,
-    /// What is wrong with it.
+    /// The reason.
     pub reason: Reason,
 }
 
@@ -19,62 +19,62 @@ impl LoadError {
     }
 }
 
-/// What is wrong with a plugin.
+/// Reason why a plugin is not loaded.
 #[derive(Debug, thiserror::Error)]
 pub enum Reason {
     /// The file cannot be read.
     #[error("cannot be read: {0}")]
     Unreadable(std::io::Error),
-    /// The system's loader refuses it; in its words.
-    #[error("is no library that this system can load: {0}")]
+    /// The system's loader refuses the file; its message.
+    #[error("is not a library that this system can load: {0}")]
     NotALibrary(String),
-    /// It does not export what plugins export.
+    /// The library does not export the entry.
     #[error("exports no `wireloom_plugin`: it is a library, but not a plugin of this program")]
     NoEntry,
-    /// What it exports does not begin as it should.
+    /// The exported entry does not begin with the magic number.
     #[error(
         "its `wireloom_plugin` begins with {found:#018x} instead of {:#018x}, the letters WIRELOOM",
         wireloom_abi::MAGIC
     )]
     Magic {
-        /// The first eight bytes.
+        /// Its first eight bytes.
         found: u64,
     },
-    /// Another version of the ABI.
+    /// Built for an incompatible version of the ABI.
     #[error("is built for ABI {}.{}, this program speaks ABI {}.{}", plugin.0, plugin.1, program.0, program.1)]
     Version {
         /// Major and minor version of the plugin.
         plugin: (u32, u32),
-        /// Those of the program.
+        /// Major and minor version of the program.
         program: (u32, u32),
     },
-    /// A struct is smaller than it has ever been.
+    /// A struct is smaller than in ABI 1.0.
     #[error("its {what} says it has {size} bytes; ABI 1.0 has {least}")]
-    Short {
+    TooSmall {
         /// Which struct.
         what: String,
-        /// Bytes it says.
+        /// Its size as it states, bytes.
         size: u32,
-        /// Bytes it must have at least.
+        /// Smallest size, bytes.
         least: u32,
     },
-    /// A pointer that is null, or cannot point to what it should.
+    /// A pointer that is null or invalid.
     #[error("{what} is {value}")]
     Pointer {
         /// Which pointer.
         what: String,
-        /// `null`, or what it is.
+        /// `null`, or its value.
         value: String,
     },
-    /// A text that is none.
+    /// An invalid text.
     #[error("{what} {problem}")]
     Text {
         /// Which text.
         what: String,
-        /// What is wrong with it.
+        /// The problem.
         problem: String,
     },
-    /// `kinds` failed; in its words.
+    /// `kinds` failed; its message.
     #[error("could not list its kinds: {0}")]
     Kinds(String),
     /// A number out of its range.
@@ -84,35 +84,35 @@ pub enum Reason {
         what: String,
         /// The number.
         value: String,
-        /// What would be right.
+        /// The allowed values.
         right: String,
     },
-    /// Two of a name within the plugin.
-    #[error("{what} stands there twice")]
-    Twice {
-        /// What.
+    /// A name that occurs twice within the plugin.
+    #[error("{what} occurs twice")]
+    Duplicate {
+        /// The duplicate item.
         what: String,
     },
-    /// A kind of this name is there already.
-    #[error("its kind `{kind}` is there already, from {owner}")]
+    /// The registry already has a kind of this name.
+    #[error("its kind `{kind}` already exists, from {owner}")]
     KindTaken {
         /// The kind.
         kind: String,
-        /// Whose it is.
+        /// The owner of that kind.
         owner: String,
     },
-    /// A plugin of this name is there already.
+    /// A plugin of this name is already loaded.
     #[error("is named `{name}`, as is {}", other.display())]
     NameTaken {
         /// The name.
         name: String,
-        /// The other's file.
+        /// File of the loaded plugin.
         other: PathBuf,
     },
 }
 
 impl Reason {
-    /// What would be right.
+    /// A hint how to correct it.
     pub fn help(&self) -> &'static str {
         match self {
             Self::Unreadable(_) => "give the path of a plugin's library, or the name of one in the search path",
@@ -120,7 +120,8 @@ impl Reason {
                 "build it for this system, as a shared library (Rust: crate-type = [\"cdylib\"]; C: cc -shared -fPIC)"
             }
             Self::NoEntry | Self::Magic { .. } => {
-                "in Rust, `wireloom_plugin::export!` makes the entry; in C, WIRELOOM_EXPORT const WireloomEntry wireloom_plugin"
+                "in Rust, `wireloom_plugin::export!` makes the entry; \
+                 in C, WIRELOOM_EXPORT const WireloomEntry wireloom_plugin"
             }
             Self::Version { plugin, program } if plugin.0 == program.0 => "take a later version of this program",
             Self::Version { plugin, program } if plugin.0 > program.0 => {

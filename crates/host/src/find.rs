@@ -1,4 +1,4 @@
-//! Where plugins lie.
+//! Locations of plugins.
 
 use std::env::consts::{DLL_PREFIX, DLL_SUFFIX};
 use std::ffi::OsStr;
@@ -8,10 +8,10 @@ use std::path::{Path, PathBuf};
 
 /// Folders whose libraries the user trusts, in order.
 #[derive(Clone, Debug, Default)]
-pub struct Folders(pub Vec<PathBuf>);
+pub struct SearchPath(pub Vec<PathBuf>);
 
-impl Folders {
-    /// The folders of a search path, written as the system writes such lists.
+impl SearchPath {
+    /// Parses a search path in the system's notation.
     pub fn of(path: &OsStr) -> Self {
         Self(std::env::split_paths(path).filter(|folder| !folder.as_os_str().is_empty()).collect())
     }
@@ -33,13 +33,13 @@ impl Folders {
         Ok(all)
     }
 
-    /// The library of a plugin of this name, in the first folder that has one.
+    /// The library of the plugin `name`, in the first folder that has one.
     pub fn find(&self, name: &str) -> Option<PathBuf> {
-        self.0.iter().find_map(|folder| named(&folder.join(name)))
+        self.0.iter().find_map(|folder| resolve(&folder.join(name)))
     }
 
     /// Whether a file lies in one of the folders.
-    pub fn contain(&self, file: &Path) -> bool {
+    pub fn contains(&self, file: &Path) -> bool {
         let folder = file.canonicalize().ok().and_then(|file| Some(file.parent()?.to_owned()));
         folder.is_some_and(|folder| self.0.iter().any(|own| own.canonicalize().is_ok_and(|own| own == folder)))
     }
@@ -49,12 +49,12 @@ fn is_library(path: &Path) -> bool {
     path.file_name().is_some_and(|name| name.to_string_lossy().ends_with(DLL_SUFFIX)) && path.is_file()
 }
 
-/// Opens a file to read it, which must be a plain one: a device or a pipe may have no end, or keep its reader waiting for ever.
+/// Opens a regular file for reading. A device or a pipe is refused: it may have no end, or block the reader forever.
 ///
 /// # Errors
-/// Those of the system; that it is something else, or larger than `most` bytes.
-pub fn plain_file(path: &Path, most: u64) -> std::io::Result<File> {
-    // Looked at before it is opened: to open a pipe is to wait for somebody who writes.
+/// An error of the system; or the file is not regular, or larger than `most` bytes.
+pub fn open_regular_file(path: &Path, most: u64) -> std::io::Result<File> {
+    // Checked before opening: opening a pipe blocks until another process writes to it.
     let there = std::fs::metadata(path)?;
     let refused = |reason: String| Err(std::io::Error::new(ErrorKind::InvalidInput, reason));
     if there.is_dir() {
@@ -69,13 +69,13 @@ pub fn plain_file(path: &Path, most: u64) -> std::io::Result<File> {
     File::open(path)
 }
 
-/// `libcable_tie.so` for `cable-tie`, as cargo calls it on this system.
+/// File name of a plugin's library as cargo names it on this system: `libcable_tie.so` for `cable-tie`.
 pub fn file_name(name: &str) -> String {
     format!("{DLL_PREFIX}{}{DLL_SUFFIX}", name.replace('-', "_"))
 }
 
-/// The file itself, or, where the path says only the plugin's name, the library of that name in its folder.
-pub fn named(path: &Path) -> Option<PathBuf> {
+/// The file itself; or, if the path ends in a plugin's name, the library of that name in its folder.
+pub fn resolve(path: &Path) -> Option<PathBuf> {
     if path.is_file() {
         return Some(path.to_owned());
     }

@@ -1,11 +1,10 @@
-//! Opens a library, and looks at its entry before anything in it is called.
+//! Opens a library and checks its entry before any of its functions is called.
 
-use crate::call::{Site, into_plugin};
-use crate::describe::{self, Described};
+use crate::call::{CallSite, call_plugin};
+use crate::describe::{self, KindDescription};
 use crate::error::Reason;
-use crate::find::plain_file;
+use crate::find::open_regular_file;
 use crate::read::{self, Message};
-use crate::site_of;
 use sha2::{Digest, Sha256};
 use std::error::Error;
 use std::io::Read;
@@ -14,41 +13,41 @@ use std::sync::Arc;
 use wireloom_abi::draft::{EXTENSION_NOTES, Notes};
 use wireloom_abi::{ABI_MAJOR, ABI_MINOR, Entry, MAGIC};
 
-/// Largest library that is looked at, bytes: far more than any takes that is not somebody's joke.
+/// Largest library that is read, bytes: far above the size of any real one.
 const LARGEST: u64 = 1 << 30;
 
-/// A library that is a plugin.
+/// A library that has been checked to be a plugin.
 pub struct Opened {
     pub name: String,
     pub version: String,
     pub doc: String,
     pub hash: String,
     pub abi: (u32, u32),
-    pub kinds: Vec<Described>,
+    pub kinds: Vec<KindDescription>,
     pub notes: Option<Notes>,
 }
 
-/// Opens, checks, lists.
+/// Opens a library, checks its entry and lists its kinds.
 pub fn open(file: &Path) -> Result<Opened, Reason> {
     let mut hash = Sha256::new();
-    plain_file(file, LARGEST)
+    open_regular_file(file, LARGEST)
         .and_then(|file| std::io::copy(&mut file.take(LARGEST), &mut hash))
         .map_err(Reason::Unreadable)?;
     let hash = hash.finalize().iter().map(|byte| format!("{byte:02x}")).collect();
-    // A path without a folder would be looked for elsewhere.
+    // Without a folder the system's loader would search elsewhere.
     let file = std::path::absolute(file).map_err(Reason::Unreadable)?;
-    let site = site_of(&file);
-    // SAFETY: what a library does as it is loaded is its own affair: whoever names it trusts it.
-    let library = into_plugin(&site, c"the library's own start", || unsafe { libloading::Library::new(&file) });
+    let site = CallSite::new(&format!("plugin {}", file.display()));
+    // SAFETY: a library runs code of its own while it is loaded; the user who names it trusts it.
+    let library = call_plugin(&site, c"initialisation of the library", || unsafe { libloading::Library::new(&file) });
     let library = library.map_err(|error| Reason::NotALibrary(words(&error)))?;
-    // SAFETY: a symbol of this name is an entry, which begins with its magic; everything else is looked at only after that.
+    // SAFETY: a symbol of this name is an entry and begins with its magic; nothing else is read before that is checked.
     let entry: *const Entry =
         *unsafe { library.get::<*const Entry>("wireloom_plugin") }.map_err(|_| Reason::NoEntry)?;
-    // Objects made by the library may live as long as the process.
+    // The library is never unloaded: its objects may live as long as the process.
     std::mem::forget(library);
-    // SAFETY: an entry, as far as can be known.
+    // SAFETY: the symbol is an entry, as far as can be checked.
     let entry = unsafe { check(entry, (ABI_MAJOR, ABI_MINOR)) }?;
-    // SAFETY: likewise; versions and sizes fit.
+    // SAFETY: as above; versions and sizes match.
     unsafe {
         let name = read::name("the name of the plugin", entry.name)?;
         let version = read::text("its version", entry.version)?;
@@ -57,7 +56,7 @@ pub fn open(file: &Path) -> Result<Opened, Reason> {
             entry.kinds.ok_or_else(|| Reason::Pointer { what: "its function `kinds`".into(), value: "null".into() })?;
         let mut message = Message::new();
         let mut text = message.text();
-        let list = into_plugin(&site, c"kinds", || kinds(&mut text));
+        let list = call_plugin(&site, c"kinds", || kinds(&mut text));
         if list.is_null() {
             return Err(Reason::Kinds(message.words()));
         }
@@ -67,31 +66,31 @@ pub fn open(file: &Path) -> Result<Opened, Reason> {
     }
 }
 
-/// The extension of this name, where the plugin has it.
+/// The extension `Notes`, if the plugin has it.
 ///
 /// # Safety
-/// `entry` is one of a plugin.
-unsafe fn notes(entry: &Entry, site: &Arc<Site>) -> Result<Option<Notes>, Reason> {
+/// `entry` is the checked entry of a plugin.
+unsafe fn notes(entry: &Entry, site: &Arc<CallSite>) -> Result<Option<Notes>, Reason> {
     let Some(get) = entry.get_extension else { return Ok(None) };
-    // SAFETY: as the caller promises; an extension of this id has this type, and its size stands first.
+    // SAFETY: as the caller promises; an extension of this id has this type, and its size is its first field.
     unsafe {
-        let found: *const Notes = into_plugin(site, c"get_extension", || get(EXTENSION_NOTES.as_ptr())).cast();
+        let found: *const Notes = call_plugin(site, c"get_extension", || get(EXTENSION_NOTES.as_ptr())).cast();
         if found.is_null() {
             return Ok(None);
         }
         let what = format!("extension `{}`", EXTENSION_NOTES.to_string_lossy());
         read::pointer(&format!("its {what}"), found)?;
-        read::prefix(&what, found, (*found).size).map(Some)
+        read::read_struct(&what, found, (*found).size).map(Some)
     }
 }
 
-/// Whether plugin and program understand each other.
+/// Checks magic, version and size of an entry.
 ///
 /// # Safety
-/// `entry` points to an entry, or to something that begins with other bytes than one.
+/// `entry` points to an entry, or to something that begins with other bytes than an entry.
 unsafe fn check(entry: *const Entry, program: (u32, u32)) -> Result<Entry, Reason> {
     read::pointer("the symbol `wireloom_plugin`", entry)?;
-    // SAFETY: the magic stands first; size and versions stand behind it in every version.
+    // SAFETY: the magic comes first; size and versions follow it in every version of the ABI.
     unsafe {
         let found = (*entry).magic;
         if found != MAGIC {
@@ -101,11 +100,11 @@ unsafe fn check(entry: *const Entry, program: (u32, u32)) -> Result<Entry, Reaso
         if plugin.0 != program.0 || plugin.1 > program.1 {
             return Err(Reason::Version { plugin, program });
         }
-        read::prefix("entry", entry, (*entry).size)
+        read::read_struct("entry", entry, (*entry).size)
     }
 }
 
-/// An error and its reasons: the loader's own words stand in the last.
+/// The innermost cause of an error: the message of the system's loader.
 fn words(error: &dyn Error) -> String {
     let mut words = error.to_string();
     let mut next = error.source();
@@ -153,29 +152,29 @@ mod tests {
 
     #[test]
     fn what_an_earlier_version_did_not_have_is_zero() {
-        /// The table of functions as a later program knows it, with one more.
+        /// The table of functions in a later version, with one more function.
         #[repr(C)]
         #[derive(Clone, Copy)]
-        struct Later {
+        struct NewerTable {
             known: wireloom_abi::ConstraintKind,
             more: Option<extern "C" fn()>,
         }
         // SAFETY: integers and functions that may be absent.
-        unsafe impl read::Grows for Later {
-            const LEAST: usize = <wireloom_abi::ConstraintKind as read::Grows>::LEAST;
+        unsafe impl read::Extensible for NewerTable {
+            const MIN_SIZE: usize = <wireloom_abi::ConstraintKind as read::Extensible>::MIN_SIZE;
         }
         extern "C" fn never() {}
         // SAFETY: zeroes are valid.
-        let mut here: Later = unsafe { std::mem::zeroed() };
+        let mut here: NewerTable = unsafe { std::mem::zeroed() };
         here.known.stations_max = 3;
-        // What happens to stand behind an old struct must not be taken for a function.
+        // Bytes behind an older, shorter struct must not be read as a function.
         here.more = Some(never);
-        for (size, more) in [(size_of::<wireloom_abi::ConstraintKind>(), false), (size_of::<Later>(), true)] {
-            // SAFETY: as many bytes are there.
-            let read = unsafe { read::prefix("table", &raw const here, size as u32) }.expect("long enough");
+        for (size, more) in [(size_of::<wireloom_abi::ConstraintKind>(), false), (size_of::<NewerTable>(), true)] {
+            // SAFETY: the struct has that many bytes.
+            let read = unsafe { read::read_struct("table", &raw const here, size as u32) }.expect("long enough");
             assert_eq!((read.known.stations_max, read.more.is_some()), (3, more));
         }
-        // SAFETY: likewise.
-        assert!(unsafe { read::prefix("table", &raw const here, 40) }.is_err());
+        // SAFETY: as above.
+        assert!(unsafe { read::read_struct("table", &raw const here, 40) }.is_err());
     }
 }

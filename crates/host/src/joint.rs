@@ -1,8 +1,8 @@
-//! Joint models whose functions are in a plugin.
+//! Joint models that a plugin implements.
 
-use crate::call::{Site, into_plugin};
-use crate::describe::{Described, plain_value};
-use crate::line::{Line, UNWRITTEN, differentiate};
+use crate::call::{CallSite, call_plugin};
+use crate::describe::{KindDescription, abi_value};
+use crate::instance::{PluginInstance, UNWRITTEN, note_numeric_derivatives};
 use crate::numeric;
 use crate::proxy::{HELP, c_string};
 use std::cell::RefCell;
@@ -10,20 +10,20 @@ use std::ffi::CString;
 use std::ptr::null_mut;
 use std::sync::Arc;
 use wireloom_abi as abi;
-use wireloom_core::constraint::Situation;
+use wireloom_core::constraint::ConstraintView;
 use wireloom_core::joint::{Arm, JointModel, JointSpec, Mounting};
 use wireloom_core::registry::{BuildError, JointKind, Parameters};
 use wireloom_core::{Matrix, Parameter, Pose, Rotation, Vector};
 
-/// A kind whose joint models are made by a plugin; `owner` says which, in words.
-pub fn kind(described: Described, functions: abi::JointKind, owner: Arc<String>) -> JointKind {
-    let Described { name, doc, parameters, kind, .. } = described;
-    let maker = Maker { name: name.clone(), kind, functions, owner, parameters: parameters.clone() };
-    JointKind { name, doc, parameters, build: Box::new(move |spec, values| Ok(Box::new(maker.make(spec, values)?))) }
+/// A joint kind that a plugin implements; `owner` describes the plugin in messages.
+pub fn kind(described: KindDescription, functions: abi::JointKind, owner: Arc<String>) -> JointKind {
+    let KindDescription { name, doc, parameters, kind, .. } = described;
+    let factory = Factory { name: name.clone(), kind, functions, owner, parameters: parameters.clone() };
+    JointKind { name, doc, parameters, build: Box::new(move |spec, values| Ok(Box::new(factory.make(spec, values)?))) }
 }
 
 /// Makes joint models of a kind.
-struct Maker {
+struct Factory {
     name: String,
     kind: *const abi::Kind,
     functions: abi::JointKind,
@@ -32,25 +32,25 @@ struct Maker {
 }
 
 // SAFETY: descriptors are never written to, and `create` may be called from any thread.
-unsafe impl Send for Maker {}
+unsafe impl Send for Factory {}
 // SAFETY: likewise.
-unsafe impl Sync for Maker {}
+unsafe impl Sync for Factory {}
 
-impl Maker {
+impl Factory {
     fn make(&self, spec: &JointSpec, values: &Parameters) -> Result<Proxy, BuildError> {
         let owner = &self.owner;
-        let site = Site::new(&format!("joint `{}` ({}): {owner}", spec.name, self.name));
+        let site = CallSite::new(&format!("joint `{}` ({}): {owner}", spec.name, self.name));
         let refuse = |what: String| BuildError::new(format!("{owner} {what}"), HELP);
         let name = c_string(&spec.name);
         let branches: Vec<CString> = spec.arms.iter().map(|arm| c_string(&arm.branch)).collect();
-        let arms: Vec<abi::Arm> = spec.arms.iter().zip(&branches).map(|(arm, name)| plain_arm(arm, name)).collect();
+        let arms: Vec<abi::Arm> = spec.arms.iter().zip(&branches).map(|(arm, name)| abi_arm(arm, name)).collect();
         let wires: Vec<abi::WireShare> = spec
             .wires
             .iter()
             .map(|wire| abi::WireShare { from: wire.from as u32, to: wire.to as u32, share: wire.share })
             .collect();
         let values: Vec<abi::Value> =
-            self.parameters.iter().map(|p| plain_value(values.0.get(&p.name), &p.form)).collect();
+            self.parameters.iter().map(|p| abi_value(values.0.get(&p.name), &p.form)).collect();
         let plain = abi::JointSpec {
             size: size_of::<abi::JointSpec>() as u32,
             arm_count: arms.len() as u32,
@@ -63,17 +63,17 @@ impl Maker {
             value_count: values.len() as u32,
             reserved: 0,
         };
-        // SAFETY: zeroes are no size, no mounting and no derivatives.
+        // SAFETY: all-zero bytes are valid: no size, no mounting and no derivatives.
         let mut description: abi::JointDescription = unsafe { std::mem::zeroed() };
         description.size = size_of::<abi::JointDescription>() as u32;
         let create = self.functions.create.expect("descriptors without it are refused");
-        // SAFETY: all is as the ABI says.
-        let line = Line::create(site, owner.clone(), |instance, text| unsafe {
+        // SAFETY: all arguments are as the ABI demands.
+        let instance = PluginInstance::create(site, owner.clone(), |instance, text| unsafe {
             create(self.kind, &plain, instance, &mut description, text)
         });
-        let mut proxy = Proxy { line: line.map_err(refuse)?, functions: self.functions, description };
+        let mut proxy = Proxy { instance: instance.map_err(refuse)?, functions: self.functions, description };
         if description.thread_safe != 0 {
-            proxy.line.unlock();
+            proxy.instance.allow_concurrent_calls();
         }
         match description.mounting {
             abi::MOUNTING_POSE => return Ok(proxy),
@@ -84,19 +84,19 @@ impl Maker {
         }
         match (description.has_gradient != 0, description.has_hessian != 0) {
             (true, true) => {}
-            (true, false) => differentiate(&self.name, owner, "the Hessian is taken numerically"),
-            (false, _) => differentiate(&self.name, owner, "gradient and Hessian are taken numerically"),
+            (true, false) => note_numeric_derivatives(&self.name, owner, "the Hessian is taken numerically"),
+            (false, _) => note_numeric_derivatives(&self.name, owner, "gradient and Hessian are taken numerically"),
         }
         Ok(proxy)
     }
 }
 
-fn plain_arm(arm: &Arm, branch: &CString) -> abi::Arm {
+fn abi_arm(arm: &Arm, branch: &CString) -> abi::Arm {
     abi::Arm {
         branch: branch.as_ptr(),
         starts_here: i32::from(arm.starts_here),
         reserved: 0,
-        rest: plain_frame(&arm.rest),
+        rest: abi_quaternion(&arm.rest),
         offset: arm.offset.into(),
         curvature: arm.curvature.into(),
         segment_length: arm.segment_length,
@@ -110,19 +110,19 @@ fn plain_arm(arm: &Arm, branch: &CString) -> abi::Arm {
     }
 }
 
-fn plain_frame(q: &Rotation) -> [f64; 4] {
+fn abi_quaternion(q: &Rotation) -> [f64; 4] {
     [q.w, q.i, q.j, q.k]
 }
 
-/// A joint model whose functions are in a plugin.
+/// A joint model that a plugin implements.
 struct Proxy {
-    line: Line,
+    instance: PluginInstance,
     functions: abi::JointKind,
     description: abi::JointDescription,
 }
 
-// SAFETY: `create` and `destroy` may be called from any thread, and calls with the same instance at a time are locked out unless it
-// allows them.
+// SAFETY: `create` and `destroy` may be called from any thread; concurrent calls with the same instance are locked out
+// unless the plugin allows them.
 unsafe impl Send for Proxy {}
 // SAFETY: likewise.
 unsafe impl Sync for Proxy {}
@@ -130,53 +130,54 @@ unsafe impl Sync for Proxy {}
 impl Drop for Proxy {
     fn drop(&mut self) {
         if let Some(destroy) = self.functions.destroy {
-            // SAFETY: the instance is one of this plugin's, and nobody else has it.
-            into_plugin(&self.line.site, c"destroy", || unsafe { destroy(self.line.instance) });
+            // SAFETY: the instance belongs to this plugin, and no other reference to it exists.
+            call_plugin(&self.instance.site, c"destroy", || unsafe { destroy(self.instance.instance) });
         }
     }
 }
 
 thread_local! {
-    /// Frames and derivatives of one call.
+    /// Scratch for frames and derivatives of one call.
     static SCRATCH: RefCell<(Vec<f64>, Vec<f64>)> = RefCell::default();
 }
 
-/// What is asked of `evaluate`.
+/// Output that `evaluate` is to compute.
 #[derive(Clone, Copy, PartialEq)]
-enum Asked {
+enum Output {
     Energy,
     Gradient,
     Hessian,
 }
 
 impl Proxy {
-    /// Evaluates; `take` sees the energy and the derivatives that were asked for, all finite. Returns the energy, or not-a-number.
-    fn evaluate(&self, frames: &[Rotation], asked: Asked, take: impl FnOnce(&[f64])) -> f64 {
-        let evaluate = self.functions.evaluate.expect("looked for as it was made");
+    /// Evaluates; `take` receives the requested derivatives. Returns the energy, J. All values are finite, or all NaN.
+    fn evaluate(&self, frames: &[Rotation], asked: Output, take: impl FnOnce(&[f64])) -> f64 {
+        let evaluate = self.functions.evaluate.expect("checked when the proxy was made");
         SCRATCH.with_borrow_mut(|(plain, numbers)| {
             let n = 3 * frames.len();
             plain.clear();
-            plain.extend(frames.iter().flat_map(plain_frame));
+            plain.extend(frames.iter().flat_map(abi_quaternion));
             numbers.clear();
-            numbers.resize(if asked == Asked::Hessian { n * n } else { n }, UNWRITTEN);
-            let mut energy = if asked == Asked::Hessian { 0.0 } else { UNWRITTEN };
+            numbers.resize(if asked == Output::Hessian { n * n } else { n }, UNWRITTEN);
+            let mut energy = if asked == Output::Hessian { 0.0 } else { UNWRITTEN };
             let room = |wanted: bool, room: *mut f64| if wanted { room } else { null_mut() };
             let mut wanted = abi::JointEvaluation {
                 size: size_of::<abi::JointEvaluation>() as u32,
                 arm_count: frames.len() as u32,
-                energy: room(asked != Asked::Hessian, &mut energy),
-                gradient: room(asked == Asked::Gradient, numbers.as_mut_ptr()),
-                hessian: room(asked == Asked::Hessian, numbers.as_mut_ptr()),
+                energy: room(asked != Output::Hessian, &mut energy),
+                gradient: room(asked == Output::Gradient, numbers.as_mut_ptr()),
+                hessian: room(asked == Output::Hessian, numbers.as_mut_ptr()),
             };
-            // SAFETY: all is as the ABI says.
-            let done =
-                self.line.call(c"evaluate", |own, text| unsafe { evaluate(own, plain.as_ptr(), &mut wanted, text) });
+            // SAFETY: all arguments are as the ABI demands.
+            let done = self
+                .instance
+                .call(c"evaluate", |own, text| unsafe { evaluate(own, plain.as_ptr(), &mut wanted, text) });
             let good = done
-                && self.line.finite("energy", &[energy])
+                && self.instance.finite("energy", &[energy])
                 && match asked {
-                    Asked::Energy => true,
-                    Asked::Gradient => self.line.finite("gradient", numbers),
-                    Asked::Hessian => self.line.finite("Hessian", numbers),
+                    Output::Energy => true,
+                    Output::Gradient => self.instance.finite("gradient", numbers),
+                    Output::Hessian => self.instance.finite("Hessian", numbers),
                 };
             if !good {
                 numbers.fill(f64::NAN);
@@ -187,24 +188,24 @@ impl Proxy {
         })
     }
 
-    /// As stations that all stand at the origin, which the numerical derivatives know how to turn.
-    fn turned<R>(frames: &[Rotation], call: impl FnOnce(&Situation<'_>) -> R) -> R {
+    /// Calls with the frames as stations at the origin, as the numeric derivatives expect.
+    fn turned<R>(frames: &[Rotation], call: impl FnOnce(&ConstraintView<'_>) -> R) -> R {
         let pose = |q: &Rotation| Pose { position: Vector::zeros(), orientation: *q };
         let stations: Vec<Pose> = frames.iter().map(pose).collect();
         let none =
-            Situation { stations: &stations, targets: &[], span: &[], span_lengths: &[], progress: 0.0, memory: &[] };
+            ConstraintView { stations: &stations, targets: &[], span: &[], span_lengths: &[], progress: 0.0, memory: &[] };
         call(&none)
     }
 
-    /// Gradient in the variables of such stations, which leaves positions out.
-    fn gradient_of_stations(&self, at: &Situation<'_>, slopes: &mut [Vector]) {
+    /// Gradient with respect to such stations; the derivatives with respect to positions are zero.
+    fn gradient_of_stations(&self, at: &ConstraintView<'_>, slopes: &mut [Vector]) {
         let frames = orientations(at);
         if self.description.has_gradient == 0 {
-            let energy = |at: &Situation<'_>| self.evaluate(&orientations(at), Asked::Energy, |_| {});
+            let energy = |at: &ConstraintView<'_>| self.evaluate(&orientations(at), Output::Energy, |_| {});
             numeric::gradient(at, &energy, slopes, &mut []);
             return;
         }
-        self.evaluate(&frames, Asked::Gradient, |g| {
+        self.evaluate(&frames, Output::Gradient, |g| {
             for (a, theta) in g.chunks_exact(3).enumerate() {
                 slopes[2 * a] = Vector::zeros();
                 slopes[2 * a + 1] = Vector::from_row_slice(theta);
@@ -213,7 +214,7 @@ impl Proxy {
     }
 }
 
-fn orientations(at: &Situation<'_>) -> Vec<Rotation> {
+fn orientations(at: &ConstraintView<'_>) -> Vec<Rotation> {
     at.stations.iter().map(|pose| pose.orientation).collect()
 }
 
@@ -227,7 +228,7 @@ impl JointModel for Proxy {
     }
 
     fn energy(&self, frames: &[Rotation]) -> f64 {
-        if self.mounting() == Mounting::Pose { 0.0 } else { self.evaluate(frames, Asked::Energy, |_| {}) }
+        if self.mounting() == Mounting::Pose { 0.0 } else { self.evaluate(frames, Output::Energy, |_| {}) }
     }
 
     fn add_gradient(&self, frames: &[Rotation], gradient: &mut [Vector]) -> f64 {
@@ -240,9 +241,9 @@ impl JointModel for Proxy {
             for (to, slope) in gradient.iter_mut().zip(slopes.chunks_exact(2)) {
                 *to += slope[1];
             }
-            return self.evaluate(frames, Asked::Energy, |_| {});
+            return self.evaluate(frames, Output::Energy, |_| {});
         }
-        self.evaluate(frames, Asked::Gradient, |g| {
+        self.evaluate(frames, Output::Gradient, |g| {
             for (to, theta) in gradient.iter_mut().zip(g.chunks_exact(3)) {
                 *to += Vector::from_row_slice(theta);
             }
@@ -256,7 +257,7 @@ impl JointModel for Proxy {
         }
         if self.description.has_hessian == 0 {
             let mut blocks = vec![Matrix::zeros(); 4 * k * k];
-            let gradient = |at: &Situation<'_>, slopes: &mut [Vector], _: &mut [Vector]| {
+            let gradient = |at: &ConstraintView<'_>, slopes: &mut [Vector], _: &mut [Vector]| {
                 self.gradient_of_stations(at, slopes);
             };
             Self::turned(frames, |at| numeric::hessian(at, &gradient, &mut blocks, &mut []));
@@ -267,7 +268,7 @@ impl JointModel for Proxy {
             }
             return;
         }
-        self.evaluate(frames, Asked::Hessian, |rows| {
+        self.evaluate(frames, Output::Hessian, |rows| {
             for a in 0..k {
                 for b in 0..=a {
                     hessian[a * k + b] += Matrix::from_fn(|i, j| rows[(3 * a + i) * 3 * k + 3 * b + j]);
@@ -277,6 +278,6 @@ impl JointModel for Proxy {
     }
 
     fn fault(&self) -> Option<String> {
-        self.line.fault()
+        self.instance.fault()
     }
 }

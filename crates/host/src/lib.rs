@@ -1,51 +1,52 @@
-//! Finds plugins, checks them, loads them, and stands between them and the rest: what a plugin does wrong becomes a fault with its name.
+//! Finds, checks and loads plugins. A plugin's mistake becomes a fault that names the plugin.
 //!
-//! A plugin is native code: once loaded it may do whatever this process may do. So nothing is loaded here but what the caller names.
+//! A plugin is native code: once loaded, it can do whatever this process can do. Only files that the caller names are
+//! loaded.
 //!
-//! The road of a library: [`Plugins::load`] opens it; `handshake` checks its entry before anything in it is called; `describe` reads its kinds;
-//! `proxy` makes constraints of them and `joint` joint models, which the rest of the program cannot tell from built-in ones. Every call goes through `line` and `call`, so that a watchdog
-//! and a signal handler know where a thread is (`last_words`).
+//! Steps of loading: [`Plugins::load`] opens the library; `handshake` checks its entry before anything in it is called;
+//! `describe` reads its kinds; `proxy` turns them into constraints and `joint` into joint models, with the same
+//! interface as the built-in ones. Every call goes through `instance` and `call`, which record what each thread is
+//! calling for the watchdog and the signal handler (`crash_handler`).
 #![allow(unsafe_code, reason = "this crate calls into libraries of others")]
 
 mod call;
+mod crash_handler;
 mod describe;
 mod error;
 mod find;
 mod handshake;
+mod instance;
 mod joint;
-mod last_words;
-mod line;
 mod numeric;
 mod proxy;
 mod read;
 
+pub use crash_handler::install_crash_handler;
 pub use error::{LoadError, Reason};
-pub use find::{Folders, file_name, named, plain_file};
-pub use last_words::stand_by;
-pub use line::differentiated;
+pub use find::{SearchPath, file_name, open_regular_file, resolve};
+pub use instance::numeric_derivatives;
 pub use proxy::notes;
 pub use wireloom_abi::{ABI_MAJOR, ABI_MINOR, HEADER};
 
-use call::Site;
-use describe::{Described, Functions};
+use describe::{Functions, KindDescription};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use wireloom_core::Registry;
 
-/// A plugin that is loaded.
+/// A loaded plugin.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Plugin {
     /// Its name.
     pub name: String,
     /// Its version.
     pub version: String,
-    /// One line: what it is for.
+    /// One-line description.
     pub doc: String,
-    /// Its file.
+    /// Path of its file.
     pub file: PathBuf,
     /// SHA-256 of the file, hexadecimal.
     pub hash: String,
-    /// ABI that it is built for: major and minor version.
+    /// ABI that it was built for: major and minor version.
     pub abi: (u32, u32),
     /// Names of its kinds of constraints.
     pub constraints: Vec<String>,
@@ -53,27 +54,27 @@ pub struct Plugin {
     pub joints: Vec<String>,
 }
 
-/// The plugins of this process.
+/// All plugins of this process.
 #[derive(Debug, Default)]
 pub struct Plugins(Vec<Plugin>);
 
 impl Plugins {
-    /// Those that are loaded, in the order in which they were.
+    /// Loaded plugins, in the order of loading.
     pub fn loaded(&self) -> &[Plugin] {
         &self.0
     }
 
-    /// Loads a library, and adds its kinds to the registry. The library stays until the process ends.
+    /// Loads a library and adds its kinds to the registry. The library stays loaded until the process ends.
     ///
     /// # Errors
-    /// Where it is no plugin for this program, or has a name that is taken; then nothing of it is in the registry.
+    /// If the file is not a plugin for this program, or a name is already in use. The registry is then unchanged.
     pub fn load(&mut self, file: &Path, registry: &mut Registry) -> Result<&Plugin, LoadError> {
         let refuse = LoadError::new(file);
         let opened = handshake::open(file).map_err(&refuse)?;
         if let Some(other) = self.0.iter().find(|other| other.name == opened.name) {
             return Err(refuse(Reason::NameTaken { name: opened.name, other: other.file.clone() }));
         }
-        let taken = |kind: &&Described| match kind.functions {
+        let taken = |kind: &&KindDescription| match kind.functions {
             Functions::Constraint(..) => registry.constraint(&kind.name).is_some(),
             Functions::Joint(_) => registry.joint(&kind.name).is_some(),
         };
@@ -97,7 +98,7 @@ impl Plugins {
         };
         let owner = Arc::new(format!("plugin `{}` {} ({})", plugin.name, plugin.version, file.display()));
         for kind in opened.kinds {
-            // No name is taken: that was just looked at.
+            // No name is in use: this was checked above.
             match kind.functions {
                 Functions::Constraint(functions, ref attaches) => {
                     let made = (functions, attaches.clone());
@@ -113,12 +114,7 @@ impl Plugins {
     }
 }
 
-/// Names of some kinds.
-fn names(kinds: &[Described], which: impl Fn(&Functions) -> bool) -> Vec<String> {
+/// Names of the kinds that pass a filter.
+fn names(kinds: &[KindDescription], which: impl Fn(&Functions) -> bool) -> Vec<String> {
     kinds.iter().filter(|kind| which(&kind.functions)).map(|kind| kind.name.clone()).collect()
-}
-
-/// The place of calls that belong to no constraint.
-fn site_of(file: &Path) -> Arc<Site> {
-    Site::new(&format!("plugin {}", file.display()))
 }

@@ -1,28 +1,30 @@
-//! Derivatives that a plugin does not give: central differences of fourth order, along `x + δ` and `q ∘ exp(θ)`.
+//! Numeric derivatives for plugins that give none: fourth-order central differences along `x + δ` and `q ∘ exp(θ)`.
 
-use wireloom_core::constraint::Situation;
+use wireloom_core::constraint::ConstraintView;
 use wireloom_core::{Matrix, Pose, Rotation, Vector};
 
-/// Step, m and rad. Longer ones see the fifth derivative of what bends within millimetres, shorter ones round-off.
+/// Step, m and rad. A longer step suffers from the fifth derivative of shapes that bend within millimetres, a shorter
+/// one from round-off.
 const STEP: f64 = 1e-4;
 
-/// `(8 (f(h) − f(−h)) − (f(2h) − f(−2h))) / 12 h`, as four places and their weights.
+/// Stencil `(8 (f(h) − f(−h)) − (f(2h) − f(−2h))) / 12 h`: offsets and weights.
 const STENCIL: [(f64, f64); 4] = [(1.0, 8.0), (-1.0, -8.0), (2.0, -1.0), (-2.0, 1.0)];
 
-/// The situation with one variable moved: of the stations, then of the nodes.
-struct Moved<'s, 'a> {
-    at: &'s Situation<'a>,
+/// The situation with one variable perturbed: stations first, then span nodes.
+struct Perturbed<'s, 'a> {
+    at: &'s ConstraintView<'a>,
     stations: Vec<Pose>,
     span: Vec<Vector>,
 }
 
-impl<'s, 'a> Moved<'s, 'a> {
-    fn new(at: &'s Situation<'a>) -> Self {
+impl<'s, 'a> Perturbed<'s, 'a> {
+    fn new(at: &'s ConstraintView<'a>) -> Self {
         Self { at, stations: at.stations.to_vec(), span: at.span.to_vec() }
     }
 
-    /// Calls with entry `axis` of a vector moved by `h`: vectors are `x` and θ of station after station, then `x` of node after node.
-    fn call<R>(&mut self, vector: usize, axis: usize, h: f64, call: impl FnOnce(&Situation<'_>) -> R) -> R {
+    /// Calls with entry `axis` of a vector perturbed by `h`. Vectors: `x` and θ of each station, then `x` of each
+    /// node.
+    fn call<R>(&mut self, vector: usize, axis: usize, h: f64, call: impl FnOnce(&ConstraintView<'_>) -> R) -> R {
         let of_stations = 2 * self.stations.len();
         let mut step = Vector::zeros();
         step[axis] = h;
@@ -33,7 +35,7 @@ impl<'s, 'a> Moved<'s, 'a> {
         } else {
             self.stations[vector / 2].orientation *= Rotation::from_scaled_axis(step);
         }
-        let result = call(&Situation { stations: &self.stations, span: &self.span, ..*self.at });
+        let result = call(&ConstraintView { stations: &self.stations, span: &self.span, ..*self.at });
         self.stations.copy_from_slice(self.at.stations);
         self.span.copy_from_slice(self.at.span);
         result
@@ -42,12 +44,12 @@ impl<'s, 'a> Moved<'s, 'a> {
 
 /// Gradient of an energy.
 pub fn gradient(
-    at: &Situation<'_>,
-    energy: &dyn Fn(&Situation<'_>) -> f64,
+    at: &ConstraintView<'_>,
+    energy: &dyn Fn(&ConstraintView<'_>) -> f64,
     stations: &mut [Vector],
     span: &mut [Vector],
 ) {
-    let mut moved = Moved::new(at);
+    let mut moved = Perturbed::new(at);
     for (vector, to) in stations.iter_mut().chain(span).enumerate() {
         *to = Vector::from_fn(|axis, _| {
             let terms = STENCIL.map(|(place, weight)| weight * moved.call(vector, axis, place * STEP, energy));
@@ -56,13 +58,13 @@ pub fn gradient(
     }
 }
 
-/// Writes first derivatives by stations and nodes.
-type Gradient<'g> = dyn Fn(&Situation<'_>, &mut [Vector], &mut [Vector]) + 'g;
+/// Computes first derivatives with respect to stations and nodes.
+type Gradient<'g> = dyn Fn(&ConstraintView<'_>, &mut [Vector], &mut [Vector]) + 'g;
 
 /// Symmetric part of the derivative of a gradient.
-pub fn hessian(at: &Situation<'_>, gradient: &Gradient<'_>, stations: &mut [Matrix], span: &mut [Matrix]) {
+pub fn hessian(at: &ConstraintView<'_>, gradient: &Gradient<'_>, stations: &mut [Matrix], span: &mut [Matrix]) {
     let (m, k) = (at.stations.len(), at.span.len());
-    let mut moved = Moved::new(at);
+    let mut moved = Perturbed::new(at);
     let (mut x, mut s) = (vec![Vector::zeros(); 2 * m], vec![Vector::zeros(); k]);
     stations.fill(Matrix::zeros());
     span.fill(Matrix::zeros());
@@ -72,7 +74,7 @@ pub fn hessian(at: &Situation<'_>, gradient: &Gradient<'_>, stations: &mut [Matr
                 moved.call(column, axis, place * STEP, |at| gradient(at, &mut x, &mut s));
                 let weight = weight / (12.0 * STEP);
                 if column < 2 * m {
-                    // Half to the block and half to its mirror image.
+                    // Symmetrise: half to the block, half to its transpose.
                     for (row, x) in x.iter().enumerate() {
                         for entry in 0..3 {
                             stations[row * 2 * m + column][(entry, axis)] += 0.5 * weight * x[entry];
@@ -91,18 +93,18 @@ pub fn hessian(at: &Situation<'_>, gradient: &Gradient<'_>, stations: &mut [Matr
     }
 }
 
-/// Jacobian of residuals: `r` of the stations, the rest equally many of each node.
+/// Jacobian of residuals: the first `r` belong to the stations, the rest in equal numbers to each node.
 pub fn jacobian(
-    at: &Situation<'_>,
+    at: &ConstraintView<'_>,
     r: usize,
-    residuals: &dyn Fn(&Situation<'_>, &mut [f64]),
+    residuals: &dyn Fn(&ConstraintView<'_>, &mut [f64]),
     all: usize,
     stations: &mut [Vector],
     span: &mut [Vector],
 ) {
     let (m, k) = (at.stations.len(), at.span.len());
     let of_node = (all - r).checked_div(k).unwrap_or(0);
-    let mut moved = Moved::new(at);
+    let mut moved = Perturbed::new(at);
     let mut c = vec![0.0; all];
     stations.fill(Vector::zeros());
     span.fill(Vector::zeros());

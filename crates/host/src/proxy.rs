@@ -1,10 +1,11 @@
-//! Constraints whose functions are in a plugin.
+//! Constraints that a plugin implements.
 //!
-//! The first thing that goes wrong is kept as the constraint's fault; from then on the plugin is not called any more, and all values are not-a-number.
+//! The first error is kept as the constraint's fault. After that the plugin is not called again, and all values are
+//! NaN.
 
-use crate::call::{Site, into_plugin};
-use crate::describe::{Described, plain_value};
-use crate::line::{Line, UNWRITTEN, differentiate, differentiated, kept};
+use crate::call::{CallSite, call_plugin};
+use crate::describe::{KindDescription, abi_value};
+use crate::instance::{PluginInstance, UNWRITTEN, locked, note_numeric_derivatives, numeric_derivatives};
 use crate::numeric;
 use crate::read::Message;
 use std::cell::RefCell;
@@ -14,44 +15,45 @@ use std::ptr::{null, null_mut};
 use std::sync::{Arc, Mutex};
 use wireloom_abi as abi;
 use wireloom_abi::draft::Notes;
-use wireloom_core::constraint::{Attaches, ConstraintSpec, Equations, HoldWord, Relation, Residual, Situation};
+use wireloom_core::constraint::{Attaches, ConstraintSpec, ConstraintView, Equations, HoldWord, Relation, Residual};
 use wireloom_core::registry::{BuildError, ConstraintKind, Parameters};
 use wireloom_core::{Action, Constraint, Hold, Matrix, Pose, Potential, RotationHold, Vector};
 
-/// Most numbers that a constraint remembers, and most residuals.
+/// Upper limit for the numbers in a constraint's memory and for its residuals.
 const MOST: u32 = 4096;
-pub const HELP: &str = "`wireloom plugin check` on the file tells more; its author can mend it";
+pub const HELP: &str = "`wireloom plugin check` on the file tells more; its author can fix it";
 
-/// What plugins say of their constraints.
+/// Notes of plugins on their constraints.
 static NOTES: Mutex<BTreeSet<String>> = Mutex::new(BTreeSet::new());
-/// Most notes of a constraint.
+/// Upper limit for the notes of a constraint.
 const MOST_NOTES: u32 = 16;
 
-/// What an engineer should know of the constraints that plugins have made in this process: what they say themselves, and which derivatives are missing.
+/// Notes for the engineer on all constraints of plugins in this process: the plugins' own notes, and missing
+/// derivatives.
 pub fn notes() -> Vec<String> {
-    kept(&NOTES).iter().cloned().chain(differentiated()).collect()
+    locked(&NOTES).iter().cloned().chain(numeric_derivatives()).collect()
 }
 
-/// A kind whose constraints are made by a plugin; `owner` says which, in words.
+/// A constraint kind that a plugin implements; `owner` describes the plugin in messages.
 pub fn kind(
-    described: Described,
+    described: KindDescription,
     (functions, attaches): (abi::ConstraintKind, Attaches),
     owner: Arc<String>,
     notes: Option<Notes>,
 ) -> ConstraintKind {
-    let Described { name, doc, parameters, kind, .. } = described;
-    let maker = Maker { name: name.clone(), kind, functions, owner, parameters: parameters.clone(), notes };
+    let KindDescription { name, doc, parameters, kind, .. } = described;
+    let factory = Factory { name: name.clone(), kind, functions, owner, parameters: parameters.clone(), notes };
     ConstraintKind {
         name,
         doc,
         attaches,
         parameters,
-        build: Box::new(move |spec, values| Ok(Box::new(maker.make(spec, values)?))),
+        build: Box::new(move |spec, values| Ok(Box::new(factory.make(spec, values)?))),
     }
 }
 
 /// Makes constraints of a kind.
-struct Maker {
+struct Factory {
     name: String,
     kind: *const abi::Kind,
     functions: abi::ConstraintKind,
@@ -61,14 +63,14 @@ struct Maker {
 }
 
 // SAFETY: descriptors are never written to, and `create` may be called from any thread.
-unsafe impl Send for Maker {}
+unsafe impl Send for Factory {}
 // SAFETY: likewise.
-unsafe impl Sync for Maker {}
+unsafe impl Sync for Factory {}
 
-impl Maker {
+impl Factory {
     fn make(&self, spec: &ConstraintSpec, values: &Parameters) -> Result<Proxy, BuildError> {
         let owner = &self.owner;
-        let site = Site::new(&format!("constraint `{}` ({}): {owner}", spec.name, self.name));
+        let site = CallSite::new(&format!("constraint `{}` ({}): {owner}", spec.name, self.name));
         let refuse = |what: String| BuildError::new(format!("{owner} {what}"), HELP);
         let name = c_string(&spec.name);
         let branches: Vec<Option<CString>> =
@@ -93,7 +95,7 @@ impl Maker {
             diameter: span.diameter,
         });
         let values: Vec<abi::Value> =
-            self.parameters.iter().map(|p| plain_value(values.0.get(&p.name), &p.form)).collect();
+            self.parameters.iter().map(|p| abi_value(values.0.get(&p.name), &p.form)).collect();
         let mut rails = [[0.0; 3]; 2];
         for (to, rail) in rails.iter_mut().zip(&spec.rails) {
             *to = (*rail).into();
@@ -109,23 +111,23 @@ impl Maker {
             values: values.as_ptr(),
             tangent_given: i32::from(spec.tangent_given),
             up_given: i32::from(spec.up_given),
-            hold: spec.hold.iter().flatten().map(|word| plain_hold(*word)).fold(0, |all, bit| all | bit),
+            hold: spec.hold.iter().flatten().map(|word| abi_hold(*word)).fold(0, |all, bit| all | bit),
             free_axis_given: i32::from(spec.free_axis.is_some()),
             free_axis: spec.free_axis.map_or([0.0; 3], |axis| (*axis).into()),
             rails,
             rail_count: spec.rails.len().min(2) as u32,
             reserved: 0,
         };
-        // SAFETY: zeroes are no size, no shape, no numbers and null.
+        // SAFETY: all-zero bytes are valid: no size, no shape, no numbers and null pointers.
         let mut description: abi::Description = unsafe { std::mem::zeroed() };
         description.size = size_of::<abi::Description>() as u32;
         let create = self.functions.create.expect("descriptors without it are refused");
-        // SAFETY: all is as the ABI says.
-        let line = Line::create(site, owner.clone(), |instance, text| unsafe {
+        // SAFETY: all arguments are as the ABI demands.
+        let instance = PluginInstance::create(site, owner.clone(), |instance, text| unsafe {
             create(self.kind, &plain, instance, &mut description, text)
         });
         let mut proxy = Proxy {
-            line: line.map_err(refuse)?,
+            instance: instance.map_err(refuse)?,
             functions: self.functions,
             description,
             stations: spec.stations.len(),
@@ -134,10 +136,10 @@ impl Maker {
             residuals: [vec![], vec![]],
         };
         if description.thread_safe != 0 {
-            proxy.line.unlock();
+            proxy.instance.allow_concurrent_calls();
         }
-        proxy.understand(&self.functions).map_err(refuse)?;
-        self.take_note(spec, &proxy);
+        proxy.validate(&self.functions).map_err(refuse)?;
+        self.collect_notes(spec, &proxy);
         let missing = match (description.has_gradient != 0, description.has_hessian != 0, description.shape) {
             (_, _, abi::SHAPE_PRESCRIBED) | (true, true, _) => return Ok(proxy),
             (false, _, abi::SHAPE_EQUATIONS) => "the Jacobian is taken numerically, second derivatives are left out",
@@ -145,27 +147,27 @@ impl Maker {
             (false, ..) => "gradient and Hessian are taken numerically",
             (true, false, _) => "the Hessian is taken numerically",
         };
-        differentiate(&self.name, owner, missing);
+        note_numeric_derivatives(&self.name, owner, missing);
         Ok(proxy)
     }
 }
 
-impl Maker {
-    /// Asks for what an engineer should know.
-    fn take_note(&self, spec: &ConstraintSpec, proxy: &Proxy) {
+impl Factory {
+    /// Collects the plugin's notes on the constraint.
+    fn collect_notes(&self, spec: &ConstraintSpec, proxy: &Proxy) {
         let Some(note) = self.notes.and_then(|notes| notes.note) else { return };
         let kind = c_string(&self.name);
         for index in 0..MOST_NOTES {
             let mut message = Message::new();
             let mut text = message.text();
-            // SAFETY: all is as the ABI says.
-            let status = into_plugin(&proxy.line.site, c"note", || unsafe {
-                note(kind.as_ptr(), proxy.line.instance, index, &mut text)
+            // SAFETY: all arguments are as the ABI demands.
+            let status = call_plugin(&proxy.instance.site, c"note", || unsafe {
+                note(kind.as_ptr(), proxy.instance.instance, index, &mut text)
             });
             if status != abi::STATUS_OK {
                 return;
             }
-            kept(&NOTES).insert(format!("constraint `{}` ({}): {}", spec.name, self.name, message.words()));
+            locked(&NOTES).insert(format!("constraint `{}` ({}): {}", spec.name, self.name, message.words()));
         }
     }
 }
@@ -174,7 +176,7 @@ pub fn c_string(words: &str) -> CString {
     CString::new(words.replace('\0', "")).unwrap_or_default()
 }
 
-fn plain_hold(word: HoldWord) -> i32 {
+fn abi_hold(word: HoldWord) -> i32 {
     match word {
         HoldWord::Position => abi::HOLD_POSITION,
         HoldWord::Tangent => abi::HOLD_TANGENT,
@@ -182,9 +184,9 @@ fn plain_hold(word: HoldWord) -> i32 {
     }
 }
 
-/// A constraint whose functions are in a plugin.
+/// A constraint that a plugin implements.
 struct Proxy {
-    line: Line,
+    instance: PluginInstance,
     functions: abi::ConstraintKind,
     description: abi::Description,
     stations: usize,
@@ -193,8 +195,8 @@ struct Proxy {
     residuals: [Vec<Residual>; 2],
 }
 
-// SAFETY: `create` and `destroy` may be called from any thread, and calls with the same instance at a time are locked out unless it
-// allows them; what the description points to is read as the proxy is made, and not after.
+// SAFETY: `create` and `destroy` may be called from any thread; concurrent calls with the same instance are locked out
+// unless the plugin allows them. Pointers of the description are read only while the proxy is made.
 unsafe impl Send for Proxy {}
 // SAFETY: likewise.
 unsafe impl Sync for Proxy {}
@@ -202,17 +204,17 @@ unsafe impl Sync for Proxy {}
 impl Drop for Proxy {
     fn drop(&mut self) {
         if let Some(destroy) = self.functions.destroy {
-            // SAFETY: the instance is one of this plugin's, and nobody else has it.
-            into_plugin(&self.line.site, c"destroy", || unsafe { destroy(self.line.instance) });
+            // SAFETY: the instance belongs to this plugin, and no other reference to it exists.
+            call_plugin(&self.instance.site, c"destroy", || unsafe { destroy(self.instance.instance) });
         }
     }
 }
 
-/// What is asked of `evaluate`.
-type Wanted = abi::Evaluation;
+/// Outputs that `evaluate` is to compute.
+type Evaluation = abi::Evaluation;
 
-const NOTHING: Wanted = Wanted {
-    size: size_of::<Wanted>() as u32,
+const NOTHING: Evaluation = Evaluation {
+    size: size_of::<Evaluation>() as u32,
     reserved: 0,
     energy: null_mut(),
     gradient: null_mut(),
@@ -225,7 +227,7 @@ const NOTHING: Wanted = Wanted {
     weights: null(),
 };
 
-/// Poses and rows of one call.
+/// Scratch for poses and rows of one call.
 #[derive(Default)]
 struct Scratch {
     stations: Vec<abi::Pose>,
@@ -238,8 +240,8 @@ thread_local! {
 }
 
 impl Proxy {
-    /// Takes what `create` wrote at its word where that can be checked.
-    fn understand(&mut self, functions: &abi::ConstraintKind) -> Result<(), String> {
+    /// Checks the description that `create` wrote.
+    fn validate(&mut self, functions: &abi::ConstraintKind) -> Result<(), String> {
         let said = self.description;
         if !(abi::SHAPE_PRESCRIBED..=abi::SHAPE_EQUATIONS).contains(&said.shape) {
             return Err(match said.shape {
@@ -249,7 +251,7 @@ impl Proxy {
         }
         if said.shape == abi::SHAPE_PRESCRIBED {
             if self.stations != 1 {
-                return Err(format!("prescribes freedoms of {} stations; that goes with one", self.stations));
+                return Err(format!("prescribes freedoms of {} stations; only one station is allowed", self.stations));
             }
             self.hold = hold(&said.hold)?;
         } else if functions.evaluate.is_none() {
@@ -257,19 +259,19 @@ impl Proxy {
         }
         self.memory = numbers(said.memory, said.memory_count, "memory", 0.0)?;
         if self.memory.iter().any(|x| !x.is_finite()) {
-            return Err(format!("begins with a memory that is not finite: {:?}", self.memory));
+            return Err(format!("starts with a memory that is not finite: {:?}", self.memory));
         }
         if said.shape == abi::SHAPE_EQUATIONS {
             let all = said.residual_count.saturating_add(said.node_residual_count);
             if all == 0 {
-                return Err("has no residuals: equations need some".into());
+                return Err("has no residuals: equations need at least one".into());
             }
             let scales = numbers(said.scales, all, "residuals", 1.0)?;
             if let Some(scale) = scales.iter().find(|scale| !(scale.is_finite() && **scale > 0.0)) {
-                return Err(format!("measures a residual by {scale}; a scale is above 0"));
+                return Err(format!("scales a residual by {scale}; a scale must be positive"));
             }
             let relation = |k: usize| {
-                // SAFETY: null, or as many as there are residuals.
+                // SAFETY: null, or one entry per residual.
                 let inequality = !said.inequalities.is_null() && unsafe { *said.inequalities.add(k) } != 0;
                 if inequality { Relation::NotPositive } else { Relation::Zero }
             };
@@ -281,21 +283,21 @@ impl Proxy {
         Ok(())
     }
 
-    /// Calls with the situation in C, and room for rows.
-    fn with_situation<R>(&self, at: &Situation<'_>, call: impl FnOnce(&abi::Situation, &mut Vec<f64>) -> R) -> R {
+    /// Calls with the situation as the ABI has it, and with scratch for rows.
+    fn with_situation<R>(&self, at: &ConstraintView<'_>, call: impl FnOnce(&abi::ConstraintView, &mut Vec<f64>) -> R) -> R {
         SCRATCH.with_borrow_mut(|Scratch { stations, targets, rows }| {
             stations.clear();
-            stations.extend(at.stations.iter().map(plain_pose));
+            stations.extend(at.stations.iter().map(abi_pose));
             targets.clear();
-            targets.extend(at.targets.iter().map(plain_pose));
-            let situation = abi::Situation {
-                size: size_of::<abi::Situation>() as u32,
+            targets.extend(at.targets.iter().map(abi_pose));
+            let situation = abi::ConstraintView {
+                size: size_of::<abi::ConstraintView>() as u32,
                 station_count: stations.len() as u32,
                 span_count: at.span.len() as u32,
                 memory_count: at.memory.len() as u32,
                 stations: stations.as_ptr(),
                 targets: targets.as_ptr(),
-                // A vector of nalgebra is three numbers and nothing else (`repr(C)`, `repr(transparent)`).
+                // A vector of nalgebra is exactly three numbers (`repr(C)`, `repr(transparent)`).
                 span: at.span.as_ptr().cast(),
                 span_lengths: at.span_lengths.as_ptr(),
                 memory: at.memory.as_ptr(),
@@ -305,38 +307,38 @@ impl Proxy {
         })
     }
 
-    fn evaluate(&self, situation: &abi::Situation, wanted: &mut Wanted) -> bool {
-        let evaluate = self.functions.evaluate.expect("looked for as it was made");
-        // SAFETY: all is as the ABI says.
-        self.line.call(c"evaluate", |own, text| unsafe { evaluate(own, situation, wanted, text) })
+    fn evaluate(&self, situation: &abi::ConstraintView, wanted: &mut Evaluation) -> bool {
+        let evaluate = self.functions.evaluate.expect("checked when the proxy was made");
+        // SAFETY: all arguments are as the ABI demands.
+        self.instance.call(c"evaluate", |own, text| unsafe { evaluate(own, situation, wanted, text) })
     }
 
-    fn energy_alone(&self, at: &Situation<'_>) -> f64 {
+    fn energy_alone(&self, at: &ConstraintView<'_>) -> f64 {
         let mut energy = UNWRITTEN;
         let done = self.with_situation(at, |situation, _| {
-            self.evaluate(situation, &mut Wanted { energy: &mut energy, ..NOTHING })
+            self.evaluate(situation, &mut Evaluation { energy: &mut energy, ..NOTHING })
         });
-        if done && self.line.finite("energy", &[energy]) { energy } else { f64::NAN }
+        if done && self.instance.finite("energy", &[energy]) { energy } else { f64::NAN }
     }
 
-    fn residuals_alone(&self, at: &Situation<'_>, c: &mut [f64]) {
+    fn residuals_alone(&self, at: &ConstraintView<'_>, c: &mut [f64]) {
         c.fill(UNWRITTEN);
         let done = self.with_situation(at, |situation, _| {
-            self.evaluate(situation, &mut Wanted { residuals: c.as_mut_ptr(), ..NOTHING })
+            self.evaluate(situation, &mut Evaluation { residuals: c.as_mut_ptr(), ..NOTHING })
         });
-        if !(done && self.line.finite("residuals", c)) {
+        if !(done && self.instance.finite("residuals", c)) {
             c.fill(f64::NAN);
         }
     }
 
-    /// Second derivatives as the plugin writes them, by rows, to the core's blocks.
-    fn second(&self, at: &Situation<'_>, w: &[f64], stations: &mut [Matrix], span: &mut [Matrix]) {
+    /// Copies second derivatives from the plugin's rows to the core's blocks.
+    fn second_derivatives(&self, at: &ConstraintView<'_>, w: &[f64], stations: &mut [Matrix], span: &mut [Matrix]) {
         let (m, k) = (at.stations.len(), at.span.len());
         let done = self.with_situation(at, |situation, rows| {
             rows.clear();
             rows.resize(36 * m * m + 9 * k, UNWRITTEN);
             let (of_stations, of_span) = rows.split_at_mut(36 * m * m);
-            let mut wanted = Wanted {
+            let mut wanted = Evaluation {
                 hessian: of_stations.as_mut_ptr(),
                 span_hessian: of_span.as_mut_ptr(),
                 weights: w.as_ptr(),
@@ -345,7 +347,7 @@ impl Proxy {
             if !self.evaluate(situation, &mut wanted) {
                 return false;
             }
-            if !(self.line.finite("Hessian", of_stations) && self.line.finite("Hessian of the span", of_span)) {
+            if !(self.instance.finite("Hessian", of_stations) && self.instance.finite("Hessian of the span", of_span)) {
                 return false;
             }
             for (at, x) in of_stations.iter().enumerate() {
@@ -386,18 +388,21 @@ impl Constraint for Proxy {
 
     fn target(&self, base: &Pose, progress: f64) -> Pose {
         let Some(target) = self.functions.target else { return *base };
-        let base = plain_pose(base);
+        let base = abi_pose(base);
         let mut to = abi::Pose { position: [UNWRITTEN; 3], orientation: [UNWRITTEN; 4] };
-        // SAFETY: all is as the ABI says.
-        let done = self.line.call(c"target", |own, text| unsafe { target(own, &base, progress, &mut to, text) });
+        // SAFETY: all arguments are as the ABI demands.
+        let done = self.instance.call(c"target", |own, text| unsafe { target(own, &base, progress, &mut to, text) });
         let q = to.orientation;
         let [w, x, y, z] = q;
         let norm = q.iter().map(|x| x * x).sum::<f64>().sqrt();
-        if done && self.line.finite("target's position", &to.position) && self.line.finite("target's orientation", &q) {
+        if done
+            && self.instance.finite("target's position", &to.position)
+            && self.instance.finite("target's orientation", &q)
+        {
             if (norm - 1.0).abs() < 1e-6 {
                 return pose(to.position, q);
             }
-            self.line.broke(format!(
+            self.instance.fail(format!(
                 "returned a target with orientation [{w}, {x}, {y}, {z}], of length {norm} instead of 1"
             ));
         }
@@ -408,31 +413,31 @@ impl Constraint for Proxy {
         self.memory.clone()
     }
 
-    fn commit(&self, at: &Situation<'_>, memory: &mut [f64]) {
+    fn commit(&self, at: &ConstraintView<'_>, memory: &mut [f64]) {
         let Some(commit) = self.functions.commit else { return };
         self.with_situation(at, |situation, rows| {
             rows.clear();
             rows.extend_from_slice(memory);
-            // SAFETY: all is as the ABI says; `rows` has as many numbers as the memory.
+            // SAFETY: all arguments are as the ABI demands; `rows` has as many numbers as the memory.
             let done =
-                self.line.call(c"commit", |own, text| unsafe { commit(own, situation, rows.as_mut_ptr(), text) });
-            if done && self.line.finite("memory", rows) {
+                self.instance.call(c"commit", |own, text| unsafe { commit(own, situation, rows.as_mut_ptr(), text) });
+            if done && self.instance.finite("memory", rows) {
                 memory.copy_from_slice(rows);
             }
         });
     }
 
     fn fault(&self) -> Option<String> {
-        self.line.fault()
+        self.instance.fault()
     }
 }
 
 impl Potential for Proxy {
-    fn energy(&self, at: &Situation<'_>) -> f64 {
+    fn energy(&self, at: &ConstraintView<'_>) -> f64 {
         self.energy_alone(at)
     }
 
-    fn gradient(&self, at: &Situation<'_>, stations: &mut [Vector], span: &mut [Vector]) -> f64 {
+    fn gradient(&self, at: &ConstraintView<'_>, stations: &mut [Vector], span: &mut [Vector]) -> f64 {
         if self.description.has_gradient == 0 {
             numeric::gradient(at, &|at| self.energy_alone(at), stations, span);
             return self.energy_alone(at);
@@ -441,7 +446,7 @@ impl Potential for Proxy {
         stations.fill(Vector::repeat(UNWRITTEN));
         span.fill(Vector::repeat(UNWRITTEN));
         let done = self.with_situation(at, |situation, _| {
-            let mut wanted = Wanted {
+            let mut wanted = Evaluation {
                 energy: &mut energy,
                 gradient: stations.as_mut_ptr().cast(),
                 span_gradient: span.as_mut_ptr().cast(),
@@ -450,9 +455,9 @@ impl Potential for Proxy {
             self.evaluate(situation, &mut wanted)
         });
         let good = done
-            && self.line.finite("energy", &[energy])
-            && self.line.finite("gradient", stations.as_flattened_numbers())
-            && self.line.finite("gradient of the span", span.as_flattened_numbers());
+            && self.instance.finite("energy", &[energy])
+            && self.instance.finite("gradient", stations.as_numbers())
+            && self.instance.finite("gradient of the span", span.as_numbers());
         if !good {
             stations.fill(Vector::repeat(f64::NAN));
             span.fill(Vector::repeat(f64::NAN));
@@ -461,7 +466,7 @@ impl Potential for Proxy {
         energy
     }
 
-    fn hessian(&self, at: &Situation<'_>, stations: &mut [Matrix], span: &mut [Matrix]) {
+    fn hessian(&self, at: &ConstraintView<'_>, stations: &mut [Matrix], span: &mut [Matrix]) {
         if self.description.has_hessian == 0 {
             numeric::hessian(
                 at,
@@ -473,7 +478,7 @@ impl Potential for Proxy {
             );
             return;
         }
-        self.second(at, &[], stations, span);
+        self.second_derivatives(at, &[], stations, span);
     }
 }
 
@@ -486,11 +491,11 @@ impl Equations for Proxy {
         self.residuals[1].clone()
     }
 
-    fn residuals(&self, at: &Situation<'_>, c: &mut [f64]) {
+    fn residuals(&self, at: &ConstraintView<'_>, c: &mut [f64]) {
         self.residuals_alone(at, c);
     }
 
-    fn jacobian(&self, at: &Situation<'_>, c: &mut [f64], stations: &mut [Vector], span: &mut [Vector]) {
+    fn jacobian(&self, at: &ConstraintView<'_>, c: &mut [f64], stations: &mut [Vector], span: &mut [Vector]) {
         if self.description.has_gradient == 0 {
             numeric::jacobian(
                 at,
@@ -507,7 +512,7 @@ impl Equations for Proxy {
         stations.fill(Vector::repeat(UNWRITTEN));
         span.fill(Vector::repeat(UNWRITTEN));
         let done = self.with_situation(at, |situation, _| {
-            let mut wanted = Wanted {
+            let mut wanted = Evaluation {
                 residuals: c.as_mut_ptr(),
                 jacobian: stations.as_mut_ptr().cast(),
                 span_jacobian: span.as_mut_ptr().cast(),
@@ -516,9 +521,9 @@ impl Equations for Proxy {
             self.evaluate(situation, &mut wanted)
         });
         let good = done
-            && self.line.finite("residuals", c)
-            && self.line.finite("Jacobian", stations.as_flattened_numbers())
-            && self.line.finite("Jacobian of the span", span.as_flattened_numbers());
+            && self.instance.finite("residuals", c)
+            && self.instance.finite("Jacobian", stations.as_numbers())
+            && self.instance.finite("Jacobian of the span", span.as_numbers());
         if !good {
             c.fill(f64::NAN);
             stations.fill(Vector::repeat(f64::NAN));
@@ -526,27 +531,27 @@ impl Equations for Proxy {
         }
     }
 
-    /// Without second derivatives of the plugin's own, those of Gauss and Newton do.
-    fn curvature(&self, at: &Situation<'_>, w: &[f64], stations: &mut [Matrix], span: &mut [Matrix]) {
+    /// Without second derivatives from the plugin the Gauss-Newton approximation remains.
+    fn curvature(&self, at: &ConstraintView<'_>, w: &[f64], stations: &mut [Matrix], span: &mut [Matrix]) {
         if self.description.has_hessian != 0 {
-            self.second(at, w, stations, span);
+            self.second_derivatives(at, w, stations, span);
         }
     }
 }
 
-/// Vectors as the numbers they are made of.
-trait Numbers {
-    fn as_flattened_numbers(&self) -> &[f64];
+/// Vectors as a flat slice of numbers.
+trait AsNumbers {
+    fn as_numbers(&self) -> &[f64];
 }
 
-impl Numbers for [Vector] {
-    fn as_flattened_numbers(&self) -> &[f64] {
-        // SAFETY: a vector of nalgebra is three numbers and nothing else (`repr(C)`, `repr(transparent)`).
+impl AsNumbers for [Vector] {
+    fn as_numbers(&self) -> &[f64] {
+        // SAFETY: a vector of nalgebra is exactly three numbers (`repr(C)`, `repr(transparent)`).
         unsafe { std::slice::from_raw_parts(self.as_ptr().cast(), 3 * self.len()) }
     }
 }
 
-fn plain_pose(pose: &Pose) -> abi::Pose {
+fn abi_pose(pose: &Pose) -> abi::Pose {
     let q = &pose.orientation;
     abi::Pose { position: pose.position.into(), orientation: [q.w, q.i, q.j, q.k] }
 }
@@ -556,22 +561,22 @@ fn pose(position: [f64; 3], [w, x, y, z]: [f64; 4]) -> Pose {
     Pose { position: Vector::from(position), orientation: nalgebra::Unit::new_unchecked(q) }
 }
 
-/// `count` numbers of the plugin's, or so many times `otherwise` where it gives none.
+/// Copies `count` numbers of the plugin, or repeats `otherwise` if it gives none.
 fn numbers(first: *const f64, count: u32, what: &str, otherwise: f64) -> Result<Vec<f64>, String> {
     if count > MOST {
-        return Err(format!("says it has {count} numbers of {what}; at most {MOST} make sense"));
+        return Err(format!("says it has {count} numbers of {what}; at most {MOST} are allowed"));
     }
     if first.is_null() || count == 0 {
         return Ok(vec![otherwise; count as usize]);
     }
     if !first.is_aligned() || (first as usize) < 4096 {
-        return Err(format!("has its {what} at {first:p}, where nothing of the kind can be"));
+        return Err(format!("has its {what} at {first:p}, which is not a valid address"));
     }
-    // SAFETY: the plugin says that there are so many.
+    // SAFETY: the plugin states this count.
     Ok(unsafe { std::slice::from_raw_parts(first, count as usize) }.to_vec())
 }
 
-/// What a plugin prescribes.
+/// Converts the prescribed freedoms.
 fn hold(said: &abi::Hold) -> Result<Hold, String> {
     let one = |what: &str, v: &[f64; 3]| {
         let v = Vector::from(*v);
@@ -590,7 +595,7 @@ fn hold(said: &abi::Hold) -> Result<Hold, String> {
         other => return Err(format!("holds rotations in way {other}; 0 to 4 are known")),
     };
     if said.rail_count > 2 {
-        return Err(format!("has {} rails; two are a plane, more hold nothing", said.rail_count));
+        return Err(format!("has {} rails; at most two are allowed", said.rail_count));
     }
     let rails: Vec<Vector> =
         said.rails.iter().take(said.rail_count as usize).map(|rail| one("a rail", rail)).collect::<Result<_, _>>()?;

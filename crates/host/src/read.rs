@@ -1,34 +1,34 @@
-//! Reads what a plugin points to, and believes nothing that can be checked.
+//! Reads structs and texts of a plugin, and checks whatever can be checked.
 
 use crate::error::Reason;
 use std::ffi::{CStr, c_char};
 
-/// Longest text, bytes: one that has no end before is taken for none.
+/// Longest text, bytes. A text without a terminating zero before that is invalid.
 const LONGEST: usize = 4096;
 
-/// No struct of any version is as large, bytes.
+/// Upper limit for the size of a struct of any version, bytes.
 const LARGEST: u32 = 65536;
 
-/// A struct of C that grows at its end, and for which zeroes are valid.
+/// A C struct to which later versions append fields; all-zero bytes are a valid value.
 ///
 /// # Safety
-/// All bit patterns of zeroes are valid values, also of its last fields alone.
-pub unsafe trait Grows: Copy {
+/// All-zero bytes are valid for the whole struct and for any of its last fields.
+pub unsafe trait Extensible: Copy {
     /// Its size in ABI 1.0, bytes.
-    const LEAST: usize;
+    const MIN_SIZE: usize;
 }
 
-macro_rules! grows {
+macro_rules! extensible {
     ($($name:ty: $least:expr),+ $(,)?) => {$(
-        // SAFETY: integers, pointers and functions that may be absent.
-        unsafe impl Grows for $name {
-            const LEAST: usize = if cfg!(target_pointer_width = "64") { $least } else { size_of::<$name>() };
+        // SAFETY: integers, pointers and optional functions.
+        unsafe impl Extensible for $name {
+            const MIN_SIZE: usize = if cfg!(target_pointer_width = "64") { $least } else { size_of::<$name>() };
         }
     )+};
 }
 
-// Sizes where pointers have eight bytes, as ABI 1.0 had them. A field that comes later must not change them.
-grows! {
+// Sizes in ABI 1.0 for pointers of eight bytes. Appending a field must not change them.
+extensible! {
     wireloom_abi::Entry: 64,
     wireloom_abi::Kinds: 24,
     wireloom_abi::Kind: 48,
@@ -38,26 +38,26 @@ grows! {
     wireloom_abi::draft::Notes: 16,
 }
 
-/// Refuses pointers that cannot be followed.
+/// Refuses null, misaligned and very small pointers.
 pub fn pointer<T>(what: &str, pointer: *const T) -> Result<(), Reason> {
     let value = if pointer.is_null() {
         "null".to_owned()
     } else if !pointer.is_aligned() || (pointer as usize) < 4096 {
-        format!("{pointer:p}, where nothing of the kind can be")
+        format!("{pointer:p}, which is not a valid address")
     } else {
         return Ok(());
     };
     Err(Reason::Pointer { what: what.to_owned(), value })
 }
 
-/// The struct at `from`, whose size it says to be `size`: what is beyond that is zero.
+/// Reads the struct at `from`, whose stated size is `size`; missing fields at the end are zero.
 ///
 /// # Safety
-/// `from` is null, or points to as many bytes.
-pub unsafe fn prefix<T: Grows>(what: &str, from: *const T, size: u32) -> Result<T, Reason> {
+/// `from` is null, or points to `size` bytes.
+pub unsafe fn read_struct<T: Extensible>(what: &str, from: *const T, size: u32) -> Result<T, Reason> {
     pointer(what, from)?;
-    if (size as usize) < T::LEAST {
-        return Err(Reason::Short { what: what.to_owned(), size, least: T::LEAST as u32 });
+    if (size as usize) < T::MIN_SIZE {
+        return Err(Reason::TooSmall { what: what.to_owned(), size, least: T::MIN_SIZE as u32 });
     }
     if size > LARGEST {
         return Err(Reason::Value {
@@ -67,18 +67,19 @@ pub unsafe fn prefix<T: Grows>(what: &str, from: *const T, size: u32) -> Result<
         });
     }
     let mut whole = std::mem::MaybeUninit::<T>::zeroed();
-    // SAFETY: as many bytes are there as the caller says, and no more than `whole` has are written; zeroes are valid.
+    // SAFETY: `size` bytes are readable as the caller promises, at most the size of `whole` is written, and zeros are
+    // valid.
     unsafe {
         std::ptr::copy_nonoverlapping(from.cast::<u8>(), whole.as_mut_ptr().cast(), size_of::<T>().min(size as usize));
         Ok(whole.assume_init())
     }
 }
 
-/// The structs of an array that says how many it has and how large they are.
+/// Reads an array of structs with the given count and stride.
 ///
 /// # Safety
-/// `first` is null, or points to as many bytes as that makes.
-pub unsafe fn array<T: Grows>(
+/// `first` is null, or points to `count * stride` bytes.
+pub unsafe fn array<T: Extensible>(
     what: &str,
     first: *const T,
     count: u32,
@@ -92,34 +93,34 @@ pub unsafe fn array<T: Grows>(
         return Err(Reason::Value {
             what: format!("its number of {what}"),
             value: count.to_string(),
-            right: format!("at most {most} make sense"),
+            right: format!("at most {most} are allowed"),
         });
     }
     pointer(&format!("its array of {what}"), first)?;
     let one = |k: u32| {
         // SAFETY: as the caller promises.
-        unsafe { prefix(&format!("array of {what}"), first.byte_add(k as usize * stride as usize), stride) }
+        unsafe { read_struct(&format!("array of {what}"), first.byte_add(k as usize * stride as usize), stride) }
     };
     (0..count).map(one).collect()
 }
 
-/// A text.
+/// Reads a zero-terminated UTF-8 text.
 ///
 /// # Safety
-/// `text` is null, or points to bytes that can be read up to a zero or [`LONGEST`].
+/// `text` is null, or readable up to a zero byte or for [`LONGEST`] bytes.
 pub unsafe fn text(what: &str, text: *const c_char) -> Result<String, Reason> {
     pointer(what, text)?;
     let wrong = |problem: &str| Reason::Text { what: what.to_owned(), problem: problem.to_owned() };
     // SAFETY: as the caller promises.
     let length = (0..LONGEST).find(|at| unsafe { text.add(*at).read() } == 0);
     let length = length.ok_or_else(|| wrong("has no end: its zero byte is missing"))?;
-    // SAFETY: so many bytes were just read.
+    // SAFETY: that many bytes were just read.
     let bytes = unsafe { std::slice::from_raw_parts(text.cast::<u8>(), length) };
-    let words = std::str::from_utf8(bytes).map_err(|_| wrong("is no UTF-8"))?;
+    let words = std::str::from_utf8(bytes).map_err(|_| wrong("is not UTF-8"))?;
     Ok(words.to_owned())
 }
 
-/// A text that is a name: letters, digits, hyphens and underscores.
+/// Reads a name: letters, digits, hyphens and underscores.
 ///
 /// # Safety
 /// As for [`text`].
@@ -136,7 +137,7 @@ pub unsafe fn name(what: &str, words: *const c_char) -> Result<String, Reason> {
     Err(Reason::Text { what: what.to_owned(), problem })
 }
 
-/// Room for a message of a plugin.
+/// Buffer for a message that a plugin writes.
 pub struct Message {
     room: [u8; 512],
 }
@@ -146,15 +147,15 @@ impl Message {
         Self { room: [0; 512] }
     }
 
-    /// For C to write to.
+    /// The buffer as C sees it.
     pub fn text(&mut self) -> wireloom_abi::Text {
-        // The last byte stays a zero, whatever is written.
+        // The last byte always remains zero.
         wireloom_abi::Text { data: self.room.as_mut_ptr().cast(), capacity: self.room.len() - 1 }
     }
 
-    /// What was written.
+    /// The text that was written.
     pub fn words(&self) -> String {
         let words = CStr::from_bytes_until_nul(&self.room).unwrap_or_default().to_string_lossy();
-        if words.is_empty() { "it says no more".to_owned() } else { words.into_owned() }
+        if words.is_empty() { "no message".to_owned() } else { words.into_owned() }
     }
 }

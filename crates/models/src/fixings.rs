@@ -1,7 +1,7 @@
 //! Built-in constraints: `connector`, `collar`, `handle`.
 
 use crate::kernel::BendTwist;
-use wireloom_core::constraint::{Action, Attaches, Constraint, ConstraintSpec, Hold, HoldWord, Potential, Situation};
+use wireloom_core::constraint::{Action, Attaches, Constraint, ConstraintSpec, ConstraintView, Hold, HoldWord, Potential};
 use wireloom_core::law::{SpringLaw, TurningLaw};
 use wireloom_core::registry::{BuildError, ConstraintKind, Form, Parameter, Parameters, Quantity, Value};
 use wireloom_core::rotation::columns;
@@ -164,7 +164,7 @@ impl Spring {
 }
 
 impl Potential for Spring {
-    fn energy(&self, at: &Situation<'_>) -> f64 {
+    fn energy(&self, at: &ConstraintView<'_>) -> f64 {
         let (at, target) = (&at.stations[0], &at.targets[0]);
         let turn = match self.angular {
             Angular::None => 0.0,
@@ -180,7 +180,7 @@ impl Potential for Spring {
     }
 
     /// For the tangent: `½|d3 − t|² = 1 − d3·t`, `δd3 = R (θ × e3)`, so `∂/∂θ = −k e3 × Rᵀt`.
-    fn gradient(&self, situation: &Situation<'_>, stations: &mut [Vector], _: &mut [Vector]) -> f64 {
+    fn gradient(&self, situation: &ConstraintView<'_>, stations: &mut [Vector], _: &mut [Vector]) -> f64 {
         let (at, target) = (&situation.stations[0], &situation.targets[0]);
         let turn = match self.angular {
             Angular::None => Vector::zeros(),
@@ -196,7 +196,7 @@ impl Potential for Spring {
     }
 
     /// For the tangent: `−k t_b·(½ θ × (θ × e3))'' = k (t_b·e3 I − sym(t_b e3ᵀ))`, `t_b = Rᵀ t`.
-    fn hessian(&self, at: &Situation<'_>, stations: &mut [Matrix], _: &mut [Matrix]) {
+    fn hessian(&self, at: &ConstraintView<'_>, stations: &mut [Matrix], _: &mut [Matrix]) {
         let (at, target) = (&at.stations[0], &at.targets[0]);
         let turn = match self.angular {
             Angular::None => Matrix::zeros(),

@@ -1,27 +1,28 @@
-//! The functions of a constraint kind, as C calls them.
+//! C functions of a constraint kind.
 //!
-//! All of them are given what the ABI says: pointers that are null or hold what it says they hold.
+//! Their arguments are as the ABI demands: a pointer is null, or points to what the ABI says.
 
-use crate::descriptors::Functions;
-use crate::panics::guarded;
-use crate::read::{parameters, plain_pose, pose, slice, spec};
+use crate::panics::catch_panics;
+use crate::read::{abi_pose, parameters, pose, slice, spec};
+use crate::table::Table;
 use std::cell::RefCell;
 use std::ffi::c_void;
 use wireloom_abi as abi;
-use wireloom_core::constraint::{Equations, Relation, Residual, Situation};
+use wireloom_core::constraint::{ConstraintView, Equations, Relation, Residual};
+use wireloom_core::registry::ConstraintKind;
 use wireloom_core::{Action, Constraint, Hold, Matrix, Pose, Potential, RotationHold, Vector};
 
-/// What a `*mut c_void` points to.
+/// The instance behind a `*mut c_void`.
 struct Instance {
     constraint: Box<dyn Constraint>,
     memory: Vec<f64>,
     inequalities: Vec<i32>,
     scales: Vec<f64>,
-    /// Residuals of the stations, and of each node.
+    /// Number of residuals of the stations, and of each node.
     residuals: [usize; 2],
 }
 
-/// Poses and blocks of one call.
+/// Scratch for poses and blocks of one call.
 #[derive(Default)]
 struct Scratch {
     stations: Vec<Pose>,
@@ -40,12 +41,12 @@ pub unsafe extern "C" fn create(
     description: *mut abi::Description,
     message: *mut abi::Text,
 ) -> i32 {
-    // SAFETY: see the head of this file. `kind` is one of ours, so behind its table of functions its owner stands.
+    // SAFETY: see the top of this file. `kind` was made by this library, so its function table is part of a [`Table`].
     unsafe {
-        guarded(message, || {
-            let owner = &(*(*kind).constraint.cast::<Functions>()).owner;
+        catch_panics(message, || {
+            let kind = &(*(*kind).constraint.cast::<Table<abi::ConstraintKind, ConstraintKind>>()).kind;
             let values = slice((*said).values, (*said).value_count as usize);
-            let made = (owner.build)(&spec(&*said), &parameters(&owner.parameters, values))
+            let made = (kind.build)(&spec(&*said), &parameters(&kind.parameters, values))
                 .map_err(|error| format!("{}; {}", error.message, error.help))?;
             let residuals = match made.action() {
                 Action::Equations(equations) => [equations.of_stations(), equations.of_each_node()],
@@ -61,7 +62,7 @@ pub unsafe extern "C" fn create(
             });
             *description = abi::Description {
                 size: (*description).size,
-                shape: match own.constraint.action() {
+                shape: match own.model.action() {
                     Action::Prescribed(_) => abi::SHAPE_PRESCRIBED,
                     Action::Potential(_) => abi::SHAPE_POTENTIAL,
                     Action::Equations(_) => abi::SHAPE_EQUATIONS,
@@ -77,8 +78,8 @@ pub unsafe extern "C" fn create(
                 node_residual_count: own.residuals[1] as u32,
                 inequalities: own.inequalities.as_ptr(),
                 scales: own.scales.as_ptr(),
-                hold: match own.constraint.action() {
-                    Action::Prescribed(hold) => plain_hold(hold),
+                hold: match own.model.action() {
+                    Action::Prescribed(hold) => abi_hold(hold),
                     _ => NO_HOLD,
                 },
             };
@@ -97,7 +98,7 @@ const NO_HOLD: abi::Hold = abi::Hold {
     reserved: 0,
 };
 
-fn plain_hold(hold: &Hold) -> abi::Hold {
+fn abi_hold(hold: &Hold) -> abi::Hold {
     let mut plain = abi::Hold { position: i32::from(hold.position), rail_count: hold.rails.len() as u32, ..NO_HOLD };
     for (to, rail) in plain.rails.iter_mut().zip(&hold.rails) {
         *to = (*rail).into();
@@ -116,9 +117,9 @@ fn plain_hold(hold: &Hold) -> abi::Hold {
 }
 
 pub unsafe extern "C" fn destroy(instance: *mut c_void) {
-    // SAFETY: see the head of this file; an instance is destroyed once.
+    // SAFETY: see the top of this file; an instance is destroyed once.
     unsafe {
-        guarded(std::ptr::null_mut(), || {
+        catch_panics(std::ptr::null_mut(), || {
             drop(Box::from_raw(instance.cast::<Instance>()));
             Ok(())
         });
@@ -132,11 +133,11 @@ pub unsafe extern "C" fn target(
     target: *mut abi::Pose,
     message: *mut abi::Text,
 ) -> i32 {
-    // SAFETY: see the head of this file.
+    // SAFETY: see the top of this file.
     unsafe {
-        guarded(message, || {
+        catch_panics(message, || {
             let own = &*instance.cast::<Instance>();
-            *target = plain_pose(&own.constraint.target(&pose(&*base), progress));
+            *target = abi_pose(&own.model.target(&pose(&*base), progress));
             Ok(())
         })
     }
@@ -144,19 +145,19 @@ pub unsafe extern "C" fn target(
 
 pub unsafe extern "C" fn commit(
     instance: *const c_void,
-    situation: *const abi::Situation,
+    situation: *const abi::ConstraintView,
     memory: *mut f64,
     message: *mut abi::Text,
 ) -> i32 {
-    // SAFETY: see the head of this file.
+    // SAFETY: see the top of this file.
     unsafe {
-        guarded(message, || {
+        catch_panics(message, || {
             let own = &*instance.cast::<Instance>();
             let memory = match own.memory.len() {
                 0 => &mut [],
                 count => std::slice::from_raw_parts_mut(memory, count),
             };
-            in_words(&*situation, |at, _| own.constraint.commit(at, memory));
+            with_situation(&*situation, |at, _| own.model.commit(at, memory));
             Ok(())
         })
     }
@@ -164,19 +165,19 @@ pub unsafe extern "C" fn commit(
 
 pub unsafe extern "C" fn evaluate(
     instance: *const c_void,
-    situation: *const abi::Situation,
+    situation: *const abi::ConstraintView,
     evaluation: *mut abi::Evaluation,
     message: *mut abi::Text,
 ) -> i32 {
-    // SAFETY: see the head of this file.
+    // SAFETY: see the top of this file.
     unsafe {
-        guarded(message, || {
+        catch_panics(message, || {
             let own = &*instance.cast::<Instance>();
             let wanted = &*evaluation;
-            in_words(&*situation, |at, blocks| match own.constraint.action() {
+            with_situation(&*situation, |at, blocks| match own.model.action() {
                 Action::Prescribed(_) => {}
-                Action::Potential(potential) => of_potential(potential, at, wanted, blocks),
-                Action::Equations(equations) => of_equations(equations, own.residuals, at, wanted, blocks),
+                Action::Potential(potential) => evaluate_potential(potential, at, wanted, blocks),
+                Action::Equations(equations) => evaluate_equations(equations, own.residuals, at, wanted, blocks),
             });
             Ok(())
         })
@@ -184,10 +185,10 @@ pub unsafe extern "C" fn evaluate(
 }
 
 /// # Safety
-/// `wanted` is what the ABI says.
-unsafe fn of_potential(
+/// `wanted` is as the ABI demands.
+unsafe fn evaluate_potential(
     potential: &dyn Potential,
-    at: &Situation<'_>,
+    at: &ConstraintView<'_>,
     wanted: &abi::Evaluation,
     blocks: &mut Vec<Matrix>,
 ) {
@@ -203,17 +204,17 @@ unsafe fn of_potential(
             *to = energy;
         }
         if !wanted.hessian.is_null() {
-            second(m, k, wanted, blocks, |stations, span| potential.hessian(at, stations, span));
+            second_derivatives(m, k, wanted, blocks, |stations, span| potential.hessian(at, stations, span));
         }
     }
 }
 
 /// # Safety
-/// As for [`of_potential`]; there are `r` residuals of the stations and `p` of each node.
-unsafe fn of_equations(
+/// As for [`evaluate_potential`]; there are `r` residuals of the stations and `p` of each node.
+unsafe fn evaluate_equations(
     equations: &dyn Equations,
     [r, p]: [usize; 2],
-    at: &Situation<'_>,
+    at: &ConstraintView<'_>,
     wanted: &abi::Evaluation,
     blocks: &mut Vec<Matrix>,
 ) {
@@ -221,7 +222,7 @@ unsafe fn of_equations(
     let all = r + k * p;
     // SAFETY: as the caller promises.
     unsafe {
-        let c = room(wanted.residuals, all);
+        let c = output(wanted.residuals, all);
         if !wanted.jacobian.is_null() {
             let stations = vectors(wanted.jacobian, r * 2 * m);
             equations.jacobian(at, c, stations, vectors(wanted.span_jacobian, all - r));
@@ -230,16 +231,16 @@ unsafe fn of_equations(
         }
         if !wanted.hessian.is_null() {
             let w = slice(wanted.weights, all);
-            second(m, k, wanted, blocks, |stations, span| equations.curvature(at, w, stations, span));
+            second_derivatives(m, k, wanted, blocks, |stations, span| equations.curvature(at, w, stations, span));
         }
     }
 }
 
-/// Second derivatives: blocks of the core, which are stored by columns, to rows of C.
+/// Second derivatives: copies the core's column-major blocks to C's rows.
 ///
 /// # Safety
-/// As for [`of_potential`].
-unsafe fn second(
+/// As for [`evaluate_potential`].
+unsafe fn second_derivatives(
     m: usize,
     k: usize,
     wanted: &abi::Evaluation,
@@ -252,47 +253,47 @@ unsafe fn second(
     hessian(stations, span);
     // SAFETY: as the caller promises.
     unsafe {
-        let rows = room(wanted.hessian, 36 * m * m);
+        let rows = output(wanted.hessian, 36 * m * m);
         for (at, x) in rows.iter_mut().enumerate() {
             let (row, column) = (at / (6 * m), at % (6 * m));
             *x = stations[row / 3 * 2 * m + column / 3][(row % 3, column % 3)];
         }
-        let rows = room(wanted.span_hessian, 9 * k);
+        let rows = output(wanted.span_hessian, 9 * k);
         for (at, x) in rows.iter_mut().enumerate() {
             *x = span[at / 9][(at % 9 / 3, at % 3)];
         }
     }
 }
 
-/// So many zeros at `first`, to be written to; none where it is null.
+/// The output at `first`, `count` numbers set to zero; empty if it is null.
 ///
 /// # Safety
-/// `first` is null, or has room for them.
-unsafe fn room<'a>(first: *mut f64, count: usize) -> &'a mut [f64] {
+/// `first` is null, or points to `count` numbers.
+unsafe fn output<'a>(first: *mut f64, count: usize) -> &'a mut [f64] {
     if first.is_null() || count == 0 {
         return &mut [];
     }
     // SAFETY: as the caller promises.
-    let room = unsafe { std::slice::from_raw_parts_mut(first, count) };
-    room.fill(0.0);
-    room
+    let output = unsafe { std::slice::from_raw_parts_mut(first, count) };
+    output.fill(0.0);
+    output
 }
 
-/// The same as vectors of three.
+/// The output at `first` as vectors of three numbers.
 ///
 /// # Safety
-/// As for [`room`], for `3 count` numbers.
+/// As for [`output`], for `3 count` numbers.
 unsafe fn vectors<'a>(first: *mut f64, count: usize) -> &'a mut [Vector] {
-    // SAFETY: as the caller promises; a vector of nalgebra is three numbers and nothing else (`repr(C)`, `repr(transparent)`).
-    let numbers = unsafe { room(first, 3 * count) };
+    // SAFETY: as the caller promises; a vector of nalgebra is exactly three numbers (`repr(C)`, `repr(transparent)`).
+    let numbers = unsafe { output(first, 3 * count) };
     unsafe { std::slice::from_raw_parts_mut(numbers.as_mut_ptr().cast(), numbers.len() / 3) }
 }
 
-/// Calls with the situation in words of the core.
+/// Converts the situation to types of the core and calls with it.
 ///
 /// # Safety
-/// `situation` is what the ABI says.
-unsafe fn in_words(situation: &abi::Situation, call: impl FnOnce(&Situation<'_>, &mut Vec<Matrix>)) {
+/// `situation` is as the ABI demands.
+unsafe fn with_situation(situation: &abi::ConstraintView, call: impl FnOnce(&ConstraintView<'_>, &mut Vec<Matrix>)) {
     let count = situation.station_count as usize;
     let nodes = situation.span_count as usize;
     SCRATCH.with_borrow_mut(|Scratch { stations, targets, blocks }| {
@@ -302,7 +303,7 @@ unsafe fn in_words(situation: &abi::Situation, call: impl FnOnce(&Situation<'_>,
         let at = unsafe {
             stations.extend(slice(situation.stations, count).iter().map(pose));
             targets.extend(slice(situation.targets, count).iter().map(pose));
-            Situation {
+            ConstraintView {
                 stations,
                 targets,
                 span: slice(situation.span.cast(), nodes),

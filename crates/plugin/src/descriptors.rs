@@ -1,33 +1,18 @@
-//! Descriptors of kinds, as C reads them. They live as long as the library, which is never unloaded.
+//! Descriptors of kinds as C reads them. They are leaked: the library is never unloaded.
 
-use crate::{Plugin, constraint, joint};
+use crate::table::Table;
+use crate::{constraint, joint};
 use std::ffi::{CString, c_char};
 use std::ptr::null;
 use wireloom_abi as abi;
 use wireloom_core::constraint::SpanUse;
 use wireloom_core::registry::{ConstraintKind, Form, JointKind, Parameter, Quantity, Value};
 
-/// The functions of a kind, and behind them, where the program does not look, the kind itself.
-#[repr(C)]
-pub struct Functions {
-    table: abi::ConstraintKind,
-    /// Whose they are.
-    pub owner: ConstraintKind,
-}
-
-/// The same of a joint model.
-#[repr(C)]
-pub struct JointFunctions {
-    table: abi::JointKind,
-    /// Whose they are.
-    pub owner: JointKind,
-}
-
-/// Describes kinds.
-pub fn kinds(plugin: Plugin) -> &'static abi::Kinds {
-    let constraints = plugin.constraints.into_iter().map(constraint_kind);
-    let kinds: Vec<abi::Kind> = constraints.chain(plugin.joints.into_iter().map(joint_kind)).collect();
-    leaked(abi::Kinds {
+/// The list of all kinds of a plugin.
+pub fn kinds(constraints: Vec<ConstraintKind>, joints: Vec<JointKind>) -> &'static abi::Kinds {
+    let constraints = constraints.into_iter().map(constraint_kind);
+    let kinds: Vec<abi::Kind> = constraints.chain(joints.into_iter().map(joint_kind)).collect();
+    leak(abi::Kinds {
         size: size_of::<abi::Kinds>() as u32,
         count: kinds.len() as u32,
         stride: size_of::<abi::Kind>() as u32,
@@ -36,13 +21,13 @@ pub fn kinds(plugin: Plugin) -> &'static abi::Kinds {
     })
 }
 
-fn constraint_kind(owner: ConstraintKind) -> abi::Kind {
-    let described = described(abi::FAMILY_CONSTRAINT, &owner.name, &owner.doc, &owner.parameters);
-    let table = abi::ConstraintKind {
+fn constraint_kind(kind: ConstraintKind) -> abi::Kind {
+    let described = described(abi::FAMILY_CONSTRAINT, &kind.name, &kind.doc, &kind.parameters);
+    let functions = abi::ConstraintKind {
         size: size_of::<abi::ConstraintKind>() as u32,
-        stations_min: *owner.attaches.stations.start() as u32,
-        stations_max: *owner.attaches.stations.end() as u32,
-        span: match owner.attaches.span {
+        stations_min: *kind.attaches.stations.start() as u32,
+        stations_max: *kind.attaches.stations.end() as u32,
+        span: match kind.attaches.span {
             SpanUse::Never => 0,
             SpanUse::Maybe => 1,
             SpanUse::Always => 2,
@@ -53,22 +38,22 @@ fn constraint_kind(owner: ConstraintKind) -> abi::Kind {
         target: Some(constraint::target),
         commit: Some(constraint::commit),
     };
-    abi::Kind { constraint: &raw const leaked(Functions { table, owner }).table, ..described }
+    abi::Kind { constraint: &raw const leak(Table { functions, kind }).functions, ..described }
 }
 
-fn joint_kind(owner: JointKind) -> abi::Kind {
-    let described = described(abi::FAMILY_JOINT, &owner.name, &owner.doc, &owner.parameters);
-    let table = abi::JointKind {
+fn joint_kind(kind: JointKind) -> abi::Kind {
+    let described = described(abi::FAMILY_JOINT, &kind.name, &kind.doc, &kind.parameters);
+    let functions = abi::JointKind {
         size: size_of::<abi::JointKind>() as u32,
         reserved: 0,
         create: Some(joint::create),
         destroy: Some(joint::destroy),
         evaluate: Some(joint::evaluate),
     };
-    abi::Kind { joint: &raw const leaked(JointFunctions { table, owner }).table, ..described }
+    abi::Kind { joint: &raw const leak(Table { functions, kind }).functions, ..described }
 }
 
-/// A kind without its functions.
+/// Descriptor of a kind without its functions.
 fn described(family: i32, name: &str, doc: &str, parameters: &[Parameter]) -> abi::Kind {
     let parameters: Vec<abi::Parameter> = parameters.iter().map(parameter).collect();
     abi::Kind {
@@ -76,8 +61,8 @@ fn described(family: i32, name: &str, doc: &str, parameters: &[Parameter]) -> ab
         parameter_count: parameters.len() as u32,
         parameter_stride: size_of::<abi::Parameter>() as u32,
         reserved: 0,
-        name: words(name),
-        doc: words(doc),
+        name: text(name),
+        doc: text(doc),
         parameters: parameters.leak().as_ptr(),
         constraint: null(),
         joint: null(),
@@ -86,8 +71,8 @@ fn described(family: i32, name: &str, doc: &str, parameters: &[Parameter]) -> ab
 
 fn parameter(parameter: &Parameter) -> abi::Parameter {
     let mut described = abi::Parameter {
-        name: words(&parameter.name),
-        doc: words(&parameter.doc),
+        name: text(&parameter.name),
+        doc: text(&parameter.doc),
         form: 0,
         quantity: abi::QUANTITY_DIMENSIONLESS,
         presence: match (&parameter.default, parameter.required) {
@@ -106,13 +91,13 @@ fn parameter(parameter: &Parameter) -> abi::Parameter {
     match &parameter.form {
         Form::Number { quantity, minimum, exclusive, maximum } => {
             described.form = abi::FORM_NUMBER;
-            described.quantity = plain_quantity(*quantity);
+            described.quantity = abi_quantity(*quantity);
             (described.minimum, described.maximum) = (*minimum, *maximum);
             described.minimum_excluded = i32::from(*exclusive);
         }
         Form::Vector { quantity } => {
             described.form = abi::FORM_VECTOR;
-            described.quantity = plain_quantity(*quantity);
+            described.quantity = abi_quantity(*quantity);
         }
         Form::Count { minimum } => {
             described.form = abi::FORM_COUNT;
@@ -122,7 +107,7 @@ fn parameter(parameter: &Parameter) -> abi::Parameter {
         Form::Choice(choices) => {
             described.form = abi::FORM_CHOICE;
             described.choice_count = choices.len() as u32;
-            let choices: Vec<*const c_char> = choices.iter().map(|word| words(word)).collect();
+            let choices: Vec<*const c_char> = choices.iter().map(|word| text(word)).collect();
             described.choices = choices.leak().as_ptr();
         }
     }
@@ -132,7 +117,7 @@ fn parameter(parameter: &Parameter) -> abi::Parameter {
         (Some(Value::Count(n)), _) => [*n as f64, 0.0, 0.0],
         (Some(Value::Flag(flag)), _) => [f64::from(u8::from(*flag)), 0.0, 0.0],
         (Some(Value::Word(word)), Form::Choice(choices)) => {
-            // An index beyond the words is refused by the program.
+            // The program refuses an index beyond the last choice.
             [choices.iter().position(|choice| choice == word).unwrap_or(choices.len()) as f64, 0.0, 0.0]
         }
         _ => [0.0; 3],
@@ -140,7 +125,7 @@ fn parameter(parameter: &Parameter) -> abi::Parameter {
     described
 }
 
-fn plain_quantity(quantity: Quantity) -> i32 {
+fn abi_quantity(quantity: Quantity) -> i32 {
     match quantity {
         Quantity::Dimensionless => abi::QUANTITY_DIMENSIONLESS,
         Quantity::Length => abi::QUANTITY_LENGTH,
@@ -159,11 +144,11 @@ fn plain_quantity(quantity: Quantity) -> i32 {
     }
 }
 
-fn words(words: &str) -> *const c_char {
-    let until_zero = words.split('\0').next().unwrap_or_default();
+fn text(text: &str) -> *const c_char {
+    let until_zero = text.split('\0').next().unwrap_or_default();
     CString::new(until_zero).unwrap_or_default().into_raw()
 }
 
-fn leaked<T>(value: T) -> &'static T {
+fn leak<T>(value: T) -> &'static T {
     Box::leak(Box::new(value))
 }

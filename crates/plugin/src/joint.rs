@@ -1,17 +1,18 @@
-//! The functions of a joint model, as C calls them.
+//! C functions of a joint model.
 //!
-//! All of them are given what the ABI says: pointers that are null or hold what it says they hold.
+//! Their arguments are as the ABI demands: a pointer is null, or points to what the ABI says.
 
-use crate::descriptors::JointFunctions;
-use crate::panics::guarded;
-use crate::read::{frame, parameters, slice, words};
+use crate::panics::catch_panics;
+use crate::read::{frame, parameters, slice, text};
+use crate::table::Table;
 use std::cell::RefCell;
 use std::ffi::c_void;
 use wireloom_abi as abi;
 use wireloom_core::joint::{Arm, JointModel, JointSpec, Mounting, WireShare};
+use wireloom_core::registry::JointKind;
 use wireloom_core::{Matrix, Rotation, Section, Vector};
 
-/// Frames, moments and blocks of one call.
+/// Scratch for frames, gradients and blocks of one call.
 #[derive(Default)]
 struct Scratch {
     frames: Vec<Rotation>,
@@ -23,7 +24,7 @@ thread_local! {
     static SCRATCH: RefCell<Scratch> = RefCell::default();
 }
 
-/// What a `*mut c_void` points to.
+/// The instance behind a `*mut c_void`.
 type Instance = Box<dyn JointModel>;
 
 pub unsafe extern "C" fn create(
@@ -33,12 +34,12 @@ pub unsafe extern "C" fn create(
     description: *mut abi::JointDescription,
     message: *mut abi::Text,
 ) -> i32 {
-    // SAFETY: see the head of this file. `kind` is one of ours, so behind its table of functions its owner stands.
+    // SAFETY: see the top of this file. `kind` was made by this library, so its function table is part of a [`Table`].
     unsafe {
-        guarded(message, || {
-            let owner = &(*(*kind).joint.cast::<JointFunctions>()).owner;
+        catch_panics(message, || {
+            let kind = &(*(*kind).joint.cast::<Table<abi::JointKind, JointKind>>()).kind;
             let values = slice((*said).values, (*said).value_count as usize);
-            let made: Instance = (owner.build)(&spec(&*said), &parameters(&owner.parameters, values))
+            let made: Instance = (kind.build)(&spec(&*said), &parameters(&kind.parameters, values))
                 .map_err(|error| format!("{}; {}", error.message, error.help))?;
             *description = abi::JointDescription {
                 size: (*description).size,
@@ -59,9 +60,9 @@ pub unsafe extern "C" fn create(
 }
 
 pub unsafe extern "C" fn destroy(instance: *mut c_void) {
-    // SAFETY: see the head of this file; an instance is destroyed once.
+    // SAFETY: see the top of this file; an instance is destroyed once.
     unsafe {
-        guarded(std::ptr::null_mut(), || {
+        catch_panics(std::ptr::null_mut(), || {
             drop(Box::from_raw(instance.cast::<Instance>()));
             Ok(())
         });
@@ -74,9 +75,9 @@ pub unsafe extern "C" fn evaluate(
     evaluation: *mut abi::JointEvaluation,
     message: *mut abi::Text,
 ) -> i32 {
-    // SAFETY: see the head of this file.
+    // SAFETY: see the top of this file.
     unsafe {
-        guarded(message, || {
+        catch_panics(message, || {
             let model = &*instance.cast::<Instance>();
             let wanted = &*evaluation;
             let k = wanted.arm_count as usize;
@@ -101,7 +102,7 @@ pub unsafe extern "C" fn evaluate(
                     blocks.clear();
                     blocks.resize(k * k, Matrix::zeros());
                     model.add_hessian(own, blocks);
-                    // The model writes the lower triangle of blocks.
+                    // The model writes the lower triangle of blocks only.
                     for row in 0..3 * k {
                         for column in 0..3 * k {
                             let (a, b) = (row / 3, column / 3);
@@ -119,16 +120,16 @@ pub unsafe extern "C" fn evaluate(
     }
 }
 
-/// What the scenario says.
+/// Converts the specification of a joint.
 ///
 /// # Safety
-/// `spec` is what the ABI says.
+/// `spec` is as the ABI demands.
 unsafe fn spec(spec: &abi::JointSpec) -> JointSpec {
-    // SAFETY: what `spec` points to is what the ABI says.
+    // SAFETY: `spec` points to data as the ABI demands.
     unsafe {
         let arms = (0..spec.arm_count as usize).map(|a| {
             let arm = &*spec.arms.byte_add(a * spec.arm_stride as usize);
-            let branch = words(arm.branch).unwrap_or_default();
+            let branch = text(arm.branch).unwrap_or_default();
             Arm {
                 starts_here: arm.starts_here != 0,
                 rest: frame(&arm.rest),
@@ -152,7 +153,7 @@ unsafe fn spec(spec: &abi::JointSpec) -> JointSpec {
         let share =
             |wire: &abi::WireShare| WireShare { from: wire.from as usize, to: wire.to as usize, share: wire.share };
         JointSpec {
-            name: words(spec.name).unwrap_or_default(),
+            name: text(spec.name).unwrap_or_default(),
             arms: arms.collect(),
             wires: slice(spec.wires, spec.wire_count as usize).iter().map(share).collect(),
         }

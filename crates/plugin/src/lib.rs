@@ -1,9 +1,10 @@
-//! Plugins in Rust: write kinds as the built-in ones are written, against [`core`], and [`export!`] them.
+//! Plugins in Rust: write kinds against [`core`], as the built-in ones are written, and [`export!`] them.
 //!
-//! A guide for authors, in Rust and in C, is `crates/plugin/README.md`. What crosses the boundary is in [`abi`]; nothing here needs to be known of it.
+//! `crates/plugin/README.md` is a guide for authors, in Rust and in C. [`abi`] has the C interface; authors in Rust do
+//! not need it.
 //!
-//! A panic in any of the author's functions is caught and becomes a fault of the plugin, with its message and place; the run ends and keeps what it
-//! had. A library built with `panic = "abort"` takes the program down instead.
+//! A panic in a function of the author is caught and becomes a fault of the plugin, with message and location; the run
+//! ends and keeps its results so far. A library built with `panic = "abort"` terminates the program instead.
 #![allow(unsafe_code, reason = "this crate is the safe side of a C boundary")]
 
 mod constraint;
@@ -11,6 +12,7 @@ mod descriptors;
 mod joint;
 mod panics;
 mod read;
+mod table;
 
 pub use wireloom_abi as abi;
 pub use wireloom_core as core;
@@ -19,7 +21,7 @@ use abi::{Kinds, Text};
 use std::sync::OnceLock;
 use wireloom_core::registry::{ConstraintKind, JointKind};
 
-/// What a plugin has.
+/// Kinds of a plugin.
 #[derive(Default)]
 pub struct Plugin {
     /// Constraints.
@@ -28,29 +30,32 @@ pub struct Plugin {
     pub joints: Vec<JointKind>,
 }
 
-/// Descriptors of a plugin's kinds, made when they are first asked for. Used by [`export!`].
+/// Descriptors of a plugin's kinds, made on first use. Used by [`export!`].
 #[doc(hidden)]
-pub struct Shelf(OnceLock<&'static Kinds>);
+pub struct Descriptors(OnceLock<&'static Kinds>);
 
-impl Shelf {
-    /// Nothing yet.
+impl Descriptors {
+    /// No descriptors yet.
     #[doc(hidden)]
     pub const fn empty() -> Self {
         Self(OnceLock::new())
     }
 
-    /// The descriptors; null, with a message, where `plugin` panics.
+    /// The descriptors; null and a message if `plugin` panics.
     ///
     /// # Safety
-    /// `message` is null, or points to a text with the room that it says.
+    /// `message` is null, or a valid text buffer.
     #[doc(hidden)]
     pub unsafe fn kinds(&'static self, message: *mut Text, plugin: fn() -> Plugin) -> *const Kinds {
-        panics::listen();
+        panics::install_hook();
         let mut found = std::ptr::null();
         // SAFETY: as the caller promises.
         unsafe {
-            panics::guarded(message, || {
-                found = std::ptr::from_ref(*self.0.get_or_init(|| descriptors::kinds(plugin())));
+            panics::catch_panics(message, || {
+                found = std::ptr::from_ref(*self.0.get_or_init(|| {
+                    let Plugin { constraints, joints } = plugin();
+                    descriptors::kinds(constraints, joints)
+                }));
                 Ok(())
             });
         }
@@ -58,22 +63,22 @@ impl Shelf {
     }
 }
 
-/// Makes a library a plugin: `export! { constraints: [my_kind()] }`, or `joints: [...]`, or both, once in a crate whose `crate-type` is
-/// `cdylib`.
+/// Makes a library a plugin: `export! { constraints: [my_kind()] }`, or `joints: [...]`, or both; once in a crate whose
+/// `crate-type` is `cdylib`.
 ///
-/// Name, version and description are those of the crate. What stands in the brackets are expressions for
-/// [`ConstraintKind`](core::registry::ConstraintKind)s and [`JointKind`](core::registry::JointKind)s.
+/// Name, version and description are those of the crate. The brackets contain expressions of type
+/// [`ConstraintKind`](core::registry::ConstraintKind) or [`JointKind`](core::registry::JointKind).
 #[macro_export]
 macro_rules! export {
     ($($family:ident: [$($kind:expr),* $(,)?]),+ $(,)?) => {
         #[allow(unsafe_code, reason = "a plugin exports one symbol, and this is it")]
         const _: () = {
             unsafe extern "C" fn kinds(message: *mut $crate::abi::Text) -> *const $crate::abi::Kinds {
-                static SHELF: $crate::Shelf = $crate::Shelf::empty();
+                static DESCRIPTORS: $crate::Descriptors = $crate::Descriptors::empty();
                 #[allow(clippy::needless_update, reason = "all families may be named")]
                 let plugin = || $crate::Plugin { $($family: vec![$($kind),*],)+ ..$crate::Plugin::default() };
-                // SAFETY: who calls this promises what the ABI demands.
-                unsafe { SHELF.kinds(message, plugin) }
+                // SAFETY: the caller follows the ABI.
+                unsafe { DESCRIPTORS.kinds(message, plugin) }
             }
 
             #[unsafe(no_mangle)]

@@ -1,4 +1,4 @@
-//! Panics end here: none leaves the plugin.
+//! Catches panics: none leaves the plugin.
 
 use std::cell::RefCell;
 use std::panic::{AssertUnwindSafe, catch_unwind, set_hook};
@@ -6,55 +6,55 @@ use std::sync::Once;
 use wireloom_abi::{STATUS_ERROR, STATUS_OK, STATUS_PANIC, Text};
 
 thread_local! {
-    /// Words and place of the panic that this thread is in.
-    static WORDS: RefCell<String> = const { RefCell::new(String::new()) };
+    /// Message and location of the current panic of this thread.
+    static MESSAGE: RefCell<String> = const { RefCell::new(String::new()) };
 }
 
-/// Takes note of panics instead of printing them: the program says what became of them. The hook is that of this library's own
-/// copy of the standard library.
-pub fn listen() {
+/// Installs a panic hook that stores the message instead of printing it; the program reports it. The hook belongs to
+/// this library's own copy of the standard library.
+pub fn install_hook() {
     static ONCE: Once = Once::new();
     ONCE.call_once(|| {
         set_hook(Box::new(|panic| {
-            let words = panic.payload_as_str().unwrap_or("a panic without words");
+            let text = panic.payload_as_str().unwrap_or("a panic without words");
             let place = panic.location().map(|at| format!(" ({}:{})", at.file(), at.line())).unwrap_or_default();
-            WORDS.with_borrow_mut(|all| *all = format!("{words}{place}"));
+            MESSAGE.with_borrow_mut(|all| *all = format!("{text}{place}"));
         }));
     });
 }
 
-/// Does the work; returns its status and writes why it failed, if it did.
+/// Runs `work`; returns its status, and writes the reason of a failure to `message`.
 ///
 /// # Safety
-/// `message` is null, or points to a text with the room that it says.
-pub unsafe fn guarded(message: *mut Text, work: impl FnOnce() -> Result<(), String>) -> i32 {
-    let (status, words) = match catch_unwind(AssertUnwindSafe(work)) {
+/// `message` is null, or a valid text buffer.
+pub unsafe fn catch_panics(message: *mut Text, work: impl FnOnce() -> Result<(), String>) -> i32 {
+    let (status, text) = match catch_unwind(AssertUnwindSafe(work)) {
         Ok(Ok(())) => return STATUS_OK,
-        Ok(Err(words)) => (STATUS_ERROR, words),
+        Ok(Err(text)) => (STATUS_ERROR, text),
         Err(payload) => {
-            // Dropping it may panic again.
+            // Dropping it could panic again.
             std::mem::forget(payload);
-            (STATUS_PANIC, WORDS.take())
+            (STATUS_PANIC, MESSAGE.take())
         }
     };
     // SAFETY: as the caller promises.
-    unsafe { write(message, &words) };
+    unsafe { write(message, &text) };
     status
 }
 
-/// Writes as many whole characters as there is room for, and a zero.
+/// Writes as many whole characters as fit, and a terminating zero.
 ///
 /// # Safety
-/// As for [`guarded`].
-unsafe fn write(message: *mut Text, words: &str) {
+/// As for [`catch_panics`].
+unsafe fn write(message: *mut Text, content: &str) {
     // SAFETY: null, or as the caller promises.
     let Some(text) = (unsafe { message.as_ref() }) else { return };
-    let Some(room) = text.capacity.checked_sub(1).filter(|_| !text.data.is_null()) else { return };
-    let words = words.split('\0').next().unwrap_or_default();
-    let length = words.floor_char_boundary(room);
+    let Some(limit) = text.capacity.checked_sub(1).filter(|_| !text.data.is_null()) else { return };
+    let content = content.split('\0').next().unwrap_or_default();
+    let length = content.floor_char_boundary(limit);
     // SAFETY: `length < capacity` bytes fit, and the zero after them.
     unsafe {
-        std::ptr::copy_nonoverlapping(words.as_ptr(), text.data.cast(), length);
+        std::ptr::copy_nonoverlapping(content.as_ptr(), text.data.cast(), length);
         text.data.add(length).write(0);
     }
 }
@@ -64,19 +64,19 @@ mod tests {
     use super::*;
 
     fn written(capacity: usize, work: impl FnOnce() -> Result<(), String>) -> (i32, Vec<u8>) {
-        let mut room = vec![7_u8; 16];
-        let mut text = Text { data: room.as_mut_ptr().cast(), capacity };
-        // SAFETY: the room is as large as every capacity here.
-        let status = unsafe { guarded(&mut text, work) };
-        (status, room)
+        let mut buffer = vec![7_u8; 16];
+        let mut text = Text { data: buffer.as_mut_ptr().cast(), capacity };
+        // SAFETY: the buffer is as large as every capacity used here.
+        let status = unsafe { catch_panics(&mut text, work) };
+        (status, buffer)
     }
 
     #[test]
     fn a_message_fits_its_room_and_ends() {
-        let (status, room) = written(6, || Err("größer".into()));
-        assert_eq!((status, &room[..6]), (STATUS_ERROR, "grö\0\x07".as_bytes()));
-        let (status, room) = written(0, || Err("words".into()));
-        assert_eq!((status, room[0]), (STATUS_ERROR, 7));
+        let (status, buffer) = written(6, || Err("größer".into()));
+        assert_eq!((status, &buffer[..6]), (STATUS_ERROR, "grö\0\x07".as_bytes()));
+        let (status, buffer) = written(0, || Err("words".into()));
+        assert_eq!((status, buffer[0]), (STATUS_ERROR, 7));
         assert_eq!(written(16, || Ok(())), (STATUS_OK, vec![7; 16]));
     }
 

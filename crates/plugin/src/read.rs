@@ -1,4 +1,4 @@
-//! From C structs to the words of the core.
+//! Conversion from C structs to types of the core.
 
 use nalgebra::{Quaternion, Unit};
 use std::ffi::{CStr, c_char};
@@ -7,7 +7,7 @@ use wireloom_core::constraint::{ConstraintSpec, HoldWord, SpanSpec, StationSpec}
 use wireloom_core::registry::Form;
 use wireloom_core::{Parameter, Parameters, Pose, Rotation, Value, Vector};
 
-/// The array, empty where there is none.
+/// The array as a slice; empty if there is none.
 ///
 /// # Safety
 /// `first` is null, or points to `count` elements that outlive `'a`.
@@ -19,11 +19,11 @@ pub unsafe fn slice<'a, T>(first: *const T, count: usize) -> &'a [T] {
     unsafe { std::slice::from_raw_parts(first, count) }
 }
 
-/// The words at `text`; none where it is null.
+/// The text as a string; `None` if it is null.
 ///
 /// # Safety
-/// `text` is null, or ends with a zero.
-pub unsafe fn words(text: *const c_char) -> Option<String> {
+/// `text` is null, or zero-terminated.
+pub unsafe fn text(text: *const c_char) -> Option<String> {
     if text.is_null() {
         return None;
     }
@@ -41,16 +41,16 @@ pub fn frame([w, x, y, z]: &[f64; 4]) -> Rotation {
     Unit::new_unchecked(Quaternion::new(*w, *x, *y, *z))
 }
 
-/// The same for C.
-pub fn plain_pose(pose: &Pose) -> abi::Pose {
+/// A pose as the ABI has it.
+pub fn abi_pose(pose: &Pose) -> abi::Pose {
     let q = &pose.orientation;
     abi::Pose { position: pose.position.into(), orientation: [q.w, q.i, q.j, q.k] }
 }
 
-/// What the scenario says.
+/// Converts the specification of a constraint.
 ///
 /// # Safety
-/// `spec` is what the ABI says.
+/// `spec` is as the ABI demands.
 pub unsafe fn spec(spec: &abi::ConstraintSpec) -> ConstraintSpec {
     let word = |bit, word| (spec.hold & bit != 0).then_some(word);
     let hold = [
@@ -59,17 +59,17 @@ pub unsafe fn spec(spec: &abi::ConstraintSpec) -> ConstraintSpec {
         word(abi::HOLD_TWIST, HoldWord::Twist),
     ];
     let rails = spec.rails.iter().take(spec.rail_count as usize);
-    // SAFETY: what `spec` points to is what the ABI says.
+    // SAFETY: `spec` points to data as the ABI demands.
     unsafe {
         let stations = slice(spec.stations, spec.station_count as usize).iter().map(|station| StationSpec {
-            place: words(station.branch).map(|branch| (branch, station.arc_length)),
+            place: text(station.branch).map(|branch| (branch, station.arc_length)),
             diameter: station.diameter,
         });
         ConstraintSpec {
-            name: words(spec.name).unwrap_or_default(),
+            name: text(spec.name).unwrap_or_default(),
             stations: stations.collect(),
             span: spec.span.as_ref().map(|span| SpanSpec {
-                branch: words(span.branch).unwrap_or_default(),
+                branch: text(span.branch).unwrap_or_default(),
                 range: (span.begins, span.ends),
                 diameter: span.diameter,
             }),
@@ -82,7 +82,7 @@ pub unsafe fn spec(spec: &abi::ConstraintSpec) -> ConstraintSpec {
     }
 }
 
-/// The values of declared parameters, in their order.
+/// The values of declared parameters, in the order of declaration.
 pub fn parameters(declared: &[Parameter], values: &[abi::Value]) -> Parameters {
     let given = declared.iter().zip(values).filter(|(_, value)| value.given != 0);
     let one = |parameter: &Parameter, value: &[f64; 3]| match &parameter.form {
@@ -90,7 +90,7 @@ pub fn parameters(declared: &[Parameter], values: &[abi::Value]) -> Parameters {
         Form::Vector { .. } => Some(Value::Vector(Vector::from(*value))),
         Form::Count { .. } => Some(Value::Count(value[0] as usize)),
         Form::Flag => Some(Value::Flag(value[0] != 0.0)),
-        Form::Choice(words) => words.get(value[0] as usize).cloned().map(Value::Word),
+        Form::Choice(text) => text.get(value[0] as usize).cloned().map(Value::Word),
     };
     Parameters(
         given.filter_map(|(parameter, value)| Some((parameter.name.clone(), one(parameter, &value.value)?))).collect(),

@@ -66,7 +66,7 @@ fn constraints_know_what_they_are_given() {
     assert_eq!((clip.limits.pull_out_force, clip.limits.max_moment), (Some(120.0), Some(0.5)));
     assert_eq!((clip.limits.insertion_force, clip.slide, plug.limits), (None, None, Limits::default()));
     let built = built(HARNESS);
-    assert_eq!(built.network.fixings[1].limits, clip.limits);
+    assert_eq!(built.network.constraints[1].limits, clip.limits);
     assert!(hand.tangent_given && !hand.up_given && hand.facing == Facing::Left);
     assert!(plug_b.tangent_given && plug_b.up_given && !plug_b.from_start && plug_b.position.is_none());
 }
@@ -91,7 +91,7 @@ fn attachments_sit_on_nodes_and_the_network_is_put_together() {
     let trunk = &network.branches[0];
     let mesh = trunk.rod.mesh();
     assert_eq!(mesh.segments(), 60);
-    assert_eq!(network.fixings[1].place, Place::Node { branch: 0, node: 30 });
+    assert_eq!(network.constraints[1].place, Place::Node { branch: 0, node: 30 });
     assert!((mesh.arc_lengths()[30] - 0.305).abs() < 1e-15);
     assert_eq!(mesh.stations, [0, 30]);
     assert_eq!((trunk.start, trunk.end), (BranchEnd::Free, BranchEnd::Joint { joint: 0, arm: 0 }));

@@ -2,8 +2,8 @@
 
 use crate::frame;
 use crate::protocol::{Fixing, Notice, Request, Scene};
-use crate::server::{Behind, Desk, Live, Server, Site, Token};
-use crate::{Opened, Studio, open};
+use crate::server::{Backend, Content, Live, Server, Site, Token};
+use crate::{SessionInput, Studio, open};
 use std::fmt::Write;
 use std::net::{TcpListener, TcpStream};
 use std::time::Instant;
@@ -14,15 +14,15 @@ use wireloom::import::kbl::{Arrangement, Options, import};
 use wireloom::scenario::{NoFiles, render};
 
 /// From one target to the next, m.
-const STRIDE: f64 = 0.005;
+const TARGET_SPACING: f64 = 0.005;
 /// Targets out, and as many back.
-const STROKE: usize = 10;
+const TARGETS_PER_STROKE: usize = 10;
 /// Strokes out and back.
 const STROKES: usize = 4;
 /// The longest distance between nodes of an imported harness, m.
 const SPACING: f64 = 0.010;
 /// A frame shows a target where the fixing is as near to it, m.
-const REACHED: f64 = 1e-9;
+const POSITION_TOLERANCE: f64 = 1e-9;
 
 /// A fixing that was dragged to and fro.
 #[derive(Clone, Debug, PartialEq)]
@@ -67,9 +67,9 @@ pub fn harness(kbl: &str) -> Result<Drag, String> {
 }
 
 /// Keeps nothing.
-struct NoDesk;
+struct NoBackend;
 
-impl Desk for NoDesk {
+impl Backend for NoBackend {
     fn keep(&self, _: Option<&str>) {}
     fn open(&self, _: &str) -> Result<Studio, String> {
         Err("nothing was kept".to_owned())
@@ -81,7 +81,7 @@ impl Desk for NoDesk {
 
 /// Drags the connector at the end of the longest branch of a scenario towards its cable and back.
 fn drag(text: &str) -> Result<Drag, String> {
-    let opened = Opened {
+    let opened = SessionInput {
         text: text.to_owned(),
         name: "bench.toml".to_owned(),
         files: Box::new(NoFiles),
@@ -91,44 +91,44 @@ fn drag(text: &str) -> Result<Drag, String> {
     let studio = open(opened).map_err(|faults| render(text, &faults))?;
     let token = Token::random()?;
     let listener = TcpListener::bind("127.0.0.1:0").map_err(|error| error.to_string())?;
-    let behind = Behind::Live(Live::new(studio, None, Box::new(NoDesk)));
-    let site = Site { page: String::new(), behind };
+    let content = Content::Live(Live::new(studio, None, Box::new(NoBackend)));
+    let site = Site { page: String::new(), content };
     let server = Server::start(listener, "127.0.0.1", token.clone(), site).map_err(|error| error.to_string())?;
     let address = format!("ws://{}/socket?token={}", server.address(), token.digits());
-    let measured = connected(&address).map_err(|error| error.to_string()).and_then(|mut page| page.drag());
+    let measured = connect(&address).map_err(|error| error.to_string()).and_then(|mut page| page.drag());
     // What still runs ends with the process.
     let _ = server.stop();
     measured
 }
 
-fn connected(address: &str) -> tungstenite::Result<Page> {
+fn connect(address: &str) -> tungstenite::Result<Client> {
     let (socket, _) = tungstenite::connect(address)?;
     if let MaybeTlsStream::Plain(stream) = socket.get_ref() {
         stream.set_nodelay(true)?;
     }
-    Ok(Page { socket, scene: None })
+    Ok(Client { socket, scene: None })
 }
 
 /// The client.
-struct Page {
+struct Client {
     socket: WebSocket<MaybeTlsStream<TcpStream>>,
     scene: Option<Scene>,
 }
 
-impl Page {
-    fn ask(&mut self, request: &Request) -> Result<(), String> {
+impl Client {
+    fn send(&mut self, request: &Request) -> Result<(), String> {
         let text = serde_json::to_string(request).map_err(|error| error.to_string())?;
         self.socket.send(Message::Text(text.into())).map_err(|error| error.to_string())
     }
 
     /// The next message; scenes are remembered.
-    fn hear(&mut self) -> Result<Heard, String> {
+    fn receive(&mut self) -> Result<Received, String> {
         loop {
             match self.socket.read().map_err(|error| error.to_string())? {
-                Message::Binary(bytes) => return Ok(Heard::Frame(bytes.to_vec())),
+                Message::Binary(bytes) => return Ok(Received::Frame(bytes.to_vec())),
                 Message::Text(text) => match serde_json::from_str(&text).map_err(|error| error.to_string())? {
                     Notice::Scene(scene) => self.scene = Some(scene),
-                    Notice::Session(session) => return Ok(Heard::Session { busy: session.busy.is_some() }),
+                    Notice::Session(session) => return Ok(Received::Session { busy: session.busy.is_some() }),
                     Notice::Refused { message, help } => return Err(format!("{message}: {help}")),
                     _ => {}
                 },
@@ -141,28 +141,28 @@ impl Page {
         // The start, and what steps the scenario has; what comes last of it may be the frame or that nothing is computed any more.
         let (mut last, mut rests) = (None, false);
         while !rests || last.is_none() {
-            match self.hear()? {
-                Heard::Frame(bytes) => last = Some(frame::header(&bytes).ok_or("a frame that is none")?),
-                Heard::Session { busy } => rests = !busy,
+            match self.receive()? {
+                Received::Frame(bytes) => last = Some(frame::header(&bytes).ok_or("a frame that is none")?),
+                Received::Session { busy } => rests = !busy,
             }
         }
         let header = last.ok_or("no frame")?;
         let scene = self.scene.clone().ok_or("no scene")?;
-        let fixing = chosen(&scene).ok_or("the harness has no connector")?.clone();
+        let fixing = longest_branch_connector(&scene).ok_or("the harness has no connector")?.clone();
         let at = header.fixings.iter().find(|other| other.name == fixing.name).ok_or("it holds nothing")?.at;
         let [w, i, j, k] = at.orientation;
         let d3 = Rotation::new_unchecked([i, j, k, w].into()) * Vector::z();
         let from_end = fixing.place.as_ref().is_none_or(|(_, s)| *s > 0.0);
         let inward = if from_end { -d3 } else { d3 };
         let start = Vector::from(at.position);
-        let out = 1..=STROKE;
-        let stroke: Vec<usize> = out.chain((0..STROKE).rev()).collect();
+        let out = 1..=TARGETS_PER_STROKE;
+        let stroke: Vec<usize> = out.chain((0..TARGETS_PER_STROKE).rev()).collect();
         let (mut times, mut failures) = (Vec::new(), 0);
         let clock = Instant::now();
         for step in std::iter::repeat_n(stroke, STROKES).flatten() {
-            let target = start + inward * (STRIDE * step as f64);
+            let target = start + inward * (TARGET_SPACING * step as f64);
             let own = Instant::now();
-            failures += usize::from(!self.to(&fixing.name, target)?);
+            failures += usize::from(!self.drag_to(&fixing.name, target)?);
             times.push(own.elapsed().as_secs_f64());
         }
         let seconds = clock.elapsed().as_secs_f64();
@@ -178,13 +178,13 @@ impl Page {
     }
 
     /// Brings a fixing somewhere and waits for the frame that shows it there; whether that is an equilibrium.
-    fn to(&mut self, fixing: &str, target: Vector) -> Result<bool, String> {
-        self.ask(&Request::Target { fixing: fixing.to_owned(), position: Some(target.into()), orientation: None })?;
+    fn drag_to(&mut self, fixing: &str, target: Vector) -> Result<bool, String> {
+        self.send(&Request::Target { fixing: fixing.to_owned(), position: Some(target.into()), orientation: None })?;
         loop {
-            let Heard::Frame(bytes) = self.hear()? else { continue };
+            let Received::Frame(bytes) = self.receive()? else { continue };
             let header = frame::header(&bytes).ok_or("a frame that is none")?;
             let at = header.fixings.iter().find(|other| other.name == fixing).ok_or("it has let go")?.at;
-            if (Vector::from(at.position) - target).norm() < REACHED {
+            if (Vector::from(at.position) - target).norm() < POSITION_TOLERANCE {
                 return Ok(header.status == "converged");
             }
         }
@@ -192,13 +192,13 @@ impl Page {
 }
 
 /// What the benchmark listens to.
-enum Heard {
+enum Received {
     Frame(Vec<u8>),
     Session { busy: bool },
 }
 
 /// The connector at the end of the longest branch that has one.
-fn chosen(scene: &Scene) -> Option<&Fixing> {
+fn longest_branch_connector(scene: &Scene) -> Option<&Fixing> {
     let length = |fixing: &Fixing| {
         let branch = &fixing.place.as_ref()?.0;
         scene.branches.iter().find(|other| other.name == *branch).map(|branch| branch.length)

@@ -14,7 +14,7 @@ pub fn names(scene: &Scene) -> Vec<String> {
 }
 
 /// Origin of a result, as its files state it.
-pub struct Made<'a> {
+pub struct ExportInfo<'a> {
     /// Origin of the run.
     pub provenance: &'a Provenance,
     /// Names and texts: of the scenario, then of the files it names.
@@ -28,8 +28,8 @@ pub struct Made<'a> {
 }
 
 /// The file of this name; `None` where there is none, or no equilibrium yet.
-pub fn make(run: &Run, obstacles: &[Obstacle], name: &str, made: &Made<'_>) -> Option<Vec<u8>> {
-    let Made { provenance, texts, program, machine, written } = *made;
+pub fn make(run: &Run, obstacles: &[Obstacle], name: &str, made: &ExportInfo<'_>) -> Option<Vec<u8>> {
+    let ExportInfo { provenance, texts, program, machine, written } = *made;
     let surroundings = Surroundings::new(obstacles.to_vec(), |_| false);
     let ended = Ended {
         run,

@@ -1,7 +1,7 @@
 //! The studio: a harness in the browser that hands take hold of.
 //!
 //! A session is a scenario that is being written: what hands do becomes steps of it, every target that was solved becomes an increment,
-//! and what is saved is a scenario file that `run` carries out. [`open`] begins one; a [`Studio`] is asked, and tells every tab through its [`Feed`].
+//! and what is saved is a scenario file that `run` carries out. [`open`] begins one; a [`Studio`] is asked, and tells every tab through its [`Subscription`].
 
 pub mod bench;
 pub mod exports;
@@ -13,8 +13,8 @@ pub mod server;
 mod session;
 mod worker;
 
-pub use session::{Opened, PROGRAM};
-pub use worker::{Feed, Outcome, Studio, Told, open};
+pub use session::{PROGRAM, SessionInput};
+pub use worker::{Outcome, Studio, Subscription, TabMessage, open};
 
 /// The page, in one file: `crates/studio/web/dist/index.html`.
 pub const PAGE: &str = include_str!("../web/dist/index.html");

@@ -12,7 +12,7 @@ use wireloom::core::equilibrium::{self, EventPlace, Moment, Run, StepResult};
 
 /// Nodes of all frames together take no more than this, bytes: enough for 350 increments of a harness of 4,000 nodes; a page of them is
 /// some 90 MB, beyond which browsers begin to labour.
-const LIMIT: usize = 64 << 20;
+const MAX_BYTES: usize = 64 << 20;
 
 /// A finished run.
 #[derive(Clone, Debug)]
@@ -25,7 +25,7 @@ pub struct Replay {
 /// Watches a run, increment by increment. Of very long runs it keeps the ends of steps and only some increments between them, evenly.
 pub struct Recorder {
     scene: Scene,
-    steps: Vec<Seen>,
+    steps: Vec<RecordedStep>,
     bytes: usize,
     limit: usize,
     /// Of the increments inside of steps those are kept whose number is a multiple of this.
@@ -35,13 +35,13 @@ pub struct Recorder {
 }
 
 /// A step.
-struct Seen {
+struct RecordedStep {
     name: String,
-    frames: Vec<Kept>,
+    frames: Vec<RecordedFrame>,
 }
 
 /// A frame before it has its number.
-struct Kept {
+struct RecordedFrame {
     header: Header,
     nodes: Vec<u8>,
 }
@@ -49,23 +49,23 @@ struct Kept {
 impl Recorder {
     /// Of a run of what the scene shows.
     pub fn new(scene: Scene) -> Self {
-        Self { scene, steps: Vec::new(), bytes: 0, limit: LIMIT, stride: 1, before: None }
+        Self { scene, steps: Vec::new(), bytes: 0, limit: MAX_BYTES, stride: 1, before: None }
     }
 
     /// The end of an increment; they come in order.
-    pub fn see(&mut self, end: &StepResult) {
+    pub fn record(&mut self, end: &StepResult) {
         let header = Header::of(0, end, self.before.as_ref());
         let begins = self.before.as_ref().is_none_or(|last| last.name != end.name || last.increment >= end.increment);
         if begins {
-            self.steps.push(Seen { name: end.name.clone(), frames: Vec::new() });
+            self.steps.push(RecordedStep { name: end.name.clone(), frames: Vec::new() });
         }
         let nodes = frame::nodes(&end.branches, &[]);
         self.bytes += nodes.len();
         if let Some(step) = self.steps.last_mut() {
             // What was the last one until now ends no step.
-            let passed = step.frames.pop_if(|kept| !kept.header.increment.is_multiple_of(self.stride));
-            self.bytes -= passed.map_or(0, |kept| kept.nodes.len());
-            step.frames.push(Kept { header, nodes });
+            let passed = step.frames.pop_if(|frame_record| !frame_record.header.increment.is_multiple_of(self.stride));
+            self.bytes -= passed.map_or(0, |frame_record| frame_record.nodes.len());
+            step.frames.push(RecordedFrame { header, nodes });
         }
         // Of what came before only the work counts.
         self.before = Some(StepResult {
@@ -75,18 +75,19 @@ impl Recorder {
             obstacles: Vec::new(),
             ..end.clone()
         });
-        while self.bytes > self.limit && self.thin() {}
+        while self.bytes > self.limit && self.thin_frames() {}
     }
 
     /// Lets go of every second increment that ends no step; whether there was one.
-    fn thin(&mut self) -> bool {
+    fn thin_frames(&mut self) -> bool {
         self.stride = self.stride.saturating_mul(2);
         let before = self.bytes;
         for step in &mut self.steps {
-            let last = step.frames.last().map_or(0, |kept| kept.header.increment);
-            step.frames.retain(|kept| {
-                let keep = kept.header.increment == last || kept.header.increment.is_multiple_of(self.stride);
-                self.bytes -= if keep { 0 } else { kept.nodes.len() };
+            let last = step.frames.last().map_or(0, |frame_record| frame_record.header.increment);
+            step.frames.retain(|frame_record| {
+                let keep =
+                    frame_record.header.increment == last || frame_record.header.increment.is_multiple_of(self.stride);
+                self.bytes -= if keep { 0 } else { frame_record.nodes.len() };
                 keep
             });
         }
@@ -103,11 +104,11 @@ impl Recorder {
             steps.push(TimelineStep { name: step.name.clone(), first, frames, planned: frames, by_hand: false });
             first += frames;
         }
-        let events = run.events.iter().filter_map(|event| happened(event, &self.steps, &scene)).collect();
+        let events = run.events.iter().filter_map(|event| timeline_event(event, &self.steps, &scene)).collect();
         let all = self.steps.into_iter().flat_map(|step| step.frames);
-        let encoded = |(k, mut kept): (usize, Kept)| {
-            kept.header.frame = number(k);
-            kept.header.encode(&kept.nodes)
+        let encoded = |(k, mut frame_record): (usize, RecordedFrame)| {
+            frame_record.header.frame = number(k);
+            frame_record.header.encode(&frame_record.nodes)
         };
         let frames = all.enumerate().map(encoded).collect();
         Replay { scene, timeline: Timeline { frames: first, steps, events }, frames }
@@ -115,7 +116,7 @@ impl Recorder {
 }
 
 /// An event as the timeline has it; none where nothing of its step is there.
-fn happened(event: &equilibrium::Event, steps: &[Seen], scene: &Scene) -> Option<Event> {
+fn timeline_event(event: &equilibrium::Event, steps: &[RecordedStep], scene: &Scene) -> Option<Event> {
     let (number, _) = find(&event.first, steps)?;
     let (_, worst) = find(&event.worst, steps)?;
     let message = format!("{}: {}", event.place, event.message);
@@ -128,22 +129,22 @@ fn happened(event: &equilibrium::Event, steps: &[Seen], scene: &Scene) -> Option
 }
 
 /// Number and frame of an increment, or of the next one that was kept.
-fn find<'a>(moment: &Moment, steps: &'a [Seen]) -> Option<(u32, &'a Kept)> {
+fn find<'a>(moment: &Moment, steps: &'a [RecordedStep]) -> Option<(u32, &'a RecordedFrame)> {
     let step = steps.get(moment.step_index)?;
     let before: usize = steps[..moment.step_index].iter().map(|step| step.frames.len()).sum();
     let increment = number(moment.increment);
-    let within = step.frames.iter().position(|kept| kept.header.increment >= increment)?;
+    let within = step.frames.iter().position(|frame_record| frame_record.header.increment >= increment)?;
     Some((number(before + within), &step.frames[within]))
 }
 
 /// Where something happened, m.
-fn place(place: &EventPlace, kept: &Kept, scene: &Scene) -> Option<[f64; 3]> {
+fn place(place: &EventPlace, frame_record: &RecordedFrame, scene: &Scene) -> Option<[f64; 3]> {
     if let Some(fixing) = &place.fixing {
-        return kept.header.fixings.iter().find(|other| other.name == *fixing).map(|fixing| fixing.at.position);
+        return frame_record.header.fixings.iter().find(|other| other.name == *fixing).map(|fixing| fixing.at.position);
     }
     let branch = scene.branches.iter().position(|branch| Some(&branch.name) == place.branch.as_ref())?;
     let first: u32 = scene.branches[..branch].iter().map(|branch| branch.nodes).sum();
-    let all = frame::floats(&kept.nodes)?;
+    let all = frame::floats(&frame_record.nodes)?;
     let nodes = all.get(first as usize..)?.get(..scene.branches[branch].nodes as usize)?;
     let s = place.s? as f32;
     let nearest = nodes.iter().min_by(|a, b| (a[ARC_LENGTH] - s).abs().total_cmp(&(b[ARC_LENGTH] - s).abs()))?;
@@ -233,14 +234,16 @@ mod tests {
         let room = 20 * 11 * 4 * frame::FLOATS;
         let mut recorder = Recorder { limit: room, ..Recorder::new(scene) };
         let run = wireloom::run(built, &mut |_, end| {
-            recorder.see(end);
+            recorder.record(end);
             Control::Continue
         });
         assert!(recorder.bytes <= room);
-        let kept = |step: &Seen| step.frames.iter().map(|kept| kept.header.increment).collect::<Vec<_>>();
-        assert_eq!(kept(&recorder.steps[0]), (1..=16).map(|k| 4 * k).collect::<Vec<_>>());
+        let frame_record = |step: &RecordedStep| {
+            step.frames.iter().map(|frame_record| frame_record.header.increment).collect::<Vec<_>>()
+        };
+        assert_eq!(frame_record(&recorder.steps[0]), (1..=16).map(|k| 4 * k).collect::<Vec<_>>());
         // Thinned as soon as the room is full, not before.
-        assert!(kept(&recorder.steps[1]).ends_with(&[8]) && kept(&recorder.steps[1]).contains(&4));
+        assert!(frame_record(&recorder.steps[1]).ends_with(&[8]) && frame_record(&recorder.steps[1]).contains(&4));
         let replay = recorder.finish(&run);
         assert_eq!(replay.timeline.frames as usize, replay.frames.len());
         let last = replay.timeline.steps.last().expect("two steps");

@@ -20,7 +20,7 @@ pub fn of(name: &str, program: &str, gravity: Vector, network: &Network) -> Scen
         gravity: gravity.into(),
         branches: network.branches.iter().map(branch).collect(),
         joints: network.joints.iter().map(joint).collect(),
-        fixings: network.fixings.iter().map(|own| fixing(network, own)).collect(),
+        fixings: network.constraints.iter().map(|own| fixing(network, own)).collect(),
         obstacles: network.obstacles.iter().map(obstacle).collect(),
         settings: Vec::new(),
         notes: Vec::new(),
@@ -52,7 +52,7 @@ fn fixing(network: &Network, fixing: &network::Fixing) -> Fixing {
         }
         Place::Node { .. } | Place::Joint(_) => None,
     };
-    let (moves, turns) = match fixing.constraint.action() {
+    let (moves, turns) = match fixing.model.action() {
         Action::Prescribed(hold) => (hold.position, hold.rotation != RotationHold::Free),
         Action::Potential(_) | Action::Equations(_) => (true, fixing.site.frame.is_some()),
     };

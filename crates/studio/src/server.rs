@@ -9,24 +9,27 @@
 //! Whatever comes in is taken for hostile: who has not got the token learns nothing, whose `Host` or `Origin` is another one neither (a page of
 //! another site that a browser was led to); connections, sizes and rates are bounded, and what waits to be sent is.
 
-mod door;
+mod admission;
 mod guard;
 mod live;
+mod state;
 mod tab;
 mod token;
 
-pub use live::{Desk, Live, Offer};
+pub use live::{Backend, DraftOffer, Live};
+pub use state::{Content, Exports, Site};
 pub use token::Token;
 
+use admission::{Admission, Peer};
 use axum::Router;
 use axum::extract::{Extension, Path, State};
 use axum::http::{HeaderName, HeaderValue, StatusCode, header};
 use axum::response::{IntoResponse, Response};
 use axum::routing::get;
-use door::{Door, Visitor};
 use hyper::server::conn::http1;
 use hyper_util::rt::{TokioIo, TokioTimer};
 use hyper_util::service::TowerToHyperService;
+use state::{ServerState, ended};
 use std::io;
 use std::net::{SocketAddr, TcpListener};
 use std::sync::Arc;
@@ -36,66 +39,23 @@ use tokio::runtime::Runtime;
 use tokio::sync::watch;
 
 /// Connections at a time that have shown the token: some tabs with the handful that a browser opens for each.
-const CONNECTIONS: u32 = 64;
+const MAX_CONNECTIONS: u32 = 64;
 /// A request's head must have come after so long, or a browser ask for something again.
-const PATIENCE: Duration = Duration::from_secs(4);
+const HEAD_TIMEOUT: Duration = Duration::from_secs(4);
 /// A request's head is no longer than this, bytes.
-const HEAD: usize = 16 << 10;
+const MAX_HEAD: usize = 16 << 10;
 /// Pages are told that the server ends; what they have not taken after so long is dropped.
-const FAREWELL: Duration = Duration::from_millis(1500);
+const SHUTDOWN_TIMEOUT: Duration = Duration::from_millis(1500);
+/// A draft is kept so often, if there is something new in it.
+const DRAFT_INTERVAL: Duration = Duration::from_secs(2);
+
 /// What then still runs is left to the end of the process.
-const END: Duration = Duration::from_millis(300);
-
-/// Makes the file of a name, where there is one.
-pub type Exports = Box<dyn Fn(&str) -> Option<Vec<u8>> + Send + Sync>;
-
-/// What is served.
-pub struct Site {
-    /// The page.
-    pub page: String,
-    /// What is behind it.
-    pub behind: Behind,
-}
-
-/// What is behind a page.
-pub enum Behind {
-    /// A session.
-    Live(Live),
-    /// A run that has come to its end, and its files.
-    Finished(Exports),
-}
-
-impl Site {
-    fn live(&self) -> Option<&Live> {
-        match &self.behind {
-            Behind::Live(live) => Some(live),
-            Behind::Finished(_) => None,
-        }
-    }
-
-    fn export(&self, name: &str) -> Option<Vec<u8>> {
-        match &self.behind {
-            Behind::Live(live) => live.export(name),
-            Behind::Finished(exports) => exports(name),
-        }
-    }
-}
-
-/// What requests see.
-struct House {
-    site: Site,
-    token: Token,
-    /// The name by which browsers know the server, where it has another one than those of this machine.
-    host: String,
-    door: Arc<Door>,
-    /// Becomes true when all is to end.
-    ending: watch::Receiver<bool>,
-}
+const RUNTIME_TIMEOUT: Duration = Duration::from_millis(300);
 
 /// A running server.
 pub struct Server {
     runtime: Runtime,
-    house: Arc<House>,
+    state: Arc<ServerState>,
     ending: watch::Sender<bool>,
     address: SocketAddr,
 }
@@ -114,18 +74,18 @@ impl Server {
             .enable_io()
             .enable_time()
             .build()?;
-        let (ending, ended) = watch::channel(false);
-        let door = Arc::new(Door::new(CONNECTIONS));
-        let house = Arc::new(House { site, token, host: host.to_owned(), door, ending: ended });
+        let (ending, seen) = watch::channel(false);
+        let admission = Arc::new(Admission::new(MAX_CONNECTIONS));
+        let state = Arc::new(ServerState { site, token, host: host.to_owned(), admission, ending: seen });
         let listener = {
             let _within = runtime.enter();
             tokio::net::TcpListener::from_std(listener)?
         };
-        runtime.spawn(accept(listener, house.clone()));
-        if house.site.live().is_some() {
-            runtime.spawn(live::keep_drafts(house.clone()));
+        runtime.spawn(accept(listener, state.clone()));
+        if state.site.live().is_some() {
+            runtime.spawn(keep_drafts(state.clone()));
         }
-        Ok(Self { runtime, house, ending, address })
+        Ok(Self { runtime, state, ending, address })
     }
 
     /// Where it listens.
@@ -135,51 +95,45 @@ impl Server {
 
     /// How many connections there are that have shown the token.
     pub fn connections(&self) -> usize {
-        self.house.door.inside()
+        self.state.admission.authenticated()
     }
 
     /// Ends it: takes no more connections, tells the pages, stops what is computed, keeps the draft. Takes two seconds at most. Returns whether
     /// everything that it did has come to its end: where not, a thread still runs, which may be within a driver or a plugin.
     #[must_use]
     pub fn stop(self) -> bool {
-        let Self { runtime, house, ending, .. } = self;
+        let Self { runtime, state, ending, .. } = self;
         let _ = ending.send(true);
-        if let Some(live) = house.site.live() {
+        if let Some(live) = state.site.live() {
             live.close();
         }
         let began = Instant::now();
         runtime.block_on(async {
-            let _ = tokio::time::timeout(FAREWELL, house.door.all_gone()).await;
+            let _ = tokio::time::timeout(SHUTDOWN_TIMEOUT, state.admission.all_closed()).await;
         });
-        let ended = house.site.live().is_none_or(|live| {
-            let ended = live.has_ended(FAREWELL.saturating_sub(began.elapsed()));
+        let ended = state.site.live().is_none_or(|live| {
+            let ended = live.has_ended(SHUTDOWN_TIMEOUT.saturating_sub(began.elapsed()));
             live.keep();
             ended
         });
-        runtime.shutdown_timeout(END);
+        runtime.shutdown_timeout(RUNTIME_TIMEOUT);
         ended
     }
 }
 
-/// Waits until all is to end.
-async fn end(ending: &mut watch::Receiver<bool>) {
-    // Whoever would say so has gone: that is an end, too.
-    drop(ending.wait_for(|ending| *ending).await);
-}
-
 /// Takes connections until all is to end.
-async fn accept(listener: tokio::net::TcpListener, house: Arc<House>) {
-    let mut ending = house.ending.clone();
+async fn accept(listener: tokio::net::TcpListener, state: Arc<ServerState>) {
+    let mut ending = state.ending.clone();
     loop {
         let accepted = tokio::select! {
             accepted = listener.accept() => accepted,
-            () = end(&mut ending) => return,
+            () = ended(&mut ending) => return,
         };
         match accepted {
             Ok((stream, _)) => {
-                let visitor = house.door.knock();
-                let served = tokio::spawn(connection(stream, house.clone(), visitor.clone()));
-                visitor.waits(served.abort_handle());
+                let peer = state.admission.register();
+                let served = tokio::spawn(connection(stream, state.clone(), peer.clone()));
+                peer.wait_for_token(served.abort_handle());
             }
             // The peer has gone already, or there are too many open files: others may have better luck, a little later.
             Err(_) => tokio::time::sleep(Duration::from_millis(20)).await,
@@ -187,23 +141,37 @@ async fn accept(listener: tokio::net::TcpListener, house: Arc<House>) {
     }
 }
 
+/// Keeps the draft now and then, until all is to end.
+async fn keep_drafts(state: Arc<ServerState>) {
+    let mut ending = state.ending.clone();
+    loop {
+        tokio::select! {
+            () = tokio::time::sleep(DRAFT_INTERVAL) => {}
+            () = ended(&mut ending) => return,
+        }
+        let state = state.clone();
+        // Files may be slow.
+        let _ = tokio::task::spawn_blocking(move || state.site.live().map(Live::keep)).await;
+    }
+}
+
 /// Serves one connection.
-async fn connection(stream: TcpStream, house: Arc<House>, visitor: Arc<Visitor>) {
+async fn connection(stream: TcpStream, state: Arc<ServerState>, peer: Arc<Peer>) {
     // Small messages go at once, or each would wait for the answer to the one before.
     let _ = stream.set_nodelay(true);
-    let mut ending = house.ending.clone();
-    let service = TowerToHyperService::new(routes(house, visitor));
+    let mut ending = state.ending.clone();
+    let service = TowerToHyperService::new(routes(state, peer));
     let connection = http1::Builder::new()
         .timer(TokioTimer::new())
-        .header_read_timeout(PATIENCE)
-        .max_buf_size(HEAD)
+        .header_read_timeout(HEAD_TIMEOUT)
+        .max_buf_size(MAX_HEAD)
         .serve_connection(TokioIo::new(stream), service)
         .with_upgrades();
     let mut connection = std::pin::pin!(connection);
     tokio::select! {
         // A peer that breaks off is no fault of ours.
         _ = connection.as_mut() => {}
-        () = end(&mut ending) => {
+        () = ended(&mut ending) => {
             connection.as_mut().graceful_shutdown();
             let _ = connection.await;
         }
@@ -211,26 +179,26 @@ async fn connection(stream: TcpStream, house: Arc<House>, visitor: Arc<Visitor>)
 }
 
 /// What answers to what.
-fn routes(house: Arc<House>, visitor: Arc<Visitor>) -> Router {
+fn routes(state: Arc<ServerState>, peer: Arc<Peer>) -> Router {
     Router::new()
         .route("/", get(page))
         .route("/socket", get(tab::open))
         .route("/export/{*name}", get(export))
-        .layer(axum::middleware::from_fn_with_state(house.clone(), guard::guard))
-        .layer(Extension(visitor))
-        .with_state(house)
+        .layer(axum::middleware::from_fn_with_state(state.clone(), guard::guard))
+        .layer(Extension(peer))
+        .with_state(state)
 }
 
-async fn page(State(house): State<Arc<House>>) -> Response {
+async fn page(State(state): State<Arc<ServerState>>) -> Response {
     let kind = (header::CONTENT_TYPE, HeaderValue::from_static("text/html; charset=utf-8"));
     // What scripts, styles and connections it may have says the page itself.
     let policy = (header::CONTENT_SECURITY_POLICY, HeaderValue::from_static("frame-ancestors 'none'"));
-    ([kind, policy], house.site.page.clone()).into_response()
+    ([kind, policy], state.site.page.clone()).into_response()
 }
 
-async fn export(State(house): State<Arc<House>>, Path(name): Path<String>) -> Response {
+async fn export(State(state): State<Arc<ServerState>>, Path(name): Path<String>) -> Response {
     let wanted = name.clone();
-    let made = tokio::task::spawn_blocking(move || house.site.export(&wanted)).await;
+    let made = tokio::task::spawn_blocking(move || state.site.export(&wanted)).await;
     match made {
         Ok(Some(bytes)) => (file_headers(&name), bytes).into_response(),
         Ok(None) => (StatusCode::NOT_FOUND, "there is no such file\n").into_response(),

@@ -5,12 +5,14 @@
 
 mod clearance;
 mod drag;
+mod dragging;
 #[cfg(test)]
 mod fuzz;
 mod harness;
 mod hold;
+mod refusal;
 mod settings;
-mod standing;
+mod snapshot;
 #[cfg(test)]
 mod tests;
 mod work;
@@ -19,26 +21,28 @@ use crate::protocol::{Notice, Request, Scene, Timeline};
 use crate::scene;
 use drag::Drag;
 use harness::Harness;
-use standing::{ENDS, FRAMES, Standing, make_room, number};
+use refusal::{Refusal, no_start};
+use serde_json::Value as Json;
+use snapshot::{MAX_FRAME_BYTES, MAX_STEP_END_BYTES, Snapshot, limit_memory};
 use std::collections::BTreeMap;
 use std::rc::Rc;
 use std::sync::Arc;
 use wireloom::core::obstacle::Obstacle;
 use wireloom::core::{Monitor, Registry, Status, StepResult};
-use wireloom::scenario::record::{Written, with_steps};
+use wireloom::scenario::adjust::adjustable;
+use wireloom::scenario::record::{Written, with_steps, with_value};
 use wireloom::scenario::{Fault, Files};
-use wireloom::solve::checkpoint::Checkpoint;
-use wireloom::solve::hands::Ended;
+use wireloom::solve::steps::checkpoint::Checkpoint;
 
-pub(crate) use standing::Frame;
+pub(crate) use snapshot::Frame;
 
 /// Name and version of this program.
 pub const PROGRAM: &str = concat!("wireloom ", env!("CARGO_PKG_VERSION"));
 /// So many deeds can be taken back: more than anybody remembers.
-const UNDO: usize = 100;
+const MAX_UNDO: usize = 100;
 
 /// What a session begins with.
-pub struct Opened {
+pub struct SessionInput {
     /// The scenario.
     pub text: String,
     /// What a file of it is called.
@@ -51,35 +55,9 @@ pub struct Opened {
     pub unsaved: bool,
 }
 
-/// What was asked for and cannot be done.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub(crate) struct Refusal {
-    message: String,
-    help: String,
-}
-
-impl Refusal {
-    fn new(message: impl Into<String>, help: impl Into<String>) -> Self {
-        Self { message: message.into(), help: help.into() }
-    }
-}
-
-impl From<Fault> for Refusal {
-    fn from(fault: Fault) -> Self {
-        Self { message: fault.message, help: fault.help }
-    }
-}
-
-impl From<Vec<Fault>> for Refusal {
-    fn from(faults: Vec<Fault>) -> Self {
-        let first = faults.into_iter().next().map(Self::from);
-        first.unwrap_or_else(|| Self::new("the scenario is refused", "take the last change back"))
-    }
-}
-
 /// What has become another since it was asked last.
 #[derive(Default)]
-pub(crate) struct News {
+pub(crate) struct Changes {
     pub scene: bool,
     pub timeline: bool,
     /// The first frame that is a new one.
@@ -109,18 +87,18 @@ pub(crate) struct Session {
     files: Box<dyn Files + Send + Sync>,
     registry: Registry,
     monitor: Monitor,
-    now: Standing,
-    undo: Vec<(String, Standing)>,
-    redo: Vec<(String, Standing)>,
+    now: Snapshot,
+    undo: Vec<(String, Snapshot)>,
+    redo: Vec<(String, Snapshot)>,
     drag: Option<Drag>,
     /// By fixing the tab that holds it.
     held: BTreeMap<String, u32>,
     unsaved: bool,
     /// The checkpoint of the last frame, which need not be balanced.
     shown: Option<Rc<Checkpoint>>,
-    news: News,
+    changes: Changes,
     /// Bytes that came since room was made.
-    grown: usize,
+    bytes_added: usize,
 }
 
 impl Session {
@@ -128,10 +106,10 @@ impl Session {
     ///
     /// # Errors
     /// All faults of the text.
-    pub fn open(opened: Opened, monitor: Monitor) -> Result<Self, Vec<Fault>> {
-        let Opened { mut text, name, files, registry, unsaved } = opened;
+    pub fn open(opened: SessionInput, monitor: Monitor) -> Result<Self, Vec<Fault>> {
+        let SessionInput { mut text, name, files, registry, unsaved } = opened;
         let mut harness = Harness::load(&text, &*files, &registry, &monitor)?;
-        if harness.schedule.steps.is_empty() && harness.is_drawn_tight() {
+        if harness.schedule.steps.is_empty() && harness.tightens_in_first_step() {
             // What `run` calls the equilibrium is not the start, then.
             let equilibrium = Written { name: "equilibrium".to_owned(), ..Written::default() };
             text = with_steps(&text, 0, &[equilibrium]).map_err(|fault| vec![fault])?;
@@ -139,8 +117,8 @@ impl Session {
         }
         let harness = Rc::new(harness);
         let own = harness.schedule.steps.len();
-        let now = Standing::new(text.into(), own, Vec::new(), harness, 0);
-        let news = News { scene: true, timeline: true, edited: true, ..News::default() };
+        let now = Snapshot::new(text.into(), own, Vec::new(), harness, 0);
+        let changes = Changes { scene: true, timeline: true, edited: true, ..Changes::default() };
         Ok(Self {
             name,
             files,
@@ -153,32 +131,32 @@ impl Session {
             held: BTreeMap::new(),
             unsaved,
             shown: None,
-            news,
-            grown: 0,
+            changes,
+            bytes_added: 0,
         })
     }
 
     // ---- what others see ------------------------------------------------------------------------------------------
 
     /// What is new.
-    pub fn take_news(&mut self) -> News {
-        if self.grown > FRAMES / 16 {
-            self.make_room(FRAMES, ENDS);
+    pub fn take_changes(&mut self) -> Changes {
+        if self.bytes_added > MAX_FRAME_BYTES / 16 {
+            self.limit_memory(MAX_FRAME_BYTES, MAX_STEP_END_BYTES);
         }
-        std::mem::take(&mut self.news)
+        std::mem::take(&mut self.changes)
     }
 
     /// Keeps so many bytes of frames, and of ends of steps, at most.
-    fn make_room(&mut self, frames: usize, ends: usize) {
+    fn limit_memory(&mut self, frames: usize, ends: usize) {
         let Self { now, undo, redo, .. } = &*self;
-        let all = undo.iter().chain(redo).map(|(_, standing)| standing).chain([now]);
-        self.news.thinned |= make_room(all, frames, ends);
-        self.grown = 0;
+        let all = undo.iter().chain(redo).map(|(_, snapshot)| snapshot).chain([now]);
+        self.changes.thinned |= limit_memory(all, frames, ends);
+        self.bytes_added = 0;
     }
 
     /// The harness.
     pub fn scene(&self) -> Scene {
-        let Standing { harness, by_hand, run, .. } = &self.now;
+        let Snapshot { harness, by_hand, run, .. } = &self.now;
         let schedule = &harness.schedule;
         let mut scene = scene::of(&schedule.scenario, PROGRAM, schedule.gravity, &harness.network);
         let begun: Vec<&str> =
@@ -186,7 +164,7 @@ impl Session {
         for fixing in &mut scene.fixings {
             fixing.by_hand = begun.contains(&fixing.name.as_str());
         }
-        for (fixing, own) in scene.fixings.iter_mut().zip(&harness.network.fixings) {
+        for (fixing, own) in scene.fixings.iter_mut().zip(&harness.network.constraints) {
             fixing.turns = drag::turning(own).is_some();
             fixing.moves &= own.span.is_none() || !own.stations.is_empty();
         }
@@ -217,7 +195,7 @@ impl Session {
 
     /// What is being computed.
     pub fn busy(&self) -> Option<String> {
-        if !self.now.todo {
+        if !self.now.pending {
             return None;
         }
         let Some(at) = &self.now.at else { return Some("the start".to_owned()) };
@@ -225,8 +203,8 @@ impl Session {
     }
 
     /// What can be taken back, and done again.
-    pub fn labels(&self) -> [Option<String>; 2] {
-        let last = |list: &[(String, Standing)]| list.last().map(|(label, _)| label.clone());
+    pub fn undo_labels(&self) -> [Option<String>; 2] {
+        let last = |list: &[(String, Snapshot)]| list.last().map(|(label, _)| label.clone());
         let dragged = self.drag.as_ref().filter(|drag| drag.has_begun()).map(|drag| drag.step.clone());
         let redo = if dragged.is_some() { None } else { last(&self.redo) };
         [dragged.or_else(|| last(&self.undo)), redo]
@@ -244,7 +222,7 @@ impl Session {
 
     /// The run so far.
     pub fn record(&self) -> Record {
-        let Standing { harness, steps, last, .. } = &self.now;
+        let Snapshot { harness, steps, last, .. } = &self.now;
         let mut ends: Vec<Arc<StepResult>> =
             steps.iter().skip(1).filter_map(|step| Some(step.end.borrow().as_ref()?.result.clone())).collect();
         if steps.last().is_none_or(|step| !step.ended || steps.len() == 1) {
@@ -270,13 +248,13 @@ impl Session {
             Request::Hold { branch, s, how } => self.hold(tab, &branch, s, how),
             Request::Target { fixing, position, orientation } => self.target(tab, &fixing, position, orientation),
             Request::Drop { fixing } => {
-                self.let_go(tab, &fixing);
+                self.drop_held(tab, &fixing);
                 Ok(())
             }
             Request::Release { fixing } => self.release(tab, &fixing),
             Request::Pin { fixing } => self.pin(tab, &fixing),
-            Request::Undo => self.take_back(),
-            Request::Redo => self.do_again(),
+            Request::Undo => self.undo_last(),
+            Request::Redo => self.redo_last(),
             Request::Go { frame } => self.go(frame),
             Request::Set { key, value } => self.set(&key, &value),
             Request::Save => self.save(tab),
@@ -288,7 +266,7 @@ impl Session {
             _ => Ok(()),
         };
         if let Err(Refusal { message, help }) = done {
-            self.news.said.push((Some(tab), Notice::Refused { message, help }));
+            self.changes.said.push((Some(tab), Notice::Refused { message, help }));
         }
     }
 
@@ -296,14 +274,14 @@ impl Session {
     pub fn detach(&mut self, tab: u32) {
         let own: Vec<String> = self.held.iter().filter(|(_, by)| **by == tab).map(|(name, _)| name.clone()).collect();
         for fixing in own {
-            self.let_go(tab, &fixing);
+            self.drop_held(tab, &fixing);
             self.held.remove(&fixing);
         }
     }
 
     /// Nothing more is carried out.
     pub fn stop(&mut self) {
-        self.now.todo = false;
+        self.now.pending = false;
         if let Some(drag) = &mut self.drag {
             drag.goal = None;
             if drag.ends {
@@ -316,8 +294,8 @@ impl Session {
         let text = self.text()?;
         // What cannot be carried out is not to be saved without a word.
         let checked = Harness::load(&text, &*self.files, &self.registry, &self.monitor);
-        (self.unsaved, self.news.edited) = (false, true);
-        self.news.said.push((Some(tab), Notice::Saved { name: self.name.clone(), text }));
+        (self.unsaved, self.changes.edited) = (false, true);
+        self.changes.said.push((Some(tab), Notice::Saved { name: self.name.clone(), text }));
         checked.map(|_| ()).map_err(Refusal::from)
     }
 
@@ -328,22 +306,43 @@ impl Session {
         now.whole_text()
     }
 
-    fn take_back(&mut self) -> Result<(), Refusal> {
+    /// Puts another value in the place of what the text says, and begins anew with it.
+    fn set(&mut self, key: &str, given: &Json) -> Result<(), Refusal> {
         self.end_drag();
-        let (label, standing) =
+        let Snapshot { text, own, by_hand, harness, run, .. } = &self.now;
+        let all = adjustable(&harness.scenario, &self.registry);
+        let known = all.iter().find(|own| own.key == key);
+        let known = known.ok_or_else(|| {
+            Refusal::new(format!("`{key:.80}` cannot be set here"), "set one of the scene's settings")
+        })?;
+        let value = settings::value(known, given)?;
+        if known.value.as_ref() == Some(&value) {
+            return Ok(());
+        }
+        let text = with_value(text, key, &value, &self.registry)?;
+        let mut next = Snapshot::new(text.into(), *own, by_hand.clone(), harness.clone(), run + 1);
+        next.harness = Rc::new(self.load(&next)?);
+        let label = format!("{} of {}", known.label, known.group);
+        self.commit(label, next);
+        Ok(())
+    }
+
+    fn undo_last(&mut self) -> Result<(), Refusal> {
+        self.end_drag();
+        let (label, snapshot) =
             self.undo.pop().ok_or_else(|| Refusal::new("there is nothing to take back", "it is as it was opened"))?;
-        let now = self.become_(standing);
+        let now = self.switch_to(snapshot);
         self.redo.push((label, now));
         Ok(())
     }
 
-    fn do_again(&mut self) -> Result<(), Refusal> {
+    fn redo_last(&mut self) -> Result<(), Refusal> {
         self.end_drag();
-        let (label, standing) = self
+        let (label, snapshot) = self
             .redo
             .pop()
             .ok_or_else(|| Refusal::new("there is nothing to do again", "only what was taken back can be"))?;
-        let now = self.become_(standing);
+        let now = self.switch_to(snapshot);
         self.undo.push((label, now));
         Ok(())
     }
@@ -361,7 +360,7 @@ impl Session {
         let next = self.cut_behind(step.min(whole - 1))?;
         if let Some(next) = next {
             let label = format!("go to the end of {}", self.now.steps[step.min(whole - 1)].name);
-            self.deed(label, next);
+            self.commit(label, next);
         }
         Ok(())
     }
@@ -369,42 +368,42 @@ impl Session {
     // ---- standings ------------------------------------------------------------------------------------------------
 
     /// Stands otherwise from now on; returns how it stood.
-    fn become_(&mut self, standing: Standing) -> Standing {
-        self.shown.clone_from(&standing.at);
-        let changed = !Rc::ptr_eq(&self.now.harness, &standing.harness) || self.now.run != standing.run;
-        let kept = self.now.steps.iter().zip(&standing.steps).take_while(|(a, b)| Rc::ptr_eq(a, b));
-        let from = if self.now.run == standing.run { kept.map(|(step, _)| step.len()).sum() } else { 0 };
+    fn switch_to(&mut self, snapshot: Snapshot) -> Snapshot {
+        self.shown.clone_from(&snapshot.at);
+        let changed = !Rc::ptr_eq(&self.now.harness, &snapshot.harness) || self.now.run != snapshot.run;
+        let kept = self.now.steps.iter().zip(&snapshot.steps).take_while(|(a, b)| Rc::ptr_eq(a, b));
+        let from = if self.now.run == snapshot.run { kept.map(|(step, _)| step.len()).sum() } else { 0 };
         self.frames_changed(from);
-        self.news.scene |= changed;
-        (self.unsaved, self.news.edited) = (true, true);
-        let before = std::mem::replace(&mut self.now, standing);
+        self.changes.scene |= changed;
+        (self.unsaved, self.changes.edited) = (true, true);
+        let before = std::mem::replace(&mut self.now, snapshot);
         let now = &self.now;
-        self.held.retain(|name, _| now.at.as_ref().is_some_and(|at| now.harness.acting(name, at).is_ok()));
+        self.held.retain(|name, _| now.at.as_ref().is_some_and(|at| now.harness.active_constraint(name, at).is_ok()));
         before
     }
 
     /// Something was done: how it stood before can be brought back.
-    fn deed(&mut self, label: String, next: Standing) {
-        let before = self.become_(next);
-        self.remember(label, before);
+    fn commit(&mut self, label: String, next: Snapshot) {
+        let before = self.switch_to(next);
+        self.push_undo(label, before);
     }
 
-    fn remember(&mut self, label: String, before: Standing) {
+    fn push_undo(&mut self, label: String, before: Snapshot) {
         self.undo.push((label, before));
-        if self.undo.len() > UNDO {
+        if self.undo.len() > MAX_UNDO {
             self.undo.remove(0);
         }
         self.redo.clear();
-        (self.unsaved, self.news.edited) = (true, true);
+        (self.unsaved, self.changes.edited) = (true, true);
     }
 
     fn frames_changed(&mut self, from: usize) {
-        self.news.from = Some(self.news.from.map_or(from, |before| before.min(from)));
-        self.news.timeline = true;
+        self.changes.from = Some(self.changes.from.map_or(from, |before| before.min(from)));
+        self.changes.timeline = true;
     }
 
     /// The session with nothing behind a step that has ended; `None` where nothing is. Step 0 is the start.
-    fn cut_behind(&self, step: usize) -> Result<Option<Standing>, Refusal> {
+    fn cut_behind(&self, step: usize) -> Result<Option<Snapshot>, Refusal> {
         if step + 1 == self.now.steps.len() && self.now.own + self.now.by_hand.len() == step {
             return Ok(None);
         }
@@ -412,7 +411,7 @@ impl Session {
         next.steps.truncate(step + 1);
         next.own = next.own.min(step);
         next.by_hand.truncate(step - next.own);
-        next.todo = false;
+        next.pending = false;
         let end = next.steps[step].end.borrow().clone();
         if let Some(end) = &end
             && end.harness.schedule.steps.len() <= step
@@ -422,9 +421,9 @@ impl Session {
             next.at = Some(end.checkpoint.clone());
         } else {
             let harness = Rc::new(self.load(&next)?);
-            let at = end.as_ref().and_then(|end| harness.adopt(&end.harness, &end.checkpoint));
+            let at = end.as_ref().and_then(|end| harness.transfer(&end.harness, &end.checkpoint));
             let Some(at) = at else {
-                return Ok(Some(Standing::new(next.text, next.own, next.by_hand, harness, next.run + 1)));
+                return Ok(Some(Snapshot::new(next.text, next.own, next.by_hand, harness, next.run + 1)));
             };
             (next.harness, next.at) = (harness, Some(Rc::new(at)));
         }
@@ -433,14 +432,14 @@ impl Session {
     }
 
     /// What a standing's text describes.
-    fn load(&self, standing: &Standing) -> Result<Harness, Refusal> {
-        let text = standing.whole_text()?;
+    fn load(&self, snapshot: &Snapshot) -> Result<Harness, Refusal> {
+        let text = snapshot.whole_text()?;
         Ok(Harness::load(&text, &*self.files, &self.registry, &self.monitor)?)
     }
 
     /// How hands find it: a step has ended, and what was not carried out is no part of it.
-    fn at_hand(&self) -> Result<Standing, Refusal> {
-        if self.now.todo {
+    fn editable_snapshot(&self) -> Result<Snapshot, Refusal> {
+        if self.now.pending {
             let what = self.busy().unwrap_or_else(|| "a step".to_owned());
             return Err(Refusal::new(format!("{what} is being computed"), "wait for its end, or stop it"));
         }
@@ -449,19 +448,10 @@ impl Session {
             return Err(no_start());
         }
         let cut = self.cut_behind(whole - 1)?.unwrap_or_else(|| self.now.clone());
-        if cut.todo {
+        if cut.pending {
             // It is carried out anew first.
             return Err(Refusal::new("the steps so far must be carried out again", "go to a frame first"));
         }
         Ok(cut)
     }
-}
-
-/// Whether an increment may be followed by another.
-fn is_balanced(ended: &Ended) -> bool {
-    matches!(ended.end.status, Status::Converged | Status::Stalled)
-}
-
-fn no_start() -> Refusal {
-    Refusal::new("no balanced start has been found", "set something else, or take back what was set last")
 }

@@ -1,11 +1,12 @@
 //! The thread that solves, and what stands between it and those who ask: requests in, of which only the newest target of a fixing waits; news
 //! out, of which every tab gets the newest.
 
-mod board;
+mod broadcast;
 
 use crate::protocol::{Notice, Request};
-use crate::session::{Frame, Opened, Session};
-use board::Board;
+use crate::session::{Session, SessionInput};
+use broadcast::Broadcast;
+pub use broadcast::TabMessage;
 use std::collections::VecDeque;
 use std::convert::Infallible;
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -19,7 +20,7 @@ use wireloom::core::{Monitor, Run};
 use wireloom::scenario::Fault;
 
 /// Requests that wait at most: a page has a handful on the way.
-const WAITING: usize = 256;
+const MAX_QUEUED: usize = 256;
 
 /// A harness in the studio: a thread of its own carries it, until it is closed or dropped.
 pub struct Studio {
@@ -29,19 +30,9 @@ pub struct Studio {
 }
 
 /// What a tab is to be told; whoever has it asks it.
-pub struct Feed {
+pub struct Subscription {
     shared: Arc<Shared>,
     tab: u32,
-}
-
-/// Something a tab is to be told.
-#[derive(Clone, Debug, PartialEq)]
-#[expect(clippy::large_enum_variant, reason = "one at a time is passed on, and none is kept")]
-pub enum Told {
-    /// In words.
-    Notice(Notice),
-    /// A shape.
-    Frame(Arc<[u8]>),
 }
 
 /// What `run` would have made of it so far.
@@ -53,21 +44,21 @@ pub struct Outcome {
 }
 
 /// A request that waits.
-enum Waiting {
+enum Queued {
     Request(u32, Request),
     Detached(u32),
 }
 
 /// Between those who ask and the thread.
 struct Shared {
-    waiting: Mutex<VecDeque<Waiting>>,
+    queue: Mutex<VecDeque<Queued>>,
     /// Something waits, or it is all over.
-    bell: Condvar,
-    board: Mutex<Board>,
+    queue_changed: Condvar,
+    broadcast: Mutex<Broadcast>,
     /// Stops what is being computed.
     monitor: Monitor,
     /// Whether the start is being computed.
-    begins: AtomicBool,
+    finding_start: AtomicBool,
     stop: AtomicBool,
     closed: AtomicBool,
 }
@@ -81,17 +72,17 @@ fn locked<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
 ///
 /// # Errors
 /// All faults of the text.
-pub fn open(opened: Opened) -> Result<Studio, Vec<Fault>> {
+pub fn open(opened: SessionInput) -> Result<Studio, Vec<Fault>> {
     let shared = Arc::new(Shared {
-        waiting: Mutex::default(),
-        bell: Condvar::new(),
-        board: Mutex::new(Board::new()),
+        queue: Mutex::default(),
+        queue_changed: Condvar::new(),
+        broadcast: Mutex::new(Broadcast::new()),
         monitor: Monitor::default(),
-        begins: AtomicBool::new(false),
+        finding_start: AtomicBool::new(false),
         stop: AtomicBool::new(false),
         closed: AtomicBool::new(false),
     });
-    let (told, asked) = mpsc::channel();
+    let (told, requested) = mpsc::channel();
     let text = opened.text.len();
     let own = shared.clone();
     let (ends, thread) = mpsc::channel();
@@ -113,74 +104,76 @@ pub fn open(opened: Opened) -> Result<Studio, Vec<Fault>> {
     };
     let spawned = thread::Builder::new().name("studio".to_owned()).spawn(work);
     spawned.map_err(|error| broken(format!("no thread to work on: {error}")))?;
-    asked.recv().unwrap_or_else(|_| Err(broken("the scenario could not be read".to_owned())))?;
+    requested.recv().unwrap_or_else(|_| Err(broken("the scenario could not be read".to_owned())))?;
     Ok(Studio { shared, thread: Mutex::new(thread) })
 }
 
 impl Studio {
     /// A tab more; `wake` is called, from any thread, when there is something to take.
-    pub fn attach(&self, wake: Box<dyn Fn() + Send + Sync>) -> (u32, Feed) {
-        let tab = locked(&self.shared.board).attach(wake);
-        (tab, Feed { shared: self.shared.clone(), tab })
+    pub fn attach(&self, wake: Box<dyn Fn() + Send + Sync>) -> (u32, Subscription) {
+        let tab = locked(&self.shared.broadcast).attach(wake);
+        (tab, Subscription { shared: self.shared.clone(), tab })
     }
 
     /// A tab less: what it held may be taken by others.
     pub fn detach(&self, tab: u32) {
-        if locked(&self.shared.board).detach(tab) {
-            locked(&self.shared.waiting).push_back(Waiting::Detached(tab));
-            self.shared.bell.notify_all();
+        if locked(&self.shared.broadcast).detach(tab) {
+            locked(&self.shared.queue).push_back(Queued::Detached(tab));
+            self.shared.queue_changed.notify_all();
         }
     }
 
     /// A tab asks for something. Of targets of a fixing only the newest waits.
-    pub fn ask(&self, tab: u32, request: Request) {
+    pub fn submit(&self, tab: u32, request: Request) {
         if let Request::Frames { from, to } = request {
-            return locked(&self.shared.board).send_frames(tab, from, to);
+            return locked(&self.shared.broadcast).send_frames(tab, from, to);
         }
-        let mut waiting = locked(&self.shared.waiting);
+        let mut queue = locked(&self.shared.queue);
         match &request {
             Request::Stop => self.shared.stop(),
             // They lead to another start.
-            Request::Set { .. } | Request::Undo | Request::Redo if self.shared.begins.load(Ordering::Relaxed) => {
+            Request::Set { .. } | Request::Undo | Request::Redo
+                if self.shared.finding_start.load(Ordering::Relaxed) =>
+            {
                 self.shared.monitor.stop();
             }
             _ => {}
         }
-        if waiting.len() >= WAITING {
-            drop(waiting);
+        if queue.len() >= MAX_QUEUED {
+            drop(queue);
             let message = "too many requests wait already".to_owned();
             let refused = Notice::Refused { message, help: "wait until some are done".to_owned() };
-            return locked(&self.shared.board).say(Some(tab), refused);
+            return locked(&self.shared.broadcast).notify(Some(tab), refused);
         }
         if let Request::Target { fixing, .. } = &request {
-            let targets = waiting.iter_mut().rev().map_while(|waiting| match waiting {
-                Waiting::Request(by, Request::Target { fixing, .. }) => Some((*by, fixing.clone())),
+            let targets = queue.iter_mut().rev().map_while(|queue| match queue {
+                Queued::Request(by, Request::Target { fixing, .. }) => Some((*by, fixing.clone())),
                 _ => None,
             });
             let behind = targets.enumerate().find(|(_, before)| *before == (tab, fixing.clone())).map(|(k, _)| k);
             if let Some(behind) = behind {
-                let place = waiting.len() - 1 - behind;
-                waiting.remove(place);
+                let place = queue.len() - 1 - behind;
+                queue.remove(place);
             }
         }
-        waiting.push_back(Waiting::Request(tab, request));
-        self.shared.bell.notify_all();
+        queue.push_back(Queued::Request(tab, request));
+        self.shared.queue_changed.notify_all();
     }
 
     /// The scenario as it was when a step ended last, where it has not been saved.
     pub fn draft(&self) -> Option<Arc<str>> {
-        let board = locked(&self.shared.board);
-        board.text.clone().filter(|_| board.unsaved)
+        let broadcast = locked(&self.shared.broadcast);
+        broadcast.text.clone().filter(|_| broadcast.unsaved)
     }
 
     /// The scenario as it was when a step ended last, saved or not.
     pub fn text(&self) -> Option<Arc<str>> {
-        locked(&self.shared.board).text.clone()
+        locked(&self.shared.broadcast).text.clone()
     }
 
     /// The run so far; `None` while the start is being found.
     pub fn result(&self) -> Option<Outcome> {
-        let record = locked(&self.shared.board).record.clone()?;
+        let record = locked(&self.shared.broadcast).record.clone()?;
         let run = Run {
             scenario: record.scenario,
             status: record.status,
@@ -198,13 +191,13 @@ impl Studio {
     pub fn close(&self) {
         self.shared.closed.store(true, Ordering::Relaxed);
         self.shared.stop();
-        drop(locked(&self.shared.waiting));
-        self.shared.bell.notify_all();
+        drop(locked(&self.shared.queue));
+        self.shared.queue_changed.notify_all();
     }
 
     /// Waits until the thread has come to its end, but no longer than that. Returns whether it has.
-    pub fn has_ended(&self, patience: Duration) -> bool {
-        locked(&self.thread).recv_timeout(patience) == Err(mpsc::RecvTimeoutError::Disconnected)
+    pub fn has_ended(&self, timeout: Duration) -> bool {
+        locked(&self.thread).recv_timeout(timeout) == Err(mpsc::RecvTimeoutError::Disconnected)
     }
 }
 
@@ -214,10 +207,10 @@ impl Drop for Studio {
     }
 }
 
-impl Feed {
+impl Subscription {
     /// What comes next; `None`: nothing yet.
-    pub fn take(&self) -> Option<Told> {
-        locked(&self.shared.board).take(self.tab)
+    pub fn take(&self) -> Option<TabMessage> {
+        locked(&self.shared.broadcast).take(self.tab)
     }
 }
 
@@ -231,8 +224,8 @@ impl Shared {
         while !self.is_closed() {
             let next = if session.must_finish() && session.has_work() { None } else { self.next(session) };
             let done = catch_unwind(AssertUnwindSafe(|| match next {
-                Some(Waiting::Request(tab, request)) => session.handle(tab, request),
-                Some(Waiting::Detached(tab)) => session.detach(tab),
+                Some(Queued::Request(tab, request)) => session.handle(tab, request),
+                Some(Queued::Detached(tab)) => session.detach(tab),
                 None => session.work(),
             }));
             if self.stop.swap(false, Ordering::Relaxed) {
@@ -255,24 +248,21 @@ impl Shared {
     }
 
     /// The next request; waits for one where there is nothing to be computed.
-    fn next(&self, session: &Session) -> Option<Waiting> {
-        let mut waiting = locked(&self.waiting);
-        while !session.has_work() && waiting.is_empty() && !self.is_closed() {
-            waiting = self.bell.wait(waiting).unwrap_or_else(PoisonError::into_inner);
+    fn next(&self, session: &Session) -> Option<Queued> {
+        let mut queue = locked(&self.queue);
+        while !session.has_work() && queue.is_empty() && !self.is_closed() {
+            queue = self.queue_changed.wait(queue).unwrap_or_else(PoisonError::into_inner);
         }
         // Under the lock, so that whoever asks for something now knows what he stops.
         if !self.stop.load(Ordering::Relaxed) {
             self.monitor.go_on();
         }
-        self.begins.store(waiting.is_empty() && session.begins(), Ordering::Relaxed);
-        waiting.pop_front()
+        self.finding_start.store(queue.is_empty() && session.is_finding_start(), Ordering::Relaxed);
+        queue.pop_front()
     }
 
     fn publish(&self, session: &mut Session) {
-        let wakes = locked(&self.board).publish(session);
+        let wakes = locked(&self.broadcast).publish(session);
         wakes.iter().for_each(|wake| wake());
     }
 }
-
-/// What the board keeps of frames.
-type Frames = Vec<Option<Frame>>;

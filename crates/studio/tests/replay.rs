@@ -65,7 +65,7 @@ fn recorded() -> (Replay, Run) {
     let (scenario, built) = wireloom::load(TEXT, &wireloom::registry()).expect("no faults");
     let mut recorder = Recorder::new(scene::of(&scenario.name, "wireloom 1", scenario.gravity, &built.network));
     let run = wireloom::run(built, &mut |_, end| {
-        recorder.see(end);
+        recorder.record(end);
         Control::Continue
     });
     assert_eq!(run.status, Status::Converged);

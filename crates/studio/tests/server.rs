@@ -8,7 +8,7 @@ use std::net::{TcpListener, TcpStream};
 use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 use wireloom_studio::protocol::{Holding, Notice, Request};
-use wireloom_studio::server::{Behind, Live, Offer, Server, Site, Token};
+use wireloom_studio::server::{Content, DraftOffer, Live, Server, Site, Token};
 
 fn served() -> Served {
     Served::new(None, Drawer::default())
@@ -133,7 +133,7 @@ fn pages_are_told_of_the_end_and_the_draft_is_kept() {
 
 #[test]
 fn a_draft_is_offered_and_taken_up_or_discarded() {
-    let offer = |text: &str| Some(Offer { text: text.to_owned(), written: "2026-11-21T20:00:00Z".into() });
+    let offer = |text: &str| Some(DraftOffer { text: text.to_owned(), written: "2026-11-21T20:00:00Z".into() });
     let drawer = Drawer(Arc::new(Mutex::new(Some("as it lies there".into()))));
     let text = TEXT.replace("1 m", "1.25 m");
     let served = Served::new(offer(&text), drawer.clone());
@@ -188,14 +188,14 @@ fn idle_connections_without_the_token_keep_nobody_out() {
         stream.write_all(words.as_bytes()).expect("taken");
         stream
     };
-    let mut strangers: Vec<TcpStream> = (0..100).map(|_| stranger("")).collect();
-    strangers.extend((0..100).map(|_| stranger("GET /?token=")));
-    strangers.extend((0..100).map(|_| stranger("GET / HTTP/1.1\r\nHost: localhost\r\n\r\n")));
+    let mut unauthenticated: Vec<TcpStream> = (0..100).map(|_| stranger("")).collect();
+    unauthenticated.extend((0..100).map(|_| stranger("GET /?token=")));
+    unauthenticated.extend((0..100).map(|_| stranger("GET / HTTP/1.1\r\nHost: localhost\r\n\r\n")));
     let began = Instant::now();
     let mut tabs: Vec<_> = (0..64).map(|_| served.tab()).collect();
     assert_eq!(served.server.connections(), 64);
     assert_eq!(status(&served.get_own("/")), "403", "strangers are still answered");
-    for mut stream in strangers {
+    for mut stream in unauthenticated {
         stream.set_read_timeout(Some(Duration::from_secs(30))).expect("a time");
         let mut answer = Vec::new();
         // A reset ends it as well as an orderly end; only waiting in vain is none.
@@ -217,7 +217,7 @@ fn a_server_that_ends_within_an_increment_leaves_no_thread_behind() {
     let token = Token::random().expect("random numbers");
     let studio = common::session(&endless.replace("segments = 40", "segments = 1000"), false).expect("no faults");
     let live = Live::new(studio, None, Box::new(Drawer::default()));
-    let site = Site { page: String::new(), behind: Behind::Live(live) };
+    let site = Site { page: String::new(), content: Content::Live(live) };
     let server = Server::start(listener, "127.0.0.1", token, site).expect("started");
     std::thread::sleep(Duration::from_millis(300));
     assert!(server.stop(), "the solver has ended");

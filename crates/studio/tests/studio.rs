@@ -10,18 +10,18 @@ use wireloom::core::registry::MinimiserKind;
 use wireloom::core::{Problem, Registry, State, Stop};
 use wireloom::scenario::NoFiles;
 use wireloom_studio::protocol::{Holding, Notice, Request, Scene, Session, Timeline};
-use wireloom_studio::{Feed, Opened, Studio, Told, frame};
+use wireloom_studio::{SessionInput, Studio, Subscription, TabMessage, frame};
 
 fn open(text: &str, registry: Registry) -> Studio {
     let (text, name) = (text.to_owned(), "cable.toml".to_owned());
-    let opened = Opened { text, name, files: Box::new(NoFiles), registry, unsaved: false };
+    let opened = SessionInput { text, name, files: Box::new(NoFiles), registry, unsaved: false };
     wireloom_studio::open(opened).unwrap_or_else(|faults| panic!("{faults:?}"))
 }
 
 /// A tab, and all that it was told last.
 struct Tab {
     number: u32,
-    feed: Feed,
+    feed: Subscription,
     woken: mpsc::Receiver<()>,
     scene: Option<Scene>,
     timeline: Option<Timeline>,
@@ -42,11 +42,11 @@ impl Tab {
     fn until(&mut self, what: impl Fn(&Self) -> bool) {
         while !what(self) {
             match self.feed.take() {
-                Some(Told::Notice(Notice::Scene(scene))) => self.scene = Some(scene),
-                Some(Told::Notice(Notice::Timeline(timeline))) => self.timeline = Some(timeline),
-                Some(Told::Notice(Notice::Session(session))) => self.session = Some(session),
-                Some(Told::Notice(notice)) => self.said.push(notice),
-                Some(Told::Frame(bytes)) => self.frame = frame::decode(&bytes).map(|(header, _)| header),
+                Some(TabMessage::Notice(Notice::Scene(scene))) => self.scene = Some(scene),
+                Some(TabMessage::Notice(Notice::Timeline(timeline))) => self.timeline = Some(timeline),
+                Some(TabMessage::Notice(Notice::Session(session))) => self.session = Some(session),
+                Some(TabMessage::Notice(notice)) => self.said.push(notice),
+                Some(TabMessage::Frame(bytes)) => self.frame = frame::decode(&bytes).map(|(header, _)| header),
                 None => self.woken.recv().expect("the studio is there"),
             }
         }
@@ -78,18 +78,18 @@ fn two_tabs_see_the_same_and_a_closed_one_frees_what_it_held() {
         tab.until(|tab| tab.scene.is_some() && tab.is_at(0));
     }
     assert_eq!(one.scene, other.scene);
-    studio.ask(one.number, to(0.01));
+    studio.submit(one.number, to(0.01));
     other.until(|tab| tab.is_at(1) && tab.holds() == [("plug-B".to_owned(), one.number)]);
-    studio.ask(other.number, to(0.02));
+    studio.submit(other.number, to(0.02));
     other.until(|tab| matches!(tab.said.first(), Some(Notice::Refused { .. })));
     studio.detach(one.number);
     other.until(|tab| tab.holds().is_empty() && tab.session.as_ref().is_some_and(|session| session.tabs == 1));
-    studio.ask(other.number, to(0.02));
+    studio.submit(other.number, to(0.02));
     other.until(|tab| tab.is_at(2));
     let names: Vec<&str> = other.timeline.iter().flat_map(|t| &t.steps).map(|step| step.name.as_str()).collect();
     assert_eq!(names, ["start", "drag plug-B", "drag plug-B 2"]);
     // What was asked for is sent, as far as it is known.
-    studio.ask(other.number, Request::Frames { from: 0, to: 9 });
+    studio.submit(other.number, Request::Frames { from: 0, to: 9 });
     other.until(|tab| tab.frame.as_ref().is_some_and(|header| header.frame == 0));
     other.until(|tab| tab.is_at(2));
     assert!(studio.draft().is_some_and(|text| text.contains("drag plug-B")));
@@ -102,10 +102,10 @@ fn of_targets_that_wait_only_the_newest_counts() {
     let studio = open(CABLE, wireloom::registry());
     let mut tab = Tab::of(&studio);
     // The start is still being found, or just so: nothing of this is lost, and little of it is carried out.
-    studio.ask(tab.number, Request::Hold { branch: "nowhere".into(), s: 0.0, how: Holding::Pin });
+    studio.submit(tab.number, Request::Hold { branch: "nowhere".into(), s: 0.0, how: Holding::Pin });
     tab.until(|tab| tab.is_at(0) && tab.said.len() == 1);
     for k in 0..=1000 {
-        studio.ask(tab.number, to(1e-5 * f64::from(k)));
+        studio.submit(tab.number, to(1e-5 * f64::from(k)));
     }
     tab.until(|tab| {
         tab.frame.as_ref().is_some_and(|header| {
@@ -157,15 +157,15 @@ fn a_solver_that_breaks_down_is_told_of_and_the_session_goes_on() {
     let studio = open(&format!("{CABLE}[minimiser]\nkind = \"brittle\"\n"), registry);
     let mut tab = Tab::of(&studio);
     tab.until(|tab| tab.is_at(0));
-    studio.ask(tab.number, to(0.01));
+    studio.submit(tab.number, to(0.01));
     tab.until(|tab| tab.is_at(1));
     breaks.store(true, Ordering::Relaxed);
-    studio.ask(tab.number, to(0.02));
+    studio.submit(tab.number, to(0.02));
     tab.until(|tab| matches!(tab.said.last(), Some(Notice::Refused { message, .. }) if message.contains("to pieces")));
     breaks.store(false, Ordering::Relaxed);
-    studio.ask(tab.number, to(0.03));
+    studio.submit(tab.number, to(0.03));
     tab.until(|tab| tab.is_at(2));
-    studio.ask(tab.number, Request::Drop { fixing: "plug-B".into() });
-    studio.ask(tab.number, Request::Undo);
+    studio.submit(tab.number, Request::Drop { fixing: "plug-B".into() });
+    studio.submit(tab.number, Request::Undo);
     tab.until(|tab| tab.is_at(0));
 }

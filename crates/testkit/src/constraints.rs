@@ -2,10 +2,10 @@
 
 use wireloom_core::constraint::Residual;
 use wireloom_core::rotation::skew;
-use wireloom_core::{Action, Constraint, Equations, Matrix, Potential, Situation, Vector};
+use wireloom_core::{Action, Constraint, Equations, Matrix, Potential, ConstraintView, Vector};
 
 /// Derivatives of the distance r of two stations: the direction, and r″ between their points.
-fn distance(at: &Situation<'_>) -> (f64, Vector, Matrix) {
+fn distance(at: &ConstraintView<'_>) -> (f64, Vector, Matrix) {
     let gap = at.stations[1].position - at.stations[0].position;
     let r = gap.norm();
     let d = gap / r;
@@ -30,16 +30,16 @@ impl Constraint for Strut {
 }
 
 impl Potential for Strut {
-    fn energy(&self, at: &Situation<'_>) -> f64 {
+    fn energy(&self, at: &ConstraintView<'_>) -> f64 {
         0.5 * self.stiffness * (distance(at).0 - self.rest).powi(2)
     }
-    fn gradient(&self, at: &Situation<'_>, stations: &mut [Vector], _: &mut [Vector]) -> f64 {
+    fn gradient(&self, at: &ConstraintView<'_>, stations: &mut [Vector], _: &mut [Vector]) -> f64 {
         let (r, d, _) = distance(at);
         let force = d * (self.stiffness * (r - self.rest));
         (stations[0], stations[2]) = (-force, force);
         self.energy(at)
     }
-    fn hessian(&self, at: &Situation<'_>, stations: &mut [Matrix], _: &mut [Matrix]) {
+    fn hessian(&self, at: &ConstraintView<'_>, stations: &mut [Matrix], _: &mut [Matrix]) {
         let (r, d, second) = distance(at);
         let k = (d * d.transpose() + second * (r - self.rest)) * self.stiffness;
         (stations[0], stations[2], stations[8], stations[10]) = (k, -k, -k, k);
@@ -65,15 +65,15 @@ impl Equations for Link {
     fn of_stations(&self) -> Vec<Residual> {
         vec![Residual::zero(1.0)]
     }
-    fn residuals(&self, at: &Situation<'_>, c: &mut [f64]) {
+    fn residuals(&self, at: &ConstraintView<'_>, c: &mut [f64]) {
         c[0] = distance(at).0 - self.0;
     }
-    fn jacobian(&self, at: &Situation<'_>, c: &mut [f64], stations: &mut [Vector], _: &mut [Vector]) {
+    fn jacobian(&self, at: &ConstraintView<'_>, c: &mut [f64], stations: &mut [Vector], _: &mut [Vector]) {
         let (r, d, _) = distance(at);
         c[0] = r - self.0;
         (stations[0], stations[2]) = (-d, d);
     }
-    fn curvature(&self, at: &Situation<'_>, w: &[f64], stations: &mut [Matrix], _: &mut [Matrix]) {
+    fn curvature(&self, at: &ConstraintView<'_>, w: &[f64], stations: &mut [Matrix], _: &mut [Matrix]) {
         let k = distance(at).2 * w[0];
         (stations[0], stations[2], stations[8], stations[10]) = (k, -k, -k, k);
     }
@@ -101,12 +101,12 @@ impl Equations for Floor {
     fn of_each_node(&self) -> Vec<Residual> {
         vec![Residual::not_positive(1.0)]
     }
-    fn residuals(&self, at: &Situation<'_>, c: &mut [f64]) {
+    fn residuals(&self, at: &ConstraintView<'_>, c: &mut [f64]) {
         for (c, x) in c.iter_mut().zip(at.span) {
             *c = self.0 - x.z;
         }
     }
-    fn jacobian(&self, at: &Situation<'_>, c: &mut [f64], _: &mut [Vector], span: &mut [Vector]) {
+    fn jacobian(&self, at: &ConstraintView<'_>, c: &mut [f64], _: &mut [Vector], span: &mut [Vector]) {
         self.residuals(at, c);
         span.fill(-Vector::z());
     }
@@ -126,12 +126,12 @@ impl Equations for Sight {
     fn of_stations(&self) -> Vec<Residual> {
         vec![Residual::zero(1.0), Residual::not_positive(1.0)]
     }
-    fn residuals(&self, at: &Situation<'_>, c: &mut [f64]) {
+    fn residuals(&self, at: &ConstraintView<'_>, c: &mut [f64]) {
         let gap = at.stations[1].position - at.stations[0].position;
         c[0] = at.stations[0].orientation.inverse_transform_vector(&gap).x;
         c[1] = 0.5 * gap.norm_squared() - 0.5;
     }
-    fn jacobian(&self, at: &Situation<'_>, c: &mut [f64], stations: &mut [Vector], _: &mut [Vector]) {
+    fn jacobian(&self, at: &ConstraintView<'_>, c: &mut [f64], stations: &mut [Vector], _: &mut [Vector]) {
         self.residuals(at, c);
         let gap = at.stations[1].position - at.stations[0].position;
         let a = &at.stations[0].orientation;
@@ -141,7 +141,7 @@ impl Equations for Sight {
         (stations[0], stations[1], stations[2]) = (-along, turn, along);
         (stations[4], stations[6]) = (-gap, gap);
     }
-    fn curvature(&self, at: &Situation<'_>, w: &[f64], stations: &mut [Matrix], _: &mut [Matrix]) {
+    fn curvature(&self, at: &ConstraintView<'_>, w: &[f64], stations: &mut [Matrix], _: &mut [Matrix]) {
         let a = &at.stations[0].orientation;
         let g = a.inverse_transform_vector(&(at.stations[1].position - at.stations[0].position));
         let r = a.to_rotation_matrix();

@@ -14,7 +14,7 @@ pub use monte_carlo::{MonteCarlo, monte_carlo};
 use std::time::Instant;
 use wireloom_core::constraint::{ConstraintSpec, HoldWord, Limits};
 use wireloom_core::joint::{Arm, JointSpec};
-use wireloom_core::network::{BranchPlan, FixingPlan, JointPlan, Place};
+use wireloom_core::network::{BranchPlan, ConstraintPlan, JointPlan, Place};
 use wireloom_core::registry::Parameters;
 use wireloom_core::rod::{Mesh, RodSpec};
 use wireloom_core::rotation::{columns, frame_from};
@@ -25,8 +25,8 @@ use wireloom_models::joints::cosserat::CosseratJoint;
 use wireloom_models::rods::cosserat;
 use wireloom_scenario::Built;
 use wireloom_solve::Control;
-use wireloom_solve::certificate::Certifier;
-use wireloom_solve::newton::Newton;
+use wireloom_solve::steps::certificate::Certifier;
+use wireloom_solve::minimisers::newton::Newton;
 
 /// Length of a drag step, m.
 const STRIDE: f64 = 0.005;
@@ -77,11 +77,11 @@ fn branch(name: String, section: &Section, length: f64, segments: usize, station
     BranchPlan { name, section: section.clone(), rod: Box::new(cosserat::rod(spec)), path: vec![] }
 }
 
-fn connector(name: &str, branch: usize, node: usize) -> FixingPlan {
+fn connector(name: &str, branch: usize, node: usize) -> ConstraintPlan {
     let words = [HoldWord::Position, HoldWord::Tangent, HoldWord::Twist];
     let spec = ConstraintSpec { name: name.into(), hold: Some(words.to_vec()), ..ConstraintSpec::default() };
     let kind = wireloom_models::fixings::connector();
-    FixingPlan {
+    ConstraintPlan {
         name: name.into(),
         kind: kind.name.clone(),
         constraint: (kind.build)(&spec, &Parameters::default()).expect("a connector holds everything"),
@@ -241,14 +241,14 @@ const DRAG_SPACING: f64 = 0.005;
 pub fn drag_installed(kbl: &str) -> Result<Case, String> {
     let built = imported(kbl, Arrangement::Installed, DRAG_SPACING)?;
     let (network, stop) = (&built.network, built.stop);
-    let mut state = wireloom_solve::start::place(network, &built.schedule);
+    let mut state = wireloom_solve::start::layout::place(network, &built.schedule);
     let mut conditions = Conditions::new(network, built.schedule.gravity, &state);
     conditions.load_factors.fill(1.0);
     conditions.active.fill(true);
     let mut problem = Problem::new(network, conditions);
     let mut newton = Newton::new();
     newton.minimise(&mut problem, &mut state, &Stop { max_iterations: 20_000, ..stop });
-    let ends = network.fixings.iter().enumerate().filter_map(|(f, fixing)| match fixing.place {
+    let ends = network.constraints.iter().enumerate().filter_map(|(f, fixing)| match fixing.place {
         Place::Node { branch, node } if fixing.kind == "connector" => {
             let mesh = network.branches[branch].rod.mesh();
             let outward = if node == 0 { -1.0 } else { 1.0 };
@@ -329,7 +329,7 @@ pub fn schedule() -> Schedule {
 /// The rest shape along x under gravity, then fixing 1 moved by `shift` in increments.
 fn hung<'n>(network: &'n Network, newton: &mut Newton, stop: &Stop, shift: Vector) -> (Problem<'n>, State) {
     let schedule = schedule();
-    let mut state = wireloom_solve::start::place(network, &schedule);
+    let mut state = wireloom_solve::start::layout::place(network, &schedule);
     let conditions = Conditions::new(network, schedule.gravity, &state);
     let mut problem = Problem::new(network, conditions);
     let mut target = problem.conditions().targets[1];

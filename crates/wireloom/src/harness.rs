@@ -14,14 +14,12 @@
 //! # Ok::<(), std::io::Error>(())
 //! ```
 
-pub use wireloom_core::network::{
-    Branch, BranchPlan, Fixing, FixingPlan, Joint, JointPlan, Load, Network, Place, Site, Span,
-};
+pub use wireloom_core::network::{AttachedConstraint, Branch, BranchPlan, ConstraintPlan, Joint, JointPlan, Load, Network, Place, Site, Span};
 pub use wireloom_core::obstacle::{Obstacle, Shape, ShapeFile, Surface};
 pub use wireloom_core::rod::Mesh;
 pub use wireloom_core::steps::{
     Carried, Course, Initial, Journey, Move, ObstacleMove, Operation, Schedule, Step, Track, Turn,
 };
 pub use wireloom_core::{Conditions, Problem, Section, State, Tangent};
-pub use wireloom_solve::nested::carried_over;
-pub use wireloom_solve::start::place;
+pub use wireloom_solve::start::layout::prolongation::prolonged;
+pub use wireloom_solve::start::layout::layout::place;

@@ -18,7 +18,7 @@ pub fn registry() -> Registry {
 #[cfg(feature = "gpu")]
 pub fn registry_on(devices: wireloom_gpu::Devices) -> Registry {
     let mut registry = on_cpu();
-    let gpu = wireloom_gpu::kind(devices, || Box::new(wireloom_solve::newton::Newton::new()));
+    let gpu = wireloom_gpu::kind(devices, || Box::new(wireloom_solve::minimisers::newton::Newton::new()));
     registry.add_minimiser(gpu).map_err(|_| "built-ins are registered first").unwrap();
     registry
 }

@@ -22,4 +22,4 @@ pub use wireloom_core::equilibrium::{
     StepResult, TightestBend,
 };
 pub use wireloom_core::event::{Event, EventKind, EventPlace, Group, Moment, grouped};
-pub use wireloom_core::minimiser::Status;
+pub use wireloom_core::status::Status;

@@ -2,7 +2,7 @@
 
 use wireloom_core::equilibrium::{Run, StepResult};
 use wireloom_scenario::Built;
-use wireloom_solve::checkpoint::{Observer, Resumed, Watching};
+use wireloom_solve::steps::checkpoint::{Observer, Resumed, Watching};
 use wireloom_solve::{Control, Progress};
 
 /// Carries out the steps of a built scenario. `observer` is called at the end of every increment and may stop the run; what
@@ -16,7 +16,7 @@ pub fn run(built: Built, observer: &mut dyn FnMut(&Progress, &StepResult) -> Con
 ///
 /// # Panics
 /// If the checkpoint is not one of a run of the same scenario; see
-/// [`Checkpoint::fits`](wireloom_solve::checkpoint::Checkpoint::fits).
+/// [`Checkpoint::fits`](wireloom_solve::steps::checkpoint::Checkpoint::fits).
 pub fn run_observed(built: Built, resumed: Option<Resumed>, observer: &mut dyn Observer) -> Run {
     let Built { network, coarse, schedule, mut minimiser, stop, notes, .. } = built;
     let minimiser = minimiser.as_mut();

@@ -43,7 +43,7 @@
 //! ```
 
 pub use wireloom_core::Monitor;
-pub use wireloom_solve::changed::{Changed, changed};
-pub use wireloom_solve::checkpoint::{Checkpoint, Observer, Resumed, Watching};
-pub use wireloom_solve::hands::{Ended, Hands, Trouble};
+pub use wireloom_solve::steps::checkpoint_transfer::{Changed, changed};
+pub use wireloom_solve::steps::checkpoint::{Checkpoint, Observer, Resumed, Watching};
+pub use wireloom_solve::steps::interactive::{Ended, Hands, Trouble};
 pub use wireloom_solve::{Control, Progress};

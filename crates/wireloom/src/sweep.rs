@@ -49,7 +49,7 @@ use wireloom_core::{Monitor, Network, Registry, Status};
 use wireloom_export::ending::Ending;
 use wireloom_scenario::sweep::{Axis, Value};
 use wireloom_scenario::{Built, Fault, Files};
-use wireloom_solve::checkpoint::{Checkpoint, Observer, Resumed};
+use wireloom_solve::steps::checkpoint::{Checkpoint, Observer, Resumed};
 use wireloom_solve::{Control, Progress};
 
 pub use wireloom_export::table::{Cell, Header, Row};
@@ -119,7 +119,7 @@ pub fn run(text: &str, files: &(dyn Files + Sync), registry: &Registry) -> Resul
 pub fn header(sweep: &Sweep, network: &Network) -> Header {
     let mut fixings: Vec<String> = Vec::new();
     // A name may be taken again when a fixing has let go.
-    for fixing in &network.fixings {
+    for fixing in &network.constraints {
         if !fixings.contains(&fixing.name) {
             fixings.push(fixing.name.clone());
         }

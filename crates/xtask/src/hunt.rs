@@ -1,8 +1,9 @@
-//! `cargo xtask hunt`: the standing hunt for wrong answers. It lives with the whole-program tests (`tests/src/hunt`), for it sees what they see.
+//! `cargo xtask hunt`: random search for wrong answers. It is in `tests/src/hunt`, with the whole-program tests,
+//! because it uses what they use.
 
 use crate::run::{command, step, target};
 
-/// Builds the hunt as the tests are built, and goes hunting.
+/// Builds the search as the tests are built, and runs it.
 pub fn hunt(options: &[&str]) -> Result<(), String> {
     let build = ["build", "--quiet", "--workspace", "--bin", "hunt"];
     step("the hunt is built with what the tests are built with", &mut command("cargo", &build))?;

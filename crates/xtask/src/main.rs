@@ -1,4 +1,4 @@
-//! Developer commands: `cargo xtask test` and its like. No dependencies, so that it is there in a second.
+//! Developer commands, such as `cargo xtask test`. No dependencies, so that it builds in a second.
 #![allow(clippy::print_stdout, clippy::print_stderr, reason = "a command for developers talks to them")]
 
 mod hunt;

@@ -1,8 +1,8 @@
-//! `cargo xtask readme`: the README shows what the program prints today.
+//! `cargo xtask readme`: updates the README with the current output of the program.
 
 use crate::run::{command, root, step};
 
-/// Runs the main command, keeps its picture, and lets the README's test write instead of compare.
+/// Runs the main command, keeps its picture, and runs the README's test in write mode.
 pub fn readme() -> Result<(), String> {
     let main = ["run", "--quiet", "--release", "--", "run", "scenarios/first.toml"];
     step("the main command", &mut command("cargo", &main))?;

@@ -1,27 +1,27 @@
-//! Other programs, run in the repository.
+//! Runs other programs in the repository.
 
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use std::time::Instant;
 
-/// The repository.
+/// Root of the repository.
 pub fn root() -> &'static Path {
     Path::new(env!("CARGO_MANIFEST_DIR")).ancestors().nth(2).expect("crates/xtask lies in the repository")
 }
 
-/// Where cargo builds.
+/// Target directory of cargo.
 pub fn target() -> PathBuf {
     root().join(std::env::var_os("CARGO_TARGET_DIR").unwrap_or_else(|| "target".into()))
 }
 
-/// A program with its arguments, to be run in the repository.
+/// A program with its arguments, to be run at the root of the repository.
 pub fn command(program: &str, arguments: &[&str]) -> Command {
     let mut command = Command::new(program);
     command.args(arguments).current_dir(root());
     command
 }
 
-/// Runs a step and says what it is for and how long it took.
+/// Runs a step; prints its purpose and its duration.
 pub fn step(why: &str, command: &mut Command) -> Result<(), String> {
     println!("\n== {why}\n   {}", words(command));
     let clock = Instant::now();
@@ -33,7 +33,7 @@ pub fn step(why: &str, command: &mut Command) -> Result<(), String> {
     Ok(())
 }
 
-/// Whether a program runs; what it prints is dropped.
+/// Whether a program succeeds; its output is discarded.
 pub fn works(command: &mut Command) -> bool {
     command.stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::null()).status().is_ok_and(|s| s.success())
 }

@@ -1,9 +1,9 @@
-//! `cargo xtask test`: all that must hold. What is quick to fail comes first.
+//! `cargo xtask test`: all checks. Fast checks come first.
 
 use crate::run::{command, root, step, target};
 use crate::tools;
 
-/// Installs what is missing, then checks form, lints, docs, tests and licences.
+/// Installs missing tools, then checks format, lints, docs, tests and licences.
 pub fn test() -> Result<(), String> {
     tools::components()?;
     step("one form for all sources", &mut command("cargo", &["fmt", "--all", "--check"]))?;
@@ -16,7 +16,7 @@ pub fn test() -> Result<(), String> {
     let mut tests = command("cargo", &tests);
     tests.env("WIRELOOM_GPU_TESTS", if tools::vulkan() { "require" } else { "auto" });
     if std::env::var_os("XDG_RUNTIME_DIR").is_none() {
-        // Drivers of GPUs look for one and complain at every start where there is none.
+        // GPU drivers expect this variable and print a warning at every start without it.
         tests.env("XDG_RUNTIME_DIR", tools::runtime()?);
     }
     if let Some(python) = tools::python() {

@@ -1,5 +1,5 @@
-//! What the tests need beyond cargo: two components of Rust, a Vulkan device, Node and a browser for the studio's page, cargo-deny, and a Python
-//! with DuckDB; the last two go into the target folder.
+//! Tools of the tests beyond cargo: two components of Rust, a Vulkan device, Node and a browser for the studio's page,
+//! cargo-deny, and a Python with DuckDB; the last two are installed into the target folder.
 
 use crate::run::{command, step, target, works};
 use std::path::PathBuf;
@@ -7,7 +7,7 @@ use std::path::PathBuf;
 const DENY: &str = "0.20.2";
 const DUCKDB: &str = "2.0.0";
 
-/// Makes sure that `cargo fmt` and `cargo clippy` are there.
+/// Makes sure that `cargo fmt` and `cargo clippy` are installed.
 pub fn components() -> Result<(), String> {
     for (subcommand, component) in [("fmt", "rustfmt"), ("clippy", "clippy")] {
         if works(&mut command("cargo", &[subcommand, "--version"])) {
@@ -20,8 +20,8 @@ pub fn components() -> Result<(), String> {
     Ok(())
 }
 
-/// Makes sure that there is a Vulkan device for the tests of the GPU: where the system has no driver, Mesa's device in software. Returns
-/// whether there is one; where none can be installed those tests are shown as ignored.
+/// Makes sure that there is a Vulkan device for the GPU tests; installs Mesa's software device if the system has no
+/// driver. Returns whether there is one; without one these tests are shown as ignored.
 pub fn vulkan() -> bool {
     const PACKAGES: [&str; 2] = ["mesa-vulkan-drivers", "libvulkan1"];
     if has_vulkan() {
@@ -35,7 +35,7 @@ pub fn vulkan() -> bool {
     done.is_ok() && has_vulkan()
 }
 
-/// Installs packages of Debian and its kin; as root, or as somebody who may become root without being asked.
+/// Installs packages on Debian and its derivatives, as root or with passwordless sudo.
 fn install(why: &str, packages: &[&str]) -> Result<(), String> {
     let root: &[&str] = if works(&mut command("sh", &["-c", "test \"$(id -u)\" = 0"])) { &[] } else { &["sudo", "-n"] };
     let apt = |arguments: &[&str]| {
@@ -50,14 +50,14 @@ fn install(why: &str, packages: &[&str]) -> Result<(), String> {
     step(why, &mut apt(&install))
 }
 
-/// A folder for what lives as long as a session, which a system without one lacks.
+/// A runtime folder for systems that define none.
 pub fn runtime() -> Result<PathBuf, String> {
     let folder = target().join("tools/runtime");
     std::fs::create_dir_all(&folder).map_err(|error| format!("{} cannot be made: {error}", folder.display()))?;
     Ok(folder)
 }
 
-/// Whether the system has Vulkan's loader and a driver.
+/// Whether the system has the Vulkan loader and a driver.
 fn has_vulkan() -> bool {
     let loader = command("ldconfig", &["-p"]).output();
     let loader = loader.or_else(|_| command("/sbin/ldconfig", &["-p"]).output());
@@ -66,10 +66,10 @@ fn has_vulkan() -> bool {
     found && drivers.into_iter().flatten().any(|mut files| files.next().is_some())
 }
 
-/// The sources of the studio's page.
+/// Folder of the page's sources.
 pub const PAGE: &str = "crates/studio/web";
 
-/// Path of cargo-deny, installed (about three minutes on two cores) where it is missing.
+/// Path of cargo-deny; installs it (about three minutes on two cores) if it is missing.
 pub fn deny() -> Result<String, String> {
     let root = target().join("tools");
     let program = root.join("bin/cargo-deny").with_extension(std::env::consts::EXE_EXTENSION);
@@ -83,7 +83,7 @@ pub fn deny() -> Result<String, String> {
     Ok(path)
 }
 
-/// A Python that knows DuckDB, in a virtual environment; `None` where there is none to be had, and so the tests that want one are ignored.
+/// Path of a Python with DuckDB; `None` if it cannot be installed, and the tests that need it are then ignored.
 pub fn python() -> Option<String> {
     let root = target().join("tools/python");
     let path =
@@ -101,7 +101,7 @@ pub fn python() -> Option<String> {
     made.inspect_err(|error| println!("{error}\n   so what is tested with DuckDB is ignored")).ok().map(|()| path)
 }
 
-/// A virtual environment of Python; on Debian the module for it may be missing, which only root can mend.
+/// Creates a virtual environment of Python; on Debian its module may be missing, which needs root.
 fn virtual_environment(root: &str) -> Result<(), String> {
     let mut make = command("python3", &["-m", "venv", "--clear", root]);
     let why = "make a virtual environment of Python in the target folder";
@@ -113,7 +113,7 @@ fn virtual_environment(root: &str) -> Result<(), String> {
     step(why, &mut make)
 }
 
-/// Whether the page of the studio can be built here: npm is there, or can be had, and what the page is made with could be installed.
+/// Whether the page of the studio can be built here: npm and the page's dependencies are installed, or could be.
 pub fn node() -> bool {
     let there = || works(&mut command("npm", &["--version"]));
     if !there()
@@ -130,9 +130,9 @@ pub fn node() -> bool {
         .is_ok()
 }
 
-/// Whether there is a browser for the tests of the page; on Debian it is installed where it can be.
+/// Whether there is a browser for the tests of the page; on Debian it is installed if possible.
 pub fn browser() -> bool {
-    // The program that steers the browser asks for it.
+    // The browser driver needs this version.
     if !works(&mut command("node", &["-e", "process.exit(parseInt(process.versions.node) < 20 ? 1 : 0)"])) {
         println!("   Node is older than 20, so the page is not tried in a browser");
         return false;

@@ -1,6 +1,7 @@
-//! `cable-tie`: a tie around two branches, drawn tight over the step in which it is put on. README.md has the parameters.
+//! `cable-tie`: a tie around two branches, tightened during the step in which it is added. README.md lists the
+//! parameters.
 
-use wireloom_plugin::core::constraint::{Attaches, ConstraintSpec, Equations, Residual, Situation, SpanUse};
+use wireloom_plugin::core::constraint::{Attaches, ConstraintSpec, Equations, Residual, ConstraintView, SpanUse};
 use wireloom_plugin::core::registry::{BuildError, ConstraintKind, Form, Parameter, Parameters, Quantity, Value};
 use wireloom_plugin::core::{Action, Constraint, Matrix, Vector};
 
@@ -27,14 +28,15 @@ pub fn cable_tie() -> ConstraintKind {
     }
 }
 
-/// A tie: the distance `d = |x₂ − x₁|` of the centre lines lies between `r₁ + r₂` (the surfaces touch) and the length L that the tie leaves. L goes
-/// from the distance d₀ at which it is put on to `D = r₁ + r₂ + gap`.
+/// A tie: the distance `d = |x₂ − x₁|` of the centre lines lies between `r₁ + r₂` (the surfaces touch) and
+/// the length L of the tie. L decreases from the distance d₀ at which the tie is added to `D = r₁ + r₂ +
+/// gap`.
 struct Tie {
     /// r₁ + r₂, m.
     touching: f64,
-    /// Room left when tight, m.
+    /// Gap between the surfaces when tight, m.
     gap: f64,
-    /// Share of the step at which it is tight.
+    /// Fraction of the step at which the tie is tight.
     tight_at: f64,
 }
 
@@ -49,8 +51,8 @@ impl Tie {
         Ok(Self { touching, gap: number("gap"), tight_at: number("tight_at") })
     }
 
-    /// `L = d₀ + (D − d₀) min(1, p / p_tight)`, and at least D: what is nearer stays loose.
-    fn length(&self, at: &Situation<'_>) -> f64 {
+    /// `L = d₀ + (D − d₀) min(1, p / p_tight)`, but at least D: branches that are nearer stay loose.
+    fn length(&self, at: &ConstraintView<'_>) -> f64 {
         let tight = self.touching + self.gap;
         let put_on = (at.targets[1].position - at.targets[0].position).norm();
         let drawn = (at.progress / self.tight_at).min(1.0);
@@ -58,8 +60,8 @@ impl Tie {
     }
 }
 
-/// d and its direction, of which there is none where the centre lines meet.
-fn distance(at: &Situation<'_>) -> (f64, Vector) {
+/// d and its direction; the direction is zero where the centre lines meet.
+fn distance(at: &ConstraintView<'_>) -> (f64, Vector) {
     let apart = at.stations[1].position - at.stations[0].position;
     let d = apart.norm();
     (d, if d > 0.0 { apart / d } else { Vector::zeros() })
@@ -76,12 +78,12 @@ impl Constraint for Tie {
 }
 
 impl Equations for Tie {
-    /// Without a gap `d = L`: the tie pulls or the surfaces push. With one `d ≤ L` and `r₁ + r₂ ≤ d`.
+    /// Without a gap `d = L`: the tie pulls or the surfaces push. With a gap `d ≤ L` and `r₁ + r₂ ≤ d`.
     fn of_stations(&self) -> Vec<Residual> {
         if self.gap == 0.0 { vec![Residual::zero(1.0)] } else { vec![Residual::not_positive(1.0); 2] }
     }
 
-    fn residuals(&self, at: &Situation<'_>, c: &mut [f64]) {
+    fn residuals(&self, at: &ConstraintView<'_>, c: &mut [f64]) {
         let (d, _) = distance(at);
         c[0] = d - self.length(at);
         if let Some(push) = c.get_mut(1) {
@@ -90,7 +92,7 @@ impl Equations for Tie {
     }
 
     /// `∂d/∂x₁ = −n`, `∂d/∂x₂ = n`
-    fn jacobian(&self, at: &Situation<'_>, c: &mut [f64], stations: &mut [Vector], _span: &mut [Vector]) {
+    fn jacobian(&self, at: &ConstraintView<'_>, c: &mut [f64], stations: &mut [Vector], _span: &mut [Vector]) {
         self.residuals(at, c);
         let (_, n) = distance(at);
         for (row, sign) in stations.chunks_exact_mut(4).zip([1.0, -1.0]) {
@@ -99,7 +101,7 @@ impl Equations for Tie {
     }
 
     /// `∂²d/∂x² = ±(I − n nᵀ)/d`
-    fn curvature(&self, at: &Situation<'_>, w: &[f64], stations: &mut [Matrix], _span: &mut [Matrix]) {
+    fn curvature(&self, at: &ConstraintView<'_>, w: &[f64], stations: &mut [Matrix], _span: &mut [Matrix]) {
         let (d, n) = distance(at);
         if d == 0.0 {
             return;

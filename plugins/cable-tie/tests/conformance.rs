@@ -1,4 +1,4 @@
-//! The tie against the contract of equations, with a gap and without.
+//! The tie satisfies the contract of equations, with a gap and without.
 
 use wireloom_plugin::core::constraint::{ConstraintSpec, StationSpec};
 use wireloom_plugin::core::{Constraint, Parameters, Value};

@@ -1,4 +1,4 @@
-//! `hinge-guide`: a clip on a door or an arm that turns about an axis. README.md has the parameters.
+//! `hinge-guide`: a clip on a door or an arm that rotates about an axis. README.md lists the parameters.
 
 use wireloom_plugin::core::constraint::{Attaches, ConstraintSpec, Hold, HoldWord};
 use wireloom_plugin::core::registry::{BuildError, ConstraintKind, Form, Parameter, Parameters, Quantity, Value};
@@ -51,7 +51,7 @@ pub fn turning_clip() -> ConstraintKind {
     }
 }
 
-/// A clip that turns.
+/// A rotating clip.
 struct Clip {
     hold: Hold,
     /// c, m.
@@ -86,7 +86,7 @@ impl Constraint for Clip {
         Action::Prescribed(&self.hold)
     }
 
-    /// The hinge is a place of the world.
+    /// The hinge is fixed in the world.
     fn objective(&self) -> bool {
         false
     }

@@ -1,4 +1,4 @@
-//! The clip against the contract of what prescribes, and its target against a turn by hand.
+//! The clip satisfies the contract of prescribed constraints, and its target follows the rotation computed by hand.
 
 use wireloom_plugin::core::constraint::ConstraintSpec;
 use wireloom_plugin::core::{Constraint, Parameters, Pose, Value, Vector};

@@ -6,7 +6,7 @@ use wireloom::Registry;
 use wireloom::geometry::{Matrix, Pose, Rotation, Vector};
 use wireloom::parts::{
     Action, Attaches, Constraint, ConstraintKind, ConstraintSpec, Form, Hold, HoldWord, Parameter, Parameters,
-    Potential, Quantity, Situation, SpanUse,
+    Potential, Quantity, ConstraintView, SpanUse,
 };
 use wireloom_testkit::constraints::{Floor, Link, Strut};
 
@@ -84,21 +84,21 @@ impl Constraint for Ratchet {
     fn memory(&self) -> Vec<f64> {
         vec![-1e3]
     }
-    fn commit(&self, at: &Situation<'_>, memory: &mut [f64]) {
+    fn commit(&self, at: &ConstraintView<'_>, memory: &mut [f64]) {
         self.0.fetch_add(1, Ordering::Relaxed);
         memory[0] = memory[0].max(at.stations[0].position.x);
     }
 }
 
 impl Potential for Ratchet {
-    fn energy(&self, at: &Situation<'_>) -> f64 {
+    fn energy(&self, at: &ConstraintView<'_>) -> f64 {
         0.5 * RATCHET * (at.memory[0] - at.stations[0].position.x).max(0.0).powi(2)
     }
-    fn gradient(&self, at: &Situation<'_>, stations: &mut [Vector], _: &mut [Vector]) -> f64 {
+    fn gradient(&self, at: &ConstraintView<'_>, stations: &mut [Vector], _: &mut [Vector]) -> f64 {
         stations[0].x = -RATCHET * (at.memory[0] - at.stations[0].position.x).max(0.0);
         self.energy(at)
     }
-    fn hessian(&self, at: &Situation<'_>, stations: &mut [Matrix], _: &mut [Matrix]) {
+    fn hessian(&self, at: &ConstraintView<'_>, stations: &mut [Matrix], _: &mut [Matrix]) {
         if at.memory[0] > at.stations[0].position.x {
             stations[0][(0, 0)] = RATCHET;
         }
@@ -131,15 +131,15 @@ impl Constraint for Brittle {
 }
 
 impl Potential for Brittle {
-    fn energy(&self, at: &Situation<'_>) -> f64 {
+    fn energy(&self, at: &ConstraintView<'_>) -> f64 {
         let gap = at.stations[0].position - at.targets[0].position;
         if at.targets[0].position.y > self.0 { f64::NAN } else { 5.0 * gap.norm_squared() }
     }
-    fn gradient(&self, at: &Situation<'_>, stations: &mut [Vector], _: &mut [Vector]) -> f64 {
+    fn gradient(&self, at: &ConstraintView<'_>, stations: &mut [Vector], _: &mut [Vector]) -> f64 {
         stations[0] = (at.stations[0].position - at.targets[0].position) * 10.0;
         self.energy(at)
     }
-    fn hessian(&self, _: &Situation<'_>, stations: &mut [Matrix], _: &mut [Matrix]) {
+    fn hessian(&self, _: &ConstraintView<'_>, stations: &mut [Matrix], _: &mut [Matrix]) {
         stations[0] = Matrix::identity() * 10.0;
     }
 }
@@ -157,7 +157,7 @@ impl Constraint for Worn {
     fn memory(&self) -> Vec<f64> {
         vec![0.0]
     }
-    fn commit(&self, at: &Situation<'_>, _: &mut [f64]) {
+    fn commit(&self, at: &ConstraintView<'_>, _: &mut [f64]) {
         if at.targets[0].position.y > self.until {
             self.broken.store(1, Ordering::Relaxed);
         }
@@ -168,14 +168,14 @@ impl Constraint for Worn {
 }
 
 impl Potential for Worn {
-    fn energy(&self, at: &Situation<'_>) -> f64 {
+    fn energy(&self, at: &ConstraintView<'_>) -> f64 {
         5.0 * (at.stations[0].position - at.targets[0].position).norm_squared()
     }
-    fn gradient(&self, at: &Situation<'_>, stations: &mut [Vector], _: &mut [Vector]) -> f64 {
+    fn gradient(&self, at: &ConstraintView<'_>, stations: &mut [Vector], _: &mut [Vector]) -> f64 {
         stations[0] = (at.stations[0].position - at.targets[0].position) * 10.0;
         self.energy(at)
     }
-    fn hessian(&self, _: &Situation<'_>, stations: &mut [Matrix], _: &mut [Matrix]) {
+    fn hessian(&self, _: &ConstraintView<'_>, stations: &mut [Matrix], _: &mut [Matrix]) {
         stations[0] = Matrix::identity() * 10.0;
     }
 }

@@ -369,9 +369,9 @@ fn a_step_through_equations_does_not_allocate() {
     conditions.active.fill(true);
     let mut problem = Problem::new(network, conditions);
     let targets = |problem: &mut Problem<'_>, shift: f64| {
-        for (f, fixing) in network.fixings.iter().enumerate() {
+        for (f, fixing) in network.constraints.iter().enumerate() {
             if let Some(position) = fixing.position {
-                let base = problem.conditions().fixings[f].base;
+                let base = problem.conditions().constraints[f].base;
                 let moved = if fixing.name == "D" { Vector::y() * shift } else { Vector::zeros() };
                 problem.set_target(f, Pose { position: position + moved, ..base });
             }

@@ -72,11 +72,11 @@ const REFUSED: &[Case] = &[
         &["is built for ABI 1.900, this program speaks ABI 1.", "a later version of this program"],
     ),
     (5, "a kind without a name", &["the name of kind 1 is empty"]),
-    (6, "a kind with the name of a built-in one", &["its kind `collar` is there already, from the program itself"]),
-    (7, "a name that is no UTF-8", &["the name of kind 1 is no UTF-8"]),
+    (6, "a kind with the name of a built-in one", &["its kind `collar` already exists, from the program itself"]),
+    (7, "a name that is not UTF-8", &["the name of kind 1 is not UTF-8"]),
     (8, "an unknown family", &["the family of kind `hostile` is 3"]),
     (9, "no table of functions", &["the table of functions of kind `hostile` is null"]),
-    (10, "two kinds of one name", &["kind `hostile` stands there twice"]),
+    (10, "two kinds of one name", &["kind `hostile` occurs twice"]),
     (11, "parameters that overlap", &["array of parameters of kind `hostile` says it has 3 bytes; ABI 1.0 has"]),
     (12, "a short table of functions", &["table of functions of kind `hostile` says it has 8 bytes; ABI 1.0 has"]),
     (13, "more stations at least than at most", &["the number of stations of kind `hostile` is 3 to 1"]),
@@ -92,7 +92,7 @@ const REFUSED: &[Case] = &[
     (23, "an unknown presence", &["the presence of parameter 1 of kind `hostile` (`one`) is 5"]),
     (24, "a range from nothing", &["the range of parameter 1 of kind `hostile` (`one`) is NaN to 1"]),
     (25, "a default out of its range", &["the default of parameter 1 of kind `hostile` (`one`) is [7.0, 0.0, 0.0]"]),
-    (26, "two parameters of one name", &["parameter `one` of kind `hostile` stands there twice"]),
+    (26, "two parameters of one name", &["parameter `one` of kind `hostile` occurs twice"]),
     (27, "a parameter without a doc", &["the doc of parameter 2 of kind `hostile` (`other`) is null"]),
     (28, "a choice without words", &["the words of parameter 2 of kind `hostile` (`other`) is null"]),
     (29, "a choice of nothing", &["the number of words of parameter 2 of kind `hostile` (`other`) is 0"]),
@@ -102,9 +102,9 @@ const REFUSED: &[Case] = &[
         &["(libhostile.so) refuses: I will not, since it is Saturday", "constraint \"bad\""],
     ),
     (31, "an unknown status", &["(libhostile.so) returned 77 from `create`"]),
-    (32, "no instance", &["made nothing: `create` says it is done, but wrote no instance"]),
+    (32, "no instance", &["returned success from `create` but wrote no instance"]),
     (33, "no description", &["wrote no shape: `create` must fill in the description"]),
-    (70, "a memory that is not finite", &["begins with a memory that is not finite: [NaN]"]),
+    (70, "a memory that is not finite", &["starts with a memory that is not finite: [NaN]"]),
     (71, "an unknown shape", &["has shape 99; 1, 2 and 3 are known"]),
     (72, "equations without residuals", &["has no residuals"]),
     (73, "a huge memory", &["says it has 4000000000 numbers of memory"]),
@@ -118,20 +118,20 @@ const REFUSED: &[Case] = &[
     (83, "kinds that overlap", &["array of kinds says it has 8 bytes; ABI 1.0 has"]),
     (84, "kinds as large as the memory", &["the size of its array of kinds is 4000000000"]),
     (85, "null for the kinds", &["its array of kinds is null"]),
-    (86, "kinds at an odd address", &["its array of kinds is 0x", "where nothing of the kind can be"]),
+    (86, "kinds at an odd address", &["its array of kinds is 0x", "which is not a valid address"]),
     (87, "kinds that cannot be listed", &["could not list its kinds: the licence server does not answer"]),
-    (88, "a list of kinds at no address", &["its list of kinds is 0x18, where nothing of the kind can be"]),
+    (88, "a list of kinds at no address", &["its list of kinds is 0x18, which is not a valid address"]),
     (91, "an entry as large as the memory", &["the size of its entry is 4000000000"]),
     (92, "no name", &["the name of the plugin is null"]),
     (93, "a name without an end", &["the name of the plugin has no end"]),
     (94, "a name of two words", &["the name of the plugin is \"two words\""]),
     (95, "no version", &["its version is null"]),
-    (96, "a doc that is no UTF-8", &["its doc is no UTF-8"]),
+    (96, "a doc that is not UTF-8", &["its doc is not UTF-8"]),
     (97, "no function that lists kinds", &["its function `kinds` is null"]),
     (
         98,
         "an extension at an odd address",
-        &["its extension `wireloom.draft.notes/1` is 0x1, where nothing of the kind can be"],
+        &["its extension `wireloom.draft.notes/1` is 0x1, which is not a valid address"],
     ),
     (90, "a short entry", &["its entry says it has", "ABI 1.0 has"]),
 ];
@@ -148,24 +148,24 @@ const ENDED: &[Case] = &[
         "an exit in create",
         &["constraint `bad` (hostile): plugin `hostile` 0.0.1 (libhostile.so) ended the process (exit) (in `create`)"],
     ),
-    (36, "a create that never returns", &["did not come back within 0.5 s (in `create`)"]),
-    (50, "a crash as it is loaded", &["libhostile.so crashed", "(in `the library's own start`)"]),
-    (52, "a start that never ends", &["libhostile.so did not come back within 0.5 s (in `the library's own start`)"]),
+    (36, "a create that never returns", &["did not return within 0.5 s (in `create`)"]),
+    (50, "a crash as it is loaded", &["libhostile.so crashed", "(in `initialisation of the library`)"]),
+    (52, "a start that never ends", &["libhostile.so did not return within 0.5 s (in `initialisation of the library`)"]),
     (89, "a crash while it lists its kinds", &["libhostile.so crashed", "(in `kinds`)"]),
 ];
 
 /// Goes wrong in the second step.
 const FAILING: &[Case] = &[
-    (37, "a crash in evaluate", &["crashed: it touched memory that is not its own (SIGSEGV) (in `evaluate`)"]),
-    (38, "an evaluation that never returns", &["did not come back within 0.5 s (in `evaluate`)"]),
+    (37, "a crash in evaluate", &["crashed: invalid memory access (SIGSEGV) (in `evaluate`)"]),
+    (38, "an evaluation that never returns", &["did not return within 0.5 s (in `evaluate`)"]),
     (39, "an abort", &["aborted the process (SIGABRT) (in `evaluate`)"]),
     (40, "an exit in evaluate", &["ended the process (exit) (in `evaluate`)"]),
-    (41, "a recursion without an end", &["crashed: it touched memory that is not its own (SIGSEGV) (in `evaluate`)"]),
+    (41, "a recursion without an end", &["crashed: invalid memory access (SIGSEGV) (in `evaluate`)"]),
     (42, "an error in evaluate", &["failed in `evaluate`: the table has no entry for this"]),
     (43, "an unknown status from evaluate", &["returned -5 from `evaluate`"]),
     (44, "a message without an end", &["failed in `evaluate`: xxxx"]),
     (45, "an energy that is not a number", &["returned NaN as energy"]),
-    (46, "a gradient that is not written", &["wrote no gradient, entry 0 of 6 in `evaluate`, which was asked for"]),
+    (46, "a gradient that is not written", &["wrote no gradient, entry 0 of 6 in `evaluate`, which was requested"]),
     (47, "an infinite Hessian", &["returned inf as Hessian, entry 7 of 36"]),
 ];
 
@@ -263,7 +263,7 @@ fn without_compiler(content: &[u8], words: &[&str]) -> Checked {
     fs::write(place.path("libhostile.so"), content)?;
     fs::write(place.path("s.toml"), SCENARIO)?;
     let ended = place.wireloom(&["run", "s.toml", "--allow-plugin", "libhostile.so"])?.expect(1)?;
-    ended.says(&["s.toml:6:9: plugin libhostile.so: is no library that this system can load: "])?;
+    ended.says(&["s.toml:6:9: plugin libhostile.so: is not a library that this system can load: "])?;
     ended.says(words)
 }
 

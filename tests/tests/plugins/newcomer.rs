@@ -60,14 +60,14 @@ fn in_rust() -> Checked {
     ensure(test.status.success(), &test)?;
     let panics = [
         ("build: Box::new(|_, parameters| {", "panicked in `create`: on purpose (src/lib.rs:", 1),
-        ("fn energy(&self, at: &Situation<'_>) -> f64 {", "panicked in `evaluate`: on purpose (src/lib.rs:", 3),
+        ("fn energy(&self, at: &ConstraintView<'_>) -> f64 {", "panicked in `evaluate`: on purpose (src/lib.rs:", 3),
         (
-            "fn gradient(&self, at: &Situation<'_>, stations: &mut [Vector], _span: &mut [Vector]) -> f64 {",
+            "fn gradient(&self, at: &ConstraintView<'_>, stations: &mut [Vector], _span: &mut [Vector]) -> f64 {",
             "panicked in `evaluate`: on purpose",
             3,
         ),
         (
-            "fn hessian(&self, _at: &Situation<'_>, stations: &mut [Matrix], _span: &mut [Matrix]) {",
+            "fn hessian(&self, _at: &ConstraintView<'_>, stations: &mut [Matrix], _span: &mut [Matrix]) {",
             "panicked in `evaluate`: on purpose",
             1,
         ),

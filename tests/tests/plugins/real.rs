@@ -112,7 +112,7 @@ fn list() -> Checked {
         "gap (m, at least 0; default 0)",
         "constraint `elastic-strap` on 1 to 2 stations",
         "stiffness (N/m, above 0; required): of the drawn strap",
-        "broken.so: is no library that this system can load",
+        "broken.so: is not a library that this system can load",
     ] {
         ensure(ended.out.contains(words), (words, &ended))?;
     }

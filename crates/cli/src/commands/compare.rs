@@ -20,7 +20,7 @@ use wireloom::export::comparison::{Case, Comparison, Trend, convergence};
 use wireloom::export::ending::Ending;
 use wireloom::export::json;
 use wireloom::export::report::{Beside, write_beside};
-use wireloom::solve::checkpoint::Observer;
+use wireloom::solve::steps::checkpoint::Observer;
 use wireloom::solve::{Control, Progress};
 
 /// Compares folders with results, and scenarios that are carried out for the purpose, or one scenario with what is tried in it.

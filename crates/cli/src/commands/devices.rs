@@ -3,7 +3,7 @@
 use crate::failure::{Failure, Outcome};
 use crate::print::table::Columns;
 use std::io::{self, Write};
-use wireloom::gpu::Listed;
+use wireloom::gpu::DeviceInfo;
 
 /// Lists every device of the machine.
 pub fn list(out: &mut dyn Write) -> Result<Outcome, Failure> {
@@ -11,7 +11,7 @@ pub fn list(out: &mut dyn Write) -> Result<Outcome, Failure> {
     Ok(Outcome::Done)
 }
 
-fn print(devices: &[Listed], out: &mut dyn Write) -> io::Result<()> {
+fn print(devices: &[DeviceInfo], out: &mut dyn Write) -> io::Result<()> {
     if devices.is_empty() {
         return writeln!(out, "{}; {}", wireloom::gpu::OpenError::None, wireloom::gpu::OpenError::None.help());
     }

@@ -22,7 +22,7 @@ use std::io::{self, Write};
 use std::path::Path;
 use wireloom::core::{Monitor, Status, StepResult};
 use wireloom::scenario::{Scenario, Setting};
-use wireloom::solve::checkpoint::{Checkpoint, Observer, Resumed};
+use wireloom::solve::steps::checkpoint::{Checkpoint, Observer, Resumed};
 use wireloom::solve::{Control, Progress};
 use wireloom_studio::replay::Recorder;
 
@@ -243,7 +243,7 @@ impl Observer for Watcher {
         }
         self.extremes.see(end);
         if let Some(page) = &mut self.page {
-            page.see(end);
+            page.record(end);
         }
         self.attempt(|watcher| {
             watcher.results.increment(progress, end)?;

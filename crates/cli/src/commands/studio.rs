@@ -23,11 +23,11 @@ use std::net::{IpAddr, TcpListener, ToSocketAddrs};
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
 use wireloom::export::json::{self, Provenance};
-use wireloom_studio::exports::{self, Made};
+use wireloom_studio::exports::{self, ExportInfo};
 use wireloom_studio::protocol::Scene;
 use wireloom_studio::replay::Recorder;
-use wireloom_studio::server::{Behind, Desk, Live, Offer, Server, Site, Token};
-use wireloom_studio::{Opened, PAGE, Studio};
+use wireloom_studio::server::{Backend, Content, Live, DraftOffer, Server, Site, Token};
+use wireloom_studio::{SessionInput, PAGE, Studio};
 
 /// Serves the page until somebody asks to stop.
 pub fn studio(arguments: &StudioArguments, out: &mut dyn Write) -> Result<Outcome, Failure> {
@@ -145,11 +145,11 @@ fn finished(path: &Path) -> Result<Site, Failure> {
     let bytes = own.part(SCENE, ANEW)?.ok_or_else(absent)?;
     let scene: Scene = serde_json::from_slice(&bytes).map_err(|error| no_result(error.into()))?;
     let mut recorder = Recorder::new(Scene { exports: folder::written(&own)?.into_keys().collect(), ..scene });
-    run.steps.iter().for_each(|end| recorder.see(end));
+    run.steps.iter().for_each(|end| recorder.record(end));
     let replay = recorder.finish(&run);
     let names = replay.scene().exports.clone();
     let file = move |name: &str| names.iter().any(|known| known == name).then(|| place.bytes(name).ok().flatten())?;
-    Ok(Site { page: replay.page(PAGE), behind: Behind::Finished(Box::new(file)) })
+    Ok(Site { page: replay.page(PAGE), content: Content::Finished(Box::new(file)) })
 }
 
 /// A session of the scenario in a file.
@@ -158,9 +158,9 @@ fn session(arguments: &StudioArguments, memory: Option<Memory>, draft: Option<Dr
     let text = load::text(path)?;
     let opener = Opener { path: path.clone(), allowed: arguments.allowed.clone() };
     let studio = opener.open(&text, false)?;
-    let offer = draft.filter(|draft| draft.text != text).map(|Draft { text, written }| Offer { text, written });
+    let offer = draft.filter(|draft| draft.text != text).map(|Draft { text, written }| DraftOffer { text, written });
     let desk = AtHand { opener, memory: memory.map(Mutex::new) };
-    Ok(Site { page: PAGE.to_owned(), behind: Behind::Live(Live::new(studio, offer, Box::new(desk))) })
+    Ok(Site { page: PAGE.to_owned(), content: Content::Live(Live::new(studio, offer, Box::new(desk))) })
 }
 
 /// Opens sessions of one scenario.
@@ -175,7 +175,7 @@ impl Opener {
         let trust = Trust::to_run(&self.allowed);
         let mut registry = trust.registry();
         load_plugins(&self.path, text, &trust, &mut registry)?;
-        let opened = Opened {
+        let opened = SessionInput {
             text: text.to_owned(),
             name: self.path.file_name().unwrap_or_default().to_string_lossy().into_owned(),
             files: Box::new(Beside::of(&self.path)),
@@ -200,7 +200,7 @@ struct AtHand {
     memory: Option<Mutex<Memory>>,
 }
 
-impl Desk for AtHand {
+impl Backend for AtHand {
     fn keep(&self, draft: Option<&str>) {
         let Some(memory) = &self.memory else { return };
         let draft = draft.map(|text| Draft { text: text.to_owned(), written: now() });
@@ -218,8 +218,13 @@ impl Desk for AtHand {
     fn export(&self, studio: &Studio, name: &str) -> Option<Vec<u8>> {
         let outcome = studio.result()?;
         let (provenance, texts) = self.opener.origin(&studio.text()?)?;
-        let made =
-            Made { provenance: &provenance, texts: &texts, program: PROGRAM, machine: &machine(), written: &now() };
+        let made = ExportInfo {
+            provenance: &provenance,
+            texts: &texts,
+            program: PROGRAM,
+            machine: &machine(),
+            written: &now(),
+        };
         exports::make(&outcome.run, &outcome.obstacles, name, &made)
     }
 }

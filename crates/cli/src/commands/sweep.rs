@@ -48,7 +48,7 @@ struct Origin {
 
 /// Carries out a sweep, or goes on with it where it was interrupted.
 pub fn sweep(arguments: &SweepArguments, out: &mut dyn Write) -> Result<Outcome, Failure> {
-    let trust = Trust::to_run(&arguments.allowed).for_many();
+    let trust = Trust::to_run(&arguments.allowed).for_batches();
     let file = &arguments.file;
     let bar = Bar::new(format!("reading {}", file.display()), !arguments.quiet);
     let minimiser: Vec<Setting> = arguments.minimiser.iter().map(|kind| Setting::minimiser(kind)).collect();

@@ -11,7 +11,7 @@ use std::path::{Path, PathBuf};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use wireloom::core::Registry;
 use wireloom::export::json::Provenance;
-use wireloom::host::{Plugin, plain_file};
+use wireloom::host::{Plugin, open_regular_file};
 use wireloom::scenario::settings::{self, Setting};
 use wireloom::scenario::{Built, Fault, Files, Scenario};
 
@@ -32,13 +32,13 @@ pub fn bytes(path: &Path) -> Result<Vec<u8>, Failure> {
 
 /// Opens a plain file of any size, to read it piece by piece.
 pub fn open(path: &Path) -> Result<File, Failure> {
-    plain_file(path, u64::MAX).map_err(refused(path))
+    open_regular_file(path, u64::MAX).map_err(refused(path))
 }
 
 fn read(path: &Path, most: u64) -> io::Result<Vec<u8>> {
     let mut bytes = vec![];
     // It may grow while it is read.
-    plain_file(path, most)?.take(most).read_to_end(&mut bytes)?;
+    open_regular_file(path, most)?.take(most).read_to_end(&mut bytes)?;
     Ok(bytes)
 }
 

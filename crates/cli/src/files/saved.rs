@@ -27,7 +27,7 @@ use wireloom::core::equilibrium::Library;
 use wireloom::core::{StepResult, Vector};
 use wireloom::export::json::Provenance;
 use wireloom::scenario::Setting;
-use wireloom::solve::checkpoint::{Checkpoint, Resumed};
+use wireloom::solve::steps::checkpoint::{Checkpoint, Resumed};
 
 /// Changes with what the files mean.
 const FORMAT: u32 = 6;

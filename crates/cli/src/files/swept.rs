@@ -7,7 +7,7 @@ use wireloom::core::obstacle::Surface;
 use wireloom::core::{Monitor, StepResult};
 use wireloom::scenario::{Built, Output};
 use wireloom::shapes::swept::Envelope;
-use wireloom::solve::checkpoint::Checkpoint;
+use wireloom::solve::steps::checkpoint::Checkpoint;
 
 /// What is asked for.
 pub struct Swept {

@@ -16,7 +16,7 @@ fn follow(gpu: &Arc<Gpu>, batch: &Arc<Batch>, member: usize) -> Result<State, St
     let mut registry = Registry::default();
     wireloom_models::register(&mut registry);
     let sample = cable(&registry, 12);
-    let real = if gpu.listed.double { Real::F64 } else { Real::F32 };
+    let real = if gpu.info.double { Real::F64 } else { Real::F32 };
     let mut minimiser = GpuMinimiser::new(Arc::clone(gpu), Arc::clone(batch), real, None);
     let (mut problem, mut state) = (sample.problem(), sample.state.clone());
     let mut target = problem.conditions().targets[1];

@@ -11,7 +11,7 @@ use wireloom_testkit::conformance::minimiser;
 type Suite = fn(&minimiser::Factory<'_>, &minimiser::Registries<'_>);
 
 fn hold(gpu: &Arc<Gpu>, suite: Suite) -> Result<(), Failed> {
-    if !gpu.listed.double {
+    if !gpu.info.double {
         return Err(
             "the device has no double precision: the contract is not held to what single precision finds".into()
         );

@@ -7,7 +7,7 @@ mod parity;
 
 use libtest_mimic::{Arguments, Failed, Trial};
 use std::sync::Arc;
-use wireloom_gpu::policy::{self, Found};
+use wireloom_gpu::policy::{self, TestDevice};
 use wireloom_gpu::{Gpu, OpenError};
 
 type Check = fn(&Arc<Gpu>) -> Result<(), Failed>;
@@ -25,18 +25,20 @@ fn main() {
     let arguments = Arguments::from_args();
     let found = policy::device(std::env::var("WIRELOOM_GPU_TESTS").ok().as_deref());
     let trials = CHECKS.iter().chain(conformance::CHECKS).map(|&(name, check)| match found.clone() {
-        Found::Device(gpu) => Trial::test(name, move || check(&gpu)),
-        Found::Ignored(reason) => Trial::test(format!("{name} (ignored: {reason})"), || Ok(())).with_ignored_flag(true),
-        Found::Missing(reason) => Trial::test(name, move || Err(reason.into())),
+        TestDevice::Device(gpu) => Trial::test(name, move || check(&gpu)),
+        TestDevice::Ignored(reason) => {
+            Trial::test(format!("{name} (ignored: {reason})"), || Ok(())).with_ignored_flag(true)
+        }
+        TestDevice::Missing(reason) => Trial::test(name, move || Err(reason.into())),
     });
     libtest_mimic::run(&arguments, trials.collect()).exit();
 }
 
 fn is_found(gpu: &Arc<Gpu>) -> Result<(), Failed> {
     let there = wireloom_gpu::list();
-    assert!(there.contains(&gpu.listed), "{there:?}");
-    for wish in [gpu.listed.index.to_string(), gpu.listed.name.to_uppercase()] {
-        assert_eq!(Gpu::open(Some(&wish))?.listed, gpu.listed);
+    assert!(there.contains(&gpu.info), "{there:?}");
+    for selector in [gpu.info.index.to_string(), gpu.info.name.to_uppercase()] {
+        assert_eq!(Gpu::open(Some(&selector))?.info, gpu.info);
     }
     Ok(())
 }
@@ -44,7 +46,7 @@ fn is_found(gpu: &Arc<Gpu>) -> Result<(), Failed> {
 fn unknown_is_refused(gpu: &Arc<Gpu>) -> Result<(), Failed> {
     let refusal = Gpu::open(Some("no such card")).err().ok_or("it was opened")?;
     assert!(matches!(refusal, OpenError::Unknown { .. }), "{refusal}");
-    assert!(refusal.to_string().contains(&gpu.listed.name), "{refusal}");
+    assert!(refusal.to_string().contains(&gpu.info.name), "{refusal}");
     Ok(())
 }
 

@@ -9,10 +9,10 @@ use wireloom_gpu::Gpu;
 use wireloom_gpu::flatten::{Flattening, accepts};
 use wireloom_gpu::session::Session;
 use wireloom_shaders::harness::{Algorithm, Stop};
+use wireloom_shaders::layout::Phase;
 use wireloom_shaders::memory::{Buffer, Memory};
-use wireloom_shaders::places::Phase;
 use wireloom_shaders::plan::Plan;
-use wireloom_shaders::{Real, twin};
+use wireloom_shaders::{Real, reference};
 use wireloom_testkit::conformance::networks::{Sample, cable, ring, sized_y_harness, y_harness};
 
 /// Cycles that are followed: a first step that carries prescribed motion, and two more.
@@ -46,7 +46,7 @@ fn disturbed(sample: &Sample, rng: &mut Rng) -> State {
 
 /// In f64.
 pub fn double(gpu: &Arc<Gpu>) -> Result<(), Failed> {
-    if !gpu.listed.double {
+    if !gpu.info.double {
         return Err("the device has no double precision: nothing to compare".into());
     }
     every_stage(gpu, Real::F64, 1e-11, Algorithm::Newton)?;
@@ -70,8 +70,8 @@ fn every_stage(gpu: &Arc<Gpu>, real: Real, allowed: f64, algorithm: Algorithm) -
         problem.update_held(&state);
         let flattening = Flattening::new(&sample.network);
         let harness = flattening.harness(&problem, &state);
-        let plan = Plan::new(harness.links(), 4);
-        let mut twin = Memory::new(&plan, 2);
+        let plan = Plan::new(harness.topology(), 4);
+        let mut reference = Memory::new(&plan, 2);
         let scales = problem.least_scales();
         let stop = Stop {
             force_scale: scales.force,
@@ -83,48 +83,48 @@ fn every_stage(gpu: &Arc<Gpu>, real: Real, allowed: f64, algorithm: Algorithm) -
         };
         // Two variants, in different places.
         for (variant, state) in [(0, state.clone()), (1, disturbed(&sample, &mut rng))] {
-            twin.set_harness(&plan, variant, &flattening.harness(&problem, &state))?;
-            twin.set_shape(&plan, variant, &flattening.shape(&state));
-            twin.begin(variant, &stop, real);
+            reference.set_harness(&plan, variant, &flattening.harness(&problem, &state))?;
+            reference.set_shape(&plan, variant, &flattening.shape(&state));
+            reference.begin(variant, &stop, real);
         }
-        let session = Session::new(gpu, real, &plan, &twin)?;
+        let session = Session::new(gpu, real, &plan, &reference)?;
         for cycle in 0..CYCLES {
             for (k, dispatch) in plan.cycle().iter().enumerate() {
                 // What fits in the device's numbers.
                 for which in Buffer::ALL {
-                    let bytes = twin.bytes(which, real);
-                    twin.take(which, real, &bytes);
+                    let bytes = reference.bytes(which, real);
+                    reference.load(which, real, &bytes);
                 }
-                session.upload_all(gpu, &twin);
-                let mut device = twin.clone();
+                session.upload_all(gpu, &reference);
+                let mut device = reference.clone();
                 if !session.step(gpu, k, &mut device) {
                     return Err(gpu.failure().unwrap_or_default().into());
                 }
-                let before = twin.clone();
-                twin::run(&mut twin, dispatch);
+                let before = reference.clone();
+                reference::run(&mut reference, dispatch);
                 let place = format!("{name}, cycle {cycle}, {}", dispatch.stage.name());
-                compare(&place, &before, &twin, &device, allowed)?;
+                compare(&place, &before, &reference, &device, allowed)?;
             }
         }
-        assert!(twin.control.iter().all(|control| control.phase != Phase::Done as u32 || control.iterations > 1));
+        assert!(reference.control.iter().all(|control| control.phase != Phase::Done as u32 || control.iterations > 1));
     }
     Ok(())
 }
 
 /// Everything that a stage may have written; what it left alone is compared, too.
-fn compare(place: &str, before: &Memory, twin: &Memory, device: &Memory, allowed: f64) -> Result<(), Failed> {
+fn compare(place: &str, before: &Memory, reference: &Memory, device: &Memory, allowed: f64) -> Result<(), Failed> {
     let reals = |memory: &Memory| memory.control.iter().flat_map(|control| control.reals()).collect::<Vec<f64>>();
     let rooms = [
-        ("state", &before.state, &twin.state, &device.state),
-        ("parts", &before.parts, &twin.parts, &device.parts),
-        ("blocks", &before.blocks, &twin.blocks, &device.blocks),
-        ("vectors", &before.vectors, &twin.vectors, &device.vectors),
-        ("control", &reals(before), &reals(twin), &reals(device)),
+        ("state", &before.state, &reference.state, &device.state),
+        ("parts", &before.parts, &reference.parts, &device.parts),
+        ("blocks", &before.blocks, &reference.blocks, &device.blocks),
+        ("vectors", &before.vectors, &reference.vectors, &device.vectors),
+        ("control", &reals(before), &reals(reference), &reals(device)),
     ];
-    for (room, before, twin, device) in rooms {
-        let written = (0..twin.len()).filter(|&k| before[k].to_bits() != twin[k].to_bits());
-        let scale = written.map(|k| twin[k].abs()).fold(0.0, f64::max);
-        for (k, (a, b)) in twin.iter().zip(device).enumerate() {
+    for (room, before, reference, device) in rooms {
+        let written = (0..reference.len()).filter(|&k| before[k].to_bits() != reference[k].to_bits());
+        let scale = written.map(|k| reference[k].abs()).fold(0.0, f64::max);
+        for (k, (a, b)) in reference.iter().zip(device).enumerate() {
             let near = (a - b).abs() <= allowed * scale || a.to_bits() == b.to_bits() || a.is_nan() && b.is_nan();
             if !near {
                 return Err(format!("{place}: {room}[{k}] is {b:e} on the device, {a:e} in its twin").into());
@@ -132,10 +132,12 @@ fn compare(place: &str, before: &Memory, twin: &Memory, device: &Memory, allowed
         }
     }
     let words = |memory: &Memory| memory.control.iter().map(|control| control.words()).collect::<Vec<_>>();
-    if words(twin) != words(device) {
-        return Err(
-            format!("{place}: control is {:?} on the device, {:?} in its twin", device.control, twin.control).into()
-        );
+    if words(reference) != words(device) {
+        return Err(format!(
+            "{place}: control is {:?} on the device, {:?} in its twin",
+            device.control, reference.control
+        )
+        .into());
     }
     Ok(())
 }

@@ -10,7 +10,7 @@ use nalgebra::Unit;
 use wireloom_core::constraint::{Action, ConstraintSpec, RotationHold, SpanSpec, StationSpec};
 use wireloom_core::joint::{JointSpec, Mounting};
 use wireloom_core::law::TurningLaw;
-use wireloom_core::network::{BranchPlan, FixingPlan, JointPlan, LoadPlan};
+use wireloom_core::network::{BranchPlan, ConstraintPlan, JointPlan, LoadPlan};
 use wireloom_core::registry::{BuildError, Factory, Parameters};
 use wireloom_core::rod::{Mesh, RodSpec};
 use wireloom_core::steps::Schedule;
@@ -96,7 +96,7 @@ impl Scenario {
         for step in &self.steps {
             for motion in step.moves.iter().filter(|motion| motion.track.spin != 0.0) {
                 for carried in &motion.carried {
-                    let fixing = &network.fixings[carried.fixing].constraint;
+                    let fixing = &network.constraints[carried.fixing].constraint;
                     let free = match fixing.action() {
                         Action::Prescribed(hold) => matches!(hold.rotation, RotationHold::Free | RotationHold::Tangent),
                         Action::Potential(_) => {
@@ -227,14 +227,14 @@ impl Scenario {
         self.joints.iter().zip(models).map(plan).collect()
     }
 
-    fn fixing_plans(&self, layout: &Layout, registry: &Registry, faults: &mut Vec<Fault>) -> Vec<FixingPlan> {
+    fn fixing_plans(&self, layout: &Layout, registry: &Registry, faults: &mut Vec<Fault>) -> Vec<ConstraintPlan> {
         let mut plans = Vec::new();
         for constraint in &self.constraints {
             let kind = registry.constraint(&constraint.kind).map(|kind| &kind.build);
             let label = format!("constraint \"{}\"", constraint.name);
             let spec = self.constraint_spec(constraint);
             let built = made(kind, &spec, &constraint.parameters, &label, &constraint.spans, faults);
-            plans.extend(built.map(|built| FixingPlan {
+            plans.extend(built.map(|built| ConstraintPlan {
                 name: constraint.name.clone(),
                 kind: constraint.called.clone(),
                 constraint: built,

@@ -13,7 +13,7 @@ use wireloom_core::{Action, Matrix, Network, Rotation, RotationHold, Vector};
 /// Constraints and loads that ask more of their place than it has.
 pub(crate) fn refuse_misplaced(scenario: &Scenario, network: &Network) -> Vec<Fault> {
     let mut faults = Vec::new();
-    for (own, fixing) in scenario.constraints.iter().zip(&network.fixings) {
+    for (own, fixing) in scenario.constraints.iter().zip(&network.constraints) {
         if fixing.constraint.needs_frame()
             && let Some(site) = fixing.stations.iter().find(|site| site.frame.is_none())
         {
@@ -27,7 +27,7 @@ pub(crate) fn refuse_misplaced(scenario: &Scenario, network: &Network) -> Vec<Fa
                 help: "write hold = [\"position\"], attach it further along a branch, or use a joint model with a body"
                     .to_owned(),
             });
-        } else if fixing.site.local.position != Vector::zeros() && holds_a_part(fixing.constraint.action()) {
+        } else if fixing.site.local.position != Vector::zeros() && holds_a_part(fixing.model.action()) {
             faults.push(Fault {
                 span: own.spans.of(Some("at")),
                 message: format!(
@@ -60,11 +60,11 @@ pub(crate) fn refuse_misplaced(scenario: &Scenario, network: &Network) -> Vec<Fa
 /// The cable can run through a fixing only where nothing else is tied to the material.
 fn refuse_bad_slides(scenario: &Scenario, network: &Network) -> Vec<Fault> {
     let mut faults = Vec::new();
-    for (index, (own, fixing)) in scenario.constraints.iter().zip(&network.fixings).enumerate() {
+    for (index, (own, fixing)) in scenario.constraints.iter().zip(&network.constraints).enumerate() {
         if fixing.slide.is_none() {
             continue;
         }
-        let others = network.fixings.iter().enumerate();
+        let others = network.constraints.iter().enumerate();
         let other = others.filter(|(k, _)| *k != index).find(|(_, other)| other.places.contains(&fixing.place));
         let load = network.loads.iter().find(|load| load.point == fixing.site.point);
         let message = match (other, load) {
@@ -94,12 +94,12 @@ fn refuse_bad_slides(scenario: &Scenario, network: &Network) -> Vec<Fault> {
 /// What prescribes acts on one station; equations have something to measure by; the nodes of a span stay where they are on the cable.
 fn refuse_bad_shapes(scenario: &Scenario, network: &Network) -> Vec<Fault> {
     let mut faults = Vec::new();
-    for (own, fixing) in scenario.constraints.iter().zip(&network.fixings) {
+    for (own, fixing) in scenario.constraints.iter().zip(&network.constraints) {
         let mut refuse = |key: &str, message: String, help: &str| {
             faults.push(Fault { span: own.spans.of(Some(key)), message, help: help.to_owned() });
         };
         let name = &own.name;
-        if matches!(fixing.constraint.action(), Action::Prescribed(_))
+        if matches!(fixing.model.action(), Action::Prescribed(_))
             && (fixing.stations.len() != 1 || fixing.span.is_some())
         {
             let message = format!("constraint \"{name}\" prescribes freedoms, and does not attach to one place alone");
@@ -168,7 +168,7 @@ struct Target<'n> {
 pub(crate) fn refuse_contradictions(scenario: &Scenario, network: &Network) -> Vec<Fault> {
     let mut faults = Vec::new();
     let mut reported = BTreeSet::new();
-    let mut targets: Vec<Option<Target<'_>>> = network.fixings.iter().map(|_| None).collect();
+    let mut targets: Vec<Option<Target<'_>>> = network.constraints.iter().map(|_| None).collect();
     for stage in stages(scenario) {
         // What is given comes first: what begins beside it and is given nothing takes it over. What a step adds
         // takes hold of the cable where it is, and goes to what it is given from there.
@@ -180,12 +180,12 @@ pub(crate) fn refuse_contradictions(scenario: &Scenario, network: &Network) -> V
         }
         let mut others: BTreeMap<usize, Vec<usize>> = BTreeMap::new();
         for fixing in &stage.active {
-            others.entry(network.fixings[*fixing].site.point).or_default().push(*fixing);
+            others.entry(network.constraints[*fixing].site.point).or_default().push(*fixing);
         }
         // Only what begins or moves can come to contradict something.
         let mut check = |targets: &[Option<Target<'_>>], changed: &[usize]| {
             for one in changed {
-                for other in others.get(&network.fixings[*one].site.point).into_iter().flatten().filter(|b| *b != one) {
+                for other in others.get(&network.constraints[*one].site.point).into_iter().flatten().filter(|b| *b != one) {
                     let (a, b) = (*one.min(other), *one.max(other));
                     let Some(what) = contradiction(network, targets, a, b) else { continue };
                     if reported.insert((a, b)) {
@@ -251,7 +251,7 @@ fn fault(scenario: &Scenario, a: usize, b: usize, what: &str, when: &str) -> Fau
 
 /// Whether two places ride on the same point and frame in the same way.
 fn same_place(network: &Network, a: usize, b: usize) -> bool {
-    network.fixings[a].site == network.fixings[b].site
+    network.constraints[a].site == network.constraints[b].site
 }
 
 /// Position and facing that the file gives a constraint.
@@ -276,7 +276,7 @@ fn begin<'n>(
     fixing: usize,
     (position, facing): Given,
 ) -> Option<Target<'n>> {
-    let Action::Prescribed(hold) = network.fixings[fixing].constraint.action() else { return None };
+    let Action::Prescribed(hold) = network.constraints[fixing].constraint.action() else { return None };
     let beside = || {
         let others = active.iter().filter(|other| **other != fixing && same_place(network, fixing, **other));
         others.filter_map(|other| targets[*other].as_ref())
@@ -294,7 +294,7 @@ fn begin<'n>(
 /// What two constraints hold differently, if anything.
 fn contradiction(network: &Network, targets: &[Option<Target<'_>>], a: usize, b: usize) -> Option<&'static str> {
     let (first, second) = (targets[a].as_ref()?, targets[b].as_ref()?);
-    if network.fixings[a].site.point != network.fixings[b].site.point {
+    if network.constraints[a].site.point != network.constraints[b].site.point {
         return None;
     }
     let same = same_place(network, a, b);

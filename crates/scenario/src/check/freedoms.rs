@@ -6,9 +6,9 @@ use crate::build::placement::{Placement, branch_of};
 use crate::fault::{Fault, listed};
 use crate::scenario::{Constraint as Given, Facing, Scenario};
 use nalgebra::{Matrix6, SymmetricEigen, Vector6};
-use wireloom_core::network::Fixing;
+use wireloom_core::network::AttachedConstraint;
 use wireloom_core::rotation::columns;
-use wireloom_core::{Action, Constraint, Matrix, Network, Pose, Relation, RotationHold, Situation, Vector};
+use wireloom_core::{Action, Constraint, Matrix, Network, Pose, Relation, RotationHold, ConstraintView, Vector};
 
 /// Eigenvalues below this, for rows of unit length, belong to motions that nothing opposes.
 const UNOPPOSED: f64 = 1e-12;
@@ -80,7 +80,7 @@ fn refuse_piece(
     let rows: Vec<Vector6<f64>> = holding
         .iter()
         .flat_map(|f| {
-            let fixing = &network.fixings[*f];
+            let fixing = &network.constraints[*f];
             if fixing.stations.len() == 1 && fixing.residuals.is_empty() && fixing.span.is_none() {
                 let local = Pose { position: (poses[*f].position - centre) / size, ..poses[*f] };
                 return rows(fixing.constraint.as_ref(), &local);
@@ -144,7 +144,7 @@ fn rows(constraint: &dyn Constraint, pose: &Pose) -> Vec<Vector6<f64>> {
         Action::Potential(potential) => {
             let mut table = [Matrix::zeros(); 4];
             let (poses, memory) = ([*pose], constraint.memory());
-            let at = Situation {
+            let at = ConstraintView {
                 stations: &poses,
                 targets: &poses,
                 span: &[],
@@ -185,8 +185,8 @@ fn rows_of_several(
             lengths.push(0.5 * (before + after));
         }
     }
-    let memory = fixing.constraint.memory();
-    let at = Situation {
+    let memory = fixing.model.memory();
+    let at = ConstraintView {
         stations: &stations,
         targets: &stations,
         span: &span,
@@ -208,7 +208,7 @@ fn rows_of_several(
         let of = |(pose, g): (&Pose, &[Vector])| of_point(&pose.position, &g[0]) + of_frame(pose, &g[1]);
         stations.iter().zip(g.chunks_exact(2)).map(of).sum()
     };
-    let rows: Vec<Vector6<f64>> = match fixing.constraint.action() {
+    let rows: Vec<Vector6<f64>> = match fixing.model.action() {
         Action::Prescribed(_) => vec![],
         Action::Equations(equations) => {
             let mut c = vec![0.0; fixing.residuals.len()];

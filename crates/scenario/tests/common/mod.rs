@@ -1,9 +1,10 @@
 //! A registry of kinds that have the names and parameters of the built-in ones and no mechanics, so that this
 //! crate is tested without them; shapes are the built-in ones.
 
-use wireloom_core::constraint::{Action, Attaches, Constraint, ConstraintSpec, Hold, HoldWord, Potential, Situation};
+use wireloom_core::constraint::{Action, Attaches, Constraint, ConstraintSpec, ConstraintView, Hold, HoldWord, Potential};
 use wireloom_core::joint::{JointModel, JointSpec, Mounting};
-use wireloom_core::minimiser::{Minimiser, Report, Status, Stop};
+use wireloom_core::minimiser::{Minimiser, Report, Stop};
+use wireloom_core::status::Status;
 use wireloom_core::registry::{
     BuildError, ConstraintKind, Form, JointKind, MinimiserKind, Parameter, Parameters, Quantity, RodKind, Value,
 };
@@ -59,13 +60,13 @@ impl Constraint for Fixed {
 struct Spring(f64);
 
 impl Potential for Spring {
-    fn energy(&self, _: &Situation<'_>) -> f64 {
+    fn energy(&self, _: &ConstraintView<'_>) -> f64 {
         0.0
     }
-    fn gradient(&self, _: &Situation<'_>, _: &mut [Vector], _: &mut [Vector]) -> f64 {
+    fn gradient(&self, _: &ConstraintView<'_>, _: &mut [Vector], _: &mut [Vector]) -> f64 {
         0.0
     }
-    fn hessian(&self, _: &Situation<'_>, stations: &mut [Matrix], _: &mut [Matrix]) {
+    fn hessian(&self, _: &ConstraintView<'_>, stations: &mut [Matrix], _: &mut [Matrix]) {
         stations[0] = Matrix::identity() * self.0;
     }
 }

@@ -1,7 +1,7 @@
 //! Who is let in.
 
-use super::House;
-use super::door::Visitor;
+use super::admission::Peer;
+use super::state::ServerState;
 use axum::extract::{Extension, Request, State};
 use axum::http::{HeaderMap, HeaderName, HeaderValue, StatusCode, header};
 use axum::middleware::Next;
@@ -11,20 +11,20 @@ use std::sync::Arc;
 
 /// Lets in who calls the server by a name of its own, comes from a page of its own, and has the token; who has not is sent away.
 pub async fn guard(
-    State(house): State<Arc<House>>,
-    Extension(visitor): Extension<Arc<Visitor>>,
+    State(state): State<Arc<ServerState>>,
+    Extension(peer): Extension<Arc<Peer>>,
     request: Request,
     next: Next,
 ) -> Response {
-    let knows = is_own_name(request.headers(), &house.host)
-        && is_own_page(request.headers())
-        && house.token.is_in(request.uri().query());
+    let knows = is_own_host(request.headers(), &state.host)
+        && is_own_origin(request.headers())
+        && state.token.matches_query(request.uri().query());
     let away =
         |status: StatusCode, words: &'static str| (status, [(header::CONNECTION, "close")], words).into_response();
     let mut response = if !knows {
         let words = "This is a studio of wireloom, whose address has a token, a new one for each session: take the whole address that it printed.\n";
         away(StatusCode::FORBIDDEN, words)
-    } else if !visitor.comes_in() {
+    } else if !peer.authenticate() {
         away(StatusCode::SERVICE_UNAVAILABLE, "there are too many connections already: close some pages\n")
     } else {
         next.run(request).await
@@ -44,7 +44,7 @@ pub async fn guard(
 
 /// Whether `Host` names the server as one that knows it would: by an IP address, as `localhost`, or by the name it was bound to. Another
 /// site's name that was made to lead here (DNS rebinding) is none of these. The port may be another one: a tunnel has its own.
-fn is_own_name(headers: &HeaderMap, bound: &str) -> bool {
+fn is_own_host(headers: &HeaderMap, bound: &str) -> bool {
     let mut hosts = headers.get_all(header::HOST).iter();
     let (Some(host), None) = (hosts.next().and_then(|host| host.to_str().ok()), hosts.next()) else { return false };
     let name = match host.rsplit_once(':') {
@@ -57,7 +57,7 @@ fn is_own_name(headers: &HeaderMap, bound: &str) -> bool {
 }
 
 /// Whether the page it comes from, where a browser says so, is one of this server. Browsers always say it for WebSockets.
-fn is_own_page(headers: &HeaderMap) -> bool {
+fn is_own_origin(headers: &HeaderMap) -> bool {
     let host = headers.get(header::HOST).and_then(|host| host.to_str().ok()).unwrap_or_default();
     headers.get_all(header::ORIGIN).iter().all(|origin| {
         origin.to_str().ok().and_then(|origin| origin.strip_prefix("http://")).is_some_and(|origin| origin == host)
@@ -74,7 +74,7 @@ mod tests {
 
     #[test]
     fn names_of_others_are_not_ours() {
-        let named = |host: &str| is_own_name(&headers(&[(header::HOST, host)]), "studio.example");
+        let named = |host: &str| is_own_host(&headers(&[(header::HOST, host)]), "studio.example");
         for own in ["127.0.0.1:8080", "localhost", "LOCALHOST:1", "[::1]:8080", "10.1.2.3:80", "studio.example:1"] {
             assert!(named(own), "{own}");
         }
@@ -83,13 +83,13 @@ mod tests {
         {
             assert!(!named(other), "{other}");
         }
-        assert!(!is_own_name(&HeaderMap::new(), "127.0.0.1"));
+        assert!(!is_own_host(&HeaderMap::new(), "127.0.0.1"));
     }
 
     #[test]
     fn pages_of_others_are_not_ours() {
-        let from = |origin: &str| is_own_page(&headers(&[(header::HOST, "localhost:80"), (header::ORIGIN, origin)]));
-        assert!(from("http://localhost:80") && is_own_page(&headers(&[(header::HOST, "localhost:80")])));
+        let from = |origin: &str| is_own_origin(&headers(&[(header::HOST, "localhost:80"), (header::ORIGIN, origin)]));
+        assert!(from("http://localhost:80") && is_own_origin(&headers(&[(header::HOST, "localhost:80")])));
         for other in ["null", "", "https://localhost:80", "http://localhost:81", "http://evil.example", "file://"] {
             assert!(!from(other), "{other}");
         }

@@ -1,18 +1,14 @@
 //! The session behind the page, and its draft: what hands did and nobody has saved is kept while it goes, and offered when the next session of
 //! the same scenario begins.
 
-use super::{House, end};
 use crate::Studio;
 use crate::protocol::Notice;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 use tokio::sync::watch;
 
-/// A draft is kept so often, if there is something new in it.
-const PAUSE: Duration = Duration::from_secs(2);
-
 /// What a server cannot do itself: files, and opening scenarios.
-pub trait Desk: Send + Sync {
+pub trait Backend: Send + Sync {
     /// Keeps the draft beside what is known of the scenario; none: there is nothing to be kept any more.
     fn keep(&self, draft: Option<&str>);
 
@@ -28,7 +24,7 @@ pub trait Desk: Send + Sync {
 
 /// A draft from an earlier session.
 #[derive(Clone, Debug)]
-pub struct Offer {
+pub struct DraftOffer {
     /// Its text.
     pub text: String,
     /// When it was kept (RFC 3339).
@@ -38,20 +34,20 @@ pub struct Offer {
 /// A session and its draft.
 pub struct Live {
     studio: watch::Sender<Arc<Studio>>,
-    offer: watch::Sender<Option<Offer>>,
+    offer: watch::Sender<Option<DraftOffer>>,
     /// The draft as it was kept last.
     kept: Mutex<Option<Arc<str>>>,
-    desk: Box<dyn Desk>,
+    backend: Box<dyn Backend>,
 }
 
 impl Live {
     /// A session; `offer`: what an earlier one has left.
-    pub fn new(studio: Studio, offer: Option<Offer>, desk: Box<dyn Desk>) -> Self {
+    pub fn new(studio: Studio, offer: Option<DraftOffer>, backend: Box<dyn Backend>) -> Self {
         Self {
             studio: watch::Sender::new(Arc::new(studio)),
             offer: watch::Sender::new(offer),
             kept: Mutex::new(None),
-            desk,
+            backend,
         }
     }
 
@@ -66,7 +62,7 @@ impl Live {
     }
 
     /// The offer, now and when it has been taken up, discarded or overtaken.
-    pub(super) fn offer(&self) -> watch::Receiver<Option<Offer>> {
+    pub(super) fn offer(&self) -> watch::Receiver<Option<DraftOffer>> {
         self.offer.subscribe()
     }
 
@@ -74,14 +70,14 @@ impl Live {
     ///
     /// # Errors
     /// What a page is told where there is none any more, or where it cannot be used.
-    pub(super) fn decide(&self, take: bool) -> Result<(), Refusal> {
+    pub(super) fn decide_draft(&self, take: bool) -> Result<(), Refusal> {
         // Held to the end: another tab that decides at the same time comes too late.
         let mut kept = self.kept();
         let Some(offer) = self.offer.borrow().clone() else {
             return Err(refused("there is no draft any more", "another page has decided about it"));
         };
         if take {
-            let studio = self.desk.open(&offer.text).map_err(|message| {
+            let studio = self.backend.open(&offer.text).map_err(|message| {
                 refused(
                     &format!("the draft cannot be taken up: {message}"),
                     "it stays where it is; discard it to be rid of it",
@@ -90,7 +86,7 @@ impl Live {
             self.studio.send_replace(Arc::new(studio)).close();
             *kept = Some(offer.text.into());
         } else {
-            self.desk.keep(None);
+            self.backend.keep(None);
         }
         self.offer.send_replace(None);
         Ok(())
@@ -98,7 +94,7 @@ impl Live {
 
     /// The file of this name; `None` where there is none.
     pub(super) fn export(&self, name: &str) -> Option<Vec<u8>> {
-        self.desk.export(&self.now(), name)
+        self.backend.export(&self.now(), name)
     }
 
     /// Keeps the draft, if there is something new in it.
@@ -108,7 +104,7 @@ impl Live {
         if *kept == draft {
             return;
         }
-        self.desk.keep(draft.as_deref());
+        self.backend.keep(draft.as_deref());
         *kept = draft;
         // What is kept now has taken the place of what was.
         self.offer.send_if_modified(|offer| offer.take().is_some());
@@ -125,8 +121,8 @@ impl Live {
     }
 
     /// Waits until its thread has come to its end, but no longer than that. Returns whether it has.
-    pub(super) fn has_ended(&self, patience: Duration) -> bool {
-        self.now().has_ended(patience)
+    pub(super) fn has_ended(&self, timeout: Duration) -> bool {
+        self.now().has_ended(timeout)
     }
 }
 
@@ -144,19 +140,5 @@ pub(super) fn refused(message: &str, help: &str) -> Refusal {
 impl From<Refusal> for Notice {
     fn from(Refusal { message, help }: Refusal) -> Self {
         Self::Refused { message, help }
-    }
-}
-
-/// Keeps the draft now and then, until all is to end.
-pub(super) async fn keep_drafts(house: Arc<House>) {
-    let mut ending = house.ending.clone();
-    loop {
-        tokio::select! {
-            () = tokio::time::sleep(PAUSE) => {}
-            () = end(&mut ending) => return,
-        }
-        let house = house.clone();
-        // Files may be slow.
-        let _ = tokio::task::spawn_blocking(move || house.site.live().map(Live::keep)).await;
     }
 }

@@ -26,7 +26,7 @@ impl Token {
     }
 
     /// Whether a query (`a=b&token=…`) has it. How long that takes tells nothing about where the two differ.
-    pub(super) fn is_in(&self, query: Option<&str>) -> bool {
+    pub(super) fn matches_query(&self, query: Option<&str>) -> bool {
         let given = query.into_iter().flat_map(|query| query.split('&')).find_map(|pair| pair.strip_prefix("token="));
         given.is_some_and(|given| {
             given.len() == self.0.len() && given.bytes().zip(self.0.bytes()).fold(0, |all, (a, b)| all | (a ^ b)) == 0
@@ -49,12 +49,17 @@ mod tests {
     fn only_the_whole_token_is_the_token() {
         let token = Token::random().expect("random numbers");
         let digits = token.digits();
-        assert!(token.is_in(Some(&format!("token={digits}"))) && token.is_in(Some(&format!("a=b&token={digits}"))));
+        assert!(
+            token.matches_query(Some(&format!("token={digits}")))
+                && token.matches_query(Some(&format!("a=b&token={digits}")))
+        );
         let upper = digits.to_uppercase();
         for wrong in ["", &digits[1..], &format!("{digits}0"), &"0".repeat(32), &format!("{upper}g")] {
-            assert!(!token.is_in(Some(&format!("token={wrong}"))), "{wrong}");
+            assert!(!token.matches_query(Some(&format!("token={wrong}"))), "{wrong}");
         }
-        assert!(!token.is_in(None) && !token.is_in(Some(digits)) && !token.is_in(Some("token")));
+        assert!(
+            !token.matches_query(None) && !token.matches_query(Some(digits)) && !token.matches_query(Some("token"))
+        );
         assert_ne!(token, Token::random().expect("random numbers"));
         assert_eq!(format!("{token:?}"), "Token");
     }

@@ -100,7 +100,7 @@ fn messages_never_make_a_session_panic() {
     let corpus = MESSAGES.map(|messages| messages.as_bytes().to_vec());
     let fuzz = Fuzz { name: "messages", corpus: &corpus, words: &WORDS, seed: 1, inputs, patience: PATIENCE };
     let (taken, _) = fuzz.hunt(|bytes| {
-        let opened = Opened {
+        let opened = SessionInput {
             text: CABLE.to_owned(),
             name: "cable.toml".into(),
             files: Box::new(NoFiles),
@@ -115,7 +115,7 @@ fn messages_never_make_a_session_panic() {
                 session.work();
             }
             session.handle(1, request);
-            let News { said, .. } = session.take_news();
+            let Changes { said, .. } = session.take_changes();
             taken |= said.is_empty();
         }
         session.detach(1);

@@ -1,15 +1,15 @@
 //! What a text describes, ready to be carried from one equilibrium to the next.
 
-use super::Refusal;
+use super::refusal::Refusal;
 use std::cell::RefCell;
 use wireloom::core::constraint::Action;
-use wireloom::core::network::Fixing;
+use wireloom::core::network::AttachedConstraint;
 use wireloom::core::steps::{Schedule, Step};
-use wireloom::core::{Monitor, Network, Pose, Registry, StepResult};
+use wireloom::core::{Monitor, Network, Pose, Registry, Status, StepResult};
 use wireloom::scenario::{Built, Fault, Files, Scenario};
-use wireloom::solve::changed::{Changed, changed};
-use wireloom::solve::checkpoint::Checkpoint;
-use wireloom::solve::hands::{Ended, Hands, Trouble};
+use wireloom::solve::steps::checkpoint_transfer::{Changed, changed};
+use wireloom::solve::steps::checkpoint::Checkpoint;
+use wireloom::solve::steps::interactive::{Ended, Hands, Trouble};
 
 /// A harness, and what carries it.
 pub(super) struct Harness {
@@ -19,7 +19,7 @@ pub(super) struct Harness {
     /// What an engineer should know.
     pub notes: Vec<String>,
     coarse: Option<Network>,
-    hands: RefCell<Hands>,
+    solver: RefCell<Hands>,
 }
 
 impl Harness {
@@ -30,21 +30,21 @@ impl Harness {
     pub fn load(text: &str, files: &dyn Files, registry: &Registry, monitor: &Monitor) -> Result<Self, Vec<Fault>> {
         let (scenario, built) = wireloom::load_with_files(text, files, registry)?;
         let Built { network, coarse, schedule, minimiser, stop, notes, .. } = built;
-        let hands = RefCell::new(Hands::new(minimiser, stop, schedule.clearances, monitor.clone()));
-        Ok(Self { scenario, network, schedule, notes, coarse, hands })
+        let solver = RefCell::new(Hands::new(minimiser, stop, schedule.clearances, monitor.clone()));
+        Ok(Self { scenario, network, schedule, notes, coarse, solver })
     }
 
     /// Whether something that acts from the beginning does more and more so over the first step.
-    pub fn is_drawn_tight(&self) -> bool {
-        let changes = |fixing: &Fixing| match fixing.constraint.action() {
+    pub fn tightens_in_first_step(&self) -> bool {
+        let changes = |fixing: &Fixing| match fixing.model.action() {
             Action::Prescribed(_) => {
                 let base = Pose::identity();
-                fixing.constraint.target(&base, 0.0) != fixing.constraint.target(&base, 1.0)
+                fixing.model.target(&base, 0.0) != fixing.model.target(&base, 1.0)
             }
             // What they do with their progress they know alone.
             Action::Potential(_) | Action::Equations(_) => true,
         };
-        self.network.fixings.iter().any(|fixing| fixing.from_start && changes(fixing))
+        self.network.constraints.iter().any(|fixing| fixing.from_start && changes(fixing))
     }
 
     /// The balanced start.
@@ -52,35 +52,35 @@ impl Harness {
     /// # Errors
     /// Where there is none.
     pub fn start(&self) -> Result<Ended, Trouble> {
-        self.hands.borrow_mut().start(&self.network, self.coarse.as_ref(), &self.schedule)
+        self.solver.borrow_mut().start(&self.network, self.coarse.as_ref(), &self.schedule)
     }
 
     /// Is carried from now on by what would carry another harness.
-    pub fn take_hands(&self, other: Harness) {
-        self.hands.replace(other.hands.into_inner());
+    pub fn replace_solver(&self, other: Harness) {
+        self.solver.replace(other.solver.into_inner());
     }
 
     /// The next increment of a step of the schedule.
     ///
     /// # Errors
     /// Where it has no end.
-    pub fn carry(&self, step: &Step, from: &Checkpoint) -> Result<Ended, Trouble> {
-        self.hands.borrow_mut().carry(&self.network, step, from)
+    pub fn advance(&self, step: &Step, from: &Checkpoint) -> Result<Ended, Trouble> {
+        self.solver.borrow_mut().carry(&self.network, step, from)
     }
 
     /// One more increment of a step that goes on for as long as somebody drags.
     ///
     /// # Errors
     /// Where it has no end.
-    pub fn follow(&self, step: &Step, from: &Checkpoint) -> Result<Ended, Trouble> {
-        self.hands.borrow_mut().follow(&self.network, step, from)
+    pub fn advance_drag(&self, step: &Step, from: &Checkpoint) -> Result<Ended, Trouble> {
+        self.solver.borrow_mut().follow(&self.network, step, from)
     }
 
     /// A checkpoint of another harness as one of this one, in balance; `None` where it would have to know how it came there.
-    pub fn adopt(&self, other: &Harness, checkpoint: &Checkpoint) -> Option<Checkpoint> {
+    pub fn transfer(&self, other: &Harness, checkpoint: &Checkpoint) -> Option<Checkpoint> {
         match changed(checkpoint, &other.network, &self.network)? {
             Changed::Same(checkpoint) => Some(*checkpoint),
-            Changed::Nearly(checkpoint) => self.hands.borrow_mut().balance(&self.network, *checkpoint),
+            Changed::Nearly(checkpoint) => self.solver.borrow_mut().balance(&self.network, *checkpoint),
         }
     }
 
@@ -88,11 +88,11 @@ impl Harness {
     ///
     /// # Errors
     /// Where none does.
-    pub fn acting(&self, name: &str, at: &Checkpoint) -> Result<usize, Refusal> {
-        let of_name = |f: &usize| self.network.fixings[*f].name == name && at.acts(*f);
-        (0..self.network.fixings.len()).find(of_name).ok_or_else(|| {
-            let acting = self.network.fixings.iter().enumerate().filter(|(f, _)| at.acts(*f));
-            let names: Vec<&str> = acting.map(|(_, fixing)| fixing.name.as_str()).collect();
+    pub fn active_constraint(&self, name: &str, at: &Checkpoint) -> Result<usize, Refusal> {
+        let of_name = |f: &usize| self.network.constraints[*f].name == name && at.acts(*f);
+        (0..self.network.constraints.len()).find(of_name).ok_or_else(|| {
+            let active_constraint = self.network.constraints.iter().enumerate().filter(|(f, _)| at.acts(*f));
+            let names: Vec<&str> = active_constraint.map(|(_, fixing)| fixing.name.as_str()).collect();
             Refusal::new(format!("no fixing \"{name}\" acts now"), format!("those that do: {}", names.join(", ")))
         })
     }
@@ -112,4 +112,9 @@ impl Harness {
 pub(super) fn same_nodes(one: &StepResult, network: &Network) -> bool {
     let counts = network.branches.iter().map(|branch| branch.rod.mesh().nodes());
     one.branches.iter().map(|branch| branch.s.len()).eq(counts)
+}
+
+/// Whether an increment may be followed by another.
+pub(super) fn is_balanced(ended: &Ended) -> bool {
+    matches!(ended.end.status, Status::Converged | Status::Stalled)
 }

@@ -1,16 +1,17 @@
 //! What hands do between drags: they take hold, let go, pin and clip. Each is a step of one increment.
 
-use super::harness::same_nodes;
-use super::standing::{Standing, Stretch};
-use super::{Refusal, Session, is_balanced};
+use super::Session;
+use super::harness::{is_balanced, same_nodes};
+use super::refusal::{Refusal, no_start};
+use super::snapshot::{Snapshot, StepFrames};
 use crate::protocol::Holding;
 use std::rc::Rc;
 use wireloom::scenario::At;
 use wireloom::scenario::record::{Attachment, Begins, Written};
 
-impl Standing {
+impl Snapshot {
     /// A name for a step that no other one has.
-    pub(super) fn free_step(&self, wanted: &str) -> String {
+    pub(super) fn unused_step_name(&self, wanted: &str) -> String {
         let own = self.harness.schedule.steps.iter().take(self.own).map(|step| step.name.as_str());
         let taken: Vec<&str> = own.chain(self.by_hand.iter().map(|step| step.name.as_str())).collect();
         if !taken.contains(&wanted) {
@@ -21,8 +22,8 @@ impl Standing {
     }
 
     /// A name for a fixing that no other one has had.
-    fn free_fixing(&self, word: &str) -> String {
-        let fixings = &self.harness.network.fixings;
+    fn unused_constraint_name(&self, word: &str) -> String {
+        let fixings = &self.harness.network.constraints;
         let begun = || self.by_hand.iter().flat_map(|step| &step.begins);
         let free = |name: &String| {
             fixings.iter().all(|fixing| fixing.name != *name) && begun().all(|begins| begins.name != *name)
@@ -32,7 +33,7 @@ impl Standing {
 }
 
 /// Twelve digits of a length: attachments are told apart by fewer, and a file is easier to read.
-fn readable(s: f64) -> f64 {
+fn rounded_arc_length(s: f64) -> f64 {
     let rounded = (s * 1e12).round() / 1e12;
     if rounded.is_finite() { rounded } else { s }
 }
@@ -41,8 +42,8 @@ impl Session {
     /// A hand, a pin or a clip begins at the node nearest to a place.
     pub(super) fn hold(&mut self, tab: u32, branch: &str, s: f64, how: Holding) -> Result<(), Refusal> {
         self.end_drag();
-        let standing = self.at_hand()?;
-        let last = standing.last.as_ref().ok_or_else(super::no_start)?;
+        let snapshot = self.editable_snapshot()?;
+        let last = snapshot.last.as_ref().ok_or_else(no_start)?;
         let line = last.branches.iter().find(|line| line.name == branch).ok_or_else(|| {
             let names: Vec<&str> = last.branches.iter().map(|line| line.name.as_str()).collect();
             Refusal::new(format!("there is no branch \"{branch}\""), format!("known: {}", names.join(", ")))
@@ -54,16 +55,16 @@ impl Session {
             return Err(Refusal::new(message, format!("give an arc length from 0 to {length} m")));
         }
         let nearest = line.s.iter().copied().min_by(|a, b| (a - s).abs().total_cmp(&(b - s).abs())).unwrap_or(0.0);
-        let at = Attachment::Branch(branch.to_owned(), readable(nearest));
+        let at = Attachment::Branch(branch.to_owned(), rounded_arc_length(nearest));
         let (word, kind, does) = match how {
             Holding::Handle => ("hand", None, "takes hold"),
             Holding::Pin => ("pin", Some("connector"), "holds"),
             Holding::Collar => ("clip", Some("collar"), "closes"),
         };
-        let name = standing.free_fixing(word);
+        let name = snapshot.unused_constraint_name(word);
         let begins = vec![Begins { name: name.clone(), kind: kind.map(str::to_owned), at }];
-        let step = standing.free_step(&format!("{name} {does}"));
-        self.act(standing, Written { name: step, begins, ..Written::default() })?;
+        let step = snapshot.unused_step_name(&format!("{name} {does}"));
+        self.apply_step(snapshot, Written { name: step, begins, ..Written::default() })?;
         if how == Holding::Handle {
             self.held.insert(name, tab);
         }
@@ -72,18 +73,18 @@ impl Session {
 
     /// A fixing lets go.
     pub(super) fn release(&mut self, tab: u32, name: &str) -> Result<(), Refusal> {
-        let standing = self.where_it_acts(tab, name)?;
-        let step = standing.free_step(&format!("release {name}"));
-        self.act(standing, Written { name: step, release: vec![name.to_owned()], ..Written::default() })?;
+        let snapshot = self.snapshot_with_active(tab, name)?;
+        let step = snapshot.unused_step_name(&format!("release {name}"));
+        self.apply_step(snapshot, Written { name: step, release: vec![name.to_owned()], ..Written::default() })?;
         self.held.remove(name);
         Ok(())
     }
 
     /// A fixing holds everything from now on, where it is.
     pub(super) fn pin(&mut self, tab: u32, name: &str) -> Result<(), Refusal> {
-        let standing = self.where_it_acts(tab, name)?;
-        let Standing { harness, at, .. } = &standing;
-        let index = harness.acting(name, at.as_ref().ok_or_else(super::no_start)?)?;
+        let snapshot = self.snapshot_with_active(tab, name)?;
+        let Snapshot { harness, at, .. } = &snapshot;
+        let index = harness.active_constraint(name, at.as_ref().ok_or_else(no_start)?)?;
         let own = &harness.scenario.constraints[index];
         let at = match (own.at.as_slice(), own.span) {
             ([At::Branch { branch, s }], None) => {
@@ -96,48 +97,48 @@ impl Session {
             }
         };
         let begins = vec![Begins { name: name.to_owned(), kind: Some("connector".to_owned()), at }];
-        let step = standing.free_step(&format!("pin {name}"));
-        self.act(standing, Written { name: step, release: vec![name.to_owned()], begins, way: None })
+        let step = snapshot.unused_step_name(&format!("pin {name}"));
+        self.apply_step(snapshot, Written { name: step, release: vec![name.to_owned()], begins, way: None })
     }
 
     /// How it stands where this fixing acts, and no other tab holds it.
-    fn where_it_acts(&mut self, tab: u32, name: &str) -> Result<Standing, Refusal> {
+    fn snapshot_with_active(&mut self, tab: u32, name: &str) -> Result<Snapshot, Refusal> {
         self.end_drag();
         if let Some(other) = self.held.get(name).filter(|other| **other != tab) {
             return Err(Refusal::new(format!("\"{name}\" is held by tab {other}"), "wait until it is let go there"));
         }
-        let standing = self.at_hand()?;
-        standing.harness.acting(name, standing.at.as_ref().ok_or_else(super::no_start)?)?;
-        Ok(standing)
+        let snapshot = self.editable_snapshot()?;
+        snapshot.harness.active_constraint(name, snapshot.at.as_ref().ok_or_else(no_start)?)?;
+        Ok(snapshot)
     }
 
     /// Carries out one more step, if the scenario with it is sound and the harness finds its balance.
-    fn act(&mut self, standing: Standing, written: Written) -> Result<(), Refusal> {
+    fn apply_step(&mut self, snapshot: Snapshot, written: Written) -> Result<(), Refusal> {
         let label = written.name.clone();
-        let mut next = standing;
-        let (other, at) = (next.harness.clone(), next.at.clone().ok_or_else(super::no_start)?);
+        let mut next = snapshot;
+        let (other, at) = (next.harness.clone(), next.at.clone().ok_or_else(no_start)?);
         next.by_hand.push(Rc::new(written));
         let harness = Rc::new(self.load(&next)?);
         let nodes_stay = next.last.as_ref().is_some_and(|last| same_nodes(last, &harness.network));
-        let adopted = if nodes_stay { harness.adopt(&other, &at) } else { None };
+        let transferred = if nodes_stay { harness.transfer(&other, &at) } else { None };
         let again = "take back what was done last, or hold something else first";
         if self.monitor.is_stopped() {
             return Err(Refusal::new(format!("\"{label}\" was stopped"), "do it once more"));
         }
-        let (Some(at), Some(step)) = (adopted, harness.schedule.steps.last()) else {
+        let (Some(at), Some(step)) = (transferred, harness.schedule.steps.last()) else {
             // All of it again: slow, but right.
-            let next = Standing::new(next.text, next.own, next.by_hand, harness, next.run + 1);
-            self.deed(label, next);
+            let next = Snapshot::new(next.text, next.own, next.by_hand, harness, next.run + 1);
+            self.commit(label, next);
             return Ok(());
         };
-        let ended = harness.carry(step, &at).map_err(|trouble| Refusal::new(trouble.to_string(), again))?;
+        let ended = harness.advance(step, &at).map_err(|trouble| Refusal::new(trouble.to_string(), again))?;
         if !is_balanced(&ended) {
             let message = format!("the harness finds no balance after \"{label}\": {}", ended.end.status.word());
             return Err(Refusal::new(message, again));
         }
         next.harness = harness.clone();
-        next.steps.push(Rc::new(Stretch::new(&step.name, true, step.increments)));
-        self.deed(label, next);
+        next.steps.push(Rc::new(StepFrames::new(&step.name, true, step.increments)));
+        self.commit(label, next);
         self.show(&ended);
         self.now.end();
         Ok(())

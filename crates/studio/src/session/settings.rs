@@ -1,14 +1,12 @@
-//! What may be set, and setting it: the author's text gets another value, and everything is carried out anew.
+//! Settings of a scenario, as the page shows them and as a scenario has them.
 
-use super::standing::Standing;
-use super::{Refusal, Session};
+use super::refusal::Refusal;
+use crate::frame::number;
 use crate::protocol::{Form, Setting};
 use serde_json::Value as Json;
-use std::rc::Rc;
 use wireloom::core::{Registry, Value};
 use wireloom::scenario::Scenario;
 use wireloom::scenario::adjust::{Adjustable, Holds, adjustable};
-use wireloom::scenario::record::with_value;
 
 /// Everything that may be set.
 pub(super) fn all(scenario: &Scenario, registry: &Registry) -> Vec<Setting> {
@@ -21,7 +19,7 @@ fn setting(own: Adjustable) -> Setting {
         Holds::Number { unit, minimum, maximum } => {
             Form::Number { unit, minimum: Some(minimum), maximum: Some(maximum) }
         }
-        Holds::Count(minimum) => Form::Count { minimum: super::number(minimum) },
+        Holds::Count(minimum) => Form::Count { minimum: number(minimum) },
         Holds::Flag => Form::Flag,
     };
     let value = own.value.map_or(Json::Null, |value| match value {
@@ -35,7 +33,7 @@ fn setting(own: Adjustable) -> Setting {
 }
 
 /// The value of a setting, as a scenario would have it.
-fn value(own: &Adjustable, given: &Json) -> Result<Value, Refusal> {
+pub(super) fn value(own: &Adjustable, given: &Json) -> Result<Value, Refusal> {
     let (value, wanted) = match &own.holds {
         Holds::Choice(words) => {
             let known: Vec<&str> = words.iter().map(|(word, _)| word.as_str()).collect();
@@ -57,27 +55,4 @@ fn value(own: &Adjustable, given: &Json) -> Result<Value, Refusal> {
         shown.truncate(shown.floor_char_boundary(80));
         Refusal::new(format!("`{}` = {shown} is no such value", own.key), format!("give {wanted}"))
     })
-}
-
-impl Session {
-    /// Puts another value in the place of what the text says, and begins anew with it.
-    pub(super) fn set(&mut self, key: &str, given: &Json) -> Result<(), Refusal> {
-        self.end_drag();
-        let Standing { text, own, by_hand, harness, run, .. } = &self.now;
-        let all = adjustable(&harness.scenario, &self.registry);
-        let known = all.iter().find(|own| own.key == key);
-        let known = known.ok_or_else(|| {
-            Refusal::new(format!("`{key:.80}` cannot be set here"), "set one of the scene's settings")
-        })?;
-        let value = value(known, given)?;
-        if known.value.as_ref() == Some(&value) {
-            return Ok(());
-        }
-        let text = with_value(text, key, &value, &self.registry)?;
-        let mut next = Standing::new(text.into(), *own, by_hand.clone(), harness.clone(), run + 1);
-        next.harness = Rc::new(self.load(&next)?);
-        let label = format!("{} of {}", known.label, known.group);
-        self.deed(label, next);
-        Ok(())
-    }
 }

@@ -100,7 +100,7 @@ at = { branch = "trunk", s = 0.2 }
 const ALIKE: f64 = 7e-7;
 
 pub(super) fn session(text: &str) -> Session {
-    let opened = Opened {
+    let opened = SessionInput {
         text: text.to_owned(),
         name: "y.toml".into(),
         files: Box::new(NoFiles),
@@ -122,7 +122,7 @@ fn work(session: &mut Session) {
 fn ask(session: &mut Session, request: Request) -> Vec<Notice> {
     session.handle(1, request);
     work(session);
-    session.take_news().said.into_iter().map(|(_, notice)| notice).collect()
+    session.take_changes().said.into_iter().map(|(_, notice)| notice).collect()
 }
 
 fn done(session: &mut Session, request: Request) {
@@ -409,7 +409,7 @@ fn with_lazy(rests: &Arc<AtomicBool>) -> Registry {
 #[test]
 fn what_finds_no_balance_is_shown_and_not_written_down() {
     let rests = Arc::new(AtomicBool::new(false));
-    let opened = Opened {
+    let opened = SessionInput {
         text: format!("{Y}{STEPS}\n[minimiser]\nkind = \"lazy\"\n"),
         name: "y.toml".into(),
         files: Box::new(NoFiles),
@@ -422,21 +422,24 @@ fn what_finds_no_balance_is_shown_and_not_written_down() {
         let frame = session.frames_from(session.now.frames() - 1)[0].clone().expect("there");
         frame::decode(&frame).expect("a frame").0.status
     };
-    let lost = |session: &mut Session, request: Request| {
+    let unbalanced = |session: &mut Session, request: Request| {
         rests.store(true, Ordering::Relaxed);
         done(session, request);
         rests.store(false, Ordering::Relaxed);
         assert_eq!(status(session), "iteration limit");
     };
     let (shape, frames) = (bits(&last(&session)), session.now.frames());
-    lost(&mut session, to("plug-B", [0.54, 0.2, 0.06]));
+    unbalanced(&mut session, to("plug-B", [0.54, 0.2, 0.06]));
     assert_eq!(session.now.frames(), frames + 1);
     let events = session.timeline().events;
-    assert!(events.iter().any(|event| event.kind == "not-converged" && event.frame == number(frames)), "{events:?}");
+    assert!(
+        events.iter().any(|event| event.kind == "not-converged" && event.frame == frame::number(frames)),
+        "{events:?}"
+    );
     // Another target takes its place, and another one's is taken back by letting go.
     done(&mut session, to("plug-B", [0.54, 0.2, 0.05]));
     assert_eq!((status(&session).as_str(), session.now.frames()), ("converged", frames + 1));
-    lost(&mut session, to("plug-B", [0.54, 0.2, 0.06]));
+    unbalanced(&mut session, to("plug-B", [0.54, 0.2, 0.06]));
     assert_eq!(session.now.frames(), frames + 2);
     done(&mut session, drop_("plug-B"));
     assert_eq!((status(&session).as_str(), session.now.frames()), ("converged", frames + 1));
@@ -444,7 +447,7 @@ fn what_finds_no_balance_is_shown_and_not_written_down() {
     done(&mut session, Request::Undo);
     assert_eq!((bits(&last(&session)), session.now.frames()), (shape.clone(), frames));
     // Where nothing was found there is no step, and nothing to take back.
-    lost(&mut session, to("plug-B", [0.54, 0.2, 0.06]));
+    unbalanced(&mut session, to("plug-B", [0.54, 0.2, 0.06]));
     done(&mut session, drop_("plug-B"));
     assert_eq!((bits(&last(&session)), session.now.frames()), (shape.clone(), frames));
     refused(&mut session, Request::Undo);
@@ -458,7 +461,7 @@ fn what_finds_no_balance_is_shown_and_not_written_down() {
 /// What was stopped is no part of what hands go on from.
 #[test]
 fn a_run_is_stopped_and_goes_on_in_hands() {
-    let opened = Opened {
+    let opened = SessionInput {
         text: format!("{Y}{STEPS}"),
         name: "y.toml".into(),
         files: Box::new(NoFiles),
@@ -470,7 +473,7 @@ fn a_run_is_stopped_and_goes_on_in_hands() {
     session.work();
     let refused_now = |session: &mut Session| {
         session.handle(1, to("plug-A", [0.0, 0.0, 0.01]));
-        session.take_news().said
+        session.take_changes().said
     };
     assert!(matches!(refused_now(&mut session)[..], [(Some(1), Notice::Refused { .. })]));
     assert_eq!(session.busy().as_deref(), Some("step plug B"));
@@ -500,10 +503,10 @@ fn what_is_remembered_is_bounded() {
     drag(&mut session, "plug-B", &[[0.54, 0.2, 0.06], [0.53, 0.19, 0.07], [0.52, 0.19, 0.08]]);
     let (frames, shape) = (session.frames_from(0), bits(&last(&session)));
     let weight = frames.iter().flatten().map(|frame| frame.len()).sum::<usize>();
-    session.make_room(weight, usize::MAX);
+    session.limit_memory(weight, usize::MAX);
     assert_eq!(session.frames_from(0), frames);
-    session.make_room(1, 1);
-    assert!(session.take_news().thinned);
+    session.limit_memory(1, 1);
+    assert!(session.take_changes().thinned);
     let left: Vec<usize> = (0..).zip(session.frames_from(0)).filter_map(|(k, frame)| frame.map(|_| k)).collect();
     assert_eq!(left, [0, 4, 6, 9]);
     drag(&mut session, "plug-B", &[[0.52, 0.2, 0.08]]);
@@ -562,10 +565,10 @@ fn whatever_is_asked_the_session_goes_on() {
         if random.u32(..10) == 0 {
             session.detach(random.u32(1..3));
         }
-        session.take_news();
+        session.take_changes();
     }
     work(&mut session);
-    session.take_news();
+    session.take_changes();
     // It answers, and what it has written down is a scenario.
     let said = ask(&mut session, Request::Save);
     assert!(matches!(said.first(), Some(Notice::Saved { .. })), "{said:?}");

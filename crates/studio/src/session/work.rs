@@ -1,17 +1,18 @@
 //! Computing: one increment after the other, the schedule's or a drag's, each of which is shown.
 
-use super::standing::Stretch;
-use super::{Session, clearance, is_balanced};
-use crate::frame::{self, Header};
+use super::harness::is_balanced;
+use super::snapshot::StepFrames;
+use super::{Session, clearance};
+use crate::frame::{self, Header, number};
 use crate::protocol::Notice;
 use std::rc::Rc;
 use std::sync::Arc;
-use wireloom::solve::hands::{Ended, Trouble};
+use wireloom::solve::steps::interactive::{Ended, Trouble};
 
 impl Session {
     /// Whether something is to be computed.
     pub fn has_work(&self) -> bool {
-        self.now.todo || self.drag.as_ref().is_some_and(|drag| drag.goal.is_some())
+        self.now.pending || self.drag.as_ref().is_some_and(|drag| drag.goal.is_some())
     }
 
     /// Whether that comes before whatever else is asked for.
@@ -20,67 +21,67 @@ impl Session {
     }
 
     /// Whether the start is to be computed next.
-    pub fn begins(&self) -> bool {
-        self.now.todo && self.now.at.is_none()
+    pub fn is_finding_start(&self) -> bool {
+        self.now.pending && self.now.at.is_none()
     }
 
     /// Computes one increment, or the start, unless that is stopped.
     pub fn work(&mut self) {
         if self.drag.as_ref().is_some_and(|drag| drag.goal.is_some()) {
-            self.drag_on();
-        } else if self.now.todo {
-            self.carry_on();
+            self.advance_drag();
+        } else if self.now.pending {
+            self.advance_schedule();
         }
     }
 
     /// The next increment of the schedule.
-    fn carry_on(&mut self) {
+    fn advance_schedule(&mut self) {
         let harness = self.now.harness.clone();
         let Some(at) = self.now.at.clone() else {
             match harness.start() {
                 Ok(ended) => {
-                    self.now.steps = vec![Rc::new(Stretch::new("start", false, 1))];
+                    self.now.steps = vec![Rc::new(StepFrames::new("start", false, 1))];
                     self.show(&ended);
                     self.now.end();
                 }
                 Err(trouble) => {
-                    self.now.todo = false;
+                    self.now.pending = false;
                     if let Trouble::Fault(fault) = trouble {
-                        self.trouble(fault.to_string());
+                        self.report_failure(fault.to_string());
                     }
                 }
             }
-            self.now.todo &= !harness.schedule.steps.is_empty();
-            self.news.scene = true;
+            self.now.pending &= !harness.schedule.steps.is_empty();
+            self.changes.scene = true;
             return;
         };
         let (index, increment) = at.done();
         let Some(step) = harness.schedule.steps.get(index) else {
-            self.now.todo = false;
+            self.now.pending = false;
             return;
         };
-        let ended = harness.carry(step, &at);
+        let ended = harness.advance(step, &at);
         if increment == 0 && self.now.steps.len() == index + 1 {
             let by_hand = index >= self.now.own;
-            self.now.steps.push(Rc::new(Stretch::new(&step.name, by_hand, step.increments)));
+            self.now.steps.push(Rc::new(StepFrames::new(&step.name, by_hand, step.increments)));
         }
         match ended {
             Ok(ended) => {
                 self.show(&ended);
                 if !is_balanced(&ended) {
-                    self.now.todo = false;
+                    self.now.pending = false;
                 } else if ended.checkpoint.done().0 > index {
                     self.now.end();
-                    self.now.todo = index + 1 < harness.schedule.steps.len();
+                    self.now.pending = index + 1 < harness.schedule.steps.len();
                 }
             }
             Err(trouble) => {
-                self.now.todo = false;
+                self.now.pending = false;
                 if self.now.steps.last().is_some_and(|step| step.len() == 0) {
                     self.now.steps.pop();
                 }
                 if let Trouble::Fault(fault) = trouble {
-                    self.trouble(fault.to_string());
+                    self.report_failure(fault.to_string());
                 }
             }
         }
@@ -88,19 +89,19 @@ impl Session {
 
     /// Puts the end of an increment behind the others; where it is balanced, the harness stands there.
     pub(super) fn show(&mut self, ended: &Ended) {
-        let number = self.now.frames();
-        let mut header = Header::of(super::number(number), &ended.end, self.now.last.as_deref());
+        let index = self.now.frames();
+        let mut header = Header::of(number(index), &ended.end, self.now.last.as_deref());
         if let ([_, first], Some(start)) = (self.now.steps.as_slice(), &self.now.last)
             && first.len() == 0
         {
             // Results count the search for the start with the first step.
-            header.iterations = header.iterations.saturating_sub(super::number(start.minimiser.iterations));
+            header.iterations = header.iterations.saturating_sub(number(start.minimiser.iterations));
         }
         // While a hand drags there is no time for it.
         let rests = ended.checkpoint.done().1 == 0;
         let near = || clearance::of_nodes(&self.now.harness.network.obstacles, &ended.end);
         let nodes = frame::nodes(&ended.end.branches, &if rests { near() } else { Vec::new() });
-        self.grown += nodes.len() + ended.checkpoint.weight();
+        self.bytes_added += nodes.len() + ended.checkpoint.weight();
         self.now.push(header.encode(&nodes).into());
         self.now.place_events(ended.checkpoint.events(), &ended.end);
         let checkpoint = Rc::new(ended.checkpoint.clone());
@@ -109,34 +110,34 @@ impl Session {
             self.now.last = Some(Arc::new(ended.end.clone()));
         }
         self.shown = Some(checkpoint);
-        self.frames_changed(number);
+        self.frames_changed(index);
     }
 
     /// The last frame once more, where something is near it: with how near.
-    pub(super) fn show_at_rest(&mut self) {
+    pub(super) fn show_clearance(&mut self) {
         let Some(end) = self.now.last.clone().filter(|_| !self.now.harness.network.obstacles.is_empty()) else {
             return;
         };
         let near = clearance::of_nodes(&self.now.harness.network.obstacles, &end);
-        let number = self.now.frames() - 1;
+        let index = self.now.frames() - 1;
         let newest = self.now.steps.last().and_then(|step| step.frames.borrow().last().cloned().flatten());
         let Some((header, _)) = newest.and_then(|frame| frame::decode(&frame)) else { return };
         self.now.pop();
         self.now.push(header.encode(&frame::nodes(&end.branches, &near)).into());
-        self.frames_changed(number);
+        self.frames_changed(index);
     }
 
     /// Something went wrong that nobody asked for.
-    pub(super) fn trouble(&mut self, message: String) {
+    pub(super) fn report_failure(&mut self, message: String) {
         let help =
             "the session stands where it stood before; take back what led there, or set something else".to_owned();
-        self.news.said.push((None, Notice::Refused { message, help }));
-        self.news.timeline = true;
+        self.changes.said.push((None, Notice::Refused { message, help }));
+        self.changes.timeline = true;
     }
 
     /// After a panic: from the last increment that was whole, with a solver made anew.
     pub fn recover(&mut self, message: &str) {
-        self.now.todo = false;
+        self.now.pending = false;
         if let Some(drag) = &mut self.drag {
             drag.goal = None;
             if drag.ends {
@@ -144,8 +145,8 @@ impl Session {
             }
         }
         if let Ok(made) = self.load(&self.now) {
-            self.now.harness.take_hands(made);
+            self.now.harness.replace_solver(made);
         }
-        self.trouble(format!("the solver broke down: {message}"));
+        self.report_failure(format!("the solver broke down: {message}"));
     }
 }

@@ -7,10 +7,10 @@ use std::sync::{Arc, Mutex};
 use tungstenite::client::IntoClientRequest;
 use tungstenite::{Message, WebSocket};
 use wireloom::scenario::NoFiles;
-use wireloom_studio::exports::{self, Made};
+use wireloom_studio::exports::{self, ExportInfo};
 use wireloom_studio::protocol::{Notice, Request};
-use wireloom_studio::server::{Behind, Desk, Live, Offer, Server, Site, Token};
-use wireloom_studio::{Opened, Studio, open};
+use wireloom_studio::server::{Backend, Content, DraftOffer, Live, Server, Site, Token};
+use wireloom_studio::{SessionInput, Studio, open};
 
 /// A cable between two connectors.
 pub const TEXT: &str = r#"
@@ -47,7 +47,7 @@ up = [0, 0, 1]
 
 pub fn session(text: &str, unsaved: bool) -> Result<Studio, String> {
     let (text, name) = (text.to_owned(), "cable.toml".to_owned());
-    let opened = Opened { text, name, files: Box::new(NoFiles), registry: wireloom::registry(), unsaved };
+    let opened = SessionInput { text, name, files: Box::new(NoFiles), registry: wireloom::registry(), unsaved };
     open(opened).map_err(|faults| faults[0].message.clone())
 }
 
@@ -55,7 +55,7 @@ pub fn session(text: &str, unsaved: bool) -> Result<Studio, String> {
 #[derive(Clone, Default)]
 pub struct Drawer(pub Arc<Mutex<Option<String>>>);
 
-impl Desk for Drawer {
+impl Backend for Drawer {
     fn keep(&self, draft: Option<&str>) {
         *self.0.lock().expect("nobody panics") = draft.map(str::to_owned);
     }
@@ -68,8 +68,13 @@ impl Desk for Drawer {
         let outcome = studio.result()?;
         let (scenario, _) = wireloom::load(TEXT, &wireloom::registry()).ok()?;
         let provenance = wireloom::provenance("wireloom", &scenario, &[], &[], &[]);
-        let made =
-            Made { provenance: &provenance, texts: &[], program: "wireloom", machine: "a machine", written: "today" };
+        let made = ExportInfo {
+            provenance: &provenance,
+            texts: &[],
+            program: "wireloom",
+            machine: "a machine",
+            written: "today",
+        };
         exports::make(&outcome.run, &outcome.obstacles, name, &made)
     }
 }
@@ -81,11 +86,11 @@ pub struct Served {
 }
 
 impl Served {
-    pub fn new(offer: Option<Offer>, drawer: Drawer) -> Self {
+    pub fn new(offer: Option<DraftOffer>, drawer: Drawer) -> Self {
         let listener = TcpListener::bind("127.0.0.1:0").expect("a port");
         let token = Token::random().expect("random numbers");
         let live = Live::new(session(TEXT, false).expect("no faults"), offer, Box::new(drawer));
-        let site = Site { page: "<html>page</html>".to_owned(), behind: Behind::Live(live) };
+        let site = Site { page: "<html>page</html>".to_owned(), content: Content::Live(live) };
         let digits = token.digits().to_owned();
         let server = Server::start(listener, "127.0.0.1", token, site).expect("started");
         Self { address: server.address(), server, token: digits }

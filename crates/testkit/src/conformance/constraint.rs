@@ -5,7 +5,7 @@ use crate::laws::spring_energy;
 use fastrand::Rng;
 use nalgebra::{DMatrix, DVector};
 use wireloom_core::{
-    Action, Constraint, Equations, Hold, Matrix, Pose, Potential, Residual, Rotation, RotationHold, Situation, Vector,
+    Action, Constraint, Equations, Hold, Matrix, Pose, Potential, Residual, Rotation, RotationHold, ConstraintView, Vector,
 };
 
 /// Makes the constraint under test.
@@ -72,8 +72,8 @@ struct Scene {
 }
 
 impl Scene {
-    fn at(&self) -> Situation<'_> {
-        Situation {
+    fn at(&self) -> ConstraintView<'_> {
+        ConstraintView {
             stations: &self.stations,
             targets: &self.targets,
             span: &self.span,

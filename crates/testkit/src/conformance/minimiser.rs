@@ -28,7 +28,7 @@ fn check(name: &str, sample: &Sample, targets: &Moved, state: &State, report: &R
     problem.free_part(&mut gradient);
     let residual = problem.residual(&gradient);
     assert!(residual <= STOP.force_tolerance * (1.0 + 1e-9), "{name}: recomputed {residual:e}, reported {report:?}");
-    for (fixing, target) in sample.network.fixings.iter().zip(&targets.0) {
+    for (fixing, target) in sample.network.constraints.iter().zip(&targets.0) {
         let at = state.pose(&fixing.site);
         assert_eq!(at.position, target.position, "{name}: {}", fixing.name);
         let turn = at.orientation.angle_to(&target.orientation);

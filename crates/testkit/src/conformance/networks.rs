@@ -2,7 +2,7 @@
 
 use wireloom_core::constraint::{ConstraintSpec, Limits};
 use wireloom_core::joint::{JointSpec, WireShare};
-use wireloom_core::network::{BranchPlan, FixingPlan, JointPlan, Place};
+use wireloom_core::network::{BranchPlan, ConstraintPlan, JointPlan, Place};
 use wireloom_core::rod::{Mesh, RodSpec};
 use wireloom_core::rotation::{columns, frame_from};
 use wireloom_core::{
@@ -168,7 +168,7 @@ impl Sketch {
         });
         let joints: Vec<_> = joints.collect();
         let connector = registry.constraint("connector").expect("the constraint `connector`");
-        let fixings = self.clamped.iter().map(|&(branch, at_start)| FixingPlan {
+        let fixings = self.clamped.iter().map(|&(branch, at_start)| ConstraintPlan {
             name: format!("clamp of branch {branch}"),
             kind: "connector".into(),
             constraint: (connector.build)(&ConstraintSpec::default(), &none).expect("a connector"),

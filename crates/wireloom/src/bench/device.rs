@@ -4,14 +4,14 @@ use super::monte_carlo::{MonteCarlo, monte_carlo};
 use super::{Case, cable, hung, stroke};
 use wireloom_core::registry::Parameters;
 use wireloom_core::{Minimiser, Problem, Stop, Vector};
-use wireloom_gpu::{Devices, Listed};
-use wireloom_solve::newton::Newton;
+use wireloom_gpu::{SharedDevice, DeviceInfo};
+use wireloom_solve::minimisers::newton::Newton;
 
 /// What a device does, and what the processor does with the same.
 #[derive(Clone, Debug, PartialEq)]
 pub struct OnDevice {
     /// The device.
-    pub device: Listed,
+    pub device: DeviceInfo,
     /// Drag steps of cables of 1,000 and 10,000 segments: on the device, and by `newton` on one core.
     pub drags: Vec<(Case, Case)>,
     /// The tolerance study on the device.
@@ -36,14 +36,14 @@ impl OnDevice {
 /// # Panics
 /// If the system has no thread left.
 pub fn on_device(wish: Option<&str>, points: usize) -> Result<OnDevice, String> {
-    let devices = Devices::for_one(wish);
-    let device = devices.get().map_err(|error| format!("{error}\n{}", error.help()))?.listed.clone();
+    let devices = SharedDevice::for_single_runs(wish);
+    let device = devices.get().map_err(|error| format!("{error}\n{}", error.help()))?.info.clone();
     let registry = crate::registry_on(devices.clone());
     let build = &registry.minimiser("gpu").expect("a built-in kind").build;
     let mut gpu = build(&(), &Parameters::default()).map_err(|error| format!("{error}\n{}", error.help))?;
     let alone = rayon::ThreadPoolBuilder::new().num_threads(1).build().expect("one thread");
     let drags = [(1_000, 4), (10_000, 1)].map(|(segments, strokes)| drag(gpu.as_mut(), &alone, segments, strokes));
-    let many = devices.for_many();
+    let many = devices.for_batches();
     let batch = monte_carlo(points, Some("gpu"), Some(many.batch()), &crate::registry_on(many.clone()));
     let one_core = alone.install(|| monte_carlo(points.div_ceil(100), None, None, &registry));
     Ok(OnDevice { device, drags: drags.into(), batch, one_core })

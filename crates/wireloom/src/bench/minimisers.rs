@@ -3,7 +3,7 @@
 use super::{Case, cable, hung, stroke};
 use wireloom_core::registry::{Parameters, Value};
 use wireloom_core::{Minimiser, Problem, Registry, Stop, Vector};
-use wireloom_solve::newton::Newton;
+use wireloom_solve::minimisers::newton::Newton;
 
 /// Segments of the cable.
 const SEGMENTS: usize = 1_000;

@@ -4,7 +4,7 @@ use wireloom_scenario::{Built, Fault, Scenario};
 
 /// A harness that is drawn within a body, where that is deepest.
 pub(crate) fn refuse_inside(scenario: &Scenario, built: &Built) -> Option<Fault> {
-    let inside = wireloom_solve::start::inside(&built.network, &built.schedule)?;
+    let inside = wireloom_solve::start::layout::inside(&built.network, &built.schedule)?;
     let body = &scenario.obstacles[inside.obstacle];
     let at = inside.position;
     Some(Fault {

@@ -23,9 +23,9 @@ pub(crate) fn refuse_inside(scenario: &Scenario, built: &Built) -> Vec<Fault> {
         bodies.iter().copied().enumerate().filter(|(o, _)| !moving.contains(o)).collect()
     };
     // Where each fixing is known to hold, and how it is turned where that is known.
-    let given = |f: usize| network.fixings[f].position.map(|position| (position, network.fixings[f].orientation));
+    let given = |f: usize| network.constraints[f].position.map(|position| (position, network.constraints[f].orientation));
     let mut held: Vec<Option<(Vector, Option<Rotation>)>> =
-        (0..network.fixings.len()).map(|f| given(f).filter(|_| network.fixings[f].from_start)).collect();
+        (0..network.constraints.len()).map(|f| given(f).filter(|_| network.constraints[f].from_start)).collect();
     let all = standing(&bodies, &HashSet::new());
     let of_constraint = |f: usize| scenario.constraints[f].spans.of(Some("position"));
     for (f, at) in held.iter().enumerate() {
@@ -107,8 +107,8 @@ struct Deep {
 
 /// The deepest of some places of a fixing that gives its cable no choice, where that is deeper than the cable's radius.
 fn deepest(network: &Network, f: usize, places: &[Vector], bodies: &[(usize, Pose)]) -> Option<Deep> {
-    let fixing = &network.fixings[f];
-    let Action::Prescribed(hold) = fixing.constraint.action() else { return None };
+    let fixing = &network.constraints[f];
+    let Action::Prescribed(hold) = fixing.model.action() else { return None };
     if !hold.position || !hold.rails.is_empty() {
         return None;
     }

@@ -2,10 +2,10 @@
 
 use super::trial::{CYCLES, THREADS, TIMED, Trial, Verdict, leaks, parameters};
 use std::time::Instant;
-use wireloom::core::constraint::{ConstraintSpec, Situation, SpanSpec, SpanUse, StationSpec};
+use wireloom::core::constraint::{ConstraintSpec, ConstraintView, SpanSpec, SpanUse, StationSpec};
 use wireloom::core::registry::{ConstraintKind, Form};
 use wireloom::core::{Action, Constraint, Matrix, Parameters, Pose, Value, Vector};
-use wireloom::host::differentiated;
+use wireloom::host::numeric_derivatives;
 use wireloom::testkit::conformance::constraint::{Subject, checks};
 
 /// Nodes of a span that constraints are tried on.
@@ -35,7 +35,7 @@ pub fn trials(kind: &ConstraintKind) -> Vec<Trial<'_>> {
     for (name, check) in listed {
         let subject = subject.clone();
         let numeric = name.contains("derivative")
-            && differentiated().iter().any(|words| words.contains(&format!("`{}`", kind.name)));
+            && numeric_derivatives().iter().any(|words| words.contains(&format!("`{}`", kind.name)));
         all.push((
             name.replace('_', " "),
             Box::new(move || {
@@ -102,7 +102,7 @@ fn evaluate(constraint: &dyn Constraint, stations: usize, nodes: usize, x: f64) 
     let span: Vec<Vector> = (0..nodes).map(|k| Vector::new(0.05 * k as f64, x, -x)).collect();
     let memory = constraint.memory();
     let lengths = vec![0.01; nodes];
-    let at = Situation {
+    let at = ConstraintView {
         stations: &at,
         targets: &targets,
         span: &span,

@@ -6,7 +6,7 @@ use wireloom::core::joint::JointSpec;
 use wireloom::core::registry::JointKind;
 use wireloom::core::rotation::frame_from;
 use wireloom::core::{Arm, JointModel, Matrix, Mounting, Rotation, Section, Vector};
-use wireloom::host::differentiated;
+use wireloom::host::numeric_derivatives;
 use wireloom::testkit::conformance::joint::CHECKS;
 
 /// Arms of the joint that is timed and given odd input.
@@ -26,7 +26,7 @@ pub fn trials(kind: &JointKind) -> Vec<Trial<'_>> {
         }
     }
     let make = move |spec: JointSpec| make(spec).unwrap_or_else(|why| panic!("{why}"));
-    let numeric = differentiated().iter().any(|words| words.contains(&format!("`{}`", kind.name)));
+    let numeric = numeric_derivatives().iter().any(|words| words.contains(&format!("`{}`", kind.name)));
     for (name, check) in CHECKS {
         let make = make.clone();
         all.push((

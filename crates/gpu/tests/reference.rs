@@ -1,0 +1,162 @@
+//! The CPU twins of the stages against the problem they stand for: needs no device. Energy, forces and second derivatives are those of
+//! [`wireloom_core::Problem`], and a minimiser made of twins keeps the contract of [`wireloom_core::Minimiser`].
+
+use fastrand::Rng;
+use wireloom_core::minimiser::Report;
+use wireloom_core::rotation::turned;
+use wireloom_core::{Minimiser, Problem, Registry, State, Status, Stop, Tangent, Vector};
+use wireloom_gpu::flatten::Flattening;
+use wireloom_shaders::harness::{self, Algorithm};
+use wireloom_shaders::memory::Memory;
+use wireloom_shaders::plan::Plan;
+use wireloom_shaders::{Real, Stage, reference};
+use wireloom_testkit::conformance::networks::{Sample, cable, ring, sized_y_harness, y_harness};
+
+fn registry() -> Registry {
+    let mut registry = Registry::default();
+    wireloom_models::register(&mut registry);
+    registry
+}
+
+/// The twins as a minimiser.
+struct Twins {
+    algorithm: Algorithm,
+    leaf: usize,
+}
+
+impl Minimiser for Twins {
+    fn name(&self) -> &str {
+        "twins"
+    }
+
+    fn minimise(&mut self, problem: &mut Problem<'_>, state: &mut State, stop: &Stop) -> Report {
+        problem.update_held(state);
+        let flattening = Flattening::new(problem.network);
+        let harness = flattening.harness(problem, state);
+        let plan = Plan::new(harness.topology(), self.leaf);
+        let mut memory = Memory::new(&plan, 1);
+        memory.set_harness(&plan, 0, &harness).expect("its own links");
+        memory.set_shape(&plan, 0, &flattening.shape(state));
+        let scales = problem.least_scales();
+        let own = harness::Stop {
+            force_scale: scales.force,
+            moment_scale: scales.moment,
+            length_scale: scales.length,
+            tolerance: stop.force_tolerance,
+            max_iterations: stop.max_iterations as u32,
+            algorithm: self.algorithm,
+        };
+        memory.begin(0, &own, Real::F64);
+        reference::descend(&mut memory, &plan, 5000);
+        flattening.write_back(&memory.shape(&plan, 0), problem.network, state);
+        problem.place_held(state);
+        let control = &memory.control[0];
+        let status = match control.outcome {
+            _ if problem.monitor.is_stopped() => Status::Interrupted,
+            1 => Status::Converged,
+            2 => Status::Stalled,
+            3 => Status::IterationLimit,
+            _ => Status::Failed,
+        };
+        Report {
+            status,
+            iterations: control.iterations as usize,
+            polish: 0,
+            factorisations: control.factorisations as usize,
+            evaluations: control.evaluations as usize,
+            residual: control.residual,
+        }
+    }
+
+    fn forget(&mut self) {}
+}
+
+fn twins(algorithm: Algorithm, leaf: usize) -> Box<dyn Minimiser> {
+    Box::new(Twins { algorithm, leaf })
+}
+
+wireloom_testkit::minimiser_conformance!(newton, || twins(Algorithm::Newton, 8), registry);
+wireloom_testkit::minimiser_conformance!(newton_of_batches, || twins(Algorithm::Newton, usize::MAX), registry);
+wireloom_testkit::minimiser_conformance!(gradient, || twins(Algorithm::Gradient, 8), registry);
+
+/// Harnesses of every sort of joint.
+fn samples() -> Vec<(&'static str, Sample)> {
+    let registry = registry();
+    vec![
+        ("a cable", cable(&registry, 12)),
+        ("arms in a point", y_harness(&registry, "cosserat", 6)),
+        ("a hub with offsets", sized_y_harness(&registry, "rigid-body", 6, 0.02)),
+        ("a ring", ring(&registry, "fused", 9, 4)),
+    ]
+}
+
+/// At states off equilibrium.
+#[test]
+fn twins_compute_what_the_problem_does() {
+    let mut rng = Rng::with_seed(5);
+    for (name, sample) in samples() {
+        for round in 0..3 {
+            let mut problem = sample.problem();
+            let mut state = sample.state.clone();
+            let mut vector = |size: f64| Vector::from_fn(|_, _| size * (rng.f64() - 0.5));
+            state.points.iter_mut().for_each(|x| *x += vector(4e-3));
+            state.frames.iter_mut().for_each(|q| *q = turned(q, &vector(0.3 * f64::from(round))));
+            sample.network.follow_ties(&mut state);
+            problem.update_held(&state);
+            problem.place_held(&mut state);
+            problem.update_held(&state);
+            let mut gradient = Tangent::zeros(&sample.network);
+            let energy = problem.gradient(&state, &mut gradient);
+            problem.free_part(&mut gradient);
+            let flattening = Flattening::new(&sample.network);
+            let harness = flattening.harness(&problem, &state);
+            let plan = Plan::new(harness.topology(), 4);
+            let mut memory = Memory::new(&plan, 1);
+            memory.set_harness(&plan, 0, &harness).expect("its own links");
+            memory.set_shape(&plan, 0, &flattening.shape(&state));
+            let scales = problem.least_scales();
+            let stop = harness::Stop {
+                force_scale: scales.force,
+                moment_scale: scales.moment,
+                length_scale: scales.length,
+                tolerance: 0.0,
+                max_iterations: 9,
+                algorithm: Algorithm::Newton,
+            };
+            memory.begin(0, &stop, Real::F64);
+            for dispatch in plan.cycle() {
+                reference::run(&mut memory, dispatch);
+                if dispatch.stage == Stage::RecordTrial {
+                    break;
+                }
+            }
+            let control = &memory.control[0];
+            let near = |a: f64, b: f64| (a - b).abs() <= 1e-13 * a.abs().max(b.abs());
+            assert!(near(control.trial_energy, energy), "{name}: {} J and {energy} J", control.trial_energy);
+            let largest = |all: &[Vector]| all.iter().map(Vector::norm).fold(0.0, f64::max);
+            let residual = (largest(&gradient.points) / scales.force).max(largest(&gradient.frames) / scales.moment);
+            assert!(near(control.trial_residual, residual), "{name}: {} and {residual}", control.trial_residual);
+        }
+    }
+}
+
+/// In few iterations, to residuals near round-off: so the second derivatives are those of the problem.
+#[test]
+fn where_twins_come_to_rest_the_problem_does() {
+    let mut work = vec![];
+    for (name, sample) in samples() {
+        let mut problem = sample.problem();
+        let mut state = sample.state.clone();
+        let stop = Stop { force_tolerance: 1e-10, max_iterations: 100 };
+        let mut twins = Twins { algorithm: Algorithm::Newton, leaf: 4 };
+        let report = twins.minimise(&mut problem, &mut state, &stop);
+        let mut gradient = Tangent::zeros(&sample.network);
+        problem.update_held(&state);
+        problem.gradient(&state, &mut gradient);
+        problem.free_part(&mut gradient);
+        let residual = problem.residual(&gradient);
+        assert!(report.status == Status::Converged && residual <= 1e-9, "{name}: {residual:e}, {report:?}");
+        work.push(report.iterations);
+    }
+    assert_eq!(work, [6, 5, 6, 36]);
+}

@@ -1,0 +1,200 @@
+//! Requests of a drag, and its increments: each goes as far towards the newest target as one increment may.
+
+use super::Session;
+use super::drag::{Drag, Goal, approach, turning};
+use super::harness::is_balanced;
+use super::refusal::{Refusal, no_start};
+use super::snapshot::StepFrames;
+use std::rc::Rc;
+use wireloom::core::Vector;
+use wireloom::core::steps::{Move, Operation, Step, Track};
+use wireloom::scenario::record::{Turned, rotation};
+use wireloom::solve::steps::interactive::Trouble;
+
+/// Farthest that an increment brings something, in lengths of the longest branch: as far as the search for a start goes at once.
+const MAX_MOTION: f64 = 0.1;
+/// Farthest from the harness that something may be brought, in lengths of all its branches: nobody means more.
+const MAX_DISTANCE: f64 = 10.0;
+
+impl Session {
+    /// Brings a fixing towards a place from now on.
+    pub(super) fn target(
+        &mut self,
+        tab: u32,
+        name: &str,
+        position: Option<[f64; 3]>,
+        orientation: Option<[f64; 4]>,
+    ) -> Result<(), Refusal> {
+        if let Some(other) = self.held.get(name).filter(|other| **other != tab) {
+            return Err(Refusal::new(format!("\"{name}\" is held by tab {other}"), "wait until it is let go there"));
+        }
+        if self.drag.as_ref().is_some_and(|drag| drag.fixing != name) {
+            self.end_drag();
+        }
+        let drag = match self.drag.take() {
+            Some(drag) => drag,
+            None => self.begin_drag(name)?,
+        };
+        let checked = self.check(&drag, position, orientation);
+        let drag = self.drag.insert(drag);
+        if let Err(refusal) = checked {
+            if !drag.has_begun() {
+                self.end_drag();
+            }
+            return Err(refusal);
+        }
+        drag.goal = Some(Goal { position, orientation });
+        drag.ends = false;
+        self.held.insert(name.to_owned(), tab);
+        Ok(())
+    }
+
+    /// Refuses what is no place.
+    fn check(&self, drag: &Drag, position: Option<[f64; 3]>, orientation: Option<[f64; 4]>) -> Result<(), Refusal> {
+        let name = &drag.fixing;
+        if position.is_none() && orientation.is_none() {
+            return Err(Refusal::new(
+                format!("\"{name}\" is to go nowhere"),
+                "give a position, an orientation, or both",
+            ));
+        }
+        let far = MAX_DISTANCE * self.now.harness.total_length();
+        if let (Some(to), Some(at)) = (position, &self.now.at) {
+            let from = at.target(drag.index).map_or_else(Vector::zeros, |pose| pose.position);
+            let distance = (Vector::from(to) - from).norm();
+            if distance.is_nan() || distance > far {
+                let message = format!("{to:?} is no place to bring \"{name}\" to");
+                return Err(Refusal::new(message, format!("give a position within {far:.1} m of where it is")));
+            }
+        }
+        if let Some(q) = orientation {
+            if drag.turning.is_none() {
+                let message = format!("\"{name}\" does not hold how the cable stands, so it cannot be turned");
+                return Err(Refusal::new(message, "pin it first: then it holds position, tangent and twist"));
+            }
+            if !q.iter().all(|x| x.is_finite()) || rotation(q).is_none_or(|q| !q.coords.iter().all(|x| x.is_finite())) {
+                let message = format!("{q:?} is no orientation");
+                return Err(Refusal::new(message, "give a quaternion [w, x, y, z] that is not zero"));
+            }
+        }
+        Ok(())
+    }
+
+    fn begin_drag(&mut self, name: &str) -> Result<Drag, Refusal> {
+        let before = self.now.clone();
+        let snapshot = self.editable_snapshot()?;
+        let at = snapshot.at.as_ref().ok_or_else(no_start)?;
+        let index = snapshot.harness.active_constraint(name, at)?;
+        let fixing = &snapshot.harness.network.constraints[index];
+        if fixing.stations.is_empty() {
+            let message = format!("\"{name}\" acts along a part of a branch and cannot be brought anywhere");
+            return Err(Refusal::new(message, "take hold of the cable, or of another fixing"));
+        }
+        let turning = turning(fixing);
+        let step = snapshot.unused_step_name(&format!("drag {name}"));
+        if snapshot.steps.len() < self.now.steps.len() || !Rc::ptr_eq(&snapshot.harness, &self.now.harness) {
+            self.switch_to(snapshot);
+        }
+        self.now.steps.push(Rc::new(StepFrames::new(&step, true, 0)));
+        self.changes.timeline = true;
+        let (passed, fixing) = (Vec::new(), name.to_owned());
+        Ok(Drag {
+            step,
+            fixing,
+            index,
+            turning,
+            turned: false,
+            passed,
+            goal: None,
+            ends: false,
+            unbalanced: false,
+            before,
+        })
+    }
+
+    /// One increment towards the goal.
+    pub(super) fn advance_drag(&mut self) {
+        // It stays where it is until that is computed: the solver may break down.
+        let Some(drag) = &self.drag else { return };
+        let (Some(goal), Some(at)) = (drag.goal, self.now.at.clone()) else { return };
+        let harness = self.now.harness.clone();
+        let Some(from) = at.target(drag.index) else { return };
+        let (passed, reached) = approach(&from, &goal, drag.turning, MAX_MOTION * harness.longest());
+        let turn = passed.turn.as_ref().and_then(Turned::turn);
+        let track = Track {
+            positions: vec![(1.0, Vector::from(passed.position))],
+            turns: turn.into_iter().map(|turn| (1.0, turn)).collect(),
+            spin: 0.0,
+        };
+        let operations = turn.map(|_| Operation::Carry { fixings: vec![drag.index] }).into_iter().collect();
+        let moves = vec![Move::of(drag.index, track)];
+        let step = Step { name: drag.step.clone(), increments: 1, moves, operations, ..Step::default() };
+        let ended = harness.advance_drag(&step, &at);
+        let Some(mut drag) = self.drag.take() else { return };
+        if std::mem::take(&mut drag.unbalanced) {
+            self.now.pop();
+            self.frames_changed(self.now.frames());
+        }
+        match ended {
+            Ok(ended) => {
+                self.show(&ended);
+                if is_balanced(&ended) {
+                    drag.turned |= passed.turn.is_some();
+                    drag.passed.push((passed, ended.checkpoint.target(drag.index).unwrap_or(from)));
+                } else {
+                    drag.unbalanced = true;
+                }
+                if reached || drag.unbalanced {
+                    drag.goal = None;
+                }
+            }
+            Err(trouble) => {
+                drag.goal = None;
+                if let Trouble::Fault(fault) = trouble {
+                    self.report_failure(fault.to_string());
+                }
+            }
+        }
+        let over = drag.goal.is_none() && drag.ends;
+        self.drag = Some(drag);
+        self.unsaved = true;
+        if over {
+            self.end_drag();
+        }
+    }
+
+    /// Ends a drag, once it is where it is to go.
+    pub(super) fn drop_held(&mut self, tab: u32, name: &str) {
+        if self.held.get(name).is_some_and(|by| *by != tab) {
+            return;
+        }
+        self.held.remove(name);
+        match self.drag.as_mut().filter(|drag| drag.fixing == name) {
+            Some(drag) if drag.goal.is_some() => drag.ends = true,
+            Some(_) => self.end_drag(),
+            None => {}
+        }
+    }
+
+    /// The step of a drag ends here; where nothing came of it, there is no step.
+    pub(super) fn end_drag(&mut self) {
+        let Some(drag) = self.drag.take() else { return };
+        let Some(written) = drag.written() else {
+            let unsaved = self.unsaved;
+            self.switch_to(drag.before);
+            self.unsaved = unsaved;
+            return;
+        };
+        if drag.unbalanced {
+            self.now.pop();
+            self.frames_changed(self.now.frames());
+        }
+        self.now.at = self.now.at.take().map(|at| Rc::new(Rc::unwrap_or_clone(at).with_step_ended()));
+        self.now.by_hand.push(Rc::new(written));
+        self.show_clearance();
+        self.now.end();
+        self.shown.clone_from(&self.now.at);
+        self.changes.timeline = true;
+        self.push_undo(drag.step, drag.before);
+    }
+}

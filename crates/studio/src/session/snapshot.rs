@@ -1,0 +1,247 @@
+//! Everything of a session that `undo` brings back: the text so far, and the increments there are.
+
+use super::harness::Harness;
+use crate::frame::number;
+use crate::protocol::{Event, Timeline, TimelineStep};
+use std::cell::RefCell;
+use std::collections::HashSet;
+use std::rc::Rc;
+use std::sync::Arc;
+use wireloom::core::{EventPlace, StepResult};
+use wireloom::scenario::Fault;
+use wireloom::scenario::record::{Written, with_steps};
+use wireloom::solve::steps::checkpoint::Checkpoint;
+
+/// Bytes of frames that are kept: a thousand of a harness of 4,000 nodes. Then every second increment inside the oldest steps goes; pages
+/// that saw them have them still.
+pub(super) const MAX_FRAME_BYTES: usize = 256 << 20;
+/// Bytes of checkpoints and results at ends of steps that are kept: a thousand likewise. What lies further back is carried out again when
+/// somebody goes there.
+pub(super) const MAX_STEP_END_BYTES: usize = 512 << 20;
+/// Numbers a node of a result holds, in bytes.
+const NODE_BYTES: usize = 15 * size_of::<f64>();
+/// Events that a page is told of, the newest.
+const MAX_EVENTS: usize = 200;
+
+/// A frame's bytes.
+pub(crate) type Frame = Arc<[u8]>;
+
+/// A step of the timeline; the first one is the start.
+#[derive(Clone)]
+pub(super) struct StepFrames {
+    pub name: String,
+    pub by_hand: bool,
+    pub planned: usize,
+    /// Those that went for want of room are gone.
+    pub frames: RefCell<Vec<Option<Frame>>>,
+    /// Where it ended; gone for want of room, or it has not ended.
+    pub end: RefCell<Option<Rc<StepEnd>>>,
+    pub ended: bool,
+}
+
+/// The end of a step.
+pub(super) struct StepEnd {
+    pub harness: Rc<Harness>,
+    pub checkpoint: Rc<Checkpoint>,
+    pub result: Arc<StepResult>,
+}
+
+impl StepEnd {
+    fn weight(&self) -> usize {
+        let nodes: usize = self.result.branches.iter().map(|branch| branch.s.len()).sum();
+        self.checkpoint.weight() + NODE_BYTES * nodes
+    }
+}
+
+impl StepFrames {
+    pub fn new(name: &str, by_hand: bool, planned: usize) -> Self {
+        let (frames, end) = (RefCell::default(), RefCell::default());
+        Self { name: name.to_owned(), by_hand, planned, frames, end, ended: false }
+    }
+
+    pub fn len(&self) -> usize {
+        self.frames.borrow().len()
+    }
+}
+
+/// How the session stands.
+#[derive(Clone)]
+pub(super) struct Snapshot {
+    /// The author's text, with what was set put in.
+    pub text: Rc<str>,
+    /// So many of its steps count.
+    pub own: usize,
+    /// What hands did after them.
+    pub by_hand: Vec<Rc<Written>>,
+    pub harness: Rc<Harness>,
+    pub steps: Vec<Rc<StepFrames>>,
+    /// Where the harness is; `None`: no start has been found.
+    pub at: Option<Rc<Checkpoint>>,
+    /// What the last frame shows.
+    pub last: Option<Arc<StepResult>>,
+    /// Whether the rest of the schedule is to be carried out.
+    pub pending: bool,
+    /// Frames of another number are those of another harness.
+    pub run: u32,
+    /// Where events happened.
+    pub places: Vec<Option<[f64; 3]>>,
+}
+
+impl Snapshot {
+    /// Nothing is carried out yet.
+    pub fn new(text: Rc<str>, own: usize, by_hand: Vec<Rc<Written>>, harness: Rc<Harness>, run: u32) -> Self {
+        let (steps, places) = (Vec::new(), Vec::new());
+        Self { text, own, by_hand, harness, steps, at: None, last: None, pending: true, run, places }
+    }
+
+    /// The scenario as it is now.
+    ///
+    /// # Errors
+    /// Where the author's text is no TOML any more, which cannot be.
+    pub fn whole_text(&self) -> Result<String, Fault> {
+        let further: Vec<Written> = self.by_hand.iter().map(|step| (**step).clone()).collect();
+        with_steps(&self.text, self.own, &further)
+    }
+
+    /// Number of frames.
+    pub fn frames(&self) -> usize {
+        self.steps.iter().map(|step| step.len()).sum()
+    }
+
+    /// Number of steps that have ended, the start among them.
+    pub fn ended(&self) -> usize {
+        self.steps.iter().take_while(|step| step.ended).count()
+    }
+
+    /// The step in hand, to be changed.
+    pub fn newest(&mut self) -> Option<&mut StepFrames> {
+        self.steps.last_mut().map(Rc::make_mut)
+    }
+
+    /// Puts a frame behind the others.
+    pub fn push(&mut self, frame: Frame) {
+        if let Some(step) = self.newest() {
+            step.frames.get_mut().push(Some(frame));
+        }
+    }
+
+    /// Takes the last frame off.
+    pub fn pop(&mut self) {
+        if let Some(step) = self.newest() {
+            step.frames.get_mut().pop();
+        }
+    }
+
+    /// The step at hand has ended here.
+    pub fn end(&mut self) {
+        let (harness, at, last) = (self.harness.clone(), self.at.clone(), self.last.clone());
+        let Some(step) = self.newest() else { return };
+        step.ended = true;
+        step.planned = step.frames.get_mut().len();
+        *step.end.get_mut() = at.zip(last).map(|(checkpoint, result)| Rc::new(StepEnd { harness, checkpoint, result }));
+    }
+
+    /// Which step a frame belongs to.
+    pub fn step_of(&self, frame: usize) -> Option<usize> {
+        let mut first = 0;
+        self.steps.iter().position(|step| {
+            first += step.len();
+            frame < first
+        })
+    }
+
+    /// Frame of an increment of a step of the schedule (both as events count them).
+    fn frame_of(&self, step: usize, increment: usize) -> usize {
+        if increment == 0 {
+            return 0;
+        }
+        let first: usize = self.steps.iter().take(step + 1).map(|step| step.len()).sum();
+        (first + increment - 1).min(self.frames().saturating_sub(1))
+    }
+
+    /// Notes where events happened that are new.
+    pub fn place_events(&mut self, events: &[wireloom::core::Event], end: &StepResult) {
+        self.places.truncate(events.len());
+        for event in &events[self.places.len()..] {
+            self.places.push(place(&event.place, end));
+        }
+    }
+
+    /// What pages know of it; `events`: those of the last frame.
+    pub fn timeline(&self, events: &[wireloom::core::Event]) -> Timeline {
+        let mut first = 0;
+        let step = |step: &Rc<StepFrames>| {
+            let own = TimelineStep {
+                name: step.name.clone(),
+                first: number(first),
+                frames: number(step.len()),
+                planned: number(step.planned.max(step.len())),
+                by_hand: step.by_hand,
+            };
+            first += step.len();
+            own
+        };
+        let steps = self.steps.iter().map(step).collect();
+        let event = |(k, event): (usize, &wireloom::core::Event)| Event {
+            frame: number(self.frame_of(event.first.step_index, event.first.increment)),
+            kind: event.kind.word().to_owned(),
+            message: match event.place.to_string() {
+                place if place.is_empty() => event.message.clone(),
+                place => format!("{place}: {}", event.message),
+            },
+            position: self.places.get(k).copied().flatten(),
+        };
+        let events = events.iter().enumerate().skip(events.len().saturating_sub(MAX_EVENTS)).map(event).collect();
+        Timeline { frames: number(self.frames()), steps, events }
+    }
+}
+
+/// Where an event happened.
+fn place(place: &EventPlace, end: &StepResult) -> Option<[f64; 3]> {
+    if let Some(fixing) = &place.fixing {
+        return end.constraints.iter().find(|own| own.name == *fixing).map(|own| own.position.into());
+    }
+    let branch = end.branches.iter().find(|branch| Some(&branch.name) == place.branch.as_ref())?;
+    let s = place.s.unwrap_or(0.5 * branch.s.last()?);
+    let node = branch.s.partition_point(|node| *node < s).min(branch.s.len() - 1);
+    Some(branch.position[node].into())
+}
+
+/// Keeps within bounds (bytes of frames, and of ends of steps) what all these remember, oldest first. Returns whether frames went.
+pub(super) fn limit_memory<'s>(all: impl Iterator<Item = &'s Snapshot>, most_frames: usize, most_ends: usize) -> bool {
+    let mut known = HashSet::new();
+    let steps: Vec<&Rc<StepFrames>> =
+        all.flat_map(|snapshot| &snapshot.steps).filter(|step| known.insert(Rc::as_ptr(step))).collect();
+    let weight = |step: &StepFrames| step.frames.borrow().iter().flatten().map(|frame| frame.len()).sum::<usize>();
+    let mut frames: usize = steps.iter().map(|step| weight(step)).sum();
+    let mut thinned = false;
+    while frames > most_frames {
+        let before = frames;
+        for step in &steps {
+            frames -= thin_frames(&mut step.frames.borrow_mut());
+            if frames <= most_frames / 2 {
+                break;
+            }
+        }
+        thinned = true;
+        if frames == before {
+            break;
+        }
+    }
+    let mut ends: usize = steps.iter().filter_map(|step| Some(step.end.borrow().as_ref()?.weight())).sum();
+    let spare = steps.len().saturating_sub(1);
+    for step in steps.iter().take(spare) {
+        if ends <= most_ends {
+            break;
+        }
+        ends -= step.end.borrow_mut().take().map_or(0, |end| end.weight());
+    }
+    thinned
+}
+
+/// Takes every second frame that is left out of a step, but for its last one. Returns how many bytes went.
+fn thin_frames(frames: &mut [Option<Frame>]) -> usize {
+    let Some((_, inside)) = frames.split_last_mut() else { return 0 };
+    let left = inside.iter_mut().filter(|frame| frame.is_some());
+    left.step_by(2).filter_map(Option::take).map(|frame| frame.len()).sum()
+}

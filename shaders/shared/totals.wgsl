@@ -1,0 +1,24 @@
+#import bindings
+
+// Energy and relative residual of the slot of the state that was measured last.
+struct Totals {
+    energy: real,
+    // Largest free force, N.
+    force: real,
+    residual: real,
+}
+
+fn totals(variant: u32) -> Totals {
+    var energy = real(0.0);
+    var force = real(0.0);
+    var moment = real(0.0);
+    for (var chunk = 0u; chunk < offsets.chunks; chunk++) {
+        let at = offsets.partials_vectors + 7u * chunk;
+        energy += vector(at, variant);
+        force = max(force, vector(at + 2u, variant));
+        moment = max(moment, vector(at + 3u, variant));
+    }
+    force = sqrt(force);
+    let residual = max(force / control[variant].force_scale, sqrt(moment) / control[variant].moment_scale);
+    return Totals(energy, force, residual);
+}

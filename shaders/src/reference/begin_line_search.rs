@@ -1,0 +1,40 @@
+use super::shared::limits::{MAX_ROTATION, end, is_finite};
+use crate::layout::{Outcome, Phase, Range};
+use crate::memory::Memory;
+
+/// Slope of the energy along the step, and the longest share of it that turns no frame too far. The gradient method adds β times the last step,
+/// `β = g·M⁻¹(g − g°)/(g°·M⁻¹g°)` where that is positive and the sum leads downhill (Polak and Ribière 1969, Polyak 1969), M being
+/// the matrix.
+pub(crate) fn begin_line_search(m: &mut Memory, _: &Range, _: usize, variant: usize) {
+    let (mut slope, mut before, mut last, mut turn) = (0.0, 0.0, 0.0, 0.0_f64);
+    for chunk in 0..m.offsets.chunks as usize {
+        let at = m.offsets.partials_vectors as usize + 7 * chunk;
+        slope += m.vector(at + 1, variant);
+        turn = turn.max(m.vector(at + 4, variant));
+        before += m.vector(at + 5, variant);
+        last += m.vector(at + 6, variant);
+    }
+    turn = turn.sqrt();
+    let control = &mut m.control[variant];
+    let mut beta = 0.0;
+    if control.since > 0 {
+        beta = f64::max((before - slope) / control.product, 0.0);
+        if slope + beta * last >= 0.0 || beta.is_nan() {
+            beta = 0.0;
+        }
+    }
+    control.beta = beta;
+    control.product = -slope;
+    control.since += 1;
+    control.iterations += 1;
+    slope += beta * last;
+    // No frame turns farther than by both together.
+    turn += beta * control.max_rotation;
+    control.slope = slope;
+    control.max_rotation = turn;
+    control.alpha = f64::min(1.0, MAX_ROTATION / turn.max(MAX_ROTATION));
+    control.phase = Phase::Combine as u32;
+    if !is_finite(slope) || !is_finite(turn) {
+        end(m, variant, Outcome::Failed);
+    }
+}

@@ -1,0 +1,88 @@
+//! The CPU twin of every stage: one file for each of `stages/` and of `shared/`, to be laid beside it. They work on the same
+//! [`Memory`] in f64, so what a device computes can be compared stage by stage, and stepped through in a debugger.
+
+mod accept_step;
+mod assemble_gradient;
+mod assemble_matrix;
+mod assemble_right_hand_side;
+mod begin_line_search;
+mod check_inertia;
+mod check_points_inertia;
+mod combine_directions;
+mod condense_points;
+mod evaluate_couplings;
+mod evaluate_segments;
+mod evaluate_springs;
+mod evaluate_station_segments;
+mod factorise;
+mod linearise_couplings;
+mod linearise_segments;
+mod linearise_springs;
+mod linearise_station_segments;
+mod load_gradient;
+mod pack_shape;
+mod record_trial;
+mod retract;
+mod shared;
+mod solve_backward;
+mod solve_forward;
+mod sum_state;
+mod sum_step;
+
+use crate::Stage;
+use crate::memory::Memory;
+use crate::plan::{Dispatch, Plan};
+
+/// One dispatch: its stage over every item of every variant that is in one of its phases.
+pub fn run(memory: &mut Memory, dispatch: &Dispatch) {
+    let range = dispatch.range;
+    let twin = match dispatch.stage {
+        Stage::BeginLineSearch => begin_line_search::begin_line_search,
+        Stage::CombineDirections => combine_directions::combine_directions,
+        Stage::Factorise => factorise::factorise,
+        Stage::AssembleGradient => assemble_gradient::assemble_gradient,
+        Stage::AssembleMatrix => assemble_matrix::assemble_matrix,
+        Stage::AssembleRightHandSide => assemble_right_hand_side::assemble_right_hand_side,
+        Stage::CheckInertia => check_inertia::check_inertia,
+        Stage::CheckPointsInertia => check_points_inertia::check_points_inertia,
+        Stage::AcceptStep => accept_step::accept_step,
+        Stage::LineariseCouplings => linearise_couplings::linearise_couplings,
+        Stage::LineariseSegments => linearise_segments::linearise_segments,
+        Stage::LineariseSprings => linearise_springs::linearise_springs,
+        Stage::LineariseStationSegments => linearise_station_segments::linearise_station_segments,
+        Stage::LoadGradient => load_gradient::load_gradient,
+        Stage::EvaluateCouplings => evaluate_couplings::evaluate_couplings,
+        Stage::EvaluateSegments => evaluate_segments::evaluate_segments,
+        Stage::EvaluateSprings => evaluate_springs::evaluate_springs,
+        Stage::SumState => sum_state::sum_state,
+        Stage::EvaluateStationSegments => evaluate_station_segments::evaluate_station_segments,
+        Stage::SumStep => sum_step::sum_step,
+        Stage::PackShape => pack_shape::pack_shape,
+        Stage::Retract => retract::retract,
+        Stage::CondensePoints => condense_points::condense_points,
+        Stage::SolveBackward => solve_backward::solve_backward,
+        Stage::SolveForward => solve_forward::solve_forward,
+        Stage::RecordTrial => record_trial::record_trial,
+    };
+    for variant in 0..memory.variants() {
+        if range.phases >> memory.control[variant].phase & 1 == 1 {
+            for item in range.first..range.first + range.count {
+                twin(memory, &range, item as usize, variant);
+            }
+        }
+    }
+}
+
+/// Cycles until every variant is done, at most so many. Returns how many.
+pub fn descend(memory: &mut Memory, plan: &Plan, cycles: usize) -> usize {
+    use crate::layout::Phase;
+    for cycle in 0..cycles {
+        if memory.control.iter().all(|control| control.phase == Phase::Done as u32) {
+            return cycle;
+        }
+        for dispatch in plan.cycle() {
+            run(memory, dispatch);
+        }
+    }
+    cycles
+}

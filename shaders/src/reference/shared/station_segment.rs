@@ -1,0 +1,106 @@
+//! Twin of `shared/station_segment.wgsl`.
+
+use super::algebra::{identity, outer, relative, rotation_matrix, skew};
+use super::strain::strain;
+use crate::harness::NONE;
+use crate::memory::{Matrix, Memory, Rotation, Vector};
+
+pub(crate) struct StationSegment {
+    pub(crate) c: Vector,
+    pub(crate) l: f64,
+    pub(crate) inversion_stiffness: f64,
+}
+
+/// A station of it: the independent frame that carries it, its matrix R, rest and offset in that frame, β, and (w, v) of the turn from
+/// the segment to the station.
+#[derive(Default)]
+pub(crate) struct Station {
+    pub(crate) present: bool,
+    pub(crate) r: Matrix,
+    pub(crate) rest: Rotation,
+    pub(crate) offset: Vector,
+    pub(crate) blend: f64,
+    pub(crate) w: f64,
+    pub(crate) v: Vector,
+}
+
+pub(crate) struct StationLaw {
+    pub(crate) r: Matrix,
+    pub(crate) v: Vector,
+    pub(crate) n: Vector,
+    pub(crate) c: Vector,
+    pub(crate) inverted: f64,
+    pub(crate) gamma: Vector,
+    pub(crate) phi: Vector,
+}
+
+pub(crate) fn station_segment(m: &Memory, k: usize, variant: usize) -> StationSegment {
+    let entry = m.offsets.station_segments_numbers as usize + 22 * k;
+    StationSegment {
+        c: m.number3(entry, variant),
+        l: m.number(entry + 3, variant) + m.number(entry + 4, variant),
+        inversion_stiffness: m.number(entry + 5, variant),
+    }
+}
+
+pub(crate) fn station(m: &Memory, k: usize, end: usize, q: &Rotation, trial: u32, variant: usize) -> Station {
+    let variable = m.word(m.offsets.station_segments_program as usize + 5 * k + 3 + end);
+    if variable == NONE {
+        return Station::default();
+    }
+    let entry = m.offsets.station_segments_numbers as usize + 22 * k + 6 + 8 * end;
+    let carrier = m.value4(m.state_entry(variable as usize, trial, variant), variant);
+    let rest = m.number4(entry, variant);
+    let (w, v) = relative(q, &(carrier * rest));
+    Station {
+        present: true,
+        r: rotation_matrix(&carrier),
+        rest,
+        offset: m.number3(entry + 4, variant),
+        blend: m.number(entry + 7, variant),
+        w,
+        v,
+    }
+}
+
+pub(crate) fn station_law(
+    s: &StationSegment,
+    e: &Vector,
+    q: &Rotation,
+    first: &Station,
+    second: &Station,
+) -> StationLaw {
+    let r = rotation_matrix(q);
+    let straight = strain(&r, e, s.l, q);
+    let v = straight + Vector::z();
+    let phi = first.v * (2.0 * first.blend * first.w) + second.v * (2.0 * second.blend * second.w);
+    let gamma = straight + v.cross(&phi);
+    let inverted = if gamma.z < -1.0 { s.inversion_stiffness } else { 0.0 };
+    let n = Vector::new(s.c.x * gamma.x, s.c.y * gamma.y, s.c.z * gamma.z + inverted * (gamma.z + 1.0));
+    StationLaw { r, v, n, c: Vector::new(s.c.x, s.c.y, s.c.z + inverted), inverted, gamma, phi }
+}
+
+pub(crate) fn station_energy(law: &StationLaw, l: f64) -> f64 {
+    0.5 * l * (law.n.dot(&law.gamma) + law.inverted * (law.gamma.z + 1.0))
+}
+
+/// ∂φ/∂θ of the segment over β: `−(w (w I − [v]ₓ) − v vᵀ)`
+pub(crate) fn segment_rotation_jacobian(w: f64, v: &Vector) -> Matrix {
+    outer(v, v) + skew(v) * w - identity(w * w)
+}
+
+/// ∂φ/∂θ of the station over β: `w (w I + [v]ₓ) − v vᵀ`
+pub(crate) fn station_rotation_jacobian(w: f64, v: &Vector) -> Matrix {
+    identity(w * w) + skew(v) * w - outer(v, v)
+}
+
+/// n′ = n + φ × n, the force conjugate to v.
+pub(crate) fn conjugate_force(law: &StationLaw) -> Vector {
+    law.n + law.phi.cross(&law.n)
+}
+
+/// What a station bears, in the body frame of what carries it: the lever of the force on the end (world) and the moment μ through φ.
+pub(crate) fn station_moment(s: &Station, force: &Vector, mu: &Vector) -> Vector {
+    let own = station_rotation_jacobian(s.w, &s.v).tr_mul(mu) * s.blend;
+    s.offset.cross(&s.r.tr_mul(force)) + rotation_matrix(&s.rest) * own
+}

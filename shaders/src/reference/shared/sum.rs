@@ -1,0 +1,16 @@
+//! Twin of `shared/sum.wgsl`.
+
+use crate::memory::{Memory, Vector};
+
+/// x + δ with its rounding error: the error-free sum of Knuth. (The compiler of Rust leaves it as it is.)
+pub(crate) fn two_sum(x: &Vector, compensation: &Vector, step: &Vector) -> (Vector, Vector) {
+    let delta = step + compensation;
+    let sum = x + delta;
+    let rounded = sum - x;
+    (sum, (x - (sum - rounded)) + (delta - rounded))
+}
+
+pub(crate) fn set_point(m: &mut Memory, entry: usize, variant: usize, (sum, error): (Vector, Vector)) {
+    m.set_value3(entry, variant, &sum);
+    m.set_value3(entry + 4, variant, &error);
+}

@@ -1,0 +1,41 @@
+#import station_segment
+
+// Energy of every segment beside a station in a slot of the state, ∂E/∂e = R n′, ∂E/∂θ = ℓ n′ × v + (∂φ/∂θ)ᵀ μ with μ = ℓ n × v, what its stations bear, and ∂²E/∂e² = R A C Aᵀ Rᵀ/ℓ with
+// Aᵀ = I − [φ]ₓ.
+@compute @workgroup_size(64)
+fn main(
+    @builtin(workgroup_id) group: vec3<u32>,
+    @builtin(num_workgroups) groups: vec3<u32>,
+    @builtin(local_invocation_index) local: u32,
+) {
+    let it = item(group, groups, local);
+    if !it.present {
+        return;
+    }
+    let k = it.index;
+    let variant = it.variant;
+    let s = station_segment(k, variant);
+    let links = offsets.station_segments_program + 5u * k;
+    let a = program[links];
+    let b = program[links + 1u];
+    let f = program[links + 2u];
+    let q = value4(state_entry(f, range.slot, variant), variant);
+    let first = station(k, 0u, q, range.slot, variant);
+    let second = station(k, 1u, q, range.slot, variant);
+    let opaque = opaque_true(variant);
+    let nodes = edge(state_entry(a, range.slot, variant), state_entry(b, range.slot, variant), variant, opaque);
+    let e = two_sum(nodes.sum, nodes.error, second.r * second.offset - first.r * first.offset, opaque);
+    let law = station_law(s, e, q, first, second, opaque);
+    let force = law.r * conjugate_force(law);
+    let mu = cross3(law.n, law.v) * s.l;
+    let through = (mu * segment_rotation_jacobian(first.w, first.v)) * first.blend
+        + (mu * segment_rotation_jacobian(second.w, second.v)) * second.blend;
+    let entry = offsets.station_segments_parts + 102u * k;
+    set_vector(offsets.energies_vectors + offsets.segments + k, variant, station_energy(law, s.l));
+    set_part3(entry, variant, force);
+    set_part3(entry + 3u, variant, cross3(conjugate_force(law), law.v) * s.l + through);
+    set_part3(entry + 6u, variant, station_moment(first, -force, mu));
+    set_part3(entry + 9u, variant, station_moment(second, force, mu));
+    let along = law.r * (identity(real(1.0)) + skew(law.phi));
+    set_part33(entry + 12u, variant, (along * diagonal(law.c) * transpose(along)) * (real(1.0) / s.l));
+}
