@@ -32,7 +32,7 @@
 //!
 //! All stages exist in f32 and f64; rotations need sums, products, quotients and square roots alone. In both, positions are sums of two numbers
 //! (a value and its carry), so edges do not suffer from the round-off of coordinates. So are rest lengths, the places of
-//! fixings, and the products that make the strain (`shared/exact.wgsl`), which is the small difference of an edge and a frame's axis: taken as it
+//! constraints, and the products that make the strain (`shared/exact.wgsl`), which is the small difference of an edge and a frame's axis: taken as it
 //! comes it would be certain to 6e-8 only, a force of 6e-8 EA, a thousandth of the weight of a cable. So frames may be what f32 holds of them, and points settle
 //! about them to all digits. What is left, seen in f64, is a relative residual of 3e-5 to 3e-4 on the reference cases; 9e-3 where a joint has offsets, whose
 //! turns are not taken to twice the digits: good for a picture, and one or two iterations of `newton` from a result.

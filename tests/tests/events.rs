@@ -113,7 +113,7 @@ fn limits_are_watched() {
     let run = strip("");
     let [force] = of(&run, EventKind::ConstraintForce)[..] else { panic!("{:?}", run.events) };
     let taken = run.steps[0].constraints[0].force.norm();
-    assert_eq!((force.place.fixing.as_deref(), force.value, force.limit), (Some("left"), Some(taken), Some(0.1)));
+    assert_eq!((force.place.constraint.as_deref(), force.value, force.limit), (Some("left"), Some(taken), Some(0.1)));
     assert!(of(&run, EventKind::ConstraintMoment).is_empty(), "{:?}", run.events);
     let [bend] = of(&run, EventKind::BendRadius)[..] else { panic!("{:?}", run.events) };
     let tightest = run.steps[0].min_bend_radius.as_ref().expect("it is bent");
@@ -128,7 +128,7 @@ fn an_insertion_force_above_what_a_hand_may_push_is_told() {
     let run = run(&text.replace("max_insertion_force = \"45 N\"", "max_insertion_force = \"25 N\""));
     let [push] = of(&run, EventKind::InsertionForce)[..] else { panic!("{:?}", run.events) };
     assert_eq!(
-        (push.place.fixing.as_deref(), push.limit, push.last.step.as_str()),
+        (push.place.constraint.as_deref(), push.limit, push.last.step.as_str()),
         (Some("plug-B"), Some(25.0), "mate B")
     );
     assert!((push.value.expect("a force") - 30.0).abs() < 1e-3, "{push:?}");

@@ -66,7 +66,7 @@ fn a_throw_ends_where_small_steps_end() {
     }
 }
 
-/// A network hung from its fixings where its rest shape has them, and dragged once.
+/// A network hung from its constraints where its rest shape has them, and dragged once.
 fn dragged(network: &Network, newton: &mut Newton) -> (Vec<bool>, Vec<Pose>, State) {
     let schedule = wireloom::bench::schedule();
     let mut state = wireloom::harness::place(network, &schedule);
@@ -89,7 +89,7 @@ fn problem<'n>(network: &'n Network, active: &[bool], targets: &[Pose]) -> Probl
     let mut conditions = Conditions::new(network, Vector::new(0.0, 0.0, -9.81), &State::origin(network));
     conditions.active = active.to_vec();
     let mut problem = Problem::new(network, conditions);
-    targets.iter().enumerate().for_each(|(fixing, target)| problem.set_target(fixing, *target));
+    targets.iter().enumerate().for_each(|(constraint, target)| problem.set_target(constraint, *target));
     problem
 }
 
@@ -162,7 +162,7 @@ fn a_state_carried_over_to_a_finer_mesh_is_nearly_balanced() {
     let coarse = built.coarse.as_ref().expect("a coarse mesh");
     let mut newton = Newton::new();
     let mut state = wireloom::harness::place(coarse, &built.schedule);
-    let targets: Vec<Pose> = coarse.fixings.iter().map(|f| state.pose(&f.site)).collect();
+    let targets: Vec<Pose> = coarse.constraints.iter().map(|f| state.pose(&f.site)).collect();
     let active = vec![true; targets.len()];
     let stop = Stop { max_iterations: 5000, ..Stop::default() };
     let report = newton.minimise(&mut problem(coarse, &active, &targets), &mut state, &stop);

@@ -7,7 +7,7 @@ use std::sync::{Arc, OnceLock};
 use wireloom::export::table::{Column, Table, read};
 use wireloom::geometry::Vector;
 use wireloom::gpu::policy::Found;
-use wireloom::gpu::{SharedDevice, Gpu, policy};
+use wireloom::gpu::{Gpu, SharedDevice, policy};
 use wireloom::{Control, Run, Status};
 use wireloom_tests::program;
 

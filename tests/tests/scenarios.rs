@@ -214,8 +214,8 @@ fn fault(end: &StepResult, kind: &str, check: &Value, slack: f64) -> Result<Opti
             node(branch(end, word(check, "branch")?)?, s)?.as_slice().into()
         }
         "reaction-force" | "reaction-moment" => {
-            let fixing = constraint(end, word(check, "constraint")?)?;
-            let all = if kind == "reaction-force" { fixing.force } else { fixing.moment };
+            let constraint = constraint(end, word(check, "constraint")?)?;
+            let all = if kind == "reaction-force" { constraint.force } else { constraint.moment };
             match check.get("part").and_then(Value::as_str) {
                 None => all.as_slice().into(),
                 Some(part) => vec![all["xyz".find(part).ok_or("`part` is x, y or z")?]],
@@ -291,7 +291,7 @@ fn shapes(end: &StepResult, check: &Value) -> Result<f64, Failed> {
     Ok(worst)
 }
 
-/// Largest difference of two fixings' force and moment.
+/// Largest difference of two constraints' force and moment.
 fn reactions(end: &StepResult, check: &Value) -> Result<f64, Failed> {
     let model = check.get("as").ok_or("no `as`")?;
     let (this, other) = (constraint(end, word(check, "constraint")?)?, constraint(end, word(model, "constraint")?)?);

@@ -43,9 +43,9 @@ fn tip(end: &StepResult, branch: &str) -> Vector {
     *branch.position.last().expect("nodes")
 }
 
-/// The force (N) that a fixing exerts.
-fn reaction(end: &StepResult, fixing: &str) -> Vector {
-    end.constraints.iter().find(|c| c.name == fixing).expect("the fixing").force
+/// The force (N) that a constraint exerts.
+fn reaction(end: &StepResult, constraint: &str) -> Vector {
+    end.constraints.iter().find(|c| c.name == constraint).expect("the constraint").force
 }
 
 /// Two rods of this bending stiffness (N m²) in one line, and on their joint a wire that is ten times too heavy to stand:

@@ -325,7 +325,7 @@ half = { quantity = "slack", span = { branch = "cable", from = 0.5 } }
     near(whole[1].unwrap_or(f64::NAN), 0.6, 1e-12)?;
     let (dx, dz) = (at("position_x.middle")? - 0.6, at("position_z.middle")?);
     near(at("slack.half")?, 0.5 - dx.hypot(dz), 1e-9)?;
-    // What the fixing bears is what the cable exerts there, but for the weight of half a segment.
+    // What the constraint bears is what the cable exerts there, but for the weight of half a segment.
     for axis in ["x", "y", "z"] {
         near(at(&format!("force_{axis}.start"))?, -at(&format!("force_{axis}.plug-A"))?, 0.05 * 9.81 / 24.0 + 1e-6)?;
         near(at(&format!("moment_{axis}.clamp"))?, -at(&format!("moment_{axis}.plug-A"))?, 1e-3)?;

@@ -248,7 +248,7 @@ pub struct SweepArguments {
 
 #[derive(Args)]
 pub struct CompareArguments {
-    /// Folders with results, result.json files, or scenarios (.toml)
+    /// SearchPath with results, result.json files, or scenarios (.toml)
     #[arg(required = true, value_name = "DIR|FILE")]
     pub inputs: Vec<PathBuf>,
     /// Run the one scenario given with each of these models for all its joints
@@ -281,7 +281,7 @@ pub struct CompareArguments {
 
 #[derive(Subcommand)]
 pub enum Format {
-    /// KBL (VDA 4964): topology, centre curves, wires, connectors and fixings of a harness
+    /// KBL (VDA 4964): topology, centre curves, wires, connectors and constraints of a harness
     Kbl(KblArguments),
 }
 

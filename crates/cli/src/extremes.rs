@@ -1,14 +1,14 @@
-//! The largest reaction of every fixing and the tightest bend of every branch over all increments: what an engineer
+//! The largest reaction of every constraint and the tightest bend of every branch over all increments: what an engineer
 //! must design for is seldom what is left at the end.
 
 use serde::{Deserialize, Serialize};
 use wireloom::core::StepResult;
 use wireloom::core::equilibrium::{BranchResult, ConstraintResult};
 
-/// The largest force a fixing exerts.
+/// The largest force a constraint exerts.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Load {
-    /// The fixing.
+    /// The constraint.
     pub name: String,
     /// Its kind.
     pub kind: String,
@@ -43,7 +43,7 @@ impl Bend {
 /// The extremes so far.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Extremes {
-    /// By fixing, in the order in which they begin to act.
+    /// By constraint, in the order in which they begin to act.
     pub loads: Vec<Load>,
     /// By branch, in the order of the scenario.
     pub bends: Vec<Bend>,
@@ -52,22 +52,22 @@ pub struct Extremes {
 impl Extremes {
     /// Takes one more equilibrium into account.
     pub fn see(&mut self, end: &StepResult) {
-        for fixing in &end.constraints {
-            self.see_fixing(fixing, &end.name);
+        for constraint in &end.constraints {
+            self.see_fixing(constraint, &end.name);
         }
         for (k, branch) in end.branches.iter().enumerate() {
             self.see_branch(k, branch, &end.name);
         }
     }
 
-    fn see_fixing(&mut self, fixing: &ConstraintResult, step: &str) {
-        let force = fixing.largest_force();
-        match self.loads.iter_mut().find(|load| load.name == fixing.name) {
+    fn see_fixing(&mut self, constraint: &ConstraintResult, step: &str) {
+        let force = constraint.largest_force();
+        match self.loads.iter_mut().find(|load| load.name == constraint.name) {
             Some(load) if force > load.force => (load.force, load.step) = (force, step.to_owned()),
             Some(_) => {}
             None => self.loads.push(Load {
-                name: fixing.name.clone(),
-                kind: fixing.kind.clone(),
+                name: constraint.name.clone(),
+                kind: constraint.kind.clone(),
                 force,
                 step: step.to_owned(),
             }),

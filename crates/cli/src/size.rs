@@ -56,13 +56,13 @@ fn nodes(network: &Network) -> usize {
     network.branches.iter().map(|branch| branch.rod.mesh().segments() + 1).sum()
 }
 
-/// `3 branches, 1 joint, 4 fixings, 143 nodes`.
+/// `3 branches, 1 joint, 4 constraints, 143 nodes`.
 pub fn words(network: &Network) -> String {
     let nodes = nodes(network);
     let parts = [
         counted(network.branches.len(), "branch", "branches"),
         counted(network.joints.len(), "joint", "joints"),
-        counted(network.constraints.len(), "fixing", "fixings"),
+        counted(network.constraints.len(), "constraint", "constraints"),
         counted(nodes, "node", "nodes"),
     ];
     parts.join(", ")

@@ -49,9 +49,9 @@ pub struct Comparison {
 pub struct Difference {
     /// Branches that both have, in the order of the reference.
     pub branches: Vec<BranchDifference>,
-    /// Fixings that act in both, in the order of the reference.
-    pub fixings: Vec<FixingDifference>,
-    /// Branches and fixings that only one of the two has.
+    /// Constraints that act in both, in the order of the reference.
+    pub constraints: Vec<FixingDifference>,
+    /// Branches and constraints that only one of the two has.
     pub unmatched: Vec<String>,
     /// Total energy above that of the reference, J.
     pub energy: f64,
@@ -76,7 +76,7 @@ pub struct BranchDifference {
     pub twist_turns: [f64; 2],
 }
 
-/// A fixing beside that of the reference.
+/// A constraint beside that of the reference.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FixingDifference {
     /// Name.
@@ -131,22 +131,22 @@ pub enum Reason {
         /// Whether it is the reference.
         reference: bool,
     },
-    /// Branches or fixings are not those of the reference.
+    /// Branches or constraints are not those of the reference.
     OtherHarness {
         /// Names that only one of the two has.
         unmatched: Vec<String>,
     },
-    /// A fixing does not hold where that of the reference does.
+    /// A constraint does not hold where that of the reference does.
     HeldElsewhere {
-        /// Name of the fixing.
-        fixing: String,
+        /// Name of the constraint.
+        constraint: String,
         /// Distance, m.
         distance: f64,
     },
-    /// A fixing has closed at, or the cable runs through it at, another place of the cable.
+    /// A constraint has closed at, or the cable runs through it at, another place of the cable.
     OtherPlace {
-        /// Name of the fixing.
-        fixing: String,
+        /// Name of the constraint.
+        constraint: String,
         /// Branch and arc length (m), of the reference and here; none at a joint.
         places: [Option<(String, f64)>; 2],
     },
@@ -175,15 +175,15 @@ impl fmt::Display for Reason {
                 write!(f, "{} is not stable: a real harness would leave this equilibrium", whose(reference))
             }
             Self::OtherHarness { unmatched } => write!(f, "only one of the two has {}", some(unmatched)),
-            Self::HeldElsewhere { fixing, distance } => {
-                write!(f, "fixing {fixing} holds {:.1} mm from where it does in the reference", 1e3 * distance)
+            Self::HeldElsewhere { constraint, distance } => {
+                write!(f, "constraint {constraint} holds {:.1} mm from where it does in the reference", 1e3 * distance)
             }
-            Self::OtherPlace { fixing, places: [reference, here] } => {
+            Self::OtherPlace { constraint, places: [reference, here] } => {
                 let place = |place: &Option<(String, f64)>| match place {
                     Some((branch, s)) => format!("s = {:.1} mm of {branch}", 1e3 * s),
                     None => "a joint".to_owned(),
                 };
-                write!(f, "fixing {fixing} is at {}, in the reference at {}", place(here), place(reference))
+                write!(f, "constraint {constraint} is at {}, in the reference at {}", place(here), place(reference))
             }
             Self::Twist { branch, turns: [reference, here] } => {
                 write!(f, "branch {branch} is twisted by {here:.2} turns, in the reference by {reference:.2}")
@@ -251,9 +251,9 @@ impl Difference {
         self.branches.iter().map(|branch| branch.mean * branch.length).sum::<f64>() / length
     }
 
-    /// The fixing whose force is most different.
+    /// The constraint whose force is most different.
     pub fn hardest(&self) -> Option<&FixingDifference> {
-        self.fixings.iter().max_by(|a, b| a.force.total_cmp(&b.force))
+        self.constraints.iter().max_by(|a, b| a.force.total_cmp(&b.force))
     }
 }
 
@@ -330,23 +330,25 @@ fn difference(reference: &Ending, here: &Ending) -> Difference {
     }
     let known = |name: &str| reference.branches.iter().any(|branch| branch.name == name);
     unmatched.extend(here.branches.iter().filter(|branch| !known(&branch.name)).map(|branch| branch.name.clone()));
-    let mut fixings = Vec::new();
-    for fixing in &reference.fixings {
-        let Some(other) = here.fixings.iter().find(|other| other.name == fixing.name) else {
-            unmatched.push(fixing.name.clone());
+    let mut constraints = Vec::new();
+    for constraint in &reference.constraints {
+        let Some(other) = here.constraints.iter().find(|other| other.name == constraint.name) else {
+            unmatched.push(constraint.name.clone());
             continue;
         };
-        let between = |part: fn(&FixingEnd) -> Vector| (part(other) - part(fixing)).norm();
-        fixings.push(FixingDifference {
-            name: fixing.name.clone(),
-            force: between(|fixing| fixing.force),
-            moment: between(|fixing| fixing.moment),
-            position: between(|fixing| fixing.position),
+        let between = |part: fn(&FixingEnd) -> Vector| (part(other) - part(constraint)).norm();
+        constraints.push(FixingDifference {
+            name: constraint.name.clone(),
+            force: between(|constraint| constraint.force),
+            moment: between(|constraint| constraint.moment),
+            position: between(|constraint| constraint.position),
         });
     }
-    let known = |name: &str| reference.fixings.iter().any(|fixing| fixing.name == name);
-    unmatched.extend(here.fixings.iter().filter(|fixing| !known(&fixing.name)).map(|fixing| fixing.name.clone()));
-    Difference { branches, fixings, unmatched, energy: here.energy.total() - reference.energy.total() }
+    let known = |name: &str| reference.constraints.iter().any(|constraint| constraint.name == name);
+    unmatched.extend(
+        here.constraints.iter().filter(|constraint| !known(&constraint.name)).map(|constraint| constraint.name.clone()),
+    );
+    Difference { branches, constraints, unmatched, energy: here.energy.total() - reference.energy.total() }
 }
 
 /// Why `here` is not the reference; empty where it is.
@@ -366,18 +368,18 @@ fn reasons(cases: &[Case], reference: usize, here: usize, difference: &Differenc
     if !difference.unmatched.is_empty() {
         reasons.push(Reason::OtherHarness { unmatched: difference.unmatched.clone() });
     }
-    let moved = difference.fixings.iter().filter(|fixing| fixing.position > tolerance);
-    reasons.extend(moved.map(|f| Reason::HeldElsewhere { fixing: f.name.clone(), distance: f.position }));
+    let moved = difference.constraints.iter().filter(|constraint| constraint.position > tolerance);
+    reasons.extend(moved.map(|f| Reason::HeldElsewhere { constraint: f.name.clone(), distance: f.position }));
     let [known, found] = endings.map(places);
-    for (fixing, place) in found {
-        let Some((_, before)) = known.iter().find(|(name, _)| *name == fixing) else { continue };
+    for (constraint, place) in found {
+        let Some((_, before)) = known.iter().find(|(name, _)| *name == constraint) else { continue };
         let same = match (before, &place) {
             (Some((a, s)), Some((b, t))) => a == b && (s - t).abs() <= tolerance,
             (None, None) => true,
             _ => false,
         };
         if !same {
-            reasons.push(Reason::OtherPlace { fixing, places: [before.clone(), place] });
+            reasons.push(Reason::OtherPlace { constraint, places: [before.clone(), place] });
         }
     }
     let twisted = |branch: &&BranchDifference| (branch.twist_turns[1] - branch.twist_turns[0]).abs() > TURNS;
@@ -394,13 +396,14 @@ fn reasons(cases: &[Case], reference: usize, here: usize, difference: &Differenc
     reasons
 }
 
-/// Where on the cable fixings sit that were free to choose.
+/// Where on the cable constraints sit that were free to choose.
 fn places(ending: &Ending) -> Vec<(String, Option<(String, f64)>)> {
-    let slides = ending.fixings.iter().filter(|fixing| fixing.slide.is_some());
-    let slides = slides.map(|fixing| (fixing.name.clone(), fixing.slide.clone()));
-    let acts = |name: &str| ending.fixings.iter().any(|fixing| fixing.name == name && fixing.slide.is_none());
-    let closed = ending.closed.iter().filter(|closed| acts(&closed.fixing));
-    slides.chain(closed.map(|closed| (closed.fixing.clone(), closed.place.clone()))).collect()
+    let slides = ending.constraints.iter().filter(|constraint| constraint.slide.is_some());
+    let slides = slides.map(|constraint| (constraint.name.clone(), constraint.slide.clone()));
+    let acts =
+        |name: &str| ending.constraints.iter().any(|constraint| constraint.name == name && constraint.slide.is_none());
+    let closed = ending.closed.iter().filter(|closed| acts(&closed.constraint));
+    slides.chain(closed.map(|closed| (closed.constraint.clone(), closed.place.clone()))).collect()
 }
 
 /// Branches that lie in the same ways in the same cases and hang together are one part.

@@ -21,8 +21,8 @@ pub struct Ending {
     pub stable: Option<bool>,
     /// Branches, in the order of the scenario.
     pub branches: Vec<BranchEnd>,
-    /// Fixings that act.
-    pub fixings: Vec<FixingEnd>,
+    /// Constraints that act.
+    pub constraints: Vec<FixingEnd>,
     /// Where clips closed and hands took hold, over all steps.
     pub closed: Vec<Closed>,
     /// Energy by effect, J.
@@ -58,7 +58,7 @@ pub struct BranchEnd {
     pub twist_turns: f64,
 }
 
-/// A fixing in the end.
+/// A constraint in the end.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FixingEnd {
     /// Name.
@@ -76,8 +76,8 @@ pub struct FixingEnd {
 /// Where on the cable something closed.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Closed {
-    /// Name of the fixing.
-    pub fixing: String,
+    /// Name of the constraint.
+    pub constraint: String,
     /// Branch and arc length, m; none at a joint.
     pub place: Option<(String, f64)>,
 }
@@ -97,7 +97,7 @@ impl Ending {
             converged: run.status == Status::Converged,
             stable: end.stable,
             branches: end.branches.iter().map(BranchEnd::of).collect(),
-            fixings: end.constraints.iter().map(FixingEnd::of).collect(),
+            constraints: end.constraints.iter().map(FixingEnd::of).collect(),
             closed,
             energy: end.energy,
             events: count(run.events.iter().map(|event| event.kind)),
@@ -155,14 +155,14 @@ impl BranchEnd {
 }
 
 impl FixingEnd {
-    fn of(fixing: &ConstraintResult) -> Self {
+    fn of(constraint: &ConstraintResult) -> Self {
         let slide = |slide: &SlideResult| (slide.branch.clone(), slide.arc_length);
         Self {
-            name: fixing.name.clone(),
-            position: fixing.position,
-            force: fixing.force,
-            moment: fixing.moment,
-            slide: fixing.slide.as_ref().map(slide),
+            name: constraint.name.clone(),
+            position: constraint.position,
+            force: constraint.force,
+            moment: constraint.moment,
+            slide: constraint.slide.as_ref().map(slide),
         }
     }
 }
@@ -172,7 +172,7 @@ impl Closed {
     pub(crate) fn of(operation: &OperationResult) -> Option<Self> {
         match operation {
             OperationResult::Grasp { constraint, place } | OperationResult::Clip { constraint, place, .. } => {
-                Some(Self { fixing: constraint.clone(), place: place.clone() })
+                Some(Self { constraint: constraint.clone(), place: place.clone() })
             }
             OperationResult::Carry { .. } | OperationResult::Mate { .. } => None,
         }
@@ -216,7 +216,7 @@ impl Way {
     /// Takes the next step, or the next increment of the same one.
     pub fn add(&mut self, name: &str, increment: usize, work: Work, closed: impl Iterator<Item = Closed>) {
         for closed in closed {
-            match self.closed.iter_mut().find(|known| known.fixing == closed.fixing) {
+            match self.closed.iter_mut().find(|known| known.constraint == closed.constraint) {
                 Some(known) => *known = closed,
                 None => self.closed.push(closed),
             }

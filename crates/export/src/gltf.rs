@@ -15,7 +15,7 @@ use wireloom_core::{Pose, Vector};
 const SIDES: usize = 16;
 /// A quarter turn that takes z to y: x, y, z, w.
 const UPRIGHT: [f64; 4] = [-FRAC_1_SQRT_2, 0.0, 0.0, FRAC_1_SQRT_2];
-/// Length of a connector, in diameters of its cable; that of any other fixing; their width.
+/// Length of a connector, in diameters of its cable; that of any other constraint; their width.
 const CONNECTOR: f64 = 4.0;
 const FIXING: f64 = 1.0;
 const WIDTH: f64 = 2.0;
@@ -33,7 +33,7 @@ const UNSIGNED_INT: u32 = 5125;
 /// Materials: name and colour.
 const MATERIALS: [(&str, [f64; 4]); 4] = [
     ("cable", [0.10, 0.11, 0.13, 1.0]),
-    ("fixing", [0.13, 0.35, 0.75, 1.0]),
+    ("constraint", [0.13, 0.35, 0.75, 1.0]),
     ("obstacle", [0.70, 0.73, 0.76, 1.0]),
     ("swept", [0.90, 0.55, 0.10, 0.5]),
 ];
@@ -43,7 +43,7 @@ const OBSTACLE: usize = 2;
 const SWEPT: usize = 3;
 
 /// Writes the harness at the end of each of `steps`, a scene each, of which the last is the one shown: branches as tubes of their diameter,
-/// fixings as boxes (connectors longer ones), obstacles where they stand; nodes have their names. What a run that failed left at no place is
+/// constraints as boxes (connectors longer ones), obstacles where they stand; nodes have their names. What a run that failed left at no place is
 /// left out.
 ///
 /// # Errors
@@ -112,7 +112,7 @@ fn reach(step: &StepResult, pose: &Pose) -> f64 {
     all.map(|x| (x - pose.position).norm()).fold(0.0, f64::max)
 }
 
-/// Diameter of the branch whose centre line a fixing is nearest to, m.
+/// Diameter of the branch whose centre line a constraint is nearest to, m.
 fn diameter_at(step: &StepResult, constraint: &ConstraintResult) -> f64 {
     let off = |branch: &BranchResult| {
         branch.position.iter().map(|x| (x - constraint.position).norm_squared()).fold(f64::INFINITY, f64::min)

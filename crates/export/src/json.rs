@@ -19,7 +19,7 @@
 //! | key | meaning |
 //! | --- | --- |
 //! | `kind` | [`EventKind::word`](wireloom_core::EventKind::word) |
-//! | `place` | the `fixing`, `obstacle` or `branch` (with `s`, m) it happened to; empty: the harness |
+//! | `place` | the `constraint`, `obstacle` or `branch` (with `s`, m) it happened to; empty: the harness |
 //! | `first`, `worst`, `last` | `step`, `step_index` (from 0) and `increment` (from 1; 0: while the start was found) |
 //! | `increments` | number of increments with this event |
 //! | `value`, `limit` | the worst value and its limit, in SI units; null where there is none |

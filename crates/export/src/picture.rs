@@ -2,7 +2,7 @@
 //!
 //! A4 landscape, third-angle arrangement (above over front, side to the right of front), one scale for all
 //! three views. Branches have their true diameter where that can be seen, and are coloured by how near their
-//! bend comes to the limit; obstacles lie behind them, grey; what is nearer is drawn over what is farther. Fixings carry a symbol for each kind.
+//! bend comes to the limit; obstacles lie behind them, grey; what is nearer is drawn over what is farther. Constraints carry a symbol for each kind.
 //! Text sizes and margins are constants of the page; only the harness is scaled.
 
 mod branches;
@@ -31,7 +31,7 @@ use wireloom_core::{Status, StepResult};
 /// Writes the picture of `step` under the headline `title` (usually the name of the scenario), with the `obstacles` about it, which are those of
 /// the step, in the same order.
 ///
-/// Nodes, joints and fixings whose position is not a finite number are left out; the legend says how many.
+/// Nodes, joints and constraints whose position is not a finite number are left out; the legend says how many.
 ///
 /// # Errors
 /// Those of `out`; `InvalidInput` where a branch's vectors differ in length.

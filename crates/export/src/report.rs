@@ -254,19 +254,19 @@ fn reactions(ends: &[&StepResult]) -> Markup {
     html! {
         section id="reactions" {
             h2 { "Reactions" }
-            p { "Force F and moment M about the held point that every fixing exerts on the harness at the end of each step, at each of its stations, or all along its span; world axes." }
+            p { "Force F and moment M about the held point that every constraint exerts on the harness at the end of each step, at each of its stations, or all along its span; world axes." }
             @for (k, end) in ends.iter().enumerate() {
                 details open[ends.len() <= OPEN / 4 || k + 1 == ends.len()] {
                     summary { (k + 1) ". " (end.name) }
                     table {
                         thead { tr {
-                            th { "fixing" } th { "kind" }
+                            th { "constraint" } th { "kind" }
                             @for head in ["Fx [N]", "Fy [N]", "Fz [N]", "|F| [N]", "Mx [N m]", "My [N m]", "Mz [N m]", "|M| [N m]"] {
                                 th class="n" { (head) }
                             }
                             th { "cable" }
                         } }
-                        tbody { @for fixing in &end.constraints { (reaction(fixing)) } }
+                        tbody { @for constraint in &end.constraints { (reaction(constraint)) } }
                     }
                 }
             }
@@ -274,18 +274,18 @@ fn reactions(ends: &[&StepResult]) -> Markup {
     }
 }
 
-fn reaction(fixing: &ConstraintResult) -> Markup {
+fn reaction(constraint: &ConstraintResult) -> Markup {
     let cells = |v: &Vector, digits: usize| {
         html! { @for c in [v.x, v.y, v.z, v.norm()] { td class="n" { (fixed(c, digits)) } } }
     };
     html! {
         tr {
-            td { (fixing.name) }
-            td { (fixing.kind) }
-            (cells(&fixing.force, 3))
-            (cells(&fixing.moment, 4))
+            td { (constraint.name) }
+            td { (constraint.kind) }
+            (cells(&constraint.force, 3))
+            (cells(&constraint.moment, 4))
             td {
-                @if let Some(slide) = &fixing.slide {
+                @if let Some(slide) = &constraint.slide {
                     (match slide.motion {
                         SlideMotion::Free => "runs freely",
                         SlideMotion::Stick => "sticks",
@@ -294,14 +294,14 @@ fn reaction(fixing: &ConstraintResult) -> Markup {
                     })
                     " at s = " (millimetres(slide.arc_length)) " mm"
                 }
-                @if let Some(span) = &fixing.span {
+                @if let Some(span) = &constraint.span {
                     (span.branch) " from s = " (millimetres(span.range.0)) " mm to " (millimetres(span.range.1)) " mm"
                 }
             }
         }
-        @for (k, station) in fixing.stations.iter().enumerate().skip(1) {
+        @for (k, station) in constraint.stations.iter().enumerate().skip(1) {
             tr {
-                td { (fixing.name) ", station " (k + 1) }
+                td { (constraint.name) ", station " (k + 1) }
                 td {}
                 (cells(&station.force, 3))
                 (cells(&station.moment, 4))

@@ -11,9 +11,9 @@
 //! | `iterations` | of the minimiser, over all steps |
 //! | `polish` | how many of them another one made to finish: `newton`, what `gpu` left above the tolerance |
 //! | `energy.total` ... | J, by effect |
-//! | `bend_radius`, `force` | the tightest bend of all branches (m; infinite where all are straight), the largest force of all fixings (N) |
+//! | `bend_radius`, `force` | the tightest bend of all branches (m; infinite where all are straight), the largest force of all constraints (N) |
 //! | `bend_radius.BRANCH`, `twist_turns.BRANCH` | tightest bend of a branch (m), its twist (turns) |
-//! | `force.FIXING`, `force_x.FIXING` ... | what a fixing exerts in the end: norm and world components (N); null where it has let go |
+//! | `force.FIXING`, `force_x.FIXING` ... | what a constraint exerts in the end: norm and world components (N); null where it has let go |
 //! | `moment.FIXING`, `moment_x.FIXING` ... | likewise about the held point (N m) |
 //! | `position_x.OUTPUT` ... | position that a sweep asks for (m) |
 //! | `force.OUTPUT`, `force_x.OUTPUT` ..., `moment.OUTPUT` ..., `tension.OUTPUT` | internal force, moment (N, N m) and the part of the force along the branch (N) at a place that it asks for |
@@ -70,8 +70,8 @@ pub struct Header {
     pub keys: Vec<String>,
     /// Branches.
     pub branches: Vec<String>,
-    /// Fixings.
-    pub fixings: Vec<String>,
+    /// Constraints.
+    pub constraints: Vec<String>,
     /// Columns that the sweep asks for.
     pub outputs: Vec<String>,
 }
@@ -86,10 +86,10 @@ impl Header {
         for branch in &self.branches {
             names.extend(["bend_radius", "twist_turns"].map(|what| format!("{what}.{branch}")));
         }
-        for fixing in &self.fixings {
+        for constraint in &self.constraints {
             for what in ["force", "moment"] {
-                names.push(format!("{what}.{fixing}"));
-                names.extend(["x", "y", "z"].map(|axis| format!("{what}_{axis}.{fixing}")));
+                names.push(format!("{what}.{constraint}"));
+                names.extend(["x", "y", "z"].map(|axis| format!("{what}_{axis}.{constraint}")));
             }
         }
         names.extend_from_slice(&self.outputs);
@@ -103,17 +103,17 @@ impl Header {
         let mut numbers = vec![ending.iterations as f64, ending.polish as f64];
         numbers.extend(energies);
         numbers.push(ending.tightest().map_or(f64::INFINITY, |(_, _, radius)| radius));
-        numbers.push(ending.fixings.iter().fold(0.0, |force: f64, fixing| force.max(fixing.force.norm())));
+        numbers.push(ending.constraints.iter().fold(0.0, |force: f64, constraint| force.max(constraint.force.norm())));
         for name in &self.branches {
             let branch = ending.branches.iter().find(|branch| branch.name == *name);
             let radius = branch.map(|branch| branch.tightest().map_or(f64::INFINITY, |(_, radius)| radius));
             numbers.extend([radius, branch.map(|branch| branch.twist_turns)].map(|number| number.unwrap_or(f64::NAN)));
         }
-        for name in &self.fixings {
-            let fixing = ending.fixings.iter().find(|fixing| fixing.name == *name);
-            let parts: [fn(&FixingEnd) -> Vector; 2] = [|fixing| fixing.force, |fixing| fixing.moment];
+        for name in &self.constraints {
+            let constraint = ending.constraints.iter().find(|constraint| constraint.name == *name);
+            let parts: [fn(&FixingEnd) -> Vector; 2] = [|constraint| constraint.force, |constraint| constraint.moment];
             for part in parts {
-                let v = fixing.map_or(Vector::repeat(f64::NAN), part);
+                let v = constraint.map_or(Vector::repeat(f64::NAN), part);
                 numbers.extend([v.norm(), v.x, v.y, v.z]);
             }
         }

@@ -5,8 +5,8 @@ use nalgebra::{Quaternion, Unit, Vector4};
 use wireloom_core::constraint::{Action, RotationHold};
 use wireloom_core::law::TurningLaw;
 use wireloom_core::network::Site;
-use wireloom_core::variable::Variable as CoreVariable;
 use wireloom_core::registry::BuildError;
+use wireloom_core::variable::Variable as CoreVariable;
 use wireloom_core::{Matrix, Network, Pose, Problem, Rotation, State, Tangent, Vector};
 use wireloom_shaders::harness::{
     CarriedFrame, Coupling, End, Harness, Hold, Segment, Shape, Spring, Station, StationSegment, Variable,
@@ -56,14 +56,14 @@ pub fn accepts(network: &Network) -> Result<(), BuildError> {
             return refused(format!("joint `{}` ({})", joint.name, joint.kind));
         }
     }
-    for fixing in &network.constraints {
-        let named = |what: &str| refused(format!("constraint `{}` ({}){what}", fixing.name, fixing.kind));
-        if fixing.slide.is_some() || fixing.nearest {
+    for constraint in &network.constraints {
+        let named = |what: &str| refused(format!("constraint `{}` ({}){what}", constraint.name, constraint.kind));
+        if constraint.slide.is_some() || constraint.nearest {
             return named(", through which the cable runs,");
         }
-        match fixing.model.action() {
+        match constraint.model.action() {
             Action::Equations(_) => return named(", which sets equations,"),
-            Action::Potential(_) if fixing.constraint.law().is_none() => return named(""),
+            Action::Potential(_) if constraint.model.law().is_none() => return named(""),
             Action::Prescribed(hold) => match hold.rotation {
                 RotationHold::Twist => return named(", which holds the twist and leaves the tangent free,"),
                 RotationHold::Hinge(_) => return named(", which is a hinge,"),
@@ -136,12 +136,12 @@ impl Flattening {
 
     fn candidates_of(&self, network: &Network) -> Vec<Variable> {
         let mut candidates = vec![];
-        for fixing in &network.constraints {
-            let Action::Prescribed(hold) = fixing.model.action() else { continue };
+        for constraint in &network.constraints {
+            let Action::Prescribed(hold) = constraint.model.action() else { continue };
             if hold.position {
-                candidates.push(self.variable(CoreVariable::Point(fixing.site.point)));
+                candidates.push(self.variable(CoreVariable::Point(constraint.site.point)));
             }
-            if let (Some(frame), true) = (fixing.site.frame, hold.rotation != RotationHold::Free) {
+            if let (Some(frame), true) = (constraint.site.frame, hold.rotation != RotationHold::Free) {
                 candidates.push(self.variable(CoreVariable::Frame(frame)));
             }
         }
@@ -280,9 +280,9 @@ impl Flattening {
     /// Every spring there is: one that does not act has no stiffness, so that the links stay the same.
     fn add_springs(&self, problem: &Problem<'_>, harness: &mut Harness) {
         let conditions = problem.conditions();
-        for (f, fixing) in problem.network.constraints.iter().enumerate() {
-            let Some(law) = fixing.constraint.law() else { continue };
-            let mut spring = self.spring(&fixing.site, &conditions.targets[f]);
+        for (f, constraint) in problem.network.constraints.iter().enumerate() {
+            let Some(law) = constraint.model.law() else { continue };
+            let mut spring = self.spring(&constraint.site, &conditions.targets[f]);
             if conditions.active[f] {
                 spring.stiffness = law.stiffness;
                 match law.turning {
@@ -328,7 +328,7 @@ impl Flattening {
     pub fn shape(&self, state: &State) -> Shape {
         Shape {
             points: self.points.iter().map(|&i| state.points[i].into()).collect(),
-            compensation: self.points.iter().map(|&i| state.carry[i].into()).collect(),
+            compensation: self.points.iter().map(|&i| state.compensation[i].into()).collect(),
             frames: self.frames.iter().map(|&c| numbers(&state.frames[c])).collect(),
         }
     }
@@ -339,7 +339,7 @@ impl Flattening {
         for ((&i, x), compensation) in self.points.iter().zip(&shape.points).zip(&shape.compensation) {
             let (x, compensation) = (Vector::from(*x), Vector::from(*compensation));
             state.points[i] = x + compensation;
-            state.carry[i] = compensation - (state.points[i] - x);
+            state.compensation[i] = compensation - (state.points[i] - x);
         }
         for (&c, q) in self.frames.iter().zip(&shape.frames) {
             state.frames[c] = Unit::new_normalize(Quaternion::from(Vector4::from(*q)));

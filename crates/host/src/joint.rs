@@ -47,7 +47,7 @@ impl Factory {
         let wires: Vec<abi::WireShare> = spec
             .wires
             .iter()
-            .map(|wire| abi::WireShare { from: wire.from as u32, to: wire.to as u32, share: wire.share })
+            .map(|wire| abi::WireShare { from: wire.from as u32, to: wire.to as u32, share: wire.fraction })
             .collect();
         let values: Vec<abi::Value> =
             self.parameters.iter().map(|p| abi_value(values.0.get(&p.name), &p.form)).collect();
@@ -192,8 +192,14 @@ impl Proxy {
     fn turned<R>(frames: &[Rotation], call: impl FnOnce(&ConstraintView<'_>) -> R) -> R {
         let pose = |q: &Rotation| Pose { position: Vector::zeros(), orientation: *q };
         let stations: Vec<Pose> = frames.iter().map(pose).collect();
-        let none =
-            ConstraintView { stations: &stations, targets: &[], span: &[], span_lengths: &[], progress: 0.0, memory: &[] };
+        let none = ConstraintView {
+            stations: &stations,
+            targets: &[],
+            span: &[],
+            span_lengths: &[],
+            progress: 0.0,
+            memory: &[],
+        };
         call(&none)
     }
 

@@ -284,7 +284,11 @@ impl Proxy {
     }
 
     /// Calls with the situation as the ABI has it, and with scratch for rows.
-    fn with_situation<R>(&self, at: &ConstraintView<'_>, call: impl FnOnce(&abi::ConstraintView, &mut Vec<f64>) -> R) -> R {
+    fn with_situation<R>(
+        &self,
+        at: &ConstraintView<'_>,
+        call: impl FnOnce(&abi::ConstraintView, &mut Vec<f64>) -> R,
+    ) -> R {
         SCRATCH.with_borrow_mut(|Scratch { stations, targets, rows }| {
             stations.clear();
             stations.extend(at.stations.iter().map(abi_pose));

@@ -1,6 +1,6 @@
 //! Built-in rods, joints and constraints, registered through the same door as plugins.
 
-pub mod fixings;
+pub mod constraints;
 pub mod joints;
 pub mod kernel;
 pub mod rods;
@@ -19,7 +19,7 @@ pub fn register(registry: &mut Registry) {
     registry.add_joint(joints::cosserat::kind()).map_err(|_| FIRST).unwrap();
     registry.add_joint(joints::hub::rigid_body()).map_err(|_| FIRST).unwrap();
     registry.add_joint(joints::hub::fused()).map_err(|_| FIRST).unwrap();
-    registry.add_constraint(fixings::connector()).map_err(|_| FIRST).unwrap();
-    registry.add_constraint(fixings::collar()).map_err(|_| FIRST).unwrap();
-    registry.add_constraint(fixings::handle()).map_err(|_| FIRST).unwrap();
+    registry.add_constraint(constraints::connector()).map_err(|_| FIRST).unwrap();
+    registry.add_constraint(constraints::collar()).map_err(|_| FIRST).unwrap();
+    registry.add_constraint(constraints::handle()).map_err(|_| FIRST).unwrap();
 }

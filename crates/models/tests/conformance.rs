@@ -87,7 +87,7 @@ fn rods_without_shear_do_not_look_at_the_shear_stiffness() {
         let carry = vec![Vector::zeros(); points.len()];
         let shape = BranchShape {
             points: &points,
-            carry: &carry,
+            compensation: &carry,
             frames: &turns,
             rest_lengths: &mesh.rest_lengths,
             coupling_lengths: &mesh.coupling_lengths,

@@ -14,7 +14,7 @@ use wireloom_core::{Action, Constraint, Hold, Matrix, Pose, Potential, RotationH
 
 /// The instance behind a `*mut c_void`.
 struct Instance {
-    constraint: Box<dyn Constraint>,
+    model: Box<dyn Constraint>,
     memory: Vec<f64>,
     inequalities: Vec<i32>,
     scales: Vec<f64>,
@@ -58,7 +58,7 @@ pub unsafe extern "C" fn create(
                 inequalities: all().map(|c| i32::from(c.relation == Relation::NotPositive)).collect(),
                 scales: all().map(|c: &Residual| c.scale).collect(),
                 residuals: residuals.each_ref().map(Vec::len),
-                constraint: made,
+                model: made,
             });
             *description = abi::Description {
                 size: (*description).size,
@@ -67,8 +67,8 @@ pub unsafe extern "C" fn create(
                     Action::Potential(_) => abi::SHAPE_POTENTIAL,
                     Action::Equations(_) => abi::SHAPE_EQUATIONS,
                 },
-                needs_frames: i32::from(own.constraint.needs_frame()),
-                objective: i32::from(own.constraint.objective()),
+                needs_frames: i32::from(own.model.needs_frame()),
+                objective: i32::from(own.model.objective()),
                 thread_safe: 1,
                 has_gradient: 1,
                 has_hessian: 1,

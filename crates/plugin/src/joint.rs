@@ -151,7 +151,7 @@ unsafe fn spec(spec: &abi::JointSpec) -> JointSpec {
             }
         });
         let share =
-            |wire: &abi::WireShare| WireShare { from: wire.from as usize, to: wire.to as usize, share: wire.share };
+            |wire: &abi::WireShare| WireShare { from: wire.from as usize, to: wire.to as usize, fraction: wire.share };
         JointSpec {
             name: text(spec.name).unwrap_or_default(),
             arms: arms.collect(),

@@ -127,9 +127,9 @@ pub fn build_with_settings(
 
 /// Constraints that broke down as they were asked what they hold.
 fn broken_down(scenario: &Scenario, network: &wireloom_core::Network) -> Vec<Fault> {
-    let fixings = scenario.constraints.iter().zip(&network.constraints);
-    let faults = fixings.filter_map(|(own, fixing)| {
-        let message = format!("constraint \"{}\": {}", own.name, fixing.model.fault()?);
+    let constraints = scenario.constraints.iter().zip(&network.constraints);
+    let faults = constraints.filter_map(|(own, constraint)| {
+        let message = format!("constraint \"{}\": {}", own.name, constraint.model.fault()?);
         let help = format!("the fault is that of the kind \"{}\", not of the scenario", own.kind);
         Some(Fault { span: own.spans.of(Some("kind")), message, help })
     });

@@ -1,4 +1,4 @@
-//! Types of fixings: shipped, of a library file, of the scenario; what a constraint says itself goes before them.
+//! Types of constraints: shipped, of a library file, of the scenario; what a constraint says itself goes before them.
 
 mod common;
 

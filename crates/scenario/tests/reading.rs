@@ -76,8 +76,8 @@ fn steps_are_resolved() {
     let scenario = read(HARNESS);
     let [first, second] = scenario.steps.as_slice() else { panic!() };
     assert_eq!((first.name.as_str(), first.increments, first.add.as_slice()), ("plug B", 40, [3].as_slice()));
-    let fixing = |k: usize| first.moves[k].carried.iter().map(|carried| carried.fixing).collect::<Vec<_>>();
-    assert_eq!((fixing(0), fixing(1)), (vec![3], vec![2]));
+    let constraint = |k: usize| first.moves[k].carried.iter().map(|carried| carried.constraint).collect::<Vec<_>>();
+    assert_eq!((constraint(0), constraint(1)), (vec![3], vec![2]));
     let shares: Vec<f64> = first.moves[0].track.positions.iter().map(|knot| knot.0).collect();
     assert_eq!((shares, first.moves[0].track.spin), (vec![0.5, 1.0], 0.5));
     assert_eq!(first.moves[1].track.turns, [(1.0, Turn::Tangent(Vector::y()))]);

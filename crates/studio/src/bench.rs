@@ -1,7 +1,7 @@
 //! How long a hand waits: from a target to the picture of the harness that follows it, over loopback, as a page has it.
 
 use crate::frame;
-use crate::protocol::{Fixing, Notice, Request, Scene};
+use crate::protocol::{Constraint, Notice, Request, Scene};
 use crate::server::{Backend, Content, Live, Server, Site, Token};
 use crate::{SessionInput, Studio, open};
 use std::fmt::Write;
@@ -21,10 +21,10 @@ const TARGETS_PER_STROKE: usize = 10;
 const STROKES: usize = 4;
 /// The longest distance between nodes of an imported harness, m.
 const SPACING: f64 = 0.010;
-/// A frame shows a target where the fixing is as near to it, m.
+/// A frame shows a target where the constraint is as near to it, m.
 const POSITION_TOLERANCE: f64 = 1e-9;
 
-/// A fixing that was dragged to and fro.
+/// A constraint that was dragged to and fro.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Drag {
     /// Nodes of the mesh.
@@ -148,11 +148,11 @@ impl Client {
         }
         let header = last.ok_or("no frame")?;
         let scene = self.scene.clone().ok_or("no scene")?;
-        let fixing = longest_branch_connector(&scene).ok_or("the harness has no connector")?.clone();
-        let at = header.fixings.iter().find(|other| other.name == fixing.name).ok_or("it holds nothing")?.at;
+        let constraint = longest_branch_connector(&scene).ok_or("the harness has no connector")?.clone();
+        let at = header.constraints.iter().find(|other| other.name == constraint.name).ok_or("it holds nothing")?.at;
         let [w, i, j, k] = at.orientation;
         let d3 = Rotation::new_unchecked([i, j, k, w].into()) * Vector::z();
-        let from_end = fixing.place.as_ref().is_none_or(|(_, s)| *s > 0.0);
+        let from_end = constraint.place.as_ref().is_none_or(|(_, s)| *s > 0.0);
         let inward = if from_end { -d3 } else { d3 };
         let start = Vector::from(at.position);
         let out = 1..=TARGETS_PER_STROKE;
@@ -162,7 +162,7 @@ impl Client {
         for step in std::iter::repeat_n(stroke, STROKES).flatten() {
             let target = start + inward * (TARGET_SPACING * step as f64);
             let own = Instant::now();
-            failures += usize::from(!self.drag_to(&fixing.name, target)?);
+            failures += usize::from(!self.drag_to(&constraint.name, target)?);
             times.push(own.elapsed().as_secs_f64());
         }
         let seconds = clock.elapsed().as_secs_f64();
@@ -177,13 +177,17 @@ impl Client {
         })
     }
 
-    /// Brings a fixing somewhere and waits for the frame that shows it there; whether that is an equilibrium.
-    fn drag_to(&mut self, fixing: &str, target: Vector) -> Result<bool, String> {
-        self.send(&Request::Target { fixing: fixing.to_owned(), position: Some(target.into()), orientation: None })?;
+    /// Brings a constraint somewhere and waits for the frame that shows it there; whether that is an equilibrium.
+    fn drag_to(&mut self, constraint: &str, target: Vector) -> Result<bool, String> {
+        self.send(&Request::Target {
+            constraint: constraint.to_owned(),
+            position: Some(target.into()),
+            orientation: None,
+        })?;
         loop {
             let Received::Frame(bytes) = self.receive()? else { continue };
             let header = frame::header(&bytes).ok_or("a frame that is none")?;
-            let at = header.fixings.iter().find(|other| other.name == fixing).ok_or("it has let go")?.at;
+            let at = header.constraints.iter().find(|other| other.name == constraint).ok_or("it has let go")?.at;
             if (Vector::from(at.position) - target).norm() < POSITION_TOLERANCE {
                 return Ok(header.status == "converged");
             }
@@ -198,11 +202,14 @@ enum Received {
 }
 
 /// The connector at the end of the longest branch that has one.
-fn longest_branch_connector(scene: &Scene) -> Option<&Fixing> {
-    let length = |fixing: &Fixing| {
-        let branch = &fixing.place.as_ref()?.0;
+fn longest_branch_connector(scene: &Scene) -> Option<&Constraint> {
+    let length = |constraint: &Constraint| {
+        let branch = &constraint.place.as_ref()?.0;
         scene.branches.iter().find(|other| other.name == *branch).map(|branch| branch.length)
     };
-    let connectors = scene.fixings.iter().filter(|fixing| fixing.kind == "connector" && fixing.moves);
-    connectors.filter_map(|fixing| Some((length(fixing)?, fixing))).max_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, f)| f)
+    let connectors = scene.constraints.iter().filter(|constraint| constraint.kind == "connector" && constraint.moves);
+    connectors
+        .filter_map(|constraint| Some((length(constraint)?, constraint)))
+        .max_by(|a, b| a.0.total_cmp(&b.0))
+        .map(|(_, f)| f)
 }

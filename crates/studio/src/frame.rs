@@ -41,8 +41,8 @@ pub struct Header {
     pub residual: f64,
     /// Joints, in the order of the scene.
     pub joints: Vec<Placed>,
-    /// Fixings that act.
-    pub fixings: Vec<FixingFrame>,
+    /// Constraints that act.
+    pub constraints: Vec<FixingFrame>,
     /// Bodies, in the order of the scene.
     pub obstacles: Vec<ObstacleFrame>,
     /// The bend nearest to its limit, or of least radius.
@@ -61,7 +61,7 @@ pub struct Placed {
     pub orientation: [f64; 4],
 }
 
-/// A fixing that acts.
+/// A constraint that acts.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(TS))]
 pub struct FixingFrame {
@@ -130,7 +130,7 @@ impl Header {
             seconds: (end.minimiser.seconds - done.1).max(0.0),
             residual: end.minimiser.force_residual,
             joints: end.joints.iter().map(Placed::joint).collect(),
-            fixings: end.constraints.iter().map(FixingFrame::of).collect(),
+            constraints: end.constraints.iter().map(FixingFrame::of).collect(),
             obstacles: end.obstacles.iter().map(ObstacleFrame::of).collect(),
             tightest: end.min_bend_radius.as_ref().map(|bend| Tightest {
                 branch: bend.branch.clone(),
@@ -221,13 +221,13 @@ impl Placed {
 }
 
 impl FixingFrame {
-    fn of(fixing: &ConstraintResult) -> Self {
+    fn of(constraint: &ConstraintResult) -> Self {
         Self {
-            name: fixing.name.clone(),
-            at: Placed::at(&fixing.position, &fixing.orientation),
-            force: fixing.force.into(),
-            moment: fixing.moment.into(),
-            slid_to: fixing.slide.as_ref().map(|slide| slide.arc_length),
+            name: constraint.name.clone(),
+            at: Placed::at(&constraint.position, &constraint.orientation),
+            force: constraint.force.into(),
+            moment: constraint.moment.into(),
+            slid_to: constraint.slide.as_ref().map(|slide| slide.arc_length),
         }
     }
 }

@@ -36,7 +36,7 @@ mod tests {
         declare(protocol::Request::decl());
         declare(protocol::Branch::decl());
         declare(protocol::Joint::decl());
-        declare(protocol::Fixing::decl());
+        declare(protocol::Constraint::decl());
         declare(protocol::Obstacle::decl());
         declare(protocol::Form::decl());
         declare(protocol::Setting::decl());

@@ -13,7 +13,7 @@ use ts_rs::TS;
 #[cfg_attr(test, derive(TS))]
 #[serde(tag = "do", rename_all = "snake_case", rename_all_fields = "snake_case", deny_unknown_fields)]
 pub enum Request {
-    /// A fixing begins where the cable is now: a hand, a pin or a clip. The tab that asked holds it (see `target`) if it is a handle.
+    /// A constraint begins where the cable is now: a hand, a pin or a clip. The tab that asked holds it (see `target`) if it is a handle.
     Hold {
         /// Branch.
         branch: String,
@@ -22,29 +22,29 @@ pub enum Request {
         /// What begins there.
         how: Holding,
     },
-    /// Brings a fixing somewhere. Only the newest target counts; those of one drag (until `drop`) are increments of one step.
+    /// Brings a constraint somewhere. Only the newest target counts; those of one drag (until `drop`) are increments of one step.
     Target {
-        /// Name of the fixing.
-        fixing: String,
+        /// Name of the constraint.
+        constraint: String,
         /// Where to, m.
         position: Option<[f64; 3]>,
         /// How it is to stand, `[w, x, y, z]`: columns d1, d2, d3.
         orientation: Option<[f64; 4]>,
     },
-    /// Ends a drag: the step is complete, the fixing stays where it is.
+    /// Ends a drag: the step is complete, the constraint stays where it is.
     Drop {
-        /// Name of the fixing.
-        fixing: String,
+        /// Name of the constraint.
+        constraint: String,
     },
-    /// A fixing lets go.
+    /// A constraint lets go.
     Release {
-        /// Name of the fixing.
-        fixing: String,
+        /// Name of the constraint.
+        constraint: String,
     },
-    /// A fixing holds position, tangent and twist where they are from now on.
+    /// A constraint holds position, tangent and twist where they are from now on.
     Pin {
-        /// Name of the fixing.
-        fixing: String,
+        /// Name of the constraint.
+        constraint: String,
     },
     /// Takes back what was done last.
     Undo,
@@ -145,8 +145,8 @@ pub struct Scene {
     pub branches: Vec<Branch>,
     /// Joints, in the order of the frames.
     pub joints: Vec<Joint>,
-    /// Fixings: those that ever act. Frames name those that act at the time.
-    pub fixings: Vec<Fixing>,
+    /// Constraints: those that ever act. Frames name those that act at the time.
+    pub constraints: Vec<Constraint>,
     /// Bodies, in the order of the frames.
     pub obstacles: Vec<Obstacle>,
     /// What may be set, in the order in which it is to be shown.
@@ -187,11 +187,11 @@ pub struct Joint {
     pub branches: Vec<String>,
 }
 
-/// A fixing.
+/// A constraint.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(TS))]
 #[serde(rename_all = "snake_case")]
-pub struct Fixing {
+pub struct Constraint {
     /// Name.
     pub name: String,
     /// Kind: `connector`, `collar`, `handle` or another one.
@@ -323,7 +323,7 @@ pub struct Session {
     pub undo: Option<String>,
     /// What `redo` would do again.
     pub redo: Option<String>,
-    /// Fixings that are held by a tab, and the number of that tab.
+    /// Constraints that are held by a tab, and the number of that tab.
     pub held: Vec<(String, u32)>,
     /// The number of the tab that this is sent to.
     pub you: u32,

@@ -139,8 +139,13 @@ fn find<'a>(moment: &Moment, steps: &'a [RecordedStep]) -> Option<(u32, &'a Reco
 
 /// Where something happened, m.
 fn place(place: &EventPlace, frame_record: &RecordedFrame, scene: &Scene) -> Option<[f64; 3]> {
-    if let Some(fixing) = &place.fixing {
-        return frame_record.header.fixings.iter().find(|other| other.name == *fixing).map(|fixing| fixing.at.position);
+    if let Some(constraint) = &place.constraint {
+        return frame_record
+            .header
+            .constraints
+            .iter()
+            .find(|other| other.name == *constraint)
+            .map(|constraint| constraint.at.position);
     }
     let branch = scene.branches.iter().position(|branch| Some(&branch.name) == place.branch.as_ref())?;
     let first: u32 = scene.branches[..branch].iter().map(|branch| branch.nodes).sum();

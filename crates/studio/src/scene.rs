@@ -1,7 +1,7 @@
 //! A harness as pages draw it: names, diameters, meshes of bodies; where it is say the frames.
 
 use crate::frame::number;
-use crate::protocol::{Branch, Fixing, Joint, Obstacle, Scene};
+use crate::protocol::{Branch, Constraint, Joint, Obstacle, Scene};
 use wireloom::core::constraint::{Action, RotationHold};
 use wireloom::core::network::{self, Place};
 use wireloom::core::obstacle::Obstacle as Body;
@@ -20,7 +20,7 @@ pub fn of(name: &str, program: &str, gravity: Vector, network: &Network) -> Scen
         gravity: gravity.into(),
         branches: network.branches.iter().map(branch).collect(),
         joints: network.joints.iter().map(joint).collect(),
-        fixings: network.constraints.iter().map(|own| fixing(network, own)).collect(),
+        constraints: network.constraints.iter().map(|own| constraint(network, own)).collect(),
         obstacles: network.obstacles.iter().map(obstacle).collect(),
         settings: Vec::new(),
         notes: Vec::new(),
@@ -44,19 +44,19 @@ fn joint(joint: &network::Joint) -> Joint {
     Joint { name: joint.name.clone(), model: joint.kind.clone(), branches }
 }
 
-fn fixing(network: &Network, fixing: &network::Fixing) -> Fixing {
-    let place = match fixing.place {
-        Place::Node { branch, node } if fixing.span.is_none() => {
+fn constraint(network: &Network, constraint: &network::AttachedConstraint) -> Constraint {
+    let place = match constraint.place {
+        Place::Node { branch, node } if constraint.span.is_none() => {
             let branch = &network.branches[branch];
             Some((branch.name.clone(), branch.rod.mesh().arc_lengths()[node]))
         }
         Place::Node { .. } | Place::Joint(_) => None,
     };
-    let (moves, turns) = match fixing.model.action() {
+    let (moves, turns) = match constraint.model.action() {
         Action::Prescribed(hold) => (hold.position, hold.rotation != RotationHold::Free),
-        Action::Potential(_) | Action::Equations(_) => (true, fixing.site.frame.is_some()),
+        Action::Potential(_) | Action::Equations(_) => (true, constraint.site.frame.is_some()),
     };
-    Fixing { name: fixing.name.clone(), kind: fixing.kind.clone(), place, moves, turns, by_hand: false }
+    Constraint { name: constraint.name.clone(), kind: constraint.kind.clone(), place, moves, turns, by_hand: false }
 }
 
 /// A body in its own frame; one without end is cut off.

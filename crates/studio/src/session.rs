@@ -91,7 +91,7 @@ pub(crate) struct Session {
     undo: Vec<(String, Snapshot)>,
     redo: Vec<(String, Snapshot)>,
     drag: Option<Drag>,
-    /// By fixing the tab that holds it.
+    /// By constraint the tab that holds it.
     held: BTreeMap<String, u32>,
     unsaved: bool,
     /// The checkpoint of the last frame, which need not be balanced.
@@ -161,12 +161,12 @@ impl Session {
         let mut scene = scene::of(&schedule.scenario, PROGRAM, schedule.gravity, &harness.network);
         let begun: Vec<&str> =
             by_hand.iter().flat_map(|step| &step.begins).map(|begins| begins.name.as_str()).collect();
-        for fixing in &mut scene.fixings {
-            fixing.by_hand = begun.contains(&fixing.name.as_str());
+        for constraint in &mut scene.constraints {
+            constraint.by_hand = begun.contains(&constraint.name.as_str());
         }
-        for (fixing, own) in scene.fixings.iter_mut().zip(&harness.network.constraints) {
-            fixing.turns = drag::turning(own).is_some();
-            fixing.moves &= own.span.is_none() || !own.stations.is_empty();
+        for (constraint, own) in scene.constraints.iter_mut().zip(&harness.network.constraints) {
+            constraint.turns = drag::turning(own).is_some();
+            constraint.moves &= own.span.is_none() || !own.stations.is_empty();
         }
         scene.live = true;
         scene.run = *run;
@@ -210,7 +210,7 @@ impl Session {
         [dragged.or_else(|| last(&self.undo)), redo]
     }
 
-    /// The fixings that tabs hold.
+    /// The constraints that tabs hold.
     pub fn held(&self) -> Vec<(String, u32)> {
         self.held.iter().map(|(name, tab)| (name.clone(), *tab)).collect()
     }
@@ -246,13 +246,15 @@ impl Session {
     pub fn handle(&mut self, tab: u32, request: Request) {
         let done = match request {
             Request::Hold { branch, s, how } => self.hold(tab, &branch, s, how),
-            Request::Target { fixing, position, orientation } => self.target(tab, &fixing, position, orientation),
-            Request::Drop { fixing } => {
-                self.drop_held(tab, &fixing);
+            Request::Target { constraint, position, orientation } => {
+                self.target(tab, &constraint, position, orientation)
+            }
+            Request::Drop { constraint } => {
+                self.drop_held(tab, &constraint);
                 Ok(())
             }
-            Request::Release { fixing } => self.release(tab, &fixing),
-            Request::Pin { fixing } => self.pin(tab, &fixing),
+            Request::Release { constraint } => self.release(tab, &constraint),
+            Request::Pin { constraint } => self.pin(tab, &constraint),
             Request::Undo => self.undo_last(),
             Request::Redo => self.redo_last(),
             Request::Go { frame } => self.go(frame),
@@ -273,9 +275,9 @@ impl Session {
     /// A tab has gone: what it held may be taken by others.
     pub fn detach(&mut self, tab: u32) {
         let own: Vec<String> = self.held.iter().filter(|(_, by)| **by == tab).map(|(name, _)| name.clone()).collect();
-        for fixing in own {
-            self.drop_held(tab, &fixing);
-            self.held.remove(&fixing);
+        for constraint in own {
+            self.drop_held(tab, &constraint);
+            self.held.remove(&constraint);
         }
     }
 

@@ -1,4 +1,4 @@
-//! The thread that solves, and what stands between it and those who ask: requests in, of which only the newest target of a fixing waits; news
+//! The thread that solves, and what stands between it and those who ask: requests in, of which only the newest target of a constraint waits; news
 //! out, of which every tab gets the newest.
 
 mod broadcast;
@@ -123,7 +123,7 @@ impl Studio {
         }
     }
 
-    /// A tab asks for something. Of targets of a fixing only the newest waits.
+    /// A tab asks for something. Of targets of a constraint only the newest waits.
     pub fn submit(&self, tab: u32, request: Request) {
         if let Request::Frames { from, to } = request {
             return locked(&self.shared.broadcast).send_frames(tab, from, to);
@@ -145,12 +145,12 @@ impl Studio {
             let refused = Notice::Refused { message, help: "wait until some are done".to_owned() };
             return locked(&self.shared.broadcast).notify(Some(tab), refused);
         }
-        if let Request::Target { fixing, .. } = &request {
+        if let Request::Target { constraint, .. } = &request {
             let targets = queue.iter_mut().rev().map_while(|queue| match queue {
-                Queued::Request(by, Request::Target { fixing, .. }) => Some((*by, fixing.clone())),
+                Queued::Request(by, Request::Target { constraint, .. }) => Some((*by, constraint.clone())),
                 _ => None,
             });
-            let behind = targets.enumerate().find(|(_, before)| *before == (tab, fixing.clone())).map(|(k, _)| k);
+            let behind = targets.enumerate().find(|(_, before)| *before == (tab, constraint.clone())).map(|(k, _)| k);
             if let Some(behind) = behind {
                 let place = queue.len() - 1 - behind;
                 queue.remove(place);

@@ -25,10 +25,10 @@ fn malformed(k: usize, random: &mut fastrand::Rng) -> Message {
         3 => text(r#"{"do":"fly"}"#),
         4 => text(r#"{"do":"go","frame":-1}"#),
         5 => text(r#"{"do":"go","frame":1e99}"#),
-        6 => text(r#"{"do":"target","fixing":7,"position":["NaN",null,{}]}"#),
+        6 => text(r#"{"do":"target","constraint":7,"position":["NaN",null,{}]}"#),
         7 => text(r#"{"do":"go","frame":1,"more":true}"#),
         8 => text(&"[".repeat(random.usize(1..60_000))),
-        9 => text(&format!("{{\"do\":\"release\",\"fixing\":\"{}", "ä".repeat(random.usize(1..30_000)))),
+        9 => text(&format!("{{\"do\":\"release\",\"constraint\":\"{}", "ä".repeat(random.usize(1..30_000)))),
         10 => Message::Binary((0..random.usize(0..60_000)).map(|_| random.u8(..)).collect::<Vec<u8>>().into()),
         _ => text(&(0..random.usize(0..200)).map(|_| random.char(..)).collect::<String>()),
     }

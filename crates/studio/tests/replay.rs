@@ -91,7 +91,7 @@ fn every_increment_is_a_frame_and_ends_are_those_of_the_run() {
     for (end, frame) in run.steps.iter().zip([3, 6]) {
         let (header, nodes) = decode(&replay.frames()[frame]).expect("a frame");
         assert_eq!((header.step.as_str(), header.status.as_str()), (end.name.as_str(), "converged"));
-        assert_eq!(header.fixings[1].force, <[f64; 3]>::from(end.constraints[1].force));
+        assert_eq!(header.constraints[1].force, <[f64; 3]>::from(end.constraints[1].force));
         let cable = &end.branches[0];
         for (i, node) in nodes.iter().enumerate() {
             let d3 = cable.frame[i] * wireloom::core::Vector::z();
@@ -127,8 +127,8 @@ fn a_scene_tells_what_there_is() {
     let scene = replay.scene();
     assert!(!scene.live);
     assert_eq!((scene.branches[0].nodes, scene.branches[0].bend_radius_limit), (41, Some(0.5)));
-    let place = scene.fixings[1].place.as_ref().expect("at an end");
-    assert_eq!((place.0.as_str(), scene.fixings[1].moves, scene.fixings[1].turns), ("cable", true, true));
+    let place = scene.constraints[1].place.as_ref().expect("at an end");
+    assert_eq!((place.0.as_str(), scene.constraints[1].moves, scene.constraints[1].turns), ("cable", true, true));
     assert!((place.1 - 1.0).abs() < 1e-12);
     let floor = &scene.obstacles[0];
     assert!(floor.corners.len() >= 12 && floor.triangles.iter().all(|k| 3 * (*k as usize) < floor.corners.len()));

@@ -99,8 +99,8 @@ fn tabs_see_the_same_and_a_closed_one_frees_what_it_held() {
     assert_eq!(seen, held_by_one);
     assert_ne!(me, you);
     // What one holds the other cannot move.
-    let fixing = held_by_one[0].0.clone();
-    other.ask(&Request::Target { fixing, position: Some([0.3, 0.0, 0.0]), orientation: None });
+    let constraint = held_by_one[0].0.clone();
+    other.ask(&Request::Target { constraint, position: Some([0.3, 0.0, 0.0]), orientation: None });
     other.until(|notice| matches!(notice, Notice::Refused { .. }).then_some(()));
     drop(one);
     other.until(|notice| match notice {
@@ -116,8 +116,8 @@ fn pages_are_told_of_the_end_and_the_draft_is_kept() {
     let served = Served::new(None, drawer.clone());
     let (mut tab, mut other) = (served.tab(), served.tab());
     tab.rest();
-    tab.ask(&Request::Target { fixing: "plug-B".into(), position: Some([0.62, 0.0, 0.0]), orientation: None });
-    tab.ask(&Request::Drop { fixing: "plug-B".into() });
+    tab.ask(&Request::Target { constraint: "plug-B".into(), position: Some([0.62, 0.0, 0.0]), orientation: None });
+    tab.ask(&Request::Drop { constraint: "plug-B".into() });
     tab.until(|notice| match notice {
         // What is still in a hand is in no step yet.
         Notice::Session(session) if session.unsaved && session.busy.is_none() && session.held.is_empty() => Some(()),

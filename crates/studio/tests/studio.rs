@@ -66,7 +66,7 @@ impl Tab {
 }
 
 fn to(z: f64) -> Request {
-    Request::Target { fixing: "plug-B".into(), position: Some([0.6, 0.0, z]), orientation: None }
+    Request::Target { constraint: "plug-B".into(), position: Some([0.6, 0.0, z]), orientation: None }
 }
 
 #[test]
@@ -110,9 +110,9 @@ fn of_targets_that_wait_only_the_newest_counts() {
     tab.until(|tab| {
         tab.frame.as_ref().is_some_and(|header| {
             header
-                .fixings
+                .constraints
                 .iter()
-                .any(|fixing| fixing.name == "plug-B" && fixing.at.position == [0.6, 0.0, 1e-5 * 1000.0])
+                .any(|constraint| constraint.name == "plug-B" && constraint.at.position == [0.6, 0.0, 1e-5 * 1000.0])
         })
     });
     assert!(tab.said.len() == 1, "{:?}", tab.said);
@@ -165,7 +165,7 @@ fn a_solver_that_breaks_down_is_told_of_and_the_session_goes_on() {
     breaks.store(false, Ordering::Relaxed);
     studio.submit(tab.number, to(0.03));
     tab.until(|tab| tab.is_at(2));
-    studio.submit(tab.number, Request::Drop { fixing: "plug-B".into() });
+    studio.submit(tab.number, Request::Drop { constraint: "plug-B".into() });
     studio.submit(tab.number, Request::Undo);
     tab.until(|tab| tab.is_at(0));
 }

@@ -2,7 +2,7 @@
 
 use wireloom_core::constraint::Residual;
 use wireloom_core::rotation::skew;
-use wireloom_core::{Action, Constraint, Equations, Matrix, Potential, ConstraintView, Vector};
+use wireloom_core::{Action, Constraint, ConstraintView, Equations, Matrix, Potential, Vector};
 
 /// Derivatives of the distance r of two stations: the direction, and r″ between their points.
 fn distance(at: &ConstraintView<'_>) -> (f64, Vector, Matrix) {

@@ -28,8 +28,8 @@ fn main() -> Result<(), String> {
         let tightest = branch.bend_radius.iter().copied().fold(f64::INFINITY, f64::min);
         println!("branch {}: {} nodes, tightest bend {:.1} mm", branch.name, branch.position.len(), 1e3 * tightest);
     }
-    for fixing in &end.constraints {
-        println!("{} exerts {:.3} N and {:.4} N m", fixing.name, fixing.force.norm(), fixing.moment.norm());
+    for constraint in &end.constraints {
+        println!("{} exerts {:.3} N and {:.4} N m", constraint.name, constraint.force.norm(), constraint.moment.norm());
     }
     Ok(())
 }

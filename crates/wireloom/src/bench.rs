@@ -25,8 +25,8 @@ use wireloom_models::joints::cosserat::CosseratJoint;
 use wireloom_models::rods::cosserat;
 use wireloom_scenario::Built;
 use wireloom_solve::Control;
-use wireloom_solve::steps::certificate::Certifier;
 use wireloom_solve::minimisers::newton::Newton;
+use wireloom_solve::steps::certificate::Certifier;
 
 /// Length of a drag step, m.
 const STRIDE: f64 = 0.005;
@@ -80,11 +80,11 @@ fn branch(name: String, section: &Section, length: f64, segments: usize, station
 fn connector(name: &str, branch: usize, node: usize) -> ConstraintPlan {
     let words = [HoldWord::Position, HoldWord::Tangent, HoldWord::Twist];
     let spec = ConstraintSpec { name: name.into(), hold: Some(words.to_vec()), ..ConstraintSpec::default() };
-    let kind = wireloom_models::fixings::connector();
+    let kind = wireloom_models::constraints::connector();
     ConstraintPlan {
         name: name.into(),
         kind: kind.name.clone(),
-        constraint: (kind.build)(&spec, &Parameters::default()).expect("a connector holds everything"),
+        model: (kind.build)(&spec, &Parameters::default()).expect("a connector holds everything"),
         stations: vec![Place::Node { branch, node }],
         span: None,
         position: None,
@@ -161,7 +161,7 @@ pub fn harness() -> Network {
     Network::new(branches, joints, vec![connector("a", 0, 0), connector("b", JOINTS, SEGMENTS)], vec![])
 }
 
-/// Hangs a network by moving fixing 1 from where the rest shape has it by `shift`, then drags it out along `outward` and
+/// Hangs a network by moving constraint 1 from where the rest shape has it by `shift`, then drags it out along `outward` and
 /// back, `strokes` times `steps` steps of 5 mm each way, to a relative residual of 1e-8.
 pub fn drag(
     case: &'static str,
@@ -177,20 +177,20 @@ pub fn drag(
     stroke(case, hung, &mut newton, &stop, 1, outward, (strokes, steps))
 }
 
-/// Moves a fixing out and back, so many strokes of so many steps each way.
+/// Moves a constraint out and back, so many strokes of so many steps each way.
 fn stroke(
     case: &'static str,
     (mut problem, mut state): (Problem<'_>, State),
     minimiser: &mut dyn Minimiser,
     stop: &Stop,
-    fixing: usize,
+    constraint: usize,
     outward: Vector,
     (strokes, steps): (usize, usize),
 ) -> Case {
     let network = problem.network;
     let mut certifier = Certifier::new(network);
     let (problem, state) = (&mut problem, &mut state);
-    let mut target = problem.conditions().targets[fixing];
+    let mut target = problem.conditions().targets[constraint];
     let mut times = [vec![], vec![]];
     let (mut iterations, mut evaluations, mut factorisations, mut residual, mut failures) = (0, 0, 0, 0.0_f64, 0);
     for _ in 0..strokes {
@@ -198,7 +198,7 @@ fn stroke(
             for _ in 0..steps {
                 target.position += direction * STRIDE;
                 let clock = Instant::now();
-                problem.set_target(fixing, target);
+                problem.set_target(constraint, target);
                 let report = minimiser.minimise(problem, state, stop);
                 times.push(clock.elapsed().as_secs_f64());
                 let certificate = certifier.certify(problem, state, stop, report.status);
@@ -248,16 +248,16 @@ pub fn drag_installed(kbl: &str) -> Result<Case, String> {
     let mut problem = Problem::new(network, conditions);
     let mut newton = Newton::new();
     newton.minimise(&mut problem, &mut state, &Stop { max_iterations: 20_000, ..stop });
-    let ends = network.constraints.iter().enumerate().filter_map(|(f, fixing)| match fixing.place {
-        Place::Node { branch, node } if fixing.kind == "connector" => {
+    let ends = network.constraints.iter().enumerate().filter_map(|(f, constraint)| match constraint.place {
+        Place::Node { branch, node } if constraint.kind == "connector" => {
             let mesh = network.branches[branch].rod.mesh();
             let outward = if node == 0 { -1.0 } else { 1.0 };
-            Some((mesh.length(), f, -outward * columns(&state.pose(&fixing.site).orientation)[2]))
+            Some((mesh.length(), f, -outward * columns(&state.pose(&constraint.site).orientation)[2]))
         }
         _ => None,
     });
-    let (_, fixing, back) = ends.max_by(|a, b| a.0.total_cmp(&b.0)).ok_or("the harness has no connector")?;
-    Ok(stroke("drag-installed", (problem, state), &mut newton, &stop, fixing, back, (5, 5)))
+    let (_, constraint, back) = ends.max_by(|a, b| a.0.total_cmp(&b.0)).ok_or("the harness has no connector")?;
+    Ok(stroke("drag-installed", (problem, state), &mut newton, &stop, constraint, back, (5, 5)))
 }
 
 /// A harness brought from the board into the vehicle.
@@ -326,7 +326,7 @@ pub fn schedule() -> Schedule {
     }
 }
 
-/// The rest shape along x under gravity, then fixing 1 moved by `shift` in increments.
+/// The rest shape along x under gravity, then constraint 1 moved by `shift` in increments.
 fn hung<'n>(network: &'n Network, newton: &mut Newton, stop: &Stop, shift: Vector) -> (Problem<'n>, State) {
     let schedule = schedule();
     let mut state = wireloom_solve::start::layout::place(network, &schedule);

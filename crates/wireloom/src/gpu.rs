@@ -3,18 +3,18 @@
 //! [`registry_on`](crate::registry_on) chooses one of them; [`registry`](crate::registry) uses the fastest.
 //!
 //! ```
-//! use wireloom::gpu::Devices;
+//! use wireloom::gpu::SharedDevice;
 //!
 //! for device in wireloom::gpu::list() {
 //!     println!("{} ({})", device.name, device.kind);
 //! }
-//! let registry = wireloom::registry_on(Devices::for_one(Some("my card")));
+//! let registry = wireloom::registry_on(SharedDevice::for_single_runs(Some("my card")));
 //! assert!(registry.minimiser("gpu").is_some(), "a device is opened when a harness is built for it");
 //! ```
 
 pub use wireloom_gpu::batch::Batch;
 pub use wireloom_gpu::policy;
-pub use wireloom_gpu::{Devices, Gpu, Listed, OpenError, list};
+pub use wireloom_gpu::{DeviceInfo, Gpu, OpenError, SharedDevice, list};
 
 #[doc(hidden)]
 pub use wireloom_gpu::batch;

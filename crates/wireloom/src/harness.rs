@@ -1,4 +1,4 @@
-//! The harness that is computed: the network of branches, joints, fixings and bodies, its state, and the schedule of its steps.
+//! The harness that is computed: the network of branches, joints, constraints and bodies, its state, and the schedule of its steps.
 //!
 //! [`load`](crate::load) builds it; it is here to be read, and to be laid out or balanced by own programs.
 //!
@@ -14,12 +14,14 @@
 //! # Ok::<(), std::io::Error>(())
 //! ```
 
-pub use wireloom_core::network::{AttachedConstraint, Branch, BranchPlan, ConstraintPlan, Joint, JointPlan, Load, Network, Place, Site, Span};
+pub use wireloom_core::network::{
+    AttachedConstraint, Branch, BranchPlan, ConstraintPlan, Joint, JointPlan, Load, Network, Place, Site, Span,
+};
 pub use wireloom_core::obstacle::{Obstacle, Shape, ShapeFile, Surface};
 pub use wireloom_core::rod::Mesh;
 pub use wireloom_core::steps::{
     Carried, Course, Initial, Journey, Move, ObstacleMove, Operation, Schedule, Step, Track, Turn,
 };
 pub use wireloom_core::{Conditions, Problem, Section, State, Tangent};
-pub use wireloom_solve::start::layout::prolongation::prolonged;
-pub use wireloom_solve::start::layout::layout::place;
+pub use wireloom_solve::start::layout::place;
+pub use wireloom_solve::start::prolongation::prolonged;

@@ -32,17 +32,20 @@
 //!
 //! `examples/own_parts.rs` has a rod, a joint and a minimiser that are run.
 
-pub use wireloom_core::constraint::{Action, Attaches, Constraint, ConstraintSpec, ConstraintView, Equations, Hold, HoldWord, Limits, Potential, Relation, Residual, RotationHold, Slide, SpanSpec, SpanUse, StationSpec};
+pub use wireloom_core::constraint::{
+    Action, Attaches, Constraint, ConstraintSpec, ConstraintView, Equations, Hold, HoldWord, Limits, Potential,
+    Relation, Residual, RotationHold, Slide, SpanSpec, SpanUse, StationSpec,
+};
 pub use wireloom_core::joint::{Arm, JointModel, JointSpec, Mounting};
 pub use wireloom_core::minimiser::{Minimiser, Report, Stop};
-pub use wireloom_core::status::Status;
 pub use wireloom_core::obstacle::{Shape, ShapeSpec, Touch};
 pub use wireloom_core::registry::{
     BuildError, ConstraintKind, Factory, Form, JointKind, Kind, MinimiserKind, Parameter, Parameters, Quantity,
     Registry, RodKind, ShapeKind, Value,
 };
 pub use wireloom_core::rod::{BranchHessian, BranchShape, RodEnergy, RodSegment, RodSpec};
+pub use wireloom_core::status::Status;
 pub use wireloom_core::{Conditions, Monitor, Problem, Section, State, Tangent, law};
 pub use wireloom_models::kernel;
-pub use wireloom_models::{fixings, joints, rods};
+pub use wireloom_models::{constraints, joints, rods};
 pub use wireloom_solve::minimisers::newton::Newton;

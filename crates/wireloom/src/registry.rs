@@ -6,7 +6,7 @@ use wireloom_core::Registry;
 /// among them; it uses the fastest device of the machine.
 pub fn registry() -> Registry {
     #[cfg(feature = "gpu")]
-    return registry_on(wireloom_gpu::Devices::for_one(None));
+    return registry_on(wireloom_gpu::SharedDevice::for_single_runs(None));
     #[cfg(not(feature = "gpu"))]
     on_cpu()
 }
@@ -16,7 +16,7 @@ pub fn registry() -> Registry {
 /// # Panics
 /// Never: built-in kinds have different names.
 #[cfg(feature = "gpu")]
-pub fn registry_on(devices: wireloom_gpu::Devices) -> Registry {
+pub fn registry_on(devices: wireloom_gpu::SharedDevice) -> Registry {
     let mut registry = on_cpu();
     let gpu = wireloom_gpu::kind(devices, || Box::new(wireloom_solve::minimisers::newton::Newton::new()));
     registry.add_minimiser(gpu).map_err(|_| "built-ins are registered first").unwrap();

@@ -16,7 +16,7 @@
 //! ```
 
 pub use wireloom_scenario::{
-    Arm, At, Body, Branch, Built, Constraint, Division, Facing, Fault, Files, Joint, Load, MOST_SEGMENTS, Minimiser,
+    Arm, At, Body, Branch, Built, Constraint, Division, Facing, Fault, Files, Joint, Load, MAX_SEGMENTS, Minimiser,
     NoFiles, Output, Places, Plugins, Scenario, Setting, Span, Stretch, parse, parse_with_files, plugins, render,
     schema, shipped_coverings, shipped_wires, unit_of,
 };

@@ -2,7 +2,7 @@
 //!
 //! [`run_observed`](crate::run_observed) calls an [`Observer`] at the end of every increment and gives it a [`Checkpoint`] from which the
 //! run can be resumed to the same bits. A [`Monitor`] stops a run from any thread. [`Hands`] carries out one increment at a time, from any
-//! checkpoint; [`changed`] transfers a checkpoint to the same harness with other fixings.
+//! checkpoint; [`changed`] transfers a checkpoint to the same harness with other constraints.
 //!
 //! ```
 //! use wireloom::session::{Checkpoint, Observer, Progress, Resumed};
@@ -43,7 +43,7 @@
 //! ```
 
 pub use wireloom_core::Monitor;
-pub use wireloom_solve::steps::checkpoint_transfer::{Changed, changed};
 pub use wireloom_solve::steps::checkpoint::{Checkpoint, Observer, Resumed, Watching};
+pub use wireloom_solve::steps::checkpoint_transfer::{Changed, changed};
 pub use wireloom_solve::steps::interactive::{Ended, Hands, Trouble};
 pub use wireloom_solve::{Control, Progress};

@@ -117,17 +117,17 @@ pub fn run(text: &str, files: &(dyn Files + Sync), registry: &Registry) -> Resul
 
 /// Names of the columns of a sweep over this harness.
 pub fn header(sweep: &Sweep, network: &Network) -> Header {
-    let mut fixings: Vec<String> = Vec::new();
-    // A name may be taken again when a fixing has let go.
-    for fixing in &network.constraints {
-        if !fixings.contains(&fixing.name) {
-            fixings.push(fixing.name.clone());
+    let mut constraints: Vec<String> = Vec::new();
+    // A name may be taken again when a constraint has let go.
+    for constraint in &network.constraints {
+        if !constraints.contains(&constraint.name) {
+            constraints.push(constraint.name.clone());
         }
     }
     Header {
         keys: sweep.axes.iter().map(|axis| axis.key.clone()).collect(),
         branches: network.branches.iter().map(|branch| branch.name.clone()).collect(),
-        fixings,
+        constraints,
         outputs: sweep.outputs.iter().flat_map(outputs::columns).collect(),
     }
 }

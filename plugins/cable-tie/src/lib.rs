@@ -1,7 +1,7 @@
 //! `cable-tie`: a tie around two branches, tightened during the step in which it is added. README.md lists the
 //! parameters.
 
-use wireloom_plugin::core::constraint::{Attaches, ConstraintSpec, Equations, Residual, ConstraintView, SpanUse};
+use wireloom_plugin::core::constraint::{Attaches, ConstraintSpec, ConstraintView, Equations, Residual, SpanUse};
 use wireloom_plugin::core::registry::{BuildError, ConstraintKind, Form, Parameter, Parameters, Quantity, Value};
 use wireloom_plugin::core::{Action, Constraint, Matrix, Vector};
 

@@ -1,11 +1,11 @@
-//! Statics of a result, from the numbers of the scenario and of `result.json` alone: the whole and every part are in balance, fixings
+//! Statics of a result, from the numbers of the scenario and of `result.json` alone: the whole and every part are in balance, constraints
 //! hold where they should, energies add up.
 //!
 //! What a branch exerts on a joint, with n and m what the part with larger s exerts on the part with smaller s: n and m where it begins, −n and
 //! −m where it ends.
 
 use super::outcome::{BranchOutcome, ConstraintOutcome, Outcome, StepOutcome};
-use super::scene::{Branch, Facing, Fixing, Load, Place, Scene, Shape};
+use super::scene::{Branch, Constraint, Facing, Load, Place, Scene, Shape};
 use std::f64::consts::TAU;
 use wireloom::geometry::{Rotation, Vector};
 
@@ -19,7 +19,7 @@ const OF_MOMENTS: f64 = 3e-5;
 const ROUND_OFF: f64 = 1e-11;
 /// Share of a segment's weight that may hang at the other one of its nodes: of the discretisation.
 const STATION: f64 = 1.0 / 20.0;
-/// Distance from its target that a fixing may have, per length of the longest branch; and its turn, rad.
+/// Distance from its target that a constraint may have, per length of the longest branch; and its turn, rad.
 const OFF_TARGET: f64 = 1e-5;
 
 /// A wrong statement of a result.
@@ -50,7 +50,7 @@ pub fn statics(scene: &Scene, outcome: &Outcome) -> Vec<Wrong> {
             bench.whole();
             bench.branches();
             bench.joints();
-            bench.fixings();
+            bench.constraints();
             bench.obstacles();
             bench.energies();
         }
@@ -91,8 +91,8 @@ impl Bench<'_> {
         &self.end.branches[&format!("b{}", branch.name)]
     }
 
-    fn exerts(&self, fixing: &Fixing) -> Option<&ConstraintOutcome> {
-        self.end.constraints.get(&format!("c{}", fixing.name))
+    fn exerts(&self, constraint: &Constraint) -> Option<&ConstraintOutcome> {
+        self.end.constraints.get(&format!("c{}", constraint.name))
     }
 
     /// Whether forces act on the cables that no list tells.
@@ -217,8 +217,8 @@ impl Bench<'_> {
                 }
             }
             let mut held = 0.0;
-            for fixing in self.scene.fixings.iter().filter(|f| of_piece(self.piece_of(f.at, &piece))) {
-                let Some(c) = self.exerts(fixing) else { continue };
+            for constraint in self.scene.constraints.iter().filter(|f| of_piece(self.piece_of(f.at, &piece))) {
+                let Some(c) = self.exerts(constraint) else { continue };
                 held += c.force.norm();
                 moments += c.moment.norm();
                 all.add(c.force, &(c.position - about), c.moment);
@@ -255,9 +255,9 @@ impl Bench<'_> {
         arms.flat_map(|b| (0..b.s.len() - 1).map(|i| b.chord(i))).fold(0.0, f64::max)
     }
 
-    /// Arc lengths within a branch where fixings or loads act.
+    /// Arc lengths within a branch where constraints or loads act.
     fn stations(&self, branch: &Branch) -> Vec<f64> {
-        let places = self.scene.fixings.iter().map(|f| f.at).chain(self.scene.loads.iter().map(|l| l.at));
+        let places = self.scene.constraints.iter().map(|f| f.at).chain(self.scene.loads.iter().map(|l| l.at));
         let on = |place: Place| match place {
             Place::On(name, s) if name == branch.name => Some(s),
             _ => None,
@@ -272,7 +272,7 @@ impl Bench<'_> {
         }
         let slides = |branch: &Branch| {
             self.scene
-                .fixings
+                .constraints
                 .iter()
                 .any(|f| f.slide.is_some() && matches!(f.at, Place::On(name, _) if name == branch.name))
         };
@@ -333,7 +333,7 @@ impl Bench<'_> {
         }
     }
 
-    /// What arms, weight, loads and fixings exert on a joint cancels.
+    /// What arms, weight, loads and constraints exert on a joint cancels.
     fn joints(&mut self) {
         if self.touches() {
             return;
@@ -368,8 +368,8 @@ impl Bench<'_> {
                 let f = self.factor(load);
                 all.add(load.force * f, &Vector::zeros(), load.moment * f);
             }
-            for fixing in self.scene.fixings.iter().filter(|f| f.at == Place::Vertex(joint.vertex)) {
-                if let Some(c) = self.exerts(fixing) {
+            for constraint in self.scene.constraints.iter().filter(|f| f.at == Place::Vertex(joint.vertex)) {
+                if let Some(c) = self.exerts(constraint) {
                     all.add(c.force, &(c.position - at), c.moment);
                 }
             }
@@ -394,11 +394,12 @@ impl Bench<'_> {
         }
     }
 
-    /// Where a fixing is told to be at the end of the step: position and facing, as far as they are told.
-    fn target(&self, fixing: &Fixing) -> (Option<Vector>, Facing) {
-        let (mut position, mut facing) = (fixing.position, fixing.facing);
+    /// Where a constraint is told to be at the end of the step: position and facing, as far as they are told.
+    fn target(&self, constraint: &Constraint) -> (Option<Vector>, Facing) {
+        let (mut position, mut facing) = (constraint.position, constraint.facing);
         let upto = (self.step + 1).min(self.scene.steps.len());
-        for motion in self.scene.steps[..upto].iter().flat_map(|s| &s.moves).filter(|m| m.fixing == fixing.name) {
+        for motion in self.scene.steps[..upto].iter().flat_map(|s| &s.moves).filter(|m| m.constraint == constraint.name)
+        {
             position = motion.position.or(position);
             if motion.facing != Facing::Open {
                 facing = motion.facing;
@@ -410,15 +411,15 @@ impl Bench<'_> {
         (position, facing)
     }
 
-    /// Fixings hold what they hold where they are told to, and pull only along what they hold.
-    fn fixings(&mut self) {
+    /// Constraints hold what they hold where they are told to, and pull only along what they hold.
+    fn constraints(&mut self) {
         let length = self.scene.length();
-        for fixing in &self.scene.fixings {
-            let Some(c) = self.exerts(fixing) else { continue };
+        for constraint in &self.scene.constraints {
+            let Some(c) = self.exerts(constraint) else { continue };
             let c = c.clone();
-            let (position, facing) = self.target(fixing);
-            let name = fixing.name;
-            if let (Some(k), Some(position)) = (fixing.stiffness, position) {
+            let (position, facing) = self.target(constraint);
+            let name = constraint.name;
+            if let (Some(k), Some(position)) = (constraint.stiffness, position) {
                 let gap = (c.force + (c.position - position) * k).norm();
                 if gap > 1e-4 * c.force.norm() + OFF_TARGET * k * length {
                     self.say("a spring's law", format!("c{name}: the spring's force is off its law by {gap:.3e} N"));
@@ -427,7 +428,7 @@ impl Bench<'_> {
             }
             if let Some(position) = position {
                 let mut off = c.position - position;
-                if let Some(rail) = fixing.rail {
+                if let Some(rail) = constraint.rail {
                     off -= rail * rail.dot(&off);
                 }
                 if off.norm() > OFF_TARGET * length {
@@ -438,7 +439,7 @@ impl Bench<'_> {
             let off = match facing {
                 Facing::Open => 0.0,
                 Facing::Tangent(t) => (c.orientation * Vector::z()).angle(&t),
-                Facing::Frame(q) => match fixing.free_axis {
+                Facing::Frame(q) => match constraint.free_axis {
                     None => c.orientation.angle_to(&q),
                     // Turned about the axis alone, it leaves the axis where it was.
                     Some(axis) => (c.orientation * (q.inverse() * axis)).angle(&axis),
@@ -449,16 +450,16 @@ impl Bench<'_> {
                 self.say("off its target", format!("c{name} is turned by {off:.3e} rad from how it should hold"));
             }
             let mut free = Vec::new();
-            if let Some(rail) = fixing.rail {
+            if let Some(rail) = constraint.rail {
                 free.push(("along its rail", rail.dot(&c.force).abs(), c.force.norm()));
             }
-            if let Some(axis) = fixing.free_axis {
+            if let Some(axis) = constraint.free_axis {
                 free.push(("about its hinge", axis.dot(&c.moment).abs(), c.moment.norm()));
             }
-            if fixing.kind == "handle" && fixing.facing == Facing::Open && fixing.from_step.is_none() {
+            if constraint.kind == "handle" && constraint.facing == Facing::Open && constraint.from_step.is_none() {
                 free.push(("about a point", c.moment.norm(), c.force.norm() * length));
             }
-            let own = self.own_force(fixing);
+            let own = self.own_force(constraint);
             for (what, value, of) in free {
                 let scale = if what == "along its rail" { own } else { own * length };
                 if value > BALANCE * scale + OF_INTERNAL * of {
@@ -471,11 +472,11 @@ impl Bench<'_> {
         }
     }
 
-    /// Force scale of what a fixing holds, N.
-    fn own_force(&self, fixing: &Fixing) -> f64 {
+    /// Force scale of what a constraint holds, N.
+    fn own_force(&self, constraint: &Constraint) -> f64 {
         let own =
             |b: &Branch| (b.ei[0].max(b.ei[1]) / b.length.powi(2)).max(self.gravity.norm() * b.density * b.length);
-        let touched = self.scene.branches.iter().filter(|b| match fixing.at {
+        let touched = self.scene.branches.iter().filter(|b| match constraint.at {
             Place::On(name, _) => b.name == name,
             Place::Vertex(v) => b.ends.contains(&v),
         });
@@ -596,21 +597,21 @@ fn released(scene: &Scene, outcome: &Outcome, wrong: &mut Vec<Wrong>) {
 fn turns(scene: &Scene, outcome: &Outcome, wrong: &mut Vec<Wrong>) {
     for branch in scene.branches.iter().filter(|b| b.ends.iter().all(|v| scene.joint(*v).is_none())) {
         let ends = branch.ends.map(|v| {
-            let holds = |f: &&Fixing| f.at == Place::Vertex(v) && f.kind == "connector" && f.from_step.is_none();
-            let let_go = |f: &&Fixing| scene.steps.iter().any(|step| step.release.contains(&f.name));
-            scene.fixings.iter().find(holds).filter(|f| f.free_axis.is_none() && f.rail.is_none() && !let_go(f))
+            let holds = |f: &&Constraint| f.at == Place::Vertex(v) && f.kind == "connector" && f.from_step.is_none();
+            let let_go = |f: &&Constraint| scene.steps.iter().any(|step| step.release.contains(&f.name));
+            scene.constraints.iter().find(holds).filter(|f| f.free_axis.is_none() && f.rail.is_none() && !let_go(f))
         });
         let [Some(from), Some(to)] = ends else { continue };
         let name = format!("b{}", branch.name);
         for (k, pair) in outcome.steps.windows(2).enumerate() {
             let Some(step) = scene.steps.get(k + 1) else { continue };
             let plain = |m: &super::scene::Move| m.position.is_none() && m.facing == Facing::Open;
-            let sliding = scene.fixings.iter().any(|f| f.slide.is_some());
+            let sliding = scene.constraints.iter().any(|f| f.slide.is_some());
             if !step.release.is_empty() || !step.moves.iter().all(plain) || sliding || pair[1].status != "converged" {
                 continue;
             }
-            let asked = |fixing: &Fixing| -> f64 {
-                step.moves.iter().filter(|m| m.fixing == fixing.name).map(|m| m.turns).sum()
+            let asked = |constraint: &Constraint| -> f64 {
+                step.moves.iter().filter(|m| m.constraint == constraint.name).map(|m| m.turns).sum()
             };
             let asked = asked(to) - asked(from);
             let [Some(before), Some(after)] = [0, 1].map(|i| turned_through(&pair[i].branches[&name])) else {

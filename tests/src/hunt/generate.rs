@@ -1,6 +1,6 @@
 //! Random harnesses over wide distributions.
 
-use super::scene::{Arm, Branch, Facing, Fixing, Joint, Load, Move, Obstacle, Place, Scene, Shape, Step};
+use super::scene::{Arm, Branch, Constraint, Facing, Joint, Load, Move, Obstacle, Place, Scene, Shape, Step};
 use fastrand::Rng;
 use std::f64::consts::TAU;
 use wireloom::geometry::{Pose, Rotation, Vector};
@@ -50,7 +50,7 @@ struct Manner {
     coarse: bool,
     rod: Option<&'static str>,
     model: Option<&'static str>,
-    /// Little weight, and fixings near where the harness rests without them: one equilibrium alone.
+    /// Little weight, and constraints near where the harness rests without them: one equilibrium alone.
     mild: bool,
     gravity: Vector,
 }
@@ -87,7 +87,7 @@ pub fn generate(seed: u64) -> Scene {
         gravity: manner.gravity,
         branches: Vec::new(),
         joints: Vec::new(),
-        fixings: Vec::new(),
+        constraints: Vec::new(),
         loads: Vec::new(),
         obstacles: Vec::new(),
         cables: None,
@@ -284,7 +284,7 @@ impl Grower {
         }
     }
 
-    /// Fixings at ends, on branches and at joints, and how they move.
+    /// Constraints at ends, on branches and at joints, and how they move.
     fn fix(&mut self) {
         let mut ends: Vec<usize> = (0..self.poses.len()).filter(|v| self.scene.joint(*v).is_none()).collect();
         if ends.is_empty() {
@@ -321,8 +321,8 @@ impl Grower {
             } else {
                 self.dice.rotation()
             };
-            let name = self.scene.fixings.len();
-            let mut fixing = Fixing {
+            let name = self.scene.constraints.len();
+            let mut constraint = Constraint {
                 name,
                 kind: "connector",
                 at: Place::Vertex(end),
@@ -336,22 +336,22 @@ impl Grower {
             };
             match kind {
                 0 => {}
-                1 => (fixing.kind, fixing.facing) = ("handle", Facing::Open),
+                1 => (constraint.kind, constraint.facing) = ("handle", Facing::Open),
                 2 => {
-                    (fixing.kind, fixing.facing) = ("handle", Facing::Open);
-                    fixing.stiffness = Some(self.dice.decades(0.0, 3.0));
+                    (constraint.kind, constraint.facing) = ("handle", Facing::Open);
+                    constraint.stiffness = Some(self.dice.decades(0.0, 3.0));
                 }
                 _ => continue,
             }
             if from_step.is_some() {
                 // It takes hold of the cable where it is.
-                (fixing.position, fixing.facing) = (None, Facing::Open);
+                (constraint.position, constraint.facing) = (None, Facing::Open);
             } else if kind == 0 && end != first && self.dice.chance(0.1) {
-                fixing.rail = Some(self.dice.direction());
+                constraint.rail = Some(self.dice.direction());
             } else if kind == 0 && end != first && self.dice.chance(0.1) {
-                fixing.free_axis = Some(self.dice.direction());
+                constraint.free_axis = Some(self.dice.direction());
             }
-            self.scene.fixings.push(fixing);
+            self.scene.constraints.push(constraint);
         }
         self.fix_branches();
         self.motions(first);
@@ -363,7 +363,7 @@ impl Grower {
         for _ in 0..count {
             let branch = self.scene.branches[self.dice.0.usize(0..self.scene.branches.len())].clone();
             if branch.segments < 4
-                || self.scene.fixings.iter().any(|f| matches!(f.at, Place::On(b, _) if b == branch.name))
+                || self.scene.constraints.iter().any(|f| matches!(f.at, Place::On(b, _) if b == branch.name))
             {
                 continue;
             }
@@ -378,8 +378,8 @@ impl Grower {
             let collar = self.dice.chance(0.5);
             let friction = if self.dice.chance(0.5) { self.dice.between(0.0, 0.6) } else { 0.0 };
             let here = from_step.is_some();
-            self.scene.fixings.push(Fixing {
-                name: self.scene.fixings.len(),
+            self.scene.constraints.push(Constraint {
+                name: self.scene.constraints.len(),
                 kind: if collar { "collar" } else { "handle" },
                 at: Place::On(branch.name, s),
                 position: (!here).then_some(place),
@@ -395,27 +395,27 @@ impl Grower {
 
     fn motions(&mut self, first: usize) {
         for k in 0..self.scene.steps.len() {
-            let acting: Vec<Fixing> =
-                self.scene.fixings.iter().filter(|f| f.from_step.is_none_or(|s| s < k)).cloned().collect();
+            let acting: Vec<Constraint> =
+                self.scene.constraints.iter().filter(|f| f.from_step.is_none_or(|s| s < k)).cloned().collect();
             let gone = |scene: &Scene, name: usize| scene.steps[..=k].iter().any(|s| s.release.contains(&name));
-            for fixing in acting {
-                if gone(&self.scene, fixing.name) || fixing.slide.is_some() {
+            for constraint in acting {
+                if gone(&self.scene, constraint.name) || constraint.slide.is_some() {
                     continue;
                 }
-                let (Some(position), Place::Vertex(end)) = (fixing.position, fixing.at) else { continue };
+                let (Some(position), Place::Vertex(end)) = (constraint.position, constraint.at) else { continue };
                 let span = self.reach[end].max(0.1);
                 match self.dice.0.usize(0..6) {
                     0 => {
                         let far = if self.manner.mild { 0.02 } else { self.dice.between(0.0, 0.4) };
                         let position = position + self.dice.direction() * (far * span);
                         self.scene.steps[k].moves.push(Move {
-                            fixing: fixing.name,
+                            constraint: constraint.name,
                             position: Some(position),
                             facing: Facing::Open,
                             turns: 0.0,
                         });
                     }
-                    1 if fixing.kind == "connector" && fixing.free_axis.is_none() => {
+                    1 if constraint.kind == "connector" && constraint.free_axis.is_none() => {
                         let most = if self.manner.mild {
                             0.05
                         } else if self.dice.chance(0.3) {
@@ -425,13 +425,13 @@ impl Grower {
                         };
                         let turns = self.dice.between(-most, most);
                         self.scene.steps[k].moves.push(Move {
-                            fixing: fixing.name,
+                            constraint: constraint.name,
                             position: None,
                             facing: Facing::Open,
                             turns,
                         });
                     }
-                    2 if end != first => self.scene.steps[k].release.push(fixing.name),
+                    2 if end != first => self.scene.steps[k].release.push(constraint.name),
                     _ => {}
                 }
             }
@@ -443,7 +443,7 @@ impl Grower {
 
     fn load(&mut self) {
         let count = if self.dice.chance(0.3) { self.dice.0.usize(1..=2) } else { 0 };
-        let held: Vec<Place> = self.scene.fixings.iter().map(|f| f.at).collect();
+        let held: Vec<Place> = self.scene.constraints.iter().map(|f| f.at).collect();
         for name in 0..count {
             let branch = self.scene.branches[self.dice.0.usize(0..self.scene.branches.len())].clone();
             let at = match self.dice.0.usize(0..3) {
@@ -481,7 +481,7 @@ impl Grower {
             return;
         }
         let friction = if self.dice.chance(0.6) { self.dice.between(0.05, 0.6) } else { 0.0 };
-        let held: Vec<Vector> = self.scene.fixings.iter().filter_map(|f| f.position).collect();
+        let held: Vec<Vector> = self.scene.constraints.iter().filter_map(|f| f.position).collect();
         let moved = self.scene.steps.iter().flat_map(|s| &s.moves).filter_map(|m| m.position);
         let held: Vec<Vector> = held.into_iter().chain(moved).collect();
         let lowest = held.iter().map(|x| x.z).fold(f64::INFINITY, f64::min);

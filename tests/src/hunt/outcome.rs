@@ -149,7 +149,7 @@ pub struct ObstacleOutcome {
     pub contacts: usize,
 }
 
-/// A fixing that slides.
+/// A constraint that slides.
 #[derive(Clone, Debug, Deserialize)]
 pub struct SlidingOutcome {
     /// m.

@@ -13,7 +13,7 @@ pub struct Scene {
     /// Joints: one for every vertex where two or more branches end.
     pub joints: Vec<Joint>,
     /// All constraints, those that begin with a step included.
-    pub fixings: Vec<Fixing>,
+    pub constraints: Vec<Constraint>,
     /// Loads.
     pub loads: Vec<Load>,
     /// Bodies.
@@ -90,7 +90,7 @@ pub enum Place {
     On(usize, f64),
 }
 
-/// How a fixing is turned.
+/// How a constraint is turned.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Facing {
     /// Nothing is said.
@@ -103,7 +103,7 @@ pub enum Facing {
 
 /// A constraint.
 #[derive(Clone, Debug)]
-pub struct Fixing {
+pub struct Constraint {
     /// Number in the name.
     pub name: usize,
     /// `connector`, `collar` or `handle`.
@@ -186,7 +186,7 @@ pub struct Step {
 #[derive(Clone, Debug)]
 pub struct Move {
     /// Name of the constraint.
-    pub fixing: usize,
+    pub constraint: usize,
     /// Where to.
     pub position: Option<Vector>,
     /// Turned how.
@@ -242,7 +242,7 @@ impl Scene {
     pub fn rubs(&self) -> bool {
         self.obstacles.iter().any(|o| o.friction > 0.0)
             || self.cables.is_some_and(|friction| friction > 0.0)
-            || self.fixings.iter().any(|f| f.slide.is_some_and(|friction| friction > 0.0))
+            || self.constraints.iter().any(|f| f.slide.is_some_and(|friction| friction > 0.0))
     }
 
     /// The TOML text.
@@ -255,9 +255,9 @@ impl Scene {
         for joint in &self.joints {
             joint.write(&mut text);
         }
-        for fixing in self.fixings.iter().filter(|f| f.from_step.is_none()) {
+        for constraint in self.constraints.iter().filter(|f| f.from_step.is_none()) {
             text.push_str("[[constraints]]\n");
-            self.write_fixing(fixing, &mut text);
+            self.write_fixing(constraint, &mut text);
         }
         for load in &self.loads {
             let _ = write!(text, "[[loads]]\nname = \"load{}\"\nat = {}\n", load.name, self.place(load.at));
@@ -296,8 +296,8 @@ impl Scene {
         }
     }
 
-    fn write_fixing(&self, fixing: &Fixing, text: &mut String) {
-        let Fixing { name, kind, at, position, facing, stiffness, slide, rail, free_axis, .. } = fixing;
+    fn write_fixing(&self, constraint: &Constraint, text: &mut String) {
+        let Constraint { name, kind, at, position, facing, stiffness, slide, rail, free_axis, .. } = constraint;
         let _ = write!(text, "name = \"c{name}\"\nkind = \"{kind}\"\nat = {}\n", self.place(*at));
         if let Some(position) = position {
             let _ = writeln!(text, "position = {}", list(position));
@@ -326,12 +326,12 @@ impl Scene {
             let names: Vec<String> = step.release.iter().map(|name| format!("c{name}")).collect();
             let _ = writeln!(text, "release = {names:?}");
         }
-        for fixing in self.fixings.iter().filter(|f| f.from_step == Some(k)) {
+        for constraint in self.constraints.iter().filter(|f| f.from_step == Some(k)) {
             text.push_str("[[steps.add]]\n");
-            self.write_fixing(fixing, text);
+            self.write_fixing(constraint, text);
         }
-        for Move { fixing, position, facing, turns } in &step.moves {
-            let _ = write!(text, "[[steps.move]]\nconstraint = \"c{fixing}\"\n");
+        for Move { constraint, position, facing, turns } in &step.moves {
+            let _ = write!(text, "[[steps.move]]\nconstraint = \"c{constraint}\"\n");
             if let Some(position) = position {
                 let _ = writeln!(text, "position = {}", list(position));
             }
@@ -347,7 +347,7 @@ impl Scene {
             && step.release.is_empty()
             && step.moves.is_empty()
             && step.loads.is_empty()
-            && !self.fixings.iter().any(|f| f.from_step == Some(k));
+            && !self.constraints.iter().any(|f| f.from_step == Some(k));
         if nothing {
             text.push_str("wait = true\n");
         }

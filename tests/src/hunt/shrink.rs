@@ -62,15 +62,15 @@ fn candidates(scene: &Scene) -> Vec<Scene> {
         with(&|s| s.steps[k].gravity = None);
         with(&|s| s.steps[k].increments = 1);
     }
-    for k in 0..scene.fixings.len() {
+    for k in 0..scene.constraints.len() {
         with(&|s| {
-            let name = s.fixings[k].name;
+            let name = s.constraints[k].name;
             drop_fixing(s, name);
         });
-        with(&|s| s.fixings[k].slide = s.fixings[k].slide.map(|_| 0.0));
-        with(&|s| s.fixings[k].rail = None);
-        with(&|s| s.fixings[k].free_axis = None);
-        with(&|s| s.fixings[k].stiffness = None);
+        with(&|s| s.constraints[k].slide = s.constraints[k].slide.map(|_| 0.0));
+        with(&|s| s.constraints[k].rail = None);
+        with(&|s| s.constraints[k].free_axis = None);
+        with(&|s| s.constraints[k].stiffness = None);
     }
     for k in 0..scene.loads.len() {
         with(&|s| {
@@ -107,7 +107,7 @@ fn round(s: &mut Scene) {
         b.ga = b.ga.map(|ga| ga.map(near));
         b.curvature = b.curvature.map(near);
     }
-    for f in &mut s.fixings {
+    for f in &mut s.constraints {
         f.position = f.position.map(|x| x.map(near));
         f.stiffness = f.stiffness.map(near);
         if let Place::On(branch, at) = f.at {
@@ -131,17 +131,17 @@ fn round(s: &mut Scene) {
 
 fn drop_step(s: &mut Scene, k: usize) {
     s.steps.remove(k);
-    let gone: Vec<usize> = s.fixings.iter().filter(|f| f.from_step == Some(k)).map(|f| f.name).collect();
+    let gone: Vec<usize> = s.constraints.iter().filter(|f| f.from_step == Some(k)).map(|f| f.name).collect();
     gone.into_iter().for_each(|name| drop_fixing(s, name));
-    for f in &mut s.fixings {
+    for f in &mut s.constraints {
         f.from_step = f.from_step.map(|step| step - usize::from(step > k));
     }
 }
 
 fn drop_fixing(s: &mut Scene, name: usize) {
-    s.fixings.retain(|f| f.name != name);
+    s.constraints.retain(|f| f.name != name);
     for step in &mut s.steps {
-        step.moves.retain(|m| m.fixing != name);
+        step.moves.retain(|m| m.constraint != name);
         step.release.retain(|n| *n != name);
     }
 }
@@ -153,8 +153,8 @@ fn drop_branch(s: &mut Scene, k: usize) {
         Place::On(name, _) => name == branch.name,
         Place::Vertex(v) => !s.branches.iter().any(|b| b.ends.contains(&v)),
     };
-    let fixings: Vec<usize> = s.fixings.iter().filter(|f| gone(f.at, s)).map(|f| f.name).collect();
-    fixings.into_iter().for_each(|name| drop_fixing(s, name));
+    let constraints: Vec<usize> = s.constraints.iter().filter(|f| gone(f.at, s)).map(|f| f.name).collect();
+    constraints.into_iter().for_each(|name| drop_fixing(s, name));
     let loads: Vec<usize> = s.loads.iter().filter(|l| gone(l.at, s)).map(|l| l.name).collect();
     s.loads.retain(|l| !loads.contains(&l.name));
     s.steps.iter_mut().for_each(|step| step.loads.retain(|(name, _)| !loads.contains(name)));

@@ -1,7 +1,7 @@
 //! The same harness said otherwise: turned, shifted, larger, with branches reversed, on another mesh, beside a stranger.
 //! What comes out must be the same shape.
 
-use super::scene::{Arm, Branch, Facing, Fixing, Minimiser, Obstacle, Place, Scene, Shape, Step};
+use super::scene::{Arm, Branch, Constraint, Facing, Minimiser, Obstacle, Place, Scene, Shape, Step};
 use std::f64::consts::PI;
 use wireloom::geometry::{Rotation, Vector};
 
@@ -37,11 +37,11 @@ pub fn moved(scene: &Scene, turn: Rotation, shift: Vector) -> Variant {
     let mut s = scene.clone();
     let point = |x: &Vector| turn * x + shift;
     s.gravity = turn * s.gravity;
-    for fixing in &mut s.fixings {
-        fixing.position = fixing.position.map(|x| point(&x));
-        fixing.facing = turned(fixing.facing, &turn);
-        fixing.rail = fixing.rail.map(|r| turn * r);
-        fixing.free_axis = fixing.free_axis.map(|r| turn * r);
+    for constraint in &mut s.constraints {
+        constraint.position = constraint.position.map(|x| point(&x));
+        constraint.facing = turned(constraint.facing, &turn);
+        constraint.rail = constraint.rail.map(|r| turn * r);
+        constraint.free_axis = constraint.free_axis.map(|r| turn * r);
     }
     for load in &mut s.loads {
         load.force = turn * load.force;
@@ -86,10 +86,10 @@ pub fn scaled(scene: &Scene, k: f64, f: f64) -> Variant {
         joint.mass *= f;
         joint.arms.iter_mut().for_each(|arm| arm.offset *= k);
     }
-    for fixing in &mut s.fixings {
-        fixing.position = fixing.position.map(|x| x * k);
-        fixing.stiffness = fixing.stiffness.map(|c| c * f / k);
-        fixing.at = larger(fixing.at, k);
+    for constraint in &mut s.constraints {
+        constraint.position = constraint.position.map(|x| x * k);
+        constraint.stiffness = constraint.stiffness.map(|c| c * f / k);
+        constraint.at = larger(constraint.at, k);
     }
     for load in &mut s.loads {
         load.force *= f;
@@ -147,17 +147,17 @@ pub fn reversed(scene: &Scene, names: Vec<usize>) -> Variant {
         arm.orientation *= about_d1;
     }
     let mut flips = Vec::new();
-    for fixing in &mut s.fixings {
-        if owner(fixing.at).is_some_and(is_reversed) {
-            fixing.facing = flipped(fixing.facing);
-            flips.push(fixing.name);
+    for constraint in &mut s.constraints {
+        if owner(constraint.at).is_some_and(is_reversed) {
+            constraint.facing = flipped(constraint.facing);
+            flips.push(constraint.name);
         }
-        fixing.at = along(fixing.at);
+        constraint.at = along(constraint.at);
     }
     for load in &mut s.loads {
         load.at = along(load.at);
     }
-    for motion in s.steps.iter_mut().flat_map(|step| &mut step.moves).filter(|m| flips.contains(&m.fixing)) {
+    for motion in s.steps.iter_mut().flat_map(|step| &mut step.moves).filter(|m| flips.contains(&m.constraint)) {
         motion.facing = flipped(motion.facing);
         motion.turns = -motion.turns;
     }
@@ -195,8 +195,8 @@ pub fn with_stranger(scene: &Scene) -> Variant {
         gj: 1e6,
         curvature: Vector::zeros(),
     });
-    s.fixings.push(Fixing {
-        name: 1 + s.fixings.iter().map(|f| f.name).max().unwrap_or(0),
+    s.constraints.push(Constraint {
+        name: 1 + s.constraints.iter().map(|f| f.name).max().unwrap_or(0),
         kind: "connector",
         at: Place::Vertex(vertex),
         position: Some(Vector::new(50.0, 50.0, 50.0)),

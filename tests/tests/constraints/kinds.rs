@@ -5,8 +5,8 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use wireloom::Registry;
 use wireloom::geometry::{Matrix, Pose, Rotation, Vector};
 use wireloom::parts::{
-    Action, Attaches, Constraint, ConstraintKind, ConstraintSpec, Form, Hold, HoldWord, Parameter, Parameters,
-    Potential, Quantity, ConstraintView, SpanUse,
+    Action, Attaches, Constraint, ConstraintKind, ConstraintSpec, ConstraintView, Form, Hold, HoldWord, Parameter,
+    Parameters, Potential, Quantity, SpanUse,
 };
 use wireloom_testkit::constraints::{Floor, Link, Strut};
 

@@ -31,8 +31,8 @@ fn refused(text: &str) -> Vec<(String, String)> {
     faults.into_iter().map(|fault| (fault.message, fault.help)).collect()
 }
 
-fn fixing<'r>(end: &'r StepResult, name: &str) -> &'r ConstraintResult {
-    end.constraints.iter().find(|fixing| fixing.name == name).expect("a constraint of this name")
+fn constraint<'r>(end: &'r StepResult, name: &str) -> &'r ConstraintResult {
+    end.constraints.iter().find(|constraint| constraint.name == name).expect("a constraint of this name")
 }
 
 /// N.
@@ -96,7 +96,7 @@ fn a_spring_between_two_branches() {
         "[[constraints]]\nname = \"strut\"\nkind = \"strut\"\nat = [{ end = \"B\" }, { end = \"C\" }]\nrest = 0.2\nstiffness = 50",
     ));
     assert_eq!(run.status, Status::Converged, "{:?}", run.events);
-    let strut = fixing(&run.steps[0], "strut");
+    let strut = constraint(&run.steps[0], "strut");
     let force = 0.3 / (BARS + 1.0 / 50.0);
     let [at_b, at_c] = &strut.stations[..] else { panic!("{:?}", strut.stations) };
     assert!((at_b.force - Vector::x() * force).norm() < 1e-9, "{} instead of {force}", at_b.force);
@@ -114,7 +114,7 @@ fn an_equation_between_two_branches() {
     ));
     assert_eq!(run.status, Status::Converged, "{:?}", run.events);
     let end = &run.steps[0];
-    let link = fixing(end, "link");
+    let link = constraint(end, "link");
     let force = 0.2 / BARS;
     assert!((link.force - Vector::x() * force).norm() < 1e-6 * force, "{} instead of {force}", link.force);
     let apart = (link.stations[1].position - link.stations[0].position).norm();
@@ -181,7 +181,7 @@ fn an_inequality_along_a_span() {
     };
     let touching = run(&text(gap));
     assert_eq!(touching.status, Status::Converged, "{:?}", touching.events);
-    let span = fixing(&touching.steps[0], "floor").span.clone().expect("a span");
+    let span = constraint(&touching.steps[0], "floor").span.clone().expect("a span");
     let want = p - 3.0 * EI * gap;
     assert!((span.force.z - want).abs() < 1e-4 * want, "{} instead of {want}", span.force.z);
     assert_eq!(span.largest, span.force);
@@ -189,7 +189,7 @@ fn an_inequality_along_a_span() {
         assert!((found - s).abs() < 1e-12, "{span:?}");
     }
     let free = run(&text(2.5e-3));
-    assert_eq!(fixing(&free.steps[0], "floor").span.clone().expect("a span").force, Vector::zeros());
+    assert_eq!(constraint(&free.steps[0], "floor").span.clone().expect("a span").force, Vector::zeros());
     let tip = free.steps[0].branches[0].position[100].z;
     assert!((tip + p / (3.0 * EI)).abs() < 1e-3 * p / (3.0 * EI), "{tip}");
 }
@@ -203,7 +203,7 @@ fn a_cable_lies_on_the_floor() {
     ));
     assert_eq!(run.status, Status::Converged, "{:?}", run.events);
     let end = &run.steps[0];
-    let carried = fixing(end, "floor").span.clone().expect("a span").force.z + fixing(end, "A").force.z;
+    let carried = constraint(end, "floor").span.clone().expect("a span").force.z + constraint(end, "A").force.z;
     assert!((carried - 0.05 * 9.81).abs() < 1e-6, "{carried}");
     let lowest = end.branches[0].position.iter().map(|x| x.z).fold(f64::INFINITY, f64::min);
     assert!((-0.05 - 1e-5..-0.0499).contains(&lowest), "{lowest}");
@@ -218,7 +218,7 @@ fn equations_keep_the_order_of_newton() {
     let pull = run.steps.last().expect("a step");
     let each = pull.minimiser.iterations as f64 / pull.increments as f64;
     assert!(each <= 6.0, "{each} iterations an increment");
-    let tie = fixing(pull, "tie");
+    let tie = constraint(pull, "tie");
     let sum = tie.stations[0].force + tie.stations[1].force;
     assert!(sum.norm() < 1e-12 && tie.force.norm() > 1e-3, "{:?}", tie.stations);
     let apart = (tie.stations[1].position - tie.stations[0].position).norm();
@@ -232,7 +232,7 @@ fn every_minimiser_meets_equations() {
         let minimiser = format!("[minimiser]\nkind = \"{kind}\"\nmax_iterations = 2000\n");
         let run = run(&(include_str!("tied.toml").to_owned() + &minimiser));
         assert_eq!(run.status, Status::Converged, "{kind}: {:?}", run.events);
-        fixing(run.steps.last().expect("a step"), "tie").force
+        constraint(run.steps.last().expect("a step"), "tie").force
     };
     let newton = with("newton");
     for kind in ["lbfgs", "ncg"] {
@@ -278,9 +278,9 @@ fn a_cable_may_hang_from_another_one() {
     let run = run(&hung(&(tie("one", 0.3, 0.1) + &tie("other", 0.6, 0.4))));
     assert_eq!(run.status, Status::Converged, "{:?}", run.events);
     let end = &run.steps[0];
-    let carried: Vector = ["one", "other"].iter().map(|name| fixing(end, name).stations[1].force).sum();
+    let carried: Vector = ["one", "other"].iter().map(|name| constraint(end, name).stations[1].force).sum();
     assert!((carried - Vector::z() * (0.5 * 0.05 * 9.81)).norm() < 1e-6, "{carried}");
-    let both = fixing(end, "A").force.z + fixing(end, "B").force.z;
+    let both = constraint(end, "A").force.z + constraint(end, "B").force.z;
     assert!((both - 1.5 * 0.05 * 9.81).abs() < 1e-6, "{both}");
     let loose = refused(&hung(""));
     assert!(loose[0].0.starts_with("branch \"second\" is not held"), "{loose:?}");
@@ -330,7 +330,7 @@ fn ratcheted(text: &str) -> (Run, Vec<f64>, usize) {
     let commits = Arc::new(AtomicUsize::new(0));
     let (_, built) = wireloom::load(text, &counting(commits.clone())).unwrap_or_else(|faults| panic!("{faults:#?}"));
     let run = wireloom::run(built, &mut |_, _| Control::Continue);
-    let places = run.steps.iter().map(|end| fixing(end, "ratchet").position.x).collect();
+    let places = run.steps.iter().map(|end| constraint(end, "ratchet").position.x).collect();
     (run, places, commits.load(Ordering::Relaxed))
 }
 
@@ -340,7 +340,7 @@ fn a_ratchet_remembers() {
     assert_eq!((run.status, run.steps.len(), commits), (Status::Converged, 24, 24));
     let out = places[11];
     assert!(out - places[0] > 0.1, "{places:?}");
-    let back = fixing(&run.steps[23], "ratchet");
+    let back = constraint(&run.steps[23], "ratchet");
     assert!(back.force.x > 0.05 && out - back.position.x < 0.02, "{} N, {places:?}", back.force.x);
     assert!((back.force.x - kinds::RATCHET * (out - back.position.x)).abs() < 1e-9);
 }
@@ -354,7 +354,7 @@ fn a_ratchet_that_begins_again_has_forgotten() {
     let run = run(&(ratchet(200, 12) + again));
     assert_eq!(run.status, Status::Converged, "{:?}", run.events);
     let forces: Vec<f64> = ["back", "on"]
-        .map(|name| fixing(run.steps.iter().rfind(|end| end.name == name).expect("a step"), "ratchet").force.norm())
+        .map(|name| constraint(run.steps.iter().rfind(|end| end.name == name).expect("a step"), "ratchet").force.norm())
         .into();
     assert!(forces[0] > 1.0 && forces[1] == 0.0, "{forces:?}");
 }
@@ -369,10 +369,10 @@ fn a_step_through_equations_does_not_allocate() {
     conditions.active.fill(true);
     let mut problem = Problem::new(network, conditions);
     let targets = |problem: &mut Problem<'_>, shift: f64| {
-        for (f, fixing) in network.constraints.iter().enumerate() {
-            if let Some(position) = fixing.position {
+        for (f, constraint) in network.constraints.iter().enumerate() {
+            if let Some(position) = constraint.position {
                 let base = problem.conditions().constraints[f].base;
-                let moved = if fixing.name == "D" { Vector::y() * shift } else { Vector::zeros() };
+                let moved = if constraint.name == "D" { Vector::y() * shift } else { Vector::zeros() };
                 problem.set_target(f, Pose { position: position + moved, ..base });
             }
         }
@@ -478,7 +478,7 @@ fn a_target_moves_with_the_progress_of_its_first_step() {
     assert_eq!(run.status, Status::Converged, "{:?}", run.events);
     let (sin, cos) = 60.0_f64.to_radians().sin_cos();
     for (step, reach) in run.steps.iter().zip([0.8, 0.7]) {
-        let clip = fixing(step, "clip");
+        let clip = constraint(step, "clip");
         let want = Vector::new(cos, sin, 0.0) * reach;
         assert!((clip.position - want).norm() < 1e-12, "{} instead of {want}", clip.position);
         let tangent = clip.orientation * Vector::z();
@@ -568,7 +568,7 @@ fn what_does_not_attach_as_its_kind_does_is_refused() {
     let ring = "[[constraints]]\nname = \"ring\"\nkind = \"collar\"\nat = { branch = \"left\", s = 0.5 }\nslide = true";
     assert_eq!(
         said("floor", &format!("span = {{ branch = \"left\" }}\nheight = 0\n{ring}")),
-        ["constraint \"x\" acts along branch \"left\", which runs through another fixing; \
+        ["constraint \"x\" acts along branch \"left\", which runs through another constraint; \
              let nothing slide on that branch, or divide it by a joint"]
     );
 }

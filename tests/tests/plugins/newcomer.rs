@@ -121,7 +121,7 @@ fn parts_of_plugins_are_as_good(place: &Place, folder: &Path, build: &Build<'_>)
         use wireloom_plugin::core::registry::{ConstraintKind, JointKind};
         wireloom_plugin::export! { constraints: [kind()], joints: [joint()] }
         pub fn kind() -> ConstraintKind {
-            ConstraintKind { name: "own-collar".into(), ..wireloom_models::fixings::collar() }
+            ConstraintKind { name: "own-collar".into(), ..wireloom_models::constraints::collar() }
         }
         fn joint() -> JointKind {
             JointKind { name: "own-cosserat".into(), ..wireloom_models::joints::cosserat::kind() }

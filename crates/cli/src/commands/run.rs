@@ -45,7 +45,7 @@ pub fn run(arguments: &RunArguments, out: &mut dyn Write) -> Result<Outcome, Fai
         // Who does not listen misses nothing that matters.
         let _ = writeln!(io::stderr(), "{words}");
     }
-    let bar = Bar::new("bringing the fixings to their places", !arguments.quiet);
+    let bar = Bar::new("bringing the constraints to their places", !arguments.quiet);
     let provenance = job.loaded.provenance();
     let Job { loaded: Loaded { scenario, built, texts, plugins, .. }, folder, keeper, standing, resumed, .. } = job;
     let place = folder.path().to_path_buf();
@@ -54,7 +54,7 @@ pub fn run(arguments: &RunArguments, out: &mut dyn Write) -> Result<Outcome, Fai
     let worst = (!plugins.is_empty()).then(|| Worst::new(&place, steps.clone(), time_limit));
     let (size, notes) = (size::words(&built.network), built.notes.len());
     let scene = page::keep_scene(folder.own(), &built)?;
-    bar.count("bringing the fixings to their places", "increments", increments(&built), standing.times.len());
+    bar.count("bringing the constraints to their places", "increments", increments(&built), standing.times.len());
     let mut watcher = Watcher {
         bar,
         steps,

@@ -26,8 +26,8 @@ use wireloom::export::json::{self, Provenance};
 use wireloom_studio::exports::{self, ExportInfo};
 use wireloom_studio::protocol::Scene;
 use wireloom_studio::replay::Recorder;
-use wireloom_studio::server::{Backend, Content, Live, DraftOffer, Server, Site, Token};
-use wireloom_studio::{SessionInput, PAGE, Studio};
+use wireloom_studio::server::{Backend, Content, DraftOffer, Live, Server, Site, Token};
+use wireloom_studio::{PAGE, SessionInput, Studio};
 
 /// Serves the page until somebody asks to stop.
 pub fn studio(arguments: &StudioArguments, out: &mut dyn Write) -> Result<Outcome, Failure> {

@@ -3,7 +3,7 @@
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
-use wireloom::host::stand_by;
+use wireloom::host::install_crash_handler;
 use wireloom::solve::Progress;
 
 /// What becomes of this process where a plugin ends it before there is anything to save: it says so.
@@ -14,7 +14,7 @@ pub fn prepare(time_limit: f64) {
 fn become_heir(arguments: &[OsString], time_limit: f64) {
     let Ok(program) = std::env::current_exe() else { return };
     let arguments = [&["plugin-fault".into()], arguments, &["--".into()]].concat();
-    stand_by(&program, &arguments, Duration::try_from_secs_f64(time_limit).unwrap_or(Duration::MAX));
+    install_crash_handler(&program, &arguments, Duration::try_from_secs_f64(time_limit).unwrap_or(Duration::MAX));
 }
 
 /// What becomes of this process where a plugin ends it during a run: it says so, with the increment at hand, and saves what there is.

@@ -3,30 +3,30 @@
 use crate::arguments::Allowed;
 use std::path::{Path, PathBuf};
 use wireloom::core::Registry;
-use wireloom::gpu::Devices;
+use wireloom::gpu::SharedDevice;
 use wireloom::gpu::batch::Batch;
-use wireloom::host::{Folders, named};
+use wireloom::host::{SearchPath, resolve};
 
 /// Names the folders of the search path.
 const PATH: &str = "WIRELOOM_PLUGINS";
 
 /// The folders of the search path that exist: those of the variable, then the one in the home folder.
-pub fn search_path() -> Folders {
-    let mut folders = std::env::var_os(PATH).map(|path| Folders::of(&path)).unwrap_or_default();
+pub fn search_path() -> SearchPath {
+    let mut folders = std::env::var_os(PATH).map(|path| SearchPath::of(&path)).unwrap_or_default();
     folders.0.extend(std::env::home_dir().map(|home| home.join(".wireloom/plugins")));
     folders.0.retain(|folder| folder.is_dir());
     folders
 }
 
-fn devices(allowed: &Allowed) -> Devices {
-    Devices::for_one(allowed.device.as_deref())
+fn devices(allowed: &Allowed) -> SharedDevice {
+    SharedDevice::for_single_runs(allowed.device.as_deref())
 }
 
 /// Whom the user trusts, and which device they wish.
 pub struct Trust {
-    folders: Option<Folders>,
+    folders: Option<SearchPath>,
     allowed: Vec<PathBuf>,
-    devices: Devices,
+    devices: SharedDevice,
 }
 
 impl Trust {
@@ -41,8 +41,8 @@ impl Trust {
     }
 
     /// The same, for many harnesses at a time.
-    pub fn for_many(self) -> Self {
-        Self { devices: self.devices.for_many(), ..self }
+    pub fn for_batches(self) -> Self {
+        Self { devices: self.devices.for_batches(), ..self }
     }
 
     /// What brings them to the device together.
@@ -59,14 +59,14 @@ impl Trust {
     pub fn file(&self, wanted: &str, folder: &Path) -> Result<PathBuf, (String, String)> {
         let is_name = Path::new(wanted).file_name().is_some_and(|name| name == wanted);
         let searched = self.folders.as_ref().filter(|_| is_name).and_then(|folders| folders.find(wanted));
-        let Some(file) = searched.or_else(|| self.allowed_by_name(wanted)).or_else(|| named(&folder.join(wanted)))
+        let Some(file) = searched.or_else(|| self.allowed_by_name(wanted)).or_else(|| resolve(&folder.join(wanted)))
         else {
             return Err(self.nowhere(wanted, folder, is_name));
         };
         let same = |other: &PathBuf| {
             other.canonicalize().is_ok_and(|other| file.canonicalize().is_ok_and(|file| file == other))
         };
-        if self.folders.as_ref().is_some_and(|folders| folders.contain(&file)) || self.allowed.iter().any(same) {
+        if self.folders.as_ref().is_some_and(|folders| folders.contains(&file)) || self.allowed.iter().any(same) {
             return Ok(file);
         }
         let file = file.display();
@@ -79,7 +79,7 @@ impl Trust {
 
     /// An allowed file that is called so.
     fn allowed_by_name(&self, name: &str) -> Option<PathBuf> {
-        self.allowed.iter().find(|file| named(&file.with_file_name(name)).as_ref() == Some(file)).cloned()
+        self.allowed.iter().find(|file| resolve(&file.with_file_name(name)).as_ref() == Some(file)).cloned()
     }
 
     fn nowhere(&self, wanted: &str, folder: &Path, is_name: bool) -> (String, String) {

@@ -69,7 +69,7 @@ fn differences(cases: &[Case], comparison: &Comparison, out: &mut dyn Write) -> 
         ">mean [mm]",
         ">energy [J]",
         ">largest force difference [N]",
-        "at fixing",
+        "at constraint",
     ]);
     for (k, (case, difference)) in cases.iter().zip(&comparison.differences).enumerate() {
         if k == comparison.reference {
@@ -82,8 +82,8 @@ fn differences(cases: &[Case], comparison: &Comparison, out: &mut dyn Write) -> 
             farthest.map_or(String::new(), place),
             millimetres(difference.mean()),
             format!("{:+.3e}", difference.energy),
-            hardest.map_or("–".into(), |fixing| format!("{:.4}", fixing.force)),
-            hardest.map_or(String::new(), |fixing| fixing.name.clone()),
+            hardest.map_or("–".into(), |constraint| format!("{:.4}", constraint.force)),
+            hardest.map_or(String::new(), |constraint| constraint.name.clone()),
         ]);
     }
     table.print(out)

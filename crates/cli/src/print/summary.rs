@@ -1,4 +1,4 @@
-//! What a run prints: its steps, what every fixing takes, how tightly every branch is bent, what touches it, what is near, events, remarks.
+//! What a run prints: its steps, what every constraint takes, how tightly every branch is bent, what touches it, what is near, events, remarks.
 
 use crate::extremes::{Bend, Extremes, Load};
 use crate::print::operations;
@@ -17,7 +17,7 @@ pub fn print(run: &Run, extremes: &Extremes, built: usize, out: &mut dyn Write) 
     steps(run, out)?;
     operations::print(run, out)?;
     if let Some(end) = run.steps.last() {
-        fixings(end, &extremes.loads, out)?;
+        constraints(end, &extremes.loads, out)?;
     }
     bends(&extremes.bends, out)?;
     if let Some(end) = run.steps.last() {
@@ -77,11 +77,11 @@ fn steps(run: &Run, out: &mut dyn Write) -> io::Result<()> {
     table.print(out)
 }
 
-fn fixings(end: &StepResult, loads: &[Load], out: &mut dyn Write) -> io::Result<()> {
+fn constraints(end: &StepResult, loads: &[Load], out: &mut dyn Write) -> io::Result<()> {
     let mut loads: Vec<&Load> = loads.iter().collect();
     let left_out = keep(&mut loads, |load| load.force);
     let mut table = Columns::new([
-        "fixing",
+        "constraint",
         "kind",
         "force at the end [N]",
         "moment at the end [N m]",
@@ -89,22 +89,22 @@ fn fixings(end: &StepResult, loads: &[Load], out: &mut dyn Write) -> io::Result<
         "in step",
     ]);
     for load in loads {
-        let now = end.constraints.iter().find(|fixing| fixing.name == load.name);
+        let now = end.constraints.iter().find(|constraint| constraint.name == load.name);
         let vector = |part: fn(&ConstraintResult) -> Vector, digits| {
-            now.map_or_else(|| "released".into(), |fixing| vector(&part(fixing), digits))
+            now.map_or_else(|| "released".into(), |constraint| vector(&part(constraint), digits))
         };
         table.row([
             load.name.clone(),
             load.kind.clone(),
-            vector(|fixing| fixing.force, 3),
-            vector(|fixing| fixing.moment, 4),
+            vector(|constraint| constraint.force, 3),
+            vector(|constraint| constraint.moment, 4),
             format!("{:.3}", load.force),
             load.step.clone(),
         ]);
     }
     table.print(out)?;
     if left_out > 0 {
-        writeln!(out, "({left_out} fixings with smaller forces: see result.json)\n")?;
+        writeln!(out, "({left_out} constraints with smaller forces: see result.json)\n")?;
     }
     Ok(())
 }

@@ -48,8 +48,8 @@ pub fn convergence(meshes: &[(usize, &Ending)]) -> Vec<Trend> {
         trend("shape, largest distance", "m", &h, shapes(largest), None),
         number("energy", "J", |ending| ending.energy.total()),
         number("tightest bend radius", "m", |ending| ending.tightest().map_or(f64::INFINITY, |(_, _, radius)| radius)),
-        number("largest fixing force", "N", |ending| {
-            ending.fixings.iter().fold(0.0, |f: f64, fixing| f.max(fixing.force.norm()))
+        number("largest constraint force", "N", |ending| {
+            ending.constraints.iter().fold(0.0, |f: f64, constraint| f.max(constraint.force.norm()))
         }),
     ]
 }

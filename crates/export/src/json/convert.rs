@@ -61,7 +61,7 @@ impl Event {
         Self {
             kind: Word(event.kind),
             place: Place {
-                fixing: event.place.fixing.clone(),
+                constraint: event.place.constraint.clone(),
                 obstacle: event.place.obstacle.clone(),
                 branch: event.place.branch.clone(),
                 s: event.place.s.map(Number),
@@ -77,10 +77,10 @@ impl Event {
     }
 
     fn event(self) -> core::Event {
-        let Place { fixing, obstacle, branch, s } = self.place;
+        let Place { constraint, obstacle, branch, s } = self.place;
         core::Event {
             kind: self.kind.0,
-            place: core::EventPlace { fixing, obstacle, branch, s: s.map(number) },
+            place: core::EventPlace { constraint, obstacle, branch, s: s.map(number) },
             first: self.first.moment(),
             worst: self.worst.moment(),
             last: self.last.moment(),

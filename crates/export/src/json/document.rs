@@ -61,7 +61,7 @@ pub struct Event {
 #[serde(deny_unknown_fields)]
 pub struct Place {
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub fixing: Option<String>,
+    pub constraint: Option<String>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub obstacle: Option<String>,
     #[serde(default, skip_serializing_if = "Option::is_none")]

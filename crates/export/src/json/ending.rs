@@ -42,14 +42,14 @@ pub fn ending(document: Document<Collected<Last>>) -> Result<Option<Ending>, Str
         let at = finite(slide.contact_arclength).ok_or_else(|| format!("`contact_arclength` of \"{name}\" is null"))?;
         slides.push((name, (slide.branch, at)));
     }
-    let fixing = |(name, constraint): (String, Constraint)| FixingEnd {
+    let constraint = |(name, constraint): (String, Constraint)| FixingEnd {
         position: vector(constraint.position),
         force: vector(constraint.force),
         moment: vector(constraint.moment),
         slide: slides.iter().find(|(sliding, _)| *sliding == name).map(|(_, at)| at.clone()),
         name,
     };
-    let fixings = end.constraints.0.into_iter().map(fixing).collect();
+    let constraints = end.constraints.0.into_iter().map(constraint).collect();
     let branches = end.branches.0.into_iter().map(|(name, branch)| branch_end(name, branch));
     let (work, closed) = way.sums();
     Ok(Some(Ending {
@@ -58,7 +58,7 @@ pub fn ending(document: Document<Collected<Last>>) -> Result<Option<Ending>, Str
         converged: document.status.0 == Status::Converged,
         stable: end.stable,
         branches: branches.collect::<Result<_, _>>()?,
-        fixings,
+        constraints,
         closed,
         energy: end.energy.energy(),
         events: count(document.events.iter().map(|event| event.kind.0)),

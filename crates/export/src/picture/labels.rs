@@ -8,7 +8,7 @@ use wireloom_core::StepResult;
 
 /// More symbols than this are not all named.
 pub const ALL_NAMED: usize = 40;
-/// So many fixings are, then: those with the largest forces.
+/// So many constraints are, then: those with the largest forces.
 pub const NAMED_OF_MANY: usize = 12;
 
 const SIZE: f64 = 10.5;

@@ -1,4 +1,4 @@
-//! The legend: colours, symbols, scale, what was left out, and what the fixings bear.
+//! The legend: colours, symbols, scale, what was left out, and what the constraints bear.
 
 use super::branches::{THINNEST, line_width};
 use super::colour::{INK, NEUTRAL_FULL, OVER, Paint, STEPS};
@@ -17,7 +17,7 @@ const COLUMN: f64 = 250.0;
 const TABLE: [f64; 3] = [122.0, 172.0, 236.0];
 /// Height of a row of the table.
 const ROW: f64 = 14.0;
-/// Most fixings the table lists.
+/// Most constraints the table lists.
 const ROWS: usize = 16;
 
 pub fn draw(page: &mut Svg, step: &StepResult, scene: &Scene, marks: &Marks, layout: &Layout) {
@@ -41,16 +41,16 @@ pub fn draw(page: &mut Svg, step: &StepResult, scene: &Scene, marks: &Marks, lay
     page.close();
 }
 
-/// What the fixings bear, the largest forces first, as far as there is room down to `bottom`.
+/// What the constraints bear, the largest forces first, as far as there is room down to `bottom`.
 fn reactions(page: &mut Svg, step: &StepResult, [x, y]: [f64; 2], bottom: f64) {
     let room = (((bottom - y) / ROW).max(0.0) as usize).saturating_sub(1).min(ROWS);
-    let mut fixings: Vec<(&str, f64, f64)> =
+    let mut constraints: Vec<(&str, f64, f64)> =
         step.constraints.iter().map(|c| (c.name.as_str(), c.force.norm(), c.moment.norm())).collect();
-    fixings.sort_by(|a, b| b.1.total_cmp(&a.1));
-    if fixings.is_empty() || room < 3 {
+    constraints.sort_by(|a, b| b.1.total_cmp(&a.1));
+    if constraints.is_empty() || room < 3 {
         return;
     }
-    let listed = if fixings.len() > room { room - 1 } else { fixings.len() };
+    let listed = if constraints.len() > room { room - 1 } else { constraints.len() };
     let mut row = |i: usize, name: &str, force: &str, moment: &str, weight: u32| {
         let base = Text { size: 10.0, weight, ..Text::at(x, y + 9.0 + ROW * i as f64) };
         page.text(&base, &fitted(name, 10.0, TABLE[0]));
@@ -59,12 +59,12 @@ fn reactions(page: &mut Svg, step: &StepResult, [x, y]: [f64; 2], bottom: f64) {
             page.text(&Text { x: x + TABLE[2], anchor: Anchor::End, ..base }, moment);
         }
     };
-    row(0, "fixing", "N", "N m", 700);
-    for (i, (name, force, moment)) in fixings[..listed].iter().enumerate() {
+    row(0, "constraint", "N", "N m", 700);
+    for (i, (name, force, moment)) in constraints[..listed].iter().enumerate() {
         row(i + 1, name, &significant(*force), &significant(*moment), 400);
     }
-    if listed < fixings.len() {
-        row(listed + 1, &format!("and {} more", fixings.len() - listed), "", "", 400);
+    if listed < constraints.len() {
+        row(listed + 1, &format!("and {} more", constraints.len() - listed), "", "", 400);
     }
     let style = "stroke=\"#8c8c8c\" stroke-width=\"0.8\"";
     page.line([x, y + 12.5], [x + TABLE[2], y + 12.5], style);
@@ -140,7 +140,7 @@ fn remarks(step: &StepResult, scene: &Scene, marks: &Marks, layout: &Layout) -> 
         "lines: true diameter".into()
     });
     if marks.list.len() > labels::ALL_NAMED {
-        lines.push(format!("named: the {} fixings with the largest forces", labels::NAMED_OF_MANY));
+        lines.push(format!("named: the {} constraints with the largest forces", labels::NAMED_OF_MANY));
     }
     if scene.hidden > 0 {
         lines.push(format!("{} points without a finite position left out", scene.hidden));

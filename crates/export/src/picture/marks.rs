@@ -1,4 +1,4 @@
-//! Joints, fixings and the tightest bend: what is drawn as a symbol.
+//! Joints, constraints and the tightest bend: what is drawn as a symbol.
 
 use super::colour::INK;
 use super::layout::Panel;
@@ -38,7 +38,7 @@ impl Kind {
             Kind::Connector => "connector",
             Kind::Collar => "collar",
             Kind::Handle => "handle",
-            Kind::OtherFixing => "other fixing",
+            Kind::OtherFixing => "other constraint",
             Kind::TightestBend => "tightest bend",
         }
     }
@@ -46,10 +46,10 @@ impl Kind {
     pub fn class(self) -> &'static str {
         match self {
             Kind::Joint => "joint",
-            Kind::Connector => "fixing connector",
-            Kind::Collar => "fixing collar",
-            Kind::Handle => "fixing handle",
-            Kind::OtherFixing => "fixing other",
+            Kind::Connector => "constraint connector",
+            Kind::Collar => "constraint collar",
+            Kind::Handle => "constraint handle",
+            Kind::OtherFixing => "constraint other",
             Kind::TightestBend => "tightest",
         }
     }
@@ -88,13 +88,19 @@ pub fn collect(step: &StepResult) -> Marks {
             weight: 0.0,
         });
     }
-    for fixing in &step.constraints {
-        let (force, moment) = (fixing.force.norm(), fixing.moment.norm());
+    for constraint in &step.constraints {
+        let (force, moment) = (constraint.force.norm(), constraint.moment.norm());
         list.push(Mark {
-            kind: Kind::of_fixing(&fixing.kind),
-            position: fixing.position,
-            label: fixing.name.clone(),
-            tip: format!("{} ({}): {} N, {} N m", fixing.name, fixing.kind, significant(force), significant(moment)),
+            kind: Kind::of_fixing(&constraint.kind),
+            position: constraint.position,
+            label: constraint.name.clone(),
+            tip: format!(
+                "{} ({}): {} N, {} N m",
+                constraint.name,
+                constraint.kind,
+                significant(force),
+                significant(moment)
+            ),
             weight: if force.is_finite() { force } else { 0.0 },
         });
     }

@@ -1,4 +1,4 @@
-//! What fixings of several stations tie together, and the spans along which fixings act.
+//! What constraints of several stations tie together, and the spans along which constraints act.
 
 use super::branches::line_width;
 use super::colour::INK;
@@ -13,22 +13,22 @@ use wireloom_core::{StepResult, Vector};
 const RIM: f64 = 3.0;
 
 pub fn draw(page: &mut Svg, step: &StepResult, panel: &Panel) {
-    if step.constraints.iter().all(|fixing| fixing.stations.is_empty() && fixing.span.is_none()) {
+    if step.constraints.iter().all(|constraint| constraint.stations.is_empty() && constraint.span.is_none()) {
         return;
     }
     page.open("class=\"reach\" fill=\"none\" stroke-linecap=\"round\"");
-    for fixing in &step.constraints {
-        let tie: Vec<Vector> = fixing.stations.iter().map(|station| station.position).collect();
+    for constraint in &step.constraints {
+        let tie: Vec<Vector> = constraint.stations.iter().map(|station| station.position).collect();
         let style = format!("stroke=\"{INK}\" stroke-width=\"1.6\" stroke-dasharray=\"1.5 3\"");
-        polyline(page, fixing, "tie", &tie, &style, panel);
-        let of_span = fixing.span.as_ref().and_then(|span| {
+        polyline(page, constraint, "tie", &tie, &style, panel);
+        let of_span = constraint.span.as_ref().and_then(|span| {
             let branch = step.branches.iter().find(|branch| branch.name == span.branch)?;
             Some((branch, along(branch, span.range)))
         });
         if let Some((branch, points)) = of_span {
             let width = number(line_width(branch, panel.scale) + RIM);
             let style = format!("stroke=\"{INK}\" stroke-opacity=\"0.25\" stroke-width=\"{width}\"");
-            polyline(page, fixing, "span", &points, &style, panel);
+            polyline(page, constraint, "span", &points, &style, panel);
         }
     }
     page.close();
@@ -40,7 +40,7 @@ fn along(branch: &BranchResult, (from, to): (f64, f64)) -> Vec<Vector> {
     nodes.filter(|(s, _)| (from..=to).contains(*s)).map(|(_, x)| *x).collect()
 }
 
-fn polyline(page: &mut Svg, fixing: &ConstraintResult, class: &str, points: &[Vector], style: &str, panel: &Panel) {
+fn polyline(page: &mut Svg, constraint: &ConstraintResult, class: &str, points: &[Vector], style: &str, panel: &Panel) {
     let places: Vec<String> = points
         .iter()
         .filter(|x| visible(x))
@@ -48,7 +48,7 @@ fn polyline(page: &mut Svg, fixing: &ConstraintResult, class: &str, points: &[Ve
         .map(|[x, y]| format!("{},{}", number(x), number(y)))
         .collect();
     if places.len() > 1 {
-        let title = escape(&fixing.name);
+        let title = escape(&constraint.name);
         let places = places.join(" ");
         page.raw(&format!("<polyline class=\"{class}\" points=\"{places}\" {style}><title>{title}</title></polyline>"));
     }

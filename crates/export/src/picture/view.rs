@@ -61,7 +61,7 @@ pub struct Scene {
     pub low: [f64; 3],
     /// Highest coordinates, m.
     pub high: [f64; 3],
-    /// Nodes, joints and fixings without a finite position.
+    /// Nodes, joints and constraints without a finite position.
     pub hidden: usize,
 }
 
@@ -73,7 +73,7 @@ impl Scene {
         };
         let branches = step.branches.iter().flat_map(of_branch);
         let joints = step.joints.iter().map(|joint| (joint.position, 0.0));
-        Self::around(branches.chain(joints).chain(step.constraints.iter().map(|fixing| (fixing.position, 0.0))))
+        Self::around(branches.chain(joints).chain(step.constraints.iter().map(|constraint| (constraint.position, 0.0))))
     }
 
     /// Around points, each with a radius (m).

@@ -117,7 +117,7 @@ fn differences(beside: &Beside<'_>) -> Markup {
             table {
                 thead { tr {
                     th { "result" } th class="n" { "farthest apart [mm]" } th { "on" } th class="n" { "mean [mm]" } th class="n" { "energy [J]" }
-                    th class="n" { "largest force difference [N]" } th { "at fixing" } th class="n" { "its moment [N m]" }
+                    th class="n" { "largest force difference [N]" } th { "at constraint" } th class="n" { "its moment [N m]" }
                 } }
                 tbody { @for (k, difference) in comparison.differences.iter().enumerate() {
                     @if k != comparison.reference { tr {
@@ -128,10 +128,10 @@ fn differences(beside: &Beside<'_>) -> Markup {
                             td class="n" { (fixed(1e3 * difference.mean(), 4)) }
                         } @else { td {} td {} td {} }
                         td class="n" { (format!("{:+.3e}", difference.energy)) }
-                        @if let Some(fixing) = difference.hardest() {
-                            td class="n" { (fixed(fixing.force, 4)) }
-                            td { (fixing.name) }
-                            td class="n" { (fixed(fixing.moment, 5)) }
+                        @if let Some(constraint) = difference.hardest() {
+                            td class="n" { (fixed(constraint.force, 4)) }
+                            td { (constraint.name) }
+                            td class="n" { (fixed(constraint.moment, 5)) }
                         } @else { td {} td {} td {} }
                     } }
                 } }

@@ -1,6 +1,6 @@
 //! What differs between results, and how they are read back.
 
-use crate::samples::{branch, fixing, run, step, v, y_harness};
+use crate::samples::{branch, constraint, run, step, v, y_harness};
 use wireloom_core::equilibrium::{OperationResult, Run, SlideMotion, SlideResult};
 use wireloom_core::{Status, StepResult};
 use wireloom_export::comparison::{Case, Comparison, Reason};
@@ -21,7 +21,7 @@ fn cables(bulges: [f64; 3]) -> StepResult {
         branch(name, 0.01, None, 20, move |t| v(start + t, 0.1 * bulge * (std::f64::consts::PI * t).sin(), 0.0))
     };
     let branches = vec![cable("a", 0.0, bulges[0]), cable("b", 1.0, bulges[1]), cable("c", 5.0, bulges[2])];
-    step(branches, vec![], vec![fixing("clip", "collar", v(0.0, 0.0, 0.0), v(0.0, 0.0, 1.0))])
+    step(branches, vec![], vec![constraint("clip", "collar", v(0.0, 0.0, 0.0), v(0.0, 0.0, 1.0))])
 }
 
 fn read(run: &Run) -> Option<Ending> {
@@ -32,7 +32,7 @@ fn read(run: &Run) -> Option<Ending> {
 
 #[test]
 fn a_result_comes_back_from_its_file() {
-    let mut sliding = fixing("ring", "collar", v(0.0, 0.1, 0.0), v(0.0, 0.0, 3.0));
+    let mut sliding = constraint("ring", "collar", v(0.0, 0.1, 0.0), v(0.0, 0.0, 3.0));
     let slide = SlideResult { branch: "trunk".into(), arc_length: 0.25, axial_force: 0.5, motion: SlideMotion::Slip };
     sliding.slide = Some(slide);
     let clip = |s| OperationResult::Clip { constraint: "clip".into(), place: Some(("trunk".into(), s)), reach: 0.01 };
@@ -49,7 +49,7 @@ fn a_result_comes_back_from_its_file() {
     let (mut read, expected) = (read(&run).unwrap(), Ending::of(&run).unwrap());
     assert_eq!((read.iterations, read.closed.len(), read.events[0].1), (11 + 6, 1, 1));
     assert_eq!(read.closed[0].place, Some(("trunk".into(), 0.2)));
-    assert_eq!(read.fixings.last().unwrap().slide, Some(("trunk".into(), 0.25)));
+    assert_eq!(read.constraints.last().unwrap().slide, Some(("trunk".into(), 0.25)));
     let lost = &mut read.branches[0].position[1].x;
     assert!(lost.is_nan());
     let mut expected = expected;
@@ -123,17 +123,17 @@ fn what_may_be_the_reason_is_told() {
     assert_eq!(reasons([ending(base()), ending(twisted)]), [expected]);
     let mut moved = other();
     moved.constraints[0].position.x = 0.5;
-    let expected = Reason::HeldElsewhere { fixing: "clip".into(), distance: 0.5 };
+    let expected = Reason::HeldElsewhere { constraint: "clip".into(), distance: 0.5 };
     assert_eq!(reasons([ending(base()), ending(moved)]), [expected]);
     let clipped = |mut step: StepResult, s| {
         let place = Some(("c".into(), s));
         step.operations = vec![OperationResult::Clip { constraint: "clip".into(), place, reach: 0.0 }];
         ending(step)
     };
-    let [Reason::OtherPlace { fixing, .. }] = &reasons([clipped(base(), 0.1), clipped(other(), 0.2)])[..] else {
+    let [Reason::OtherPlace { constraint, .. }] = &reasons([clipped(base(), 0.1), clipped(other(), 0.2)])[..] else {
         panic!("the clip closed elsewhere")
     };
-    assert_eq!(fixing, "clip");
+    assert_eq!(constraint, "clip");
     let mut fewer = other();
     fewer.branches.pop();
     let [Reason::OtherHarness { unmatched }] = &reasons([ending(base()), ending(fewer)])[..] else {

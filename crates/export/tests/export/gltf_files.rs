@@ -95,10 +95,10 @@ fn a_harness_and_what_is_about_it_stand_where_they_are() {
             let own = std::f64::consts::PI * 0.25 * branch.diameter.powi(2) * length;
             assert!((volume(tube) / own - 1.0).abs() < 0.04, "{}: {} m³, {own} m³", branch.name, volume(tube));
         }
-        for fixing in &step.constraints {
-            let corners = &shown[&fixing.name].0;
+        for constraint in &step.constraints {
+            let corners = &shown[&constraint.name].0;
             let middle = corners.iter().sum::<Vector>() / corners.len() as f64;
-            assert!((middle - fixing.position).norm() < 1e-6 && volume(&shown[&fixing.name]) > 0.0);
+            assert!((middle - constraint.position).norm() < 1e-6 && volume(&shown[&constraint.name]) > 0.0);
         }
         let body = &shown["a <cube>"];
         let middle = body.0.iter().sum::<Vector>() / body.0.len() as f64;

@@ -349,7 +349,7 @@ fn absent_things_are_null_or_empty() {
     assert_eq!(value["steps"][0]["branches"], serde_json::json!({}));
     assert_eq!(value["steps"][0]["min_bend_radius"], Value::Null);
     empty.min_bend_radius = Some(TightestBend { branch: "b".into(), s: 0.5, value: 0.1, limit: None });
-    empty.constraints.push(crate::samples::fixing("c", "collar", v(0.0, 0.0, 0.0), v(0.0, 0.0, 0.0)));
+    empty.constraints.push(crate::samples::constraint("c", "collar", v(0.0, 0.0, 0.0), v(0.0, 0.0, 0.0)));
     let value = parsed(&run("", vec![empty]));
     assert_eq!(
         value["steps"][0]["min_bend_radius"],

@@ -8,11 +8,12 @@ use wireloom_export::table::{Cell, Column, Header, Table, read, write};
 fn table(points: usize) -> Table {
     let ending = Ending::of(&run("y", vec![y_harness()])).unwrap();
     let names = |names: &[&str]| names.iter().map(|name| (*name).to_owned()).collect::<Vec<String>>();
-    let fixings: Vec<String> = ending.fixings.iter().map(|fixing| fixing.name.clone()).chain(["gone".into()]).collect();
+    let constraints: Vec<String> =
+        ending.constraints.iter().map(|constraint| constraint.name.clone()).chain(["gone".into()]).collect();
     let header = Header {
         keys: names(&["branches.left.length", "joints.J.model"]),
         branches: names(&["trunk"]),
-        fixings,
+        constraints,
         outputs: names(&["slack.sag", "tension.pull"]),
     };
     let row = |k: usize| {

@@ -56,7 +56,7 @@ pub fn branch(
     }
 }
 
-pub fn fixing(name: &str, kind: &str, position: Vector, force: Vector) -> ConstraintResult {
+pub fn constraint(name: &str, kind: &str, position: Vector, force: Vector) -> ConstraintResult {
     ConstraintResult {
         name: name.into(),
         kind: kind.into(),
@@ -155,18 +155,18 @@ pub fn y_harness() -> StepResult {
         ],
         vec![joint("J", j)],
         vec![
-            fixing("plug-A", "connector", trunk(0.0), v(1.0, 2.0, 3.0)),
-            fixing("clip-1", "collar", trunk(0.5), v(0.0, 0.0, 5.0)),
-            fixing("plug-B", "connector", left(1.0), v(0.5, 0.0, 0.0)),
-            fixing("hand", "handle", right(1.0), v(0.0, 0.0, 7.25)),
-            fixing("magnet <north> & \"south\"", "my-plugin", left(0.5), v(0.0, 0.1, 0.0)),
+            constraint("plug-A", "connector", trunk(0.0), v(1.0, 2.0, 3.0)),
+            constraint("clip-1", "collar", trunk(0.5), v(0.0, 0.0, 5.0)),
+            constraint("plug-B", "connector", left(1.0), v(0.5, 0.0, 0.0)),
+            constraint("hand", "handle", right(1.0), v(0.0, 0.0, 7.25)),
+            constraint("magnet <north> & \"south\"", "my-plugin", left(0.5), v(0.0, 0.1, 0.0)),
         ],
     )
 }
 
 /// 30 trunks in a row, each with four arms: 150 branches.
 pub fn big_harness() -> StepResult {
-    let (mut branches, mut joints, mut fixings) = (Vec::new(), Vec::new(), Vec::new());
+    let (mut branches, mut joints, mut constraints) = (Vec::new(), Vec::new(), Vec::new());
     let spine = |u: f64| v(u, 0.3 * (2.2 * u).sin(), 0.15 * (5.0 * u).cos() - 0.1 * u);
     for k in 0..30 {
         let (a, b) = (0.12 * k as f64, 0.12 * (k + 1) as f64);
@@ -174,7 +174,7 @@ pub fn big_harness() -> StepResult {
         let j = spine(b);
         joints.push(joint(&format!("J{k}"), j));
         if k % 5 == 0 {
-            fixings.push(fixing(&format!("clip-{k}"), "collar", spine(a), v(0.0, 0.0, 3.0 + k as f64)));
+            constraints.push(constraint(&format!("clip-{k}"), "collar", spine(a), v(0.0, 0.0, 3.0 + k as f64)));
         }
         for arm in 0..4 {
             let phase = 1.3 * k as f64 + 1.57 * arm as f64;
@@ -188,10 +188,15 @@ pub fn big_harness() -> StepResult {
             };
             branches.push(branch(&format!("arm-{k}-{arm}"), 0.006, Some(0.02), 30, curve));
             let kind = if arm == 3 { "handle" } else { "connector" };
-            fixings.push(fixing(&format!("plug-{k}-{arm}"), kind, curve(1.0), v(0.0, 0.0, 0.1 * (k + arm) as f64)));
+            constraints.push(constraint(
+                &format!("plug-{k}-{arm}"),
+                kind,
+                curve(1.0),
+                v(0.0, 0.0, 0.1 * (k + arm) as f64),
+            ));
         }
     }
-    step(branches, joints, fixings)
+    step(branches, joints, constraints)
 }
 
 /// A straight cable along one axis (0, 1, 2).
@@ -203,8 +208,8 @@ pub fn straight(axis: usize) -> StepResult {
         vec![branch("cable", 0.008, Some(0.05), 50, move |t| start + end * t)],
         vec![],
         vec![
-            fixing("plug-A", "connector", start, v(1.0, 0.0, 0.0)),
-            fixing("plug-B", "connector", start + end, v(-1.0, 0.0, 0.0)),
+            constraint("plug-A", "connector", start, v(1.0, 0.0, 0.0)),
+            constraint("plug-B", "connector", start + end, v(-1.0, 0.0, 0.0)),
         ],
     )
 }
@@ -219,9 +224,9 @@ pub fn planar() -> StepResult {
         vec![branch("a", 0.01, None, 50, a), branch("b", 0.01, None, 50, b), branch("c", 0.004, None, 50, c)],
         vec![joint("J", j)],
         vec![
-            fixing("start", "connector", a(0.0), v(1.0, 0.0, 0.0)),
-            fixing("upper end", "connector", b(1.0), v(0.0, 1.0, 0.0)),
-            fixing("lower end", "handle", c(1.0), v(0.0, -1.0, 0.0)),
+            constraint("start", "connector", a(0.0), v(1.0, 0.0, 0.0)),
+            constraint("upper end", "connector", b(1.0), v(0.0, 1.0, 0.0)),
+            constraint("lower end", "handle", c(1.0), v(0.0, -1.0, 0.0)),
         ],
     )
 }

@@ -1,8 +1,8 @@
 //! What a written scenario says once it is read.
 
 use wireloom_core::minimiser::{Minimiser, Report, Stop};
-use wireloom_core::status::Status;
 use wireloom_core::registry::MinimiserKind;
+use wireloom_core::status::Status;
 use wireloom_core::{Problem, Registry, State};
 use wireloom_scenario::{Scenario, parse, render};
 

@@ -51,7 +51,7 @@ pub fn shared(spec: &JointSpec) -> Shared {
         return Shared { table, notes };
     }
     for wire in &spec.wires {
-        let x = own[wire.from] * wire.share;
+        let x = own[wire.from] * wire.fraction;
         table[wire.from][wire.to] += x;
         table[wire.to][wire.from] += x;
     }

@@ -15,7 +15,7 @@
 //! shear force of a bent rod is `Q = EI κ′`, so the alignment changes the energy to leading order by
 //! `−½ ∫ Q²/A ds = −(ℓ²/2α) ∫ κ′ᵀ C κ′ ds`: with α = 240 by a twentieth of the `−(ℓ²/24) ∫ κ′ᵀ C κ′ ds` that the grid makes anyway (see
 //! `crates/README.md`). So the rod goes to the unshearable one with the square of the segment length, as the scheme with the tilts
-//! taken out does, with an error 1.05 times as large; and every joint and fixing finds the frames it needs. (MacNeal 1978
+//! taken out does, with an error 1.05 times as large; and every joint and constraint finds the frames it needs. (MacNeal 1978
 //! chose the shear compliance of beam elements in this way.) The energy of the alignment is what results call shear; where a
 //! mesh is fine enough for what it bears, it is next to nothing.
 //!

@@ -52,7 +52,7 @@ impl Scenario {
         let mut faults = Vec::new();
         let layout = Layout::new(self, 1);
         let models = self.joint_models(&layout, registry, &mut faults);
-        let fixings = self.fixing_plans(&layout, registry, &mut faults);
+        let constraints = self.fixing_plans(&layout, registry, &mut faults);
         let minimiser = self.minimiser(registry, &mut faults);
         let (Some(models), Some(minimiser)) = (models, minimiser) else { return Err(faults) };
         let branches = self.branch_plans(&layout, &models, registry, &mut faults);
@@ -71,7 +71,7 @@ impl Scenario {
         notes.extend(self.notes(&models));
         notes.extend(self.obstacles.iter().flat_map(|body| body.notes.iter().cloned()));
         let joints = self.joint_plans(models);
-        let network = self.among_obstacles(Network::new(branches, joints, fixings, self.load_plans(&layout)));
+        let network = self.among_obstacles(Network::new(branches, joints, constraints, self.load_plans(&layout)));
         self.turned_in_vain(&network, &mut faults);
         if !faults.is_empty() {
             return Err(faults);
@@ -96,16 +96,16 @@ impl Scenario {
         for step in &self.steps {
             for motion in step.moves.iter().filter(|motion| motion.track.spin != 0.0) {
                 for carried in &motion.carried {
-                    let fixing = &network.constraints[carried.fixing].constraint;
-                    let free = match fixing.action() {
+                    let constraint = &network.constraints[carried.constraint].model;
+                    let free = match constraint.action() {
                         Action::Prescribed(hold) => matches!(hold.rotation, RotationHold::Free | RotationHold::Tangent),
                         Action::Potential(_) => {
-                            fixing.law().is_some_and(|law| !matches!(law.turning, TurningLaw::Frame(_)))
+                            constraint.law().is_some_and(|law| !matches!(law.turning, TurningLaw::Frame(_)))
                         }
                         Action::Equations(_) => false,
                     };
                     if free {
-                        let constraint = &self.constraints[carried.fixing];
+                        let constraint = &self.constraints[carried.constraint];
                         let message = format!(
                             "makes {} turns in step \"{}\", but leaves the twist free",
                             motion.track.spin, step.name
@@ -128,12 +128,12 @@ impl Scenario {
         // What the factories refuse they refused before.
         let mut faults = Vec::new();
         let models = self.joint_models(&layout, registry, &mut faults)?;
-        let fixings = self.fixing_plans(&layout, registry, &mut faults);
+        let constraints = self.fixing_plans(&layout, registry, &mut faults);
         let branches = self.branch_plans(&layout, &models, registry, &mut faults);
         if !faults.is_empty() {
             return None;
         }
-        let network = Network::new(branches, self.joint_plans(models), fixings, self.load_plans(&layout));
+        let network = Network::new(branches, self.joint_plans(models), constraints, self.load_plans(&layout));
         let network = self.among_obstacles(network);
         (2 * network.points <= fine.points).then_some(network)
     }
@@ -237,7 +237,7 @@ impl Scenario {
             plans.extend(built.map(|built| ConstraintPlan {
                 name: constraint.name.clone(),
                 kind: constraint.called.clone(),
-                constraint: built,
+                model: built,
                 stations: constraint.at.iter().map(|&at| layout.place(at)).collect(),
                 span: constraint.span.as_ref().map(|span| layout.span(span)),
                 position: constraint.position,

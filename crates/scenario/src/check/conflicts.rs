@@ -13,9 +13,9 @@ use wireloom_core::{Action, Matrix, Network, Rotation, RotationHold, Vector};
 /// Constraints and loads that ask more of their place than it has.
 pub(crate) fn refuse_misplaced(scenario: &Scenario, network: &Network) -> Vec<Fault> {
     let mut faults = Vec::new();
-    for (own, fixing) in scenario.constraints.iter().zip(&network.constraints) {
-        if fixing.constraint.needs_frame()
-            && let Some(site) = fixing.stations.iter().find(|site| site.frame.is_none())
+    for (own, constraint) in scenario.constraints.iter().zip(&network.constraints) {
+        if constraint.model.needs_frame()
+            && let Some(site) = constraint.stations.iter().find(|site| site.frame.is_none())
         {
             faults.push(Fault {
                 span: own.spans.of(Some("at")),
@@ -27,13 +27,13 @@ pub(crate) fn refuse_misplaced(scenario: &Scenario, network: &Network) -> Vec<Fa
                 help: "write hold = [\"position\"], attach it further along a branch, or use a joint model with a body"
                     .to_owned(),
             });
-        } else if fixing.site.local.position != Vector::zeros() && holds_a_part(fixing.model.action()) {
+        } else if constraint.site.local.position != Vector::zeros() && holds_a_part(constraint.model.action()) {
             faults.push(Fault {
                 span: own.spans.of(Some("at")),
                 message: format!(
                     "constraint \"{}\" holds some freedoms of an arm that leaves joint {} with an offset",
                     own.name,
-                    joint_name(network, fixing.site.point),
+                    joint_name(network, constraint.site.point),
                 ),
                 help: "let it hold position, tangent and twist, attach it to the joint, or one segment away".to_owned(),
             });
@@ -57,16 +57,16 @@ pub(crate) fn refuse_misplaced(scenario: &Scenario, network: &Network) -> Vec<Fa
     faults
 }
 
-/// The cable can run through a fixing only where nothing else is tied to the material.
+/// The cable can run through a constraint only where nothing else is tied to the material.
 fn refuse_bad_slides(scenario: &Scenario, network: &Network) -> Vec<Fault> {
     let mut faults = Vec::new();
-    for (index, (own, fixing)) in scenario.constraints.iter().zip(&network.constraints).enumerate() {
-        if fixing.slide.is_none() {
+    for (index, (own, constraint)) in scenario.constraints.iter().zip(&network.constraints).enumerate() {
+        if constraint.slide.is_none() {
             continue;
         }
         let others = network.constraints.iter().enumerate();
-        let other = others.filter(|(k, _)| *k != index).find(|(_, other)| other.places.contains(&fixing.place));
-        let load = network.loads.iter().find(|load| load.point == fixing.site.point);
+        let other = others.filter(|(k, _)| *k != index).find(|(_, other)| other.places.contains(&constraint.place));
+        let load = network.loads.iter().find(|load| load.point == constraint.site.point);
         let message = match (other, load) {
             (Some((_, other)), _) => {
                 format!(
@@ -94,13 +94,13 @@ fn refuse_bad_slides(scenario: &Scenario, network: &Network) -> Vec<Fault> {
 /// What prescribes acts on one station; equations have something to measure by; the nodes of a span stay where they are on the cable.
 fn refuse_bad_shapes(scenario: &Scenario, network: &Network) -> Vec<Fault> {
     let mut faults = Vec::new();
-    for (own, fixing) in scenario.constraints.iter().zip(&network.constraints) {
+    for (own, constraint) in scenario.constraints.iter().zip(&network.constraints) {
         let mut refuse = |key: &str, message: String, help: &str| {
             faults.push(Fault { span: own.spans.of(Some(key)), message, help: help.to_owned() });
         };
         let name = &own.name;
-        if matches!(fixing.model.action(), Action::Prescribed(_))
-            && (fixing.stations.len() != 1 || fixing.span.is_some())
+        if matches!(constraint.model.action(), Action::Prescribed(_))
+            && (constraint.stations.len() != 1 || constraint.span.is_some())
         {
             let message = format!("constraint \"{name}\" prescribes freedoms, and does not attach to one place alone");
             refuse(
@@ -110,15 +110,15 @@ fn refuse_bad_shapes(scenario: &Scenario, network: &Network) -> Vec<Fault> {
             );
         }
         if let Some(odd) =
-            fixing.residuals.iter().find(|residual| !(residual.scale > 0.0 && residual.scale.is_finite()))
+            constraint.residuals.iter().find(|residual| !(residual.scale > 0.0 && residual.scale.is_finite()))
         {
             let message = format!("constraint \"{name}\" measures an equation by {}", odd.scale);
             refuse("kind", message, "its kind is at fault: what counts as one is a positive number");
         }
-        if let Some(span) = fixing.span.as_ref().filter(|span| network.branches[span.branch].mesh_moves) {
+        if let Some(span) = constraint.span.as_ref().filter(|span| network.branches[span.branch].mesh_moves) {
             let branch = &network.branches[span.branch].name;
             let message =
-                format!("constraint \"{name}\" acts along branch \"{branch}\", which runs through another fixing");
+                format!("constraint \"{name}\" acts along branch \"{branch}\", which runs through another constraint");
             refuse("span", message, "let nothing slide on that branch, or divide it by a joint");
         }
     }
@@ -173,19 +173,21 @@ pub(crate) fn refuse_contradictions(scenario: &Scenario, network: &Network) -> V
         // What is given comes first: what begins beside it and is given nothing takes it over. What a step adds
         // takes hold of the cable where it is, and goes to what it is given from there.
         let mut begins = stage.begins.clone();
-        begins.sort_by_key(|fixing| scenario.constraints[*fixing].position.is_none());
-        for fixing in &begins {
-            let given = if stage.step.is_none() { given(scenario, *fixing) } else { (None, None) };
-            targets[*fixing] = begin(network, &targets, &stage.active, *fixing, given);
+        begins.sort_by_key(|constraint| scenario.constraints[*constraint].position.is_none());
+        for constraint in &begins {
+            let given = if stage.step.is_none() { given(scenario, *constraint) } else { (None, None) };
+            targets[*constraint] = begin(network, &targets, &stage.active, *constraint, given);
         }
         let mut others: BTreeMap<usize, Vec<usize>> = BTreeMap::new();
-        for fixing in &stage.active {
-            others.entry(network.constraints[*fixing].site.point).or_default().push(*fixing);
+        for constraint in &stage.active {
+            others.entry(network.constraints[*constraint].site.point).or_default().push(*constraint);
         }
         // Only what begins or moves can come to contradict something.
         let mut check = |targets: &[Option<Target<'_>>], changed: &[usize]| {
             for one in changed {
-                for other in others.get(&network.constraints[*one].site.point).into_iter().flatten().filter(|b| *b != one) {
+                for other in
+                    others.get(&network.constraints[*one].site.point).into_iter().flatten().filter(|b| *b != one)
+                {
                     let (a, b) = (*one.min(other), *one.max(other));
                     let Some(what) = contradiction(network, targets, a, b) else { continue };
                     if reported.insert((a, b)) {
@@ -195,15 +197,15 @@ pub(crate) fn refuse_contradictions(scenario: &Scenario, network: &Network) -> V
             }
         };
         check(&targets, &begins);
-        for &fixing in &begins {
-            let Some(target) = &mut targets[fixing] else { continue };
-            let (position, facing) = given(scenario, fixing);
+        for &constraint in &begins {
+            let Some(target) = &mut targets[constraint] else { continue };
+            let (position, facing) = given(scenario, constraint);
             target.position = position.unwrap_or(target.position);
             target.facing = facing.unwrap_or(target.facing);
         }
         for motion in stage.step.into_iter().flat_map(|step| &step.moves) {
             moved(motion, &mut targets);
-            begins.extend(motion.carried.iter().map(|carried| carried.fixing));
+            begins.extend(motion.carried.iter().map(|carried| carried.constraint));
         }
         check(&targets, &begins);
     }
@@ -215,17 +217,17 @@ fn moved(motion: &Move, targets: &mut [Option<Target<'_>>]) {
     let leads = motion.origin == (None, None);
     let track = &motion.track;
     for (k, carried) in motion.carried.iter().enumerate() {
-        let fixing = carried.fixing;
-        let Some(target) = &mut targets[fixing] else { continue };
+        let constraint = carried.constraint;
+        let Some(target) = &mut targets[constraint] else { continue };
         if !(k == 0 && leads) {
-            (target.position, target.facing) = (Held::Found(fixing), Held::Found(fixing));
+            (target.position, target.facing) = (Held::Found(constraint), Held::Found(constraint));
             continue;
         }
         if let Some((_, position)) = track.positions.last() {
             target.position = Held::Given(*position);
         }
         match track.turns.last() {
-            None if track.spin != 0.0 => target.facing = Held::Found(fixing),
+            None if track.spin != 0.0 => target.facing = Held::Found(constraint),
             None | Some((_, Turn::Keep)) => {}
             Some((_, Turn::Tangent(tangent))) => target.facing = Held::Given(Faced::Tangent(*tangent)),
             Some((_, Turn::Orientation(frame))) => target.facing = Held::Given(Faced::Frame(*frame)),
@@ -257,8 +259,8 @@ fn same_place(network: &Network, a: usize, b: usize) -> bool {
 /// Position and facing that the file gives a constraint.
 type Given = (Option<Held<Vector>>, Option<Held<Faced>>);
 
-fn given(scenario: &Scenario, fixing: usize) -> Given {
-    let own = &scenario.constraints[fixing];
+fn given(scenario: &Scenario, constraint: usize) -> Given {
+    let own = &scenario.constraints[constraint];
     let facing = match own.facing {
         Facing::Left => None,
         Facing::Tangent(tangent) => Some(Held::Given(Faced::Tangent(tangent))),
@@ -273,21 +275,21 @@ fn begin<'n>(
     network: &'n Network,
     targets: &[Option<Target<'n>>],
     active: &[usize],
-    fixing: usize,
+    constraint: usize,
     (position, facing): Given,
 ) -> Option<Target<'n>> {
-    let Action::Prescribed(hold) = network.constraints[fixing].constraint.action() else { return None };
+    let Action::Prescribed(hold) = network.constraints[constraint].model.action() else { return None };
     let beside = || {
-        let others = active.iter().filter(|other| **other != fixing && same_place(network, fixing, **other));
+        let others = active.iter().filter(|other| **other != constraint && same_place(network, constraint, **other));
         others.filter_map(|other| targets[*other].as_ref())
     };
     let point = || beside().find(|other| other.hold.position && other.hold.rails.is_empty());
     let frame = || beside().find(|other| other.hold.rotation != RotationHold::Free);
-    let found = Held::Found(fixing);
+    let found = Held::Found(constraint);
     Some(Target {
         hold,
         position: position.or_else(|| point().map(|other| other.position)).unwrap_or(found),
-        facing: facing.or_else(|| frame().map(|other| other.facing)).unwrap_or(Held::Found(fixing)),
+        facing: facing.or_else(|| frame().map(|other| other.facing)).unwrap_or(Held::Found(constraint)),
     })
 }
 

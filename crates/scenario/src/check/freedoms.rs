@@ -8,7 +8,7 @@ use crate::scenario::{Constraint as Given, Facing, Scenario};
 use nalgebra::{Matrix6, SymmetricEigen, Vector6};
 use wireloom_core::network::AttachedConstraint;
 use wireloom_core::rotation::columns;
-use wireloom_core::{Action, Constraint, Matrix, Network, Pose, Relation, RotationHold, ConstraintView, Vector};
+use wireloom_core::{Action, Constraint, ConstraintView, Matrix, Network, Pose, Relation, RotationHold, Vector};
 
 /// Eigenvalues below this, for rows of unit length, belong to motions that nothing opposes.
 const UNOPPOSED: f64 = 1e-12;
@@ -38,8 +38,8 @@ pub(crate) fn refuse_unheld(scenario: &Scenario, network: &Network) -> Vec<Fault
             faults.extend(fault);
         }
         for motion in stage.step.into_iter().flat_map(|step| &step.moves) {
-            for journey in motion.journeys(|fixing| poses[fixing]) {
-                poses[journey.fixing()] = journey.at(1.0);
+            for journey in motion.journeys(|constraint| poses[constraint]) {
+                poses[journey.constraint()] = journey.at(1.0);
             }
         }
     }
@@ -49,9 +49,9 @@ pub(crate) fn refuse_unheld(scenario: &Scenario, network: &Network) -> Vec<Fault
 /// For each branch the number of its piece, where those count as one that a constraint ties together.
 fn tied(scenario: &Scenario, pieces: &[usize], stage: &Stage<'_>) -> Vec<usize> {
     let mut pieces = pieces.to_vec();
-    for fixing in &stage.active {
+    for constraint in &stage.active {
         let mut on =
-            scenario.constraints[*fixing].places().map(|at| pieces[branch_of(scenario, at)]).collect::<Vec<_>>();
+            scenario.constraints[*constraint].places().map(|at| pieces[branch_of(scenario, at)]).collect::<Vec<_>>();
         on.sort_unstable();
         let first = on.first().copied();
         pieces.iter_mut().filter(|piece| on.contains(piece)).for_each(|piece| *piece = first.unwrap_or(*piece));
@@ -75,17 +75,17 @@ fn refuse_piece(
     let size: f64 = branches.iter().map(|branch| scenario.branches[*branch].length).sum();
     let here = |at| pieces[branch_of(scenario, at)] == piece;
     let holding: Vec<usize> =
-        stage.active.iter().copied().filter(|fixing| here(scenario.constraints[*fixing].place())).collect();
+        stage.active.iter().copied().filter(|constraint| here(scenario.constraints[*constraint].place())).collect();
     let centre = holding.iter().map(|f| poses[*f].position).sum::<Vector>() / holding.len().max(1) as f64;
     let rows: Vec<Vector6<f64>> = holding
         .iter()
         .flat_map(|f| {
-            let fixing = &network.constraints[*f];
-            if fixing.stations.len() == 1 && fixing.residuals.is_empty() && fixing.span.is_none() {
+            let constraint = &network.constraints[*f];
+            if constraint.stations.len() == 1 && constraint.residuals.is_empty() && constraint.span.is_none() {
                 let local = Pose { position: (poses[*f].position - centre) / size, ..poses[*f] };
-                return rows(fixing.constraint.as_ref(), &local);
+                return rows(constraint.model.as_ref(), &local);
             }
-            rows_of_several(fixing, &scenario.constraints[*f], network, placement, (&centre, size))
+            rows_of_several(constraint, &scenario.constraints[*f], network, placement, (&centre, size))
         })
         .collect();
     let heavy = stage.gravity && has_mass(scenario, &branches);
@@ -165,7 +165,7 @@ fn rows(constraint: &dyn Constraint, pose: &Pose) -> Vec<Vector6<f64>> {
 /// Rigid motions that a constraint of several stations, of a span, or of equations opposes: rows of unit length. What is tied together
 /// moves as one here, so only what is bound to the world counts.
 fn rows_of_several(
-    fixing: &Fixing,
+    constraint: &AttachedConstraint,
     own: &Given,
     network: &Network,
     placement: &Placement<'_>,
@@ -173,7 +173,7 @@ fn rows_of_several(
 ) -> Vec<Vector6<f64>> {
     let stations: Vec<Pose> = own.at.iter().map(|&at| placement.pose(at)).collect();
     let (mut span, mut lengths) = (Vec::new(), Vec::new());
-    if let (Some(own), Some(span_of)) = (own.span, &fixing.span) {
+    if let (Some(own), Some(span_of)) = (own.span, &constraint.span) {
         let lengths_of = &network.branches[own.branch].rod.mesh().rest_lengths;
         let first = span_of.points.start - network.branches[own.branch].points.start;
         let between = &lengths_of[first..first + span_of.points.len() - 1];
@@ -185,7 +185,7 @@ fn rows_of_several(
             lengths.push(0.5 * (before + after));
         }
     }
-    let memory = fixing.model.memory();
+    let memory = constraint.model.memory();
     let at = ConstraintView {
         stations: &stations,
         targets: &stations,
@@ -208,17 +208,17 @@ fn rows_of_several(
         let of = |(pose, g): (&Pose, &[Vector])| of_point(&pose.position, &g[0]) + of_frame(pose, &g[1]);
         stations.iter().zip(g.chunks_exact(2)).map(of).sum()
     };
-    let rows: Vec<Vector6<f64>> = match fixing.model.action() {
+    let rows: Vec<Vector6<f64>> = match constraint.model.action() {
         Action::Prescribed(_) => vec![],
         Action::Equations(equations) => {
-            let mut c = vec![0.0; fixing.residuals.len()];
-            let mut of_stations = vec![Vector::zeros(); 2 * m * fixing.of_stations];
-            let mut of_span = vec![Vector::zeros(); fixing.residuals.len() - fixing.of_stations];
+            let mut c = vec![0.0; constraint.residuals.len()];
+            let mut of_stations = vec![Vector::zeros(); 2 * m * constraint.of_stations];
+            let mut of_span = vec![Vector::zeros(); constraint.residuals.len() - constraint.of_stations];
             equations.jacobian(&at, &mut c, &mut of_stations, &mut of_span);
             let per_node = of_span.len() / n.max(1);
             let stations = of_stations.chunks_exact(2 * m.max(1)).map(of_all);
             let nodes = of_span.iter().enumerate().map(|(r, g)| of_point(&span[r / per_node], g));
-            let all = stations.chain(nodes).zip(&fixing.residuals);
+            let all = stations.chain(nodes).zip(&constraint.residuals);
             // An inequality lets go.
             all.filter(|(_, residual)| residual.relation == Relation::Zero).map(|(row, _)| row).collect()
         }

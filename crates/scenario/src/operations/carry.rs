@@ -110,16 +110,16 @@ fn read(entry: &Entry<'_>, _: Option<usize>, step: &mut Context<'_, '_>) -> Opti
     };
     // What turns a body holds all of its frame; a single tangent leaves the twist to the cable.
     let tangents = track.turns.iter().all(|(_, turn)| matches!(turn, Turn::Tangent(_)));
-    for Carried { fixing, .. } in &carried {
-        step.constraints[*fixing].tangent_given |= !track.turns.is_empty();
-        step.constraints[*fixing].up_given |= !(track.turns.is_empty() || tangents && carried.len() == 1);
+    for Carried { constraint, .. } in &carried {
+        step.constraints[*constraint].tangent_given |= !track.turns.is_empty();
+        step.constraints[*constraint].up_given |= !(track.turns.is_empty() || tangents && carried.len() == 1);
     }
-    let fixings: Vec<usize> = carried.iter().map(|carried| carried.fixing).collect();
-    if fixings.is_empty() {
+    let constraints: Vec<usize> = carried.iter().map(|carried| carried.constraint).collect();
+    if constraints.is_empty() {
         return None;
     }
     step.moves.push(Move { carried, origin: origin.unwrap_or_default(), track });
-    Some(Operation::Carry { fixings })
+    Some(Operation::Carry { constraints })
 }
 
 /// What is carried, and when.
@@ -130,8 +130,8 @@ fn carried(entry: &Entry<'_>, step: &Context<'_, '_>) -> Vec<Carried> {
         if all.iter().any(|(other, _)| other == name) {
             let message = format!("{} names \"{name}\" twice", entry.label);
             entry.reader.fault(span.clone(), message, "name everything once");
-        } else if let Some(fixing) = step.claim(entry, name, span.clone()) {
-            all.push((name, Carried { fixing, delay: 0.0, share: 1.0 }));
+        } else if let Some(constraint) = step.claim(entry, name, span.clone()) {
+            all.push((name, Carried { constraint, delay: 0.0, fraction: 1.0 }));
         }
     }
     if entry.has("what") && given.is_empty() {
@@ -146,7 +146,7 @@ fn carried(entry: &Entry<'_>, step: &Context<'_, '_>) -> Vec<Carried> {
             timing.fault_here(message, "they add up to at most 1, and some share is left to move in");
         }
         if let Some((_, carried)) = all.iter_mut().find(|(other, _)| *other == name) {
-            (carried.delay, carried.share) = (delay, share);
+            (carried.delay, carried.fraction) = (delay, share);
         } else if !given.iter().any(|(other, _)| *other == name) {
             let help = did_you_mean(name, given.iter().map(|(other, _)| *other));
             timing.fault_at("what", format!("{} does not carry \"{name}\"", entry.label), help);

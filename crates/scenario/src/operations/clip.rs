@@ -13,7 +13,7 @@ use wireloom_core::steps::Operation;
 pub(super) const CLIP: StepOperation = StepOperation {
     key: may("clip", Form::Tables(&KEYS), "clips that close around the cable and bring it to their seats"),
     begins: |_| Begins::AtPlaceOrNearest,
-    read: |_, begun, _| begun.map(|fixing| Operation::Clip { fixing }),
+    read: |_, begun, _| begun.map(|constraint| Operation::Clip { constraint }),
 };
 
 /// A clip that closes.

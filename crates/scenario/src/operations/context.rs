@@ -40,7 +40,7 @@ impl Context<'_, '_> {
             (format!("{step} moves \"{name}\", which has let go"), "move it before it is released")
         } else if !self.acting.active.contains(&index) {
             (format!("{step} moves \"{name}\", which has not begun"), "add it in this step or before")
-        } else if self.moves.iter().any(|other| other.carried.iter().any(|carried| carried.fixing == index)) {
+        } else if self.moves.iter().any(|other| other.carried.iter().any(|carried| carried.constraint == index)) {
             let help = "give one move for every constraint, with `via` points where it needs them";
             (format!("{step} moves \"{name}\" twice"), help)
         } else {

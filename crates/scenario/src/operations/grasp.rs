@@ -9,7 +9,7 @@ use wireloom_core::steps::Operation;
 pub(crate) const GRASP: StepOperation = StepOperation {
     key: may("grasp", Form::Tables(&KEYS), "hands that take hold of the cable where it is when this step begins"),
     begins: |_| Begins::AtPlace,
-    read: |_, begun, _| begun.map(|fixing| Operation::Grasp { fixing }),
+    read: |_, begun, _| begun.map(|constraint| Operation::Grasp { constraint }),
 };
 
 /// A hand that takes hold.

@@ -76,14 +76,14 @@ fn read(entry: &Entry<'_>, begun: Option<usize>, step: &mut Context<'_, '_>) -> 
         Facing::Tangent(tangent) => Some(tangent),
         Facing::Orientation(frame) => Some(columns(&frame)[2]),
     };
-    let fixing = which(entry, begun, step)?;
+    let index = which(entry, begun, step)?;
     let direction = match (direction, tangent) {
         (Some(direction), _) => direction,
-        (None, Some(tangent)) => tangent * outward(entry, step.constraints[fixing].place(), step)?,
+        (None, Some(tangent)) => tangent * outward(entry, step.constraints[index].place(), step)?,
         (None, None) => return None,
     };
     let (seat, tangent) = (seat?, tangent?);
-    let constraint = &mut step.constraints[fixing];
+    let constraint = &mut step.constraints[index];
     constraint.tangent_given = true;
     let before = seat - direction * approach;
     let mut track = Track {
@@ -98,9 +98,9 @@ fn read(entry: &Entry<'_>, begun: Option<usize>, step: &mut Context<'_, '_>) -> 
         track.turns.push((TURNED, Turn::Orientation(frame)));
         push_from = TURNED;
     }
-    step.moves.push(Move::of(fixing, track));
-    step.acting.mated.insert(fixing);
-    Some(Operation::Mate { fixing, direction, push_from, limit })
+    step.moves.push(Move::of(index, track));
+    step.acting.mated.insert(index);
+    Some(Operation::Mate { constraint: index, direction, push_from, limit })
 }
 
 /// The connector that is pushed home: one that acts, or one that begins with the step.
@@ -121,12 +121,12 @@ fn which(entry: &Entry<'_>, begun: Option<usize>, step: &Context<'_, '_>) -> Opt
             }
             let name = entry.word("constraint")?;
             let span = entry.span_of("constraint");
-            let fixing = step.claim(entry, name, span.clone())?;
-            if step.acting.mated.contains(&fixing) {
+            let constraint = step.claim(entry, name, span.clone())?;
+            if step.acting.mated.contains(&constraint) {
                 let message = format!("{} mates \"{name}\", which is in its seat already", step.entry.label);
                 entry.reader.fault(span, message, "release it first, or move it with its counterpart by `carry`");
             }
-            Some(fixing)
+            Some(constraint)
         }
         (both, _) => {
             kinds::read(entry);

@@ -75,8 +75,8 @@ fn begin<'a>(entry: &Entry<'a>, name: &'a str, names: &mut Names<'a>) -> bool {
     if names.let_go.remove(name) {
         names.constraints.remove(name);
     }
-    let free = register(entry, keys::CONSTRAINT.what, &mut names.constraints, name, names.fixings);
-    names.fixings += usize::from(free);
+    let free = register(entry, keys::CONSTRAINT.what, &mut names.constraints, name, names.constraint_count);
+    names.constraint_count += usize::from(free);
     free
 }
 
@@ -166,7 +166,7 @@ fn rails(entry: &Entry<'_>) -> Vec<Vector> {
     rails
 }
 
-/// Whether and how the cable runs through a fixing; that needs cable on both sides of it.
+/// Whether and how the cable runs through a constraint; that needs cable on both sides of it.
 fn slide(entry: &Entry<'_>, of: Option<&FixingType>, at: Option<At>, names: &Names<'_>) -> Option<Slide> {
     let otherwise = of.and_then(|of| of.slide);
     let own = entry.keys.get("slide").is_some();

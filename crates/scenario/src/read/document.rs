@@ -37,7 +37,7 @@ pub(crate) fn read(reader: &Reader<'_>, table: &DeTable<'_>) -> (Scenario, bool)
     let entries = root.named_entries("sections");
     let (sections, by_rule): (Vec<_>, Vec<_>) =
         entries.iter().map(|(name, entry)| sections::section(name, entry, &library, &mut names)).unzip();
-    names.types = library.fixings;
+    names.types = library.constraints;
     let entries = root.entries("branches");
     let branches: Vec<Branch> = entries.iter().map(|entry| branch(entry, &mut names)).collect();
     if entries.is_empty() {

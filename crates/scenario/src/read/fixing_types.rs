@@ -1,4 +1,4 @@
-//! Types of fixings: what an engineer calls a constraint, what it holds and what it bears.
+//! Types of constraints: what an engineer calls a constraint, what it holds and what it bears.
 
 use std::collections::BTreeMap;
 use wireloom_core::constraint::{Limits, Slide};

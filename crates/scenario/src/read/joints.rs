@@ -154,10 +154,10 @@ fn wires(entry: &Entry<'_>, by_branch: &BTreeMap<&str, usize>) -> Vec<WireShare>
             wire.fault_at("between", message, "give one entry for every pair of different arms");
             continue;
         }
-        shares.push(WireShare { from: *from, to: *to, share });
+        shares.push(WireShare { from: *from, to: *to, fraction: share });
     }
     for (branch, arm) in by_branch {
-        let sum: f64 = shares.iter().filter(|wire| wire.from == *arm).map(|wire| wire.share).sum();
+        let sum: f64 = shares.iter().filter(|wire| wire.from == *arm).map(|wire| wire.fraction).sum();
         if sum > 1.0 + 1e-9 {
             let sum = (sum * 1e9).round() / 1e9;
             let message = format!("the wire shares of arm \"{branch}\" add up to {sum}, more than all its wires");

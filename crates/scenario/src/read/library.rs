@@ -37,7 +37,7 @@ pub(crate) struct Library {
     materials: Named<Material>,
     pub wires: Named<Wire>,
     pub coverings: Named<Covering>,
-    pub fixings: Types,
+    pub constraints: Types,
 }
 
 impl Library {
@@ -55,7 +55,7 @@ impl Library {
     /// What a scenario can name.
     pub fn of(root: &Entry<'_>) -> Self {
         let mut library = LIBRARY.clone();
-        library.fixings = shipped_fixing_types(root.reader.registry);
+        library.constraints = shipped_fixing_types(root.reader.registry);
         let mut from_files = BTreeSet::new();
         for (path, span) in root.entry("library").map(|entry| entry.names("files")).unwrap_or_default() {
             include(root.reader, path, span, &LIBRARY_FILE, |entry| {
@@ -85,9 +85,9 @@ impl Library {
             self.coverings.insert(name.to_owned(), self.read_covering(&covering));
             labels.push(covering.label);
         }
-        for (name, fixing) in entry.named_entries("fixings") {
-            self.fixings.insert(name.to_owned(), read_fixing_type(name, &fixing));
-            labels.push(fixing.label);
+        for (name, constraint) in entry.named_entries("fixings") {
+            self.constraints.insert(name.to_owned(), read_fixing_type(name, &constraint));
+            labels.push(constraint.label);
         }
         labels
     }

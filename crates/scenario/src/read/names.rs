@@ -24,10 +24,10 @@ pub(crate) struct Names<'a> {
     pub vertices: BTreeMap<&'a str, Vertex>,
     pub joints: BTreeMap<&'a str, usize>,
     pub constraints: BTreeMap<&'a str, usize>,
-    /// Types of fixings.
+    /// Types of constraints.
     pub types: Types,
     /// How many constraints there are; some may have had the same name one after the other.
-    pub fixings: usize,
+    pub constraint_count: usize,
     /// Constraints that have let go, and whose names may be taken again.
     pub let_go: BTreeSet<&'a str>,
     pub loads: BTreeMap<&'a str, usize>,

@@ -1,14 +1,16 @@
 //! A registry of kinds that have the names and parameters of the built-in ones and no mechanics, so that this
 //! crate is tested without them; shapes are the built-in ones.
 
-use wireloom_core::constraint::{Action, Attaches, Constraint, ConstraintSpec, ConstraintView, Hold, HoldWord, Potential};
+use wireloom_core::constraint::{
+    Action, Attaches, Constraint, ConstraintSpec, ConstraintView, Hold, HoldWord, Potential,
+};
 use wireloom_core::joint::{JointModel, JointSpec, Mounting};
 use wireloom_core::minimiser::{Minimiser, Report, Stop};
-use wireloom_core::status::Status;
 use wireloom_core::registry::{
     BuildError, ConstraintKind, Form, JointKind, MinimiserKind, Parameter, Parameters, Quantity, RodKind, Value,
 };
 use wireloom_core::rod::{BranchHessian, BranchShape, Mesh, RodEnergy, RodSegment};
+use wireloom_core::status::Status;
 use wireloom_core::{Matrix, Problem, Registry, Rotation, State, Vector};
 
 struct Rod(Mesh);

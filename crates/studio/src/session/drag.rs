@@ -10,7 +10,7 @@ use wireloom::scenario::record::{Passed, Turned, Way, Written, rotation};
 /// Largest rotation in one increment, rad: as in the search for the initial equilibrium.
 const MAX_ROTATION: f64 = 0.3;
 
-/// How a fixing can be turned.
+/// How a constraint can be turned.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Turning {
     /// Its tangent alone.
@@ -19,9 +19,9 @@ pub(super) enum Turning {
     Frame,
 }
 
-/// How a fixing can be turned, if it can: one that would hold more by being turned must be pinned first.
-pub(super) fn turning(fixing: &Fixing) -> Option<Turning> {
-    match fixing.model.action() {
+/// How a constraint can be turned, if it can: one that would hold more by being turned must be pinned first.
+pub(super) fn turning(constraint: &AttachedConstraint) -> Option<Turning> {
+    match constraint.model.action() {
         Action::Prescribed(hold) => match hold.rotation {
             RotationHold::All => Some(Turning::Frame),
             RotationHold::Tangent => Some(Turning::Tangent),
@@ -42,7 +42,7 @@ pub(super) struct Goal {
 pub(super) struct Drag {
     /// Name of its step.
     pub step: String,
-    pub fixing: String,
+    pub constraint: String,
     pub index: usize,
     pub turning: Option<Turning>,
     /// Whether it has turned so far.
@@ -78,7 +78,7 @@ impl Drag {
             let turn = if self.turned { passed.turn.or_else(turn) } else { None };
             Passed { turn, ..*passed }
         };
-        let way = Way { constraint: self.fixing.clone(), places: self.passed.iter().map(place).collect() };
+        let way = Way { constraint: self.constraint.clone(), places: self.passed.iter().map(place).collect() };
         Some(Written { name: self.step.clone(), way: Some(way), ..Written::default() })
     }
 }

@@ -17,7 +17,7 @@ const MAX_MOTION: f64 = 0.1;
 const MAX_DISTANCE: f64 = 10.0;
 
 impl Session {
-    /// Brings a fixing towards a place from now on.
+    /// Brings a constraint towards a place from now on.
     pub(super) fn target(
         &mut self,
         tab: u32,
@@ -28,7 +28,7 @@ impl Session {
         if let Some(other) = self.held.get(name).filter(|other| **other != tab) {
             return Err(Refusal::new(format!("\"{name}\" is held by tab {other}"), "wait until it is let go there"));
         }
-        if self.drag.as_ref().is_some_and(|drag| drag.fixing != name) {
+        if self.drag.as_ref().is_some_and(|drag| drag.constraint != name) {
             self.end_drag();
         }
         let drag = match self.drag.take() {
@@ -51,7 +51,7 @@ impl Session {
 
     /// Refuses what is no place.
     fn check(&self, drag: &Drag, position: Option<[f64; 3]>, orientation: Option<[f64; 4]>) -> Result<(), Refusal> {
-        let name = &drag.fixing;
+        let name = &drag.constraint;
         if position.is_none() && orientation.is_none() {
             return Err(Refusal::new(
                 format!("\"{name}\" is to go nowhere"),
@@ -85,22 +85,22 @@ impl Session {
         let snapshot = self.editable_snapshot()?;
         let at = snapshot.at.as_ref().ok_or_else(no_start)?;
         let index = snapshot.harness.active_constraint(name, at)?;
-        let fixing = &snapshot.harness.network.constraints[index];
-        if fixing.stations.is_empty() {
+        let constraint = &snapshot.harness.network.constraints[index];
+        if constraint.stations.is_empty() {
             let message = format!("\"{name}\" acts along a part of a branch and cannot be brought anywhere");
-            return Err(Refusal::new(message, "take hold of the cable, or of another fixing"));
+            return Err(Refusal::new(message, "take hold of the cable, or of another constraint"));
         }
-        let turning = turning(fixing);
+        let turning = turning(constraint);
         let step = snapshot.unused_step_name(&format!("drag {name}"));
         if snapshot.steps.len() < self.now.steps.len() || !Rc::ptr_eq(&snapshot.harness, &self.now.harness) {
             self.switch_to(snapshot);
         }
         self.now.steps.push(Rc::new(StepFrames::new(&step, true, 0)));
         self.changes.timeline = true;
-        let (passed, fixing) = (Vec::new(), name.to_owned());
+        let (passed, constraint) = (Vec::new(), name.to_owned());
         Ok(Drag {
             step,
-            fixing,
+            constraint,
             index,
             turning,
             turned: false,
@@ -126,7 +126,7 @@ impl Session {
             turns: turn.into_iter().map(|turn| (1.0, turn)).collect(),
             spin: 0.0,
         };
-        let operations = turn.map(|_| Operation::Carry { fixings: vec![drag.index] }).into_iter().collect();
+        let operations = turn.map(|_| Operation::Carry { constraints: vec![drag.index] }).into_iter().collect();
         let moves = vec![Move::of(drag.index, track)];
         let step = Step { name: drag.step.clone(), increments: 1, moves, operations, ..Step::default() };
         let ended = harness.advance_drag(&step, &at);
@@ -169,7 +169,7 @@ impl Session {
             return;
         }
         self.held.remove(name);
-        match self.drag.as_mut().filter(|drag| drag.fixing == name) {
+        match self.drag.as_mut().filter(|drag| drag.constraint == name) {
             Some(drag) if drag.goal.is_some() => drag.ends = true,
             Some(_) => self.end_drag(),
             None => {}

@@ -46,16 +46,16 @@ position = [0, 0, 0.1]
 /// What a page may send: every request, some in an order that makes sense.
 const MESSAGES: [&str; 3] = [
     r#"{"do":"hold","branch":"b","s":0.2,"how":"handle"}
-{"do":"target","fixing":"hand","position":[0.1,0.05,-0.1],"orientation":[1,0,0,0]}
-{"do":"target","fixing":"hand","position":null,"orientation":null}
-{"do":"drop","fixing":"hand"}
+{"do":"target","constraint":"hand","position":[0.1,0.05,-0.1],"orientation":[1,0,0,0]}
+{"do":"target","constraint":"hand","position":null,"orientation":null}
+{"do":"drop","constraint":"hand"}
 {"do":"undo"}
 {"do":"redo"}
 {"do":"save"}
 "#,
     r#"{"do":"hold","branch":"b","s":0.4,"how":"pin"}
-{"do":"pin","fixing":"pin"}
-{"do":"release","fixing":"pin"}
+{"do":"pin","constraint":"pin"}
+{"do":"release","constraint":"pin"}
 {"do":"go","frame":1}
 {"do":"frames","from":0,"to":3}
 {"do":"stop"}
@@ -64,7 +64,7 @@ const MESSAGES: [&str; 3] = [
 {"do":"set","key":"sections.s.bending_stiffness","value":0.02}
 {"do":"set","key":"branches.b.segments","value":8}
 {"do":"hold","branch":"b","s":0.1,"how":"collar"}
-{"do":"target","fixing":"plug","position":[0,0,0.2]}
+{"do":"target","constraint":"plug","position":[0,0,0.2]}
 {"do":"draft","take":false}
 "#,
 ];
@@ -73,8 +73,8 @@ const WORDS: [&str; 22] = [
     "\"handle\"",
     "\"pin\"",
     "\"collar\"",
-    "\"fixing\":\"plug\"",
-    "\"fixing\":\"clip\"",
+    "\"constraint\":\"plug\"",
+    "\"constraint\":\"clip\"",
     "\"branch\":\"b\"",
     "{\"do\":\"undo\"}\n",
     "{\"do\":\"redo\"}\n",

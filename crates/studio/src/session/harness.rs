@@ -7,8 +7,8 @@ use wireloom::core::network::AttachedConstraint;
 use wireloom::core::steps::{Schedule, Step};
 use wireloom::core::{Monitor, Network, Pose, Registry, Status, StepResult};
 use wireloom::scenario::{Built, Fault, Files, Scenario};
-use wireloom::solve::steps::checkpoint_transfer::{Changed, changed};
 use wireloom::solve::steps::checkpoint::Checkpoint;
+use wireloom::solve::steps::checkpoint_transfer::{Changed, changed};
 use wireloom::solve::steps::interactive::{Ended, Hands, Trouble};
 
 /// A harness, and what carries it.
@@ -36,15 +36,15 @@ impl Harness {
 
     /// Whether something that acts from the beginning does more and more so over the first step.
     pub fn tightens_in_first_step(&self) -> bool {
-        let changes = |fixing: &Fixing| match fixing.model.action() {
+        let changes = |constraint: &AttachedConstraint| match constraint.model.action() {
             Action::Prescribed(_) => {
                 let base = Pose::identity();
-                fixing.model.target(&base, 0.0) != fixing.model.target(&base, 1.0)
+                constraint.model.target(&base, 0.0) != constraint.model.target(&base, 1.0)
             }
             // What they do with their progress they know alone.
             Action::Potential(_) | Action::Equations(_) => true,
         };
-        self.network.constraints.iter().any(|fixing| fixing.from_start && changes(fixing))
+        self.network.constraints.iter().any(|constraint| constraint.from_start && changes(constraint))
     }
 
     /// The balanced start.
@@ -84,7 +84,7 @@ impl Harness {
         }
     }
 
-    /// The fixing of this name that acts.
+    /// The constraint of this name that acts.
     ///
     /// # Errors
     /// Where none does.
@@ -92,8 +92,8 @@ impl Harness {
         let of_name = |f: &usize| self.network.constraints[*f].name == name && at.acts(*f);
         (0..self.network.constraints.len()).find(of_name).ok_or_else(|| {
             let active_constraint = self.network.constraints.iter().enumerate().filter(|(f, _)| at.acts(*f));
-            let names: Vec<&str> = active_constraint.map(|(_, fixing)| fixing.name.as_str()).collect();
-            Refusal::new(format!("no fixing \"{name}\" acts now"), format!("those that do: {}", names.join(", ")))
+            let names: Vec<&str> = active_constraint.map(|(_, constraint)| constraint.name.as_str()).collect();
+            Refusal::new(format!("no constraint \"{name}\" acts now"), format!("those that do: {}", names.join(", ")))
         })
     }
 

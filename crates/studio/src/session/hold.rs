@@ -21,12 +21,12 @@ impl Snapshot {
         (2..).map(numbered).find(|name| !taken.contains(&name.as_str())).unwrap_or_default()
     }
 
-    /// A name for a fixing that no other one has had.
+    /// A name for a constraint that no other one has had.
     fn unused_constraint_name(&self, word: &str) -> String {
-        let fixings = &self.harness.network.constraints;
+        let constraints = &self.harness.network.constraints;
         let begun = || self.by_hand.iter().flat_map(|step| &step.begins);
         let free = |name: &String| {
-            fixings.iter().all(|fixing| fixing.name != *name) && begun().all(|begins| begins.name != *name)
+            constraints.iter().all(|constraint| constraint.name != *name) && begun().all(|begins| begins.name != *name)
         };
         (1..).map(|k| format!("{word} {k}")).find(free).unwrap_or_default()
     }
@@ -71,7 +71,7 @@ impl Session {
         Ok(())
     }
 
-    /// A fixing lets go.
+    /// A constraint lets go.
     pub(super) fn release(&mut self, tab: u32, name: &str) -> Result<(), Refusal> {
         let snapshot = self.snapshot_with_active(tab, name)?;
         let step = snapshot.unused_step_name(&format!("release {name}"));
@@ -80,7 +80,7 @@ impl Session {
         Ok(())
     }
 
-    /// A fixing holds everything from now on, where it is.
+    /// A constraint holds everything from now on, where it is.
     pub(super) fn pin(&mut self, tab: u32, name: &str) -> Result<(), Refusal> {
         let snapshot = self.snapshot_with_active(tab, name)?;
         let Snapshot { harness, at, .. } = &snapshot;
@@ -101,7 +101,7 @@ impl Session {
         self.apply_step(snapshot, Written { name: step, release: vec![name.to_owned()], begins, way: None })
     }
 
-    /// How it stands where this fixing acts, and no other tab holds it.
+    /// How it stands where this constraint acts, and no other tab holds it.
     fn snapshot_with_active(&mut self, tab: u32, name: &str) -> Result<Snapshot, Refusal> {
         self.end_drag();
         if let Some(other) = self.held.get(name).filter(|other| **other != tab) {

@@ -198,8 +198,8 @@ impl Snapshot {
 
 /// Where an event happened.
 fn place(place: &EventPlace, end: &StepResult) -> Option<[f64; 3]> {
-    if let Some(fixing) = &place.fixing {
-        return end.constraints.iter().find(|own| own.name == *fixing).map(|own| own.position.into());
+    if let Some(constraint) = &place.constraint {
+        return end.constraints.iter().find(|own| own.name == *constraint).map(|own| own.position.into());
     }
     let branch = end.branches.iter().find(|branch| Some(&branch.name) == place.branch.as_ref())?;
     let s = place.s.unwrap_or(0.5 * branch.s.last()?);

@@ -137,18 +137,18 @@ fn refused(session: &mut Session, request: Request) -> String {
     }
 }
 
-fn to(fixing: &str, position: [f64; 3]) -> Request {
-    Request::Target { fixing: fixing.into(), position: Some(position), orientation: None }
+fn to(constraint: &str, position: [f64; 3]) -> Request {
+    Request::Target { constraint: constraint.into(), position: Some(position), orientation: None }
 }
 
 /// A hand lets go of it.
-fn drop_(fixing: &str) -> Request {
-    Request::Drop { fixing: fixing.into() }
+fn drop_(constraint: &str) -> Request {
+    Request::Drop { constraint: constraint.into() }
 }
 
-fn drag(session: &mut Session, fixing: &str, places: &[[f64; 3]]) {
-    places.iter().for_each(|place| done(session, to(fixing, *place)));
-    done(session, drop_(fixing));
+fn drag(session: &mut Session, constraint: &str, places: &[[f64; 3]]) {
+    places.iter().for_each(|place| done(session, to(constraint, *place)));
+    done(session, drop_(constraint));
 }
 
 fn hold(session: &mut Session, branch: &str, s: f64, how: Holding) {
@@ -220,11 +220,11 @@ fn what_is_dragged_is_what_run_makes_of_the_saved_text_to_the_bit() {
     // Turned on the way, further than one increment goes.
     done(&mut session, to("plug-B", [0.52, 0.19, 0.07]));
     let q = Some([0.9, 0.1, 0.5, 0.3]);
-    done(&mut session, Request::Target { fixing: "plug-B".into(), position: None, orientation: q });
+    done(&mut session, Request::Target { constraint: "plug-B".into(), position: None, orientation: q });
     done(&mut session, drop_("plug-B"));
     // A clip has a tangent alone.
     let q = Some([0.7, 0.0, 0.75, 0.1]);
-    done(&mut session, Request::Target { fixing: "clip".into(), position: Some([0.2, 0.01, 0.0]), orientation: q });
+    done(&mut session, Request::Target { constraint: "clip".into(), position: Some([0.2, 0.01, 0.0]), orientation: q });
     done(&mut session, drop_("clip"));
     let text = text(&mut session);
     assert!(text.starts_with(&format!("{Y}{STEPS}")), "{text}");
@@ -246,12 +246,12 @@ fn hands_take_hold_pin_clip_and_let_go_and_run_finds_the_same_shapes() {
     assert_eq!(session.held(), []);
     refused(
         &mut session,
-        Request::Target { fixing: "hand 2".into(), position: None, orientation: Some([1.0, 0.0, 0.0, 0.0]) },
+        Request::Target { constraint: "hand 2".into(), position: None, orientation: Some([1.0, 0.0, 0.0, 0.0]) },
     );
-    done(&mut session, Request::Pin { fixing: "hand 2".into() });
+    done(&mut session, Request::Pin { constraint: "hand 2".into() });
     let q = Some([0.8, 0.1, 0.6, 0.0]);
-    done(&mut session, Request::Target { fixing: "hand 2".into(), position: None, orientation: q });
-    done(&mut session, Request::Release { fixing: "hand 1".into() });
+    done(&mut session, Request::Target { constraint: "hand 2".into(), position: None, orientation: q });
+    done(&mut session, Request::Release { constraint: "hand 1".into() });
     let text = text(&mut session);
     let ends = ends(&text);
     assert_eq!(session.now.frames(), 1 + ends.len(), "{text}");
@@ -270,7 +270,7 @@ fn hands_take_hold_pin_clip_and_let_go_and_run_finds_the_same_shapes() {
         "release hand 1",
     ];
     assert_eq!(names, expected);
-    assert!(session.scene().fixings.iter().any(|fixing| fixing.name == "clip 1" && fixing.by_hand));
+    assert!(session.scene().constraints.iter().any(|constraint| constraint.name == "clip 1" && constraint.by_hand));
 }
 
 #[test]
@@ -346,14 +346,18 @@ fn what_cannot_be_is_refused_and_changes_nothing() {
         to("plug-Z", [0.0; 3]),
         to("plug-B", [f64::NAN, 0.0, 0.0]),
         to("plug-B", [1e300, 0.0, 0.0]),
-        Request::Target { fixing: "plug-B".into(), position: None, orientation: None },
-        Request::Target { fixing: "plug-B".into(), position: None, orientation: Some([0.0; 4]) },
-        Request::Target { fixing: "plug-B".into(), position: None, orientation: Some([f64::INFINITY, 0.0, 0.0, 1.0]) },
+        Request::Target { constraint: "plug-B".into(), position: None, orientation: None },
+        Request::Target { constraint: "plug-B".into(), position: None, orientation: Some([0.0; 4]) },
+        Request::Target {
+            constraint: "plug-B".into(),
+            position: None,
+            orientation: Some([f64::INFINITY, 0.0, 0.0, 1.0]),
+        },
         Request::Hold { branch: "trunk".into(), s: f64::NAN, how: Holding::Handle },
         Request::Hold { branch: "trunk".into(), s: 9.0, how: Holding::Pin },
         Request::Hold { branch: "none".into(), s: 0.0, how: Holding::Collar },
-        Request::Release { fixing: "none".into() },
-        Request::Pin { fixing: String::new() },
+        Request::Release { constraint: "none".into() },
+        Request::Pin { constraint: String::new() },
         Request::Go { frame: 99 },
         Request::Undo,
     ] {
@@ -362,7 +366,7 @@ fn what_cannot_be_is_refused_and_changes_nothing() {
     }
     // Nothing would hold it.
     let mut alone = self::session(Y);
-    let message = refused(&mut alone, Request::Release { fixing: "plug-A".into() });
+    let message = refused(&mut alone, Request::Release { constraint: "plug-A".into() });
     assert!(message.contains("not held"), "{message}");
     drag(&mut alone, "plug-A", &[[0.01, 0.0, 0.0]]);
 }
@@ -453,7 +457,7 @@ fn what_finds_no_balance_is_shown_and_not_written_down() {
     refused(&mut session, Request::Undo);
     // Nor where something would have let go.
     rests.store(true, Ordering::Relaxed);
-    refused(&mut session, Request::Release { fixing: "plug-B".into() });
+    refused(&mut session, Request::Release { constraint: "plug-B".into() });
     rests.store(false, Ordering::Relaxed);
     assert_eq!((bits(&last(&session)), session.now.frames()), (shape, frames));
 }
@@ -529,7 +533,7 @@ fn whatever_is_asked_the_session_goes_on() {
             0 => numbers[random.usize(..numbers.len())],
             _ => random.f64() - 0.3,
         };
-        let fixing = names[random.usize(..names.len())].to_owned();
+        let constraint = names[random.usize(..names.len())].to_owned();
         let request = match random.u32(..20) {
             0 | 1 => Request::Hold {
                 branch: ["trunk", "left", "right", "x"][random.usize(..4)].into(),
@@ -537,13 +541,13 @@ fn whatever_is_asked_the_session_goes_on() {
                 how: [Holding::Handle, Holding::Pin, Holding::Collar][random.usize(..3)],
             },
             2..10 => Request::Target {
-                fixing,
+                constraint,
                 position: random.bool().then(|| std::array::from_fn(|_| number(&mut random))),
                 orientation: (random.u32(..3) == 0).then(|| std::array::from_fn(|_| number(&mut random))),
             },
-            10 | 11 => Request::Drop { fixing },
-            12 => Request::Release { fixing },
-            13 => Request::Pin { fixing },
+            10 | 11 => Request::Drop { constraint },
+            12 => Request::Release { constraint },
+            13 => Request::Pin { constraint },
             14 => Request::Undo,
             15 => Request::Redo,
             16 => Request::Go { frame: random.u32(..60) },

@@ -1,7 +1,7 @@
-// What stands about the cable: fixings by kind, joints, obstacles, arrows of forces. Shapes in the frame of what they stand for: d3 is z.
+// What stands about the cable: constraints by kind, joints, obstacles, arrows of forces. Shapes in the frame of what they stand for: d3 is z.
 import * as THREE from "three";
 import type { Frame } from "./frame";
-import type { Fixing, Obstacle, Placed, Scene } from "./protocol";
+import type { Constraint, Obstacle, Placed, Scene } from "./protocol";
 import { digits } from "./units";
 import type { View } from "./view";
 
@@ -13,12 +13,12 @@ const PIXELS = { few: 22, many: 10 };
 
 export interface Body {
   name: string;
-  kind: "fixing" | "joint" | "obstacle";
+  kind: "constraint" | "joint" | "obstacle";
   words: string;
   object: THREE.Object3D;
   /** True size, m. */
   size: number;
-  fixing: Fixing | null;
+  constraint: Constraint | null;
   /** Whether it is there in the frame shown. */
   acts: boolean;
 }
@@ -53,19 +53,19 @@ export class Bodies {
     this.size = Math.max(0.05, ...scene.branches.map((branch) => branch.length));
     this.bodies = [];
     for (const obstacle of scene.obstacles) {
-      this.bodies.push({ name: obstacle.name, kind: "obstacle", words: obstacle.name, object: solid(obstacle), size: 0, fixing: null, acts: true });
+      this.bodies.push({ name: obstacle.name, kind: "obstacle", words: obstacle.name, object: solid(obstacle), size: 0, constraint: null, acts: true });
     }
     for (const joint of scene.joints) {
       const widest = Math.max(1e-3, ...joint.branches.map((name) => this.diameters.get(name) ?? thickest));
       const object = jointBody(joint.model, widest);
-      this.bodies.push({ name: joint.name, kind: "joint", words: joint.name, object, size: 2 * widest, fixing: null, acts: true });
+      this.bodies.push({ name: joint.name, kind: "joint", words: joint.name, object, size: 2 * widest, constraint: null, acts: true });
     }
-    for (const fixing of scene.fixings) {
-      const diameter = (fixing.place && this.diameters.get(fixing.place[0])) ?? thickest;
-      const length = (fixing.place && scene.branches.find((branch) => branch.name === fixing.place![0])?.length) ?? 1;
-      const atStart = fixing.place !== null && fixing.place[1] < length / 2;
-      const object = fixingBody(fixing, diameter, atStart);
-      this.bodies.push({ name: fixing.name, kind: "fixing", words: fixing.name, object, size: 3 * diameter, fixing, acts: false });
+    for (const constraint of scene.constraints) {
+      const diameter = (constraint.place && this.diameters.get(constraint.place[0])) ?? thickest;
+      const length = (constraint.place && scene.branches.find((branch) => branch.name === constraint.place![0])?.length) ?? 1;
+      const atStart = constraint.place !== null && constraint.place[1] < length / 2;
+      const object = constraintBody(constraint, diameter, atStart);
+      this.bodies.push({ name: constraint.name, kind: "constraint", words: constraint.name, object, size: 3 * diameter, constraint, acts: false });
     }
     for (const body of this.bodies) {
       body.object.visible = body.acts;
@@ -79,13 +79,13 @@ export class Bodies {
   }
 
   take(frame: Frame): void {
-    for (const fixing of frame.header.fixings) this.greatest = Math.max(this.greatest, Math.hypot(...fixing.force));
+    for (const constraint of frame.header.constraints) this.greatest = Math.max(this.greatest, Math.hypot(...constraint.force));
     this.perNewton = this.greatest > 0 ? (0.18 * this.size) / this.greatest : 0;
   }
 
   update(scene: Scene, frame: Frame): void {
     const header = frame.header;
-    const acting = new Map(header.fixings.map((fixing) => [fixing.name, fixing]));
+    const acting = new Map(header.constraints.map((constraint) => [constraint.name, constraint]));
     let joint = 0;
     let obstacle = 0;
     for (const body of this.bodies) {
@@ -124,22 +124,22 @@ export class Bodies {
       head.scale.set(2.6 * thick, 2.6 * thick, headLength);
       this.arrowLabels.push({ place: new THREE.Vector3(...at).addScaledVector(direction, size * scale), words: `${digits(size)} N` });
     };
-    for (const fixing of frame.header.fixings) one(fixing.at.position, fixing.force);
+    for (const constraint of frame.header.constraints) one(constraint.at.position, constraint.force);
     for (const obstacle of frame.header.obstacles) if (obstacle.contacts > 0) one(obstacle.at.position, obstacle.force);
   }
 
   /** Small things are drawn larger than they are, so that they can be seen and taken hold of. */
   atLeast(): void {
-    const acting = this.bodies.filter((body) => body.acts && body.kind === "fixing").length;
+    const acting = this.bodies.filter((body) => body.acts && body.kind === "constraint").length;
     const pixels = Math.max(PIXELS.many, PIXELS.few * Math.min(1, Math.sqrt(12 / Math.max(1, acting))));
     for (const body of this.bodies) {
       if (!body.acts || body.kind === "obstacle") continue;
       const wanted = (body.kind === "joint" ? 0.6 : 1) * pixels * this.view.metresPerPixel(body.object.position);
-      body.object.scale.setScalar(Math.max(1, wanted / body.size) * (body.name === this.chosen && body.kind === "fixing" ? 1.25 : 1));
+      body.object.scale.setScalar(Math.max(1, wanted / body.size) * (body.name === this.chosen && body.kind === "constraint" ? 1.25 : 1));
     }
   }
 
-  /** The fixing or joint under a pixel. */
+  /** The constraint or joint under a pixel. */
   pick(x: number, y: number, slack: number): Body | null {
     let best: Body | null = null;
     let nearest = Infinity;
@@ -155,7 +155,7 @@ export class Bodies {
   }
 
   find(name: string): Body | undefined {
-    return this.bodies.find((body) => body.name === name && body.kind === "fixing");
+    return this.bodies.find((body) => body.name === name && body.kind === "constraint");
   }
 }
 
@@ -174,25 +174,25 @@ function mesh(geometry: THREE.BufferGeometry, material: THREE.Material, x = 0, y
 }
 
 /** A plug with a latch on d1's side; a ring with a foot; a ball between two plates of fingers; a pin; a block. */
-function fixingBody(fixing: Fixing, d: number, atStart: boolean): THREE.Group {
+function constraintBody(constraint: Constraint, d: number, atStart: boolean): THREE.Group {
   const group = new THREE.Group();
   const along = atStart ? -1 : 1;
   const round = (radius: number, length: number, sides = 24) => new THREE.CylinderGeometry(radius, radius, length, sides).rotateX(Math.PI / 2);
-  if (fixing.kind === "connector") {
+  if (constraint.kind === "connector") {
     const material = paint(COLOUR.connector);
     group.add(mesh(new THREE.BoxGeometry(1.7 * d, 2.3 * d, 2.6 * d), material, 0, 0, along * 1.1 * d));
     group.add(mesh(new THREE.BoxGeometry(0.5 * d, 0.8 * d, 1.8 * d), paint("#86b4f5"), 1.05 * d, 0, along * 1.1 * d));
     group.add(mesh(round(0.75 * d, 0.8 * d), paint("#22303f"), 0, 0, -along * 0.3 * d));
-  } else if (fixing.kind === "collar" || fixing.kind === "clip") {
+  } else if (constraint.kind === "collar" || constraint.kind === "clip") {
     const material = paint(COLOUR.collar);
     group.add(mesh(new THREE.TorusGeometry(0.78 * d, 0.28 * d, 12, 32), material));
     group.add(mesh(round(0.85 * d, 0.7 * d), material));
     group.add(mesh(new THREE.BoxGeometry(1.1 * d, 0.9 * d, 0.8 * d), paint("#e2a33c"), -1.2 * d, 0, 0));
-  } else if (fixing.kind === "handle") {
+  } else if (constraint.kind === "handle") {
     const material = paint(COLOUR.handle);
     group.add(mesh(new THREE.SphereGeometry(0.95 * d, 24, 16), new THREE.MeshPhongMaterial({ color: COLOUR.handle, transparent: true, opacity: 0.75 })));
     for (const side of [-1, 1]) group.add(mesh(new THREE.BoxGeometry(0.35 * d, 1.2 * d, 2.2 * d), material, side * 0.85 * d, 0, 0));
-  } else if (fixing.kind === "pin") {
+  } else if (constraint.kind === "pin") {
     group.add(mesh(new THREE.ConeGeometry(0.7 * d, 2.4 * d, 16).rotateZ(-Math.PI / 2), paint(COLOUR.pin), -1.3 * d, 0, 0));
     group.add(mesh(round(0.75 * d, 0.9 * d), paint(COLOUR.pin)));
   } else {

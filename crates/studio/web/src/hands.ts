@@ -6,13 +6,13 @@ import { Emitter } from "./emitter";
 import { along, Column, firstNodes } from "./frame";
 import type { Link } from "./link";
 import { pickCable, type CablePoint } from "./pick";
-import { FLOATS, type Fixing, type FixingFrame, type Holding, type Placed } from "./protocol";
+import { FLOATS, type Constraint, type ConstraintFrame, type Holding, type Placed } from "./protocol";
 import type { Store } from "./store";
 import type { View } from "./view";
 
 export type Axis = "x" | "y" | "z";
-/** What is chosen: a fixing, or a point of a branch. */
-export type Chosen = { is: "fixing"; name: string } | { is: "point"; branch: number; s: number } | null;
+/** What is chosen: a constraint, or a point of a branch. */
+export type Chosen = { is: "constraint"; name: string } | { is: "point"; branch: number; s: number } | null;
 
 interface Events {
   chosen: Chosen;
@@ -22,9 +22,9 @@ interface Events {
   dragging: boolean;
 }
 
-/** A drag: of a fixing, or of a point of a cable whose handle has been asked for and is not there yet. */
+/** A drag: of a constraint, or of a point of a cable whose handle has been asked for and is not there yet. */
 interface Drag {
-  fixing: string | null;
+  constraint: string | null;
   offset: THREE.Vector3;
   from: THREE.Vector3;
   target: THREE.Vector3;
@@ -42,7 +42,7 @@ export class Hands extends Emitter<Events> {
   /** Held before a `hold` was sent: what is held beyond it is the new handle. */
   private heldBefore: Set<string> | null = null;
   private dropWhenHeld = false;
-  /** Fixings that have had targets and no drop yet. */
+  /** Constraints that have had targets and no drop yet. */
   private open = new Set<string>();
   private waiting = new Map<string, { position: [number, number, number] | null; orientation: [number, number, number, number] | null }>();
   private sending = false;
@@ -78,7 +78,7 @@ export class Hands extends Emitter<Events> {
     });
     this.gizmo.addEventListener("mouseUp", () => {
       view.controls.enabled = true;
-      const name = this.fixingName();
+      const name = this.constraintName();
       if (name) this.drop(name);
       this.tell("dragging", false);
     });
@@ -103,13 +103,13 @@ export class Hands extends Emitter<Events> {
     return this.drag !== null || this.gizmo.dragging || this.open.size > 0;
   }
 
-  fixingName(): string | null {
-    return this.chosen?.is === "fixing" ? this.chosen.name : null;
+  constraintName(): string | null {
+    return this.chosen?.is === "constraint" ? this.chosen.name : null;
   }
 
-  fixing(): Fixing | null {
-    const name = this.fixingName();
-    return this.store.scene?.fixings.find((fixing) => fixing.name === name) ?? null;
+  constraint(): Constraint | null {
+    const name = this.constraintName();
+    return this.store.scene?.constraints.find((constraint) => constraint.name === name) ?? null;
   }
 
   /** The part of the gizmo that is pointed at. */
@@ -117,15 +117,15 @@ export class Hands extends Emitter<Events> {
     return this.gizmo.axis;
   }
 
-  /** Where a fixing is in the frame shown. */
-  at(name: string): FixingFrame | null {
-    return this.store.shown?.header.fixings.find((fixing) => fixing.name === name) ?? null;
+  /** Where a constraint is in the frame shown. */
+  at(name: string): ConstraintFrame | null {
+    return this.store.shown?.header.constraints.find((constraint) => constraint.name === name) ?? null;
   }
 
   choose(chosen: Chosen): void {
     this.dropAll();
     this.chosen = chosen;
-    this.bodies.chosen = this.fixingName();
+    this.bodies.chosen = this.constraintName();
     this.attach();
     this.tell("chosen", chosen);
     this.view.draw();
@@ -143,10 +143,10 @@ export class Hands extends Emitter<Events> {
   }
 
   private sceneChanged(): void {
-    if (this.chosen?.is === "fixing" && !this.fixing()) this.choose(null);
+    if (this.chosen?.is === "constraint" && !this.constraint()) this.choose(null);
     else if (this.chosen?.is === "point" && this.chosen.branch >= (this.store.scene?.branches.length ?? 0)) this.choose(null);
     else {
-      this.bodies.chosen = this.fixingName();
+      this.bodies.chosen = this.constraintName();
       this.attach();
     }
     this.lookForHandle();
@@ -154,9 +154,9 @@ export class Hands extends Emitter<Events> {
 
   private attach(): void {
     this.gizmo.camera = this.view.camera;
-    const fixing = this.fixing();
-    const at = fixing ? this.at(fixing.name) : null;
-    const useful = fixing && at && this.live && ((this.mode === "translate" && fixing.moves) || (this.mode === "rotate" && fixing.turns));
+    const constraint = this.constraint();
+    const at = constraint ? this.at(constraint.name) : null;
+    const useful = constraint && at && this.live && ((this.mode === "translate" && constraint.moves) || (this.mode === "rotate" && constraint.turns));
     if (useful && this.mode !== "none") {
       place(this.proxy, at.at);
       this.gizmo.setMode(this.mode);
@@ -172,7 +172,7 @@ export class Hands extends Emitter<Events> {
   }
 
   private follow(): void {
-    const name = this.fixingName();
+    const name = this.constraintName();
     if (name && !this.gizmo.dragging) {
       const at = this.at(name);
       if (at) place(this.proxy, at.at);
@@ -182,7 +182,7 @@ export class Hands extends Emitter<Events> {
   }
 
   private gizmoMoved(): void {
-    const name = this.fixingName();
+    const name = this.constraintName();
     if (!name || !this.gizmo.dragging) return;
     const q = this.proxy.quaternion;
     if (this.mode === "rotate") this.aim(name, this.proxy.position.toArray() as [number, number, number], [q.w, q.x, q.y, q.z]);
@@ -199,10 +199,10 @@ export class Hands extends Emitter<Events> {
     }
   }
 
-  /** Brings a fixing somewhere with the next picture; what was wanted of it before and has not been sent is forgotten. */
-  aim(fixing: string, position: [number, number, number] | null, orientation: [number, number, number, number] | null): void {
-    this.waiting.set(fixing, { position, orientation });
-    this.open.add(fixing);
+  /** Brings a constraint somewhere with the next picture; what was wanted of it before and has not been sent is forgotten. */
+  aim(constraint: string, position: [number, number, number] | null, orientation: [number, number, number, number] | null): void {
+    this.waiting.set(constraint, { position, orientation });
+    this.open.add(constraint);
     if (this.sending) return;
     this.sending = true;
     requestAnimationFrame(() => this.flush());
@@ -210,18 +210,18 @@ export class Hands extends Emitter<Events> {
 
   private flush(): void {
     this.sending = false;
-    for (const [fixing, target] of this.waiting) this.link.send({ do: "target", fixing, ...target });
+    for (const [constraint, target] of this.waiting) this.link.send({ do: "target", constraint, ...target });
     this.waiting.clear();
   }
 
-  private drop(fixing: string): void {
+  private drop(constraint: string): void {
     this.flush();
-    if (this.open.delete(fixing)) this.link.send({ do: "drop", fixing });
+    if (this.open.delete(constraint)) this.link.send({ do: "drop", constraint });
   }
 
   private dropAll(): void {
     clearTimeout(this.settle);
-    for (const fixing of [...this.open]) this.drop(fixing);
+    for (const constraint of [...this.open]) this.drop(constraint);
   }
 
   /** An exact pose: one target, and the end of it. */
@@ -233,65 +233,65 @@ export class Hands extends Emitter<Events> {
 
   /** A step of an arrow key: targets follow each other like a drag that ends when the keys rest. */
   nudge(right: number, up: number, towards: number): void {
-    const fixing = this.fixing();
-    const at = fixing && this.at(fixing.name);
-    if (!fixing || !at || !fixing.moves || !this.live) return;
-    if (!this.open.has(fixing.name)) this.backToShown();
+    const constraint = this.constraint();
+    const at = constraint && this.at(constraint.name);
+    if (!constraint || !at || !constraint.moves || !this.live) return;
+    if (!this.open.has(constraint.name)) this.backToShown();
     const [x, y, z] = this.view.axes().map(alongAxis);
-    const from = this.nudged?.fixing === fixing.name && this.open.has(fixing.name) ? this.nudged.at : new THREE.Vector3(...at.at.position);
+    const from = this.nudged?.constraint === constraint.name && this.open.has(constraint.name) ? this.nudged.at : new THREE.Vector3(...at.at.position);
     const to = from.clone().addScaledVector(x, right).addScaledVector(y, up).addScaledVector(z, towards);
-    this.nudged = { fixing: fixing.name, at: to };
-    this.aim(fixing.name, to.toArray() as [number, number, number], null);
+    this.nudged = { constraint: constraint.name, at: to };
+    this.aim(constraint.name, to.toArray() as [number, number, number], null);
     clearTimeout(this.settle);
     this.settle = window.setTimeout(() => this.dropAll(), 700);
   }
-  private nudged: { fixing: string; at: THREE.Vector3 } | null = null;
+  private nudged: { constraint: string; at: THREE.Vector3 } | null = null;
 
   /** Asks for a hand, a pin or a clip at a point of a branch. */
   hold(branch: number, s: number, how: Holding): void {
     const scene = this.store.scene;
     if (!scene || !this.live) return;
     this.backToShown();
-    this.heldBefore = new Set(scene.fixings.map((fixing) => fixing.name));
+    this.heldBefore = new Set(scene.constraints.map((constraint) => constraint.name));
     this.link.send({ do: "hold", branch: scene.branches[branch].name, s, how });
   }
 
   release(): void {
-    const name = this.fixingName();
+    const name = this.constraintName();
     if (!name || !this.live) return;
     this.dropAll();
     this.backToShown();
-    this.link.send({ do: "release", fixing: name });
+    this.link.send({ do: "release", constraint: name });
   }
 
   pin(): void {
     if (!this.live) return;
     if (this.chosen?.is === "point") return this.hold(this.chosen.branch, this.chosen.s, "pin");
-    const name = this.fixingName();
+    const name = this.constraintName();
     if (!name) return;
     this.dropAll();
     this.backToShown();
-    this.link.send({ do: "pin", fixing: name });
+    this.link.send({ do: "pin", constraint: name });
   }
 
-  /** A `hold` has been answered when a fixing is there that was not there before. */
+  /** A `hold` has been answered when a constraint is there that was not there before. */
   private lookForHandle(): void {
     if (!this.heldBefore || !this.store.scene) return;
-    const made = this.store.scene.fixings.find((fixing) => fixing.by_hand && !this.heldBefore!.has(fixing.name));
+    const made = this.store.scene.constraints.find((constraint) => constraint.by_hand && !this.heldBefore!.has(constraint.name));
     if (!made) return;
     this.heldBefore = null;
     const drag = this.drag;
-    if (drag && drag.fixing === null) {
-      drag.fixing = made.name;
-      this.chosen = { is: "fixing", name: made.name };
+    if (drag && drag.constraint === null) {
+      drag.constraint = made.name;
+      this.chosen = { is: "constraint", name: made.name };
       this.bodies.chosen = made.name;
       this.tell("chosen", this.chosen);
       if (drag.moved) this.aim(made.name, drag.target.toArray() as [number, number, number], null);
     } else if (this.dropWhenHeld && this.lastTarget) {
       this.aim(made.name, this.lastTarget, null);
       this.drop(made.name);
-      this.choose({ is: "fixing", name: made.name });
-    } else this.choose({ is: "fixing", name: made.name });
+      this.choose({ is: "constraint", name: made.name });
+    } else this.choose({ is: "constraint", name: made.name });
     this.dropWhenHeld = false;
     this.lastTarget = null;
   }
@@ -305,7 +305,7 @@ export class Hands extends Emitter<Events> {
     this.waiting.clear();
     const open = [...this.open];
     this.open.clear();
-    for (const fixing of open) this.link.send({ do: "drop", fixing });
+    for (const constraint of open) this.link.send({ do: "drop", constraint });
     if (this.drag) this.endDrag();
   }
 
@@ -341,16 +341,16 @@ export class Hands extends Emitter<Events> {
     if (this.gizmo.object && this.gizmo.axis !== null) return;
     const [x, y] = this.where(event);
     const body = this.bodies.pick(x, y, 11);
-    const fixing = body?.fixing ?? null;
-    const point = fixing ? null : this.pointUnder(x, y);
-    if (!fixing && !point) return;
+    const constraint = body?.constraint ?? null;
+    const point = constraint ? null : this.pointUnder(x, y);
+    if (!constraint && !point) return;
     // From here on the pointer is ours, not the camera's.
     event.stopImmediatePropagation();
     (event.target as Element).setPointerCapture(event.pointerId);
-    const from = fixing ? new THREE.Vector3(...this.at(fixing.name)!.at.position) : new THREE.Vector3(...point!.position);
-    this.choose(fixing ? { is: "fixing", name: fixing.name } : { is: "point", branch: point!.branch, s: point!.s });
-    const movable = this.live && (fixing === null || fixing.moves);
-    this.drag = { fixing: fixing?.name ?? null, offset: new THREE.Vector3(), from, target: from.clone(), moved: false, pointer: event.pointerId, x, y };
+    const from = constraint ? new THREE.Vector3(...this.at(constraint.name)!.at.position) : new THREE.Vector3(...point!.position);
+    this.choose(constraint ? { is: "constraint", name: constraint.name } : { is: "point", branch: point!.branch, s: point!.s });
+    const movable = this.live && (constraint === null || constraint.moves);
+    this.drag = { constraint: constraint?.name ?? null, offset: new THREE.Vector3(), from, target: from.clone(), moved: false, pointer: event.pointerId, x, y };
     this.drag.offset.copy(from).sub(this.onPlane(x, y));
     if (!movable) this.drag.pointer = -1;
   }
@@ -392,11 +392,11 @@ export class Hands extends Emitter<Events> {
       drag.moved = true;
       this.view.renderer.domElement.style.cursor = "grabbing";
       this.tell("dragging", true);
-      if (drag.fixing === null && this.chosen?.is === "point") this.hold(this.chosen.branch, this.chosen.s, "handle");
+      if (drag.constraint === null && this.chosen?.is === "point") this.hold(this.chosen.branch, this.chosen.s, "handle");
       else this.backToShown();
     }
     drag.target.copy(this.axis ? this.alongAxis(x, y) : this.onPlane(x, y).add(drag.offset));
-    if (drag.fixing !== null) this.aim(drag.fixing, drag.target.toArray() as [number, number, number], null);
+    if (drag.constraint !== null) this.aim(drag.constraint, drag.target.toArray() as [number, number, number], null);
     this.drawMarker();
     this.view.draw();
   }
@@ -404,7 +404,7 @@ export class Hands extends Emitter<Events> {
   private up(event: PointerEvent): void {
     const drag = this.drag;
     if (!drag || (drag.pointer !== event.pointerId && drag.pointer !== -1)) return;
-    if (drag.moved && drag.fixing !== null) this.drop(drag.fixing);
+    if (drag.moved && drag.constraint !== null) this.drop(drag.constraint);
     else if (drag.moved && this.heldBefore) {
       this.dropWhenHeld = true;
       this.lastTarget = drag.target.toArray() as [number, number, number];
@@ -423,8 +423,8 @@ export class Hands extends Emitter<Events> {
 
   private hover(x: number, y: number): void {
     const body = this.bodies.pick(x, y, 11);
-    const point = body?.kind === "fixing" ? null : this.pointUnder(x, y);
-    this.view.renderer.domElement.style.cursor = body?.fixing ? (this.live && body.fixing.moves ? "grab" : "pointer") : point ? (this.live ? "grab" : "pointer") : "";
+    const point = body?.kind === "constraint" ? null : this.pointUnder(x, y);
+    this.view.renderer.domElement.style.cursor = body?.constraint ? (this.live && body.constraint.moves ? "grab" : "pointer") : point ? (this.live ? "grab" : "pointer") : "";
     this.tell("over", body || point ? { x, y, name: body?.name ?? null, point } : null);
   }
 
@@ -441,7 +441,7 @@ export class Hands extends Emitter<Events> {
     const drag = this.drag;
     this.marker.visible = drag !== null && drag.moved;
     if (!drag || !drag.moved) return;
-    const at = drag.fixing ? this.at(drag.fixing)?.at.position : undefined;
+    const at = drag.constraint ? this.at(drag.constraint)?.at.position : undefined;
     const size = 9 * this.view.metresPerPixel(drag.target);
     const p = this.marker.geometry.getAttribute("position") as THREE.BufferAttribute;
     const from = at ? new THREE.Vector3(...at) : drag.from;
@@ -458,10 +458,10 @@ export class Hands extends Emitter<Events> {
   /** The point that is chosen, in the frame shown: for plots and the marker. */
   chosenPoint(): { branch: number; s: number } | null {
     if (this.chosen?.is === "point") return this.chosen;
-    const fixing = this.fixing();
-    if (!fixing?.place || !this.store.scene) return null;
-    const branch = this.store.scene.branches.findIndex((each) => each.name === fixing.place![0]);
-    return branch < 0 ? null : { branch, s: this.at(fixing.name)?.slid_to ?? fixing.place[1] };
+    const constraint = this.constraint();
+    if (!constraint?.place || !this.store.scene) return null;
+    const branch = this.store.scene.branches.findIndex((each) => each.name === constraint.place![0]);
+    return branch < 0 ? null : { branch, s: this.at(constraint.name)?.slid_to ?? constraint.place[1] };
   }
 
   /** Goes along the branch, from node to node; where nothing is chosen, to the start of the first. */

@@ -30,7 +30,7 @@ export class Labels {
       for (const body of this.bodies.bodies) {
         if (!body.acts) continue;
         const chosen = body.name === this.bodies.chosen;
-        wanted.push({ place: body.object.position, words: body.words, kind: chosen ? "chosen" : body.kind, first: chosen ? 0 : body.kind === "fixing" ? 1 : 3 });
+        wanted.push({ place: body.object.position, words: body.words, kind: chosen ? "chosen" : body.kind, first: chosen ? 0 : body.kind === "constraint" ? 1 : 3 });
       }
       for (const arrow of this.bodies.arrowLabels) wanted.push({ ...arrow, kind: "force", first: 2 });
     }

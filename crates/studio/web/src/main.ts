@@ -339,7 +339,7 @@ hands.on("chosen", (chosen) => {
   harness.choose(-1);
   panels.showChosen();
   paint();
-  byId("said").textContent = chosen === null ? "Nothing is chosen." : chosen.is === "fixing" ? `${chosen.name} is chosen.` : `${store.scene!.branches[chosen.branch].name} at ${millimetres(chosen.s)} is chosen.`;
+  byId("said").textContent = chosen === null ? "Nothing is chosen." : chosen.is === "constraint" ? `${chosen.name} is chosen.` : `${store.scene!.branches[chosen.branch].name} at ${millimetres(chosen.s)} is chosen.`;
 });
 
 hands.on("mode", () => {
@@ -382,13 +382,13 @@ function toggleAxis(axis: "x" | "y" | "z"): void {
   hands.setAxis(hands.axis === axis ? null : axis);
 }
 
-/** The next fixing that acts, or the one before. */
-function nextFixing(by: number): void {
-  const acting = bodies.bodies.filter((body) => body.kind === "fixing" && body.acts);
+/** The next constraint that acts, or the one before. */
+function nextConstraint(by: number): void {
+  const acting = bodies.bodies.filter((body) => body.kind === "constraint" && body.acts);
   if (acting.length === 0) return;
-  const now = acting.findIndex((body) => body.name === hands.fixingName());
+  const now = acting.findIndex((body) => body.name === hands.constraintName());
   const next = acting[(now + by + (now < 0 && by < 0 ? 1 : 0) + acting.length) % acting.length];
-  hands.choose({ is: "fixing", name: next.name });
+  hands.choose({ is: "constraint", name: next.name });
 }
 
 function holdHere(how: "handle" | "pin" | "collar"): void {
@@ -446,23 +446,23 @@ const nudges: [string, [number, number, number], string][] = [
 ];
 const keys: Key[] = [
   { keys: ["?"], words: "This page", act: () => help(keys, live()) },
-  { keys: ["n", "]"], words: "Choose the next fixing", act: () => nextFixing(1) },
-  { keys: ["Shift+n", "["], words: "Choose the fixing before", act: () => nextFixing(-1) },
+  { keys: ["n", "]"], words: "Choose the next constraint", act: () => nextConstraint(1) },
+  { keys: ["Shift+n", "["], words: "Choose the constraint before", act: () => nextConstraint(-1) },
   { keys: ["Alt+ArrowLeft"], words: "Along the branch, towards its start", act: () => hands.walk(-1) },
   { keys: ["Alt+ArrowRight"], words: "Along the branch, towards its end", act: () => hands.walk(1) },
   { keys: ["Alt+ArrowDown"], words: "To the middle of the next branch", act: () => hands.nextBranch(1) },
   { keys: ["Alt+ArrowUp"], words: "To the middle of the branch before", act: () => hands.nextBranch(-1) },
   { keys: ["Escape"], words: "Choose nothing", act: () => (hands.setMode("none"), hands.choose(null)) },
-  ...nudges.map(([key, [x, y, z], words]): Key => ({ keys: [key], words: `Move the chosen fixing ${words} by 1 mm, along the nearest axis`, live: true, act: () => hands.nudge(x * 1e-3, y * 1e-3, z * 1e-3) })),
+  ...nudges.map(([key, [x, y, z], words]): Key => ({ keys: [key], words: `Move the chosen constraint ${words} by 1 mm, along the nearest axis`, live: true, act: () => hands.nudge(x * 1e-3, y * 1e-3, z * 1e-3) })),
   ...nudges.map(([key, [x, y, z], words]): Key => ({ keys: [`Shift+${key}`], words: `The same ${words} by 10 mm`, live: true, act: () => hands.nudge(x * 1e-2, y * 1e-2, z * 1e-2) })),
   { keys: ["h"], words: "Hold the chosen point with a hand", live: true, act: () => holdHere("handle") },
   { keys: ["p"], words: "Pin it: position, tangent and twist", live: true, act: () => holdHere("pin") },
   { keys: ["c"], words: "Clip it: position and tangent", live: true, act: () => holdHere("collar") },
-  { keys: ["Delete", "Backspace"], words: "Release the chosen fixing", live: true, act: () => hands.release() },
+  { keys: ["Delete", "Backspace"], words: "Release the chosen constraint", live: true, act: () => hands.release() },
   { keys: ["x"], words: "Drag along X only, or freely again", live: true, act: () => toggleAxis("x") },
   { keys: ["y"], words: "Drag along Y only, or freely again", live: true, act: () => toggleAxis("y") },
   { keys: ["z"], words: "Drag along Z only, or freely again", live: true, act: () => toggleAxis("z") },
-  { keys: ["g"], words: "Arrows to move the chosen fixing", live: true, act: () => toggleGizmo("translate") },
+  { keys: ["g"], words: "Arrows to move the chosen constraint", live: true, act: () => toggleGizmo("translate") },
   { keys: ["r"], words: "Rings to turn it", live: true, act: () => toggleGizmo("rotate") },
   { keys: ["Ctrl+z"], words: "Undo", live: true, act: send("undo") },
   { keys: ["Ctrl+Shift+z", "Ctrl+y"], words: "Redo", live: true, act: send("redo") },

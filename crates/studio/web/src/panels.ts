@@ -1,4 +1,4 @@
-// The column beside the picture: state, what is chosen, warnings, fixings, plots, settings, comparison, files, notes.
+// The column beside the picture: state, what is chosen, warnings, constraints, plots, settings, comparison, files, notes.
 import * as THREE from "three";
 import { inWords, QUANTITIES } from "./colours";
 import type { Difference, Ghost } from "./compare";
@@ -7,7 +7,7 @@ import { along, valueAt, type Frame } from "./frame";
 import type { Hands } from "./hands";
 import type { Link } from "./link";
 import { nodesOf, Plot, PLOTTED } from "./plots";
-import type { Event, FixingFrame, Placed, Scene, Session, Setting } from "./protocol";
+import type { Event, ConstraintFrame, Placed, Scene, Session, Setting } from "./protocol";
 import type { Store } from "./store";
 import { digits, millimetres, moment, newtons, seconds } from "./units";
 
@@ -31,7 +31,7 @@ export class Panels {
   private state = element("section", { "aria-label": "State" });
   private chosen = element("div", {});
   private warnings = element("ul", { class: "long" });
-  private fixings = element("div", {});
+  private constraints = element("div", {});
   private plots = element("div", {});
   private settings = element("div", {});
   private comparison = element("div", {});
@@ -44,7 +44,7 @@ export class Panels {
   private pointed: number | null = null;
   private fields: { position: HTMLInputElement[]; angles: HTMLInputElement[] } | null = null;
   private facts: HTMLElement | null = null;
-  /** What can be done to the chosen fixing, as long as it acts. */
+  /** What can be done to the chosen constraint, as long as it acts. */
   private acts: HTMLElement | null = null;
   /** The settings that are listed. */
   private listed = "";
@@ -81,7 +81,7 @@ export class Panels {
       this.state,
       section("chosen", "Chosen", true, false, this.chosen),
       section("warnings", "Warnings and events", true, false, this.warnings),
-      section("fixings", "Fixings", true, false, this.fixings),
+      section("constraints", "Constraints", true, false, this.constraints),
       section("plots", "Along the branch", true, false, this.plots),
       section("settings", "Swap", false, true, this.settings),
       section("compare", "Compare", false, false, this.comparison),
@@ -114,15 +114,15 @@ export class Panels {
     this.sections.get("settings")!.hidden = scene.settings.length === 0 || !scene.live;
     this.sections.get("notes")!.hidden = scene.notes.length === 0;
     this.notes.replaceChildren(...scene.notes.map((note) => element("li", {}, note)));
-    const head = element("tr", {}, ...["Fixing", "Fx", "Fy", "Fz", "F, N", "M, N mm"].map((words) => element("th", { scope: "col" }, words)));
+    const head = element("tr", {}, ...["Constraint", "Fx", "Fy", "Fz", "F, N", "M, N mm"].map((words) => element("th", { scope: "col" }, words)));
     this.rows.clear();
     const body = element("tbody", {});
-    for (const fixing of scene.fixings) {
-      const row = element("tr", {}, element("td", {}, element("button", { class: "plain", title: fixing.kind, onclick: () => this.hands.choose({ is: "fixing", name: fixing.name }) }, fixing.name)), ...Array.from({ length: 5 }, () => element("td", {})));
-      this.rows.set(fixing.name, row);
+    for (const constraint of scene.constraints) {
+      const row = element("tr", {}, element("td", {}, element("button", { class: "plain", title: constraint.kind, onclick: () => this.hands.choose({ is: "constraint", name: constraint.name }) }, constraint.name)), ...Array.from({ length: 5 }, () => element("td", {})));
+      this.rows.set(constraint.name, row);
       body.append(row);
     }
-    this.fixings.replaceChildren(scene.fixings.length ? element("div", { class: "long" }, element("table", {}, element("thead", {}, head), body)) : element("p", { class: "quiet" }, "none"));
+    this.constraints.replaceChildren(scene.constraints.length ? element("div", { class: "long" }, element("table", {}, element("thead", {}, head), body)) : element("p", { class: "quiet" }, "none"));
     this.showChosen();
   }
 
@@ -170,17 +170,17 @@ export class Panels {
     if (!scene || !shown) return;
     this.showState(shown, this.store.session);
     this.showFacts(scene, shown);
-    if (this.sections.get("fixings")!.open) this.showForces(shown);
+    if (this.sections.get("constraints")!.open) this.showForces(shown);
     if (this.sections.get("plots")!.open) this.showPlots();
   }
 
   private showForces(frame: Frame): void {
-    const acting = new Map(frame.header.fixings.map((fixing) => [fixing.name, fixing]));
+    const acting = new Map(frame.header.constraints.map((constraint) => [constraint.name, constraint]));
     for (const [name, row] of this.rows) {
       const at = acting.get(name);
       row.hidden = !at;
       if (!at) continue;
-      row.className = this.hands.fixingName() === name ? "chosen" : "";
+      row.className = this.hands.constraintName() === name ? "chosen" : "";
       const words = [...at.force, Math.hypot(...at.force)].map(short).concat(digits(1000 * Math.hypot(...at.moment), 3));
       words.forEach((text, i) => (row.cells[i + 1].textContent = text));
     }
@@ -222,7 +222,7 @@ export class Panels {
     const live = scene?.live === true;
     const button = (words: string, title: string, act: () => void) => element("button", { title, onclick: act }, words);
     if (!scene || !chosen) {
-      this.chosen.replaceChildren(element("p", { class: "quiet" }, live ? "Nothing. Click or drag a plug, a clip, a hand or any point of a cable; N takes the next fixing." : "Nothing. Click a fixing or a point of a cable; N takes the next fixing."));
+      this.chosen.replaceChildren(element("p", { class: "quiet" }, live ? "Nothing. Click or drag a plug, a clip, a hand or any point of a cable; N takes the next constraint." : "Nothing. Click a constraint or a point of a cable; N takes the next constraint."));
       return;
     }
     if (chosen.is === "point") {
@@ -234,18 +234,18 @@ export class Panels {
       );
       this.lookAt(branch);
     } else {
-      const fixing = this.hands.fixing()!;
-      const parts: (Node | string)[] = [element("p", {}, element("strong", {}, fixing.name), element("span", { class: "quiet" }, ` ${fixing.kind}${fixing.place ? ` on ${fixing.place[0]}` : ""}`)), this.facts];
+      const constraint = this.hands.constraint()!;
+      const parts: (Node | string)[] = [element("p", {}, element("strong", {}, constraint.name), element("span", { class: "quiet" }, ` ${constraint.kind}${constraint.place ? ` on ${constraint.place[0]}` : ""}`)), this.facts];
       if (live) {
         this.acts = element(
           "div",
           {},
-          this.poseForm(fixing.name, fixing.moves, fixing.turns),
+          this.poseForm(constraint.name, constraint.moves, constraint.turns),
           element(
             "div",
             { class: "buttons" },
-            fixing.moves && button("Move", "Arrows to move it (G)", () => this.wishes.toggleGizmo("translate")),
-            fixing.turns && button("Turn", "Rings to turn it (R)", () => this.wishes.toggleGizmo("rotate")),
+            constraint.moves && button("Move", "Arrows to move it (G)", () => this.wishes.toggleGizmo("translate")),
+            constraint.turns && button("Turn", "Rings to turn it (R)", () => this.wishes.toggleGizmo("rotate")),
             button("Pin", "Holds position, tangent and twist where they are (P)", () => this.hands.pin()),
             button("Release", "Lets go (Delete)", () => this.hands.release()),
           ),
@@ -322,7 +322,7 @@ export class Panels {
     this.facts.replaceChildren(...facts.flatMap(([name, value]) => [element("dt", {}, name), element("dd", {}, value)]));
   }
 
-  private showPose(at: FixingFrame): void {
+  private showPose(at: ConstraintFrame): void {
     const fields = this.fields;
     if (!fields || [...fields.position, ...fields.angles].includes(document.activeElement as HTMLInputElement)) return;
     at.at.position.forEach((x, i) => (fields.position[i].value = (x * 1000).toFixed(2)));

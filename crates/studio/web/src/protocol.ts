@@ -17,9 +17,9 @@ s: number,
  */
 how: Holding, } | { "do": "target", 
 /**
- * Name of the fixing.
+ * Name of the constraint.
  */
-fixing: string, 
+constraint: string, 
 /**
  * Where to, m.
  */
@@ -29,17 +29,17 @@ position: [number, number, number] | null,
  */
 orientation: [number, number, number, number] | null, } | { "do": "drop", 
 /**
- * Name of the fixing.
+ * Name of the constraint.
  */
-fixing: string, } | { "do": "release", 
+constraint: string, } | { "do": "release", 
 /**
- * Name of the fixing.
+ * Name of the constraint.
  */
-fixing: string, } | { "do": "pin", 
+constraint: string, } | { "do": "pin", 
 /**
- * Name of the fixing.
+ * Name of the constraint.
  */
-fixing: string, } | { "do": "undo" } | { "do": "redo" } | { "do": "go", 
+constraint: string, } | { "do": "undo" } | { "do": "redo" } | { "do": "go", 
 /**
  * Number of the frame.
  */
@@ -101,7 +101,7 @@ model: string,
  */
 branches: Array<string>, };
 
-export type Fixing = { 
+export type Constraint = { 
 /**
  * Name.
  */
@@ -219,9 +219,9 @@ branches: Array<Branch>,
  */
 joints: Array<Joint>, 
 /**
- * Fixings: those that ever act. Frames name those that act at the time.
+ * Constraints: those that ever act. Frames name those that act at the time.
  */
-fixings: Array<Fixing>, 
+constraints: Array<Constraint>, 
 /**
  * Bodies, in the order of the frames.
  */
@@ -307,7 +307,7 @@ undo: string | null,
  */
 redo: string | null, 
 /**
- * Fixings that are held by a tab, and the number of that tab.
+ * Constraints that are held by a tab, and the number of that tab.
  */
 held: Array<[string, number]>, 
 /**
@@ -359,7 +359,7 @@ position: [number, number, number],
  */
 orientation: [number, number, number, number], };
 
-export type FixingFrame = { 
+export type ConstraintFrame = { 
 /**
  * Name.
  */
@@ -451,9 +451,9 @@ residual: number,
  */
 joints: Array<Placed>, 
 /**
- * Fixings that act.
+ * Constraints that act.
  */
-fixings: Array<FixingFrame>, 
+constraints: Array<ConstraintFrame>, 
 /**
  * Bodies, in the order of the scene.
  */

@@ -44,9 +44,9 @@ export class Store extends Emitter<Events> {
           this.following = true;
         }
         if (this.shown && (another || !fits(this.shown, notice))) this.shown = null;
-        // A name that was let go may act again, as another fixing: the later one counts.
-        const fixings = [...new Map(notice.fixings.map((fixing) => [fixing.name, fixing])).values()];
-        this.scene = { ...notice, fixings };
+        // A name that was let go may act again, as another constraint: the later one counts.
+        const constraints = [...new Map(notice.constraints.map((constraint) => [constraint.name, constraint])).values()];
+        this.scene = { ...notice, constraints };
         this.tell("scene", this.scene);
         break;
       }

@@ -44,7 +44,7 @@ export function made({ frames = 25, nodes = 61 } = {}) {
   const corners = [];
   for (const x of [0.25, 0.4]) for (const y of [-0.25, -0.05]) for (const z of [-0.2, -0.12]) corners.push(x, y, z);
   const sides = [[0, 1, 3, 2], [4, 6, 7, 5], [0, 4, 5, 1], [2, 3, 7, 6], [0, 2, 6, 4], [1, 5, 7, 3]];
-  const fixing = (name, kind, place, by_hand = false) => ({ name, kind, place, moves: true, turns: kind === "connector", by_hand });
+  const constraint = (name, kind, place, by_hand = false) => ({ name, kind, place, moves: true, turns: kind === "connector", by_hand });
   const scene = {
     name: "made-up",
     program: "a test",
@@ -53,7 +53,7 @@ export function made({ frames = 25, nodes = 61 } = {}) {
     gravity: [0, 0, -9.81],
     branches,
     joints: [{ name: "J", model: "rigid-body", branches: branches.map((branch) => branch.name) }],
-    fixings: [fixing("plug-A", "connector", ["trunk", 0]), fixing("clip", "collar", ["trunk", 0.3]), fixing("hand", "handle", [HOSTILE, 0.38], true), fixing("plug-C", "connector", ["right", 0.4])],
+    constraints: [constraint("plug-A", "connector", ["trunk", 0]), constraint("clip", "collar", ["trunk", 0.3]), constraint("hand", "handle", [HOSTILE, 0.38], true), constraint("plug-C", "connector", ["right", 0.4])],
     obstacles: [{ name: "box", corners, triangles: sides.flatMap(([a, b, c, d]) => [a, b, c, a, c, d]) }],
     settings: [],
     notes: ["made up by a test"],
@@ -89,12 +89,12 @@ export function made({ frames = 25, nodes = 61 } = {}) {
         if (bend.limit && (!tightest || bend.limit / bend.radius > tightest.limit / tightest.radius)) tightest = bend;
       }
     });
-    const fixings = [
+    const constraints = [
       { name: "plug-A", at: standing(curves(t)[0](0)), force: [-2, 0.4, 3], moment: [0, 0.01, 0], slid_to: null },
       { name: "clip", at: standing(curves(t)[0](0.5)), force: [0, 0, 1.5], moment: [0, 0, 0], slid_to: null },
       { name: "plug-C", at: standing(curves(t)[2](1)), force: [1, -1.4, 1], moment: [0, 0, 0.02], slid_to: null },
     ];
-    if (f > 0) fixings.push({ name: "hand", at: standing(curves(t)[1](0.95)), force: [0.3, 0.2, 1 + t], moment: [0, 0, 0], slid_to: null });
+    if (f > 0) constraints.push({ name: "hand", at: standing(curves(t)[1](0.95)), force: [0.3, 0.2, 1 + t], moment: [0, 0, 0], slid_to: null });
     const header = {
       frame: f,
       step: f === 0 ? "start" : f <= 12 ? "lift" : "lift further",
@@ -105,7 +105,7 @@ export function made({ frames = 25, nodes = 61 } = {}) {
       seconds: 0.0012,
       residual: 3e-9,
       joints: [standing([0.6, 0, 0], [1, 0, 0, 0])],
-      fixings,
+      constraints,
       obstacles: [{ at: standing([0, 0, 0], [1, 0, 0, 0]), force: [0, 0, 0], contacts: 0 }],
       tightest,
       energy: [["total", 0.02 + 0.01 * t]],

@@ -159,11 +159,11 @@ test("steps are carried out and play; plugs and points follow the mouse; run rep
     const node = 41 + 15;
     return toScreen([0, 1, 2].map((axis) => store.shown.nodes[12 * node + axis]));
   });
-  const fixings = await page.evaluate(() => window.wireloom.store.scene.fixings.length);
+  const constraints = await page.evaluate(() => window.wireloom.store.scene.constraints.length);
   await drag(page, point, [10, -70]);
-  await page.waitForFunction((count) => window.wireloom.store.scene.fixings.length === count + 1, fixings);
+  await page.waitForFunction((count) => window.wireloom.store.scene.constraints.length === count + 1, constraints);
   await quiet(page);
-  const hand = await page.evaluate(() => window.wireloom.hands.fixingName());
+  const hand = await page.evaluate(() => window.wireloom.hands.constraintName());
   assert.ok(hand, "the new handle is chosen");
   await page.screenshot({ path: `${shots}studio-point-dragged.png` });
 
@@ -274,12 +274,12 @@ test("a finished run is replayed by the studio and by a page of its own", { skip
 test("exact poses, rings, pins, clips, letting go, and going back", { skip: absent }, async () => {
   const { address, stop } = await studio(scenario("branches/y_cosserat.toml"));
   const { page, found } = await opened(address);
-  const fixing = (name) => page.evaluate((name) => window.wireloom.hands.at(name), name);
+  const constraint = (name) => page.evaluate((name) => window.wireloom.hands.at(name), name);
   const started = await page.evaluate(() => window.wireloom.store.newest());
 
   // A pose that is typed: millimetres, and degrees about the world's axes.
   await page.getByRole("button", { name: "plug-B", exact: true }).click();
-  const before = await fixing("plug-B");
+  const before = await constraint("plug-B");
   const field = (words) => page.getByLabel(words, { exact: true });
   const z = Number(await field("z, mm").inputValue());
   await field("z, mm").fill(String(z + 12.5));
@@ -288,7 +288,7 @@ test("exact poses, rings, pins, clips, letting go, and going back", { skip: abse
   await page.getByRole("button", { name: "Bring there" }).click();
   await page.waitForFunction((z) => Math.abs(window.wireloom.hands.at("plug-B").at.position[2] * 1000 - z) < 0.01, z + 12.5);
   await quiet(page);
-  const posed = await fixing("plug-B");
+  const posed = await constraint("plug-B");
   const turn = 2 * Math.acos(Math.min(1, Math.abs(before.at.orientation.reduce((sum, x, i) => sum + x * posed.at.orientation[i], 0))));
   assert.ok(Math.abs((turn * 180) / Math.PI - 10) < 0.05, `turned by ${(turn * 180) / Math.PI}°`);
 
@@ -311,7 +311,7 @@ test("exact poses, rings, pins, clips, letting go, and going back", { skip: abse
   assert.ok(ring, "a ring can be pointed at");
   await drag(page, ring, [18, 14]);
   await quiet(page);
-  const turned = await fixing("plug-B");
+  const turned = await constraint("plug-B");
   assert.ok(Math.abs(turned.at.orientation.reduce((sum, x, i) => sum + x * posed.at.orientation[i], 0)) < 0.99999, "it has turned");
   assert.ok(Math.hypot(...turned.at.position.map((x, k) => x - posed.at.position[k])) < 1e-6, "it has not moved");
   await page.screenshot({ path: `${shots}studio-turned.png` });
@@ -321,19 +321,19 @@ test("exact poses, rings, pins, clips, letting go, and going back", { skip: abse
   await page.keyboard.press("Alt+ArrowDown");
   const trunk = await page.locator("#said").innerText();
   assert.match(trunk, /^trunk at 200/);
-  const count = await page.evaluate(() => window.wireloom.store.scene.fixings.length);
+  const count = await page.evaluate(() => window.wireloom.store.scene.constraints.length);
   await page.keyboard.press("c");
-  await page.waitForFunction((count) => window.wireloom.store.scene.fixings.length === count + 1, count);
+  await page.waitForFunction((count) => window.wireloom.store.scene.constraints.length === count + 1, count);
   await quiet(page);
-  const clip = await page.evaluate(() => window.wireloom.hands.fixing());
+  const clip = await page.evaluate(() => window.wireloom.hands.constraint());
   assert.equal(clip.kind, "collar");
-  const closed = await fixing(clip.name);
+  const closed = await constraint(clip.name);
   await page.getByRole("button", { name: "plug-B", exact: true }).click();
   await page.evaluate(() => document.activeElement.blur());
   await page.keyboard.press("Delete");
   await page.waitForFunction(() => window.wireloom.hands.at("plug-B") === null);
   await quiet(page);
-  const stays = await fixing(clip.name);
+  const stays = await constraint(clip.name);
   assert.ok(Math.hypot(...stays.at.position.map((x, k) => x - closed.at.position[k])) < 1e-6);
   await page.screenshot({ path: `${shots}studio-clipped.png` });
 
@@ -344,7 +344,7 @@ test("exact poses, rings, pins, clips, letting go, and going back", { skip: abse
   await page.keyboard.press("Shift+ArrowUp");
   await page.waitForFunction((all) => window.wireloom.store.newest() < all, all);
   await quiet(page);
-  const names = await page.evaluate(() => window.wireloom.store.shown.header.fixings.map(({ name }) => name));
+  const names = await page.evaluate(() => window.wireloom.store.shown.header.constraints.map(({ name }) => name));
   assert.ok(names.includes("plug-B") && !names.includes(clip.name));
   await page.keyboard.press("Control+z");
   await quiet(page);
@@ -375,7 +375,7 @@ test("several pages see the same session, and what a closed one held is free", {
   await two.page.waitForFunction(() => window.wireloom.store.session.held.length === 0 && window.wireloom.store.session.tabs === 1);
   await quiet(two.page);
   const was = await position(two.page, hand);
-  await two.page.evaluate((hand) => window.wireloom.hands.choose({ is: "fixing", name: hand }), hand);
+  await two.page.evaluate((hand) => window.wireloom.hands.choose({ is: "constraint", name: hand }), hand);
   await two.page.keyboard.press("Shift+ArrowUp");
   await two.page.waitForFunction(({ hand, z }) => Math.abs(window.wireloom.hands.at(hand).at.position[2] - z - 0.01) < 1e-6, { hand, z: was[2] });
   await quiet(two.page);

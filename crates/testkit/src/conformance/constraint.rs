@@ -5,7 +5,8 @@ use crate::laws::spring_energy;
 use fastrand::Rng;
 use nalgebra::{DMatrix, DVector};
 use wireloom_core::{
-    Action, Constraint, Equations, Hold, Matrix, Pose, Potential, Residual, Rotation, RotationHold, ConstraintView, Vector,
+    Action, Constraint, ConstraintView, Equations, Hold, Matrix, Pose, Potential, Residual, Rotation, RotationHold,
+    Vector,
 };
 
 /// Makes the constraint under test.

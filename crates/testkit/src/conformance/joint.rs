@@ -62,7 +62,7 @@ fn spec(k: usize, folded: bool, wired: bool, curvature: f64, rng: &mut Rng) -> J
         for from in 0..k {
             // Every other pair, and the neighbours always.
             for to in (from + 1..k).filter(|to| to - from == 1 || (to + from) % 2 == 0) {
-                wires.push(WireShare { from, to, share: (0.5 + 0.4 * rng.f64()) / k as f64 });
+                wires.push(WireShare { from, to, fraction: (0.5 + 0.4 * rng.f64()) / k as f64 });
             }
         }
     }

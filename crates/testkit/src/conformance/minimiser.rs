@@ -28,18 +28,18 @@ fn check(name: &str, sample: &Sample, targets: &Moved, state: &State, report: &R
     problem.free_part(&mut gradient);
     let residual = problem.residual(&gradient);
     assert!(residual <= STOP.force_tolerance * (1.0 + 1e-9), "{name}: recomputed {residual:e}, reported {report:?}");
-    for (fixing, target) in sample.network.constraints.iter().zip(&targets.0) {
-        let at = state.pose(&fixing.site);
-        assert_eq!(at.position, target.position, "{name}: {}", fixing.name);
+    for (constraint, target) in sample.network.constraints.iter().zip(&targets.0) {
+        let at = state.pose(&constraint.site);
+        assert_eq!(at.position, target.position, "{name}: {}", constraint.name);
         let turn = at.orientation.angle_to(&target.orientation);
-        assert!(turn <= 1e-15, "{name}: {} is turned by {turn:e}", fixing.name);
+        assert!(turn <= 1e-15, "{name}: {} is turned by {turn:e}", constraint.name);
     }
     let mut tied = state.clone();
     sample.network.follow_ties(&mut tied);
     assert!(&tied == state, "{name}: what is tied to a joint is not where the joint carries it");
 }
 
-/// Targets of the fixings.
+/// Targets of the constraints.
 struct Moved(Vec<wireloom_core::Pose>);
 
 /// The cable, its end moved along [`ENDS`]; the last state.
@@ -65,7 +65,7 @@ fn settle(minimiser: &mut dyn Minimiser, name: &str, sample: &Sample) -> State {
 }
 
 fn bits(state: &State) -> Vec<u64> {
-    let points = state.points.iter().chain(&state.carry).flatten();
+    let points = state.points.iter().chain(&state.compensation).flatten();
     points.chain(state.frames.iter().flat_map(|q| q.coords.iter())).map(|x| x.to_bits()).collect()
 }
 

@@ -13,7 +13,7 @@ use wireloom_core::{
 pub struct Sample {
     /// The harness.
     pub network: Network,
-    /// Gravity, and every fixing where its station is in `state`.
+    /// Gravity, and every constraint where its station is in `state`.
     pub conditions: Conditions,
     /// The rest shape.
     pub state: State,
@@ -168,10 +168,10 @@ impl Sketch {
         });
         let joints: Vec<_> = joints.collect();
         let connector = registry.constraint("connector").expect("the constraint `connector`");
-        let fixings = self.clamped.iter().map(|&(branch, at_start)| ConstraintPlan {
+        let constraints = self.clamped.iter().map(|&(branch, at_start)| ConstraintPlan {
             name: format!("clamp of branch {branch}"),
             kind: "connector".into(),
-            constraint: (connector.build)(&ConstraintSpec::default(), &none).expect("a connector"),
+            model: (connector.build)(&ConstraintSpec::default(), &none).expect("a connector"),
             stations: vec![Place::Node { branch, node: if at_start { 0 } else { self.branches[branch].segments } }],
             span: None,
             position: None,
@@ -182,7 +182,7 @@ impl Sketch {
             nearest: false,
             from_start: true,
         });
-        let network = Network::new(branches, joints, fixings.collect(), vec![]);
+        let network = Network::new(branches, joints, constraints.collect(), vec![]);
         let mut state = State::origin(&network);
         for (branch, plan) in network.branches.iter().zip(&self.branches) {
             let s = branch.rod.mesh().arc_lengths();
@@ -217,7 +217,7 @@ pub fn cut_cable(registry: &Registry, model: &str, segments: usize) -> Sample {
     let j = sketch.joint(model, middle);
     let a = sketch.branch(Vector::zeros(), middle, segments / 2, [None, Some(j)], false);
     let b = sketch.branch(middle, Vector::x(), segments / 2, [Some(j), None], false);
-    sketch.wires(vec![WireShare { from: 0, to: 1, share: 1.0 }]);
+    sketch.wires(vec![WireShare { from: 0, to: 1, fraction: 1.0 }]);
     sketch.clamp(a, true);
     sketch.clamp(b, false);
     sketch.build(registry)

@@ -40,7 +40,7 @@ const OVERTURNED: &str = "overturned";
 #[derive(Clone)]
 struct Shape {
     points: Vec<Vector>,
-    carry: Vec<Vector>,
+    compensation: Vec<Vector>,
     frames: Vec<Rotation>,
     extra: Vec<Vector>,
     rest_lengths: Vec<f64>,
@@ -51,7 +51,7 @@ impl Shape {
     fn view(&self) -> BranchShape<'_> {
         BranchShape {
             points: &self.points,
-            carry: &self.carry,
+            compensation: &self.compensation,
             frames: &self.frames,
             rest_lengths: &self.rest_lengths,
             coupling_lengths: &self.coupling_lengths,
@@ -88,7 +88,7 @@ impl Shape {
         let back = |v: &[Vector]| v.iter().rev().copied().collect::<Vec<_>>();
         Self {
             points: back(&self.points),
-            carry: back(&self.carry),
+            compensation: back(&self.compensation),
             frames: self.frames.iter().rev().map(|q| q * half_turn()).collect(),
             extra: self.extra.iter().rev().map(reversed_curvature).collect(),
             rest_lengths: self.rest_lengths.iter().rev().copied().collect(),
@@ -169,7 +169,7 @@ fn random_shape(rod: &dyn RodSegment, mesh: &Mesh, turn: f64, strain: f64, rng: 
         points.push(points[j] + frames[mesh.segment_frames[j]] * v * *l);
     }
     Shape {
-        carry: vec![Vector::zeros(); points.len()],
+        compensation: vec![Vector::zeros(); points.len()],
         points,
         frames,
         extra: Vec::new(),
@@ -529,7 +529,7 @@ fn helix(mesh: &Mesh) -> Shape {
     }
     Shape {
         points: s.iter().map(|&s| point(s)).collect(),
-        carry: vec![Vector::zeros(); s.len()],
+        compensation: vec![Vector::zeros(); s.len()],
         frames,
         extra: vec![],
         rest_lengths: mesh.rest_lengths.clone(),
@@ -590,7 +590,7 @@ pub fn bending_of_a_branch_cut_at_a_station_is_the_sum_of_its_parts(factory: &Fa
                 points: shape.points[points.clone()].to_vec(),
                 rest_lengths: shape.rest_lengths[points.start..points.end - 1].to_vec(),
                 coupling_lengths: shape.coupling_lengths[frames.start..frames.end - 1].to_vec(),
-                carry: shape.carry[points].to_vec(),
+                compensation: shape.compensation[points].to_vec(),
                 extra: shape.extra.get(frames.start..frames.end - 1).unwrap_or_default().to_vec(),
                 frames: shape.frames[frames].to_vec(),
             };
@@ -661,13 +661,13 @@ pub fn forces_and_moments_agree_with_the_gradient(factory: &Factory<'_>) {
 }
 
 /// # Panics
-/// If positions split into `points + carry` give another energy or gradient than whole ones.
+/// If positions split into `points + compensation` give another energy or gradient than whole ones.
 pub fn low_order_parts_of_positions_count(factory: &Factory<'_>) {
     for Case { name, rod, shape, .. } in cases(factory) {
         let mut split = shape.clone();
-        for (x, carry) in split.points.iter_mut().zip(&mut split.carry) {
+        for (x, compensation) in split.points.iter_mut().zip(&mut split.compensation) {
             let high = x.map(|a| f64::from(a as f32));
-            *carry = *x - high;
+            *compensation = *x - high;
             *x = high;
         }
         let (energy, want) = gradient(rod.as_ref(), &shape);

@@ -4,7 +4,7 @@ use super::monte_carlo::{MonteCarlo, monte_carlo};
 use super::{Case, cable, hung, stroke};
 use wireloom_core::registry::Parameters;
 use wireloom_core::{Minimiser, Problem, Stop, Vector};
-use wireloom_gpu::{SharedDevice, DeviceInfo};
+use wireloom_gpu::{DeviceInfo, SharedDevice};
 use wireloom_solve::minimisers::newton::Newton;
 
 /// What a device does, and what the processor does with the same.

@@ -1,4 +1,4 @@
-//! Fixings that are told to hold a cable where a body is: no shape of the cable meets that, so nobody should wait for one.
+//! Constraints that are told to hold a cable where a body is: no shape of the cable meets that, so nobody should wait for one.
 
 use std::collections::HashSet;
 use wireloom_core::constraint::Action;
@@ -7,10 +7,10 @@ use wireloom_core::steps::{Move, Step};
 use wireloom_core::{Network, Pose, Rotation, Vector};
 use wireloom_scenario::{Built, Fault, Scenario};
 
-/// What a fixing is let be deeper than the radius of its cable, m: round-off of what is meant to touch.
+/// What a constraint is let be deeper than the radius of its cable, m: round-off of what is meant to touch.
 const ROUND_OFF: f64 = 1e-9;
 
-/// Fixings whose centre line is told to be deeper inside an obstacle than the radius of the cable, once for each of them and each step, with the
+/// Constraints whose centre line is told to be deeper inside an obstacle than the radius of the cable, once for each of them and each step, with the
 /// deepest place. A body that moves in a step is not looked at in it: it may make way.
 pub(crate) fn refuse_inside(scenario: &Scenario, built: &Built) -> Vec<Fault> {
     let network = &built.network;
@@ -22,8 +22,9 @@ pub(crate) fn refuse_inside(scenario: &Scenario, built: &Built) -> Vec<Fault> {
     let standing = |bodies: &[Pose], moving: &HashSet<usize>| -> Vec<(usize, Pose)> {
         bodies.iter().copied().enumerate().filter(|(o, _)| !moving.contains(o)).collect()
     };
-    // Where each fixing is known to hold, and how it is turned where that is known.
-    let given = |f: usize| network.constraints[f].position.map(|position| (position, network.constraints[f].orientation));
+    // Where each constraint is known to hold, and how it is turned where that is known.
+    let given =
+        |f: usize| network.constraints[f].position.map(|position| (position, network.constraints[f].orientation));
     let mut held: Vec<Option<(Vector, Option<Rotation>)>> =
         (0..network.constraints.len()).map(|f| given(f).filter(|_| network.constraints[f].from_start)).collect();
     let all = standing(&bodies, &HashSet::new());
@@ -45,7 +46,7 @@ pub(crate) fn refuse_inside(scenario: &Scenario, built: &Built) -> Vec<Fault> {
             faults.extend(deepest.map(|deep| deep.fault(scenario, span.clone(), &what)));
             held[f] = ways.end;
         }
-        for &f in step.add.iter().filter(|f| !step.moves.iter().flat_map(|m| &m.carried).any(|c| c.fixing == **f)) {
+        for &f in step.add.iter().filter(|f| !step.moves.iter().flat_map(|m| &m.carried).any(|c| c.constraint == **f)) {
             held[f] = given(f);
             let deepest = held[f].and_then(|(x, _)| deepest(network, f, &[x], &all));
             faults.extend(deepest.map(|deep| deep.fault(scenario, of_constraint(f), "holds the cable")));
@@ -57,7 +58,7 @@ pub(crate) fn refuse_inside(scenario: &Scenario, built: &Built) -> Vec<Fault> {
     faults
 }
 
-/// Where a fixing goes in a step, as far as that is known.
+/// Where a constraint goes in a step, as far as that is known.
 struct Ways {
     passed: Vec<Vector>,
     end: Option<(Vector, Option<Rotation>)>,
@@ -70,7 +71,7 @@ fn ways(motion: &Move, held: &[Option<(Vector, Option<Rotation>)>], step: &Step)
         let (position, orientation) = held[f].unwrap_or((Vector::zeros(), None));
         Pose { position, orientation: orientation.unwrap_or_else(Rotation::identity) }
     };
-    let first = motion.carried.first().map(|carried| carried.fixing);
+    let first = motion.carried.first().map(|carried| carried.constraint);
     let turned_known = |f: usize| held[f].is_some_and(|(_, orientation)| orientation.is_some());
     let origin_known = motion.origin.0.is_some() || first.is_some_and(|f| held[f].is_some());
     let turns = !motion.track.turns.is_empty() || motion.track.spin != 0.0;
@@ -78,7 +79,7 @@ fn ways(motion: &Move, held: &[Option<(Vector, Option<Rotation>)>], step: &Step)
     let alone = motion.carried.len() == 1 && motion.origin == (None, None);
     let shares: Vec<f64> = (1..=step.increments).map(|k| k as f64 / step.increments as f64).collect();
     let way = |(k, journey): (usize, wireloom_core::steps::Journey)| {
-        let f = journey.fixing();
+        let f = journey.constraint();
         let carried = motion.carried[k];
         let known = held[f].is_some() && origin_known && (turn_known || alone);
         let passed = if known {
@@ -88,7 +89,7 @@ fn ways(motion: &Move, held: &[Option<(Vector, Option<Rotation>)>], step: &Step)
         } else {
             Vec::new()
         };
-        let ends_at = journey.at(carried.delay + carried.share);
+        let ends_at = journey.at(carried.delay + carried.fraction);
         let placed = known || alone && motion.track.positions.last().is_some_and(|(t, _)| *t == 1.0);
         let orientation = (turn_known && turned_known(f)).then_some(ends_at.orientation);
         (f, Ways { passed, end: placed.then_some((ends_at.position, orientation)) })
@@ -96,23 +97,23 @@ fn ways(motion: &Move, held: &[Option<(Vector, Option<Rotation>)>], step: &Step)
     motion.journeys(stand_in).into_iter().enumerate().map(way).collect()
 }
 
-/// A fixing that is told to hold its cable in a body.
+/// A constraint that is told to hold its cable in a body.
 struct Deep {
-    fixing: usize,
+    constraint: usize,
     obstacle: usize,
     depth: f64,
     radius: f64,
     at: Vector,
 }
 
-/// The deepest of some places of a fixing that gives its cable no choice, where that is deeper than the cable's radius.
+/// The deepest of some places of a constraint that gives its cable no choice, where that is deeper than the cable's radius.
 fn deepest(network: &Network, f: usize, places: &[Vector], bodies: &[(usize, Pose)]) -> Option<Deep> {
-    let fixing = &network.constraints[f];
-    let Action::Prescribed(hold) = fixing.model.action() else { return None };
+    let constraint = &network.constraints[f];
+    let Action::Prescribed(hold) = constraint.model.action() else { return None };
     if !hold.position || !hold.rails.is_empty() {
         return None;
     }
-    let radius = match fixing.place {
+    let radius = match constraint.place {
         Place::Node { branch, .. } => radius(network, branch),
         Place::Joint(j) => network.joints[j].branches.iter().map(|&b| radius(network, b)).fold(0.0, f64::max),
     };
@@ -122,7 +123,7 @@ fn deepest(network: &Network, f: usize, places: &[Vector], bodies: &[(usize, Pos
             let own = pose.local(at);
             let depth = -network.obstacles[obstacle].shape.distance(&own, radius);
             if depth > deepest.as_ref().map_or(radius + ROUND_OFF, |deep| deep.depth) {
-                deepest = Some(Deep { fixing: f, obstacle, depth, radius, at: *at });
+                deepest = Some(Deep { constraint: f, obstacle, depth, radius, at: *at });
             }
         }
     }
@@ -135,12 +136,12 @@ fn radius(network: &Network, branch: usize) -> f64 {
 
 impl Deep {
     fn fault(&self, scenario: &Scenario, span: std::ops::Range<usize>, what: &str) -> Fault {
-        let Self { fixing, obstacle, depth, radius, at } = self;
+        let Self { constraint, obstacle, depth, radius, at } = self;
         Fault {
             span,
             message: format!(
                 "constraint \"{}\" {what} {:.1} mm inside obstacle \"{}\", at [{:.4}, {:.4}, {:.4}]",
-                scenario.constraints[*fixing].name,
+                scenario.constraints[*constraint].name,
                 1e3 * depth,
                 scenario.obstacles[*obstacle].obstacle.name,
                 at.x,

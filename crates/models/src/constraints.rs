@@ -1,7 +1,9 @@
 //! Built-in constraints: `connector`, `collar`, `handle`.
 
 use crate::kernel::BendTwist;
-use wireloom_core::constraint::{Action, Attaches, Constraint, ConstraintSpec, ConstraintView, Hold, HoldWord, Potential};
+use wireloom_core::constraint::{
+    Action, Attaches, Constraint, ConstraintSpec, ConstraintView, Hold, HoldWord, Potential,
+};
 use wireloom_core::law::{SpringLaw, TurningLaw};
 use wireloom_core::registry::{BuildError, ConstraintKind, Form, Parameter, Parameters, Quantity, Value};
 use wireloom_core::rotation::columns;
@@ -101,7 +103,7 @@ fn build_handle(spec: &ConstraintSpec, parameters: &Parameters) -> Result<Box<dy
     if !hold.rails.is_empty() || spec.free_axis.is_some() || spec.hold.is_some() {
         return Err(BuildError::new(
             format!("springy handle `{}` spells out freedoms", spec.name),
-            "`hold`, `rail` and `free_axis` go with rigid fixings: leave `stiffness` out",
+            "`hold`, `rail` and `free_axis` go with rigid constraints: leave `stiffness` out",
         )
         .at("stiffness"));
     }
