@@ -150,6 +150,8 @@ impl EventKind {
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct EventPlace {
     /// Name of the constraint.
+    // The name of the key in results.
+    #[serde(rename = "fixing")]
     pub constraint: Option<String>,
     /// Name of the obstacle.
     pub obstacle: Option<String>,
