@@ -53,14 +53,14 @@ impl Extremes {
     /// Takes one more equilibrium into account.
     pub fn see(&mut self, end: &StepResult) {
         for constraint in &end.constraints {
-            self.see_fixing(constraint, &end.name);
+            self.see_constraint(constraint, &end.name);
         }
         for (k, branch) in end.branches.iter().enumerate() {
             self.see_branch(k, branch, &end.name);
         }
     }
 
-    fn see_fixing(&mut self, constraint: &ConstraintResult, step: &str) {
+    fn see_constraint(&mut self, constraint: &ConstraintResult, step: &str) {
         let force = constraint.largest_force();
         match self.loads.iter_mut().find(|load| load.name == constraint.name) {
             Some(load) if force > load.force => (load.force, load.step) = (force, step.to_owned()),

@@ -10,7 +10,7 @@ pub(crate) mod shape;
 
 pub use convergence::{Trend, convergence};
 
-use crate::ending::{Ending, FixingEnd};
+use crate::ending::{Ending, ConstraintEnd};
 use shape::Gap;
 use std::fmt;
 use wireloom_core::Vector;
@@ -50,7 +50,7 @@ pub struct Difference {
     /// Branches that both have, in the order of the reference.
     pub branches: Vec<BranchDifference>,
     /// Constraints that act in both, in the order of the reference.
-    pub constraints: Vec<FixingDifference>,
+    pub constraints: Vec<ConstraintDifference>,
     /// Branches and constraints that only one of the two has.
     pub unmatched: Vec<String>,
     /// Total energy above that of the reference, J.
@@ -78,7 +78,7 @@ pub struct BranchDifference {
 
 /// A constraint beside that of the reference.
 #[derive(Clone, Debug, PartialEq)]
-pub struct FixingDifference {
+pub struct ConstraintDifference {
     /// Name.
     pub name: String,
     /// Length of the difference of the forces, N.
@@ -252,7 +252,7 @@ impl Difference {
     }
 
     /// The constraint whose force is most different.
-    pub fn hardest(&self) -> Option<&FixingDifference> {
+    pub fn hardest(&self) -> Option<&ConstraintDifference> {
         self.constraints.iter().max_by(|a, b| a.force.total_cmp(&b.force))
     }
 }
@@ -336,8 +336,8 @@ fn difference(reference: &Ending, here: &Ending) -> Difference {
             unmatched.push(constraint.name.clone());
             continue;
         };
-        let between = |part: fn(&FixingEnd) -> Vector| (part(other) - part(constraint)).norm();
-        constraints.push(FixingDifference {
+        let between = |part: fn(&ConstraintEnd) -> Vector| (part(other) - part(constraint)).norm();
+        constraints.push(ConstraintDifference {
             name: constraint.name.clone(),
             force: between(|constraint| constraint.force),
             moment: between(|constraint| constraint.moment),

@@ -22,7 +22,7 @@ pub struct Ending {
     /// Branches, in the order of the scenario.
     pub branches: Vec<BranchEnd>,
     /// Constraints that act.
-    pub constraints: Vec<FixingEnd>,
+    pub constraints: Vec<ConstraintEnd>,
     /// Where clips closed and hands took hold, over all steps.
     pub closed: Vec<Closed>,
     /// Energy by effect, J.
@@ -60,7 +60,7 @@ pub struct BranchEnd {
 
 /// A constraint in the end.
 #[derive(Clone, Debug, PartialEq)]
-pub struct FixingEnd {
+pub struct ConstraintEnd {
     /// Name.
     pub name: String,
     /// Held point, m.
@@ -97,7 +97,7 @@ impl Ending {
             converged: run.status == Status::Converged,
             stable: end.stable,
             branches: end.branches.iter().map(BranchEnd::of).collect(),
-            constraints: end.constraints.iter().map(FixingEnd::of).collect(),
+            constraints: end.constraints.iter().map(ConstraintEnd::of).collect(),
             closed,
             energy: end.energy,
             events: count(run.events.iter().map(|event| event.kind)),
@@ -154,7 +154,7 @@ impl BranchEnd {
     }
 }
 
-impl FixingEnd {
+impl ConstraintEnd {
     fn of(constraint: &ConstraintResult) -> Self {
         let slide = |slide: &SlideResult| (slide.branch.clone(), slide.arc_length);
         Self {

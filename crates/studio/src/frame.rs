@@ -42,7 +42,7 @@ pub struct Header {
     /// Joints, in the order of the scene.
     pub joints: Vec<Placed>,
     /// Constraints that act.
-    pub constraints: Vec<FixingFrame>,
+    pub constraints: Vec<ConstraintFrame>,
     /// Bodies, in the order of the scene.
     pub obstacles: Vec<ObstacleFrame>,
     /// The bend nearest to its limit, or of least radius.
@@ -64,7 +64,7 @@ pub struct Placed {
 /// A constraint that acts.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(TS))]
-pub struct FixingFrame {
+pub struct ConstraintFrame {
     /// Name.
     pub name: String,
     /// Where the cable is held.
@@ -130,7 +130,7 @@ impl Header {
             seconds: (end.minimiser.seconds - done.1).max(0.0),
             residual: end.minimiser.force_residual,
             joints: end.joints.iter().map(Placed::joint).collect(),
-            constraints: end.constraints.iter().map(FixingFrame::of).collect(),
+            constraints: end.constraints.iter().map(ConstraintFrame::of).collect(),
             obstacles: end.obstacles.iter().map(ObstacleFrame::of).collect(),
             tightest: end.min_bend_radius.as_ref().map(|bend| Tightest {
                 branch: bend.branch.clone(),
@@ -220,7 +220,7 @@ impl Placed {
     }
 }
 
-impl FixingFrame {
+impl ConstraintFrame {
     fn of(constraint: &ConstraintResult) -> Self {
         Self {
             name: constraint.name.clone(),

@@ -47,7 +47,7 @@ mod tests {
         declare(protocol::Session::decl());
         declare(protocol::Notice::decl());
         declare(frame::Placed::decl());
-        declare(frame::FixingFrame::decl());
+        declare(frame::ConstraintFrame::decl());
         declare(frame::ObstacleFrame::decl());
         declare(frame::Tightest::decl());
         declare(frame::Header::decl());

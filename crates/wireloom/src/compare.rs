@@ -18,9 +18,9 @@
 use wireloom_core::equilibrium::Run;
 
 pub use wireloom_export::comparison::{
-    BranchDifference, Case, Comparison, Difference, FixingDifference, Group, Part, Reason, Trend, Way, convergence,
+    BranchDifference, Case, Comparison, Difference, ConstraintDifference, Group, Part, Reason, Trend, Way, convergence,
 };
-pub use wireloom_export::ending::{BranchEnd, Closed, Ending, FixingEnd};
+pub use wireloom_export::ending::{BranchEnd, Closed, Ending, ConstraintEnd};
 
 /// Compares runs with the first one. Shapes nearer to each other than `tolerance` (m) are the same. `None` if there are no
 /// runs, or one of them came to no equilibrium.

@@ -257,7 +257,7 @@ impl Scene {
         }
         for constraint in self.constraints.iter().filter(|f| f.from_step.is_none()) {
             text.push_str("[[constraints]]\n");
-            self.write_fixing(constraint, &mut text);
+            self.write_constraint(constraint, &mut text);
         }
         for load in &self.loads {
             let _ = write!(text, "[[loads]]\nname = \"load{}\"\nat = {}\n", load.name, self.place(load.at));
@@ -296,7 +296,7 @@ impl Scene {
         }
     }
 
-    fn write_fixing(&self, constraint: &Constraint, text: &mut String) {
+    fn write_constraint(&self, constraint: &Constraint, text: &mut String) {
         let Constraint { name, kind, at, position, facing, stiffness, slide, rail, free_axis, .. } = constraint;
         let _ = write!(text, "name = \"c{name}\"\nkind = \"{kind}\"\nat = {}\n", self.place(*at));
         if let Some(position) = position {
@@ -328,7 +328,7 @@ impl Scene {
         }
         for constraint in self.constraints.iter().filter(|f| f.from_step == Some(k)) {
             text.push_str("[[steps.add]]\n");
-            self.write_fixing(constraint, text);
+            self.write_constraint(constraint, text);
         }
         for Move { constraint, position, facing, turns } in &step.moves {
             let _ = write!(text, "[[steps.move]]\nconstraint = \"c{constraint}\"\n");

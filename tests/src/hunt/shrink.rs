@@ -65,7 +65,7 @@ fn candidates(scene: &Scene) -> Vec<Scene> {
     for k in 0..scene.constraints.len() {
         with(&|s| {
             let name = s.constraints[k].name;
-            drop_fixing(s, name);
+            drop_constraint(s, name);
         });
         with(&|s| s.constraints[k].slide = s.constraints[k].slide.map(|_| 0.0));
         with(&|s| s.constraints[k].rail = None);
@@ -132,13 +132,13 @@ fn round(s: &mut Scene) {
 fn drop_step(s: &mut Scene, k: usize) {
     s.steps.remove(k);
     let gone: Vec<usize> = s.constraints.iter().filter(|f| f.from_step == Some(k)).map(|f| f.name).collect();
-    gone.into_iter().for_each(|name| drop_fixing(s, name));
+    gone.into_iter().for_each(|name| drop_constraint(s, name));
     for f in &mut s.constraints {
         f.from_step = f.from_step.map(|step| step - usize::from(step > k));
     }
 }
 
-fn drop_fixing(s: &mut Scene, name: usize) {
+fn drop_constraint(s: &mut Scene, name: usize) {
     s.constraints.retain(|f| f.name != name);
     for step in &mut s.steps {
         step.moves.retain(|m| m.constraint != name);
@@ -154,7 +154,7 @@ fn drop_branch(s: &mut Scene, k: usize) {
         Place::Vertex(v) => !s.branches.iter().any(|b| b.ends.contains(&v)),
     };
     let constraints: Vec<usize> = s.constraints.iter().filter(|f| gone(f.at, s)).map(|f| f.name).collect();
-    constraints.into_iter().for_each(|name| drop_fixing(s, name));
+    constraints.into_iter().for_each(|name| drop_constraint(s, name));
     let loads: Vec<usize> = s.loads.iter().filter(|l| gone(l.at, s)).map(|l| l.name).collect();
     s.loads.retain(|l| !loads.contains(&l.name));
     s.steps.iter_mut().for_each(|step| step.loads.retain(|(name, _)| !loads.contains(name)));

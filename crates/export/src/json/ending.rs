@@ -4,7 +4,7 @@ use super::convert::{numbers, radii, vectors};
 use super::document::{Branch, Constraint, Document, Step};
 use super::stream::{Collect, Collected};
 use super::values::{Number, Skipped, vector};
-use crate::ending::{BranchEnd, Closed, Ending, FixingEnd, Way, Work, count};
+use crate::ending::{BranchEnd, Closed, Ending, ConstraintEnd, Way, Work, count};
 use wireloom_core::Status;
 
 /// The last step, and the sums over all of them.
@@ -42,7 +42,7 @@ pub fn ending(document: Document<Collected<Last>>) -> Result<Option<Ending>, Str
         let at = finite(slide.contact_arclength).ok_or_else(|| format!("`contact_arclength` of \"{name}\" is null"))?;
         slides.push((name, (slide.branch, at)));
     }
-    let constraint = |(name, constraint): (String, Constraint)| FixingEnd {
+    let constraint = |(name, constraint): (String, Constraint)| ConstraintEnd {
         position: vector(constraint.position),
         force: vector(constraint.force),
         moment: vector(constraint.moment),

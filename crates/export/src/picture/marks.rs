@@ -14,21 +14,21 @@ pub enum Kind {
     Connector,
     Collar,
     Handle,
-    OtherFixing,
+    OtherConstraint,
     TightestBend,
 }
 
 impl Kind {
     /// In the order of the legend.
     pub const ALL: [Kind; 6] =
-        [Kind::Connector, Kind::Collar, Kind::Handle, Kind::OtherFixing, Kind::Joint, Kind::TightestBend];
+        [Kind::Connector, Kind::Collar, Kind::Handle, Kind::OtherConstraint, Kind::Joint, Kind::TightestBend];
 
-    fn of_fixing(word: &str) -> Self {
+    fn of_constraint(word: &str) -> Self {
         match word {
             "connector" => Kind::Connector,
             "collar" => Kind::Collar,
             "handle" => Kind::Handle,
-            _ => Kind::OtherFixing,
+            _ => Kind::OtherConstraint,
         }
     }
 
@@ -38,7 +38,7 @@ impl Kind {
             Kind::Connector => "connector",
             Kind::Collar => "collar",
             Kind::Handle => "handle",
-            Kind::OtherFixing => "other constraint",
+            Kind::OtherConstraint => "other constraint",
             Kind::TightestBend => "tightest bend",
         }
     }
@@ -49,7 +49,7 @@ impl Kind {
             Kind::Connector => "constraint connector",
             Kind::Collar => "constraint collar",
             Kind::Handle => "constraint handle",
-            Kind::OtherFixing => "constraint other",
+            Kind::OtherConstraint => "constraint other",
             Kind::TightestBend => "tightest",
         }
     }
@@ -91,7 +91,7 @@ pub fn collect(step: &StepResult) -> Marks {
     for constraint in &step.constraints {
         let (force, moment) = (constraint.force.norm(), constraint.moment.norm());
         list.push(Mark {
-            kind: Kind::of_fixing(&constraint.kind),
+            kind: Kind::of_constraint(&constraint.kind),
             position: constraint.position,
             label: constraint.name.clone(),
             tip: format!(
@@ -159,7 +159,7 @@ pub fn symbol(page: &mut Svg, kind: Kind, [x, y]: [f64; 2], half: f64, tip: &str
             number(0.4 * half)
         ),
         Kind::Handle => format!("{} {solid}", polygon(&[[0.0, -1.15], [1.1, 0.8], [-1.1, 0.8]], 1.05 * half)),
-        Kind::OtherFixing => {
+        Kind::OtherConstraint => {
             format!("{} {solid}", polygon(&[[0.0, -1.0], [1.0, 0.0], [0.0, 1.0], [-1.0, 0.0]], 1.25 * half))
         }
         Kind::TightestBend => {

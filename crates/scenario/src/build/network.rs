@@ -52,7 +52,7 @@ impl Scenario {
         let mut faults = Vec::new();
         let layout = Layout::new(self, 1);
         let models = self.joint_models(&layout, registry, &mut faults);
-        let constraints = self.fixing_plans(&layout, registry, &mut faults);
+        let constraints = self.constraint_plans(&layout, registry, &mut faults);
         let minimiser = self.minimiser(registry, &mut faults);
         let (Some(models), Some(minimiser)) = (models, minimiser) else { return Err(faults) };
         let branches = self.branch_plans(&layout, &models, registry, &mut faults);
@@ -128,7 +128,7 @@ impl Scenario {
         // What the factories refuse they refused before.
         let mut faults = Vec::new();
         let models = self.joint_models(&layout, registry, &mut faults)?;
-        let constraints = self.fixing_plans(&layout, registry, &mut faults);
+        let constraints = self.constraint_plans(&layout, registry, &mut faults);
         let branches = self.branch_plans(&layout, &models, registry, &mut faults);
         if !faults.is_empty() {
             return None;
@@ -227,7 +227,7 @@ impl Scenario {
         self.joints.iter().zip(models).map(plan).collect()
     }
 
-    fn fixing_plans(&self, layout: &Layout, registry: &Registry, faults: &mut Vec<Fault>) -> Vec<ConstraintPlan> {
+    fn constraint_plans(&self, layout: &Layout, registry: &Registry, faults: &mut Vec<Fault>) -> Vec<ConstraintPlan> {
         let mut plans = Vec::new();
         for constraint in &self.constraints {
             let kind = registry.constraint(&constraint.kind).map(|kind| &kind.build);

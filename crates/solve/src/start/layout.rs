@@ -34,7 +34,7 @@ pub fn place(network: &Network, schedule: &Schedule) -> State {
             _ if branches.iter().all(|&b| network.branches[b].path.len() >= 2) => {
                 lay_along_paths(network, &branches, &mut state);
             }
-            _ => lay_at_fixing(network, &branches, &mut state),
+            _ => lay_at_constraint(network, &branches, &mut state),
         }
     }
     network.follow_ties(&mut state);
@@ -138,7 +138,7 @@ fn arm_pose(joint: &Joint, arm: usize) -> Pose {
 }
 
 /// Lays the rest shape of a piece at the constraint that says most about where it belongs.
-fn lay_at_fixing(network: &Network, branches: &[usize], state: &mut State) {
+fn lay_at_constraint(network: &Network, branches: &[usize], state: &mut State) {
     let on_piece = |constraint: &&AttachedConstraint| match constraint.place {
         Place::Node { branch, .. } => branches.contains(&branch),
         Place::Joint(j) => network.joints[j].branches.iter().any(|b| branches.contains(b)),
