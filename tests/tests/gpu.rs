@@ -6,7 +6,7 @@ use std::process::{Command, ExitCode};
 use std::sync::{Arc, OnceLock};
 use wireloom::export::table::{Column, Table, read};
 use wireloom::geometry::Vector;
-use wireloom::gpu::policy::Found;
+use wireloom::gpu::policy::TestDevice;
 use wireloom::gpu::{Gpu, SharedDevice, policy};
 use wireloom::{Control, Run, Status};
 use wireloom_tests::program;

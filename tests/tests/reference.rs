@@ -14,7 +14,7 @@ use serde_json::Value;
 use std::path::{Path, PathBuf};
 use wireloom::geometry::Vector;
 use wireloom::gpu::policy;
-use wireloom::gpu::policy::Found;
+use wireloom::gpu::policy::TestDevice;
 use wireloom::{Status, StepResult};
 
 fn main() {

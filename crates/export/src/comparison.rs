@@ -10,7 +10,7 @@ pub(crate) mod shape;
 
 pub use convergence::{Trend, convergence};
 
-use crate::ending::{Ending, ConstraintEnd};
+use crate::ending::{ConstraintEnd, Ending};
 use shape::Gap;
 use std::fmt;
 use wireloom_core::Vector;

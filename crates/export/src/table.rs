@@ -27,7 +27,7 @@ mod parquet_file;
 #[cfg(feature = "parquet")]
 pub use parquet_file::{read, write};
 
-use crate::ending::{Ending, ConstraintEnd};
+use crate::ending::{ConstraintEnd, Ending};
 use serde::{Deserialize, Serialize};
 use wireloom_core::Vector;
 
@@ -111,7 +111,8 @@ impl Header {
         }
         for name in &self.constraints {
             let constraint = ending.constraints.iter().find(|constraint| constraint.name == *name);
-            let parts: [fn(&ConstraintEnd) -> Vector; 2] = [|constraint| constraint.force, |constraint| constraint.moment];
+            let parts: [fn(&ConstraintEnd) -> Vector; 2] =
+                [|constraint| constraint.force, |constraint| constraint.moment];
             for part in parts {
                 let v = constraint.map_or(Vector::repeat(f64::NAN), part);
                 numbers.extend([v.norm(), v.x, v.y, v.z]);

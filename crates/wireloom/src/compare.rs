@@ -18,9 +18,9 @@
 use wireloom_core::equilibrium::Run;
 
 pub use wireloom_export::comparison::{
-    BranchDifference, Case, Comparison, Difference, ConstraintDifference, Group, Part, Reason, Trend, Way, convergence,
+    BranchDifference, Case, Comparison, ConstraintDifference, Difference, Group, Part, Reason, Trend, Way, convergence,
 };
-pub use wireloom_export::ending::{BranchEnd, Closed, Ending, ConstraintEnd};
+pub use wireloom_export::ending::{BranchEnd, Closed, ConstraintEnd, Ending};
 
 /// Compares runs with the first one. Shapes nearer to each other than `tolerance` (m) are the same. `None` if there are no
 /// runs, or one of them came to no equilibrium.

@@ -23,5 +23,6 @@ pub use wireloom_core::steps::{
     Carried, Course, Initial, Journey, Move, ObstacleMove, Operation, Schedule, Step, Track, Turn,
 };
 pub use wireloom_core::{Conditions, Problem, Section, State, Tangent};
+pub use wireloom_solve::contact::multipliers::update_constraints;
 pub use wireloom_solve::start::layout::place;
 pub use wireloom_solve::start::prolongation::prolonged;

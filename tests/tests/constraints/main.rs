@@ -6,7 +6,7 @@ use kinds::{Ratchet, counting, registry};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use wireloom::geometry::{Pose, Vector};
-use wireloom::harness::{Conditions, Problem};
+use wireloom::harness::{Conditions, Problem, update_constraints};
 use wireloom::parts::{Minimiser, Newton, Stop};
 use wireloom::result::{ConstraintResult, EventKind};
 use wireloom::session::{Checkpoint, Observer, Progress, Resumed};
@@ -382,7 +382,7 @@ fn a_step_through_equations_does_not_allocate() {
     targets(&mut problem, 0.0);
     for _ in 0..10 {
         newton.minimise(&mut problem, &mut state, &stop);
-        problem.update_multipliers(&state, 0.0, &mut Vec::new());
+        update_constraints(&mut problem, &state, 0.0, &mut Vec::new());
     }
     let mut status = Status::Failed;
     let count = allocation_counter::measure(|| {

@@ -4,7 +4,7 @@ use super::convert::{numbers, radii, vectors};
 use super::document::{Branch, Constraint, Document, Step};
 use super::stream::{Collect, Collected};
 use super::values::{Number, Skipped, vector};
-use crate::ending::{BranchEnd, Closed, Ending, ConstraintEnd, Way, Work, count};
+use crate::ending::{BranchEnd, Closed, ConstraintEnd, Ending, Way, Work, count};
 use wireloom_core::Status;
 
 /// The last step, and the sums over all of them.

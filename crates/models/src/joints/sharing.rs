@@ -153,7 +153,7 @@ mod tests {
             length: 0.5,
             curvature: Vector::zeros(),
         };
-        let wires = wires.iter().map(|&(from, to, share)| WireShare { from, to, share });
+        let wires = wires.iter().map(|&(from, to, fraction)| WireShare { from, to, fraction });
         JointSpec { name: "joint".into(), arms: stiffness.iter().map(arm).collect(), wires: wires.collect() }
     }
 
