@@ -95,8 +95,8 @@ fn a_scenario_and_its_files_have_types_of_their_own() {
 
 #[test]
 fn types_may_be_grasped_and_clipped() {
-    let steps = "[[steps]]\n[[steps.clip]]\nname = \"c\"\nkind = \"edge-clip\"\nat = { branch = \"b\" }\nposition = [1, 0, 0]\n\
-                 [[steps.grasp]]\nname = \"g\"\nkind = \"gripper\"\nat = { end = \"B\" }\n";
+    let steps = "[[steps]]\n[[steps.clip]]\nname = \"c\"\nkind = \"edge-clip\"\nat = { branch = \"b\" }\n\
+                 position = [1, 0, 0]\n[[steps.grasp]]\nname = \"g\"\nkind = \"gripper\"\nat = { end = \"B\" }\n";
     let text = format!("{HARNESS}{steps}");
     let scenario = parse(&text, &common::registry()).unwrap_or_else(|faults| panic!("{}", render(&text, &faults)));
     let called: Vec<&str> = scenario.constraints.iter().map(|it| it.called.as_str()).collect();

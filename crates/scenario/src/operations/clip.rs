@@ -21,11 +21,11 @@ const KEYS: Keys = Keys {
     what: "clip",
     keys: &[
         NAME,
-        may("kind", Form::Kind(Family::Constraint, Some("collar")), "what it is; default \"collar\""),
+        may("kind", Form::Kind(Family::Constraint, Some("collar")), "its kind; default \"collar\""),
         must(
             "at",
             Form::Table(&AT),
-            "where it closes: branch and s, or branch alone for the place that is nearest to it when the step begins",
+            "where it closes: branch and s, or branch alone for the place nearest to its seat when the step begins",
         ),
         must("position", Form::Vector(Quantity::Length), "its seat"),
         TANGENT,
