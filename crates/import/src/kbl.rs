@@ -20,14 +20,13 @@
 //! **Frames.** Every branch carries one untwisted (rotation-minimising) frame field along its drawn centre line. Joint
 //! arms and connectors take their orientations from it, so that the harness as drawn is free of twist.
 //!
-//! **Board.** The tree of the harness unfolded in a plane below the vehicle, branches straight and true to length,
-//! every joint keeping the order of its arms ([`crate::layout`]); springy pegs hold it, for a board itself bears
-//! nothing here.
+//! **Board.** The tree of the harness unfolded in a plane below the vehicle, with straight branches of true length and
+//! the order of the arms at every joint ([`crate::layout`]). Elastic pegs hold it; the board itself bears nothing.
 //!
-//! **Assembly.** Hands at joints carry the harness from the board; then one connector or clip after the other is
-//! brought home, outward from the connector of the heaviest branch, and a hand lets go when all that lies beyond it
-//! is home. In the end every plug is let turn as the cable wants and is plugged again, which takes out the whole
-//! turns of twist that the order left behind.
+//! **Assembly.** Hands at joints move the harness from the board to the vehicle. Then one connector or clip after the
+//! other is moved to its seat, outward from the connector of the heaviest branch; a hand is released when everything
+//! beyond it is installed. At the end every connector is released to turn freely and is then mated again, which
+//! removes whole turns of twist that depend on the order.
 
 mod anatomy;
 mod assembly;

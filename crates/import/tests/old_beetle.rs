@@ -123,7 +123,7 @@ fn batterie_plus(imported: &Imported) -> Result<(), Failed> {
     Ok(())
 }
 
-/// What must hold for every file. The tangents of the curves are compared with `Start_vector` and `End_vector`, which
+/// Checks for every file. The tangents of the curves are compared with `Start_vector` and `End_vector`, which
 /// the importer does not read.
 fn sound(imported: &Imported, vectors: &HashMap<String, [[f64; 3]; 2]>) -> Result<(), Failed> {
     let scenario: toml::Table = toml::from_str(&imported.scenario)?;

@@ -301,10 +301,7 @@ fn what_a_harness_can_do_without_is_a_finding() {
         let findings = imported(text).findings;
         assert!(findings.iter().any(|finding| finding.to_string().contains(what)), "{what}: {findings:#?}");
     };
-    found(
-        &with("<Unit_name>GramPerMetre</Unit_name>", "<Unit_name>ounce</Unit_name>"),
-        "the unknown unit `uGM`",
-    );
+    found(&with("<Unit_name>GramPerMetre</Unit_name>", "<Unit_name>ounce</Unit_name>"), "the unknown unit `uGM`");
     found(
         &with(
             "<Unit_component>uMM</Unit_component><Value_component>307.9",
@@ -521,7 +518,7 @@ fn an_assembly_has_one_step_for_each_connector_and_clip_in_the_order_asked_for()
         assert_eq!(names(&steps)[..2], ["lift off the board", "carry to the vehicle"]);
         assert!(steps.iter().all(|step| tables(step, "mate").len() + tables(step, "clip").len() <= 1));
         assert_eq!(names(&steps)[steps.len() - 2..], ["take the twist out", "plug all in again"]);
-        // Every hand that takes hold lets go.
+        // Every hand is released.
         let hands = names(
             &steps[..steps.len() - 1]
                 .iter()

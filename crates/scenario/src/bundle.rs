@@ -5,7 +5,7 @@
 //!
 //! **Two bounds.** Strands in a conductor, wires in a bundle and turns of a tape either slide on each other without
 //! friction (*slip*: each bends about its own axis) or stick (*bonded*: all bend about the axis of the bundle). These
-//! differ by two to four powers of ten, so the value taken lies between them on a logarithmic scale, at a share c,
+//! differ by two to four powers of ten, so the value taken lies between them on a logarithmic scale, at a fraction c,
 //! the *cohesion*:
 //!
 //! ```text
@@ -13,7 +13,7 @@
 //! ```
 //!
 //! **A wire**: n strands of diameter d (A = n π d²/4) in a conductor of diameter D_c, and layers with outer and inner
-//! diameters D, D_i over it; ν Poisson's ratio, ρ density, φ the share of a layer that is filled.
+//! diameters D, D_i over it; ν Poisson's ratio, ρ density, φ the fraction of a layer that is filled.
 //!
 //! ```text
 //!            slip                    bonded
@@ -49,32 +49,32 @@
 //! EA = b E π (D² − D_i²)/4,         mass = ρ π (D² − D_i²)/4
 //! ```
 //!
-//! all times the share of the surface it covers; b (bending, stretch) and a (torsion) say what corrugation, laps or a
-//! slit leave of a plain wall. A covering over a share f of a branch: stretches with different stiffness lie in
-//! series, 1/X = Σ f_i/X_i. Several such coverings are taken to lie over each other, from one end.
+//! all times the fraction of the surface that it covers; b (bending, stretch) and a (torsion) are the fractions of a
+//! plain wall's stiffness that corrugation, laps or a slit leave. A covering over a fraction f of a branch: parts with
+//! different stiffness act in series, 1/X = Σ f_i/X_i. Several such coverings lie over each other, from one end.
 //!
-//! **Minimum bend radius**: the largest of the wires' own ([`BEND_RADIUS`] · D_w where none is given), of the
-//! coverings' own, and [`BEND_RADIUS`] times the diameter of two or more wires.
+//! **Minimum bend radius**: the largest of those of the wires (by default [`BEND_RADIUS`] · D_w), those of the
+//! coverings, and [`BEND_RADIUS`] times the diameter of two or more wires.
 
 use std::f64::consts::PI;
 
 /// k: axial stiffness of a stranded conductor relative to a solid one of the same area. A lay angle β of 10° to 15°
-/// gives cos³ β = 0.96 to 0.90; strands not yet drawn tight take some more.
+/// gives cos³ β = 0.96 to 0.90; strands that are not yet tight reduce it further.
 pub const STRANDING: f64 = 0.9;
 /// k_b: the same for a braid that lies at 30° to 40° to the axis: cos³ β = 0.65 to 0.45, less where it can narrow.
 pub const BRAIDING: f64 = 0.4;
-/// Share of a conductor's circle that its strands fill, where its diameter is not given: 7 equal strands fill 0.78,
+/// Fraction of a conductor's circle that its strands fill if its diameter is not given: 7 equal strands fill 0.78,
 /// bunched ones somewhat less.
 pub const STRAND_PACKING: f64 = 0.75;
-/// Share of a bundle's circle that its wires fill: 7 equal wires fill 0.78, random bundles some 0.7 to 0.8. Workshop
-/// rules say D = 1.2 √ΣD², that is 0.69.
+/// Fraction of a bundle's circle that its wires fill: 7 equal wires fill 0.78, random bundles about 0.7 to 0.8. The
+/// workshop rule D = 1.2 √ΣD² gives 0.69.
 pub const PACKING: f64 = 0.75;
 /// c of strands in a conductor. Insulation presses them on each other; a 0.5 mm² wire becomes 1.4 times as stiff as
 /// with frictionless strands.
 pub const STRAND_COHESION: f64 = 0.1;
 /// c of wires that nothing binds: 24 wires of 0.5 mm² become 1.4 times as stiff as their sum.
 pub const LOOSE: f64 = 0.05;
-/// Minimum bend radius over diameter, for bundles and for wires without their own: usual for fixed laying.
+/// Default ratio of minimum bend radius to diameter of bundles and wires: usual for fixed installation.
 pub const BEND_RADIUS: f64 = 4.0;
 
 /// A material.

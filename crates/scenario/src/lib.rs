@@ -51,7 +51,7 @@ use check::{conflicts, freedoms};
 use read::{document, reader, toml_text};
 use wireloom_core::Registry;
 
-/// Reads and checks a scenario that names no other files; the kinds it names are looked up in `registry`.
+/// Reads and checks a scenario that names no other files. `registry`: the known kinds.
 ///
 /// # Errors
 /// See [`parse_with_files`].
@@ -59,7 +59,7 @@ pub fn parse(text: &str, registry: &Registry) -> Result<Scenario, Vec<Fault>> {
     parse_with_files(text, &NoFiles, registry)
 }
 
-/// Reads and checks a scenario; the kinds it names are looked up in `registry`, the files it names in `files`.
+/// Reads and checks a scenario. `files`: the files that it may name; `registry`: the known kinds.
 ///
 /// # Errors
 /// All faults, in the order of the text; only the first few syntax errors if the text is not TOML. Contradictions

@@ -1,4 +1,4 @@
-//! Sections from their wires: cases computed by hand, bounds, monotony, measured values, libraries in files.
+//! Sections from their wires: independently computed cases, bounds, monotony, measured values, libraries in files.
 
 mod common;
 
@@ -38,7 +38,7 @@ fn between(found: Between, slip: f64, taken: f64, bonded: f64) {
     close(found.bonded, bonded);
 }
 
-/// E π d⁴/64 of copper and of PVC, by hand: 120 GPa · 0.04909 mm⁴ + 50 MPa · 0.7363 mm⁴.
+/// E π d⁴/64 of copper and of PVC, independently: 120 GPa · 0.04909 mm⁴ + 50 MPa · 0.7363 mm⁴.
 #[test]
 fn one_solid_wire_is_itself() {
     let scenario = read("wires = [{ type = \"solid\" }]", SOLID);

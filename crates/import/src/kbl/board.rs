@@ -27,7 +27,7 @@ pub(super) struct Board {
     pub pegs: Vec<Peg>,
     /// Frame of every branch on the board: d3 `from → to`.
     pub frames: Vec<UnitQuaternion<f64>>,
-    /// Where every vertex lies, m.
+    /// Positions of the vertices, m.
     pub points: Vec<Vector>,
 }
 

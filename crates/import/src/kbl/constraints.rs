@@ -1,4 +1,4 @@
-//! What holds the harness in the vehicle: connectors at its ends, clips along its branches.
+//! Constraints of the harness in the vehicle: connectors at its ends, clips along its branches.
 
 use super::curve::{NODE_TOLERANCE, Vector};
 use super::document::{Document, Fixing, Node, Placement, Segment};

@@ -1,8 +1,8 @@
 //! Sections from the wires and coverings of a segment, by the rule of [`wireloom_scenario::bundle`].
 //!
-//! KBL (like VEC) describes wires and coverings, not mechanics: it contains no EI, GJ or EA. What it says
+//! KBL (like VEC) describes wires and coverings, not mechanics: it contains no EI, GJ or EA. What it states
 //! of them (copper area, outside diameter, mass, bend radius; mass and sizes of tubes) is written into the scenario
-//! as types of its own, each *like* one of the library for what the file does not say:
+//! as types of its own. Each is *like* one of the library, which gives the other values:
 //!
 //! | in the file | like | replaced values |
 //! | --- | --- | --- |

@@ -1,11 +1,11 @@
-//! What a written scenario says once it is read.
+//! Reads written scenarios.
 
 use wireloom_core::minimiser::{Minimiser, Report, Status, Stop};
 use wireloom_core::registry::MinimiserKind;
 use wireloom_core::{Problem, Registry, State};
 use wireloom_scenario::{Scenario, parse, render};
 
-/// The minimiser that written scenarios name; it is never asked.
+/// The minimiser that written scenarios name; it is never used.
 struct Idle;
 
 impl Minimiser for Idle {

@@ -16,7 +16,7 @@ use wireloom_core::rod::{Mesh, RodSpec};
 use wireloom_core::steps::Schedule;
 use wireloom_core::{Arm, JointModel, Minimiser, Network, Registry, RodSegment, Stop};
 
-/// Everything a run needs.
+/// The network, the schedule and the minimiser of a run.
 pub struct Built {
     /// The harness.
     pub network: Network,

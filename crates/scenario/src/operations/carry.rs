@@ -13,14 +13,14 @@ use crate::scenario::Facing;
 use wireloom_core::steps::{Carried, Move, Operation, Track, Turn};
 use wireloom_core::{Quantity, Rotation, Vector};
 
-/// Things that are carried together.
+/// Constraints that move together.
 pub(crate) const CARRY: StepOperation = StepOperation {
     key: may("carry", Form::Tables(&KEYS), "motions of constraints that are carried together"),
     begins: |_| Begins::Nothing,
     read,
 };
 
-/// Things that are carried together.
+/// Constraints that move together.
 const KEYS: Keys = Keys {
     what: "carry",
     keys: &[

@@ -1,4 +1,4 @@
-//! `mate`: a connector is brought before its seat and pushed in.
+//! `mate`: a connector is moved to the place before its seat and pushed in.
 
 use super::context::Context;
 use super::{Begins, StepOperation};
@@ -18,7 +18,7 @@ use wireloom_core::steps::{Move, Operation, Track, Turn};
 
 /// Connectors that are pushed in.
 pub(super) const MATE: StepOperation = StepOperation {
-    key: may("mate", Form::Tables(&KEYS), "connectors that are brought before their seats and pushed in"),
+    key: may("mate", Form::Tables(&KEYS), "connectors that are moved to the place before their seats and pushed in"),
     begins: |entry| if entry.has("name") { Begins::AtPlace } else { Begins::Nothing },
     read,
 };

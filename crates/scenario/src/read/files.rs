@@ -12,7 +12,7 @@ pub trait Files {
     /// The bytes of the file at `path`, which need not be text.
     ///
     /// # Errors
-    /// As [`Self::read`].
+    /// See [`Self::read`].
     fn bytes(&self, path: &str) -> Result<Vec<u8>, String> {
         self.read(path).map(String::into_bytes)
     }

@@ -26,7 +26,7 @@ const SHIPPED: [(&str, &str); 3] = [
 /// The shipped file, as messages call it, and its text.
 const SHIPPED_FIXING_TYPES: (&str, &str) = ("fixings.toml", include_str!("../../library/fixings.toml"));
 
-/// Things of one kind by name; `None` for a faulty one, whose fault has been noted.
+/// Entries by name; `None` for a faulty one, whose fault has been noted.
 type Named<T> = BTreeMap<String, Option<T>>;
 
 /// The shipped library, read once.
@@ -53,7 +53,7 @@ impl Library {
         library
     }
 
-    /// Everything that a scenario can name.
+    /// All entries that a scenario can name.
     pub fn of(root: &Entry<'_>) -> Self {
         let mut library = LIBRARY.clone();
         library.fixings = shipped_fixing_types(root.reader.registry);
@@ -149,7 +149,7 @@ impl Library {
     fn read_layers(&self, wire: &Entry<'_>) -> Option<Vec<Layer>> {
         let entries = wire.entries("layers");
         if entries.is_empty() && wire.has("layers") {
-            wire.fault_at("layers", format!("{} has no layers", wire.label), "give its insulation at least");
+            wire.fault_at("layers", format!("{} has no layers", wire.label), "give at least its insulation");
         }
         let one = |entry: &Entry<'_>| {
             let material = self.material(entry, "material", None, None);
