@@ -4,10 +4,10 @@
 //! | --- | --- |
 //! | `Node` | vertex; with two or more segments a joint (`cosserat`) whose arms leave it as drawn |
 //! | `Segment` | branch from `Start_node` to `End_node`, its drawn centre line as `path` |
-//! | `Routing`, `General_wire_occurrence`, `Core_occurrence` | which wires make up a branch, and which pass from arm to arm of a joint |
-//! | `General_wire`, `Wire_protection` | types of wires and coverings, each like one of the library; sections by their wires |
-//! | `Referenced_components` of an end node | a `connector` that holds the end; a splice is left free |
-//! | `Fixing_assignment`, `Placement` of its fixing | a `collar`, seated where the fixing is drawn, along its channel (`V`) |
+//! | `Routing`, `General_wire_occurrence`, `Core_occurrence` | wires of a branch, wires from arm to arm of a joint |
+//! | `General_wire`, `Wire_protection` | types of wires and coverings, like those of the library; sections of wires |
+//! | `Referenced_components` of an end node | a `connector` that holds the end; a splice stays free |
+//! | `Fixing_assignment`, `Placement` of its fixing | a `collar` where the fixing is drawn, along its channel (`V`) |
 //! | `Mass_information` of housings and terminals | a dead load at the end |
 //!
 //! **Length.** `Physical_length` where a file gives it (it is the length the harness is built to), else
@@ -20,12 +20,13 @@
 //! **Frames.** Every branch carries one untwisted (rotation-minimising) frame field along its drawn centre line. Joint
 //! arms and connectors take their orientations from it, so that the harness as drawn is free of twist.
 //!
-//! **Board.** The tree of the harness unfolded in a plane below the vehicle, branches straight and true to length, every joint keeping
-//! the order of its arms ([`crate::layout`]); springy pegs hold it, for a board itself bears nothing here.
+//! **Board.** The tree of the harness unfolded in a plane below the vehicle, with straight branches of true length and
+//! the order of the arms at every joint ([`crate::layout`]). Elastic pegs hold it; the board itself bears nothing.
 //!
-//! **Assembly.** Hands at joints carry the harness from the board; then one connector or clip after the other is brought home, outward from
-//! the connector of the heaviest branch, and a hand lets go when all that lies beyond it is home. In the end every plug is let turn as
-//! the cable wants and is plugged again, which takes out the whole turns of twist that the order left behind.
+//! **Assembly.** Hands at joints move the harness from the board to the vehicle. Then one connector or clip after the
+//! other is moved to its seat, outward from the connector of the heaviest branch; a hand is released when everything
+//! beyond it is installed. At the end every connector is released to turn freely and is then mated again, which
+//! removes whole turns of twist that depend on the order.
 
 mod anatomy;
 mod assembly;
@@ -55,8 +56,8 @@ use findings::Findings;
 ///
 /// # Errors
 /// [`ImportError`] where the text is not XML or not KBL, a number cannot be read, an id is given twice, or nodes and
-/// segments do not make a harness, or one that is too large. What a harness can do without (curves, wires, coverings, fixings) is
-/// never an error: it is replaced by a stated rule and reported in [`Imported::findings`].
+/// segments do not make a harness, or one that is too large. What a harness can do without (curves, wires, coverings,
+/// fixings) is never an error: it is replaced by a stated rule and reported in [`Imported::findings`].
 pub fn import(text: &str, options: &Options) -> Result<Imported, ImportError> {
     if !(options.max_segment.is_finite() && options.max_segment > 0.0) {
         return Err(ImportError::MaxSegment { found: options.max_segment });

@@ -1,16 +1,18 @@
-//! Unfolding a graph of straight edges in a plane, with true lengths and without crossings: the geometry of a formboard.
+//! Unfolding a graph of straight edges in a plane, with true lengths and without crossings: the geometry of a
+//! formboard.
 //!
-//! The way, for each connected piece:
-//! 1. A spanning tree of the shortest edges (Kruskal 1956); the edges left over close loops and are handed back.
-//! 2. The trunk: the longest path of the tree. At its vertices the wanted directions are bent evenly so that it runs straight.
-//! 3. *Equal angles* (Meacham's algorithm of PLOTREE, in the words of Bachmaier, Brandes and Schlieper 2005, "Drawing phylogenetic
-//!    trees"): from the middle of the trunk every subtree gets a wedge as wide as its share of the leaves, and its edge runs along
-//!    the middle of the wedge. A wedge with its tip moved along its middle lies inside the old one, so nothing can cross,
-//!    whatever the lengths are.
-//! 4. *Daylight* (after Felsenstein's DRAWTREE, 2004, "Inferring phylogenies", ch. 34): at one vertex after the other the
-//!    subtrees, each of which is seen from there under some arc, are turned as rigid wholes. DRAWTREE makes the gaps between the
-//!    arcs equal; here they become what the wanted directions leave, as far as there is room. Since the arcs stay apart,
-//!    nothing can come to cross.
+//! For each connected piece:
+//! 1. A spanning tree of the shortest edges (Kruskal 1956); the other edges close loops and are returned.
+//! 2. The trunk: the longest path of the tree. At its vertices the given directions are changed evenly such that it is
+//!    straight.
+//! 3. *Equal angles* (Meacham's algorithm of PLOTREE, described by Bachmaier, Brandes and Schlieper 2005, "Drawing
+//!    phylogenetic trees"): from the middle of the trunk every subtree gets a wedge whose angle is in proportion to
+//!    the number of its leaves, and its edge runs along the middle of the wedge. A wedge with its tip moved along its
+//!    middle lies inside the old one, so no edges cross, for any lengths.
+//! 4. *Daylight* (after Felsenstein's DRAWTREE, 2004, "Inferring phylogenies", ch. 34): at one vertex after another
+//!    the subtrees, each seen from there within an arc, are turned as rigid bodies. DRAWTREE makes the gaps between
+//!    the arcs equal; here they approach the gaps of the given directions, as far as there is room. The arcs stay
+//!    apart, so no edges come to cross.
 
 use std::collections::HashMap;
 use std::f64::consts::{PI, TAU};
@@ -25,40 +27,42 @@ pub struct Edge {
     pub ends: [usize; 2],
     /// Above zero.
     pub length: f64,
-    /// Direction in which the edge leaves each of its ends, rad, counted counter-clockwise from a direction that is the same for all
-    /// edges of that vertex. The order of directions about a vertex is kept, the angles where there is room.
+    /// Direction in which the edge leaves each of its ends, rad, counted counter-clockwise from a direction that is
+    /// the same for all edges of that vertex. The order of directions about a vertex is kept, the angles where there
+    /// is room.
     pub leaves_at: [f64; 2],
 }
 
 /// A graph in the plane.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Layout {
-    /// Where each vertex lies. The trunk runs along x about the origin; further pieces lie below the first.
+    /// Positions of the vertices. The trunk runs along x about the origin; further pieces lie below the first.
     pub points: Vec<Point>,
-    /// Edges that close loops, by index: they do not count in the layout, and join points whose distance is not their length.
+    /// Edges that close loops, by index: the layout ignores them, and the distance of their ends is not their length.
     pub closing: Vec<usize>,
-    /// Pairs of edges without a common vertex that touch or cross, by index; closing edges are drawn straight. Empty for trees.
+    /// Pairs of edges without a common vertex that touch or cross, by index; closing edges are drawn straight. Empty
+    /// for trees.
     pub crossings: Vec<[usize; 2]>,
 }
 
-/// Smallest gap between neighbouring subtrees that is left where there is room, rad.
+/// Smallest gap between neighbouring subtrees if there is room, rad.
 const LEAST_GAP: f64 = 0.05;
-/// Where less than this, rad, is left between all subtrees together, they stay where they are: neighbours keep apart by its half, shared.
+/// Smallest sum of all gaps between subtrees for which they are turned, rad. With less they stay where they are.
 const LEAST_DAYLIGHT: f64 = 0.02;
-/// Rounds of turning; later rounds turn little.
+/// Largest number of rounds of turning; later rounds turn little.
 const ROUNDS: usize = 30;
-/// Turning goes from every vertex through all the others; so many such looks are taken at most, and the wedges stay as they are where
-/// that is less than a round.
-const LOOKS: usize = 20_000_000;
-/// A round that turns nothing further than this, rad, is the last.
-const SETTLED: f64 = 1e-3;
-/// Gap between pieces, as a share of the trunk.
+/// Largest number of visits: each round visits all vertices from every vertex. The wedges stay as they are if one round
+/// needs more.
+const VISITS: usize = 20_000_000;
+/// Largest turn in a round, rad, after which no further round follows.
+const SMALL_TURN: f64 = 1e-3;
+/// Gap between pieces, as a fraction of the trunk.
 const PIECE_GAP: f64 = 0.05;
 
 /// Unfolds a graph.
 ///
 /// # Panics
-/// Where an end is not below `vertices`.
+/// If an end is not below `vertices`.
 pub fn unfold(vertices: usize, edges: &[Edge]) -> Layout {
     let forest = Forest::new(vertices, edges);
     let mut points = vec![Point::zeros(); vertices];
@@ -132,7 +136,7 @@ impl<'e> Forest<'e> {
         pieces
     }
 
-    /// Everything that hangs on `start` when the edge `without` is cut, each vertex after the one it is reached from.
+    /// All vertices connected to `start` after the edge `without` is removed, each after the one it is reached from.
     fn walk(&self, start: usize, without: Option<usize>) -> Vec<Visit> {
         let mut visits = vec![Visit { vertex: start, from: 0, by: without, distance: 0.0 }];
         let mut next = 0;
@@ -163,8 +167,8 @@ impl<'e> Forest<'e> {
         trunk
     }
 
-    /// The arms of a vertex in the order of their wanted directions; where two belong to the trunk, the first is one of them and the
-    /// other is opposite. `at` is the vertex's place in the trunk.
+    /// The arms of a vertex in the order of their given directions; if two belong to the trunk, the first is one of
+    /// them and the other is opposite. `at`: index of the vertex in the trunk.
     fn compass(&self, vertex: usize, trunk: &[usize], at: Option<usize>) -> Compass {
         let mut arms: Vec<(usize, f64)> =
             self.arms[vertex].iter().map(|&edge| (edge, self.wanted(edge, vertex).rem_euclid(TAU))).collect();
@@ -205,12 +209,12 @@ impl<'e> Forest<'e> {
         }
         let compass = |vertex: usize| &compasses[compass_of[vertex]];
         self.lay_in_wedges(middle, compass, points);
-        for _ in 0..ROUNDS.min(LOOKS / (piece.len() * piece.len())) {
+        for _ in 0..ROUNDS.min(VISITS / (piece.len() * piece.len())) {
             let mut largest = 0.0_f64;
             for visit in self.walk(middle, None) {
-                largest = largest.max(self.share_daylight(visit.vertex, visit.by, compass(visit.vertex), points));
+                largest = largest.max(self.distribute_daylight(visit.vertex, visit.by, compass(visit.vertex), points));
             }
-            if largest < SETTLED {
+            if largest < SMALL_TURN {
                 break;
             }
         }
@@ -221,7 +225,7 @@ impl<'e> Forest<'e> {
         }
     }
 
-    /// Equal angles: every leaf gets the same share of a full turn about `root`.
+    /// Equal angles: every leaf gets the same part of a full turn about `root`.
     fn lay_in_wedges<'c>(&self, root: usize, compass: impl Fn(usize) -> &'c Compass, points: &mut [Point]) {
         let visits = self.walk(root, None);
         let mut leaves = vec![0usize; self.arms.len()];
@@ -252,14 +256,15 @@ impl<'e> Forest<'e> {
         }
     }
 
-    /// Turns the subtrees about a vertex so that the gaps between the arcs under which they are seen become what the wanted
-    /// directions leave. The one towards `fixed` stays. Returns the largest turn, rad.
+    /// Turns the subtrees about a vertex such that the gaps between their arcs become those of the given directions.
+    /// The subtree towards `fixed` stays. Returns the largest turn, rad.
     ///
-    /// With `r_i` and `l_i` how far the subtree of arm i reaches to the right and left of its edge, and `ω_i` the wanted directions: the
-    /// gaps wanted are `w_i = ω_{i+1} − ω_i − l_i − r_{i+1}`. Between arms that enclose the angle A (a full turn; half a turn on each side
-    /// of the trunk, where there is room on both) the gaps have room for `D = A − Σ (l_i + r_{i+1})`. Where some are less than the
-    /// least gap m they become `m + (w_i − m)⁺ (D − k m) / Σ (w_j − m)⁺`.
-    fn share_daylight(&self, vertex: usize, fixed: Option<usize>, compass: &Compass, points: &mut [Point]) -> f64 {
+    /// With `r_i` and `l_i` the angles that the subtree of arm i spans to the right and left of its edge, and `ω_i`
+    /// the given directions, the wanted gaps are `w_i = ω_{i+1} − ω_i − l_i − r_{i+1}`. Between arms that
+    /// enclose the angle A (a full turn; half a turn on each side of the trunk if there is room on both) the gaps
+    /// have the sum `D = A − Σ (l_i + r_{i+1})`. If some are less than the least gap m they become
+    /// `m + (w_i − m)⁺ (D − k m) / Σ (w_j − m)⁺`.
+    fn distribute_daylight(&self, vertex: usize, fixed: Option<usize>, compass: &Compass, points: &mut [Point]) -> f64 {
         let arms = &compass.arms;
         let k = arms.len();
         if k < 2 {
@@ -269,7 +274,7 @@ impl<'e> Forest<'e> {
             arms.iter().map(|&(edge, _)| self.walk(self.other(edge, vertex), Some(edge))).collect();
         let centre = points[vertex];
         let reach: Vec<(f64, f64)> = subtrees.iter().map(|subtree| seen_arc(subtree, centre, points)).collect();
-        // The gap after arm i: what the arcs on both its sides take, and the angle wanted.
+        // The gap after arm i: the angle taken by the arcs on both its sides, and the wanted angle.
         let taken = |i: usize| reach[i].1 + reach[(i + 1) % k].0;
         let wanted = |i: usize| if i + 1 < k { arms[i + 1].1 - arms[i].1 } else { arms[0].1 + TAU - arms[i].1 };
         let share = |gaps: std::ops::Range<usize>, angle: f64| -> Option<Vec<f64>> {
@@ -311,7 +316,7 @@ impl<'e> Forest<'e> {
 struct Compass {
     /// Edge, and wanted direction, rad; ascending, within one turn.
     arms: Vec<(usize, f64)>,
-    /// The arm that ought to lie straight opposite the first.
+    /// The arm opposite the first.
     opposite: Option<usize>,
 }
 
@@ -319,16 +324,16 @@ struct Compass {
 #[derive(Clone, Copy)]
 struct Visit {
     vertex: usize,
-    /// Place in the walk of the vertex it is reached from.
+    /// Index in the walk of the vertex that it is reached from.
     from: usize,
-    /// The edge it is reached by; for the first vertex the edge that is cut.
+    /// The edge that it is reached by; for the first vertex the removed edge.
     by: Option<usize>,
-    /// From the start of the walk.
+    /// Distance from the start of the walk.
     distance: f64,
 }
 
-/// How far a subtree reaches to the right and left of its first vertex, rad, as seen from `eye`. Angles are followed along the edges,
-/// so that what goes round the eye is seen under more than half a turn.
+/// Angles that a subtree spans to the right and left of its first vertex, rad, seen from `eye`. Angles are followed
+/// along the edges, so a subtree around the eye may span more than half a turn.
 fn seen_arc(subtree: &[Visit], eye: Point, points: &[Point]) -> (f64, f64) {
     let mut angles = vec![0.0; subtree.len()];
     let (mut right, mut left) = (0.0_f64, 0.0_f64);
@@ -345,7 +350,7 @@ fn direction(angle: f64) -> Point {
     Point::new(angle.cos(), angle.sin())
 }
 
-/// Of a set in a forest of parents, with the paths halved on the way (Tarjan and van Leeuwen 1984).
+/// The representative of a set in a forest of parents, with path halving (Tarjan and van Leeuwen 1984).
 fn representative(parents: &mut [usize], mut at: usize) -> usize {
     while parents[at] != at {
         parents[at] = parents[parents[at]];
@@ -354,7 +359,7 @@ fn representative(parents: &mut [usize], mut at: usize) -> usize {
     at
 }
 
-/// Pairs of edges without a common vertex that touch or cross: of those that overlap along x, found in its order.
+/// Pairs of edges without a common vertex that touch or cross, by a sweep along x.
 fn crossings(points: &[Point], edges: &[Edge]) -> Vec<[usize; 2]> {
     let mut along: Vec<(f64, f64, usize)> = edges
         .iter()

@@ -3,9 +3,9 @@
 //! - [`kbl`]: KBL (*Kabelbaumliste*, VDA recommendation 4964), the list of parts, wires, topology and centre
 //!   curves that harness design tools exchange.
 //!
-//! The road of a KBL file, which is also the order of the files in `kbl/`:
-//! `document` (XML to plain values in SI) → `curve` (drawn centre lines) → `section` (stiffness rule) →
-//! `harness` (branches, joints; `anatomy`: what passes through joints; `fixings`: what holds) → `write` (TOML text).
+//! The flow of a KBL file through the files of `kbl/`: `document` (XML to plain values in SI) → `convert`
+//! (branches, joints; `segments`: centre lines from `curve`, make-up from `section`; `anatomy`: wires through joints;
+//! `constraints`) → `harness` (the data) → `write` (TOML text; `tree`, `board` and `assembly` for installation).
 
 pub mod kbl;
 pub mod layout;

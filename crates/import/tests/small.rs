@@ -1,4 +1,5 @@
-//! A small KBL file of our own: what comes out of it, which errors its broken forms give, and that no broken form panics.
+//! A small KBL file of our own: what comes out of it, which errors its broken forms give, and that no broken form
+//! panics.
 
 mod common;
 
@@ -87,7 +88,7 @@ fn sections_follow_the_rule() {
     let mut tape = shipped_coverings().find(|(name, _)| *name == "pvc tape, half lap").unwrap().1.clone();
     tape.measured.linear_density = Some(0.004);
     // Two wires, the core with half of its cable, tape over half the length.
-    let trunk = Bundle::new(&wires(2), &[Covered { covering: &tape, share: 0.5 }], None, None);
+    let trunk = Bundle::new(&wires(2), &[Covered { covering: &tape, fraction: 0.5 }], None, None);
     let right = Bundle::new(&wires(1), &[], None, None);
     let near = |found: f64, expected: f64| assert!((found / expected - 1.0).abs() < 1e-9, "{found}, not {expected}");
     near(section(0).bending_stiffness[0], trunk.bending.taken);
@@ -134,8 +135,7 @@ fn coverings_that_are_not_known_are_reported() {
     let found = imported(&odd);
     let findings: Vec<String> = found.findings.iter().map(ToString::to_string).collect();
     assert!(
-        findings
-            .contains(&"coverings that are like none of the library; only their mass counts: `foam \"block\"`".into()),
+        findings.contains(&"coverings unlike any of the library; only their mass counts: `foam \"block\"`".into()),
         "{findings:?}"
     );
     let (with_foam, with_tape) = (checked(&found.scenario), checked(&imported(SMALL).scenario));
@@ -153,8 +153,8 @@ fn joints_know_which_wires_pass() {
         .iter()
         .map(|pair| (pair["between"][0].as_str().unwrap(), pair["between"][1].as_str().unwrap(), float(&pair["share"])))
         .collect();
-    // A trunk of three wires, half of it taped, is stiffer than its wires by more than arms of two, those by more than one wire:
-    // the arm with the smaller factor is named first.
+    // A trunk of three wires, half of it taped, is stiffer than its wires by more than arms of two, those by more
+    // than one wire: the arm with the smaller factor is named first.
     assert_eq!(
         shares.iter().map(|(a, b, _)| (*a, *b)).collect::<Vec<_>>(),
         [("left", "trunk"), ("right", "trunk"), ("stub", "left")]
@@ -188,21 +188,22 @@ fn arms_and_connectors_point_as_drawn() {
 }
 
 #[test]
-fn everything_odd_is_reported() {
+fn every_irregularity_is_reported() {
     let findings: Vec<String> = imported(SMALL).findings.iter().map(ToString::to_string).collect();
     let expected = [
-        "coverings are taken for some of the library (tapes for half lap where they do not say), with the file's masses and \
-         diameters: `test tape`: pvc tape, half lap",
+        "coverings are replaced by those of the library (tapes by half lap unless they say otherwise), with the file's \
+         masses and diameters: `test tape`: pvc tape, half lap",
         "segments without usable centre curve; straight from node to node (2 of them): s2, s4",
         "Physical_length (taken) and Virtual_length differ: s2 (260.0 and 250.0 mm)",
-        "stale centre curves, which miss their nodes and hold no piece that fits between them; straight from node to node: s3 (by 251.0 mm)",
+        "stale centre curves, which miss their nodes and contain no piece that fits between them; straight from node \
+         to node: s3 (by 251.0 mm)",
         "ends carry no component; left free: n4",
-        "ends carry splices (wires joined within the harness, which plug into nothing); left free: n5 (spliceS S1)",
+        "ends carry splices (wires joined within the harness, without a counterpart); left free: n5 (spliceS S1)",
     ];
     assert_eq!(findings, expected);
 }
 
-/// The file with further clips on the trunk, at these shares of it, drawn at these x (mm) on its straight chord.
+/// The file with further clips on the trunk, at these fractions of it, drawn at these x (mm) on its straight chord.
 fn clipped(clips: &[(f64, f64, &str)]) -> String {
     let mut text = SMALL.to_owned();
     for (i, (share, x, kind)) in clips.iter().enumerate() {
@@ -219,8 +220,8 @@ fn clipped(clips: &[(f64, f64, &str)]) -> String {
         text = text
             .replace("<General_wire_occurrence id=\"w1\">", &format!("{placed}<General_wire_occurrence id=\"w1\">"));
         let point = format!(
-            "<Fixing id=\"mf{i}\"><Fixing_type>{kind}</Fixing_type></Fixing><Cartesian_point id=\"mq{i}\"><Coordinates>{x}\
-             </Coordinates><Coordinates>{y}</Coordinates><Coordinates>0</Coordinates></Cartesian_point>"
+            "<Fixing id=\"mf{i}\"><Fixing_type>{kind}</Fixing_type></Fixing><Cartesian_point id=\"mq{i}\">\
+             <Coordinates>{x}</Coordinates><Coordinates>{y}</Coordinates><Coordinates>0</Coordinates></Cartesian_point>"
         );
         text = text.replace("<General_wire id=\"part1\">", &format!("{point}<General_wire id=\"part1\">"));
     }
@@ -300,10 +301,7 @@ fn what_a_harness_can_do_without_is_a_finding() {
         let findings = imported(text).findings;
         assert!(findings.iter().any(|finding| finding.to_string().contains(what)), "{what}: {findings:#?}");
     };
-    found(
-        &with("<Unit_name>GramPerMetre</Unit_name>", "<Unit_name>ounce</Unit_name>"),
-        "unit `uGM`, which is not known here",
-    );
+    found(&with("<Unit_name>GramPerMetre</Unit_name>", "<Unit_name>ounce</Unit_name>"), "the unknown unit `uGM`");
     found(
         &with(
             "<Unit_component>uMM</Unit_component><Value_component>307.9",
@@ -317,7 +315,7 @@ fn what_a_harness_can_do_without_is_a_finding() {
     found(&with("<Segments>s4 s2</Segments>", ""), "an arm of these joints has no routed wires");
     found(
         &with("<Segments>s1 s2</Segments>", "<Segments>s1</Segments>"),
-        "wires end inside joints, where nothing is said to hold them: n2 w1",
+        "wires end inside joints, where nothing holds them: n2 w1",
     );
     found(
         &with("<Control_points>pA pA1 pJ<", "<Control_points>pA nowhere pJ<"),
@@ -520,7 +518,7 @@ fn an_assembly_has_one_step_for_each_connector_and_clip_in_the_order_asked_for()
         assert_eq!(names(&steps)[..2], ["lift off the board", "carry to the vehicle"]);
         assert!(steps.iter().all(|step| tables(step, "mate").len() + tables(step, "clip").len() <= 1));
         assert_eq!(names(&steps)[steps.len() - 2..], ["take the twist out", "plug all in again"]);
-        // Every hand that takes hold lets go.
+        // Every hand is released.
         let hands = names(
             &steps[..steps.len() - 1]
                 .iter()
@@ -564,8 +562,8 @@ fn a_piece_without_plugs_hangs_on_its_first_vertex_until_clips_hold_it() {
     assert!(last["release"].as_array().unwrap().iter().any(|name| name.as_str() == Some("board A")), "{last:?}");
 }
 
-/// Two segments leave the vertex that the board holds, so it is a joint, which has no frame that a connector could hold: `check` refused what was
-/// imported (found by fuzzing).
+/// Two segments leave the vertex that the board holds, so it is a joint, which has no frame that a connector could
+/// hold: `check` refused what was imported (found by fuzzing).
 #[test]
 fn a_root_that_is_a_joint_is_held_at_its_point() {
     let looped = with("<Start_node>n3</Start_node>", "<Start_node>n1</Start_node>");

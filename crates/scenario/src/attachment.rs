@@ -1,6 +1,6 @@
-//! Where something attaches to the harness.
+//! Places of the harness that something attaches to.
 
-/// Where something attaches.
+/// A place of the harness that something attaches to.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum At {
     /// On a branch.
@@ -19,11 +19,11 @@ pub enum At {
 pub struct Stretch {
     /// Index of the branch.
     pub branch: usize,
-    /// Unstressed arc length where it begins, m.
+    /// Unstressed arc length of its beginning, m.
     pub from: f64,
-    /// And where it ends, m.
+    /// Unstressed arc length of its end, m.
     pub to: f64,
 }
 
-/// Stands for a place at fault.
+/// Placeholder for a faulty place.
 pub(crate) const NOWHERE: At = At::Branch { branch: 0, s: 0.0 };

@@ -1,30 +1,31 @@
 //! The rule for sections: stiffness, mass and size of a bundle from its wires and coverings.
 //!
-//! Where the numbers of the shipped wires, coverings and materials come from, and how uncertain all of it is, stands in
-//! `library/README.md`. SI units throughout; everything is per unstressed length.
+//! The sources and uncertainties of the shipped wires, coverings and materials are given in `library/README.md`. SI
+//! units throughout; everything is per unstressed length.
 //!
-//! **Two bounds.** Strands in a conductor, wires in a bundle and turns of a tape either slide on each other without friction
-//! (*slip*: each bends about its own axis) or stick (*bonded*: all bend about the axis of the bundle). These differ by two
-//! to four powers of ten, so the value taken lies between them on a logarithmic scale, at a share c, the *cohesion*:
+//! **Two bounds.** Strands in a conductor, wires in a bundle and turns of a tape either slide on each other without
+//! friction (*slip*: each bends about its own axis) or stick (*bonded*: all bend about the axis of the bundle). These
+//! differ by two to four powers of ten, so the value taken lies between them on a logarithmic scale, at a fraction c,
+//! the *cohesion*:
 //!
 //! ```text
 //! X(c) = X_slip^(1−c) · X_bonded^c,       0 ≤ c ≤ 1
 //! ```
 //!
 //! **A wire**: n strands of diameter d (A = n π d²/4) in a conductor of diameter D_c, and layers with outer and inner
-//! diameters D, D_i over it; ν Poisson's ratio, ρ density, φ the share of a layer that is filled.
+//! diameters D, D_i over it; ν Poisson's ratio, ρ density, φ the fraction of a layer that is filled.
 //!
 //! ```text
 //!            slip                    bonded
 //! conductor  EI = E A d²/16          EI = k E A D_c²/16          EA = k E A        (k = 1 for a solid conductor)
 //! layer      EI = E φ π (D⁴ − D_i⁴)/64                           EA = E φ π (D² − D_i²)/4
-//! braid      EI = E A_b d_b²/16      EI = k_b E φ π (D⁴−D_i⁴)/64   EA = k_b E A_b,    A_b = φ π (D² − D_i²)/4
+//! braid      EI = E A_b d_b²/16      EI = k_b E φ π (D⁴−D_i⁴)/64  EA = k_b E A_b, A_b = φ π (D² − D_i²)/4
 //! torsion    GJ = EI/(1 + ν) of each part                        (G J = E/(2(1+ν)) · 2 I)
 //! mass       Σ ρ A
 //! ```
 //!
-//! The wire's own EI_w, GJ_w lie between its bounds at [`STRAND_COHESION`]. Its conductor's stranding lays it helically, hence
-//! k = [`STRANDING`] and k_b = [`BRAIDING`].
+//! The wire's own EI_w, GJ_w lie between its bounds at [`STRAND_COHESION`]. Its conductor's stranding lays it
+//! helically, hence k = [`STRANDING`] and k_b = [`BRAIDING`].
 //!
 //! **A bundle** of N wires, spread evenly over a circle of diameter D_b:
 //!
@@ -32,50 +33,51 @@
 //! D_b    = max(√(Σ D_w²/packing), D_1 + D_2)       D_1, D_2 the two thickest; the wire's own D for one wire
 //! slip   : EI = Σ EI_w(slip),     GJ = Σ GJ_w(slip)
 //! sliding: EI = Σ EI_w,           GJ = Σ GJ_w                         (c = 0: wires slide, strands as in one wire)
-//! bonded : EI = Σ EI_w(bonded) + Σ EA_w (D_b² − D_w²)/16              (parallel axes: Σ A r² of an even spread is A D²/16)
+//! bonded : EI = Σ EI_w(bonded) + Σ EA_w (D_b² − D_w²)/16    (parallel axes: Σ A r² of an even spread is A D²/16)
 //!          GJ = Σ GJ_w(bonded) + Σ EA_w/(2(1+ν)) (D_b² − D_w²)/8
 //! EA     = Σ EA_w
 //! ```
 //!
-//! The value taken lies between *sliding* and *bonded* at the largest cohesion of the coverings, [`LOOSE`] without any; a
-//! single wire has nothing to be bound to: c = 0.
+//! The value taken lies between *sliding* and *bonded* at the largest cohesion of the coverings, [`LOOSE`] without
+//! any; a single wire has nothing to be bound to: c = 0.
 //!
-//! **A covering** is a shell of wall t and mean diameter around what it covers. A tube counts in both bounds, a wrap (tape,
-//! braid), whose turns slide, in the bonded one only:
+//! **A covering** is a shell of wall t and mean diameter around what it covers. A tube counts in both bounds, a wrap
+//! (tape, braid), whose turns slide, in the bonded one only:
 //!
 //! ```text
-//! EI = b E π (D⁴ − D_i⁴)/64,   GJ = a E/(1+ν) π (D⁴ − D_i⁴)/64,   EA = b E π (D² − D_i²)/4,    mass = ρ π (D² − D_i²)/4
+//! EI = b E π (D⁴ − D_i⁴)/64,        GJ = a E/(1+ν) π (D⁴ − D_i⁴)/64,
+//! EA = b E π (D² − D_i²)/4,         mass = ρ π (D² − D_i²)/4
 //! ```
 //!
-//! all times the share of the surface it covers; b (bending, stretch) and a (torsion) say what corrugation, laps or a slit leave of a plain wall.
-//! A covering over a share f of a branch: stretches with different stiffness lie in series, 1/X = Σ f_i/X_i.
-//! Several such coverings are taken to lie over each other, from one end.
+//! all times the fraction of the surface that it covers; b (bending, stretch) and a (torsion) are the fractions of a
+//! plain wall's stiffness that corrugation, laps or a slit leave. A covering over a fraction f of a branch: parts with
+//! different stiffness act in series, 1/X = Σ f_i/X_i. Several such coverings lie over each other, from one end.
 //!
-//! **Minimum bend radius**: the largest of the wires' own ([`BEND_RADIUS`] · D_w where none is given), of the coverings' own,
-//! and [`BEND_RADIUS`] times the diameter of two or more wires.
+//! **Minimum bend radius**: the largest of those of the wires (by default [`BEND_RADIUS`] · D_w), those of the
+//! coverings, and [`BEND_RADIUS`] times the diameter of two or more wires.
 
 use std::f64::consts::PI;
 
 /// k: axial stiffness of a stranded conductor relative to a solid one of the same area. A lay angle β of 10° to 15°
-/// gives cos³ β = 0.96 to 0.90; strands not yet drawn tight take some more.
+/// gives cos³ β = 0.96 to 0.90; strands that are not yet tight reduce it further.
 pub const STRANDING: f64 = 0.9;
 /// k_b: the same for a braid that lies at 30° to 40° to the axis: cos³ β = 0.65 to 0.45, less where it can narrow.
 pub const BRAIDING: f64 = 0.4;
-/// Share of a conductor's circle that its strands fill, where its diameter is not given: 7 equal strands fill 0.78,
+/// Fraction of a conductor's circle that its strands fill if its diameter is not given: 7 equal strands fill 0.78,
 /// bunched ones somewhat less.
 pub const STRAND_PACKING: f64 = 0.75;
-/// Share of a bundle's circle that its wires fill: 7 equal wires fill 0.78, random bundles some 0.7 to 0.8. Workshop
-/// rules say D = 1.2 √ΣD², that is 0.69.
+/// Fraction of a bundle's circle that its wires fill: 7 equal wires fill 0.78, random bundles about 0.7 to 0.8. The
+/// workshop rule D = 1.2 √ΣD² gives 0.69.
 pub const PACKING: f64 = 0.75;
-/// c of strands in a conductor. Insulation presses them on each other; a 0.5 mm² wire becomes 1.4 times as stiff as with
-/// frictionless strands.
+/// c of strands in a conductor. Insulation presses them on each other; a 0.5 mm² wire becomes 1.4 times as stiff as
+/// with frictionless strands.
 pub const STRAND_COHESION: f64 = 0.1;
 /// c of wires that nothing binds: 24 wires of 0.5 mm² become 1.4 times as stiff as their sum.
 pub const LOOSE: f64 = 0.05;
-/// Minimum bend radius over diameter, for bundles and for wires without their own: usual for fixed laying.
+/// Default ratio of minimum bend radius to diameter of bundles and wires: usual for fixed installation.
 pub const BEND_RADIUS: f64 = 4.0;
 
-/// What parts are made of.
+/// A material.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Material {
     /// E, Pa, at small strains and room temperature.
@@ -89,18 +91,18 @@ pub struct Material {
 /// A layer over a conductor: insulation, shield or jacket.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Layer {
-    /// What it is made of.
+    /// Its material.
     pub material: Material,
     /// D, m: its outer diameter.
     pub diameter: f64,
-    /// φ: share of the ring that is filled.
+    /// φ: fraction of the ring that is filled.
     pub fill: f64,
-    /// d_b, m: diameter of its strands, where it is a braid.
+    /// d_b, m: diameter of its strands, if it is a braid.
     pub strand: Option<f64>,
 }
 
 impl Measured {
-    /// These values, and those of `other` where there are none.
+    /// These values, completed by those of `other`.
     #[must_use]
     pub fn or(self, other: Self) -> Self {
         Self {
@@ -120,13 +122,13 @@ pub struct Wire {
     pub strands: usize,
     /// d, m.
     pub strand: f64,
-    /// What the conductor is made of.
+    /// Material of the conductor.
     pub conductor: Material,
     /// D_c, m: see [`Wire::conductor_diameter_of`].
     pub conductor_diameter: f64,
-    /// Inside out, at least one.
+    /// Layers from the inside, at least one.
     pub layers: Vec<Layer>,
-    /// What was measured replaces the rule.
+    /// Measured values, which replace those of the rule.
     pub measured: Measured,
 }
 
@@ -145,51 +147,51 @@ pub struct Measured {
     pub min_bend_radius: Option<f64>,
 }
 
-/// What lies around a bundle, or a part of its length.
+/// A covering of a bundle, or of a part of its length.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Covering {
-    /// What it is made of.
+    /// Its material.
     pub material: Material,
     /// m: the wall, or one layer of a tape.
     pub thickness: f64,
-    /// Layers that lie on each other.
+    /// Number of layers on each other.
     pub layers: usize,
     /// Whether it is wound or braided, so that its turns may slide on each other.
     pub wrap: bool,
-    /// Share of the surface that it covers.
+    /// Fraction of the surface that it covers.
     pub coverage: f64,
-    /// m: where the wall begins; left out, it lies on what it covers.
+    /// Inner diameter, m; `None`: that of the contents.
     pub inner_diameter: Option<f64>,
-    /// m: its outside, of a corrugated tube over the crests; left out, the wall lies on the inner diameter.
+    /// Outer diameter, m; of a corrugated tube over the crests; `None`: that of the wall on the inner diameter.
     pub outer_diameter: Option<f64>,
     /// b.
     pub bending_share: f64,
     /// a.
     pub torsion_share: f64,
-    /// c of what it covers.
+    /// c of the wires under it.
     pub cohesion: f64,
-    /// What was measured replaces the rule.
+    /// Measured values, which replace those of the rule.
     pub measured: Measured,
 }
 
 /// A value and the bounds it lies between.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Between {
-    /// Everything slides.
+    /// Value if everything slides.
     pub slip: f64,
     /// The value taken.
     pub taken: f64,
-    /// Everything sticks.
+    /// Value if everything sticks.
     pub bonded: f64,
 }
 
 impl Between {
-    /// The same in both bounds.
+    /// A value with equal bounds.
     pub fn exactly(value: f64) -> Self {
         Self { slip: value, taken: value, bonded: value }
     }
 
-    /// `X_slip^(1−c) · X_bonded^c` for what slides like `self.taken`.
+    /// `X_slip^(1−c) · X_bonded^c`, with `self.taken` as the value for sliding.
     fn at(self, c: f64) -> Self {
         let (low, high) = (self.taken.min(self.bonded), self.bonded);
         let taken = if low > 0.0 { low.powf(1.0 - c) * high.powf(c) } else { 0.0 };
@@ -225,7 +227,7 @@ fn ring_area(outer: f64, inner: f64) -> f64 {
 }
 
 impl Wire {
-    /// `d √(n/STRAND_PACKING)`, the diameter of a conductor for which none is given, m; d for a single strand.
+    /// `d √(n/STRAND_PACKING)`, the default diameter of a conductor, m; d for a single strand.
     pub fn conductor_diameter_of(strands: usize, strand: f64) -> f64 {
         if strands == 1 { strand } else { strand * (strands as f64 / STRAND_PACKING).sqrt() }
     }
@@ -316,7 +318,7 @@ impl Wire {
     }
 }
 
-/// A covering where it lies.
+/// A covering on a bundle.
 struct Shell {
     /// Outside, m.
     diameter: f64,
@@ -332,7 +334,7 @@ impl Covering {
         self.thickness * self.layers as f64
     }
 
-    /// Around something of this diameter, m.
+    /// The covering on something of this diameter, m.
     fn around(&self, diameter: f64) -> Shell {
         let t = self.wall();
         let lies_at = self.inner_diameter.unwrap_or(0.0).max(diameter);
@@ -360,28 +362,28 @@ impl Covering {
     }
 }
 
-/// So many wires of one type.
+/// Wires of one type.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Wires<'a> {
     /// The type.
     pub wire: &'a Wire,
-    /// How many, at least one.
+    /// Their number, at least one.
     pub count: usize,
 }
 
-/// A covering and the share of the branch that it covers, above 0, at most 1.
+/// A covering and the fraction of the branch that it covers, above 0, at most 1.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Covered<'a> {
     /// The covering.
     pub covering: &'a Covering,
-    /// The share.
-    pub share: f64,
+    /// The fraction.
+    pub fraction: f64,
 }
 
 /// A bundle by the rule.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Bundle {
-    /// How many wires.
+    /// Number of wires.
     pub wires: usize,
     /// Outside diameter, m.
     pub diameter: f64,
@@ -397,13 +399,13 @@ pub struct Bundle {
     pub torsion: Between,
     /// Smallest bend radius, m.
     pub min_bend_radius: f64,
-    /// Σ EI_w: what the wires have by themselves, N m².
+    /// Σ EI_w of the separate wires, N m².
     pub wires_bending: f64,
 }
 
-/// A stretch of a branch under the same coverings.
+/// A part of a branch under the same coverings.
 struct Stretch {
-    share: f64,
+    fraction: f64,
     diameter: f64,
     linear_density: f64,
     axial_stiffness: f64,
@@ -423,22 +425,22 @@ impl Bundle {
         let bare = bare(contents, wires_diameter);
 
         // From one end: under all coverings, then under fewer and fewer, then bare.
-        let mut ends: Vec<f64> = coverings.iter().map(|covered| covered.share).chain([1.0]).collect();
+        let mut ends: Vec<f64> = coverings.iter().map(|covered| covered.fraction).chain([1.0]).collect();
         ends.sort_by(f64::total_cmp);
         let mut stretches = Vec::new();
         let mut from = 0.0;
         for to in ends {
             if to > from {
                 let here: Vec<&Covering> =
-                    coverings.iter().filter(|covered| covered.share >= to).map(|covered| covered.covering).collect();
+                    coverings.iter().filter(|covered| covered.fraction >= to).map(|covered| covered.covering).collect();
                 let bound = here.iter().map(|covering| covering.cohesion).fold(LOOSE, f64::max);
                 let c = cohesion.unwrap_or(if count == 1 { 0.0 } else { bound });
                 stretches.push(stretch(&bare, &here, to - from, c));
                 from = to;
             }
         }
-        let mean = |of: fn(&Stretch) -> f64| stretches.iter().map(|s| s.share * of(s)).sum::<f64>();
-        let in_series = |of: &dyn Fn(&Stretch) -> f64| 1.0 / stretches.iter().map(|s| s.share / of(s)).sum::<f64>();
+        let mean = |of: fn(&Stretch) -> f64| stretches.iter().map(|s| s.fraction * of(s)).sum::<f64>();
+        let in_series = |of: &dyn Fn(&Stretch) -> f64| 1.0 / stretches.iter().map(|s| s.fraction / of(s)).sum::<f64>();
         let bounds_in_series = |of: fn(&Stretch) -> Between| {
             let [slip, taken, bonded] =
                 [in_series(&|s| of(s).slip), in_series(&|s| of(s).taken), in_series(&|s| of(s).bonded)];
@@ -476,7 +478,7 @@ fn wires_diameter(contents: &[Wires<'_>], count: usize, packing: f64) -> f64 {
 /// All wires together, nothing around them; `taken`: wires slide, strands as in one wire.
 fn bare(contents: &[Wires<'_>], diameter: f64) -> Stretch {
     let mut sum = Stretch {
-        share: 1.0,
+        fraction: 1.0,
         diameter,
         linear_density: 0.0,
         axial_stiffness: 0.0,
@@ -498,8 +500,8 @@ fn bare(contents: &[Wires<'_>], diameter: f64) -> Stretch {
 }
 
 /// The bare wires under these coverings, with cohesion c.
-fn stretch(bare: &Stretch, coverings: &[&Covering], share: f64, c: f64) -> Stretch {
-    let mut sum = Stretch { share, ..*bare };
+fn stretch(bare: &Stretch, coverings: &[&Covering], fraction: f64, c: f64) -> Stretch {
+    let mut sum = Stretch { fraction, ..*bare };
     for covering in coverings {
         let shell = covering.around(sum.diameter);
         sum.diameter = shell.diameter;

@@ -1,37 +1,38 @@
-//! What is wrong with a scenario, and where.
+//! Faults of a scenario, and their places in the text.
 
 use crate::span::Span;
 
 /// One fault of a scenario file.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Fault {
-    /// Where, in bytes of the text.
+    /// Its place in the text, bytes.
     pub span: Span,
-    /// What is wrong, naming the offending value.
+    /// The fault, with the offending value.
     pub message: String,
-    /// What would be right.
+    /// The correction.
     pub help: String,
 }
 
 impl Fault {
-    /// Line and column of the beginning in `text`, both from 1; columns count characters. For many faults of one text see [`Places`].
+    /// Line and column of its beginning in `text`, both from 1; columns count characters. For many faults of one text
+    /// see [`Places`].
     pub fn position(&self, text: &str) -> (usize, usize) {
         Places::of(text).position(self.span.start)
     }
 }
 
-/// Lines and columns of a text, found without counting from its beginning each time.
+/// Lines and columns of a text, found from stored positions instead of from the beginning of the text.
 pub struct Places<'t> {
     text: &'t str,
-    /// Every so many bytes: where, and the line and column there.
+    /// Byte, line and column of positions at regular distances.
     marks: Vec<(usize, usize, usize)>,
 }
 
 impl<'t> Places<'t> {
-    /// Bytes from mark to mark.
+    /// Bytes between two stored positions.
     const APART: usize = 4096;
 
-    /// Those of a text.
+    /// Places of a text.
     pub fn of(text: &'t str) -> Self {
         let (mut marks, mut line, mut column) = (Vec::new(), 1, 1);
         for (at, c) in text.char_indices() {
@@ -43,7 +44,7 @@ impl<'t> Places<'t> {
         Self { text, marks }
     }
 
-    /// Line and column of the character at a byte (of the end, where there is none), both from 1; columns count characters.
+    /// Line and column of the character at a byte (beyond the text: of its end), both from 1; columns count characters.
     pub fn position(&self, at: usize) -> (usize, usize) {
         let at = self.text.floor_char_boundary(at);
         let before = self.marks.partition_point(|(mark, ..)| *mark <= at);
@@ -67,7 +68,7 @@ pub fn render(text: &str, faults: &[Fault]) -> String {
         .collect()
 }
 
-/// The known word nearest to `word`, where one is near enough to be meant.
+/// The known word nearest to `word`, if one is near enough.
 pub(crate) fn nearest<'a>(word: &str, known: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
     known
         .into_iter()
@@ -77,7 +78,7 @@ pub(crate) fn nearest<'a>(word: &str, known: impl IntoIterator<Item = &'a str>) 
         .map(|(_, k)| k)
 }
 
-/// Help for a word that is none of the known ones.
+/// Help for an unknown word.
 pub(crate) fn did_you_mean<'a>(word: &str, known: impl IntoIterator<Item = &'a str> + Clone) -> String {
     if let Some(near) = nearest(word, known.clone()) {
         return format!("did you mean `{near}`?");

@@ -13,8 +13,8 @@
 //! | `check` | contradicting constraints, parts that nothing holds |
 //! | `edit` | values that replace those of the text, steps and values written into the text |
 //!
-//! The data types lie beside them: [`Scenario`] and its parts, [`sweep`], [`settings`], [`Fault`]; [`bundle`] is the rule
-//! for sections made of wires.
+//! The data types lie beside them: [`Scenario`] and its parts, [`sweep`], [`settings`], [`Fault`]; [`bundle`] is the
+//! rule for sections made of wires.
 
 mod attachment;
 mod build;
@@ -51,7 +51,7 @@ use check::{conflicts, freedoms};
 use read::{document, reader, toml_text};
 use wireloom_core::Registry;
 
-/// Reads and checks a scenario that names no other files; the kinds it names are looked up in `registry`.
+/// Reads and checks a scenario that names no other files. `registry`: the known kinds.
 ///
 /// # Errors
 /// See [`parse_with_files`].
@@ -59,20 +59,20 @@ pub fn parse(text: &str, registry: &Registry) -> Result<Scenario, Vec<Fault>> {
     parse_with_files(text, &NoFiles, registry)
 }
 
-/// Reads and checks a scenario; the kinds it names are looked up in `registry`, the files it names in `files`.
+/// Reads and checks a scenario. `files`: the files that it may name; `registry`: the known kinds.
 ///
 /// # Errors
-/// All faults, in the order of the text. Where the text is no TOML, these are the first few syntax errors. Whether
-/// the harness is held, and by constraints that agree, is judged only where all names lead somewhere. A fault of another
-/// file stands where the scenario names that file.
+/// All faults, in the order of the text; only the first few syntax errors if the text is not TOML. Contradictions
+/// between constraints and parts that nothing holds are checked only if all names refer to something. A fault of
+/// another file has the place where the scenario names that file.
 pub fn parse_with_files(text: &str, files: &dyn Files, registry: &Registry) -> Result<Scenario, Vec<Fault>> {
     parse_with_settings(text, &[], files, registry)
 }
 
-/// Reads and checks a scenario in which `settings` take the place of what it says.
+/// Reads and checks a scenario in which `settings` replace values of the text.
 ///
 /// # Errors
-/// See [`parse_with_files`]. Faults of what is set have places after the end of the text: see [`settings::apart`].
+/// See [`parse_with_files`]. Faults of settings have places after the end of the text: see [`settings::apart`].
 pub fn parse_with_settings(
     text: &str,
     settings: &[Setting],
@@ -82,7 +82,8 @@ pub fn parse_with_settings(
     build_with_settings(text, settings, files, registry).map(|(scenario, _)| scenario)
 }
 
-/// The same, with what a run needs: it is built in order to be checked.
+/// Reads, checks and builds a scenario in which `settings` replace values of the text. Some checks need the built
+/// parts.
 ///
 /// # Errors
 /// See [`parse_with_settings`].
@@ -108,7 +109,7 @@ pub fn build_with_settings(
                 reader.faults(conflicts::refuse_misplaced(&scenario, &own.network));
                 reader.faults(conflicts::refuse_contradictions(&scenario, &own.network));
                 let unheld = freedoms::refuse_unheld(&scenario, &own.network);
-                // Of a constraint that has broken down it is not known what it holds.
+                // It is not known what a constraint holds after its plugin has failed.
                 let broken = broken_down(&scenario, &own.network);
                 reader.faults(if broken.is_empty() { unheld } else { broken });
                 built = Some(own);
@@ -117,7 +118,7 @@ pub fn build_with_settings(
     }
     let faults = reader.finish();
     let Some(built) = built.filter(|_| faults.is_empty()) else { return Err(faults) };
-    // What a sweep sets is tried once, or a slip would be found only after all its points have failed.
+    // The first point of a sweep is tried here; otherwise a mistake would be found only after all points have failed.
     if let (Some(sweep), []) = (&scenario.sweep, settings) {
         parse_with_settings(text, &sweep.settings(0), files, registry)
             .map_err(|faults| sweep::placed(sweep, text, faults))?;
@@ -125,12 +126,12 @@ pub fn build_with_settings(
     Ok((scenario, built))
 }
 
-/// Constraints that broke down as they were asked what they hold.
+/// Faults of constraints that failed during the checks.
 fn broken_down(scenario: &Scenario, network: &wireloom_core::Network) -> Vec<Fault> {
     let constraints = scenario.constraints.iter().zip(&network.constraints);
     let faults = constraints.filter_map(|(own, constraint)| {
         let message = format!("constraint \"{}\": {}", own.name, constraint.model.fault()?);
-        let help = format!("the fault is that of the kind \"{}\", not of the scenario", own.kind);
+        let help = format!("this is a fault of the kind \"{}\", not of the scenario", own.kind);
         Some(Fault { span: own.spans.of(Some("kind")), message, help })
     });
     faults.collect()

@@ -8,7 +8,7 @@ use wireloom_core::Quantity;
 /// Defines [`Output`], [`OUTPUT`] and [`read`] from a list of flags: documentation, name, default, text of the key.
 macro_rules! output {
     ($($(#[$doc:meta])* $name:ident = $default:literal, $text:literal;)*) => {
-        /// What is written besides the result.
+        /// Output besides the result.
         #[derive(Clone, Copy, Debug, PartialEq)]
         pub struct Output {
             $($(#[$doc])* pub $name: bool,)*
@@ -66,12 +66,12 @@ output! {
     /// The whole run as one HTML page.
     report = false, "write the whole run as one HTML page";
     /// Harness and obstacles at the end of each step as glTF.
-    gltf = false, "write the harness with its constraints and obstacles at the end of each step as harness.glb, a scene each";
+    gltf = false, "write harness, constraints and obstacles at the end of each step as scenes of harness.glb";
 }
 
 const SWEPT: Key = may(
     "swept",
     Form::Number(Quantity::Length, POSITIVE),
-    "write the space that the harness sweeps over all increments as a closed mesh, swept.glb, from a grid with cells of \
-     this size: half of a cable's radius gives its surface to an eighth of that; default: it is not written",
+    "write the space that the harness sweeps over all increments as a closed mesh, swept.glb, from a grid with cells \
+     of this size: half of a cable's radius gives its surface to an eighth of that; default: it is not written",
 );

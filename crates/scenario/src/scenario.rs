@@ -11,7 +11,7 @@ use wireloom_core::obstacle::{ContactSettings, Obstacle};
 use wireloom_core::steps::{Initial, Step, Turn};
 use wireloom_core::{HoldWord, Parameters, Rotation, Section, Stop, Vector};
 
-/// A whole scenario. Made by [`crate::parse`] only, which has checked that everything fits together.
+/// A whole scenario. Only [`crate::parse`] makes one, after all checks.
 #[derive(Clone, Debug)]
 #[non_exhaustive]
 pub struct Scenario {
@@ -21,7 +21,7 @@ pub struct Scenario {
     pub gravity: Vector,
     /// Sections, in the order of the file.
     pub sections: Vec<Section>,
-    /// What the rule says of the sections that have wires.
+    /// Results of the rule for the sections that have wires.
     pub by_rule: Vec<ByRule>,
     /// Branches, in the order of the file.
     pub branches: Vec<Branch>,
@@ -33,34 +33,34 @@ pub struct Scenario {
     pub loads: Vec<Load>,
     /// Bodies that the harness may touch, in the order of the file.
     pub obstacles: Vec<Body>,
-    /// How cables meet each other and these.
+    /// Settings of contact between cables and with these bodies.
     pub contact: ContactSettings,
-    /// Where the rest shape is laid, where the file says so.
+    /// Pose of the rest shape, if the file gives one.
     pub initial: Option<Initial>,
-    /// How equilibria are found.
+    /// The minimiser that finds equilibria.
     pub minimiser: Minimiser,
     /// Assembly operations.
     pub steps: Vec<Step>,
-    /// Where each step is in the file, bytes.
+    /// Place of each step in the file, bytes.
     pub step_spans: Vec<Span>,
-    /// What it is run over, by `wireloom sweep`.
+    /// The sweep of `wireloom sweep`.
     pub sweep: Option<Sweep>,
-    /// What is written besides the result.
+    /// Output besides the result.
     pub output: Output,
 }
 
-/// What follows from the wires of a section; what is measured beside them goes before it.
+/// Values of a section by the rule, from its wires. Measured values take precedence over them.
 #[derive(Clone, Debug)]
 pub struct ByRule {
     /// Index of the section.
     pub section: usize,
-    /// What the rule says.
+    /// Values by the rule.
     pub bundle: Bundle,
     /// Names of the coverings, inside out.
     pub coverings: Vec<String>,
     /// Keys of the section that hold measured values.
     pub measured: Vec<String>,
-    /// What does not go together.
+    /// Remarks on contradictions, such as a tube that is too narrow.
     pub remarks: Vec<String>,
 }
 
@@ -75,7 +75,7 @@ pub struct Branch {
     pub section: usize,
     /// Unstressed length, m.
     pub length: f64,
-    /// How finely it is divided.
+    /// Its division into segments.
     pub division: Division,
     /// Kind of rod.
     pub rod: String,
@@ -85,16 +85,16 @@ pub struct Branch {
     pub curvature: Vector,
     /// Drawn centre line, m, world coordinates; empty where none is drawn.
     pub path: Vec<Vector>,
-    /// Where it is in the file.
+    /// Its place in the file.
     pub spans: Spans,
 }
 
-/// How finely a branch is divided.
+/// Division of a branch into segments.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Division {
-    /// Into so many segments.
+    /// Number of segments.
     Segments(usize),
-    /// Into segments no longer than this, m.
+    /// Largest length of a segment, m.
     MaxSegment(f64),
 }
 
@@ -113,7 +113,7 @@ pub struct Joint {
     pub arms: Vec<Arm>,
     /// Anatomy; empty where the file gives none.
     pub wires: Vec<WireShare>,
-    /// Where it is in the file; the key `offset` stands for the first arm that has one.
+    /// Its place in the file; the key `offset` is that of the first arm that has one.
     pub spans: Spans,
 }
 
@@ -126,7 +126,7 @@ pub struct Arm {
     pub starts_here: bool,
     /// Rest frame of the branch (d3 `from → to`) in the joint's frame.
     pub rest: Rotation,
-    /// Where the arm leaves, in the joint's frame, m.
+    /// Point where the arm leaves the joint, in the joint's frame, m.
     pub offset: Vector,
 }
 
@@ -160,37 +160,37 @@ pub struct Constraint {
     pub name: String,
     /// Kind of the registry.
     pub kind: String,
-    /// What the file calls it: that kind, or a type of fixing.
+    /// Name of the kind in the file: the kind itself, or a type of fixing.
     pub called: String,
     /// Parameters of the kind.
     pub parameters: Parameters,
-    /// Where it attaches.
+    /// Places where it attaches.
     pub at: Vec<At>,
-    /// Along which part of a branch it acts.
+    /// The part of a branch along which it acts.
     pub span: Option<Stretch>,
-    /// Where it holds, m; left out: where the cable is when it begins.
+    /// Position that it holds, m; `None`: the position of the cable when it begins.
     pub position: Option<Vector>,
-    /// Direction or frame it holds.
+    /// Direction or frame that it holds.
     pub facing: Facing,
     /// Whether the scenario, or a later move, gives a tangent.
     pub tangent_given: bool,
     /// Whether the scenario, or a later move, gives the direction of d1.
     pub up_given: bool,
-    /// Freedoms spelled out.
+    /// Freedoms that it holds, if the scenario lists them.
     pub hold: Option<Vec<HoldWord>>,
     /// World axis about which alone it may turn; a unit vector.
     pub free_axis: Option<Vector>,
     /// World directions along which the held point may move; unit vectors.
     pub rails: Vec<Vector>,
-    /// Whether, and how, the cable runs through.
+    /// Sliding of the cable through it, if the cable may slide.
     pub slide: Option<Slide>,
-    /// What it bears.
+    /// Its load limits.
     pub limits: Limits,
-    /// Whether it closes where the cable is nearest when it begins; its place is a provisional one then.
+    /// Whether it closes at the nearest place of the branch when it begins; until then its place is provisional.
     pub nearest: bool,
     /// Whether it acts from the beginning.
     pub from_start: bool,
-    /// Where it is in the file.
+    /// Its place in the file.
     pub spans: Spans,
 }
 
@@ -213,7 +213,7 @@ impl Constraint {
 pub struct Load {
     /// Name.
     pub name: String,
-    /// Where it acts.
+    /// Place where it acts.
     pub at: At,
     /// Force, N, world axes.
     pub force: Vector,
@@ -221,30 +221,30 @@ pub struct Load {
     pub moment: Vector,
     /// Factor at the beginning.
     pub factor: f64,
-    /// Where it is in the file.
+    /// Its place in the file.
     pub spans: Spans,
 }
 
 /// A body that the harness may touch. Its shape is made as it is read, once.
 #[derive(Clone, Debug)]
 pub struct Body {
-    /// As the mechanics knows it.
+    /// The obstacle of the network.
     pub obstacle: Obstacle,
-    /// What an engineer should know of it.
+    /// Notes for the user.
     pub notes: Vec<String>,
-    /// Where it is in the file.
+    /// Its place in the file.
     pub spans: Spans,
 }
 
-/// How equilibria are found.
+/// The minimiser that finds equilibria.
 #[derive(Clone, Debug)]
 pub struct Minimiser {
     /// Kind.
     pub kind: String,
     /// Parameters of the kind.
     pub parameters: Parameters,
-    /// When it stops.
+    /// Its stopping criteria.
     pub stop: Stop,
-    /// Where it is in the file; empty where the file has none.
+    /// Its place in the file; empty if the file has none.
     pub spans: Spans,
 }

@@ -1,18 +1,18 @@
-//! Values that take the place of what a file says: given on the command line, or by a sweep.
+//! Settings: values that replace those of a file, given on the command line or by a sweep.
 //!
-//! A setting names its key by the way to it: `branches.left.length`. Entries of lists go by their name (or the branch,
-//! constraint, load or vertex they are about), or by their number from 0, which also leads to the parts of a vector:
-//! `constraints.clip-1.position.2`. `*` stands for every entry: `branches.*.segments`. A part with a dot in it stands in quotes:
-//! `steps."plug B.1".increments`. What is set is read as if it stood in the file, and refused as it would be there.
+//! A setting names its key by its path: `branches.left.length`. Entries of lists are selected by their name (or the
+//! branch, constraint, load or vertex that they refer to), or by their number from 0, which also selects the components
+//! of a vector: `constraints.clip-1.position.2`. `*` selects every entry: `branches.*.segments`. A part that contains a
+//! dot is quoted: `steps."plug B.1".increments`. A set value is read and checked as if it stood in the file.
 
 use crate::fault::Fault;
 
 /// A value for a key, as text.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Setting {
-    /// The way to the key.
+    /// Path to the key.
     pub key: String,
-    /// Its value as TOML; what is no TOML, such as `500 mm`, is a string.
+    /// Its value as TOML; text that is not TOML, such as `500 mm`, is a string.
     pub value: String,
 }
 
@@ -28,12 +28,14 @@ impl Setting {
     }
 }
 
-/// The settings as lines, one each, in which faults have places that begin after the scenario's text and its last line feed.
+/// The settings as text, one line each. Faults in them have places that count from the beginning of the scenario's
+/// text; the lines follow that text and one line feed.
 pub fn lines(settings: &[Setting]) -> String {
     settings.iter().map(|setting| format!("{} = {}\n", setting.key, setting.value)).collect()
 }
 
-/// Faults of the text, and faults of the [`lines`] of the settings, each with places of its own.
+/// Separates faults of the text from faults of the [`lines`] of the settings; the places of the latter then count from
+/// the beginning of these lines.
 pub fn apart(text: &str, faults: Vec<Fault>) -> (Vec<Fault>, Vec<Fault>) {
     let first = text.len() + 1;
     let (mut set, own): (Vec<Fault>, Vec<Fault>) = faults.into_iter().partition(|fault| fault.span.start >= first);

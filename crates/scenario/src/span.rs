@@ -6,7 +6,7 @@ use std::ops::Range;
 /// A place in a text, bytes.
 pub type Span = Range<usize>;
 
-/// Where an entry of the file is, for faults that only the building of parts can find.
+/// Places of an entry and its values in the file, for faults that are found only when parts are built.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Spans {
     /// The entry, bytes.

@@ -1,4 +1,4 @@
-//! Sweeps: which values a scenario is run over. Every point follows from its number and the seed alone, so any of them can be
+//! Sweeps: a scenario run over many values. Every point follows from its number and the seed alone, so each can be
 //! computed again, on any machine, in any order.
 
 pub use crate::attachment::At;
@@ -10,14 +10,14 @@ use crate::span::Span;
 use statrs::distribution::{ContinuousCDF, Normal};
 use std::sync::OnceLock;
 
-/// Points of Sobol's sequence, as far as it is tabulated; after them it begins anew, scrambled otherwise.
+/// Number of tabulated points of Sobol's sequence. After them the sequence repeats with another scrambling.
 const SOBOL: usize = 1 << 16;
-/// The most keys of it.
+/// Largest number of keys of Sobol's sequence.
 pub(crate) const MAX_SOBOL_KEYS: usize = 256;
-/// The most points of any sweep.
+/// Largest number of points of a sweep.
 pub(crate) const MAX_POINTS: usize = 10_000_000;
 
-/// How points are chosen.
+/// Methods to choose points.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Method {
     /// Every combination; the last key varies fastest.
@@ -32,66 +32,67 @@ pub enum Method {
     Sobol,
 }
 
-/// What a scenario is run over.
+/// A sweep: the points that a scenario is run at.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Sweep {
-    /// How points are chosen.
+    /// Method to choose the points.
     pub method: Method,
-    /// Of the random numbers.
+    /// Seed of the random numbers.
     pub seed: u64,
-    /// What varies.
+    /// Keys that vary.
     pub axes: Vec<Axis>,
     /// Number of points.
     pub points: usize,
-    /// What is measured beside what always is.
+    /// Columns of the table besides those that it always has.
     pub outputs: Vec<Output>,
-    /// Of a Latin hypercube: which slice each point has, key by key; there once a point is asked for.
+    /// Slice of each point of a Latin hypercube, key by key; computed on first use.
     slices: OnceLock<Vec<Vec<usize>>>,
 }
 
 /// A key that varies.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Axis {
-    /// The way to it.
+    /// Path to the key.
     pub key: String,
     /// Its values.
     pub range: Range,
-    /// Where it is in the file, bytes.
+    /// Its place in the file, bytes.
     pub span: Span,
 }
 
-/// A column of a sweep's table, or three with a fourth for their length, beside those it always has.
+/// A further column of a sweep's table: one for a number, four (components and norm) for a vector.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Output {
     /// Name.
     pub name: String,
-    /// What is measured in the end.
+    /// Quantity measured at the end of the run.
     pub measured: Measured,
 }
 
-/// What can be measured of a harness.
+/// Quantities that can be measured of a harness.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Measured {
-    /// Where something is, m.
+    /// Position of a place, m.
     Position(At),
-    /// What the part of a branch behind a place exerts on the part before it, N; index of the branch, arc length (m).
+    /// Internal force at an arc length (m) of a branch, by index: the force that the part behind exerts on the part
+    /// before, N.
     Force(usize, f64),
-    /// Likewise, N m.
+    /// Internal moment, likewise, N m.
     Moment(usize, f64),
-    /// The part of that force along the branch, N.
+    /// Component of that force along the branch, N.
     Tension(usize, f64),
-    /// The tightest bend of a part of a branch, m.
+    /// Smallest bend radius of a part of a branch, m.
     BendRadius(Stretch),
-    /// By how much a part of a branch is longer, unstressed, than its ends are apart, m.
+    /// Unstressed length of a part of a branch beyond the distance of its ends, m.
     Slack(Stretch),
 }
 
 /// Values of a key.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Range {
-    /// These, all as likely as each other.
+    /// A list; all values are equally likely.
     Values(Vec<Value>),
-    /// Any between these, in SI units, all as likely as each other.
+    /// A uniform distribution, in SI units.
     Uniform {
         /// Least.
         from: f64,
@@ -100,7 +101,7 @@ pub enum Range {
         /// SI unit; empty for plain numbers.
         unit: String,
     },
-    /// Normally distributed, in SI units.
+    /// A normal distribution, in SI units.
     Normal {
         /// Mean.
         mean: f64,
@@ -114,9 +115,9 @@ pub enum Range {
 /// A value of a key.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Value {
-    /// As it would stand in the file.
+    /// Text as in a file.
     pub text: String,
-    /// In SI units, where it is a number.
+    /// Value in SI units, if it is a number.
     pub number: Option<f64>,
 }
 
@@ -126,14 +127,14 @@ impl Value {
         Self { text, number: Some(number) }
     }
 
-    /// As a word: without quotes.
+    /// The text without quotes.
     pub fn word(&self) -> &str {
         self.text.trim_matches('"')
     }
 }
 
 impl Range {
-    /// The value below which is the share `u` of all, 0 < u < 1.
+    /// The quantile at `u`, 0 < u < 1.
     fn quantile(&self, u: f64) -> Value {
         match self {
             Range::Values(values) => values[((u * values.len() as f64) as usize).min(values.len() - 1)].clone(),
@@ -159,7 +160,7 @@ impl Range {
 }
 
 impl Sweep {
-    /// A sweep of so many points.
+    /// A sweep with this number of points.
     pub(crate) fn new(method: Method, seed: u64, axes: Vec<Axis>, points: usize, outputs: Vec<Output>) -> Self {
         Self { method, seed, axes, points, outputs, slices: OnceLock::new() }
     }
@@ -167,7 +168,7 @@ impl Sweep {
     /// The values of a point, by number from 0, in the order of the axes.
     ///
     /// # Panics
-    /// If there are not so many points.
+    /// If `k` is not below the number of points.
     pub fn point(&self, k: usize) -> Vec<Value> {
         assert!(k < self.points, "the sweep has {} points", self.points);
         let listed = |axis: &Axis, i: usize| match &axis.range {
@@ -188,14 +189,14 @@ impl Sweep {
             }
             Method::Zip => self.axes.iter().map(|axis| listed(axis, k)).collect(),
             Method::Random | Method::LatinHypercube | Method::Sobol => {
-                let shares = (0..self.axes.len()).map(|axis| self.share(k, axis));
-                self.axes.iter().zip(shares).map(|(axis, u)| axis.range.quantile(u)).collect()
+                let coordinates = (0..self.axes.len()).map(|axis| self.coordinate(k, axis));
+                self.axes.iter().zip(coordinates).map(|(axis, u)| axis.range.quantile(u)).collect()
             }
         }
     }
 
     /// Between 0 and 1, both excluded.
-    fn share(&self, k: usize, axis: usize) -> f64 {
+    fn coordinate(&self, k: usize, axis: usize) -> f64 {
         let u = match self.method {
             Method::Sobol => {
                 let scrambling = (self.seed as u32).wrapping_add(0x9e37_79b9_u32.wrapping_mul((k / SOBOL) as u32));
@@ -211,8 +212,8 @@ impl Sweep {
         u.clamp(f64::EPSILON, 1.0 - f64::EPSILON)
     }
 
-    /// Where a point is among all, key by key, each between 0 and 1: what is near there has values that are near. Words are as far
-    /// from each other as places in their list.
+    /// Coordinates of a point among all points, one for each key, from 0 to 1: points with near coordinates have near
+    /// values. The distance of two words is that of their places in the list.
     pub fn place(&self, k: usize) -> Vec<f64> {
         let listed = |i: usize, n: usize| i as f64 / (n.max(2) - 1) as f64;
         let mut left = k;
@@ -225,7 +226,7 @@ impl Sweep {
                     listed(i, n)
                 }
                 (Method::Zip, n) => listed(k, n),
-                (Method::Random | Method::LatinHypercube | Method::Sobol, _) => self.share(k, axis),
+                (Method::Random | Method::LatinHypercube | Method::Sobol, _) => self.coordinate(k, axis),
             })
             .collect();
         places.reverse();
@@ -236,20 +237,20 @@ impl Sweep {
         self.slices.get_or_init(|| (0..self.axes.len()).map(|axis| permutation(self.seed, axis, self.points)).collect())
     }
 
-    /// What to set for a point.
+    /// Settings of a point.
     pub fn settings(&self, k: usize) -> Vec<Setting> {
         self.axes.iter().zip(self.point(k)).map(|(axis, value)| Setting::new(&axis.key, value.text)).collect()
     }
 }
 
-/// Random numbers of one coordinate of one point; the odd factors keep neighbours apart.
+/// Random numbers of one coordinate of one point; the odd factors separate neighbours.
 fn random(seed: u64, k: usize, axis: usize) -> fastrand::Rng {
     let mixed = seed
         .wrapping_mul(0x9e37_79b9_7f4a_7c15)
         .wrapping_add((k as u64).wrapping_mul(0xbf58_476d_1ce4_e5b9))
         .wrapping_add((axis as u64).wrapping_mul(0x94d0_49bb_1331_11eb));
     let mut random = fastrand::Rng::with_seed(mixed);
-    // The first numbers of neighbouring seeds are alike: they are taken as a seed themselves.
+    // The first numbers of neighbouring seeds are similar, so the second number serves as a seed.
     random.u64(..);
     fastrand::Rng::with_seed(random.u64(..))
 }
@@ -309,9 +310,9 @@ mod tests {
         let sobol = uniform(Method::Sobol, 2 * SOBOL);
         let mut squares = [[0; 256]; 256];
         for k in SOBOL..2 * SOBOL {
-            let [a, b] = [0, 1].map(|axis| sobol.share(k, axis));
+            let [a, b] = [0, 1].map(|axis| sobol.coordinate(k, axis));
             squares[(256.0 * a) as usize][(256.0 * b) as usize] += 1;
-            assert!(a != sobol.share(k - SOBOL, 0));
+            assert!(a != sobol.coordinate(k - SOBOL, 0));
         }
         assert!(squares.iter().flatten().all(|n| *n == 1), "one in each of as many squares");
         let slices = |axis: usize| {

@@ -1,4 +1,4 @@
-//! Types of constraints: shipped, of a library file, of the scenario; what a constraint says itself goes before them.
+//! Types of constraints: shipped, of a library file, of the scenario. Values of a constraint take precedence over its type.
 
 mod common;
 
@@ -34,7 +34,7 @@ fn refused(keys: &str, tables: &str) -> String {
 
 const MIDDLE: &str = "at = { branch = \"b\", s = 0.5 }\n";
 
-/// Every type of the shipped file can be used, and says what it is.
+/// Every type of the shipped file can be used and has a description.
 #[test]
 fn every_shipped_type_is_known() {
     let file: toml::Table = include_str!("../library/fixings.toml").parse().unwrap();
@@ -95,8 +95,8 @@ fn a_scenario_and_its_files_have_types_of_their_own() {
 
 #[test]
 fn types_may_be_grasped_and_clipped() {
-    let steps = "[[steps]]\n[[steps.clip]]\nname = \"c\"\nkind = \"edge-clip\"\nat = { branch = \"b\" }\nposition = [1, 0, 0]\n\
-                 [[steps.grasp]]\nname = \"g\"\nkind = \"gripper\"\nat = { end = \"B\" }\n";
+    let steps = "[[steps]]\n[[steps.clip]]\nname = \"c\"\nkind = \"edge-clip\"\nat = { branch = \"b\" }\n\
+                 position = [1, 0, 0]\n[[steps.grasp]]\nname = \"g\"\nkind = \"gripper\"\nat = { end = \"B\" }\n";
     let text = format!("{HARNESS}{steps}");
     let scenario = parse(&text, &common::registry()).unwrap_or_else(|faults| panic!("{}", render(&text, &faults)));
     let called: Vec<&str> = scenario.constraints.iter().map(|it| it.called.as_str()).collect();
@@ -107,7 +107,7 @@ fn types_may_be_grasped_and_clipped() {
 fn faults_of_files_and_of_use_are_said() {
     let bad = refused(&format!("kind = \"handle\"\n{MIDDLE}"), "[library]\nfiles = [\"bad.toml\"]\n");
     assert!(bad.contains("bad.toml:2:8: unknown constraint kind \"colar\" in fixing type \"worse\""), "{bad}");
-    // A type at fault is not unknown too.
+    // A faulty type is not also reported as unknown.
     let bad = refused(&format!("kind = \"own\"\n{MIDDLE}"), "[fixings.own]\nmax_moment = 0\n");
     assert_eq!(bad.matches("help").count(), 1, "{bad}");
     let unknown = refused(&format!("kind = \"edge-clap\"\n{MIDDLE}"), "");

@@ -1,4 +1,4 @@
-//! What counts as held, and which constraints agree.
+//! Checks of freedoms and of contradicting constraints.
 
 mod common;
 

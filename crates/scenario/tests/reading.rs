@@ -1,4 +1,4 @@
-//! What a good file becomes.
+//! The scenario and the network of a valid file.
 
 mod common;
 

@@ -1,4 +1,4 @@
-//! The JSON Schema says what the reader reads.
+//! The JSON Schema agrees with the reader.
 
 mod common;
 

@@ -1,4 +1,4 @@
-//! Sections from their wires: cases computed by hand, bounds, monotony, measured values, libraries in files.
+//! Sections from their wires: independently computed cases, bounds, monotony, measured values, libraries in files.
 
 mod common;
 
@@ -38,7 +38,7 @@ fn between(found: Between, slip: f64, taken: f64, bonded: f64) {
     close(found.bonded, bonded);
 }
 
-/// E π d⁴/64 of copper and of PVC, by hand: 120 GPa · 0.04909 mm⁴ + 50 MPa · 0.7363 mm⁴.
+/// E π d⁴/64 of copper and of PVC, independently: 120 GPa · 0.04909 mm⁴ + 50 MPa · 0.7363 mm⁴.
 #[test]
 fn one_solid_wire_is_itself() {
     let scenario = read("wires = [{ type = \"solid\" }]", SOLID);
@@ -63,7 +63,8 @@ fn seven_wires_lie_between_slip_and_bonded() {
     between(bundle.bending, 0.041_491_112_350_730_82, 0.049_503_495_560_850_51, 1.417_655_956_778_696_8);
     between(bundle.torsion, 0.030_948_926_888_110_94, 0.036_926_344_601_729_85, 1.057_937_616_759_727_2);
     close(scenario.sections[0].min_bend_radius.unwrap(), 4.0 * 6.110_100_926_607_786e-3);
-    // The exact second moment of seven bonded wires around one another, Σ r²/2 = 3 D_w² each way, is no more than that.
+    // The exact second moment of seven bonded wires around one another, Σ r²/2 = 3 D_w² each way, is no more than
+    // that.
     let exact = 7.0 * 0.005_927_301_764_390_117_4 + 94_365.589_332_203_4 * 3.0 * 4e-6;
     assert!(exact < bundle.bending.bonded && exact > 0.7 * bundle.bending.bonded);
 }
@@ -131,7 +132,7 @@ fn measured_values_go_before_the_rule_and_are_called_so() {
     let some = note(&mixed);
     assert!(
         some.contains(
-            "EI [0.02, 9] N m² measured (rule 0.013; slip 0.0039, bonded 6.6, which it lies outside of); GJ 0.0093"
+            "EI [0.02, 9] N m² measured (rule 0.013; slip 0.0039, bonded 6.6; outside these bounds); GJ 0.0093"
         ) && some.contains("diameter 11 mm measured; 160 g/m;"),
         "{some}"
     );
@@ -234,7 +235,7 @@ fn the_value_lies_between_its_bounds_and_grows_with_every_wire() {
         let shares: Vec<f64> =
             coverings.iter().map(|_| if random.below(2) == 0 { 1.0 } else { random.within(0.01, 1.0) }).collect();
         let covered: Vec<Covered<'_>> =
-            coverings.iter().zip(&shares).map(|(covering, &share)| Covered { covering, share }).collect();
+            coverings.iter().zip(&shares).map(|(covering, &share)| Covered { covering, fraction: share }).collect();
         let packing = (random.below(3) == 0).then(|| random.within(0.4, 0.9));
         let cohesion = (random.below(3) == 0).then(|| random.within(0.0, 1.0));
         let bundle = |counts: &[usize]| {
@@ -258,7 +259,8 @@ fn the_value_lies_between_its_bounds_and_grows_with_every_wire() {
     }
 }
 
-/// The diameter of few equal wires against that of the circle around them: exact for one and two, within 7 % up to seven.
+/// The diameter of few equal wires against that of the circle around them: exact for one and two, within 7 % up to
+/// seven.
 #[test]
 fn few_wires_have_the_diameter_of_the_circle_around_them() {
     let wire = Wire {
@@ -351,7 +353,7 @@ fn a_type_like_another_has_what_it_does_not_say() {
     close(section("ours", "ours").diameter - shipped.diameter, 2.0 * 0.13e-3);
     let wire = "[wires.w]\nlike = \"FLRY-B 0.5\"\nstrands = 320\n[wires.v]\nlike = \"FLRY-C 0.5\"\n";
     let faults = refused("wires = [{ type = \"w\" }, { type = \"v\" }]", wire);
-    assert!(faults.contains("layer 1 of wire \"w\" is not thicker than what it lies on"), "{faults}");
+    assert!(faults.contains("layer 1 of wire \"w\" is not thicker than the one below it"), "{faults}");
     assert!(faults.contains("unknown wire type \"FLRY-C 0.5\" in wire \"v\""), "{faults}");
     assert_eq!(faults.lines().count(), 4, "{faults}");
 }

@@ -55,10 +55,10 @@ fn what_is_set_is_refused_where_it_stands() {
         ("branches.left.length.x", "1", "1:22: `length` of `left` of `branches` of the scenario has no parts"),
         ("branches.left.", "1", "1:15: `branches.left.` names no key: a part of it is empty"),
         ("branches.\"left.length", "1", "1:10: `branches.\"left.length` names no key: a quote is not closed"),
-        ("constraints.plug-A.position", "[0, 0", "1:31: `[0, 0` is no value"),
+        ("constraints.plug-A.position", "[0, 0", "1:31: `[0, 0` is not a value"),
         ("joints.J.model", "welded", "1:18: unknown joint model \"welded\""),
         ("loads.*.factor", "2", "1:1: the scenario has no `loads`, so it has no parts"),
-        ("minimiser.kind", "", "1:18: `` is no value"),
+        ("minimiser.kind", "", "1:18: `` is not a value"),
     ];
     for (key, value, expected) in cases {
         let faults = set(&[(key, value)]).expect_err(key);

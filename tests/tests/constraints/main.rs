@@ -563,12 +563,12 @@ fn what_does_not_attach_as_its_kind_does_is_refused() {
             "link",
             "at = [{ branch = \"left\", s = 0.5 }, { branch = \"right\", s = 0.5 }]\nslide = true\ndistance = 1"
         ),
-        ["no cable can run through constraint \"x\": it does not act on one place alone; leave `slide` out"]
+        ["no cable can slide through constraint \"x\": it does not act on one place alone; leave `slide` out"]
     );
     let ring = "[[constraints]]\nname = \"ring\"\nkind = \"collar\"\nat = { branch = \"left\", s = 0.5 }\nslide = true";
     assert_eq!(
         said("floor", &format!("span = {{ branch = \"left\" }}\nheight = 0\n{ring}")),
-        ["constraint \"x\" acts along branch \"left\", which runs through another constraint; \
-             let nothing slide on that branch, or divide it by a joint"]
+        ["constraint \"x\" acts along branch \"left\", which slides through another one; \
+             use no sliding constraint on that branch, or divide it by a joint"]
     );
 }

@@ -71,7 +71,7 @@ fn not_named() -> Checked {
     place
         .wireloom(&["run", "s.toml"])?
         .expect(1)?
-        .says(&["unknown constraint kind \"hostile\"", "kinds of a plugin are there once `load` of [plugins] names it"])
+        .says(&["unknown constraint kind \"hostile\"", "for a kind of a plugin, name the plugin in `load` of [plugins]"])
 }
 
 fn same_name() -> Checked {

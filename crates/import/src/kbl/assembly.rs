@@ -1,32 +1,32 @@
-//! The way from the board into the vehicle, as steps that a user edits.
+//! The plan of installation, from the board into the vehicle, as steps that a user may edit.
 
 use super::harness::{Harness, Place};
 use super::options::Order;
 use super::tree::Tree;
 use std::collections::HashSet;
 
-/// How far, m of cable, anything may hang from the nearest hand while the harness is carried.
+/// Largest length of cable, m, between any place and the nearest hand while the harness is moved.
 const REACH: f64 = 0.75;
 
-/// Increments of the way into the vehicle, and of the way of one connector or clip from where it hangs to its place.
+/// Increments of the motion into the vehicle, and of the motion of one connector or clip to its seat.
 const CARRY_INCREMENTS: usize = 8;
 const INSTALL_INCREMENTS: usize = 2;
 
 /// The steps of an assembly.
 pub(super) struct Assembly {
-    /// Joints that hands hold while the harness is carried, by vertex.
+    /// Joints that hands hold while the harness is moved, by vertex.
     pub hands: Vec<usize>,
-    /// Fixings in the order in which they are installed, by index, each with the hands that let go with it.
+    /// Constraints in the order of installation, each with the hands that are released with it.
     pub installs: Vec<Install>,
-    /// Hands that let go at the end.
+    /// Hands that are released at the end.
     pub last: Vec<usize>,
 }
 
 pub(super) struct Install {
     /// Index of the constraint.
     pub constraint: usize,
-    /// Vertices.
-    pub let_go: Vec<usize>,
+    /// Hands that are released, by vertex.
+    pub released: Vec<usize>,
 }
 
 impl Assembly {
@@ -34,11 +34,12 @@ impl Assembly {
     pub const INSTALL_INCREMENTS: usize = INSTALL_INCREMENTS;
 }
 
-/// Plans the assembly: the hands carry the harness to the vehicle; then one fixing after the other is brought home from where it hangs; a
-/// hand lets go when all that lies beyond it is home.
+/// Plans the assembly: the hands move the harness to the vehicle; then one constraint after the other is moved to its
+/// seat; a hand is released when everything beyond it is installed.
 ///
-/// Every motion is straight. Then nothing is overstretched on the way that is not at its end: with d(t) = (1 − t) d₀ + t d₁ the vector
-/// between two points that move (or stand) at the same time, |d(t)| ≤ (1 − t) |d₀| + t |d₁|, and both ends are within the cable's length.
+/// Every motion is straight, so a cable that is not overstretched at the beginning and the end is never
+/// overstretched: the vector between two points that move (or stand) at the same time is
+/// `d(t) = (1 − t) d₀ + t d₁`, hence `|d(t)| ≤ (1 − t) |d₀| + t |d₁|`.
 pub(super) fn plan(harness: &Harness, tree: &Tree, order: Order) -> Assembly {
     let hands = hands(harness, tree);
     let held: HashSet<usize> = hands.iter().copied().collect();
@@ -53,27 +54,28 @@ pub(super) fn plan(harness: &Harness, tree: &Tree, order: Order) -> Assembly {
         Order::Random(seed) => shuffle(&mut queue, seed),
     }
     let mut installs: Vec<Install> = Vec::new();
-    // Vertices beyond which a fixing lies that is installed later: from there on towards the root all hands are spoken for.
+    // Vertices beyond which a later constraint lies: the hands from there on towards the root have their release.
     let mut before: HashSet<usize> = HashSet::new();
     for &constraint in queue.iter().rev() {
-        let mut let_go = Vec::new();
+        let mut released = Vec::new();
         let mut at = Some(tree.outer_vertex(harness, harness.constraints[constraint].at));
         while let Some(vertex) = at.filter(|vertex| before.insert(*vertex)) {
             if held.contains(&vertex) {
-                let_go.push(vertex);
+                released.push(vertex);
             }
             at = tree.parent[vertex].map(|(_, before)| before);
         }
-        let_go.sort_unstable();
-        installs.push(Install { constraint, let_go });
+        released.sort_unstable();
+        installs.push(Install { constraint, released });
     }
     installs.reverse();
     let last = hands.iter().copied().filter(|hand| !before.contains(hand)).collect();
     Assembly { hands, installs, last }
 }
 
-/// As few joints as can be such that nothing is further than `REACH` from a hand or a root along the cable, as far as joints are that
-/// dense: from the ends inward, a joint is held where its own outer part would come to hang lower from the next joint inward.
+/// The fewest joints such that nothing is further than `REACH` from a hand or a root along the cable, as far as there
+/// are joints: from the ends inward, a joint is held if its outer part would be further than that from the next joint
+/// inward.
 fn hands(harness: &Harness, tree: &Tree) -> Vec<usize> {
     let mut hangs = vec![0.0_f64; harness.vertices.len()];
     let mut hands = Vec::new();
@@ -84,7 +86,7 @@ fn hands(harness: &Harness, tree: &Tree) -> Vec<usize> {
         let further = hangs[vertex] + harness.branches[branch].length;
         if further > REACH && is_joint(vertex) {
             hands.push(vertex);
-            // The branch itself hangs between two hands.
+            // The branch itself is between two hands.
             continue;
         }
         hangs[before] = hangs[before].max(further);

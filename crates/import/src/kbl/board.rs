@@ -1,4 +1,4 @@
-//! The harness as it is built: flat on a formboard, held by pegs.
+//! The harness flat on a formboard, held by pegs.
 
 use super::curve::Vector;
 use super::findings::Findings;
@@ -8,17 +8,18 @@ use super::tree::Tree;
 use crate::layout::{Edge, Layout, Point, unfold};
 use nalgebra::{Matrix3, Rotation3, SymmetricEigen, UnitQuaternion};
 
-/// How far, m, the board lies below the lowest point of the installed harness.
+/// Distance, m, of the board below the lowest point of the installed harness.
 const BELOW: f64 = 0.3;
 
-/// Largest distance, m, between pegs along a branch: nothing else keeps the cable from sagging, as the board itself bears nothing.
+/// Largest distance, m, between pegs along a branch: they alone keep the cable from sagging, as the board itself bears
+/// nothing.
 const PEG_SPACING: f64 = 0.4;
 
-/// Stiffness of a peg, N/m: a fork of sheet metal or plastic. Rigid ones would make a bundle that bends a little between two of
-/// them take kilonewtons.
+/// Stiffness of a peg, N/m: a fork of sheet metal or plastic. Between two rigid pegs a slightly bent bundle would have
+/// kilonewtons.
 const PEG_STIFFNESS: f64 = 2000.0;
 
-/// Weight of the reference direction against the arms' own in the choice of a joint's plane.
+/// Weight of the reference direction relative to those of the arms in the choice of a joint's plane.
 const REFERENCE: f64 = 0.05;
 
 /// The flat harness.
@@ -26,11 +27,11 @@ pub(super) struct Board {
     pub pegs: Vec<Peg>,
     /// Frame of every branch on the board: d3 `from → to`.
     pub frames: Vec<UnitQuaternion<f64>>,
-    /// Where every vertex lies, m.
+    /// Positions of the vertices, m.
     pub points: Vec<Vector>,
 }
 
-/// Holds a place of the harness on the board, springily.
+/// Elastic support of a place of the harness on the board.
 pub(super) struct Peg {
     pub name: String,
     pub at: Place,
@@ -50,8 +51,8 @@ struct Plane {
 }
 
 impl Plane {
-    /// The plane that the arms' directions d_i leave the least: the normal n minimises `Σ (n·d_i)² − ε (n·r)²`, with r a reference
-    /// that settles what two arms leave open, and which side is up.
+    /// The plane nearest to the directions d_i of the arms: the normal n minimises `Σ (n·d_i)² − ε (n·r)²`.
+    /// The reference r decides which side is up, and the plane of two arms.
     fn new(directions: &[Vector], reference: &Vector) -> Self {
         let mut spread = -reference * reference.transpose() * REFERENCE;
         for d in directions {
@@ -81,8 +82,9 @@ fn any_across(v: &Vector) -> Vector {
     v.cross(&axis).normalize()
 }
 
-/// Lays the harness out: straight branches of true length in a horizontal plane below the vehicle, turned about the vertical so that it lies
-/// as near as can be to where it will be installed. The arms of every joint keep their order, and their angles where there is room.
+/// The harness on the board: straight branches of true length in a horizontal plane below the vehicle, turned about
+/// the vertical to be as near as possible to the installed harness. The arms of every joint keep their order, and
+/// their angles if there is room.
 pub(super) fn lay(harness: &Harness, tree: &Tree, findings: &mut Findings) -> Board {
     let planes = planes(harness, tree);
     let mut edges: Vec<Edge> = harness
@@ -110,8 +112,8 @@ fn outward(harness: &Harness, joint: &Joint, branch: usize, orientation: &UnitQu
     if harness.branches[branch].ends[0] == joint.vertex { d3 } else { -d3 }
 }
 
-/// The plane of every joint, from the root outward: each takes the side of the one before it, carried along the branch without twist, so
-/// that the branch need not be twisted to lie flat.
+/// The plane of every joint, from the root outward: its normal is that of the joint before it, transported along the
+/// branch without twist, so that the branch can lie flat without twist.
 fn planes(harness: &Harness, tree: &Tree) -> Vec<Plane> {
     let mut joint_at = vec![None; harness.vertices.len()];
     for (index, joint) in harness.joints.iter().enumerate() {
@@ -124,14 +126,14 @@ fn planes(harness: &Harness, tree: &Tree) -> Vec<Plane> {
     for &vertex in &tree.order {
         let Some(index) = joint_at[vertex] else { continue };
         let joint = &harness.joints[index];
-        let carried = tree.parent[vertex].and_then(|(branch, before)| {
+        let transported = tree.parent[vertex].and_then(|(branch, before)| {
             let before = joint_at[before]?;
             let (from, to) = (orientation(before, branch)?, orientation(index, branch)?);
             Some(to * from.inverse() * planes[before].as_ref()?.normal())
         });
         let directions: Vec<Vector> =
             joint.arms.iter().map(|arm| outward(harness, joint, arm.branch, &arm.orientation)).collect();
-        planes[index] = Some(Plane::new(&directions, &carried.unwrap_or_else(Vector::z)));
+        planes[index] = Some(Plane::new(&directions, &transported.unwrap_or_else(Vector::z)));
     }
     planes.into_iter().flatten().collect()
 }
@@ -153,16 +155,17 @@ fn note(harness: &Harness, layout: &Layout, findings: &mut Findings) {
     }
 }
 
-/// The flat points turned and moved in their plane to the least sum of squared horizontal distances from where the vertices will be
-/// (Kabsch 1976, in two dimensions: the turn is the angle of `Σ conj(p_i) q_i`), and `BELOW` the lowest of them.
+/// The flat points, rotated and moved in their plane to the least sum of squared horizontal distances from the
+/// installed vertices (Kabsch 1976, in two dimensions: the angle is that of `Σ conj(p_i) q_i`), and `BELOW` the
+/// lowest of these.
 fn beside_the_vehicle(harness: &Harness, tree: &Tree, flat: &[Point]) -> Vec<Vector> {
     let count = tree.order.len().max(1) as f64;
-    let home = |vertex: usize| harness.vertices[vertex].position.xy();
+    let installed = |vertex: usize| harness.vertices[vertex].position.xy();
     let centre = tree.order.iter().map(|&v| flat[v]).sum::<Point>() / count;
-    let target = tree.order.iter().map(|&v| home(v)).sum::<Point>() / count;
+    let target = tree.order.iter().map(|&v| installed(v)).sum::<Point>() / count;
     let (mut cosine, mut sine) = (0.0, 0.0);
     for &v in &tree.order {
-        let (p, q) = (flat[v] - centre, home(v) - target);
+        let (p, q) = (flat[v] - centre, installed(v) - target);
         cosine += p.dot(&q);
         sine += p.perp(&q);
     }
@@ -176,7 +179,8 @@ fn beside_the_vehicle(harness: &Harness, tree: &Tree, flat: &[Point]) -> Vec<Vec
         .collect()
 }
 
-/// Frames of the branches as they lie: each is turned with its inner joint, whose plane becomes the board's, and then along the branch.
+/// Frames of the branches on the board: each is turned with its inner joint, whose plane becomes that of the board, and
+/// then along the branch.
 fn frames(harness: &Harness, tree: &Tree, planes: &[Plane], points: &[Vector]) -> Vec<UnitQuaternion<f64>> {
     let mut frames: Vec<UnitQuaternion<f64>> = harness
         .branches
@@ -186,7 +190,7 @@ fn frames(harness: &Harness, tree: &Tree, planes: &[Plane], points: &[Vector]) -
             with_up(&along, &Vector::z())
         })
         .collect();
-    // From the outermost joint inward, so that the inner joint of a branch has the last word.
+    // From the outermost joint inward, so that the inner joint of a branch decides.
     let mut joints: Vec<usize> = (0..harness.joints.len()).collect();
     joints.sort_by(|&a, &b| {
         let [a, b] = [a, b].map(|joint| tree.distance[harness.joints[joint].vertex]);
@@ -209,7 +213,7 @@ fn frames(harness: &Harness, tree: &Tree, planes: &[Plane], points: &[Vector]) -
     frames
 }
 
-/// The frame with d3 along a vector and d1 as near to `up` as can be.
+/// The frame with d3 along a vector and d1 as near to `up` as possible.
 fn with_up(along: &Vector, up: &Vector) -> UnitQuaternion<f64> {
     let d3 = along.try_normalize(1e-12).unwrap_or_else(Vector::x);
     let d1 = (up - d3 * d3.dot(up)).try_normalize(1e-6).unwrap_or_else(|| any_across(&d3));
@@ -217,7 +221,7 @@ fn with_up(along: &Vector, up: &Vector) -> UnitQuaternion<f64> {
     UnitQuaternion::from_rotation_matrix(&Rotation3::from_matrix_unchecked(columns))
 }
 
-/// A peg at every vertex but the roots, at every clip, and between them where they are far apart.
+/// A peg at every vertex except the roots, at every clip, and between them if they are far apart.
 fn pegs(harness: &Harness, tree: &Tree, points: &[Vector]) -> Vec<Peg> {
     let (mut pegs, mut names) = (Vec::new(), Names::default());
     let mut is_joint = vec![false; harness.vertices.len()];

@@ -1,4 +1,4 @@
-//! What holds the harness in the vehicle: connectors at its ends, clips along its branches.
+//! Constraints of the harness in the vehicle: connectors at its ends, clips along its branches.
 
 use super::curve::{NODE_TOLERANCE, Vector};
 use super::document::{Document, Fixing, Node, Placement, Segment};
@@ -9,29 +9,30 @@ use super::options::Arrangement;
 use super::segments::{Incidence, Laid};
 use std::collections::HashSet;
 
-/// How far, m, a fixing may be drawn from the place on the curve that its assignment names. Clips stand off the bundle by its radius
-/// and their foot: 1 to 25 mm in the files at hand; assignments that are out of date are off by 130 mm and more.
+/// Largest distance, m, of a drawn fixing from the place on the curve that its assignment names. Clips stand off the
+/// bundle by its radius and their foot: 1 to 25 mm in the known files; outdated assignments are off by 130 mm and more.
 const FIXING_REACH: f64 = 0.050;
 
-/// How far, m, along the curve the stated place of a fixing may lie from the place where the fixing itself is drawn before it is
-/// worth a word. The drawn place counts: the stated one is rounded, and older.
+/// Largest distance, m, along the curve of the stated place of a fixing from the place where the fixing itself is drawn
+/// that is not reported. The drawn place counts: the stated one is rounded, and older.
 const FIXING_SHIFT: f64 = 0.002;
 
-/// How far, m, a connector may be drawn from the end of its branch: bodies are up to 41 mm long in the files at hand, what is out of
-/// date is off by 0.6 m.
+/// Largest distance, m, of a drawn connector from the end of its branch: bodies are up to 41 mm long in the known
+/// files, outdated placements are off by 0.6 m.
 const CONNECTOR_REACH: f64 = 0.100;
 
-/// Cosine of the largest angle (25°) between a fixing's drawn channel and the cable for the channel to count as its direction.
+/// Cosine of the largest angle (25°) between a fixing's drawn channel and the cable for the channel to count as its
+/// direction.
 const ALIGNED: f64 = 0.906;
 
-/// Diameters of cable between two fixings below which the later one only guides: it leaves the cable its place along itself.
+/// Smallest span between two clips, in diameters of the cable; a closer clip only guides: the cable may slide along
+/// itself.
 ///
-/// Where along a bundle a clip closes is known to a millimetre at best. A span of ten diameters answers
-/// one tenth of a per mille of excess length, which is less, with kilonewtons (EA of copper): forces no clip carries, and no cable
-/// needs, as it slips first.
+/// The place of a clip along a bundle is known to a millimetre at best. In a span of ten diameters an excess length of
+/// 0.1 ‰, which is less, gives kilonewtons (EA of copper). No clip bears such forces, and the cable slips first.
 const STIFF_SPAN: f64 = 10.0;
 
-/// What the constraints of one harness are made from.
+/// The data from which the constraints of a harness are made.
 pub(super) struct Holding<'a> {
     pub document: &'a Document,
     pub laid: &'a [Laid],
@@ -39,7 +40,7 @@ pub(super) struct Holding<'a> {
 }
 
 impl Holding<'_> {
-    /// Connectors at ends, collars along branches; what is there from the beginning holds every piece.
+    /// Connectors at ends, collars along branches, and further connectors such that every piece is held.
     pub fn constraints(&self, arrangement: Arrangement, findings: &mut Findings) -> Vec<Constraint> {
         let mut names = Names::default();
         let mut held = HashSet::new();
@@ -76,7 +77,7 @@ impl Holding<'_> {
                     findings.add_to("ends carry no component; left free", &node.id);
                 } else {
                     findings.add_to(
-                        "ends carry splices (wires joined within the harness, which plug into nothing); left free",
+                        "ends carry splices (wires joined within the harness, without a counterpart); left free",
                         format!("{} ({labels})", node.id),
                     );
                 }
@@ -133,7 +134,7 @@ impl Holding<'_> {
         let mut seats: Vec<Seat> =
             segment.fixings.iter().filter_map(|fixing| self.seat(segment, laid, fixing, findings)).collect();
         seats.sort_by(|a, b| a.drawn_s.total_cmp(&b.drawn_s));
-        let mut gripped: Vec<f64> = ends;
+        let mut clamped: Vec<f64> = ends;
         let mut taken: Vec<f64> = Vec::new();
         for seat in seats {
             let s = seat.drawn_s / laid.curve.length.max(NODE_TOLERANCE) * laid.length;
@@ -153,16 +154,16 @@ impl Holding<'_> {
             }
             taken.push(s);
             let stiff = STIFF_SPAN * laid.bundle.diameter;
-            let crowded = gripped.iter().any(|&place| (s - place).abs() < stiff);
+            let crowded = clamped.iter().any(|&place| (s - place).abs() < stiff);
             let role = if seat.fixing.duct || crowded { Role::Guide } else { Role::Clip };
             if role == Role::Clip {
-                gripped.push(s);
+                clamped.push(s);
             } else {
-                let why = if seat.fixing.duct { "a duct" } else { "near a fixing that holds" };
+                let why = if seat.fixing.duct { "a duct" } else { "near another constraint" };
                 findings.add_to(
                     format!(
-                        "fixings that leave the cable free along itself, being ducts or within {STIFF_SPAN} diameters of what holds it \
-                         (0.01 mm of excess length would be kilonewtons there)"
+                        "fixings that let the cable slide along itself: ducts, and those within {STIFF_SPAN} diameters \
+                         of another constraint (0.01 mm of excess length would give kilonewtons there)"
                     ),
                     format!("{} ({why})", seat.what),
                 );
@@ -180,8 +181,8 @@ impl Holding<'_> {
         note_spans(segment, &constraints[first..], findings);
     }
 
-    /// Where a fixing sits on the drawn curve: at the point nearest to where the fixing itself is drawn, if that is anywhere near
-    /// the stated place; at the stated place where it is not drawn.
+    /// Place of a fixing on the drawn curve: the point nearest to the drawn fixing, if that is near the stated place;
+    /// the stated place if the fixing is not drawn.
     fn seat<'f>(
         &self,
         segment: &Segment,
@@ -203,7 +204,7 @@ impl Holding<'_> {
         let off = (position - laid.curve.point(stated)).norm();
         if off > FIXING_REACH {
             findings.add_to(
-                "fixings are drawn further from the places they are assigned to than a clip reaches; left out",
+                "fixings are drawn further from their assigned places than a clip reaches; left out",
                 format!("{what} ({:.0} mm)", off * 1e3),
             );
             return None;
@@ -211,7 +212,7 @@ impl Holding<'_> {
         let drawn_s = laid.curve.project(position);
         if (drawn_s - stated).abs() > FIXING_SHIFT {
             findings.add_to(
-                "fixings are drawn beside the places stated for them along their segments; seated where they are drawn",
+                "fixings are drawn beside the places stated for them along their segments; placed where they are drawn",
                 format!("{what} ({:+.1} mm)", (drawn_s - stated) * 1e3),
             );
         }
@@ -227,7 +228,8 @@ impl Holding<'_> {
         Some(Seat { fixing, what, drawn_s, tangent: aligned.unwrap_or(tangent) })
     }
 
-    /// Holds pieces that could move or turn as a whole, each at an end (or a joint, where it has none) that nothing holds yet.
+    /// Holds pieces that could move or turn as a whole, each at an end (or a joint, if it has none) without a
+    /// constraint.
     fn hold_pieces(
         &self,
         names: &mut Names,
@@ -237,13 +239,13 @@ impl Holding<'_> {
         findings: &mut Findings,
     ) {
         let document = self.document;
-        let mut holds = vec![Grip::None; document.nodes.len()];
+        let mut holds = vec![Restraint::None; document.nodes.len()];
         for constraint in constraints.iter() {
             let node = match constraint.at {
                 Place::End(vertex) | Place::Joint(vertex) => vertex,
                 Place::Along { branch, .. } => document.segments[branch].ends[0],
             };
-            holds[node] = holds[node].and(&Grip::of(constraint));
+            holds[node] = holds[node].and(&Restraint::of(constraint));
         }
         let mut seen = vec![false; document.nodes.len()];
         let mut pieces = 0;
@@ -253,10 +255,10 @@ impl Holding<'_> {
             }
             pieces += 1;
             seen[start] = true;
-            let (mut piece, mut next, mut grip) = (vec![start], 0, Grip::None);
+            let (mut piece, mut next, mut restraint) = (vec![start], 0, Restraint::None);
             while let Some(&node) = piece.get(next) {
                 next += 1;
-                grip = grip.and(&holds[node]);
+                restraint = restraint.and(&holds[node]);
                 for arm in &self.incidences[node] {
                     for end in document.segments[arm.segment].ends {
                         if !std::mem::replace(&mut seen[end], true) {
@@ -265,8 +267,8 @@ impl Holding<'_> {
                     }
                 }
             }
-            // On a board its root is held in any case.
-            if grip == Grip::Fast || arrangement != Arrangement::Installed {
+            // On a board the root of a piece is always held.
+            if restraint == Restraint::Full || arrangement != Arrangement::Installed {
                 continue;
             }
             let free = |node: &&usize| !held.contains(node);
@@ -274,7 +276,7 @@ impl Holding<'_> {
             let Some(&node) = end.or_else(|| piece.iter().find(free)) else { continue };
             let Node { id, label, position, .. } = &document.nodes[node];
             findings.add_to(
-                "pieces of the harness could move or turn as a whole; each is held as a plug would at a node",
+                "pieces of the harness could move or turn as a whole; each is held by a connector at a node",
                 id,
             );
             let Incidence { segment, starts } = self.incidences[node][0];
@@ -295,40 +297,40 @@ impl Holding<'_> {
     }
 }
 
-/// What some fixings hold together of a rigid body.
+/// Freedoms of a rigid body that some constraints hold together.
 #[derive(Clone, Copy, Debug, PartialEq)]
-enum Grip {
+enum Restraint {
     /// Nothing, or not all positions.
     None,
-    /// All but turning about this axis: a point, and a direction.
+    /// All but rotation about this axis: a point, and a direction.
     About(Vector, Vector),
     /// Everything.
-    Fast,
+    Full,
 }
 
-impl Grip {
+impl Restraint {
     fn of(constraint: &Constraint) -> Self {
         match constraint.role {
-            Role::Connector => Grip::Fast,
-            Role::Clip => Grip::About(constraint.position, constraint.frame * Vector::z()),
-            Role::Guide => Grip::None,
+            Role::Connector => Restraint::Full,
+            Role::Clip => Restraint::About(constraint.position, constraint.frame * Vector::z()),
+            Role::Guide => Restraint::None,
         }
     }
 
     fn and(&self, other: &Self) -> Self {
         match (*self, *other) {
-            (Grip::None, grip) | (grip, Grip::None) => grip,
-            (Grip::About(p, t), Grip::About(q, u)) => {
-                // Well above the digits that are written, and what is solved for.
+            (Restraint::None, restraint) | (restraint, Restraint::None) => restraint,
+            (Restraint::About(p, t), Restraint::About(q, u)) => {
+                // Well above the precision of the written numbers and of the solution.
                 let one_axis = t.cross(&u).norm() < 1e-3 && (q - p).cross(&t).norm() < NODE_TOLERANCE;
-                if one_axis { *self } else { Grip::Fast }
+                if one_axis { *self } else { Restraint::Full }
             }
-            _ => Grip::Fast,
+            _ => Restraint::Full,
         }
     }
 }
 
-/// A fixing on its way to become a constraint.
+/// A fixing with its place on the drawn curve.
 struct Seat<'f> {
     fixing: &'f Fixing,
     what: String,
@@ -337,7 +339,7 @@ struct Seat<'f> {
     tangent: Vector,
 }
 
-/// Spans between fixings of a branch that are shorter than their ends are apart.
+/// Reports spans between constraints of a branch that are shorter than the distance of their ends.
 fn note_spans(segment: &Segment, constraints: &[Constraint], findings: &mut Findings) {
     let mut last: Option<(&Constraint, f64)> = None;
     for constraint in constraints {
@@ -346,7 +348,7 @@ fn note_spans(segment: &Segment, constraints: &[Constraint], findings: &mut Find
             let (span, chord) = (s - from, (constraint.position - before.position).norm());
             if chord > span + 1e-6 {
                 findings.add_to(
-                    "fixings are drawn further apart than the cable between them is long; overstretched as drawn",
+                    "fixings are drawn further apart than the length of the cable between them; overstretched as drawn",
                     format!(
                         "{} `{}` to `{}` ({:.2} mm, cable {:.2} mm)",
                         segment.id,

@@ -14,10 +14,10 @@ use super::unit::Quantity;
 use std::collections::HashMap;
 use wireloom_scenario::MAX_SEGMENTS;
 
-/// Decides everything the document leaves open, and reports each decision that a user may wish to know.
+/// Decides everything that the document leaves open, and reports the decisions that matter to a user.
 ///
 /// # Errors
-/// Where it is larger than a scenario may be.
+/// If the harness is larger than a scenario may be.
 pub(super) fn convert(document: &Document, options: &Options, findings: &mut Findings) -> Result<Harness, ImportError> {
     let mut types = Types::new();
     let wires: Vec<usize> = document.wires.iter().map(|wire| types.wire(wire, findings)).collect();
@@ -61,7 +61,7 @@ pub(super) fn convert(document: &Document, options: &Options, findings: &mut Fin
     let stiffness: Vec<f64> = wires.iter().map(|&kind| types.wires[kind].of_rule.bending_stiffness().taken).collect();
     let mut joints = Vec::new();
     for (node, arms) in incidences.iter().enumerate().filter(|(_, arms)| arms.len() >= 2) {
-        let shares = anatomy::shares(document, &stiffness, &laid, node, arms, findings);
+        let wires = anatomy::common_wires(document, &stiffness, &laid, node, arms, findings);
         let arms = arms
             .iter()
             .map(|arm| {
@@ -70,7 +70,7 @@ pub(super) fn convert(document: &Document, options: &Options, findings: &mut Fin
                 Arm { branch: arm.segment, orientation: curve.frame(s) }
             })
             .collect();
-        joints.push(Joint { vertex: node, arms, shares });
+        joints.push(Joint { vertex: node, arms, wires });
     }
     let holding = Holding { document, laid: &laid, incidences: &incidences };
     let constraints = holding.constraints(options.arrangement, findings);

@@ -1,34 +1,35 @@
-//! Drawn centre lines: chains of B-splines, read in the way that meets the nodes.
+//! Drawn centre lines: chains of B-splines, interpreted such that they meet the nodes.
 
 use nalgebra::{Matrix3, Rotation3, UnitQuaternion, Vector3};
 
 pub(super) type Vector = Vector3<f64>;
 
-/// How far, m, the end of a drawn curve may lie from its node and still count as meeting it. Good curves of the
-/// files at hand miss by 10⁻⁹ m, stale ones by 0.05 m and more; assembly tolerances of harnesses are some mm.
+/// Largest distance, m, of the end of a drawn curve from its node. Good curves of the known files miss by 10⁻⁹ m,
+/// stale ones by 0.05 m and more; assembly tolerances of harnesses are some mm.
 pub(super) const NODE_TOLERANCE: f64 = 1e-3;
 
-/// Distance, m, between the points of a curve that are tried first for the one nearest to a fixing; bundles bend less tightly.
+/// Distance, m, between the points of a curve that are tried first for the one nearest to a fixing; bundles bend less
+/// tightly.
 const PROJECTION_STEP: f64 = 2e-3;
 
 /// Steps per knot span of the table of arc lengths. Chords of a smooth span of 0.3 m then fall short of the
 /// arc by some 10⁻⁶ of it.
 const STEPS_PER_SPAN: usize = 200;
 
-/// Steps of a whole curve above which its spans, which are short then, get fewer of them.
+/// Number of steps of a whole curve above which its spans, which are then short, have fewer steps.
 const MANY_STEPS: usize = 20_000;
 
-/// Steps that a span gets all the same.
+/// Least number of steps of a span.
 const LEAST_STEPS: usize = 8;
 
-/// Control points of one B-spline as the file gives them, m.
+/// Degree and control points (m) of one B-spline, as in the file.
 #[derive(Clone, Debug)]
 pub(super) struct Polygon {
     pub degree: usize,
     pub points: Vec<Vector>,
 }
 
-/// The two readings of a KBL curve, which names no knots.
+/// The two interpretations of a KBL curve, which has no knots.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Knots {
     /// u_i = i: the curve does not touch its first and last control point.
@@ -37,7 +38,7 @@ enum Knots {
     Clamped,
 }
 
-/// One B-spline with its knots, run forwards or backwards.
+/// One B-spline with its knots, traversed forwards or backwards.
 #[derive(Clone, Debug)]
 struct Piece {
     degree: usize,
@@ -63,7 +64,7 @@ impl Piece {
         spans * per_span
     }
 
-    /// Knot parameter of t ∈ [0, 1] along the piece as it is run.
+    /// Knot parameter of t ∈ [0, 1] along the traversed piece.
     fn parameter(&self, t: f64) -> f64 {
         let (first, last) = (self.degree as f64, self.points.len() as f64);
         first + (last - first) * if self.reversed { 1.0 - t } else { t }
@@ -79,7 +80,7 @@ impl Piece {
     /// `p (P_{i+1} − P_i) / (u_{i+p+1} − u_{i+1})` (de Boor 1978; Piegl and Tiller 1997, eq. 3.8).
     fn derivative(&self, t: f64) -> Vector {
         let parameter = self.parameter(t);
-        // Of the knot span alone: p + 1 control points and the knots about them.
+        // The knot span alone: p + 1 control points and the knots around them.
         let (p, k) = (self.degree, span(self.degree, self.points.len(), &self.knots, parameter));
         let u = &self.knots[k - p..=k + p + 1];
         let points: Vec<Vector> = self.points[k - p..=k]
@@ -93,8 +94,8 @@ impl Piece {
 }
 
 /// De Boor's algorithm:
-/// `d_j ← (1 − α) d_{j−1} + α d_j`, `α = (u − u_{j+k−p}) / (u_{j+1+k−r} − u_{j+k−p})`, for r = 1..p, with
-/// u in the knot span k.
+/// `d_j ← (1 − α) d_{j−1} + α d_j`, `α = (u − u_{j+k−p}) / (u_{j+1+k−r} − u_{j+k−p})`,
+/// for r = 1..p, with u in the knot span k.
 fn de_boor(p: usize, points: &[Vector], knots: &[f64], u: f64) -> Vector {
     let k = span(p, points.len(), knots, u);
     let mut d: Vec<Vector> = points[k - p..=k].to_vec();
@@ -108,7 +109,8 @@ fn de_boor(p: usize, points: &[Vector], knots: &[f64], u: f64) -> Vector {
     d[p]
 }
 
-/// The knot span k of a parameter: `u_k ≤ u < u_{k+1}`, of those in which a spline of degree `p` with so many control points lives.
+/// The knot span k of a parameter: `u_k ≤ u < u_{k+1}`, among those of a spline of degree `p` with `points` control
+/// points.
 fn span(p: usize, points: usize, knots: &[f64], u: f64) -> usize {
     p + knots[p + 1..points].partition_point(|knot| *knot <= u)
 }
@@ -132,7 +134,7 @@ struct Chain {
 }
 
 impl Chain {
-    /// The curves in the order of the file; each is turned round where that joins it better to the one before.
+    /// The curves in the order of the file; each is reversed if that joins it better to the one before.
     fn new(polygons: &[Polygon], reading: Knots, first_reversed: bool) -> Self {
         let mut pieces: Vec<Piece> = polygons.iter().map(|polygon| Piece::new(polygon, reading)).collect();
         let mut gap = 0.0_f64;
@@ -193,7 +195,7 @@ impl Chain {
         if a.piece == b.piece { self.pieces[a.piece].point(a.t + f * (b.t - a.t)) } else { a.x.lerp(&b.x, f) }
     }
 
-    /// Unit tangent; the chord's direction where the derivative vanishes.
+    /// Unit tangent; the direction of the chord if the derivative vanishes.
     fn tangent(&self, s: f64) -> Vector {
         let (a, b, f) = self.bracket(s);
         let t = if a.piece == b.piece { a.t + f * (b.t - a.t) } else { a.t };
@@ -214,7 +216,7 @@ impl Chain {
     }
 }
 
-/// Where a function with one minimum between `low` and `high` has it: ternary search.
+/// Minimum of a function with one minimum between `low` and `high`: ternary search.
 fn minimum(mut low: f64, mut high: f64, f: impl Fn(f64) -> f64) -> f64 {
     for _ in 0..80 {
         let third = (high - low) / 3.0;
@@ -223,7 +225,7 @@ fn minimum(mut low: f64, mut high: f64, f: impl Fn(f64) -> f64) -> f64 {
     0.5 * (low + high)
 }
 
-/// How a drawn curve came to meet its nodes.
+/// Agreement of a drawn curve with its nodes.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) enum Fit {
     /// As drawn; largest miss, m.
@@ -244,13 +246,13 @@ pub(super) struct Curve {
     first: f64,
     /// Arc length of the branch, m.
     pub length: f64,
-    /// What takes the ends of the chain onto the nodes exactly, m (blended linearly in between).
+    /// Displacements of the ends of the chain onto the nodes, m (interpolated linearly in between).
     shift: [Vector; 2],
 }
 
 impl Curve {
-    /// Tries both readings of the knots and both senses, and keeps what meets the nodes `from` and `to`. `length`, m, is that
-    /// of the segment; it serves to recognise a piece of a longer curve.
+    /// Tries both interpretations of the knots and both directions, and keeps the curve that meets the nodes `from` and
+    /// `to`. `length`: length of the segment, m, by which a piece of a longer curve is recognised.
     pub fn lay(polygons: &[Polygon], from: Vector, to: Vector, length: Option<f64>) -> (Self, Fit) {
         if polygons.is_empty() {
             return (Self::straight(from, to), Fit::Absent);
@@ -453,7 +455,7 @@ mod tests {
         let Fit::Cut { before, .. } = fit else { panic!("{fit:?}") };
         assert!((before - 0.1).abs() < 1e-6 && (curve.length - 0.25).abs() < 1e-6);
         assert!((curve.point(0.0) - a).norm() < 1e-12 && (curve.point(curve.length) - b).norm() < 1e-12);
-        // Of another length it is no piece of this run.
+        // With another length it is not a piece of this run.
         assert!(matches!(Curve::lay(&[polygon], a, b, Some(0.3)).1, Fit::Stale { .. }));
     }
 
@@ -486,7 +488,7 @@ mod tests {
         assert_eq!(fit, Fit::Absent);
         assert_eq!(curve.path(0.03).len(), 5);
         assert_eq!(curve.tangent(0.05), Vector::z());
-        // Nodes that coincide: a frame still comes out.
+        // Nodes that coincide still have a frame.
         let (curve, _) = Curve::lay(&[], from, from, None);
         assert!(curve.frame(0.0).coords.iter().all(|c| c.is_finite()));
     }

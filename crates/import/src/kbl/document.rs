@@ -1,4 +1,4 @@
-//! XML to plain values in SI: what the file says, and nothing decided yet.
+//! XML to plain values in SI: the contents of the file, without any decision.
 
 use super::curve::{Polygon, Vector};
 use super::error::ImportError;
@@ -11,17 +11,17 @@ mod parts;
 
 type Xml<'a, 'i> = roxmltree::Node<'a, 'i>;
 
-/// Largest coordinate, m, that is taken for one: control points of good curves reach some 10³ m.
+/// Largest valid coordinate, m: control points of good curves reach some 10³ m.
 const LARGEST: f64 = 1e5;
 
-/// Sizes of wires that can be, m: outside diameters and bend radii.
+/// Valid outer diameters and bend radii of wires, m.
 const DIAMETERS: [f64; 2] = [1e-6, 1.0];
 const BEND_RADII: [f64; 2] = [1e-6, 1e3];
 
-/// Namespaces that a file may declare: good ones have one or two, and each makes every element within it dearer to read.
+/// Largest number of namespaces: good files have one or two, and each makes all elements within it slower to read.
 const NAMESPACES: usize = 100;
 
-/// What the file says of the harness.
+/// The harness in the file.
 pub(super) struct Document {
     pub name: Option<String>,
     pub nodes: Vec<Node>,
@@ -39,23 +39,23 @@ pub(super) struct Node {
     pub components: Vec<Component>,
 }
 
-/// What sits at a node.
+/// A component at a node.
 pub(super) struct Component {
     pub id: String,
     pub label: String,
-    /// A joint of wires within the harness: it plugs into nothing.
+    /// A joint of wires within the harness, without a counterpart.
     pub splice: bool,
     pub placement: Option<Placement>,
     /// kg.
     pub mass: Option<f64>,
 }
 
-/// Where a component or fixing is drawn.
+/// Drawn place of a component or fixing.
 #[derive(Clone, Copy)]
 pub(super) struct Placement {
     /// m.
     pub position: Vector,
-    /// Its second axis (`V`), a unit vector: along the cable, one way or the other, for what closes around a cable.
+    /// Its second axis (`V`), a unit vector: along the cable, in either direction, for parts that close around a cable.
     pub axis: Option<Vector>,
 }
 
@@ -102,7 +102,7 @@ pub(super) struct Fixing {
     pub label: String,
     pub at: Location,
     pub placement: Option<Placement>,
-    /// The cable runs through it.
+    /// Whether the cable may slide through it.
     pub duct: bool,
 }
 
@@ -177,7 +177,7 @@ fn position(node: Xml) -> (u32, u32) {
     (at.row, at.col)
 }
 
-/// Line and column of a byte, as errors have them.
+/// Line and column of a byte, for errors.
 fn place(places: &Places<'_>, at: usize) -> (u32, u32) {
     let (line, column) = places.position(at);
     (line as u32, column as u32)
@@ -204,7 +204,7 @@ fn child<'a, 'i>(node: Xml<'a, 'i>, name: &'static str) -> Option<Xml<'a, 'i>> {
     children(node, name).next()
 }
 
-/// Trimmed text of an element; none where it is empty or the word for nothing of some exporters.
+/// Trimmed text of an element; `None` if it is empty or `/NULL`, as some exporters write.
 fn text<'a>(node: Xml<'a, '_>) -> Option<&'a str> {
     node.text().map(str::trim).filter(|text| !text.is_empty() && *text != "/NULL")
 }
@@ -213,7 +213,7 @@ fn child_text<'a>(node: Xml<'a, '_>, name: &'static str) -> Option<&'a str> {
     child(node, name).and_then(text)
 }
 
-/// Element name and id, as findings and errors name it.
+/// Element name and id, for findings and errors.
 fn title(node: Xml) -> String {
     match node.attribute("id") {
         Some(id) => format!("{} `{id}`", node.tag_name().name()),
@@ -261,9 +261,9 @@ pub(super) fn diameters(description: &str) -> (Option<f64>, Option<f64>) {
 struct Reader<'a, 'i, 'f> {
     ids: HashMap<&'a str, Xml<'a, 'i>>,
     units: HashMap<&'a str, Unit>,
-    /// What was found of cables with several cores.
+    /// Known masses of cables with several cores, by area of copper.
     per_copper: HashMap<roxmltree::NodeId, Option<f64>>,
-    /// References that lead nowhere are findings, of which there may be very many.
+    /// Broken references are findings, of which there may be very many.
     places: Places<'a>,
     findings: &'f mut Findings,
 }
@@ -274,7 +274,7 @@ impl<'a, 'i> Reader<'a, 'i, '_> {
         child_text(harness, "Description").or_else(|| child_text(harness, "Part_number")).map(str::to_owned)
     }
 
-    /// Units that are not understood are reported where a value is given in them.
+    /// Unknown units are reported with the values that use them.
     fn read_units(&mut self, root: Xml<'a, 'i>) {
         for unit in children(root, "Unit") {
             let of = |name| child_text(unit, name);
@@ -285,7 +285,7 @@ impl<'a, 'i> Reader<'a, 'i, '_> {
         }
     }
 
-    /// The element `holder` refers to; what is wrong with the reference is an error for the caller to raise or report.
+    /// The element that `holder` refers to; a fault of the reference is an error for the caller to return or report.
     fn follow(&self, holder: Xml<'a, 'i>, found: &str, expected: &[&str]) -> Result<Xml<'a, 'i>, ImportError> {
         let target = self.ids.get(found).copied();
         match target {
@@ -320,7 +320,7 @@ impl<'a, 'i> Reader<'a, 'i, '_> {
         self.follow(holder, text(holder).unwrap_or_default(), expected)
     }
 
-    /// Follows the reference in a child; a broken one is reported, with what becomes of it.
+    /// Follows the reference in a child; a broken one is reported, with its consequence `then`.
     fn optional(
         &mut self,
         node: Xml<'a, 'i>,
@@ -337,12 +337,13 @@ impl<'a, 'i> Reader<'a, 'i, '_> {
         }
     }
 
-    /// The value of a child in SI; reported and left out where its unit is not known or of another kind, or where it is none that can be.
+    /// The value of a child in SI; reported and left out if its unit is unknown or of another quantity, or if the
+    /// value is impossible.
     fn value(&mut self, node: Xml<'a, 'i>, name: &'static str, quantity: Quantity) -> Result<Option<f64>, ImportError> {
         self.value_within(node, name, quantity, quantity.range())
     }
 
-    /// The same, where other values can be.
+    /// Likewise, with other limits.
     fn value_within(
         &mut self,
         node: Xml<'a, 'i>,
@@ -363,12 +364,12 @@ impl<'a, 'i> Reader<'a, 'i, '_> {
                 if (least..=greatest).contains(&value) {
                     return Ok(Some(value));
                 }
-                format!("{name} is {amount}, which cannot be")
+                format!("{name} is {amount}, which is impossible")
             }
             Some(unit) => {
                 format!("{name} is {amount} of unit `{unit_id}`, a {}, not a {}", unit.quantity.word(), quantity.word())
             }
-            None => format!("{name} is {amount} of unit `{unit_id}`, which is not known here"),
+            None => format!("{name} is {amount} of the unknown unit `{unit_id}`"),
         };
         self.findings.add(format!("{}: {fault}; left out", title(node)));
         Ok(None)
@@ -460,7 +461,7 @@ impl<'a, 'i> Reader<'a, 'i, '_> {
         Ok((segments, index))
     }
 
-    /// The chain of centre curves; empty, and reported, where one of them cannot be used.
+    /// The chain of centre curves; empty, and reported, if one of them cannot be used.
     fn read_curves(&mut self, segment: Xml<'a, 'i>) -> Result<Vec<Polygon>, ImportError> {
         let mut curves = Vec::new();
         for curve in children(segment, "Center_curve") {
@@ -483,7 +484,7 @@ impl<'a, 'i> Reader<'a, 'i, '_> {
             }
             if degree.fract() != 0.0 || !(1.0..=20.0).contains(&degree) || points.len() <= degree as usize {
                 self.findings.add(format!(
-                    "{}: degree {degree} with {} control points makes no curve; the curves of {} are not used",
+                    "{}: degree {degree} with {} control points is not a curve; the curves of {} are not used",
                     title(curve),
                     points.len(),
                     title(segment)
@@ -495,14 +496,14 @@ impl<'a, 'i> Reader<'a, 'i, '_> {
         Ok(curves)
     }
 
-    /// A place along a segment: the absolute form where the file gives it.
+    /// A place along a segment: the absolute form if the file gives it.
     fn location(
         &mut self,
         node: Xml<'a, 'i>,
         relative: &'static str,
         absolute: &'static str,
     ) -> Result<Option<Location>, ImportError> {
-        // Zero is a good place and no good length: `value` would refuse it.
+        // Zero is a valid place but not a valid length: `value` would refuse it.
         let zero = child(node, absolute).and_then(|holder| child_text(holder, "Value_component"));
         if zero.and_then(|text| text.parse::<f64>().ok()) == Some(0.0) {
             return Ok(Some(Location::Absolute(0.0)));
@@ -535,7 +536,7 @@ impl<'a, 'i> Reader<'a, 'i, '_> {
             let kind = child_text(part, "Protection_type").unwrap_or_default();
             let linear_density = self.covering_density(part, occurrence)?;
             if linear_density.is_none() {
-                self.findings.add_to("coverings without usable mass; theirs follows from the library", title(part));
+                self.findings.add_to("coverings without usable mass; it follows from the library", title(part));
             }
             let (inner_diameter, outer_diameter) = diameters(description);
             let read: Vec<String> =
@@ -560,7 +561,7 @@ impl<'a, 'i> Reader<'a, 'i, '_> {
         Ok(coverings)
     }
 
-    /// Mass per covered length; a mass of the whole piece is spread over its `Protection_length`.
+    /// Mass per covered length; a mass of the whole piece is divided by its `Protection_length`.
     fn covering_density(&mut self, part: Xml<'a, 'i>, occurrence: Xml<'a, 'i>) -> Result<Option<f64>, ImportError> {
         if self.unit_of(part, "Mass_information") == Some(Quantity::Mass) {
             let mass = self.value(part, "Mass_information", Quantity::Mass)?;
@@ -576,7 +577,7 @@ impl<'a, 'i> Reader<'a, 'i, '_> {
         self.units.get(unit).map(|unit| unit.quantity)
     }
 
-    /// Fills in which wires run through which segment.
+    /// Reads the wires of every segment.
     fn read_routings(
         &mut self,
         root: Xml<'a, 'i>,
@@ -655,7 +656,7 @@ impl<'a, 'i> Reader<'a, 'i, '_> {
         cores.into_iter().map(|core| self.read_wire_part(id.clone(), core)).collect()
     }
 
-    /// Mass per length of a cable for each area of the copper of its cores together, kg/m³.
+    /// Mass per length of a cable per area of the copper of all its cores, kg/m³.
     fn mass_per_copper(&mut self, cable: Xml<'a, 'i>) -> Result<Option<f64>, ImportError> {
         if let Some(known) = self.per_copper.get(&cable.id()) {
             return Ok(*known);
@@ -670,8 +671,8 @@ impl<'a, 'i> Reader<'a, 'i, '_> {
         Ok(found)
     }
 
-    /// A `General_wire` without cores, or a `Core`. A core has the share of its cable's mass that it has of the cable's
-    /// copper: jacket and filler are divided alike.
+    /// A `General_wire` without cores, or a `Core`. A core has the same fraction of its cable's mass as of the cable's
+    /// copper: jacket and filler are divided likewise.
     fn read_wire_part(&mut self, id: String, part: Xml<'a, 'i>) -> Result<Wire, ImportError> {
         let copper_area = self.value(part, "Cross_section_area", Quantity::Area)?;
         let linear_density = match part.parent().filter(|parent| parent.tag_name().name() == "General_wire") {
@@ -705,7 +706,8 @@ impl<'a, 'i> Reader<'a, 'i, '_> {
         let modules = children(root, "Harness").flat_map(|harness| children(harness, "Module")).count();
         if modules > 1 {
             self.findings.add(format!(
-                "the harness has {modules} modules; the wires of all of them are taken together, as if one car had every option"
+                "the harness has {modules} modules; the wires of all of them are taken together, as in a car with \
+                 every option"
             ));
         }
         let harnesses = children(root, "Harness").count();
@@ -714,7 +716,7 @@ impl<'a, 'i> Reader<'a, 'i, '_> {
         }
     }
 
-    /// Whether each covering is as long as the places it covers together.
+    /// Reports coverings whose length is not that of the places that they cover.
     fn note_protection_lengths(&mut self, root: Xml<'a, 'i>, segments: &[Segment]) -> Result<(), ImportError> {
         let mut covered: BTreeMap<&str, f64> = BTreeMap::new();
         for segment in segments {
@@ -732,7 +734,7 @@ impl<'a, 'i> Reader<'a, 'i, '_> {
                     (None, _) => self.findings.add_to("coverings cover no segment; not counted", id),
                     (Some(covered), Some(stated)) if (covered - stated).abs() > 0.01 * stated + 1e-3 => {
                         self.findings.add_to(
-                            "coverings are not as long as the places they cover together; the places count",
+                            "coverings do not have the length of the places that they cover; the places count",
                             format!("{id} ({:.1} mm, places {:.1} mm)", stated * 1e3, covered * 1e3),
                         );
                     }

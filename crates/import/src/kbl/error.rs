@@ -1,9 +1,9 @@
-//! Why a file cannot be imported.
+//! Errors of the import.
 
 use super::unit::Quantity;
 use wireloom_scenario::MAX_SEGMENTS;
 
-/// Why a file cannot be imported. Lines and columns count from 1.
+/// Errors of the import. Lines and columns count from 1.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum ImportError {
@@ -14,10 +14,10 @@ pub enum ImportError {
         line: u32,
         /// Column.
         column: u32,
-        /// The parser's words.
+        /// Message of the parser.
         fault: String,
     },
-    /// The root element is another one.
+    /// The root element is not that of a KBL file.
     #[error("{line}:{column}: the root element is `{found}`; a KBL file has `KBL_container` there")]
     NotKbl {
         /// Line.
@@ -27,7 +27,7 @@ pub enum ImportError {
         /// Name of the root element.
         found: String,
     },
-    /// An element lacks what it must contain.
+    /// An element lacks a required child or attribute.
     #[error("{line}:{column}: {element} has no `{missing}`; {right}")]
     Missing {
         /// Line.
@@ -38,21 +38,21 @@ pub enum ImportError {
         element: String,
         /// Name of the missing child or attribute.
         missing: String,
-        /// What would be right.
+        /// The correction.
         right: String,
     },
-    /// A reference leads nowhere, or to the wrong kind of element.
+    /// A reference to nothing, or to the wrong kind of element.
     #[error("{line}:{column}: `{found}` is not the id of a `{expected}` of this file ({actual})")]
     Reference {
         /// Line.
         line: u32,
         /// Column.
         column: u32,
-        /// The reference as it stands.
+        /// The reference in the file.
         found: String,
-        /// Kind of element it should lead to.
+        /// Kind of element that it should refer to.
         expected: String,
-        /// What it leads to.
+        /// Description of its target.
         actual: String,
     },
     /// A number cannot be read, or lies outside its range.
@@ -64,9 +64,9 @@ pub enum ImportError {
         column: u32,
         /// Name of the element.
         element: String,
-        /// The text as it stands.
+        /// The text in the file.
         found: String,
-        /// What would be right.
+        /// The correction.
         expected: String,
     },
     /// Two elements have the same id.
@@ -101,10 +101,11 @@ pub enum ImportError {
         /// Column.
         column: u32,
     },
-    /// The harness has more segments than a scenario may have, or a branch that is longer than one may be.
+    /// The harness has too many segments, or too long a branch.
     #[error(
-        "the harness comes to {segments} segments of {max_segment} m, with `{id}` as its longest, {length} m; at most {MAX_SEGMENTS} \
-         segments and branches of at most {longest} m make a scenario: correct its lengths, or take longer segments",
+        "the harness has {segments} segments of {max_segment} m, and its longest branch, `{id}`, has {length} m; a \
+         scenario has at most {MAX_SEGMENTS} segments and branches of at most {longest} m: correct the lengths, or use \
+         longer segments",
         longest = Quantity::Length.range()[1]
     )]
     TooLarge {
@@ -114,7 +115,7 @@ pub enum ImportError {
         length: f64,
         /// The option `max_segment`, m.
         max_segment: f64,
-        /// How many segments of that length all come to.
+        /// Number of segments of that length.
         segments: f64,
     },
     /// The option `max_segment` is out of range.

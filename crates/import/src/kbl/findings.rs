@@ -1,19 +1,19 @@
-//! What was found odd in a file, equal things together.
+//! Irregularities of a file, equal ones together.
 
 use std::collections::{HashMap, HashSet};
 use std::fmt::{self, Display, Formatter};
 
-/// Something odd in a file and what was done about it.
+/// An irregularity of a file, and its treatment.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Finding {
     /// One sentence or two.
     pub what: String,
-    /// Where, with the KBL ids and the numbers at fault; empty where `what` says it all.
+    /// The places, with KBL ids and faulty numbers; empty if `what` is complete.
     pub items: Vec<String>,
 }
 
 impl Display for Finding {
-    /// `what`, or `what: item, item, …` with the number of items where there are several.
+    /// `what`, or `what: item, item, …` with the number of items if there are several.
     fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
         match &self.items[..] {
             [] => f.write_str(&self.what),
@@ -33,12 +33,12 @@ pub(super) struct Findings {
 }
 
 impl Findings {
-    /// A finding of its own; said once.
+    /// A finding without items; added once.
     pub fn add(&mut self, what: impl Into<String>) {
         self.entry(what.into());
     }
 
-    /// One more thing of a kind; the same thing is listed once.
+    /// One more item of a finding; equal items are listed once.
     pub fn add_to(&mut self, what: impl Into<String>, item: impl Into<String>) {
         let (at, item) = (self.entry(what.into()), item.into());
         if self.listed.insert((at, item.clone())) {

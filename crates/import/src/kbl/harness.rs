@@ -1,10 +1,10 @@
-//! The harness that a scenario is written from.
+//! The harness of a scenario: data only.
 
 use super::curve::Vector;
 use super::section::{Makeup, Types};
 use nalgebra::UnitQuaternion;
 
-/// What a scenario is written from. SI throughout.
+/// The harness of a scenario. SI throughout.
 pub(super) struct Harness {
     pub name: String,
     pub vertices: Vec<Vertex>,
@@ -15,10 +15,10 @@ pub(super) struct Harness {
     pub constraints: Vec<Constraint>,
 }
 
-/// Where branches end: a node of the file.
+/// An end of branches: a node of the file.
 pub(super) struct Vertex {
     pub name: String,
-    /// Where it is drawn in the vehicle, m.
+    /// Drawn position in the vehicle, m.
     pub position: Vector,
 }
 
@@ -30,7 +30,7 @@ pub(super) struct Section {
 
 pub(super) struct Branch {
     pub name: String,
-    /// Indices of the vertices it runs from and to.
+    /// Indices of its first and last vertex.
     pub ends: [usize; 2],
     /// Index of the section.
     pub section: usize,
@@ -38,7 +38,7 @@ pub(super) struct Branch {
     pub length: f64,
     /// kg/m.
     pub linear_density: f64,
-    /// Centre line from the first end to the second, m; empty where both ends are drawn at one point.
+    /// Centre line from the first end to the second, m; empty if both ends are drawn at one point.
     pub path: Vec<Vector>,
     pub remark: String,
 }
@@ -47,7 +47,7 @@ pub(super) struct Joint {
     /// Index of its vertex.
     pub vertex: usize,
     pub arms: Vec<Arm>,
-    pub shares: Vec<Share>,
+    pub wires: Vec<CommonWires>,
 }
 
 pub(super) struct Arm {
@@ -58,15 +58,15 @@ pub(super) struct Arm {
 }
 
 /// Wires that two arms of a joint have in common.
-pub(super) struct Share {
-    /// Index of the arm of whose stiffness `share` is a fraction.
+pub(super) struct CommonWires {
+    /// Index of the arm of whose stiffness `fraction` is that of the common wires.
     pub first: usize,
     pub second: usize,
-    pub share: f64,
+    pub fraction: f64,
     pub wires: usize,
 }
 
-/// Where something attaches.
+/// A place that something attaches to.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Place {
     /// At a free end, by index of the vertex.
@@ -77,14 +77,14 @@ pub(super) enum Place {
     Joint(usize),
 }
 
-/// What a fixing does to the harness.
+/// Roles of constraints.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Role {
     /// Holds an end: position, tangent and twist.
     Connector,
     /// Closes around the cable: position and tangent.
     Clip,
-    /// Like a clip, but leaves the cable free along itself.
+    /// Like a clip, but lets the cable slide along itself.
     Guide,
 }
 

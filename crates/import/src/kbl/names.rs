@@ -1,29 +1,29 @@
-//! Names, each given out once.
+//! Unique names.
 
 use std::collections::{HashMap, HashSet};
 
-/// Longest label that serves as a name; a longer one gives way to the XML id.
+/// Largest length of a label that serves as a name; a longer one is replaced by the XML id.
 const LONGEST_NAME: usize = 32;
 
-/// Gives out names, each once.
+/// Makes names unique.
 #[derive(Default)]
 pub(super) struct Names {
     taken: HashSet<String>,
-    /// The number that the next one of a name that is taken is tried with.
+    /// The next number to try for a name that is taken.
     next: HashMap<String, usize>,
 }
 
-/// What has no name of its own is called.
+/// Name of entries without a name.
 const NAMELESS: &str = "unnamed";
 
 impl Names {
-    /// The label, or the id where the label is long or has control characters; numbered where it is taken.
+    /// The label, or the id if the label is long or has control characters; with a number if it is taken.
     pub fn take(&mut self, label: &str, id: &str) -> String {
         let fits = !label.is_empty() && label.chars().count() <= LONGEST_NAME && !label.chars().any(char::is_control);
         self.unique(if fits { label } else { id })
     }
 
-    /// The name itself, or numbered where it is taken.
+    /// The name itself, with a number if it is taken.
     pub fn unique(&mut self, name: &str) -> String {
         let name = if name.trim().is_empty() { NAMELESS } else { name };
         let mut unique = name.to_owned();

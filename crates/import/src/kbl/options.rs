@@ -2,16 +2,16 @@
 
 use super::findings::Finding;
 
-/// What the importer may be told.
+/// Options of the importer.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Options {
     /// Longest segment of the mesh and longest distance between the points of a `path`, m; above zero.
     pub max_segment: f64,
-    /// Where the scenario begins, and where it goes.
+    /// The initial and the final arrangement of the scenario.
     pub arrangement: Arrangement,
-    /// In which order [`Arrangement::Assembly`] installs.
+    /// Order of installation of [`Arrangement::Assembly`].
     pub order: Order,
-    /// Name of the scenario; left out, the description or part number of the harness.
+    /// Name of the scenario; `None`: the description or part number of the harness.
     pub name: Option<String>,
 }
 
@@ -21,7 +21,7 @@ impl Default for Options {
     }
 }
 
-/// Where a scenario begins, and where it goes.
+/// The initial and the final arrangement of a scenario.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Arrangement {
     /// In the vehicle, as drawn.
@@ -32,12 +32,12 @@ pub enum Arrangement {
     Assembly,
 }
 
-/// In which order connectors and clips are installed.
+/// Orders in which connectors and clips are installed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Order {
     /// Along the cable from the connector of the heaviest branch outward.
     Outward,
-    /// Any; the same for equal seeds.
+    /// Random; the same for equal seeds.
     Random(u64),
 }
 
@@ -46,6 +46,6 @@ pub enum Order {
 pub struct Imported {
     /// TOML text of the scenario.
     pub scenario: String,
-    /// Everything odd in the file and what was done about it, equal things together.
+    /// Irregularities of the file and their treatment, equal ones together.
     pub findings: Vec<Finding>,
 }

@@ -1,13 +1,13 @@
 //! Sections from the wires and coverings of a segment, by the rule of [`wireloom_scenario::bundle`].
 //!
-//! KBL (like VEC) describes wires and coverings, not mechanics: no EI, GJ or EA stands anywhere in it. What it says of them
-//! (copper area, outside diameter, mass, bend radius; mass and sizes of tubes) is written into the scenario as types of its
-//! own, each *like* one of the library for what the file does not say:
+//! KBL (like VEC) describes wires and coverings, not mechanics: it contains no EI, GJ or EA. What it states
+//! of them (copper area, outside diameter, mass, bend radius; mass and sizes of tubes) is written into the scenario
+//! as types of its own. Each is *like* one of the library, which gives the other values:
 //!
-//! | of the file | like | instead of it |
+//! | in the file | like | replaced values |
 //! | --- | --- | --- |
-//! | wire | the FLRY-B nearest in copper area | strands for its area (where that is 10 % off), outside diameter, mass, bend radius |
-//! | covering | what its type and description say, see [`COVERINGS`] | mass; of tubes also the diameters in the description |
+//! | wire | the FLRY-B nearest in copper area | strands (if the area is 10 % off), diameter, mass, bend radius |
+//! | covering | by its type and description, see [`COVERINGS`] | mass; of tubes also the diameters in the description |
 
 use super::document;
 use super::findings::Findings;
@@ -17,8 +17,8 @@ use std::f64::consts::PI;
 use wireloom_scenario::bundle::{Bundle, Covered, Covering, Layer, Wire, Wires};
 use wireloom_scenario::{shipped_coverings, shipped_wires};
 
-/// Words of a covering's type and description (in lower case), all of which must occur, and what of the library it is then
-/// taken for. The first row that fits counts. Tapes are half lap unless they say otherwise.
+/// Words of a covering's type and description (in lower case), all of which must occur, and the covering of the library
+/// that replaces it. The first row that fits counts. Tapes are half lap unless they say otherwise.
 const COVERINGS: &[(&[&str], &str)] = &[
     (&["wellrohr"], CORRUGATED),
     (&["wellschlauch"], CORRUGATED),
@@ -45,19 +45,19 @@ const COVERINGS: &[(&[&str], &str)] = &[
     (&["tube"], SMOOTH),
     (&["tubing"], SMOOTH),
 ];
-/// Tubes come in sizes: the one whose inner diameter is nearest.
+/// Prefix of corrugated tubes, of which the one with the nearest inner diameter is taken.
 const CORRUGATED: &str = "corrugated tube NW ";
-/// Likewise.
+/// Prefix of smooth tubes, likewise.
 const SMOOTH: &str = "pvc tube ";
 
-/// Outside diameter of a wire whose file gives none: D = 2 mm √(A/mm²), within 15 % of the tables from 0.35 to 25 mm².
+/// Default outer diameter of a wire: D = 2 mm √(A/mm²), within 15 % of the tables from 0.35 to 25 mm².
 fn usual_diameter(area: f64) -> f64 {
     2.0 * area.sqrt()
 }
 
 /// A type of wire or covering that the scenario names.
 pub(super) struct Type<T> {
-    /// Name in the scenario: of the library, or one of those that the scenario has itself.
+    /// Name in the scenario: that of the library, or of a type of the scenario.
     pub name: String,
     /// Keys and values of its table in the scenario, as TOML; empty for one of the library.
     pub keys: Vec<(&'static str, String)>,
@@ -74,19 +74,19 @@ pub(super) struct Types {
     covering_names: Names,
 }
 
-/// What a segment is made of: equal ones share a section.
+/// Wires and coverings of a segment: equal ones have one section.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Hash)]
 pub(super) struct Makeup {
-    /// Indices of types of wires, rising, and how many of each.
+    /// Indices of types of wires, increasing, and their numbers.
     pub wires: Vec<(usize, usize)>,
-    /// Indices of types of coverings, inside out, and the ten-thousandths of the branch that they cover.
+    /// Indices of types of coverings, from the inside, and the ten-thousandths of the branch that they cover.
     pub coverings: Vec<(usize, u32)>,
 }
 
 /// Ten-thousandths.
 pub(super) const WHOLE: u32 = 10_000;
 
-/// A number of so many significant digits, as TOML writes it, and its value.
+/// A number rounded to `digits` significant digits.
 fn rounded(value: f64, digits: usize) -> f64 {
     format!("{value:.*e}", digits - 1).parse().unwrap_or(value)
 }
@@ -97,7 +97,7 @@ fn with_unit(value: f64, unit: &str) -> String {
 }
 
 impl Types {
-    /// No types, and no names of the library to be taken by others.
+    /// No types; the names of the library are reserved.
     pub fn new() -> Self {
         let mut types = Self::default();
         shipped_wires().for_each(|(name, _)| drop(types.wire_names.take("", name)));
@@ -121,7 +121,7 @@ impl Types {
             wire.conductor_diameter = Wire::conductor_diameter_of(wire.strands, wire.strand);
             keys.push(("strands", wire.strands.to_string()));
             if wire.strands == 1 {
-                // Thinner than a strand of the library: a single one of its own.
+                // Thinner than a strand of the library: a single strand of this area.
                 let strand = rounded((4.0 * area / PI).sqrt() * 1e3, 6) * 1e-3;
                 (wire.strand, wire.conductor_diameter) = (strand, strand);
                 keys.push(("strand", with_unit(strand, "mm")));
@@ -132,7 +132,7 @@ impl Types {
         let outside = rounded(outside.max(least) * 1e3, 6) * 1e-3;
         if file.outside_diameter.is_some_and(|outside| outside < least) {
             findings.add_to(
-                "wires are too thin for their copper; taken as thick as it and a thin insulation",
+                "wires are too thin for their copper; taken as thick as the copper with a thin insulation",
                 format!("{} ({:.2} mm)", file.id, outside * 1e3),
             );
         }
@@ -154,15 +154,14 @@ impl Types {
         add(&mut self.wires, &mut self.known, names, like, &label, keys, wire)
     }
 
-    /// Index of the type of a covering of the file; none, with a finding, where it is not known and has no mass either.
+    /// Index of the type of a covering of the file; `None`, with a finding, if it is unknown and has no mass.
     pub fn covering(&mut self, file: &document::Covering, findings: &mut Findings) -> Option<usize> {
         let text = format!("{} {}", file.kind, file.description).to_lowercase();
         let label = if file.description.is_empty() { &file.kind } else { &file.description };
         let label: String = label.chars().map(|c| if c.is_control() { ' ' } else { c }).take(60).collect();
         let row = COVERINGS.iter().find(|(words, _)| words.iter().all(|word| text.contains(word)));
         let Some((_, like)) = row else {
-            findings
-                .add_to("coverings that are like none of the library; only their mass counts", format!("`{label}`"));
+            findings.add_to("coverings unlike any of the library; only their mass counts", format!("`{label}`"));
             file.linear_density?;
             return self.mass_only(file, &label);
         };
@@ -177,14 +176,15 @@ impl Types {
             keys.push(("linear_density", with_unit(density, "g/m")));
         }
         findings.add_to(
-            "coverings are taken for some of the library (tapes for half lap where they do not say), with the file's masses and diameters",
+            "coverings are replaced by those of the library (tapes by half lap unless they say otherwise), with the \
+             file's masses and diameters",
             format!("`{label}`: {like}"),
         );
         let names = &mut self.covering_names;
         Some(add(&mut self.coverings, &mut self.known, names, like, &label, keys, covering))
     }
 
-    /// Something thin that binds nothing.
+    /// A thin covering with mass, but without stiffness or cohesion.
     fn mass_only(&mut self, file: &document::Covering, label: &str) -> Option<usize> {
         let (like, shipped) = shipped_coverings().find(|(name, _)| *name == "pvc tape, spots")?;
         let mut covering = shipped.clone();
@@ -206,17 +206,17 @@ impl Types {
     pub fn bundle(&self, makeup: &Makeup) -> Bundle {
         let wires: Vec<Wires<'_>> =
             makeup.wires.iter().map(|&(kind, count)| Wires { wire: &self.wires[kind].of_rule, count }).collect();
-        let share = |parts: u32| f64::from(parts) / f64::from(WHOLE);
+        let fraction = |parts: u32| f64::from(parts) / f64::from(WHOLE);
         let coverings: Vec<Covered<'_>> = makeup
             .coverings
             .iter()
-            .map(|&(kind, parts)| Covered { covering: &self.coverings[kind].of_rule, share: share(parts) })
+            .map(|&(kind, parts)| Covered { covering: &self.coverings[kind].of_rule, fraction: fraction(parts) })
             .collect();
         Bundle::new(&wires, &coverings, None, None)
     }
 }
 
-/// Index of a type, which is of the library where it has no keys but `like`; equal ones are one.
+/// Index of a type. A type without keys other than `like` is that of the library; equal ones are one.
 fn add<T>(
     types: &mut Vec<Type<T>>,
     known: &mut HashMap<String, usize>,
@@ -227,7 +227,7 @@ fn add<T>(
     of_rule: T,
 ) -> usize {
     let of_library = keys.len() == 1;
-    // What has the same label has another mass, mostly.
+    // Types with the same label mostly differ in mass.
     let mass = keys.iter().find(|(key, _)| *key == "linear_density").map(|(_, mass)| mass.trim_matches('"'));
     let longer = mass.filter(|_| types.iter().any(|known| known.name == label)).map(|mass| format!("{label}, {mass}"));
     let identity = if of_library { like.to_owned() } else { format!("{label} {keys:?}") };
@@ -241,7 +241,8 @@ fn add<T>(
     })
 }
 
-/// The covering of the library by name; of tubes the size nearest to the diameters that the file gives, 10 mm without any.
+/// The covering of the library by name; of tubes the size nearest to the diameters that the file gives, 10 mm without
+/// any.
 fn sized(like: &str, file: &document::Covering) -> (&'static str, &'static Covering) {
     let all = shipped_coverings()
         .filter(|(name, _)| *name == like || [CORRUGATED, SMOOTH].contains(&like) && name.starts_with(like));
@@ -261,7 +262,7 @@ fn around(tube: &Covering) -> f64 {
     tube.outer_diameter.unwrap_or(tube.inner_diameter.unwrap_or(1.0) + 2.0 * tube.wall())
 }
 
-/// Gives a tube the diameters of the file; one that is missing follows from the other as in the library.
+/// Gives a tube the diameters of the file; a missing one follows from the other as in the library.
 fn tube(covering: &mut Covering, shipped: &Covering, file: &document::Covering) -> Vec<(&'static str, String)> {
     let ratio = around(shipped) / shipped.inner_diameter.unwrap_or(1.0);
     let inner = file.inner_diameter.or(file.outer_diameter.map(|outer| outer / ratio)).unwrap_or(0.010);
@@ -269,7 +270,7 @@ fn tube(covering: &mut Covering, shipped: &Covering, file: &document::Covering) 
     let (inner, outer) = (rounded(inner * 1e3, 6) * 1e-3, rounded(outer * 1e3, 6) * 1e-3);
     let mut keys = vec![("inner_diameter", with_unit(inner, "mm"))];
     covering.inner_diameter = Some(inner);
-    // A wall at least, whatever the description says.
+    // At least a thin wall, for any description.
     let most = 0.5 * (outer - inner).max(0.02 * inner);
     if shipped.outer_diameter.is_none() || covering.thickness > most {
         covering.thickness = most;
@@ -315,7 +316,7 @@ mod tests {
     #[test]
     fn a_wire_is_like_the_one_nearest_in_copper() {
         let (mut types, mut findings) = (Types::new(), Findings::default());
-        // All that the file says is what the library says: it is that wire.
+        // All values of the file are those of the library: it is that wire.
         let plain = types.wire(&wire(0.5, Some(1.6), None), &mut findings);
         assert_eq!((types.wires[plain].name.as_str(), types.wires[plain].keys.len()), ("FLRY-B 0.5", 0));
         let heavy = types.wire(&wire(0.5, Some(1.7), Some(0.007)), &mut findings);
@@ -337,7 +338,7 @@ mod tests {
         assert!(findings.list.is_empty());
         let fine = types.wire(&wire(0.01, Some(0.5), None), &mut findings);
         assert!((types.wires[fine].of_rule.conductor_area() * 1e6 - 0.01).abs() < 1e-6);
-        // What differs in its mass alone is told apart by it.
+        // Types that differ only in mass have it in their names.
         let light = types.wire(&wire(0.5, Some(1.7), Some(0.006)), &mut findings);
         assert_eq!(types.wires[light].name, "0.5 mm², 1.7 mm, 6 g/m");
         // Thinner than its copper: reported.
@@ -388,7 +389,7 @@ mod tests {
         };
         assert_eq!(tube("WELLROHR", "D(i)=8.3 D(a)=13.4"), [8.3, 0.25, 13.4]);
         assert_eq!(tube("TUBE", "D(i)=6.1 D(a)=7.3"), [6.1, 0.6, 7.3]);
-        // Nonsense still has a wall.
+        // Meaningless diameters still give a wall.
         assert_eq!(tube("WELLROHR", "D(i)=8.3 D(a)=8"), [8.3, 0.083, 8.466]);
     }
 }

@@ -8,7 +8,7 @@ use std::collections::BTreeMap;
 use std::f64::consts::PI;
 use wireloom_scenario::bundle::{Bundle, PACKING};
 
-/// A branch while the harness is being put together.
+/// A segment with its centre line and its make-up.
 pub(super) struct Laid {
     pub curve: Curve,
     pub length: f64,
@@ -16,7 +16,7 @@ pub(super) struct Laid {
     pub bundle: Bundle,
 }
 
-/// Which arm of a vertex: a segment, and whether it starts there.
+/// An arm of a vertex: a segment, and whether it starts there.
 #[derive(Clone, Copy)]
 pub(super) struct Incidence {
     pub segment: usize,
@@ -43,7 +43,7 @@ pub(super) fn lay_all(document: &Document, types: &mut Types, wires: &[usize], f
                     "no usable Virtual_length or Physical_length; the length of the drawn line is taken",
                     &segment.id,
                 );
-                // Nodes at one point and no curve: something that is at least a length.
+                // Nodes at one point and no curve: the length must be above zero.
                 curve.length.max(NODE_TOLERANCE)
             });
             note_length(segment, (to - from).norm(), length, &curve, &fit, findings);
@@ -70,7 +70,8 @@ pub(super) fn lay_all(document: &Document, types: &mut Types, wires: &[usize], f
                 let tube = &types.coverings[*kind];
                 if tube.of_rule.inner_diameter.is_some_and(|inner| inner < bundle.wires_diameter) {
                     findings.add_to(
-                        "tubes are narrower inside than all wires together that run through them; taken as wide as these",
+                        "tubes are narrower inside than all wires together that run through them; taken as wide as \
+                         these",
                         format!("{} `{}` ({:.1} mm of wires)", segment.id, tube.name, bundle.wires_diameter * 1e3),
                     );
                 }
@@ -81,7 +82,8 @@ pub(super) fn lay_all(document: &Document, types: &mut Types, wires: &[usize], f
             let copper_and_insulation: f64 = makeup.wires.iter().map(circle).sum();
             if !segment.wires.is_empty() && segment.area.is_some_and(|area| area < copper_and_insulation) {
                 findings.add_to(
-                    "cross-sections are drawn smaller than their wires together; diameters are taken from the wires everywhere",
+                    "cross-sections are drawn smaller than their wires together; diameters are taken from the wires \
+                     everywhere",
                     &segment.id,
                 );
             }
@@ -102,19 +104,20 @@ fn note_fit(segment: &Segment, curve: &Curve, fit: &Fit, findings: &mut Findings
     let id = &segment.id;
     match fit {
         Fit::Cut { before, after } => findings.add_to(
-            "centre curves are those of longer runs and do not end at the nodes; the piece between the nodes is cut out, what lies \
-             before and after is left off",
+            "centre curves are those of longer runs and do not end at the nodes; the piece between the nodes is cut \
+             out, and the rest is ignored",
             format!("{id} ({:.1} mm, off {:.1} and {:.1} mm)", curve.length * 1e3, before * 1e3, after * 1e3),
         ),
         Fit::Stale { miss } => findings.add_to(
-            "stale centre curves, which miss their nodes and hold no piece that fits between them; straight from node to node",
+            "stale centre curves, which miss their nodes and contain no piece that fits between them; straight from \
+             node to node",
             format!("{id} (by {:.1} mm)", miss * 1e3),
         ),
         Fit::Meets { .. } | Fit::Absent => {}
     }
 }
 
-/// Lengths that do not go with each other or with what is drawn: beyond 1 % and the tolerance.
+/// Reports lengths that differ from each other or from the drawing by more than 1 % and the tolerance.
 fn note_length(segment: &Segment, chord: f64, length: f64, curve: &Curve, fit: &Fit, findings: &mut Findings) {
     let id = &segment.id;
     let differ = |a: f64, b: f64| (a - b).abs() > NODE_TOLERANCE.max(0.01 * b);
@@ -140,7 +143,7 @@ fn note_length(segment: &Segment, chord: f64, length: f64, curve: &Curve, fit: &
     }
 }
 
-/// Wires of 0.5 mm² (1.6 mm outside) that fill a cross-section, where nothing is known of the real ones: type and count.
+/// Wires of 0.5 mm² (outer diameter 1.6 mm) that fill a cross-section whose real wires are unknown: type and count.
 fn stand_in(area: Option<f64>, types: &mut Types, findings: &mut Findings) -> (usize, usize) {
     const DIAMETER: f64 = 1.6e-3;
     let (id, copper_area, outside_diameter) = (String::new(), Some(0.5e-6), Some(DIAMETER));
@@ -150,8 +153,8 @@ fn stand_in(area: Option<f64>, types: &mut Types, findings: &mut Findings) -> (u
     (types.wire(&wire, findings), count)
 }
 
-/// What covers a segment of this length: types, tapes and other wraps before tubes, and the parts of it that they cover
-/// together.
+/// The coverings of a segment of this length: types, tapes and other wraps before tubes, with the covered part of its
+/// length.
 fn coverings(segment: &Segment, length: f64, types: &mut Types, findings: &mut Findings) -> Vec<(usize, u32)> {
     let mut covered: Vec<(usize, Vec<(f64, f64)>)> = Vec::new();
     for covering in &segment.coverings {

@@ -1,12 +1,12 @@
-//! The harness seen from its root: what hangs on what, and how far out.
+//! Spanning trees of the harness from its roots, with distances.
 
 use super::harness::{Constraint, Harness, Place, Role};
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 
-/// Shortest ways from a root of each piece to all its vertices.
+/// Shortest paths from a root of each piece to all its vertices.
 pub(super) struct Tree {
-    /// Branch and vertex each vertex is reached by; none for roots.
+    /// Branch and vertex by which each vertex is reached; `None` for roots.
     pub parent: Vec<Option<(usize, usize)>>,
     /// Length of cable to the root, m.
     pub distance: Vec<f64>,
@@ -19,8 +19,8 @@ pub(super) struct Tree {
 }
 
 impl Tree {
-    /// The root of a piece is the connector on its heaviest branch (of equals the first), for that is where most of the harness comes
-    /// together; a piece without connectors starts at its first vertex.
+    /// The trees of a harness. The root of a piece is the connector on its heaviest branch (the first of equal ones),
+    /// where most of the wires end; the root of a piece without connectors is its first vertex.
     pub fn new(harness: &Harness) -> Self {
         let n = harness.vertices.len();
         let mut branches_at: Vec<Vec<usize>> = vec![Vec::new(); n];
@@ -52,8 +52,8 @@ impl Tree {
             }
             tree.roots.push(root);
             tree.distance[root] = 0.0;
-            // Dijkstra's algorithm. A vertex may be open more than once; the first time counts. Lengths are above zero, so their bits are in
-            // their order.
+            // Dijkstra's algorithm. A vertex may be open more than once; the first time counts. Lengths are positive,
+            // so their bits have the same order.
             let mut open = BinaryHeap::from([Reverse((0, root))]);
             while let Some(Reverse((reached, vertex))) = open.pop() {
                 if reached != tree.distance[vertex].to_bits() || std::mem::replace(&mut done[vertex], true) {
@@ -88,7 +88,7 @@ impl Tree {
         }
     }
 
-    /// The vertex through which a place hangs on the rest: itself, or the outer end of its branch.
+    /// The outer vertex of a place: itself, or the outer end of its branch.
     pub fn outer_vertex(&self, harness: &Harness, at: Place) -> usize {
         match at {
             Place::End(vertex) | Place::Joint(vertex) => vertex,

@@ -1,6 +1,6 @@
 //! Units: every KBL value refers to a `Unit` element of its file.
 
-/// What a unit measures.
+/// Quantity of a unit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Quantity {
     Length,
@@ -10,7 +10,7 @@ pub(super) enum Quantity {
 }
 
 impl Quantity {
-    /// The least and the greatest value that can be, SI: the smaller ones are beyond any measurement of a cable, the greater ones beyond any cable.
+    /// The least and the greatest possible value, SI.
     pub fn range(self) -> [f64; 2] {
         match self {
             Quantity::Length => [1e-6, 1e5],
@@ -30,7 +30,7 @@ impl Quantity {
     }
 }
 
-/// A unit that is understood: what it measures, and its size in SI.
+/// A known unit: its quantity, and its size in SI.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Unit {
     pub quantity: Quantity,

@@ -1,4 +1,4 @@
-//! The scenario as TOML text, with the rules it was made by.
+//! The scenario as TOML text, with comments on its rules.
 
 use super::assembly::{self, Assembly};
 use super::board::{self, Board, Peg};
@@ -57,8 +57,8 @@ fn comment(text: &str) -> String {
     text.chars().map(|c| if c.is_control() { ' ' } else { c }).collect()
 }
 
-/// Down to 12 digits after the point, so that the shares of an arm never add up to more than 1.
-fn share(value: f64) -> String {
+/// A fraction rounded down to 12 decimals, so that the fractions of an arm never add up to more than 1.
+fn fraction(value: f64) -> String {
     format!("{:?}", (value * 1e12).floor() / 1e12)
 }
 
@@ -97,16 +97,16 @@ pub(super) fn scenario(harness: &Harness, options: &Options, findings: &mut Find
             let _ = writeln!(out, "  {{ branch = {branch}, orientation = {frame} }},");
         }
         let _ = writeln!(out, "]");
-        if !joint.shares.is_empty() {
+        if !joint.wires.is_empty() {
             let _ = writeln!(out, "wires = [");
-            for pair in &joint.shares {
+            for pair in &joint.wires {
                 let [a, b] =
                     [pair.first, pair.second].map(|arm| quoted(&harness.branches[joint.arms[arm].branch].name));
                 let wires = if pair.wires == 1 { "wire" } else { "wires" };
                 let _ = writeln!(
                     out,
                     "  {{ between = [{a}, {b}], share = {} }}, # {} {wires}",
-                    share(pair.share),
+                    fraction(pair.fraction),
                     pair.wires
                 );
             }
@@ -123,10 +123,13 @@ pub(super) fn scenario(harness: &Harness, options: &Options, findings: &mut Find
     }
     let _ = writeln!(out, "\n[minimiser]\nkind = \"newton\"");
     if options.arrangement == Arrangement::Assembly {
-        let _ = writeln!(out, "max_iterations = {MAX_ITERATIONS} # where a loose end falls far, or a part snaps over");
+        let _ = writeln!(
+            out,
+            "max_iterations = {MAX_ITERATIONS} # for loose ends that fall far and parts that snap through"
+        );
     }
     if !findings.list.is_empty() {
-        let _ = writeln!(out, "\n# What was odd in the KBL file, and what was done about it:");
+        let _ = writeln!(out, "\n# Irregularities of the KBL file, and their treatment:");
         for finding in &findings.list {
             let _ = writeln!(out, "# - {}", comment(&finding.to_string()));
         }
@@ -137,7 +140,7 @@ pub(super) fn scenario(harness: &Harness, options: &Options, findings: &mut Find
 fn write_types(out: &mut String, types: &Types) {
     let _ = writeln!(
         out,
-        "\n# Wires and coverings of the file, each like one of the library for what the file does not say."
+        "\n# Wires and coverings of the file; values that the file does not give are like those of the library."
     );
     for (family, name, keys) in types
         .wires
@@ -168,8 +171,8 @@ fn write_section(out: &mut String, section: &Section, types: &Types) {
     }
     let coverings = section.makeup.coverings.iter().map(|(kind, parts)| {
         let name = quoted(&types.coverings[*kind].name);
-        let share = f64::from(*parts) / f64::from(section::WHOLE);
-        if *parts == section::WHOLE { name } else { format!("{{ type = {name}, share = {share:?} }}") }
+        let fraction = f64::from(*parts) / f64::from(section::WHOLE);
+        if *parts == section::WHOLE { name } else { format!("{{ type = {name}, share = {fraction:?} }}") }
     });
     let coverings: Vec<String> = coverings.collect();
     if !coverings.is_empty() {
@@ -185,18 +188,18 @@ fn write_path(out: &mut String, branch: &Branch) {
     }
 }
 
-/// Where a root of the harness is held, and what that holder is called.
+/// Name of the constraint that holds a root of the harness.
 fn root_holder(harness: &Harness, root: usize) -> String {
     let plug = harness.constraints.iter().find(|constraint| constraint.at == Place::End(root));
     plug.map_or_else(|| format!("board {}", harness.vertices[root].name), |plug| plug.name.clone())
 }
 
-/// The harness on the board: the roots held fast, everything else by springy pegs.
+/// The harness on the board: the roots held rigidly, everything else by elastic pegs.
 fn write_board(out: &mut String, harness: &Harness, tree: &Tree, board: &Board) {
     for &root in &tree.roots {
         let is_joint = harness.joints.iter().any(|joint| joint.vertex == root);
         let at = if is_joint { Place::Joint(root) } else { Place::End(root) };
-        let _ = writeln!(out, "\n[[constraints]] # the root, held fast on the board");
+        let _ = writeln!(out, "\n[[constraints]] # the root, held rigidly on the board");
         // A joint has no frame that a connector could hold; the pegs beside it keep it from turning.
         let kind = if is_joint { "handle" } else { "connector" };
         let _ = writeln!(out, "name = {}\nkind = \"{kind}\"", quoted(&root_holder(harness, root)));
@@ -215,7 +218,7 @@ fn write_board(out: &mut String, harness: &Harness, tree: &Tree, board: &Board) 
     }
 }
 
-/// `release = […]`, where there is anything to release.
+/// Writes `release = […]`, if there is anything to release.
 fn write_release(out: &mut String, names: &[String]) {
     if !names.is_empty() {
         let names: Vec<String> = names.iter().map(|name| quoted(name)).collect();
@@ -223,8 +226,8 @@ fn write_release(out: &mut String, names: &[String]) {
     }
 }
 
-/// A motion of a fixing to where it belongs.
-fn write_home(out: &mut String, constraint: &Constraint) {
+/// Writes the motion of a constraint to its final place.
+fn write_final_move(out: &mut String, constraint: &Constraint) {
     let _ = writeln!(out, "[[steps.move]]\nconstraint = {}", quoted(&constraint.name));
     let _ = writeln!(out, "position = {}", vector(&constraint.position));
     let _ = writeln!(out, "tangent = {}", vector(&(constraint.frame * Vector::z())));
@@ -245,10 +248,10 @@ fn write_steps(out: &mut String, harness: &Harness, tree: &Tree, board: &Board, 
     let _ = writeln!(out, "increments = {}", Assembly::CARRY_INCREMENTS);
     for constraint in &harness.constraints {
         if matches!(constraint.at, Place::End(vertex) if tree.roots.contains(&vertex)) {
-            write_home(out, constraint);
+            write_final_move(out, constraint);
         }
     }
-    // A piece without connectors hangs on its first vertex until its clips hold it.
+    // A piece without connectors is held at its first vertex until its clips hold it.
     let plugged = |root: usize| harness.constraints.iter().any(|constraint| constraint.at == Place::End(root));
     let bare: Vec<usize> = tree.roots.iter().copied().filter(|&root| !plugged(root)).collect();
     for &root in &bare {
@@ -265,7 +268,7 @@ fn write_steps(out: &mut String, harness: &Harness, tree: &Tree, board: &Board, 
         let _ = writeln!(out, "\n[[steps]] # {}", comment(&constraint.remark));
         let _ = writeln!(out, "name = {}", quoted(&format!("{verb} {}", constraint.name)));
         let _ = writeln!(out, "increments = {}", Assembly::INSTALL_INCREMENTS);
-        write_release(out, &install.let_go.iter().map(|&vertex| hand(vertex)).collect::<Vec<_>>());
+        write_release(out, &install.released.iter().map(|&vertex| hand(vertex)).collect::<Vec<_>>());
         let operation = if constraint.role == Role::Connector { "mate" } else { "clip" };
         let _ = writeln!(out, "[[steps.{operation}]]\nname = {}", quoted(&constraint.name));
         write_seat(out, harness, constraint);
@@ -281,8 +284,9 @@ fn write_steps(out: &mut String, harness: &Harness, tree: &Tree, board: &Board, 
     write_untwist(out, harness, assembly);
 }
 
-/// Each plug went home by the shortest turn, whatever the rest was doing then: whole turns of twist stay behind that depend on the
-/// order. So in the end all plugs but the roots' are let turn as the cable wants, and are turned home from there.
+/// Writes steps that remove whole turns of twist. Each connector was turned to its seat by the shortest turn, so
+/// whole turns of twist remain that depend on the order. At the end all connectors except those of the roots are
+/// released to turn freely, and then turned to their seats again.
 fn write_untwist(out: &mut String, harness: &Harness, assembly: &Assembly) {
     let installed = assembly.installs.iter().map(|install| &harness.constraints[install.constraint]);
     let plugs: Vec<&Constraint> = installed.filter(|constraint| constraint.role == Role::Connector).collect();
@@ -290,7 +294,7 @@ fn write_untwist(out: &mut String, harness: &Harness, assembly: &Assembly) {
         return;
     }
     let turning = |plug: &Constraint| format!("turning {}", plug.name);
-    let _ = writeln!(out, "\n[[steps]] # every plug comes off and turns where it is, as the cable wants");
+    let _ = writeln!(out, "\n[[steps]] # every connector is released and turns freely in its place");
     let _ = writeln!(out, "name = \"take the twist out\"\nincrements = 1");
     write_release(out, &plugs.iter().map(|plug| plug.name.clone()).collect::<Vec<_>>());
     for plug in &plugs {
@@ -303,7 +307,7 @@ fn write_untwist(out: &mut String, harness: &Harness, assembly: &Assembly) {
     for plug in &plugs {
         let _ = writeln!(out, "[[steps.add]]\nname = {}\nkind = \"connector\"", quoted(&plug.name));
         let _ = writeln!(out, "at = {}", place(harness, plug.at));
-        write_home(out, plug);
+        write_final_move(out, plug);
     }
 }
 
@@ -315,7 +319,7 @@ fn write_constraint(out: &mut String, harness: &Harness, constraint: &Constraint
     write_seat(out, harness, constraint);
 }
 
-/// Where a fixing attaches, and where it holds it.
+/// Writes the place that a constraint attaches to, and the pose that it holds.
 fn write_seat(out: &mut String, harness: &Harness, constraint: &Constraint) {
     let _ = writeln!(out, "at = {}", place(harness, constraint.at));
     let _ = writeln!(out, "position = {}", vector(&constraint.position));
@@ -342,13 +346,14 @@ fn place(harness: &Harness, at: Place) -> String {
     }
 }
 
-/// Iterations allowed an increment of an assembly. Cutting increments that fall far helps less than going on.
+/// Largest number of iterations of an increment of an assembly. If a part falls far, more iterations help more than
+/// smaller increments.
 const MAX_ITERATIONS: usize = 4000;
 
 /// Standard gravity along −z, m/s².
 const GRAVITY: f64 = 9.81;
 
-/// The weights of connectors, which count while they hang.
+/// Writes the weights of connectors, which matter while they hang.
 fn write_weights(out: &mut String, harness: &Harness) {
     for constraint in harness.constraints.iter().filter(|constraint| constraint.mass > 0.0) {
         let name = format!("weight of {}", constraint.name);
@@ -365,10 +370,10 @@ fn header(out: &mut String, harness: &Harness) {
 # Paths: the drawn centre lines, from `from` to `to`; branches are straight at rest.
 # Orientations: every branch has one untwisted frame field along its path; arms and connectors take theirs from it.
 #
-# Stiffness is nowhere in KBL. Sections follow from their wires and coverings by the rule of the library, good to a factor of
-# about two in bending; `wireloom check` prints what it takes, and between which bounds. Write measured values beside the wires
-# (bending_stiffness, torsion_stiffness, …) where it matters: they go before the rule.
-# Joints: two arms are coupled by the wires they share: share = Σ common EI / Σ EI of the wires of the arm named first.
+# KBL contains no stiffness. Sections follow from their wires and coverings by the rule of the library, with a factor of
+# about two of uncertainty in bending; `wireloom check` prints the values and bounds. Where it matters, write measured
+# values (bending_stiffness, torsion_stiffness, …) beside the wires: they take precedence over the rule.
+# Joints: two arms are coupled by their common wires: share = Σ common EI / Σ EI of the wires of the arm named first.
 ",
     );
     let _ = writeln!(out, "\nschema = 1\nname = {}", quoted(&harness.name));
@@ -385,12 +390,12 @@ mod tests {
         assert_eq!(significant(1.23456e-7, 4), "1.235e-7");
         assert_eq!(fine(-1e-12), "0.0");
         assert_eq!(fine(2.835768688), "2.835768688");
-        assert_eq!(share(1.0), "1.0");
+        assert_eq!(fraction(1.0), "1.0");
     }
 
     #[test]
     fn thirds_do_not_add_up_to_more_than_one() {
-        let third: f64 = share(1.0 / 3.0).parse().unwrap();
+        let third: f64 = fraction(1.0 / 3.0).parse().unwrap();
         assert!(third + third + third <= 1.0);
     }
 

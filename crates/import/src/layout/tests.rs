@@ -33,7 +33,8 @@ fn order_kept(layout: &Layout, vertices: usize, edges: &[Edge]) {
 
 #[test]
 fn wanted_directions_are_met_where_there_is_room() {
-    // A cross with a trunk that is bent by 30° where it is drawn: the trunk straight, the arms spread evenly on their sides.
+    // A cross with a trunk that is bent by 30° where it is drawn: the trunk straight, the arms spread evenly on
+    // their sides.
     let (right, up) = (0.0, PI / 2.0);
     let edges = [
         edge(0, 1, 2.0, [right, PI]),
@@ -128,7 +129,8 @@ proptest! {
         for (i, a) in edges.iter().enumerate() {
             for b in &edges[i + 1..] {
                 if let Some(&v) = a.ends.iter().find(|end| b.ends.contains(end)) {
-                    let out = |e: &Edge| layout.points[if e.ends[0] == v { e.ends[1] } else { e.ends[0] }] - layout.points[v];
+                    let other = |e: &Edge| if e.ends[0] == v { e.ends[1] } else { e.ends[0] };
+                    let out = |e: &Edge| layout.points[other(e)] - layout.points[v];
                     let (x, y) = (out(a), out(b));
                     prop_assert!(x.perp(&y).atan2(x.dot(&y)).abs() > 1e-4);
                 }
@@ -137,7 +139,10 @@ proptest! {
     }
 
     #[test]
-    fn any_graph_unfolds(edges in trees(), more in prop::collection::vec((any::<prop::sample::Index>(), any::<prop::sample::Index>()), 0..5)) {
+    fn any_graph_unfolds(
+        edges in trees(),
+        more in prop::collection::vec((any::<prop::sample::Index>(), any::<prop::sample::Index>()), 0..5),
+    ) {
         let vertices = edges.len() + 3;
         let mut edges = edges;
         for (a, b) in more {

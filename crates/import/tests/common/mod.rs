@@ -1,4 +1,4 @@
-//! What a written scenario says once it is read.
+//! Reads written scenarios.
 
 use wireloom_core::minimiser::{Minimiser, Report, Stop};
 use wireloom_core::registry::MinimiserKind;
@@ -6,7 +6,7 @@ use wireloom_core::status::Status;
 use wireloom_core::{Problem, Registry, State};
 use wireloom_scenario::{Scenario, parse, render};
 
-/// The minimiser that written scenarios name; it is never asked.
+/// The minimiser that written scenarios name; it is never used.
 struct Idle;
 
 impl Minimiser for Idle {

@@ -1,4 +1,4 @@
-//! Divides branches into segments so that everything that attaches sits on a node.
+//! The mesh: divides branches into segments such that everything attaches to a node.
 
 use crate::attachment::{At, Stretch};
 use crate::scenario::{Branch, Division, Scenario};
@@ -8,12 +8,12 @@ use wireloom_core::network::{NodeRange, Place};
 /// Attachments closer than this, relative to the branch, share a node.
 const COINCIDENT: f64 = 1e-9;
 
-/// How one branch is divided.
+/// Division of one branch.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Divided {
     /// Rest length of every segment, m.
     pub rest_lengths: Vec<f64>,
-    /// Arc length (m) and node of the ends and of everything that attaches, increasing.
+    /// Arc length (m) and node of the ends and of all attachments, increasing.
     pub marks: Vec<(f64, usize)>,
 }
 
@@ -25,15 +25,15 @@ impl Divided {
     }
 }
 
-/// How every branch is divided, and where its stations are.
+/// Division and stations of all branches.
 pub(crate) struct Layout {
     pub branches: Vec<Divided>,
-    /// Nodes that get a frame because of what attaches there; the ends of branches are not among them.
+    /// Nodes with a frame because something attaches there; without the ends of branches.
     pub stations: Vec<BTreeSet<usize>>,
 }
 
 impl Layout {
-    /// Divides all branches of a scenario, in each span into one segment where the scenario wants `coarser`.
+    /// Divides all branches of a scenario; `coarser` segments of the scenario become one.
     pub fn new(scenario: &Scenario, coarser: usize) -> Self {
         let of_constraints = || scenario.constraints.iter().flat_map(|constraint| constraint.places());
         let places = || of_constraints().chain(scenario.loads.iter().map(|load| load.at));
@@ -76,8 +76,8 @@ impl Layout {
     }
 }
 
-/// Divides a branch with attachments at these arc lengths (m): uniform between neighbouring attachments. Beside those that
-/// slide a span has two segments at least: the one at a joint keeps its length.
+/// Divides a branch with attachments at these arc lengths (m), uniformly between neighbouring attachments. A span
+/// beside a sliding one has at least two segments: the one at a joint keeps its length.
 fn divide(branch: &Branch, mut attachments: Vec<f64>, sliding: &[f64], coarser: usize) -> Divided {
     let length = branch.length;
     attachments.sort_by(f64::total_cmp);
@@ -94,7 +94,7 @@ fn divide(branch: &Branch, mut attachments: Vec<f64>, sliding: &[f64], coarser: 
     let least: Vec<usize> = breaks.windows(2).map(|pair| 1 + usize::from(pair.iter().any(slides))).collect();
     let counts = match branch.division {
         Division::Segments(segments) => share_out(segments, &spans, &least),
-        // A span that is a whole number of segments but for round-off is taken for one.
+        // A span that is a whole number of segments up to round-off counts as one.
         Division::MaxSegment(longest) => {
             let whole = |(l, least): (&f64, &usize)| ((l / longest - 1e-9).ceil() as usize).max(*least);
             spans.iter().zip(&least).map(whole).collect()
@@ -110,8 +110,9 @@ fn divide(branch: &Branch, mut attachments: Vec<f64>, sliding: &[f64], coarser: 
     Divided { rest_lengths, marks }
 }
 
-/// Divides `segments` over spans in proportion to their lengths, at least `least` for each: the next segment
-/// goes where segments are longest, one too many is taken where they would remain shortest.
+/// Distributes `segments` over spans in proportion to their lengths, at least `least` for each: a further segment
+/// goes to the span with the longest segments; an excess one is taken from the span whose segments would remain
+/// shortest.
 fn share_out(segments: usize, spans: &[f64], least: &[usize]) -> Vec<usize> {
     let length: f64 = spans.iter().sum();
     let share = |span: &f64| (segments as f64 * (span / length)).floor() as usize;

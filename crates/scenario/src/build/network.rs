@@ -16,38 +16,38 @@ use wireloom_core::rod::{Mesh, RodSpec};
 use wireloom_core::steps::Schedule;
 use wireloom_core::{Arm, JointModel, Minimiser, Network, Registry, RodSegment, Stop};
 
-/// Everything a run needs.
+/// The network, the schedule and the minimiser of a run.
 pub struct Built {
     /// The harness.
     pub network: Network,
-    /// The same with fewer segments, where it has so many that its start is better looked for there first.
+    /// The harness with fewer segments, if it has so many that a start is found faster on a coarse mesh first.
     pub coarse: Option<Network>,
-    /// What happens to it.
+    /// The steps.
     pub schedule: Schedule,
     /// Finds equilibria.
     pub minimiser: Box<dyn Minimiser>,
-    /// When it stops.
+    /// Its stopping criteria.
     pub stop: Stop,
-    /// What an engineer should know, each beginning with what it is about.
+    /// Notes for the user; each begins with its subject.
     pub notes: Vec<String>,
-    /// What the rule says of sections, a line for each, where there are too many of them for the notes.
+    /// Values of sections by the rule, a line for each, if there are too many of them for the notes.
     pub sections: Vec<String>,
 }
 
-/// Points from which on a start is looked for on a coarse mesh first.
+/// Number of points from which on the start is computed on a coarse mesh first.
 const LARGE: usize = 2000;
 
-/// So many segments of the mesh are one of the coarse mesh.
+/// Number of segments of the mesh in one of the coarse mesh.
 const COARSER: usize = 4;
 
-/// Sections by rule that have a note each; of more, one note tells.
+/// Largest number of sections by rule that have a note each; for more there is one note.
 const FEW_SECTIONS: usize = 6;
 
 impl Scenario {
     /// Builds the parts with the factories of `registry`, which must be the one the scenario was parsed with.
     ///
     /// # Errors
-    /// What the factories refuse, each fault at its place in the file.
+    /// The refusals of the factories, each at its place in the file.
     pub fn build(&self, registry: &Registry) -> Result<Built, Vec<Fault>> {
         let mut faults = Vec::new();
         let layout = Layout::new(self, 1);
@@ -64,7 +64,7 @@ impl Scenario {
             std::mem::take(&mut sections)
         } else {
             vec![format!(
-                "{} sections follow from their wires by rule; `wireloom check` lists what it takes, and between which bounds",
+                "{} sections follow from their wires by rule; `wireloom check` lists their values and bounds",
                 sections.len()
             )]
         };
@@ -72,7 +72,7 @@ impl Scenario {
         notes.extend(self.obstacles.iter().flat_map(|body| body.notes.iter().cloned()));
         let joints = self.joint_plans(models);
         let network = self.among_obstacles(Network::new(branches, joints, constraints, self.load_plans(&layout)));
-        self.turned_in_vain(&network, &mut faults);
+        self.refuse_turns_without_effect(&network, &mut faults);
         if !faults.is_empty() {
             return Err(faults);
         }
@@ -91,8 +91,8 @@ impl Scenario {
         Ok(Built { network, coarse, schedule, minimiser, stop: self.minimiser.stop, notes, sections })
     }
 
-    /// What is told to make turns about its tangent, and leaves the twist free: nobody would see any of them.
-    fn turned_in_vain(&self, network: &Network, faults: &mut Vec<Fault>) {
+    /// Refuses turns about the tangent of a constraint that leaves the twist free: they would have no effect.
+    fn refuse_turns_without_effect(&self, network: &Network, faults: &mut Vec<Fault>) {
         for step in &self.steps {
             for motion in step.moves.iter().filter(|motion| motion.track.spin != 0.0) {
                 for carried in &motion.carried {
@@ -110,7 +110,8 @@ impl Scenario {
                             "makes {} turns in step \"{}\", but leaves the twist free",
                             motion.track.spin, step.name
                         );
-                        let help = "hold the twist: a connector does, a collar with twist = \"held\", a handle with `tangent` and `up`";
+                        let help = "hold the twist: with a connector, a collar with twist = \"held\", or a handle with \
+                                    `tangent` and `up`";
                         let label = format!("constraint \"{}\"", constraint.name);
                         faults.push(refused(BuildError::new(message, help).at("kind"), &label, &constraint.spans));
                     }
@@ -119,13 +120,13 @@ impl Scenario {
         }
     }
 
-    /// The harness with fewer segments; `None` where that makes little difference, or where the mesh moves along the cable.
+    /// The harness with fewer segments; `None` if that makes little difference, or if the mesh moves along the cable.
     fn coarse(&self, fine: &Network, registry: &Registry) -> Option<Network> {
         if fine.points < LARGE || fine.branches.iter().any(|branch| branch.mesh_moves) {
             return None;
         }
         let layout = Layout::new(self, COARSER);
-        // What the factories refuse they refused before.
+        // The factories have accepted the same parts on the fine mesh.
         let mut faults = Vec::new();
         let models = self.joint_models(&layout, registry, &mut faults)?;
         let constraints = self.constraint_plans(&layout, registry, &mut faults);
@@ -138,13 +139,13 @@ impl Scenario {
         (2 * network.points <= fine.points).then_some(network)
     }
 
-    /// The harness with all that is about it.
+    /// The harness with its obstacles and settings of contact.
     fn among_obstacles(&self, network: Network) -> Network {
         let obstacles = self.obstacles.iter().map(|body| body.obstacle.clone()).collect();
         Network { obstacles, contact: self.contact, ..network }
     }
 
-    /// Joint models with what they were told; `None` where one could not be built.
+    /// Joint models with their specifications; `None` if one could not be built.
     fn joint_models(
         &self,
         layout: &Layout,
@@ -180,8 +181,7 @@ impl Scenario {
         JointSpec { name: joint.name.clone(), arms: arms.collect(), wires: joint.wires.clone() }
     }
 
-    /// Rods on meshes with stations at both ends (but for ends that meet others in a point) and where
-    /// something attaches.
+    /// Rods on meshes with stations at both ends (except ends that meet others in a point) and at attachments.
     fn branch_plans(
         &self,
         layout: &Layout,
@@ -311,7 +311,7 @@ impl Scenario {
     }
 }
 
-/// What a factory makes; `None`, with a fault at the key it names, where it refuses.
+/// Calls a factory; `None`, with a fault at the key that it names, if it refuses.
 fn made<S, T: ?Sized>(
     factory: Option<&Factory<S, T>>,
     spec: &S,
@@ -322,10 +322,9 @@ fn made<S, T: ?Sized>(
 ) -> Option<Box<T>> {
     let built = match factory {
         Some(factory) => factory(spec, parameters),
-        None => Err(BuildError::new(
-            "its kind is not in this registry",
-            "build with the registry the scenario was parsed with",
-        )),
+        None => {
+            Err(BuildError::new("its kind is not in this registry", "build with the registry that parsed the scenario"))
+        }
     };
     built.map_err(|error| faults.push(refused(error, label, spans))).ok()
 }

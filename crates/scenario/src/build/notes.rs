@@ -1,16 +1,17 @@
-//! Notes of what the rule takes for sections.
+//! Notes on the values of sections by the rule.
 
 use crate::bundle::Between;
 use crate::fault::listed;
 use crate::scenario::ByRule;
 use wireloom_core::Section;
 
-/// With a space, a name needs quotes to be seen as one.
+/// A name in quotes: names may contain spaces.
 fn quoted(name: &str) -> String {
     format!("\"{name}\"")
 }
 
-/// What the rule says of a section, in one line: `24 wires, "pvc tape": EI 0.0096 N m² (slip 0.0039, bonded 6.5), …`.
+/// Values of a section by the rule, in one line:
+/// `section "trunk", 24 wires under "pvc tape": EI 0.0096 N m² (slip 0.0039, bonded 6.5); …`.
 pub(crate) fn note(by_rule: &ByRule, section: &Section) -> String {
     let bundle = &by_rule.bundle;
     let plain = if bundle.wires == 1 { "wire" } else { "wires" };
@@ -29,8 +30,8 @@ pub(crate) fn note(by_rule: &ByRule, section: &Section) -> String {
             return format!("{value} N m² (slip {slip}, bonded {bonded})");
         }
         let outside = taken.iter().any(|x| *x < rule.slip || *x > rule.bonded);
-        let where_ = if outside { ", which it lies outside of" } else { "" };
-        format!("{value} N m² measured (rule {}; slip {slip}, bonded {bonded}{where_})", digits(rule.taken))
+        let position = if outside { "; outside these bounds" } else { "" };
+        format!("{value} N m² measured (rule {}; slip {slip}, bonded {bonded}{position})", digits(rule.taken))
     };
     let radius = section.min_bend_radius.unwrap_or_default() * 1e3;
     let mut text = format!(
@@ -54,7 +55,7 @@ pub(crate) fn note(by_rule: &ByRule, section: &Section) -> String {
     text
 }
 
-/// Two significant digits below a thousand: the rule is not better than that.
+/// Two significant digits: the rule is not more accurate.
 fn digits(value: f64) -> String {
     let rounded: f64 = format!("{value:.1e}").parse().unwrap_or(value);
     if (1e-3..1e4).contains(&rounded.abs()) || rounded == 0.0 { rounded.to_string() } else { format!("{rounded:e}") }

@@ -1,4 +1,4 @@
-//! Where the parts of a harness are at rest: a rough placement, for judging what holds it.
+//! Approximate poses of the unstressed parts of a harness, for checks of its constraints.
 
 use crate::attachment::At;
 use crate::scenario::{Branch, Facing, Scenario};
@@ -6,8 +6,8 @@ use std::collections::VecDeque;
 use wireloom_core::rotation::{columns, shortest};
 use wireloom_core::{Pose, Rotation, Vector};
 
-/// The unstressed harness, each connected piece laid where `[initial]` or its first given position says. Loops
-/// are not closed, and drawn paths take the place of the rest shape.
+/// The unstressed harness, each connected piece placed by `[initial]` or by its first given position. Loops are not
+/// closed, and drawn paths replace the rest shape.
 pub(crate) struct Placement<'s> {
     scenario: &'s Scenario,
     starts: Vec<Pose>,
@@ -86,7 +86,7 @@ struct Placing<'s> {
 }
 
 impl Placing<'_> {
-    /// Lays the start of a branch, and all that hangs on it through joints.
+    /// Places the start of a branch, and everything that joints connect to it.
     fn spread(&mut self, branch: usize, start: Pose) {
         let mut open = VecDeque::from([(branch, start)]);
         while let Some((branch, start)) = open.pop_front() {
@@ -133,7 +133,7 @@ fn rest_pose(branch: &Branch, s: f64) -> Pose {
     }
 }
 
-/// Pose at the arc length of a drawn path that corresponds to `s`; `None` where none is drawn.
+/// Pose at the arc length of a drawn path that corresponds to `s`; `None` if none is drawn.
 fn along_path(branch: &Branch, s: f64) -> Option<Pose> {
     let edges = || branch.path.windows(2).map(|pair| (pair[0], pair[1] - pair[0]));
     let drawn: f64 = edges().map(|(_, edge)| edge.norm()).sum();

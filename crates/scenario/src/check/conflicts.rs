@@ -10,7 +10,7 @@ use wireloom_core::rotation::columns;
 use wireloom_core::steps::{Move, Turn};
 use wireloom_core::{Action, Matrix, Network, Rotation, RotationHold, Vector};
 
-/// Constraints and loads that ask more of their place than it has.
+/// Constraints and loads that need a frame, or freedoms, that their place does not have.
 pub(crate) fn refuse_misplaced(scenario: &Scenario, network: &Network) -> Vec<Fault> {
     let mut faults = Vec::new();
     for (own, constraint) in scenario.constraints.iter().zip(&network.constraints) {
@@ -57,7 +57,7 @@ pub(crate) fn refuse_misplaced(scenario: &Scenario, network: &Network) -> Vec<Fa
     faults
 }
 
-/// The cable can run through a constraint only where nothing else is tied to the material.
+/// Refuses sliding at places where something else attaches to the material.
 fn refuse_bad_slides(scenario: &Scenario, network: &Network) -> Vec<Fault> {
     let mut faults = Vec::new();
     for (index, (own, constraint)) in scenario.constraints.iter().zip(&network.constraints).enumerate() {
@@ -70,13 +70,13 @@ fn refuse_bad_slides(scenario: &Scenario, network: &Network) -> Vec<Fault> {
         let message = match (other, load) {
             (Some((_, other)), _) => {
                 format!(
-                    "the cable cannot run through constraint \"{}\": \"{}\" attaches at the same place",
+                    "the cable cannot slide through constraint \"{}\": \"{}\" attaches at the same place",
                     own.name, other.name
                 )
             }
             (_, Some(load)) => {
                 format!(
-                    "the cable cannot run through constraint \"{}\": load \"{}\" acts at the same place",
+                    "the cable cannot slide through constraint \"{}\": load \"{}\" acts at the same place",
                     own.name, load.name
                 )
             }
@@ -85,13 +85,14 @@ fn refuse_bad_slides(scenario: &Scenario, network: &Network) -> Vec<Fault> {
         faults.push(Fault {
             span: own.spans.of(Some("at")),
             message,
-            help: "attach what slides within a branch, at an arc length of its own".to_owned(),
+            help: "attach a sliding constraint within a branch, at an arc length of its own".to_owned(),
         });
     }
     faults
 }
 
-/// What prescribes acts on one station; equations have something to measure by; the nodes of a span stay where they are on the cable.
+/// Refuses constraints that prescribe more than one station, equations without a valid scale, and spans on a branch
+/// whose mesh moves along the cable.
 fn refuse_bad_shapes(scenario: &Scenario, network: &Network) -> Vec<Fault> {
     let mut faults = Vec::new();
     for (own, constraint) in scenario.constraints.iter().zip(&network.constraints) {
@@ -102,24 +103,24 @@ fn refuse_bad_shapes(scenario: &Scenario, network: &Network) -> Vec<Fault> {
         if matches!(constraint.model.action(), Action::Prescribed(_))
             && (constraint.stations.len() != 1 || constraint.span.is_some())
         {
-            let message = format!("constraint \"{name}\" prescribes freedoms, and does not attach to one place alone");
+            let message = format!("constraint \"{name}\" prescribes freedoms, but does not attach to one place alone");
             refuse(
                 "at",
                 message,
                 "give one place in `at` and no `span`: a constraint prescribes one station's freedoms",
             );
         }
-        if let Some(odd) =
+        if let Some(invalid) =
             constraint.residuals.iter().find(|residual| !(residual.scale > 0.0 && residual.scale.is_finite()))
         {
-            let message = format!("constraint \"{name}\" measures an equation by {}", odd.scale);
-            refuse("kind", message, "its kind is at fault: what counts as one is a positive number");
+            let message = format!("constraint \"{name}\" has an equation with the scale {}", invalid.scale);
+            refuse("kind", message, "this is a fault of its kind: a scale is a positive number");
         }
         if let Some(span) = constraint.span.as_ref().filter(|span| network.branches[span.branch].mesh_moves) {
             let branch = &network.branches[span.branch].name;
             let message =
-                format!("constraint \"{name}\" acts along branch \"{branch}\", which runs through another constraint");
-            refuse("span", message, "let nothing slide on that branch, or divide it by a joint");
+                format!("constraint \"{name}\" acts along branch \"{branch}\", which slides through another one");
+            refuse("span", message, "use no sliding constraint on that branch, or divide it by a joint");
         }
     }
     faults
@@ -143,7 +144,7 @@ fn holds_a_part(action: Action<'_>) -> bool {
     }
 }
 
-/// Where a held value comes from: the file, or where constraint so-and-so found the cable.
+/// Source of a held value: given by the file, or found as the pose of the cable when a constraint (by index) begins.
 #[derive(Clone, Copy, PartialEq)]
 enum Held<T> {
     Given(T),
@@ -157,7 +158,7 @@ enum Faced {
     Frame(Rotation),
 }
 
-/// What a constraint prescribes, while it acts.
+/// The values that a constraint prescribes while it acts.
 struct Target<'n> {
     hold: &'n Hold,
     position: Held<Vector>,
@@ -170,8 +171,8 @@ pub(crate) fn refuse_contradictions(scenario: &Scenario, network: &Network) -> V
     let mut reported = BTreeSet::new();
     let mut targets: Vec<Option<Target<'_>>> = network.constraints.iter().map(|_| None).collect();
     for stage in stages(scenario) {
-        // What is given comes first: what begins beside it and is given nothing takes it over. What a step adds
-        // takes hold of the cable where it is, and goes to what it is given from there.
+        // Constraints with given values come first: those that begin at the same place without values take these
+        // over. A constraint of a step begins at the pose of the cable and moves from there to its given values.
         let mut begins = stage.begins.clone();
         begins.sort_by_key(|constraint| scenario.constraints[*constraint].position.is_none());
         for constraint in &begins {
@@ -182,7 +183,7 @@ pub(crate) fn refuse_contradictions(scenario: &Scenario, network: &Network) -> V
         for constraint in &stage.active {
             others.entry(network.constraints[*constraint].site.point).or_default().push(*constraint);
         }
-        // Only what begins or moves can come to contradict something.
+        // Only constraints that begin or move can newly contradict others.
         let mut check = |targets: &[Option<Target<'_>>], changed: &[usize]| {
             for one in changed {
                 for other in
@@ -212,7 +213,7 @@ pub(crate) fn refuse_contradictions(scenario: &Scenario, network: &Network) -> V
     faults
 }
 
-/// What a motion leaves behind: the end of its track, but for those that follow the first one as a body.
+/// Sets the targets after a motion: the end of its track, except for constraints that follow the first one as a body.
 fn moved(motion: &Move, targets: &mut [Option<Target<'_>>]) {
     let leads = motion.origin == (None, None);
     let track = &motion.track;
@@ -251,7 +252,7 @@ fn fault(scenario: &Scenario, a: usize, b: usize, what: &str, when: &str) -> Fau
     }
 }
 
-/// Whether two places ride on the same point and frame in the same way.
+/// Whether two constraints attach to the same point and frame with the same local pose.
 fn same_place(network: &Network, a: usize, b: usize) -> bool {
     network.constraints[a].site == network.constraints[b].site
 }
@@ -269,8 +270,8 @@ fn given(scenario: &Scenario, constraint: usize) -> Given {
     (own.position.map(Held::Given), facing)
 }
 
-/// The target of a constraint as it begins: what it is given, or what others hold there already, or where it finds the
-/// cable; `None` where it prescribes nothing.
+/// The target of a constraint when it begins: its given values, or those that others already hold there, or the pose
+/// of the cable; `None` if it prescribes nothing.
 fn begin<'n>(
     network: &'n Network,
     targets: &[Option<Target<'n>>],
@@ -293,7 +294,7 @@ fn begin<'n>(
     })
 }
 
-/// What two constraints hold differently, if anything.
+/// The freedom that two constraints hold differently, if any.
 fn contradiction(network: &Network, targets: &[Option<Target<'_>>], a: usize, b: usize) -> Option<&'static str> {
     let (first, second) = (targets[a].as_ref()?, targets[b].as_ref()?);
     if network.constraints[a].site.point != network.constraints[b].site.point {

@@ -1,4 +1,4 @@
-//! Refuses a harness that nothing holds: rigid motions that no constraint opposes.
+//! Refuses a harness with rigid motions that no constraint opposes.
 
 use super::timeline::{Stage, stages};
 use crate::attachment::At;
@@ -13,7 +13,7 @@ use wireloom_core::{Action, Constraint, ConstraintView, Matrix, Network, Pose, R
 /// Eigenvalues below this, for rows of unit length, belong to motions that nothing opposes.
 const UNOPPOSED: f64 = 1e-12;
 
-/// What each connected piece of the harness can do although it should be held; for each piece the first time only.
+/// The unopposed rigid motions of each connected piece of the harness; for each piece only the first time.
 pub(crate) fn refuse_unheld(scenario: &Scenario, network: &Network) -> Vec<Fault> {
     let (pieces, count) = network.pieces();
     let placement = Placement::new(scenario, &pieces);
@@ -46,7 +46,7 @@ pub(crate) fn refuse_unheld(scenario: &Scenario, network: &Network) -> Vec<Fault
     faults
 }
 
-/// For each branch the number of its piece, where those count as one that a constraint ties together.
+/// For each branch the number of its piece; pieces that a constraint ties together count as one.
 fn tied(scenario: &Scenario, pieces: &[usize], stage: &Stage<'_>) -> Vec<usize> {
     let mut pieces = pieces.to_vec();
     for constraint in &stage.active {
@@ -107,7 +107,7 @@ fn refuse_piece(
     let span =
         stage.span.clone().unwrap_or_else(|| first.unwrap_or(&scenario.branches[branches[0]].spans).entry.clone());
     let help = if translations.is_empty() {
-        "nothing pulls on it either: hold a tangent and the twist, for example with a connector, or give it gravity"
+        "no force acts on it either: hold a tangent and the twist, for example with a connector, or give it gravity"
     } else {
         "add a constraint that holds the position there, such as a connector at an end"
     };
@@ -162,8 +162,9 @@ fn rows(constraint: &dyn Constraint, pose: &Pose) -> Vec<Vector6<f64>> {
     of_point.chain(axes.into_iter().map(|a| row(Vector::zeros(), a))).collect()
 }
 
-/// Rigid motions that a constraint of several stations, of a span, or of equations opposes: rows of unit length. What is tied together
-/// moves as one here, so only what is bound to the world counts.
+/// Rigid motions that a constraint of several stations, of a span, or of equations opposes: rows of unit length.
+/// Pieces that are tied together move as one here, so only the resistance against motion relative to the world
+/// counts.
 fn rows_of_several(
     constraint: &AttachedConstraint,
     own: &Given,
@@ -195,7 +196,7 @@ fn rows_of_several(
         memory: &memory,
     };
     let (m, n) = (stations.len(), span.len());
-    // How stations and nodes move with (t, ω), lengths being measured by `size`: δx = size (t + ω × r), θ = Rᵀ ω.
+    // Motion of stations and nodes with (t, ω), lengths in units of `size`: δx = size (t + ω × r), θ = Rᵀ ω.
     let of_point = |x: &Vector, g: &Vector| -> Vector6<f64> {
         let w = ((x - centre) / size).cross(g) * size;
         Vector6::new(size * g.x, size * g.y, size * g.z, w.x, w.y, w.z)
@@ -219,7 +220,7 @@ fn rows_of_several(
             let stations = of_stations.chunks_exact(2 * m.max(1)).map(of_all);
             let nodes = of_span.iter().enumerate().map(|(r, g)| of_point(&span[r / per_node], g));
             let all = stations.chain(nodes).zip(&constraint.residuals);
-            // An inequality lets go.
+            // An inequality opposes motion to one side only.
             all.filter(|(_, residual)| residual.relation == Relation::Zero).map(|(row, _)| row).collect()
         }
         Action::Potential(potential) => {
@@ -258,7 +259,7 @@ fn stiff(matrix: &Matrix) -> Vec<Vector> {
     eigen(matrix).into_iter().filter(|(value, _)| *value > 1e-9 * matrix.norm()).map(|(_, vector)| vector).collect()
 }
 
-/// Eigenvalues and eigenvectors of a symmetric matrix; none where it is not finite.
+/// Eigenvalues and eigenvectors of a symmetric matrix; empty if it is not finite.
 fn eigen(matrix: &Matrix) -> Vec<(f64, Vector)> {
     if !matrix.iter().all(|x| x.is_finite()) {
         return Vec::new();
@@ -288,7 +289,7 @@ fn unopposed(rows: &[Vector6<f64>]) -> (Vec<Vector>, Vec<Vector>) {
     (translations, rotations)
 }
 
-/// The directions of a subspace in words: world axes by name where they span it.
+/// The directions of a subspace in words: world axes by name if they span it.
 fn named(basis: &[Vector]) -> String {
     let inside = |axis: &Vector| basis.iter().map(|b| b.dot(axis).powi(2)).sum::<f64>() > 1.0 - 1e-6;
     let axes: Vec<&str> = [("x", Vector::x()), ("y", Vector::y()), ("z", Vector::z())]

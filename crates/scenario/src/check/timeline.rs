@@ -1,4 +1,4 @@
-//! Which constraints and loads act when.
+//! The constraints and loads that act at the start and in each step.
 
 use crate::scenario::Scenario;
 use crate::span::Span;
@@ -7,9 +7,9 @@ use wireloom_core::steps::Step;
 
 /// The beginning, or a step.
 pub(crate) struct Stage<'s> {
-    /// When it is, for messages.
+    /// Its time, for messages.
     pub label: String,
-    /// Where it is in the file; `None` at the start.
+    /// Its place in the file; `None` at the start.
     pub span: Option<Span>,
     /// The step; `None` at the start.
     pub step: Option<&'s Step>,
@@ -23,8 +23,8 @@ pub(crate) struct Stage<'s> {
     pub loads: Vec<usize>,
 }
 
-/// All stages of a scenario, in order. What the first step brings counts at the start too: its first increment
-/// is the first equilibrium asked for.
+/// All stages of a scenario, in order. Gravity and loads of the first step count at the start too: its first
+/// increment is the first equilibrium.
 pub(crate) fn stages(scenario: &Scenario) -> Vec<Stage<'_>> {
     let mut active: Vec<usize> =
         (0..scenario.constraints.len()).filter(|c| scenario.constraints[*c].from_start).collect();

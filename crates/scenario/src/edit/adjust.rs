@@ -1,5 +1,5 @@
-//! What of a scenario may be set while one looks at it: models, rods, the minimiser, the numbers of sections; each with what it is for, what it
-//! holds and its value now. From the tables by which the reader goes, and from the registry.
+//! Values of a scenario that a user may set interactively: models, rods, the minimiser, numbers of sections; each
+//! with its meaning, its form and its current value. Derived from the tables of keys and from the registry.
 
 use crate::format::form::{Form, Keys};
 use crate::format::keys;
@@ -10,27 +10,27 @@ use crate::scenario::Scenario;
 use wireloom_core::registry;
 use wireloom_core::{Parameter, Parameters, Quantity, Registry, Section, Value};
 
-/// Something that may be set.
+/// A value that may be set.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Adjustable {
-    /// The way to its key; see [`crate::settings`].
+    /// Path to its key; see [`crate::settings`].
     pub key: String,
-    /// What it belongs to: "joint J".
+    /// The part that it belongs to: "joint J".
     pub group: String,
     /// Its key.
     pub label: String,
-    /// One line: what it is for.
+    /// Its meaning, one line.
     pub doc: String,
-    /// What it holds.
+    /// Its form.
     pub holds: Holds,
-    /// Its value; `None`: not given, or more than one value.
+    /// Its current value; `None` if not given, or if there is more than one.
     pub value: Option<Value>,
 }
 
-/// What an [`Adjustable`] holds.
+/// Form of the value of an [`Adjustable`].
 #[derive(Clone, Debug, PartialEq)]
 pub enum Holds {
-    /// One of these words, each with what it is for.
+    /// One of these words, each with its meaning.
     Choice(Vec<(String, String)>),
     /// A number within these bounds.
     Number {
@@ -41,7 +41,7 @@ pub enum Holds {
         /// Greatest value.
         maximum: f64,
     },
-    /// A whole number of at least so many.
+    /// A whole number, with its least value.
     Count(usize),
     /// true or false.
     Flag,
@@ -51,7 +51,7 @@ pub enum Holds {
 const OF_SECTIONS: [&str; 6] =
     ["diameter", "linear_density", "axial_stiffness", "bending_stiffness", "torsion_stiffness", "min_bend_radius"];
 
-/// Everything of a scenario that may be set: joints, branches, sections, the minimiser, in this order.
+/// All values of a scenario that may be set: joints, branches, sections, the minimiser, in this order.
 pub fn adjustable(scenario: &Scenario, registry: &Registry) -> Vec<Adjustable> {
     let mut all = Vec::new();
     for joint in &scenario.joints {
@@ -77,7 +77,7 @@ pub fn adjustable(scenario: &Scenario, registry: &Registry) -> Vec<Adjustable> {
     all
 }
 
-/// A value of a section; `None` where it has none, or two that differ.
+/// A value of a section; `None` if it has none, or two that differ.
 fn value_of(section: &Section, name: &str) -> Option<f64> {
     match name {
         "diameter" => Some(section.diameter),
@@ -95,7 +95,7 @@ fn value_of(section: &Section, name: &str) -> Option<f64> {
 
 /// An entry of the scenario.
 struct Place {
-    /// The way to it.
+    /// Path to it.
     way: String,
     group: String,
 }
@@ -144,7 +144,7 @@ impl Place {
     }
 }
 
-/// A name as a part of the way to a key.
+/// A name as a part of the path to a key.
 fn quoted(name: &str) -> String {
     let quote = if name.contains('"') { '\'' } else { '"' };
     let plain = !name.is_empty() && name.trim() == name && name != "*" && !name.contains(['.', '"', '\'']);

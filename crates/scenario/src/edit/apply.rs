@@ -1,4 +1,4 @@
-//! Puts settings in the place of what the text of a scenario says.
+//! Applies settings to the table of a scenario.
 
 use super::key_path::{NAMES, Part, below, parts, stale};
 use crate::fault::{Fault, did_you_mean};
@@ -43,7 +43,7 @@ fn value(text: &str, start: usize) -> Result<Spanned<DeValue<'_>>, Fault> {
         Ok(value) => Ok(shifted(value, start)),
         Err(error) if text.trim().is_empty() || text.trim_start().starts_with(['[', '{', '"', '\'']) => Err(Fault {
             span,
-            message: format!("`{text}` is no value: {}", error.message()),
+            message: format!("`{text}` is not a value: {}", error.message()),
             help: "write a value as in the file, such as 0.5, \"500 mm\" or [0, 0, 1]".to_owned(),
         }),
         Err(_) => Ok(Spanned::new(span, DeValue::String(Cow::Borrowed(text.trim())))),
@@ -68,11 +68,11 @@ fn shifted(node: Spanned<DeValue<'_>>, by: usize) -> Spanned<DeValue<'_>> {
     Spanned::new(span, value)
 }
 
-/// Where on the way a setting is.
+/// A place on the path of a setting.
 struct Place<'r> {
-    /// The keys of entries here, where they are known.
+    /// The keys of entries here, if they are known.
     keys: Option<&'static Keys>,
-    /// What messages call it.
+    /// Its name in messages.
     what: String,
     registry: &'r Registry,
 }
@@ -110,7 +110,7 @@ impl Place<'_> {
         self.next(name, below).node(node, part, rest, value)
     }
 
-    /// What lies behind a part of the way.
+    /// Follows the path behind one of its parts.
     fn node<'a>(
         &self,
         node: &mut Spanned<DeValue<'a>>,
@@ -147,7 +147,7 @@ impl Place<'_> {
             _ => Err(Fault {
                 span: next.span.clone(),
                 message: format!("{} has no parts, so it has no `{}`", self.what, next.name),
-                help: format!("end the way to the key with `{}`", part.name),
+                help: format!("end the path to the key with `{}`", part.name),
             }),
         }
     }
@@ -188,7 +188,7 @@ impl Place<'_> {
     }
 }
 
-/// What an entry of a list is called.
+/// Name of an entry of a list.
 fn name_of(item: &Spanned<DeValue<'_>>) -> Option<String> {
     let DeValue::Table(table) = item.get_ref() else { return None };
     NAMES.iter().find_map(|key| match table.get(*key)?.get_ref() {

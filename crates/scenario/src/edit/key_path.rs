@@ -6,12 +6,12 @@ use crate::format::kinds;
 use crate::span::Span;
 use wireloom_core::Registry;
 
-/// Where an entry of a list has its name, or that of what it is about.
+/// Keys that name an entry of a list: its own name, or that of the part that it refers to.
 pub(crate) const NAMES: [&str; 6] = ["name", "branch", "constraint", "load", "joint", "of"];
-/// Of such keys an entry has one: setting one takes the other's place.
+/// Keys that exclude each other: setting the first removes the second.
 const EITHER: [[&str; 2]; 2] = [["segments", "max_segment"], ["max_segment", "segments"]];
 
-/// One part of the way to a key.
+/// One part of the path to a key.
 pub(crate) struct Part {
     pub name: String,
     /// `*`, without quotes.
@@ -23,7 +23,7 @@ pub(crate) fn parts(key: &str, start: usize) -> Result<Vec<Part>, Fault> {
     let refused = |at: usize, message: &str| Fault {
         span: start + at..start + key.len(),
         message: format!("`{key}` names no key: {message}"),
-        help: "write the way to a key with dots, such as branches.left.length; quote names that have dots".to_owned(),
+        help: "write the path to a key with dots, such as branches.left.length; quote names that have dots".to_owned(),
     };
     let mut parts = Vec::new();
     let mut at = 0;
@@ -54,7 +54,7 @@ pub(crate) fn parts(key: &str, start: usize) -> Result<Vec<Part>, Fault> {
     }
 }
 
-/// The keys of what lies behind a part of the way, where they are known, and whether it may come into being by being named.
+/// The keys behind a part of the path, if they are known, and whether a missing table is created there.
 pub(crate) fn below(keys: Option<&'static Keys>, name: &str) -> (Option<&'static Keys>, bool) {
     let form = keys.and_then(|keys| keys.get(name)).map(|key| key.form);
     let below = match form {
@@ -66,8 +66,8 @@ pub(crate) fn below(keys: Option<&'static Keys>, name: &str) -> (Option<&'static
     (below, matches!(form, Some(Form::Table(_))))
 }
 
-/// The keys that go when this one gets a value (`word`, where that is one): what an entry has instead of it, and, where it chooses a kind, the
-/// parameters of other kinds.
+/// The keys that are removed when this one is set (`word`: the value, if it is a word): the key that it excludes and,
+/// if it chooses a kind, the parameters of other kinds.
 pub(crate) fn stale(keys: Option<&'static Keys>, name: &str, word: Option<&str>, registry: &Registry) -> Vec<String> {
     let mut stale: Vec<String> =
         EITHER.iter().filter(|[one, _]| *one == name).map(|[_, other]| (*other).to_owned()).collect();

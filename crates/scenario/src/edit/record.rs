@@ -1,5 +1,4 @@
-//! Writes into the text of a scenario what was done by hand, so that the author's comments and layout stay: further steps, fewer steps, other
-//! values.
+//! Writes steps and values into the text of a scenario, and keeps the author's comments and layout.
 
 use super::key_path::{self, NAMES, Part};
 use crate::fault::Fault;
@@ -11,16 +10,16 @@ use crate::span::Span;
 use toml_edit::{Array, ArrayOfTables, DocumentMut, Formatted, InlineTable, Item, Table, Value};
 use wireloom_core::{Registry, Rotation, Vector};
 
-/// A step, as it is to be written.
+/// A step to be written.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Written {
     /// Name.
     pub name: String,
-    /// Constraints that let go.
+    /// Constraints that are released.
     pub release: Vec<String>,
-    /// What begins.
+    /// Constraints that begin.
     pub begins: Vec<Begins>,
-    /// Where something is brought; so many increments.
+    /// A motion; each of its places is an increment.
     pub way: Option<Way>,
 }
 
@@ -29,13 +28,13 @@ pub struct Written {
 pub struct Begins {
     /// Name.
     pub name: String,
-    /// Kind; none: a hand takes hold.
+    /// Kind; `None`: a grasp.
     pub kind: Option<String>,
-    /// Where it attaches.
+    /// Place that it attaches to.
     pub at: Attachment,
 }
 
-/// Where something attaches, by name.
+/// A place that something attaches to, by name.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Attachment {
     /// To a branch, at an unstressed arc length, m.
@@ -44,25 +43,25 @@ pub enum Attachment {
     Joint(String),
 }
 
-/// The way of a constraint, at equal shares of a step.
+/// The motion of a constraint, through places at equal fractions of a step.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Way {
     /// Name of the constraint.
     pub constraint: String,
-    /// Where it passes.
+    /// Places that it passes.
     pub places: Vec<Passed>,
 }
 
-/// A place that is passed on a way.
+/// A place that a motion passes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Passed {
     /// Position, m.
     pub position: [f64; 3],
-    /// How it stands; on a way either all places have this or none.
+    /// Direction or frame; either all places of a motion have one, or none.
     pub turn: Option<Turned>,
 }
 
-/// How something stands, as a file says it.
+/// Direction or frame, as a file gives it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Turned {
     /// Direction of d3, of any length but zero.
@@ -72,7 +71,7 @@ pub enum Turned {
 }
 
 impl Turned {
-    /// What a reader makes of it; `None` where it says nothing.
+    /// The turn that the reader makes of it; `None` if it is zero.
     pub fn turn(&self) -> Option<wireloom_core::steps::Turn> {
         use wireloom_core::steps::Turn;
         match self {
@@ -87,10 +86,10 @@ pub fn rotation(q: [f64; 4]) -> Option<Rotation> {
     reader::rotation(q)
 }
 
-/// The text with its first steps only, so many of them, and further ones behind these.
+/// The text with its first `kept` steps, followed by further ones.
 ///
 /// # Errors
-/// Where the text is no TOML.
+/// If the text is not TOML.
 pub fn with_steps(text: &str, kept: usize, further: &[Written]) -> Result<String, Fault> {
     let mut document = document(text)?;
     let item = document.as_table_mut().entry("steps").or_insert(Item::ArrayOfTables(ArrayOfTables::new()));
@@ -120,10 +119,10 @@ pub fn with_steps(text: &str, kept: usize, further: &[Written]) -> Result<String
     Ok(document.to_string())
 }
 
-/// The text in which a value stands in the place of what it says; `key` is as in [`crate::settings`].
+/// The text with another value of a key; `key` as in [`crate::settings`].
 ///
 /// # Errors
-/// Where the text is no TOML, or there is no such key; the place is that in the text, or its end.
+/// If the text is not TOML, or there is no such key; the place is that in the text, or its end.
 pub fn with_value(text: &str, key: &str, value: &wireloom_core::Value, registry: &Registry) -> Result<String, Fault> {
     let mut document = document(text)?;
     let end = text.len();
@@ -136,7 +135,7 @@ pub fn with_value(text: &str, key: &str, value: &wireloom_core::Value, registry:
 fn document(text: &str) -> Result<DocumentMut, Fault> {
     text.parse::<DocumentMut>().map_err(|error| Fault {
         span: error.span().unwrap_or(text.len()..text.len()),
-        message: format!("this is no TOML: {}", error.message()),
+        message: format!("this is not TOML: {}", error.message()),
         help: "see https://toml.io".to_owned(),
     })
 }
@@ -182,7 +181,7 @@ fn place_of(at: &Attachment) -> InlineTable {
     }
 }
 
-/// A `move` through points, or, where it turns on the way, a `carry` through keyframes.
+/// Writes a `move` through points, or, if it turns, a `carry` through keyframes.
 fn write_way(way: &Way, step: &mut Table) {
     let mut own = Table::new();
     let Some((last, before)) = way.places.split_last() else { return };
@@ -218,7 +217,7 @@ fn list(numbers: &[f64]) -> Value {
     Value::Array(numbers.iter().map(|x| number(*x)).collect())
 }
 
-/// A number; whole ones without a point.
+/// A number; an integer without a decimal point.
 fn number(x: f64) -> Value {
     if x == x.trunc() && x.abs() < 1e6 && !(x == 0.0 && x.is_sign_negative()) {
         return Value::Integer(Formatted::new(x as i64));
@@ -226,7 +225,7 @@ fn number(x: f64) -> Value {
     Value::Float(Formatted::new(x))
 }
 
-/// A list with a line for every entry.
+/// A list with one line for every entry.
 fn lines(values: impl Iterator<Item = Value>) -> Array {
     let mut array: Array = values.collect();
     for value in array.iter_mut() {
@@ -250,7 +249,7 @@ fn written(value: &wireloom_core::Value) -> Value {
     }
 }
 
-/// Puts a value where its key says.
+/// Writes a value at the path of its key.
 struct Put<'r> {
     key: &'r str,
     registry: &'r Registry,
@@ -272,7 +271,7 @@ impl Put<'_> {
                 table.remove(&stale);
             }
             match table.get_mut(name) {
-                // What stands beside it in its line remains.
+                // The rest of its line remains.
                 Some(Item::Value(old)) => {
                     let decor = old.decor().clone();
                     *old = value.clone();
@@ -328,17 +327,17 @@ impl Put<'_> {
         Fault {
             span: self.end.clone(),
             message: format!("`{}` names no key: there is no `{}`", self.key, part.name),
-            help: "write the way to a key with dots, such as branches.left.length".to_owned(),
+            help: "write the path to a key with dots, such as branches.left.length".to_owned(),
         }
     }
 }
 
-/// What an entry of a list is called.
+/// Name of an entry of a list.
 fn name_of(table: &dyn toml_edit::TableLike) -> Option<String> {
     NAMES.iter().find_map(|key| Some(table.get(key)?.as_str()?.to_owned()))
 }
 
-/// The entry of a name, or of a number.
+/// Index of the entry with this name or number.
 fn entry_of(names: &[Option<String>], name: &str) -> Option<usize> {
     let named = names.iter().position(|own| own.as_deref() == Some(name));
     named.or_else(|| name.parse().ok().filter(|k| *k < names.len()))
@@ -348,7 +347,10 @@ fn entry_of(names: &[Option<String>], name: &str) -> Option<usize> {
 mod tests {
     use super::*;
 
-    const TEXT: &str = "# A harness.\nschema = 1\n\n[sections.cable] # of two wires\ndiameter = \"8 mm\" # measured\nbending_stiffness = 0.012\n\n[[joints]]\nname = \"J\"\nmodel = \"fused\" # glued\n\n[[steps]] # first\nname = \"one\"\nincrements = 2\n[[steps.add]]\nname = \"plug-B\"\n\n[[steps]]\nname = \"two\"\n\n[minimiser]\nkind = \"newton\"\n";
+    const TEXT: &str = "# A harness.\nschema = 1\n\n[sections.cable] # of two wires\ndiameter = \"8 mm\" # measured\n\
+        bending_stiffness = 0.012\n\n[[joints]]\nname = \"J\"\nmodel = \"fused\" # glued\n\n\
+        [[steps]] # first\nname = \"one\"\nincrements = 2\n[[steps.add]]\nname = \"plug-B\"\n\n\
+        [[steps]]\nname = \"two\"\n\n[minimiser]\nkind = \"newton\"\n";
 
     #[test]
     fn steps_are_cut_off_and_written_behind_the_others() {

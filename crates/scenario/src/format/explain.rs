@@ -1,5 +1,5 @@
-//! The format in words: what a key means, what it holds and how it is written; and what kinds there are. From the tables by which the
-//! reader goes, and from the registry.
+//! The format in words: meaning, value and notation of every key, and the kinds of the registry. Derived from the
+//! tables of keys and from the registry.
 
 use super::form::{Family, Form, Key, Keys, Need};
 use super::keys;
@@ -13,19 +13,19 @@ use wireloom_core::{Parameter, Quantity, Registry, Value};
 /// A key of a scenario, or a parameter of a kind, in words.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Explained {
-    /// Where it may stand: `branches.length`; a list entry or a name in between goes without saying.
+    /// Paths at which it may stand: `branches.length`. Names and numbers of entries are omitted.
     pub places: Vec<String>,
-    /// The kind that has it, as it is chosen: `kind = "lbfgs"`; `None`: it is there for all kinds.
+    /// The kind that has it, as a scenario chooses it: `kind = "lbfgs"`; `None` if all kinds have it.
     pub of: Option<String>,
-    /// What it means.
+    /// Its meaning.
     pub doc: String,
-    /// What it holds: `a length (m), above 0`.
+    /// Its value: `a length, from 1e-10 to 100000 m`.
     pub holds: String,
     /// Whether it must be given.
     pub need: String,
-    /// What holds where it is left out.
+    /// Its default, if it has one.
     pub default: Option<String>,
-    /// How it is written: lines of TOML.
+    /// Example: lines of TOML.
     pub example: String,
 }
 
@@ -34,22 +34,22 @@ pub struct Explained {
 pub struct Model {
     /// Its name.
     pub name: String,
-    /// What it is for.
+    /// Its purpose.
     pub doc: String,
     /// Its parameters.
     pub parameters: Vec<Explained>,
 }
 
-/// All kinds of one sort, in words.
+/// All kinds of one family, in words.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Models {
-    /// The word for one of them: `rod`.
+    /// Word for one of them: `rod`.
     pub what: &'static str,
-    /// Where a scenario chooses one: `branches.rod`.
+    /// Path of the key that chooses one: `branches.rod`.
     pub key: &'static str,
-    /// Which one is taken where the key is left out.
+    /// The kind that is used if the key is left out.
     pub default: Option<&'static str>,
-    /// By name.
+    /// The kinds, by name.
     pub models: Vec<Model>,
 }
 
@@ -76,10 +76,10 @@ pub fn models(registry: &Registry) -> Vec<Models> {
     families.into_iter().filter_map(of).collect()
 }
 
-/// What a scenario may say under a key: `length`, `branches.length`, `branches.left.length`, or the name of a kind. All that it may mean.
+/// All meanings of a key, such as `length`, `branches.length` or `branches.left.length`, or of the name of a kind.
 ///
 /// # Errors
-/// Where there is no such key: what may have been meant.
+/// A suggestion, if there is no such key.
 pub fn explain(key: &str, registry: &Registry) -> Result<Vec<Explained>, String> {
     let mut all = Vec::new();
     walk(&keys::SCENARIO, &[], registry, &mut all);
@@ -112,7 +112,7 @@ pub fn explain(key: &str, registry: &Registry) -> Result<Vec<Explained>, String>
     ))
 }
 
-/// A key on the way to another one.
+/// A key on the path to another one.
 #[derive(Clone, Debug)]
 struct Step {
     name: String,
@@ -120,7 +120,7 @@ struct Step {
     many: bool,
 }
 
-/// Whether a path, with names of entries in it or without, is this way.
+/// Whether a path, with or without names of entries, leads along these keys.
 fn means(asked: &[&str], steps: &[Step]) -> bool {
     match (asked, steps) {
         ([], []) => true,
@@ -132,7 +132,7 @@ fn means(asked: &[&str], steps: &[Step]) -> bool {
     }
 }
 
-/// Everything under a table of keys, each with the way to it.
+/// All keys below a table of keys, each with its path.
 fn walk(table: &'static Keys, way: &[(Step, Form)], registry: &Registry, all: &mut Vec<(Vec<Step>, Explained)>) {
     let steps = |last: &str, many: bool| -> Vec<Step> {
         way.iter().map(|(step, _)| step.clone()).chain([Step { name: last.to_owned(), many }]).collect()
@@ -268,7 +268,7 @@ fn parameter(place: &str, before: &str, word: &str, kind: &str, parameter: &Para
     }
 }
 
-/// A value as a scenario has it, in SI units.
+/// A value as TOML, in SI units.
 fn written(value: &Value) -> String {
     match value {
         Value::Number(x) => format!("{x}"),
@@ -331,7 +331,7 @@ fn vector(quantity: Quantity) -> String {
     format!("[0, 0, {one}]")
 }
 
-/// How a value may be written.
+/// Example of a value.
 fn value(form: &Form) -> String {
     match *form {
         Form::Version => "1".into(),
@@ -362,7 +362,7 @@ fn value(form: &Form) -> String {
     }
 }
 
-/// A table in one line, with what it needs.
+/// A table in one line, with its required keys.
 fn inline(table: &Keys) -> String {
     let needed = table.keys.iter().filter(|key| key.need == Need::Must);
     let pairs: Vec<String> = needed.map(|key| format!("{} = {}", key.name, value(&key.form))).collect();

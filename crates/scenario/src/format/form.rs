@@ -1,9 +1,9 @@
-//! Tables of keys: what an entry of a scenario may have, and what each key holds.
+//! The types of the tables of keys: the keys of an entry and the form of their values.
 
 use super::limits::{ANY, Bound};
 use wireloom_core::Quantity;
 
-/// What is looked up by name in the registry.
+/// Families of kinds in the registry.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Family {
     /// Rods.
@@ -19,7 +19,7 @@ pub(crate) enum Family {
 }
 
 impl Family {
-    /// The word for one of its kinds.
+    /// Word for one of its kinds.
     pub fn word(self) -> &'static str {
         match self {
             Family::Rod => "rod",
@@ -31,16 +31,16 @@ impl Family {
     }
 }
 
-/// What a key holds.
+/// Form of the value of a key.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Form {
     /// The version of the format.
     Version,
-    /// A string that is not empty: a new name, or that of something.
+    /// A string that is not empty: a new name, or a reference.
     Name,
     /// A list of such strings.
     Names,
-    /// Name of a kind of the registry, and the one taken where the key is left out.
+    /// Name of a kind of the registry; with the default.
     Kind(Family, Option<&'static str>),
     /// A number.
     Number(Quantity, Bound),
@@ -52,7 +52,7 @@ pub(crate) enum Form {
     Direction,
     /// A quaternion `[w, x, y, z]` of any length but zero.
     Orientation,
-    /// A list of points, m, at least so many.
+    /// A list of points, m; with its least length.
     Points(usize),
     /// One or two directions.
     Directions,
@@ -76,12 +76,12 @@ pub(crate) enum Form {
     OneOrMoreTables(&'static Keys),
     /// A table of tables, by name.
     Named(&'static Keys),
-    /// A name, a table, or a list of them; a name stands for a table that has nothing but it.
+    /// A name, a table, or a list of them; a name stands for a table with this name only.
     NamesOrTables(&'static Keys),
 }
 
 impl Form {
-    /// What each of its numbers measures, and between what it must be.
+    /// Quantity and limits of each of its numbers.
     pub fn bound(&self) -> Option<(Quantity, Bound)> {
         let (quantity, bound) = match *self {
             Form::Number(quantity, bound) | Form::OneOrTwo(quantity, bound) => (quantity, bound),
@@ -93,16 +93,16 @@ impl Form {
     }
 }
 
-/// Whether a key must be given.
+/// Conditions under which a key must be given.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Need {
-    /// It must.
+    /// Always.
     Must,
-    /// It may be left out.
+    /// Never.
     May,
-    /// It must, unless this key is given.
+    /// Unless this key is given.
     Unless(&'static str),
-    /// It may be left out, and means nothing without this key.
+    /// Never; the key has no meaning without this other key.
     With(&'static str),
 }
 
@@ -111,18 +111,18 @@ pub(crate) enum Need {
 pub(crate) struct Key {
     /// Its name.
     pub name: &'static str,
-    /// What it holds.
+    /// Form of its value.
     pub form: Form,
     /// Whether it must be given.
     pub need: Need,
-    /// What it is for.
+    /// Its meaning.
     pub doc: &'static str,
 }
 
 /// The keys of an entry.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Keys {
-    /// Word for such an entry.
+    /// Word for an entry with these keys.
     pub what: &'static str,
     /// The keys.
     pub keys: &'static [Key],
@@ -134,7 +134,7 @@ impl Keys {
         self.keys.iter().find(|key| key.name == name)
     }
 
-    /// The key that names the entry's kind, whose parameters are keys of the entry too.
+    /// The key that names the entry's kind, with the default. Parameters of the kind are keys of the entry too.
     pub fn kind(&self) -> Option<(&'static str, Family, Option<&'static str>)> {
         self.keys.iter().find_map(|key| match key.form {
             Form::Kind(family, default) => Some((key.name, family, default)),
@@ -143,18 +143,22 @@ impl Keys {
     }
 }
 
+/// A key that must be given.
 pub(crate) const fn must(name: &'static str, form: Form, doc: &'static str) -> Key {
     Key { name, form, need: Need::Must, doc }
 }
 
+/// A key that may be left out.
 pub(crate) const fn may(name: &'static str, form: Form, doc: &'static str) -> Key {
     Key { name, form, need: Need::May, doc }
 }
 
+/// A key that must be given unless `other` is.
 pub(crate) const fn unless(other: &'static str, name: &'static str, form: Form, doc: &'static str) -> Key {
     Key { name, form, need: Need::Unless(other), doc }
 }
 
+/// A key that may be left out and has no meaning without `other`.
 pub(crate) const fn with(other: &'static str, name: &'static str, form: Form, doc: &'static str) -> Key {
     Key { name, form, need: Need::With(other), doc }
 }

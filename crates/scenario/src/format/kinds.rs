@@ -3,7 +3,7 @@
 use super::form::Family;
 use wireloom_core::{Parameter, Registry, registry};
 
-/// What a scenario needs to know of a kind.
+/// Name, documentation and parameters of a kind.
 #[derive(Clone, Copy)]
 pub(crate) struct KindInfo<'r> {
     pub name: &'r str,

@@ -1,21 +1,21 @@
-//! Limits of numbers: what no harness has is refused.
+//! Limits of numbers: values that no harness has are refused.
 
 use super::units::{self, plain};
 use wireloom_core::Quantity;
 
-/// Limits of a number. Those of what it measures hold besides: see [`Bound::of`].
+/// Limits of a number. The limits of its quantity apply too: see [`Bound::of`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Bound {
     /// Least value.
     pub minimum: f64,
-    /// Whether the least value itself is barred.
+    /// Whether the least value itself is excluded.
     pub exclusive: bool,
     /// Greatest value.
     pub maximum: f64,
 }
 
 impl Bound {
-    /// These limits for a quantity: what is physically implausible is beyond them.
+    /// These limits within the physically plausible limits of a quantity.
     pub fn of(self, quantity: Quantity) -> Self {
         let units::Words { smallest, largest, .. } = units::words(quantity);
         let maximum = self.maximum.min(largest);
@@ -25,7 +25,7 @@ impl Bound {
         Self { minimum: self.minimum.max(-largest), maximum, ..self }
     }
 
-    /// `from 1e-10 to 100000 m`, of limits that are those [`of`](Bound::of) the quantity.
+    /// `from 1e-10 to 100000 m`, for limits returned by [`of`](Bound::of).
     pub fn words(self, quantity: Quantity) -> String {
         let (least, greatest, unit) = (plain(self.minimum), plain(self.maximum), units::words(quantity).unit);
         let from = if self.exclusive { "above" } else { "from" };
@@ -33,7 +33,7 @@ impl Bound {
     }
 }
 
-/// Between these, both included.
+/// Limits that are both included.
 pub(super) const fn within(minimum: f64, maximum: f64) -> Bound {
     Bound { minimum, exclusive: false, maximum }
 }
@@ -46,27 +46,27 @@ pub(crate) const POSITIVE: Bound = Bound { minimum: 0.0, exclusive: true, maximu
 pub(crate) const NON_NEGATIVE: Bound = within(0.0, f64::INFINITY);
 /// Above zero, at most one.
 pub(crate) const POSITIVE_FRACTION: Bound = Bound { maximum: 1.0, ..POSITIVE };
-/// Poisson's ratio of what is not unusual.
+/// Poisson's ratio of ordinary materials.
 pub(super) const POISSON: Bound = within(0.0, 0.5);
 /// Between zero and one.
 pub(crate) const FRACTION: Bound = within(0.0, 1.0);
-/// Across a cable, a wire or a layer, m: a kilometre-wide harness may have cables of some ten metres, none has more.
+/// Diameters of cables, wires and layers, m: a harness of a kilometre may have cables of some ten metres.
 pub(super) const DIAMETER: Bound = Bound { maximum: 1e3, ..POSITIVE };
-/// Along a branch, m: the longest cables that are laid in one piece.
+/// Lengths of branches, m: the longest cables that are laid in one piece.
 pub(super) const SPAN_LENGTH: Bound = Bound { maximum: 1e5, ..POSITIVE };
-/// Coefficients of friction: more than this holds fast.
+/// Coefficients of friction: beyond this nothing slips.
 pub(super) const FRICTION_COEFFICIENT: Bound = within(0.0, 1e3);
-/// Turns about a tangent in one step, either way: each takes several equilibria.
+/// Turns about a tangent in one step, in either direction: each needs several equilibria.
 pub(crate) const TURNS: Bound = within(-1e3, 1e3);
 /// Factors of loads.
 pub(crate) const LOAD_FACTOR: Bound = within(-1e9, 1e9);
-/// Residual force relative to the load scale. Below is the round-off of forces that almost cancel; above, what is called balanced is
-/// visibly not.
+/// Residual force relative to the load scale. Smaller values are below the round-off of forces that almost cancel; with
+/// larger ones the shape is visibly not in equilibrium.
 pub(super) const TOLERANCE: Bound = within(1e-15, 1e-2);
-/// How long a call may take, s: a millisecond to a day.
+/// Time limits of a call, s: a millisecond to a day.
 pub(super) const SECONDS: Bound = within(1e-3, 86400.0);
 
-/// The most segments of a harness or iterations that are taken for meant.
+/// Largest number of segments of a harness, of iterations and the like; a larger one is taken for a mistake.
 pub const MAX_COUNT: usize = 1_000_000;
-/// The most increments of a step: each is an equilibrium, and a thousand of them take a second at best.
+/// Largest number of increments of a step: each is an equilibrium, and a thousand of them take at least a second.
 pub(super) const MAX_INCREMENTS: usize = 100_000;

@@ -1,4 +1,4 @@
-//! The format as a JSON Schema, from the tables by which the reader goes.
+//! The format as a JSON Schema, derived from the tables of keys.
 
 use super::form::{Family, Form, Key, Keys, Need};
 use super::keys;
@@ -20,7 +20,7 @@ pub fn schema(registry: &Registry) -> Value {
     whole
 }
 
-/// An entry: its keys, and for each kind the kind's parameters.
+/// The schema of an entry: its keys and, for each kind, the parameters of the kind.
 fn entry(table: &Keys, registry: &Registry) -> Value {
     let mut properties = Map::new();
     let (mut required, mut unless, mut with) = (Vec::new(), BTreeMap::<&str, Vec<&str>>::new(), Map::new());
@@ -62,7 +62,7 @@ fn has_types(table: &Keys) -> bool {
     matches!(table.kind(), Some((_, Family::Constraint, _))) && table.what != keys::FIXING_TYPE.what
 }
 
-/// If the entry is of this kind, then it may have these parameters.
+/// Condition: an entry of this kind may have the parameters of the kind.
 fn when_kind(key: &str, kind: &KindInfo<'_>, default: Option<&str>) -> Value {
     let mut condition = json!({ "properties": { key: { "const": kind.name } } });
     if default != Some(kind.name) {
@@ -77,14 +77,14 @@ fn when_kind(key: &str, kind: &KindInfo<'_>, default: Option<&str>) -> Value {
     json!({ "if": condition, "then": { "properties": parameters(kind), "required": required } })
 }
 
-/// If the entry is of this type of fixing, then it may have the parameters of its kind.
+/// Condition: an entry of this type of fixing may have the parameters of its kind.
 fn when_type(key: &str, name: &str, of: &FixingType, kinds: &[KindInfo<'_>]) -> Option<Value> {
     let kind = kinds.iter().find(|kind| kind.name == of.kind)?;
     let condition = json!({ "properties": { key: { "const": name } }, "required": [key] });
     Some(json!({ "if": condition, "then": { "properties": parameters(kind), "required": of.needs } }))
 }
 
-/// If the entry is of a type of fixing that is not shipped, then it may have the parameters of any kind.
+/// Condition: an entry of a type of fixing that is not shipped may have the parameters of any kind.
 fn when_unknown(key: &str, kinds: &[KindInfo<'_>], types: &Types) -> Value {
     let known: Vec<&str> = kinds.iter().map(|kind| kind.name).chain(types.keys().map(String::as_str)).collect();
     let condition = json!({ "properties": { key: { "not": { "enum": known } } }, "required": [key] });
@@ -196,7 +196,7 @@ fn kind(table: &Keys, family: Family, default: Option<&str>, registry: &Registry
     if has_types(table) {
         let types = shipped_fixing_types(registry);
         choices.extend(types.iter().filter_map(|(name, of)| Some(choice(name, &of.as_ref()?.doc))));
-        let own = "a type of fixing out of `fixings`, of this file or one of its library";
+        let own = "a type of fixing from `fixings` of this file or of a library file";
         choices.push(json!({ "minLength": 1, "description": own }));
         value["anyOf"] = Value::Array(choices);
     } else {

@@ -18,29 +18,29 @@ const fn dimension(metre: i32, kilogram: i32, second: i32, radian: i32) -> Dimen
     Dimension { metre, kilogram, second, radian }
 }
 
-/// What messages say about a quantity.
+/// Name, unit and limits of a quantity.
 pub(crate) struct Words {
-    /// With its article.
+    /// Name with its article.
     pub name: &'static str,
     /// SI unit; empty for a pure number.
     pub unit: &'static str,
-    /// How a scenario may write one.
+    /// Example of a value in a scenario.
     pub example: &'static str,
     /// Least size above zero that is physically plausible, SI.
     pub smallest: f64,
     /// Greatest size that is physically plausible, SI.
     pub largest: f64,
     dimension: Dimension,
-    /// Whether the radian may be left out or put in: `N m` for `N m/rad`, `rad/m` for `1/m`.
+    /// Dimension with the radian left out or added: `N m` for `N m/rad`, `rad/m` for `1/m`.
     alternative: Option<Dimension>,
 }
 
 /// Name, unit, example, plausible sizes and dimension of a quantity.
 ///
-/// A size beyond these is a slip of the pen, such as a wrong unit: no harness is thinner than an atom (1e-10 m) or lies farther away
-/// than once around the earth (4e7 m). The other sizes let harnesses of micrometres to kilometres pass whose stiffness follows from
-/// that of matter, which goes with the second power of the size in stretch and the fourth in bending, and gravity that is scaled to bend them
-/// alike, which goes with the inverse.
+/// A size beyond these limits is a mistake, such as a wrong unit: no harness is thinner than an atom (1e-10 m) or
+/// farther away than the circumference of the earth (4e7 m). The other limits admit harnesses of micrometres to
+/// kilometres: axial stiffness scales with the second power of the size, bending stiffness with the fourth, and the
+/// gravity that bends them alike with the inverse.
 pub(crate) fn words(quantity: Quantity) -> Words {
     let of = |name, unit, example, [smallest, largest]: [f64; 2], dimension| Words {
         name,
@@ -96,7 +96,7 @@ const QUANTITIES: [Quantity; 14] = [
     Quantity::Density,
 ];
 
-/// What a dimension measures, for messages.
+/// Name of a dimension, for messages.
 fn describe(d: Dimension) -> String {
     if let Some(words) = QUANTITIES.into_iter().map(words).find(|w| w.dimension == d) {
         return words.name.to_owned();
@@ -178,7 +178,7 @@ fn number_length(text: &str) -> usize {
     end
 }
 
-/// The exponent at the beginning of `text` (`^2`, `^-1`, `2`, `²`, `⁻¹`; 1 where there is none) and what follows it.
+/// The exponent at the beginning of `text` (`^2`, `^-1`, `2`, `²`, `⁻¹`; 1 if there is none) and the text after it.
 fn exponent(text: &str) -> Option<(i32, &str)> {
     const SUPERSCRIPTS: &str = "⁰¹²³⁴⁵⁶⁷⁸⁹";
     let marked = text.strip_prefix('^');
@@ -205,12 +205,12 @@ fn exponent(text: &str) -> Option<(i32, &str)> {
     (value.abs() <= 9).then_some((value, &body[end..]))
 }
 
-/// A number as a scenario may write it, without long rows of noughts.
+/// A number as a scenario may write it, without many zeros.
 pub(crate) fn plain(x: f64) -> String {
     if x == 0.0 || (1e-4..1e6).contains(&x.abs()) { format!("{x}") } else { format!("{x:e}") }
 }
 
-/// The SI unit of a quantity, in words where it has none.
+/// The SI unit of a quantity, or "a pure number".
 pub fn unit_of(quantity: Quantity) -> &'static str {
     match words(quantity).unit {
         "" => "a pure number",
@@ -218,7 +218,7 @@ pub fn unit_of(quantity: Quantity) -> &'static str {
     }
 }
 
-/// Factor to SI and dimension of a unit; the part that is not understood where it is none.
+/// Factor to SI and dimension of a unit; the unknown part if it is not a unit.
 fn unit(text: &str) -> Result<(f64, Dimension), String> {
     let (mut factor, mut total) = (1.0, Dimension::default());
     let mut rest = text.trim();
@@ -262,7 +262,7 @@ fn unit(text: &str) -> Result<(f64, Dimension), String> {
 /// The value of a string with a unit, in SI.
 ///
 /// # Errors
-/// What is wrong with it, to follow the quoted text in a message.
+/// The fault, in words that follow the quoted text in a message.
 pub(crate) fn parse(text: &str, quantity: Quantity) -> Result<f64, String> {
     let words = words(quantity);
     let trimmed = text.trim();
@@ -286,7 +286,7 @@ pub(crate) fn parse(text: &str, quantity: Quantity) -> Result<f64, String> {
 /// The value of a string with any unit, in SI, and that SI unit as [`parse`] reads it; empty for a pure number.
 ///
 /// # Errors
-/// What is wrong with it, to follow the quoted text in a message.
+/// The fault, in words that follow the quoted text in a message.
 pub(crate) fn any(text: &str) -> Result<(f64, String), String> {
     let trimmed = text.trim();
     let (number, rest) = trimmed.split_at(number_length(trimmed));

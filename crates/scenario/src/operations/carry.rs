@@ -13,34 +13,35 @@ use crate::scenario::Facing;
 use wireloom_core::steps::{Carried, Move, Operation, Track, Turn};
 use wireloom_core::{Quantity, Rotation, Vector};
 
-/// Things that are carried together.
+/// Constraints that move together.
 pub(crate) const CARRY: StepOperation = StepOperation {
-    key: may("carry", Form::Tables(&KEYS), "motions of hands or connectors that are carried together"),
+    key: may("carry", Form::Tables(&KEYS), "motions of constraints that are carried together"),
     begins: |_| Begins::Nothing,
     read,
 };
 
-/// Things that are carried together.
+/// Constraints that move together.
 const KEYS: Keys = Keys {
     what: "carry",
     keys: &[
-        must("what", Form::Names, "constraints that move together, as one rigid body; the way is that of the first"),
+        must("what", Form::Names, "constraints that move together, as one rigid body; the motion is that of the first"),
         may(
             "about",
             Form::Table(&ABOUT),
-            "the way is that of a point and frame of the body, here when the step begins, instead of the first",
+            "the motion is that of a point and frame of the body instead of the first: their pose when the step begins",
         ),
-        unless("path", "keyframes", Form::Tables(&KEYFRAME), "the way"),
+        unless("path", "keyframes", Form::Tables(&KEYFRAME), "poses that are passed"),
         may(
             "path",
             Form::Name,
-            "instead of keyframes: a CSV file of poses, from the folder of the scenario; columns t, x, y, z and, all or none, qw, qx, qy, qz; lengths in m or as in x [mm]; t from the step's beginning to its end",
+            "instead of keyframes: a CSV file of poses, from the folder of the scenario; columns t, x, y, z and, all \
+             or none, qw, qx, qy, qz; lengths in m or as in x [mm]; t from the step's beginning to its end",
         ),
-        may("timing", Form::Tables(&TIMING), "those that begin later, or are done sooner, than the step"),
+        may("timing", Form::Tables(&TIMING), "constraints that begin to move later, or end sooner, than the step"),
     ],
 };
 
-/// Where a body is when it begins to be carried.
+/// Pose of a body when it begins to move.
 const ABOUT: Keys = Keys {
     what: "about",
     keys: &[
@@ -51,23 +52,23 @@ const ABOUT: Keys = Keys {
     ],
 };
 
-/// A place on the way.
+/// A pose that is passed.
 const KEYFRAME: Keys = Keys {
     what: "keyframe",
     keys: &[
         must(
             "at",
             Form::Number(Quantity::Dimensionless, FRACTION),
-            "share of the step at which it is passed; one at 0 says where the body counts as being as the step begins",
+            "fraction of the step at which it is passed; a keyframe at 0 gives the first pose of the body",
         ),
-        may("position", Form::Vector(Quantity::Length), "position; left out, it is on the way between those beside it"),
+        may("position", Form::Vector(Quantity::Length), "position; left out, it is interpolated"),
         TANGENT,
         UP,
         ORIENTATION,
     ],
 };
 
-/// When something that is carried moves.
+/// Part of the step in which a constraint moves.
 const TIMING: Keys = Keys {
     what: "timing",
     keys: &[
@@ -75,17 +76,17 @@ const TIMING: Keys = Keys {
         may(
             "delay",
             Form::Number(Quantity::Dimensionless, FRACTION),
-            "share of the step after which it begins to move; default 0",
+            "fraction of the step after which it begins to move; default 0",
         ),
         may(
             "share",
             Form::Number(Quantity::Dimensionless, Bound { exclusive: true, ..FRACTION }),
-            "share of the step over which it moves; default what is left of it",
+            "fraction of the step over which it moves; default the rest of it",
         ),
     ],
 };
 
-/// A place on the way of what is carried.
+/// A pose that is passed.
 struct Keyframe {
     at: f64,
     position: Option<Vector>,
@@ -108,7 +109,7 @@ fn read(entry: &Entry<'_>, _: Option<usize>, step: &mut Context<'_, '_>) -> Opti
         turns: frames.iter().filter(|frame| frame.turn != Turn::Keep).map(|frame| (frame.at, frame.turn)).collect(),
         spin: 0.0,
     };
-    // What turns a body holds all of its frame; a single tangent leaves the twist to the cable.
+    // A body that turns holds the whole frame; a single tangent leaves the twist free.
     let tangents = track.turns.iter().all(|(_, turn)| matches!(turn, Turn::Tangent(_)));
     for Carried { constraint, .. } in &carried {
         step.constraints[*constraint].tangent_given |= !track.turns.is_empty();
@@ -122,14 +123,14 @@ fn read(entry: &Entry<'_>, _: Option<usize>, step: &mut Context<'_, '_>) -> Opti
     Some(Operation::Carry { constraints })
 }
 
-/// What is carried, and when.
+/// The constraints that move, and when.
 fn carried(entry: &Entry<'_>, step: &Context<'_, '_>) -> Vec<Carried> {
     let mut all: Vec<(&str, Carried)> = Vec::new();
     let given = entry.names("what");
     for (name, span) in &given {
         if all.iter().any(|(other, _)| other == name) {
             let message = format!("{} names \"{name}\" twice", entry.label);
-            entry.reader.fault(span.clone(), message, "name everything once");
+            entry.reader.fault(span.clone(), message, "name each constraint once");
         } else if let Some(constraint) = step.claim(entry, name, span.clone()) {
             all.push((name, Carried { constraint, delay: 0.0, fraction: 1.0 }));
         }
@@ -143,7 +144,7 @@ fn carried(entry: &Entry<'_>, step: &Context<'_, '_>) -> Vec<Carried> {
         let Some(name) = timing.word("what") else { continue };
         if delay + share > 1.0 + 1e-12 || share <= 0.0 {
             let message = format!("\"{name}\" would not arrive within the step: `delay` + `share` = {}", delay + share);
-            timing.fault_here(message, "they add up to at most 1, and some share is left to move in");
+            timing.fault_here(message, "their sum must be at most 1, and `share` above 0");
         }
         if let Some((_, carried)) = all.iter_mut().find(|(other, _)| *other == name) {
             (carried.delay, carried.fraction) = (delay, share);
@@ -155,14 +156,14 @@ fn carried(entry: &Entry<'_>, step: &Context<'_, '_>) -> Vec<Carried> {
     all.into_iter().map(|(_, carried)| carried).collect()
 }
 
-/// The way of what is carried: keyframes, or the poses of a file.
+/// The motion: keyframes, or the poses of a file.
 fn way(entry: &Entry<'_>) -> Vec<Keyframe> {
     if !entry.has("path") {
         return keyframes(entry);
     }
     for other in ["keyframes", "about"].into_iter().filter(|key| entry.has(key)) {
         let message = format!("{} has `{other}` beside `path`", entry.label);
-        let help = "leave it out: the first pose of the file says where the body begins, the others where it goes";
+        let help = "leave it out: the first pose of the file is that of the body when the step begins";
         entry.fault_at(other, message, help);
     }
     let turn = |frame: Option<Rotation>| frame.map_or(Turn::Keep, Turn::Orientation);
@@ -184,19 +185,15 @@ fn keyframes(entry: &Entry<'_>) -> Vec<Keyframe> {
         let Some(at) = given.number("at") else { continue };
         if let Some(last) = frames.last().filter(|last| at <= last.at) {
             let message = format!("`at` = {at} of {} does not come after {}", given.label, last.at);
-            given.fault_at("at", message, "keyframes come in the order in which they are passed");
+            given.fault_at("at", message, "give keyframes in the order in which they are passed");
         }
         if at == 0.0 && entry.has("about") {
-            let message = format!("{} has `about` and a keyframe at 0: both say where the body begins", entry.label);
+            let message = format!("{} has `about` and a keyframe at 0: both give the first pose", entry.label);
             given.fault_at("at", message, "leave one of them out");
         }
         if at == 0.0 && matches!(facing, Facing::Tangent(_)) {
             let message = format!("the keyframe at 0 of {} has a tangent alone", entry.label);
-            given.fault_at(
-                "tangent",
-                message,
-                "add `up`: the body begins with a whole frame, or with that of the first",
-            );
+            given.fault_at("tangent", message, "add `up`, or leave both out for the frame of the first constraint");
         }
         frames.push(Keyframe { at, position, turn: facing.turn() });
     }
@@ -205,13 +202,13 @@ fn keyframes(entry: &Entry<'_>) -> Vec<Keyframe> {
         entry.fault_at(
             "keyframes",
             message,
-            "give one keyframe at least behind 0, such as { at = 1, position = [0, 0, 1] }",
+            "give at least one keyframe after 0, such as { at = 1, position = [0, 0, 1] }",
         );
     }
     frames
 }
 
-/// The frame of a body: the world's axes where none is given.
+/// The frame of a body: the world's axes if none is given.
 fn frame(about: &Entry<'_>) -> Option<Rotation> {
     match facing(about) {
         Facing::Left => Some(Rotation::identity()),

@@ -1,4 +1,4 @@
-//! `clip`: a clip closes around the cable and brings it to its seat.
+//! `clip`: a clip closes around the cable and moves it to its seat.
 
 use super::{Begins, StepOperation};
 use crate::format::form::{Family, Form, Keys, may, must};
@@ -11,7 +11,7 @@ use wireloom_core::steps::Operation;
 
 /// Clips that close.
 pub(super) const CLIP: StepOperation = StepOperation {
-    key: may("clip", Form::Tables(&KEYS), "clips that close around the cable and bring it to their seats"),
+    key: may("clip", Form::Tables(&KEYS), "clips that close around the cable and move it to their seats"),
     begins: |_| Begins::AtPlaceOrNearest,
     read: |_, begun, _| begun.map(|constraint| Operation::Clip { constraint }),
 };
@@ -21,11 +21,11 @@ const KEYS: Keys = Keys {
     what: "clip",
     keys: &[
         NAME,
-        may("kind", Form::Kind(Family::Constraint, Some("collar")), "what it is; default \"collar\""),
+        may("kind", Form::Kind(Family::Constraint, Some("collar")), "its kind; default \"collar\""),
         must(
             "at",
             Form::Table(&AT),
-            "where it closes: branch and s, or branch alone for the place that is nearest to it when the step begins",
+            "where it closes: branch and s, or branch alone for the place nearest to its seat when the step begins",
         ),
         must("position", Form::Vector(Quantity::Length), "its seat"),
         TANGENT,

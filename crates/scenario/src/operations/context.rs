@@ -7,12 +7,12 @@ use crate::span::Span;
 use std::collections::{BTreeMap, BTreeSet};
 use wireloom_core::steps::{Move, ObstacleMove};
 
-/// Which constraints act, as the steps go by.
+/// The constraints that act, from step to step.
 pub(crate) struct Acting {
     pub active: BTreeSet<usize>,
-    /// Those that have let go, and in which step.
+    /// Released constraints, with their step.
     pub released: BTreeMap<usize, usize>,
-    /// Connectors that have been pushed home.
+    /// Connectors that are in their seats.
     pub mated: BTreeSet<usize>,
 }
 
@@ -37,7 +37,7 @@ impl Context<'_, '_> {
         let index = *lookup(entry, "constraint", &self.names.constraints, name, span.clone())?;
         let step = &self.entry.label;
         let (message, help) = if self.acting.released.contains_key(&index) {
-            (format!("{step} moves \"{name}\", which has let go"), "move it before it is released")
+            (format!("{step} moves \"{name}\", which is released"), "move it before it is released")
         } else if !self.acting.active.contains(&index) {
             (format!("{step} moves \"{name}\", which has not begun"), "add it in this step or before")
         } else if self.moves.iter().any(|other| other.carried.iter().any(|carried| carried.constraint == index)) {
@@ -50,7 +50,7 @@ impl Context<'_, '_> {
         None
     }
 
-    /// The obstacle of this name, if nothing else moves it.
+    /// The obstacle of this name, if no other motion moves it.
     pub fn claim_obstacle(&self, entry: &Entry<'_>, name: &str) -> Option<usize> {
         let span = entry.span_of("obstacle");
         let index = *lookup(entry, "obstacle", &self.names.obstacles, name, span.clone())?;

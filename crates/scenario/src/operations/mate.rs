@@ -1,4 +1,4 @@
-//! `mate`: a connector is brought before its seat and pushed in.
+//! `mate`: a connector is moved to the place before its seat and pushed in.
 
 use super::context::Context;
 use super::{Begins, StepOperation};
@@ -18,33 +18,33 @@ use wireloom_core::steps::{Move, Operation, Track, Turn};
 
 /// Connectors that are pushed in.
 pub(super) const MATE: StepOperation = StepOperation {
-    key: may("mate", Form::Tables(&KEYS), "connectors that are brought before their seats and pushed in"),
+    key: may("mate", Form::Tables(&KEYS), "connectors that are moved to the place before their seats and pushed in"),
     begins: |entry| if entry.has("name") { Begins::AtPlace } else { Begins::Nothing },
     read,
 };
 
-/// A connector that is pushed home.
+/// A connector that is pushed in.
 const KEYS: Keys = Keys {
     what: "mate",
     keys: &[
-        may("constraint", Form::Name, "name of the constraint, where it acts already; either this, or name and at"),
-        may("name", Form::Name, "name of a constraint that begins with this step, where the cable is"),
+        may("constraint", Form::Name, "name of a constraint that acts already; either this, or name and at"),
+        may("name", Form::Name, "name of a constraint that begins with this step, at the pose of the cable"),
         may("kind", Form::Kind(Family::Constraint, Some("connector")), "its kind; default \"connector\""),
         may("at", Form::Table(&AT), "where it attaches"),
         must("position", Form::Vector(Quantity::Length), "its seat"),
         TANGENT,
         UP,
         ORIENTATION,
-        may("direction", Form::Direction, "where it is pushed; default out of the end of the branch along tangent"),
+        may("direction", Form::Direction, "direction of the push; default out of the end of the branch along tangent"),
         may(
             "approach",
             Form::Number(Quantity::Length, POSITIVE),
-            "how far before its seat the push begins; default 30 mm",
+            "distance from the seat at which the push begins; default 30 mm",
         ),
         may(
             "max_insertion_force",
             Form::Number(Quantity::Force, POSITIVE),
-            "largest force that a hand may push with; reported against",
+            "largest force of the push; larger ones are reported",
         ),
         HOLD,
         PULL_OUT_FORCE,
@@ -60,7 +60,8 @@ const APPROACHED: f64 = 0.7;
 /// Fraction of the step at which it has also been turned about its tangent to its final frame; the rest is the push.
 const TURNED: f64 = 0.8;
 
-/// Brings a connector before its seat, turns it home about its tangent by the shortest turn, and pushes it straight in.
+/// Moves a connector to the place before its seat, turns it about its tangent by the shortest turn, and pushes it
+/// straight in.
 fn read(entry: &Entry<'_>, begun: Option<usize>, step: &mut Context<'_, '_>) -> Option<Operation> {
     let seat = entry.vector("position");
     let facing = facing(entry);
@@ -68,7 +69,7 @@ fn read(entry: &Entry<'_>, begun: Option<usize>, step: &mut Context<'_, '_>) -> 
     let approach = entry.number("approach").unwrap_or(APPROACH);
     let limit = entry.number("max_insertion_force");
     if !["tangent", "up", "orientation"].iter().any(|key| entry.has(key)) {
-        let message = format!("{} does not say which way the connector faces", entry.label);
+        let message = format!("{} gives no direction of the connector", entry.label);
         entry.fault_here(message, "add `tangent`: direction of d3 in its seat, along the branch, and `up`");
     }
     let tangent = match facing {
@@ -103,7 +104,7 @@ fn read(entry: &Entry<'_>, begun: Option<usize>, step: &mut Context<'_, '_>) -> 
     Some(Operation::Mate { constraint: index, direction, push_from, limit })
 }
 
-/// The connector that is pushed home: one that acts, or one that begins with the step.
+/// The connector that is pushed in: one that acts, or one that begins with the step.
 fn which(entry: &Entry<'_>, begun: Option<usize>, step: &Context<'_, '_>) -> Option<usize> {
     match (entry.has("constraint"), entry.has("name")) {
         (false, true) => {
@@ -124,7 +125,7 @@ fn which(entry: &Entry<'_>, begun: Option<usize>, step: &Context<'_, '_>) -> Opt
             let constraint = step.claim(entry, name, span.clone())?;
             if step.acting.mated.contains(&constraint) {
                 let message = format!("{} mates \"{name}\", which is in its seat already", step.entry.label);
-                entry.reader.fault(span, message, "release it first, or move it with its counterpart by `carry`");
+                entry.reader.fault(span, message, "release it first, or move it together with others by `carry`");
             }
             Some(constraint)
         }
@@ -148,7 +149,7 @@ fn outward(entry: &Entry<'_>, at: At, step: &Context<'_, '_>) -> Option<f64> {
             return Some(1.0);
         }
     }
-    let message = format!("{} is not at an end, and does not say where to push", entry.label);
+    let message = format!("{} is not at an end and gives no direction of the push", entry.label);
     entry.fault_here(message, "add `direction`");
     None
 }

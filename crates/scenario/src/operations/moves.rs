@@ -24,14 +24,14 @@ const KEYS: Keys = Keys {
         unless("obstacle", "constraint", Form::Name, "name of the constraint"),
         may("obstacle", Form::Name, "instead of a constraint: name of the obstacle"),
         may("position", Form::Vector(Quantity::Length), "position reached at the end"),
-        may("via", Form::Points(1), "points passed on the way, at equal shares of the step"),
+        may("via", Form::Points(1), "points that are passed, at equal fractions of the step"),
         TANGENT,
         UP,
         ORIENTATION,
         may(
             "turns",
             Form::Number(Quantity::Dimensionless, TURNS),
-            "then turned about the tangent by so many turns, spread over the increments",
+            "number of turns about the tangent, in addition, spread over the increments",
         ),
     ],
 };
@@ -72,7 +72,7 @@ fn read(entry: &Entry<'_>, _: Option<usize>, step: &mut Context<'_, '_>) -> Opti
     None
 }
 
-/// Where something goes through these points, at equal shares of the step.
+/// The track through these points, at equal fractions of the step.
 fn track(path: Vec<Vector>, turn: Turn, spin: f64) -> Track {
     let legs = path.len() as f64;
     Track {

@@ -9,13 +9,13 @@ use wireloom_core::steps::Operation;
 pub(crate) struct StepOperation {
     /// Its key in a step.
     pub key: Key,
-    /// Which constraint an entry begins.
+    /// The constraint that an entry begins.
     pub begins: fn(&Entry<'_>) -> Begins,
     /// Reads an entry, with the index of the constraint that it begins. Returns the operation that the run reports.
     pub read: fn(&Entry<'_>, Option<usize>, &mut Context<'_, '_>) -> Option<Operation>,
 }
 
-/// Which constraint an entry of an operation begins.
+/// The constraint that an entry of an operation begins.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Begins {
     /// None.

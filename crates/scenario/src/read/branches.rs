@@ -7,7 +7,7 @@ use crate::format::limits::MAX_COUNT;
 use crate::scenario::{Branch, Division};
 use wireloom_core::Vector;
 
-/// A branch. The names are broken where something that it needs is missing.
+/// A branch. Marks the names as broken if something that it needs is missing.
 pub(crate) fn branch<'a>(entry: &Entry<'a>, names: &mut Names<'a>) -> Branch {
     let index = names.lengths.len();
     let kind = kinds::read(entry);

@@ -1,4 +1,4 @@
-//! Reads what attaches to the harness: constraints and loads, where they attach, which way they face.
+//! Reads constraints.
 
 use super::entry::Entry;
 use super::fixing_types::FixingType;
@@ -13,7 +13,8 @@ use toml::de::DeValue;
 use wireloom_core::constraint::{Limits, Slide, SpanUse};
 use wireloom_core::{HoldWord, Vector};
 
-/// A constraint. `None` where it has no name of its own; the names are broken where anything is at fault.
+/// A constraint; `nearest`: whether it may attach to the nearest place of a branch. `None` if it has no name of its
+/// own; marks the names as broken if anything is faulty.
 pub(crate) fn constraint<'a>(
     entry: &Entry<'a>,
     from_start: bool,
@@ -24,7 +25,7 @@ pub(crate) fn constraint<'a>(
     let (kind, of) = kinds::read_among(entry, &names.types).map(|(kind, of)| (kind, of.cloned())).unzip();
     let of = of.flatten();
     let name = entry.word("name").filter(|name| begin(entry, name, names));
-    // Not every entry has every key of a constraint: a hand takes hold where the cable is.
+    // Not every entry has every key of a constraint: a grasp has no position, for example.
     let own = |key: &str| entry.keys.get(key).is_some();
     let given = entry.one_or_more("at");
     let places: Vec<_> = given.iter().filter_map(|at| attachment(at, names, nearest)).collect();
@@ -40,7 +41,7 @@ pub(crate) fn constraint<'a>(
     let slide = slide(entry, of.as_ref(), at, names);
     let limits = limits(entry, &of.as_ref().map(|of| of.limits).unwrap_or_default());
     for need in of.iter().flat_map(|of| &of.needs) {
-        refuse_unmet(entry, need);
+        refuse_missing_need(entry, need);
     }
     if let Some(kind) = &kind {
         refuse_count(entry, &kind.kind, places.len(), span.is_some());
@@ -70,7 +71,7 @@ pub(crate) fn constraint<'a>(
     })
 }
 
-/// Gives a constraint its name; that of one that has let go may be taken again.
+/// Gives a constraint its name; the name of a released one may be used again.
 fn begin<'a>(entry: &Entry<'a>, name: &'a str, names: &mut Names<'a>) -> bool {
     if names.let_go.remove(name) {
         names.constraints.remove(name);
@@ -80,7 +81,7 @@ fn begin<'a>(entry: &Entry<'a>, name: &'a str, names: &mut Names<'a>) -> bool {
     free
 }
 
-/// Refuses what does not attach to as much as its kind does.
+/// Refuses a constraint that does not attach to as many places as its kind does.
 fn refuse_count(entry: &Entry<'_>, kind: &str, stations: usize, span: bool) {
     let Some(attaches) = entry.reader.registry.constraint(kind).map(|kind| &kind.attaches) else { return };
     if attaches.span == SpanUse::Never && span {
@@ -104,14 +105,14 @@ fn refuse_count(entry: &Entry<'_>, kind: &str, stations: usize, span: bool) {
         entry.fault_at(key, message, help);
     }
     if entry.keys.get("slide").is_some() && entry.flag("slide") == Some(true) && (stations > 1 || span) {
-        let message = format!("no cable can run through {}: it does not act on one place alone", entry.label);
+        let message = format!("no cable can slide through {}: it does not act on one place alone", entry.label);
         entry.fault_at("slide", message, "leave `slide` out");
     }
 }
 
-/// What is borne, where the entry says nothing else.
+/// The load limits of an entry; `otherwise`: those that it does not give.
 pub(crate) fn limits(entry: &Entry<'_>, otherwise: &Limits) -> Limits {
-    // A hand that takes hold is not pushed home.
+    // A grasp has no insertion force.
     let number = |key: &str| if entry.keys.get(key).is_some() { entry.number(key) } else { None };
     Limits {
         pull_out_force: number("pull_out_force").or(otherwise.pull_out_force),
@@ -120,8 +121,8 @@ pub(crate) fn limits(entry: &Entry<'_>, otherwise: &Limits) -> Limits {
     }
 }
 
-/// Notes that a key is not given which the type of fixing needs.
-fn refuse_unmet(entry: &Entry<'_>, need: &str) {
+/// Refuses a constraint without a key that its type of fixing needs.
+fn refuse_missing_need(entry: &Entry<'_>, need: &str) {
     if entry.has(need) {
         return;
     }
@@ -129,12 +130,12 @@ fn refuse_unmet(entry: &Entry<'_>, need: &str) {
     let message = format!("{} has no `{need}`, which a \"{kind}\" needs", entry.label);
     let help = match entry.keys.get(need) {
         Some(key) => format!("add `{need}`: {}", key.doc),
-        None => format!("begin it by `add`, where it can have `{need}`, and `move` it"),
+        None => format!("begin it with `add`, which has the key `{need}`, and `move` it"),
     };
     entry.fault_at("kind", message, help);
 }
 
-/// The freedoms that are spelt out.
+/// The freedoms that the entry lists.
 pub(crate) fn hold(entry: &Entry<'_>) -> Option<Vec<HoldWord>> {
     if !entry.has("hold") {
         return None;
@@ -149,7 +150,7 @@ pub(crate) fn hold(entry: &Entry<'_>) -> Option<Vec<HoldWord>> {
         })
         .collect();
     if matches!(entry.node("hold").map(Spanned::get_ref), Some(DeValue::Array(list)) if list.is_empty()) {
-        let message = format!("`hold` of {} is empty: it would hold nothing", entry.label);
+        let message = format!("`hold` of {} is empty", entry.label);
         entry.fault_at("hold", message, "name some of \"position\", \"tangent\", \"twist\", or leave `hold` out");
     }
     Some(words)
@@ -166,14 +167,14 @@ fn rails(entry: &Entry<'_>) -> Vec<Vector> {
     rails
 }
 
-/// Whether and how the cable runs through a constraint; that needs cable on both sides of it.
+/// The sliding of the cable through a constraint, which needs cable on both sides.
 fn slide(entry: &Entry<'_>, of: Option<&FixingType>, at: Option<At>, names: &Names<'_>) -> Option<Slide> {
     let otherwise = of.and_then(|of| of.slide);
     let own = entry.keys.get("slide").is_some();
     let slides = if own { entry.flag("slide") } else { None }.unwrap_or(otherwise.is_some());
     let friction = if own { entry.number("friction") } else { None };
     if entry.has("friction") && !slides {
-        let message = format!("{} has `friction` but lets no cable through", entry.label);
+        let message = format!("{} has `friction`, but the cable does not slide", entry.label);
         entry.fault_at("friction", message, "add slide = true, or leave `friction` out");
     }
     if !slides {
@@ -187,10 +188,10 @@ fn slide(entry: &Entry<'_>, of: Option<&FixingType>, at: Option<At>, names: &Nam
     if let Some(place) = place {
         let within = "attach it within a branch, { branch = \"…\", s = … }";
         if entry.has("slide") {
-            let message = format!("`slide` = true of {}, which is at {place}: no cable can run through", entry.label);
+            let message = format!("`slide` = true of {}, but it is at {place}: no cable can slide there", entry.label);
             entry.fault_at("slide", message, format!("{within}, or leave `slide` out"));
         } else {
-            let message = format!("{} lets the cable through, and is at {place}: none can run through", entry.label);
+            let message = format!("{} lets the cable slide, but is at {place}: no cable can slide there", entry.label);
             entry.fault_at("kind", message, format!("{within}, choose another kind, or add slide = false"));
         }
     }

@@ -1,7 +1,7 @@
-//! Reads a whole scenario, from the top: sections, branches, then what refers to them.
+//! Reads a whole scenario: sections, branches, then the entries that refer to them.
 //!
-//! A value at fault is replaced by a harmless one and the reading goes on, so that all faults are found. What comes
-//! out is used only where there are none.
+//! A faulty value is replaced by a harmless one and reading continues, so that all faults are found. The result is used
+//! only if there are none.
 
 use super::branches::branch;
 use super::constraints::constraint;
@@ -23,7 +23,7 @@ use toml::de::DeTable;
 use wireloom_core::Vector;
 use wireloom_core::obstacle::ContactSettings;
 
-/// Reads a scenario; the second value says whether all names lead somewhere.
+/// Reads a scenario; the second value says whether all names refer to something.
 pub(crate) fn read(reader: &Reader<'_>, table: &DeTable<'_>) -> (Scenario, bool) {
     let root = Entry::new(reader, table, 0..0, &keys::SCENARIO, "the scenario".to_owned());
     version(&root);

@@ -14,14 +14,14 @@ pub(crate) struct Entry<'a> {
     pub reader: &'a Reader<'a>,
     pub table: &'a DeTable<'a>,
     pub keys: &'static Keys,
-    /// Where it is.
+    /// Its place in the text.
     pub span: Span,
-    /// What messages call it: `branch "trunk"`.
+    /// Its name in messages: `branch "trunk"`.
     pub label: String,
 }
 
 impl<'a> Entry<'a> {
-    /// An entry. Keys that are not declared are refused at once, but for entries of a kind: those may
+    /// An entry. Keys that are not declared are refused at once, except for entries of a kind: those may
     /// have the kind's parameters, see [`super::kinds::read`].
     pub fn new(reader: &'a Reader<'a>, table: &'a DeTable<'a>, span: Span, keys: &'static Keys, label: String) -> Self {
         let entry = Self { reader, table, keys, span, label };
@@ -31,12 +31,12 @@ impl<'a> Entry<'a> {
         entry
     }
 
-    /// The declared key; asking for one that is not declared is a mistake of this crate, met by every test.
+    /// The declared key. An undeclared one is a mistake of this crate, which every test would meet.
     fn key(&self, name: &str) -> &'static Key {
         self.keys.get(name).unwrap_or_else(|| unreachable!("{} has no key {name}", self.keys.what))
     }
 
-    /// The value of a key; notes a fault where it must be given and is not.
+    /// The value of a key; notes a fault if it must be given and is not.
     pub fn node(&self, name: &str) -> Option<&'a Node<'a>> {
         let key = self.key(name);
         let node = self.table.get(name);
@@ -55,13 +55,13 @@ impl<'a> Entry<'a> {
             self.reader.fault(
                 node.span(),
                 message,
-                format!("it means nothing without `{other}`: leave it out, or add that"),
+                format!("it has no meaning without `{other}`: leave it out, or add that"),
             );
         }
         node
     }
 
-    /// Whether an unknown key is taken for this one misspelt; one fault is enough then.
+    /// Whether an unknown key is probably this one misspelt; one fault is enough then.
     fn misspelt(&self, name: &str) -> bool {
         let own = || self.keys.keys.iter().map(|key| key.name);
         self.table
@@ -79,12 +79,12 @@ impl<'a> Entry<'a> {
         self.reader.fault(self.span.clone(), message, help);
     }
 
-    /// Notes a fault at the value of a key (or of the whole entry, where the key is left out).
+    /// Notes a fault at the value of a key, or at the whole entry if the key is left out.
     pub fn fault_at(&self, name: &str, message: impl Into<String>, help: impl Into<String>) {
         self.reader.fault(self.span_of(name), message, help);
     }
 
-    /// Where the value of a key is; the whole entry where the key is left out.
+    /// Place of the value of a key, or of the whole entry if the key is left out.
     pub fn span_of(&self, name: &str) -> Span {
         self.table.get(name).map_or_else(|| self.span.clone(), Spanned::span)
     }
@@ -94,7 +94,7 @@ impl<'a> Entry<'a> {
         self.table.contains_key(name)
     }
 
-    /// Where the entry and all its values are.
+    /// Places of the entry and of all its values.
     pub fn spans(&self) -> Spans {
         let keys = self.table.iter().map(|(key, value)| (key.get_ref().to_string(), value.span())).collect();
         Spans { entry: self.span.clone(), keys }
@@ -168,7 +168,7 @@ impl<'a> Entry<'a> {
         self.node(name).and_then(|node| self.reader.flag(name, node))
     }
 
-    /// The values of a list; none, where it is left out or no list.
+    /// The values of a list; empty if it is left out or not a list.
     fn list(&self, name: &str) -> &'a [Node<'a>] {
         let Some(node) = self.node(name) else { return &[] };
         if let DeValue::Array(list) = node.get_ref() {
@@ -204,13 +204,13 @@ impl<'a> Entry<'a> {
         self.node(name).and_then(|node| self.reader.choice(name, node, words.iter().copied()))
     }
 
-    /// The values of a list, whatever they are.
+    /// The values of a list, of any kind.
     pub fn values(&self, name: &str) -> &'a [Node<'a>] {
         let Form::Values = self.key(name).form else { unreachable!("{name} is no list of values") };
         self.list(name)
     }
 
-    /// Words of a list out of those declared.
+    /// Words of a list, each one of those declared.
     pub fn choices(&self, name: &str) -> Vec<&'a str> {
         let Form::Words(words) = self.key(name).form else { unreachable!("{name} are no words") };
         self.list(name).iter().filter_map(|item| self.reader.choice(name, item, words.iter().copied())).collect()
@@ -221,7 +221,7 @@ impl<'a> Entry<'a> {
         self.list(name).iter().filter_map(|item| Some((self.reader.word(name, item)?, item.span()))).collect()
     }
 
-    /// The strings of a list, whatever else is in it: what is wrong with it is said when its names are read.
+    /// The strings of a list; other items are ignored, as [`Self::names`] notes their faults.
     pub fn texts(&self, name: &str) -> Vec<&'a str> {
         let Some(DeValue::Array(list)) = self.table.get(name).map(Spanned::get_ref) else { return Vec::new() };
         let text =
@@ -252,7 +252,7 @@ impl<'a> Entry<'a> {
             self.fault_at(
                 name,
                 format!("`{name}` of {} is empty", self.label),
-                "give one table at least, or leave it out",
+                "give at least one table, or leave it out",
             );
         }
         let one = |item: &'a Node<'a>| match item.get_ref() {
@@ -268,7 +268,7 @@ impl<'a> Entry<'a> {
         items.iter().filter_map(one).collect()
     }
 
-    /// Tables as entries of their own, called by their name or by what they belong to.
+    /// Tables as entries of their own, labelled by their name or by the entry that they belong to.
     pub fn entries(&self, name: &str) -> Vec<Entry<'a>> {
         let Form::Tables(keys) = self.key(name).form else { unreachable!("{name} are no tables") };
         let entry = |item: &'a Node<'a>| {

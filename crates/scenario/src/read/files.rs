@@ -1,24 +1,24 @@
-//! Files that a scenario names: this crate opens none, whoever calls it does.
+//! Files that a scenario names. This crate opens none; its caller does.
 
 /// Reads the files that a scenario names.
 pub trait Files {
-    /// The text of the file at `path`, written as the scenario writes it. Relative paths count from the folder of the
+    /// The text of the file at `path`, as the scenario writes it. Relative paths count from the folder of the
     /// scenario.
     ///
     /// # Errors
-    /// Why it cannot be read, in words that may follow a colon.
+    /// The reason why it cannot be read, in words that may follow a colon.
     fn read(&self, path: &str) -> Result<String, String>;
 
-    /// The bytes of the file at `path`, which need be no text.
+    /// The bytes of the file at `path`, which need not be text.
     ///
     /// # Errors
-    /// As [`Self::read`].
+    /// See [`Self::read`].
     fn bytes(&self, path: &str) -> Result<Vec<u8>, String> {
         self.read(path).map(String::into_bytes)
     }
 }
 
-/// For a text that lies in no folder: whatever it names cannot be read.
+/// No files: for a text without a folder.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct NoFiles;
 

@@ -1,13 +1,13 @@
-//! Types of constraints: what an engineer calls a constraint, what it holds and what it bears.
+//! Types of constraints: catalogue parts with the freedoms that they hold, their friction and their load limits.
 
 use std::collections::BTreeMap;
 use wireloom_core::constraint::{Limits, Slide};
 use wireloom_core::{HoldWord, Parameters};
 
-/// A type of fixing: a kind of the registry, and what is set for it. A constraint's own keys go before it.
+/// A type of fixing: a kind of the registry, and values for it. A constraint's own keys take precedence.
 #[derive(Clone, Debug)]
 pub(crate) struct FixingType {
-    /// What it is, in a few words.
+    /// Short description.
     pub doc: String,
     /// The kind of the registry.
     pub kind: String,
@@ -15,13 +15,13 @@ pub(crate) struct FixingType {
     pub parameters: Parameters,
     /// The freedoms it holds; `None`: those its kind holds.
     pub hold: Option<Vec<HoldWord>>,
-    /// Whether and how the cable may run through.
+    /// Sliding of the cable through it, if the cable may slide.
     pub slide: Option<Slide>,
-    /// What it bears.
+    /// Its load limits.
     pub limits: Limits,
     /// Keys that every constraint of the type must give.
     pub needs: Vec<String>,
 }
 
-/// Types by name; `None` where one is at fault, which has been said.
+/// Types by name; `None` for a faulty one, whose fault has been noted.
 pub(crate) type Types = BTreeMap<String, Option<FixingType>>;

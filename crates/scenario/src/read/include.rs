@@ -9,8 +9,8 @@ use crate::format::form::Keys;
 use crate::span::Span;
 use wireloom_core::Registry;
 
-/// Reads another file, named at `span`, as TOML with keys of its own. Its faults are noted at `span`, each with its place in that
-/// file.
+/// Reads another file, named at `span`, as TOML with keys of its own. Its faults are noted at `span`, each with its
+/// place in that file.
 pub(crate) fn include<T>(
     reader: &Reader<'_>,
     path: &str,
@@ -28,7 +28,7 @@ pub(crate) fn include<T>(
     found
 }
 
-/// What a text of its own says, and its faults, by place in it; `name` is what messages call it.
+/// Reads a separate text, and returns its faults with their places in it; `name`: its name in messages.
 pub(crate) fn included<T>(
     name: &str,
     text: &str,

@@ -1,4 +1,4 @@
-//! Reads where the harness starts.
+//! Reads the pose of the rest shape.
 
 use super::entry::Entry;
 use super::names::{Names, lookup};
@@ -8,7 +8,7 @@ use wireloom_core::rotation::{frame_from, orthogonal};
 use wireloom_core::steps::Initial;
 use wireloom_core::{Pose, Vector};
 
-/// Where the rest shape is laid; along world x with d1 up where the file does not say.
+/// The pose of the rest shape; by default along world x with d1 along world z.
 pub(crate) fn initial(entry: &Entry<'_>, names: &mut Names<'_>) -> Option<Initial> {
     let position = entry.vector("position").unwrap_or_default();
     let orientation = match facing(entry) {

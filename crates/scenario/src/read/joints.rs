@@ -10,7 +10,7 @@ use wireloom_core::Rotation;
 use wireloom_core::joint::WireShare;
 use wireloom_core::rotation::frame_from;
 
-/// A joint. `None`, and the names broken, where it does not fit the graph.
+/// A joint. `None`, with the names marked as broken, if it does not fit the graph.
 pub(crate) fn joint<'a>(entry: &Entry<'a>, names: &mut Names<'a>) -> Option<Joint> {
     let kind = kinds::read(entry);
     let mass = entry.number("mass").unwrap_or(0.0);
@@ -84,7 +84,7 @@ fn arm<'a>(entry: &Entry<'a>, joint: &str, by_branch: &mut BTreeMap<&'a str, usi
     Some(Arm { branch: index, starts_here, rest, offset })
 }
 
-/// Frame of the branch in the joint's frame: d3 leads out of the joint where the branch starts here, else into it.
+/// Frame of the branch in the joint's frame: d3 leads out of the joint if the branch starts here, else into it.
 fn rest_frame(entry: &Entry<'_>, branch: &str, starts_here: bool) -> Option<Rotation> {
     let (direction, up, orientation) =
         (entry.direction("direction"), entry.direction("up"), entry.orientation("orientation"));
@@ -160,7 +160,7 @@ fn wires(entry: &Entry<'_>, by_branch: &BTreeMap<&str, usize>) -> Vec<WireShare>
         let sum: f64 = shares.iter().filter(|wire| wire.from == *arm).map(|wire| wire.fraction).sum();
         if sum > 1.0 + 1e-9 {
             let sum = (sum * 1e9).round() / 1e9;
-            let message = format!("the wire shares of arm \"{branch}\" add up to {sum}, more than all its wires");
+            let message = format!("the shares of the wires of arm \"{branch}\" add up to {sum}, more than 1");
             entry.fault_at("wires", message, "let the shares of an arm add up to at most 1");
         }
     }

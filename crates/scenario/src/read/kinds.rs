@@ -9,23 +9,23 @@ use std::collections::BTreeMap;
 use wireloom_core::registry;
 use wireloom_core::{Parameters, Registry, Value};
 
-/// A kind that a scenario has chosen.
+/// A kind that a scenario chooses.
 pub(crate) struct Chosen {
-    /// What the file calls it: its name, or a type of fixing that is of this kind.
+    /// Its name in the file: that of the kind, or of a type of fixing.
     pub name: String,
-    /// Its name.
+    /// Name of the kind.
     pub kind: String,
     /// Its parameters, checked, with defaults.
     pub parameters: Parameters,
 }
 
 /// The kind of an entry and its parameters; refuses all keys that are neither the entry's nor the kind's.
-/// `None` where the kind is not known (then only keys of no kind at all are refused) or a parameter is at fault.
+/// `None` if the kind is unknown (then only keys of no kind at all are refused) or a parameter is faulty.
 pub(crate) fn read(entry: &Entry<'_>) -> Option<Chosen> {
     read_among(entry, &Types::new()).map(|(chosen, _)| chosen)
 }
 
-/// The same, where the kind may also be given by one of these types of fixings, which sets parameters.
+/// Likewise, for an entry that may also name one of these types of fixings, which sets parameters.
 pub(crate) fn read_among<'t>(entry: &Entry<'_>, types: &'t Types) -> Option<(Chosen, Option<&'t FixingType>)> {
     let (key, family, default) = entry.keys.kind()?;
     let registry: &Registry = entry.reader.registry;
@@ -43,7 +43,7 @@ pub(crate) fn read_among<'t>(entry: &Entry<'_>, types: &'t Types) -> Option<(Cho
             let known = kinds.iter().map(|kind| kind.name).chain(types.keys().map(String::as_str));
             let mut help = did_you_mean(name, known.clone());
             if nearest(name, known).is_none() {
-                help += "; kinds of a plugin are there once `load` of [plugins] names it";
+                help += "; for a kind of a plugin, name the plugin in `load` of [plugins]";
             }
             entry.fault_at(key, format!("unknown {} \"{name}\" in {}", family.word(), entry.label), help);
         }
@@ -57,7 +57,7 @@ pub(crate) fn read_among<'t>(entry: &Entry<'_>, types: &'t Types) -> Option<(Cho
     (entry.reader.fault_count() == before).then_some((chosen, fixing_type))
 }
 
-/// The parameters of a kind, with what is set for those that are left out; one that is at fault is left out.
+/// The parameters of a kind; `set` gives those that are left out. A faulty one is omitted.
 fn parameters(entry: &Entry<'_>, kind: &KindInfo<'_>, set: Option<&Parameters>) -> Parameters {
     let mut values = BTreeMap::new();
     for parameter in kind.parameters {

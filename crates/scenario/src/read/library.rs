@@ -1,4 +1,5 @@
-//! Wires, coverings, materials and types of fixings by name: those shipped with the program, then files that the scenario names, then its own.
+//! Wires, coverings, materials and types of fixings by name: those shipped with the program, then files that the
+//! scenario names, then its own.
 
 use super::constraints::{hold, limits};
 use super::entry::Entry;
@@ -25,13 +26,13 @@ const SHIPPED: [(&str, &str); 3] = [
 /// The shipped file, as messages call it, and its text.
 const SHIPPED_FIXING_TYPES: (&str, &str) = ("fixings.toml", include_str!("../../library/fixings.toml"));
 
-/// Things of one kind by name; `None` where one is at fault, which has been said.
+/// Entries by name; `None` for a faulty one, whose fault has been noted.
 type Named<T> = BTreeMap<String, Option<T>>;
 
-/// What is shipped, read once.
+/// The shipped library, read once.
 static LIBRARY: LazyLock<Library> = LazyLock::new(Library::shipped);
 
-/// What sections are made of, and what holds them.
+/// The library: parts of sections, and types of fixings.
 #[derive(Clone, Default)]
 pub(crate) struct Library {
     materials: Named<Material>,
@@ -41,7 +42,7 @@ pub(crate) struct Library {
 }
 
 impl Library {
-    /// Reads what is shipped.
+    /// Reads the shipped files.
     fn shipped() -> Self {
         let mut library = Self::default();
         let registry = Registry::default();
@@ -52,7 +53,7 @@ impl Library {
         library
     }
 
-    /// What a scenario can name.
+    /// All entries that a scenario can name.
     pub fn of(root: &Entry<'_>) -> Self {
         let mut library = LIBRARY.clone();
         library.constraints = shipped_fixing_types(root.reader.registry);
@@ -70,7 +71,7 @@ impl Library {
         library
     }
 
-    /// Takes in what a file or scenario has; returns what it is called.
+    /// Adds the entries of a file or scenario; returns their labels.
     fn read(&mut self, entry: &Entry<'_>) -> Vec<String> {
         let mut labels = Vec::new();
         for (name, material) in entry.named_entries("materials") {
@@ -92,7 +93,7 @@ impl Library {
         labels
     }
 
-    /// The material that a key names; where it is left out, this one or the one of this name.
+    /// The material that a key names; if the key is left out, `like`, or else the material named `default`.
     fn material(
         &self,
         entry: &Entry<'_>,
@@ -148,7 +149,7 @@ impl Library {
     fn read_layers(&self, wire: &Entry<'_>) -> Option<Vec<Layer>> {
         let entries = wire.entries("layers");
         if entries.is_empty() && wire.has("layers") {
-            wire.fault_at("layers", format!("{} has no layers", wire.label), "give its insulation at least");
+            wire.fault_at("layers", format!("{} has no layers", wire.label), "give at least its insulation");
         }
         let one = |entry: &Entry<'_>| {
             let material = self.material(entry, "material", None, None);
@@ -213,7 +214,7 @@ fn read_fixing_type(name: &str, entry: &Entry<'_>) -> Option<FixingType> {
     let needs = entry.choices("needs").into_iter().map(str::to_owned).collect();
     let (slides, friction) = (entry.flag("slide") == Some(true), entry.number("friction"));
     if entry.has("friction") && !slides {
-        let message = format!("{} has `friction` but lets no cable through", entry.label);
+        let message = format!("{} has `friction`, but the cable does not slide", entry.label);
         entry.fault_at("friction", message, "add slide = true, or leave `friction` out");
     }
     let slide = slides.then(|| Slide { friction: friction.unwrap_or(0.0) });
@@ -222,7 +223,7 @@ fn read_fixing_type(name: &str, entry: &Entry<'_>) -> Option<FixingType> {
     Some(FixingType { doc, kind: kind.kind, parameters: kind.parameters, hold, slide, limits, needs })
 }
 
-/// The one that an entry is like, if any; `None`, with a fault, where it is not known.
+/// The one that an entry is like, if any; `None`, with a fault, if it is unknown.
 fn like<T: Clone>(family: &Named<T>, what: &str, entry: &Entry<'_>) -> Option<Option<T>> {
     if !entry.has("like") {
         return Some(None);
@@ -230,13 +231,13 @@ fn like<T: Clone>(family: &Named<T>, what: &str, entry: &Entry<'_>) -> Option<Op
     find(family, what, entry.word("like")?, entry, entry.span_of("like")).cloned().map(Some)
 }
 
-/// Refuses layers that do not lie over each other.
+/// Refuses layers whose diameters do not increase.
 fn refuse_thin_layers(wire: &Entry<'_>, layers: &[Layer], conductor: f64) {
     let mut inside = conductor;
     for (k, layer) in layers.iter().enumerate() {
         if layer.diameter <= inside {
-            let message = format!("layer {} of {} is not thicker than what it lies on", k + 1, wire.label);
-            let help = format!("layers stand inside out: more than {:.3} mm", inside * 1e3);
+            let message = format!("layer {} of {} is not thicker than the one below it", k + 1, wire.label);
+            let help = format!("give layers from the inside; this one needs more than {:.3} mm", inside * 1e3);
             wire.fault_at("layers", message, help);
         }
         inside = layer.diameter;
@@ -253,7 +254,7 @@ fn refuse_thin_tube(entry: &Entry<'_>, covering: &Covering) {
     };
     let least = inner + 2.0 * covering.wall();
     if outer < least * (1.0 - 1e-9) {
-        let message = format!("{} is thinner outside than its inside and wall", entry.label);
+        let message = format!("{} has an outer diameter too small for its inner diameter and wall", entry.label);
         entry.fault_at("outer_diameter", message, format!("it must be at least {:.3} mm", least * 1e3));
     }
 }
@@ -267,7 +268,7 @@ pub fn shipped_coverings() -> impl Iterator<Item = (&'static str, &'static Cover
     LIBRARY.coverings.iter().filter_map(|(name, covering)| Some((name.as_str(), covering.as_ref()?)))
 }
 
-/// Looks a name up; notes a fault where it is not known. Nothing is said where what it names has been found at fault.
+/// Looks a name up; notes a fault if it is unknown. Returns `None` without a fault if it names a faulty entry.
 pub(crate) fn find<'l, T>(
     family: &'l Named<T>,
     what: &str,
@@ -317,7 +318,8 @@ mod tests {
         assert!(library.wires.len() > 35 && library.coverings.len() > 15, "{}", library.wires.len());
     }
 
-    /// Masses follow from construction and densities; makers' tables give these, g/m, with a tolerance of some 5 %.
+    /// Masses follow from construction and densities; manufacturers' tables give these, g/m, with a tolerance of
+    /// about 5 %.
     #[test]
     fn masses_are_those_of_makers_tables() {
         let tables = [

@@ -6,7 +6,7 @@ use super::places::attachment;
 use crate::attachment::NOWHERE;
 use crate::scenario::Load;
 
-/// A dead load. `None` where it has no name of its own; the names are broken where it attaches to nothing.
+/// A dead load. `None` if it has no name of its own; marks the names as broken if it attaches to nothing.
 pub(crate) fn load<'a>(entry: &Entry<'a>, names: &mut Names<'a>) -> Option<Load> {
     let index = names.loads.len();
     let name = entry.word("name").filter(|name| register(entry, entry.keys.what, &mut names.loads, name, index));

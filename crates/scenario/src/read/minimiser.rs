@@ -1,4 +1,4 @@
-//! Reads how equilibria are found.
+//! Reads the minimiser.
 
 use super::entry::Entry;
 use super::kinds;
@@ -8,7 +8,7 @@ use crate::scenario::Minimiser;
 use crate::span::Spans;
 use wireloom_core::Stop;
 
-/// The minimiser, with defaults where the file has none.
+/// The minimiser, with defaults if the file has none.
 pub(crate) fn minimiser<'a>(root: &Entry<'a>, names: &mut Names<'a>) -> Minimiser {
     let empty = toml::de::DeTable::new();
     let given = root.entry("minimiser");

@@ -6,39 +6,39 @@ use crate::fault::did_you_mean;
 use crate::span::Span;
 use std::collections::{BTreeMap, BTreeSet};
 
-/// What is known of a vertex.
+/// A vertex.
 pub(crate) struct Vertex {
     /// Branches that end here, and whether they start here.
     pub ends: Vec<(usize, bool)>,
-    /// Where it is first named.
+    /// The place where it is first named.
     pub span: Span,
 }
 
-/// Names read so far, with what later entries need to know of them.
+/// The names that have been read, with the data that later entries need.
 #[derive(Default)]
 pub(crate) struct Names<'a> {
     pub sections: BTreeMap<&'a str, usize>,
     pub branches: BTreeMap<&'a str, usize>,
-    /// Length of each branch, m; `None` where it is at fault.
+    /// Length of each branch, m; `None` if it is faulty.
     pub lengths: Vec<Option<f64>>,
     pub vertices: BTreeMap<&'a str, Vertex>,
     pub joints: BTreeMap<&'a str, usize>,
     pub constraints: BTreeMap<&'a str, usize>,
     /// Types of constraints.
     pub types: Types,
-    /// How many constraints there are; some may have had the same name one after the other.
+    /// Number of constraints; several may have had the same name one after the other.
     pub constraint_count: usize,
-    /// Constraints that have let go, and whose names may be taken again.
+    /// Released constraints, whose names may be used again.
     pub let_go: BTreeSet<&'a str>,
     pub loads: BTreeMap<&'a str, usize>,
     pub obstacles: BTreeMap<&'a str, usize>,
-    /// Segments so far, roughly.
+    /// Approximate number of segments.
     pub segments: f64,
-    /// Whether a name leads nowhere, so that the harness cannot be put together.
+    /// Whether a name refers to nothing, so that the harness cannot be built.
     pub broken: bool,
 }
 
-/// Gives a name of the family to an entry; false, with a fault, where it is taken.
+/// Gives a name of the family to an entry; false, with a fault, if it is taken.
 #[must_use]
 pub(crate) fn register<'a>(
     entry: &Entry<'a>,
@@ -56,7 +56,7 @@ pub(crate) fn register<'a>(
     true
 }
 
-/// Looks a name up; notes a fault where it is not known.
+/// Looks a name up; notes a fault if it is unknown.
 pub(crate) fn lookup<'m, T>(
     entry: &Entry<'_>,
     what: &str,

@@ -7,8 +7,9 @@ use wireloom_core::Vector;
 /// Attachments closer than this fraction of the branch leave no room for another one between them.
 const CROWDED: f64 = 0.02;
 
-/// Gives clips that close at the nearest place a provisional one, apart from everything else on the branch: where the drawn path, or what
-/// is known of the branch, puts their seat, or else in the middle of the longest free span. Their order along the branch remains.
+/// Gives clips that close at the nearest place a provisional one, apart from everything else on the branch: at the
+/// place of their seat along the drawn path, or along the known points of the branch, or else in the middle of the
+/// longest free span. Their order along the branch remains.
 pub(crate) fn place_nearest(constraints: &mut [Constraint], loads: &[Load], branches: &[Branch]) {
     let on = |at: At| if let At::Branch { branch, s } = at { Some((branch, s)) } else { None };
     let placed =
@@ -39,7 +40,7 @@ pub(crate) fn place_nearest(constraints: &mut [Constraint], loads: &[Load], bran
     }
 }
 
-/// Arc lengths (m) and points of a branch's drawn path, as much longer as the branch is.
+/// Arc lengths (m) and points of a branch's drawn path, scaled to the length of the branch.
 fn drawn(branch: &Branch) -> Vec<(f64, Vector)> {
     let mut along = 0.0;
     let mut points: Vec<(f64, Vector)> = Vec::new();
@@ -50,8 +51,9 @@ fn drawn(branch: &Branch) -> Vec<(f64, Vector)> {
     points.iter().map(|(s, point)| (s * branch.length / along, *point)).collect()
 }
 
-/// Arc length (m) at which a branch is nearest to `seat`, by the straight lines between what is `known` of it (arc lengths and points);
-/// beyond the first and the last, as far away as they are from the seat. `None` where that leaves two places, or none.
+/// Arc length (m) at which a branch is nearest to `seat`, by straight lines between its `known` arc lengths and
+/// points; beyond the first or the last of them, as far along as that point is from the seat. `None` if two places
+/// remain, or none.
 fn nearest_on(known: &[(f64, Vector)], seat: &Vector, length: f64) -> Option<f64> {
     let inner = known.windows(2).map(|pair| {
         let ((from, a), (to, b)) = (pair[0], pair[1]);

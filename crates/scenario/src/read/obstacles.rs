@@ -1,4 +1,4 @@
-//! Reads what is about the harness: bodies, and how cables meet them.
+//! Reads obstacles and contact.
 
 use super::entry::Entry;
 use super::kinds;
@@ -9,10 +9,10 @@ use wireloom_core::obstacle::{ContactSettings, Obstacle, ShapeFile, ShapeSpec};
 use wireloom_core::rotation::{frame_from, orthogonal};
 use wireloom_core::{Pose, Rotation};
 
-/// A body so many times as long as all cables together is taken for one in other units.
+/// A body that is larger than all cables together by this factor is probably in other units.
 const LARGE: f64 = 50.0;
 
-/// A body with its shape; `lengths`: of all cables together, m. `None` where it is at fault.
+/// A body with its shape; `lengths`: length of all cables together, m. `None` if it is faulty.
 pub(crate) fn obstacle<'a>(entry: &Entry<'a>, lengths: f64, names: &mut Names<'a>) -> Option<Body> {
     let before = entry.reader.fault_count();
     let chosen = kinds::read(entry);
@@ -57,8 +57,8 @@ pub(crate) fn obstacle<'a>(entry: &Entry<'a>, lengths: f64, names: &mut Names<'a
     let size = shape.surface(0.0).corners.iter().map(|corner| corner.amax()).fold(0.0, f64::max);
     if size > LARGE * lengths {
         notes.push(format!(
-            "{}: it reaches {size:.1} m from its origin, and all cables together are {lengths:.1} m long; if its file is in \
-             millimetres, write scale = 0.001",
+            "{}: it reaches {size:.1} m from its origin, and all cables together are {lengths:.1} m long; if its file \
+             is in millimetres, write scale = 0.001",
             entry.label
         ));
     }
@@ -68,7 +68,7 @@ pub(crate) fn obstacle<'a>(entry: &Entry<'a>, lengths: f64, names: &mut Names<'a
     Some(Body { obstacle, notes, spans: entry.spans() })
 }
 
-/// How cables meet each other and the bodies.
+/// Settings of contact between cables and with the bodies.
 pub(crate) fn contact(entry: &Entry<'_>) -> ContactSettings {
     let default = ContactSettings::default();
     ContactSettings {

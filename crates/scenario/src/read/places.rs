@@ -1,4 +1,4 @@
-//! Where something attaches to the harness, and which way it faces.
+//! Reads places of the harness that something attaches to, and directions and frames.
 
 use super::entry::Entry;
 use super::names::{Names, lookup};
@@ -6,7 +6,8 @@ use crate::attachment::{At, Stretch};
 use crate::scenario::Facing;
 use wireloom_core::rotation::frame_from;
 
-/// Where something attaches, and whether that is the nearest place of a branch, which is known only when it begins.
+/// A place that something attaches to, and whether it is the nearest place of a branch, which is known only when it
+/// begins. `nearest`: whether the latter is allowed.
 pub(crate) fn attachment(at: &Entry<'_>, names: &Names<'_>, nearest: bool) -> Option<(At, bool)> {
     let (end, joint, branch) = (at.word("end"), at.word("joint"), at.word("branch"));
     let s = at.number("s");
@@ -34,7 +35,7 @@ pub(crate) fn attachment(at: &Entry<'_>, names: &Names<'_>, nearest: bool) -> Op
         }
         _ => {
             let help = "write { end = \"…\" }, { joint = \"…\" } or { branch = \"…\", s = … }";
-            at.fault_here(format!("{} does not say one place", at.label), help);
+            at.fault_here(format!("{} does not give one place", at.label), help);
             None
         }
     }
@@ -43,7 +44,7 @@ pub(crate) fn attachment(at: &Entry<'_>, names: &Names<'_>, nearest: bool) -> Op
 fn free_end(at: &Entry<'_>, end: &str, names: &Names<'_>) -> Option<At> {
     let vertex = lookup(at, "end", &names.vertices, end, at.span_of("end"))?;
     let [(branch, starts_here)] = vertex.ends.as_slice() else {
-        let message = format!("\"{end}\" is no free end: {} branches meet there", vertex.ends.len());
+        let message = format!("\"{end}\" is not a free end: {} branches meet there", vertex.ends.len());
         at.fault_at("end", message, format!("write {{ joint = \"{end}\" }}, or {{ branch = …, s = … }}"));
         return None;
     };
@@ -53,7 +54,7 @@ fn free_end(at: &Entry<'_>, end: &str, names: &Names<'_>) -> Option<At> {
 
 fn joint_place(at: &Entry<'_>, joint: &str, names: &Names<'_>) -> Option<At> {
     if !names.joints.contains_key(joint) && names.vertices.get(joint).is_some_and(|vertex| vertex.ends.len() == 1) {
-        let message = format!("\"{joint}\" is no joint: only one branch ends there");
+        let message = format!("\"{joint}\" is not a joint: only one branch ends there");
         at.fault_at("joint", message, format!("write {{ end = \"{joint}\" }}"));
         return None;
     }

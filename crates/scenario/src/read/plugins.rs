@@ -1,4 +1,4 @@
-//! What a scenario says of plugins. It is read before everything else: the kinds that a scenario may name depend on it.
+//! The plugins that a scenario names. They are read before everything else, because the kinds depend on them.
 
 use super::entry::Entry;
 use super::files::NoFiles;
@@ -8,15 +8,15 @@ use crate::span::Span;
 use toml::de::DeTable;
 use wireloom_core::Registry;
 
-/// How long one call of a plugin may take where the scenario does not say, s.
+/// Default time limit of one call of a plugin, s.
 const TIME_LIMIT: f64 = 10.0;
 
-/// The plugins that a scenario wants.
+/// The plugins that a scenario loads.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Plugins {
-    /// Names of plugins, or paths of libraries from the scenario's folder, and where they stand.
+    /// Names of plugins, or paths of libraries from the scenario's folder, with their places in the text.
     pub load: Vec<(String, Span)>,
-    /// How long one call of a plugin may take, s.
+    /// Time limit of one call of a plugin, s.
     pub time_limit: f64,
 }
 
@@ -26,7 +26,7 @@ impl Default for Plugins {
     }
 }
 
-/// The plugins that a scenario's text wants; what is wrong with them is left for [`crate::parse`] to say.
+/// The plugins that a scenario's text loads; their faults are reported by [`crate::parse`].
 pub fn plugins(text: &str) -> Plugins {
     let (table, _) = DeTable::parse_recoverable(text);
     let registry = Registry::default();

@@ -1,7 +1,8 @@
-//! A way given as a table of poses in a file: `t, x, y, z` and, all or none, `qw, qx, qy, qz`.
+//! A motion given as a table of poses in a file: `t, x, y, z` and, all or none, `qw, qx, qy, qz`.
 //!
-//! The first line names the columns, in any order, and may state units: `x [mm]`; without, lengths are in m. The times t increase; their
-//! unit does not matter, since the first is the beginning of the step and the last is its end. Lines that begin with `#` are comments.
+//! The first line names the columns, in any order, and may give units: `x [mm]`; without, lengths are in m. The times
+//! t increase; their unit does not matter, since the first is the beginning of the step and the last is its end.
+//! Lines that begin with `#` are comments.
 
 use super::entry::Entry;
 use super::reader::Reader;
@@ -14,20 +15,20 @@ use wireloom_core::{Quantity, Rotation, Vector};
 
 /// The columns.
 const COLUMNS: [&str; 8] = ["t", "x", "y", "z", "qw", "qx", "qy", "qz"];
-/// Of a file this many faults are shown: a column that is wrong is wrong in every line.
+/// Largest number of faults shown for a file: a wrong column is wrong in every line.
 const FAULTS: usize = 10;
 
 /// A line of the table.
 pub(crate) struct TimedPose {
-    /// Share of the step; 0 in the first line, 1 in the last.
+    /// Fraction of the step; 0 in the first line, 1 in the last.
     pub at: f64,
     /// Position, m.
     pub position: Vector,
-    /// Orientation, where there are columns for it.
+    /// Orientation, if there are columns for it.
     pub orientation: Option<Rotation>,
 }
 
-/// The poses of the file that `path` names; none, where there are faults.
+/// The poses of the file that a key names; `None` if there are faults.
 pub(crate) fn read(entry: &Entry<'_>, key: &str) -> Option<Vec<TimedPose>> {
     let path = entry.word(key)?;
     let text = entry.reader.file(path, entry.span_of(key))?;
@@ -35,7 +36,7 @@ pub(crate) fn read(entry: &Entry<'_>, key: &str) -> Option<Vec<TimedPose>> {
     let poses = table.read();
     if table.faults > FAULTS {
         let message = format!("{path}: {} more faults", table.faults - FAULTS);
-        entry.fault_at(key, message, "they may be echoes of the first ones");
+        entry.fault_at(key, message, "they may follow from the first ones");
     }
     poses.filter(|_| table.faults == 0)
 }
@@ -48,7 +49,7 @@ struct Table<'t> {
     faults: usize,
 }
 
-/// Where a column stands, and what its numbers are multiplied by.
+/// Position of a column, and the factor of its numbers.
 type Column = Option<(usize, f64)>;
 
 impl Table<'_> {
@@ -60,7 +61,7 @@ impl Table<'_> {
         }
     }
 
-    /// The line in which a record stands: its position is where the one before it ended.
+    /// The line of a record: its position is the end of the one before it.
     fn line_of(&self, record: &StringRecord) -> u64 {
         let Some(position) = record.position() else { return 1 };
         let rest = self.text.get(position.byte() as usize..).unwrap_or_default();
@@ -95,7 +96,7 @@ impl Table<'_> {
             };
             if let Some((last, _)) = rows.last().filter(|(last, _)| t <= *last) {
                 let message = format!("`t` = {t} does not come after {last}");
-                self.fault(line, &message, "lines stand in the order in which they are passed");
+                self.fault(line, &message, "give poses in the order in which they are passed");
             }
             let orientation = match (qw, qx, qy, qz) {
                 (Some(w), Some(x), Some(y), Some(z)) => {
@@ -111,21 +112,17 @@ impl Table<'_> {
         }
         let after = self.line_of(&header) + 1;
         let (Some(first), Some(last)) = (rows.first().map(|row| row.0), rows.last().map(|row| row.0)) else {
-            self.fault(
-                self.line_of(&header) + 1,
-                "no poses follow",
-                "give two at least: where it begins, and where it ends",
-            );
+            self.fault(self.line_of(&header) + 1, "no poses follow", "give at least two: the first and the last pose");
             return None;
         };
         if rows.len() == 1 {
-            self.fault(after, "only one pose", "give two at least: where it begins, and where it ends");
+            self.fault(after, "only one pose", "give at least two: the first and the last pose");
         }
         let share = |t: f64| if t == last { 1.0 } else { (t - first) / (last - first) };
         Some(rows.into_iter().map(|(t, pose)| TimedPose { at: share(t), ..pose }).collect())
     }
 
-    /// Where the columns are.
+    /// The positions of the columns.
     fn header(&mut self, header: &StringRecord) -> Option<[Column; 8]> {
         let line = self.line_of(header);
         let before = self.faults;
@@ -141,7 +138,7 @@ impl Table<'_> {
             };
             let factor = match (index, unit) {
                 (_, None) => Some(1.0),
-                // Whatever the unit of time is, the whole way takes one step.
+                // The whole motion takes one step, in any unit of time.
                 (0, Some(_)) => Some(1.0),
                 (1..=3, Some(unit)) => units::parse(&format!("1 {unit}"), Quantity::Length).ok(),
                 (_, Some(_)) => None,
@@ -165,7 +162,7 @@ impl Table<'_> {
         (self.faults == before).then_some(columns)
     }
 
-    /// The value of a column; `Ok(None)` where there is no such column.
+    /// The value of a column; `Ok(None)` if there is no such column.
     fn value(&mut self, record: &StringRecord, name: &str, columns: &[Column; 8]) -> Result<Option<f64>, ()> {
         let index = COLUMNS.iter().position(|column| *column == name).ok_or(())?;
         let Some((place, factor)) = columns[index] else { return Ok(None) };
@@ -175,7 +172,7 @@ impl Table<'_> {
             _ => {
                 let message = format!("`{name}` is \"{text}\", not a finite number");
                 let line = self.line_of(record);
-                self.fault(line, &message, "write a number with a decimal point; units stand in the first line");
+                self.fault(line, &message, "write a number with a decimal point; give units in the first line");
                 Err(())
             }
         }

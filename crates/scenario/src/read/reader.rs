@@ -1,4 +1,4 @@
-//! Reads the values of an entry as its table of keys declares them; gathers faults and goes on.
+//! Reads values; collects faults and continues.
 
 use super::files::Files;
 use crate::fault::{Fault, did_you_mean};
@@ -13,7 +13,7 @@ use wireloom_core::{Quantity, Registry, Rotation, Vector};
 
 pub(crate) type Node<'a> = Spanned<DeValue<'a>>;
 
-/// The text that is read, the files it may name, the kinds that are known, the faults found so far.
+/// The text, the files that it may name, the registry of kinds, and the faults found so far.
 pub(crate) struct Reader<'a> {
     pub text: &'a str,
     pub files: &'a dyn Files,
@@ -36,7 +36,7 @@ impl<'a> Reader<'a> {
         self.faults.borrow_mut().extend(faults);
     }
 
-    /// The text of another file, named at `span`; notes a fault where it cannot be read.
+    /// The text of another file, named at `span`; notes a fault if it cannot be read.
     pub fn file(&self, path: &str, span: Span) -> Option<String> {
         let text = self.files.read(path);
         if let Err(reason) = &text {
@@ -46,7 +46,7 @@ impl<'a> Reader<'a> {
         text.ok()
     }
 
-    /// The bytes of another file, named at `span`; notes a fault where it cannot be read.
+    /// The bytes of another file, named at `span`; notes a fault if it cannot be read.
     pub fn bytes(&self, path: &str, span: Span) -> Option<Vec<u8>> {
         let bytes = self.files.bytes(path);
         if let Err(reason) = &bytes {
@@ -56,7 +56,7 @@ impl<'a> Reader<'a> {
         bytes.ok()
     }
 
-    /// How many faults there are so far.
+    /// Number of faults so far.
     pub fn fault_count(&self) -> usize {
         self.faults.borrow().len()
     }
@@ -68,7 +68,7 @@ impl<'a> Reader<'a> {
         faults
     }
 
-    /// What stands at a place, shortened.
+    /// The text at a place, shortened.
     pub fn excerpt(&self, span: Span) -> String {
         const LONGEST: usize = 60;
         let line = self.text.get(span).unwrap_or_default().lines().next().unwrap_or_default();
@@ -78,7 +78,7 @@ impl<'a> Reader<'a> {
         line.chars().take(LONGEST).chain(['…']).collect()
     }
 
-    /// Notes that the value of a key is not what it should be.
+    /// Notes that the value of a key has the wrong form.
     pub fn mismatch(&self, key: &str, node: &Node<'_>, expected: &str, help: impl Into<String>) {
         let found = match node.get_ref() {
             DeValue::Table(_) => "a table".to_owned(),
@@ -138,7 +138,7 @@ impl<'a> Reader<'a> {
         None
     }
 
-    /// A list of so many numbers, each read by `one`.
+    /// A list of `N` numbers, each read by `one`.
     fn numbers<const N: usize>(
         &self,
         key: &str,
@@ -166,7 +166,7 @@ impl<'a> Reader<'a> {
         self.numbers::<3>(key, node, quantity, |item| self.number(key, item, quantity, ANY)).map(Vector::from)
     }
 
-    /// Numbers of which only the ratios matter.
+    /// Numbers whose ratios alone matter.
     fn ratios<const N: usize>(&self, key: &str, node: &Node<'_>) -> Option<[f64; N]> {
         self.numbers(key, node, Quantity::Dimensionless, |item| self.plain_number(key, item, Quantity::Dimensionless))
     }
@@ -178,7 +178,7 @@ impl<'a> Reader<'a> {
             self.fault(
                 node.span(),
                 format!("`{key}` = {} has no direction", self.excerpt(node.span())),
-                "give a vector that is not zero; its length does not matter",
+                "give a vector that is not zero; its length is ignored",
             );
         }
         direction
@@ -238,7 +238,7 @@ impl<'a> Reader<'a> {
         }
     }
 
-    /// A word out of some.
+    /// One of some words.
     pub fn choice<'n, 'w>(
         &self,
         key: &str,
@@ -254,14 +254,14 @@ impl<'a> Reader<'a> {
     }
 }
 
-/// The rotation of a quaternion `[w, x, y, z]`; `None` where it is zero.
+/// The rotation of a quaternion `[w, x, y, z]`; `None` if it is zero.
 pub(crate) fn rotation([w, x, y, z]: [f64; 4]) -> Option<Rotation> {
     let largest = [w, x, y, z].into_iter().fold(0.0, |m: f64, c| m.max(c.abs()));
     let whole = || Unit::new_normalize(Quaternion::new(w / largest, x / largest, y / largest, z / largest));
     (largest > 0.0).then(whole)
 }
 
-/// A unit vector along `vector`, whatever its length; none where it is zero.
+/// The unit vector along `vector`; `None` if it is zero.
 pub(crate) fn normalised(vector: Vector) -> Option<Unit<Vector>> {
     let largest = vector.amax();
     (largest > 0.0).then(|| Unit::new_normalize(vector / largest))

@@ -1,4 +1,4 @@
-//! Reads sections: what is measured, and what follows from their wires by the rule of [`crate::bundle`].
+//! Reads sections: measured values, and values that follow from their wires by the rule of [`crate::bundle`].
 
 use super::entry::{Entry, NameOrEntry};
 use super::library::{self, Library};
@@ -9,11 +9,11 @@ use crate::scenario::ByRule;
 use crate::span::Span;
 use wireloom_core::Section;
 
-/// Keys of a section that are measured values; with wires, they replace the rule's.
+/// Keys of a section that are measured values; in a section of wires they replace those of the rule.
 const MEASURED: [&str; 6] =
     ["diameter", "linear_density", "axial_stiffness", "bending_stiffness", "torsion_stiffness", "min_bend_radius"];
 
-/// A section, and what the rule says of it where it has wires.
+/// A section, and its values by the rule if it has wires.
 pub(crate) fn section<'a>(
     name: &'a str,
     entry: &Entry<'a>,
@@ -43,7 +43,7 @@ pub(crate) fn section<'a>(
     (section, by_rule)
 }
 
-/// What the rule says of a section; none where it has no wires, or some of them are at fault.
+/// Values of a section by the rule; `None` if it has no wires, or some of them are faulty.
 fn by_rule(section: usize, entry: &Entry<'_>, library: &Library) -> Option<ByRule> {
     let (wires, coverings) = (wires(entry, library), coverings(entry, library));
     let (packing, cohesion) = (entry.number("packing"), entry.number("cohesion"));
@@ -113,11 +113,11 @@ fn coverings<'a, 'l>(entry: &Entry<'a>, library: &'l Library) -> Option<Vec<(&'a
         library::find(&library.coverings, "covering", name, entry, span)
     };
     let one = |item: NameOrEntry<'a>| match item {
-        NameOrEntry::Name(name, span) => Some((name, Covered { covering: find(name, span)?, share: 1.0 })),
+        NameOrEntry::Name(name, span) => Some((name, Covered { covering: find(name, span)?, fraction: 1.0 })),
         NameOrEntry::Entry(covered) => {
-            let share = if covered.has("share") { covered.number("share") } else { Some(1.0) };
+            let fraction = if covered.has("share") { covered.number("share") } else { Some(1.0) };
             let name = covered.word("type")?;
-            Some((name, Covered { covering: find(name, covered.span_of("type"))?, share: share? }))
+            Some((name, Covered { covering: find(name, covered.span_of("type"))?, fraction: fraction? }))
         }
     };
     let all: Vec<Option<_>> = entry.names_or_entries("covering").into_iter().map(one).collect();

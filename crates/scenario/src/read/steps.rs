@@ -9,9 +9,9 @@ use crate::scenario::Constraint;
 use std::collections::{BTreeMap, BTreeSet};
 use wireloom_core::steps::Step;
 
-/// The steps; the constraints they add are put behind those that act from the beginning.
+/// The steps; the constraints that they add follow those that act from the beginning.
 pub(crate) fn steps<'a>(entries: &[Entry<'a>], constraints: &mut Vec<Constraint>, names: &mut Names<'a>) -> Vec<Step> {
-    // Names come first: a step may name a constraint that only a later one adds, and that has its own message.
+    // Names come first: a step that names a constraint of a later step gets a message of its own.
     let from_start = constraints.len();
     let mut first = names.constraints.clone();
     let begun: Vec<Begun<'a>> = entries.iter().map(|entry| begin(entry, constraints, names)).collect();
@@ -103,8 +103,8 @@ fn refuse_work_while_waiting(step: &Entry<'_>) {
     let idle = ["name", "increments", "wait"];
     let Some(work) = step.table.keys().find(|key| !idle.contains(&key.get_ref().as_ref())) else { return };
     if step.flag("wait") == Some(true) && step.keys.get(work.get_ref()).is_some() {
-        let message = format!("{} waits, and has `{}` to do", step.label, work.get_ref());
-        step.reader.fault(work.span(), message, "put what is to be done in a step of its own, before or after");
+        let message = format!("{} has `wait` and `{}`", step.label, work.get_ref());
+        step.reader.fault(work.span(), message, "put other work into a step of its own, before or after");
     }
 }
 
@@ -119,7 +119,7 @@ fn release(entry: &Entry<'_>, step: usize, acting: &mut Acting, names: &Names<'_
             continue;
         }
         let (message, help) = if acting.released.contains_key(&index) {
-            (format!("{} releases \"{name}\", which has let go before", entry.label), "release it once")
+            (format!("{} releases \"{name}\", which is already released", entry.label), "release it once")
         } else {
             (format!("{} releases \"{name}\", which has not begun", entry.label), "release it in a later step")
         };

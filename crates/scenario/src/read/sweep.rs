@@ -8,7 +8,7 @@ use crate::sweep::{Axis, MAX_POINTS, MAX_SOBOL_KEYS, Method, Output, Range, Swee
 use toml::Spanned;
 use toml::de::DeValue;
 
-/// Reads a sweep; `None` where it is at fault.
+/// Reads a sweep; `None` if it is faulty.
 pub(crate) fn sweep(entry: &Entry<'_>, names: &Names<'_>) -> Option<Sweep> {
     let before = entry.reader.fault_count();
     let method = match entry.choice("method").unwrap_or("grid") {
@@ -21,12 +21,12 @@ pub(crate) fn sweep(entry: &Entry<'_>, names: &Names<'_>) -> Option<Sweep> {
     let sampled = matches!(method, Method::Random | Method::LatinHypercube | Method::Sobol);
     let samples = entry.count("samples");
     if sampled && !entry.has("samples") {
-        entry.fault_at("method", "a sweep at random has no `samples`", "say how many points, such as samples = 1000");
+        entry.fault_at("method", "a random sweep has no `samples`", "add the number of points: samples = 1000");
     }
     if !sampled && entry.has("samples") {
         entry.fault_at(
             "samples",
-            "this sweep has as many points as its lists give",
+            "the number of points of this sweep follows from its lists",
             "leave out `samples`, or choose method = \"random\"",
         );
     }
@@ -36,7 +36,7 @@ pub(crate) fn sweep(entry: &Entry<'_>, names: &Names<'_>) -> Option<Sweep> {
     if varied.is_empty() && entry.has("vary") {
         entry.fault_at(
             "vary",
-            "nothing varies",
+            "no key varies",
             "add a key, such as \"branches.left.length\" = { from = 0.4, to = 0.5 }",
         );
     }
@@ -96,7 +96,7 @@ fn axis(key: &str, entry: &Entry<'_>, sampled: bool) -> Option<Axis> {
                 }
                 (true, Some(_)) => {
                     let help = "leave it out, or choose method = \"grid\"";
-                    entry.fault_at("count", format!("`count` of `{key}` means nothing at random"), help);
+                    entry.fault_at("count", format!("`count` of `{key}` has no meaning in a random sweep"), help);
                     return None;
                 }
                 (false, None) => {
@@ -120,7 +120,7 @@ fn axis(key: &str, entry: &Entry<'_>, sampled: bool) -> Option<Axis> {
         }
         ["mean", "deviation"] => {
             entry.fault_here(
-                format!("`{key}` is distributed, but points are not chosen at random"),
+                format!("`{key}` has a distribution, but points are not chosen at random"),
                 "choose a method with samples, such as \"random\" or \"latin-hypercube\"",
             );
             return None;
@@ -136,7 +136,7 @@ fn axis(key: &str, entry: &Entry<'_>, sampled: bool) -> Option<Axis> {
     Some(Axis { key: key.to_owned(), range, span: entry.span.clone() })
 }
 
-/// A value of a list, as it stands in the file.
+/// A value of a list, as in the file.
 fn listed(entry: &Entry<'_>, node: &Spanned<DeValue<'_>>) -> Value {
     let text = entry.reader.text.get(node.span()).unwrap_or_default().to_owned();
     let number = match node.get_ref() {
@@ -164,7 +164,7 @@ fn pair(entry: &Entry<'_>, names: [&str; 2]) -> Option<(String, [f64; 2])> {
             Ok((value, unit)) if value.is_finite() => Some((value, unit)),
             Ok(_) | Err(_) => {
                 let shown = entry.reader.text.get(node.span()).unwrap_or_default();
-                let message = format!("`{name}` = {shown} is no number");
+                let message = format!("`{name}` = {shown} is not a number");
                 entry.fault_at(name, message, "write a number in SI units, or one with a unit such as \"500 mm\"");
                 None
             }

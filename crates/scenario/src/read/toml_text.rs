@@ -21,7 +21,7 @@ pub(crate) fn table(text: &str) -> Result<toml::Spanned<DeTable<'_>>, Vec<Fault>
 fn syntax_fault(text: &str, error: &toml::de::Error) -> Fault {
     Fault {
         span: error.span().unwrap_or(text.len()..text.len()),
-        message: format!("this is no TOML: {}", error.message()),
-        help: "see https://toml.io; the faults after this one may be echoes of it".to_owned(),
+        message: format!("this is not TOML: {}", error.message()),
+        help: "see https://toml.io; the faults after this one may follow from it".to_owned(),
     }
 }

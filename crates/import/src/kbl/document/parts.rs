@@ -1,4 +1,4 @@
-//! What sits on the topology (connectors, fixings), and what of the file is not read at all.
+//! Connectors and fixings on the topology, and the elements of the file that are not read.
 
 use super::{
     Component, Fixing, ImportError, Node, Placement, Quantity, Reader, Vector, Xml, child, child_text, children,
@@ -34,8 +34,8 @@ const READ: [&str; 23] = [
 ];
 
 impl<'a, 'i> Reader<'a, 'i, '_> {
-    /// The name of a component is its `Id`, or that of what it is part of (the connectors of a component box); likewise its place and
-    /// weight.
+    /// A component. Its name is its `Id`, or that of the component that it is a part of (as the connectors of a
+    /// component box); likewise its place and weight.
     pub(super) fn component(&mut self, component: Xml<'a, 'i>, reference: &str) -> Result<Component, ImportError> {
         let mut placement = None;
         let within = || component.ancestors().take_while(|node| node.tag_name().name() != "Harness");
@@ -62,10 +62,10 @@ impl<'a, 'i> Reader<'a, 'i, '_> {
         })
     }
 
-    /// Where an occurrence is drawn; none, and reported, where its point is not in the file.
+    /// Drawn place of an occurrence; `None`, and reported, if its point is not in the file.
     fn placement(&mut self, occurrence: Xml<'a, 'i>) -> Result<Option<Placement>, ImportError> {
         let Some(placement) = child(occurrence, "Placement") else { return Ok(None) };
-        let then = "it counts as drawn nowhere";
+        let then = "it has no drawn place";
         let Some(point) = self.optional(placement, "Cartesian_point", &["Cartesian_point"], then) else {
             return Ok(None);
         };
@@ -84,7 +84,7 @@ impl<'a, 'i> Reader<'a, 'i, '_> {
             let fixing = child_text(assignment, "Fixing").and_then(|reference| self.ids.get(reference).copied());
             if fixing.is_none() {
                 self.findings
-                    .add_to("fixing assignments refer to no fixing of the file; held all the same", title(assignment));
+                    .add_to("fixing assignments refer to no fixing of the file; held nevertheless", title(assignment));
             }
             let own = assignment.attribute("id").unwrap_or("fixing");
             let part = fixing
@@ -102,7 +102,7 @@ impl<'a, 'i> Reader<'a, 'i, '_> {
         Ok(fixings)
     }
 
-    /// What stands in the file and has no place in the scenario: fixings and connectors that nothing refers to, and
+    /// Reports parts of the file that are not in the scenario: fixings and connectors that nothing refers to, and
     /// elements that are not read.
     pub(super) fn note_unused(&mut self, root: Xml<'a, 'i>, nodes: &[Node]) {
         let placed: BTreeSet<&str> =
@@ -122,7 +122,7 @@ impl<'a, 'i> Reader<'a, 'i, '_> {
             }
             for occurrence in children(harness, "Connector_occurrence") {
                 let id = occurrence.attribute("id").unwrap_or_default();
-                // Ring terminals stand twice: the node refers to the terminal.
+                // Ring terminals are listed twice: the node refers to the terminal.
                 let twin = child_text(occurrence, "Usage") == Some("ring terminal");
                 if !placed.contains(id) && !twin {
                     let label = child_text(occurrence, "Id").unwrap_or(id);

@@ -4,7 +4,7 @@ use crate::format::form::{Family, Form, Key, Keys, may, must, unless};
 use crate::format::limits::{ANY, FRICTION_COEFFICIENT, LOAD_FACTOR, POSITIVE};
 use wireloom_core::Quantity;
 
-/// Where something attaches.
+/// A place that something attaches to.
 pub(crate) const AT: Keys = Keys {
     what: "at",
     keys: &[
@@ -18,39 +18,36 @@ pub(crate) const AT: Keys = Keys {
 pub(crate) const TANGENT: Key =
     may("tangent", Form::Direction, "direction of d3: along the branch, from `from` to `to`");
 pub(crate) const UP: Key =
-    may("up", Form::Direction, "direction of d1; with tangent it fixes the twist; projected where not orthogonal");
+    may("up", Form::Direction, "direction of d1; with tangent it gives the twist; projected if not orthogonal");
 pub(crate) const ORIENTATION: Key = may("orientation", Form::Orientation, "instead of tangent and up: the whole frame");
 
 pub(crate) const NAME: Key = must("name", Form::Name, "its name");
 pub(crate) const PLACE: Key = must("at", Form::Table(&AT), "where it attaches");
-pub(crate) const HOLD: Key = may(
-    "hold",
-    Form::Words(&["position", "tangent", "twist"]),
-    "the freedoms it holds, instead of those its kind holds",
-);
+pub(crate) const HOLD: Key =
+    may("hold", Form::Words(&["position", "tangent", "twist"]), "freedoms that it holds, instead of those of its kind");
 pub(crate) const FREE_AXIS: Key =
-    may("free_axis", Form::Direction, "world axis about which alone it may turn: a hinge");
+    may("free_axis", Form::Direction, "the only world axis about which it may turn: a hinge");
 pub(crate) const RAIL: Key =
     may("rail", Form::Directions, "one or two world directions along which the held point may move freely");
 pub(crate) const SLIDE: Key = may(
     "slide",
     Form::Flag,
-    "whether the cable may run through: a ring or, with the tangent held, a sleeve; default false",
+    "whether the cable may slide through: a ring or, with the tangent held, a sleeve; default false",
 );
 pub(crate) const FRICTION: Key = may(
     "friction",
     Form::Number(Quantity::Dimensionless, FRICTION_COEFFICIENT),
-    "where the cable runs through: axial force it takes, per force across, before the cable slips; default 0",
+    "friction of the sliding cable: axial force per force across at which the cable slips; default 0",
 );
 pub(crate) const PULL_OUT_FORCE: Key = may(
     "pull_out_force",
     Form::Number(Quantity::Force, POSITIVE),
-    "largest force it takes before it comes off; reported against",
+    "largest force before it is pulled out; larger ones are reported",
 );
 pub(crate) const MAX_MOMENT: Key =
-    may("max_moment", Form::Number(Quantity::Moment, POSITIVE), "largest moment it takes; reported against");
+    may("max_moment", Form::Number(Quantity::Moment, POSITIVE), "largest moment; larger ones are reported");
 pub(crate) const INSERTION_FORCE: Key =
-    may("insertion_force", Form::Number(Quantity::Force, POSITIVE), "force it takes to push it home");
+    may("insertion_force", Form::Number(Quantity::Force, POSITIVE), "force needed to push it in");
 
 /// A part of a branch.
 pub(crate) const SPAN: Keys = Keys {
@@ -67,15 +64,15 @@ pub(crate) const CONSTRAINT: Keys = Keys {
     what: "constraint",
     keys: &[
         NAME,
-        must("kind", Form::Kind(Family::Constraint, None), "what it is, such as \"connector\" or \"edge-clip\""),
+        must("kind", Form::Kind(Family::Constraint, None), "its kind, such as \"connector\" or \"edge-clip\""),
         unless(
             "span",
             "at",
             Form::OneOrMoreTables(&AT),
-            "where it attaches; a list, for kinds that take several places",
+            "where it attaches; a list for kinds that attach to several places",
         ),
         may("span", Form::Table(&SPAN), "the part of a branch along which it acts, for kinds that act along one"),
-        may("position", Form::Vector(Quantity::Length), "where it holds; left out: where the cable is when it begins"),
+        may("position", Form::Vector(Quantity::Length), "position that it holds; left out: that of the cable"),
         TANGENT,
         UP,
         ORIENTATION,

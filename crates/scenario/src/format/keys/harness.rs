@@ -13,9 +13,9 @@ pub(crate) const BRANCH: Keys = Keys {
         must("to", Form::Name, "vertex where it ends"),
         must("section", Form::Name, "name of its section"),
         must("length", Form::Number(Quantity::Length, SPAN_LENGTH), "unstressed length"),
-        may("segments", Form::Count(1, MAX_COUNT), "how many segments it is divided into; either this or max_segment"),
+        may("segments", Form::Count(1, MAX_COUNT), "number of segments; either this or max_segment"),
         may("max_segment", Form::Number(Quantity::Length, POSITIVE), "longest segment; either this or segments"),
-        may("rod", Form::Kind(Family::Rod, Some("cosserat")), "which rod it is; default \"cosserat\""),
+        may("rod", Form::Kind(Family::Rod, Some("cosserat")), "kind of rod; default \"cosserat\""),
         may(
             "curvature",
             Form::Vector(Quantity::Curvature),
@@ -24,7 +24,7 @@ pub(crate) const BRANCH: Keys = Keys {
         may(
             "path",
             Form::Points(2),
-            "drawn centre line from `from` to `to`, world coordinates: a start for the shape, nothing more",
+            "drawn centre line from `from` to `to`, world coordinates; only the initial shape depends on it",
         ),
     ],
 };
@@ -33,10 +33,10 @@ pub(crate) const BRANCH: Keys = Keys {
 pub(crate) const JOINT: Keys = Keys {
     what: "joint",
     keys: &[
-        must("name", Form::Name, "the vertex where it sits"),
-        may("model", Form::Kind(Family::Joint, Some("cosserat")), "which model it is; default \"cosserat\""),
+        must("name", Form::Name, "its vertex"),
+        may("model", Form::Kind(Family::Joint, Some("cosserat")), "joint model; default \"cosserat\""),
         must("arms", Form::Tables(&ARM), "one entry for every branch that ends here"),
-        may("wires", Form::Tables(&WIRES), "which wires run through; default: by stiffness"),
+        may("wires", Form::Tables(&WIRES), "wires that run through; default: by stiffness"),
         may("mass", Form::Number(Quantity::Mass, NON_NEGATIVE), "mass; default 0"),
     ],
 };
@@ -46,8 +46,8 @@ pub(crate) const ARM: Keys = Keys {
     what: "arm",
     keys: &[
         must("branch", Form::Name, "name of its branch"),
-        may("direction", Form::Direction, "points out of the joint along the arm, in the joint's frame"),
-        may("up", Form::Direction, "d1 of the branch in the joint's frame; projected where it is not orthogonal"),
+        may("direction", Form::Direction, "direction out of the joint along the arm, in the joint's frame"),
+        may("up", Form::Direction, "d1 of the branch in the joint's frame; projected if not orthogonal"),
         may(
             "orientation",
             Form::Orientation,
@@ -56,7 +56,7 @@ pub(crate) const ARM: Keys = Keys {
         may(
             "offset",
             Form::Vector(Quantity::Length),
-            "where the arm leaves, in the joint's frame; for models with a body",
+            "point where the arm leaves the joint, in the joint's frame; for models with a body",
         ),
     ],
 };
@@ -69,7 +69,7 @@ pub(crate) const WIRES: Keys = Keys {
         must(
             "share",
             Form::Number(Quantity::Dimensionless, FRACTION),
-            "share of the first arm's wires that passes to the second",
+            "fraction of the first arm's wires that passes to the second",
         ),
     ],
 };

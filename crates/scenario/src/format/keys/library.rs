@@ -1,36 +1,37 @@
-//! What branches and fixings are made of: sections, wires, coverings, materials, types of fixings, and files of them.
+//! The library: sections, wires, coverings, materials, types of fixings, and files with them.
 
 use super::constraints::{FRICTION, HOLD, INSERTION_FORCE, MAX_MOMENT, PULL_OUT_FORCE, SLIDE};
 use crate::format::form::{Family, Form, Key, Keys, may, must, unless, with};
 use crate::format::limits::{DIAMETER, FRACTION, MAX_COUNT, NON_NEGATIVE, POISSON, POSITIVE, POSITIVE_FRACTION};
 use wireloom_core::Quantity;
 
-/// A section: measured, or made of wires, or both; what is measured goes before the rule.
+/// A section: measured, or made of wires, or both; measured values take precedence over the rule.
 pub(crate) const SECTION: Keys = Keys {
     what: "section",
     keys: &[
         may(
             "wires",
             Form::Tables(&SECTION_WIRES),
-            "the wires in it; what is not given beside them follows from them by the rule of the library",
+            "its wires; values that are not given follow from them by the rule of the library",
         ),
         with(
             "wires",
             "covering",
             Form::NamesOrTables(&COVERED),
-            "what lies around the wires, inside out: a name of the library, a table with type and share, or a list of them",
+            "coverings of the wires, from the inside: a name of the library, a table with type and share, or a list of \
+             them",
         ),
         with(
             "wires",
             "cohesion",
             Form::Number(Quantity::Dimensionless, FRACTION),
-            "how much wires and coverings stick together, from 0 (they slide) to 1 (glued); default that of the coverings",
+            "cohesion of wires and coverings, from 0 (they slide) to 1 (bonded); default that of the coverings",
         ),
         with(
             "wires",
             "packing",
             Form::Number(Quantity::Dimensionless, POSITIVE_FRACTION),
-            "share of the bundle's circle that its wires fill; default 0.75",
+            "fraction of the bundle's circle that its wires fill; default 0.75",
         ),
         unless("wires", "diameter", Form::Number(Quantity::Length, DIAMETER), "outer diameter"),
         unless(
@@ -60,7 +61,7 @@ pub(crate) const SECTION: Keys = Keys {
         may(
             "min_bend_radius",
             Form::Number(Quantity::Length, POSITIVE),
-            "smallest bend radius allowed; reported against",
+            "smallest bend radius allowed; smaller ones are reported",
         ),
     ],
 };
@@ -70,7 +71,7 @@ pub(crate) const SECTION_WIRES: Keys = Keys {
     what: "wires",
     keys: &[
         must("type", Form::Name, "a wire of the library, such as \"FLRY-B 0.5\""),
-        may("count", Form::Count(1, MAX_COUNT), "how many; default 1"),
+        may("count", Form::Count(1, MAX_COUNT), "number of wires; default 1"),
     ],
 };
 
@@ -82,12 +83,12 @@ pub(crate) const COVERED: Keys = Keys {
         may(
             "share",
             Form::Number(Quantity::Dimensionless, POSITIVE_FRACTION),
-            "share of the branch that it covers; default 1",
+            "fraction of the branch that it covers; default 1",
         ),
     ],
 };
 
-const LIKE: Key = may("like", Form::Name, "another one of the library, from which it has what is not given here");
+const LIKE: Key = may("like", Form::Name, "another one of the library, from which values that are not given are taken");
 const LINEAR_DENSITY: Key = may(
     "linear_density",
     Form::Number(Quantity::LinearDensity, NON_NEGATIVE),
@@ -128,7 +129,7 @@ pub(crate) const WIRE: Keys = Keys {
             "like",
             "layers",
             Form::Tables(&LAYER),
-            "what lies over the conductor, inside out: insulation, shield, jacket",
+            "layers over the conductor, from the inside: insulation, shield, jacket",
         ),
         LINEAR_DENSITY,
         AXIAL_STIFFNESS,
@@ -147,9 +148,9 @@ pub(crate) const LAYER: Keys = Keys {
         may(
             "fill",
             Form::Number(Quantity::Dimensionless, POSITIVE_FRACTION),
-            "share of the ring that is filled; default 1",
+            "fraction of the ring that is filled; default 1",
         ),
-        may("strand", Form::Number(Quantity::Length, DIAMETER), "diameter of its strands, where it is a braid"),
+        may("strand", Form::Number(Quantity::Length, DIAMETER), "diameter of its strands, if it is a braid"),
     ],
 };
 
@@ -159,42 +160,47 @@ pub(crate) const COVERING: Keys = Keys {
     keys: &[
         LIKE,
         unless("like", "material", Form::Name, "a material of the library, such as \"pvc\""),
-        unless("like", "thickness", Form::Number(Quantity::Length, DIAMETER), "wall; of a tape one layer"),
-        may("layers", Form::Count(1, 100), "layers that lie on each other; 2 for half lap; default 1"),
+        unless(
+            "like",
+            "thickness",
+            Form::Number(Quantity::Length, DIAMETER),
+            "thickness of the wall, or of a layer of a tape",
+        ),
+        may("layers", Form::Count(1, 100), "number of layers on each other; 2 for half lap; default 1"),
         may(
             "wrap",
             Form::Flag,
-            "wound or braided, so that turns may slide on each other; default false: a closed tube",
+            "true: wound or braided, so that turns may slide on each other; default false: a closed tube",
         ),
         may(
             "coverage",
             Form::Number(Quantity::Dimensionless, POSITIVE_FRACTION),
-            "share of the surface that it covers, such as 0.3 for a spaced tape; default 1",
+            "fraction of the surface that it covers, such as 0.3 for a spaced tape; default 1",
         ),
         may(
             "inner_diameter",
             Form::Number(Quantity::Length, DIAMETER),
-            "of a tube; left out, it lies on what it covers",
+            "inner diameter of a tube; left out, the tube is as wide as its contents",
         ),
         may(
             "outer_diameter",
             Form::Number(Quantity::Length, DIAMETER),
-            "of a corrugated tube, over the crests; default inner diameter and wall",
+            "outer diameter of a corrugated tube, over the crests; default inner diameter and wall",
         ),
         may(
             "bending_share",
             Form::Number(Quantity::Dimensionless, FRACTION),
-            "what corrugation or laps leave of a plain wall's stiffness in bending and stretch; default 1",
+            "fraction of a plain wall's stiffness in bending and stretch that corrugation or laps leave; default 1",
         ),
         may(
             "torsion_share",
             Form::Number(Quantity::Dimensionless, FRACTION),
-            "what a slit or laps leave of a plain wall's stiffness in torsion; default 1",
+            "fraction of a plain wall's stiffness in torsion that a slit or laps leave; default 1",
         ),
         may(
             "cohesion",
             Form::Number(Quantity::Dimensionless, FRACTION),
-            "how much it makes wires stick together, from 0 (they slide) to 1 (glued); default 0.05, as without it",
+            "cohesion of the wires under it, from 0 (they slide) to 1 (bonded); default 0.05, as without it",
         ),
         LINEAR_DENSITY,
         AXIAL_STIFFNESS,
@@ -215,35 +221,29 @@ pub(crate) const MATERIAL: Keys = Keys {
 };
 
 pub(super) const MATERIALS: Key =
-    may("materials", Form::Named(&MATERIAL), "materials, by name, beside those of the library or in their place");
+    may("materials", Form::Named(&MATERIAL), "materials, by name, in addition to the library or in its place");
 pub(super) const WIRE_TYPES: Key =
-    may("wires", Form::Named(&WIRE), "types of wires, by name, beside those of the library or in their place");
-pub(super) const COVERINGS: Key = may(
-    "coverings",
-    Form::Named(&COVERING),
-    "types of coverings, by name, beside those of the library or in their place",
-);
+    may("wires", Form::Named(&WIRE), "types of wires, by name, in addition to the library or in its place");
+pub(super) const COVERINGS: Key =
+    may("coverings", Form::Named(&COVERING), "types of coverings, by name, in addition to the library or in its place");
 
-pub(super) const FIXING_TYPES: Key = may(
-    "fixings",
-    Form::Named(&FIXING_TYPE),
-    "types of fixings, by name, beside those of the library or in their place",
-);
+pub(super) const FIXING_TYPES: Key =
+    may("fixings", Form::Named(&FIXING_TYPE), "types of fixings, by name, in addition to the library or in its place");
 
 /// A type of fixing.
 pub(crate) const FIXING_TYPE: Keys = Keys {
     what: "fixing type",
     keys: &[
-        may("doc", Form::Name, "what it is, in a few words"),
+        may("doc", Form::Name, "short description"),
         may(
             "kind",
             Form::Kind(Family::Constraint, Some("collar")),
-            "the built-in kind that it is at heart, whose parameters it may set; default \"collar\"",
+            "the kind of constraint that it is, whose parameters it may set; default \"collar\"",
         ),
         may(
             "needs",
             Form::Words(&["tangent", "up", "orientation", "rail", "free_axis"]),
-            "keys that every constraint of the type must give",
+            "keys that every constraint of this type must give",
         ),
         HOLD,
         SLIDE,
@@ -257,7 +257,7 @@ pub(crate) const FIXING_TYPE: Keys = Keys {
 /// A file of wires, coverings, materials and types of fixings.
 pub(crate) const LIBRARY_FILE: Keys = Keys { what: "library", keys: &[MATERIALS, WIRE_TYPES, COVERINGS, FIXING_TYPES] };
 
-/// Where further wires, coverings, materials and types of fixings are.
+/// Files with further wires, coverings, materials and types of fixings.
 pub(crate) const LIBRARY: Keys = Keys {
     what: "library",
     keys: &[must(

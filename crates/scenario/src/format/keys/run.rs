@@ -1,4 +1,4 @@
-//! How a scenario is run: the start, the minimiser, plugins.
+//! Settings of a run: the start, the minimiser, plugins.
 
 use super::constraints::{ORIENTATION, TANGENT, UP};
 use crate::format::form::{Family, Form, Keys, may, must};
@@ -17,16 +17,16 @@ pub(super) const PLUGINS: Keys = Keys {
         may(
             "time_limit",
             Form::Number(Quantity::Dimensionless, SECONDS),
-            "how long one call of a plugin may take, in seconds; default 10",
+            "time limit of one call of a plugin, in seconds; default 10",
         ),
     ],
 };
 
-/// Where the rest shape is laid.
+/// Pose of the rest shape.
 pub(super) const INITIAL: Keys = Keys {
     what: "initial",
     keys: &[
-        must("branch", Form::Name, "the branch whose start is laid here"),
+        must("branch", Form::Name, "the branch whose start has this pose"),
         may("position", Form::Vector(Quantity::Length), "position of its start; default the origin"),
         TANGENT,
         UP,
@@ -38,12 +38,12 @@ pub(super) const INITIAL: Keys = Keys {
 pub(crate) const MINIMISER: Keys = Keys {
     what: "minimiser",
     keys: &[
-        may("kind", Form::Kind(Family::Minimiser, Some("newton")), "which one; default \"newton\""),
+        may("kind", Form::Kind(Family::Minimiser, Some("newton")), "its kind; default \"newton\""),
         may(
             "force_tolerance",
             Form::Number(Quantity::Dimensionless, TOLERANCE),
-            "largest residual force relative to the load scale, moments likewise; default 1e-6",
+            "largest residual force relative to the load scale; moments likewise; default 1e-6",
         ),
-        may("max_iterations", Form::Count(1, MAX_COUNT), "iterations allowed for each increment; default 200"),
+        may("max_iterations", Form::Count(1, MAX_COUNT), "largest number of iterations of an increment; default 200"),
     ],
 };

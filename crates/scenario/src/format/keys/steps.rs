@@ -14,7 +14,7 @@ const OWN: [Key; 5] = [
     may("increments", Form::Count(1, MAX_INCREMENTS), "number of increments; default 1"),
     may("gravity", Form::Vector(Quantity::Acceleration), "gravity reached at its end"),
     may("release", Form::Names, "constraints that are released when this step begins"),
-    may("wait", Form::Flag, "true: nothing is done but to let the harness come to rest; default false"),
+    may("wait", Form::Flag, "true: the step does nothing but find the equilibrium; default false"),
 ];
 
 /// Keys of a step, followed by those of the step operations.

@@ -10,7 +10,7 @@ pub(crate) const OBSTACLE: Keys = Keys {
     what: "obstacle",
     keys: &[
         NAME,
-        may("shape", Form::Kind(Family::Shape, Some("mesh")), "what it is; default \"mesh\""),
+        may("shape", Form::Kind(Family::Shape, Some("mesh")), "its shape; default \"mesh\""),
         may("mesh", Form::Name, "a file with its surface, from the folder of the scenario: STL, OBJ, PLY, glTF or GLB"),
         with(
             "mesh",
@@ -18,28 +18,28 @@ pub(crate) const OBSTACLE: Keys = Keys {
             Form::Number(Quantity::Dimensionless, POSITIVE),
             "length of a unit of the file in m: 0.001 for a file in millimetres; default 1",
         ),
-        may("position", Form::Vector(Quantity::Length), "where its origin is; default the world's"),
+        may("position", Form::Vector(Quantity::Length), "position of its origin; default the world's"),
         may(
             "tangent",
             Form::Direction,
             "direction of its third axis, such as that of a cylinder; default the world's z",
         ),
-        may("up", Form::Direction, "with tangent: direction of its first axis; projected where not orthogonal"),
+        may("up", Form::Direction, "with tangent: direction of its first axis; projected if not orthogonal"),
         may("orientation", Form::Orientation, "instead of tangent and up: its axes; default the world's"),
         may(
             "friction",
             Form::Number(Quantity::Dimensionless, FRICTION_COEFFICIENT),
-            "coefficient of Coulomb friction: force along its surface, per force across, before a cable slips; default 0",
+            "coefficient of Coulomb friction: force along its surface per force across, at slip; default 0",
         ),
         may(
             "min_clearance",
             Form::Number(Quantity::Length, NON_NEGATIVE),
-            "least distance from the surface of a cable to its own; reported against",
+            "least distance from the surface of a cable to its own; smaller ones are reported",
         ),
     ],
 };
 
-/// How things meet.
+/// Contact.
 pub(crate) const CONTACT: Keys = Keys {
     what: "contact",
     keys: &[
@@ -48,12 +48,12 @@ pub(crate) const CONTACT: Keys = Keys {
             "cables",
             "friction",
             Form::Number(Quantity::Dimensionless, FRICTION_COEFFICIENT),
-            "coefficient of Coulomb friction of cables on each other, and on themselves; default 0: they are smooth",
+            "coefficient of Coulomb friction of cables on each other and on themselves; default 0",
         ),
         may(
             "resolve",
             Form::Flag,
-            "true: a harness that begins within an obstacle is pushed out first; default false: it is refused",
+            "true: a harness that begins inside an obstacle is pushed out first; default false: it is refused",
         ),
     ],
 };

@@ -27,7 +27,7 @@ fn tables(from: &'static Keys, found: &mut Vec<&'static Keys>) {
     }
 }
 
-/// What faults say of `key` where its value is `text`.
+/// Faults of `key` with the value `text`.
 fn faults(keys: &'static Keys, key: &Key, text: &str) -> Vec<crate::Fault> {
     let text = format!("{} = {text}", key.name);
     let parsed = table(&text).unwrap();
@@ -43,7 +43,7 @@ fn faults(keys: &'static Keys, key: &Key, text: &str) -> Vec<crate::Fault> {
         _ => unreachable!("{} is no number", key.name),
     };
     drop(entry);
-    // Whether it goes with other keys is not asked here.
+    // Faults about other keys do not count here.
     let faults: Vec<_> = reader.finish().into_iter().filter(|fault| !fault.message.contains(" but no ")).collect();
     assert_eq!(read, faults.is_empty(), "{text}: {faults:?}");
     faults
@@ -81,7 +81,7 @@ fn every_numeric_key_has_a_least_and_a_greatest_value() {
         }
         for bad in [bound.minimum.next_down(), bound.maximum.next_up(), -f64::MAX, f64::MAX] {
             let found = faults(table, key, &written(key.form, bad));
-            // Place, value and what would be right.
+            // Place, value and correction.
             let (shown, right) = (format!("{bad:e}"), bound.words(quantity));
             assert!(found[0].message.contains(&shown) && found[0].message.contains(key.name), "{found:?}");
             assert_eq!(found[0].help, format!("it must be {right}"));
@@ -94,8 +94,8 @@ fn every_numeric_key_has_a_least_and_a_greatest_value() {
 
 #[test]
 fn harnesses_of_micrometres_and_of_kilometres_are_plausible() {
-    // A cable of 1 m, 5 mm thick, EA 1e5 N, EI 0.01 N m², 0.1 kg/m, scaled by λ with its matter: λ² in stretch and weight, λ⁴ in bending,
-    // under gravity that bends it alike.
+    // A cable of 1 m, 5 mm thick, EA 1e5 N, EI 0.01 N m², 0.1 kg/m, scaled by λ: λ² in stretch and weight, λ⁴ in
+    // bending, under gravity that bends it alike.
     for scale in [1e-6, 1.0, 1e4_f64] {
         let all = [
             (Quantity::Length, DIAMETER, 5e-3 * scale),
