@@ -123,11 +123,7 @@ fn attaches(functions: &abi::ConstraintKind, which: &str) -> Result<Attaches, Re
         other => return Err(wrong(format!("`span` of {which}"), other, "0: never, 1: where one is given, 2: always")),
     };
     if most == 0 && span == SpanUse::Never {
-        return Err(wrong(
-            format!("the number of stations of {which}"),
-            0,
-            "it needs a station or a span",
-        ));
+        return Err(wrong(format!("the number of stations of {which}"), 0, "it needs a station or a span"));
     }
     Ok(Attaches { stations: least as usize..=most as usize, span })
 }

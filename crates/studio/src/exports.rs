@@ -1,12 +1,16 @@
-//! Files of a session, as `run` would write them.
+//! Exported files of a session, in the formats of `run`.
 //!
 //! | name | what |
 //! | --- | --- |
 //! | `result.json` | the run so far |
-//! | `report.html` | the same on one page, for people |
-//! | `picture.svg` | the harness as it hangs now |
-//! | `harness.vtp`, `obstacles.vtp` | it and what is about it, for ParaView |
-//! | `csv/BRANCH.csv` | each branch as a table |
+//! | `report.html`
+//! the report, on one page |
+//! | `picture.svg`
+//! picture of the current shape |
+//! | `harness.vtp`, `obstacles.vtp`
+//! harness and obstacles for ParaView |
+//! | `csv/BRANCH.csv`
+//! table of each branch |
 
 use crate::protocol::Scene;
 use wireloom::core::equilibrium::{ObstacleResult, Run, StepResult};
@@ -16,7 +20,7 @@ use wireloom::export::names::file_name;
 use wireloom::export::report::Report;
 use wireloom::export::{csv, json, picture, report, vtk};
 
-/// What there is for a scene.
+/// Names of all files for a scene.
 pub fn names(scene: &Scene) -> Vec<String> {
     let mut names =
         vec!["result.json".to_owned(), "report.html".to_owned(), "picture.svg".to_owned(), "harness.vtp".to_owned()];
@@ -31,21 +35,21 @@ fn tables<'a>(branches: impl Iterator<Item = &'a str>) -> Vec<String> {
     branches.map(|branch| format!("csv/{}.csv", file_name(branch, &mut taken))).collect()
 }
 
-/// What files say of their making.
+/// Information that files state about their origin.
 pub struct ExportInfo<'a> {
-    /// What it was made from.
+    /// Origin of the data.
     pub provenance: &'a Provenance,
-    /// Names and texts: of the scenario, then of the files it names.
+    /// Names and texts of the scenario and of the files it names.
     pub texts: &'a [(String, String)],
     /// Program and version.
     pub program: &'a str,
-    /// The machine.
+    /// Name of the machine.
     pub machine: &'a str,
-    /// Day and time.
+    /// Date and time.
     pub written: &'a str,
 }
 
-/// The file of this name; `None` where there is none, or nothing to be told yet.
+/// The file of this name; `None` if it does not exist, or if there is no result yet.
 pub fn make(run: &Run, obstacles: &[Obstacle], name: &str, info: &ExportInfo<'_>) -> Option<Vec<u8>> {
     let end = run.steps.last()?;
     let mut bytes = Vec::new();
@@ -67,7 +71,7 @@ pub fn make(run: &Run, obstacles: &[Obstacle], name: &str, info: &ExportInfo<'_>
     written.ok().map(|()| bytes)
 }
 
-/// Surfaces of the bodies where they are.
+/// Surfaces of the obstacles at their current poses.
 fn surfaces(obstacles: &[Obstacle], end: &StepResult) -> Vec<(usize, Surface)> {
     let placed = |(k, (body, result)): (usize, (&Obstacle, &ObstacleResult))| {
         let mut surface = body.shape.surface(crate::scene::DRAWN);

@@ -150,7 +150,11 @@ const ENDED: &[Case] = &[
     ),
     (36, "a create that never returns", &["did not return within 0.5 s (in `create`)"]),
     (50, "a crash as it is loaded", &["libhostile.so crashed", "(in `initialisation of the library`)"]),
-    (52, "a start that never ends", &["libhostile.so did not return within 0.5 s (in `initialisation of the library`)"]),
+    (
+        52,
+        "a start that never ends",
+        &["libhostile.so did not return within 0.5 s (in `initialisation of the library`)"],
+    ),
     (89, "a crash while it lists its kinds", &["libhostile.so crashed", "(in `kinds`)"]),
 ];
 

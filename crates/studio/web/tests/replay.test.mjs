@@ -132,7 +132,7 @@ test("keys choose fixings and points, look from sides, keep a ghost and measure 
   await settled(page);
   await page.screenshot({ path: `${shots}replay-top-ghost.png` });
   await page.keyboard.press("?");
-  assert.match(await page.locator("#keys").innerText(), /Choose the next fixing/);
+  assert.match(await page.locator("#keys").innerText(), /Choose the next constraint/);
   assert.doesNotMatch(await page.locator("#keys").innerText(), /Undo/);
   await page.screenshot({ path: `${shots}replay-keys.png` });
   await page.keyboard.press("Escape");
