@@ -1,5 +1,5 @@
-//! Puts the shaders together, validates every one of them in both precisions, and writes what they say of themselves (names,
-//! bindings, workgroup sizes, offsets) as Rust. A bad shader fails the build, with its place.
+//! Assembles the shaders from their files, validates each in both precisions, and generates Rust code with their names,
+//! bindings, workgroup sizes and struct layouts. An invalid shader fails the build, with its location.
 
 use naga::valid::{Capabilities, ValidationFlags, Validator};
 use naga::{AddressSpace, Module, StorageAccess, TypeInner};
@@ -8,9 +8,9 @@ use std::fmt::Write as _;
 use std::path::Path;
 use std::{env, fs};
 
-/// How `real` is spelled, with what naga must be told that the device has.
+/// WGSL type for `real`, and the capabilities that naga must assume.
 const PRECISIONS: [(&str, Capabilities); 2] = [("f32", Capabilities::empty()), ("f64", Capabilities::FLOAT64)];
-/// The structs whose offsets are compared with those of their Rust twins.
+/// Structs whose layout is compared with that in Rust.
 const STRUCTS: [&str; 3] = ["Offsets", "Range", "Control"];
 
 fn main() {
@@ -47,7 +47,7 @@ fn main() {
     fs::write(path, out).expect("the output can be written");
 }
 
-/// Appends a file, what it imports first; every file once.
+/// Appends a file after its imports; each file once.
 fn import(path: &str, seen: &mut BTreeSet<String>, text: &mut String) {
     if !seen.insert(path.to_owned()) {
         return;
@@ -79,7 +79,7 @@ fn workgroup_size(name: &str, module: &Module) -> u32 {
     size
 }
 
-/// (binding, name, access) of every resource; all stages agree on them.
+/// Binding, name and access of every resource; all stages must agree.
 fn note_bindings(name: &str, module: &Module, bindings: &mut Vec<(u32, String, &'static str)>) {
     for (_, variable) in module.global_variables.iter() {
         let Some(place) = &variable.binding else { continue };
@@ -142,14 +142,19 @@ fn render(
         .map(|(place, name, access)| format!("Binding {{ place: {place}, name: {name:?}, access: Access::{access} }}"))
         .collect();
     format!(
-        "/// A step of the computation: one WGSL file of `stages/`, and its CPU twin of the same name.\n\
+        "/// A step of the computation: a WGSL file of `stages/`.\n\
          #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]\npub enum Stage {{\n{}}}\n\n\
-         impl Stage {{\n    /// All of them.\n    pub const ALL: &'static [Stage] = &[{}];\n\n\
-         /// Its name, which is that of its file.\n    pub fn name(self) -> &'static str {{\n        match self {{\n{}        }}\n    }}\n\n\
-         /// Its text, complete; the entry point is `main`.\n    pub fn text(self, real: Real) -> &'static str {{\n        match (self, real) {{\n{texts}        }}\n    }}\n\n\
-         /// Invocations in a workgroup.\n    pub fn workgroup_size(self) -> u32 {{\n        match self {{\n{sizes}        }}\n    }}\n}}\n\n\
-         /// What the stages are bound to, all in group 0; every stage sees all of it.\npub const BINDINGS: &[Binding] = &[{}];\n\n\
-         /// Structs as the shaders lay them out, for f32 and for f64.\npub const RECORDS: [&[Record]; 2] = [&[{}], &[{}]];\n",
+         impl Stage {{\n    /// All stages.\n    pub const ALL: &'static [Stage] = &[{}];\n\n\
+         /// Name of the stage and of its file.\n    pub fn name(self) -> &'static str {{\n\
+         match self {{\n{}        }}\n    }}\n\n\
+         /// Complete source text; the entry point is `main`.\n    pub fn text(self, real: Real) -> &'static str {{\n\
+         match (self, real) {{\n{texts}        }}\n    }}\n\n\
+         /// Number of invocations in a workgroup.\n    pub fn workgroup_size(self) -> u32 {{\n\
+         match self {{\n{sizes}        }}\n    }}\n}}\n\n\
+         /// Bindings of the stages, all in group 0; the same for every stage.\n\
+         pub const BINDINGS: &[Binding] = &[{}];\n\n\
+         /// Struct layouts of the shaders, for f32 and for f64.\n\
+         pub const RECORDS: [&[Record]; 2] = [&[{}], &[{}]];\n",
         variants.concat(),
         all.join(", "),
         words.concat(),

@@ -1,16 +1,16 @@
-/* `elastic-strap`: a rubber strap between two places of a harness, or between one and a hook. README.md has the parameters. */
+/* `elastic-strap`: a rubber strap between two stations, or a station and a hook. README.md lists the parameters. */
 
 #include "wireloom_plugin.h"
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 
-/* A strap: it pulls with k (d - l) where the distance d of its ends is above its free length l, and not at all below. */
+/* A strap: it pulls with k (d - l) if the distance d of its ends exceeds its free length l, and not otherwise. */
 typedef struct Strap {
     double stiffness;  /* k, N/m */
-    double length;     /* free length, m; below 0: the distance at which it is put on */
-    double slack;      /* m, on top of that */
-    double pretension; /* N, at which it is put on, where its length is not given */
+    double length;     /* free length, m; below 0: the distance of its ends when it is added */
+    double slack;      /* additional length, m */
+    double pretension; /* force when it is added, N, if the length is not given */
 } Strap;
 
 /* The parameters, in the order of their declaration. */
@@ -25,7 +25,7 @@ static int32_t create(const WireloomKind *kind, const WireloomConstraintSpec *sp
         return WIRELOOM_STATUS_ERROR;
     }
     if (value[LENGTH].given && value[PRETENSION].value[0] > 0.0) {
-        snprintf(message->data, message->capacity, "a free length says all: leave pretension out");
+        snprintf(message->data, message->capacity, "the free length determines the force: leave pretension out");
         return WIRELOOM_STATUS_ERROR;
     }
     Strap *strap = malloc(sizeof *strap);
@@ -35,7 +35,7 @@ static int32_t create(const WireloomKind *kind, const WireloomConstraintSpec *sp
     }
     strap->stiffness = value[STIFFNESS].value[0];
     strap->length = value[LENGTH].given ? value[LENGTH].value[0] : -1.0;
-    /* One end: the hook is the target, and a strap without a length of its own has none. */
+    /* One end: the hook is the target, and the default length is 0. */
     if (strap->length < 0.0 && spec->station_count == 1) strap->length = 0.0;
     strap->slack = value[SLACK].value[0];
     strap->pretension = value[PRETENSION].value[0];
@@ -78,7 +78,7 @@ static int32_t evaluate(const void *instance, const WireloomSituation *at, Wirel
     const double drawn = d - length;
     const double k = drawn > 0.0 ? strap->stiffness : 0.0;
     for (int i = 0; i < 3 && d > 0.0; i++) n[i] = apart[i] / d;
-    /* NaN, which a comparison would swallow, comes out as NaN. */
+    /* NaN is passed on; a comparison would hide it. */
     if (out->energy) *out->energy = isnan(drawn) ? drawn : 0.5 * k * drawn * drawn;
     if (out->gradient) {
         for (uint32_t i = 0; i < 6 * m; i++) {

@@ -1,5 +1,5 @@
-// Vectors, matrices and rotations in what every device computes the same way: sums, products, quotients and square roots.
-// Quaternions are (x, y, z, w).
+// Vectors, matrices and rotations, from operations that every device computes alike: sums, products, quotients and
+// square roots. Quaternions are (x, y, z, w).
 
 fn cross3(a: vec3<real>, b: vec3<real>) -> vec3<real> {
     return vec3<real>(a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x);
@@ -33,7 +33,7 @@ fn skew(a: vec3<real>) -> mat3x3<real> {
     return mat3x3<real>(vec3<real>(o, a.z, -a.y), vec3<real>(-a.z, o, a.x), vec3<real>(a.y, -a.x, o));
 }
 
-// R(q), by the usual quadratic form.
+// R(q), the quadratic form.
 fn rotation_matrix(q: vec4<real>) -> mat3x3<real> {
     let x2 = q.x + q.x;
     let y2 = q.y + q.y;
@@ -77,7 +77,7 @@ fn rotated(q: vec4<real>, theta: vec3<real>) -> vec4<real> {
     return normalised(vec4<real>(q.xyz + h * q.w + cross3(q.xyz, h), q.w - dot3(q.xyz, h)));
 }
 
-// Second derivative in θ of `force · R exp(θ) offset`, with f = Rᵀ force: sym(f oᵀ) − (f·o) I.
+// Second derivative with respect to θ of `force · R exp(θ) offset`, with f = Rᵀ force: sym(f oᵀ) − (f·o) I.
 fn lever_hessian(r: mat3x3<real>, force: vec3<real>, offset: vec3<real>) -> mat3x3<real> {
     let f = force * r;
     let dw_double = outer(f, offset);

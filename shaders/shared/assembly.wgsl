@@ -4,7 +4,7 @@
 const NEGATIVE: u32 = 0x80000000u;
 const TRANSPOSED: u32 = 0x40000000u;
 
-// The sum of the first derivatives of the parts in a variable, without dead forces.
+// Sum of the parts' first derivatives with respect to a variable, without dead forces.
 fn assembled_force(variable: u32, variant: u32) -> vec3<real> {
     let table = offsets.forces_program;
     var sum = vec3<real>(real(0.0), real(0.0), real(0.0));
@@ -16,7 +16,7 @@ fn assembled_force(variable: u32, variant: u32) -> vec3<real> {
     return sum;
 }
 
-// Where the numbers of a variable's hold are; none where nothing is held.
+// Entry of a variable's hold; NONE if it has none.
 fn hold_entry(variable: u32) -> u32 {
     let hold = program[offsets.holds_program + variable];
     if hold == NONE {
@@ -25,7 +25,7 @@ fn hold_entry(variable: u32) -> u32 {
     return offsets.holds_numbers + 20u * hold;
 }
 
-// The columns of a hold's basis.
+// Columns of a hold's basis.
 fn hold_basis(entry: u32, variant: u32) -> mat3x3<real> {
     return mat3x3<real>(number3(entry, variant), number3(entry + 3u, variant), number3(entry + 6u, variant));
 }
@@ -35,5 +35,9 @@ fn free_directions(entry: u32, variant: u32) -> vec3<real> {
     let count = number(entry + 9u, variant);
     let o = real(0.0);
     let i = real(1.0);
-    return vec3<real>(select(i, o, count > real(0.5)), select(i, o, count > real(1.5)), select(i, o, count > real(2.5)));
+    return vec3<real>(
+        select(i, o, count > real(0.5)),
+        select(i, o, count > real(1.5)),
+        select(i, o, count > real(2.5)),
+    );
 }

@@ -1,7 +1,7 @@
-// What all stages are bound to. Every number lies at `entry * variants + variant`, so that neighbouring invocations, which work on
-// neighbouring variants, read neighbouring words.
+// Bindings of all stages. The number of a variant in an entry is at `entry * variants + variant`, so that neighbouring
+// invocations, which work on neighbouring variants, read neighbouring words.
 
-// Sizes and places, the same for all variants; counted in words of `program` (…_program) and in entries of the other buffers.
+// Sizes and offsets, the same for all variants; in words of `program` (…_program), in entries of the other buffers.
 struct Offsets {
     variants: u32,
     variables: u32,
@@ -38,8 +38,8 @@ struct Offsets {
     shape_vectors: u32,
 }
 
-// Which items a dispatch works on, of the variants that are in one of these phases; in which slot of the state, and where in the
-// program its table begins.
+// Items of a dispatch, for variants in the given phases; slot of the state, and start of the dispatch's table in the
+// program.
 struct Range {
     first: u32,
     count: u32,
@@ -48,7 +48,7 @@ struct Range {
     table: u32,
 }
 
-// Where a variant stands. `phase` says which stages have anything to do.
+// Status of a variant. `phase` selects the stages that process it.
 struct Control {
     force_scale: real,
     moment_scale: real,
@@ -107,12 +107,12 @@ const DESCEND: u32 = 6u;
 const COMBINE: u32 = 7u;
 const DONE: u32 = 8u;
 
-// Slots of the state: the state at hand, the one on trial, and that one with its points settled.
+// Slots of the state: current state, trial state, and condensed trial state.
 const CURRENT: u32 = 0u;
 const TRIAL: u32 = 1u;
 const CONDENSED: u32 = 2u;
 
-// The item and the variant of an invocation; none beyond the range, and none for a variant in another phase.
+// Item and variant of an invocation; not present beyond the range, or if the variant is in another phase.
 struct Item {
     index: u32,
     variant: u32,
@@ -228,7 +228,7 @@ fn gradient_of(own: u32, variable: u32) -> u32 {
     return offsets.gradient_vectors + (own * offsets.variables + variable) * 3u;
 }
 
-// How a variable must move in its first step.
+// Prescribed motion of a variable in its first step.
 fn motion(variable: u32, variant: u32) -> vec3<real> {
     let hold = program[offsets.holds_program + variable];
     if hold == NONE || control[variant].moving == 0u {
@@ -237,7 +237,7 @@ fn motion(variable: u32, variant: u32) -> vec3<real> {
     return number3(offsets.holds_numbers + 20u * hold + 17u, variant);
 }
 
-// Block b of the matrix, of its factor, or of what a task leaves for those after it.
+// Block b of the matrix, of its factor, or of an update.
 fn block33(b: u32, variant: u32) -> mat3x3<real> {
     let entry = 9u * b;
     return mat3x3<real>(

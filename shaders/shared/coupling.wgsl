@@ -56,10 +56,14 @@ fn bend_twist_hessian(law: BendTwist, c: Coupling) -> CouplingHessian {
     let m = law.moment;
     let g = real(1.0) + dot3(v, v) / real(6.0);
     let cv = c.c * v;
-    let y = (cv * (g / real(3.0)) + v * (dot3(cv, v) / real(18.0))) * (real(4.0) / c.lambda) + m * (real(2.0) / real(3.0));
+    let y = (cv * (g / real(3.0)) + v * (dot3(cv, v) / real(18.0))) * (real(4.0) / c.lambda)
+        + m * (real(2.0) / real(3.0));
     let vy = outer(v, y);
-    let k = diagonal(c.c * (real(4.0) * g * g / c.lambda)) + identity(dot3(m, v) * (real(2.0) / real(3.0))) + vy + transpose(vy);
-    // A = [v]ₓ K and B = [v]ₓ K [v]ₓ: 4 J K Jᵀ = w² K − B + w (A + Aᵀ), 4 Jᵀ K J = w² K − B − w (A + Aᵀ), 4 J K J = w² K + B + w (A − Aᵀ).
+    let k = diagonal(c.c * (real(4.0) * g * g / c.lambda)) + identity(dot3(m, v) * (real(2.0) / real(3.0)))
+        + vy + transpose(vy);
+    // A = [v]ₓ K, B = [v]ₓ K [v]ₓ: 4 J K Jᵀ = w² K − B + w (A + Aᵀ), 4 Jᵀ K J = w² K − B − w (A +
+    // Aᵀ),
+    // 4 J K J = w² K + B + w (A − Aᵀ).
     let a = skew(v) * k;
     let b = (a * skew(v)) * real(0.25);
     let at = transpose(a);

@@ -1,6 +1,6 @@
 #import sum
 
-// Numbers as unevaluated sums of two, which have twice the digits (Dekker 1971).
+// Double-word numbers: unevaluated sums of two numbers, with twice the digits (Dekker 1971).
 struct DoubleWord {
     hi: real,
     lo: real,
@@ -17,13 +17,14 @@ fn dw_subtract(a: DoubleWord, b: DoubleWord, opaque: bool) -> DoubleWord {
     return dw_add(a, DoubleWord(-b.hi, -b.lo), opaque);
 }
 
-// Two numbers, the second far smaller, as one.
+// Sum of two numbers, the second far smaller, as a double word.
 fn fast_two_sum(a: real, b: real, opaque: bool) -> DoubleWord {
     let sum = rounded(a + b, opaque);
     return DoubleWord(sum, b - rounded(sum - a, opaque));
 }
 
-// The half of the digits of a that come first (Veltkamp 1968). In f64 these are fewer than half, and products are as they would be without.
+// The leading half of the digits of a (Veltkamp 1968). In f64 these are fewer than half, and products are as in plain
+// arithmetic.
 fn split_high(a: real, opaque: bool) -> real {
     let far = rounded(a * real(4097.0), opaque);
     return rounded(far - rounded(far - a, opaque), opaque);

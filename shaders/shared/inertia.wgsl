@@ -1,6 +1,6 @@
 #import bindings
 
-// Negative pivots of a factorisation: those of the tasks that nothing comes after, which the table lists after their number.
+// Number of negative pivots of a factorisation: the sum over the root tasks, which the table lists after their number.
 fn negative_pivots(variant: u32) -> real {
     var negative = real(0.0);
     for (var i = 1u; i <= program[range.table]; i++) {

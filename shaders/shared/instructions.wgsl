@@ -1,3 +1,4 @@
-// Flags of the instructions of an elimination: the target is (divided by) a pivot; it begins with nothing, for it is an update.
+// Flags of an elimination's instructions: the target is (multiplied by) a pivot; the target starts from zero, as an
+// update.
 const PIVOT: u32 = 1u;
 const UPDATE: u32 = 2u;

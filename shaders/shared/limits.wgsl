@@ -1,6 +1,6 @@
 #import bindings
 
-// What the descent goes by; see solve::newton for their stories.
+// Constants of the minimisation; `reference::shared::limits` describes them, solve::newton gives the reasons.
 const MAX_ROTATION: real = real(1.0);
 const FIRST_SHIFT: real = real(1e-6);
 const SHIFT_INCREASE: real = real(8.0);
@@ -12,11 +12,11 @@ const MIN_STEP: real = real(1e-10);
 const RESOLVED_ROTATION: real = real(1e-3);
 const MAX_POLISHING_STEPS: u32 = 3u;
 const CONDENSED_FRACTION: real = real(0.1);
-// Steps of the gradient method from one factorisation to the next.
+// Number of steps of the gradient method between factorisations.
 const MAX_METRIC_AGE: u32 = 20u;
-// Share of a step below which the metric has become too old.
+// Step length below which the preconditioner is out of date.
 const MIN_REUSED_STEP: real = real(0.25);
-// Numbers from here on count as infinite: their squares may be.
+// Larger numbers count as infinite, because their squares may be.
 const OVERFLOW: real = real(1e18);
 
 const CONVERGED: u32 = 1u;
@@ -24,7 +24,7 @@ const STALLED: u32 = 2u;
 const ITERATION_LIMIT: u32 = 3u;
 const FAILED: u32 = 4u;
 
-// False for what is not a number, too.
+// Also false for NaN.
 fn is_finite(x: real) -> bool {
     return abs(x) < OVERFLOW;
 }

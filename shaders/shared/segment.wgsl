@@ -1,7 +1,7 @@
 #import strain
 
-// Stretch and shear of one segment away from stations: Γ = Rᵀ e/ℓ − e3, v = Γ + e3, n = C Γ, E = ½ ℓ n·Γ; an edge that points against its
-// frame meets B besides EA.
+// Stretch and shear of a segment without stations: Γ = Rᵀ e/ℓ − e3, v = Γ + e3, n = C Γ, E = ½ ℓ n·Γ. An
+// edge that points against its frame (v3 < 0) has the stiffness B in addition to EA.
 struct Segment {
     c: vec3<real>,
     l: real,
@@ -16,7 +16,7 @@ struct SegmentLaw {
     n: vec3<real>,
     // C at v.
     c: vec3<real>,
-    // What of it B is responsible for.
+    // Contribution of B.
     inverted: real,
 }
 

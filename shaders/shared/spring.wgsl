@@ -2,8 +2,8 @@
 #import bindings
 #import coupling
 
-// What pulls at X = x + R(q) o, S = q ∘ rest: E = ½ k |X − X°|² − F·X + k_t (1 − d3(S)·d3(S°)) + bend and twist from S° to S
-// over λ = 1 with C = k_f I.
+// A spring at X = x + R(q) o, S = q ∘ rest: E = ½ k |X − X°|² − F·X + k_t (1 − d3(S)·d3(S°)) + bend and
+// twist from S° to S over λ = 1 with C = k_f I.
 struct Spring {
     rest: vec4<real>,
     offset: vec3<real>,
@@ -58,7 +58,7 @@ fn spring_law(k: u32, trial: u32, variant: u32) -> SpringLaw {
     let lever = r * s.offset;
     let gap = ((x - s.position) + compensation) + lever;
     let at = quaternion_product(q, s.rest);
-    // ½ k_t |d3 − t|² = k_t (1 − d3·t), t seen from S.
+    // ½ k_t |d3 − t|² = k_t (1 − d3·t), t in the frame S.
     let t = (rotation_matrix(s.orientation)[2]) * rotation_matrix(at);
     let c = Coupling(vec3<real>(s.frame, s.frame, s.frame), real(1.0), vec3<real>(o, o, o));
     let turn = bend_twist(s.orientation, at, c);

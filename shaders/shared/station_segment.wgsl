@@ -1,6 +1,7 @@
 #import strain
 
-// A segment beside a station: Γ = v + v × φ − e3 with φ = Σ 2 β w v over the stations, (w, v) = q̄ Q; see segment.wgsl for the rest.
+// A segment with stations: Γ = v + v × φ − e3 with φ = Σ 2 β w v over the stations, (w, v) = q̄ Q; otherwise
+// as in segment.wgsl.
 
 struct StationSegment {
     c: vec3<real>,
@@ -9,8 +10,8 @@ struct StationSegment {
     inversion_stiffness: real,
 }
 
-// A station of it: whether there is one, the independent frame that carries it, its matrix R, rest and offset in that frame, β, and
-// (w, v) of the turn from the segment to the station.
+// A station of the segment: whether it exists, the independent frame that carries it, its matrix R, rest and offset in
+// that frame, β, and (w, v) of the rotation from the segment to the station.
 struct Station {
     present: bool,
     r: mat3x3<real>,
@@ -37,7 +38,7 @@ fn station_segment(k: u32, variant: u32) -> StationSegment {
     return StationSegment(number3(entry, variant), l.hi + l.lo, l, number(entry + 5u, variant));
 }
 
-// The station at end 0 or 1 of segment k, whose frame is q; `trial`: which state.
+// The station at end 0 or 1 of segment k, whose frame is q; `trial`: slot of the state.
 fn station(k: u32, end: u32, q: vec4<real>, trial: u32, variant: u32) -> Station {
     let variable = program[offsets.station_segments_program + 5u * k + 3u + end];
     let o = real(0.0);
@@ -90,7 +91,8 @@ fn conjugate_force(law: StationLaw) -> vec3<real> {
     return law.n + cross3(law.phi, law.n);
 }
 
-// What a station bears, in the body frame of what carries it: the lever of the force on the end (world) and the moment μ through φ.
+// Moment on a station, in the body frame of its carrier: the lever of the force on the end (world) and the moment μ
+// through φ.
 fn station_moment(s: Station, force: vec3<real>, mu: vec3<real>) -> vec3<real> {
     let own = (mu * station_rotation_jacobian(s.w, s.v)) * s.blend;
     return cross3(s.offset, force * s.r) + rotation_matrix(s.rest) * own;

@@ -1,15 +1,15 @@
 #import algebra
 #import exact
 
-// The edge between two points of the state at entries a and b, free of the round-off of large coordinates.
+// The edge between two points at entries a and b of the state, without the round-off of large coordinates.
 fn edge(a: u32, b: u32, variant: u32, opaque: bool) -> Sum {
     let zero = vec3<real>(real(0.0), real(0.0), real(0.0));
     let apart = two_sum(value3(b, variant), zero, -value3(a, variant), opaque);
     return two_sum(apart.sum, apart.error, compensation3(b, variant) - compensation3(a, variant), opaque);
 }
 
-// Γ = Rᵀ (e/ℓ − d3), with the difference, which is small where e/ℓ and d3 are not, to twice the digits:
-// (|q|² e − ℓ d)/(ℓ |q|²) with d = |q|² d3, so that what q lacks of length 1 does not count.
+// Γ = Rᵀ (e/ℓ − d3). The difference is small where e/ℓ and d3 are not, so it is computed with twice the
+// digits: (|q|² e − ℓ d)/(ℓ |q|²) with d = |q|² d3. Deviations of |q| from 1 have no effect.
 fn strain(r: mat3x3<real>, e: Sum, l: DoubleWord, q: vec4<real>, opaque: bool) -> vec3<real> {
     let xx = two_product(q.x, q.x, opaque);
     let yy = two_product(q.y, q.y, opaque);

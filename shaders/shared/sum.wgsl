@@ -5,8 +5,9 @@ struct Sum {
     error: vec3<real>,
 }
 
-// x, rest. `opaque` is true, which no compiler can know: so none sees through it, and takes the error of a sum for 0. (A factor 1 that is read
-// from memory is not enough: a + (b − a) t was seen to become a mixture of a and b, which for t = 1 is b.)
+// x, rounded. `opaque` is true, but unknown to the compiler, which therefore cannot simplify the rounding error of a
+// sum to 0. (A factor 1 read from memory is not enough: one compiler turned a + (b − a) t into a mixture of a and b,
+// which is b for t = 1.)
 fn rounded(x: real, opaque: bool) -> real {
     return select(real(0.0), x, opaque);
 }
@@ -15,12 +16,12 @@ fn rounded3(x: vec3<real>, opaque: bool) -> vec3<real> {
     return vec3<real>(rounded(x.x, opaque), rounded(x.y, opaque), rounded(x.z, opaque));
 }
 
-// Whether sums are to be rest: always.
+// Whether sums are rounded: always true.
 fn opaque_true(variant: u32) -> bool {
     return control[variant].unit > real(0.5);
 }
 
-// x + δ with its rounding error: the error-free sum of Knuth.
+// x + δ with its rounding error: Knuth's error-free sum.
 fn two_sum(x: vec3<real>, compensation: vec3<real>, step: vec3<real>, opaque: bool) -> Sum {
     let delta = rounded3(step + compensation, opaque);
     let sum = rounded3(x + delta, opaque);

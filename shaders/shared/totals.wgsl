@@ -1,6 +1,6 @@
 #import bindings
 
-// Energy and relative residual of the slot of the state that was measured last.
+// Energy and relative residual of the slot of the state that was evaluated last.
 struct Totals {
     energy: real,
     // Largest free force, N.

@@ -1,52 +1,53 @@
-//! What a cycle of Newton's method costs on a device, by a model that can be held against a card.
+//! Cost model of a cycle of Newton's method on a device, for comparison with measurements.
 //!
-//! A cycle is a list of dispatches, each of which waits for the one before it. With v variants it takes about
+//! A cycle is a list of dispatches, each of which waits for the previous one. With v variants it takes about
 //!
 //! ```text
-//! t = Σ over dispatches max(t0, v n b / B)        + v w 4 / B for what is looked up, if the caches do not hold it
+//! t = Σ over dispatches max(t0, v n b / B)        + v w 4 / B for looked-up words, if they do not stay in the caches
 //! ```
 //!
-//! t0: what a dispatch costs that does next to nothing (2 to 5 µs on a card, with the barrier before it); n: numbers of a variant
-//! that it reads and writes ([`Traffic::numbers`]); b: bytes of a number; B: bandwidth of the memory; w: words that it looks up. One
-//! harness is ruled by the number of dispatches, a batch by the numbers. All variants look up the same words, at the same time: these
-//! come out of the caches. Arithmetic is left out: a product of the factorisation reads 27 numbers for 54 multiplications and additions, so a card
-//! that has a tenth of its f32 rate in f64, or less, is ruled by that instead.
+//! t0: time of an almost empty dispatch (2 to 5 µs on a GPU, with the preceding barrier); n: numbers of a variant that
+//! are read and written ([`Traffic::numbers`]); b: bytes per number; B: memory bandwidth; w: looked-up words. A single
+//! harness is limited by the number of dispatches, a batch by the numbers. All variants look up the same words at the
+//! same time, so these come from the caches. Arithmetic is ignored: a product of the factorisation reads 27 numbers for
+//! 54 multiplications and additions. A GPU whose f64 rate is a tenth of its f32 rate or less is limited by arithmetic
+//! instead.
 //!
-//! What the model leaves out is that an invocation waits for what it reads: a task of the factorisation goes through its blocks one
-//! after the other. [`Traffic::walk`] counts them along the longest task of each level; at some 0.5 µs each (two reads that depend on each other)
-//! they weigh as much as the dispatches, which is why leaves are small: 8 variables for one harness.
+//! The model ignores latency: a task of the factorisation processes its blocks in sequence. [`Traffic::walk`] counts
+//! them along the longest task of each level. At about 0.5 µs each (two dependent reads) they cost as much as the
+//! dispatches. This is why leaves are small: 8 variables for one harness.
 //!
-//! | per cycle | dispatches | numbers | walk | by the model, 3 µs, 0.5 µs, 3 TB/s, f64 |
+//! | per cycle | dispatches | numbers | walk | model: 3 µs, 0.5 µs, 3 TB/s, f64 |
 //! | --- | --- | --- | --- | --- |
 //! | a cable of 1,000 segments, leaf 8 | 81 | 2.2 million | 1455 | 0.24 + 0.7 ms |
 //! | a cable of 10,000 segments, leaf 8 | 102 | 21.8 million | 1934 | 0.3 + 1.0 ms |
 //! | 10,000 variants of three branches of 60 segments | 39 | 222 thousand each | 2138 | 5.9 ms |
 //!
-//! A Newton step is one cycle, with more where the matrix had to be shifted or the step be shortened; a drag step of 5 mm takes three. The
-//! last column is a forecast that no card has confirmed yet.
+//! A Newton step takes one cycle, or more if the matrix has to be shifted or the step shortened; a drag step of 5 mm
+//! takes three. The last column is a forecast, not yet confirmed by a measurement.
 
 use crate::Stage;
 use crate::elimination::Elimination;
 use crate::plan::{Dispatch, Plan, sizes};
 
-/// What dispatches move.
+/// Memory traffic of a cycle.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Traffic {
-    /// Dispatches.
+    /// Number of dispatches.
     pub dispatches: u64,
-    /// Numbers read and written for each variant.
+    /// Numbers read and written per variant.
     pub numbers: u64,
-    /// Blocks that the longest task of each level goes through, one after the other, in both factorisations: an invocation waits for
-    /// each of them.
+    /// Number of blocks that the longest task of each level processes in sequence, in both factorisations: an
+    /// invocation waits for each.
     pub walk: u64,
 }
 
-/// Numbers of a variable that a part reads: of a point value and carry, of a frame the value.
+/// Numbers of a variable that a part reads: value and compensation of a point, value of a frame.
 const POINT: u64 = 6;
 const FRAME: u64 = 4;
 
 impl Plan {
-    /// What a whole cycle moves, settling included.
+    /// Traffic of a whole cycle, including condensation.
     pub fn traffic(&self) -> Traffic {
         let newton = self.cycle().iter().filter(|dispatch| dispatch.stage != Stage::LoadGradient);
         let numbers = newton.map(|dispatch| self.numbers_of(dispatch)).sum();
@@ -60,7 +61,7 @@ impl Plan {
         Traffic { dispatches: self.cycle().len() as u64, numbers, walk: walk.iter().sum() }
     }
 
-    /// Numbers that a dispatch reads and writes for each variant; without those of motion and holds, which are few.
+    /// Numbers that a dispatch reads and writes per variant, without the few numbers of motions and holds.
     pub fn numbers_of(&self, dispatch: &Dispatch) -> u64 {
         let p = &self.offsets;
         let condensation =
@@ -101,7 +102,8 @@ impl Plan {
     }
 }
 
-/// Instructions of a task, as `[flags, adds, products]`; `head`: words before the adds, of which `flags` is at this place.
+/// Instructions of a task, as `[flags, adds, products]`; `head`: number of words before the adds, with `flags` at this
+/// position.
 fn each(words: &[u32], head: usize, product: usize, mut see: impl FnMut(u32, u64, u64)) {
     let mut at = 0;
     while at < words.len() {
@@ -122,7 +124,7 @@ fn factor(elimination: &Elimination, task: usize) -> u64 {
     numbers
 }
 
-/// Blocks that a task of the factorisation reads, one after the other.
+/// Number of blocks that a task of the factorisation reads in sequence.
 fn walk(elimination: &Elimination, task: usize) -> u64 {
     let words = elimination.factor.of(task);
     let mut blocks = 0;

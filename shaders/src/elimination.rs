@@ -1,55 +1,59 @@
-//! The symbolic side of the direct solve: once for a graph, on the CPU.
+//! Symbolic part of the direct solver, computed once per graph on the CPU.
 //!
-//! `A = B D⁻¹ Bᵀ` in blocks of 3 × 3, by the multifrontal method (Duff and Reid 1983). Columns that follow each other in the
-//! elimination tree without a fork are a *task*, which one invocation eliminates in order; tasks of a *level* do not depend on each other.
-//! A task leaves for those after it an *update* of every pair of the rows beyond it. So the work of a task does not grow with
-//! the depth of the tree, and on a chain that is cut again and again this is block cyclic reduction (Heller 1976).
+//! `A = B D⁻¹ Bᵀ` in blocks of 3 × 3, by the multifrontal method (Duff and Reid 1983). Columns in a chain of the
+//! elimination tree without a fork are a *task*, which one invocation eliminates in sequence; tasks of a *level* are
+//! independent. A task leaves an *update* of every pair of the rows beyond it for later tasks. So the work of a task
+//! does not grow with the depth of the tree; on a chain with nested dissection this is block cyclic reduction (Heller
+//! 1976).
 //!
-//! Owner computes: every block is the sum, in a fixed order, of what children left and of products of its own task. Nothing is added to
-//! from two sides, so a run repeats bit for bit. What a task does is written down as instructions that the stages follow:
+//! Owner computes: every block is the sum, in a fixed order, of updates of child tasks and of products of its own task.
+//! No block is written by two invocations, so a run repeats bit for bit. The work of a task is encoded as instructions
+//! for the stages:
 //!
 //! ```text
-//! factorise   children, tasks; then for every block
-//!             block  flags, adds, products; add: block; product: block ik, block jk, pivot k    A_ij + Σ U − Σ B_ik D_k⁻¹ B_jkᵀ
-//! forward     vector flags, pivot, adds, products; add: vector; product: block jk, vector k     r_j + Σ u − Σ B_jk z_k, z = D⁻¹ y
-//! backward    vector pivot, products; product: block ij, vector i                               x_j = z_j − D_j⁻¹ Σ B_ijᵀ x_i
+//! factorise   children, tasks; then for every block:       A_ij + Σ U − Σ B_ik D_k⁻¹ B_jkᵀ
+//!             block  flags, adds, products; add: block; product: block ik, block jk, pivot k
+//! forward                                                  r_j + Σ u − Σ B_jk z_k, z = D⁻¹ y
+//!             vector flags, pivot, adds, products; add: vector; product: block jk, vector k
+//! backward                                                 x_j = z_j − D_j⁻¹ Σ B_ijᵀ x_i
+//!             vector pivot, products; product: block ij, vector i
 //! ```
 
 use crate::order::elimination_order;
 
-/// Flag of an instruction: the target is a pivot (it is inverted), or a vector that is multiplied by one.
+/// Flag of an instruction: the target is a pivot, which is inverted, or a vector, which is multiplied by a pivot.
 pub(crate) const PIVOT: u32 = 1;
-/// Flag of an instruction: the target begins with nothing, for it is an update.
+/// Flag of an instruction: the target starts from zero, because it is an update.
 pub(crate) const UPDATE: u32 = 2;
 
 /// Instructions of all tasks: those of task t are `words[starts[t]..starts[t + 1]]`.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Instructions {
-    /// Where each task's begin.
+    /// Start of each task's instructions.
     pub starts: Vec<u32>,
-    /// What they say.
+    /// The encoded instructions.
     pub words: Vec<u32>,
 }
 
 impl Instructions {
-    /// Those of a task.
+    /// Instructions of a task.
     pub(crate) fn of(&self, task: usize) -> &[u32] {
         &self.words[self.starts[task] as usize..self.starts[task + 1] as usize]
     }
 }
 
-/// An elimination, ready to be carried out.
+/// Symbolic elimination of a graph.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Elimination {
-    /// The vertex at each position.
+    /// The vertex at each position of the elimination order.
     pub order: Vec<u32>,
     /// Rows below the diagonal of every column, increasing.
     pub rows: Vec<Vec<u32>>,
-    /// The first pivot; the others follow it, and then the blocks below the diagonal, column by column.
+    /// Number of the first pivot; the other pivots follow, then the blocks below the diagonal, column by column.
     pub first_pivot: u32,
-    /// The first vector; that of every column follows.
+    /// Number of the first vector; one per column.
     pub first_vector: u32,
-    /// The block of the first row below the diagonal of every column.
+    /// Number of the first block below the diagonal of every column.
     pub first_block: Vec<u32>,
     /// Columns of every task.
     pub tasks: Vec<std::ops::Range<u32>>,
@@ -57,9 +61,9 @@ pub struct Elimination {
     pub levels: Vec<std::ops::Range<u32>>,
     /// Blocks of the matrix: pivots and those below the diagonal.
     pub matrix_blocks: std::ops::Range<u32>,
-    /// Where the blocks end: updates come after those of the matrix.
+    /// End of the blocks: updates follow those of the matrix.
     pub blocks_end: u32,
-    /// Where the vectors end: updates come after those of the columns.
+    /// End of the vectors: updates follow those of the columns.
     pub vectors_end: u32,
     /// Factorisation.
     pub factor: Instructions,
@@ -70,13 +74,13 @@ pub struct Elimination {
 }
 
 impl Elimination {
-    /// For a graph (for each vertex its neighbours, sorted), with blocks and vectors from these on. Pieces of at most `leaf` vertices are
-    /// not cut any more: small leaves make many independent tasks, no limit (`usize::MAX`) the fewest operations.
+    /// For a graph (sorted neighbours of each vertex), with the first numbers of blocks and vectors. Parts of at most
+    /// `leaf` vertices are not dissected: small leaves give many independent tasks, `usize::MAX` the fewest operations.
     pub fn new(graph: &[Vec<u32>], leaf: usize, first_pivot: u32, first_vector: u32) -> Self {
         let order = elimination_order(graph, leaf);
         let columns = columns(graph, &order);
         let (task_of, level_of_task) = tasks(&columns);
-        // By level, then by task: an order in which every task's columns follow each other.
+        // Sorted by level, then by task, so that the columns of a task are consecutive.
         let mut arranged: Vec<u32> = (0..order.len() as u32).collect();
         arranged.sort_by_key(|&p| {
             let task = task_of[p as usize];
@@ -138,7 +142,7 @@ impl Elimination {
         self.order.is_empty()
     }
 
-    /// The block (row, column), row not before column; `None` where the pattern has none.
+    /// Number of block (row, column), row ≥ column; `None` if it is not in the pattern.
     pub fn block(&self, row: u32, column: u32) -> Option<u32> {
         if row == column {
             return Some(self.first_pivot + column);
@@ -146,7 +150,7 @@ impl Elimination {
         self.rows[column as usize].binary_search(&row).ok().map(|k| self.first_block[column as usize] + k as u32)
     }
 
-    /// The tasks that nothing comes after: one for each connected piece.
+    /// The root tasks: one for each connected component.
     pub fn roots(&self) -> Vec<u32> {
         (0..self.tasks.len()).filter(|&t| self.beyond(t).is_empty()).map(|t| t as u32).collect()
     }
@@ -162,7 +166,7 @@ impl Elimination {
             task_of[columns.start as usize..columns.end as usize].fill(t);
         }
         let mut children = vec![Vec::new(); self.tasks.len()];
-        // Of every task the first block and the first vector of its update.
+        // First block and first vector of the update of every task.
         let mut updates = Vec::with_capacity(self.tasks.len());
         for t in 0..self.tasks.len() {
             let beyond = self.beyond(t).len() as u32;
@@ -173,7 +177,7 @@ impl Elimination {
             self.blocks_end += beyond * (beyond + 1) / 2;
             self.vectors_end += beyond;
         }
-        // Of every row the columns that have a block in it, increasing.
+        // Columns with a block in each row, increasing.
         let mut columns_of = vec![Vec::new(); self.len()];
         for (k, rows) in self.rows.iter().enumerate() {
             for &row in rows {
@@ -225,12 +229,12 @@ impl Elimination {
     }
 }
 
-/// Place of (a, b), b ≤ a, in a triangle stored row by row.
+/// Index of (a, b), b ≤ a, in a triangle stored row by row.
 fn triangle(a: usize, b: usize) -> u32 {
     (a * (a + 1) / 2 + b) as u32
 }
 
-/// A task while its instructions are written.
+/// A task whose instructions are being written.
 struct Task<'e> {
     elimination: &'e Elimination,
     columns_of: &'e [Vec<u32>],
@@ -240,14 +244,14 @@ struct Task<'e> {
 }
 
 impl Task<'_> {
-    /// Columns of this task that have a block in row j.
+    /// Columns of this task with a block in row j.
     fn columns_of(&self, j: u32) -> &[u32] {
         let all = &self.columns_of[j as usize];
         let at = |column: u32| all.partition_point(|&k| k < column);
         &all[at(self.columns.start)..at(self.columns.end)]
     }
 
-    /// The sum that makes block (i, j): what children left there, and the products of columns of this task.
+    /// Encodes block (i, j): updates of the children, and products of columns of this task.
     fn factor(&self, words: &mut Vec<u32>, i: u32, j: u32, block: u32, flags: u32) {
         let mut adds = Vec::new();
         for &child in self.children {
@@ -267,7 +271,7 @@ impl Task<'_> {
         words.extend(products);
     }
 
-    /// The same of a right-hand side.
+    /// Encodes an entry of a right-hand side.
     fn forward(&self, words: &mut Vec<u32>, j: u32, vector: u32, flags: u32) {
         let mut adds = Vec::new();
         for &child in self.children {
@@ -309,7 +313,7 @@ fn columns(graph: &[Vec<u32>], order: &[u32]) -> Vec<Vec<u32>> {
     columns
 }
 
-/// The task of every column, and the level of every task: a column goes on with the task of its only child.
+/// Task of every column, and level of every task: a column continues the task of its only child.
 fn tasks(columns: &[Vec<u32>]) -> (Vec<u32>, Vec<u32>) {
     let mut children = vec![Vec::new(); columns.len()];
     for (p, rows) in columns.iter().enumerate() {

@@ -1,7 +1,8 @@
-//! The master description of a harness, in f64: what `gpu` makes out of a problem, and what everything else here is made of.
+//! Description of a harness in f64: made by `gpu` from a problem, and the input of everything else in this crate.
 //!
-//! Only independent variables exist: points (m) and frames (unit quaternions x, y, z, w). What rides on a hub does not: the parts
-//! that touch it say how their end is carried ([`Station`], [`CarriedFrame`]). SI units; rotations along `q ∘ exp(θ)`, θ in the body frame.
+//! Only independent variables exist: points (m) and frames (unit quaternions x, y, z, w). Ends on a hub are not
+//! variables: the parts attached to them state how the hub carries them ([`Station`], [`CarriedFrame`]). SI units;
+//! rotations along `q ∘ exp(θ)`, θ in the body frame.
 
 /// An independent variable.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -12,7 +13,8 @@ pub enum Variable {
     Frame(u32),
 }
 
-/// A segment that is not beside a station, `E = ½ ℓ (Γᵀ C Γ + B min(v3, 0)²)`, `v = Rᵀ (x_b − x_a)/ℓ`, `Γ = v − e3`.
+/// A segment without stations, `E = ½ ℓ (Γᵀ C Γ + B min(v3, 0)²)`, `v = Rᵀ (x_b − x_a)/ℓ`, `Γ = v −
+/// e3`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Segment {
     /// Its first point.
@@ -29,31 +31,31 @@ pub struct Segment {
     pub inversion_stiffness: f64,
 }
 
-/// A station at the end of a segment: the frame `q ∘ rest`, which an independent frame q carries. The end of the segment sits at
-/// `x + R(q) offset`, where x is the end's point.
+/// A station at the end of a segment: the frame `q ∘ rest`, where q is an independent frame. The end of the segment
+/// is at `x + R(q) offset`, where x is the end's point.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Station {
-    /// The independent frame: the station's own, or that of the hub which carries it.
+    /// The independent frame: that of the station, or of the hub that carries it.
     pub frame: u32,
-    /// Rest rotation in that frame; the identity for a station of its own.
+    /// Rest rotation in that frame; the identity for an independent station.
     pub rest: [f64; 4],
-    /// Where the end is in that frame, m; zero for a station of its own.
+    /// Position of the end in that frame, m; zero for an independent station.
     pub offset: [f64; 3],
-    /// Share β of the station's tangent in the segment's.
+    /// Weight β of the station's tangent in the segment's.
     pub blend: f64,
 }
 
-/// One end of a segment beside a station.
+/// An end of a segment with stations.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct End {
-    /// The independent point: the node itself, or the joint that carries it.
+    /// The independent point: the node, or the joint that carries it.
     pub point: u32,
-    /// The station there, if there is one.
+    /// The station at this end, if any.
     pub station: Option<Station>,
 }
 
-/// A segment with a station at one or both ends: as [`Segment`] with `Γ = v + v × φ − e3`, `φ = Σ 2 β w v` over the stations, `(w, v)`
-/// of `q̄ Q`.
+/// A segment with a station at one or both ends: as [`Segment`] with `Γ = v + v × φ − e3`, `φ = Σ 2 β w v` over
+/// the stations, `(w, v)` of `q̄ Q`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct StationSegment {
     /// Both ends.
@@ -93,13 +95,14 @@ pub struct Coupling {
     pub rest_curvature: [f64; 3],
 }
 
-/// What pulls at one place, a springy handle or a dead force with a lever. With `X = x + R(q) offset` and `S = q ∘ rest`:
-/// `E = ½ k |X − X°|² − F·X + k_t (1 − d3(S)·d3(S°)) + ½ k_f |κ|²`, κ that of a [`Coupling`] of length 1 m from S° to S.
+/// A spring or a dead force with a lever at one place. With `X = x + R(q) offset` and `S = q ∘ rest`: `E
+/// = ½ k |X − X°|² − F·X + k_t (1 − d3(S)·d3(S°)) + ½ k_f |κ|²`, κ that of a [`Coupling`] of length 1 m
+/// from S° to S.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Spring {
     /// The independent point.
     pub point: u32,
-    /// The independent frame, where there is one; without it offset and rest are not looked at.
+    /// The independent frame, if any; without it offset and rest are ignored.
     pub frame: Option<u32>,
     /// Rotation of the place in that frame.
     pub rest: [f64; 4],
@@ -119,32 +122,32 @@ pub struct Spring {
     pub force: [f64; 3],
 }
 
-/// A variable at which directions are, or may come to be, prescribed.
+/// A variable with directions that are, or can be, prescribed.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Hold {
     /// The variable.
     pub variable: Variable,
     /// Orthonormal directions, world axes for points, body axes for frames; the held ones come first.
     pub basis: [[f64; 3]; 3],
-    /// How many are held now, 0 to 3. Of a frame 0, 2 (its third axis is held) or 3.
+    /// Number of held directions, 0 to 3. Of a frame 0, 2 (third axis held) or 3.
     pub count: u32,
-    /// What is prescribed: a position (m; the fourth number is not looked at) or a rotation. Of what is held in part, the rest
-    /// is not looked at.
+    /// The prescribed value: a position (m; the fourth number is ignored) or a rotation. For a partly held variable the
+    /// free components are ignored.
     pub target: [f64; 4],
-    /// How it must move in its first step, to first order, m or rad; zero but in held directions.
+    /// Prescribed motion of the first step, to first order, m or rad; zero in free directions.
     pub motion: [f64; 3],
 }
 
-/// A harness under conditions.
+/// A harness under its conditions.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Harness {
     /// Number of points.
     pub points: usize,
     /// Number of frames.
     pub frames: usize,
-    /// Segments away from stations.
+    /// Segments without stations.
     pub segments: Vec<Segment>,
-    /// Segments beside stations.
+    /// Segments with stations.
     pub station_segments: Vec<StationSegment>,
     /// Couplings of branches and joints.
     pub couplings: Vec<Coupling>,
@@ -152,53 +155,53 @@ pub struct Harness {
     pub springs: Vec<Spring>,
     /// Dead force at each point, N, world axes.
     pub dead: Vec<[f64; 3]>,
-    /// Rest length around each frame, m: what a shift of its diagonal is multiplied by.
+    /// Rest length around each frame, m: weight of the shift of its diagonal.
     pub weights: Vec<f64>,
-    /// What is, or may come to be, held; each variable once.
+    /// Variables that are, or can be, held; each once.
     pub holds: Vec<Hold>,
 }
 
-/// Where a harness is.
+/// State of a harness.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Shape {
     /// Positions, m.
     pub points: Vec<[f64; 3]>,
-    /// Low-order parts of the positions, m: the position is the sum of both, unevaluated.
+    /// Low-order parts of the positions, m: a position is the unevaluated sum of both parts.
     pub compensation: Vec<[f64; 3]>,
     /// Unit quaternions x, y, z, w.
     pub frames: Vec<[f64; 4]>,
 }
 
-/// What forces and moments are measured by, and when to stop.
+/// Scales of forces and moments, and stop criteria.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Stop {
-    /// Forces are relative to this, N.
+    /// Scale of forces, N.
     pub force_scale: f64,
-    /// Moments are relative to this, N m.
+    /// Scale of moments, N m.
     pub moment_scale: f64,
     /// The longest branch, m.
     pub length_scale: f64,
-    /// Largest relative residual.
+    /// Tolerance of the relative residual.
     pub tolerance: f64,
-    /// Iterations allowed.
+    /// Largest number of iterations.
     pub max_iterations: u32,
-    /// How the descent goes.
+    /// The algorithm.
     pub algorithm: Algorithm,
 }
 
-/// How a descent goes.
+/// Algorithm of the minimisation.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[repr(u32)]
 pub enum Algorithm {
-    /// Newton's method: every step with a matrix of its own.
+    /// Newton's method: a new matrix for every step.
     #[default]
     Newton = 0,
-    /// Nonlinear conjugate gradients in the metric of a matrix that is factorised now and then.
+    /// Nonlinear conjugate gradients, preconditioned by a matrix that is refactorised at intervals.
     Gradient = 1,
 }
 
 impl Harness {
-    /// The links alone, without any number: equal for harnesses that one plan serves.
+    /// The topology: equal for all harnesses that one plan serves.
     pub fn topology(&self) -> Topology {
         let station = |end: &End| [end.point, end.station.map_or(NONE, |station| station.frame)];
         Topology {
@@ -223,7 +226,7 @@ impl Harness {
 /// No variable.
 pub const NONE: u32 = u32::MAX;
 
-/// Which variables every part of a harness has; see [`Harness::topology`].
+/// Variables of every part of a harness; see [`Harness::topology`].
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Topology {
     /// Number of points.
@@ -238,6 +241,6 @@ pub struct Topology {
     pub couplings: Vec<[u32; 2]>,
     /// A point, and a frame or [`NONE`].
     pub springs: Vec<[u32; 2]>,
-    /// What may be held.
+    /// Variables that can be held.
     pub holds: Vec<Variable>,
 }

@@ -1,7 +1,7 @@
-//! The structs that shaders and Rust share. Their twins in WGSL are in `shared/bindings.wgsl`; a test compares the offsets.
+//! Structs that shaders and Rust share. `shared/bindings.wgsl` has the same structs; a test compares the offsets.
 
-/// Sizes and places, the same for all variants. Places in `program` are counted in words (`…_program`), those in the other buffers in
-/// entries, of which each variant has one number.
+/// Sizes and offsets, the same for all variants. Offsets in `program` are in words (`…_program`), those in other
+/// buffers in entries; an entry has one number per variant.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Offsets {
@@ -9,167 +9,168 @@ pub struct Offsets {
     pub variants: u32,
     /// Number of variables.
     pub variables: u32,
-    /// Number of segments away from stations.
+    /// Number of segments without stations.
     pub segments: u32,
-    /// Number of segments beside stations.
+    /// Number of segments with stations.
     pub station_segments: u32,
     /// Number of couplings.
     pub couplings: u32,
     /// Number of springs.
     pub springs: u32,
-    /// Number of variables that may be held.
+    /// Number of variables that can be held.
     pub holds: u32,
-    /// Number of chunks in which sums are taken.
+    /// Number of chunks of a sum.
     pub chunks: u32,
-    /// Of each variable 0, a point, or 1, a frame.
+    /// Type of each variable: 0 for a point, 1 for a frame.
     pub kinds_program: u32,
-    /// Of each variable its place among those that may be held, or none.
+    /// Hold of each variable, or none.
     pub holds_program: u32,
-    /// Two points and a frame of each segment.
+    /// Two points and a frame of each segment without stations.
     pub segments_program: u32,
-    /// Two points, a frame and two frames or none of each segment beside stations.
+    /// Two points, a frame, and two frames or none of each segment with stations.
     pub station_segments_program: u32,
     /// Two frames of each coupling.
     pub couplings_program: u32,
     /// A point and a frame or none of each spring.
     pub springs_program: u32,
-    /// Of each variable where its sources begin (and end), then the sources: what its gradient is the sum of.
+    /// Table of the derivatives that sum up to the gradient of each variable.
     pub forces_program: u32,
-    /// Of each variable the vector with its step where the points alone are settled, or none.
+    /// Vector with the step of each variable in the condensation of points, or none.
     pub condensation_program: u32,
-    /// Of each variable its dead force and the weight of its shift.
+    /// Dead force and shift weight of each variable.
     pub variables_numbers: u32,
     /// Numbers of holds.
     pub holds_numbers: u32,
-    /// Numbers of segments.
+    /// Numbers of segments without stations.
     pub segments_numbers: u32,
-    /// Numbers of segments beside stations.
+    /// Numbers of segments with stations.
     pub station_segments_numbers: u32,
     /// Numbers of couplings.
     pub couplings_numbers: u32,
     /// Numbers of springs.
     pub springs_numbers: u32,
-    /// Derivatives of segments.
+    /// Derivatives of segments without stations.
     pub segments_parts: u32,
-    /// Derivatives of segments beside stations.
+    /// Derivatives of segments with stations.
     pub station_segments_parts: u32,
     /// Derivatives of couplings.
     pub couplings_parts: u32,
     /// Derivatives of springs.
     pub springs_parts: u32,
-    /// The step of each variable; before it the solution, then what tasks leave for those after them.
+    /// The step of each variable; before it the solution, followed by updates of tasks.
     pub step_vectors: u32,
-    /// The steepest descent of each variable in the metric at hand.
+    /// The steepest descent of each variable in the current metric.
     pub descent_vectors: u32,
-    /// The free gradient, of the state at hand and on trial.
+    /// The free gradient of the three slots of the state.
     pub gradient_vectors: u32,
     /// Energy of each part.
     pub energies_vectors: u32,
-    /// Sums over chunks.
+    /// Partial sums of chunks.
     pub partials_vectors: u32,
-    /// Negative pivots of each task.
+    /// Number of negative pivots of each task.
     pub negatives_vectors: u32,
-    /// Value and carry of every variable, as they are read back.
+    /// Value and compensation of every variable, packed for read-back.
     pub shape_vectors: u32,
 }
 
-/// Which items a dispatch works on: `first..first + count`, of every variant in one of its phases; and where.
+/// Items of a dispatch: `first..first + count`, for all variants in the given phases.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Range {
-    /// The first.
+    /// First item.
     pub first: u32,
-    /// How many.
+    /// Number of items.
     pub count: u32,
-    /// The phases: bit p for phase p.
+    /// Phases: bit p for phase p.
     pub phases: u32,
-    /// The slot of the state: 0, that at hand; 1, on trial; 2, settled.
+    /// Slot of the state: 0 current, 1 trial, 2 condensed.
     pub slot: u32,
-    /// Where in the program its table begins.
+    /// Start of its table in the program.
     pub table: u32,
 }
 
 impl Range {
-    /// Its words, in order.
+    /// Its words, in order of declaration.
     pub fn words(&self) -> [u32; 5] {
         [self.first, self.count, self.phases, self.slot, self.table]
     }
 }
 
-/// Where a variant stands, in numbers of type `R`.
+/// Status of a variant, with numbers of type `R`.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Control<R> {
-    /// N.
+    /// Scale of forces, N.
     pub force_scale: R,
-    /// N m.
+    /// Scale of moments, N m.
     pub moment_scale: R,
-    /// Largest relative residual of an equilibrium.
+    /// Tolerance of the relative residual.
     pub tolerance: R,
-    /// Share of the energy that is round-off.
+    /// Relative round-off of the energy.
     pub noise: R,
-    /// Energy of the state at hand, J.
+    /// Energy of the current state, J.
     pub energy: R,
-    /// Energy of the state on trial, J.
+    /// Energy of the trial state, J.
     pub trial_energy: R,
     /// Slope of the energy along the step, J.
     pub slope: R,
-    /// Share of the step that is tried.
+    /// Fraction of the step that is tried.
     pub alpha: R,
-    /// Largest turn of a frame in the whole step, rad.
+    /// Largest rotation of a frame in the whole step, rad.
     pub max_rotation: R,
     /// Shift of the frames' diagonal, N m per metre of cable.
     pub sigma: R,
-    /// Relative residual of the state at hand.
+    /// Relative residual of the current state.
     pub residual: R,
-    /// Of the state on trial.
+    /// Relative residual of the trial state.
     pub trial_residual: R,
-    /// Largest turn in the last step taken, rad.
+    /// Largest rotation in the last accepted step, rad.
     pub last_rotation: R,
-    /// 1, which no compiler of a device can know.
+    /// Always 1, but unknown to the device's compiler.
     pub unit: R,
-    /// Share of the last step in this one.
+    /// Factor of the last step in this one (conjugate gradients).
     pub beta: R,
     /// Minus the slope along the steepest descent, J.
     pub product: R,
-    /// What comes next; see [`Phase`].
+    /// Current phase; see [`Phase`].
     pub phase: u32,
-    /// How it ended; see [`Outcome`].
+    /// Final outcome; see [`Outcome`].
     pub outcome: u32,
-    /// Which third of `state` is the state at hand; the next one is on trial, the one after that the same with its points settled.
+    /// Third of `state` with the current state; the next third is the trial state, the one after it the condensed trial
+    /// state.
     pub current: u32,
-    /// 1 as long as prescribed motion is still to be carried out.
+    /// 1 while prescribed motion is still to be carried out.
     pub moving: u32,
-    /// 1 from the first state on that is where its holds want it.
+    /// 1 from the first state on that satisfies all holds.
     pub begun: u32,
-    /// Steps taken.
+    /// Number of accepted steps.
     pub iterations: u32,
-    /// Matrices factorised.
+    /// Number of factorisations.
     pub factorisations: u32,
-    /// Energies and gradients evaluated.
+    /// Number of evaluations of energy and gradient.
     pub evaluations: u32,
-    /// Steps in a row that brought nothing but round-off.
+    /// Number of consecutive steps with changes below round-off only.
     pub stalled: u32,
-    /// Steps taken since the forces are in balance.
+    /// Number of steps after the tolerance was reached.
     pub polished: u32,
-    /// Iterations allowed.
+    /// Largest number of iterations.
     pub max_iterations: u32,
-    /// Negative pivots of the last factorisation.
+    /// Number of negative pivots of the last factorisation.
     pub negative: u32,
-    /// See [`crate::harness::Algorithm`].
+    /// Algorithm; see [`crate::harness::Algorithm`].
     pub algorithm: u32,
-    /// Which third of `state` the state before this one was.
+    /// Third of `state` with the previous state.
     pub previous: u32,
-    /// Steps since the last factorisation.
+    /// Number of steps since the last factorisation.
     pub since: u32,
-    /// Cycles it took part in.
+    /// Number of cycles so far.
     pub cycles: u32,
-    /// Steps in a row without progress but for round-off after which it is called stalled.
+    /// Number of such consecutive steps after which the variant has stalled.
     pub patience: u32,
 }
 
 impl Offsets {
-    /// Its words, in order.
+    /// Its words, in order of declaration.
     pub fn words(&self) -> [u32; 33] {
         [
             self.variants,
@@ -210,7 +211,7 @@ impl Offsets {
 }
 
 impl Control<f64> {
-    /// Its numbers, in order.
+    /// Its numbers, in order of declaration.
     pub fn reals(&self) -> [f64; 16] {
         [
             self.force_scale,
@@ -232,7 +233,7 @@ impl Control<f64> {
         ]
     }
 
-    /// Its words, in order.
+    /// Its words, in order of declaration.
     pub fn words(&self) -> [u32; 17] {
         [
             self.phase,
@@ -301,43 +302,43 @@ impl Control<f64> {
     }
 }
 
-/// What a variant is waiting for; the stages of other phases leave it alone.
+/// Phase of a variant; stages of other phases skip it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u32)]
 pub enum Phase {
-    /// Second derivatives at the state at hand.
+    /// Second derivatives at the current state.
     Linearise = 0,
-    /// Another factorisation of them, with a larger shift.
+    /// Another factorisation, with a larger shift.
     Refactor = 1,
-    /// The step.
+    /// Solution for the step.
     Solve = 2,
-    /// A state on trial.
+    /// Evaluation of a trial state.
     Search = 3,
-    /// Its points in balance.
+    /// Static condensation of its points.
     Condense = 4,
-    /// A word on the state on trial.
+    /// Acceptance of the trial state.
     Accept = 5,
-    /// The step of the gradient method.
+    /// Step of the gradient method.
     Descend = 6,
-    /// What it has of the last one.
+    /// Combination with the last step.
     Combine = 7,
-    /// Nothing.
+    /// Finished.
     Done = 8,
 }
 
-/// How a variant ended, in its own view.
+/// Outcome of a variant, as computed on the device.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u32)]
 pub enum Outcome {
-    /// It has not.
+    /// Not finished.
     None = 0,
     /// Residual below the tolerance.
     Converged = 1,
-    /// No progress but round-off.
+    /// No progress above round-off.
     Stalled = 2,
-    /// The iterations were used up.
+    /// Iteration limit reached.
     IterationLimit = 3,
-    /// No step lowers the energy, or numbers ceased to be finite.
+    /// No step decreases the energy, or values are not finite.
     Failed = 4,
 }
 
@@ -351,15 +352,16 @@ mod tests {
         RECORDS[real].iter().find(|record| record.name == name).expect("a record of this name")
     }
 
-    /// Every member named in WGSL, with its offset in Rust.
+    /// Name and Rust offset of every member that WGSL lists.
     macro_rules! offsets {
         ($kind:ty: $($member:ident)*) => { vec![$((stringify!($member), offset_of!($kind, $member) as u32)),*] };
     }
 
     macro_rules! control {
         ($real:ty) => {
-            offsets!(Control<$real>: force_scale moment_scale tolerance noise energy trial_energy slope alpha max_rotation sigma
-                residual trial_residual last_rotation unit beta product phase outcome current moving begun iterations factorisations evaluations stalled
+            offsets!(Control<$real>: force_scale moment_scale tolerance noise energy trial_energy slope alpha
+                max_rotation sigma residual trial_residual last_rotation unit beta product phase outcome current moving
+                begun iterations factorisations evaluations stalled
                 polished max_iterations negative algorithm previous since cycles patience)
         };
     }
@@ -368,10 +370,13 @@ mod tests {
     fn structs_lie_as_in_the_shaders() {
         for (real, control) in [control!(f32), control!(f64)].into_iter().enumerate() {
             assert_eq!(record(real, "Control").members, control);
-            let offsets = offsets!(Offsets: variants variables segments station_segments couplings springs holds chunks kinds_program holds_program segments_program station_segments_program couplings_program springs_program
+            let offsets = offsets!(Offsets: variants variables segments station_segments couplings springs holds
+                chunks kinds_program holds_program segments_program station_segments_program couplings_program
+                springs_program
                 forces_program condensation_program variables_numbers holds_numbers
-                segments_numbers station_segments_numbers couplings_numbers springs_numbers segments_parts station_segments_parts
-                couplings_parts springs_parts step_vectors descent_vectors gradient_vectors energies_vectors partials_vectors negatives_vectors shape_vectors);
+                segments_numbers station_segments_numbers couplings_numbers springs_numbers segments_parts
+                station_segments_parts couplings_parts springs_parts step_vectors descent_vectors gradient_vectors
+                energies_vectors partials_vectors negatives_vectors shape_vectors);
             assert_eq!(record(real, "Offsets").members, offsets);
             assert_eq!(record(real, "Range").members, offsets!(Range: first count phases slot table));
             assert_eq!(record(real, "Offsets").size as usize, size_of::<Offsets>());

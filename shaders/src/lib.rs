@@ -1,41 +1,46 @@
-//! The compute shaders of the GPU minimiser: WGSL stages, a CPU twin of each, and the plan by which they eliminate.
+//! Compute shaders of the GPU minimiser: WGSL stages, and the plan of the elimination. The feature `reference` adds a
+//! CPU reference of every stage, for tests.
 //!
-//! The crate knows no graphics API. [`harness`] is the description in f64 that everything is made of, [`plan`] orders the variables and
-//! writes down once which block gathers what, [`memory`] lays numbers out as the stages want them, [`twin`] is every
-//! stage as a Rust function, laid beside the WGSL of the same name.
+//! The crate uses no graphics API. [`harness`] is the description in f64, [`plan`] orders the variables and lists the
+//! sums of every block, [`memory`] arranges the numbers for the stages, and `reference` implements every stage in Rust,
+//! in files of the same names.
 //!
-//! | word | meaning |
+//! | term | meaning |
 //! | --- | --- |
-//! | stage | one compute shader; many invocations, none of which writes what another one reads or writes |
+//! | stage | a compute shader; no invocation writes data that another one reads or writes |
 //! | variable | a point or a frame: three numbers of a step; numbered in elimination order |
 //! | variant | one harness of a batch: same graph, other numbers |
 //! | task | a range of variables that one invocation eliminates in order; tasks of a level are independent |
-//! | cycle | the dispatches that are encoded again and again; each variant's phase says which of them do anything |
+//! | cycle | the dispatches that are submitted repeatedly; the phase of each variant selects those that process it |
 //!
 //! # A cycle
 //!
-//! Everything that an iteration decides is decided on the device, so a host encodes many cycles and reads back once. Each
-//! variant goes its own way through [`offsets::Phase`]:
+//! All decisions of an iteration are made on the device, so the host submits many cycles and reads back once. Each
+//! variant passes through its own sequence of [`layout::Phase`]:
 //!
 //! | phase | stages | then |
 //! | --- | --- | --- |
 //! | linearise | `linearise_*`, then as refactor | |
-//! | refactor | `gather_matrix`, `gather_right_hand_side`, `factorise` by levels, `inspect` | solve; where a pivot is negative refactor with a larger shift, in the next cycle |
+//! | refactor | `assemble_matrix`, `assemble_right_hand_side`, `factorise` by levels, `check_inertia` | solve, or (1) |
 //! | descend | `load_gradient` instead of all these (gradient method) | as solve |
-//! | solve | `solve_forward`, `solve_backward` by levels, `measure_step`, `begin_search` | combine |
-//! | combine | `combine`, then as search | |
-//! | search | `retract`, `measure_*`, `gather_gradient`, `measure_state`, `weigh` | settle, or judge where the points are in balance |
-//! | settle | the matrix of the points alone, `settle`, `measure_*` and so on | judge |
-//! | judge | `judge` | linearise, descend, search with a shorter step, or done |
+//! | solve | `solve_forward`, `solve_backward` by levels, `sum_step`, `begin_line_search` | combine |
+//! | combine | `combine_directions`, then as search | |
+//! | search | `retract`, `evaluate_*`, `assemble_gradient`, `sum_state`, `record_trial` | condense, or (2) accept |
+//! | condense | the matrix of the points alone, `condense_points`, `evaluate_*` and so on | accept |
+//! | accept | `accept_step` | linearise, descend, search with a shorter step, or done |
+//!
+//! (1) With a negative pivot refactor with a larger shift, in the next cycle. (2) If the points are in equilibrium.
 //!
 //! # Precision
 //!
-//! All stages exist in f32 and f64; rotations need sums, products, quotients and square roots alone. In both, positions are sums of two numbers
-//! (a value and its carry), so edges do not suffer from the round-off of coordinates. So are rest lengths, the places of
-//! constraints, and the products that make the strain (`shared/exact.wgsl`), which is the small difference of an edge and a frame's axis: taken as it
-//! comes it would be certain to 6e-8 only, a force of 6e-8 EA, a thousandth of the weight of a cable. So frames may be what f32 holds of them, and points settle
-//! about them to all digits. What is left, seen in f64, is a relative residual of 3e-5 to 3e-4 on the reference cases; 9e-3 where a joint has offsets, whose
-//! turns are not taken to twice the digits: good for a picture, and one or two iterations of `newton` from a result.
+//! All stages exist in f32 and f64; rotations need only sums, products, quotients and square roots. Positions are sums
+//! of two numbers (value and compensation), so edges do not suffer from the round-off of coordinates. So are rest
+//! lengths, target positions, and the products of the strain (`shared/exact.wgsl`). The strain is a small difference
+//! between an edge and a frame's axis. In plain f32 its error would be 6e-8, which is a force of 6e-8 EA, or a
+//! thousandth of the weight of a cable. So frames can have f32 accuracy, and condensed points are exact for these
+//! frames. The remaining relative residual, computed in f64, is 3e-5 to 3e-4 for the reference cases, and 9e-3 for
+//! joints with offsets, whose rotations have single accuracy. That is sufficient for a picture, and one or two
+//! iterations of `newton` from a result.
 
 pub mod cost;
 pub mod elimination;
@@ -44,14 +49,15 @@ pub mod layout;
 pub mod memory;
 mod order;
 pub mod plan;
+#[cfg(any(test, feature = "reference"))]
 pub mod reference;
 
-/// The number type of a permutation: all stages exist in both.
+/// Number type of the shaders: all stages exist in both.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Real {
     /// Single precision.
     F32,
-    /// Double precision, where the device has it.
+    /// Double precision, if the device supports it.
     F64,
 }
 
@@ -65,34 +71,34 @@ impl Real {
     }
 }
 
-/// How stages use what is bound to them.
+/// Access of stages to a binding.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Access {
-    /// A uniform.
+    /// Uniform buffer.
     Uniform,
-    /// Storage that is read.
+    /// Read-only storage.
     Read,
-    /// Storage that is read and written.
+    /// Read-write storage.
     ReadWrite,
 }
 
-/// Something that stages are bound to, in group 0.
+/// A binding of the stages, in group 0.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Binding {
     /// Its number.
     pub place: u32,
     /// Its name in the shaders.
     pub name: &'static str,
-    /// How it is used.
+    /// Its access.
     pub access: Access,
 }
 
-/// A struct as the shaders lay it out.
+/// Layout of a struct in the shaders.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Record {
     /// Its name in the shaders.
     pub name: &'static str,
-    /// Bytes.
+    /// Size, bytes.
     pub size: u32,
     /// Name and offset in bytes of every member.
     pub members: &'static [(&'static str, u32)],

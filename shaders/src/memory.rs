@@ -1,30 +1,31 @@
-//! The buffers as the stages want them, in f64: what twins work on, and what becomes the bytes of a device.
+//! Buffers of the stages, in f64: converted to bytes for a device, and used directly by the CPU reference.
 //!
-//! Every number lies at `entry * variants + variant`. See [`crate::layout::Offsets`] for the entries.
+//! The number of a variant in an entry is at `entry * variants + variant`. See [`crate::layout::Offsets`] for the
+//! entries.
 
 use crate::Real;
-use crate::harness::{Harness, NONE, Shape, Stop, Variable};
+use crate::harness::{Harness, Shape, Stop, Variable};
 use crate::layout::{Control, Offsets, Phase};
 use crate::plan::{Plan, sizes};
 use nalgebra::{Matrix3, Quaternion, Vector3};
 
-/// A vector of the mechanics.
+/// Vector in space.
 pub type Vector = Vector3<f64>;
-/// A matrix of the mechanics.
+/// Matrix in space.
 pub type Matrix = Matrix3<f64>;
-/// A rotation; coordinates are x, y, z, w.
+/// Quaternion; coordinates x, y, z, w.
 pub type Rotation = Quaternion<f64>;
 
-/// A buffer; its place is that of the binding of this name.
+/// A buffer, bound to the binding of the same name.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Buffer {
-    /// Sizes and places.
+    /// Sizes and offsets.
     Offsets,
-    /// What stages look up.
+    /// Look-up tables and instructions.
     Program,
-    /// What changes from variant to variant, and from increment to increment.
+    /// Numbers that change between variants and increments.
     Numbers,
-    /// Where every variant is, and its trial.
+    /// States of every variant.
     State,
     /// Derivatives of the parts.
     Parts,
@@ -32,12 +33,12 @@ pub enum Buffer {
     Blocks,
     /// Vectors.
     Vectors,
-    /// Where every variant stands.
+    /// Status of every variant.
     Control,
 }
 
 impl Buffer {
-    /// All of them.
+    /// All buffers.
     pub const ALL: [Self; 8] = [
         Self::Offsets,
         Self::Program,
@@ -49,7 +50,7 @@ impl Buffer {
         Self::Control,
     ];
 
-    /// The buffers that say where variants are and what acts on them; the others are made once for a plan.
+    /// Buffers that change between increments; the others depend on the plan only.
     pub const CHANGING: [Self; 3] = [Self::Numbers, Self::State, Self::Control];
 
     /// The buffer of the binding of this name.
@@ -57,7 +58,7 @@ impl Buffer {
         Self::ALL.into_iter().find(|buffer| buffer.name() == name)
     }
 
-    /// The name of the binding.
+    /// Name of the binding.
     pub fn name(self) -> &'static str {
         match self {
             Self::Offsets => "offsets",
@@ -72,21 +73,21 @@ impl Buffer {
     }
 }
 
-/// A harness that was made for another plan.
+/// The harness has another topology than the plan.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("the harness has other links than the one that the plan was made for")]
 pub struct TopologyMismatch;
 
-/// See the module.
+/// Buffers of all variants; see the module.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Memory {
-    /// Sizes and places.
+    /// Sizes and offsets.
     pub offsets: Offsets,
-    /// What stages look up.
+    /// Look-up tables and instructions.
     pub program: Vec<u32>,
     /// Parameters, dead forces and holds.
     pub numbers: Vec<f64>,
-    /// Values and carries, of three states.
+    /// Values and compensations of three states.
     pub state: Vec<f64>,
     /// Derivatives of the parts.
     pub parts: Vec<f64>,
@@ -94,15 +95,15 @@ pub struct Memory {
     pub blocks: Vec<f64>,
     /// Solution and updates, steps, gradients, energies, sums.
     pub vectors: Vec<f64>,
-    /// Where every variant stands.
+    /// Status of every variant.
     pub control: Vec<Control<f64>>,
 }
 
-/// Motion (m or rad) below which a hold stands still.
+/// Motion (m or rad) below which a hold is at rest.
 const MIN_MOTION: f64 = 1e-14;
 
-/// Share of the energy that is round-off, for sums of this many digits lose about two of them; and steps in a row that may bring nothing else.
-/// f64 has digits to spare, so that further steps may get lucky; f32 has not.
+/// Relative round-off of the energy, because such sums lose about two digits; and the number of consecutive steps
+/// allowed without further progress. In f64 there are digits left, so further steps may help; in f32 there are not.
 fn round_off(real: Real) -> (f64, u32) {
     match real {
         Real::F32 => (1e-6, 1),
@@ -111,7 +112,7 @@ fn round_off(real: Real) -> (f64, u32) {
 }
 
 impl Memory {
-    /// Room for so many variants, all of them done.
+    /// Allocates buffers for a number of variants, all finished.
     pub fn new(plan: &Plan, variants: usize) -> Self {
         let room = |entries: u32| vec![0.0; entries as usize * variants];
         let done = Control { phase: Phase::Done as u32, ..Control::default() };
@@ -132,31 +133,31 @@ impl Memory {
         self.control.len()
     }
 
-    /// Writes what a variant is made of and what acts on it.
+    /// Writes parameters and conditions of a variant.
     ///
     /// # Errors
-    /// If the harness has other links than the one the plan was made for.
+    /// If the topology differs from that of the plan.
     pub fn set_harness(&mut self, plan: &Plan, variant: usize, harness: &Harness) -> Result<(), TopologyMismatch> {
         let own = numbers(plan, harness)?;
         self.scatter(variant, &[own], |memory| &mut memory.numbers);
         Ok(())
     }
 
-    /// Puts a variant somewhere.
+    /// Writes the state of a variant.
     pub fn set_shape(&mut self, plan: &Plan, variant: usize, shape: &Shape) {
         let own = offsets(plan, shape);
         let first = self.state_entry(0, 0, variant) * self.variants();
         self.scatter(variant, &[own], |memory| &mut memory.state[first..]);
     }
 
-    /// Fills as many variants as there are harnesses: the k-th is made of, and put where, the k-th says. What [`Self::set_harness`] and
-    /// [`Self::set_shape`] do one by one, for many.
+    /// Writes parameters and state of many variants: [`Self::set_harness`] and [`Self::set_shape`] for the k-th variant
+    /// from the k-th pair.
     ///
     /// # Errors
-    /// If a harness has other links than the one the plan was made for.
+    /// If a topology differs from that of the plan.
     ///
     /// # Panics
-    /// If there are more than variants.
+    /// If there are more pairs than variants.
     pub fn set_all(&mut self, plan: &Plan, all: &[(&Harness, &Shape)]) -> Result<(), TopologyMismatch> {
         assert!(all.len() <= self.variants(), "no more than variants");
         self.control[..all.len()].iter_mut().for_each(|control| control.current = 0);
@@ -170,7 +171,7 @@ impl Memory {
         Ok(())
     }
 
-    /// Writes the entries of variants that follow each other where the stages want them.
+    /// Writes the entries of consecutive variants.
     fn scatter(&mut self, first: usize, own: &[Vec<f64>], room: impl FnOnce(&mut Self) -> &mut [f64]) {
         let variants = self.variants();
         for (entry, row) in room(self).chunks_exact_mut(variants).take(own[0].len()).enumerate() {
@@ -180,14 +181,15 @@ impl Memory {
         }
     }
 
-    /// The bytes of [`Buffer::Vectors`] in which [`Plan::pack_shape`] leaves where every variant is.
+    /// The bytes of [`Buffer::Vectors`] to which [`Plan::pack_shape`] writes the states.
     pub fn shape_bytes(&self, real: Real) -> std::ops::Range<usize> {
         let entries = self.offsets.shape_vectors..self.offsets.shape_vectors + sizes::STATE * self.offsets.variables;
         let size = self.variants() * real.bytes();
         entries.start as usize * size..entries.end as usize * size
     }
 
-    /// Takes where every variant is from the bytes at [`Self::shape_bytes`]; after [`Self::take`] of [`Buffer::Control`].
+    /// Reads the states of all variants from the bytes at [`Self::shape_bytes`]; call after [`Self::load`] of
+    /// [`Buffer::Control`].
     ///
     /// # Panics
     /// If there are too few bytes.
@@ -203,7 +205,7 @@ impl Memory {
         }
     }
 
-    /// Where a variant is.
+    /// State of a variant.
     pub fn shape(&self, plan: &Plan, variant: usize) -> Shape {
         let zeros = vec![[0.0; 3]; plan.of_point.len()];
         let mut shape =
@@ -221,7 +223,8 @@ impl Memory {
         shape
     }
 
-    /// Lets a variant begin where it is. With motion among its holds the first step carries it; else it is only put where they want it.
+    /// Starts a variant. If its holds move, the first step includes the motion; otherwise held variables are set
+    /// directly.
     pub fn begin(&mut self, variant: usize, stop: &Stop, real: Real) {
         let moving = (0..self.offsets.holds as usize).any(|k| {
             let entry = self.offsets.holds_numbers as usize + sizes::HOLD as usize * k + 17;
@@ -244,7 +247,7 @@ impl Memory {
         };
     }
 
-    /// The contents of a buffer, as a device has them.
+    /// Contents of a buffer as a device has them.
     pub fn bytes(&self, buffer: Buffer, real: Real) -> Vec<u8> {
         let mut bytes = Vec::new();
         match buffer {
@@ -271,7 +274,7 @@ impl Memory {
         bytes
     }
 
-    /// Takes the contents of a buffer from a device; of what the stages do not write nothing changes.
+    /// Reads the contents of a buffer from a device; buffers that no stage writes are not changed.
     ///
     /// # Panics
     /// If there are too few bytes.
@@ -296,7 +299,7 @@ impl Memory {
         }
     }
 
-    /// The state for f32: what does not fit in a position goes in its carry.
+    /// The state for f32: what a position cannot represent is moved to its compensation.
     fn rounded_state(&self) -> Vec<f64> {
         let mut state = self.state.clone();
         let (variants, size) = (self.variants(), sizes::STATE as usize);
@@ -317,10 +320,10 @@ impl Memory {
     }
 }
 
-/// Variants that are packed together: a few lines of a cache.
+/// Number of variants that are packed together: a few cache lines.
 const TILE: usize = 32;
 
-/// The numbers of a harness, entry by entry.
+/// Numbers of a harness, entry by entry.
 fn numbers(plan: &Plan, harness: &Harness) -> Result<Vec<f64>, TopologyMismatch> {
     if harness.topology() != plan.topology {
         return Err(TopologyMismatch);
@@ -385,13 +388,13 @@ fn numbers(plan: &Plan, harness: &Harness) -> Result<Vec<f64>, TopologyMismatch>
     Ok(all)
 }
 
-/// A number as the sum of what f32 holds of it and the rest: in f64 the sum is the number, in f32 it has twice the digits.
+/// Splits a number into its f32 part and the rest: exact in f64, and twice the digits in f32.
 fn split_f32(x: f64) -> [f64; 2] {
     let held = f64::from(x as f32);
     [held, x - held]
 }
 
-/// Value and carry of every variable, entry by entry.
+/// Value and compensation of every variable, entry by entry.
 fn offsets(plan: &Plan, shape: &Shape) -> Vec<f64> {
     let mut all = Vec::with_capacity(sizes::STATE as usize * plan.len());
     for variable in &plan.variables {
@@ -444,14 +447,10 @@ fn get(bytes: &[u8], numbers: &mut [f64], real: Real) {
     }
 }
 
-/// The functions of `shared/bindings.wgsl` and `shared/gather.wgsl`.
+/// Access to entries of a variant, as in `shared/bindings.wgsl`.
 impl Memory {
     pub(crate) fn at(&self, entry: usize, variant: usize) -> usize {
         entry * self.control.len() + variant
-    }
-
-    pub(crate) fn word(&self, at: usize) -> u32 {
-        self.program[at]
     }
 
     pub(crate) fn number(&self, entry: usize, variant: usize) -> f64 {
@@ -462,21 +461,9 @@ impl Memory {
         Vector::from_fn(|i, _| self.number(entry + i, variant))
     }
 
-    pub(crate) fn number4(&self, entry: usize, variant: usize) -> Rotation {
-        Quaternion::from([0, 1, 2, 3].map(|i| self.number(entry + i, variant)))
-    }
-
     pub(crate) fn state_entry(&self, variable: usize, slot: u32, variant: usize) -> usize {
         let own = (self.control[variant].current + slot) % 3;
         (own as usize * self.offsets.variables as usize + variable) * sizes::STATE as usize
-    }
-
-    pub(crate) fn gradient_entry(&self, variable: usize, slot: u32, variant: usize) -> usize {
-        self.gradient_of((self.control[variant].current + slot) % 3, variable)
-    }
-
-    pub(crate) fn gradient_of(&self, own: u32, variable: usize) -> usize {
-        self.offsets.gradient_vectors as usize + (own as usize * self.offsets.variables as usize + variable) * 3
     }
 
     pub(crate) fn value3(&self, entry: usize, variant: usize) -> Vector {
@@ -489,85 +476,6 @@ impl Memory {
 
     pub(crate) fn compensation3(&self, entry: usize, variant: usize) -> Vector {
         self.value3(entry + 4, variant)
-    }
-
-    pub(crate) fn set_value3(&mut self, entry: usize, variant: usize, x: &Vector) {
-        for i in 0..3 {
-            let at = self.at(entry + i, variant);
-            self.state[at] = x[i];
-        }
-    }
-
-    pub(crate) fn set_value4(&mut self, entry: usize, variant: usize, q: &Rotation) {
-        for i in 0..4 {
-            let at = self.at(entry + i, variant);
-            self.state[at] = q.coords[i];
-        }
-    }
-
-    pub(crate) fn edge(&self, a: usize, b: usize, variant: usize) -> Vector {
-        (self.value3(b, variant) - self.value3(a, variant))
-            + (self.compensation3(b, variant) - self.compensation3(a, variant))
-    }
-
-    pub(crate) fn motion(&self, variable: usize, variant: usize) -> Vector {
-        let hold = self.word(self.offsets.holds_program as usize + variable);
-        if hold == NONE || self.control[variant].moving == 0 {
-            return Vector::zeros();
-        }
-        self.number3(self.offsets.holds_numbers as usize + 20 * hold as usize + 17, variant)
-    }
-
-    pub(crate) fn part3(&self, entry: usize, variant: usize) -> Vector {
-        Vector::from_fn(|i, _| self.parts[self.at(entry + i, variant)])
-    }
-
-    pub(crate) fn part33(&self, entry: usize, variant: usize) -> Matrix {
-        Matrix::from_fn(|i, k| self.parts[self.at(entry + 3 * k + i, variant)])
-    }
-
-    pub(crate) fn set_part3(&mut self, entry: usize, variant: usize, x: &Vector) {
-        for i in 0..3 {
-            let at = self.at(entry + i, variant);
-            self.parts[at] = x[i];
-        }
-    }
-
-    pub(crate) fn set_part33(&mut self, entry: usize, variant: usize, m: &Matrix) {
-        for i in 0..9 {
-            let at = self.at(entry + i, variant);
-            self.parts[at] = m[i];
-        }
-    }
-
-    pub(crate) fn block33(&self, block: usize, variant: usize) -> Matrix {
-        Matrix::from_fn(|i, k| self.blocks[self.at(9 * block + 3 * k + i, variant)])
-    }
-
-    pub(crate) fn set_block33(&mut self, block: usize, variant: usize, m: &Matrix) {
-        for i in 0..9 {
-            let at = self.at(9 * block + i, variant);
-            self.blocks[at] = m[i];
-        }
-    }
-
-    pub(crate) fn vector(&self, entry: usize, variant: usize) -> f64 {
-        self.vectors[self.at(entry, variant)]
-    }
-
-    pub(crate) fn vector3(&self, entry: usize, variant: usize) -> Vector {
-        Vector::from_fn(|i, _| self.vector(entry + i, variant))
-    }
-
-    pub(crate) fn set_vector(&mut self, entry: usize, variant: usize, x: f64) {
-        let at = self.at(entry, variant);
-        self.vectors[at] = x;
-    }
-
-    pub(crate) fn set_vector3(&mut self, entry: usize, variant: usize, x: &Vector) {
-        for i in 0..3 {
-            self.set_vector(entry + i, variant, x[i]);
-        }
     }
 }
 

@@ -1,13 +1,13 @@
-//! In which order variables are eliminated: nested dissection (George 1973) down to leaves, minimum degree within them.
+//! Elimination order of the variables: nested dissection (George 1973) down to leaves, minimum degree within them.
 //!
-//! A separator is a level of a breadth-first search, so any graph will do, loops included. Of all levels the one is taken that leaves
-//! the shortest way to go, one after the other: its own size, and twice the logarithm of the largest piece that is left.
+//! A separator is a level of a breadth-first search, so graphs with loops are allowed. The level is chosen that
+//! minimises the sequential work: its own size plus twice the logarithm of the largest remaining part.
 
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 
-/// Elimination order of the vertices of a graph (for each vertex its neighbours). Pieces of at most `leaf` vertices are not cut any
-/// more: a small leaf makes many independent tasks, no limit (`usize::MAX`) the fewest operations.
+/// Elimination order of the vertices of a graph (neighbours of each vertex). Parts of at most `leaf` vertices are not
+/// dissected: a small leaf gives many independent tasks, `usize::MAX` the fewest operations.
 pub(crate) fn elimination_order(graph: &[Vec<u32>], leaf: usize) -> Vec<u32> {
     let mut pieces = Pieces { graph, part: vec![0; graph.len()], next: 1 };
     let all: Vec<u32> = (0..graph.len() as u32).collect();
@@ -29,13 +29,13 @@ pub(crate) fn elimination_order(graph: &[Vec<u32>], leaf: usize) -> Vec<u32> {
     reversed
 }
 
-/// Home of what has its place in the order.
+/// Part of a vertex that has been ordered.
 const ELIMINATED: u32 = u32::MAX;
 
-/// The pieces that are left of a graph.
+/// The parts of a graph that remain.
 struct Pieces<'g> {
     graph: &'g [Vec<u32>],
-    /// The piece of each vertex.
+    /// The part of each vertex.
     part: Vec<u32>,
     next: u32,
 }
@@ -47,7 +47,7 @@ impl Pieces<'_> {
         }
     }
 
-    /// The connected pieces of some vertices that have no neighbours but each other, each with a home of its own.
+    /// Connected components of a set of vertices without other neighbours; each becomes a part.
     fn connected(&mut self, vertices: &[u32]) -> Vec<Vec<u32>> {
         let old: Vec<u32> = vertices.iter().map(|&v| self.part[v as usize]).collect();
         let mut found = Vec::new();
@@ -75,7 +75,7 @@ impl Pieces<'_> {
         found
     }
 
-    /// Vertices of the piece of `start` by breadth, and where each level begins.
+    /// Vertices of the part of `start` in breadth-first order, and the start of each level.
     fn levels(&self, start: u32) -> (Vec<u32>, Vec<usize>) {
         let part = self.part[start as usize];
         let mut seen = std::collections::HashSet::from([start]);
@@ -96,7 +96,7 @@ impl Pieces<'_> {
         (order, starts)
     }
 
-    /// The best level to cut a piece at; `None` where it is too dense to be cut.
+    /// The best separator of a part; `None` if the part is too dense.
     fn separator(&self, piece: &[u32]) -> Option<Vec<u32>> {
         let mut end = piece[0];
         for _ in 0..2 {
@@ -105,7 +105,7 @@ impl Pieces<'_> {
         let (order, starts) = self.levels(end);
         let levels = starts.len() - 1;
         let place: std::collections::HashMap<u32, usize> = order.iter().enumerate().map(|(k, &v)| (v, k)).collect();
-        // Largest connected part of what lies beyond each level, by joining levels from the last on.
+        // Largest connected component beyond each level, by joining levels from the last one on.
         let mut parent: Vec<usize> = (0..order.len()).collect();
         let mut weight = vec![1_usize; order.len()];
         let mut beyond = vec![0; levels + 1];
@@ -131,13 +131,13 @@ impl Pieces<'_> {
             (starts[level + 1] - starts[*level]) as f64 + 2.0 * (piece as f64).log2()
         };
         let best = (1..levels.saturating_sub(1)).min_by(|a, b| cost(a).total_cmp(&cost(b)))?;
-        // What touches nothing beyond the level need not be cut.
+        // Vertices without neighbours beyond the level do not belong to the separator.
         let cut = starts[best + 1];
         let touches = |v: &u32| self.graph[*v as usize].iter().any(|next| place.get(next).is_some_and(|&k| k >= cut));
         Some(order[starts[best]..cut].iter().copied().filter(touches).collect())
     }
 
-    /// Minimum degree (Tinney and Walker 1967) within a piece, ties by number.
+    /// Minimum-degree order (Tinney and Walker 1967) of a part, ties by number.
     fn minimum_degree(&self, piece: &[u32]) -> Vec<u32> {
         let local = |v: u32| piece.binary_search(&v).ok().map(|k| k as u32);
         let mut graph: Vec<Vec<u32>> =

@@ -1,19 +1,20 @@
-//! The plan of a harness: everything that depends on its graph alone, made once on the CPU.
+//! Plan of a harness: everything that depends on its topology only, computed once on the CPU.
 //!
-//! Variables are numbered in elimination order. `program` holds what the stages look up: the links of the parts, of every variable and every
-//! block the parts it is the sum of, and the instructions of the elimination. [`Plan::cycle`] lists the dispatches of a cycle.
+//! Variables are numbered in elimination order. `program` has the look-up tables of the stages: the variables of every
+//! part, the parts whose derivatives sum up to every variable and block, and the instructions of the elimination.
+//! [`Plan::cycle`] lists the dispatches of a cycle.
 
 use crate::Stage;
 use crate::elimination::{Elimination, Instructions};
 use crate::harness::{NONE, Topology, Variable};
 use crate::layout::{Offsets, Phase, Range};
 
-/// Flag of a source: it is subtracted.
+/// Flag of a source: subtracted.
 pub(crate) const NEGATIVE: u32 = 1 << 31;
-/// Flag of a source: it is transposed.
+/// Flag of a source: transposed.
 pub(crate) const TRANSPOSED: u32 = 1 << 30;
 
-/// Numbers of each part, and entries of its derivatives: kinds of parts in the order of their energies.
+/// Number of entries of each part and of its derivatives; types of parts in the order of their energies.
 pub(crate) mod sizes {
     /// Dead force, weight.
     pub(crate) const VARIABLE: u32 = 4;
@@ -31,9 +32,10 @@ pub(crate) mod sizes {
     pub(crate) const PART: u32 = 33;
     /// Four gradients, ten blocks.
     pub(crate) const STATION_PART: u32 = 102;
-    /// Value and carry.
+    /// Value and compensation.
     pub(crate) const STATE: u32 = 7;
-    /// Energy, slope; largest force, moment and turn (squared); products with the gradient before and of the step before.
+    /// Energy, slope; largest force, moment and rotation (squared); products with the previous gradient and of the
+    /// previous step.
     pub(crate) const PARTIAL: u32 = 7;
 }
 
@@ -42,14 +44,14 @@ pub(crate) mod sizes {
 pub struct Dispatch {
     /// The stage.
     pub stage: Stage,
-    /// What it works on, and in which phases.
+    /// Its items and phases.
     pub range: Range,
 }
 
 impl Dispatch {
-    /// Workgroups, so many that every item of every variant has an invocation.
+    /// Number of workgroups, with an invocation for every item of every variant.
     pub fn workgroups(&self, variants: u32) -> [u32; 3] {
-        /// Most that any device must allow in one direction.
+        /// Largest number in one direction that every device allows.
         const MOST: u64 = 65_535;
         let size = u64::from(self.stage.workgroup_size());
         let groups = (u64::from(self.range.count) * u64::from(variants)).div_ceil(size);
@@ -58,46 +60,46 @@ impl Dispatch {
     }
 }
 
-/// See the module.
+/// Order, tables and dispatches for a topology; see the module.
 pub struct Plan {
-    /// The graph it was made for.
+    /// The topology.
     pub topology: Topology,
-    /// The variable at each place.
+    /// The variable at each position of the elimination order.
     pub variables: Vec<Variable>,
-    /// Place of each point.
+    /// Position of each point.
     pub of_point: Vec<u32>,
-    /// Place of each frame.
+    /// Position of each frame.
     pub of_frame: Vec<u32>,
     /// The elimination of all variables.
     pub elimination: Elimination,
-    /// The elimination of the points alone, the frames being given.
+    /// The elimination of the points alone, with fixed frames.
     pub condensation: Elimination,
     tables: [Tables; 2],
-    /// What the stages look up.
+    /// Look-up tables and instructions of the stages.
     pub program: Vec<u32>,
-    /// Sizes and places, for one variant.
+    /// Sizes and offsets, for one variant.
     pub offsets: Offsets,
-    /// Numbers of every variant.
+    /// Number of entries of `numbers`.
     pub numbers: u32,
-    /// Entries of `parts` of every variant.
+    /// Number of entries of `parts`.
     pub parts: u32,
-    /// Entries of `vectors` of every variant.
+    /// Number of entries of `vectors`.
     pub vectors: u32,
-    /// Derivatives that all variables, and all blocks of both matrices, are sums of.
+    /// Number of derivatives in the sums of all variables, and of all blocks of both matrices.
     pub(crate) sources_of_forces: u32,
     pub(crate) sources_of_blocks: [u32; 2],
     cycle: Vec<Dispatch>,
 }
 
-/// A sum of parts.
+/// Lists of the derivatives in each sum.
 type Sources = Vec<Vec<u32>>;
 
 impl Plan {
-    /// For harnesses with these links. Pieces of at most `leaf` variables are eliminated by one invocation: few for one large harness,
-    /// `usize::MAX` for thousands of variants.
+    /// For harnesses with this topology. Parts of at most `leaf` variables are eliminated by one invocation: few for
+    /// one large harness, `usize::MAX` for thousands of variants.
     ///
     /// # Panics
-    /// If a link names a variable that there is not, or the harness has more than 2³⁰ derivatives.
+    /// If the topology names a variable that does not exist, or has more than 2³⁰ derivatives.
     pub fn new(topology: Topology, leaf: usize) -> Self {
         let points = topology.points as u32;
         let vertex = |variable: Variable| match variable {
@@ -140,12 +142,13 @@ impl Plan {
         plan
     }
 
-    /// The dispatches of a cycle, in order; those that have nothing to do are left out.
+    /// Dispatches of a cycle, in order; empty ones are left out.
     pub fn cycle(&self) -> &[Dispatch] {
         &self.cycle
     }
 
-    /// What comes before a read-back: where every variant is, whatever its phase; see [`crate::memory::Memory::load_shapes`].
+    /// The dispatch before a read-back, which packs the states of all variants; see
+    /// [`crate::memory::Memory::load_shapes`].
     pub fn pack_shape(&self) -> Dispatch {
         let phases = (1 << (Phase::Done as u32 + 1)) - 1;
         let range = Range { count: self.offsets.variables, phases, ..Range::default() };
@@ -157,12 +160,12 @@ impl Plan {
         self.variables.len()
     }
 
-    /// Whether there is nothing to solve for.
+    /// Whether there are no variables.
     pub fn is_empty(&self) -> bool {
         self.variables.is_empty()
     }
 
-    /// Place of a variable.
+    /// Position of a variable.
     pub fn place(&self, variable: Variable) -> u32 {
         match variable {
             Variable::Point(i) => self.of_point[i as usize],
@@ -170,7 +173,7 @@ impl Plan {
         }
     }
 
-    /// Number of parts, all kinds.
+    /// Number of parts of all types.
     pub fn part_count(&self) -> u32 {
         let p = &self.offsets;
         p.segments + p.station_segments + p.couplings + p.springs
@@ -186,7 +189,7 @@ impl Plan {
         p.springs = topology.springs.len() as u32;
         p.holds = topology.holds.len() as u32;
         let count = p.segments + p.station_segments + p.couplings + p.springs;
-        // As many chunks as there are items in each: what then is left to add up is as short as it can be.
+        // As many chunks as items per chunk: this minimises the sequential length of sums.
         p.chunks = p.variables.max(count).isqrt().max(1);
         let mut numbers = 0;
         for (place, count, size) in [
@@ -293,7 +296,8 @@ impl Plan {
         self.program = words;
     }
 
-    /// Of every variable, of every block of the matrix and of every block of that for the points alone the derivatives it is the sum of.
+    /// Derivatives that sum up to every variable, to every block of the matrix, and to every block of the points'
+    /// matrix.
     fn sources(&self) -> [Sources; 3] {
         let mut sources = Assembly {
             systems: [System::new(&self.elimination), System::new(&self.condensation)],
@@ -391,7 +395,7 @@ impl Plan {
     }
 }
 
-/// Where the tables of an elimination begin.
+/// Offsets of the tables of an elimination.
 #[derive(Clone, Copy, Debug, Default)]
 struct Tables {
     blocks: u32,
@@ -402,7 +406,7 @@ struct Tables {
     backward: u32,
 }
 
-/// Dispatches, while they are listed.
+/// Dispatches of a cycle, in order.
 #[derive(Default)]
 struct Cycle {
     dispatches: Vec<Dispatch>,
@@ -415,7 +419,7 @@ impl Cycle {
         &mut self.dispatches.last_mut().expect("pushed above").range
     }
 
-    /// Gathers a matrix and a right-hand side, and factorises.
+    /// Assembles a matrix and a right-hand side, and factorises.
     fn factorise(&mut self, elimination: &Elimination, tables: &Tables, phases: &[Phase]) {
         self.add(Stage::AssembleMatrix, elimination.matrix_blocks.len() as u32, phases).table = tables.blocks;
         self.add(Stage::AssembleRightHandSide, elimination.len() as u32, phases).table = tables.right_hand_side;
@@ -436,7 +440,7 @@ impl Cycle {
         }
     }
 
-    /// Energy and free gradient of a slot of the state.
+    /// Evaluates energy and free gradient of a slot of the state.
     fn measure(&mut self, p: &Offsets, phases: &[Phase], slot: u32) {
         for (stage, count) in [
             (Stage::EvaluateSegments, p.segments),
@@ -451,7 +455,7 @@ impl Cycle {
     }
 }
 
-/// Which variables share an energy.
+/// Graph of the variables: neighbours share a part.
 fn graph(topology: &Topology, vertex: impl Fn(Variable) -> u32) -> Vec<Vec<u32>> {
     let mut graph = vec![Vec::new(); topology.points + topology.frames];
     let mut join = |clique: &[Variable]| {
@@ -481,7 +485,7 @@ fn graph(topology: &Topology, vertex: impl Fn(Variable) -> u32) -> Vec<Vec<u32>>
     graph
 }
 
-/// Which points share an energy.
+/// Graph of the points: neighbours share a segment.
 fn points_graph(topology: &Topology) -> Vec<Vec<u32>> {
     let mut graph = vec![Vec::new(); topology.points];
     let segments = topology.segments.iter().map(|s| [s[0], s[1]]);
@@ -497,7 +501,7 @@ fn points_graph(topology: &Topology) -> Vec<Vec<u32>> {
     graph
 }
 
-/// A matrix, while it is written down what its blocks are sums of.
+/// Sums of the blocks of a matrix, while they are collected.
 struct System<'e> {
     elimination: &'e Elimination,
     blocks: Sources,
@@ -508,7 +512,7 @@ impl<'e> System<'e> {
         Self { elimination, blocks: vec![Vec::new(); elimination.matrix_blocks.len()] }
     }
 
-    /// A block of second derivatives in two variables, which may be the same one.
+    /// Adds a block of second derivatives with respect to two variables, which may be equal.
     fn block(&mut self, row: u32, column: u32, source: u32) {
         let (row, column, source) =
             if row >= column { (row, column, source) } else { (column, row, source ^ TRANSPOSED) };
@@ -517,10 +521,10 @@ impl<'e> System<'e> {
     }
 }
 
-/// What variables and blocks are sums of, while it is collected: of all variables, and of the points alone.
+/// Sums of variables and blocks while they are collected, for all variables and for the points alone.
 struct Assembly<'e> {
     systems: [System<'e>; 2],
-    /// Of each variable its position among the points alone.
+    /// Position of each variable among the points.
     condensed: Vec<u32>,
     forces: Sources,
 }
@@ -538,8 +542,7 @@ impl Assembly<'_> {
         }
     }
 
-    /// A block of two different places of a part, which is not on the diagonal of its own table: in one and the same variable its transpose
-    /// counts, too.
+    /// Adds an off-diagonal block of a part. If both variables are the same, its transpose is added too.
     fn mixed(&mut self, row: u32, column: u32, source: u32) {
         self.block(row, column, source);
         if row == column {
@@ -547,7 +550,7 @@ impl Assembly<'_> {
         }
     }
 
-    /// Derivatives in the edge x_b − x_a.
+    /// Adds derivatives with respect to the edge x_b − x_a.
     fn edge(&mut self, a: u32, b: u32, force: u32, block: u32) {
         self.forces[a as usize].push(force | NEGATIVE);
         self.forces[b as usize].push(force);
@@ -556,14 +559,15 @@ impl Assembly<'_> {
         self.mixed(b, a, block | NEGATIVE);
     }
 
-    /// Second derivatives in a frame and the edge x_b − x_a.
+    /// Adds second derivatives with respect to a frame and the edge x_b − x_a.
     fn across_edge(&mut self, frame: u32, a: u32, b: u32, block: u32) {
         self.mixed(frame, a, block | NEGATIVE);
         self.mixed(frame, b, block);
     }
 }
 
-/// A table `[start, head…]` of every sum and one more start, then all sources; starts are counted from the table.
+/// Table with `[start, head…]` of every sum and a final start, followed by all sources; starts are relative to the
+/// table.
 fn sum_table<const N: usize>(sources: &Sources, head: impl Fn(usize) -> [u32; N]) -> Vec<u32> {
     let width = 1 + N;
     let mut words = Vec::new();
@@ -578,7 +582,7 @@ fn sum_table<const N: usize>(sources: &Sources, head: impl Fn(usize) -> [u32; N]
     words
 }
 
-/// A table of starts, then the instructions; starts are counted from the table.
+/// Table of starts, followed by the instructions; starts are relative to the table.
 fn instruction_table(instructions: &Instructions) -> Vec<u32> {
     let offset = instructions.starts.len() as u32;
     instructions.starts.iter().map(|start| start + offset).chain(instructions.words.iter().copied()).collect()

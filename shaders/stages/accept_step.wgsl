@@ -3,9 +3,9 @@
 #import totals
 #import limits
 
-// Takes the state on trial, settled where that lowers its energy, or tries a shorter step; and says what comes next. The line search is
-// by halving (Armijo), with the parabola through value, slope and trial where it helps; where round-off hides what a step does to
-// the energy, the forces say whether it was a good one.
+// Accepts the trial state, condensed if that lowers its energy, or shortens the step; then selects the next phase.
+// Backtracking line search (Armijo), with the parabola through value, slope and trial value where possible. If
+// round-off hides the change of the energy, the residual decides.
 @compute @workgroup_size(64)
 fn main(
     @builtin(workgroup_id) group: vec3<u32>,
@@ -26,7 +26,7 @@ fn main(
     if c.phase == CONDENSE {
         let condensed = totals(variant);
         control[variant].evaluations += 1u;
-        // Where round-off hides which of them is lower, the forces say.
+        // If round-off hides the difference, the residual decides.
         let close = condensed.energy <= energy + noise && condensed.residual < residual;
         if condensed.energy <= energy || close {
             energy = condensed.energy;
@@ -36,7 +36,7 @@ fn main(
     }
     let finite = is_finite(energy) && is_finite(residual);
     if c.begun == 0u {
-        // The first state that is where its holds want it: there is nothing to compare it with.
+        // The first state that satisfies all holds: there is no previous energy to compare with.
         control[variant].begun = 1u;
         control[variant].moving = 0u;
         control[variant].last_rotation = c.alpha * c.max_rotation;
@@ -59,7 +59,7 @@ fn main(
                 return;
             }
             if c.since > 1u {
-                // Before it is given up, with a matrix of its own.
+                // Refactorise before giving up.
                 control[variant].phase = LINEARISE;
             } else if hidden {
                 end(variant, STALLED);
@@ -75,7 +75,7 @@ fn main(
         let stalled = select(0u, c.stalled + 1u, hidden && residual > real(0.5) * c.residual);
         control[variant].stalled = stalled;
         if stalled >= c.patience && c.residual <= residual {
-            // The state at hand is the better one.
+            // The current state is better.
             end(variant, STALLED);
             return;
         }

@@ -1,6 +1,6 @@
 #import assembly
 
-// The free gradient in a slot of the state: without its held directions, in world (points) and body axes (frames).
+// The free gradient in a slot of the state: without held directions, in world axes (points) and body axes (frames).
 @compute @workgroup_size(64)
 fn main(
     @builtin(workgroup_id) group: vec3<u32>,

@@ -1,7 +1,8 @@
 #import assembly
 
-// Every block of a matrix, that of all variables or that of the points alone: the sum of the parts' second derivatives, and on the diagonal of frames σ times their weight. The rows and
-// columns of held directions become those of the identity, in the basis of each held variable.
+// A block of the matrix of all variables, or of the points alone: the sum of the parts' second derivatives, and σ
+// times the weight on the diagonal of frames. Rows and columns of held directions become those of the identity, in the
+// basis of each held variable.
 @compute @workgroup_size(64)
 fn main(
     @builtin(workgroup_id) group: vec3<u32>,

@@ -1,6 +1,7 @@
 #import assembly
 
-// Minus the gradient (where the step is to carry the prescribed motion: as it is after that), in the basis of each held variable and without its held directions.
+// Minus the gradient, in the basis of each held variable and without held directions. If the step includes the
+// prescribed motion, the gradient is extrapolated by it.
 @compute @workgroup_size(64)
 fn main(
     @builtin(workgroup_id) group: vec3<u32>,

@@ -2,8 +2,9 @@
 #import bindings
 #import limits
 
-// Slope of the energy along the step, and the longest share of it that turns no frame too far. The gradient method adds β times the last step,
-// β = g·M⁻¹(g − g°)/(g°·M⁻¹g°) where that is positive and the sum leads downhill (Polak and Ribière 1969, Polyak 1969), M being the matrix.
+// Slope of the energy along the step, and the largest step length with bounded rotations. The gradient method
+// adds β times the last step, β = g·M⁻¹(g − g°)/(g°·M⁻¹g°) if that is positive and the sum is a descent
+// direction (Polak and Ribière 1969, Polyak 1969); M is the matrix.
 @compute @workgroup_size(64)
 fn main(
     @builtin(workgroup_id) group: vec3<u32>,
@@ -39,7 +40,7 @@ fn main(
     control[variant].since += 1u;
     control[variant].iterations += 1u;
     slope += beta * last;
-    // No frame turns farther than by both together.
+    // Upper bound for the rotation by both directions.
     turn += beta * control[variant].max_rotation;
     control[variant].slope = slope;
     control[variant].max_rotation = turn;

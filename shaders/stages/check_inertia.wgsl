@@ -3,7 +3,8 @@
 #import inertia
 #import limits
 
-// After a factorisation: where the matrix is not positive definite, the next shift of the frames' diagonal and another one.
+// After a factorisation: if the matrix is not positive definite, increases the shift of the frames' diagonal and
+// refactorises.
 @compute @workgroup_size(64)
 fn main(
     @builtin(workgroup_id) group: vec3<u32>,

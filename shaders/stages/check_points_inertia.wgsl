@@ -1,6 +1,6 @@
 #import inertia
 
-// After a factorisation for the points alone: where the energy is not convex in them they stay where they are.
+// After a factorisation for the points alone: if the energy is not convex in the points, they stay where they are.
 @compute @workgroup_size(64)
 fn main(
     @builtin(workgroup_id) group: vec3<u32>,

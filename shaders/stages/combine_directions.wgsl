@@ -1,6 +1,6 @@
 #import bindings
 
-// The step: the steepest descent in the metric at hand and β times the last step; by Newton's method β is 0.
+// The step: steepest descent in the current metric plus β times the last step; β is 0 in Newton's method.
 @compute @workgroup_size(64)
 fn main(
     @builtin(workgroup_id) group: vec3<u32>,

@@ -1,7 +1,7 @@
 #import assembly
 #import sum
 
-// The state on trial with its points where they are in balance, the frames being as they are.
+// Static condensation: the trial state with its points in equilibrium for fixed frames.
 @compute @workgroup_size(64)
 fn main(
     @builtin(workgroup_id) group: vec3<u32>,

@@ -1,6 +1,6 @@
 #import coupling
 
-// Energy of every coupling in a slot of the state, and the moments on what carries its frames.
+// Energy of every coupling in a slot of the state, and the moments on the carriers of its frames.
 @compute @workgroup_size(64)
 fn main(
     @builtin(workgroup_id) group: vec3<u32>,

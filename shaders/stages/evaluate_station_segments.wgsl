@@ -1,6 +1,7 @@
 #import station_segment
 
-// Energy of every segment beside a station in a slot of the state, ∂E/∂e = R n′, ∂E/∂θ = ℓ n′ × v + (∂φ/∂θ)ᵀ μ with μ = ℓ n × v, what its stations bear, and ∂²E/∂e² = R A C Aᵀ Rᵀ/ℓ with
+// Energy of every segment with stations in a slot of the state, ∂E/∂e = R n′, ∂E/∂θ = ℓ n′ × v
+// + (∂φ/∂θ)ᵀ μ with μ = ℓ n × v, the moments on its stations, and ∂²E/∂e² = R A C Aᵀ Rᵀ/ℓ with
 // Aᵀ = I − [φ]ₓ.
 @compute @workgroup_size(64)
 fn main(

@@ -7,7 +7,7 @@ struct Pivot {
     negative: real,
 }
 
-// P⁻¹ and the number of its negative pivots, through P = L D Lᵀ.
+// P⁻¹ and the number of negative pivots of P, by P = L D Lᵀ.
 fn invert(p: mat3x3<real>) -> Pivot {
     let i1 = real(1.0) / p[0].x;
     let l21 = p[0].y * i1;
@@ -28,11 +28,12 @@ fn invert(p: mat3x3<real>) -> Pivot {
     let o = real(0.0);
     let i = real(1.0);
     let negative = select(o, i, p[0].x < o) + select(o, i, d2 < o) + select(o, i, d3 < o);
-    return Pivot(mat3x3<real>(vec3<real>(x11, x12, x13), vec3<real>(x12, x22, x23), vec3<real>(x13, x23, i3)), negative);
+    let inverse = mat3x3<real>(vec3<real>(x11, x12, x13), vec3<real>(x12, x22, x23), vec3<real>(x13, x23, i3));
+    return Pivot(inverse, negative);
 }
 
-// A task of the factorisation A = B D⁻¹ Bᵀ: one block after the other, A_ij + Σ U − Σ B_ik D_k⁻¹ B_jkᵀ; pivots are inverted in place, and their
-// negative ones counted with those of the tasks before it (Sylvester's inertia).
+// A task of the factorisation A = B D⁻¹ Bᵀ, block by block: A_ij + Σ U − Σ B_ik D_k⁻¹ B_jkᵀ. Pivots are
+// inverted in place; negative ones are added to those of earlier tasks (Sylvester's law of inertia).
 @compute @workgroup_size(64)
 fn main(
     @builtin(workgroup_id) group: vec3<u32>,

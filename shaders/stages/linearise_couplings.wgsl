@@ -1,6 +1,6 @@
 #import coupling
 
-// Second derivatives of every coupling, and first ones as they are after the prescribed motion.
+// Second derivatives of every coupling, and first derivatives extrapolated by the prescribed motion.
 @compute @workgroup_size(64)
 fn main(
     @builtin(workgroup_id) group: vec3<u32>,

@@ -1,7 +1,8 @@
 #import segment
 
-// Second derivatives of every segment at the state at hand: ∂²E/∂e² = R C Rᵀ/ℓ, ∂²E/∂θ∂e = ([v]ₓᵀ C + [n]ₓ) Rᵀ,
-// ∂²E/∂θ² = ℓ ([v]ₓᵀ C [v]ₓ + sym(n vᵀ) − (n·v) I); and first ones as they are after the prescribed motion.
+// Second derivatives of every segment at the current state: ∂²E/∂e² = R C Rᵀ/ℓ, ∂²E/∂θ∂e = ([v]ₓᵀ
+// C + [n]ₓ) Rᵀ, ∂²E/∂θ² = ℓ ([v]ₓᵀ C [v]ₓ + sym(n vᵀ) − (n·v) I); and first derivatives
+// extrapolated by the prescribed motion.
 @compute @workgroup_size(64)
 fn main(
     @builtin(workgroup_id) group: vec3<u32>,

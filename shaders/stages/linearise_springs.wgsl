@@ -1,6 +1,7 @@
 #import spring
 
-// Second derivatives of every spring, and first ones as they are after the prescribed motion; X moves with ∂X/∂θ = −R [o]ₓ.
+// Second derivatives of every spring, and first derivatives extrapolated by the prescribed motion; ∂X/∂θ = −R
+// [o]ₓ.
 @compute @workgroup_size(64)
 fn main(
     @builtin(workgroup_id) group: vec3<u32>,

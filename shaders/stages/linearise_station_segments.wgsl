@@ -1,14 +1,16 @@
 #import station_segment
 
-// Second derivatives of μ·φ in the rotation of the segment, in both (rows segment, columns station) and in that of the station.
+// Second derivatives of μ·φ with respect to the rotation of the segment, both rotations (rows: segment, columns:
+// station), and that of the station.
 struct TurnHessian {
     segment: mat3x3<real>,
     mixed: mat3x3<real>,
     station: mat3x3<real>,
 }
 
-// φ = 2 β w v: with a = −½(w μ + v × μ), b = ½(w μ − v × μ), m = μ·v these are, over β, −w m I + v aᵀ + a vᵀ,
-// ½ w (v μᵀ + μ vᵀ + w [μ]ₓ) + v bᵀ − a vᵀ + ½ m [v]ₓ and −w m I − v bᵀ − b vᵀ.
+// φ = 2 β w v: with a = −½(w μ + v × μ), b = ½(w μ − v × μ), m = μ·v they are, divided by β,
+// −w m I + v aᵀ + a vᵀ, ½ w (v μᵀ + μ vᵀ + w [μ]ₓ) + v bᵀ − a vᵀ + ½ m [v]ₓ and −w m I − v
+// bᵀ − b vᵀ.
 fn turn_hessian(s: Station, force: vec3<real>) -> TurnHessian {
     let mu = force * s.blend;
     let v = s.v;
@@ -27,8 +29,8 @@ fn turn_hessian(s: Station, force: vec3<real>) -> TurnHessian {
     );
 }
 
-// Second derivatives of every segment beside a station: ℓ Jᵀ C J with J = ∂Γ, those of ℓ n′·v in (e, θ), of μ·φ in (θ, θ_Q), and ℓ n·(δv × δφ)
-// twice; then those in what carries the stations.
+// Second derivatives of every segment with stations: ℓ Jᵀ C J with J = ∂Γ, those of ℓ n′·v with respect to
+// (e, θ), of μ·φ with respect to (θ, θ_Q), and twice ℓ n·(δv × δφ).
 @compute @workgroup_size(64)
 fn main(
     @builtin(workgroup_id) group: vec3<u32>,
@@ -58,9 +60,10 @@ fn main(
     let rt = transpose(law.r);
     let along_v = identity(real(1.0)) - skew(law.phi);
     let along_phi = skew(v);
-    // ∂v and ∂φ in the edge, the segment and both stations.
+    // ∂v and ∂φ with respect to the edge, the segment and both stations.
     let dv_e = rt * (real(1.0) / s.l);
-    let dphi_f = segment_rotation_jacobian(first.w, first.v) * first.blend + segment_rotation_jacobian(second.w, second.v) * second.blend;
+    let dphi_f = segment_rotation_jacobian(first.w, first.v) * first.blend
+        + segment_rotation_jacobian(second.w, second.v) * second.blend;
     let dphi_0 = station_rotation_jacobian(first.w, first.v) * first.blend;
     let dphi_1 = station_rotation_jacobian(second.w, second.v) * second.blend;
     // ∂Γ.
@@ -68,7 +71,7 @@ fn main(
     let g_f = along_v * skew(v) + along_phi * dphi_f;
     let g_0 = along_phi * dphi_0;
     let g_1 = along_phi * dphi_1;
-    // a·([n]ₓᵀ b) = n·(a × b), and C: what ∂Γ, ∂v and ∂φ are multiplied by.
+    // a·([n]ₓᵀ b) = n·(a × b), and C: factors of ∂Γ, ∂v and ∂φ.
     let c = diagonal(law.c);
     let nt = skew(-n);
     let force = conjugate_force(law);
@@ -88,7 +91,7 @@ fn main(
     let s_00 = transpose(g_0) * c * g_0 * s.l + h0.station;
     let s_11 = transpose(g_1) * c * g_1 * s.l + h1.station;
     let s_10 = transpose(g_1) * c * g_0 * s.l;
-    // In what carries the stations: θ = Aᵀ θ_Q, and the edge goes with ∂e/∂θ_Q = ± R [o]ₓ.
+    // With respect to the carriers of the stations: θ = Aᵀ θ_Q, and ∂e/∂θ_Q = ± R [o]ₓ.
     let world = law.r * force;
     let a_0 = rotation_matrix(first.rest);
     let a_1 = rotation_matrix(second.rest);
@@ -106,7 +109,7 @@ fn main(
         + lever_hessian(second.r, world, second.offset);
     let q1_q0 = transpose(l_1) * ee * l_0 + a_1 * e_1 * l_0 + transpose(l_1) * transpose(e_0) * transpose(a_0)
         + a_1 * s_10 * transpose(a_0);
-    // First derivatives as they are after the prescribed motion.
+    // First derivatives extrapolated by the prescribed motion.
     let through = mu * dphi_f;
     let de = motion(b, variant) - motion(a, variant);
     let theta = motion(f, variant);

@@ -1,7 +1,7 @@
 #import assembly
 
-// Minus the free gradient of the state at hand, in the basis of each held variable: the right-hand side of the gradient method, which goes on in the
-// metric of the matrix that was factorised last.
+// Minus the free gradient of the current state, in the basis of each held variable: the right-hand side of the gradient
+// method, which reuses the last factorised matrix as a preconditioner.
 @compute @workgroup_size(64)
 fn main(
     @builtin(workgroup_id) group: vec3<u32>,

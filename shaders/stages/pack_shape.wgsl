@@ -1,6 +1,6 @@
 #import bindings
 
-// Where every variable is, all in one place: what a host reads back, whichever third of the state a variant is in.
+// Packs the states of all variants for read-back, whichever third of the buffer is current.
 @compute @workgroup_size(64)
 fn main(
     @builtin(workgroup_id) group: vec3<u32>,

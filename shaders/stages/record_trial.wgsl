@@ -1,8 +1,8 @@
 #import totals
 #import limits
 
-// Takes note of the state on trial, and whether its points are to be settled: a turn leaves segments longer by the share ½ θ², which is a
-// force far above all others (see solve::settle).
+// Records energy and residual of the trial state, and whether its points need condensation: a rotation by θ stretches
+// segments by the fraction ½ θ², which causes forces far above all others (see the static condensation of solve).
 @compute @workgroup_size(64)
 fn main(
     @builtin(workgroup_id) group: vec3<u32>,

@@ -1,7 +1,7 @@
 #import assembly
 #import sum
 
-// The shortest rotation that takes direction a to b, both of length 1; the identity where they are opposite.
+// The shortest rotation from direction a to b, both unit vectors; the identity if they are opposite.
 fn shortest(a: vec3<real>, b: vec3<real>) -> vec4<real> {
     let w = real(1.0) + dot3(a, b);
     if w < real(1e-12) {
@@ -10,7 +10,7 @@ fn shortest(a: vec3<real>, b: vec3<real>) -> vec4<real> {
     return normalised(vec4<real>(cross3(a, b), w));
 }
 
-// The state on trial: points move by α δ, frames turn by α θ, and what is held is put where its hold wants it.
+// The trial state: points move by α δ, frames rotate by α θ, and held variables are set to their targets.
 @compute @workgroup_size(64)
 fn main(
     @builtin(workgroup_id) group: vec3<u32>,

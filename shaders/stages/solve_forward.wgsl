@@ -2,7 +2,7 @@
 #import bindings
 #import instructions
 
-// A task of the forward substitution: z_j = D_j⁻¹ (r_j + Σ u − Σ B_jk z_k), and what it leaves for later ones.
+// A task of the forward substitution: z_j = D_j⁻¹ (r_j + Σ u − Σ B_jk z_k), and its updates for later tasks.
 @compute @workgroup_size(64)
 fn main(
     @builtin(workgroup_id) group: vec3<u32>,

@@ -1,12 +1,12 @@
 #import algebra
 #import bindings
 
-// Maximum that keeps what is not a number.
+// Maximum that propagates NaN.
 fn larger(a: real, b: real) -> real {
     return select(b, a, a >= b);
 }
 
-// A chunk of a slot of the state: its energy, and its largest free force and moment (squared).
+// Sums over a chunk of a slot of the state: its energy, and its largest free force and moment (squared).
 @compute @workgroup_size(64)
 fn main(
     @builtin(workgroup_id) group: vec3<u32>,

@@ -1,7 +1,8 @@
 #import assembly
 
-// A chunk of the descent: from the bases of the held variables to world and body axes, with the prescribed motion; its products with the
-// gradient and with the one before it, that of the last step with the gradient, and its largest turn.
+// Sums over a chunk of the step: transforms the descent direction from the bases of held variables to world and body
+// axes, adds the prescribed motion, and computes the products with the current and the previous gradient, the product
+// of the last step with the gradient, and the largest rotation.
 @compute @workgroup_size(64)
 fn main(
     @builtin(workgroup_id) group: vec3<u32>,

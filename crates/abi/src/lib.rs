@@ -135,7 +135,7 @@ pub const HOLD_TWIST: i32 = 4;
 
 /// [`JointDescription::mounting`]: the arms share one point, and an energy couples the frames of their segments there.
 pub const MOUNTING_POINT: i32 = 1;
-/// [`JointDescription::mounting`]: the joint is a hub with a pose that carries the ends of its arms rigidly; it has no energy.
+/// [`JointDescription::mounting`]: a hub with a pose, which carries the ends of its arms rigidly; no energy.
 pub const MOUNTING_POSE: i32 = 2;
 /// [`JointDescription::mounting`]: the arms share one point; the energy couples the frames that their ends have there.
 pub const MOUNTING_STATIONS: i32 = 3;

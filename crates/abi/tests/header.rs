@@ -138,9 +138,13 @@ fn layout() -> String {
     macro_rules! same {
         ($($name:ident { $($field:ident),+ $(,)? })+) => {$(
             let name = stringify!($name);
-            writeln!(c, "_Static_assert(sizeof(Wireloom{name}) == {}, \"size of {name}\");", size_of::<$name>()).unwrap();
-            writeln!(c, "_Static_assert(_Alignof(Wireloom{name}) == {}, \"alignment of {name}\");", align_of::<$name>()).unwrap();
-            $(writeln!(c, "_Static_assert(offsetof(Wireloom{name}, {f}) == {}, \"{name}.{f}\");", offset_of!($name, $field), f = stringify!($field)).unwrap();)+
+            let (size, alignment) = (size_of::<$name>(), align_of::<$name>());
+            writeln!(c, "_Static_assert(sizeof(Wireloom{name}) == {size}, \"size of {name}\");").unwrap();
+            writeln!(c, "_Static_assert(_Alignof(Wireloom{name}) == {alignment}, \"alignment of {name}\");").unwrap();
+            $(
+                let (f, offset) = (stringify!($field), offset_of!($name, $field));
+                writeln!(c, "_Static_assert(offsetof(Wireloom{name}, {f}) == {offset}, \"{name}.{f}\");").unwrap();
+            )+
             let fields: &[&str] = &[$(stringify!($field)),+];
             assert_eq!(fields, fields_of(name), "fields of {name}");
         )+
@@ -154,19 +158,22 @@ fn layout() -> String {
         Kinds { size, count, stride, reserved, first }
         Kind { family, parameter_count, parameter_stride, reserved, name, doc, parameters, constraint, joint }
         Parameter {
-            name, doc, form, quantity, presence, minimum_excluded, minimum, maximum, default_value, choices, choice_count, reserved,
+            name, doc, form, quantity, presence, minimum_excluded, minimum, maximum, default_value, choices,
+            choice_count, reserved,
         }
         Value { value, given, reserved }
         Pose { position, orientation }
         ConstraintKind { size, stations_min, stations_max, span, create, destroy, evaluate, target, commit }
         ConstraintSpec {
-            size, station_count, station_stride, value_count, name, stations, span, values, tangent_given, up_given, hold, free_axis_given, free_axis,
+            size, station_count, station_stride, value_count, name, stations, span, values, tangent_given, up_given,
+            hold, free_axis_given, free_axis,
             rails, rail_count, reserved,
         }
         Station { branch, arc_length, diameter }
         Span { size, reserved, branch, begins, ends, diameter }
         Description {
-            size, shape, needs_frames, objective, thread_safe, has_gradient, has_hessian, memory_count, memory, residual_count,
+            size, shape, needs_frames, objective, thread_safe, has_gradient, has_hessian, memory_count, memory,
+            residual_count,
             node_residual_count, inequalities, scales, hold,
         }
         Hold { position, rotation, axis, rails, rail_count, reserved }
@@ -174,11 +181,13 @@ fn layout() -> String {
             size, station_count, span_count, memory_count, stations, targets, span, span_lengths, memory, progress,
         }
         Evaluation {
-            size, reserved, energy, gradient, span_gradient, hessian, span_hessian, residuals, jacobian, span_jacobian, weights,
+            size, reserved, energy, gradient, span_gradient, hessian, span_hessian, residuals, jacobian,
+            span_jacobian, weights,
         }
         JointKind { size, reserved, create, destroy, evaluate }
         Arm {
-            branch, starts_here, reserved, rest, offset, curvature, segment_length, diameter, linear_density, axial_stiffness, shear_stiffness,
+            branch, starts_here, reserved, rest, offset, curvature, segment_length, diameter, linear_density,
+            axial_stiffness, shear_stiffness,
             bending_stiffness, torsion_stiffness, length,
         }
         WireShare { from, to, share }

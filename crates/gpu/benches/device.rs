@@ -1,8 +1,8 @@
-//! A device by itself: what a cycle of Newton's method takes on it, beside what [`wireloom_shaders::cost`] forecasts. Prints JSON that names the
-//! device.
+//! Benchmark of a device: time of a cycle of Newton's method, next to the model of [`wireloom_shaders::cost`]. Prints
+//! JSON with the name of the device.
 //!
-//! `cargo bench -p wireloom-gpu` takes the fastest device, `cargo bench -p wireloom-gpu -- NAME` another one (`wireloom devices` lists them). Whole runs
-//! on a device beside one core of the processor: `wireloom bench --device NAME`.
+//! `cargo bench -p wireloom-gpu` uses the fastest device, `cargo bench -p wireloom-gpu -- NAME` another one (`wireloom
+//! devices` lists them). `wireloom bench --device NAME` compares whole runs on a device with one CPU core.
 #![allow(clippy::print_stdout, reason = "a benchmark prints what it found")]
 
 use serde_json::{Value, json};
@@ -19,11 +19,11 @@ use wireloom_shaders::memory::Memory;
 use wireloom_shaders::plan::Plan;
 use wireloom_testkit::conformance::networks::{Sample, cable, y_harness};
 
-/// Every case is measured so often; the median counts.
+/// Number of measurements of each case; the median is reported.
 const REPEATS: usize = 5;
-/// Cycles of a submission.
+/// Number of cycles of a submission.
 const CYCLES: usize = 16;
-/// A step by which an end is moved, m.
+/// Displacement of an end, m.
 const STEP: f64 = 5e-3;
 
 fn main() -> Result<(), Box<dyn Error>> {
@@ -31,7 +31,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let gpu = Gpu::open(selector.as_deref())?;
     let mut registry = Registry::default();
     wireloom_models::register(&mut registry);
-    // A device in software shows that all this runs; its times say nothing of a card's.
+    // A software device only shows that the benchmark runs; its times mean nothing for a GPU.
     let (lengths, many) = if gpu.info.kind == "software" { ([100, 1_000], 8) } else { ([1_000, 10_000], 10_000) };
     let cases = [
         (format!("a cable of {} segments", lengths[0]), cable(&registry, lengths[0]), 1, 8),
@@ -55,7 +55,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-/// One end is moved, by as many variants by as many different ways, and all come to rest.
+/// Moves one end, by a different distance for each variant, and minimises all variants.
 fn measure(
     gpu: &Gpu,
     what: &str,
@@ -87,7 +87,7 @@ fn measure(
     let mut memory = Memory::new(&plan, variants);
     let session = Session::new(gpu, real, &plan, &memory)?;
     let (mut all_told, mut on_device, mut cycles) = (Vec::new(), Vec::new(), 0);
-    // The first time compiles.
+    // The first run includes compilation.
     for _ in 0..=REPEATS {
         let clock = Instant::now();
         memory.set_all(&plan, &all)?;
@@ -111,7 +111,7 @@ fn measure(
     };
     let (all_told, on_device) = (median(&mut all_told), median(&mut on_device));
     let needed = memory.control.iter().map(|control| control.cycles).max();
-    // What cycles behind the last one that was needed move is next to nothing: all variants are done.
+    // Cycles after the last one needed move almost no data: all variants are finished.
     let working: f64 = memory.control.iter().map(|control| f64::from(control.cycles)).sum();
     let traffic = plan.traffic();
     let bytes = working * (traffic.numbers * real.bytes() as u64) as f64;

@@ -1,9 +1,9 @@
-//! Harnesses that are brought down together, in one submission.
+//! Batches of harnesses that are minimised together, in one submission.
 //!
-//! Every minimiser of a program hands its harness to one batch and waits. Threads that want to go together are members of it
-//! ([`Batch::join`]); when all of them wait, the last one to come takes all harnesses to the device, those with the same links as variants
-//! of one plan. What a variant comes to does not depend on the others, to the last bit: stages compute every variant by itself, and
-//! leave alone one that is done. Without members every harness goes by itself.
+//! Every minimiser of a program passes its harness to one batch and waits. Threads that compute together are its
+//! members ([`Batch::join`]). When all members wait, the last one submits all harnesses to the device; those with the
+//! same topology are variants of one plan. The result of a variant does not depend on the others, to the last bit:
+//! stages compute every variant separately and skip finished ones. Without members every harness is computed alone.
 
 use crate::device::Gpu;
 use crate::session::{Session, TooLarge};
@@ -17,51 +17,51 @@ use wireloom_shaders::layout::{Control, Phase};
 use wireloom_shaders::memory::Memory;
 use wireloom_shaders::plan::Plan;
 
-/// Cycles of the first submission for a plan.
+/// Number of cycles in the first submission of a plan.
 const FIRST_CYCLES: usize = 12;
-/// Most cycles of one submission: at a few hundred dispatches each, far from what a driver takes for a hanging device.
+/// Largest number of cycles of a submission: with a few hundred dispatches each, far below the time limits of drivers.
 const MOST_CYCLES: usize = 64;
-/// A submission is no longer than this, as far as can be foreseen: between two of them it is asked whether all is to stop.
+/// Intended duration of a submission: between submissions stop requests are checked.
 const SUBMISSION: Duration = Duration::from_millis(500);
-/// More cycles than what was needed the last time.
+/// Cycles submitted in addition to those needed the last time.
 const SPARE_CYCLES: usize = 2;
-/// Plans that are kept: a harness, its coarse mesh, and what came before.
+/// Number of cached plans: a harness, its coarse mesh, and earlier ones.
 const PLANS: usize = 4;
-/// Most variants of a plan; what is more goes in several submissions.
+/// Largest number of variants of a plan; more are split into several submissions.
 const MOST_VARIANTS: usize = 4096;
 
-/// A harness, where it is, and how far it is to go.
+/// A harness to be minimised.
 pub struct Job {
-    /// Numbers on the device.
+    /// Precision on the device.
     pub real: Real,
-    /// The harness, under its conditions.
+    /// The harness under its conditions.
     pub harness: Harness,
-    /// Where it is.
+    /// Its initial state.
     pub shape: Shape,
-    /// When it stops.
+    /// Its stop criteria.
     pub stop: Stop,
-    /// Through it others stop it before.
+    /// Stops the computation on request.
     pub monitor: Monitor,
 }
 
-/// Where a harness came to.
+/// Result of a job.
 #[derive(Clone, Debug)]
 pub struct Solution {
-    /// How it ended.
+    /// Outcome and work.
     pub control: Control<f64>,
-    /// Where it is.
+    /// The final state.
     pub shape: Shape,
 }
 
-/// See the page.
+/// Collects jobs of several threads; see the module.
 pub struct Batch {
-    /// Variables that one invocation eliminates in a row.
+    /// Largest number of variables that one invocation eliminates in sequence.
     leaf: usize,
     room: Mutex<Queue>,
     changed: Condvar,
 }
 
-/// A thread for which others wait, until it is dropped.
+/// Membership of a thread, for which the others wait until it is dropped.
 pub struct Member<'b>(&'b Batch);
 
 impl Drop for Member<'_> {
@@ -77,42 +77,43 @@ struct Queue {
     waiting: Vec<(u64, Job)>,
     found: BTreeMap<u64, Result<Solution, String>>,
     next_ticket: u64,
-    /// Whether somebody is on the device.
+    /// Whether a thread is using the device.
     busy: bool,
     plans: Vec<PreparedPlan>,
 }
 
-/// A plan with room on the device for so many variants.
+/// A plan with buffers on the device for a number of variants.
 struct PreparedPlan {
     real: Real,
     plan: Plan,
     memory: Memory,
     session: Session,
-    /// Cycles of the next submission.
+    /// Number of cycles of the next submission.
     cycles: usize,
 }
 
 impl Batch {
-    /// Where invocations eliminate at most so many variables in a row: few for single harnesses, any number for thousands.
+    /// `leaf`: the largest number of variables that an invocation eliminates in sequence: few for single harnesses,
+    /// unlimited for thousands.
     pub fn new(leaf: usize) -> Self {
         Self { leaf, room: Mutex::default(), changed: Condvar::new() }
     }
 
-    /// From now on others wait for this thread; it must hand something in, or drop what it gets here.
+    /// Adds this thread as a member; it must pass jobs, or drop the membership.
     pub fn join(&self) -> Member<'_> {
         self.room().members += 1;
         Member(self)
     }
 
     fn room(&self) -> MutexGuard<'_, Queue> {
-        // Nobody panics who holds the lock.
+        // No critical section panics.
         self.room.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Brings a harness down, together with those of all members.
+    /// Minimises a harness, together with those of all members.
     ///
     /// # Errors
-    /// Why the device could not do it.
+    /// The failure of the device.
     pub fn descend(&self, gpu: &Gpu, job: Job) -> Result<Solution, String> {
         let mut room = self.room();
         let ticket = room.next_ticket;
@@ -141,7 +142,7 @@ impl Batch {
         }
     }
 
-    /// Brings down all jobs that have the links and the precision of the first one, and takes them off the list.
+    /// Minimises all jobs with topology and precision of the first one, and removes them from the list.
     fn minimise_same_plan(
         &self,
         gpu: &Gpu,
@@ -178,7 +179,7 @@ impl Batch {
 }
 
 impl PreparedPlan {
-    /// With room for so many variants and some more, so that it is seldom made anew.
+    /// Rounds the number of variants up, so that buffers are rarely reallocated.
     fn new(gpu: &Gpu, real: Real, plan: Plan, variants: usize) -> Result<Self, TooLarge> {
         let memory = Memory::new(&plan, variants.next_power_of_two());
         let session = Session::new(gpu, real, &plan, &memory)?;
@@ -204,7 +205,7 @@ impl PreparedPlan {
             }
             let each = clock.elapsed().as_secs_f64() / cycles as f64;
             let most = ((SUBMISSION.as_secs_f64() / each) as usize).clamp(1, MOST_CYCLES);
-            // What is stopped comes back as it is.
+            // A stopped job returns its current state.
             let stopped = jobs.iter().all(|(_, job)| job.monitor.is_stopped());
             if stopped || self.memory.control.iter().all(|control| control.phase == Phase::Done as u32) {
                 break most;

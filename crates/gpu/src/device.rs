@@ -1,4 +1,4 @@
-//! Devices: which there are, which one is taken, and what is wanted of it.
+//! Devices: enumeration, selection and requirements.
 
 use crate::pipelines::Cache;
 use std::sync::{Arc, Mutex, PoisonError};
@@ -7,10 +7,10 @@ use wgpu::{
     MemoryHints,
 };
 
-/// A device as `wireloom devices` shows it.
+/// A device as `wireloom devices` lists it.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct DeviceInfo {
-    /// Its number: what `--device` takes, as it takes part of its name.
+    /// Its index; `--device` accepts it, or a part of the name.
     pub index: usize,
     /// Name.
     pub name: String,
@@ -20,64 +20,65 @@ pub struct DeviceInfo {
     pub kind: &'static str,
     /// Driver and its version.
     pub driver: String,
-    /// Whether it computes in double precision.
+    /// Whether it supports double precision.
     pub double: bool,
-    /// Largest buffer that a shader reaches, bytes.
+    /// Largest storage buffer, bytes.
     pub largest_buffer: u64,
     /// Why it cannot be used, if so.
     pub refusal: Option<String>,
 }
 
-/// Why no device could be opened.
+/// Reason why no device was opened.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum OpenError {
-    /// There is none.
+    /// There is no device.
     #[error("there is no GPU that Vulkan (on a Mac, Metal) knows of on this machine")]
     None,
-    /// None of that name or number.
+    /// No device has that name or index.
     #[error("there is no device `{selector}`; there are: {}", .there.join(", "))]
     Unknown {
-        /// What was asked for.
+        /// The requested device.
         selector: String,
-        /// Names of all.
+        /// Names of all devices.
         there: Vec<String>,
     },
-    /// Several of that name.
+    /// Several devices have that name.
     #[error("`{selector}` may be any of these devices: {}", .there.join(", "))]
     Ambiguous {
-        /// What was asked for.
+        /// The requested device.
         selector: String,
-        /// Names of those it may be.
+        /// Names of the candidates.
         there: Vec<String>,
     },
     /// Its limits are too small.
     #[error("device `{device}` is too small: {limit} is {has}, and {required} is needed")]
     Limit {
-        /// Name.
+        /// Name of the device.
         device: String,
         /// Name of the limit.
         limit: String,
-        /// What it has.
+        /// The device's limit.
         has: u64,
-        /// What is needed.
+        /// The required limit.
         required: u64,
     },
-    /// The driver refuses.
+    /// The driver refuses to open it.
     #[error("device `{device}` cannot be opened: {reason}")]
     Refused {
-        /// Name.
+        /// Name of the device.
         device: String,
-        /// What the driver says.
+        /// Message of the driver.
         reason: String,
     },
 }
 
 impl OpenError {
-    /// What would be right.
+    /// A hint how to correct it.
     pub fn help(&self) -> &'static str {
         match self {
             OpenError::None => {
-                "install its driver, or Mesa's device in software (Debian: mesa-vulkan-drivers); or take minimiser.kind = \"newton\""
+                "install its driver, or Mesa's software device (Debian: mesa-vulkan-drivers); \
+                 or use minimiser.kind = \"newton\""
             }
             OpenError::Unknown { .. } | OpenError::Ambiguous { .. } => {
                 "`wireloom devices` lists all; give a number, or enough of one name"
@@ -89,23 +90,23 @@ impl OpenError {
     }
 }
 
-/// A device that is open.
+/// An open device.
 pub struct Gpu {
     pub(crate) device: wgpu::Device,
     pub(crate) queue: wgpu::Queue,
-    /// What `wireloom devices` says of it.
+    /// Its entry in the list of devices.
     pub info: DeviceInfo,
-    /// The first thing that went wrong with it.
+    /// The first error of the device.
     failure: Arc<Mutex<Option<String>>>,
     pub(crate) pipelines: Cache,
 }
 
 impl Gpu {
-    /// Opens the device of this number, or whose name contains `selector` in small or capital letters; where nothing is wished, the first of the
-    /// fastest sort: a card of its own before one in the processor, software last.
+    /// Opens the device with this index, or whose name contains `selector` (case-insensitive). Without a selector the
+    /// first of the fastest type: discrete, integrated, ..., software.
     ///
     /// # Errors
-    /// If there is none, or it cannot do what the stages need.
+    /// If there is no such device, or it does not meet the requirements of the stages.
     pub fn open(selector: Option<&str>) -> Result<Self, OpenError> {
         let (info, adapter) = choose(adapters(), selector)?;
         let refused = |reason: String| OpenError::Refused { device: info.name.clone(), reason };
@@ -134,7 +135,7 @@ impl Gpu {
                 failure.lock().unwrap_or_else(PoisonError::into_inner).get_or_insert(what);
             }
         };
-        // Without a handler of errors wgpu panics.
+        // Without an error handler wgpu panics.
         let note = keep(&failure);
         device.on_uncaptured_error(Arc::new(move |error: wgpu::Error| note(error.to_string())));
         let note = keep(&failure);
@@ -142,25 +143,25 @@ impl Gpu {
         Ok(Self { device, queue, info, failure, pipelines: Cache::default() })
     }
 
-    /// The first thing that went wrong with the device: from then on nothing it says may be relied on.
+    /// The first error of the device; after it no result is reliable.
     pub fn failure(&self) -> Option<String> {
         self.failure.lock().unwrap_or_else(PoisonError::into_inner).clone()
     }
 
-    /// Says that something went wrong with it.
+    /// Records an error.
     pub(crate) fn fail(&self, what: String) {
         self.failure.lock().unwrap_or_else(PoisonError::into_inner).get_or_insert(what);
     }
 
-    /// Gives the device up, as a driver does that is taken away: for tests of what happens then.
+    /// Destroys the device, as a driver that is removed: for tests.
     pub fn destroy(&self) {
         self.device.destroy();
-        // The driver tells when it is asked.
+        // The loss is reported at the next poll.
         let _ = self.device.poll(wgpu::PollType::Poll);
     }
 }
 
-/// All devices of the machine; none where there is no driver.
+/// All devices of the machine; empty without a driver.
 pub fn list() -> Vec<DeviceInfo> {
     adapters().into_iter().map(|(info, _)| info).collect()
 }
@@ -172,7 +173,7 @@ fn adapters() -> Vec<(DeviceInfo, Adapter)> {
     all.into_iter().enumerate().map(|(index, adapter)| (device_info(index, &adapter), adapter)).collect()
 }
 
-/// The limits of WebGPU, which every device is made to have, and the largest buffers this one can do.
+/// Required limits: those of WebGPU, and the largest buffers of this device.
 fn required_limits(adapter: &Adapter) -> Limits {
     let has = adapter.limits();
     let base = Limits::default();
@@ -208,7 +209,7 @@ fn device_info(index: usize, adapter: &Adapter) -> DeviceInfo {
     }
 }
 
-/// See [`Gpu::open`].
+/// Selects a device; see [`Gpu::open`].
 fn choose<T>(mut all: Vec<(DeviceInfo, T)>, selector: Option<&str>) -> Result<(DeviceInfo, T), OpenError> {
     let names = |chosen: &[&(DeviceInfo, T)]| chosen.iter().map(|(d, _)| format!("{} `{}`", d.index, d.name)).collect();
     if all.is_empty() {

@@ -1,5 +1,5 @@
-//! From a problem to the description that the shaders take: parts that touch a hub say how it carries them, so that independent
-//! variables alone are left.
+//! Conversion of a problem to the description of the shaders. Parts attached to a hub state their position on it, so
+//! that only independent variables remain.
 
 use nalgebra::{Quaternion, Unit, Vector4};
 use wireloom_core::constraint::{Action, RotationHold};
@@ -12,35 +12,35 @@ use wireloom_shaders::harness::{
     CarriedFrame, Coupling, End, Harness, Hold, Segment, Shape, Spring, Station, StationSegment, Variable,
 };
 
-/// Where the parts of a network are in the description, and which variables may come to be held.
+/// Mapping between a network and the description, and the variables that can be held.
 pub struct Flattening {
-    /// Of each independent point its index in the state.
+    /// Index in the state of each independent point.
     points: Vec<usize>,
-    /// Of each independent frame its index in the state.
+    /// Index in the state of each independent frame.
     frames: Vec<usize>,
-    /// What carries each point of the state.
+    /// Carrier of each point of the state.
     carriers: Vec<PointCarrier>,
-    /// What carries each frame of the state.
+    /// Carrier of each frame of the state.
     turned: Vec<CarriedFrame>,
     /// Rest length around each independent frame, m.
     weights: Vec<f64>,
-    /// What may be held.
+    /// Variables that can be held.
     candidates: Vec<Variable>,
 }
 
-/// What carries a point of the state.
+/// Carrier of a point of the state.
 #[derive(Clone, Copy)]
 struct PointCarrier {
     /// The independent point.
     point: u32,
-    /// A hub's frame, and where the point is in it, m.
+    /// Frame of a hub, and the point's position in it, m.
     lever: Option<(u32, Vector)>,
 }
 
-/// Whether the shaders have a law for every part of a network.
+/// Checks that the shaders have a law for every part of a network.
 ///
 /// # Errors
-/// The first part they have none for, by name.
+/// The first part without one, by name.
 pub fn accepts(network: &Network) -> Result<(), BuildError> {
     let refused = |what: String| {
         let help = "take minimiser.kind = \"newton\", which knows every part by its trait";
@@ -85,7 +85,7 @@ pub fn accepts(network: &Network) -> Result<(), BuildError> {
 }
 
 impl Flattening {
-    /// Of a network that [`accepts`] lets pass.
+    /// For a network that [`accepts`] admits.
     pub fn new(network: &Network) -> Self {
         let tied_points: Vec<usize> = network.ties.iter().map(|tie| tie.point).collect();
         let tied_frames: Vec<usize> = network.ties.iter().filter_map(|tie| tie.frame).collect();
@@ -112,7 +112,7 @@ impl Flattening {
         flattening
     }
 
-    /// As `solve` weights a shift: half of what is coupled to a frame, half of its segment, and a hub's levers.
+    /// Weights of the shift, as in `solve`: half of the couplings of a frame, half of its segment, and levers of a hub.
     fn weights_of(&self, network: &Network) -> Vec<f64> {
         let mut weights = vec![0.0; self.frames.len()];
         for branch in &network.branches {
@@ -157,7 +157,7 @@ impl Flattening {
         }
     }
 
-    /// The harness of a problem, under its conditions; `state` says where it is, and its held directions must be up to date.
+    /// The harness of a problem under its conditions. The problem's held directions must be those at `state`.
     pub fn harness(&self, problem: &Problem<'_>, state: &State) -> Harness {
         let mut harness = Harness {
             points: self.points.len(),
@@ -243,7 +243,7 @@ impl Flattening {
         }
     }
 
-    /// Dead forces; one that pulls at a hub's lever is a spring without stiffness.
+    /// Dead forces; one that acts on a lever of a hub becomes a spring without stiffness.
     fn add_forces(&self, problem: &Problem<'_>, harness: &mut Harness) {
         for (carrier, force) in self.carriers.iter().zip(problem.dead_forces()) {
             match carrier.lever {
@@ -277,7 +277,7 @@ impl Flattening {
         }
     }
 
-    /// Every spring there is: one that does not act has no stiffness, so that the links stay the same.
+    /// All springs: an inactive one has no stiffness, so that the topology stays the same.
     fn add_springs(&self, problem: &Problem<'_>, harness: &mut Harness) {
         let conditions = problem.conditions();
         for (f, constraint) in problem.network.constraints.iter().enumerate() {
@@ -333,8 +333,8 @@ impl Flattening {
         }
     }
 
-    /// Puts independent variables into a state, and what they carry. Carries that come from f32 are large for f64, where not everything
-    /// (weights, say) looks at them: what fits goes into the positions.
+    /// Writes independent variables back to a state, and follows ties. The compensation from f32 is large for f64, and
+    /// some code (weights, for example) ignores it: as much as possible is moved to the positions.
     pub fn write_back(&self, shape: &Shape, network: &Network, state: &mut State) {
         for ((&i, x), compensation) in self.points.iter().zip(&shape.points).zip(&shape.compensation) {
             let (x, compensation) = (Vector::from(*x), Vector::from(*compensation));
@@ -348,12 +348,12 @@ impl Flattening {
     }
 }
 
-/// x, y, z, w.
+/// Components x, y, z, w.
 fn numbers(q: &Rotation) -> [f64; 4] {
     [q.i, q.j, q.k, q.w]
 }
 
-/// What is left of `0..count`.
+/// The indices of `0..count` that are not tied.
 fn untied(count: usize, mut tied: Vec<usize>) -> Vec<usize> {
     tied.sort_unstable();
     (0..count).filter(|k| tied.binary_search(k).is_err()).collect()

@@ -1,6 +1,6 @@
-//! The minimiser that runs on a GPU: [`device`] finds devices and opens one, [`flatten`] says a problem in the shaders' words, [`session`] keeps
-//! buffers and submits, [`batch`] brings harnesses together to the device, [`minimiser`] is the kind `gpu`. The only crate that names wgpu; what is computed stands in
-//! `shaders`, with a twin on the CPU for every stage.
+//! The minimiser `gpu`. [`device`] lists and opens devices, [`flatten`] converts a problem for the shaders, [`session`]
+//! owns buffers and submits work, [`batch`] combines harnesses of several threads, [`minimiser`] is the minimiser's
+//! kind. Only this crate uses wgpu; the computation itself is in `shaders`, with a CPU reference of every stage.
 
 pub mod batch;
 pub mod device;

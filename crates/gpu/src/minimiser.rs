@@ -1,8 +1,9 @@
-//! The minimiser `gpu`: Newton's method with every number on the device.
+//! The minimiser `gpu`: Newton's method entirely on the device.
 //!
-//! Per increment: the conditions and the state go up, one submission holds as many cycles as are likely to be needed (a cycle is an
-//! iteration or a shorter trial of its step), and where every variable is comes back. The host grades what came back in f64; where that is not
-//! balanced to the tolerance, and `polish` allows it, a minimiser of the CPU goes on from there, and the report says so.
+//! For each increment the conditions and the state are uploaded; one submission holds as many cycles as are probably
+//! needed (a cycle is an iteration, or a shorter trial of its step); then the final state is read back. The host checks
+//! its residual in f64. If it is above the tolerance and `polish` is set, a CPU minimiser continues, and the report
+//! says so.
 
 use crate::batch::{Batch, Job, Solution};
 use crate::device::{Gpu, OpenError};
@@ -16,14 +17,14 @@ use wireloom_shaders::Real;
 use wireloom_shaders::harness::{self, Algorithm};
 use wireloom_shaders::layout::Outcome;
 
-/// Variables that one invocation eliminates in a row, where one harness is to keep the whole device busy.
+/// Largest number of variables that an invocation eliminates in sequence, if one harness is to use the whole device.
 const LEAF: usize = 8;
 
-/// Relative residual at which single precision leaves the rest to the CPU: from there it is a step or two, which round-off would hide
-/// from the device.
+/// Relative residual at which single precision stops: the CPU needs one or two more steps from there, which round-off
+/// would hide from the device.
 const SINGLE_TOLERANCE: f64 = 1e-4;
 
-/// The device of a program: opened once, when it is first wanted, and shared by all minimisers.
+/// The device of a program: opened at its first use and shared by all minimisers.
 #[derive(Clone)]
 pub struct SharedDevice {
     selector: Option<String>,
@@ -32,34 +33,34 @@ pub struct SharedDevice {
 }
 
 impl SharedDevice {
-    /// The device of this name or number (see [`Gpu::open`]), for one harness after the other.
+    /// The device with this name or index (see [`Gpu::open`]), for one harness at a time.
     pub fn for_single_runs(selector: Option<&str>) -> Self {
         Self { selector: selector.map(str::to_owned), opened: Arc::default(), batch: Arc::new(Batch::new(LEAF)) }
     }
 
-    /// The same for many harnesses at a time, which members of the batch bring.
+    /// The same device, for batches of many harnesses.
     pub fn for_batches(&self) -> Self {
         Self { batch: Arc::new(Batch::new(usize::MAX)), ..self.clone() }
     }
 
-    /// The device.
+    /// The device, opened at the first call.
     ///
     /// # Errors
-    /// What kept it from being opened, the same every time.
+    /// Why it could not be opened; the same at every call.
     pub fn get(&self) -> Result<Arc<Gpu>, OpenError> {
         self.opened.get_or_init(|| Gpu::open(self.selector.as_deref()).map(Arc::new)).clone()
     }
 
-    /// What brings harnesses down together.
+    /// The batch of this device's harnesses.
     pub fn batch(&self) -> &Batch {
         &self.batch
     }
 }
 
-/// Makes the minimiser that finishes what the device could not.
+/// Creates the CPU minimiser that reduces the residual further.
 pub type Polisher = fn() -> Box<dyn Minimiser>;
 
-/// The kind `gpu`, on one of the machine's devices.
+/// The kind `gpu` on this device.
 pub fn kind(devices: SharedDevice, polisher: Polisher) -> MinimiserKind {
     let choice = |words: &[&str]| Form::Choice(words.iter().map(|word| (*word).to_owned()).collect());
     let parameter = |name: &str, doc: &str, form: Form, default: Value| Parameter {
@@ -71,24 +72,25 @@ pub fn kind(devices: SharedDevice, polisher: Polisher) -> MinimiserKind {
     };
     MinimiserKind {
         name: "gpu".into(),
-        doc: "Newton on a GPU, with a direct factorisation in levels along the graph; needs laws that shaders know"
-            .into(),
+        doc:
+            "Newton on a GPU, with a direct factorisation by levels of the graph; needs parts that the shaders support"
+                .into(),
         parameters: vec![
             parameter(
                 "precision",
-                "numbers on the device: auto is f64 where it has it",
+                "precision on the device: auto is f64 if supported",
                 choice(&["auto", "f64", "f32"]),
                 Value::Word("auto".into()),
             ),
             parameter(
                 "algorithm",
-                "newton: a matrix of its own for every step; gradient: conjugate gradients in the metric of one that is factorised now and then",
+                "newton: a new matrix for every step; gradient: conjugate gradients, preconditioned by an older matrix",
                 choice(&["newton", "gradient"]),
                 Value::Word("newton".into()),
             ),
             parameter(
                 "polish",
-                "whether the CPU (newton) finishes what the device left above the tolerance",
+                "whether the CPU (newton) continues if the residual is above the tolerance",
                 Form::Flag,
                 Value::Flag(true),
             ),
@@ -108,7 +110,7 @@ fn build(
         Some("f64") if !gpu.info.double => {
             return Err(BuildError::new(
                 format!("device `{}` has no double precision", gpu.info.name),
-                "precision = \"auto\" takes what the device has, and the CPU finishes",
+                "precision = \"auto\" uses what the device supports; the CPU continues from there",
             )
             .at("precision"));
         }
@@ -124,7 +126,7 @@ fn build(
     Ok(Box::new(GpuMinimiser::new(gpu, batch, real, polish.then(polisher)).with_algorithm(algorithm)))
 }
 
-/// Newton's method on a device; see the page.
+/// Newton's method on a device; see the module.
 pub struct GpuMinimiser {
     gpu: Arc<Gpu>,
     batch: Arc<Batch>,
@@ -135,7 +137,7 @@ pub struct GpuMinimiser {
     fault: Option<String>,
 }
 
-/// What is made once for a network.
+/// Data that depends on the network only.
 struct Workspace {
     network: u64,
     flattening: Flattening,
@@ -143,20 +145,20 @@ struct Workspace {
 }
 
 impl GpuMinimiser {
-    /// On a device, in a precision that it has; `polisher` finishes what it could not.
+    /// On a device, in a supported precision; `polisher` reduces the residual further.
     pub fn new(gpu: Arc<Gpu>, batch: Arc<Batch>, real: Real, polisher: Option<Box<dyn Minimiser>>) -> Self {
         Self { gpu, batch, real, algorithm: Algorithm::Newton, polisher, workspace: None, fault: None }
     }
 
-    /// By another algorithm than Newton's.
+    /// Selects the algorithm.
     pub fn with_algorithm(self, algorithm: Algorithm) -> Self {
         Self { algorithm, ..self }
     }
 
-    /// Brings the state down on the device.
+    /// Minimises on the device.
     ///
     /// # Errors
-    /// Why the device could not do it; the state is what it was.
+    /// The failure of the device; the state is unchanged.
     fn descend(&mut self, problem: &mut Problem<'_>, state: &mut State, stop: &Stop) -> Result<Report, String> {
         problem.update_held(state);
         let network = problem.network;
@@ -198,7 +200,7 @@ impl GpuMinimiser {
             () if problem.monitor.iterate(residual) => Status::Interrupted,
             () if !residual.is_finite() => Status::Failed,
             () if residual <= stop.force_tolerance => Status::Converged,
-            // In its own view; single precision does not see what is left.
+            // Converged as the device sees it; single precision does not see the remaining residual.
             () if ended(Outcome::Converged) || ended(Outcome::Stalled) => Status::Stalled,
             () if ended(Outcome::IterationLimit) => Status::IterationLimit,
             () => Status::Failed,
@@ -233,8 +235,8 @@ impl Minimiser for GpuMinimiser {
             }
         };
         let Some(polisher) = &mut self.polisher else { return report };
-        // Where the device was lost says nothing, and from where it came to there may be no way down: the CPU then begins where the
-        // increment began.
+        // A lost device gives no state, and its last state may be a poor start: the CPU then starts from the beginning
+        // of the increment.
         let from_device = report.status == Status::Stalled;
         for go_on in [from_device, false].into_iter().skip(usize::from(!from_device)) {
             if matches!(report.status, Status::Converged | Status::Interrupted) {
@@ -243,7 +245,7 @@ impl Minimiser for GpuMinimiser {
             if !go_on {
                 state.copy_from(&before);
             }
-            // The same bits whatever was polished before.
+            // The result must not depend on earlier polishing.
             polisher.forget();
             let polish = polisher.minimise(problem, state, stop);
             report = Report {
@@ -258,7 +260,7 @@ impl Minimiser for GpuMinimiser {
         report
     }
 
-    /// It remembers nothing that an equilibrium depends on.
+    /// It stores nothing that an equilibrium depends on.
     fn forget(&mut self) {}
 
     fn device(&self) -> Option<String> {

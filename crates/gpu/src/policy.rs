@@ -1,16 +1,16 @@
-//! Which device tests run on: what the variable `WIRELOOM_GPU_TESTS` means.
+//! Selection of the device for tests by the variable `WIRELOOM_GPU_TESTS`.
 //!
 //! | value | meaning |
 //! | --- | --- |
-//! | `auto`, or not set | any device; where there is none, tests that need one show as ignored, with the reason |
-//! | `require` | any device; where there is none, tests that need one fail (`cargo xtask test` says so once it has installed one) |
-//! | `hardware` | as `require`, and a device in software is none: for times |
-//! | `off` | none: tests that need one show as ignored |
+//! | `auto`, or not set | any device; without one, tests that need a device are shown as ignored, with the reason |
+//! | `require` | any device; without one, tests that need a device fail (set by `cargo xtask test`) |
+//! | `hardware` | as `require`, but no software device: for measurements |
+//! | `off` | none: tests that need a device are shown as ignored |
 
 use crate::device::Gpu;
 use std::sync::Arc;
 
-/// What a test that needs a device is to do.
+/// Device of the tests, or the reason why there is none.
 #[derive(Clone)]
 pub enum TestDevice {
     /// Run on it.
@@ -21,7 +21,7 @@ pub enum TestDevice {
     Missing(String),
 }
 
-/// The device of tests under the variable's value.
+/// Selects the device for the variable's value.
 pub fn device(policy: Option<&str>) -> TestDevice {
     let open = || Gpu::open(None).map_err(|error| error.to_string());
     let or_missing =

@@ -1,7 +1,7 @@
-//! One plan on one device: buffers, pipelines, submissions, read-backs.
+//! A plan on a device: buffers, submissions, read-backs.
 //!
-//! The host encodes and nothing else: a submission holds many cycles, in one pass, and is followed by one read-back of where every
-//! variant stands and is.
+//! The host only encodes: a submission holds many cycles in one pass, followed by one read-back of the status and the
+//! state of every variant.
 
 use crate::device::Gpu;
 use crate::pipelines::RANGE;
@@ -16,31 +16,31 @@ use wireloom_shaders::memory::{self, Memory};
 use wireloom_shaders::plan::{Dispatch, Plan};
 use wireloom_shaders::{Access, BINDINGS, Real, Stage};
 
-/// A submission that takes longer is taken for a device that hangs.
+/// Time limit for a submission; a longer one means that the device hangs.
 const TIMEOUT: Duration = Duration::from_secs(120);
-/// Where dispatches' ranges lie in their buffer: WebGPU's least alignment of a uniform with an offset.
+/// Alignment of the dispatches' ranges in their buffer: the largest that WebGPU allows a device to require.
 const RANGE_STRIDE: usize = 256;
 
-/// A dispatch, ready to be encoded.
+/// An encoded dispatch.
 struct EncodedDispatch {
     stage: usize,
     offset: u32,
     workgroups: [u32; 3],
 }
 
-/// Why a session could not be made.
+/// Reason why a session could not be created.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("the harness needs a buffer of {required_limits} bytes (`{buffer}`), and the device allows {allowed}")]
 pub struct TooLarge {
-    /// Which buffer.
+    /// Name of the buffer.
     pub buffer: &'static str,
-    /// Its size.
+    /// Its size, bytes.
     pub required_limits: u64,
-    /// The largest there may be.
+    /// The largest allowed size, bytes.
     pub allowed: u64,
 }
 
-/// One plan with its buffers on a device.
+/// A plan with its buffers on a device.
 pub struct Session {
     real: Real,
     /// In the order of [`BINDINGS`]; none for the ranges.
@@ -48,13 +48,13 @@ pub struct Session {
     group: BindGroup,
     cycle: Vec<EncodedDispatch>,
     publish: EncodedDispatch,
-    /// Where in `vectors` that leaves where every variant is, bytes.
+    /// Byte range in `vectors` of the packed states.
     shapes: Range<u64>,
     read_back: Buffer,
 }
 
 impl Session {
-    /// Buffers for a plan and the variants of `memory`, filled with what that holds.
+    /// Creates buffers for a plan and the variants of `memory`, and uploads their contents.
     ///
     /// # Errors
     /// If a buffer would be larger than the device allows.
@@ -92,7 +92,7 @@ impl Session {
                 Access::Uniform => BufferUsages::UNIFORM,
                 Access::Read | Access::ReadWrite => BufferUsages::STORAGE | BufferUsages::COPY_SRC,
             };
-            // What only stages write begins with zeros, as every buffer does.
+            // Buffers written only by stages start with zeros, as every buffer does.
             let made = match memory::Buffer::named(binding.name) {
                 Some(memory::Buffer::Parts) => buffer(binding.name, memory.parts.len() * real.bytes(), kind)?,
                 Some(memory::Buffer::Blocks) => buffer(binding.name, memory.blocks.len() * real.bytes(), kind)?,
@@ -147,22 +147,22 @@ impl Session {
         &found.expect("every binding has a buffer").1
     }
 
-    /// Uploads what changes from increment to increment.
+    /// Uploads data that changes from increment to increment.
     pub fn upload(&self, gpu: &Gpu, memory: &Memory) {
         for which in memory::Buffer::CHANGING {
             gpu.queue.write_buffer(self.buffer(which.name()), 0, &memory.bytes(which, self.real));
         }
     }
 
-    /// Uploads everything that stages read.
+    /// Uploads all data that stages read.
     pub fn upload_all(&self, gpu: &Gpu, memory: &Memory) {
         for which in memory::Buffer::ALL {
             gpu.queue.write_buffer(self.buffer(which.name()), 0, &memory.bytes(which, self.real));
         }
     }
 
-    /// So many cycles in one submission, and one read-back of how variants stand and where they are. Returns whether that worked; where it
-    /// did not, [`Gpu::failure`] says why.
+    /// Runs a number of cycles in one submission, and reads back the status and the state of all variants. Returns
+    /// whether it succeeded; if not, [`Gpu::failure`] gives the reason.
     pub fn run(&self, gpu: &Gpu, cycles: usize, memory: &mut Memory) -> bool {
         let mut encoder = gpu.device.create_command_encoder(&CommandEncoderDescriptor { label: None });
         for _ in 0..cycles {
@@ -191,8 +191,8 @@ impl Session {
         }
     }
 
-    /// The dispatches of the cycle one by one, each followed by a read-back of all that stages write, for comparison with twins.
-    /// Returns whether that worked.
+    /// Runs one dispatch of the cycle and reads back all buffers that stages write: for tests. Returns whether it
+    /// succeeded.
     pub fn step(&self, gpu: &Gpu, dispatch: usize, memory: &mut Memory) -> bool {
         let mut encoder = gpu.device.create_command_encoder(&CommandEncoderDescriptor { label: None });
         self.encode(gpu, &mut encoder, &self.cycle[dispatch..=dispatch]);
@@ -214,17 +214,17 @@ impl Session {
     }
 }
 
-/// Waits for what was submitted and hands over what was copied.
+/// Waits for the submission and passes the copied bytes to `take`.
 fn read(gpu: &Gpu, buffer: &Buffer, take: impl FnOnce(&[u8])) -> bool {
     let (tell, told) = mpsc::channel();
     buffer.map_async(MapMode::Read, .., move |done| {
-        // Nobody listens any more where waiting failed.
+        // The receiver is gone if waiting failed.
         let _ = tell.send(done);
     });
     if let Err(error) = gpu.device.poll(PollType::Wait { submission_index: None, timeout: Some(TIMEOUT) }) {
         gpu.fail(format!("the device does not answer: {error}"));
     }
-    // Another thread that waits, too, may be the one that is told first.
+    // Another waiting thread may be notified first.
     match told.recv_timeout(TIMEOUT) {
         Ok(Ok(())) => match buffer.get_mapped_range(..) {
             Ok(range) => take(&range),

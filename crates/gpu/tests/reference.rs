@@ -1,5 +1,6 @@
-//! The CPU twins of the stages against the problem they stand for: needs no device. Energy, forces and second derivatives are those of
-//! [`wireloom_core::Problem`], and a minimiser made of twins keeps the contract of [`wireloom_core::Minimiser`].
+//! The CPU reference of the stages against the problem, without a device: energy, forces and second derivatives are
+//! those of [`wireloom_core::Problem`], and a minimiser made of the reference satisfies the contract of
+//! [`wireloom_core::Minimiser`].
 
 use fastrand::Rng;
 use wireloom_core::minimiser::Report;
@@ -18,15 +19,15 @@ fn registry() -> Registry {
     registry
 }
 
-/// The twins as a minimiser.
-struct Twins {
+/// The reference as a minimiser.
+struct ReferenceMinimiser {
     algorithm: Algorithm,
     leaf: usize,
 }
 
-impl Minimiser for Twins {
+impl Minimiser for ReferenceMinimiser {
     fn name(&self) -> &str {
-        "twins"
+        "reference"
     }
 
     fn minimise(&mut self, problem: &mut Problem<'_>, state: &mut State, stop: &Stop) -> Report {
@@ -71,15 +72,15 @@ impl Minimiser for Twins {
     fn forget(&mut self) {}
 }
 
-fn twins(algorithm: Algorithm, leaf: usize) -> Box<dyn Minimiser> {
-    Box::new(Twins { algorithm, leaf })
+fn minimiser(algorithm: Algorithm, leaf: usize) -> Box<dyn Minimiser> {
+    Box::new(ReferenceMinimiser { algorithm, leaf })
 }
 
-wireloom_testkit::minimiser_conformance!(newton, || twins(Algorithm::Newton, 8), registry);
-wireloom_testkit::minimiser_conformance!(newton_of_batches, || twins(Algorithm::Newton, usize::MAX), registry);
-wireloom_testkit::minimiser_conformance!(gradient, || twins(Algorithm::Gradient, 8), registry);
+wireloom_testkit::minimiser_conformance!(newton, || minimiser(Algorithm::Newton, 8), registry);
+wireloom_testkit::minimiser_conformance!(newton_of_batches, || minimiser(Algorithm::Newton, usize::MAX), registry);
+wireloom_testkit::minimiser_conformance!(gradient, || minimiser(Algorithm::Gradient, 8), registry);
 
-/// Harnesses of every sort of joint.
+/// Harnesses with all types of joints.
 fn samples() -> Vec<(&'static str, Sample)> {
     let registry = registry();
     vec![
@@ -90,9 +91,9 @@ fn samples() -> Vec<(&'static str, Sample)> {
     ]
 }
 
-/// At states off equilibrium.
+/// At states away from equilibrium.
 #[test]
-fn twins_compute_what_the_problem_does() {
+fn the_reference_computes_what_the_problem_does() {
     let mut rng = Rng::with_seed(5);
     for (name, sample) in samples() {
         for round in 0..3 {
@@ -140,16 +141,16 @@ fn twins_compute_what_the_problem_does() {
     }
 }
 
-/// In few iterations, to residuals near round-off: so the second derivatives are those of the problem.
+/// Few iterations and residuals near round-off show that the second derivatives are those of the problem.
 #[test]
-fn where_twins_come_to_rest_the_problem_does() {
+fn equilibria_of_the_reference_are_those_of_the_problem() {
     let mut work = vec![];
     for (name, sample) in samples() {
         let mut problem = sample.problem();
         let mut state = sample.state.clone();
         let stop = Stop { force_tolerance: 1e-10, max_iterations: 100 };
-        let mut twins = Twins { algorithm: Algorithm::Newton, leaf: 4 };
-        let report = twins.minimise(&mut problem, &mut state, &stop);
+        let mut minimiser = ReferenceMinimiser { algorithm: Algorithm::Newton, leaf: 4 };
+        let report = minimiser.minimise(&mut problem, &mut state, &stop);
         let mut gradient = Tangent::zeros(&sample.network);
         problem.update_held(&state);
         problem.gradient(&state, &mut gradient);

@@ -1,4 +1,4 @@
-//! How long a hand waits: from a target to the picture of the harness that follows it, over loopback, as a page has it.
+//! Latency of a drag: from a target to its frame, over loopback, as for a page.
 
 use crate::frame;
 use crate::protocol::{Constraint, Notice, Request, Scene};
@@ -13,41 +13,42 @@ use wireloom::core::{Rotation, Vector};
 use wireloom::import::kbl::{Arrangement, Options, import};
 use wireloom::scenario::{NoFiles, render};
 
-/// From one target to the next, m.
+/// Distance of successive targets, m.
 const TARGET_SPACING: f64 = 0.005;
-/// Targets out, and as many back.
+/// Targets per stroke, and as many back.
 const TARGETS_PER_STROKE: usize = 10;
-/// Strokes out and back.
+/// Number of strokes out and back.
 const STROKES: usize = 4;
-/// The longest distance between nodes of an imported harness, m.
+/// Largest distance between nodes of an imported harness, m.
 const SPACING: f64 = 0.010;
-/// A frame shows a target where the constraint is as near to it, m.
+/// A frame has reached its target within this distance, m.
 const POSITION_TOLERANCE: f64 = 1e-9;
 
-/// A constraint that was dragged to and fro.
+/// Measurement of a constraint dragged to and fro.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Drag {
     /// Nodes of the mesh.
     pub nodes: usize,
-    /// Targets.
+    /// Number of targets.
     pub targets: usize,
-    /// From a target sent to its frame received, s: median.
+    /// Median time from sending a target to receiving its frame, s.
     pub seconds: f64,
-    /// The slowest of them, s.
+    /// Longest such time, s.
     pub slowest: f64,
-    /// Targets a second, each sent when the one before had its frame.
+    /// Targets per second; each is sent after the frame of the previous one.
     pub per_second: f64,
-    /// Frames that did not converge.
+    /// Number of frames that did not converge.
     pub failures: usize,
 }
 
-/// One end of a cable of 1 m between two connectors, with so many segments.
+/// A cable of 1 m between two connectors, with this number of segments; one end is dragged.
 ///
 /// # Errors
-/// What went wrong, in words.
+/// A message on failure.
 pub fn cable(segments: usize) -> Result<Drag, String> {
     let mut text = String::from("schema = 1\nname = \"cable\"\n");
-    text += "sections.cable = { diameter = 0.006, linear_density = 0.05, axial_stiffness = 1e4, bending_stiffness = 0.01, torsion_stiffness = 0.008 }\n";
+    text += "sections.cable = { diameter = 0.006, linear_density = 0.05, axial_stiffness = 1e4, \
+             bending_stiffness = 0.01, torsion_stiffness = 0.008 }\n";
     let branch = format!("from = \"A\", to = \"B\", section = \"cable\", length = 1.0, segments = {segments}");
     let _ = writeln!(text, "branches = [{{ name = \"cable\", {branch} }}]\nconstraints = [");
     for (end, x) in [("A", 0.0), ("B", 0.6)] {
@@ -57,22 +58,22 @@ pub fn cable(segments: usize) -> Result<Drag, String> {
     drag(&(text + "]\n"))
 }
 
-/// The connector at the end of the longest branch of a harness from a KBL file, as it is installed.
+/// A harness from a KBL file as installed; the connector at the end of its longest branch is dragged.
 ///
 /// # Errors
-/// What is wrong with the file, or went wrong.
+/// A message about the file or on failure.
 pub fn harness(kbl: &str) -> Result<Drag, String> {
     let options = Options { arrangement: Arrangement::Installed, max_segment: SPACING, ..Options::default() };
     drag(&import(kbl, &options).map_err(|error| error.to_string())?.scenario)
 }
 
-/// Keeps nothing.
+/// A backend without storage.
 struct NoBackend;
 
 impl Backend for NoBackend {
     fn keep(&self, _: Option<&str>) {}
     fn open(&self, _: &str) -> Result<Studio, String> {
-        Err("nothing was kept".to_owned())
+        Err("no draft is stored".to_owned())
     }
     fn export(&self, _: &Studio, _: &str) -> Option<Vec<u8>> {
         None
@@ -96,7 +97,7 @@ fn drag(text: &str) -> Result<Drag, String> {
     let server = Server::start(listener, "127.0.0.1", token.clone(), site).map_err(|error| error.to_string())?;
     let address = format!("ws://{}/socket?token={}", server.address(), token.digits());
     let measured = connect(&address).map_err(|error| error.to_string()).and_then(|mut page| page.drag());
-    // What still runs ends with the process.
+    // Tasks that still run end with the process.
     let _ = server.stop();
     measured
 }
@@ -121,7 +122,7 @@ impl Client {
         self.socket.send(Message::Text(text.into())).map_err(|error| error.to_string())
     }
 
-    /// The next message; scenes are remembered.
+    /// The next message; scenes are stored.
     fn receive(&mut self) -> Result<Received, String> {
         loop {
             match self.socket.read().map_err(|error| error.to_string())? {
@@ -138,18 +139,18 @@ impl Client {
     }
 
     fn drag(&mut self) -> Result<Drag, String> {
-        // The start, and what steps the scenario has; what comes last of it may be the frame or that nothing is computed any more.
+        // The start and the steps of the scenario; the last message is a frame, or that nothing is computed any more.
         let (mut last, mut rests) = (None, false);
         while !rests || last.is_none() {
             match self.receive()? {
-                Received::Frame(bytes) => last = Some(frame::header(&bytes).ok_or("a frame that is none")?),
+                Received::Frame(bytes) => last = Some(frame::header(&bytes).ok_or("invalid frame")?),
                 Received::Session { busy } => rests = !busy,
             }
         }
         let header = last.ok_or("no frame")?;
         let scene = self.scene.clone().ok_or("no scene")?;
         let constraint = longest_branch_connector(&scene).ok_or("the harness has no connector")?.clone();
-        let at = header.constraints.iter().find(|other| other.name == constraint.name).ok_or("it holds nothing")?.at;
+        let at = header.constraints.iter().find(|other| other.name == constraint.name).ok_or("it is not active")?.at;
         let [w, i, j, k] = at.orientation;
         let d3 = Rotation::new_unchecked([i, j, k, w].into()) * Vector::z();
         let from_end = constraint.place.as_ref().is_none_or(|(_, s)| *s > 0.0);
@@ -177,17 +178,13 @@ impl Client {
         })
     }
 
-    /// Brings a constraint somewhere and waits for the frame that shows it there; whether that is an equilibrium.
+    /// Moves a constraint and waits for its frame; returns whether that frame converged.
     fn drag_to(&mut self, constraint: &str, target: Vector) -> Result<bool, String> {
-        self.send(&Request::Target {
-            constraint: constraint.to_owned(),
-            position: Some(target.into()),
-            orientation: None,
-        })?;
+        self.send(&Request::Target { constraint: constraint.to_owned(), position: Some(target.into()), orientation: None })?;
         loop {
             let Received::Frame(bytes) = self.receive()? else { continue };
-            let header = frame::header(&bytes).ok_or("a frame that is none")?;
-            let at = header.constraints.iter().find(|other| other.name == constraint).ok_or("it has let go")?.at;
+            let header = frame::header(&bytes).ok_or("invalid frame")?;
+            let at = header.constraints.iter().find(|other| other.name == constraint).ok_or("it is no longer active")?.at;
             if (Vector::from(at.position) - target).norm() < POSITION_TOLERANCE {
                 return Ok(header.status == "converged");
             }
@@ -195,7 +192,7 @@ impl Client {
     }
 }
 
-/// What the benchmark listens to.
+/// Messages that the benchmark uses.
 enum Received {
     Frame(Vec<u8>),
     Session { busy: bool },

@@ -1,4 +1,4 @@
-//! Files of a session, as `run` would write them: those that the formats of the catalogue offer of the equilibrium at hand.
+//! Exported files of a session, in the formats of `run`.
 
 use crate::protocol::Scene;
 use wireloom::core::equilibrium::Run;
@@ -17,13 +17,13 @@ pub fn names(scene: &Scene) -> Vec<String> {
 pub struct ExportInfo<'a> {
     /// Origin of the run.
     pub provenance: &'a Provenance,
-    /// Names and texts: of the scenario, then of the files it names.
+    /// Names and texts of the scenario and of the files it names.
     pub texts: &'a [(String, String)],
     /// Program and version.
     pub program: &'a str,
-    /// The machine.
+    /// Name of the machine.
     pub machine: &'a str,
-    /// Day and time.
+    /// Date and time.
     pub written: &'a str,
 }
 

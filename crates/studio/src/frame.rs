@@ -1,13 +1,13 @@
-//! A shape as it goes over the wire, and into pages that replay a run: little-endian,
+//! A frame, the shape after an increment, as sent to pages and stored in pages that replay a run; little-endian:
 //!
 //! | bytes | what |
 //! | --- | --- |
 //! | 4 | length n of the header, a multiple of 4 |
 //! | n | [`Header`] as JSON, padded with spaces |
-//! | 4·[`FLOATS`] a node | what is known of every node, branch after branch: f32 |
+//! | 4·[`FLOATS`] per node | quantities of every node of all branches: f32 |
 //!
-//! Of a node: position x, y, z (m, world); d1 x, y, z; arc length (m); curvature (1/m); tension (N); bending moment (N m); torque (N m);
-//! clearance (m; NaN where it is not known).
+//! Quantities of a node: position x, y, z (m, world); d1 x, y, z; arc length (m); curvature (1/m); tension (N); bending
+//! moment (N m); torque (N m); clearance (m; NaN if unknown).
 
 use serde::{Deserialize, Serialize};
 #[cfg(test)]
@@ -16,10 +16,10 @@ use wireloom::core::equilibrium::{BranchResult, ConstraintResult, JointResult, O
 use wireloom::core::rotation::columns;
 use wireloom::core::{Rotation, Vector};
 
-/// Numbers a node.
+/// Number of quantities per node.
 pub const FLOATS: usize = 12;
 
-/// What is known of an increment's end beside its nodes.
+/// Data of an increment, except its nodes.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(TS))]
 pub struct Header {
@@ -27,31 +27,31 @@ pub struct Header {
     pub frame: u32,
     /// Name of the step.
     pub step: String,
-    /// Which increment of it, from 1; 0: the start.
+    /// Number of the increment within the step, from 1; 0: the start.
     pub increment: u32,
-    /// As results call it: `converged`, `stalled`, `iteration-limit`...
+    /// Status as in results: `converged`, `stalled`, `iteration-limit`...
     pub status: String,
-    /// Whether the equilibrium is stable, where that is known.
+    /// Whether the equilibrium is stable, if known.
     pub stable: Option<bool>,
     /// Iterations of this increment.
     pub iterations: u32,
-    /// What it took to compute, s.
+    /// Computing time, s.
     pub seconds: f64,
     /// Relative residual of forces and moments.
     pub residual: f64,
     /// Joints, in the order of the scene.
     pub joints: Vec<Placed>,
-    /// Constraints that act.
+    /// Active constraints.
     pub constraints: Vec<ConstraintFrame>,
-    /// Bodies, in the order of the scene.
+    /// Obstacles, in the order of the scene.
     pub obstacles: Vec<ObstacleFrame>,
-    /// The bend nearest to its limit, or of least radius.
+    /// The bend nearest to its limit, or of smallest radius.
     pub tightest: Option<Tightest>,
     /// Energy by effect, J: total, stretch, shear, bend, twist, gravity, load, joint, constraint.
     pub energy: Vec<(String, f64)>,
 }
 
-/// Where something is.
+/// A pose.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(TS))]
 pub struct Placed {
@@ -61,31 +61,31 @@ pub struct Placed {
     pub orientation: [f64; 4],
 }
 
-/// A constraint that acts.
+/// An active constraint.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(TS))]
 pub struct ConstraintFrame {
     /// Name.
     pub name: String,
-    /// Where the cable is held.
+    /// Pose of the held point.
     pub at: Placed,
     /// Force on the harness, N, world axes.
     pub force: [f64; 3],
     /// Moment on the harness, N m, world axes.
     pub moment: [f64; 3],
-    /// Arc length at it now (m), where the cable slides through.
+    /// Current arc length (m) at the constraint, if the cable slides through it.
     pub slid_to: Option<f64>,
 }
 
-/// A body.
+/// An obstacle.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(TS))]
 pub struct ObstacleFrame {
-    /// Where it stands.
+    /// Pose.
     pub at: Placed,
     /// Force on the harness, N.
     pub force: [f64; 3],
-    /// Number of places where it touches.
+    /// Number of contact points.
     pub contacts: u32,
 }
 
@@ -99,12 +99,13 @@ pub struct Tightest {
     pub s: f64,
     /// Bend radius, m.
     pub radius: f64,
-    /// Least allowed, m.
+    /// Smallest allowed radius, m.
     pub limit: Option<f64>,
 }
 
 impl Header {
-    /// Of an increment's end. `before`: the increment before it, whose work is no part of this one's if it belongs to the same step.
+    /// Header of an increment. `before`: the previous increment, whose work is subtracted if it belongs to the same
+    /// step.
     pub fn of(frame: u32, end: &StepResult, before: Option<&StepResult>) -> Self {
         let before = before.filter(|before| before.name == end.name && before.increment < end.increment);
         let done = before.map_or((0, 0.0), |before| (before.minimiser.iterations, before.minimiser.seconds));
@@ -142,7 +143,7 @@ impl Header {
         }
     }
 
-    /// The frame's bytes: this and what [`nodes`] says of the branches.
+    /// Encodes the frame: this header and the bytes of [`nodes`].
     pub fn encode(&self, nodes: &[u8]) -> Vec<u8> {
         let mut head = serde_json::to_vec(self).expect("strings, numbers and lists of them");
         head.resize(head.len().next_multiple_of(4), b' ');
@@ -150,7 +151,7 @@ impl Header {
     }
 }
 
-/// What is known of every node, branch after branch, as bytes. `clearance` (m): of every node; empty where it is not known.
+/// Quantities of every node of all branches, as bytes. `clearance` (m): one value per node, or empty if unknown.
 pub fn nodes(branches: &[BranchResult], clearance: &[f64]) -> Vec<u8> {
     let count: usize = branches.iter().map(|branch| branch.s.len()).sum();
     let mut bytes = Vec::with_capacity(4 * FLOATS * count);
@@ -162,13 +163,13 @@ pub fn nodes(branches: &[BranchResult], clearance: &[f64]) -> Vec<u8> {
     bytes
 }
 
-/// Header and nodes of a frame's bytes; `None` where they are none.
+/// Header and nodes of an encoded frame; `None` if the bytes are invalid.
 pub fn decode(bytes: &[u8]) -> Option<(Header, Vec<[f32; FLOATS]>)> {
     let (head, nodes) = parts(bytes)?;
     Some((serde_json::from_slice(head).ok()?, floats(nodes)?))
 }
 
-/// Header of a frame's bytes; `None` where they are none.
+/// Header of an encoded frame; `None` if the bytes are invalid.
 pub fn header(bytes: &[u8]) -> Option<Header> {
     serde_json::from_slice(parts(bytes)?.0).ok()
 }
@@ -179,7 +180,7 @@ fn parts(bytes: &[u8]) -> Option<(&[u8], &[u8])> {
     rest.split_at_checked(u32::from_le_bytes(*length) as usize)
 }
 
-/// What [`nodes`] has made.
+/// Decodes the output of [`nodes`].
 pub(crate) fn floats(nodes: &[u8]) -> Option<Vec<[f32; FLOATS]>> {
     let (all, rest) = nodes.as_chunks::<4>();
     let numbers: Vec<f32> = all.iter().map(|bytes| f32::from_le_bytes(*bytes)).collect();
@@ -187,7 +188,7 @@ pub(crate) fn floats(nodes: &[u8]) -> Option<Vec<[f32; FLOATS]>> {
     (rest.is_empty() && left.is_empty()).then(|| each.to_vec())
 }
 
-/// What is known of a node but its clearance.
+/// Quantities of a node, except its clearance.
 fn values(branch: &BranchResult, node: usize) -> [f64; FLOATS] {
     let (x, [d1, _, d3]) = (branch.position[node], columns(&branch.frame[node]));
     let (force, moment) = (branch.force[node], branch.moment[node]);
@@ -239,7 +240,7 @@ impl ObstacleFrame {
     }
 }
 
-/// A count as pages have it.
+/// A count as the protocol has it.
 pub(crate) fn number(count: usize) -> u32 {
     u32::try_from(count).unwrap_or(u32::MAX)
 }

@@ -1,7 +1,8 @@
-//! The studio: a harness in the browser that hands take hold of.
+//! The studio: interactive editing of a harness in the browser.
 //!
-//! A session is a scenario that is being written: what hands do becomes steps of it, every target that was solved becomes an increment,
-//! and what is saved is a scenario file that `run` carries out. [`open`] begins one; a [`Studio`] is asked, and tells every tab through its [`Subscription`].
+//! A session records a scenario. Interactive operations become its steps, every solved target becomes an increment, and
+//! the saved file is a scenario that `run` carries out. [`open`] starts a session; a [`Studio`] takes requests, and
+//! sends messages to every tab through its [`Subscription`].
 
 pub mod bench;
 pub mod exports;
@@ -24,12 +25,13 @@ mod tests {
     use crate::{frame, protocol};
     use ts_rs::TS;
 
-    /// The page's view of the protocol is made from the server's. `WIRELOOM_PROTOCOL=write cargo test -p wireloom-studio protocol` makes it
-    /// anew.
+    /// The page's protocol types are generated from the server's. Regenerate with `WIRELOOM_PROTOCOL=write cargo test
+    /// -p wireloom-studio protocol`.
     #[test]
     fn the_page_speaks_the_same_protocol() {
         let mut text = String::from(
-            "// Made from crates/studio/src/protocol.rs and frame.rs by a test:\n// WIRELOOM_PROTOCOL=write cargo test -p wireloom-studio protocol\n\n",
+            "// Generated from crates/studio/src/protocol.rs and frame.rs by a test:\n\
+             // WIRELOOM_PROTOCOL=write cargo test -p wireloom-studio protocol\n\n",
         );
         let mut declare = |declaration: String| text += &format!("export {declaration}\n\n");
         declare(protocol::Holding::decl());
@@ -51,12 +53,12 @@ mod tests {
         declare(frame::ObstacleFrame::decl());
         declare(frame::Tightest::decl());
         declare(frame::Header::decl());
-        text += &format!("/** Numbers a node. */\nexport const FLOATS = {};\n", frame::FLOATS);
+        text += &format!("/** Number of quantities per node. */\nexport const FLOATS = {};\n", frame::FLOATS);
         let place = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("web/src/protocol.ts");
         if std::env::var_os("WIRELOOM_PROTOCOL").is_some() {
             std::fs::write(&place, &text).expect("written");
         }
         let there = std::fs::read_to_string(&place).unwrap_or_default();
-        assert_eq!(there, text, "web/src/protocol.ts is not of today: run this test with WIRELOOM_PROTOCOL=write");
+        assert_eq!(there, text, "web/src/protocol.ts is out of date: run this test with WIRELOOM_PROTOCOL=write");
     }
 }

@@ -1,34 +1,36 @@
-//! What page and server say to each other. Text frames of the WebSocket are JSON: [`Request`] towards the server, [`Notice`] towards the
-//! page; binary frames are shapes ([`crate::frame`]). `web/src/protocol.ts` is made from these types by a test.
+//! Protocol between page and server. Text frames of the WebSocket are JSON: [`Request`] to the server, [`Notice`] to
+//! the page. Binary frames are shapes ([`crate::frame`]). A test generates `web/src/protocol.ts` from these types.
 //!
-//! Lengths m, forces N, moments N m, times s; orientations `[w, x, y, z]`. Frames are numbered from 0, the balanced start; every
-//! increment has one. Hands take hold where a step has ended, so that what they do can be written as further steps.
+//! Lengths m, forces N, moments N m, times s; orientations `[w, x, y, z]`. Frames are numbered from 0, the initial
+//! equilibrium; every increment has one. Operations start at the end of a step, so that they can be recorded as further
+//! steps. A "constraint" of the protocol is a constraint.
 
 use serde::{Deserialize, Serialize};
 #[cfg(test)]
 use ts_rs::TS;
 
-/// What a page asks for.
+/// Requests of a page.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(TS))]
 #[serde(tag = "do", rename_all = "snake_case", rename_all_fields = "snake_case", deny_unknown_fields)]
 pub enum Request {
-    /// A constraint begins where the cable is now: a hand, a pin or a clip. The tab that asked holds it (see `target`) if it is a handle.
+    /// Adds a constraint at the current pose: a handle, a pin or a clip. The tab then holds a handle (see `target`).
     Hold {
-        /// Branch.
+        /// Name of the branch.
         branch: String,
         /// Arc length, m; the nearest node is taken.
         s: f64,
-        /// What begins there.
+        /// Kind of the new constraint.
         how: Holding,
     },
-    /// Brings a constraint somewhere. Only the newest target counts; those of one drag (until `drop`) are increments of one step.
+    /// Moves a constraint. Only the newest target counts; the targets of one drag (until `drop`) are increments of one
+    /// step.
     Target {
         /// Name of the constraint.
         constraint: String,
-        /// Where to, m.
+        /// Target position, m.
         position: Option<[f64; 3]>,
-        /// How it is to stand, `[w, x, y, z]`: columns d1, d2, d3.
+        /// Target orientation, `[w, x, y, z]`: columns d1, d2, d3.
         orientation: Option<[f64; 4]>,
     },
     /// Ends a drag: the step is complete, the constraint stays where it is.
@@ -36,97 +38,98 @@ pub enum Request {
         /// Name of the constraint.
         constraint: String,
     },
-    /// A constraint lets go.
+    /// Releases a constraint.
     Release {
         /// Name of the constraint.
         constraint: String,
     },
-    /// A constraint holds position, tangent and twist where they are from now on.
+    /// Fixes position, tangent and twist of a constraint at their current values.
     Pin {
         /// Name of the constraint.
         constraint: String,
     },
-    /// Takes back what was done last.
+    /// Undoes the last operation.
     Undo,
-    /// Does it again.
+    /// Redoes the operation that was undone last.
     Redo,
-    /// Goes back to the end of the step that this frame belongs to; what came after is taken off the timeline (`undo` brings it back).
+    /// Goes back to the end of the step of this frame; later steps are removed from the timeline (`undo` restores
+    /// them).
     Go {
         /// Number of the frame.
         frame: u32,
     },
-    /// Puts another value in the place of what the scenario says: a joint model, a rod, the minimiser, a number of a section.
+    /// Changes a setting of the scenario: a joint model, a rod, the minimiser, a number of a section.
     Set {
-        /// The key, such as `joints.J.model`: one of the scene's settings.
+        /// The key of one of the scene's settings, such as `joints.J.model`.
         key: String,
-        /// Its value, as a scenario would have it: a number in SI units, a word, true or false.
+        /// The value as in a scenario: a number in SI units, a word, true or false.
         #[cfg_attr(test, ts(type = "unknown"))]
         value: serde_json::Value,
     },
-    /// Stops what is being computed: the rest of the scenario's steps stay undone.
+    /// Stops the computation: the remaining steps of the scenario are not computed.
     Stop,
-    /// Asks for frames that this page has not got.
+    /// Requests frames that this page does not have.
     Frames {
         /// First.
         from: u32,
-        /// One behind the last; the server sends so many at most as it sees fit.
+        /// One beyond the last; the server may send fewer.
         to: u32,
     },
-    /// Asks for the scenario as it is now, steps of hands included.
+    /// Requests the current scenario, including recorded steps.
     Save,
-    /// Takes up what an earlier session has left unsaved, or discards it.
+    /// Accepts or discards the draft of an earlier session.
     Draft {
-        /// Whether to take it up.
+        /// Whether to accept it.
         take: bool,
     },
 }
 
-/// What may begin to hold a cable.
+/// Kind of a constraint that a page adds.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(TS))]
 #[serde(rename_all = "snake_case")]
 pub enum Holding {
-    /// A hand: it holds the point.
+    /// Handle: holds the point.
     Handle,
-    /// It holds position, tangent and twist.
+    /// Pin: holds position, tangent and twist.
     Pin,
-    /// A clip: it holds position and tangent.
+    /// Clip: holds position and tangent.
     Collar,
 }
 
-/// What a server tells.
+/// Notices of the server.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(TS))]
 #[serde(tag = "is", rename_all = "snake_case", rename_all_fields = "snake_case")]
 pub enum Notice {
-    /// The harness: sent first, and whenever it has become another one. Frames of another `run` no longer count.
+    /// The harness: sent first, and after every change of it. Frames of another `run` are invalid.
     Scene(Scene),
-    /// How far the timeline reaches; a page drops the frames it has beyond it.
+    /// The current timeline; a page drops frames beyond it.
     Timeline(Timeline),
-    /// How the session stands.
+    /// State of the session.
     Session(Session),
     /// A request could not be fulfilled.
     Refused {
-        /// What is wrong.
+        /// The reason.
         message: String,
-        /// What would be right.
+        /// A hint.
         help: String,
     },
-    /// There is a draft: what an earlier session has left unsaved.
+    /// There is a draft of an earlier session.
     Draft {
-        /// When it was kept (RFC 3339); none: there is no draft any more.
+        /// Time of storage (RFC 3339); none if there is no draft any more.
         written: Option<String>,
     },
-    /// The scenario as it is now.
+    /// The current scenario.
     Saved {
-        /// A name for the file.
+        /// Name for the file.
         name: String,
         /// Its text.
         text: String,
     },
 }
 
-/// A harness and all that is about it, but for where it is.
+/// A harness and its surroundings, without positions.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(TS))]
 #[serde(rename_all = "snake_case")]
@@ -135,9 +138,9 @@ pub struct Scene {
     pub name: String,
     /// Name and version of the program.
     pub program: String,
-    /// Whether there is a solver behind it; else it is a finished run.
+    /// Whether there is a solver; otherwise this is a finished run.
     pub live: bool,
-    /// Number of the run: frames of an earlier scene still count while it stays the same, as when a hand takes hold.
+    /// Number of the run. While it stays the same, frames of an earlier scene remain valid, for example after a grab.
     pub run: u32,
     /// Gravity, m/s².
     pub gravity: [f64; 3],
@@ -145,15 +148,15 @@ pub struct Scene {
     pub branches: Vec<Branch>,
     /// Joints, in the order of the frames.
     pub joints: Vec<Joint>,
-    /// Constraints: those that ever act. Frames name those that act at the time.
+    /// All constraints. Frames name the active ones.
     pub constraints: Vec<Constraint>,
-    /// Bodies, in the order of the frames.
+    /// Obstacles, in the order of the frames.
     pub obstacles: Vec<Obstacle>,
-    /// What may be set, in the order in which it is to be shown.
+    /// Settings, in display order.
     pub settings: Vec<Setting>,
-    /// What an engineer should know about this harness.
+    /// Notes for the engineer.
     pub notes: Vec<String>,
-    /// Files that can be had under `export/`: `result.json`, `picture.svg` and the like.
+    /// Names of files under `export/`: `result.json`, `picture.svg` and others.
     pub exports: Vec<String>,
 }
 
@@ -166,7 +169,7 @@ pub struct Branch {
     pub name: String,
     /// Diameter, m.
     pub diameter: f64,
-    /// Least bend radius allowed, m.
+    /// Smallest allowed bend radius, m.
     pub bend_radius_limit: Option<f64>,
     /// Number of nodes.
     pub nodes: u32,
@@ -181,7 +184,7 @@ pub struct Branch {
 pub struct Joint {
     /// Name of the vertex.
     pub name: String,
-    /// Model.
+    /// Name of its model.
     pub model: String,
     /// Names of its branches.
     pub branches: Vec<String>,
@@ -196,87 +199,87 @@ pub struct Constraint {
     pub name: String,
     /// Kind: `connector`, `collar`, `handle` or another one.
     pub kind: String,
-    /// Branch, and arc length (m) along it; none at a joint or along a span.
+    /// Branch, and arc length (m) along it; none for a constraint at a joint or along a span.
     pub place: Option<(String, f64)>,
-    /// Whether it can be brought somewhere.
+    /// Whether it can be moved.
     pub moves: bool,
-    /// Whether it can be turned.
+    /// Whether it can be rotated.
     pub turns: bool,
-    /// Whether hands began it in this session.
+    /// Whether it was added interactively in this session.
     pub by_hand: bool,
 }
 
-/// A body, in its own frame.
+/// An obstacle, in its own frame.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(TS))]
 #[serde(rename_all = "snake_case")]
 pub struct Obstacle {
     /// Name.
     pub name: String,
-    /// Corners, m: x, y, z of one after the other.
+    /// Corners, m: x, y, z of each.
     pub corners: Vec<f32>,
     /// Triangles: three corners each, counter-clockwise from outside.
     pub triangles: Vec<u32>,
 }
 
-/// Something that may be set.
+/// A setting.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(TS))]
 #[serde(rename_all = "snake_case")]
 pub struct Setting {
     /// Key, for `set`.
     pub key: String,
-    /// What it belongs to: "joint J", "section trunk", "minimiser".
+    /// Its group: "joint J", "section trunk", "minimiser".
     pub group: String,
-    /// What it is called: "model", "bending_stiffness".
+    /// Its label: "model", "bending_stiffness".
     pub label: String,
-    /// One line: what it is for.
+    /// One-line description.
     pub doc: String,
-    /// What it holds.
+    /// Form of its value.
     pub form: Form,
-    /// Its value; null: not given.
+    /// Its value; null if not given.
     #[cfg_attr(test, ts(type = "unknown"))]
     pub value: serde_json::Value,
 }
 
-/// What a setting holds.
+/// Form of a setting's value.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(TS))]
 #[serde(tag = "is", rename_all = "snake_case", rename_all_fields = "snake_case")]
 pub enum Form {
-    /// One of these words.
+    /// One of several words.
     Choice {
-        /// The words, each with one line on what it is for.
+        /// The words, each with a one-line description.
         words: Vec<(String, String)>,
     },
     /// A number.
     Number {
-        /// SI unit; empty for pure numbers.
+        /// SI unit; empty if dimensionless.
         unit: String,
-        /// Least value.
+        /// Smallest value.
         minimum: Option<f64>,
-        /// Greatest value.
+        /// Largest value.
         maximum: Option<f64>,
     },
-    /// A whole number of at least so many.
+    /// An integer with a lower limit.
     Count {
-        /// Least value.
+        /// Smallest value.
         minimum: u32,
     },
-    /// true or false.
+    /// True or false.
     Flag,
 }
 
-/// The increments there are.
+/// The timeline of steps and increments.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(TS))]
 #[serde(rename_all = "snake_case")]
 pub struct Timeline {
     /// Number of frames.
     pub frames: u32,
-    /// Steps, in order; in a session the first is the start, of one frame.
+    /// Steps, in order; in a session the first is the start, with one frame.
     pub steps: Vec<TimelineStep>,
-    /// What happened, by frame.
+    /// Events, by frame.
     pub events: Vec<Event>,
 }
 
@@ -291,46 +294,46 @@ pub struct TimelineStep {
     pub first: u32,
     /// Number of frames so far.
     pub frames: u32,
-    /// Number of frames it is to have; more may come while a hand drags.
+    /// Planned number of frames; a drag may add more.
     pub planned: u32,
-    /// Whether hands did it in this session.
+    /// Whether it was recorded interactively in this session.
     pub by_hand: bool,
 }
 
-/// Something that happened.
+/// An event.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(TS))]
 #[serde(rename_all = "snake_case")]
 pub struct Event {
-    /// Number of the frame where it began.
+    /// Number of its first frame.
     pub frame: u32,
-    /// Its kind, as results call it.
+    /// Its kind, as in results.
     pub kind: String,
-    /// What happened, in words.
+    /// Description.
     pub message: String,
-    /// Where, m.
+    /// Position, m.
     pub position: Option<[f64; 3]>,
 }
 
-/// How a session stands.
+/// State of a session.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(TS))]
 #[serde(rename_all = "snake_case")]
 pub struct Session {
-    /// What is being computed: "the start", "step plug B"; none: it waits for hands.
+    /// Current computation: "the start", "step plug B"; none if idle.
     pub busy: Option<String>,
-    /// What `undo` would take back.
+    /// Label of the next undo.
     pub undo: Option<String>,
-    /// What `redo` would do again.
+    /// Label of the next redo.
     pub redo: Option<String>,
-    /// Constraints that are held by a tab, and the number of that tab.
+    /// Constraints that are held, each with the number of its tab.
     pub held: Vec<(String, u32)>,
-    /// The number of the tab that this is sent to.
+    /// Number of the receiving tab.
     pub you: u32,
-    /// How many tabs there are.
+    /// Number of tabs.
     pub tabs: u32,
-    /// Equilibria a second, over the last second of a drag.
+    /// Equilibria per second, over the last second of a drag.
     pub rate: f64,
-    /// Whether there is something that `save` has not given out yet.
+    /// Whether there are unsaved changes.
     pub unsaved: bool,
 }

@@ -1,4 +1,4 @@
-//! A finished run for pages: scene, timeline and frames without a solver behind them, and the page that holds all of them.
+//! A finished run for pages: scene, timeline and frames without a solver, and a self-contained page with them.
 
 use crate::frame::{self, Header, number};
 use crate::protocol::{Event, Scene, Timeline, TimelineStep};
@@ -10,8 +10,8 @@ use serde::Serialize;
 use std::io::Write;
 use wireloom::core::equilibrium::{self, EventPlace, Moment, Run, StepResult};
 
-/// Nodes of all frames together take no more than this, bytes: enough for 350 increments of a harness of 4,000 nodes; a page of them is
-/// some 90 MB, beyond which browsers begin to labour.
+/// Limit for the nodes of all frames, bytes: enough for 350 increments of a harness of 4,000 nodes. Their page has
+/// about 90 MB; browsers become slow beyond that.
 const MAX_BYTES: usize = 64 << 20;
 
 /// A finished run.
@@ -22,37 +22,38 @@ pub struct Replay {
     frames: Vec<Vec<u8>>,
 }
 
-/// Watches a run, increment by increment. Of very long runs it keeps the ends of steps and only some increments between them, evenly.
+/// Records a run, increment by increment. Of very long runs it keeps the ends of steps, and increments at regular
+/// intervals between them.
 pub struct Recorder {
     scene: Scene,
     steps: Vec<RecordedStep>,
     bytes: usize,
     limit: usize,
-    /// Of the increments inside of steps those are kept whose number is a multiple of this.
+    /// Increments within steps are kept if their number is a multiple of this.
     stride: u32,
-    /// Work of the step so far.
+    /// Work of the current step so far.
     before: Option<StepResult>,
 }
 
-/// A step.
+/// A recorded step.
 struct RecordedStep {
     name: String,
     frames: Vec<RecordedFrame>,
 }
 
-/// A frame before it has its number.
+/// A frame without its final number.
 struct RecordedFrame {
     header: Header,
     nodes: Vec<u8>,
 }
 
 impl Recorder {
-    /// Of a run of what the scene shows.
+    /// For a run of the harness in `scene`.
     pub fn new(scene: Scene) -> Self {
         Self { scene, steps: Vec::new(), bytes: 0, limit: MAX_BYTES, stride: 1, before: None }
     }
 
-    /// The end of an increment; they come in order.
+    /// Records the end of an increment, in order.
     pub fn record(&mut self, end: &StepResult) {
         let header = Header::of(0, end, self.before.as_ref());
         let begins = self.before.as_ref().is_none_or(|last| last.name != end.name || last.increment >= end.increment);
@@ -62,12 +63,12 @@ impl Recorder {
         let nodes = frame::nodes(&end.branches, &[]);
         self.bytes += nodes.len();
         if let Some(step) = self.steps.last_mut() {
-            // What was the last one until now ends no step.
+            // The previous last frame did not end the step.
             let passed = step.frames.pop_if(|frame_record| !frame_record.header.increment.is_multiple_of(self.stride));
             self.bytes -= passed.map_or(0, |frame_record| frame_record.nodes.len());
             step.frames.push(RecordedFrame { header, nodes });
         }
-        // Of what came before only the work counts.
+        // Only the work of the previous increment is needed.
         self.before = Some(StepResult {
             branches: Vec::new(),
             joints: Vec::new(),
@@ -78,7 +79,7 @@ impl Recorder {
         while self.bytes > self.limit && self.thin_frames() {}
     }
 
-    /// Lets go of every second increment that ends no step; whether there was one.
+    /// Drops every second increment that does not end a step. Returns whether this may help.
     fn thin_frames(&mut self) -> bool {
         self.stride = self.stride.saturating_mul(2);
         let before = self.bytes;
@@ -94,7 +95,7 @@ impl Recorder {
         self.bytes < before || self.stride < 1 << 16
     }
 
-    /// The whole, when the run has come to its end.
+    /// The finished run.
     pub fn finish(self, run: &Run) -> Replay {
         let mut scene = self.scene;
         scene.notes = run.notes.clone();
@@ -115,7 +116,7 @@ impl Recorder {
     }
 }
 
-/// An event as the timeline has it; none where nothing of its step is there.
+/// An event of the timeline; `None` if its step has no frames.
 fn timeline_event(event: &equilibrium::Event, steps: &[RecordedStep], scene: &Scene) -> Option<Event> {
     let (number, _) = find(&event.first, steps)?;
     let (_, worst) = find(&event.worst, steps)?;
@@ -128,7 +129,7 @@ fn timeline_event(event: &equilibrium::Event, steps: &[RecordedStep], scene: &Sc
     })
 }
 
-/// Number and frame of an increment, or of the next one that was kept.
+/// Number and record of an increment's frame, or of the next frame that was kept.
 fn find<'a>(moment: &Moment, steps: &'a [RecordedStep]) -> Option<(u32, &'a RecordedFrame)> {
     let step = steps.get(moment.step_index)?;
     let before: usize = steps[..moment.step_index].iter().map(|step| step.frames.len()).sum();
@@ -137,7 +138,7 @@ fn find<'a>(moment: &Moment, steps: &'a [RecordedStep]) -> Option<(u32, &'a Reco
     Some((number(before + within), &step.frames[within]))
 }
 
-/// Where something happened, m.
+/// Position of an event, m.
 fn place(place: &EventPlace, frame_record: &RecordedFrame, scene: &Scene) -> Option<[f64; 3]> {
     if let Some(constraint) = &place.constraint {
         return frame_record
@@ -156,7 +157,7 @@ fn place(place: &EventPlace, frame_record: &RecordedFrame, scene: &Scene) -> Opt
     Some([nearest[0], nearest[1], nearest[2]].map(f64::from))
 }
 
-/// Which number of a node is its arc length.
+/// Index of the arc length among a node's numbers.
 const ARC_LENGTH: usize = 6;
 
 #[derive(Serialize)]
@@ -166,22 +167,23 @@ struct Head<'a> {
 }
 
 impl Replay {
-    /// The harness.
+    /// The scene.
     pub fn scene(&self) -> &Scene {
         &self.scene
     }
 
-    /// What there is of it.
+    /// The timeline.
     pub fn timeline(&self) -> &Timeline {
         &self.timeline
     }
 
-    /// Its frames.
+    /// The frames.
     pub fn frames(&self) -> &[Vec<u8>] {
         &self.frames
     }
 
-    /// One HTML page that needs nothing else, from `page`, the studio's own ([`crate::PAGE`]). What is in it is a string, base64 of gzip:
+    /// A self-contained HTML page, from the studio's page `page` ([`crate::PAGE`]). Its data is a base64 string of
+    /// gzip:
     ///
     /// | bytes | what |
     /// | --- | --- |
@@ -190,7 +192,7 @@ impl Replay {
     /// | for every frame: 4 | its length m, a multiple of 4 |
     /// | m | the frame |
     ///
-    /// Base64 has no letters that mean anything in HTML, so whatever names a scenario has, they stay names.
+    /// Base64 has no characters with a meaning in HTML, so names in a scenario cannot become markup.
     pub fn page(&self, page: &str) -> String {
         let head = Head { scene: &self.scene, timeline: &self.timeline };
         let mut head = serde_json::to_vec(&head).expect("strings, numbers and lists of them");
@@ -205,10 +207,10 @@ impl Replay {
     }
 }
 
-/// Where a page holds a run.
+/// Element of a page that contains a run.
 const OPEN: &str = "<script type=\"application/json\" id=\"replay\">";
 const CLOSE: &str = "</script>";
-/// The same in a page that holds none.
+/// The same element without a run.
 const EMPTY: &str = "<script type=\"application/json\" id=\"replay\">null</script>";
 
 #[cfg(test)]
@@ -216,20 +218,38 @@ mod tests {
     use super::*;
     use wireloom::solve::Control;
 
-    /// A cable whose end goes out in 64 increments and back in 8.
+    /// A cable whose end moves out in 64 increments and back in 8.
     const TEXT: &str = r#"
         schema = 1
         name = "cable"
-        sections.cable = { diameter = 0.006, linear_density = 0.05, axial_stiffness = 1e4, bending_stiffness = 0.01, torsion_stiffness = 0.008 }
         branches = [{ name = "cable", from = "A", to = "B", section = "cable", length = 1.0, segments = 10 }]
-        constraints = [
-            { name = "A", kind = "connector", at = { end = "A" }, position = [0, 0, 0], tangent = [1, 0, 0], up = [0, 0, 1] },
-            { name = "B", kind = "connector", at = { end = "B" }, position = [0.6, 0, 0], tangent = [1, 0, 0], up = [0, 0, 1] },
-        ]
         steps = [
             { name = "out", increments = 64, move = [{ constraint = "B", position = [0.7, 0, 0] }] },
             { name = "back", increments = 8, move = [{ constraint = "B", position = [0.6, 0, 0] }] },
         ]
+
+        [sections.cable]
+        diameter = 0.006
+        linear_density = 0.05
+        axial_stiffness = 1e4
+        bending_stiffness = 0.01
+        torsion_stiffness = 0.008
+
+        [[constraints]]
+        name = "A"
+        kind = "connector"
+        at = { end = "A" }
+        position = [0, 0, 0]
+        tangent = [1, 0, 0]
+        up = [0, 0, 1]
+
+        [[constraints]]
+        name = "B"
+        kind = "connector"
+        at = { end = "B" }
+        position = [0.6, 0, 0]
+        tangent = [1, 0, 0]
+        up = [0, 0, 1]
     "#;
 
     #[test]
@@ -247,7 +267,7 @@ mod tests {
             step.frames.iter().map(|frame_record| frame_record.header.increment).collect::<Vec<_>>()
         };
         assert_eq!(frame_record(&recorder.steps[0]), (1..=16).map(|k| 4 * k).collect::<Vec<_>>());
-        // Thinned as soon as the room is full, not before.
+        // Frames are dropped when the limit is reached, not before.
         assert!(frame_record(&recorder.steps[1]).ends_with(&[8]) && frame_record(&recorder.steps[1]).contains(&4));
         let replay = recorder.finish(&run);
         assert_eq!(replay.timeline.frames as usize, replay.frames.len());

@@ -1,4 +1,4 @@
-//! A harness as pages draw it: names, diameters, meshes of bodies; where it is say the frames.
+//! A harness for display: names, diameters, meshes of obstacles. Frames have the positions.
 
 use crate::frame::number;
 use crate::protocol::{Branch, Constraint, Joint, Obstacle, Scene};
@@ -7,10 +7,10 @@ use wireloom::core::network::{self, Place};
 use wireloom::core::obstacle::Obstacle as Body;
 use wireloom::core::{Network, Vector};
 
-/// How far a body without end is drawn, m.
+/// Half-size at which unbounded obstacles are drawn, m.
 pub(crate) const DRAWN: f64 = 10.0;
 
-/// The scene of a network. Nothing is live, nothing can be set, had or is to be noted yet.
+/// The scene of a network, not live, without settings, exports and notes.
 pub fn of(name: &str, program: &str, gravity: Vector, network: &Network) -> Scene {
     Scene {
         name: name.to_owned(),
@@ -59,7 +59,7 @@ fn constraint(network: &Network, constraint: &network::AttachedConstraint) -> Co
     Constraint { name: constraint.name.clone(), kind: constraint.kind.clone(), place, moves, turns, by_hand: false }
 }
 
-/// A body in its own frame; one without end is cut off.
+/// An obstacle in its own frame; an unbounded one is cut off.
 fn obstacle(body: &Body) -> Obstacle {
     let surface = body.shape.surface(DRAWN);
     Obstacle {

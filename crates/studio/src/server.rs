@@ -1,4 +1,4 @@
-//! The server behind the page. It speaks to browsers on this machine, and to those only that know the token:
+//! The web server of the studio. It serves browsers on this machine that know the token:
 //!
 //! | address | what |
 //! | --- | --- |
@@ -6,8 +6,8 @@
 //! | `/socket?token=…` | WebSocket of a session ([`crate::protocol`]) |
 //! | `/export/NAME?token=…` | a file that a run would write |
 //!
-//! Whatever comes in is taken for hostile: who has not got the token learns nothing, whose `Host` or `Origin` is another one neither (a page of
-//! another site that a browser was led to); connections, sizes and rates are bounded, and what waits to be sent is.
+//! All input is treated as hostile. Without the token, or with a wrong `Host` or `Origin` (a page of another site in
+//! the user's browser), a client gets no information. Connections, message sizes, rates and send queues are bounded.
 
 mod admission;
 mod guard;
@@ -38,18 +38,18 @@ use tokio::net::TcpStream;
 use tokio::runtime::Runtime;
 use tokio::sync::watch;
 
-/// Connections at a time that have shown the token: some tabs with the handful that a browser opens for each.
+/// Largest number of authenticated connections: several tabs with a few connections each.
 const MAX_CONNECTIONS: u32 = 64;
-/// A request's head must have come after so long, or a browser ask for something again.
+/// Time limit for the head of a request, also on an idle connection.
 const HEAD_TIMEOUT: Duration = Duration::from_secs(4);
-/// A request's head is no longer than this, bytes.
+/// Largest head of a request, bytes.
 const MAX_HEAD: usize = 16 << 10;
-/// Pages are told that the server ends; what they have not taken after so long is dropped.
+/// Time for pages to receive the end of the session; the rest is dropped.
 const SHUTDOWN_TIMEOUT: Duration = Duration::from_millis(1500);
-/// A draft is kept so often, if there is something new in it.
+/// Interval for saving the draft, if it has changed.
 const DRAFT_INTERVAL: Duration = Duration::from_secs(2);
 
-/// What then still runs is left to the end of the process.
+/// Time for tasks that still run; then they are left to the end of the process.
 const RUNTIME_TIMEOUT: Duration = Duration::from_millis(300);
 
 /// A running server.
@@ -61,10 +61,10 @@ pub struct Server {
 }
 
 impl Server {
-    /// Serves `site` to whom comes to `listener` and knows `token`. `host`: by which name the listener was bound.
+    /// Serves `site` to clients of `listener` that know `token`. `host`: the name to which the listener was bound.
     ///
     /// # Errors
-    /// Those of the system: no threads, or a listener that cannot be used.
+    /// Errors of the system: no threads, or an unusable listener.
     pub fn start(listener: TcpListener, host: &str, token: Token, site: Site) -> io::Result<Self> {
         let address = listener.local_addr()?;
         listener.set_nonblocking(true)?;
@@ -88,18 +88,19 @@ impl Server {
         Ok(Self { runtime, state, ending, address })
     }
 
-    /// Where it listens.
+    /// The address it listens on.
     pub fn address(&self) -> SocketAddr {
         self.address
     }
 
-    /// How many connections there are that have shown the token.
+    /// Number of authenticated connections.
     pub fn connections(&self) -> usize {
         self.state.admission.authenticated()
     }
 
-    /// Ends it: takes no more connections, tells the pages, stops what is computed, keeps the draft. Takes two seconds at most. Returns whether
-    /// everything that it did has come to its end: where not, a thread still runs, which may be within a driver or a plugin.
+    /// Stops the server: accepts no more connections, notifies the pages, stops the computation, saves the draft. Takes
+    /// at most two seconds. Returns whether everything has ended; otherwise a thread still runs, which may be within a
+    /// driver or a plugin.
     #[must_use]
     pub fn stop(self) -> bool {
         let Self { runtime, state, ending, .. } = self;
@@ -121,7 +122,7 @@ impl Server {
     }
 }
 
-/// Takes connections until all is to end.
+/// Accepts connections until shutdown.
 async fn accept(listener: tokio::net::TcpListener, state: Arc<ServerState>) {
     let mut ending = state.ending.clone();
     loop {
@@ -135,13 +136,13 @@ async fn accept(listener: tokio::net::TcpListener, state: Arc<ServerState>) {
                 let served = tokio::spawn(connection(stream, state.clone(), peer.clone()));
                 peer.wait_for_token(served.abort_handle());
             }
-            // The peer has gone already, or there are too many open files: others may have better luck, a little later.
+            // The peer has already gone, or too many files are open: retry a little later.
             Err(_) => tokio::time::sleep(Duration::from_millis(20)).await,
         }
     }
 }
 
-/// Keeps the draft now and then, until all is to end.
+/// Saves the draft at intervals, until shutdown.
 async fn keep_drafts(state: Arc<ServerState>) {
     let mut ending = state.ending.clone();
     loop {
@@ -150,14 +151,14 @@ async fn keep_drafts(state: Arc<ServerState>) {
             () = ended(&mut ending) => return,
         }
         let state = state.clone();
-        // Files may be slow.
+        // File access may be slow.
         let _ = tokio::task::spawn_blocking(move || state.site.live().map(Live::keep)).await;
     }
 }
 
 /// Serves one connection.
 async fn connection(stream: TcpStream, state: Arc<ServerState>, peer: Arc<Peer>) {
-    // Small messages go at once, or each would wait for the answer to the one before.
+    // Send small messages at once instead of waiting for acknowledgements.
     let _ = stream.set_nodelay(true);
     let mut ending = state.ending.clone();
     let service = TowerToHyperService::new(routes(state, peer));
@@ -169,7 +170,7 @@ async fn connection(stream: TcpStream, state: Arc<ServerState>, peer: Arc<Peer>)
         .with_upgrades();
     let mut connection = std::pin::pin!(connection);
     tokio::select! {
-        // A peer that breaks off is no fault of ours.
+        // A connection closed by the peer is not an error.
         _ = connection.as_mut() => {}
         () = ended(&mut ending) => {
             connection.as_mut().graceful_shutdown();
@@ -178,7 +179,7 @@ async fn connection(stream: TcpStream, state: Arc<ServerState>, peer: Arc<Peer>)
     }
 }
 
-/// What answers to what.
+/// Routes of the server.
 fn routes(state: Arc<ServerState>, peer: Arc<Peer>) -> Router {
     Router::new()
         .route("/", get(page))
@@ -191,7 +192,7 @@ fn routes(state: Arc<ServerState>, peer: Arc<Peer>) -> Router {
 
 async fn page(State(state): State<Arc<ServerState>>) -> Response {
     let kind = (header::CONTENT_TYPE, HeaderValue::from_static("text/html; charset=utf-8"));
-    // What scripts, styles and connections it may have says the page itself.
+    // The page itself states its content security policy.
     let policy = (header::CONTENT_SECURITY_POLICY, HeaderValue::from_static("frame-ancestors 'none'"));
     ([kind, policy], state.site.page.clone()).into_response()
 }
@@ -206,7 +207,7 @@ async fn export(State(state): State<Arc<ServerState>>, Path(name): Path<String>)
     }
 }
 
-/// A file is to be saved, never shown as a page of this server.
+/// Headers of a file that is saved, and never shown as a page of this server.
 fn file_headers(name: &str) -> [(HeaderName, HeaderValue); 3] {
     let last = name.rsplit('/').next().unwrap_or_default();
     let plain: String =

@@ -1,7 +1,8 @@
-//! Hands on a harness: a session is a scenario that is being written. What hands do becomes steps of its text, every target that was solved
-//! an increment of one of them; the text, carried out by `run`, passes through the same equilibria.
+//! An interactive session: a scenario that is being recorded. Interactive operations become steps of its text, and
+//! every solved target becomes an increment of a step. `run` passes through the same equilibria when it carries out the
+//! text.
 //!
-//! Here nothing is sent, and no file opened; [`crate::worker`] carries requests in and news out.
+//! The session sends nothing and opens no files; [`crate::worker`] passes requests in and messages out.
 
 mod clearance;
 mod drag;
@@ -38,39 +39,39 @@ pub(crate) use snapshot::Frame;
 
 /// Name and version of this program.
 pub const PROGRAM: &str = concat!("wireloom ", env!("CARGO_PKG_VERSION"));
-/// So many deeds can be taken back: more than anybody remembers.
+/// Largest number of undo steps.
 const MAX_UNDO: usize = 100;
 
-/// What a session begins with.
+/// Input of a session.
 pub struct SessionInput {
-    /// The scenario.
+    /// Text of the scenario.
     pub text: String,
-    /// What a file of it is called.
+    /// File name for saving.
     pub name: String,
-    /// Gives the files that it names.
+    /// Provides the files that the scenario names.
     pub files: Box<dyn Files + Send + Sync>,
-    /// Kinds that it may name.
+    /// Kinds that the scenario can use.
     pub registry: Registry,
-    /// Whether it is worth saving as it is: a draft that was taken up.
+    /// Whether the text has unsaved changes: true for a restored draft.
     pub unsaved: bool,
 }
 
-/// What has become another since it was asked last.
+/// Changes since the last query.
 #[derive(Default)]
 pub(crate) struct Changes {
     pub scene: bool,
     pub timeline: bool,
-    /// The first frame that is a new one.
+    /// The first new frame.
     pub from: Option<usize>,
-    /// Whether frames went for want of room.
+    /// Whether frames were dropped to limit memory.
     pub thinned: bool,
-    /// Whether the scenario is another one, or has been saved.
+    /// Whether the scenario was changed or saved.
     pub edited: bool,
-    /// Notices, each for a tab; none: for all.
+    /// Notices, each for a tab, or for all (`None`).
     pub said: Vec<(Option<u32>, Notice)>,
 }
 
-/// A run as far as it is, and what it came from.
+/// The run so far, and its origin.
 #[derive(Clone)]
 pub(crate) struct Record {
     pub scenario: String,
@@ -91,18 +92,18 @@ pub(crate) struct Session {
     undo: Vec<(String, Snapshot)>,
     redo: Vec<(String, Snapshot)>,
     drag: Option<Drag>,
-    /// By constraint the tab that holds it.
+    /// The tab that holds each constraint.
     held: BTreeMap<String, u32>,
     unsaved: bool,
-    /// The checkpoint of the last frame, which need not be balanced.
+    /// The checkpoint of the last frame, which need not be in equilibrium.
     shown: Option<Rc<Checkpoint>>,
     changes: Changes,
-    /// Bytes that came since room was made.
+    /// Bytes added since memory was last limited.
     bytes_added: usize,
 }
 
 impl Session {
-    /// Of a text; nothing is computed yet, and through `monitor` what is can be stopped.
+    /// Opens a scenario without computing anything; `monitor` stops later computations.
     ///
     /// # Errors
     /// All faults of the text.
@@ -110,7 +111,7 @@ impl Session {
         let SessionInput { mut text, name, files, registry, unsaved } = opened;
         let mut harness = Harness::load(&text, &*files, &registry, &monitor)?;
         if harness.schedule.steps.is_empty() && harness.tightens_in_first_step() {
-            // What `run` calls the equilibrium is not the start, then.
+            // The first equilibrium of `run` then differs from the start.
             let equilibrium = Written { name: "equilibrium".to_owned(), ..Written::default() };
             text = with_steps(&text, 0, &[equilibrium]).map_err(|fault| vec![fault])?;
             harness = Harness::load(&text, &*files, &registry, &monitor)?;
@@ -136,9 +137,9 @@ impl Session {
         })
     }
 
-    // ---- what others see ------------------------------------------------------------------------------------------
+    // ---- published state ------------------------------------------------------------------------------------------
 
-    /// What is new.
+    /// Takes the changes.
     pub fn take_changes(&mut self) -> Changes {
         if self.bytes_added > MAX_FRAME_BYTES / 16 {
             self.limit_memory(MAX_FRAME_BYTES, MAX_STEP_END_BYTES);
@@ -146,7 +147,7 @@ impl Session {
         std::mem::take(&mut self.changes)
     }
 
-    /// Keeps so many bytes of frames, and of ends of steps, at most.
+    /// Limits the memory of frames and of step ends, bytes.
     fn limit_memory(&mut self, frames: usize, ends: usize) {
         let Self { now, undo, redo, .. } = &*self;
         let all = undo.iter().chain(redo).map(|(_, snapshot)| snapshot).chain([now]);
@@ -154,7 +155,7 @@ impl Session {
         self.bytes_added = 0;
     }
 
-    /// The harness.
+    /// The scene for pages.
     pub fn scene(&self) -> Scene {
         let Snapshot { harness, by_hand, run, .. } = &self.now;
         let schedule = &harness.schedule;
@@ -176,12 +177,12 @@ impl Session {
         scene
     }
 
-    /// The increments there are.
+    /// The timeline of steps and increments.
     pub fn timeline(&self) -> Timeline {
         self.now.timeline(self.shown.as_ref().map_or(&[], |at| at.events()))
     }
 
-    /// Frames from this one on.
+    /// Frames from a number on.
     pub fn frames_from(&self, from: usize) -> Vec<Option<Frame>> {
         let mut first = 0;
         let mut frames = Vec::new();
@@ -193,7 +194,7 @@ impl Session {
         frames
     }
 
-    /// What is being computed.
+    /// Description of the current computation.
     pub fn busy(&self) -> Option<String> {
         if !self.now.pending {
             return None;
@@ -202,7 +203,7 @@ impl Session {
         self.now.harness.schedule.steps.get(at.done().0).map(|step| format!("step {}", step.name))
     }
 
-    /// What can be taken back, and done again.
+    /// Labels of the next undo and the next redo.
     pub fn undo_labels(&self) -> [Option<String>; 2] {
         let last = |list: &[(String, Snapshot)]| list.last().map(|(label, _)| label.clone());
         let dragged = self.drag.as_ref().filter(|drag| drag.has_begun()).map(|drag| drag.step.clone());
@@ -210,12 +211,12 @@ impl Session {
         [dragged.or_else(|| last(&self.undo)), redo]
     }
 
-    /// The constraints that tabs hold.
+    /// Constraints that are held, with their tabs.
     pub fn held(&self) -> Vec<(String, u32)> {
         self.held.iter().map(|(name, tab)| (name.clone(), *tab)).collect()
     }
 
-    /// Whether there is something to be saved.
+    /// Whether there are unsaved changes.
     pub fn unsaved(&self) -> bool {
         self.unsaved
     }
@@ -242,7 +243,7 @@ impl Session {
 
     // ---- requests -------------------------------------------------------------------------------------------------
 
-    /// Does what a tab asks for, or says why not.
+    /// Carries out a request of a tab, or refuses it.
     pub fn handle(&mut self, tab: u32, request: Request) {
         let done = match request {
             Request::Hold { branch, s, how } => self.hold(tab, &branch, s, how),
@@ -264,7 +265,7 @@ impl Session {
                 self.stop();
                 Ok(())
             }
-            // The worker's.
+            // Handled by the worker.
             _ => Ok(()),
         };
         if let Err(Refusal { message, help }) = done {
@@ -272,7 +273,7 @@ impl Session {
         }
     }
 
-    /// A tab has gone: what it held may be taken by others.
+    /// Releases the constraints of a tab that has gone.
     pub fn detach(&mut self, tab: u32) {
         let own: Vec<String> = self.held.iter().filter(|(_, by)| **by == tab).map(|(name, _)| name.clone()).collect();
         for constraint in own {
@@ -281,7 +282,7 @@ impl Session {
         }
     }
 
-    /// Nothing more is carried out.
+    /// Stops the current step or drag.
     pub fn stop(&mut self) {
         self.now.pending = false;
         if let Some(drag) = &mut self.drag {
@@ -294,21 +295,21 @@ impl Session {
 
     fn save(&mut self, tab: u32) -> Result<(), Refusal> {
         let text = self.text()?;
-        // What cannot be carried out is not to be saved without a word.
+        // The text is checked, because a draft may not be valid.
         let checked = Harness::load(&text, &*self.files, &self.registry, &self.monitor);
         (self.unsaved, self.changes.edited) = (false, true);
         self.changes.said.push((Some(tab), Notice::Saved { name: self.name.clone(), text }));
         checked.map(|_| ()).map_err(Refusal::from)
     }
 
-    /// The scenario with what is being dragged.
+    /// The scenario, including the current drag.
     pub fn text(&self) -> Result<String, Fault> {
         let mut now = self.now.clone();
         now.by_hand.extend(self.drag.as_ref().and_then(Drag::written).map(Rc::new));
         now.whole_text()
     }
 
-    /// Puts another value in the place of what the text says, and begins anew with it.
+    /// Changes a value of the scenario's text and restarts the run.
     fn set(&mut self, key: &str, given: &Json) -> Result<(), Refusal> {
         self.end_drag();
         let Snapshot { text, own, by_hand, harness, run, .. } = &self.now;
@@ -331,8 +332,10 @@ impl Session {
 
     fn undo_last(&mut self) -> Result<(), Refusal> {
         self.end_drag();
-        let (label, snapshot) =
-            self.undo.pop().ok_or_else(|| Refusal::new("there is nothing to take back", "it is as it was opened"))?;
+        let (label, snapshot) = self
+            .undo
+            .pop()
+            .ok_or_else(|| Refusal::new("there is nothing to undo", "the session is as it was opened"))?;
         let now = self.switch_to(snapshot);
         self.redo.push((label, now));
         Ok(())
@@ -343,7 +346,7 @@ impl Session {
         let (label, snapshot) = self
             .redo
             .pop()
-            .ok_or_else(|| Refusal::new("there is nothing to do again", "only what was taken back can be"))?;
+            .ok_or_else(|| Refusal::new("there is nothing to redo", "only what was undone can be redone"))?;
         let now = self.switch_to(snapshot);
         self.undo.push((label, now));
         Ok(())
@@ -367,9 +370,9 @@ impl Session {
         Ok(())
     }
 
-    // ---- standings ------------------------------------------------------------------------------------------------
+    // ---- snapshots ------------------------------------------------------------------------------------------------
 
-    /// Stands otherwise from now on; returns how it stood.
+    /// Switches to a snapshot; returns the previous one.
     fn switch_to(&mut self, snapshot: Snapshot) -> Snapshot {
         self.shown.clone_from(&snapshot.at);
         let changed = !Rc::ptr_eq(&self.now.harness, &snapshot.harness) || self.now.run != snapshot.run;
@@ -384,7 +387,7 @@ impl Session {
         before
     }
 
-    /// Something was done: how it stood before can be brought back.
+    /// Switches to a new snapshot, with an entry for undo.
     fn commit(&mut self, label: String, next: Snapshot) {
         let before = self.switch_to(next);
         self.push_undo(label, before);
@@ -404,7 +407,7 @@ impl Session {
         self.changes.timeline = true;
     }
 
-    /// The session with nothing behind a step that has ended; `None` where nothing is. Step 0 is the start.
+    /// The session truncated after a completed step; `None` if nothing follows it. Step 0 is the start.
     fn cut_behind(&self, step: usize) -> Result<Option<Snapshot>, Refusal> {
         if step + 1 == self.now.steps.len() && self.now.own + self.now.by_hand.len() == step {
             return Ok(None);
@@ -433,17 +436,17 @@ impl Session {
         Ok(Some(next))
     }
 
-    /// What a standing's text describes.
+    /// Builds the harness of a snapshot's text.
     fn load(&self, snapshot: &Snapshot) -> Result<Harness, Refusal> {
         let text = snapshot.whole_text()?;
         Ok(Harness::load(&text, &*self.files, &self.registry, &self.monitor)?)
     }
 
-    /// How hands find it: a step has ended, and what was not carried out is no part of it.
+    /// The snapshot that an operation may extend: it ends with a completed step.
     fn editable_snapshot(&self) -> Result<Snapshot, Refusal> {
         if self.now.pending {
             let what = self.busy().unwrap_or_else(|| "a step".to_owned());
-            return Err(Refusal::new(format!("{what} is being computed"), "wait for its end, or stop it"));
+            return Err(Refusal::new(format!("{what} is being computed"), "wait until it is finished, or stop it"));
         }
         let whole = self.now.ended();
         if whole == 0 {
@@ -451,8 +454,8 @@ impl Session {
         }
         let cut = self.cut_behind(whole - 1)?.unwrap_or_else(|| self.now.clone());
         if cut.pending {
-            // It is carried out anew first.
-            return Err(Refusal::new("the steps so far must be carried out again", "go to a frame first"));
+            // The steps must be recomputed first.
+            return Err(Refusal::new("the steps must be recomputed first", "go to a frame first"));
         }
         Ok(cut)
     }

@@ -1,5 +1,5 @@
-//! The thread that solves, and what stands between it and those who ask: requests in, of which only the newest target of a constraint waits; news
-//! out, of which every tab gets the newest.
+//! The solver thread and its queues: requests to it, with only the newest target of each constraint; messages from it,
+//! with only the newest state for every tab.
 
 mod broadcast;
 
@@ -19,56 +19,56 @@ use wireloom::core::obstacle::Obstacle;
 use wireloom::core::{Monitor, Run};
 use wireloom::scenario::Fault;
 
-/// Requests that wait at most: a page has a handful on the way.
+/// Largest number of queued requests; a page has only a few in flight.
 const MAX_QUEUED: usize = 256;
 
-/// A harness in the studio: a thread of its own carries it, until it is closed or dropped.
+/// A harness in the studio. A thread of its own computes until the studio is closed or dropped.
 pub struct Studio {
     shared: Arc<Shared>,
-    /// Nothing is ever sent: it is cut off when the thread, and all that it had, has gone.
+    /// Nothing is ever sent: the channel is closed when the thread has ended and dropped everything it owned.
     thread: Mutex<mpsc::Receiver<Infallible>>,
 }
 
-/// What a tab is to be told; whoever has it asks it.
+/// Messages for one tab.
 pub struct Subscription {
     shared: Arc<Shared>,
     tab: u32,
 }
 
-/// What `run` would have made of it so far.
+/// The run so far, as `run` would return it.
 pub struct Outcome {
-    /// Ends of steps, and that of the newest increment.
+    /// Results at the ends of steps, and of the newest increment.
     pub run: Run,
-    /// Bodies about the harness.
+    /// Obstacles of the harness.
     pub obstacles: Arc<Vec<Obstacle>>,
 }
 
-/// A request that waits.
+/// A queued request.
 enum Queued {
     Request(u32, Request),
     Detached(u32),
 }
 
-/// Between those who ask and the thread.
+/// State shared by the thread and its clients.
 struct Shared {
     queue: Mutex<VecDeque<Queued>>,
-    /// Something waits, or it is all over.
+    /// Signals a change of the queue, or the end.
     queue_changed: Condvar,
     broadcast: Mutex<Broadcast>,
-    /// Stops what is being computed.
+    /// Stops the current computation.
     monitor: Monitor,
-    /// Whether the start is being computed.
+    /// Whether the initial equilibrium is being computed.
     finding_start: AtomicBool,
     stop: AtomicBool,
     closed: AtomicBool,
 }
 
-/// Nothing that is kept under a lock is left half done by a panic.
+/// Locks even after a panic: no critical section leaves its data half changed.
 fn locked<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// Reads a scenario and begins to carry it out, on a thread of its own.
+/// Reads a scenario and starts to carry it out on a thread of its own.
 ///
 /// # Errors
 /// All faults of the text.
@@ -87,7 +87,7 @@ pub fn open(opened: SessionInput) -> Result<Studio, Vec<Fault>> {
     let own = shared.clone();
     let (ends, thread) = mpsc::channel();
     let work = move || {
-        // What is made later goes before it.
+        // Declared first, so dropped last.
         let _ends = ends;
         let mut session = match Session::open(opened, own.monitor.clone()) {
             Ok(session) => session,
@@ -99,7 +99,7 @@ pub fn open(opened: SessionInput) -> Result<Studio, Vec<Fault>> {
         }
     };
     let broken = |message: String| {
-        let help = "this is a fault of the program, not of the scenario".to_owned();
+        let help = "this is an error of the program, not of the scenario".to_owned();
         vec![Fault { span: text..text, message, help }]
     };
     let spawned = thread::Builder::new().name("studio".to_owned()).spawn(work);
@@ -109,13 +109,13 @@ pub fn open(opened: SessionInput) -> Result<Studio, Vec<Fault>> {
 }
 
 impl Studio {
-    /// A tab more; `wake` is called, from any thread, when there is something to take.
+    /// Adds a tab; `wake` is called, from any thread, when there are messages.
     pub fn attach(&self, wake: Box<dyn Fn() + Send + Sync>) -> (u32, Subscription) {
         let tab = locked(&self.shared.broadcast).attach(wake);
         (tab, Subscription { shared: self.shared.clone(), tab })
     }
 
-    /// A tab less: what it held may be taken by others.
+    /// Removes a tab and releases the constraints that it holds.
     pub fn detach(&self, tab: u32) {
         if locked(&self.shared.broadcast).detach(tab) {
             locked(&self.shared.queue).push_back(Queued::Detached(tab));
@@ -123,7 +123,7 @@ impl Studio {
         }
     }
 
-    /// A tab asks for something. Of targets of a constraint only the newest waits.
+    /// Queues a request of a tab. Only the newest target of a constraint is kept.
     pub fn submit(&self, tab: u32, request: Request) {
         if let Request::Frames { from, to } = request {
             return locked(&self.shared.broadcast).send_frames(tab, from, to);
@@ -131,7 +131,7 @@ impl Studio {
         let mut queue = locked(&self.shared.queue);
         match &request {
             Request::Stop => self.shared.stop(),
-            // They lead to another start.
+            // These requests restart the run.
             Request::Set { .. } | Request::Undo | Request::Redo
                 if self.shared.finding_start.load(Ordering::Relaxed) =>
             {
@@ -141,7 +141,7 @@ impl Studio {
         }
         if queue.len() >= MAX_QUEUED {
             drop(queue);
-            let message = "too many requests wait already".to_owned();
+            let message = "too many requests are waiting".to_owned();
             let refused = Notice::Refused { message, help: "wait until some are done".to_owned() };
             return locked(&self.shared.broadcast).notify(Some(tab), refused);
         }
@@ -160,18 +160,18 @@ impl Studio {
         self.shared.queue_changed.notify_all();
     }
 
-    /// The scenario as it was when a step ended last, where it has not been saved.
+    /// The scenario after the last completed step, if it has unsaved changes.
     pub fn draft(&self) -> Option<Arc<str>> {
         let broadcast = locked(&self.shared.broadcast);
         broadcast.text.clone().filter(|_| broadcast.unsaved)
     }
 
-    /// The scenario as it was when a step ended last, saved or not.
+    /// The scenario after the last completed step.
     pub fn text(&self) -> Option<Arc<str>> {
         locked(&self.shared.broadcast).text.clone()
     }
 
-    /// The run so far; `None` while the start is being found.
+    /// The run so far; `None` until the initial equilibrium is found.
     pub fn result(&self) -> Option<Outcome> {
         let record = locked(&self.shared.broadcast).record.clone()?;
         let run = Run {
@@ -187,7 +187,7 @@ impl Studio {
         Some(Outcome { run, obstacles: record.obstacles })
     }
 
-    /// Ends the thread and stops what it computes; it need not have ended when this returns.
+    /// Stops the computation and ends the thread. Returns at once; the thread may still be running.
     pub fn close(&self) {
         self.shared.closed.store(true, Ordering::Relaxed);
         self.shared.stop();
@@ -195,7 +195,7 @@ impl Studio {
         self.shared.queue_changed.notify_all();
     }
 
-    /// Waits until the thread has come to its end, but no longer than that. Returns whether it has.
+    /// Waits for the thread to end, up to `timeout`. Returns whether it has ended.
     pub fn has_ended(&self, timeout: Duration) -> bool {
         locked(&self.thread).recv_timeout(timeout) == Err(mpsc::RecvTimeoutError::Disconnected)
     }
@@ -208,7 +208,7 @@ impl Drop for Studio {
 }
 
 impl Subscription {
-    /// What comes next; `None`: nothing yet.
+    /// The next message; `None` if there is none.
     pub fn take(&self) -> Option<TabMessage> {
         locked(&self.shared.broadcast).take(self.tab)
     }
@@ -219,7 +219,7 @@ impl Shared {
         self.closed.load(Ordering::Relaxed)
     }
 
-    /// Does what is asked for, and computes in between, until it is closed.
+    /// Handles requests and computes in between, until the studio is closed.
     fn work(&self, session: &mut Session) {
         while !self.is_closed() {
             let next = if session.must_finish() && session.has_work() { None } else { self.next(session) };
@@ -234,26 +234,26 @@ impl Shared {
             if let Err(panic) = done {
                 let message = panic.downcast_ref::<String>().map(String::as_str);
                 let message = message.or_else(|| panic.downcast_ref::<&str>().copied()).unwrap_or("a panic");
-                // If that panics too, the session stands as it did.
+                // If this panics too, the session stays unchanged.
                 let _ = catch_unwind(AssertUnwindSafe(|| session.recover(message)));
             }
             self.publish(session);
         }
     }
 
-    /// Nothing more is computed until what waits has been looked at.
+    /// Stops computing until the queue has been handled.
     fn stop(&self) {
         self.stop.store(true, Ordering::Relaxed);
         self.monitor.stop();
     }
 
-    /// The next request; waits for one where there is nothing to be computed.
+    /// The next request; waits for one if there is nothing to compute.
     fn next(&self, session: &Session) -> Option<Queued> {
         let mut queue = locked(&self.queue);
         while !session.has_work() && queue.is_empty() && !self.is_closed() {
             queue = self.queue_changed.wait(queue).unwrap_or_else(PoisonError::into_inner);
         }
-        // Under the lock, so that whoever asks for something now knows what he stops.
+        // Under the lock, so that a request made now refers to a defined computation.
         if !self.stop.load(Ordering::Relaxed) {
             self.monitor.go_on();
         }

@@ -1,5 +1,5 @@
-//! A hostile client: thousands of messages that are none, many connections at a time. It stands alone, for it looks at the memory and the
-//! threads of the process.
+//! A hostile client: thousands of malformed messages, many connections at a time. A test program of its own, because it
+//! measures memory and threads of the process.
 
 mod common;
 
@@ -9,13 +9,13 @@ use wireloom_studio::protocol::Notice;
 
 const CLIENTS: usize = 50;
 const MESSAGES: usize = 10_000;
-/// Messages that are no requests after which a connection is closed.
+/// Number of malformed messages after which a connection is closed.
 const PATIENCE: usize = 9;
-/// What the process may have more afterwards, bytes: a server that kept what it was sent (10,000 messages of up to 60 kB) would have some 100 MB more;
-/// allocators keep some of what they gave out.
+/// Allowed growth of the process, bytes: a server that kept all messages (10,000 of up to 60 kB) would grow by about
+/// 100 MB; allocators keep some memory.
 const GROWTH: u64 = 32 << 20;
 
-/// What is no request, of all sorts.
+/// Malformed messages of all kinds.
 fn malformed(k: usize, random: &mut fastrand::Rng) -> Message {
     let text = |text: &str| Message::Text(text.to_owned().into());
     match k % 12 {
@@ -34,12 +34,12 @@ fn malformed(k: usize, random: &mut fastrand::Rng) -> Message {
     }
 }
 
-/// Sends its share, connection after connection: as many as it takes until the server ends each of them.
+/// Sends malformed messages over one connection after another, until the server closes each.
 fn flood(served: &Served, client: usize) {
     let mut random = fastrand::Rng::with_seed(client as u64);
     for connection in 0..MESSAGES.div_ceil(CLIENTS * PATIENCE) {
         let mut tab = loop {
-            // The place of the connection before may not have been given back yet.
+            // The slot of the previous connection may not be free yet.
             match served.connect(&served.query(), None) {
                 Ok(tab) => break tab,
                 Err(_) => std::thread::yield_now(),
@@ -52,14 +52,14 @@ fn flood(served: &Served, client: usize) {
     }
 }
 
-/// Bytes of memory that the process has.
+/// Memory of the process, bytes.
 fn memory() -> u64 {
     let status = std::fs::read_to_string("/proc/self/status").expect("Linux");
     let line = status.lines().find_map(|line| line.strip_prefix("VmRSS:")).expect("its memory");
     1024 * line.trim().trim_end_matches(" kB").parse::<u64>().expect("a number")
 }
 
-/// Threads of the server.
+/// Number of threads of the server.
 fn threads() -> usize {
     let tasks = std::fs::read_dir("/proc/self/task").expect("Linux");
     let name = |task: std::io::Result<std::fs::DirEntry>| std::fs::read_to_string(task.ok()?.path().join("comm")).ok();
@@ -80,17 +80,17 @@ fn ten_thousand_malformed_messages_of_fifty_clients_do_no_harm() {
             }
         });
     };
-    // Once for the allocator to have what it needs.
+    // Once in advance, so that the allocator has its memory.
     round();
     let before = memory();
     round();
     let after = memory();
     assert!(after < before + GROWTH, "{before} bytes before, {after} after");
-    // Who behaves is still heard.
+    // A correct client is still served.
     good.ask(&wireloom_studio::protocol::Request::Save);
     let text = good.until(|notice| if let Notice::Saved { text, .. } = notice { Some(text) } else { None });
     assert!(wireloom::load(&text, &wireloom::registry()).is_ok());
-    // A message that is too long ends the connection; so does a frame that is none.
+    // A message that is too long closes the connection; so does an invalid frame.
     let mut long = served.tab();
     let _ = long.0.send(Message::Text("x".repeat(70_000).into()));
     assert_ne!(long.end(), 1001);

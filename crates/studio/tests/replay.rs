@@ -1,4 +1,4 @@
-//! A finished run as pages have it.
+//! A finished run as pages receive it.
 
 use base64::Engine as _;
 use std::io::Read;
@@ -10,7 +10,7 @@ use wireloom_studio::protocol::{Scene, Timeline};
 use wireloom_studio::replay::{Recorder, Replay};
 use wireloom_studio::scene;
 
-/// A cable with a clip, its end moved in two steps; its name would end a script.
+/// A cable with a clip and an end that moves in two steps; its name contains the end of a script element.
 const TEXT: &str = r#"
 schema = 1
 name = "cable </script><script>alert(1)</script>"
@@ -86,7 +86,7 @@ fn every_increment_is_a_frame_and_ends_are_those_of_the_run() {
         assert_eq!(header.increment as usize, if k < 4 { k + 1 } else { k - 3 });
         iterations += header.iterations as usize;
     }
-    // Work of increments adds up to that of the steps.
+    // The work of increments adds up to that of the steps.
     assert_eq!(iterations, run.steps.iter().map(|end| end.minimiser.iterations).sum::<usize>());
     for (end, frame) in run.steps.iter().zip([3, 6]) {
         let (header, nodes) = decode(&replay.frames()[frame]).expect("a frame");
@@ -108,7 +108,7 @@ fn every_increment_is_a_frame_and_ends_are_those_of_the_run() {
             ];
             let found = [node[0], node[2], node[6], node[7], node[8], node[9], node[10]];
             for (expected, found) in expected.iter().zip(found) {
-                // f32 has seven digits; of a bending moment near 0 the subtraction above has fewer.
+                // f32 has seven digits; a bending moment near 0 has fewer after the subtraction above.
                 assert!((expected - f64::from(found)).abs() < 1e-6 * (1.0 + expected.abs()), "{expected} {found}");
             }
             assert!(node[11].is_nan(), "nobody has asked for clearance");

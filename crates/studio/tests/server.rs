@@ -1,4 +1,4 @@
-//! Who is let in, what tabs see of each other, drafts, exports and the end.
+//! Admission, messages between tabs, drafts, exports and shutdown.
 
 mod common;
 
@@ -40,7 +40,7 @@ fn only_who_knows_the_token_is_let_in() {
         assert_eq!(status(&answer), "403", "{path}");
         assert!(!answer.contains(&served.token));
     }
-    // A name that somebody made to lead here, and a page of somebody else's.
+    // A name that was made to resolve to this machine, and a page of another site.
     assert_eq!(status(&served.get(&own, &["Host: evil.example:80"])), "403");
     assert_eq!(status(&served.get(&own, &["Accept: */*"])), "403", "no name at all");
     let host = format!("Host: {}", served.address);
@@ -98,7 +98,7 @@ fn tabs_see_the_same_and_a_closed_one_frees_what_it_held() {
     let (seen, you) = other.until(held);
     assert_eq!(seen, held_by_one);
     assert_ne!(me, you);
-    // What one holds the other cannot move.
+    // A constraint held by one tab cannot be moved by another.
     let constraint = held_by_one[0].0.clone();
     other.ask(&Request::Target { constraint, position: Some([0.3, 0.0, 0.0]), orientation: None });
     other.until(|notice| matches!(notice, Notice::Refused { .. }).then_some(()));
@@ -119,11 +119,11 @@ fn pages_are_told_of_the_end_and_the_draft_is_kept() {
     tab.ask(&Request::Target { constraint: "plug-B".into(), position: Some([0.62, 0.0, 0.0]), orientation: None });
     tab.ask(&Request::Drop { constraint: "plug-B".into() });
     tab.until(|notice| match notice {
-        // What is still in a hand is in no step yet.
+        // A drag in progress is not part of a step yet.
         Notice::Session(session) if session.unsaved && session.busy.is_none() && session.held.is_empty() => Some(()),
         _ => None,
     });
-    // Somebody who never says anything, and does not read.
+    // A client that never sends and does not read.
     let _mute = TcpStream::connect(served.address).expect("it listens");
     assert!(served.server.stop(), "nothing is left");
     assert_eq!((tab.end(), other.end()), (1001, 1001));
@@ -146,7 +146,7 @@ fn a_draft_is_offered_and_taken_up_or_discarded() {
         _ => None,
     });
     assert!((length - 1.25).abs() < 1e-9);
-    // It is over for others, too, and for those that come later.
+    // The session has ended for other tabs too, and for later ones.
     tab.ask(&Request::Draft { take: false });
     tab.until(|notice| matches!(notice, Notice::Refused { .. }).then_some(()));
     assert!(served.server.stop(), "nothing is left");
@@ -178,8 +178,8 @@ fn more_connections_than_places_are_sent_away_and_places_come_back() {
     assert!(served.server.stop(), "nothing is left");
 }
 
-/// Who has not shown the token takes no place from those who have, however many there are; and is sent away after a few seconds, whether he says
-/// nothing, a part of something, or something wrong again and again.
+/// Unauthenticated connections, however many, do not block authenticated ones. They are closed after a few seconds,
+/// whether they send nothing, an incomplete request, or wrong ones repeatedly.
 #[test]
 fn idle_connections_without_the_token_keep_nobody_out() {
     let served = served();
@@ -198,18 +198,18 @@ fn idle_connections_without_the_token_keep_nobody_out() {
     for mut stream in unauthenticated {
         stream.set_read_timeout(Some(Duration::from_secs(30))).expect("a time");
         let mut answer = Vec::new();
-        // A reset ends it as well as an orderly end; only waiting in vain is none.
+        // A reset is as good as an orderly end; only a timeout is an error.
         if let Err(error) = stream.read_to_end(&mut answer) {
             assert_eq!(error.kind(), std::io::ErrorKind::ConnectionReset, "still there after {:?}", began.elapsed());
         }
     }
-    // A page that says nothing stays.
+    // A silent page stays connected.
     tabs[0].ask(&Request::Save);
     tabs[0].until(|notice| matches!(notice, Notice::Saved { .. }).then_some(()));
     assert!(served.server.stop(), "nothing is left");
 }
 
-/// A server that ends does not leave its solver behind, which may be within a driver that the process then unloads.
+/// A server that ends does not leave its solver running, which may be within a driver that the process then unloads.
 #[test]
 fn a_server_that_ends_within_an_increment_leaves_no_thread_behind() {
     let endless = format!("{TEXT}\n[minimiser]\nkind = \"ncg\"\npreconditioner = \"none\"\nmax_iterations = 1000000\n");

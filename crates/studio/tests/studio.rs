@@ -1,4 +1,4 @@
-//! The thread that solves, as a server has it: several tabs, a closed one, a solver that breaks down.
+//! The solver thread as a server uses it: several tabs, a closed tab, a solver that panics.
 
 mod common;
 
@@ -18,7 +18,7 @@ fn open(text: &str, registry: Registry) -> Studio {
     wireloom_studio::open(opened).unwrap_or_else(|faults| panic!("{faults:?}"))
 }
 
-/// A tab, and all that it was told last.
+/// A tab and its last messages.
 struct Tab {
     number: u32,
     feed: Subscription,
@@ -33,12 +33,12 @@ struct Tab {
 impl Tab {
     fn of(studio: &Studio) -> Self {
         let (wake, woken) = mpsc::channel();
-        // Nobody listens any more when the test is over.
+        // The receiver is gone when the test is over.
         let (number, feed) = studio.attach(Box::new(move || wake.send(()).unwrap_or_default()));
         Self { number, feed, woken, scene: None, timeline: None, session: None, said: vec![], frame: None }
     }
 
-    /// Takes what there is to be taken, until something is so.
+    /// Takes messages until a condition holds.
     fn until(&mut self, what: impl Fn(&Self) -> bool) {
         while !what(self) {
             match self.feed.take() {
@@ -88,7 +88,7 @@ fn two_tabs_see_the_same_and_a_closed_one_frees_what_it_held() {
     other.until(|tab| tab.is_at(2));
     let names: Vec<&str> = other.timeline.iter().flat_map(|t| &t.steps).map(|step| step.name.as_str()).collect();
     assert_eq!(names, ["start", "drag plug-B", "drag plug-B 2"]);
-    // What was asked for is sent, as far as it is known.
+    // Requested frames are sent, as far as they exist.
     studio.submit(other.number, Request::Frames { from: 0, to: 9 });
     other.until(|tab| tab.frame.as_ref().is_some_and(|header| header.frame == 0));
     other.until(|tab| tab.is_at(2));
@@ -101,7 +101,7 @@ fn two_tabs_see_the_same_and_a_closed_one_frees_what_it_held() {
 fn of_targets_that_wait_only_the_newest_counts() {
     let studio = open(CABLE, wireloom::registry());
     let mut tab = Tab::of(&studio);
-    // The start is still being found, or just so: nothing of this is lost, and little of it is carried out.
+    // The start is being computed, or has just been found: no request is lost, and little of the schedule is computed.
     studio.submit(tab.number, Request::Hold { branch: "nowhere".into(), s: 0.0, how: Holding::Pin });
     tab.until(|tab| tab.is_at(0) && tab.said.len() == 1);
     for k in 0..=1000 {
@@ -118,7 +118,7 @@ fn of_targets_that_wait_only_the_newest_counts() {
     assert!(tab.said.len() == 1, "{:?}", tab.said);
 }
 
-/// Newton, until it is told to break down.
+/// Newton, until it is told to panic.
 struct Brittle {
     newton: Box<dyn Minimiser>,
     breaks: Arc<AtomicBool>,

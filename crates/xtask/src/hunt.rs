@@ -6,7 +6,7 @@ use crate::run::{command, step, target};
 /// Builds the search as the tests are built, and runs it.
 pub fn hunt(options: &[&str]) -> Result<(), String> {
     let build = ["build", "--quiet", "--workspace", "--bin", "hunt"];
-    step("the hunt is built with what the tests are built with", &mut command("cargo", &build))?;
+    step("build the random search as the tests are built", &mut command("cargo", &build))?;
     let program = target().join("debug/hunt");
-    step("hunting", &mut command(&program.to_string_lossy(), options))
+    step("random search", &mut command(&program.to_string_lossy(), options))
 }

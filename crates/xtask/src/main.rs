@@ -12,10 +12,10 @@ use std::process::ExitCode;
 const HELP: &str = "\
 cargo xtask COMMAND
 
-  test     all that must hold before a change goes in: form, lints, docs, tests, licences; installs what that needs
-  hunt     random harnesses, each judged by what a user sees of it; what is wrong is made small and saved in target/hunt (hunt --help)
-  readme   writes what the README's commands print into README.md, and the picture beside it
-  help     this
+  test     all checks that a change must pass: format, lints, docs, tests, licences; installs the tools for them
+  hunt     checks the results of random harnesses; minimises failures and saves them in target/hunt (hunt --help)
+  readme   updates the output of commands in README.md, and its picture
+  help     this text
 ";
 
 fn main() -> ExitCode {

@@ -6,12 +6,12 @@ use crate::tools;
 /// Installs missing tools, then checks format, lints, docs, tests and licences.
 pub fn test() -> Result<(), String> {
     tools::components()?;
-    step("one form for all sources", &mut command("cargo", &["fmt", "--all", "--check"]))?;
+    step("format of all sources", &mut command("cargo", &["fmt", "--all", "--check"]))?;
     let lints = ["clippy", "--quiet", "--workspace", "--all-targets", "--", "-D", "warnings"];
-    step("lints: what is known to go wrong", &mut command("cargo", &lints))?;
+    step("lints", &mut command("cargo", &lints))?;
     features()?;
     let docs = ["doc", "--quiet", "--workspace", "--no-deps"];
-    step("docs: every link leads somewhere", command("cargo", &docs).env("RUSTDOCFLAGS", "-D warnings"))?;
+    step("docs: no broken links", command("cargo", &docs).env("RUSTDOCFLAGS", "-D warnings"))?;
     let tests = ["test", "--quiet", "--workspace", "--no-fail-fast"];
     let mut tests = command("cargo", &tests);
     tests.env("WIRELOOM_GPU_TESTS", if tools::vulkan() { "require" } else { "auto" });
@@ -22,12 +22,12 @@ pub fn test() -> Result<(), String> {
     if let Some(python) = tools::python() {
         tests.env("WIRELOOM_PYTHON", python);
     }
-    step("tests, and the examples in the docs", &mut tests)?;
+    step("tests and doc tests", &mut tests)?;
     page()?;
     let deny = tools::deny()?;
     let licences = ["--log-level", "error", "check", "licenses", "bans", "sources"];
-    step("licences and sources of everything that is built in", &mut command(&deny, &licences))?;
-    println!("\nall holds");
+    step("licences and sources of all dependencies", &mut command(&deny, &licences))?;
+    println!("\nall checks passed");
     Ok(())
 }
 
@@ -53,7 +53,7 @@ fn page() -> Result<(), String> {
     }
     let npm = |arguments: &[&str]| command("npm", &[&["--silent", "--prefix", tools::PAGE], arguments].concat());
     step("types of the studio's page", &mut npm(&["run", "check"]))?;
-    step("the page in the repository is what its sources make", &mut npm(&["run", "build", "--", "--check"]))?;
+    step("the page in the repository matches its sources", &mut npm(&["run", "build", "--", "--check"]))?;
     if tools::browser() {
         let program = target().join("debug/wireloom");
         step("the page in a browser", npm(&["test"]).env("WIRELOOM", program))?;

@@ -28,9 +28,9 @@ pub fn vulkan() -> bool {
         return true;
     }
     let by_hand = format!("install {} (or what your system calls them) to run them", PACKAGES.join(" and "));
-    let done = install("install a Vulkan device in software", &PACKAGES);
+    let done = install("install a software Vulkan device", &PACKAGES);
     if let Err(error) = &done {
-        println!("{error}\nno Vulkan driver: the tests that need a GPU, or one in software, are ignored; {by_hand}");
+        println!("{error}\nno Vulkan driver: the tests that need a device are ignored; {by_hand}");
     }
     done.is_ok() && has_vulkan()
 }
@@ -43,10 +43,10 @@ fn install(why: &str, packages: &[&str]) -> Result<(), String> {
         command(all[0], &all[1..])
     };
     if !cfg!(target_os = "linux") || !works(&mut apt(&["--version"])) {
-        return Err(format!("\nfailed: {why}: this is no Debian, or not for you to change"));
+        return Err(format!("\nfailed: {why}: this needs Debian and root"));
     }
     let install = [&["install", "--yes", "--no-install-recommends"][..], packages].concat();
-    step("look up what Debian has", &mut apt(&["update"]))?;
+    step("update the package lists", &mut apt(&["update"]))?;
     step(why, &mut apt(&install))
 }
 
@@ -96,9 +96,9 @@ pub fn python() -> Option<String> {
     let duckdb = format!("duckdb=={DUCKDB}");
     let made = virtual_environment(&root).and_then(|()| {
         let pip = ["-m", "pip", "install", "--quiet", "--disable-pip-version-check", &duckdb];
-        step("install DuckDB into it, another reader of the tables of sweeps", &mut command(&path, &pip))
+        step("install DuckDB, an independent reader of sweep tables", &mut command(&path, &pip))
     });
-    made.inspect_err(|error| println!("{error}\n   so what is tested with DuckDB is ignored")).ok().map(|()| path)
+    made.inspect_err(|error| println!("{error}\n   so the tests with DuckDB are ignored")).ok().map(|()| path)
 }
 
 /// Creates a virtual environment of Python; on Debian its module may be missing, which needs root.
@@ -116,17 +116,14 @@ fn virtual_environment(root: &str) -> Result<(), String> {
 /// Whether the page of the studio can be built here: npm and the page's dependencies are installed, or could be.
 pub fn node() -> bool {
     let there = || works(&mut command("npm", &["--version"]));
-    if !there()
-        && !install("install Node, which the studio's page is made with", &["nodejs", "npm"]).is_ok_and(|()| there())
+    if !there() && !install("install Node, which builds the studio's page", &["nodejs", "npm"]).is_ok_and(|()| there())
     {
-        println!(
-            "   npm is missing, so the page of the studio is taken as it lies in the repository, and not tried in a browser"
-        );
+        println!("   npm is missing: the studio's page in the repository is used as it is and not tested in a browser");
         return false;
     }
     let install = ["ci", "--prefix", PAGE, "--ignore-scripts", "--no-audit", "--no-fund", "--silent"];
-    step("what the page of the studio is made with", &mut command("npm", &install))
-        .inspect_err(|error| println!("{error}\n   so the page is taken as it lies in the repository"))
+    step("install the dependencies of the studio's page", &mut command("npm", &install))
+        .inspect_err(|error| println!("{error}\n   so the page in the repository is used as it is"))
         .is_ok()
 }
 
@@ -134,13 +131,13 @@ pub fn node() -> bool {
 pub fn browser() -> bool {
     // The browser driver needs this version.
     if !works(&mut command("node", &["-e", "process.exit(parseInt(process.versions.node) < 20 ? 1 : 0)"])) {
-        println!("   Node is older than 20, so the page is not tried in a browser");
+        println!("   Node is older than 20, so the page is not tested in a browser");
         return false;
     }
     let there = || works(&mut command("chromium", &["--version"]));
     if there() || install("install a browser for the page", &["chromium"]).is_ok_and(|()| there()) {
         return true;
     }
-    println!("   chromium is missing, so the page is not tried in a browser");
+    println!("   chromium is missing, so the page is not tested in a browser");
     false
 }

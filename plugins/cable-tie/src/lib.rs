@@ -18,10 +18,10 @@ pub fn cable_tie() -> ConstraintKind {
     };
     ConstraintKind {
         name: "cable-tie".into(),
-        doc: "a tie around two branches, drawn tight over the step in which it is put on; it pulls, and the branches touch".into(),
+        doc: "a tie around two branches, tightened during its first step; it pulls until they touch".into(),
         attaches: Attaches { stations: 2..=2, span: SpanUse::Never },
         parameters: vec![
-            number("gap", "room that the tie leaves between the surfaces of the two branches", Quantity::Length, f64::INFINITY, 0.0),
+            number("gap", "gap between the surfaces when the tie is tight", Quantity::Length, f64::INFINITY, 0.0),
             number("tight_at", "share of the step at which it is tight", Quantity::Dimensionless, 1.0, 1.0),
         ],
         build: Box::new(|spec, parameters| Ok(Box::new(Tie::new(spec, parameters)?))),

@@ -7,9 +7,9 @@ use crate::layout::Range;
 use crate::layout::{Outcome, Phase};
 use crate::memory::Memory;
 
-/// Takes the state on trial, settled where that lowers its energy, or tries a shorter step; and says what comes next. The line search is
-/// by halving (Armijo), with the parabola through value, slope and trial where it helps; where round-off hides what a step does to
-/// the energy, the forces say whether it was a good one.
+/// Accepts the trial state, condensed if that lowers its energy, or shortens the step; then selects the next phase.
+/// Backtracking line search (Armijo), with the parabola through value, slope and trial value where possible. If
+/// round-off hides the change of the energy, the residual decides.
 pub(crate) fn accept_step(m: &mut Memory, _: &Range, _: usize, variant: usize) {
     m.control[variant].cycles += 1;
     let c = m.control[variant];
@@ -18,7 +18,7 @@ pub(crate) fn accept_step(m: &mut Memory, _: &Range, _: usize, variant: usize) {
     if c.phase == Phase::Condense as u32 {
         let condensed = totals(m, variant);
         m.control[variant].evaluations += 1;
-        // Where round-off hides which of them is lower, the forces say.
+        // If round-off hides the difference, the residual decides.
         let close = condensed.energy <= energy + noise && condensed.residual < residual;
         if condensed.energy <= energy || close {
             (energy, residual, slot) = (condensed.energy, condensed.residual, 2);
@@ -27,7 +27,7 @@ pub(crate) fn accept_step(m: &mut Memory, _: &Range, _: usize, variant: usize) {
     let finite = is_finite(energy) && is_finite(residual);
     let own = &mut m.control[variant];
     if c.begun == 0 {
-        // The first state that is where its holds want it: there is nothing to compare it with.
+        // The first state that satisfies all holds: there is no previous energy to compare with.
         own.begun = 1;
         own.moving = 0;
         own.last_rotation = c.alpha * c.max_rotation;
@@ -50,7 +50,7 @@ pub(crate) fn accept_step(m: &mut Memory, _: &Range, _: usize, variant: usize) {
                 return;
             }
             if c.since > 1 {
-                // Before it is given up, with a matrix of its own.
+                // Refactorise before giving up.
                 own.phase = Phase::Linearise as u32;
             } else if hidden {
                 end(m, variant, Outcome::Stalled);
@@ -65,7 +65,7 @@ pub(crate) fn accept_step(m: &mut Memory, _: &Range, _: usize, variant: usize) {
         own.last_rotation = c.alpha * c.max_rotation;
         own.stalled = if hidden && residual > 0.5 * c.residual { c.stalled + 1 } else { 0 };
         if own.stalled >= c.patience && c.residual <= residual {
-            // The state at hand is the better one.
+            // The current state is better.
             end(m, variant, Outcome::Stalled);
             return;
         }

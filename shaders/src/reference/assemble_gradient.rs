@@ -2,7 +2,7 @@ use super::shared::assembly::{assembled_force, free_directions, hold_basis, hold
 use crate::layout::Range;
 use crate::memory::Memory;
 
-/// The free gradient in a slot of the state: without its held directions, in world (points) and body axes (frames).
+/// The free gradient in a slot of the state: without held directions, in world axes (points) and body axes (frames).
 pub(crate) fn assemble_gradient(m: &mut Memory, range: &Range, k: usize, variant: usize) {
     let dead = m.number3(m.offsets.variables_numbers as usize + 4 * k, variant);
     let mut g = assembled_force(m, k, variant) - dead;

@@ -4,8 +4,9 @@ use crate::layout::Range;
 use crate::memory::{Matrix, Memory, Vector};
 use crate::plan::{NEGATIVE, TRANSPOSED};
 
-/// Every block of a matrix, that of all variables or that of the points alone: the sum of the parts' second derivatives, and on the diagonal of frames σ times their weight. The rows and
-/// columns of held directions become those of the identity, in the basis of each held variable.
+/// A block of the matrix of all variables, or of the points alone: the sum of the parts' second derivatives, and σ
+/// times the weight on the diagonal of frames. Rows and columns of held directions become those of the identity, in the
+/// basis of each held variable.
 pub(crate) fn assemble_matrix(m: &mut Memory, range: &Range, k: usize, variant: usize) {
     let table = range.table as usize;
     let [block, row, column] = [1, 2, 3].map(|i| m.word(table + 4 * k + i) as usize);

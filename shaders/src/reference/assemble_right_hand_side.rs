@@ -2,7 +2,8 @@ use super::shared::assembly::{assembled_force, free_directions, hold_basis, hold
 use crate::layout::Range;
 use crate::memory::Memory;
 
-/// Minus the gradient (where the step is to carry the prescribed motion: as it is after that), in the basis of each held variable and without its held directions.
+/// Minus the gradient, in the basis of each held variable and without held directions. If the step includes the
+/// prescribed motion, the gradient is extrapolated by it.
 pub(crate) fn assemble_right_hand_side(m: &mut Memory, range: &Range, k: usize, variant: usize) {
     let [own, variable] = [0, 1].map(|i| m.word(range.table as usize + 2 * k + i) as usize);
     let dead = m.number3(m.offsets.variables_numbers as usize + 4 * variable, variant);

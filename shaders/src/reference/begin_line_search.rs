@@ -2,9 +2,9 @@ use super::shared::limits::{MAX_ROTATION, end, is_finite};
 use crate::layout::{Outcome, Phase, Range};
 use crate::memory::Memory;
 
-/// Slope of the energy along the step, and the longest share of it that turns no frame too far. The gradient method adds β times the last step,
-/// `β = g·M⁻¹(g − g°)/(g°·M⁻¹g°)` where that is positive and the sum leads downhill (Polak and Ribière 1969, Polyak 1969), M being
-/// the matrix.
+/// Slope of the energy along the step, and the largest step length with bounded rotations. The gradient
+/// method adds β times the last step, `β = g·M⁻¹(g − g°)/(g°·M⁻¹g°)` if that is positive and the sum is
+/// a descent direction (Polak and Ribière 1969, Polyak 1969); M is the matrix.
 pub(crate) fn begin_line_search(m: &mut Memory, _: &Range, _: usize, variant: usize) {
     let (mut slope, mut before, mut last, mut turn) = (0.0, 0.0, 0.0, 0.0_f64);
     for chunk in 0..m.offsets.chunks as usize {
@@ -28,7 +28,7 @@ pub(crate) fn begin_line_search(m: &mut Memory, _: &Range, _: usize, variant: us
     control.since += 1;
     control.iterations += 1;
     slope += beta * last;
-    // No frame turns farther than by both together.
+    // Upper bound for the rotation by both directions.
     turn += beta * control.max_rotation;
     control.slope = slope;
     control.max_rotation = turn;

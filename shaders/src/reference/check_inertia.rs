@@ -4,7 +4,8 @@ use crate::layout::Phase;
 use crate::layout::Range;
 use crate::memory::Memory;
 
-/// After a factorisation: where the matrix is not positive definite, the next shift of the frames' diagonal and another one.
+/// After a factorisation: if the matrix is not positive definite, increases the shift of the frames' diagonal and
+/// refactorises.
 pub(crate) fn check_inertia(m: &mut Memory, range: &Range, _: usize, variant: usize) {
     let negative = negative_pivots(m, range, variant);
     let control = &mut m.control[variant];

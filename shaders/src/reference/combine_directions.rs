@@ -1,7 +1,7 @@
 use crate::layout::Range;
 use crate::memory::Memory;
 
-/// The step: the steepest descent in the metric at hand and β times the last step; by Newton's method β is 0.
+/// The step: steepest descent in the current metric plus β times the last step; β is 0 in Newton's method.
 pub(crate) fn combine_directions(m: &mut Memory, _: &Range, k: usize, variant: usize) {
     let entry = m.offsets.step_vectors as usize + 3 * k;
     let mut step = m.vector3(m.offsets.descent_vectors as usize + 3 * k, variant);

@@ -4,7 +4,7 @@ use crate::harness::NONE;
 use crate::layout::Range;
 use crate::memory::Memory;
 
-/// The state on trial with its points where they are in balance, the frames being as they are.
+/// Static condensation: the trial state with its points in equilibrium for fixed frames.
 pub(crate) fn condense_points(m: &mut Memory, _: &Range, k: usize, variant: usize) {
     let at = m.state_entry(k, 1, variant);
     let to = m.state_entry(k, 2, variant);

@@ -3,7 +3,7 @@ use super::shared::coupling::{Coupling, bend_twist, bend_twist_energy, moment_on
 use crate::layout::Range;
 use crate::memory::Memory;
 
-/// Energy of every coupling in a slot of the state, and the moments on what carries its frames.
+/// Energy of every coupling in a slot of the state, and the moments on the carriers of its frames.
 pub(crate) fn evaluate_couplings(m: &mut Memory, range: &Range, k: usize, variant: usize) {
     let entry = m.offsets.couplings_numbers as usize + 15 * k;
     let c = Coupling {

@@ -5,8 +5,9 @@ use super::shared::station_segment::{
 use crate::layout::Range;
 use crate::memory::Memory;
 
-/// Energy of every segment beside a station in a slot of the state, ∂E/∂e = R n′, ∂E/∂θ = ℓ n′ × v + (∂φ/∂θ)ᵀ μ with μ = ℓ n × v, what its
-/// stations bear, and ∂²E/∂e² = R A C Aᵀ Rᵀ/ℓ with Aᵀ = I − \[φ\]ₓ.
+/// Energy of every segment with stations in a slot of the state, ∂E/∂e = R n′, ∂E/∂θ = ℓ n′ ×
+/// v + (∂φ/∂θ)ᵀ μ with μ = ℓ n × v, the moments on its stations, and ∂²E/∂e² = R A C Aᵀ Rᵀ/ℓ
+/// with Aᵀ = I − \[φ\]ₓ.
 pub(crate) fn evaluate_station_segments(m: &mut Memory, range: &Range, k: usize, variant: usize) {
     let s = station_segment(m, k, variant);
     let links = m.offsets.station_segments_program as usize + 5 * k;

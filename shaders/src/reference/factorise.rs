@@ -2,7 +2,7 @@ use crate::elimination::{PIVOT, UPDATE};
 use crate::layout::Range;
 use crate::memory::{Matrix, Memory};
 
-/// P⁻¹ and the number of its negative pivots, through P = L D Lᵀ.
+/// P⁻¹ and the number of negative pivots of P, by P = L D Lᵀ.
 fn invert(p: &Matrix) -> (Matrix, f64) {
     let i1 = 1.0 / p[(0, 0)];
     let (l21, l31) = (p[(1, 0)] * i1, p[(2, 0)] * i1);
@@ -21,8 +21,8 @@ fn invert(p: &Matrix) -> (Matrix, f64) {
     (Matrix::new(x11, x12, x13, x12, x22, x23, x13, x23, i3), negative as f64)
 }
 
-/// A task of the factorisation A = B D⁻¹ Bᵀ: one block after the other, A_ij + Σ U − Σ B_ik D_k⁻¹ B_jkᵀ; pivots are inverted in place, and
-/// their negative ones counted with those of the tasks before it (Sylvester's inertia).
+/// A task of the factorisation A = B D⁻¹ Bᵀ, block by block: A_ij + Σ U − Σ B_ik D_k⁻¹ B_jkᵀ. Pivots are
+/// inverted in place; negative ones are added to those of earlier tasks (Sylvester's law of inertia).
 pub(crate) fn factorise(m: &mut Memory, range: &Range, k: usize, variant: usize) {
     let table = range.table as usize;
     let end = table + m.word(table + k + 1) as usize;

@@ -3,7 +3,7 @@ use super::shared::coupling::{Coupling, bend_twist, bend_twist_hessian, moment_o
 use crate::layout::Range;
 use crate::memory::Memory;
 
-/// Second derivatives of every coupling, and first ones as they are after the prescribed motion.
+/// Second derivatives of every coupling, and first derivatives extrapolated by the prescribed motion.
 pub(crate) fn linearise_couplings(m: &mut Memory, _: &Range, k: usize, variant: usize) {
     let entry = m.offsets.couplings_numbers as usize + 15 * k;
     let c = Coupling {

@@ -3,8 +3,9 @@ use super::shared::segment::{segment, segment_law};
 use crate::layout::Range;
 use crate::memory::Memory;
 
-/// Second derivatives of every segment at the state at hand: ∂²E/∂e² = R C Rᵀ/ℓ, ∂²E/∂θ∂e = (\[v\]ₓᵀ C + \[n\]ₓ) Rᵀ,
-/// ∂²E/∂θ² = ℓ (\[v\]ₓᵀ C \[v\]ₓ + sym(n vᵀ) − (n·v) I); and first ones as they are after the prescribed motion.
+/// Second derivatives of every segment at the current state: ∂²E/∂e² = R C Rᵀ/ℓ, ∂²E/∂θ∂e =
+/// (\[v\]ₓᵀ C + \[n\]ₓ) Rᵀ, ∂²E/∂θ² = ℓ (\[v\]ₓᵀ C \[v\]ₓ + sym(n vᵀ) − (n·v) I); and first
+/// derivatives extrapolated by the prescribed motion.
 pub(crate) fn linearise_segments(m: &mut Memory, _: &Range, k: usize, variant: usize) {
     let s = segment(m, k, variant);
     let links = m.offsets.segments_program as usize + 3 * k;

@@ -4,7 +4,8 @@ use crate::harness::NONE;
 use crate::layout::Range;
 use crate::memory::{Memory, Vector};
 
-/// Second derivatives of every spring, and first ones as they are after the prescribed motion; X moves with ∂X/∂θ = −R \[o\]ₓ.
+/// Second derivatives of every spring, and first derivatives extrapolated by the prescribed motion; ∂X/∂θ = −R
+/// \[o\]ₓ.
 pub(crate) fn linearise_springs(m: &mut Memory, _: &Range, k: usize, variant: usize) {
     let law = spring_law(m, k, 0, variant);
     let s = spring(m, k, variant);

@@ -6,15 +6,17 @@ use super::shared::station_segment::{
 use crate::layout::Range;
 use crate::memory::{Matrix, Memory, Vector};
 
-/// Second derivatives of μ·φ in the rotation of the segment, in both (rows segment, columns station) and in that of the station.
+/// Second derivatives of μ·φ with respect to the rotation of the segment, both rotations (rows: segment, columns:
+/// station), and that of the station.
 struct TurnHessian {
     segment: Matrix,
     mixed: Matrix,
     station: Matrix,
 }
 
-/// φ = 2 β w v: with a = −½(w μ + v × μ), b = ½(w μ − v × μ), m = μ·v these are, over β, −w m I + v aᵀ + a vᵀ,
-/// ½ w (v μᵀ + μ vᵀ + w \[μ\]ₓ) + v bᵀ − a vᵀ + ½ m \[v\]ₓ and −w m I − v bᵀ − b vᵀ.
+/// φ = 2 β w v: with a = −½(w μ + v × μ), b = ½(w μ − v × μ), m = μ·v they are, divided by
+/// β, −w m I + v aᵀ + a vᵀ, ½ w (v μᵀ + μ vᵀ + w \[μ\]ₓ) + v bᵀ − a vᵀ + ½ m \[v\]ₓ and −w
+/// m I − v bᵀ − b vᵀ.
 fn turn_hessian(s: &Station, force: &Vector) -> TurnHessian {
     let mu = force * s.blend;
     let (w, v) = (s.w, &s.v);
@@ -32,8 +34,8 @@ fn turn_hessian(s: &Station, force: &Vector) -> TurnHessian {
     }
 }
 
-/// Second derivatives of every segment beside a station: ℓ Jᵀ C J with J = ∂Γ, those of ℓ n′·v in (e, θ), of μ·φ in (θ, θ_Q), and
-/// ℓ n·(δv × δφ) twice; then those in what carries the stations.
+/// Second derivatives of every segment with stations: ℓ Jᵀ C J with J = ∂Γ, those of ℓ n′·v with respect to
+/// (e, θ), of μ·φ with respect to (θ, θ_Q), and twice ℓ n·(δv × δφ).
 pub(crate) fn linearise_station_segments(m: &mut Memory, _: &Range, k: usize, variant: usize) {
     let s = station_segment(m, k, variant);
     let links = m.offsets.station_segments_program as usize + 5 * k;
@@ -48,7 +50,7 @@ pub(crate) fn linearise_station_segments(m: &mut Memory, _: &Range, k: usize, va
     let rt = law.r.transpose();
     let along_v = identity(1.0) - skew(&law.phi);
     let along_phi = skew(v);
-    // ∂v and ∂φ in the edge, the segment and both stations.
+    // ∂v and ∂φ with respect to the edge, the segment and both stations.
     let dv_e = rt * (1.0 / s.l);
     let dphi_f = segment_rotation_jacobian(first.w, &first.v) * first.blend
         + segment_rotation_jacobian(second.w, &second.v) * second.blend;
@@ -59,7 +61,7 @@ pub(crate) fn linearise_station_segments(m: &mut Memory, _: &Range, k: usize, va
     let g_f = along_v * skew(v) + along_phi * dphi_f;
     let g_0 = along_phi * dphi_0;
     let g_1 = along_phi * dphi_1;
-    // a·([n]ₓᵀ b) = n·(a × b), and C: what ∂Γ, ∂v and ∂φ are multiplied by.
+    // a·([n]ₓᵀ b) = n·(a × b), and C: factors of ∂Γ, ∂v and ∂φ.
     let c = diagonal(&law.c);
     let nt = -skew(n);
     let force = conjugate_force(&law);
@@ -80,7 +82,7 @@ pub(crate) fn linearise_station_segments(m: &mut Memory, _: &Range, k: usize, va
     let s_00 = g_0.transpose() * c * g_0 * s.l + h0.station;
     let s_11 = g_1.transpose() * c * g_1 * s.l + h1.station;
     let s_10 = g_1.transpose() * c * g_0 * s.l;
-    // In what carries the stations: θ = Aᵀ θ_Q, and the edge goes with ∂e/∂θ_Q = ± R [o]ₓ.
+    // With respect to the carriers of the stations: θ = Aᵀ θ_Q, and ∂e/∂θ_Q = ± R [o]ₓ.
     let world = law.r * force;
     let a_0 = rotation_matrix(&first.rest);
     let a_1 = rotation_matrix(&second.rest);
@@ -106,7 +108,7 @@ pub(crate) fn linearise_station_segments(m: &mut Memory, _: &Range, k: usize, va
         + a_1 * e_1 * l_0
         + l_1.transpose() * e_0.transpose() * a_0.transpose()
         + a_1 * s_10 * a_0.transpose();
-    // First derivatives as they are after the prescribed motion.
+    // First derivatives extrapolated by the prescribed motion.
     let through = dphi_f.tr_mul(&mu);
     let de = m.motion(b, variant) - m.motion(a, variant);
     let theta = m.motion(f, variant);

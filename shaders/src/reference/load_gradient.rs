@@ -2,8 +2,8 @@ use super::shared::assembly::{free_directions, hold_basis, hold_entry};
 use crate::layout::Range;
 use crate::memory::Memory;
 
-/// Minus the free gradient of the state at hand, in the basis of each held variable: the right-hand side of the gradient method, which goes
-/// on in the metric of the matrix that was factorised last.
+/// Minus the free gradient of the current state, in the basis of each held variable: the right-hand side of the
+/// gradient method, which reuses the last factorised matrix as a preconditioner.
 pub(crate) fn load_gradient(m: &mut Memory, range: &Range, k: usize, variant: usize) {
     let [own, variable] = [0, 1].map(|i| m.word(range.table as usize + 2 * k + i) as usize);
     let mut r = -m.vector3(m.gradient_entry(variable, 0, variant), variant);

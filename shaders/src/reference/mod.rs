@@ -1,5 +1,13 @@
-//! The CPU twin of every stage: one file for each of `stages/` and of `shared/`, to be laid beside it. They work on the same
-//! [`Memory`] in f64, so what a device computes can be compared stage by stage, and stepped through in a debugger.
+//! CPU reference of every stage, one file for each of `stages/` and of `shared/`. Only tests see it: those of this
+//! crate, and others with the feature `reference`. It works on the same [`Memory`] in f64, so the results of a device can
+//! be compared stage by stage, also in a debugger.
+//!
+//! A test of a device against `wireloom_core::Problem` does not replace it. The problem has the energies and their
+//! derivatives, but not the inertia of the factorisation, the condensation, the step lengths, the conjugate directions
+//! and the phases. A device that gets one of these wrong still converges, only more slowly: the conformance suite of
+//! minimisers then passes, while the parity test of `wireloom-gpu` fails. Also, the reference is tested without any
+//! device.
+
 
 mod accept_step;
 mod assemble_gradient;
@@ -28,15 +36,17 @@ mod solve_backward;
 mod solve_forward;
 mod sum_state;
 mod sum_step;
+#[cfg(test)]
+mod tests;
 
 use crate::Stage;
 use crate::memory::Memory;
 use crate::plan::{Dispatch, Plan};
 
-/// One dispatch: its stage over every item of every variant that is in one of its phases.
+/// Runs a dispatch: its stage on every item of every variant in one of its phases.
 pub fn run(memory: &mut Memory, dispatch: &Dispatch) {
     let range = dispatch.range;
-    let twin = match dispatch.stage {
+    let stage = match dispatch.stage {
         Stage::BeginLineSearch => begin_line_search::begin_line_search,
         Stage::CombineDirections => combine_directions::combine_directions,
         Stage::Factorise => factorise::factorise,
@@ -67,13 +77,13 @@ pub fn run(memory: &mut Memory, dispatch: &Dispatch) {
     for variant in 0..memory.variants() {
         if range.phases >> memory.control[variant].phase & 1 == 1 {
             for item in range.first..range.first + range.count {
-                twin(memory, &range, item as usize, variant);
+                stage(memory, &range, item as usize, variant);
             }
         }
     }
 }
 
-/// Cycles until every variant is done, at most so many. Returns how many.
+/// Runs cycles until all variants are finished, at most this many. Returns the number of cycles.
 pub fn descend(memory: &mut Memory, plan: &Plan, cycles: usize) -> usize {
     use crate::layout::Phase;
     for cycle in 0..cycles {

@@ -1,7 +1,7 @@
 use crate::layout::Range;
 use crate::memory::Memory;
 
-/// Where every variable is, all in one place: what a host reads back, whichever third of the state a variant is in.
+/// Packs the states of all variants for read-back, whichever third of the buffer is current.
 pub(crate) fn pack_shape(m: &mut Memory, _: &Range, k: usize, variant: usize) {
     let at = m.state_entry(k, 0, variant);
     for i in 0..7 {

@@ -3,8 +3,8 @@ use super::shared::totals::totals;
 use crate::layout::{Phase, Range};
 use crate::memory::Memory;
 
-/// Takes note of the state on trial, and whether its points are to be settled: a turn leaves segments longer by the share ½ θ², which is a
-/// force far above all others (see solve::settle).
+/// Records energy and residual of the trial state, and whether its points need condensation: a rotation by θ stretches
+/// segments by the fraction ½ θ², which causes forces far above all others (see the static condensation of `solve`).
 pub(crate) fn record_trial(m: &mut Memory, _: &Range, _: usize, variant: usize) {
     let trial = totals(m, variant);
     let control = &mut m.control[variant];

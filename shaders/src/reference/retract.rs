@@ -5,7 +5,7 @@ use crate::layout::Range;
 use crate::memory::{Memory, Rotation, Vector};
 use nalgebra::Quaternion;
 
-/// The shortest rotation that takes direction a to b, both of length 1; the identity where they are opposite.
+/// The shortest rotation from direction a to b, both unit vectors; the identity if they are opposite.
 fn shortest(a: &Vector, b: &Vector) -> Rotation {
     let w = 1.0 + a.dot(b);
     if w < 1e-12 {
@@ -14,7 +14,7 @@ fn shortest(a: &Vector, b: &Vector) -> Rotation {
     normalised(Quaternion::from_parts(w, a.cross(b)))
 }
 
-/// The state on trial: points move by α δ, frames turn by α θ, and what is held is put where its hold wants it.
+/// The trial state: points move by α δ, frames rotate by α θ, and held variables are set to their targets.
 pub(crate) fn retract(m: &mut Memory, _: &Range, k: usize, variant: usize) {
     let at = m.state_entry(k, 0, variant);
     let to = m.state_entry(k, 1, variant);

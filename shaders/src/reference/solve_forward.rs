@@ -2,7 +2,7 @@ use crate::elimination::{PIVOT, UPDATE};
 use crate::layout::Range;
 use crate::memory::{Memory, Vector};
 
-/// A task of the forward substitution: z_j = D_j⁻¹ (r_j + Σ u − Σ B_jk z_k), and what it leaves for later ones.
+/// A task of the forward substitution: z_j = D_j⁻¹ (r_j + Σ u − Σ B_jk z_k), and its updates for later tasks.
 pub(crate) fn solve_forward(m: &mut Memory, range: &Range, k: usize, variant: usize) {
     let table = range.table as usize;
     let end = table + m.word(table + k + 1) as usize;

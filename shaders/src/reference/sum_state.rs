@@ -1,12 +1,12 @@
 use crate::layout::Range;
 use crate::memory::Memory;
 
-/// Maximum that keeps what is not a number.
+/// Maximum that propagates NaN.
 fn larger(a: f64, b: f64) -> f64 {
     if a >= b { a } else { b }
 }
 
-/// A chunk of a slot of the state: its energy, and its largest free force and moment (squared).
+/// Sums over a chunk of a slot of the state: its energy, and its largest free force and moment (squared).
 pub(crate) fn sum_state(m: &mut Memory, range: &Range, k: usize, variant: usize) {
     let p = m.offsets;
     let parts = p.segments + p.station_segments + p.couplings + p.springs;

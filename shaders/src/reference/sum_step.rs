@@ -2,8 +2,9 @@ use super::shared::assembly::{hold_basis, hold_entry};
 use crate::layout::Range;
 use crate::memory::Memory;
 
-/// A chunk of the descent: from the bases of the held variables to world and body axes, with the prescribed motion; its products with
-/// the gradient and with the one before it, that of the last step with the gradient, and its largest turn.
+/// Sums over a chunk of the step: transforms the descent direction from the bases of held variables to world and body
+/// axes, adds the prescribed motion, and computes the products with the current and the previous gradient, the product
+/// of the last step with the gradient, and the largest rotation.
 pub(crate) fn sum_step(m: &mut Memory, _: &Range, k: usize, variant: usize) {
     let p = m.offsets;
     let (mut slope, mut before, mut last, mut turn) = (0.0, 0.0, 0.0, 0.0_f64);

@@ -1,4 +1,4 @@
-//! Many harnesses at a time.
+//! Batches of several harnesses.
 
 use libtest_mimic::Failed;
 use std::sync::Arc;
@@ -8,10 +8,11 @@ use wireloom_gpu::{Gpu, GpuMinimiser};
 use wireloom_shaders::Real;
 use wireloom_testkit::conformance::networks::cable;
 
-/// Members of the batch.
+/// Number of members of the batch.
 const MEMBERS: usize = 5;
 
-/// Where a cable whose end is moved in steps comes to: of the member's own, so that some are done before others.
+/// Final state of a cable whose end moves in steps; the number of steps depends on the member, so that some finish
+/// earlier.
 fn follow(gpu: &Arc<Gpu>, batch: &Arc<Batch>, member: usize) -> Result<State, String> {
     let mut registry = Registry::default();
     wireloom_models::register(&mut registry);
@@ -31,11 +32,11 @@ fn follow(gpu: &Arc<Gpu>, batch: &Arc<Batch>, member: usize) -> Result<State, St
     Ok(state)
 }
 
-/// Members of a batch end in the same bits as if each had been alone, though they are not all there to the end.
+/// Members of a batch end with the same bits as alone, although some leave earlier.
 pub fn end_as_if_alone(gpu: &Arc<Gpu>) -> Result<(), Failed> {
     let (together, alone) = (Arc::new(Batch::new(usize::MAX)), Arc::new(Batch::new(usize::MAX)));
     let found: Vec<Result<State, String>> = std::thread::scope(|scope| {
-        // All are members before the first one waits.
+        // All threads are members before the first one waits.
         let members: Vec<_> = (0..MEMBERS).map(|_| together.join()).collect();
         let work = members.into_iter().enumerate().map(|(k, member)| {
             let together = &together;

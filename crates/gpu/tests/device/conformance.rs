@@ -1,4 +1,4 @@
-//! The whole minimiser against the contract of [`wireloom_core::Minimiser`], in double precision and with nothing polished.
+//! The minimiser satisfies the contract of [`wireloom_core::Minimiser`], in double precision and without polishing.
 
 use libtest_mimic::Failed;
 use std::sync::Arc;
@@ -30,7 +30,7 @@ fn hold(gpu: &Arc<Gpu>, suite: Suite) -> Result<(), Failed> {
 
 macro_rules! checks {
     ($($name:ident)+) => {
-        /// One for each clause.
+        /// One check for each clause.
         pub const CHECKS: &[(&str, super::Check)] = &[$((stringify!($name), |gpu| hold(gpu, minimiser::$name))),+];
     };
 }

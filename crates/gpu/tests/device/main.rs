@@ -1,5 +1,5 @@
-//! What needs a device: a GPU, or one in software. Which one, and what happens where there is none, the variable WIRELOOM_GPU_TESTS
-//! says ([`wireloom_gpu::policy`]).
+//! Tests that need a device, a GPU or a software device. The variable WIRELOOM_GPU_TESTS selects it
+//! ([`wireloom_gpu::policy`]).
 
 mod batches;
 mod conformance;
@@ -17,8 +17,8 @@ const CHECKS: &[(&str, Check)] = &[
     ("an unknown name is refused with those there are", unknown_is_refused),
     ("a device that is lost says so and nothing panics", lost_says_so),
     ("members of a batch end as if each were alone", batches::end_as_if_alone),
-    ("every stage does what its twin does, in double precision", parity::double),
-    ("every stage does what its twin does, in single precision", parity::single),
+    ("every stage agrees with its CPU reference, in double precision", parity::double),
+    ("every stage agrees with its CPU reference, in single precision", parity::single),
 ];
 
 fn main() {

@@ -1,7 +1,7 @@
-//! Who stands at the door, and who has been let in.
+//! Admission of connections, before and after they have shown the token.
 //!
-//! A connection that has not shown the token is a stranger's. Strangers have places of their own, and where too many wait the one that came
-//! first is sent away: so they keep nobody out.
+//! Connections that have not shown the token have a pool of their own. If it is full, the oldest of them is closed, so
+//! they cannot block authenticated clients.
 
 use std::collections::VecDeque;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -9,33 +9,33 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use tokio::sync::{OwnedSemaphorePermit, Semaphore};
 use tokio::task::AbortHandle;
 
-/// Strangers at a time.
+/// Largest number of unauthenticated connections.
 const MAX_UNAUTHENTICATED: usize = 64;
 
-/// The door.
+/// Counts and limits connections.
 pub(super) struct Admission {
-    /// Places within, in all and free.
+    /// Slots for authenticated connections: total number, and free ones.
     places: (u32, Arc<Semaphore>),
-    /// Strangers, in the order in which they came.
+    /// Unauthenticated connections, oldest first.
     unauthenticated: Mutex<VecDeque<(u64, AbortHandle)>>,
-    /// Visitors so far.
+    /// Number of connections so far.
     count: AtomicU64,
 }
 
-/// A connection; its place is given back when the last who holds it has gone.
+/// A connection; its slot is freed when the last reference is dropped.
 pub(super) struct Peer {
     admission: Arc<Admission>,
     number: u64,
     place: Mutex<Option<OwnedSemaphorePermit>>,
 }
 
-/// Nobody panics who holds it.
+/// No critical section panics.
 fn locked<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 impl Admission {
-    /// With so many places within.
+    /// With this number of slots for authenticated connections.
     pub fn new(places: u32) -> Self {
         Self {
             places: (places, Arc::new(Semaphore::new(places as usize))),
@@ -44,32 +44,32 @@ impl Admission {
         }
     }
 
-    /// Somebody comes.
+    /// Registers a new connection.
     pub fn register(self: &Arc<Self>) -> Arc<Peer> {
         let number = self.count.fetch_add(1, Ordering::Relaxed);
         Arc::new(Peer { admission: self.clone(), number, place: Mutex::new(None) })
     }
 
-    /// How many have been let in.
+    /// Number of authenticated connections.
     pub fn authenticated(&self) -> usize {
         let (all, free) = &self.places;
         *all as usize - free.available_permits()
     }
 
-    /// Waits until all have gone that were let in.
+    /// Waits until all authenticated connections are closed.
     pub async fn all_closed(&self) {
         let (all, free) = &self.places;
-        // It is never closed.
+        // The semaphore is never closed.
         let _ = free.acquire_many(*all).await;
     }
 }
 
 impl Peer {
-    /// Waits at the door; `served`: what serves him, and ends when he is sent away.
+    /// Adds the connection to the unauthenticated ones; `served`: its task, which is aborted if it has to leave.
     pub fn wait_for_token(&self, served: AbortHandle) {
         let mut unauthenticated = locked(&self.admission.unauthenticated);
         unauthenticated.retain(|(_, served)| !served.is_finished());
-        // He may have been let in, or have gone, already.
+        // It may already be authenticated or closed.
         if locked(&self.place).is_some() || served.is_finished() {
             return;
         }
@@ -81,7 +81,7 @@ impl Peer {
         }
     }
 
-    /// Has shown the token. Returns whether there is a place for him.
+    /// Marks the connection as authenticated. Returns whether there is a slot.
     pub fn authenticate(&self) -> bool {
         let authenticated = {
             let mut place = locked(&self.place);

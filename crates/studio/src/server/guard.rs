@@ -1,4 +1,4 @@
-//! Who is let in.
+//! Checks of every request: host, origin and token.
 
 use super::admission::Peer;
 use super::state::ServerState;
@@ -9,7 +9,7 @@ use axum::response::{IntoResponse, Response};
 use std::net::IpAddr;
 use std::sync::Arc;
 
-/// Lets in who calls the server by a name of its own, comes from a page of its own, and has the token; who has not is sent away.
+/// Passes requests with a valid `Host`, a valid `Origin` and the token; refuses all others.
 pub async fn guard(
     State(state): State<Arc<ServerState>>,
     Extension(peer): Extension<Arc<Peer>>,
@@ -22,7 +22,8 @@ pub async fn guard(
     let away =
         |status: StatusCode, words: &'static str| (status, [(header::CONNECTION, "close")], words).into_response();
     let mut response = if !knows {
-        let words = "This is a studio of wireloom, whose address has a token, a new one for each session: take the whole address that it printed.\n";
+        let words = "This is a studio of wireloom. Its address has a token, a new one for each session: \
+                     open the whole address that it printed.\n";
         away(StatusCode::FORBIDDEN, words)
     } else if !peer.authenticate() {
         away(StatusCode::SERVICE_UNAVAILABLE, "there are too many connections already: close some pages\n")
@@ -31,7 +32,7 @@ pub async fn guard(
     };
     let always: [(HeaderName, &str); 4] = [
         (header::X_CONTENT_TYPE_OPTIONS, "nosniff"),
-        // The token goes nowhere else.
+        // Do not pass the token on to other sites.
         (header::REFERRER_POLICY, "no-referrer"),
         (header::CACHE_CONTROL, "no-store"),
         (HeaderName::from_static("cross-origin-resource-policy"), "same-origin"),
@@ -42,13 +43,13 @@ pub async fn guard(
     response
 }
 
-/// Whether `Host` names the server as one that knows it would: by an IP address, as `localhost`, or by the name it was bound to. Another
-/// site's name that was made to lead here (DNS rebinding) is none of these. The port may be another one: a tunnel has its own.
+/// Whether `Host` is a valid name of the server: an IP address, `localhost`, or the name it was bound to. Names of
+/// other sites that resolve to this machine (DNS rebinding) are not. The port is not checked: a tunnel has its own.
 fn is_own_host(headers: &HeaderMap, bound: &str) -> bool {
     let mut hosts = headers.get_all(header::HOST).iter();
     let (Some(host), None) = (hosts.next().and_then(|host| host.to_str().ok()), hosts.next()) else { return false };
     let name = match host.rsplit_once(':') {
-        // The colons of an address are within its brackets.
+        // Colons of an IPv6 address are within brackets.
         Some((name, port)) if port.bytes().all(|byte| byte.is_ascii_digit()) => name,
         _ => host,
     };
@@ -56,7 +57,7 @@ fn is_own_host(headers: &HeaderMap, bound: &str) -> bool {
     name.eq_ignore_ascii_case("localhost") || name.eq_ignore_ascii_case(bound) || bare.parse::<IpAddr>().is_ok()
 }
 
-/// Whether the page it comes from, where a browser says so, is one of this server. Browsers always say it for WebSockets.
+/// Whether the origin, if given, is a page of this server. Browsers always give it for WebSockets.
 fn is_own_origin(headers: &HeaderMap) -> bool {
     let host = headers.get(header::HOST).and_then(|host| host.to_str().ok()).unwrap_or_default();
     headers.get_all(header::ORIGIN).iter().all(|origin| {

@@ -1,5 +1,5 @@
-//! The session behind the page, and its draft: what hands did and nobody has saved is kept while it goes, and offered when the next session of
-//! the same scenario begins.
+//! The session behind the page, and its draft: unsaved changes are stored at intervals and offered to the next session
+//! of the same scenario.
 
 use crate::Studio;
 use crate::protocol::Notice;
@@ -7,18 +7,18 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 use tokio::sync::watch;
 
-/// What a server cannot do itself: files, and opening scenarios.
+/// Operations that the server leaves to the program: files, and opening scenarios.
 pub trait Backend: Send + Sync {
-    /// Keeps the draft beside what is known of the scenario; none: there is nothing to be kept any more.
+    /// Stores the draft of the scenario; `None` deletes it.
     fn keep(&self, draft: Option<&str>);
 
     /// Opens a session with the text of a draft.
     ///
     /// # Errors
-    /// Why the text cannot be used, in words.
+    /// Message why the text cannot be used.
     fn open(&self, draft: &str) -> Result<Studio, String>;
 
-    /// The file of this name, of what a session has come to; `None` where there is none.
+    /// The exported file of this name for the current state; `None` if there is none.
     fn export(&self, studio: &Studio, name: &str) -> Option<Vec<u8>>;
 }
 
@@ -27,7 +27,7 @@ pub trait Backend: Send + Sync {
 pub struct DraftOffer {
     /// Its text.
     pub text: String,
-    /// When it was kept (RFC 3339).
+    /// Time of storage (RFC 3339).
     pub written: String,
 }
 
@@ -35,13 +35,13 @@ pub struct DraftOffer {
 pub struct Live {
     studio: watch::Sender<Arc<Studio>>,
     offer: watch::Sender<Option<DraftOffer>>,
-    /// The draft as it was kept last.
+    /// The draft as last stored.
     kept: Mutex<Option<Arc<str>>>,
     backend: Box<dyn Backend>,
 }
 
 impl Live {
-    /// A session; `offer`: what an earlier one has left.
+    /// A session; `offer`: the draft of an earlier one.
     pub fn new(studio: Studio, offer: Option<DraftOffer>, backend: Box<dyn Backend>) -> Self {
         Self {
             studio: watch::Sender::new(Arc::new(studio)),
@@ -51,37 +51,34 @@ impl Live {
         }
     }
 
-    /// The session, now and whenever another one takes its place.
+    /// The current session, and any that replaces it.
     pub(super) fn studio(&self) -> watch::Receiver<Arc<Studio>> {
         self.studio.subscribe()
     }
 
-    /// The session as it is now.
+    /// The current session.
     pub fn now(&self) -> Arc<Studio> {
         self.studio.borrow().clone()
     }
 
-    /// The offer, now and when it has been taken up, discarded or overtaken.
+    /// The offered draft, until it is accepted, discarded or replaced.
     pub(super) fn offer(&self) -> watch::Receiver<Option<DraftOffer>> {
         self.offer.subscribe()
     }
 
-    /// Takes up the draft that is offered, or discards it.
+    /// Accepts or discards the offered draft.
     ///
     /// # Errors
-    /// What a page is told where there is none any more, or where it cannot be used.
+    /// If there is no draft any more, or it cannot be used.
     pub(super) fn decide_draft(&self, take: bool) -> Result<(), Refusal> {
-        // Held to the end: another tab that decides at the same time comes too late.
+        // Locked to the end: another tab's decision comes too late.
         let mut kept = self.kept();
         let Some(offer) = self.offer.borrow().clone() else {
-            return Err(refused("there is no draft any more", "another page has decided about it"));
+            return Err(refused("there is no draft any more", "another page has accepted or discarded it"));
         };
         if take {
             let studio = self.backend.open(&offer.text).map_err(|message| {
-                refused(
-                    &format!("the draft cannot be taken up: {message}"),
-                    "it stays where it is; discard it to be rid of it",
-                )
+                refused(&format!("the draft cannot be used: {message}"), "it is kept until it is discarded")
             })?;
             self.studio.send_replace(Arc::new(studio)).close();
             *kept = Some(offer.text.into());
@@ -92,12 +89,12 @@ impl Live {
         Ok(())
     }
 
-    /// The file of this name; `None` where there is none.
+    /// The exported file of this name; `None` if there is none.
     pub(super) fn export(&self, name: &str) -> Option<Vec<u8>> {
         self.backend.export(&self.now(), name)
     }
 
-    /// Keeps the draft, if there is something new in it.
+    /// Stores the draft, if it has changed.
     pub(super) fn keep(&self) {
         let mut kept = self.kept();
         let draft = self.now().draft();
@@ -106,33 +103,33 @@ impl Live {
         }
         self.backend.keep(draft.as_deref());
         *kept = draft;
-        // What is kept now has taken the place of what was.
+        // The new draft replaces the offered one.
         self.offer.send_if_modified(|offer| offer.take().is_some());
     }
 
     fn kept(&self) -> MutexGuard<'_, Option<Arc<str>>> {
-        // Nothing that holds it leaves it half changed.
+        // No critical section leaves it half changed.
         self.kept.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Ends the session: nothing more is computed.
+    /// Ends the session: stops computing.
     pub(super) fn close(&self) {
         self.now().close();
     }
 
-    /// Waits until its thread has come to its end, but no longer than that. Returns whether it has.
+    /// Waits for its thread to end, up to `timeout`. Returns whether it has ended.
     pub(super) fn has_ended(&self, timeout: Duration) -> bool {
         self.now().has_ended(timeout)
     }
 }
 
-/// What cannot be done, and what would be right.
+/// A refused request: message and help.
 pub(super) struct Refusal {
     message: String,
     help: String,
 }
 
-/// A refusal.
+/// Makes a refusal.
 pub(super) fn refused(message: &str, help: &str) -> Refusal {
     Refusal { message: message.to_owned(), help: help.to_owned() }
 }

@@ -6,22 +6,22 @@ use super::token::Token;
 use std::sync::Arc;
 use tokio::sync::watch;
 
-/// Makes the file of a name, where there is one.
+/// Creates the exported file of a name, if it exists.
 pub type Exports = Box<dyn Fn(&str) -> Option<Vec<u8>> + Send + Sync>;
 
-/// What is served.
+/// Content of a server.
 pub struct Site {
     /// The page.
     pub page: String,
-    /// What is behind it.
+    /// Live session or finished run.
     pub content: Content,
 }
 
-/// What is behind a page.
+/// Source of a page's data.
 pub enum Content {
     /// A session.
     Live(Live),
-    /// A run that has come to its end, and its files.
+    /// A finished run and its exported files.
     Finished(Exports),
 }
 
@@ -41,19 +41,19 @@ impl Site {
     }
 }
 
-/// What requests see.
+/// State shared by all requests.
 pub(super) struct ServerState {
     pub site: Site,
     pub token: Token,
-    /// The name by which browsers know the server, where it has another one than those of this machine.
+    /// The host name that was bound, if it is not a name of this machine.
     pub host: String,
     pub admission: Arc<Admission>,
-    /// Becomes true when all is to end.
+    /// Becomes true at shutdown.
     pub ending: watch::Receiver<bool>,
 }
 
-/// Waits until all is to end.
+/// Waits for shutdown.
 pub(super) async fn ended(ending: &mut watch::Receiver<bool>) {
-    // Whoever would say so has gone: that is an end, too.
+    // A dropped sender also means shutdown.
     drop(ending.wait_for(|ending| *ending).await);
 }

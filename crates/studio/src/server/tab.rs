@@ -15,17 +15,17 @@ use std::time::Duration;
 use tokio::sync::Notify;
 use tokio::time::Instant;
 
-/// A request is no longer than this, bytes: none that a page makes is a tenth of it.
+/// Largest request, bytes: more than ten times what a page sends.
 const MAX_MESSAGE: usize = 64 << 10;
-/// Requests a second that are read: twice what a page sends that drags on a fast screen. Whoever sends more is read later.
+/// Largest rate of requests per second: twice that of a drag on a fast screen. Faster clients are read later.
 const RATE: f64 = 240.0;
-/// So many may come at once.
+/// Largest burst of requests.
 const BURST: f64 = 240.0;
-/// Messages that are no requests; behind them the connection is closed.
+/// Number of malformed messages after which the connection is closed.
 const MAX_MALFORMED: u32 = 8;
-/// What a page has not taken after so long it will never take.
+/// Time limit for sending a message.
 const SEND_TIMEOUT: Duration = Duration::from_secs(10);
-/// Words of a refusal are cut off here, bytes: they may repeat what was sent.
+/// Refusals are truncated to this length, bytes: they may repeat the request.
 const MAX_REFUSAL: usize = 400;
 
 /// `GET /socket`.
@@ -45,7 +45,7 @@ pub async fn open(
     })
 }
 
-/// A tab's place in the session, given back whatever becomes of the connection.
+/// Attachment of a tab to the session, released when the connection ends.
 struct TabHandle {
     studio: Arc<Studio>,
     tab: u32,
@@ -67,11 +67,11 @@ impl Drop for TabHandle {
     }
 }
 
-/// Why a connection ends.
+/// Reason for the end of a connection.
 enum Disconnect {
-    /// The page has gone, or takes nothing any more.
+    /// The page has gone, or does not receive any more.
     Gone,
-    /// The page is told why.
+    /// Closed by the server, with code and reason.
     Closed(u16, &'static str),
 }
 
@@ -83,7 +83,7 @@ async fn serve(mut socket: WebSocket, state: &Arc<ServerState>, live: &Live) {
     }
 }
 
-/// Carries requests to the session and what it tells to the page, until one of them ends.
+/// Relays requests and messages until the connection ends.
 async fn relay(
     socket: &mut WebSocket,
     state: &Arc<ServerState>,
@@ -109,7 +109,9 @@ async fn relay(
                         malformed += 1;
                         send_notice(socket, &refusal.into()).await?;
                     }
-                    Handled::Malformed(_) => return Err(Disconnect::Closed(close_code::POLICY, "too many messages that are no requests")),
+                    Handled::Malformed(_) => {
+                        return Err(Disconnect::Closed(close_code::POLICY, "too many malformed messages"));
+                    }
                 }
             }
             () = wake.notified() => {
@@ -122,7 +124,7 @@ async fn relay(
                     Some(TabMessage::Frame(frame)) => send(socket, Message::Binary(frame.to_vec().into())).await?,
                     None => continue,
                 }
-                // One at a time, so that what the page says is heard between them.
+                // One message at a time, so that requests are read in between.
                 wake.notify_one();
             }
             _ = studio.changed() => tab_handle = TabHandle::take(studio.borrow_and_update().clone(), &wake),
@@ -135,16 +137,16 @@ async fn relay(
     }
 }
 
-/// What came of a message.
+/// Result of a message.
 enum Handled {
     Done,
-    /// A request that cannot be fulfilled.
+    /// A valid request that cannot be fulfilled.
     Refused(Refusal),
-    /// No request at all.
+    /// Not a valid request.
     Malformed(Refusal),
 }
 
-/// Hands a request on.
+/// Handles a message.
 async fn handle_message(
     message: Message,
     tab_handle: &TabHandle,
@@ -155,17 +157,17 @@ async fn handle_message(
         Message::Ping(_) | Message::Pong(_) => return Ok(Handled::Done),
         Message::Close(_) => return Err(Disconnect::Gone),
         Message::Binary(_) => {
-            return Ok(Handled::Malformed(refused("bytes are no request", "requests are JSON, as text")));
+            return Ok(Handled::Malformed(refused("binary messages are not requests", "requests are JSON text")));
         }
     };
     match serde_json::from_str(&text) {
         Ok(Request::Draft { take }) => {
-            // Another session is opened: that takes a while.
+            // Opening another session takes a while.
             let decided = tokio::task::spawn_blocking(move || state.site.live().map(|live| live.decide_draft(take)));
             Ok(match decided.await {
                 Ok(Some(Err(refusal))) => Handled::Refused(refusal),
                 Ok(_) => Handled::Done,
-                Err(_) => Handled::Refused(refused("the draft cannot be taken up", "see what the program prints")),
+                Err(_) => Handled::Refused(refused("the draft cannot be used", "see what the program prints")),
             })
         }
         Ok(request) => {
@@ -176,14 +178,14 @@ async fn handle_message(
             let mut words = error.to_string();
             words.truncate(words.floor_char_boundary(MAX_REFUSAL));
             Ok(Handled::Malformed(refused(
-                &format!("this is no request: {words}"),
-                "reload the page: it is of another version",
+                &format!("not a valid request: {words}"),
+                "reload the page: its version differs",
             )))
         }
     }
 }
 
-/// Tells the page something.
+/// Sends a notice.
 async fn send_notice(socket: &mut WebSocket, notice: &Notice) -> Result<(), Disconnect> {
     let text = serde_json::to_string(notice).map_err(|_| Disconnect::Gone)?;
     send(socket, Message::Text(text.into())).await
@@ -196,7 +198,7 @@ async fn send(socket: &mut WebSocket, message: Message) -> Result<(), Disconnect
     }
 }
 
-/// Lets through what is within the rate, and makes the rest wait: meanwhile nothing is read, so the sender has to wait, too.
+/// Rate limiter (token bucket). While it waits nothing is read, so that the sender has to wait too.
 struct RateLimiter {
     tokens: f64,
     filled: Instant,

@@ -1,31 +1,31 @@
-//! What a page must know: a random number, a new one for each session.
+//! Access token of a session: a new random number.
 
 use std::fmt;
 
-/// Bytes of a token: 128 bits cannot be guessed.
+/// Size, bytes: 128 bits cannot be guessed.
 const BYTES: usize = 16;
 
-/// A random number that whoever may use the server knows.
+/// A secret random number, known to the users of a server.
 #[derive(Clone, PartialEq, Eq)]
 pub struct Token(String);
 
 impl Token {
-    /// A new one.
+    /// A new random token.
     ///
     /// # Errors
-    /// Where the system has no random numbers, in its words.
+    /// If the system has no random numbers; its message.
     pub fn random() -> Result<Self, String> {
         let mut bytes = [0; BYTES];
         getrandom::fill(&mut bytes).map_err(|error| error.to_string())?;
         Ok(Self(bytes.iter().map(|byte| format!("{byte:02x}")).collect()))
     }
 
-    /// Its digits, for an address.
+    /// The digits for an address.
     pub fn digits(&self) -> &str {
         &self.0
     }
 
-    /// Whether a query (`a=b&token=…`) has it. How long that takes tells nothing about where the two differ.
+    /// Whether a query (`a=b&token=…`) contains the token. Compares in constant time.
     pub(super) fn matches_query(&self, query: Option<&str>) -> bool {
         let given = query.into_iter().flat_map(|query| query.split('&')).find_map(|pair| pair.strip_prefix("token="));
         given.is_some_and(|given| {
@@ -34,7 +34,7 @@ impl Token {
     }
 }
 
-/// Never its digits: what is printed of a server should not open it.
+/// Hides the digits, so that debug output does not give access.
 impl fmt::Debug for Token {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str("Token")

@@ -1,16 +1,17 @@
-//! How far the surface of the cables is from bodies, node by node.
+//! Clearance between cables and obstacles at every node.
 
 use wireloom::core::obstacle::Obstacle;
 use wireloom::core::{StepResult, Vector};
 
-/// Of every node, branch after branch, the distance (m) of the cable's surface from the nearest body; empty where there is none.
+/// Distance (m) of the cable's surface from the nearest obstacle, for every node of all branches; empty without
+/// obstacles.
 pub(super) fn of_nodes(obstacles: &[Obstacle], end: &StepResult) -> Vec<f64> {
     if obstacles.is_empty() {
         return Vec::new();
     }
     let mut all = Vec::new();
     for branch in &end.branches {
-        // From node to node the distance changes by no more than the way between them.
+        // Between neighbouring nodes the distance changes by at most the length between them.
         let (mut before, mut reach): (Option<&Vector>, f64) = (None, f64::INFINITY);
         for x in &branch.position {
             reach += before.map_or(0.0, |before| (x - before).norm());

@@ -1,4 +1,4 @@
-//! Dragging: one step, whose increments come one by one, each as far towards the newest target as one increment may go.
+//! State of a drag: one step, whose increments follow the newest target.
 
 use super::snapshot::Snapshot;
 use wireloom::core::constraint::{Action, RotationHold};
@@ -10,16 +10,16 @@ use wireloom::scenario::record::{Passed, Turned, Way, Written, rotation};
 /// Largest rotation in one increment, rad: as in the search for the initial equilibrium.
 const MAX_ROTATION: f64 = 0.3;
 
-/// How a constraint can be turned.
+/// Rotational degrees of freedom that a drag can prescribe.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Turning {
-    /// Its tangent alone.
+    /// The tangent only.
     Tangent,
     /// The whole frame.
     Frame,
 }
 
-/// How a constraint can be turned, if it can: one that would hold more by being turned must be pinned first.
+/// How a constraint can be rotated, if at all. A constraint that would have to hold more freedoms must be pinned first.
 pub(super) fn turning(constraint: &AttachedConstraint) -> Option<Turning> {
     match constraint.model.action() {
         Action::Prescribed(hold) => match hold.rotation {
@@ -31,7 +31,7 @@ pub(super) fn turning(constraint: &AttachedConstraint) -> Option<Turning> {
     }
 }
 
-/// Where something is to be brought.
+/// Target pose of a drag.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Goal {
     pub position: Option<[f64; 3]>,
@@ -45,27 +45,27 @@ pub(super) struct Drag {
     pub constraint: String,
     pub index: usize,
     pub turning: Option<Turning>,
-    /// Whether it has turned so far.
+    /// Whether it has rotated so far.
     pub turned: bool,
-    /// Where it has passed, and how it stood there.
+    /// Poses that it has passed: as recorded, and as reached.
     pub passed: Vec<(Passed, Pose)>,
-    /// Where it is to go yet.
+    /// The target not reached yet.
     pub goal: Option<Goal>,
-    /// Whether it ends there.
+    /// Whether the drag ends at the target.
     pub ends: bool,
-    /// Whether the last frame is one that was not in balance.
+    /// Whether the last frame is not in equilibrium.
     pub unbalanced: bool,
-    /// How the session stood before.
+    /// The snapshot before the drag.
     pub before: Snapshot,
 }
 
 impl Drag {
-    /// Whether there is anything to be kept of it.
+    /// Whether any increment has been recorded.
     pub fn has_begun(&self) -> bool {
         !self.passed.is_empty()
     }
 
-    /// The step.
+    /// The step as recorded in the scenario.
     pub fn written(&self) -> Option<Written> {
         if self.passed.is_empty() {
             return None;
@@ -88,7 +88,7 @@ fn quaternion(rotation: &Rotation) -> [f64; 4] {
     [q.w, q.i, q.j, q.k]
 }
 
-/// As far towards a goal as one increment goes, and whether that is all the way.
+/// The next pose on the way to a target, at most one increment away, and whether it is the target.
 pub(super) fn approach(from: &Pose, goal: &Goal, turning: Option<Turning>, reach: f64) -> (Passed, bool) {
     let to = goal.position.map_or(from.position, Vector::from);
     let facing = turning.zip(goal.orientation).and_then(|(how, given)| Some((how, given, rotation(given)?)));
@@ -120,7 +120,7 @@ mod tests {
     use super::*;
     use wireloom::core::steps::Turn;
 
-    /// However far it is, so many increments get there; the last one exactly.
+    /// A distant target is reached exactly, in several increments.
     #[test]
     fn a_goal_is_reached_in_steps() {
         let start = Pose { position: Vector::new(1.0, 0.0, 0.0), orientation: Rotation::identity() };

@@ -1,4 +1,4 @@
-//! Requests of a drag, and its increments: each goes as far towards the newest target as one increment may.
+//! Requests of a drag, and its increments. An increment moves at most a limited distance towards the newest target.
 
 use super::Session;
 use super::drag::{Drag, Goal, approach, turning};
@@ -11,13 +11,14 @@ use wireloom::core::steps::{Move, Operation, Step, Track};
 use wireloom::scenario::record::{Turned, rotation};
 use wireloom::solve::steps::interactive::Trouble;
 
-/// Farthest that an increment brings something, in lengths of the longest branch: as far as the search for a start goes at once.
+/// Largest displacement in one increment, in lengths of the longest branch: as in the search for the initial
+/// equilibrium.
 const MAX_MOTION: f64 = 0.1;
-/// Farthest from the harness that something may be brought, in lengths of all its branches: nobody means more.
+/// Largest distance of a target, in total lengths of all branches.
 const MAX_DISTANCE: f64 = 10.0;
 
 impl Session {
-    /// Brings a constraint towards a place from now on.
+    /// Sets the target of a constraint.
     pub(super) fn target(
         &mut self,
         tab: u32,
@@ -26,7 +27,7 @@ impl Session {
         orientation: Option<[f64; 4]>,
     ) -> Result<(), Refusal> {
         if let Some(other) = self.held.get(name).filter(|other| **other != tab) {
-            return Err(Refusal::new(format!("\"{name}\" is held by tab {other}"), "wait until it is let go there"));
+            return Err(Refusal::new(format!("\"{name}\" is held by tab {other}"), "wait until it is released there"));
         }
         if self.drag.as_ref().is_some_and(|drag| drag.constraint != name) {
             self.end_drag();
@@ -49,12 +50,12 @@ impl Session {
         Ok(())
     }
 
-    /// Refuses what is no place.
+    /// Refuses an invalid target.
     fn check(&self, drag: &Drag, position: Option<[f64; 3]>, orientation: Option<[f64; 4]>) -> Result<(), Refusal> {
         let name = &drag.constraint;
         if position.is_none() && orientation.is_none() {
             return Err(Refusal::new(
-                format!("\"{name}\" is to go nowhere"),
+                format!("the target of \"{name}\" is empty"),
                 "give a position, an orientation, or both",
             ));
         }
@@ -63,17 +64,17 @@ impl Session {
             let from = at.target(drag.index).map_or_else(Vector::zeros, |pose| pose.position);
             let distance = (Vector::from(to) - from).norm();
             if distance.is_nan() || distance > far {
-                let message = format!("{to:?} is no place to bring \"{name}\" to");
+                let message = format!("{to:?} is not a valid position for \"{name}\"");
                 return Err(Refusal::new(message, format!("give a position within {far:.1} m of where it is")));
             }
         }
         if let Some(q) = orientation {
             if drag.turning.is_none() {
-                let message = format!("\"{name}\" does not hold how the cable stands, so it cannot be turned");
-                return Err(Refusal::new(message, "pin it first: then it holds position, tangent and twist"));
+                let message = format!("\"{name}\" does not hold the orientation of the cable, so it cannot be rotated");
+                return Err(Refusal::new(message, "pin it first: it then holds position, tangent and twist"));
             }
             if !q.iter().all(|x| x.is_finite()) || rotation(q).is_none_or(|q| !q.coords.iter().all(|x| x.is_finite())) {
-                let message = format!("{q:?} is no orientation");
+                let message = format!("{q:?} is not an orientation");
                 return Err(Refusal::new(message, "give a quaternion [w, x, y, z] that is not zero"));
             }
         }
@@ -87,8 +88,8 @@ impl Session {
         let index = snapshot.harness.active_constraint(name, at)?;
         let constraint = &snapshot.harness.network.constraints[index];
         if constraint.stations.is_empty() {
-            let message = format!("\"{name}\" acts along a part of a branch and cannot be brought anywhere");
-            return Err(Refusal::new(message, "take hold of the cable, or of another constraint"));
+            let message = format!("\"{name}\" acts along a part of a branch and cannot be moved");
+            return Err(Refusal::new(message, "hold the cable, or move another constraint"));
         }
         let turning = turning(constraint);
         let step = snapshot.unused_step_name(&format!("drag {name}"));
@@ -112,9 +113,9 @@ impl Session {
         })
     }
 
-    /// One increment towards the goal.
+    /// One increment towards the target.
     pub(super) fn advance_drag(&mut self) {
-        // It stays where it is until that is computed: the solver may break down.
+        // The drag stays in place until the increment is computed, because the solver may panic.
         let Some(drag) = &self.drag else { return };
         let (Some(goal), Some(at)) = (drag.goal, self.now.at.clone()) else { return };
         let harness = self.now.harness.clone();
@@ -163,7 +164,7 @@ impl Session {
         }
     }
 
-    /// Ends a drag, once it is where it is to go.
+    /// Ends a drag as soon as it has reached its target.
     pub(super) fn drop_held(&mut self, tab: u32, name: &str) {
         if self.held.get(name).is_some_and(|by| *by != tab) {
             return;
@@ -176,7 +177,7 @@ impl Session {
         }
     }
 
-    /// The step of a drag ends here; where nothing came of it, there is no step.
+    /// Completes the step of a drag; a drag without increments leaves no step.
     pub(super) fn end_drag(&mut self) {
         let Some(drag) = self.drag.take() else { return };
         let Some(written) = drag.written() else {

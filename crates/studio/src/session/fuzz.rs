@@ -1,22 +1,22 @@
-//! Whatever a page sends is refused or carried out: nothing makes a session panic, or keeps it busy for long. `WIRELOOM_FUZZ` sets how many
-//! inputs there are; each is what a page sends from the opening of a session on, a message a line.
+//! Fuzzing of requests: none makes a session panic or busy for long. `WIRELOOM_FUZZ` sets the number of inputs; each is
+//! a list of messages from the opening of a session on, one per line.
 
 use super::*;
 use std::time::Duration;
 use wireloom::scenario::NoFiles;
 use wireloom::testkit::fuzz::Fuzz;
 
-/// Inputs where nothing else is said.
+/// Number of inputs by default.
 const FEW: u64 = 300;
-/// One input may take so long on a machine that has much else to do.
+/// Time limit for one input, on a loaded machine.
 const PATIENCE: Duration = Duration::from_secs(30);
-/// Nodes of the largest harness that is carried out: a page may ask for as fine a mesh as it likes.
+/// Largest number of nodes: a page may ask for an arbitrarily fine mesh.
 const NODES: usize = 300;
 
-/// Messages of an input that are looked at: each of them may have the whole harness solved.
+/// Largest number of messages of an input: each may need a full solution.
 const MESSAGES_EACH: usize = 12;
 
-/// As small as may be, so that many sessions can be opened.
+/// As small as possible, because many sessions are opened.
 const CABLE: &str = r#"schema = 1
 [sections.s]
 diameter = "8 mm"
@@ -43,7 +43,7 @@ constraint = "plug"
 position = [0, 0, 0.1]
 "#;
 
-/// What a page may send: every request, some in an order that makes sense.
+/// Possible messages: every request, some in a useful order.
 const MESSAGES: [&str; 3] = [
     r#"{"do":"hold","branch":"b","s":0.2,"how":"handle"}
 {"do":"target","constraint":"hand","position":[0.1,0.05,-0.1],"orientation":[1,0,0,0]}

@@ -1,4 +1,4 @@
-//! What a text describes, ready to be carried from one equilibrium to the next.
+//! A harness built from a scenario text, with its solver.
 
 use super::refusal::Refusal;
 use std::cell::RefCell;
@@ -11,22 +11,22 @@ use wireloom::solve::steps::checkpoint::Checkpoint;
 use wireloom::solve::steps::checkpoint_transfer::{Changed, changed};
 use wireloom::solve::steps::interactive::{Ended, Hands, Trouble};
 
-/// A harness, and what carries it.
+/// A harness and its solver.
 pub(super) struct Harness {
     pub scenario: Scenario,
     pub network: Network,
     pub schedule: Schedule,
-    /// What an engineer should know.
+    /// Notes for the engineer.
     pub notes: Vec<String>,
     coarse: Option<Network>,
     solver: RefCell<Hands>,
 }
 
 impl Harness {
-    /// Of a text; `monitor` stops what carries it.
+    /// Builds a harness from a text; `monitor` stops its solver.
     ///
     /// # Errors
-    /// All its faults.
+    /// All faults of the text.
     pub fn load(text: &str, files: &dyn Files, registry: &Registry, monitor: &Monitor) -> Result<Self, Vec<Fault>> {
         let (scenario, built) = wireloom::load_with_files(text, files, registry)?;
         let Built { network, coarse, schedule, minimiser, stop, notes, .. } = built;
@@ -34,49 +34,49 @@ impl Harness {
         Ok(Self { scenario, network, schedule, notes, coarse, solver })
     }
 
-    /// Whether something that acts from the beginning does more and more so over the first step.
+    /// Whether the target of an initially active constraint changes during the first step.
     pub fn tightens_in_first_step(&self) -> bool {
         let changes = |constraint: &AttachedConstraint| match constraint.model.action() {
             Action::Prescribed(_) => {
                 let base = Pose::identity();
                 constraint.model.target(&base, 0.0) != constraint.model.target(&base, 1.0)
             }
-            // What they do with their progress they know alone.
+            // Only the constraint itself knows how it depends on the progress.
             Action::Potential(_) | Action::Equations(_) => true,
         };
         self.network.constraints.iter().any(|constraint| constraint.from_start && changes(constraint))
     }
 
-    /// The balanced start.
+    /// Computes the initial equilibrium.
     ///
     /// # Errors
-    /// Where there is none.
+    /// If none is found.
     pub fn start(&self) -> Result<Ended, Trouble> {
         self.solver.borrow_mut().start(&self.network, self.coarse.as_ref(), &self.schedule)
     }
 
-    /// Is carried from now on by what would carry another harness.
+    /// Takes over the solver of another harness.
     pub fn replace_solver(&self, other: Harness) {
         self.solver.replace(other.solver.into_inner());
     }
 
-    /// The next increment of a step of the schedule.
+    /// Computes the next increment of a step of the schedule.
     ///
     /// # Errors
-    /// Where it has no end.
+    /// If no result is obtained.
     pub fn advance(&self, step: &Step, from: &Checkpoint) -> Result<Ended, Trouble> {
         self.solver.borrow_mut().carry(&self.network, step, from)
     }
 
-    /// One more increment of a step that goes on for as long as somebody drags.
+    /// Computes one more increment of a step without a planned end.
     ///
     /// # Errors
-    /// Where it has no end.
+    /// If no result is obtained.
     pub fn advance_drag(&self, step: &Step, from: &Checkpoint) -> Result<Ended, Trouble> {
         self.solver.borrow_mut().follow(&self.network, step, from)
     }
 
-    /// A checkpoint of another harness as one of this one, in balance; `None` where it would have to know how it came there.
+    /// Transfers a checkpoint of another harness to this one, in equilibrium. `None` if the transfer needs the history.
     pub fn transfer(&self, other: &Harness, checkpoint: &Checkpoint) -> Option<Checkpoint> {
         match changed(checkpoint, &other.network, &self.network)? {
             Changed::Same(checkpoint) => Some(*checkpoint),
@@ -84,16 +84,16 @@ impl Harness {
         }
     }
 
-    /// The constraint of this name that acts.
+    /// Index of the active constraint of this name.
     ///
     /// # Errors
-    /// Where none does.
+    /// If no active constraint has this name.
     pub fn active_constraint(&self, name: &str, at: &Checkpoint) -> Result<usize, Refusal> {
         let of_name = |f: &usize| self.network.constraints[*f].name == name && at.acts(*f);
         (0..self.network.constraints.len()).find(of_name).ok_or_else(|| {
             let active_constraint = self.network.constraints.iter().enumerate().filter(|(f, _)| at.acts(*f));
             let names: Vec<&str> = active_constraint.map(|(_, constraint)| constraint.name.as_str()).collect();
-            Refusal::new(format!("no constraint \"{name}\" acts now"), format!("those that do: {}", names.join(", ")))
+            Refusal::new(format!("no constraint \"{name}\" is active"), format!("active: {}", names.join(", ")))
         })
     }
 
@@ -102,19 +102,19 @@ impl Harness {
         self.network.branches.iter().map(|branch| branch.rod.mesh().length()).fold(0.0, f64::max)
     }
 
-    /// Length of all branches, m.
+    /// Total length of all branches, m.
     pub fn total_length(&self) -> f64 {
         self.network.branches.iter().map(|branch| branch.rod.mesh().length()).sum()
     }
 }
 
-/// Whether the nodes of two ends are the same in number, branch by branch.
+/// Whether all branches have as many nodes as in a result.
 pub(super) fn same_nodes(one: &StepResult, network: &Network) -> bool {
     let counts = network.branches.iter().map(|branch| branch.rod.mesh().nodes());
     one.branches.iter().map(|branch| branch.s.len()).eq(counts)
 }
 
-/// Whether an increment may be followed by another.
+/// Whether another increment may follow.
 pub(super) fn is_balanced(ended: &Ended) -> bool {
     matches!(ended.end.status, Status::Converged | Status::Stalled)
 }

@@ -1,4 +1,4 @@
-//! What hands do between drags: they take hold, let go, pin and clip. Each is a step of one increment.
+//! Operations between drags: grab, release, pin and clip. Each is a step of one increment.
 
 use super::Session;
 use super::harness::{is_balanced, same_nodes};
@@ -10,7 +10,7 @@ use wireloom::scenario::At;
 use wireloom::scenario::record::{Attachment, Begins, Written};
 
 impl Snapshot {
-    /// A name for a step that no other one has.
+    /// An unused name for a step.
     pub(super) fn unused_step_name(&self, wanted: &str) -> String {
         let own = self.harness.schedule.steps.iter().take(self.own).map(|step| step.name.as_str());
         let taken: Vec<&str> = own.chain(self.by_hand.iter().map(|step| step.name.as_str())).collect();
@@ -21,7 +21,7 @@ impl Snapshot {
         (2..).map(numbered).find(|name| !taken.contains(&name.as_str())).unwrap_or_default()
     }
 
-    /// A name for a constraint that no other one has had.
+    /// An unused name for a constraint.
     fn unused_constraint_name(&self, word: &str) -> String {
         let constraints = &self.harness.network.constraints;
         let begun = || self.by_hand.iter().flat_map(|step| &step.begins);
@@ -32,14 +32,14 @@ impl Snapshot {
     }
 }
 
-/// Twelve digits of a length: attachments are told apart by fewer, and a file is easier to read.
+/// Rounds a length to twelve decimals, which is enough for attachments and easier to read.
 fn rounded_arc_length(s: f64) -> f64 {
     let rounded = (s * 1e12).round() / 1e12;
     if rounded.is_finite() { rounded } else { s }
 }
 
 impl Session {
-    /// A hand, a pin or a clip begins at the node nearest to a place.
+    /// Adds a handle, a pin or a clip at the node nearest to an arc length.
     pub(super) fn hold(&mut self, tab: u32, branch: &str, s: f64, how: Holding) -> Result<(), Refusal> {
         self.end_drag();
         let snapshot = self.editable_snapshot()?;
@@ -49,21 +49,21 @@ impl Session {
             Refusal::new(format!("there is no branch \"{branch}\""), format!("known: {}", names.join(", ")))
         })?;
         let length = line.s.last().copied().unwrap_or(0.0);
-        // A click at an end may lie a little beyond it.
+        // A click at an end may be slightly beyond it.
         if !(s >= -0.01 * length && s <= 1.01 * length) {
             let message = format!("s = {s} m is outside branch \"{branch}\"");
             return Err(Refusal::new(message, format!("give an arc length from 0 to {length} m")));
         }
         let nearest = line.s.iter().copied().min_by(|a, b| (a - s).abs().total_cmp(&(b - s).abs())).unwrap_or(0.0);
         let at = Attachment::Branch(branch.to_owned(), rounded_arc_length(nearest));
-        let (word, kind, does) = match how {
-            Holding::Handle => ("hand", None, "takes hold"),
-            Holding::Pin => ("pin", Some("connector"), "holds"),
-            Holding::Collar => ("clip", Some("collar"), "closes"),
+        let (word, kind) = match how {
+            Holding::Handle => ("handle", None),
+            Holding::Pin => ("pin", Some("connector")),
+            Holding::Collar => ("clip", Some("collar")),
         };
         let name = snapshot.unused_constraint_name(word);
         let begins = vec![Begins { name: name.clone(), kind: kind.map(str::to_owned), at }];
-        let step = snapshot.unused_step_name(&format!("{name} {does}"));
+        let step = snapshot.unused_step_name(&format!("add {name}"));
         self.apply_step(snapshot, Written { name: step, begins, ..Written::default() })?;
         if how == Holding::Handle {
             self.held.insert(name, tab);
@@ -71,7 +71,7 @@ impl Session {
         Ok(())
     }
 
-    /// A constraint lets go.
+    /// Releases a constraint.
     pub(super) fn release(&mut self, tab: u32, name: &str) -> Result<(), Refusal> {
         let snapshot = self.snapshot_with_active(tab, name)?;
         let step = snapshot.unused_step_name(&format!("release {name}"));
@@ -80,7 +80,7 @@ impl Session {
         Ok(())
     }
 
-    /// A constraint holds everything from now on, where it is.
+    /// Replaces a constraint by one that holds the current pose completely.
     pub(super) fn pin(&mut self, tab: u32, name: &str) -> Result<(), Refusal> {
         let snapshot = self.snapshot_with_active(tab, name)?;
         let Snapshot { harness, at, .. } = &snapshot;
@@ -92,8 +92,8 @@ impl Session {
             }
             ([At::Joint(joint)], None) => Attachment::Joint(harness.scenario.joints[*joint].name.clone()),
             _ => {
-                let message = format!("\"{name}\" does not hold one place alone");
-                return Err(Refusal::new(message, "pin the cable itself, beside it"));
+                let message = format!("\"{name}\" does not act at a single place");
+                return Err(Refusal::new(message, "pin the cable beside it"));
             }
         };
         let begins = vec![Begins { name: name.to_owned(), kind: Some("connector".to_owned()), at }];
@@ -101,18 +101,18 @@ impl Session {
         self.apply_step(snapshot, Written { name: step, release: vec![name.to_owned()], begins, way: None })
     }
 
-    /// How it stands where this constraint acts, and no other tab holds it.
+    /// The snapshot to extend, if this constraint is active and no other tab holds it.
     fn snapshot_with_active(&mut self, tab: u32, name: &str) -> Result<Snapshot, Refusal> {
         self.end_drag();
         if let Some(other) = self.held.get(name).filter(|other| **other != tab) {
-            return Err(Refusal::new(format!("\"{name}\" is held by tab {other}"), "wait until it is let go there"));
+            return Err(Refusal::new(format!("\"{name}\" is held by tab {other}"), "wait until it is released there"));
         }
         let snapshot = self.editable_snapshot()?;
         snapshot.harness.active_constraint(name, snapshot.at.as_ref().ok_or_else(no_start)?)?;
         Ok(snapshot)
     }
 
-    /// Carries out one more step, if the scenario with it is sound and the harness finds its balance.
+    /// Appends a step and computes it, if the scenario stays valid and an equilibrium is found.
     fn apply_step(&mut self, snapshot: Snapshot, written: Written) -> Result<(), Refusal> {
         let label = written.name.clone();
         let mut next = snapshot;
@@ -121,19 +121,19 @@ impl Session {
         let harness = Rc::new(self.load(&next)?);
         let nodes_stay = next.last.as_ref().is_some_and(|last| same_nodes(last, &harness.network));
         let transferred = if nodes_stay { harness.transfer(&other, &at) } else { None };
-        let again = "take back what was done last, or hold something else first";
+        let again = "undo the last operation, or hold another place first";
         if self.monitor.is_stopped() {
-            return Err(Refusal::new(format!("\"{label}\" was stopped"), "do it once more"));
+            return Err(Refusal::new(format!("\"{label}\" was stopped"), "repeat it"));
         }
         let (Some(at), Some(step)) = (transferred, harness.schedule.steps.last()) else {
-            // All of it again: slow, but right.
+            // Recomputes everything: slow, but correct.
             let next = Snapshot::new(next.text, next.own, next.by_hand, harness, next.run + 1);
             self.commit(label, next);
             return Ok(());
         };
         let ended = harness.advance(step, &at).map_err(|trouble| Refusal::new(trouble.to_string(), again))?;
         if !is_balanced(&ended) {
-            let message = format!("the harness finds no balance after \"{label}\": {}", ended.end.status.word());
+            let message = format!("no equilibrium found after \"{label}\": {}", ended.end.status.word());
             return Err(Refusal::new(message, again));
         }
         next.harness = harness.clone();

@@ -24,11 +24,11 @@ impl From<Fault> for Refusal {
 impl From<Vec<Fault>> for Refusal {
     fn from(faults: Vec<Fault>) -> Self {
         let first = faults.into_iter().next().map(Self::from);
-        first.unwrap_or_else(|| Self::new("the scenario is refused", "take the last change back"))
+        first.unwrap_or_else(|| Self::new("the scenario is invalid", "undo the last change"))
     }
 }
 
-/// The refusal while no initial equilibrium is known.
+/// The refusal while there is no initial equilibrium.
 pub(super) fn no_start() -> Refusal {
-    Refusal::new("no balanced start has been found", "set something else, or take back what was set last")
+    Refusal::new("no initial equilibrium was found", "change a setting, or undo the last change")
 }

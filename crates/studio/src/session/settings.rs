@@ -8,7 +8,7 @@ use wireloom::core::{Registry, Value};
 use wireloom::scenario::Scenario;
 use wireloom::scenario::adjust::{Adjustable, Holds, adjustable};
 
-/// Everything that may be set.
+/// All settings of a scenario.
 pub(super) fn all(scenario: &Scenario, registry: &Registry) -> Vec<Setting> {
     adjustable(scenario, registry).into_iter().map(setting).collect()
 }
@@ -32,7 +32,7 @@ fn setting(own: Adjustable) -> Setting {
     Setting { key: own.key, group: own.group, label: own.label, doc: own.doc, form, value }
 }
 
-/// The value of a setting, as a scenario would have it.
+/// Converts a setting's value from JSON.
 pub(super) fn value(own: &Adjustable, given: &Json) -> Result<Value, Refusal> {
     let (value, wanted) = match &own.holds {
         Holds::Choice(words) => {
@@ -46,13 +46,13 @@ pub(super) fn value(own: &Adjustable, given: &Json) -> Result<Value, Refusal> {
         }
         Holds::Count(minimum) => {
             let count = given.as_u64().and_then(|n| usize::try_from(n).ok()).filter(|n| n >= minimum);
-            (count.map(Value::Count), format!("a whole number of at least {minimum}"))
+            (count.map(Value::Count), format!("an integer of at least {minimum}"))
         }
         Holds::Flag => (given.as_bool().map(Value::Flag), "true or false".to_owned()),
     };
     value.ok_or_else(|| {
         let mut shown = given.to_string();
         shown.truncate(shown.floor_char_boundary(80));
-        Refusal::new(format!("`{}` = {shown} is no such value", own.key), format!("give {wanted}"))
+        Refusal::new(format!("`{}` = {shown} is not a valid value", own.key), format!("give {wanted}"))
     })
 }

@@ -1,4 +1,4 @@
-//! Everything of a session that `undo` brings back: the text so far, and the increments there are.
+//! Snapshots of a session for undo: text, steps, frames and checkpoints.
 
 use super::harness::Harness;
 use crate::frame::number;
@@ -12,18 +12,18 @@ use wireloom::scenario::Fault;
 use wireloom::scenario::record::{Written, with_steps};
 use wireloom::solve::steps::checkpoint::Checkpoint;
 
-/// Bytes of frames that are kept: a thousand of a harness of 4,000 nodes. Then every second increment inside the oldest steps goes; pages
-/// that saw them have them still.
+/// Limit for the memory of frames, bytes: a thousand frames of a harness of 4,000 nodes. Beyond it every second frame
+/// within the oldest steps is dropped; pages that have received them keep them.
 pub(super) const MAX_FRAME_BYTES: usize = 256 << 20;
-/// Bytes of checkpoints and results at ends of steps that are kept: a thousand likewise. What lies further back is carried out again when
-/// somebody goes there.
+/// Limit for the memory of checkpoints and results at step ends, bytes: also about a thousand. Dropped ones are
+/// recomputed when needed.
 pub(super) const MAX_STEP_END_BYTES: usize = 512 << 20;
-/// Numbers a node of a result holds, in bytes.
+/// Size of a node's result, bytes.
 const NODE_BYTES: usize = 15 * size_of::<f64>();
-/// Events that a page is told of, the newest.
+/// Largest number of events sent to a page; the newest are sent.
 const MAX_EVENTS: usize = 200;
 
-/// A frame's bytes.
+/// An encoded frame.
 pub(crate) type Frame = Arc<[u8]>;
 
 /// A step of the timeline; the first one is the start.
@@ -32,14 +32,14 @@ pub(super) struct StepFrames {
     pub name: String,
     pub by_hand: bool,
     pub planned: usize,
-    /// Those that went for want of room are gone.
+    /// Encoded frames; `None` if dropped to limit memory.
     pub frames: RefCell<Vec<Option<Frame>>>,
-    /// Where it ended; gone for want of room, or it has not ended.
+    /// The end of the step; `None` if the step has not ended, or if it was dropped to limit memory.
     pub end: RefCell<Option<Rc<StepEnd>>>,
     pub ended: bool,
 }
 
-/// The end of a step.
+/// Result and checkpoint at the end of a step.
 pub(super) struct StepEnd {
     pub harness: Rc<Harness>,
     pub checkpoint: Rc<Checkpoint>,
@@ -64,40 +64,40 @@ impl StepFrames {
     }
 }
 
-/// How the session stands.
+/// A state of the session.
 #[derive(Clone)]
 pub(super) struct Snapshot {
-    /// The author's text, with what was set put in.
+    /// The author's text, with changed settings.
     pub text: Rc<str>,
-    /// So many of its steps count.
+    /// Number of steps of that text that are in use.
     pub own: usize,
-    /// What hands did after them.
+    /// Steps recorded interactively after them.
     pub by_hand: Vec<Rc<Written>>,
     pub harness: Rc<Harness>,
     pub steps: Vec<Rc<StepFrames>>,
-    /// Where the harness is; `None`: no start has been found.
+    /// The current checkpoint; `None` until an initial equilibrium is found.
     pub at: Option<Rc<Checkpoint>>,
-    /// What the last frame shows.
+    /// The result that the last frame shows.
     pub last: Option<Arc<StepResult>>,
-    /// Whether the rest of the schedule is to be carried out.
+    /// Whether the rest of the schedule is to be computed.
     pub pending: bool,
-    /// Frames of another number are those of another harness.
+    /// Number of the run; frames of another run are invalid.
     pub run: u32,
-    /// Where events happened.
+    /// Positions of events, m.
     pub places: Vec<Option<[f64; 3]>>,
 }
 
 impl Snapshot {
-    /// Nothing is carried out yet.
+    /// A snapshot without any computed step.
     pub fn new(text: Rc<str>, own: usize, by_hand: Vec<Rc<Written>>, harness: Rc<Harness>, run: u32) -> Self {
         let (steps, places) = (Vec::new(), Vec::new());
         Self { text, own, by_hand, harness, steps, at: None, last: None, pending: true, run, places }
     }
 
-    /// The scenario as it is now.
+    /// The current scenario.
     ///
     /// # Errors
-    /// Where the author's text is no TOML any more, which cannot be.
+    /// If the author's text is not valid TOML, which cannot happen.
     pub fn whole_text(&self) -> Result<String, Fault> {
         let further: Vec<Written> = self.by_hand.iter().map(|step| (**step).clone()).collect();
         with_steps(&self.text, self.own, &further)
@@ -108,31 +108,31 @@ impl Snapshot {
         self.steps.iter().map(|step| step.len()).sum()
     }
 
-    /// Number of steps that have ended, the start among them.
+    /// Number of completed steps, including the start.
     pub fn ended(&self) -> usize {
         self.steps.iter().take_while(|step| step.ended).count()
     }
 
-    /// The step in hand, to be changed.
+    /// The current step, mutable.
     pub fn newest(&mut self) -> Option<&mut StepFrames> {
         self.steps.last_mut().map(Rc::make_mut)
     }
 
-    /// Puts a frame behind the others.
+    /// Appends a frame.
     pub fn push(&mut self, frame: Frame) {
         if let Some(step) = self.newest() {
             step.frames.get_mut().push(Some(frame));
         }
     }
 
-    /// Takes the last frame off.
+    /// Removes the last frame.
     pub fn pop(&mut self) {
         if let Some(step) = self.newest() {
             step.frames.get_mut().pop();
         }
     }
 
-    /// The step at hand has ended here.
+    /// Completes the current step.
     pub fn end(&mut self) {
         let (harness, at, last) = (self.harness.clone(), self.at.clone(), self.last.clone());
         let Some(step) = self.newest() else { return };
@@ -141,7 +141,7 @@ impl Snapshot {
         *step.end.get_mut() = at.zip(last).map(|(checkpoint, result)| Rc::new(StepEnd { harness, checkpoint, result }));
     }
 
-    /// Which step a frame belongs to.
+    /// Index of the step of a frame.
     pub fn step_of(&self, frame: usize) -> Option<usize> {
         let mut first = 0;
         self.steps.iter().position(|step| {
@@ -150,7 +150,7 @@ impl Snapshot {
         })
     }
 
-    /// Frame of an increment of a step of the schedule (both as events count them).
+    /// Frame of an increment; step and increment as events count them.
     fn frame_of(&self, step: usize, increment: usize) -> usize {
         if increment == 0 {
             return 0;
@@ -159,7 +159,7 @@ impl Snapshot {
         (first + increment - 1).min(self.frames().saturating_sub(1))
     }
 
-    /// Notes where events happened that are new.
+    /// Records the positions of new events.
     pub fn place_events(&mut self, events: &[wireloom::core::Event], end: &StepResult) {
         self.places.truncate(events.len());
         for event in &events[self.places.len()..] {
@@ -167,7 +167,7 @@ impl Snapshot {
         }
     }
 
-    /// What pages know of it; `events`: those of the last frame.
+    /// The timeline for pages; `events`: the events up to the last frame.
     pub fn timeline(&self, events: &[wireloom::core::Event]) -> Timeline {
         let mut first = 0;
         let step = |step: &Rc<StepFrames>| {
@@ -196,7 +196,7 @@ impl Snapshot {
     }
 }
 
-/// Where an event happened.
+/// Position of an event, m.
 fn place(place: &EventPlace, end: &StepResult) -> Option<[f64; 3]> {
     if let Some(constraint) = &place.constraint {
         return end.constraints.iter().find(|own| own.name == *constraint).map(|own| own.position.into());
@@ -207,7 +207,8 @@ fn place(place: &EventPlace, end: &StepResult) -> Option<[f64; 3]> {
     Some(branch.position[node].into())
 }
 
-/// Keeps within bounds (bytes of frames, and of ends of steps) what all these remember, oldest first. Returns whether frames went.
+/// Limits the memory of frames and step ends of all these snapshots, bytes, oldest first. Returns whether frames were
+/// dropped.
 pub(super) fn limit_memory<'s>(all: impl Iterator<Item = &'s Snapshot>, most_frames: usize, most_ends: usize) -> bool {
     let mut known = HashSet::new();
     let steps: Vec<&Rc<StepFrames>> =
@@ -239,7 +240,7 @@ pub(super) fn limit_memory<'s>(all: impl Iterator<Item = &'s Snapshot>, most_fra
     thinned
 }
 
-/// Takes every second frame that is left out of a step, but for its last one. Returns how many bytes went.
+/// Drops every second remaining frame of a step, but not the last. Returns the bytes freed.
 fn thin_frames(frames: &mut [Option<Frame>]) -> usize {
     let Some((_, inside)) = frames.split_last_mut() else { return 0 };
     let left = inside.iter_mut().filter(|frame| frame.is_some());

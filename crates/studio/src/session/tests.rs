@@ -1,4 +1,4 @@
-//! Sessions on a small Y: what hands do, what is written of it, and that `run` makes the same of that.
+//! Sessions on a small Y: interactive operations, the recorded text, and that `run` reproduces it.
 
 use super::*;
 use crate::frame;
@@ -11,7 +11,7 @@ use wireloom::core::{Problem, State, Stop};
 use wireloom::scenario::NoFiles;
 use wireloom::solve::Control;
 
-pub(super) const Y: &str = r#"# A Y for hands.
+pub(super) const Y: &str = r#"# A Y for the studio.
 schema = 1
 name = "y"
 
@@ -95,8 +95,8 @@ kind = "collar"
 at = { branch = "trunk", s = 0.2 }
 "#;
 
-/// Farthest (m) that `run` may put a node from where a session had it, 1e-6 of the longest way through the Y, where a hand took hold in
-/// between: the harness then got a station, and was brought into balance with it.
+/// Largest difference (m) between `run` and a session after a grab on the way: 1e-6 of the longest path through the Y.
+/// The grab adds a station, and the harness is brought back to equilibrium with it.
 const ALIKE: f64 = 7e-7;
 
 pub(super) fn session(text: &str) -> Session {
@@ -118,7 +118,7 @@ fn work(session: &mut Session) {
     }
 }
 
-/// Asks, works, and gives what was said.
+/// Sends a request, computes, and returns the notices.
 fn ask(session: &mut Session, request: Request) -> Vec<Notice> {
     session.handle(1, request);
     work(session);
@@ -141,7 +141,7 @@ fn to(constraint: &str, position: [f64; 3]) -> Request {
     Request::Target { constraint: constraint.into(), position: Some(position), orientation: None }
 }
 
-/// A hand lets go of it.
+/// The end of the drag.
 fn drop_(constraint: &str) -> Request {
     Request::Drop { constraint: constraint.into() }
 }
@@ -162,7 +162,7 @@ fn text(session: &mut Session) -> String {
     }
 }
 
-/// The ends of all increments of a run.
+/// Results of all increments of a run.
 fn ends(text: &str) -> Vec<StepResult> {
     let registry = wireloom::registry();
     let (_, built) = wireloom::load(text, &registry).unwrap_or_else(|faults| panic!("{text}\n{faults:?}"));
@@ -175,7 +175,7 @@ fn ends(text: &str) -> Vec<StepResult> {
     ends
 }
 
-/// Farthest that nodes of two ends are from each other, m.
+/// Largest distance between nodes of two results, m.
 fn apart(one: &StepResult, other: &StepResult) -> f64 {
     let nodes = |end: &StepResult| end.branches.iter().flat_map(|branch| branch.position.clone()).collect::<Vec<_>>();
     let (a, b) = (nodes(one), nodes(other));
@@ -209,7 +209,7 @@ fn a_session_carries_out_the_scenario_as_run_does() {
         iterations += header.iterations;
         assert_eq!((header.frame as usize, nodes.len()), (k, 21 + 16 + 16));
     }
-    // Each is counted with the increment that took it.
+    // Each is counted for its own increment.
     assert_eq!(iterations as usize, ends[3].minimiser.iterations + ends[5].minimiser.iterations);
 }
 
@@ -217,12 +217,12 @@ fn a_session_carries_out_the_scenario_as_run_does() {
 fn what_is_dragged_is_what_run_makes_of_the_saved_text_to_the_bit() {
     let mut session = session(&format!("{Y}{STEPS}"));
     drag(&mut session, "plug-B", &[[0.54, 0.2, 0.06], [0.53, 0.19, 0.07], [0.52, 0.19, 0.08]]);
-    // Turned on the way, further than one increment goes.
+    // Rotated on the way, by more than one increment allows.
     done(&mut session, to("plug-B", [0.52, 0.19, 0.07]));
     let q = Some([0.9, 0.1, 0.5, 0.3]);
     done(&mut session, Request::Target { constraint: "plug-B".into(), position: None, orientation: q });
     done(&mut session, drop_("plug-B"));
-    // A clip has a tangent alone.
+    // A clip has a tangent only.
     let q = Some([0.7, 0.0, 0.75, 0.1]);
     done(&mut session, Request::Target { constraint: "clip".into(), position: Some([0.2, 0.01, 0.0]), orientation: q });
     done(&mut session, drop_("clip"));
@@ -238,20 +238,20 @@ fn what_is_dragged_is_what_run_makes_of_the_saved_text_to_the_bit() {
 fn hands_take_hold_pin_clip_and_let_go_and_run_finds_the_same_shapes() {
     let mut session = session(Y);
     hold(&mut session, "left", 0.301, Holding::Handle);
-    drag(&mut session, "hand 1", &[[0.6, 0.1, -0.05], [0.6, 0.12, 0.0]]);
+    drag(&mut session, "handle 1", &[[0.6, 0.1, -0.05], [0.6, 0.12, 0.0]]);
     hold(&mut session, "trunk", 0.21, Holding::Collar);
     hold(&mut session, "right", 0.15, Holding::Handle);
-    assert_eq!(session.held(), [("hand 2".to_owned(), 1)]);
-    drag(&mut session, "hand 2", &[[0.5, -0.05, 0.0]]);
+    assert_eq!(session.held(), [("handle 2".to_owned(), 1)]);
+    drag(&mut session, "handle 2", &[[0.5, -0.05, 0.0]]);
     assert_eq!(session.held(), []);
     refused(
         &mut session,
-        Request::Target { constraint: "hand 2".into(), position: None, orientation: Some([1.0, 0.0, 0.0, 0.0]) },
+        Request::Target { constraint: "handle 2".into(), position: None, orientation: Some([1.0, 0.0, 0.0, 0.0]) },
     );
-    done(&mut session, Request::Pin { constraint: "hand 2".into() });
+    done(&mut session, Request::Pin { constraint: "handle 2".into() });
     let q = Some([0.8, 0.1, 0.6, 0.0]);
-    done(&mut session, Request::Target { constraint: "hand 2".into(), position: None, orientation: q });
-    done(&mut session, Request::Release { constraint: "hand 1".into() });
+    done(&mut session, Request::Target { constraint: "handle 2".into(), position: None, orientation: q });
+    done(&mut session, Request::Release { constraint: "handle 1".into() });
     let text = text(&mut session);
     let ends = ends(&text);
     assert_eq!(session.now.frames(), 1 + ends.len(), "{text}");
@@ -260,14 +260,14 @@ fn hands_take_hold_pin_clip_and_let_go_and_run_finds_the_same_shapes() {
     let names: Vec<String> = session.timeline().steps.into_iter().map(|step| step.name).collect();
     let expected = [
         "start",
-        "hand 1 takes hold",
-        "drag hand 1",
-        "clip 1 closes",
-        "hand 2 takes hold",
-        "drag hand 2",
-        "pin hand 2",
-        "drag hand 2 2",
-        "release hand 1",
+        "add handle 1",
+        "drag handle 1",
+        "add clip 1",
+        "add handle 2",
+        "drag handle 2",
+        "pin handle 2",
+        "drag handle 2 2",
+        "release handle 1",
     ];
     assert_eq!(names, expected);
     assert!(session.scene().constraints.iter().any(|constraint| constraint.name == "clip 1" && constraint.by_hand));
@@ -364,14 +364,14 @@ fn what_cannot_be_is_refused_and_changes_nothing() {
         refused(&mut session, request);
         assert_eq!((bits(&last(&session)), session.now.frames()), before);
     }
-    // Nothing would hold it.
+    // The harness would be unsupported.
     let mut alone = self::session(Y);
     let message = refused(&mut alone, Request::Release { constraint: "plug-A".into() });
     assert!(message.contains("not held"), "{message}");
     drag(&mut alone, "plug-A", &[[0.01, 0.0, 0.0]]);
 }
 
-/// Newton, where it does anything.
+/// Newton, unless it is disabled.
 struct Lazy {
     newton: Box<dyn Minimiser>,
     rests: Arc<AtomicBool>,
@@ -392,7 +392,7 @@ impl Minimiser for Lazy {
     }
 }
 
-/// A registry with the minimiser `lazy`, which does nothing while this is so.
+/// A registry with the minimiser `lazy`, which does nothing while this flag is set.
 fn with_lazy(rests: &Arc<AtomicBool>) -> Registry {
     let mut registry = wireloom::registry();
     let rests = rests.clone();
@@ -409,7 +409,7 @@ fn with_lazy(rests: &Arc<AtomicBool>) -> Registry {
     registry
 }
 
-/// An increment that is not found is shown, and goes when something else is asked for.
+/// An increment that does not converge is shown, and removed by the next request.
 #[test]
 fn what_finds_no_balance_is_shown_and_not_written_down() {
     let rests = Arc::new(AtomicBool::new(false));
@@ -440,7 +440,7 @@ fn what_finds_no_balance_is_shown_and_not_written_down() {
         events.iter().any(|event| event.kind == "not-converged" && event.frame == frame::number(frames)),
         "{events:?}"
     );
-    // Another target takes its place, and another one's is taken back by letting go.
+    // Another target replaces it; another constraint's frame is removed by its release.
     done(&mut session, to("plug-B", [0.54, 0.2, 0.05]));
     assert_eq!((status(&session).as_str(), session.now.frames()), ("converged", frames + 1));
     unbalanced(&mut session, to("plug-B", [0.54, 0.2, 0.06]));
@@ -450,19 +450,19 @@ fn what_finds_no_balance_is_shown_and_not_written_down() {
     assert!(session.timeline().events.iter().all(|event| event.kind != "not-converged"));
     done(&mut session, Request::Undo);
     assert_eq!((bits(&last(&session)), session.now.frames()), (shape.clone(), frames));
-    // Where nothing was found there is no step, and nothing to take back.
+    // Without an equilibrium there is no step, and nothing to undo.
     unbalanced(&mut session, to("plug-B", [0.54, 0.2, 0.06]));
     done(&mut session, drop_("plug-B"));
     assert_eq!((bits(&last(&session)), session.now.frames()), (shape.clone(), frames));
     refused(&mut session, Request::Undo);
-    // Nor where something would have let go.
+    // Nor for a release.
     rests.store(true, Ordering::Relaxed);
     refused(&mut session, Request::Release { constraint: "plug-B".into() });
     rests.store(false, Ordering::Relaxed);
     assert_eq!((bits(&last(&session)), session.now.frames()), (shape, frames));
 }
 
-/// What was stopped is no part of what hands go on from.
+/// A stopped computation is not part of the state that operations extend.
 #[test]
 fn a_run_is_stopped_and_goes_on_in_hands() {
     let opened = SessionInput {
@@ -490,7 +490,7 @@ fn a_run_is_stopped_and_goes_on_in_hands() {
     assert_eq!(ends(&text).len(), 1);
     done(&mut session, Request::Undo);
     assert_eq!(session.now.frames(), 2);
-    // A start that is given up leaves a session that answers.
+    // An aborted start leaves a session that still answers.
     session.handle(1, Request::Set { key: "joints.J.model".into(), value: json!("fused") });
     session.monitor.stop();
     session.work();
@@ -500,7 +500,7 @@ fn a_run_is_stopped_and_goes_on_in_hands() {
     assert_eq!(session.now.frames(), 2);
 }
 
-/// Frames inside steps go first, and what lies behind an end that has gone is carried out again.
+/// Frames within steps are dropped first, and steps whose end was dropped are recomputed.
 #[test]
 fn what_is_remembered_is_bounded() {
     let mut session = session(&format!("{Y}{STEPS}"));
@@ -521,12 +521,12 @@ fn what_is_remembered_is_bounded() {
     assert_eq!(bits(&last(&session)), bits(&ends(&format!("{Y}{STEPS}"))[5]));
 }
 
-/// Whatever is asked, in whatever order: an answer, and no panic.
+/// Any sequence of requests gets an answer, and none causes a panic.
 #[test]
 fn whatever_is_asked_the_session_goes_on() {
     let mut random = fastrand::Rng::with_seed(8);
     let mut session = session(&format!("{Y}{STEPS}"));
-    let names = ["plug-A", "plug-B", "clip", "hand 1", "hand 2", "pin 1", "clip 1", "nobody", ""];
+    let names = ["plug-A", "plug-B", "clip", "handle 1", "handle 2", "pin 1", "clip 1", "nobody", ""];
     let numbers = [f64::NAN, f64::NEG_INFINITY, 1e308, -1e-300, 0.0, 1.0];
     for _ in 0..300 {
         let number = |random: &mut fastrand::Rng| match random.u32(..12) {
@@ -573,13 +573,13 @@ fn whatever_is_asked_the_session_goes_on() {
     }
     work(&mut session);
     session.take_changes();
-    // It answers, and what it has written down is a scenario.
+    // It answers, and its text is a valid scenario.
     let said = ask(&mut session, Request::Save);
     assert!(matches!(said.first(), Some(Notice::Saved { .. })), "{said:?}");
     assert!(said.len() == 1, "{said:?}");
 }
 
-/// Rings that the cable runs through, obstacles, clips that find their place, springs: what hands do there is what `run` makes of it.
+/// Sliding rings, obstacles, clips that find their place, springs: `run` reproduces operations on all of them.
 #[test]
 fn hands_on_all_sorts_of_harnesses_write_what_run_carries_out() {
     let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../../scenarios");
@@ -599,7 +599,7 @@ fn hands_on_all_sorts_of_harnesses_write_what_run_carries_out() {
         let middle = line.s.len() / 2;
         let at = line.position[middle];
         hold(&mut session, &line.name, line.s[middle], Holding::Handle);
-        drag(&mut session, "hand 1", &[[at.x, at.y + 0.01, at.z + 0.02], [at.x + 0.005, at.y + 0.02, at.z + 0.02]]);
+        drag(&mut session, "handle 1", &[[at.x, at.y + 0.01, at.z + 0.02], [at.x + 0.005, at.y + 0.02, at.z + 0.02]]);
         let text = text(&mut session);
         let ends = ends(&text);
         let farthest = apart(&last(&session), &ends[ends.len() - 1]);

@@ -1,4 +1,4 @@
-//! Computing: one increment after the other, the schedule's or a drag's, each of which is shown.
+//! Computation, one increment at a time, of the schedule or of a drag, with a frame for each.
 
 use super::harness::is_balanced;
 use super::snapshot::StepFrames;
@@ -10,22 +10,22 @@ use std::sync::Arc;
 use wireloom::solve::steps::interactive::{Ended, Trouble};
 
 impl Session {
-    /// Whether something is to be computed.
+    /// Whether there is something to compute.
     pub fn has_work(&self) -> bool {
         self.now.pending || self.drag.as_ref().is_some_and(|drag| drag.goal.is_some())
     }
 
-    /// Whether that comes before whatever else is asked for.
+    /// Whether the current drag must be finished before the next request.
     pub fn must_finish(&self) -> bool {
         self.drag.as_ref().is_some_and(|drag| drag.ends)
     }
 
-    /// Whether the start is to be computed next.
+    /// Whether the next computation is the initial equilibrium.
     pub fn is_finding_start(&self) -> bool {
         self.now.pending && self.now.at.is_none()
     }
 
-    /// Computes one increment, or the start, unless that is stopped.
+    /// Computes one increment, or the initial equilibrium, until stopped.
     pub fn work(&mut self) {
         if self.drag.as_ref().is_some_and(|drag| drag.goal.is_some()) {
             self.advance_drag();
@@ -87,17 +87,17 @@ impl Session {
         }
     }
 
-    /// Puts the end of an increment behind the others; where it is balanced, the harness stands there.
+    /// Appends the frame of an increment; an increment in equilibrium becomes the current state.
     pub(super) fn show(&mut self, ended: &Ended) {
         let index = self.now.frames();
         let mut header = Header::of(number(index), &ended.end, self.now.last.as_deref());
         if let ([_, first], Some(start)) = (self.now.steps.as_slice(), &self.now.last)
             && first.len() == 0
         {
-            // Results count the search for the start with the first step.
+            // Results count the search for the initial equilibrium as part of the first step.
             header.iterations = header.iterations.saturating_sub(number(start.minimiser.iterations));
         }
-        // While a hand drags there is no time for it.
+        // Not during a drag, to save time.
         let rests = ended.checkpoint.done().1 == 0;
         let near = || clearance::of_nodes(&self.now.harness.network.obstacles, &ended.end);
         let nodes = frame::nodes(&ended.end.branches, &if rests { near() } else { Vec::new() });
@@ -113,7 +113,7 @@ impl Session {
         self.frames_changed(index);
     }
 
-    /// The last frame once more, where something is near it: with how near.
+    /// Replaces the last frame by one with clearances, if there are obstacles.
     pub(super) fn show_clearance(&mut self) {
         let Some(end) = self.now.last.clone().filter(|_| !self.now.harness.network.obstacles.is_empty()) else {
             return;
@@ -127,15 +127,14 @@ impl Session {
         self.frames_changed(index);
     }
 
-    /// Something went wrong that nobody asked for.
+    /// Reports an error that no request caused.
     pub(super) fn report_failure(&mut self, message: String) {
-        let help =
-            "the session stands where it stood before; take back what led there, or set something else".to_owned();
+        let help = "the session is unchanged; undo the last operation, or change a setting".to_owned();
         self.changes.said.push((None, Notice::Refused { message, help }));
         self.changes.timeline = true;
     }
 
-    /// After a panic: from the last increment that was whole, with a solver made anew.
+    /// Recovers from a panic: continues from the last complete increment with a new solver.
     pub fn recover(&mut self, message: &str) {
         self.now.pending = false;
         if let Some(drag) = &mut self.drag {
@@ -147,6 +146,6 @@ impl Session {
         if let Ok(made) = self.load(&self.now) {
             self.now.harness.replace_solver(made);
         }
-        self.report_failure(format!("the solver broke down: {message}"));
+        self.report_failure(format!("the solver failed: {message}"));
     }
 }

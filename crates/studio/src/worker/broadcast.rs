@@ -1,4 +1,4 @@
-//! What is known of a session outside its thread, and what every tab is to be told of it yet.
+//! Published state of a session, and the pending messages of every tab.
 
 use crate::protocol::{self, Notice, Scene, Timeline};
 use crate::session::{Changes, Frame, Record, Session};
@@ -6,27 +6,27 @@ use std::collections::{BTreeMap, VecDeque};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-/// Frames that are sent for one request, at most: a page asks again.
+/// Largest number of frames sent for one request; the page then asks again.
 const MAX_FRAMES_PER_REQUEST: usize = 64;
-/// Notices to one tab that wait at most; then the oldest go.
+/// Largest number of pending notices of a tab; the oldest are dropped.
 const MAX_PENDING_NOTICES: usize = 32;
-/// What a rate is counted over.
+/// Averaging window of the frame rate.
 const RATE_WINDOW: Duration = Duration::from_secs(1);
 
-/// Is called when there is something to take.
+/// Called when there are messages.
 type Wake = Arc<dyn Fn() + Send + Sync>;
 
-/// Something a tab is to be told.
+/// A message for a tab.
 #[derive(Clone, Debug, PartialEq)]
 #[expect(clippy::large_enum_variant, reason = "one at a time is passed on, and none is kept")]
 pub enum TabMessage {
-    /// In words.
+    /// A notice as JSON.
     Notice(Notice),
-    /// A shape.
+    /// An encoded frame.
     Frame(Arc<[u8]>),
 }
 
-/// What is known of a session.
+/// Published state of a session.
 pub(super) struct Broadcast {
     scene: Option<Arc<Scene>>,
     timeline: Option<Arc<Timeline>>,
@@ -35,7 +35,7 @@ pub(super) struct Broadcast {
     held: Vec<(String, u32)>,
     pub unsaved: bool,
     frames: Vec<Option<Frame>>,
-    /// When frames came, within the last second.
+    /// Arrival times of frames within the last second.
     frame_times: VecDeque<Instant>,
     tabs: BTreeMap<u32, Tab>,
     last_tab: u32,
@@ -43,18 +43,18 @@ pub(super) struct Broadcast {
     pub record: Option<Record>,
 }
 
-/// What a tab is to be told yet.
+/// Pending messages of a tab.
 struct Tab {
     wake: Wake,
     scene: bool,
-    /// Frames from here on are no longer those that it may have.
+    /// Frames from this number on are no longer valid.
     truncate_at: Option<usize>,
     timeline: bool,
     session: bool,
     notices: VecDeque<Notice>,
-    /// The newest frame.
+    /// Whether to send the newest frame.
     live: bool,
-    /// Numbers of frames that it asked for.
+    /// Numbers of requested frames.
     requested: VecDeque<usize>,
 }
 
@@ -102,7 +102,7 @@ impl Broadcast {
         self.last_tab
     }
 
-    /// Returns whether there was such a tab.
+    /// Returns whether the tab existed.
     pub fn detach(&mut self, tab: u32) -> bool {
         let there = self.tabs.remove(&tab).is_some();
         self.update_all(|tab| tab.session = true);
@@ -116,7 +116,7 @@ impl Broadcast {
         }
     }
 
-    /// A tab gets these frames, as far as they are known, and no others that it asked for before.
+    /// Sends these frames to a tab, as far as they exist. Replaces an earlier request of the tab.
     pub fn send_frames(&mut self, tab: u32, from: u32, to: u32) {
         let frames = &self.frames;
         let Some(tab) = self.tabs.get_mut(&tab) else { return };
@@ -134,7 +134,7 @@ impl Broadcast {
         }
     }
 
-    /// Takes note of what is new in a session; returns whom to wake.
+    /// Publishes the changes of a session; returns the tabs to wake.
     pub fn publish(&mut self, session: &mut Session) -> Vec<Wake> {
         let Changes { scene, timeline, from, thinned, edited, said: notices } = session.take_changes();
         let known = self.frames.len();
@@ -182,8 +182,8 @@ impl Broadcast {
         if changed { self.tabs.values().map(|tab| tab.wake.clone()).collect() } else { Vec::new() }
     }
 
-    /// What a tab is told next: the harness, what no longer counts, what there is, how the session stands, what was said, the newest frame, then
-    /// those it asked for.
+    /// The next message of a tab, in this order: harness, truncation of the timeline, timeline, session, notices,
+    /// newest frame, requested frames.
     pub fn take(&mut self, number: u32) -> Option<TabMessage> {
         let count = self.tabs.len();
         let tab = self.tabs.get_mut(&number)?;
@@ -232,7 +232,7 @@ impl Broadcast {
     }
 }
 
-/// A timeline with so many frames only.
+/// The timeline truncated to this number of frames.
 fn truncated(timeline: &Timeline, frames: usize) -> Timeline {
     let frames = u32::try_from(frames).unwrap_or(u32::MAX).min(timeline.frames);
     let mut truncate_at = Timeline { frames, ..timeline.clone() };

@@ -1,4 +1,4 @@
-//! A server with a session behind it, and clients of it.
+//! A server with a session, and its clients.
 #![allow(dead_code, reason = "each of the tests uses some of it")]
 
 use std::io::{Read, Write};
@@ -51,7 +51,7 @@ pub fn session(text: &str, unsaved: bool) -> Result<Studio, String> {
     open(opened).map_err(|faults| faults[0].message.clone())
 }
 
-/// Keeps drafts in memory.
+/// Stores drafts in memory.
 #[derive(Clone, Default)]
 pub struct Drawer(pub Arc<Mutex<Option<String>>>);
 
@@ -96,18 +96,18 @@ impl Served {
         Self { address: server.address(), server, token: digits }
     }
 
-    /// What comes back of a request with these lines of its head.
+    /// The response to a request with these header lines.
     pub fn get(&self, path: &str, lines: &[&str]) -> String {
         let mut stream = TcpStream::connect(self.address).expect("it listens");
         let head = format!("GET {path} HTTP/1.1\r\n{}\r\nConnection: close\r\n\r\n", lines.join("\r\n"));
         stream.write_all(head.as_bytes()).expect("taken");
         let mut answer = Vec::new();
-        // A server that breaks off has said all that it wanted.
+        // A server that resets the connection has sent everything.
         let _ = stream.read_to_end(&mut answer);
         String::from_utf8_lossy(&answer).into_owned()
     }
 
-    /// The same as browsers ask.
+    /// A request as browsers send it.
     pub fn get_own(&self, path: &str) -> String {
         self.get(path, &[&format!("Host: {}", self.address)])
     }
@@ -116,7 +116,7 @@ impl Served {
         format!("token={}", self.token)
     }
 
-    /// A page's connection, or the status that it was refused with.
+    /// A page's connection, or the status with which it was refused.
     pub fn connect(&self, query: &str, origin: Option<&str>) -> Result<Tab, u16> {
         let mut request = format!("ws://{}/socket?{query}", self.address).into_client_request().expect("a request");
         if let Some(origin) = origin {
@@ -145,7 +145,7 @@ impl Tab {
         self.0.send(Message::Text(text.into())).expect("taken");
     }
 
-    /// The next notice of which something comes; frames and others are passed over.
+    /// The next notice for which a function returns a value; frames and other notices are skipped.
     pub fn until<T>(&mut self, wanted: impl Fn(Notice) -> Option<T>) -> T {
         loop {
             if let Message::Text(text) = self.0.read().expect("the server speaks") {
@@ -165,7 +165,7 @@ impl Tab {
         });
     }
 
-    /// How the server ends the connection: its code, 0 where it just broke off.
+    /// Code with which the server closes the connection; 0 if it was reset.
     pub fn end(&mut self) -> u16 {
         loop {
             match self.0.read() {

@@ -44,8 +44,8 @@ export function help(keys: Key[], live: boolean): void {
       "p",
       { class: "quiet" },
       live
-        ? "Drag a plug, a clip, a hand or any point of a cable to move it. Drag beside the harness to turn the view, with the right button to shift it, and turn the wheel to come nearer."
-        : "This is a finished run: click a cable or a constraint to look closer. Drag to turn the view, with the right button to shift it, and turn the wheel to come nearer.",
+        ? "Drag a plug, a clip, a handle or any point of a cable to move it. Drag the background to rotate the view, or with the right button to shift it; use the wheel to zoom."
+        : "This is a finished run: click a cable or a constraint for details. Drag to rotate the view, or with the right button to shift it; use the wheel to zoom.",
     ),
     element("div", { class: "columns" }, ...rows),
     element("p", {}, element("button", { class: "strong", onclick: () => dialog.close() }, "Close")),

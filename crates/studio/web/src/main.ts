@@ -67,7 +67,7 @@ function seen(): View {
   try {
     return new View(byId("stage"));
   } catch (error) {
-    byId("wait").textContent = "This browser cannot draw in space: it has no WebGL 2, or it is switched off.";
+    byId("wait").textContent = "This browser cannot show 3D graphics: WebGL 2 is missing or switched off.";
     throw error;
   }
 }
@@ -105,7 +105,7 @@ function linkState(state: LinkState): void {
     const bar = byId("draft");
     bar.hidden = false;
     bar.replaceChildren(
-      element("span", {}, "This session has ended; what is shown here stays, but cannot be moved. Start “wireloom studio” again: it opens a page of its own, and offers there what was not saved."),
+      element("span", {}, "This session has ended; the harness stays visible, but cannot be moved. Start “wireloom studio” again: it opens a new page and offers unsaved changes there."),
     );
   }
   if (state === "open") {
@@ -176,11 +176,11 @@ store.on("session", (session) => {
   const redo = byId<HTMLButtonElement>("redo");
   undo.disabled = session.undo === null;
   redo.disabled = session.redo === null;
-  undo.title = session.undo ? `Takes back: ${session.undo} (Ctrl Z)` : "Nothing to take back";
-  redo.title = session.redo ? `Does again: ${session.redo} (Ctrl Shift Z)` : "Nothing to do again";
+  undo.title = session.undo ? `Undo: ${session.undo} (Ctrl Z)` : "Nothing to undo";
+  redo.title = session.redo ? `Redo: ${session.redo} (Ctrl Shift Z)` : "Nothing to redo";
   byId("stop").hidden = session.busy === null;
   byId("save").textContent = session.unsaved ? "Save… •" : "Save…";
-  byId("save").title = session.unsaved ? "There is something that was not saved yet (Ctrl S)" : "The scenario with what hands did as steps (Ctrl S)";
+  byId("save").title = session.unsaved ? "There are unsaved changes (Ctrl S)" : "The scenario, with interactive operations as steps (Ctrl S)";
   panels.showSession(session);
 });
 
@@ -199,8 +199,8 @@ store.on("draft", (written) => {
   if (written === null) return;
   const answer = (take: boolean) => () => connection.send({ do: "draft", take });
   bar.replaceChildren(
-    element("span", {}, `An earlier session left something unsaved (${when(written)}).`),
-    element("button", { onclick: answer(true) }, "Take it up"),
+    element("span", {}, `There are unsaved changes of an earlier session (${when(written)}).`),
+    element("button", { onclick: answer(true) }, "Restore it"),
     element("button", { onclick: answer(false) }, "Discard it"),
   );
 });
@@ -394,7 +394,7 @@ function nextConstraint(by: number): void {
 function holdHere(how: "handle" | "pin" | "collar"): void {
   if (hands.chosen?.is === "point") hands.hold(hands.chosen.branch, hands.chosen.s, how);
   else if (how === "pin") hands.pin();
-  else tell("Choose a point of a cable first: click it, or go there with Alt and the arrow keys.");
+  else tell("Choose a point of a cable first: click it, or use Alt and the arrow keys.");
 }
 
 // Buttons and keys
@@ -447,15 +447,15 @@ const nudges: [string, [number, number, number], string][] = [
 const keys: Key[] = [
   { keys: ["?"], words: "This page", act: () => help(keys, live()) },
   { keys: ["n", "]"], words: "Choose the next constraint", act: () => nextConstraint(1) },
-  { keys: ["Shift+n", "["], words: "Choose the constraint before", act: () => nextConstraint(-1) },
+  { keys: ["Shift+n", "["], words: "Choose the previous constraint", act: () => nextConstraint(-1) },
   { keys: ["Alt+ArrowLeft"], words: "Along the branch, towards its start", act: () => hands.walk(-1) },
   { keys: ["Alt+ArrowRight"], words: "Along the branch, towards its end", act: () => hands.walk(1) },
   { keys: ["Alt+ArrowDown"], words: "To the middle of the next branch", act: () => hands.nextBranch(1) },
-  { keys: ["Alt+ArrowUp"], words: "To the middle of the branch before", act: () => hands.nextBranch(-1) },
+  { keys: ["Alt+ArrowUp"], words: "To the middle of the previous branch", act: () => hands.nextBranch(-1) },
   { keys: ["Escape"], words: "Choose nothing", act: () => (hands.setMode("none"), hands.choose(null)) },
   ...nudges.map(([key, [x, y, z], words]): Key => ({ keys: [key], words: `Move the chosen constraint ${words} by 1 mm, along the nearest axis`, live: true, act: () => hands.nudge(x * 1e-3, y * 1e-3, z * 1e-3) })),
   ...nudges.map(([key, [x, y, z], words]): Key => ({ keys: [`Shift+${key}`], words: `The same ${words} by 10 mm`, live: true, act: () => hands.nudge(x * 1e-2, y * 1e-2, z * 1e-2) })),
-  { keys: ["h"], words: "Hold the chosen point with a hand", live: true, act: () => holdHere("handle") },
+  { keys: ["h"], words: "Hold the chosen point with a handle", live: true, act: () => holdHere("handle") },
   { keys: ["p"], words: "Pin it: position, tangent and twist", live: true, act: () => holdHere("pin") },
   { keys: ["c"], words: "Clip it: position and tangent", live: true, act: () => holdHere("collar") },
   { keys: ["Delete", "Backspace"], words: "Release the chosen constraint", live: true, act: () => hands.release() },
@@ -463,14 +463,14 @@ const keys: Key[] = [
   { keys: ["y"], words: "Drag along Y only, or freely again", live: true, act: () => toggleAxis("y") },
   { keys: ["z"], words: "Drag along Z only, or freely again", live: true, act: () => toggleAxis("z") },
   { keys: ["g"], words: "Arrows to move the chosen constraint", live: true, act: () => toggleGizmo("translate") },
-  { keys: ["r"], words: "Rings to turn it", live: true, act: () => toggleGizmo("rotate") },
+  { keys: ["r"], words: "Rings to rotate it", live: true, act: () => toggleGizmo("rotate") },
   { keys: ["Ctrl+z"], words: "Undo", live: true, act: send("undo") },
   { keys: ["Ctrl+Shift+z", "Ctrl+y"], words: "Redo", live: true, act: send("redo") },
   { keys: ["Ctrl+s"], words: "Save the scenario", live: true, act: send("save") },
   { keys: [" "], words: "Play or pause", act: () => timeline.toggle() },
   { keys: [","], words: "One frame back", act: () => timeline.go(store.wanted - 1) },
-  { keys: ["."], words: "One frame on", act: () => timeline.go(store.wanted + 1) },
-  { keys: ["<", "Shift+,"], words: "To the end of the step before", act: () => timeline.step(-1) },
+  { keys: ["."], words: "One frame forward", act: () => timeline.go(store.wanted + 1) },
+  { keys: ["<", "Shift+,"], words: "To the end of the previous step", act: () => timeline.step(-1) },
   { keys: [">", "Shift+."], words: "To the end of the next step", act: () => timeline.step(1) },
   { keys: ["Home"], words: "To the start", act: () => timeline.go(0) },
   { keys: ["End"], words: "To the newest frame", act: () => timeline.go(Infinity) },
@@ -482,12 +482,12 @@ const keys: Key[] = [
   { keys: ["f"], words: "Everything in view", act: () => (bounds(), view.fit()) },
   { keys: ["+", "="], words: "Nearer", act: () => view.controls.dollyIn(1.15) },
   { keys: ["-"], words: "Farther", act: () => view.controls.dollyOut(1.15) },
-  { keys: ["Ctrl+ArrowLeft"], words: "Turn the view to the left", act: () => view.turn(-0.1, 0) },
-  { keys: ["Ctrl+ArrowRight"], words: "Turn the view to the right", act: () => view.turn(0.1, 0) },
-  { keys: ["Ctrl+ArrowUp"], words: "Turn the view up", act: () => view.turn(0, -0.1) },
-  { keys: ["Ctrl+ArrowDown"], words: "Turn the view down", act: () => view.turn(0, 0.1) },
-  { keys: ["b"], words: "Coloured by the next quantity", act: () => colourBy(QUANTITIES[(QUANTITIES.indexOf(quantity) + 1) % QUANTITIES.length].name) },
-  { keys: ["k"], words: "Keep the shape as a ghost, or forget it", act: () => (ghost ? forgetGhost() : keepGhost()) },
+  { keys: ["Ctrl+ArrowLeft"], words: "Rotate the view to the left", act: () => view.turn(-0.1, 0) },
+  { keys: ["Ctrl+ArrowRight"], words: "Rotate the view to the right", act: () => view.turn(0.1, 0) },
+  { keys: ["Ctrl+ArrowUp"], words: "Rotate the view up", act: () => view.turn(0, -0.1) },
+  { keys: ["Ctrl+ArrowDown"], words: "Rotate the view down", act: () => view.turn(0, 0.1) },
+  { keys: ["b"], words: "Colour by the next quantity", act: () => colourBy(QUANTITIES[(QUANTITIES.indexOf(quantity) + 1) % QUANTITIES.length].name) },
+  { keys: ["k"], words: "Keep the shape as a ghost, or remove it", act: () => (ghost ? forgetGhost() : keepGhost()) },
   { keys: ["l"], words: "Names and forces in the picture", act: toggleLabels },
   { keys: ["s"], words: "Download the picture", act: picture },
 ];

@@ -107,7 +107,7 @@ export class Panels {
     if (settings !== this.listed) this.showSettings(scene.settings);
     this.listed = settings;
     this.files.replaceChildren(
-      element("p", { class: "quiet" }, "As `run` writes them, of everything up to now:"),
+      element("p", { class: "quiet" }, "In the formats of `run`, for all steps so far:"),
       element("ul", {}, ...scene.exports.map((name) => element("li", {}, element("a", { href: `export/${encodeURIComponent(name)}${location.search}`, download: name }, name)))),
     );
     this.sections.get("files")!.hidden = scene.exports.length === 0;
@@ -222,7 +222,7 @@ export class Panels {
     const live = scene?.live === true;
     const button = (words: string, title: string, act: () => void) => element("button", { title, onclick: act }, words);
     if (!scene || !chosen) {
-      this.chosen.replaceChildren(element("p", { class: "quiet" }, live ? "Nothing. Click or drag a plug, a clip, a hand or any point of a cable; N takes the next constraint." : "Nothing. Click a constraint or a point of a cable; N takes the next constraint."));
+      this.chosen.replaceChildren(element("p", { class: "quiet" }, live ? "Nothing. Click or drag a plug, a clip, a handle or any point of a cable; N chooses the next constraint." : "Nothing. Click a constraint or a point of a cable; N chooses the next constraint."));
       return;
     }
     if (chosen.is === "point") {
@@ -230,7 +230,7 @@ export class Panels {
       this.chosen.replaceChildren(
         element("p", {}, element("strong", {}, scene.branches[branch].name), ` at s = ${millimetres(s)}`),
         this.facts,
-        ...(live ? [element("div", { class: "buttons" }, button("Hold", "A hand takes hold here (H)", () => this.hands.hold(branch, s, "handle")), button("Pin", "Held as it is: position, tangent and twist (P)", () => this.hands.hold(branch, s, "pin")), button("Clip", "A clip closes here: position and tangent (C)", () => this.hands.hold(branch, s, "collar")))] : []),
+        ...(live ? [element("div", { class: "buttons" }, button("Hold", "Adds a handle here (H)", () => this.hands.hold(branch, s, "handle")), button("Pin", "Held as it is: position, tangent and twist (P)", () => this.hands.hold(branch, s, "pin")), button("Clip", "A clip closes here: position and tangent (C)", () => this.hands.hold(branch, s, "collar")))] : []),
       );
       this.lookAt(branch);
     } else {
@@ -245,9 +245,9 @@ export class Panels {
             "div",
             { class: "buttons" },
             constraint.moves && button("Move", "Arrows to move it (G)", () => this.wishes.toggleGizmo("translate")),
-            constraint.turns && button("Turn", "Rings to turn it (R)", () => this.wishes.toggleGizmo("rotate")),
+            constraint.turns && button("Turn", "Rings to rotate it (R)", () => this.wishes.toggleGizmo("rotate")),
             button("Pin", "Holds position, tangent and twist where they are (P)", () => this.hands.pin()),
-            button("Release", "Lets go (Delete)", () => this.hands.release()),
+            button("Release", "Removes the constraint (Delete)", () => this.hands.release()),
           ),
         );
         parts.push(this.acts);
@@ -270,8 +270,8 @@ export class Panels {
       "form",
       { "aria-label": `Pose of ${name}` },
       element("div", { class: "pose" }, ...["x, mm", "y, mm", "z, mm"].map((words) => field(words, fields.position, !moves))),
-      turns && element("div", { class: "pose", title: "Turned about the world's x, then y, then z" }, ...["about x, °", "about y, °", "about z, °"].map((words) => field(words, fields.angles, false))),
-      element("button", { type: "submit", disabled: !moves && !turns }, "Bring there"),
+      turns && element("div", { class: "pose", title: "Rotated about the world's x, then y, then z" }, ...["about x, °", "about y, °", "about z, °"].map((words) => field(words, fields.angles, false))),
+      element("button", { type: "submit", disabled: !moves && !turns }, "Move there"),
     );
     form.addEventListener("submit", (event) => {
       event.preventDefault();
@@ -374,7 +374,7 @@ export class Panels {
         group.open = words === "" ? few : group.querySelector("summary")!.textContent!.toLowerCase().includes(words);
       }
     });
-    this.settings.replaceChildren(element("p", { class: "quiet" }, "What is changed here is computed anew; the shape there was stays as a ghost."), ...(few ? [] : [search]), ...folded);
+    this.settings.replaceChildren(element("p", { class: "quiet" }, "A change restarts the computation; the previous shape stays as a ghost."), ...(few ? [] : [search]), ...folded);
   }
 
   /** The server did not take a value: the fields show again what holds. */

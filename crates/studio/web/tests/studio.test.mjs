@@ -240,7 +240,7 @@ test("a page says that its session has ended, and the next one offers what nobod
   assert.ok(distance(dragged, await shape(page)) > 1e-3, "the session begins as the file says");
   await page.screenshot({ path: `${shots}studio-restarted.png` });
   const frames = await page.evaluate(() => window.wireloom.store.timeline.frames);
-  await page.getByRole("button", { name: "Take it up" }).click();
+  await page.getByRole("button", { name: "Restore it" }).click();
   await page.waitForFunction((frames) => window.wireloom.store.timeline.frames > frames, frames, { timeout: 20_000 });
   await quiet(page);
   assert.ok(distance(dragged, await shape(page)) < 1e-6);
@@ -285,7 +285,7 @@ test("exact poses, rings, pins, clips, letting go, and going back", { skip: abse
   await field("z, mm").fill(String(z + 12.5));
   const about = Number(await field("about z, °").inputValue());
   await field("about z, °").fill(String(about + 10));
-  await page.getByRole("button", { name: "Bring there" }).click();
+  await page.getByRole("button", { name: "Move there" }).click();
   await page.waitForFunction((z) => Math.abs(window.wireloom.hands.at("plug-B").at.position[2] * 1000 - z) < 0.01, z + 12.5);
   await quiet(page);
   const posed = await constraint("plug-B");

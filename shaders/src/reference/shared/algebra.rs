@@ -1,4 +1,4 @@
-//! Twin of `shared/algebra.wgsl`.
+//! Reference of `shared/algebra.wgsl`.
 
 use crate::memory::{Matrix, Rotation, Vector};
 use nalgebra::Quaternion;
@@ -21,7 +21,7 @@ pub(crate) fn skew(a: &Vector) -> Matrix {
     Matrix::new(0.0, -a.z, a.y, a.z, 0.0, -a.x, -a.y, a.x, 0.0)
 }
 
-/// R(q), by the usual quadratic form.
+/// R(q), the quadratic form.
 pub(crate) fn rotation_matrix(q: &Rotation) -> Matrix {
     let (x2, y2, z2) = (q.i + q.i, q.j + q.j, q.k + q.k);
     let (xx, yy, zz) = (q.i * x2, q.j * y2, q.k * z2);
@@ -48,7 +48,7 @@ pub(crate) fn rotated(q: &Rotation, theta: &Vector) -> Rotation {
     normalised(Quaternion::from_parts(q.w - v.dot(&h), v + h * q.w + v.cross(&h)))
 }
 
-/// Second derivative in θ of `force · R exp(θ) offset`, with f = Rᵀ force: sym(f oᵀ) − (f·o) I.
+/// Second derivative with respect to θ of `force · R exp(θ) offset`, with f = Rᵀ force: sym(f oᵀ) − (f·o) I.
 pub(crate) fn lever_hessian(r: &Matrix, force: &Vector, offset: &Vector) -> Matrix {
     let f = r.tr_mul(force);
     let twice = outer(&f, offset);

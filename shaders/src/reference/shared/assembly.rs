@@ -1,10 +1,10 @@
-//! Twin of `shared/gather.wgsl`.
+//! Reference of `shared/assembly.wgsl`.
 
 use crate::harness::NONE;
 use crate::memory::{Matrix, Memory, Vector};
 use crate::plan::NEGATIVE;
 
-/// The sum of the first derivatives of the parts in a variable, without dead forces.
+/// Sum of the parts' first derivatives with respect to a variable, without dead forces.
 pub(crate) fn assembled_force(m: &Memory, variable: usize, variant: usize) -> Vector {
     let table = m.offsets.forces_program as usize;
     let mut sum = Vector::zeros();
@@ -16,13 +16,13 @@ pub(crate) fn assembled_force(m: &Memory, variable: usize, variant: usize) -> Ve
     sum
 }
 
-/// Where the numbers of a variable's hold are; `None` where nothing is held.
+/// Entry of a variable's hold; `None` if it has none.
 pub(crate) fn hold_entry(m: &Memory, variable: usize) -> Option<usize> {
     let hold = m.word(m.offsets.holds_program as usize + variable);
     (hold != NONE).then(|| m.offsets.holds_numbers as usize + 20 * hold as usize)
 }
 
-/// The columns of a hold's basis.
+/// Columns of a hold's basis.
 pub(crate) fn hold_basis(m: &Memory, entry: usize, variant: usize) -> Matrix {
     Matrix::from_columns(&[0, 3, 6].map(|k| m.number3(entry + k, variant)))
 }

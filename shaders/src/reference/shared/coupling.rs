@@ -1,4 +1,4 @@
-//! Twin of `shared/coupling.wgsl`.
+//! Reference of `shared/coupling.wgsl`.
 
 use super::algebra::{diagonal, identity, outer, relative, skew};
 use crate::memory::{Matrix, Rotation, Vector};
@@ -56,7 +56,9 @@ pub(crate) fn bend_twist_hessian(law: &BendTwist, c: &Coupling) -> CouplingHessi
     let y = (cv * (g / 3.0) + v * (cv.dot(v) / 18.0)) * (4.0 / c.lambda) + m * (2.0 / 3.0);
     let vy = outer(v, &y);
     let k = diagonal(&(c.c * (4.0 * g * g / c.lambda))) + identity(m.dot(v) * (2.0 / 3.0)) + vy + vy.transpose();
-    // A = [v]ₓ K and B = [v]ₓ K [v]ₓ: 4 J K Jᵀ = w² K − B + w (A + Aᵀ), 4 Jᵀ K J = w² K − B − w (A + Aᵀ), 4 J K J = w² K + B + w (A − Aᵀ).
+    // A = [v]ₓ K, B = [v]ₓ K [v]ₓ: 4 J K Jᵀ = w² K − B + w (A + Aᵀ), 4 Jᵀ K J = w² K − B − w (A +
+    // Aᵀ),
+    // 4 J K J = w² K + B + w (A − Aᵀ).
     let a = skew(v) * k;
     let b = (a * skew(v)) * 0.25;
     let at = a.transpose();

@@ -1,9 +1,9 @@
-//! Twin of `shared/inertia.wgsl`.
+//! Reference of `shared/inertia.wgsl`.
 
 use crate::layout::Range;
 use crate::memory::Memory;
 
-/// Negative pivots of a factorisation: those of the tasks that nothing comes after, which the table lists after their number.
+/// Number of negative pivots of a factorisation: the sum over the root tasks, which the table lists after their number.
 pub(crate) fn negative_pivots(m: &Memory, range: &Range, variant: usize) -> f64 {
     let table = range.table as usize;
     let negatives = m.offsets.negatives_vectors as usize;

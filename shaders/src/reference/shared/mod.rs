@@ -1,7 +1,8 @@
-//! The twins of `shared/`: what several stages have in common.
+//! Reference of `shared/`: functions used by several stages.
 
 pub(crate) mod algebra;
 pub(crate) mod assembly;
+mod bindings;
 pub(crate) mod coupling;
 pub(crate) mod inertia;
 pub(crate) mod limits;

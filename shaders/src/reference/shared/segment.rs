@@ -1,4 +1,4 @@
-//! Twin of `shared/segment.wgsl`.
+//! Reference of `shared/segment.wgsl`.
 
 use super::algebra::rotation_matrix;
 use super::strain::strain;
@@ -17,7 +17,7 @@ pub(crate) struct SegmentLaw {
     pub(crate) n: Vector,
     /// C at v.
     pub(crate) c: Vector,
-    /// What of it B is responsible for.
+    /// Contribution of B.
     pub(crate) inverted: f64,
 }
 

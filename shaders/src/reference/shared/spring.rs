@@ -1,4 +1,4 @@
-//! Twin of `shared/spring.wgsl`.
+//! Reference of `shared/spring.wgsl`.
 
 use super::algebra::{identity, outer, rotation_matrix};
 use super::coupling::{Coupling, bend_twist, bend_twist_energy, bend_twist_hessian, moment_on_second};
@@ -60,7 +60,7 @@ pub(crate) fn spring_law(m: &Memory, k: usize, trial: u32, variant: usize) -> Sp
     let lever = r * s.offset;
     let gap = ((x - s.position) + compensation) + lever;
     let at = q * s.rest;
-    // ½ k_t |d3 − t|² = k_t (1 − d3·t), t seen from S.
+    // ½ k_t |d3 − t|² = k_t (1 − d3·t), t in the frame S.
     let t = rotation_matrix(&at).tr_mul(&rotation_matrix(&s.orientation).column(2).into_owned());
     let c = Coupling { c: Vector::repeat(s.frame), lambda: 1.0, k0: Vector::zeros() };
     let turn = bend_twist(&s.orientation, &at, &c);

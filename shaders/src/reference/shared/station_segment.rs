@@ -1,4 +1,4 @@
-//! Twin of `shared/station_segment.wgsl`.
+//! Reference of `shared/station_segment.wgsl`.
 
 use super::algebra::{identity, outer, relative, rotation_matrix, skew};
 use super::strain::strain;
@@ -11,8 +11,8 @@ pub(crate) struct StationSegment {
     pub(crate) inversion_stiffness: f64,
 }
 
-/// A station of it: the independent frame that carries it, its matrix R, rest and offset in that frame, β, and (w, v) of the turn from
-/// the segment to the station.
+/// A station of the segment: the independent frame that carries it, its matrix R, rest and offset in that frame, β,
+/// and (w, v) of the rotation from the segment to the station.
 #[derive(Default)]
 pub(crate) struct Station {
     pub(crate) present: bool,
@@ -99,7 +99,8 @@ pub(crate) fn conjugate_force(law: &StationLaw) -> Vector {
     law.n + law.phi.cross(&law.n)
 }
 
-/// What a station bears, in the body frame of what carries it: the lever of the force on the end (world) and the moment μ through φ.
+/// Moment on a station, in the body frame of its carrier: the lever of the force on the end (world) and the moment μ
+/// through φ.
 pub(crate) fn station_moment(s: &Station, force: &Vector, mu: &Vector) -> Vector {
     let own = station_rotation_jacobian(s.w, &s.v).tr_mul(mu) * s.blend;
     s.offset.cross(&s.r.tr_mul(force)) + rotation_matrix(&s.rest) * own

@@ -1,8 +1,8 @@
-//! Twin of `shared/strain.wgsl`: in f64 the difference has digits enough as it is.
+//! Reference of `shared/strain.wgsl`; f64 needs no extended precision here.
 
 use crate::memory::{Matrix, Rotation, Vector};
 
-/// Γ = Rᵀ (e/ℓ − d3), with the d3 of q/|q|, so that what q lacks of length 1 does not count.
+/// Γ = Rᵀ (e/ℓ − d3), with the d3 of q/|q|, so that deviations of |q| from 1 have no effect.
 pub(crate) fn strain(r: &Matrix, e: &Vector, l: f64, q: &Rotation) -> Vector {
     let (x, y, z, w) = (q.i, q.j, q.k, q.w);
     let (across, along) = (x * x + y * y, z * z + w * w);

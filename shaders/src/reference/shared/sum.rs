@@ -1,8 +1,8 @@
-//! Twin of `shared/sum.wgsl`.
+//! Reference of `shared/sum.wgsl`.
 
 use crate::memory::{Memory, Vector};
 
-/// x + δ with its rounding error: the error-free sum of Knuth. (The compiler of Rust leaves it as it is.)
+/// x + δ with its rounding error: Knuth's error-free sum. (The Rust compiler does not reorder it.)
 pub(crate) fn two_sum(x: &Vector, compensation: &Vector, step: &Vector) -> (Vector, Vector) {
     let delta = step + compensation;
     let sum = x + delta;

@@ -1,8 +1,8 @@
-//! Twin of `shared/partials.wgsl`.
+//! Reference of `shared/totals.wgsl`.
 
 use crate::memory::Memory;
 
-/// Energy and relative residual of the slot of the state that was measured last.
+/// Energy and relative residual of the slot of the state that was evaluated last.
 pub(crate) struct Totals {
     pub(crate) energy: f64,
     /// Largest free force, N.

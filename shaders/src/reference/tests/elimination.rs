@@ -1,12 +1,12 @@
-//! The factorisation and the solves, against dense ones.
+//! Factorisation and solution against a dense solver.
 
-use crate::harnesses::{Builder, cable, fork, ring, whole};
+use super::harnesses::{Builder, cable, fork, ring, whole};
+use crate::cost::Traffic;
+use crate::harness::{Algorithm, Stop, Variable};
+use crate::memory::Memory;
+use crate::plan::Plan;
+use crate::{Real, Stage, reference};
 use nalgebra::{DMatrix, DVector};
-use wireloom_shaders::cost::Traffic;
-use wireloom_shaders::harness::{Algorithm, Stop, Variable};
-use wireloom_shaders::memory::Memory;
-use wireloom_shaders::plan::Plan;
-use wireloom_shaders::{Real, Stage, reference};
 
 const STOP: Stop = Stop {
     force_scale: 1.0,
@@ -32,7 +32,7 @@ fn harnesses() -> Vec<Builder> {
     for (k, builder) in all.iter_mut().enumerate() {
         builder.hold(Variable::Point(0));
         builder.hold(Variable::Frame(0));
-        // Some of them far from anything stable.
+        // Some of them far from a stable state.
         builder.shake(if k % 2 == 0 { 0.05 } else { 0.6 });
     }
     all

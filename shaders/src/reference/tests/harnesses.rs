@@ -1,19 +1,19 @@
-//! Harnesses to try the stages on.
+//! Harnesses for the tests of stages.
 
+use crate::harness::*;
+use crate::memory::Memory;
+use crate::plan::Plan;
 use fastrand::Rng;
 use nalgebra::{DMatrix, Quaternion, Unit, Vector3};
-use wireloom_shaders::harness::*;
-use wireloom_shaders::memory::Memory;
-use wireloom_shaders::plan::Plan;
 
 const UNTURNED: [f64; 4] = [0.0, 0.0, 0.0, 1.0];
 
-/// What a branch ends in.
+/// End of a branch.
 #[derive(Clone, Copy)]
 pub enum To {
-    /// Nothing: an end with a point and a station of its own, here.
+    /// A free end with a point and a station, at this position.
     Free([f64; 3]),
-    /// A joint of this number.
+    /// The joint with this number.
     Joint(usize),
 }
 
@@ -25,13 +25,13 @@ struct Joint {
     at: Vector3<f64>,
 }
 
-/// A harness while it grows.
+/// A harness under construction.
 pub struct Builder {
     pub harness: Harness,
     pub shape: Shape,
     pub rng: Rng,
     joints: Vec<Joint>,
-    /// Arms of each joint: frame of the segment there.
+    /// Arms of each joint: frames of their first segments.
     arms: Vec<Vec<u32>>,
 }
 
@@ -44,7 +44,7 @@ fn rotation(rng: &mut Rng) -> [f64; 4] {
     Unit::new_normalize(q).coords.into()
 }
 
-/// A frame with its third axis along `tangent`.
+/// A frame whose third axis is `tangent`.
 fn along(tangent: &Vector3<f64>) -> Unit<Quaternion<f64>> {
     nalgebra::UnitQuaternion::rotation_between(&Vector3::z(), tangent)
         .unwrap_or_else(|| nalgebra::UnitQuaternion::from_axis_angle(&Vector3::x_axis(), std::f64::consts::PI))
@@ -85,7 +85,7 @@ impl Builder {
         self.joints.len() - 1
     }
 
-    /// A branch of n segments between two ends, straight, with stations at its free and hub ends and at these nodes.
+    /// A straight branch of n segments, with stations at free ends, at hubs and at the given nodes.
     pub fn branch(&mut self, n: usize, from: To, to: To, stations: &[usize]) {
         let at = |end: To| match end {
             To::Free(x) => Vector3::from(x),
@@ -173,7 +173,7 @@ impl Builder {
         }
     }
 
-    /// Couples all arms of joints that are points, pair by pair.
+    /// Couples all pairs of arms of joints that are points.
     pub fn couple_arms(&mut self) {
         for (joint, arms) in self.joints.clone().iter().zip(self.arms.clone()) {
             for (k, &a) in arms.iter().enumerate().filter(|_| joint.hub.is_none()) {
@@ -189,7 +189,7 @@ impl Builder {
         }
     }
 
-    /// A spring with everything a spring may have.
+    /// A spring with all its features.
     pub fn spring(&mut self, point: u32, frame: Option<u32>) {
         let rng = &mut self.rng;
         let spring = Spring {
@@ -207,7 +207,7 @@ impl Builder {
         self.harness.springs.push(spring);
     }
 
-    /// Moves every point and turns every frame a little.
+    /// Perturbs all points and frames.
     pub fn shake(&mut self, size: f64) {
         for x in &mut self.shape.points {
             *x = (Vector3::from(*x) + random(&mut self.rng, size * 0.02)).into();
@@ -221,7 +221,7 @@ impl Builder {
         }
     }
 
-    /// Holds a point and a frame where they are.
+    /// Holds a variable at its current value.
     pub fn hold(&mut self, variable: Variable) {
         let target = match variable {
             Variable::Point(i) => {
@@ -253,7 +253,7 @@ pub fn fork(seed: u64, n: usize, hub: bool) -> Builder {
     builder
 }
 
-/// Two joints, a point and a hub, with two branches between them: a loop; and springs.
+/// A loop of two branches between two joints, a point and a hub; with springs.
 pub fn ring(seed: u64, n: usize) -> Builder {
     let mut builder = Builder::new(seed);
     let first = To::Joint(builder.joint([0.3, 0.0, 0.0], false));
@@ -268,7 +268,7 @@ pub fn ring(seed: u64, n: usize) -> Builder {
     builder
 }
 
-/// The matrix as it is gathered, both triangles, in elimination order.
+/// The assembled matrix, both triangles, in elimination order.
 pub fn whole(plan: &Plan, memory: &Memory) -> DMatrix<f64> {
     let n = 3 * plan.len();
     let mut whole = DMatrix::zeros(n, n);

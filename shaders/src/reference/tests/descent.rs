@@ -1,11 +1,11 @@
-//! Whole descents of the twins.
+//! Complete minimisations with the CPU reference.
 
-use crate::harnesses::{Builder, cable, fork, ring};
-use wireloom_shaders::harness::{Algorithm, Hold, Shape, Stop, Variable};
-use wireloom_shaders::layout::{Control, Outcome};
-use wireloom_shaders::memory::{Buffer, Memory};
-use wireloom_shaders::plan::Plan;
-use wireloom_shaders::{Real, reference};
+use super::harnesses::{Builder, cable, fork, ring};
+use crate::harness::{Algorithm, Hold, Shape, Stop, Variable};
+use crate::layout::{Control, Outcome};
+use crate::memory::{Buffer, Memory};
+use crate::plan::Plan;
+use crate::{Real, reference};
 
 const STOP: Stop = Stop {
     force_scale: 0.3,
@@ -16,7 +16,7 @@ const STOP: Stop = Stop {
     algorithm: Algorithm::Newton,
 };
 
-/// Both free ends of the first and the last branch are plugged in.
+/// Both free ends of the first and the last branch are held.
 fn plugged(mut builder: Builder) -> Builder {
     let ends: Vec<_> = [builder.harness.station_segments.first(), builder.harness.station_segments.last()]
         .into_iter()
@@ -50,7 +50,7 @@ fn converged(control: &Control<f64>) -> bool {
     control.outcome == Outcome::Converged as u32 && control.residual <= STOP.tolerance && control.negative == 0
 }
 
-/// Iterations, factorisations and evaluations of each harness, whatever the order of elimination.
+/// Iterations, factorisations and evaluations of each harness, independent of the order of elimination.
 const WORK: [[u32; 3]; 4] = [[6, 6, 17], [15, 31, 31], [8, 17, 20], [10, 23, 22]];
 
 #[test]
@@ -162,7 +162,7 @@ fn what_is_held_in_part_is_free_in_the_rest() {
     let plugged = &mut builder;
     plugged.hold(Variable::Point(0));
     plugged.hold(Variable::Frame(0));
-    // The other end may move in a plane and turn about its axis, and is not there yet.
+    // The other end can move in a plane and rotate about its axis, and has not reached its target.
     let (point, frame) = (Variable::Point(20), Variable::Frame(plugged.harness.frames as u32 - 1));
     let normal = nalgebra::Vector3::new(0.6, 0.0, 0.8);
     let basis = [[0.6, 0.0, 0.8], [0.0, 1.0, 0.0], [-0.8, 0.0, 0.6]];
@@ -186,7 +186,7 @@ fn what_is_held_in_part_is_free_in_the_rest() {
     assert!(last.angle_to(&rotated) > 1e-2, "the twist was left to it");
 }
 
-/// Every number that a stage leaves is rounded to f32, as on a device; within a stage the twins go on in f64.
+/// All results of a stage are rounded to f32, as on a device; within a stage the reference uses f64.
 #[test]
 fn numbers_of_single_precision_come_near_to_balance() {
     let mut work = vec![];
@@ -207,7 +207,8 @@ fn numbers_of_single_precision_come_near_to_balance() {
             }
         }
         let control = &memory.control[0];
-        // EA ε over the force scale is 900 N × 6e-8 / 0.3 N = 1.8e-4: what is found is better, for points settle.
+        // EA ε over the force scale is 900 N × 6e-8 / 0.3 N = 1.8e-4; the result is better because of the
+        // condensation.
         assert!(control.residual < 2e-5 && control.outcome != Outcome::Failed as u32, "harness {h}: {control:?}");
         work.push(control.iterations);
     }

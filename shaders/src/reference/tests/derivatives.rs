@@ -1,12 +1,12 @@
-//! First and second derivatives of every law, against finite differences of the energy, and through the gathering.
+//! First and second derivatives of every law, after assembly, against finite differences.
 
-use crate::harnesses::{Builder, cable, fork, ring, whole};
+use super::harnesses::{Builder, cable, fork, ring, whole};
+use crate::harness::{Algorithm, Hold, Shape, Stop, Variable};
+use crate::layout::Phase;
+use crate::memory::Memory;
+use crate::plan::Plan;
+use crate::{Real, Stage, reference};
 use nalgebra::{DMatrix, DVector, Quaternion, Unit, UnitQuaternion, Vector3};
-use wireloom_shaders::harness::{Algorithm, Hold, Shape, Stop, Variable};
-use wireloom_shaders::layout::Phase;
-use wireloom_shaders::memory::Memory;
-use wireloom_shaders::plan::Plan;
-use wireloom_shaders::{Real, Stage, reference};
 
 const STOP: Stop = Stop {
     force_scale: 1.0,
@@ -31,7 +31,7 @@ fn prepare(builder: &Builder, leaf: usize) -> (Plan, Memory) {
     (plan, memory)
 }
 
-/// Energy, J, and gradient at a shape, in elimination order.
+/// Energy, J, and gradient at a state, in elimination order.
 fn measure(plan: &Plan, memory: &mut Memory, shape: &Shape) -> (f64, DVector<f64>) {
     memory.set_shape(plan, 0, shape);
     memory.begin(0, &STOP, Real::F64);
@@ -46,7 +46,7 @@ fn measure(plan: &Plan, memory: &mut Memory, shape: &Shape) -> (f64, DVector<f64
     (energy, DVector::from_column_slice(&memory.vectors[first..first + 3 * p.variables as usize]))
 }
 
-/// The shape with one number of a step in elimination order changed.
+/// The state with one number of a step in elimination order changed.
 fn moved(plan: &Plan, shape: &Shape, k: usize, by: f64) -> Shape {
     let mut shape = shape.clone();
     match plan.variables[k / 3] {
@@ -61,7 +61,7 @@ fn moved(plan: &Plan, shape: &Shape, k: usize, by: f64) -> Shape {
     shape
 }
 
-/// The matrix as the stages gather it, both triangles.
+/// The assembled matrix, both triangles.
 fn matrix(plan: &Plan, memory: &mut Memory, shape: &Shape) -> DMatrix<f64> {
     memory.set_shape(plan, 0, shape);
     memory.begin(0, &STOP, Real::F64);
@@ -106,7 +106,7 @@ fn matrices_are_the_derivatives_of_gradients() {
                 [step, -step].map(|by| measure(&plan, &mut memory, &moved(&plan, &builder.shape, k, by)).1);
             slopes.set_column(k, &((after - before) / (2.0 * step)));
         }
-        // Of the moment on a frame that turns only the symmetric part is a second derivative of the energy.
+        // For rotations only the symmetric part of the moment's derivative is a second derivative of the energy.
         let slopes = (&slopes + slopes.transpose()) * 0.5;
         let (row, column) = (&matrix - &slopes).iamax_full();
         assert!(
@@ -128,10 +128,10 @@ fn the_first_right_hand_side_carries_the_prescribed_motion() {
         let (plan, mut memory) = prepare(builder, 4);
         let free = matrix(&plan, &mut memory, &builder.shape);
         let (_, gradient) = measure(&plan, &mut memory, &builder.shape);
-        // Directions held of two points and a frame, in skew bases.
+        // Held directions of two points and a frame, in oblique bases.
         let basis = |seed: u64| -> [[f64; 3]; 3] {
             let turn =
-                UnitQuaternion::from_scaled_axis(crate::harnesses::random(&mut fastrand::Rng::with_seed(seed), 2.0));
+                UnitQuaternion::from_scaled_axis(super::harnesses::random(&mut fastrand::Rng::with_seed(seed), 2.0));
             (*turn.to_rotation_matrix().matrix()).into()
         };
         let frame =
@@ -164,7 +164,7 @@ fn the_first_right_hand_side_carries_the_prescribed_motion() {
         let held_matrix = whole(&plan, &memory);
         let rhs = DVector::from_column_slice(&memory.vectors[..3 * plan.len()]);
         let solution = held_matrix.lu().solve(&rhs).expect("a regular matrix");
-        // The same step, from the equation itself: H u + g has no component but in held directions, u is the motion there.
+        // The same step from the equation: H u + g has components in held directions only, and there u is the motion.
         for dispatch in plan.cycle().iter().skip_while(|d| d.stage != Stage::SumStep).take(1) {
             memory.vectors[..solution.len()].copy_from_slice(solution.as_slice());
             memory.control[0].phase = Phase::Solve as u32;
