@@ -1,5 +1,6 @@
 //! What the whole-program tests share: where things are, and the program itself.
 
+pub mod cables;
 pub mod growth;
 pub mod hunt;
 pub mod place;

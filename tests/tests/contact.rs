@@ -2,14 +2,8 @@
 
 use std::f64::consts::PI;
 use wireloom::geometry::{Rotation, Vector};
-use wireloom::{Control, Run, Status, StepResult};
-
-/// Runs a scenario.
-fn run(text: &str) -> Run {
-    let registry = wireloom::registry();
-    let (_, built) = wireloom::load(text, &registry).unwrap_or_else(|faults| panic!("{faults:?}"));
-    wireloom::run(built, &mut |_, _| Control::Continue)
-}
+use wireloom::{Run, Status, StepResult};
+use wireloom_tests::cables::run;
 
 /// A scenario of `scenarios/contact`, in which some texts are replaced; it must converge.
 #[track_caller]

@@ -1,15 +1,9 @@
 //! Whole runs with dead moments: what they end in, in how many iterations, and what is said of their stability.
 
 use std::f64::consts::TAU;
+use wireloom::Status;
 use wireloom::geometry::Vector;
-use wireloom::{Control, Run, Status};
-
-fn run(text: &str) -> Run {
-    let (_, built) = wireloom::load(text, &wireloom::registry())
-        .map_err(|faults| wireloom::scenario::render(text, &faults))
-        .expect("no faults");
-    wireloom::run(built, &mut |_, _| Control::Continue)
-}
+use wireloom_tests::cables::run;
 
 /// A weightless rod, EI = 1 N m², clamped at A, with a couple about −y at B; `REST` is what follows.
 const ROD: &str = r#"

@@ -6,36 +6,27 @@ use std::fs;
 use wireloom::geometry::{Rotation, Vector};
 use wireloom::result::{Event, EventKind};
 use wireloom::{Control, Run, Status};
+use wireloom_tests::cables::{branch, run, section};
 use wireloom_tests::root;
-
-fn run(text: &str) -> Run {
-    let (_, built) = wireloom::load(text, &wireloom::registry()).expect("no faults");
-    wireloom::run(built, &mut |_, _| Control::Continue)
-}
 
 fn of(run: &Run, kind: EventKind) -> Vec<&Event> {
     run.events.iter().filter(|event| event.kind == kind).collect()
 }
 
 /// A strip with both ends pushed 5 % nearer than it is long, so that it bows up; `STEPS` says what happens to it.
-const STRIP: &str = r#"
-schema = 1
-name = "strip"
-gravity = [0, 0, 0]
-[sections.strip]
-diameter = "6 mm"
-linear_density = "50 g/m"
-axial_stiffness = 1e4
-bending_stiffness = 0.01
-torsion_stiffness = 0.008
-min_bend_radius = "400 mm"
-[[branches]]
-name = "strip"
-from = "A"
-to = "B"
-section = "strip"
-length = "1 m"
-segments = 50
+fn strip_text(steps: &str) -> String {
+    [
+        "schema = 1\nname = \"strip\"\ngravity = [0, 0, 0]\n",
+        &section("strip"),
+        "min_bend_radius = \"400 mm\"\n",
+        &branch("strip", ["A", "B"], "strip", 1.0, 50),
+        HELD,
+        steps,
+    ]
+    .concat()
+}
+
+const HELD: &str = r#"
 path = [[0, 0, 0], [0.24, 0, 0.1], [0.475, 0, 0.16], [0.71, 0, 0.1], [0.95, 0, 0]]
 [[constraints]]
 name = "left"
@@ -67,7 +58,7 @@ factor = 0
 "#;
 
 fn strip(steps: &str) -> Run {
-    run(&(STRIP.to_owned() + steps))
+    run(&strip_text(steps))
 }
 
 /// Height of the middle at the end of every step kept.
@@ -93,7 +84,7 @@ fn a_strip_that_snaps_through_is_flagged_once_where_it_does() {
 /// The same way is gone without a jump where a hand leads the middle down: what moves is what is prescribed.
 #[test]
 fn a_strip_that_is_led_does_not_jump() {
-    let led = STRIP.replace("hold = [\"position\"]\nrail = [[1, 0, 0], [0, 0, 1]]\n", "");
+    let led = strip_text("").replace("hold = [\"position\"]\nrail = [[1, 0, 0], [0, 0, 1]]\n", "");
     let run = run(&(led
         + "[[steps]]\nname = \"lead\"\nincrements = 40\nmove = [{ constraint = \"plane\", position = [0.475, 0, 0.05] }]\n"));
     assert_eq!(of(&run, EventKind::Jump), Vec::<&Event>::new());
@@ -235,26 +226,8 @@ move = [{ constraint = "plug", turns = 2.7 }]
 
 /// A cable of so many segments, 300 mm long, that nothing weighs down; `more` says how it is held.
 fn cable(segments: usize, more: &str) -> Run {
-    run(&format!(
-        r#"
-schema = 1
-name = "cable"
-gravity = [0, 0, 0]
-[sections.cable]
-diameter = "6 mm"
-linear_density = "50 g/m"
-axial_stiffness = 1e4
-bending_stiffness = 0.01
-torsion_stiffness = 0.008
-[[branches]]
-name = "cable"
-from = "A"
-to = "B"
-section = "cable"
-length = "300 mm"
-segments = {segments}
-{more}"#
-    ))
+    let head = "schema = 1\nname = \"cable\"\ngravity = [0, 0, 0]\n";
+    run(&[head, &section("cable"), &branch("cable", ["A", "B"], "cable", 0.3, segments), more].concat())
 }
 
 /// Bent into a U: two segments cannot follow it, forty can.

@@ -3,13 +3,11 @@
 use wireloom::geometry::Vector;
 use wireloom::result::EventKind;
 use wireloom::{Control, Status, StepResult};
+use wireloom_tests::cables::run;
 
 /// Solves a scenario; the end of its last step.
 fn solved(text: &str) -> StepResult {
-    let registry = wireloom::registry();
-    let loaded = wireloom::load(text, &registry);
-    let (_, built) = loaded.unwrap_or_else(|faults| panic!("{}", wireloom::scenario::render(text, &faults)));
-    let mut run = wireloom::run(built, &mut |_, _| Control::Continue);
+    let mut run = run(text);
     assert_eq!(run.status, Status::Converged, "{:?} {:?}", run.notes, run.fault);
     run.steps.pop().expect("a step")
 }

@@ -25,6 +25,7 @@ use wireloom::geometry::Vector;
 use wireloom::result::{BranchResult, ConstraintResult, OperationResult, SlideResult};
 use wireloom::{Run, Status, StepResult};
 use wireloom_testkit::closed_forms;
+use wireloom_tests::cables::{self, connector, section};
 
 fn main() {
     let arguments = Arguments::from_args();
@@ -387,35 +388,15 @@ fn values_of_closed_forms() -> Result<(), Failed> {
 
 /// A cable of 1 m with so many segments, plugged at its start; `then` is the rest of the file.
 fn cable(segments: usize, gravity: f64, curvature: f64, then: &str) -> String {
-    format!(
-        r#"
-schema = 1
-gravity = [0, 0, {gravity}]
-[minimiser]
-force_tolerance = 1e-8
-[sections.cable]
-diameter = "6 mm"
-linear_density = 0.05
-axial_stiffness = 1e5
-bending_stiffness = 0.01
-torsion_stiffness = 0.008
-[[branches]]
-name = "cable"
-from = "A"
-to = "B"
-section = "cable"
-length = 1
-segments = {segments}
-curvature = [0, {curvature}, 0]
-[[constraints]]
-name = "plug-A"
-kind = "connector"
-at = {{ end = "A" }}
-position = [0, 0, 0]
-tangent = [1, 0, 0]
-up = [0, 0, 1]
-{then}"#
-    )
+    [
+        &*format!("schema = 1\ngravity = [0, 0, {gravity}]\n[minimiser]\nforce_tolerance = 1e-8\n"),
+        &section("cable").replace("axial_stiffness = 1e4", "axial_stiffness = 1e5"),
+        &cables::branch("cable", ["A", "B"], "cable", 1.0, segments),
+        &format!("curvature = [0, {curvature}, 0]\n"),
+        &connector("plug-A", "A", [0.0, 0.0, 0.0]),
+        then,
+    ]
+    .concat()
 }
 
 /// Segments of the meshes: three to be judged, two finer ones to tell where they go.

@@ -1,12 +1,8 @@
 //! Stiff and soft parts in one harness: each is judged by itself, whatever it is joined to.
 
 use wireloom::geometry::Vector;
-use wireloom::{Control, Run, Status, StepResult};
-
-fn run(text: &str) -> Run {
-    let (_, built) = wireloom::load(text, &wireloom::registry()).expect("no faults");
-    wireloom::run(built, &mut |_, _| Control::Continue)
-}
+use wireloom::{Run, Status, StepResult};
+use wireloom_tests::cables::{branch, connector_along, run};
 
 /// The last step of a run that converged.
 fn end(run: &Run) -> &StepResult {
@@ -22,19 +18,8 @@ fn section(name: &str, density: f64, stretch: f64, bending: f64) -> String {
     )
 }
 
-fn branch(name: &str, ends: [&str; 2], section: &str, length: f64, segments: usize) -> String {
-    let [from, to] = ends;
-    format!(
-        "[[branches]]\nname = \"{name}\"\nfrom = \"{from}\"\nto = \"{to}\"\nsection = \"{section}\"\nlength = {length}\n\
-         segments = {segments}\n"
-    )
-}
-
 fn connector(end: &str, position: [f64; 3], tangent: [f64; 3], up: [f64; 3]) -> String {
-    format!(
-        "[[constraints]]\nname = \"plug-{end}\"\nkind = \"connector\"\nat = {{ end = \"{end}\" }}\nposition = {position:?}\n\
-         tangent = {tangent:?}\nup = {up:?}\n"
-    )
+    connector_along(&format!("plug-{end}"), end, position, tangent, up)
 }
 
 /// Where the node of a branch at its end is, m.

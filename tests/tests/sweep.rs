@@ -10,6 +10,7 @@ use wireloom::export::table::{Column, Row, Table, read};
 use wireloom::scenario::{NoFiles, Setting};
 use wireloom::session::Monitor;
 use wireloom::sweep::{Points, header};
+use wireloom_tests::cables::hanging;
 use wireloom_tests::{program, root};
 
 type Checked = Result<(), Failed>;
@@ -41,41 +42,7 @@ fn ensure(holds: bool, otherwise: impl std::fmt::Debug) -> Checked {
 
 /// A cable of a few segments between two plugs, over these values.
 fn cable(sweep: &str) -> String {
-    format!(
-        r#"
-schema = 1
-name = "cable"
-[sections.cable]
-diameter = "6 mm"
-linear_density = "50 g/m"
-axial_stiffness = 1e4
-bending_stiffness = 0.01
-torsion_stiffness = 0.008
-[[branches]]
-name = "cable"
-from = "A"
-to = "B"
-section = "cable"
-length = "1 m"
-segments = 12
-[[constraints]]
-name = "plug-A"
-kind = "connector"
-at = {{ end = "A" }}
-position = [0, 0, 0]
-tangent = [1, 0, 0]
-up = [0, 0, 1]
-[[constraints]]
-name = "plug-B"
-kind = "connector"
-at = {{ end = "B" }}
-position = [0.6, 0, 0]
-tangent = [1, 0, 0]
-up = [0, 0, 1]
-[sweep]
-{sweep}
-"#
-    )
+    hanging("cable", 12, &format!("[sweep]\n{sweep}\n"))
 }
 
 fn sweep(folder: &Path, out: &str) -> Command {
@@ -279,7 +246,7 @@ fn from_neighbours() -> Checked {
 fn hysteresis() -> Checked {
     let gravity = "[sweep.vary]\n\"gravity.2\" = { from = -3, to = 3.12, count = 128 }\n";
     let text = cable(gravity)
-        .replace("[0.6, 0, 0]", "[0.9, 0, 0]")
+        .replace("[0.6, 0.0, 0.0]", "[0.9, 0, 0]")
         .replace("bending_stiffness = 0.01", "bending_stiffness = [0.1, 0.01]")
         .replace("schema = 1", "schema = 1\ngravity = [0, 0, -9.81]");
     let (rows, runs) = rows_and_runs(&text)?;
@@ -337,7 +304,7 @@ half = { quantity = "slack", span = { branch = "cable", from = 0.5 } }
     let grid = grid.replace("s = \"0.5 m\"", "s = 1.1");
     fs::write(
         place.path().join("s.toml"),
-        cable(&grid).replace("length = \"1 m\"", "length = 1.2").replace("\"1 m\", 1.2", "1.2, 1"),
+        cable(&grid).replace("length = 1.0\n", "length = 1.2\n").replace("\"1 m\", 1.2", "1.2, 1"),
     )?;
     let ended = sweep(place.path(), "o").output()?;
     let said = String::from_utf8_lossy(&ended.stdout).into_owned();

@@ -13,6 +13,7 @@ use wireloom::session::{Checkpoint, Observer, Progress, Resumed};
 use wireloom::{Control, Run, Status, StepResult};
 use wireloom_testkit::constraints::{Floor, Link, Sight, Strut};
 use wireloom_testkit::{equations_conformance, potential_conformance};
+use wireloom_tests::cables::{branch, connector, run_with, section};
 
 potential_conformance!(strut, || Box::new(Strut { rest: 0.3, stiffness: 70.0 }), 2, 0);
 potential_conformance!(ratchet, || Box::new(Ratchet(Arc::default())), 1, 0);
@@ -21,8 +22,7 @@ equations_conformance!(floor_under_a_span, || Box::new(Floor(0.1)), 0, 7);
 equations_conformance!(sight, || Box::new(Sight), 2, 0);
 
 fn run(text: &str) -> Run {
-    let (_, built) = wireloom::load(text, &registry()).unwrap_or_else(|faults| panic!("{faults:#?}"));
-    wireloom::run(built, &mut |_, _| Control::Continue)
+    run_with(text, &registry())
 }
 
 /// What is refused: the message and help of each fault.
@@ -42,48 +42,17 @@ const EI: f64 = 0.01;
 
 /// Two bars in a line along x, clamped at x = 0 and x = 2.3 m, 1 m and 0.8 m long, with 0.5 m between their free ends B and C.
 fn bars(more: &str) -> String {
-    format!(
-        r#"
-schema = 1
-name = "bars"
-gravity = [0, 0, 0]
-[sections.bar]
-diameter = "6 mm"
-linear_density = "50 g/m"
-axial_stiffness = {EA}
-bending_stiffness = {EI}
-torsion_stiffness = 0.008
-[[branches]]
-name = "left"
-from = "A"
-to = "B"
-section = "bar"
-length = 1.0
-segments = 10
-[[branches]]
-name = "right"
-from = "C"
-to = "D"
-section = "bar"
-length = 0.8
-segments = 8
-[[constraints]]
-name = "A"
-kind = "connector"
-at = {{ end = "A" }}
-position = [0, 0, 0]
-tangent = [1, 0, 0]
-up = [0, 0, 1]
-[[constraints]]
-name = "D"
-kind = "connector"
-at = {{ end = "D" }}
-position = [2.3, 0, 0]
-tangent = [1, 0, 0]
-up = [0, 0, 1]
-{more}
-"#
-    )
+    let section = section("bar").replace("axial_stiffness = 1e4", &format!("axial_stiffness = {EA}"));
+    [
+        "schema = 1\nname = \"bars\"\ngravity = [0, 0, 0]\n",
+        &section,
+        &branch("left", ["A", "B"], "bar", 1.0, 10),
+        &branch("right", ["C", "D"], "bar", 0.8, 8),
+        &connector("A", "A", [0.0, 0.0, 0.0]),
+        &connector("D", "D", [2.3, 0.0, 0.0]),
+        more,
+    ]
+    .concat()
 }
 
 /// Flexibility of both bars along x, m/N.
@@ -137,34 +106,15 @@ fn what_cannot_be_met_is_said_with_numbers() {
 }
 
 fn beam(constraints: &str, gravity: f64) -> String {
-    format!(
-        r#"
-schema = 1
-name = "beam"
-gravity = [0, 0, {gravity}]
-[sections.beam]
-diameter = "6 mm"
-linear_density = "50 g/m"
-axial_stiffness = 1e4
-bending_stiffness = {EI}
-torsion_stiffness = 0.008
-[[branches]]
-name = "beam"
-from = "A"
-to = "B"
-section = "beam"
-length = 1.0
-segments = 100
-[[constraints]]
-name = "A"
-kind = "connector"
-at = {{ end = "A" }}
-position = [0, 0, 0]
-tangent = [1, 0, 0]
-up = [0, 0, 1]
-{constraints}
-"#
-    )
+    let head = format!("schema = 1\nname = \"beam\"\ngravity = [0, 0, {gravity}]\n");
+    [
+        &*head,
+        &section("beam"),
+        &branch("beam", ["A", "B"], "beam", 1.0, 100),
+        &connector("A", "A", [0.0, 0.0, 0.0]),
+        constraints,
+    ]
+    .concat()
 }
 
 /// A cantilever under a force P at its tip comes to lie on a floor: the floor takes `P − 3 EI gap/L³`, and with a floor too deep, nothing.

@@ -2,9 +2,21 @@
 //! doing it was, and where; and what was computed before is kept.
 
 use crate::*;
+use wireloom_tests::cables::{branch, connector, section};
 
 /// A cantilever, with the plugin's spring at its end.
-pub const SCENARIO: &str = r#"schema = 1
+pub fn scenario() -> String {
+    [
+        HEAD,
+        &section("cable"),
+        &branch("cable", ["A", "B"], "cable", 0.5, 10),
+        &connector("clamp", "A", [0.0, 0.0, 0.0]),
+        TAIL,
+    ]
+    .concat()
+}
+
+const HEAD: &str = r#"schema = 1
 name = "hostile"
 gravity = [0, 0, 0]
 
@@ -12,29 +24,9 @@ gravity = [0, 0, 0]
 load = ["hostile"]
 time_limit = 0.5
 
-[sections.cable]
-diameter = "6 mm"
-linear_density = "50 g/m"
-axial_stiffness = 1e4
-bending_stiffness = 0.01
-torsion_stiffness = 0.008
+"#;
 
-[[branches]]
-name = "cable"
-from = "A"
-to = "B"
-section = "cable"
-length = "0.5 m"
-segments = 10
-
-[[constraints]]
-name = "clamp"
-kind = "connector"
-at = { end = "A" }
-position = [0, 0, 0]
-tangent = [1, 0, 0]
-up = [0, 0, 1]
-
+const TAIL: &str = r#"
 [[constraints]]
 name = "bad"
 kind = "hostile"
@@ -208,7 +200,7 @@ fn run(case: u32) -> Result<(Place, Ended), Failed> {
     // What is wrong on purpose is not to be warned of.
     let more = [&flag, "-Wno-infinite-recursion", "-Wno-unused-function", "-Wno-unused-variable", "-ldl"];
     compile(&root().join("tests/tests/plugins/hostile.c"), &place.path("libhostile.so"), &more)?;
-    fs::write(place.path("s.toml"), SCENARIO)?;
+    fs::write(place.path("s.toml"), scenario())?;
     let ended = place.wireloom(&["run", "s.toml", "--allow-plugin", "libhostile.so"])?;
     Ok((place, ended))
 }
@@ -261,7 +253,7 @@ fn harmless(case: u32) -> Checked {
 fn without_compiler(content: &[u8], words: &[&str]) -> Checked {
     let place = Place::new()?;
     fs::write(place.path("libhostile.so"), content)?;
-    fs::write(place.path("s.toml"), SCENARIO)?;
+    fs::write(place.path("s.toml"), scenario())?;
     let ended = place.wireloom(&["run", "s.toml", "--allow-plugin", "libhostile.so"])?.expect(1)?;
     ended.says(&["s.toml:6:9: plugin libhostile.so: is no library that this system can load: "])?;
     ended.says(words)

@@ -125,7 +125,7 @@ fn resumed() -> Checked {
     let source = root().join("tests/tests/plugins/hostile.c");
     let library = place.path("libhostile.so");
     compile(&source, &library, &["-DCASE=0"])?;
-    fs::write(place.path("s.toml"), hostile::SCENARIO)?;
+    fs::write(place.path("s.toml"), hostile::scenario())?;
     let run = ["run", "s.toml", "--allow-plugin", "libhostile.so", "--out", "whole"];
     place.wireloom(&run)?.expect(0)?;
     let whole = place.json("whole/result.json")?;
