@@ -70,7 +70,8 @@ fn heights(run: &Run) -> Vec<f64> {
 #[test]
 fn a_strip_that_snaps_through_is_flagged_once_where_it_does() {
     let run = strip(
-        "[[steps]]\nname = \"push\"\nincrements = 40\n[[steps.load]]\nload = \"push\"\nfactor = 1\n[output]\nincrements = true\n",
+        "[[steps]]\nname = \"push\"\nincrements = 40\n[[steps.load]]\nload = \"push\"\nfactor = 1\n[output]\n\
+         increments = true\n",
     );
     let z = heights(&run);
     let jumps = of(&run, EventKind::Jump);
@@ -86,11 +87,12 @@ fn a_strip_that_snaps_through_is_flagged_once_where_it_does() {
 fn a_strip_that_is_led_does_not_jump() {
     let led = strip_text("").replace("hold = [\"position\"]\nrail = [[1, 0, 0], [0, 0, 1]]\n", "");
     let run = run(&(led
-        + "[[steps]]\nname = \"lead\"\nincrements = 40\nmove = [{ constraint = \"plane\", position = [0.475, 0, 0.05] }]\n"));
+        + "[[steps]]\nname = \"lead\"\nincrements = 40\nmove = [{ constraint = \"plane\", position = [0.475, 0, 0.05] \
+           }]\n"));
     assert_eq!(of(&run, EventKind::Jump), Vec::<&Event>::new());
 }
 
-/// What is released falls, and that is no jump.
+/// A release is no jump: the strip falls.
 #[test]
 fn a_release_is_no_jump() {
     let run = strip("[[steps]]\nname = \"let go\"\nincrements = 5\nrelease = [\"right\"]\ngravity = [0, 0, -9.81]\n");
@@ -125,7 +127,8 @@ fn an_insertion_force_above_what_a_hand_may_push_is_told() {
     assert!((push.value.expect("a force") - 30.0).abs() < 1e-3, "{push:?}");
 }
 
-/// The shipped scenarios follow one equilibrium each, but for one whose cable snaps over as it is lifted: its energy falls there.
+/// The shipped scenarios follow one equilibrium each, but for one whose cable snaps over as it is lifted: its energy
+/// falls there.
 #[test]
 fn scenarios_that_do_not_snap_have_no_jumps() {
     for folder in ["analytic", "branches", "assembly"] {
@@ -156,8 +159,9 @@ fn scenarios_that_do_not_snap_have_no_jumps() {
     }
 }
 
-/// A plug turned by 2.7 turns in one increment drags a hinged harness round until it falls over: the increment then goes on to its end. It used
-/// to end "converged" where the harness fell, short of the turns that were asked for (found by the hunt).
+/// A plug turned by 2.7 turns in one increment drags a hinged harness round until it falls over: the increment then
+/// goes on to its end. It used to end "converged" where the harness fell, short of the turns that were asked for (found
+/// by the hunt).
 #[test]
 fn what_falls_on_the_way_through_an_increment_is_carried_to_its_end() {
     let text = r#"
@@ -261,8 +265,8 @@ up = [0, 1, 0]
     assert!(of(&u(40), EventKind::CoarseMesh).is_empty());
 }
 
-/// A curly cable is pulled back over its clamp: on two segments that turns neighbouring frames by half a turn, where the energy has a step, and
-/// nothing converges there. It used to be "stalled at round-off" and no more.
+/// A curly cable is pulled back over its clamp: on two segments that turns neighbouring frames by half a turn, where
+/// the energy has a step, and nothing converges there. It used to be "stalled at round-off" and no more.
 #[test]
 fn what_stalls_at_half_a_turn_between_segments_says_that_the_mesh_is_too_coarse() {
     let curl = |segments: usize| {

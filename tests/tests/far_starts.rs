@@ -121,7 +121,8 @@ fn a_start_found_on_a_coarse_mesh_is_the_same_for_a_fraction_of_the_work() {
         let apart = a.position.iter().zip(&b.position).map(|(a, b)| (a - b).norm()).fold(0.0, f64::max);
         assert!(apart < 1e-7, "{}: {apart} m", a.name);
     }
-    // Iterations of both meshes count; those of the coarse one cost a quarter, and are as many as those of the fine one alone.
+    // Iterations of both meshes count; those of the coarse one cost a quarter, and are as many as those of the fine one
+    // alone.
     assert!(a.minimiser.iterations <= b.minimiser.iterations + 5, "few are left on the fine mesh");
 }
 

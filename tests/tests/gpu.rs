@@ -1,4 +1,5 @@
-//! The program with its minimiser `gpu`, where there is a device: `WIRELOOM_GPU_TESTS` says which (see `wireloom::gpu::policy`).
+//! The program with its minimiser `gpu`, where there is a device: `WIRELOOM_GPU_TESTS` says which (see
+//! `wireloom::gpu::policy`).
 
 use libtest_mimic::{Arguments, Failed, Trial};
 use std::fs;
@@ -159,7 +160,8 @@ fn single(gpu: &Arc<Gpu>) -> Result<(), Failed> {
     }
     let polished = run(&with(true), &devices, |_| ())?;
     assert_eq!(polished.status, Status::Converged);
-    // An iteration or two each, of all increments so far: from where the device leaves it Newton's method has hardly a way to go.
+    // An iteration or two each, of all increments so far: from where the device leaves it Newton's method has hardly a
+    // way to go.
     for (k, end) in polished.steps.iter().enumerate() {
         assert!((1..=2 * (k + 1)).contains(&end.minimiser.polish), "{:?}", end.minimiser);
     }
@@ -217,7 +219,8 @@ seed = 3
     Ok(())
 }
 
-/// Its driver was once taken apart by the process while the solver was within it: about one stop in fifty ended with SIGSEGV.
+/// Its driver was once taken apart by the process while the solver was within it: about one stop in fifty ended with
+/// SIGSEGV.
 fn stopped(_: &Arc<Gpu>) -> Result<(), Failed> {
     use std::io::{BufRead, BufReader};
     use std::time::Duration;

@@ -11,7 +11,8 @@ use wireloom_tests::cables::{branch, built, connector, section};
 use wireloom_tests::place::Place;
 use wireloom_tests::root;
 
-/// A cable that is drawn through a smooth ring and a rough one, lifted and let go; more than one checkpoint in each step.
+/// A cable that is drawn through a smooth ring and a rough one, lifted and let go; more than one checkpoint in each
+/// step.
 const COLLARS: &str = r#"
 [[constraints]]
 name = "smooth"
@@ -37,7 +38,10 @@ move = [{ constraint = "plug-B", position = [1.3, 0.1, 0.1] }]
 [[steps]]
 name = "turn"
 increments = INCREMENTS
-move = [{ constraint = "plug-B", position = [1.1, 0.2, 0], turns = 0.5 }, { constraint = "smooth", position = [0.4, 0, 0.2] }]
+move = [
+  { constraint = "plug-B", position = [1.1, 0.2, 0], turns = 0.5 },
+  { constraint = "smooth", position = [0.4, 0, 0.2] },
+]
 [[steps]]
 name = "let go"
 increments = INCREMENTS
@@ -170,15 +174,15 @@ fn stopped_after(text: &str, iterations: u64) -> (Run, Keep) {
     (run, stopped.keep)
 }
 
-/// Who stops a run while the start is being found gets one without results, which says so.
+/// A run that is stopped while the start is being found has no results, and says so.
 #[test]
 fn a_start_can_be_interrupted() {
     let (run, keep) = stopped_after(&rings(60, 1), 2);
     assert_eq!((run.status.word(), run.steps.len(), keep.checkpoints.len()), ("interrupted", 0, 0));
 }
 
-/// Wherever a run is stopped, within an increment too, it ends there and then; what was not done is no part of the result, and from the last
-/// checkpoint it goes on to the same bits.
+/// Wherever a run is stopped, within an increment too, it ends there and then; what was not done is no part of the
+/// result, and from the last checkpoint it goes on to the same bits.
 #[test]
 fn an_increment_that_was_interrupted_is_no_part_of_the_result() {
     let text = rings(60, 6);

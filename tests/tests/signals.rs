@@ -1,4 +1,5 @@
-//! Signals to the program while it works: within an increment, a point of a sweep, a comparison; and what it says of itself meanwhile.
+//! Signals to the program while it works: within an increment, a point of a sweep, a comparison; and what it says of
+//! itself meanwhile.
 #![cfg(unix)]
 
 use std::fs;
@@ -11,7 +12,8 @@ use wireloom_tests::place::{PATIENCE, Place};
 /// The program ends within 2 s of a signal, writing included; this is for machines that have a lot of other work.
 const LIMIT: Duration = Duration::from_secs(10);
 
-/// Steps in which the end of a cable is drawn along a way; `drawn` is one increment, which passes through every point of `way.csv`.
+/// Steps in which the end of a cable is drawn along a way; `drawn` is one increment, which passes through every point
+/// of `way.csv`.
 const STEPS: &str = r#"
 [[steps]]
 name = "aside"
@@ -24,7 +26,7 @@ carry = [{ what = ["plug-B"], path = "way.csv" }]
 /// Segments of the cable.
 const SEGMENTS: usize = 200;
 
-/// What is done while nobody is patient enough for it to end.
+/// Points of a path that takes longer than any test waits.
 const ENDLESS: usize = 200_000;
 
 /// A folder with this scenario and a way through so many points.

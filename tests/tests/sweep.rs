@@ -222,7 +222,7 @@ fn rows_and_runs(text: &str) -> Result<(Vec<Row>, Vec<Ended>), Failed> {
     Ok((rows, runs))
 }
 
-/// How a row says that its point ended.
+/// Energy and iterations of a row.
 fn energy_and_iterations(row: &Row) -> Ended {
     (row.numbers[2].unwrap_or(f64::NAN), row.numbers[0].unwrap_or(f64::NAN))
 }
@@ -241,8 +241,8 @@ fn from_neighbours() -> Checked {
     ensure(shorter == 256 / 16 * 14, shorter)
 }
 
-/// A strip pressed together hangs down or stands up in an arch, as gravity points; once it does, it would go on doing so for a while where
-/// gravity has turned around.
+/// A strip pressed together hangs down or stands up in an arch, as gravity points; once it does, it would go on doing
+/// so for a while where gravity has turned around.
 fn hysteresis() -> Checked {
     let gravity = "[sweep.vary]\n\"gravity.2\" = { from = -3, to = 3.12, count = 128 }\n";
     let text = cable(gravity)
@@ -256,7 +256,8 @@ fn hysteresis() -> Checked {
         ensure((found - energy).abs() <= 1e-8 * energy.abs(), (row, energy))?;
         shorter += usize::from(spent < *iterations);
     }
-    // The strip turns over between points 62 and 63. They are in the chain of points 56 to 63, all of which have to be started afresh.
+    // The strip turns over between points 62 and 63. They are in the chain of points 56 to 63, all of which have to be
+    // started afresh.
     let afresh = |k: usize| energy_and_iterations(&rows[k]) == runs[k];
     let falls = |k: usize| runs[k].0 > runs[k + 1].0;
     ensure(!falls(61) && falls(62) && (56..64).all(afresh), &runs[56..64])?;
@@ -325,7 +326,8 @@ fn duckdb(python: &str) -> Checked {
     fs::copy(root().join("scenarios/sweeps/y_tolerances.toml"), place.path().join("s.toml"))?;
     ensure(sweep(place.path(), "o").arg("--quiet").status()?.success(), "the sweep fails")?;
     let query = "import duckdb\nprint(duckdb.sql(\"\"\"select count(*), count(message), avg(\"energy.total\"), \
-                 min(\"branches.left.length\") from 'o/points.parquet' where status = 'converged' and stable\"\"\").fetchall()[0])";
+                 min(\"branches.left.length\") from 'o/points.parquet' where status = 'converged' and \
+                 stable\"\"\").fetchall()[0])";
     let output = Command::new(python).args(["-c", query]).current_dir(place.path()).output()?;
     let said = String::from_utf8(output.stdout)?;
     let table = table(&place.path().join("o"))?;

@@ -1,5 +1,5 @@
-//! Plugins that do one thing wrong each. Whatever it is, the program ends by itself, with the code it should and with words that say what is wrong, whose
-//! doing it was, and where; and what was computed before is kept.
+//! Plugins that do one thing wrong each. Whatever it is, the program ends by itself, with the code it should and with
+//! words that say what is wrong, whose doing it was, and where; and what was computed before is kept.
 
 use crate::*;
 use wireloom_tests::cables::{branch, connector, section};
@@ -244,7 +244,8 @@ fn harmless(case: u32) -> Checked {
         ensure(ended.out.contains("note: constraint `bad` (hostile): mind the gap"), &ended)?;
     }
     if case == 61 {
-        let words = "kind `hostile` of plugin `hostile` 0.0.1 (libhostile.so) gives not all derivatives: the Hessian is taken numerically";
+        let words = "kind `hostile` of plugin `hostile` 0.0.1 (libhostile.so) gives not all derivatives: the Hessian \
+                     is taken numerically";
         ensure(ended.out.contains(words), &ended)?;
     }
     near("end", number(&result, "/steps/1/branches/cable/position/10/2"), 0.01 / 1.24, 1e-3)
@@ -276,7 +277,7 @@ fn bad_memory() -> Checked {
     no_converged_fault(&place)
 }
 
-/// What was computed is kept, and nothing of it is called converged beside the fault.
+/// Completed steps are kept, and the one with the fault is not called converged.
 fn no_converged_fault(place: &Place) -> Checked {
     let result = place.json("out/s/result.json")?;
     ensure(result["fault"].is_object() && result["status"] == "failed", &result)

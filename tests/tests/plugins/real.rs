@@ -119,7 +119,8 @@ fn list() -> Checked {
     Ok(())
 }
 
-/// Stops a run after its first step by a plugin that is another one in the second, and takes it up again with the first.
+/// Stops a run after its first step by a plugin that is another one in the second, and takes it up again with the
+/// first.
 fn resumed() -> Checked {
     let place = Place::new()?;
     let source = root().join("tests/tests/plugins/hostile.c");
