@@ -1,4 +1,4 @@
-//! How the time of something grows with the size of what it is given.
+//! Growth of the time of some work with the size of its input.
 
 use std::time::{Duration, Instant};
 
@@ -12,7 +12,7 @@ const MOST: f64 = 9.0;
 /// Refuses work whose time grows like the square of its size. `prepare` makes what `work` is given.
 ///
 /// # Panics
-/// Where it takes longer.
+/// If it takes longer.
 pub fn no_square<T>(name: &str, n: usize, prepare: impl Fn(usize) -> T, work: impl Fn(&T)) {
     let times = [n, 2 * n, 4 * n].map(|size| {
         let given = prepare(size);
@@ -22,7 +22,8 @@ pub fn no_square<T>(name: &str, n: usize, prepare: impl Fn(usize) -> T, work: im
     assert!(four <= MOST * once, "{name} takes longer and longer: {times:?} at {n}, {}, {}", 2 * n, 4 * n);
 }
 
-/// What this thread spends on something, on average over [`LONG_ENOUGH`]: other work of the machine does not count where the system tells.
+/// Mean time of this thread for some work, over [`LONG_ENOUGH`]. Other work of the machine does not count where the
+/// system can tell.
 fn spent(work: impl Fn()) -> Duration {
     let (from, begun, mut calls) = (on_processor(), Instant::now(), 0);
     while begun.elapsed() < LONG_ENOUGH {
@@ -36,7 +37,7 @@ fn spent(work: impl Fn()) -> Duration {
     all / calls
 }
 
-/// How long this thread has been on a processor (Linux).
+/// Time that this thread has been on a processor (Linux).
 fn on_processor() -> Option<Duration> {
     let text = std::fs::read_to_string("/proc/thread-self/schedstat").ok()?;
     Some(Duration::from_nanos(text.split_whitespace().next()?.parse().ok()?))

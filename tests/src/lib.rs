@@ -1,5 +1,6 @@
-//! What the whole-program tests share: where things are, and the program itself.
+//! Shared parts of the whole-program tests: folders, the program, scenario texts, the hunt.
 
+pub mod cables;
 pub mod growth;
 pub mod hunt;
 pub mod place;
@@ -18,7 +19,7 @@ pub fn shared(name: &str) -> PathBuf {
     std::env::var_os("WIRELOOM_SHARED").map_or_else(|| root().join("../shared"), PathBuf::from).join(name)
 }
 
-/// Where cargo builds what is running now: `target/debug`, say.
+/// Folder into which cargo has built the running test, such as `target/debug`.
 fn profile_folder() -> PathBuf {
     let test = std::env::current_exe().expect("a test knows where it is");
     test.ancestors().nth(2).expect("tests lie in <profile>/deps").to_path_buf()

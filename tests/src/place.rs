@@ -14,7 +14,7 @@ pub const PATIENCE: Duration = Duration::from_secs(120);
 /// A folder in which the program is run.
 pub struct Place(TempDir);
 
-/// How a program ended.
+/// End of a program.
 #[derive(Debug)]
 pub struct Ended {
     /// Exit code; none where a signal ended it.
@@ -100,7 +100,7 @@ impl Place {
     }
 }
 
-/// How a process ends; one that does not is killed.
+/// Waits for the end of a process; one that does not end is killed.
 ///
 /// # Panics
 /// If it does not end.

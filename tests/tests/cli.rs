@@ -93,7 +93,7 @@ impl Place {
     }
 }
 
-/// How a program ended.
+/// End of a program.
 #[derive(Debug)]
 struct Ended {
     code: Option<i32>,
@@ -416,7 +416,8 @@ fn models() -> Checked {
 fn explain() -> Checked {
     let place = Place::new()?;
     let ended = place.run(&["explain", "minimiser.memory"])?.expect(0)?;
-    let said = "minimiser.memory, where kind = \"lbfgs\"\n  how many steps it remembers\n  holds    a whole number, from 1 to 1000000\n  \
+    let said = "minimiser.memory, where kind = \"lbfgs\"\n  how many steps it remembers\n  holds    a whole number, \
+                from 1 to 1000000\n  \
                 default  8\n  example  [minimiser]\n           kind = \"lbfgs\"\n           memory = 8\n";
     ensure(ended.out == said, &ended)?;
     let ended = place.run(&["explain", "branches.lenght"])?.expect(1)?;

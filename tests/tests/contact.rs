@@ -2,14 +2,8 @@
 
 use std::f64::consts::PI;
 use wireloom::geometry::{Rotation, Vector};
-use wireloom::{Control, Run, Status, StepResult};
-
-/// Runs a scenario.
-fn run(text: &str) -> Run {
-    let registry = wireloom::registry();
-    let (_, built) = wireloom::load(text, &registry).unwrap_or_else(|faults| panic!("{faults:?}"));
-    wireloom::run(built, &mut |_, _| Control::Continue)
-}
+use wireloom::{Run, Status, StepResult};
+use wireloom_tests::cables::run;
 
 /// A scenario of `scenarios/contact`, in which some texts are replaced; it must converge.
 #[track_caller]
@@ -29,7 +23,8 @@ fn force(step: &StepResult, constraint: &str) -> Vector {
     step.constraints.iter().find(|c| c.name == constraint).expect("a constraint of this name").force
 }
 
-/// With l the length that hangs free, `l⁴ = 72 EI h/q`, the clamp bears `2 q l/3` and the floor all else: of small slopes, to a hundredth.
+/// With l the length that hangs free, `l⁴ = 72 EI h/q`, the clamp bears `2 q l/3` and the floor all else: of small
+/// slopes, to a hundredth.
 #[test]
 fn a_heavy_cable_lies_on_a_plane_as_a_beam_does() {
     let (q, h, ei, length) = (0.12 * 9.81, 0.006, 0.05, 1.2);
@@ -57,12 +52,13 @@ fn a_cable_slips_on_a_drum_at_the_pull_of_the_capstan() {
     assert!((ratio / expected - 1.0).abs() < 0.02, "{ratio}, {expected} expected");
 }
 
-/// A clamped rod that is pressed in a tube touches the wall, at its middle, at `P = 4 π² EI/L²` (Feodosyev's problem; Chen and Li 2007). Each half
-/// then is a beam-column from the axis to the clearance h, horizontal at both ends: with `k² = P/EI`, `u = k L/4` and ξ from its middle
-/// `y = a (sin kξ − kξ cos u)`, `a = h/(2 sin u − 2 u cos u)`; its ends bear `P k a cos u` each, so that the wall pushes with
-/// `F = 4 P h u/(L (u − tan u))`, up to `u = π` where the rod comes to lie flat against it. It shortens by
-/// `a² k² (L/4 + (L/2) cos² u − 3 sin u cos u/k) + P L/EA`. Of small slopes: here up to 0.04, whose square is 0.15 %,
-/// and a mesh of 100 segments. At 12 π² EI/L² it would rather leave the plane.
+/// A clamped rod that is pressed in a tube touches the wall, at its middle, at `P = 4 π² EI/L²` (Feodosyev's problem;
+/// Chen and Li 2007). Each half then is a beam-column from the axis to the clearance h, horizontal at both ends: with
+/// `k² = P/EI`, `u = k L/4` and ξ from its middle `y = a (sin kξ − kξ cos u)`, `a = h/(2 sin u − 2 u cos u)`; its ends
+/// bear `P k a cos u` each, so that the wall pushes with `F = 4 P h u/(L (u − tan u))`, up to `u = π` where the rod
+/// comes to lie flat against it. It shortens by `a² k² (L/4 + (L/2) cos² u − 3 sin u cos u/k) + P L/EA`. Of small
+/// slopes: here up to 0.04, whose square is 0.15 %, and a mesh of 100 segments. At 12 π² EI/L² it would rather leave
+/// the plane.
 #[test]
 fn a_rod_pressed_in_a_tube_lies_against_its_wall_as_a_beam_column_does() {
     let (ei, ea, length, h) = (0.012, 2e4, 1.0, 0.012);
@@ -98,7 +94,7 @@ fn a_rod_pressed_in_a_tube_lies_against_its_wall_as_a_beam_column_does() {
     }
 }
 
-/// What one cable bears the other gives; and each is its own mirror image, rough or smooth.
+/// Two crossed cables exert opposite forces, and each is its own mirror image, rough or smooth.
 #[test]
 fn crossed_cables_rest_on_each_other() {
     check_crossed(&converged("crossed_cables.toml", &[]));
@@ -122,10 +118,11 @@ fn check_crossed(run: &Run) {
     assert!((gap - 0.008).abs() < 0.008 * 2e-3, "{gap} m between the centre lines");
 }
 
-/// A cable that is pressed on a stiff one by h with its clamped ends, and dragged along it by δ, is a beam in both planes, `K = 192 EI/L³`: the
-/// normal force is `N = K h`. As long as it sticks the force along the stiff one changes by `δ/(1/K + R² L/(4 GJ))`, the latter since it is held
-/// at its surface and turns; it slips at `μ N`, and sticks again when it is dragged back. Of small slopes (up to 0.03, whose square is
-/// 1e-3), and a mesh of 81 segments: to 2e-3.
+/// A cable that is pressed on a stiff one by h with its clamped ends, and dragged along it by δ, is a beam in both
+/// planes, `K = 192 EI/L³`: the normal force is `N = K h`. As long as it sticks the force along the stiff one changes
+/// by `δ/(1/K + R² L/(4 GJ))`, the latter since it is held at its surface and turns; it slips at `μ N`, and sticks
+/// again when it is dragged back. Of small slopes (up to 0.03, whose square is 1e-3), and a mesh of 81 segments: to
+/// 2e-3.
 #[test]
 fn a_cable_that_is_dragged_across_another_sticks_and_slips_as_coulomb_says() {
     let (ei, gj, length, radius, h, friction) = (0.012_f64, 0.009, 0.4_f64, 0.004_f64, 0.004, 0.3);
@@ -162,14 +159,16 @@ fn pieces_apart([p, p_end]: [&Vector; 2], [q, q_end]: [&Vector; 2]) -> f64 {
     (p + d * s - q - e * t).norm()
 }
 
-/// Least distance between two rows of nodes, or between nodes of the same one that are further apart in it than `apart`.
+/// Least distance between two rows of nodes, or between nodes of the same one that are further apart in it than
+/// `apart`.
 fn least_apart(x: &[Vector], y: &[Vector], apart: usize) -> f64 {
     let pairs = (0..x.len() - 1).flat_map(|i| (0..y.len() - 1).map(move |j| (i, j)));
     let far = pairs.filter(|(i, j)| apart == 0 || i + apart <= *j);
     far.map(|(i, j)| pieces_apart([&x[i], &x[i + 1]], [&y[j], &y[j + 1]])).fold(f64::INFINITY, f64::min)
 }
 
-/// No deeper than a thousandth of the radius; what is let pass where cables cross is 4e-4 of what is between the centre lines.
+/// No deeper than a thousandth of the radius; what is let pass where cables cross is 4e-4 of what is between the centre
+/// lines.
 #[test]
 fn a_knot_that_is_pulled_tight_does_not_pass_through_itself() {
     let run = converged("overhand_knot.toml", &[]);
@@ -181,10 +180,12 @@ fn a_knot_that_is_pulled_tight_does_not_pass_through_itself() {
     assert!(force(step, "B").x > 1.0 && least < 0.0062, "{:?}", force(step, "B"));
 }
 
-/// It takes more than half as much again to pull a rough knot as tight; let go a little it pulls less than a smooth one, for friction holds it.
+/// It takes more than half as much again to pull a rough knot as tight; let go a little it pulls less than a smooth
+/// one, for friction holds it.
 #[test]
 fn a_rough_knot_is_harder_to_pull_tight_and_holds() {
-    let back = "[[steps]]\nname = \"back\"\nincrements = 2\n[[steps.move]]\nconstraint = \"B\"\nposition = [0.376, 0, 0.058856]\n";
+    let back = "[[steps]]\nname = \"back\"\nincrements = 2\n[[steps.move]]\nconstraint = \"B\"\n\
+                position = [0.376, 0, 0.058856]\n";
     let end = ("position = [0.436608, -0.053351, 0.058856]", &*format!("position = [0.38, 0, 0.058856]\n{back}"));
     let pulls = |friction: &str| {
         let contact = format!("cables = true\nfriction = {friction}");
@@ -204,8 +205,8 @@ fn box_distance(x: &Vector, centre: &Vector, half: &Vector, turn: f64) -> f64 {
     off.map(|d| d.max(0.0)).norm() + off.max().min(0.0)
 }
 
-/// Random harnesses of three arms, held at one end, let down onto random boxes on a floor; of every hundred at most three may not converge, and
-/// must say so.
+/// Random harnesses of three arms, held at one end, let down onto random boxes on a floor; of every hundred at most
+/// three may not converge, and must say so.
 #[test]
 fn random_harnesses_lie_on_random_boxes_without_entering_them() {
     let drops: u64 = std::env::var("WIRELOOM_DROPS").ok().and_then(|n| n.parse().ok()).unwrap_or(40);
@@ -216,7 +217,8 @@ fn random_harnesses_lie_on_random_boxes_without_entering_them() {
         let mut text = String::from("schema = 1\nname = \"drop\"\n");
         let diameter = between(0.006, 0.012);
         text += &format!(
-            "[sections.cable]\ndiameter = {diameter}\nlinear_density = {}\naxial_stiffness = 1e4\nbending_stiffness = {}\n\
+            "[sections.cable]\ndiameter = {diameter}\nlinear_density = {}\naxial_stiffness = 1e4\n\
+             bending_stiffness = {}\n\
              torsion_stiffness = {}\n",
             between(0.05, 0.15),
             between(0.003, 0.02),
@@ -225,16 +227,20 @@ fn random_harnesses_lie_on_random_boxes_without_entering_them() {
         for (name, from, to) in [("trunk", "A", "J"), ("left", "J", "B"), ("right", "J", "C")] {
             let length = between(0.2, 0.4);
             text += &format!(
-                "[[branches]]\nname = \"{name}\"\nfrom = \"{from}\"\nto = \"{to}\"\nsection = \"cable\"\nlength = {length}\n\
+                "[[branches]]\nname = \"{name}\"\nfrom = \"{from}\"\nto = \"{to}\"\nsection = \"cable\"\n\
+                 length = {length}\n\
                  segments = {}\n",
                 (length / 0.02).ceil()
             );
         }
-        text += "[[joints]]\nname = \"J\"\narms = [\n  { branch = \"trunk\", direction = [-1, 0, 0], up = [0, 0, 1] },\n  \
+        text += "[[joints]]\nname = \"J\"\narms = [\n  { branch = \"trunk\", direction = [-1, 0, 0], up = [0, 0, 1] \
+                 },\n  \
                  { branch = \"left\", direction = [0.8, 0.6, 0], up = [0, 0, 1] },\n  \
                  { branch = \"right\", direction = [0.8, -0.6, 0], up = [0, 0, 1] },\n]\n";
-        text += "[[constraints]]\nname = \"hand\"\nkind = \"connector\"\nat = { end = \"A\" }\nposition = [-0.3, 0, 0.4]\n\
-                 tangent = [1, 0, 0]\nup = [0, 0, 1]\n[initial]\nbranch = \"trunk\"\nposition = [-0.3, 0, 0.4]\ntangent = [1, 0, 0]\n\
+        text += "[[constraints]]\nname = \"hand\"\nkind = \"connector\"\nat = { end = \"A\" }\n\
+                 position = [-0.3, 0, 0.4]\n\
+                 tangent = [1, 0, 0]\nup = [0, 0, 1]\n[initial]\nbranch = \"trunk\"\nposition = [-0.3, 0, 0.4]\n\
+                 tangent = [1, 0, 0]\n\
                  up = [0, 0, 1]\n";
         let mut boxes = Vec::new();
         for k in 0..3 {
@@ -256,7 +262,8 @@ fn random_harnesses_lie_on_random_boxes_without_entering_them() {
             boxes.push((centre, half, turn));
         }
         text += "[[obstacles]]\nname = \"floor\"\nshape = \"plane\"\npoint = [0, 0, 0]\nnormal = [0, 0, 1]\n";
-        text += "[[steps]]\nname = \"let down\"\nincrements = 8\n[[steps.move]]\nconstraint = \"hand\"\nposition = [-0.3, 0, 0.06]\n";
+        text += "[[steps]]\nname = \"let down\"\nincrements = 8\n[[steps.move]]\nconstraint = \"hand\"\n\
+                 position = [-0.3, 0, 0.06]\n";
         let run = run(&text);
         let radius = 0.5 * diameter;
         for step in run.steps.iter().filter(|step| step.status == Status::Converged) {
@@ -276,9 +283,9 @@ fn random_harnesses_lie_on_random_boxes_without_entering_them() {
     assert!(lost.len() as u64 * 100 <= 3 * drops.max(34), "{} of {drops} did not converge: {lost:?}", lost.len());
 }
 
-/// A weightless rod, let go of at one end, is swung through a plane by 3.5 turns and comes to rest above it: straight, with nothing to bear. The
-/// contact that had opened kept its multiplier of 1e5 N, by which residuals were measured: it "converged" 18 N m out of balance, with an energy of
-/// -2e7 J.
+/// A weightless rod, let go of at one end, is swung through a plane by 3.5 turns and comes to rest above it: straight,
+/// with nothing to bear. The contact that had opened kept its multiplier of 1e5 N, by which residuals were measured: it
+/// "converged" 18 N m out of balance, with an energy of -2e7 J.
 #[test]
 fn a_contact_that_has_opened_hides_no_residual() {
     for segments in [4, 8, 16] {

@@ -1,15 +1,9 @@
 //! Whole runs with dead moments: what they end in, in how many iterations, and what is said of their stability.
 
 use std::f64::consts::TAU;
+use wireloom::Status;
 use wireloom::geometry::Vector;
-use wireloom::{Control, Run, Status};
-
-fn run(text: &str) -> Run {
-    let (_, built) = wireloom::load(text, &wireloom::registry())
-        .map_err(|faults| wireloom::scenario::render(text, &faults))
-        .expect("no faults");
-    wireloom::run(built, &mut |_, _| Control::Continue)
-}
+use wireloom_tests::cables::run;
 
 /// A weightless rod, EI = 1 N m², clamped at A, with a couple about −y at B; `REST` is what follows.
 const ROD: &str = r#"
@@ -71,7 +65,8 @@ fn circles_are_found_from_the_straight_rod_in_one_equilibrium() {
 /// Twenty increments to two circles, each in twenty iterations at most, none of them halved; the flag does not know.
 #[test]
 fn no_increment_of_rolling_up_takes_more_than_twenty_iterations() {
-    let steps = "[output]\nincrements = true\n[[steps]]\nname = \"roll\"\nincrements = 20\n[[steps.load]]\nload = \"couple\"\nfactor = 1\n";
+    let steps = "[output]\nincrements = true\n[[steps]]\nname = \"roll\"\nincrements = 20\n[[steps.load]]\n\
+                 load = \"couple\"\nfactor = 1\n";
     let run = run(&rod(1.0, 2.0 * TAU, 0.0, steps));
     assert_eq!(run.status, Status::Converged, "{:?}", run.events);
     assert!(run.events.is_empty(), "{:?}", run.events);
@@ -86,8 +81,9 @@ fn no_increment_of_rolling_up_takes_more_than_twenty_iterations() {
     }
 }
 
-/// A rod in a frictionless sleeve, bent behind it by a couple: the sleeve pushes it out by M²/2EI, which the plug must hold (Bigoni and others
-/// 2015; for a couple the curvature is the same everywhere, so nothing else takes part). The border of what slides and the couple go together.
+/// A rod in a frictionless sleeve, bent behind it by a couple: the sleeve pushes it out by M²/2EI, which the plug must
+/// hold (Bigoni and others 2015; for a couple the curvature is the same everywhere, so nothing else takes part). The
+/// border of what slides and the couple go together.
 #[test]
 fn a_couple_pushes_a_rod_out_of_a_sleeve() {
     let rest = r#"

@@ -1,11 +1,12 @@
-//! Where results draw the nodes of a cable.
+//! Positions at which results draw the nodes of a cable.
 
+use wireloom::Status;
 use wireloom::geometry::Vector;
-use wireloom::{Control, Status};
+use wireloom_tests::cables::run;
 
-/// A taut cable of few segments that two clamps bend sharply at its ends: its frames stand askew to its edges there, and nodes that were drawn by
-/// frames lay in a zigzag beside the cable, so that forces and moments along it did not fit its shape: by 24 % of the clamp's moment (found by
-/// the hunt). The mesh itself leaves 4 %.
+/// A taut cable of few segments that two clamps bend sharply at its ends: its frames stand askew to its edges there,
+/// and nodes that were drawn by frames lay in a zigzag beside the cable, so that forces and moments along it did not
+/// fit its shape: by 24 % of the clamp's moment (found by the hunt). The mesh itself leaves 4 %.
 #[test]
 fn nodes_of_a_taut_coarse_cable_are_drawn_without_a_zigzag() {
     let text = r#"
@@ -41,8 +42,7 @@ position = [0.51, 0, 0]
 tangent = [1, 0, 1]
 up = [0, 1, 0]
 "#;
-    let (_, built) = wireloom::load(text, &wireloom::registry()).expect("no faults");
-    let run = wireloom::run(built, &mut |_, _| Control::Continue);
+    let run = run(text);
     assert_eq!(run.status, Status::Converged);
     let cable = &run.steps[0].branches[0];
     let off = |i: usize| {

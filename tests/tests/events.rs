@@ -6,36 +6,27 @@ use std::fs;
 use wireloom::geometry::{Rotation, Vector};
 use wireloom::result::{Event, EventKind};
 use wireloom::{Control, Run, Status};
+use wireloom_tests::cables::{branch, run, section};
 use wireloom_tests::root;
-
-fn run(text: &str) -> Run {
-    let (_, built) = wireloom::load(text, &wireloom::registry()).expect("no faults");
-    wireloom::run(built, &mut |_, _| Control::Continue)
-}
 
 fn of(run: &Run, kind: EventKind) -> Vec<&Event> {
     run.events.iter().filter(|event| event.kind == kind).collect()
 }
 
 /// A strip with both ends pushed 5 % nearer than it is long, so that it bows up; `STEPS` says what happens to it.
-const STRIP: &str = r#"
-schema = 1
-name = "strip"
-gravity = [0, 0, 0]
-[sections.strip]
-diameter = "6 mm"
-linear_density = "50 g/m"
-axial_stiffness = 1e4
-bending_stiffness = 0.01
-torsion_stiffness = 0.008
-min_bend_radius = "400 mm"
-[[branches]]
-name = "strip"
-from = "A"
-to = "B"
-section = "strip"
-length = "1 m"
-segments = 50
+fn strip_text(steps: &str) -> String {
+    [
+        "schema = 1\nname = \"strip\"\ngravity = [0, 0, 0]\n",
+        &section("strip"),
+        "min_bend_radius = \"400 mm\"\n",
+        &branch("strip", ["A", "B"], "strip", 1.0, 50),
+        HELD,
+        steps,
+    ]
+    .concat()
+}
+
+const HELD: &str = r#"
 path = [[0, 0, 0], [0.24, 0, 0.1], [0.475, 0, 0.16], [0.71, 0, 0.1], [0.95, 0, 0]]
 [[constraints]]
 name = "left"
@@ -67,7 +58,7 @@ factor = 0
 "#;
 
 fn strip(steps: &str) -> Run {
-    run(&(STRIP.to_owned() + steps))
+    run(&strip_text(steps))
 }
 
 /// Height of the middle at the end of every step kept.
@@ -79,7 +70,8 @@ fn heights(run: &Run) -> Vec<f64> {
 #[test]
 fn a_strip_that_snaps_through_is_flagged_once_where_it_does() {
     let run = strip(
-        "[[steps]]\nname = \"push\"\nincrements = 40\n[[steps.load]]\nload = \"push\"\nfactor = 1\n[output]\nincrements = true\n",
+        "[[steps]]\nname = \"push\"\nincrements = 40\n[[steps.load]]\nload = \"push\"\nfactor = 1\n[output]\n\
+         increments = true\n",
     );
     let z = heights(&run);
     let jumps = of(&run, EventKind::Jump);
@@ -93,13 +85,14 @@ fn a_strip_that_snaps_through_is_flagged_once_where_it_does() {
 /// The same way is gone without a jump where a hand leads the middle down: what moves is what is prescribed.
 #[test]
 fn a_strip_that_is_led_does_not_jump() {
-    let led = STRIP.replace("hold = [\"position\"]\nrail = [[1, 0, 0], [0, 0, 1]]\n", "");
+    let led = strip_text("").replace("hold = [\"position\"]\nrail = [[1, 0, 0], [0, 0, 1]]\n", "");
     let run = run(&(led
-        + "[[steps]]\nname = \"lead\"\nincrements = 40\nmove = [{ constraint = \"plane\", position = [0.475, 0, 0.05] }]\n"));
+        + "[[steps]]\nname = \"lead\"\nincrements = 40\nmove = [{ constraint = \"plane\", position = [0.475, 0, 0.05] \
+           }]\n"));
     assert_eq!(of(&run, EventKind::Jump), Vec::<&Event>::new());
 }
 
-/// What is released falls, and that is no jump.
+/// A release is no jump: the strip falls.
 #[test]
 fn a_release_is_no_jump() {
     let run = strip("[[steps]]\nname = \"let go\"\nincrements = 5\nrelease = [\"right\"]\ngravity = [0, 0, -9.81]\n");
@@ -134,7 +127,8 @@ fn an_insertion_force_above_what_a_hand_may_push_is_told() {
     assert!((push.value.expect("a force") - 30.0).abs() < 1e-3, "{push:?}");
 }
 
-/// The shipped scenarios follow one equilibrium each, but for one whose cable snaps over as it is lifted: its energy falls there.
+/// The shipped scenarios follow one equilibrium each, but for one whose cable snaps over as it is lifted: its energy
+/// falls there.
 #[test]
 fn scenarios_that_do_not_snap_have_no_jumps() {
     for folder in ["analytic", "branches", "assembly"] {
@@ -165,8 +159,9 @@ fn scenarios_that_do_not_snap_have_no_jumps() {
     }
 }
 
-/// A plug turned by 2.7 turns in one increment drags a hinged harness round until it falls over: the increment then goes on to its end. It used
-/// to end "converged" where the harness fell, short of the turns that were asked for (found by the hunt).
+/// A plug turned by 2.7 turns in one increment drags a hinged harness round until it falls over: the increment then
+/// goes on to its end. It used to end "converged" where the harness fell, short of the turns that were asked for (found
+/// by the hunt).
 #[test]
 fn what_falls_on_the_way_through_an_increment_is_carried_to_its_end() {
     let text = r#"
@@ -235,26 +230,8 @@ move = [{ constraint = "plug", turns = 2.7 }]
 
 /// A cable of so many segments, 300 mm long, that nothing weighs down; `more` says how it is held.
 fn cable(segments: usize, more: &str) -> Run {
-    run(&format!(
-        r#"
-schema = 1
-name = "cable"
-gravity = [0, 0, 0]
-[sections.cable]
-diameter = "6 mm"
-linear_density = "50 g/m"
-axial_stiffness = 1e4
-bending_stiffness = 0.01
-torsion_stiffness = 0.008
-[[branches]]
-name = "cable"
-from = "A"
-to = "B"
-section = "cable"
-length = "300 mm"
-segments = {segments}
-{more}"#
-    ))
+    let head = "schema = 1\nname = \"cable\"\ngravity = [0, 0, 0]\n";
+    run(&[head, &section("cable"), &branch("cable", ["A", "B"], "cable", 0.3, segments), more].concat())
 }
 
 /// Bent into a U: two segments cannot follow it, forty can.
@@ -288,8 +265,8 @@ up = [0, 1, 0]
     assert!(of(&u(40), EventKind::CoarseMesh).is_empty());
 }
 
-/// A curly cable is pulled back over its clamp: on two segments that turns neighbouring frames by half a turn, where the energy has a step, and
-/// nothing converges there. It used to be "stalled at round-off" and no more.
+/// A curly cable is pulled back over its clamp: on two segments that turns neighbouring frames by half a turn, where
+/// the energy has a step, and nothing converges there. It used to be "stalled at round-off" and no more.
 #[test]
 fn what_stalls_at_half_a_turn_between_segments_says_that_the_mesh_is_too_coarse() {
     let curl = |segments: usize| {

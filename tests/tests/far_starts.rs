@@ -6,26 +6,11 @@ use wireloom::harness::{Conditions, Network, Problem, State};
 use wireloom::parts::{Minimiser, Newton, Stop};
 use wireloom::scenario::Built;
 use wireloom::{Control, Status};
+use wireloom_tests::cables::{self, branch, connector_along, section};
 
 fn thrown(segments: usize, increments: usize) -> wireloom::Run {
-    let text = format!(
+    let steps = format!(
         r#"
-        schema = 1
-        name = "thrown"
-        gravity = [0, 0, 0]
-        [sections.cable]
-        diameter = "6 mm"
-        linear_density = 0.05
-        axial_stiffness = 1e4
-        bending_stiffness = 0.01
-        torsion_stiffness = 0.008
-        [[branches]]
-        name = "cable"
-        from = "A"
-        to = "B"
-        section = "cable"
-        length = 1
-        segments = {segments}
         [[constraints]]
         name = "a"
         kind = "connector"
@@ -50,8 +35,8 @@ fn thrown(segments: usize, increments: usize) -> wireloom::Run {
         position = [0.6, 0, 0]
         "#
     );
-    let (_, built) = wireloom::load(&text, &wireloom::registry()).expect("no faults");
-    wireloom::run(built, &mut |_, _| Control::Continue)
+    let head = "schema = 1\nname = \"thrown\"\ngravity = [0, 0, 0]\n";
+    cables::run(&[head, &section("cable"), &branch("cable", ["A", "B"], "cable", 1.0, segments), &steps].concat())
 }
 
 #[test]
@@ -95,22 +80,10 @@ fn problem<'n>(network: &'n Network, active: &[bool], targets: &[Pose]) -> Probl
 
 /// A Y of three arms that hang between plugs, with so many segments each.
 fn hanging_y(segments: usize) -> Built {
-    let mut text = String::from(
-        r#"
-        schema = 1
-        name = "hanging-y"
-        [sections.arm]
-        diameter = "6 mm"
-        linear_density = 0.06
-        axial_stiffness = 1e4
-        bending_stiffness = 0.01
-        torsion_stiffness = 0.008
-        "#,
-    );
+    let section = section("arm").replace("50 g/m", "60 g/m");
+    let mut text = format!("schema = 1\nname = \"hanging-y\"\n{section}");
     for (name, from, to) in [("trunk", "A", "J"), ("left", "J", "B"), ("right", "J", "C")] {
-        text += &format!(
-            "[[branches]]\nname = \"{name}\"\nfrom = \"{from}\"\nto = \"{to}\"\nsection = \"arm\"\nlength = 0.5\nsegments = {segments}\n"
-        );
+        text += &branch(name, [from, to], "arm", 0.5, segments);
     }
     text += r#"
         [[joints]]
@@ -122,15 +95,11 @@ fn hanging_y(segments: usize) -> Built {
           { branch = "right", direction = [0.8, -0.6, 0], up = [0, 0, 1] },
         ]
         "#;
-    for (end, position, tangent) in
-        [("A", "[0, 0, 0]", "[1, 0, 0]"), ("B", "[0.6, 0.3, 0.1]", "[0, 1, 0]"), ("C", "[0.5, -0.4, 0.2]", "[0, 0, 1]")]
-    {
-        let up = if end == "A" { "[0, 0, 1]" } else { "[1, 0, 0]" };
-        text += &format!(
-            "[[constraints]]\nname = \"plug-{end}\"\nkind = \"connector\"\nat = {{ end = \"{end}\" }}\nposition = {position}\ntangent = {tangent}\nup = {up}\n"
-        );
-    }
-    wireloom::load(&text, &wireloom::registry()).expect("no faults").1
+    let (x, y, z) = ([1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]);
+    text += &connector_along("plug-A", "A", [0.0; 3], x, z);
+    text += &connector_along("plug-B", "B", [0.6, 0.3, 0.1], y, x);
+    text += &connector_along("plug-C", "C", [0.5, -0.4, 0.2], z, x);
+    cables::built(&text)
 }
 
 #[test]
@@ -152,7 +121,8 @@ fn a_start_found_on_a_coarse_mesh_is_the_same_for_a_fraction_of_the_work() {
         let apart = a.position.iter().zip(&b.position).map(|(a, b)| (a - b).norm()).fold(0.0, f64::max);
         assert!(apart < 1e-7, "{}: {apart} m", a.name);
     }
-    // Iterations of both meshes count; those of the coarse one cost a quarter, and are as many as those of the fine one alone.
+    // Iterations of both meshes count; those of the coarse one cost a quarter, and are as many as those of the fine one
+    // alone.
     assert!(a.minimiser.iterations <= b.minimiser.iterations + 5, "few are left on the fine mesh");
 }
 

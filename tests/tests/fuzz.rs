@@ -1,6 +1,6 @@
-//! Whatever reads bytes of a stranger refuses them or takes them; it never panics, nor thinks them over for long. The inputs are those of
-//! `corpus/` with small random changes, the same in every run. `WIRELOOM_FUZZ` sets how many for each reader (100000 now and then),
-//! `WIRELOOM_FUZZ_SEED` where they begin.
+//! Whatever reads bytes of a stranger refuses them or takes them; it never panics, nor thinks them over for long. The
+//! inputs are those of `corpus/` with small random changes, the same in every run. `WIRELOOM_FUZZ` sets how many for
+//! each reader (100000 now and then), `WIRELOOM_FUZZ_SEED` where they begin.
 
 use std::cell::Cell;
 use std::path::Path;

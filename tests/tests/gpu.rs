@@ -1,4 +1,5 @@
-//! The program with its minimiser `gpu`, where there is a device: `WIRELOOM_GPU_TESTS` says which (see `wireloom::gpu::policy`).
+//! The program with its minimiser `gpu`, where there is a device: `WIRELOOM_GPU_TESTS` says which (see
+//! `wireloom::gpu::policy`).
 
 use libtest_mimic::{Arguments, Failed, Trial};
 use std::fs;
@@ -9,6 +10,7 @@ use wireloom::geometry::Vector;
 use wireloom::gpu::policy::TestDevice;
 use wireloom::gpu::{Gpu, SharedDevice, policy};
 use wireloom::{Control, Run, Status};
+use wireloom_tests::cables::{self, branch, connector};
 use wireloom_tests::program;
 
 type Check = fn(&Arc<Gpu>) -> Result<(), Failed>;
@@ -35,36 +37,8 @@ fn main() -> ExitCode {
 }
 
 /// A trunk and two arms, all ends plugged; then one plug is moved.
-const HARNESS: &str = r#"
-schema = 1
-name = "fork"
-[sections.cable]
-diameter = "6 mm"
-linear_density = "50 g/m"
-axial_stiffness = 1e4
-bending_stiffness = 0.01
-torsion_stiffness = 0.008
-[[branches]]
-name = "trunk"
-from = "A"
-to = "J"
-section = "cable"
-length = "400 mm"
-segments = 16
-[[branches]]
-name = "left"
-from = "J"
-to = "B"
-section = "cable"
-length = "300 mm"
-segments = 12
-[[branches]]
-name = "right"
-from = "J"
-to = "C"
-section = "cable"
-length = "300 mm"
-segments = 12
+fn harness() -> String {
+    let joint = r#"
 [[joints]]
 name = "J"
 model = "fused"
@@ -73,28 +47,20 @@ arms = [
   { branch = "left", direction = [0.8, 0.6, 0], up = [0, 0, 1] },
   { branch = "right", direction = [0.8, -0.6, 0], up = [0, 0, 1] },
 ]
-[[constraints]]
-name = "plug-A"
-kind = "connector"
-at = { end = "A" }
-position = [0, 0, 0]
-tangent = [1, 0, 0]
-up = [0, 0, 1]
-[[constraints]]
-name = "plug-B"
-kind = "connector"
-at = { end = "B" }
-position = [0.55, 0.15, 0]
-tangent = [1, 0, 0]
-up = [0, 0, 1]
-[[constraints]]
-name = "plug-C"
-kind = "connector"
-at = { end = "C" }
-position = [0.55, -0.15, 0]
-tangent = [1, 0, 0]
-up = [0, 0, 1]
 "#;
+    [
+        "schema = 1\nname = \"fork\"\n",
+        &cables::section("cable"),
+        &branch("trunk", ["A", "J"], "cable", 0.4, 16),
+        &branch("left", ["J", "B"], "cable", 0.3, 12),
+        &branch("right", ["J", "C"], "cable", 0.3, 12),
+        joint,
+        &connector("plug-A", "A", [0.0, 0.0, 0.0]),
+        &connector("plug-B", "B", [0.55, 0.15, 0.0]),
+        &connector("plug-C", "C", [0.55, -0.15, 0.0]),
+    ]
+    .concat()
+}
 
 /// Precision that leaves nothing to the CPU, or little.
 fn precision(gpu: &Gpu) -> &'static str {
@@ -103,8 +69,9 @@ fn precision(gpu: &Gpu) -> &'static str {
 
 /// The harness, one plug of which is moved in four increments, with the minimiser `gpu` and these options.
 fn moved(options: &str) -> String {
+    let harness = harness();
     format!(
-        "{HARNESS}
+        "{harness}
 [output]
 increments = true
 [[steps]]
@@ -195,7 +162,8 @@ fn single(gpu: &Arc<Gpu>) -> Result<(), Failed> {
     }
     let polished = run(&with(true), &devices, |_| ())?;
     assert_eq!(polished.status, Status::Converged);
-    // An iteration or two each, of all increments so far: from where the device leaves it Newton's method has hardly a way to go.
+    // An iteration or two each, of all increments so far: from where the device leaves it Newton's method has hardly a
+    // way to go.
     for (k, end) in polished.steps.iter().enumerate() {
         assert!((1..=2 * (k + 1)).contains(&end.minimiser.polish), "{:?}", end.minimiser);
     }
@@ -213,8 +181,9 @@ fn numbers<'a>(table: &'a Table, name: &str) -> Result<&'a [Option<f64>], Failed
 
 fn sweep(gpu: &Arc<Gpu>) -> Result<(), Failed> {
     let place = tempfile::tempdir()?;
+    let harness = harness();
     let text = format!(
-        "{HARNESS}
+        "{harness}
 [sweep]
 method = \"latin-hypercube\"
 samples = 40
@@ -252,7 +221,8 @@ seed = 3
     Ok(())
 }
 
-/// Its driver was once taken apart by the process while the solver was within it: about one stop in fifty ended with SIGSEGV.
+/// Its driver was once taken apart by the process while the solver was within it: about one stop in fifty ended with
+/// SIGSEGV.
 fn stopped(_: &Arc<Gpu>) -> Result<(), Failed> {
     use std::io::{BufRead, BufReader};
     use std::time::Duration;
@@ -261,7 +231,7 @@ fn stopped(_: &Arc<Gpu>) -> Result<(), Failed> {
     }
     let place = tempfile::tempdir()?;
     let file = place.path().join("fork.toml");
-    fs::write(&file, format!("{HARNESS}\n[minimiser]\nkind = \"gpu\"\n"))?;
+    fs::write(&file, format!("{}\n[minimiser]\nkind = \"gpu\"\n", harness()))?;
     let mut random = fastrand::Rng::with_seed(49);
     for round in 0..20 {
         let mut child = Command::new(program())

@@ -1,4 +1,4 @@
-//! What is twice as large takes twice as long to read, and not four times: checks, faults, imports, reports.
+//! Times grow linearly with the size of the input, not with its square: checks, faults, imports, reports.
 
 use std::fmt::Write;
 use wireloom::export::report::{Points, write_points};
@@ -15,7 +15,8 @@ fn chain(n: usize) -> String {
     let mut branch = |name: &str, from: &str, to: &str| {
         let _ = write!(
             text,
-            "[[branches]]\nname = \"{name}\"\nfrom = \"{from}\"\nto = \"{to}\"\nsection = \"s\"\nlength = 0.1\nsegments = 2\n"
+            "[[branches]]\nname = \"{name}\"\nfrom = \"{from}\"\nto = \"{to}\"\nsection = \"s\"\nlength = 0.1\n\
+             segments = 2\n"
         );
     };
     for k in 0..n {
@@ -28,7 +29,8 @@ fn chain(n: usize) -> String {
         let stub = format!("  {{ branch = \"stub{k}\", direction = [0, 1, 0], up = [0, 0, 1] }},\n");
         let _ = write!(
             text,
-            "[[joints]]\nname = \"v{k}\"\narms = [\n  {{ branch = \"b{}\", direction = [-1, 0, 0], up = [0, 0, 1] }},\n  \
+            "[[joints]]\nname = \"v{k}\"\narms = [\n  {{ branch = \"b{}\", direction = [-1, 0, 0], up = [0, 0, 1] \
+             }},\n  \
              {{ branch = \"b{k}\", direction = [1, 0, 0], up = [0, 0, 1] }},\n{}]\n",
             k - 1,
             if k % 2 == 1 { &stub } else { "" }
@@ -37,7 +39,8 @@ fn chain(n: usize) -> String {
     for k in 0..n {
         let _ = write!(
             text,
-            "[[constraints]]\nname = \"c{k}\"\nkind = \"collar\"\nat = {{ branch = \"b{k}\", s = 0.05 }}\nposition = [{}, 0, 0]\n\
+            "[[constraints]]\nname = \"c{k}\"\nkind = \"collar\"\nat = {{ branch = \"b{k}\", s = 0.05 }}\n\
+             position = [{}, 0, 0]\n\
              tangent = [1, 0, 0]\n",
             0.1 * k as f64
         );
@@ -71,11 +74,13 @@ fn finding_many_faults_takes_no_square_of_their_number() {
     });
 }
 
-/// So many segments in a row, each with a wire of its own and one through all, clips, and nodes and constraints of one and the same name.
+/// So many segments in a row, each with a wire of its own and one through all, clips, and nodes and constraints of one and
+/// the same name.
 fn kbl(n: usize) -> String {
     let mut text = String::from(
         "<KBL_container><Unit id=\"mm\"><Si_unit_name>metre</Si_unit_name><Si_prefix>milli</Si_prefix></Unit>\
-         <Unit id=\"mm2\"><Si_unit_name>metre</Si_unit_name><Si_prefix>milli</Si_prefix><Si_dimension>square</Si_dimension></Unit>",
+         <Unit id=\"mm2\"><Si_unit_name>metre</Si_unit_name><Si_prefix>milli</Si_prefix>\
+         <Si_dimension>square</Si_dimension></Unit>",
     );
     let value = |name: &str, unit: &str, value: f64| {
         format!("<{name}><Unit_component>{unit}</Unit_component><Value_component>{value}</Value_component></{name}>")
@@ -83,15 +88,18 @@ fn kbl(n: usize) -> String {
     for k in 0..=n {
         let _ = write!(
             text,
-            "<Cartesian_point id=\"p{k}\"><Coordinates>{}</Coordinates><Coordinates>0</Coordinates><Coordinates>0</Coordinates></Cartesian_point>\
-             <Node id=\"n{k}\"><Id>same</Id><Referenced_components>lost{k}</Referenced_components><Cartesian_point>p{k}</Cartesian_point></Node>",
+            "<Cartesian_point id=\"p{k}\"><Coordinates>{}</Coordinates><Coordinates>0</Coordinates>\
+             <Coordinates>0</Coordinates></Cartesian_point>\
+             <Node id=\"n{k}\"><Id>same</Id><Referenced_components>lost{k}</Referenced_components>\
+             <Cartesian_point>p{k}</Cartesian_point></Node>",
             100 * k
         );
     }
     for k in 0..n {
         let _ = write!(
             text,
-            "<Segment id=\"s{k}\"><Id>same</Id>{}<Fixing_assignment id=\"f{k}\"><Location>0.5</Location><Fixing>none</Fixing></Fixing_assignment>\
+            "<Segment id=\"s{k}\"><Id>same</Id>{}<Fixing_assignment \
+             id=\"f{k}\"><Location>0.5</Location><Fixing>none</Fixing></Fixing_assignment>\
              <Start_node>n{k}</Start_node><End_node>n{}</End_node></Segment>",
             value("Virtual_length", "mm", 100.0),
             k + 1
@@ -111,7 +119,8 @@ fn kbl(n: usize) -> String {
     for k in 0..n {
         let _ = write!(
             text,
-            "<General_wire_occurrence id=\"w{k}\"><Core_occurrence id=\"core{k}\"><Part>c{k}</Part></Core_occurrence></General_wire_occurrence>"
+            "<General_wire_occurrence id=\"w{k}\"><Core_occurrence \
+             id=\"core{k}\"><Part>c{k}</Part></Core_occurrence></General_wire_occurrence>"
         );
     }
     text + "</Harness></KBL_container>"
@@ -120,7 +129,8 @@ fn kbl(n: usize) -> String {
 #[test]
 fn importing_a_large_harness_takes_no_square_of_its_size() {
     for arrangement in [Arrangement::Installed, Arrangement::Board, Arrangement::Assembly] {
-        // As segments long as a branch: what takes time here is the file, not the mesh. On the board the turning of subtrees is left out.
+        // As segments long as a branch: what takes time here is the file, not the mesh. On the board the turning of
+        // subtrees is left out.
         let options = Options { max_segment: 0.1, arrangement, ..Options::default() };
         let n = if arrangement == Arrangement::Installed { 1000 } else { 4500 };
         no_square(&format!("import, {arrangement:?}"), n, kbl, |text| {

@@ -1,4 +1,4 @@
-//! The rules of the house (see `crates/README.md`), held against `cargo metadata` and the sources.
+//! Rules of the workspace (see `crates/README.md`), checked against `cargo metadata` and the sources.
 
 use serde_json::Value;
 use std::collections::{BTreeMap, BTreeSet};
@@ -6,7 +6,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use wireloom_tests::{cargo, root};
 
-/// Who may name whom: every crate that there may be, and the crates of the house it may depend on.
+/// Every crate of the workspace, and the crates of the workspace that it may depend on.
 const ARROWS: &[(&str, &[&str])] = &[
     ("abi", &[]),
     ("core", &[]),
@@ -30,10 +30,10 @@ const ARROWS: &[(&str, &[&str])] = &[
     ("tests", &["wireloom"]),
 ];
 
-/// What any crate may use in its own tests besides.
+/// Crates that any crate may also use in its own tests.
 const FOR_TESTS: &[&str] = &["core", "testkit", "models", "shapes", "scenario"];
 
-/// Crates from outside (a `*` ends a prefix) that one crate of the house alone may name.
+/// Crates from outside (a `*` ends a prefix) that one crate of the workspace alone may name.
 const ONE_NAMES: &[(&str, &str)] = &[
     ("toml", "scenario"),
     ("toml_edit", "scenario"),
@@ -50,13 +50,13 @@ const ONE_NAMES: &[(&str, &str)] = &[
     ("miette", "cli"),
 ];
 
-/// Who may contain `unsafe`.
+/// Crates that may contain `unsafe`.
 const UNSAFE: &[&str] = &["abi", "plugin", "host", "gpu"];
-/// Who may print.
+/// Crates that may print.
 const PRINT: &[&str] = &["cli", "xtask"];
-/// What reaches out of the program: files, networks, the environment, other programs.
+/// Modules that reach out of the program: files, networks, the environment, other programs.
 const OUTSIDE: &[&str] = &["std::fs", "std::net", "std::env", "std::process"];
-/// Who may reach out.
+/// Crates that may reach out.
 const REACH_OUT: &[&str] = &["cli", "xtask", "host", "studio"];
 /// A file that is longer has more than one topic.
 const LINES: usize = 900;
@@ -125,7 +125,7 @@ fn without_comments(text: &str) -> String {
     text.lines().map(|line| line.split("//").next().unwrap_or_default()).collect::<Vec<_>>().join("\n")
 }
 
-/// Where `found` says so, as `file:line`.
+/// Lines for which `found` holds, as `file:line`.
 fn places(file: &Path, text: &str, found: impl Fn(&str) -> bool) -> Vec<String> {
     let lines = text.lines().enumerate().filter(|(_, line)| found(line));
     lines.map(|(k, _)| format!("{}:{}", file.strip_prefix(root()).unwrap_or(file).display(), k + 1)).collect()

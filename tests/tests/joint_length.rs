@@ -3,19 +3,17 @@
 use wireloom::geometry::Vector;
 use wireloom::result::EventKind;
 use wireloom::{Control, Status, StepResult};
+use wireloom_tests::cables::run;
 
 /// Solves a scenario; the end of its last step.
 fn solved(text: &str) -> StepResult {
-    let registry = wireloom::registry();
-    let loaded = wireloom::load(text, &registry);
-    let (_, built) = loaded.unwrap_or_else(|faults| panic!("{}", wireloom::scenario::render(text, &faults)));
-    let mut run = wireloom::run(built, &mut |_, _| Control::Continue);
+    let mut run = run(text);
     assert_eq!(run.status, Status::Converged, "{:?} {:?}", run.notes, run.fault);
     run.steps.pop().expect("a step")
 }
 
-/// A trunk that splits into two arms, plugged in at three places that bend and twist it in space; `joint` is what stands in the joint
-/// beside its arms, `segments` are those of every branch.
+/// A trunk that splits into two arms, plugged in at three places that bend and twist it in space; `joint` is what
+/// stands in the joint beside its arms, `segments` are those of every branch.
 fn y_harness(joint: &str, segments: usize) -> String {
     let text = std::fs::read_to_string(wireloom_tests::root().join("scenarios/branches/y_cosserat.toml"));
     let text = text.expect("a scenario of the repository");
@@ -51,8 +49,8 @@ fn apart(one: &StepResult, other: &StepResult) -> f64 {
     worst
 }
 
-/// Meshes of 40 to 320 segments a branch: differences fall with the square of the segment length, towards a shape that is not that of
-/// the joint `fused`.
+/// Meshes of 40 to 320 segments a branch: differences fall with the square of the segment length, towards a shape that
+/// is not that of the joint `fused`.
 #[test]
 fn the_joint_comes_to_a_limit_of_its_own_with_second_order() {
     for joint in
@@ -70,7 +68,8 @@ fn the_joint_comes_to_a_limit_of_its_own_with_second_order() {
     }
 }
 
-/// What the wires do is there on every mesh: 50/50 and 90/10 lie as far apart with 640 segments a branch as with 40.
+/// The effect of the wires is there on every mesh: 50/50 and 90/10 lie as far apart with 640 segments a branch as with
+/// 40.
 #[test]
 fn anatomy_does_not_vanish_with_refinement() {
     let distance = |n: usize| apart(&solved(&y_harness(&wires(0.5, 0.5), n)), &solved(&y_harness(&wires(0.9, 0.1), n)));
@@ -90,12 +89,13 @@ fn a_joint_without_length_is_the_fused_one() {
     assert!(least < 2e-3 * long, "{least:e} m from fused");
 }
 
-/// A cable from A to D of 0.4 m and 0.3 m with a joint between them, of a section with three different stiffnesses, its end turned; `joined`
-/// is what stands in the joint, or the cable is in one piece.
+/// A cable from A to D of 0.4 m and 0.3 m with a joint between them, of a section with three different stiffnesses, its
+/// end turned; `joined` is what stands in the joint, or the cable is in one piece.
 fn cable(joint: Option<&str>, parts: [usize; 2], more: &str, end: &str) -> String {
     let branch = |name: &str, [from, to]: [&str; 2], length: f64, segments: usize| {
         format!(
-            "[[branches]]\nname = \"{name}\"\nfrom = \"{from}\"\nto = \"{to}\"\nsection = \"s\"\nlength = {length}\nsegments = {segments}\n{more}\n"
+            "[[branches]]\nname = \"{name}\"\nfrom = \"{from}\"\nto = \"{to}\"\nsection = \"s\"\nlength = {length}\n\
+             segments = {segments}\n{more}\n"
         )
     };
     let branches = match joint {
@@ -104,7 +104,8 @@ fn cable(joint: Option<&str>, parts: [usize; 2], more: &str, end: &str) -> Strin
             branch("one", ["A", "J"], 0.4, parts[0])
                 + &branch("two", ["J", "D"], 0.3, parts[1])
                 + &format!(
-                    "[[joints]]\nname = \"J\"\n{joint}\narms = [{{ branch = \"one\", direction = [-1, 0, 0], up = [0, 0, 1] }}, \
+                    "[[joints]]\nname = \"J\"\n{joint}\narms = [{{ branch = \"one\", direction = [-1, 0, 0], up = [0, \
+                     0, 1] }}, \
                      {{ branch = \"two\", direction = [1, 0, 0], up = [0, 0, 1] }}]\n"
                 )
         }
@@ -112,13 +113,15 @@ fn cable(joint: Option<&str>, parts: [usize; 2], more: &str, end: &str) -> Strin
     format!(
         "schema = 1\nname = \"cable\"\n[sections.s]\ndiameter = 0.008\nlinear_density = 0.1\naxial_stiffness = 2e4\n\
          bending_stiffness = [0.05, 0.08]\ntorsion_stiffness = 0.03\n{branches}\
-         [[constraints]]\nname = \"a\"\nkind = \"connector\"\nat = {{ end = \"A\" }}\nposition = [0, 0, 0]\ntangent = [1, 0, 0]\nup = [0, 0, 1]\n\
+         [[constraints]]\nname = \"a\"\nkind = \"connector\"\nat = {{ end = \"A\" }}\nposition = [0, 0, 0]\n\
+         tangent = [1, 0, 0]\nup = [0, 0, 1]\n\
          [[constraints]]\nname = \"d\"\nkind = \"connector\"\nat = {{ end = \"D\" }}\n{end}\n\
          [minimiser]\nforce_tolerance = 1e-10\n"
     )
 }
 
-/// All wires run through: the cable in two pieces is the cable in one, whatever the joint's length and the mesh, curved at rest or straight.
+/// All wires run through: the cable in two pieces is the cable in one, whatever the joint's length and the mesh, curved
+/// at rest or straight.
 #[test]
 fn a_two_arm_joint_is_the_plain_rod_at_any_length() {
     let end = "position = [0.5, 0.1, 0.1]\ntangent = [0.5, 1, 0]\nup = [0, 0, 1]";
@@ -142,8 +145,9 @@ fn a_two_arm_joint_is_the_plain_rod_at_any_length() {
     }
 }
 
-/// A straight cable of which a share p of the wires runs through a joint of length L, its end turned by a small angle about one axis and free to
-/// move: the moment is the same everywhere, so `θ = M (0.7/C + 2 L (1/p − 1)/C)` about d1, d2 and d3.
+/// A straight cable of which a share p of the wires runs through a joint of length L, its end turned by a small angle
+/// about one axis and free to move: the moment is the same everywhere, so `θ = M (0.7/C + 2 L (1/p − 1)/C)` about d1,
+/// d2 and d3.
 #[test]
 fn compliances_of_cable_and_joint_add_up() {
     let (p, length, angle) = (0.3, 0.03, 0.2_f64);
@@ -188,8 +192,8 @@ fn every_model_takes_a_file_with_a_length() {
     }
 }
 
-/// A joint through which few wires run takes nearly all the twist: where it would turn past half a turn, a turn would be lost, and the joint is what is
-/// named, not a number of segments.
+/// A joint through which few wires run takes nearly all the twist: where it would turn past half a turn, a turn would
+/// be lost, and the joint is what is named, not a number of segments.
 #[test]
 fn a_turn_that_would_be_lost_in_the_wires_of_a_joint_is_told() {
     let joint = "wires = [{ between = [\"one\", \"two\"], share = 0.02 }]";

@@ -1,4 +1,5 @@
-//! Plugins as their users and their authors meet them: made, built, checked, run, and misbehaving in every way we could think of.
+//! Plugins as their users and their authors meet them: made, built, checked, run, and misbehaving in every way we could
+//! think of.
 
 use libtest_mimic::{Arguments, Failed, Trial};
 use serde_json::Value;
@@ -90,7 +91,7 @@ fn strap(folder: &Path) -> Result<PathBuf, Failed> {
 /// A folder to work in.
 struct Place(TempDir);
 
-/// How a program ended.
+/// End of a program.
 #[derive(Debug)]
 struct Ended {
     code: Option<i32>,

@@ -34,7 +34,7 @@ fn examples(readme: &[String]) -> Vec<Example> {
     examples
 }
 
-/// What a command prints, run in `folder`; `None` where it is known but not run here.
+/// Output of a command, run in `folder`; `None` for known commands that are not run here.
 fn printed(command: &str, folder: &Path) -> Option<String> {
     let words: Vec<&str> = command.split_whitespace().collect();
     let arguments = match words.as_slice() {

@@ -1,13 +1,16 @@
 //! Independently computed equilibria (two-point boundary value problems, collocation), read where they lie.
 //!
 //! Positions must be within 1.5 times the error that a plain second-order scheme makes with as many segments a branch;
-//! reactions within 1 % and the energy within 1e-3 of the elastic energy at 160. So must every other model of joints that can stand for the one in a case.
+//! reactions within 1 % and the energy within 1e-3 of the elastic energy at 160. So must every other model of joints
+//! that can stand for the one in a case.
 //!
-//! The rod `kirchhoff` is held to the positions of the rod without shear in the same way; the error of `mass-spring` is measured.
+//! The rod `kirchhoff` is held to the positions of the rod without shear in the same way; the error of `mass-spring` is
+//! measured.
 //!
-//! The bar of the one case with a clip inside a branch, C02, belongs to a mesh about twice as fine: a plain scheme of the
-//! kind it was taken with (frames at nodes, midpoint rule) makes 4.6 times that error with 40 segments in the branch, and
-//! 1.1 to 1.4 times with 80. Here it is 1.9 to 2.0 times with as many segments in the branch and 0.5 with twice as many.
+//! The bar of the one case with a clip inside a branch, C02, belongs to a mesh about twice as fine: a plain scheme of
+//! the kind it was taken with (frames at nodes, midpoint rule) makes 4.6 times that error with 40 segments in the
+//! branch, and 1.1 to 1.4 times with 80. Here it is 1.9 to 2.0 times with as many segments in the branch and 0.5 with
+//! twice as many.
 
 use libtest_mimic::{Arguments, Failed, Trial};
 use serde_json::Value;
@@ -86,8 +89,8 @@ fn vector(value: &Value) -> Vector {
     Vector::from_column_slice(&numbers(value))
 }
 
-/// The models of joints, and what makes each of them the point without compliance that the references have; a `cosserat` joint is one
-/// where it has next to no length.
+/// The models of joints, and what makes each of them the point without compliance that the references have; a
+/// `cosserat` joint is one where it has next to no length.
 const MODELS: [(&str, &str); 3] = [
     ("fused", "model = \"fused\""),
     ("rigid-body", "model = \"rigid-body\""),
@@ -132,8 +135,8 @@ fn check_text(path: &Path, text: &str) -> Result<(), Failed> {
             reactions_and_energy(&end, &expected)?;
         }
     }
-    // The bars fall with the second order: so does an error that keeps its ratio to them. Where it is a small part of the bar to
-    // begin with (leading terms cancel), it need only stay one.
+    // The bars fall with the second order: so does an error that keeps its ratio to them. Where it is a small part of
+    // the bar to begin with (leading terms cancel), it need only stay one.
     let order = 2.0 + (errors[0] / errors[2]).log2() / 2.0;
     if errors[2] > 0.3 && !(1.8..=2.3).contains(&order) {
         return Err(format!("observed order {order:.2} from errors over bars {errors:?}").into());
@@ -141,8 +144,8 @@ fn check_text(path: &Path, text: &str) -> Result<(), Failed> {
     Ok(())
 }
 
-/// The minimiser `gpu` comes where `newton` comes: in double precision by itself, to the 1e-8 of the scenarios; in single precision with the
-/// help of the CPU for what is left, which is little.
+/// The minimiser `gpu` comes where `newton` comes: in double precision by itself, to the 1e-8 of the scenarios; in
+/// single precision with the help of the CPU for what is left, which is little.
 fn check_gpu(path: &Path, double: bool) -> Result<(), Failed> {
     let text = std::fs::read_to_string(path)?;
     let expected: Value = serde_json::from_str(&std::fs::read_to_string(path.with_extension("expected.json"))?)?;
@@ -195,8 +198,8 @@ fn errors_without_shear(path: &Path, rod: &str) -> Result<[(f64, f64); 3], Faile
     Ok(found)
 }
 
-/// The rod `kirchhoff` is as near to the rod without shear as `cosserat` must be to the rod with it. (With a clip inside a branch it
-/// makes 1.05 times the error of `cosserat`, as everywhere.)
+/// The rod `kirchhoff` is as near to the rod without shear as `cosserat` must be to the rod with it. (With a clip
+/// inside a branch it makes 1.05 times the error of `cosserat`, as everywhere.)
 fn check_unshearable(path: &Path) -> Result<(), Failed> {
     let clipped = path.ends_with("C02_point_direction_clip.toml");
     let allowed = if clipped { 2.2 } else { 1.5 };
@@ -207,8 +210,8 @@ fn check_unshearable(path: &Path) -> Result<(), Failed> {
     }
 }
 
-/// The chain of springs goes to the same rod, but with the first power of the segment length: with 40 segments a branch it is 5 to 36 mm
-/// off in cables of about a metre.
+/// The chain of springs goes to the same rod, but with the first power of the segment length: with 40 segments a branch
+/// it is 5 to 36 mm off in cables of about a metre.
 fn check_springs(path: &Path) -> Result<(), Failed> {
     let found = errors_without_shear(path, "mass-spring")?;
     let [coarse, middle, fine] = found.map(|(error, _)| error);

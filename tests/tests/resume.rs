@@ -5,37 +5,15 @@ use std::path::Path;
 use std::process::Stdio;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
-use wireloom::scenario::Built;
 use wireloom::session::{Checkpoint, Monitor, Observer, Progress, Resumed};
 use wireloom::{Control, Run, StepResult};
+use wireloom_tests::cables::{branch, built, connector, section};
 use wireloom_tests::place::Place;
 use wireloom_tests::root;
 
-/// A cable that is drawn through a smooth ring and a rough one, lifted and let go; more than one checkpoint in each step.
-const RINGS: &str = r#"
-schema = 1
-name = "rings"
-[sections.cable]
-diameter = "6 mm"
-linear_density = "50 g/m"
-axial_stiffness = 1e4
-bending_stiffness = 0.01
-torsion_stiffness = 0.008
-min_bend_radius = "60 mm"
-[[branches]]
-name = "cable"
-from = "A"
-to = "B"
-section = "cable"
-length = "1.5 m"
-segments = SEGMENTS
-[[constraints]]
-name = "plug-A"
-kind = "connector"
-at = { end = "A" }
-position = [0, 0, 0]
-tangent = [1, 0, 0]
-up = [0, 0, 1]
+/// A cable that is drawn through a smooth ring and a rough one, lifted and let go; more than one checkpoint in each
+/// step.
+const COLLARS: &str = r#"
 [[constraints]]
 name = "smooth"
 kind = "collar"
@@ -51,13 +29,8 @@ hold = ["position"]
 slide = true
 friction = 0.2
 position = [0.8, 0, 0]
-[[constraints]]
-name = "plug-B"
-kind = "connector"
-at = { end = "B" }
-position = [1.1, 0, 0]
-tangent = [1, 0, 0]
-up = [0, 0, 1]
+"#;
+const STEPS: &str = r#"
 [[steps]]
 name = "draw"
 increments = INCREMENTS
@@ -65,7 +38,10 @@ move = [{ constraint = "plug-B", position = [1.3, 0.1, 0.1] }]
 [[steps]]
 name = "turn"
 increments = INCREMENTS
-move = [{ constraint = "plug-B", position = [1.1, 0.2, 0], turns = 0.5 }, { constraint = "smooth", position = [0.4, 0, 0.2] }]
+move = [
+  { constraint = "plug-B", position = [1.1, 0.2, 0], turns = 0.5 },
+  { constraint = "smooth", position = [0.4, 0, 0.2] },
+]
 [[steps]]
 name = "let go"
 increments = INCREMENTS
@@ -74,11 +50,17 @@ gravity = [0, -3, -9]
 "#;
 
 fn rings(segments: usize, increments: usize) -> String {
-    RINGS.replace("SEGMENTS", &segments.to_string()).replace("INCREMENTS", &increments.to_string())
-}
-
-fn built(text: &str) -> Built {
-    wireloom::load(text, &wireloom::registry()).expect("no faults").1
+    [
+        "schema = 1\nname = \"rings\"\n",
+        &section("cable"),
+        "min_bend_radius = \"60 mm\"\n",
+        &branch("cable", ["A", "B"], "cable", 1.5, segments),
+        &connector("plug-A", "A", [0.0, 0.0, 0.0]),
+        COLLARS,
+        &connector("plug-B", "B", [1.1, 0.0, 0.0]),
+        &STEPS.replace("INCREMENTS", &increments.to_string()),
+    ]
+    .concat()
 }
 
 /// Keeps everything.
@@ -192,15 +174,15 @@ fn stopped_after(text: &str, iterations: u64) -> (Run, Keep) {
     (run, stopped.keep)
 }
 
-/// Who stops a run while the start is being found gets one without results, which says so.
+/// A run that is stopped while the start is being found has no results, and says so.
 #[test]
 fn a_start_can_be_interrupted() {
     let (run, keep) = stopped_after(&rings(60, 1), 2);
     assert_eq!((run.status.word(), run.steps.len(), keep.checkpoints.len()), ("interrupted", 0, 0));
 }
 
-/// Wherever a run is stopped, within an increment too, it ends there and then; what was not done is no part of the result, and from the last
-/// checkpoint it goes on to the same bits.
+/// Wherever a run is stopped, within an increment too, it ends there and then; what was not done is no part of the
+/// result, and from the last checkpoint it goes on to the same bits.
 #[test]
 fn an_increment_that_was_interrupted_is_no_part_of_the_result() {
     let text = rings(60, 6);

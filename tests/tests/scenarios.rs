@@ -1,8 +1,9 @@
-//! The scenarios of this repository: all converge, and those with a closed form agree with it, with any minimiser and with the rod
-//! `kirchhoff`, too.
+//! The scenarios of this repository: all converge, and those with a closed form agree with it, with any minimiser and
+//! with the rod `kirchhoff`, too.
 //!
-//! Beside `scenarios/analytic/NAME.toml` (and those of `assembly`) stands `NAME.expected.toml`, a list of `[[check]]`: `step` names the step (its
-//! last increment counts), `why` says what is expected, `tolerance` is the largest distance from `value` (default 0).
+//! Beside `scenarios/analytic/NAME.toml` (and those of `assembly`) stands `NAME.expected.toml`, a list of `[[check]]`:
+//! `step` names the step (its last increment counts), `why` says what is expected, `tolerance` is the largest distance
+//! from `value` (default 0).
 //!
 //! | kind | keys |
 //! | --- | --- |
@@ -11,12 +12,15 @@
 //! | `energy` | `part` (`total`, `bend`, …), `value`, J |
 //! | `twist` | `branch`, `value`, turns |
 //! | `stable` | `value`: what the flag says, true, false or "neutral" |
-//! | `unstable` | `branch`, `s`, `value`, m: the flag says so, or the node is further than `tolerance` from where it would balance |
-//! | `same-shape` | `branch` is `as = { branch, from }` at every node, counted from its end if `reversed`, its coordinates times `scale` plus `shift`; `inner`: its two ends left out |
-//! | `operation` | `constraint` that was mated, clipped or grasped or is the first that was carried; `part`: `force` (N), `s` or `reach` (m); `value` |
+//! | `unstable` | `branch`, `s`, `value`, m: flagged so, or the node is off its balance by more than `tolerance` |
+//! | `same-shape` | `branch` is `as = { branch, from }` at every node (see below) |
+//! | `operation` | `constraint` mated, clipped, grasped or carried; `part`: `force` (N), `s`, `reach` (m); `value` |
 //! | `slide` | the cable in `constraint`: `part` is `s` (m) or `force` (along the cable, N), `value` |
 //! | `motion` | the cable in `constraint`: `value` is `free`, `stick`, `slip` or `stopped` |
 //! | `same-reaction` | `constraint` exerts what `as = { constraint }` does |
+//!
+//! `same-shape` counts nodes from the branch's end if `reversed`, leaves its two ends out if `inner`, and compares its
+//! coordinates times `scale` plus `shift`.
 
 use libtest_mimic::{Arguments, Failed, Trial};
 use std::path::{Path, PathBuf};
@@ -25,6 +29,7 @@ use wireloom::geometry::Vector;
 use wireloom::result::{BranchResult, ConstraintResult, OperationResult, SlideResult};
 use wireloom::{Run, Status, StepResult};
 use wireloom_testkit::closed_forms;
+use wireloom_tests::cables::{self, connector, section};
 
 fn main() {
     let arguments = Arguments::from_args();
@@ -81,7 +86,8 @@ impl wireloom::scenario::Files for Beside<'_> {
     }
 }
 
-/// Tolerances are made for Newton's method, whose last step goes far below the balance asked for; by gradients one comes just below it.
+/// Tolerances are made for Newton's method, whose last step goes far below the balance asked for; by gradients one
+/// comes just below it.
 const SLACK: f64 = 20.0;
 
 /// Kinds in place of those of a scenario.
@@ -122,7 +128,7 @@ fn has_dead_moment(path: &Path) -> Result<bool, Failed> {
     Ok(loads.is_some_and(|loads| loads.iter().any(|load| load.get("moment").is_some())))
 }
 
-/// What goes by the energy says by name what it cannot do.
+/// Minimisers that follow gradients name the parts that they cannot handle.
 fn declined(path: &Path, swap: Swap) -> Result<(), Failed> {
     match converged(path, swap) {
         Err(fault) if fault.message().is_some_and(|said| said.contains("is a dead moment")) => Ok(()),
@@ -175,7 +181,7 @@ fn constraint<'a>(end: &'a StepResult, name: &str) -> Result<&'a ConstraintResul
     end.constraints.iter().find(|c| c.name == name).ok_or_else(|| format!("no constraint `{name}`").into())
 }
 
-/// Where the node at arc length `s` is.
+/// Position of the node at arc length `s`.
 fn node(branch: &BranchResult, s: f64) -> Result<Vector, Failed> {
     let near = branch.s.iter().position(|at| (at - s).abs() < 1e-9);
     near.map(|i| branch.position[i]).ok_or_else(|| format!("no node of `{}` at s = {s}", branch.name).into())
@@ -186,7 +192,7 @@ fn beyond(distance: f64, tolerance: f64) -> bool {
     distance.is_nan() || distance > tolerance
 }
 
-/// What is wrong with the end of a step, if anything.
+/// Fault of the end of a step, if any.
 fn fault(end: &StepResult, kind: &str, check: &Value, slack: f64) -> Result<Option<String>, Failed> {
     let tolerance = slack * check.get("tolerance").and_then(number).unwrap_or(0.0);
     let found: Vec<f64> = match kind {
@@ -251,13 +257,13 @@ fn fault(end: &StepResult, kind: &str, check: &Value, slack: f64) -> Result<Opti
     Ok(beyond(distance, tolerance).then(|| format!("{found:?} instead of {wanted:?}, {distance:.3e} off")))
 }
 
-/// What the cable does in a constraint that it runs through.
+/// Slide of the cable in a constraint that it runs through.
 fn slide<'a>(end: &'a StepResult, check: &Value) -> Result<&'a SlideResult, Failed> {
     let name = word(check, "constraint")?;
     constraint(end, name)?.slide.as_ref().ok_or_else(|| format!("nothing runs through `{name}`").into())
 }
 
-/// What the operation on a constraint came to.
+/// Result of the operation on a constraint.
 fn operation(end: &StepResult, name: &str, part: &str) -> Result<f64, Failed> {
     let found = end.operations.iter().find_map(|operation| match (operation, part) {
         (OperationResult::Carry { constraints, force }, "force") => (constraints[0] == name).then_some(*force),
@@ -387,35 +393,15 @@ fn values_of_closed_forms() -> Result<(), Failed> {
 
 /// A cable of 1 m with so many segments, plugged at its start; `then` is the rest of the file.
 fn cable(segments: usize, gravity: f64, curvature: f64, then: &str) -> String {
-    format!(
-        r#"
-schema = 1
-gravity = [0, 0, {gravity}]
-[minimiser]
-force_tolerance = 1e-8
-[sections.cable]
-diameter = "6 mm"
-linear_density = 0.05
-axial_stiffness = 1e5
-bending_stiffness = 0.01
-torsion_stiffness = 0.008
-[[branches]]
-name = "cable"
-from = "A"
-to = "B"
-section = "cable"
-length = 1
-segments = {segments}
-curvature = [0, {curvature}, 0]
-[[constraints]]
-name = "plug-A"
-kind = "connector"
-at = {{ end = "A" }}
-position = [0, 0, 0]
-tangent = [1, 0, 0]
-up = [0, 0, 1]
-{then}"#
-    )
+    [
+        &*format!("schema = 1\ngravity = [0, 0, {gravity}]\n[minimiser]\nforce_tolerance = 1e-8\n"),
+        &section("cable").replace("axial_stiffness = 1e4", "axial_stiffness = 1e5"),
+        &cables::branch("cable", ["A", "B"], "cable", 1.0, segments),
+        &format!("curvature = [0, {curvature}, 0]\n"),
+        &connector("plug-A", "A", [0.0, 0.0, 0.0]),
+        then,
+    ]
+    .concat()
 }
 
 /// Segments of the meshes: three to be judged, two finer ones to tell where they go.
@@ -442,9 +428,9 @@ fn second_order(errors: &[f64]) -> Result<(), Failed> {
     }
 }
 
-/// Largest distance of the three coarse curves from the limit `(4 f(h/2) − f(h))/3` of the two fine ones
-/// (Richardson). The largest over the curve, not that of one point: at the middle of a cable and at a free tip the parts
-/// of the error that come from the ends and from between them nearly cancel on coarse meshes.
+/// Largest distance of the three coarse curves from the limit `(4 f(h/2) − f(h))/3` of the two fine ones (Richardson).
+/// The largest over the curve, not that of one point: at the middle of a cable and at a free tip the parts of the error
+/// that come from the ends and from between them nearly cancel on coarse meshes.
 fn errors(curves: &[Vec<Vector>]) -> Vec<f64> {
     let [.., before, finest] = curves else { unreachable!("several meshes") };
     let distance = |curve: &Vec<Vector>| {
@@ -468,7 +454,8 @@ fn order_of_the_cantilever() -> Result<(), Failed> {
 
 /// A cable between clamps 0.6 m apart.
 fn order_of_the_sag() -> Result<(), Failed> {
-    let plug = "[[constraints]]\nname = \"plug-B\"\nkind = \"connector\"\nat = { end = \"B\" }\nposition = [0.6, 0, 0]\n\
+    let plug = "[[constraints]]\nname = \"plug-B\"\nkind = \"connector\"\nat = { end = \"B\" }\n\
+                position = [0.6, 0, 0]\n\
                 tangent = [1, 0, 0]\nup = [0, 0, 1]\n";
     second_order(&errors(&curves(5, |segments| cable(segments, -9.81, 0.0, plug))?))
 }

@@ -1,5 +1,5 @@
-//! What `wireloom schema` prints, read by an independent validator as an editor would: it takes every scenario there is, and sees what is
-//! wrong in those that are refused for their form.
+//! Output of `wireloom schema`, read by an independent validator as an editor would: it accepts every scenario there
+//! is, and finds the faults of those that are refused for their form.
 
 use boon::{Compiler, Schemas};
 use serde_json::Value;
@@ -7,7 +7,8 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 use wireloom_tests::{program, root};
 
-/// All scenarios below a folder but for those that are refused; not what stands beside them (expected values, library files).
+/// All scenarios below a folder but for those that are refused; not what stands beside them (expected values, library
+/// files).
 fn scenarios(folder: &Path) -> Vec<PathBuf> {
     let mut found = Vec::new();
     for entry in std::fs::read_dir(folder).expect("a folder") {

@@ -1,46 +1,20 @@
-//! Signals to the program while it works: within an increment, a point of a sweep, a comparison; and what it says of itself meanwhile.
+//! Signals to the program while it works: within an increment, a point of a sweep, a comparison; and what it says of
+//! itself meanwhile.
 #![cfg(unix)]
 
 use std::fs;
 use std::io::{BufRead, BufReader, Read};
 use std::process::{Child, Command};
 use std::time::{Duration, Instant};
+use wireloom_tests::cables::hanging;
 use wireloom_tests::place::{PATIENCE, Place};
 
 /// The program ends within 2 s of a signal, writing included; this is for machines that have a lot of other work.
 const LIMIT: Duration = Duration::from_secs(10);
 
-/// A cable whose end is drawn along a way; `drawn` is one increment, which passes through every point of `way.csv`.
-const DRAWN: &str = r#"
-schema = 1
-name = "drawn"
-[sections.cable]
-diameter = "6 mm"
-linear_density = "50 g/m"
-axial_stiffness = 1e4
-bending_stiffness = 0.01
-torsion_stiffness = 0.008
-[[branches]]
-name = "cable"
-from = "A"
-to = "B"
-section = "cable"
-length = "1 m"
-segments = 200
-[[constraints]]
-name = "plug-A"
-kind = "connector"
-at = { end = "A" }
-position = [0, 0, 0]
-tangent = [1, 0, 0]
-up = [0, 0, 1]
-[[constraints]]
-name = "plug-B"
-kind = "connector"
-at = { end = "B" }
-position = ["600 mm", 0, 0]
-tangent = [1, 0, 0]
-up = [0, 0, 1]
+/// Steps in which the end of a cable is drawn along a way; `drawn` is one increment, which passes through every point
+/// of `way.csv`.
+const STEPS: &str = r#"
 [[steps]]
 name = "aside"
 increments = 3
@@ -49,13 +23,15 @@ move = [{ constraint = "plug-B", position = ["600 mm", "50 mm", 0] }]
 name = "drawn"
 carry = [{ what = ["plug-B"], path = "way.csv" }]
 "#;
+/// Segments of the cable.
+const SEGMENTS: usize = 200;
 
-/// What is done while nobody is patient enough for it to end.
+/// Points of a path that takes longer than any test waits.
 const ENDLESS: usize = 200_000;
 
 /// A folder with this scenario and a way through so many points.
 fn place(points: usize, more: &str) -> Place {
-    let place = Place::new(&format!("{DRAWN}{more}"));
+    let place = Place::new(&hanging("drawn", SEGMENTS, &format!("{STEPS}{more}")));
     let mut way = "t,x,y,z\n".to_owned();
     for k in 0..=points {
         let t = k as f64 / points as f64;
@@ -152,8 +128,7 @@ fn a_run_is_not_silent_for_long() {
 #[test]
 fn a_comparison_that_is_interrupted_ends_with_code_2_and_what_is_done() {
     let place = place(ENDLESS, "");
-    let quick = DRAWN.split("[[steps]]").next().expect("what comes before the steps");
-    fs::write(place.path("quick.toml"), quick).expect("written");
+    fs::write(place.path("quick.toml"), hanging("drawn", SEGMENTS, "")).expect("written");
     let mut child = start(&place, &["compare", "quick.toml", "s.toml", "quick.toml"]);
     let mut said = BufReader::new(child.stderr.take().expect("piped")).lines();
     // It is at the second one.

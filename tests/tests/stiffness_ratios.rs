@@ -1,12 +1,8 @@
 //! Stiff and soft parts in one harness: each is judged by itself, whatever it is joined to.
 
 use wireloom::geometry::Vector;
-use wireloom::{Control, Run, Status, StepResult};
-
-fn run(text: &str) -> Run {
-    let (_, built) = wireloom::load(text, &wireloom::registry()).expect("no faults");
-    wireloom::run(built, &mut |_, _| Control::Continue)
-}
+use wireloom::{Run, Status, StepResult};
+use wireloom_tests::cables::{branch, connector_along, run};
 
 /// The last step of a run that converged.
 fn end(run: &Run) -> &StepResult {
@@ -22,22 +18,11 @@ fn section(name: &str, density: f64, stretch: f64, bending: f64) -> String {
     )
 }
 
-fn branch(name: &str, ends: [&str; 2], section: &str, length: f64, segments: usize) -> String {
-    let [from, to] = ends;
-    format!(
-        "[[branches]]\nname = \"{name}\"\nfrom = \"{from}\"\nto = \"{to}\"\nsection = \"{section}\"\nlength = {length}\n\
-         segments = {segments}\n"
-    )
-}
-
 fn connector(end: &str, position: [f64; 3], tangent: [f64; 3], up: [f64; 3]) -> String {
-    format!(
-        "[[constraints]]\nname = \"plug-{end}\"\nkind = \"connector\"\nat = {{ end = \"{end}\" }}\nposition = {position:?}\n\
-         tangent = {tangent:?}\nup = {up:?}\n"
-    )
+    connector_along(&format!("plug-{end}"), end, position, tangent, up)
 }
 
-/// Where the node of a branch at its end is, m.
+/// Position of the last node of a branch, m.
 fn tip(end: &StepResult, branch: &str) -> Vector {
     let branch = end.branches.iter().find(|b| b.name == branch).expect("the branch");
     *branch.position.last().expect("nodes")
@@ -48,8 +33,8 @@ fn reaction(end: &StepResult, constraint: &str) -> Vector {
     end.constraints.iter().find(|c| c.name == constraint).expect("the constraint").force
 }
 
-/// Two rods of this bending stiffness (N m²) in one line, and on their joint a wire that is ten times too heavy to stand:
-/// `ρ g L³/EI` = 78, and 7.84 is what stands (Greenhill 1881).
+/// Two rods of this bending stiffness (N m²) in one line, and on their joint a wire that is ten times too heavy to
+/// stand: `ρ g L³/EI` = 78, and 7.84 is what stands (Greenhill 1881).
 fn wire_on_rods(bending: f64) -> String {
     let x = [1.0, 0.0, 0.0];
     let z = [0.0, 0.0, 1.0];
@@ -149,11 +134,13 @@ fn a_soft_cable_joined_to_a_stiff_one_lies_where_it_does_when_solved_tightly() {
     assert!((found - expected).norm() < 1e-6 * expected.norm(), "{found:?} instead of {expected:?}");
 }
 
-/// A frame of two legs at right angles, 30 by 0.6 in section, clamped at one end and loaded in its plane at the other with 0.9 of the load at
-/// which it buckles sideways (Argyris et al. 1979: 1.088), held off balance by a small load across.
+/// A frame of two legs at right angles, 30 by 0.6 in section, clamped at one end and loaded in its plane at the other
+/// with 0.9 of the load at which it buckles sideways (Argyris et al. 1979: 1.088), held off balance by a small load
+/// across.
 fn frame(tolerance: f64) -> String {
     [
-        "schema = 1\nname = \"right-angle frame\"\ngravity = [0, 0, 0]\n[sections.strip]\ndiameter = 1\nlinear_density = 1\n\
+        "schema = 1\nname = \"right-angle frame\"\ngravity = [0, 0, 0]\n[sections.strip]\ndiameter = 1\n\
+         linear_density = 1\n\
          axial_stiffness = 1282320\nbending_stiffness = [38469.6, 9.61740e7]\ntorsion_stiffness = 58732\n"
             .to_owned(),
         branch("up", ["A", "J"], "strip", 240.0, 40),

@@ -27,7 +27,7 @@ impl Studio {
         Self { child, address }
     }
 
-    /// What comes back of the page, or of another path.
+    /// Answer to a request for a path.
     fn get(&self, path: &str) -> String {
         Self::get_by(&self.address, path)
     }
@@ -75,8 +75,8 @@ fn a_studio_comes_back_where_it_was_with_another_token_and_ends_with_ctrl_c() {
     assert_eq!((beside.end(), again.end()), (Some(0), Some(0)));
 }
 
-/// Command lines of programs can be seen by every user of a machine: what opens the browser is given a file instead, that only its user can
-/// read.
+/// Command lines of programs can be seen by every user of a machine: what opens the browser is given a file instead,
+/// that only its user can read.
 #[cfg(target_os = "linux")]
 #[test]
 fn the_token_stands_in_no_command_line() {

@@ -1,8 +1,8 @@
 //! Any rod with any joint and any minimiser: one small Y harness, all of them side by side.
 //!
-//! For one rod and one joint all minimisers must come to one equilibrium. Rods differ by what they are: `kirchhoff` by the shear of
-//! `cosserat`, which is next to nothing here, and `mass-spring` by half a segment of softness wherever something holds it, a
-//! few millimetres on 30 segments of 10 to 13 mm.
+//! For one rod and one joint all minimisers must come to one equilibrium. Rods differ by what they are: `kirchhoff` by
+//! the shear of `cosserat`, which is next to nothing here, and `mass-spring` by half a segment of softness wherever
+//! something holds it, a few millimetres on 30 segments of 10 to 13 mm.
 
 use wireloom::geometry::Vector;
 use wireloom::{Run, Status, StepResult};

@@ -10,6 +10,7 @@ use wireloom::export::table::{Column, Row, Table, read};
 use wireloom::scenario::{NoFiles, Setting};
 use wireloom::session::Monitor;
 use wireloom::sweep::{Points, header};
+use wireloom_tests::cables::hanging;
 use wireloom_tests::{program, root};
 
 type Checked = Result<(), Failed>;
@@ -41,41 +42,7 @@ fn ensure(holds: bool, otherwise: impl std::fmt::Debug) -> Checked {
 
 /// A cable of a few segments between two plugs, over these values.
 fn cable(sweep: &str) -> String {
-    format!(
-        r#"
-schema = 1
-name = "cable"
-[sections.cable]
-diameter = "6 mm"
-linear_density = "50 g/m"
-axial_stiffness = 1e4
-bending_stiffness = 0.01
-torsion_stiffness = 0.008
-[[branches]]
-name = "cable"
-from = "A"
-to = "B"
-section = "cable"
-length = "1 m"
-segments = 12
-[[constraints]]
-name = "plug-A"
-kind = "connector"
-at = {{ end = "A" }}
-position = [0, 0, 0]
-tangent = [1, 0, 0]
-up = [0, 0, 1]
-[[constraints]]
-name = "plug-B"
-kind = "connector"
-at = {{ end = "B" }}
-position = [0.6, 0, 0]
-tangent = [1, 0, 0]
-up = [0, 0, 1]
-[sweep]
-{sweep}
-"#
-    )
+    hanging("cable", 12, &format!("[sweep]\n{sweep}\n"))
 }
 
 fn sweep(folder: &Path, out: &str) -> Command {
@@ -255,7 +222,7 @@ fn rows_and_runs(text: &str) -> Result<(Vec<Row>, Vec<Ended>), Failed> {
     Ok((rows, runs))
 }
 
-/// How a row says that its point ended.
+/// Energy and iterations of a row.
 fn energy_and_iterations(row: &Row) -> Ended {
     (row.numbers[2].unwrap_or(f64::NAN), row.numbers[0].unwrap_or(f64::NAN))
 }
@@ -274,12 +241,12 @@ fn from_neighbours() -> Checked {
     ensure(shorter == 256 / 16 * 14, shorter)
 }
 
-/// A strip pressed together hangs down or stands up in an arch, as gravity points; once it does, it would go on doing so for a while where
-/// gravity has turned around.
+/// A strip pressed together hangs down or stands up in an arch, as gravity points; once it does, it would go on doing
+/// so for a while where gravity has turned around.
 fn hysteresis() -> Checked {
     let gravity = "[sweep.vary]\n\"gravity.2\" = { from = -3, to = 3.12, count = 128 }\n";
     let text = cable(gravity)
-        .replace("[0.6, 0, 0]", "[0.9, 0, 0]")
+        .replace("[0.6, 0.0, 0.0]", "[0.9, 0, 0]")
         .replace("bending_stiffness = 0.01", "bending_stiffness = [0.1, 0.01]")
         .replace("schema = 1", "schema = 1\ngravity = [0, 0, -9.81]");
     let (rows, runs) = rows_and_runs(&text)?;
@@ -289,7 +256,8 @@ fn hysteresis() -> Checked {
         ensure((found - energy).abs() <= 1e-8 * energy.abs(), (row, energy))?;
         shorter += usize::from(spent < *iterations);
     }
-    // The strip turns over between points 62 and 63. They are in the chain of points 56 to 63, all of which have to be started afresh.
+    // The strip turns over between points 62 and 63. They are in the chain of points 56 to 63, all of which have to be
+    // started afresh.
     let afresh = |k: usize| energy_and_iterations(&rows[k]) == runs[k];
     let falls = |k: usize| runs[k].0 > runs[k + 1].0;
     ensure(!falls(61) && falls(62) && (56..64).all(afresh), &runs[56..64])?;
@@ -337,7 +305,7 @@ half = { quantity = "slack", span = { branch = "cable", from = 0.5 } }
     let grid = grid.replace("s = \"0.5 m\"", "s = 1.1");
     fs::write(
         place.path().join("s.toml"),
-        cable(&grid).replace("length = \"1 m\"", "length = 1.2").replace("\"1 m\", 1.2", "1.2, 1"),
+        cable(&grid).replace("length = 1.0\n", "length = 1.2\n").replace("\"1 m\", 1.2", "1.2, 1"),
     )?;
     let ended = sweep(place.path(), "o").output()?;
     let said = String::from_utf8_lossy(&ended.stdout).into_owned();
@@ -358,7 +326,8 @@ fn duckdb(python: &str) -> Checked {
     fs::copy(root().join("scenarios/sweeps/y_tolerances.toml"), place.path().join("s.toml"))?;
     ensure(sweep(place.path(), "o").arg("--quiet").status()?.success(), "the sweep fails")?;
     let query = "import duckdb\nprint(duckdb.sql(\"\"\"select count(*), count(message), avg(\"energy.total\"), \
-                 min(\"branches.left.length\") from 'o/points.parquet' where status = 'converged' and stable\"\"\").fetchall()[0])";
+                 min(\"branches.left.length\") from 'o/points.parquet' where status = 'converged' and \
+                 stable\"\"\").fetchall()[0])";
     let output = Command::new(python).args(["-c", query]).current_dir(place.path()).output()?;
     let said = String::from_utf8(output.stdout)?;
     let table = table(&place.path().join("o"))?;

@@ -1,4 +1,4 @@
-//! What comes out does not depend on how many threads there are.
+//! Results do not depend on the number of threads.
 
 use serde_json::Value;
 use std::fs;

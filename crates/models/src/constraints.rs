@@ -122,7 +122,7 @@ fn build_handle(spec: &ConstraintSpec, parameters: &Parameters) -> Result<Box<dy
     Ok(Box::new(Spring { linear, angular }))
 }
 
-/// What turns the cable to the hand.
+/// Rotational coupling between the handle and the cable.
 enum Angular {
     /// Nothing.
     None,

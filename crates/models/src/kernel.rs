@@ -9,8 +9,8 @@ use wireloom_core::rod::{CouplingHessian, SegmentHessian, StationHessian};
 use wireloom_core::rotation::skew;
 use wireloom_core::{Matrix, Rotation, Vector};
 
-/// Stiffness of a segment: `W = ½ Γᵀ C Γ + ½ B min(v3, 0)²` is the energy per length, `v = Γ + e3`. B acts on an edge that points
-/// against its frame, and makes C there `diag(GA1, GA2, EA + B)`.
+/// Stiffness of a segment: `W = ½ Γᵀ C Γ + ½ B min(v3, 0)²` is the energy per length, `v = Γ + e3`. B acts on an edge
+/// that points against its frame, and makes C there `diag(GA1, GA2, EA + B)`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SegmentStiffness {
     /// C: diag(GA1, GA2, EA), N.
@@ -28,8 +28,8 @@ impl SegmentStiffness {
     }
 }
 
-/// Stretch and shear of one segment: `Γ = Rᵀ e/ℓ − e3`, `E = ½ ℓ Γᵀ C Γ`, `C = diag(GA1, GA2, EA)`; see [`SegmentStiffness`] for edges
-/// that are overturned.
+/// Stretch and shear of one segment: `Γ = Rᵀ e/ℓ − e3`, `E = ½ ℓ Γᵀ C Γ`, `C = diag(GA1, GA2, EA)`; see
+/// [`SegmentStiffness`] for edges that are overturned.
 ///
 /// `v = Γ + e3`, `n = C Γ` (N, body frame).
 pub struct StretchShear {
@@ -41,7 +41,7 @@ pub struct StretchShear {
     pub n: Vector,
     /// C at v.
     pub c: Vector,
-    /// What of it B is responsible for.
+    /// Part of it that belongs to frame B.
     beyond: f64,
 }
 
@@ -123,9 +123,9 @@ pub fn edge_stiffness(r: &Matrix, l: f64, c: &Vector) -> Matrix {
 /// Bending and twist between two frames: `r = q̄_a q_b` with real part w ≥ 0 and imaginary part v,
 /// `κ = (2/λ) (1 + |v|²/6) v`, `E = ½ λ (κ−κ°)ᵀ C (κ−κ°)`, `C = diag(EI1, EI2, GJ)`.
 ///
-/// The plain law `(2/λ) v` measures the sine of half the angle, which in tight bends costs as much accuracy as the whole rest of
-/// the scheme; with the next term of the arcsine the curvature is the angle over the length up to the fourth
-/// power of the angle.
+/// The plain law `(2/λ) v` measures the sine of half the angle, which in tight bends costs as much accuracy as the
+/// whole rest of the scheme; with the next term of the arcsine the curvature is the angle over the length up to the
+/// fourth power of the angle.
 pub struct BendTwist {
     /// Real part of r.
     pub w: f64,
@@ -267,12 +267,14 @@ impl Geometric {
 
 /// Stretch and shear of a segment beside a station (or between two).
 ///
-/// The segment's tangent is blended with the station's: `Γ = v + v × φ − e3` with `φ = Σ 2 β Re(r) Im(r)`, `r = q̄ Q`, over
-/// the stations beside it: the turn from the segment's frame to theirs (the sine of its angle, smooth for any turn). To leading order the plain staggered scheme differs from the
-/// rod by the functional `(ℓ²/24) ([n·x″] − ∫ κ′ᵀ C κ′ ds)` (modified equation, per span between stations, dead
-/// loads aside). β = 1/12 takes out its boundary term, which is the larger part; with β = 1/8 what is then left at the boundary
-/// works against the integral too, and the error of clamped, hanging and branched references is least. At a station within a branch
-/// the integral has two sides to be worked against: there β = 3/16 is best for what lies in a ring, and indifferent for a clip.
+/// The segment's tangent is blended with the station's: `Γ = v + v × φ − e3` with `φ = Σ 2 β Re(r) Im(r)`, `r = q̄ Q`,
+/// over the stations beside it: the turn from the segment's frame to theirs (the sine of its angle, smooth for any
+/// turn). To leading order the plain staggered scheme differs from the rod by the functional
+/// `(ℓ²/24) ([n·x″] − ∫ κ′ᵀ C κ′ ds)` (modified equation, per span between stations, dead loads aside). β = 1/12 takes
+/// out its boundary term, which is the larger part; with β = 1/8 what is then left at the boundary works against the
+/// integral too, and the error of clamped, hanging and branched references is least. At a station within a branch the
+/// integral has two sides to be worked against: there β = 3/16 is best for what lies in a ring, and indifferent for a
+/// clip.
 pub struct BlendedStretchShear {
     /// R(q).
     pub r: Matrix,
@@ -282,7 +284,7 @@ pub struct BlendedStretchShear {
     pub n: Vector,
     /// C at Γ + e3.
     pub c: Vector,
-    /// What of it B is responsible for.
+    /// Part of it that belongs to frame B.
     beyond: f64,
     /// Γ.
     gamma: Vector,
@@ -348,8 +350,8 @@ impl BlendedStretchShear {
         self.r * self.force(&self.n)
     }
 
-    /// `(∂E/∂e, ∂E/∂θ, [∂E/∂θ_station])`: as for the plain law with n′, and through φ with `∂E/∂φ = μ = ℓ n × v`; `∂φ/∂θ` and
-    /// `∂φ/∂θ_station` are `−β (w (w I − [Im]ₓ) − Im Imᵀ)` and `β (w (w I + [Im]ₓ) − Im Imᵀ)`.
+    /// `(∂E/∂e, ∂E/∂θ, [∂E/∂θ_station])`: as for the plain law with n′, and through φ with `∂E/∂φ = μ = ℓ n × v`;
+    /// `∂φ/∂θ` and `∂φ/∂θ_station` are `−β (w (w I − [Im]ₓ) − Im Imᵀ)` and `β (w (w I + [Im]ₓ) − Im Imᵀ)`.
     pub fn gradient(&self, l: f64) -> (Vector, Vector, [Vector; 2]) {
         let force = self.force(&self.n);
         let mu = self.n.cross(&self.v) * l;
@@ -442,8 +444,8 @@ fn turn_jacobians(w: f64, v: &Vector) -> [Matrix; 2] {
 }
 
 /// Second derivatives of `μ·φ = 2 w (μ·v)` in the rotation of q, in both (rows q, columns Q) and in that of Q: with
-/// `a = ∂(μ·v)/∂θ = −½(w μ + v × μ)` and `b = ∂(μ·v)/∂θ_Q = ½(w μ − v × μ)`
-/// `−w (μ·v) I + v aᵀ + a vᵀ`, `½ w (v μᵀ + μ vᵀ + w [μ]ₓ) + v bᵀ − a vᵀ + ½ (μ·v) [v]ₓ` and `−w (μ·v) I − v bᵀ − b vᵀ`.
+/// `a = ∂(μ·v)/∂θ = −½(w μ + v × μ)` and `b = ∂(μ·v)/∂θ_Q = ½(w μ − v × μ)` `−w (μ·v) I + v aᵀ + a vᵀ`,
+/// `½ w (v μᵀ + μ vᵀ + w [μ]ₓ) + v bᵀ − a vᵀ + ½ (μ·v) [v]ₓ` and `−w (μ·v) I − v bᵀ − b vᵀ`.
 fn turn_hessians(w: f64, v: &Vector, mu: &Vector) -> [Matrix; 3] {
     let (along, across) = (mu * w, v.cross(mu));
     let (a, b) = ((along + across) * -0.5, (along - across) * 0.5);

@@ -1,4 +1,4 @@
-//! Built-in rods, joints and constraints, registered through the same door as plugins.
+//! Built-in rods, joints and constraints, registered in the same way as those of plugins.
 
 pub mod constraints;
 pub mod joints;

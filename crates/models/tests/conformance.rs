@@ -74,7 +74,7 @@ rod_order_conformance!(cosserat_rod_order, rod("cosserat"));
 rod_conformance!(kirchhoff_rod, rod("kirchhoff"));
 rod_conformance!(mass_spring_chain, rod("mass-spring"));
 
-/// What a rod without shear does is the same to the last bit whatever the shear stiffness of its section.
+/// Rods without shear have the same energy to the last bit for any shear stiffness of the section.
 #[test]
 fn rods_without_shear_do_not_look_at_the_shear_stiffness() {
     let mesh = Mesh::new(vec![0.1, 0.13, 0.07], vec![0, 3]);

@@ -1,4 +1,4 @@
-//! Signed distances in closed form, and all that follows from them.
+//! Signed distances in closed form, and shapes made of them.
 
 use wireloom_core::obstacle::{Shape, Surface, Touch};
 use wireloom_core::{Matrix, Vector};
@@ -20,8 +20,8 @@ impl Place {
         Self { distance, normal, curvature: Matrix::zeros() }
     }
 
-    /// Distance from a point, seen from `r` beside it: φ = |r|, ∂²φ/∂x² = (I − n nᵀ)/|r|. At the point itself, where there is no direction,
-    /// along z.
+    /// Distance from a point, seen from `r` beside it: φ = |r|, ∂²φ/∂x² = (I − n nᵀ)/|r|. At the point itself, where
+    /// there is no direction, along z.
     pub fn round(r: &Vector) -> Self {
         let distance = r.norm();
         if distance < SINGULAR {
@@ -86,10 +86,11 @@ impl<F: Field> Shape for Primitive<F> {
     }
 }
 
-/// Halvings after which an interval of shares has come to round-off.
+/// Halvings after which an interval of fractions is as short as round-off.
 const HALVINGS: usize = 52;
 
-/// Along a straight way φ of a convex body is convex: from outside there is a way through if it is negative where it is least.
+/// First crossing of a straight path and a convex body. Along the path φ is convex: from outside, the path enters if
+/// the minimum of φ is negative.
 fn crossing_of_convex(at: impl Fn(f64) -> Place, way: &Vector) -> Option<f64> {
     let (begin, end) = (at(0.0).distance, at(1.0).distance);
     if begin < 0.0 {
@@ -99,21 +100,22 @@ fn crossing_of_convex(at: impl Fn(f64) -> Place, way: &Vector) -> Option<f64> {
     (at(lowest).distance < 0.0).then(|| halve(0.0, lowest, |t| at(t).distance >= 0.0))
 }
 
-/// Goes along by the distance, or by `fineness` where that is less: what cuts a body by less than that along the way is not seen.
+/// First crossing by sphere tracing: steps of the distance, or of `fineness` if that is more. A chord of the body that
+/// is shorter than `fineness` may be missed.
 fn crossing_by_marching(at: impl Fn(f64) -> Place, way: &Vector, fineness: f64) -> Option<f64> {
     let length = way.norm();
     if length == 0.0 {
         return None;
     }
     if !length.is_finite() {
-        // Nobody can say where it leads: it leads nowhere.
+        // Its direction is not defined: it ends where it begins.
         return Some(0.0);
     }
     let outside = at(0.0).distance >= 0.0;
     let mut before = 0.0;
     while before < 1.0 {
         let next = before + at(before).distance.abs().max(fineness) / length;
-        // On a way so long that this is less than round-off, it goes on by that.
+        // On a very long path this may be less than round-off.
         let next = next.max(before.next_up()).min(1.0);
         if (at(next).distance >= 0.0) != outside {
             return Some(halve(before, next, |t| (at(t).distance >= 0.0) == outside));
@@ -123,7 +125,7 @@ fn crossing_by_marching(at: impl Fn(f64) -> Place, way: &Vector, fineness: f64) 
     None
 }
 
-/// Where `still` ends to hold between `low`, where it does, and `high`.
+/// Bisection: the point between `low`, at which `still` holds, and `high` from which it does not hold.
 fn halve(mut low: f64, mut high: f64, still: impl Fn(f64) -> bool) -> f64 {
     for _ in 0..HALVINGS {
         let middle = 0.5 * (low + high);
@@ -136,12 +138,12 @@ fn halve(mut low: f64, mut high: f64, still: impl Fn(f64) -> bool) -> f64 {
 mod tests {
     use super::*;
 
-    /// A ball, as what is not convex is treated.
+    /// A ball, treated as if it were not convex.
     fn ball(x: &Vector) -> Place {
         Place::round(x).grown(0.1)
     }
 
-    /// A step along the way is then less than what a share of it can tell.
+    /// A step along the way is then less than a fraction of it can resolve.
     #[test]
     fn a_way_that_is_far_too_long_comes_to_an_end() {
         let crossing = |from: Vector, to: Vector| {
@@ -151,11 +153,11 @@ mod tests {
         let (near, far) = (Vector::new(-1.0, 0.0, 0.0), |x: f64| Vector::new(x, 0.0, 0.0));
         for length in [1e16, 1e30, 1e150] {
             assert_eq!(crossing(near, far(-length)), None);
-            let share = crossing(near, far(length));
-            assert!(share.is_none_or(|share| share * length < 1.0), "{share:?}");
+            let fraction = crossing(near, far(length));
+            assert!(fraction.is_none_or(|fraction| fraction * length < 1.0), "{fraction:?}");
         }
         assert_eq!(crossing(near, far(1e308)), Some(0.0), "the square of its length is no number");
-        let share = crossing(near, far(1.0)).expect("through the ball");
-        assert!((share - 0.45).abs() < 1e-12, "{share}");
+        let fraction = crossing(near, far(1.0)).expect("through the ball");
+        assert!((fraction - 0.45).abs() < 1e-12, "{fraction}");
     }
 }

@@ -1,8 +1,9 @@
 //! Bodies that cables may touch: primitives with closed forms, and triangle meshes out of files.
 //!
-//! Every shape answers three questions ([`wireloom_core::obstacle::Shape`]): how far is a point from the surface, which places of the surface
-//! are nearest to it, and where does a straight way go through. Primitives answer exactly, second derivatives included; meshes answer exactly
-//! for their triangles. What cables go through while they move becomes such a mesh in [`swept`]. `parry` is named in one module, `tree`, and none of its types leaves it.
+//! Every shape answers three queries ([`wireloom_core::obstacle::Shape`]): the signed distance of a point, the nearest
+//! places of the surface, and the first crossing of a straight path. Primitives answer exactly, second derivatives
+//! included; meshes answer exactly for their triangles. The volume that cables sweep while they move becomes such a
+//! mesh in [`swept`]. `parry` is used in one module, `tree`, and none of its types leaves it.
 
 mod field;
 pub mod mesh;

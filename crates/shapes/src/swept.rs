@@ -1,10 +1,12 @@
 //! The space that cables go through while they move, as one closed surface: the swept envelope for a digital mock-up.
 //!
-//! From one state to the next every straight piece of a centre line goes through a patch, of which two triangles are taken; what is nearer than
-//! the cable's radius to any of them has been swept. φ, the distance from all patches less the radius, is found at the points of a grid, where
-//! it is near 0, and the surface φ = 0 of what is linear between them is drawn by `cubes`. It lies where the grid of cell size h has it: with
-//! cables of radius r at most about h²/(4 r) within the true surface where that is round, and beside it by less than h where two swept parts
-//! meet in a groove. Ends are round: they reach a radius farther than the cable. Cables thinner than two cells are drawn as thick as that.
+//! From one state to the next every straight piece of a centre line goes through a patch, of which two triangles are
+//! taken; what is nearer than the cable's radius to any of them has been swept. φ, the distance from all patches less
+//! the radius, is found at the points of a grid, where it is near 0, and the surface φ = 0 of what is linear between
+//! them is drawn by `cubes`. It lies where the grid of cell size h has it: with cables of radius r at most about h²/(4
+//! r) within the true surface where that is round, and beside it by less than h where two swept parts meet in a groove.
+//! Ends are round: they reach a radius farther than the cable. Cables thinner than two cells are drawn as thick as
+//! that.
 
 mod cubes;
 
@@ -37,7 +39,7 @@ pub struct TooFine {
     pub cell: f64,
 }
 
-/// Where cables have been.
+/// Volume that cables have swept, on a grid.
 pub struct Envelope {
     cell: f64,
     /// Of each cable, m.
@@ -50,7 +52,8 @@ pub struct Envelope {
 }
 
 impl Envelope {
-    /// Of cables with these radii (m), none of which has been anywhere yet; `cell`: size of the grid's cells, m, greater than 0.
+    /// Of cables with these radii (m), none of which has been anywhere yet; `cell`: size of the grid's cells, m,
+    /// greater than 0.
     pub fn new(cell: f64, radii: &[f64]) -> Self {
         let radii = radii.iter().map(|radius| radius.max(cell)).collect();
         Self { cell, radii, drawn: Vec::new(), blocks: HashMap::new(), most: MANY }
@@ -107,7 +110,7 @@ impl Envelope {
                     }
                     let block = self.blocks.entry([i, j, k]).or_insert_with(|| Box::new([BAND as f32; SIDE.pow(3)]));
                     for (n, phi) in block.iter_mut().enumerate() {
-                        // Deep inside nobody asks how deep.
+                        // Deep inside, the depth is not needed.
                         if *phi > -BAND as f32 {
                             let at = [n % SIDE, n / SIDE % SIDE, n / (SIDE * SIDE)].map(|m| m as f64 * self.cell);
                             let distance = triangle.distance(&(corner + Vector::from(at)));
@@ -221,8 +224,8 @@ mod tests {
         (0..=pieces).map(|k| from + (to - from) * (k as f64 / pieces as f64)).collect()
     }
 
-    /// A straight cable (length L, radius r) that is moved sideways by D sweeps all that is within r of a rectangle: by Steiner's formula
-    /// `2 L D r + π r² (L + D) + 4/3 π r³`.
+    /// A straight cable (length L, radius r) that is moved sideways by D sweeps all that is within r of a rectangle: by
+    /// Steiner's formula `2 L D r + π r² (L + D) + 4/3 π r³`.
     #[test]
     fn a_cable_that_is_moved_sideways_sweeps_what_is_within_its_radius_of_a_rectangle() {
         let (l, d, r) = (0.1, 0.05, 0.004);

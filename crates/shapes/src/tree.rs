@@ -1,4 +1,5 @@
-//! The way to `parry`: trees of boxes, and triangles. Points go in and numbers come out; none of its types is seen outside.
+//! Adapter of `parry`: trees of boxes, and triangles. Points go in and numbers come out; none of its types is seen
+//! outside.
 
 use parry3d_f64::bounding_volume::Aabb;
 use parry3d_f64::math::Vector as Point;
@@ -22,7 +23,7 @@ pub(crate) type Corners = [Vector; 2];
 /// Boxes by number, found by where they are.
 pub(crate) struct Tree(Bvh);
 
-/// What is found in a box, and at which cost.
+/// Result of a search in a box, with its cost.
 pub(crate) struct Found<T> {
     pub cost: f64,
     pub what: T,
@@ -41,13 +42,14 @@ impl Tree {
         Self(Bvh::from_iter(BvhBuildStrategy::Binned, boxes))
     }
 
-    /// Where they all are.
+    /// Box about all of them.
     pub fn corners(&self) -> Corners {
         let all = self.0.root_aabb();
         [vector(&all.mins), vector(&all.maxs)]
     }
 
-    /// What is nearest to `x` and nearer than `reach`; `look` looks into a box for what is nearer than the best so far, whose cost is its distance.
+    /// Nearest item to `x` that is nearer than `reach`. `look` searches a box for an item nearer than the best so far;
+    /// the cost is the distance.
     pub fn nearest<T>(&self, x: &Vector, reach: f64, look: impl Fn(u32, f64) -> Option<Found<T>>) -> Option<Found<T>> {
         let x = point(x);
         let to_box = |node: &BvhNode, _| distance_to_box(&x, &node.mins(), &node.maxs());
@@ -68,7 +70,8 @@ impl Tree {
         });
     }
 
-    /// What a straight way meets first, before this share of it; `look` looks into a box for what is met before the best so far, whose cost is the share.
+    /// First item that a straight path meets, before this fraction of it. `look` searches a box for an item met before
+    /// the best so far; the cost is the fraction.
     pub fn first_hit<T>(
         &self,
         from: &Vector,
@@ -85,7 +88,7 @@ fn distance_to_box(x: &Point, low: &Point, high: &Point) -> f64 {
     (*low - *x).max(*x - *high).max(Point::ZERO).length()
 }
 
-/// Where on a triangle something is.
+/// Feature of a triangle that a point is on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Feature {
     /// Within it.
@@ -108,7 +111,7 @@ pub(crate) fn nearest_of_triangle(x: &Vector, [a, b, c]: &[Vector; 3]) -> (Vecto
     (vector(&place.point), feature)
 }
 
-/// The share of a straight way at which it goes through a triangle, from either side; it may be beyond its end.
+/// Fraction of a straight path at which it passes through a triangle, from either side; it may be beyond its end.
 pub(crate) fn hit_of_triangle(from: &Vector, way: &Vector, [a, b, c]: &[Vector; 3]) -> Option<f64> {
     let ray = Ray::new(point(from), point(way));
     local_ray_intersection_with_triangle(point(a), point(b), point(c), &ray).map(|(hit, _)| hit.time_of_impact)

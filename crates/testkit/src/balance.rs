@@ -1,9 +1,10 @@
-//! Balance of a whole harness, from its result alone: whatever a solver says of itself, forces and moments on a body at rest add up to nothing.
+//! Balance of a whole harness, from its result alone: whatever a solver says of itself, forces and moments on a body at
+//! rest add up to nothing.
 
 use wireloom_core::equilibrium::StepResult;
 use wireloom_core::{Network, Vector};
 
-/// What is left of all that acts on a harness.
+/// Resultant of all forces and moments that act on a harness.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Imbalance {
     /// Force, as a share of the sum of all magnitudes and of EI/L², which a cable bears by bending.
@@ -12,8 +13,8 @@ pub struct Imbalance {
     pub moment: f64,
 }
 
-/// Adds up weight, loads (with their first factors), and what constraints and obstacles exert. Weight acts halfway between nodes, so the moment of a
-/// curved cable is right to the square of its segments.
+/// Adds up weight, loads (with their first factors), and what constraints and obstacles exert. Weight acts halfway
+/// between nodes, so the moment of a curved cable is right to the square of its segments.
 pub fn imbalance(network: &Network, gravity: &Vector, step: &StepResult) -> Imbalance {
     // Where a force acts, the force, and the moment about that place.
     let mut acting: Vec<(Vector, Vector, Vector)> = Vec::new();

@@ -73,7 +73,7 @@ pub fn elliptic_e(phi: f64, k: f64) -> f64 {
     sin * carlson_rf(cos * cos, rest, 1.0) - (k * k * sin.powi(3) / 3.0) * carlson_rd(cos * cos, rest, 1.0)
 }
 
-/// Where `f` changes sign between `low` and `high`, to the last bit or so: `f(low) < 0 < f(high)`.
+/// Root of `f` between `low` and `high`, to the last bit or so: `f(low) < 0 < f(high)`.
 fn bisect(mut low: f64, mut high: f64, f: impl Fn(f64) -> f64) -> f64 {
     for _ in 0..200 {
         let middle = 0.5 * (low + high);
@@ -140,13 +140,13 @@ pub fn pure_bending(moment: f64, stiffness: f64, s: f64) -> [f64; 2] {
 /// Critical torque over `EI/L` of a straight rod without axial force whose two ends are held in place and direction
 /// while one is turned: a pure number, `2 · 4.4934… = 8.9868…`.
 ///
-/// With `w = y + iz` and `m = M/EI` a small deflection obeys `w'''' = i m w'''`, so `w = a + b x + c x² + d e^{imx}`; the
-/// four conditions `w = w' = 0` at `0` and `L` have a solution besides zero where `tan(mL/2) = mL/2`. The end may as
-/// well slide along the axis: the deflection draws it in only to second order, and the axial force stays zero.
-/// Ends held in place but free in direction, the torque's axis staying that of the straight rod, let it buckle at
-/// `2π EI/L` already (Greenhill's own case); that torque has no potential, so no rod here is measured against it.
-/// A. G. Greenhill, Proc. Inst. Mech. Eng. 34 (1883); S. P. Timoshenko and J. M. Gere, Theory of Elastic Stability,
-/// 2nd ed., 2.21 (ends built in).
+/// With `w = y + iz` and `m = M/EI` a small deflection obeys `w'''' = i m w'''`, so `w = a + b x + c x² + d e^{imx}`;
+/// the four conditions `w = w' = 0` at `0` and `L` have a solution besides zero where `tan(mL/2) = mL/2`. The end may
+/// as well slide along the axis: the deflection draws it in only to second order, and the axial force stays zero. Ends
+/// held in place but free in direction, the torque's axis staying that of the straight rod, let it buckle at `2π EI/L`
+/// already (Greenhill's own case); that torque has no potential, so no rod here is measured against it. A. G.
+/// Greenhill, Proc. Inst. Mech. Eng. 34 (1883); S. P. Timoshenko and J. M. Gere, Theory of Elastic Stability, 2nd ed.,
+/// 2.21 (ends built in).
 pub fn greenhill_clamped() -> f64 {
     2.0 * bisect(PI, 1.5 * PI, |half| half * half.cos() - half.sin())
 }
@@ -177,9 +177,10 @@ pub fn catenary(span: f64, length: f64) -> Catenary {
     Catenary { parameter: a, sag: a * (v.cosh() - 1.0) }
 }
 
-/// How a chain of length `L` divides between two level spans side by side, with a frictionless ring at their common end, m: the
-/// tension at the ring, `w (a + sag)`, is the same on both sides. The length over the first span; where the chain is so short that a
-/// span's tension falls as it gets more of it, `L/S < 1.25`, there is just one, and it is stable.
+/// Division of a chain of length `L` between two level spans side by side, with a frictionless ring at their common
+/// end, m: the tension at the ring, `w (a + sag)`, is the same on both sides. The length over the first span; where the
+/// chain is so short that a span's tension falls as it gets more of it, `L/S < 1.25`, there is just one, and it is
+/// stable.
 pub fn chain_through_a_ring(spans: [f64; 2], length: f64) -> f64 {
     let tension = |span: f64, length: f64| {
         let chain = catenary(span, length);
@@ -224,12 +225,13 @@ pub struct RingTurn {
     pub friction: f64,
     /// Distance of the ring from the line of either pull, m.
     pub offset: [f64; 2],
-    /// What the cable is longer on either side than its projection on the line of the pull, m.
+    /// Excess of the length on either side over its projection on the line of the pull, m.
     pub excess: [f64; 2],
 }
 
-/// Inextensible cable of bending stiffness `EI` (N m²) around a ring, pulled far away by `T₁` and `T₂` (N) across each other. On either
-/// side it is the elastica that runs out into the line of its pull, at the angle φ from it at the ring:
+/// Inextensible cable of bending stiffness `EI` (N m²) around a ring, pulled far away by `T₁` and `T₂` (N) across each
+/// other. On either side it is the elastica that runs out into the line of its pull, at the angle φ from it at the
+/// ring:
 ///
 /// ```text
 /// ½ EI κ² = T (1 − cos φ),   offset = EI κ/T,   excess = √(EI/T) 2 (1 − cos φ/2)
@@ -237,7 +239,8 @@ pub struct RingTurn {
 /// T₁ cos φ₁ − T₂ cos φ₂ = ± μ (T₁ sin φ₁ + T₂ sin φ₂)           (Coulomb)
 /// ```
 ///
-/// so `|T₁ − T₂| = μ N`: without friction the tensions are equal, however stiff the cable; and μ = ½ makes one twice the other.
+/// so `|T₁ − T₂| = μ N`: without friction the tensions are equal, however stiff the cable; and μ = ½ makes one twice
+/// the other.
 pub fn ring_right_angle(pulls: [f64; 2], stiffness: f64) -> RingTurn {
     let [one, two] = pulls;
     let first = bisect(0.0, FRAC_PI_2, |phi| one * (1.0 - phi.cos()) - two * (1.0 - phi.sin()));

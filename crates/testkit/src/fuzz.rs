@@ -1,5 +1,6 @@
-//! Inputs made from good ones by small random changes, for whatever reads bytes: it may refuse them, but never panic on one, nor think it over
-//! for long. Equal seeds give equal inputs, and each is made by itself: a failure names the number of its input.
+//! Inputs made from good ones by small random changes, for whatever reads bytes: it may refuse them, but never panic on
+//! one, nor think it over for long. Equal seeds give equal inputs, and each is made by itself: a failure names the
+//! number of its input.
 
 use fastrand::Rng;
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -51,15 +52,15 @@ const LONGEST: usize = 1 << 17;
 /// Inputs to try a reader with.
 #[derive(Clone, Copy, Debug)]
 pub struct Fuzz<'c> {
-    /// What is fuzzed, for messages.
+    /// Name of the reader under test, for messages.
     pub name: &'c str,
     /// Good inputs; at least one.
     pub corpus: &'c [Vec<u8>],
     /// Words of the format, to be put in anywhere.
     pub words: &'c [&'c str],
-    /// Where the random numbers begin.
+    /// Seed of the random numbers.
     pub seed: u64,
-    /// How many inputs.
+    /// Number of inputs.
     pub inputs: u64,
     /// No input may take longer.
     pub patience: Duration,
@@ -69,7 +70,7 @@ impl Fuzz<'_> {
     /// Input number `k`.
     ///
     /// # Panics
-    /// Where the corpus is empty.
+    /// If the corpus is empty.
     pub fn input(&self, k: u64) -> Vec<u8> {
         let mut rng = Rng::with_seed(self.seed.wrapping_mul(0x9e37_79b9_7f4a_7c15) ^ k);
         let mut bytes = self.corpus[rng.usize(..self.corpus.len())].clone();
@@ -145,7 +146,7 @@ impl Fuzz<'_> {
     /// Gives every input to a reader, which says whether it took it. Returns how many it took, and the longest time.
     ///
     /// # Panics
-    /// Where the reader panics, or takes longer than it may; the message has the number of the input and its text.
+    /// If the reader panics or takes longer than it may; the message has the number of the input and its text.
     pub fn hunt(&self, mut reads: impl FnMut(&[u8]) -> bool) -> (u64, Duration) {
         let (mut taken, mut slowest) = (0, Duration::ZERO);
         for k in 0..self.inputs {

@@ -1,5 +1,5 @@
-//! The energies of [`wireloom_core::law`], evaluated as their formulas are written there, by way of rotation matrices and
-//! quaternion products: what kinds that say their law are held to.
+//! The energies of [`wireloom_core::law`], evaluated as their formulas are written there, by way of rotation matrices
+//! and quaternion products: what kinds that say their law are held to.
 
 use wireloom_core::law::{PairLaw, RodLaw, SpringLaw, TurningLaw};
 use wireloom_core::rod::Mesh;

@@ -1,4 +1,5 @@
-//! Conformance suites, derivative checks, closed forms, the balance of a result, the laws of parts, and constraints of every shape to try them on.
+//! Conformance suites, derivative checks, closed forms, balance of a result, laws of parts, and constraints of every
+//! shape for tests.
 
 pub mod balance;
 pub mod closed_forms;

@@ -1,4 +1,5 @@
-//! A rod, a joint and a minimiser of one's own: each is registered under a name, and scenarios choose it by that name, as they choose built-in ones.
+//! A rod, a joint and a minimiser of one's own: each is registered under a name, and scenarios choose it by that name,
+//! as they choose built-in ones.
 //!
 //! `cargo run -p wireloom --example own_parts`
 #![allow(clippy::print_stdout, reason = "an example shows what it finds")]
@@ -15,7 +16,8 @@ use wireloom::parts::{
 };
 use wireloom::{Control, Registry, Status};
 
-/// The rod `taped`: tape makes the bundle bend harder than its section says, by a factor that the scenario may give for each branch.
+/// The rod `taped`: tape makes the bundle bend harder than its section says, by a factor that the scenario may give for
+/// each branch.
 fn taped() -> RodKind {
     let factor = Parameter {
         name: "factor".into(),
@@ -65,8 +67,8 @@ impl Ball {
         }
     }
 
-    /// For each pair of arms `E = ½ k φ²`, φ the turn of the joint's frame as arm b has it relative to that as arm a has it: the law of
-    /// bending and twist at a distance of 1 m.
+    /// For each pair of arms `E = ½ k φ²`, φ the turn of the joint's frame as arm b has it relative to that as arm a
+    /// has it: the law of bending and twist at a distance of 1 m.
     fn pairs<'a>(&'a self, frames: &'a [Rotation]) -> impl Iterator<Item = (usize, usize, BendTwist)> + 'a {
         let c = Vector::repeat(self.stiffness);
         let seen = |a: usize| frames[a] * self.rest[a].inverse();

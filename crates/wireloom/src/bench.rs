@@ -1,5 +1,5 @@
-//! Drag-step times: how long one small move of a held end takes, on the machine at hand; the minimisers side by side, a harness
-//! that lies on a body, and a sweep of many points.
+//! Drag-step times: how long one small move of a held end takes, on the machine at hand; the minimisers side by side, a
+//! harness that lies on a body, and a sweep of many points.
 
 mod contact;
 mod device;
@@ -161,8 +161,8 @@ pub fn harness() -> Network {
     Network::new(branches, joints, vec![connector("a", 0, 0), connector("b", JOINTS, SEGMENTS)], vec![])
 }
 
-/// Hangs a network by moving constraint 1 from where the rest shape has it by `shift`, then drags it out along `outward` and
-/// back, `strokes` times `steps` steps of 5 mm each way, to a relative residual of 1e-8.
+/// Hangs a network by moving constraint 1 from where the rest shape has it by `shift`, then drags it out along `outward`
+/// and back, `strokes` times `steps` steps of 5 mm each way, to a relative residual of 1e-8.
 pub fn drag(
     case: &'static str,
     network: &Network,
@@ -233,11 +233,11 @@ fn stroke(
 /// The longest distance between nodes at which an installed harness is dragged, m.
 const DRAG_SPACING: f64 = 0.005;
 
-/// A connector of a harness from a KBL file, hung as it is installed, pushed back towards its cable and out again, to the usual tolerance:
-/// the connector at the end of the longest branch.
+/// A connector of a harness from a KBL file, hung as it is installed, pushed back towards its cable and out again, to
+/// the usual tolerance: the connector at the end of the longest branch.
 ///
 /// # Errors
-/// What is wrong with the file.
+/// If the file cannot be read.
 pub fn drag_installed(kbl: &str) -> Result<Case, String> {
     let built = imported(kbl, Arrangement::Installed, DRAG_SPACING)?;
     let (network, stop) = (&built.network, built.stop);
@@ -283,7 +283,7 @@ const INSTALL_SPACING: f64 = 0.010;
 /// A harness from a KBL file brought from the board into the vehicle.
 ///
 /// # Errors
-/// What is wrong with the file.
+/// If the file cannot be read.
 pub fn install(kbl: &str) -> Result<Installation, String> {
     let built = imported(kbl, Arrangement::Assembly, INSTALL_SPACING)?;
     let nodes = built.network.branches.iter().map(|b| b.rod.mesh().nodes()).sum();

@@ -22,8 +22,8 @@ pub use wireloom_export::comparison::{
 };
 pub use wireloom_export::ending::{BranchEnd, Closed, ConstraintEnd, Ending};
 
-/// Compares runs with the first one. Shapes nearer to each other than `tolerance` (m) are the same. `None` if there are no
-/// runs, or one of them came to no equilibrium.
+/// Compares runs with the first one. Shapes nearer to each other than `tolerance` (m) are the same. `None` if there are
+/// no runs, or one of them came to no equilibrium.
 pub fn runs(runs: &[(&str, &Run)], tolerance: f64) -> Option<Comparison> {
     let case = |(name, run): &(&str, &Run)| Some(Case { name: (*name).to_owned(), ending: Ending::of(run)? });
     let cases = runs.iter().map(case).collect::<Option<Vec<Case>>>()?;

@@ -1,6 +1,7 @@
 //! Traits, specifications and kinds for own rods, joints, constraints, shapes and minimisers.
 //!
-//! A kind has a name, declared parameters and a factory. Scenarios choose own kinds by their names, as they choose built-in ones.
+//! A kind has a name, declared parameters and a factory. Scenarios choose own kinds by their names, as they choose
+//! built-in ones.
 //!
 //! ```
 //! use wireloom::parts::{Minimiser, MinimiserKind, Newton, Problem, Report, State, Stop};

@@ -2,8 +2,8 @@
 
 use wireloom_core::Registry;
 
-/// Registry of all built-in kinds of rods, joints, constraints, shapes and minimisers. With the feature `gpu` the minimiser `gpu` is
-/// among them; it uses the fastest device of the machine.
+/// Registry of all built-in kinds of rods, joints, constraints, shapes and minimisers. With the feature `gpu` the
+/// minimiser `gpu` is among them; it uses the fastest device of the machine.
 pub fn registry() -> Registry {
     #[cfg(feature = "gpu")]
     return registry_on(wireloom_gpu::SharedDevice::for_single_runs(None));

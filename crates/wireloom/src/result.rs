@@ -1,4 +1,4 @@
-//! What a run returns: its status, the equilibrium at the end of each step, and events.
+//! Result of a run: its status, the equilibrium at the end of each step, and events.
 //!
 //! ```
 //! use wireloom::{Control, Status};

@@ -1,6 +1,7 @@
 //! Scenario texts: reading and checking, explaining the format, replacing values, writing steps back.
 //!
-//! [`load`](crate::load) checks and builds; this module is for programs that show faults, read what a scenario asks for, or edit its text.
+//! [`load`](crate::load) checks and builds; this module is for programs that show faults, read what a scenario asks
+//! for, or edit its text.
 //!
 //! ```
 //! use wireloom::scenario::{NoFiles, Setting, render};

@@ -1,8 +1,9 @@
 //! Runs that are observed, stopped and resumed, and harnesses that are driven interactively.
 //!
-//! [`run_observed`](crate::run_observed) calls an [`Observer`] at the end of every increment and gives it a [`Checkpoint`] from which the
-//! run can be resumed to the same bits. A [`Monitor`] stops a run from any thread. [`Hands`] carries out one increment at a time, from any
-//! checkpoint; [`changed`] transfers a checkpoint to the same harness with other constraints.
+//! [`run_observed`](crate::run_observed) calls an [`Observer`] at the end of every increment and gives it a
+//! [`Checkpoint`] from which the run can be resumed to the same bits. A [`Monitor`] stops a run from any thread.
+//! [`Hands`] carries out one increment at a time, from any checkpoint; [`changed`] transfers a checkpoint to the same
+//! harness with other constraints.
 //!
 //! ```
 //! use wireloom::session::{Checkpoint, Observer, Progress, Resumed};

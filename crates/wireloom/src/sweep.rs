@@ -17,24 +17,26 @@
 //! # Ok::<(), std::io::Error>(())
 //! ```
 //!
-//! [`run`] computes all points at once. [`Points`] computes them in parts, for programs that keep what is done of a long sweep.
+//! [`run`] computes all points at once. [`Points`] computes them in parts, for programs that keep what is done of a
+//! long sweep.
 //!
 //! # Chains
 //!
-//! Points are computed in *chains*: blocks of consecutive points that depend on nothing outside. The first point of a chain has a
-//! cold start, as a run of it alone has. Each other point has a warm start: the balanced start of the nearest point of the chain that
-//! is done. That saves laying the harness out and finding its initial equilibrium; its steps are carried out in full. A warm start
-//! must lead to the same equilibrium as a cold one, so:
+//! Points are computed in *chains*: blocks of consecutive points that depend on nothing outside. The first point of a
+//! chain has a cold start, as a run of it alone has. Each other point has a warm start: the balanced start of the
+//! nearest point of the chain that is done. That saves laying the harness out and finding its initial equilibrium; its
+//! steps are carried out in full. A warm start must lead to the same equilibrium as a cold one, so:
 //!
 //! - it must be near: found, and nothing turned far on the way ([`wireloom_solve::start_near`]);
 //! - the last point of a chain is started cold, too, and both starts must be the same.
 //!
-//! If either fails, the equilibrium depends on the way, and all points of the chain are started cold. So points between the ends of a
-//! chain have the equilibrium that both ends have. Not detected: a single point between them at which a cold start would find another
-//! equilibrium.
+//! If either fails, the equilibrium depends on the way, and all points of the chain are started cold. So points between
+//! the ends of a chain have the equilibrium that both ends have. Not detected: a single point between them at which a
+//! cold start would find another equilibrium.
 //!
-//! How chains are cut follows from the number of points alone. So rows are the same to the last bit for any number of threads, and
-//! wherever an interrupted sweep was resumed. With the minimiser `gpu` many chains go to the device together, one variant each.
+//! The chains follow from the number of points alone. So rows are the same to the last bit for any number of threads,
+//! and wherever an interrupted sweep was resumed. With the minimiser `gpu` many chains go to the device together, one
+//! variant each.
 
 mod outputs;
 
@@ -62,27 +64,28 @@ pub use wireloom_scenario::sweep::Sweep;
 #[derive(Clone, Copy, Debug)]
 pub enum Batch {}
 
-/// The most points of a chain: what a kill costs, on each core. One of them is computed twice.
+/// Most points of a chain: the work that is lost on each core if the process is killed. One of them is computed twice.
 const LONGEST: usize = 32;
-/// The most points of a chain where chains go to a device together: short ones, so that there are many.
+/// Most points of a chain where chains go to a device together: short ones, so that there are many.
 const LONGEST_TOGETHER: usize = 4;
-/// The most chains that go together: each has a thread, which mostly waits.
+/// Most chains that go together: each has a thread, which mostly waits.
 #[cfg(feature = "gpu")]
 const TOGETHER: usize = 4096;
-/// Chains there are at least, so that all cores have work.
+/// Fewest chains, so that all cores have work.
 const CHAINS: usize = 16;
 
-/// What is computed at each point.
+/// Points of a sweep, to be computed in parts.
 pub struct Points<'a> {
     /// The scenario's text.
     pub text: &'a str,
     /// The files it names.
     pub files: &'a (dyn Files + Sync),
-    /// What is set at all points.
+    /// Kind of minimiser for all points; `None`: as the text says.
     pub minimiser: Option<&'a str>,
     /// The kinds.
     pub registry: &'a Registry,
-    /// Where the minimiser is `gpu`, what brings the harnesses of many chains to the device together: that of the registry's devices.
+    /// For the minimiser `gpu`: the batch of the registry's devices, which brings the harnesses of many chains to the
+    /// device together.
     pub batch: Option<&'a Batch>,
     /// The sweep of the scenario.
     pub sweep: &'a Sweep,
@@ -93,7 +96,8 @@ pub struct Points<'a> {
 /// Computes all points of the sweep of a scenario, on all cores. Returns the names of the columns and one row a point.
 ///
 /// # Errors
-/// All faults of the text at once; a text without `[sweep]` is one. A point whose values are refused is a row with its status.
+/// All faults of the text at once; a text without `[sweep]` is one. A point whose values are refused is a row with its
+/// status.
 pub fn run(text: &str, files: &(dyn Files + Sync), registry: &Registry) -> Result<(Header, Vec<Row>), Vec<Fault>> {
     let (scenario, built) = crate::load_with_files(text, files, registry)?;
     let Some(sweep) = &scenario.sweep else {
@@ -135,7 +139,7 @@ pub fn header(sweep: &Sweep, network: &Network) -> Header {
 /// A point that was computed.
 struct Point {
     row: Row,
-    /// What others may start from.
+    /// Balanced start, for warm starts of other points.
     start: Option<Start>,
 }
 
@@ -145,17 +149,17 @@ struct Start {
     checkpoint: Checkpoint,
 }
 
-/// How a point is started.
+/// Start of a point.
 #[derive(Clone, Copy)]
 enum Began<'s> {
-    /// As a run of it alone.
+    /// Cold start, as in a run of it alone.
     Afresh,
-    /// From the start of another one.
+    /// Warm start, from the start of another point.
     Near(&'s Start),
 }
 
 impl Points<'_> {
-    /// How the points are cut into chains.
+    /// Chains: ranges of consecutive points.
     pub fn chains(&self) -> Vec<Range<usize>> {
         let points = self.sweep.points;
         let longest = if self.batch.is_some() { LONGEST_TOGETHER } else { LONGEST };
@@ -163,11 +167,11 @@ impl Points<'_> {
         (0..points).step_by(length).map(|first| first..(first + length).min(points)).collect()
     }
 
-    /// Computes chains on all cores until `monitor` is told to stop; `keep` is given the rows of each that is done (its number is that of
-    /// [`Self::chains`]), `done` told of each point.
+    /// Computes chains, given by their indices in [`Self::chains`], on all cores until `monitor` is told to stop.
+    /// `keep` is called with the rows of each chain that is done, `done` for each point.
     ///
     /// # Errors
-    /// Those of `keep`.
+    /// The first one of `keep`.
     pub fn compute<E: Send>(
         &self,
         chains: &[usize],
@@ -190,7 +194,7 @@ impl Points<'_> {
         }
     }
 
-    /// The rows of a chain; `None` where it was stopped.
+    /// Rows of a chain; `None` if it was stopped.
     fn chain(&self, points: Range<usize>, monitor: &Monitor, done: &(dyn Fn() + Sync)) -> Option<Vec<Row>> {
         let mut told = 0;
         let rows = match self.near_each_other(points.clone(), monitor, &mut || {
@@ -207,7 +211,7 @@ impl Points<'_> {
         Some(rows)
     }
 
-    /// The rows of a chain whose points are started from each other; `None` where they must be started afresh, or it was stopped.
+    /// Rows of a chain with warm starts; `None` if cold starts are needed, or it was stopped.
     fn near_each_other(&self, points: Range<usize>, monitor: &Monitor, done: &mut dyn FnMut()) -> Option<Vec<Row>> {
         let places: Vec<Vec<f64>> = points.clone().map(|k| self.sweep.place(k)).collect();
         let distance =
@@ -248,7 +252,7 @@ impl Points<'_> {
         Some(all.into_iter().map(|point| point.row).collect())
     }
 
-    /// Computes a point; `None` where it has no start near that of the other one, or it was stopped.
+    /// Computes a point; `None` if it has no start near that of the other point, or was stopped.
     fn point(&self, k: usize, from: Began<'_>, monitor: &Monitor) -> Option<Point> {
         if monitor.is_stopped() {
             return None;
@@ -301,8 +305,8 @@ impl Points<'_> {
 }
 
 #[cfg(feature = "gpu")]
-/// Works on chains in threads of their own, all of which meet on the device; not in those of rayon, where one that waits may have to
-/// do another's work first. The first error ends it.
+/// Works on chains in own threads, which meet on the device. Not in those of rayon: a thread of rayon that waits may
+/// have to do another's work first. The first error ends it.
 fn together<E: Send>(batch: &Batch, chains: &[usize], work: impl Fn(&usize) -> Result<(), E> + Sync) -> Result<(), E> {
     let next = AtomicUsize::new(0);
     let failed: Mutex<Option<E>> = Mutex::new(None);

@@ -7,17 +7,17 @@ use std::process::ExitCode;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::{Duration, Instant};
+use wireloom_tests::hunt::check::{Checked, Fault, check};
 use wireloom_tests::hunt::generate::generate;
-use wireloom_tests::hunt::judge::{Fault, Judged, judge};
 use wireloom_tests::hunt::shrink::shrink;
 
 const HELP: &str = "cargo xtask hunt [--minutes N] [--cases N] [--seed S] [--quick]
   --minutes N  no new harness is begun after so many minutes; default 10
   --cases N    so many harnesses at most; default as many as there is time for
   --seed S     of the first harness; the next ones have S + 1, S + 2, ...; default 0
-  --quick      judge by what a single run of each tells";
+  --quick      check a single run of each only";
 
-/// What shrinking may take, for each find.
+/// Time limit of shrinking, for each find.
 const SHRINKING: Duration = Duration::from_secs(60);
 /// Finds of a kind that are shrunk and saved; more are counted.
 const SAVED: usize = 8;
@@ -38,17 +38,17 @@ struct Tally {
 }
 
 impl Tally {
-    fn add(&mut self, judged: &Judged) {
+    fn add(&mut self, checked: &Checked) {
         self.cases += 1;
-        self.refused += usize::from(judged.refused.is_some());
-        self.converged += usize::from(judged.converged);
-        self.too_coarse += usize::from(judged.too_coarse);
-        self.stable += usize::from(judged.stable);
-        judged.others.iter().for_each(|what| *self.others.entry(what).or_default() += 1);
-        judged.lost.iter().for_each(|what| *self.lost.entry(what).or_default() += 1);
-        first_of_each(judged).into_iter().for_each(|fault| *self.found.entry(label(fault)).or_default() += 1);
+        self.refused += usize::from(checked.refused.is_some());
+        self.converged += usize::from(checked.converged);
+        self.too_coarse += usize::from(checked.too_coarse);
+        self.stable += usize::from(checked.stable);
+        checked.others.iter().for_each(|what| *self.others.entry(what).or_default() += 1);
+        checked.lost.iter().for_each(|what| *self.lost.entry(what).or_default() += 1);
+        first_of_each(checked).into_iter().for_each(|fault| *self.found.entry(label(fault)).or_default() += 1);
         if self.refusals.len() < 3 {
-            self.refusals.extend(judged.refused.clone());
+            self.refusals.extend(checked.refused.clone());
         }
     }
 }
@@ -87,12 +87,12 @@ fn main() -> ExitCode {
             let seed = first + k;
             let scene = generate(seed);
             let began = Instant::now();
-            let judged = judge(&scene, quick);
+            let checked = check(&scene, quick);
             if began.elapsed() > LONG {
                 println!("seed {seed} took {:.0} s", began.elapsed().as_secs_f64());
             }
-            tally.lock().expect("no panic").add(&judged);
-            for fault in first_of_each(&judged) {
+            tally.lock().expect("no panic").add(&checked);
+            for fault in first_of_each(&checked) {
                 println!("seed {seed}: {}: {}", label(fault), fault.words);
                 let many = tally.lock().expect("no panic").found[&label(fault)];
                 if many <= SAVED {
@@ -104,7 +104,8 @@ fn main() -> ExitCode {
     let tally = tally.into_inner().expect("no panic");
     let Tally { cases, refused, converged, too_coarse, stable, others, lost, found, refusals } = &tally;
     println!(
-        "{cases} harnesses in {:.0} s: {refused} refused, {too_coarse} told that their mesh is too coarse; of the others {converged} converged \
+        "{cases} harnesses in {:.0} s: {refused} refused, {too_coarse} told that their mesh is too coarse; of the \
+         others {converged} converged \
          ({:.2} %), {stable} of them stable",
         clock.elapsed().as_secs_f64(),
         100.0 * *converged as f64 / (*cases - *refused - *too_coarse).max(1) as f64
@@ -115,9 +116,9 @@ fn main() -> ExitCode {
 }
 
 /// The first thing that is wrong with the scene, and with each of its variants: others often follow from it.
-fn first_of_each(judged: &Judged) -> Vec<&Fault> {
+fn first_of_each(checked: &Checked) -> Vec<&Fault> {
     let mut firsts: Vec<&Fault> = Vec::new();
-    for fault in &judged.faults {
+    for fault in &checked.faults {
         if !firsts.iter().any(|other| other.said == fault.said) {
             firsts.push(fault);
         }
@@ -125,7 +126,7 @@ fn first_of_each(judged: &Judged) -> Vec<&Fault> {
     firsts
 }
 
-/// What was found, and in what.
+/// Label of a fault: change of the scene, and kind.
 fn label(fault: &Fault) -> String {
     if fault.said.is_empty() { fault.kind.to_owned() } else { format!("{}: {}", fault.said, fault.kind) }
 }

@@ -1,8 +1,8 @@
-//! Statics of a result, from the numbers of the scenario and of `result.json` alone: the whole and every part are in balance, constraints
-//! hold where they should, energies add up.
+//! Statics of a result, from the numbers of the scenario and of `result.json` alone: the whole and every part are in
+//! balance, constraints hold where they should, energies add up.
 //!
-//! What a branch exerts on a joint, with n and m what the part with larger s exerts on the part with smaller s: n and m where it begins, −n and
-//! −m where it ends.
+//! What a branch exerts on a joint, with n and m what the part with larger s exerts on the part with smaller s: n and m
+//! where it begins, −n and −m where it ends.
 
 use super::outcome::{BranchOutcome, ConstraintOutcome, Outcome, StepOutcome};
 use super::scene::{Branch, Constraint, Facing, Load, Place, Scene, Shape};
@@ -11,7 +11,8 @@ use wireloom::geometry::{Rotation, Vector};
 
 /// Share of a part's own forces by which they may miss the balance. The solver's tolerance is a thousandth of that.
 const BALANCE: f64 = 1e-3;
-/// Share of the internal forces, whatever the part's own scale is, for the tolerance of the solver may be relative to them.
+/// Share of the internal forces, whatever the part's own scale is, for the tolerance of the solver may be relative to
+/// them.
 const OF_INTERNAL: f64 = 1e-5;
 /// The same of moments of the whole, where what is left at some hundred nodes adds up.
 const OF_MOMENTS: f64 = 3e-5;
@@ -24,7 +25,7 @@ const OFF_TARGET: f64 = 1e-5;
 
 /// A wrong statement of a result.
 pub struct Wrong {
-    /// What is wrong, in one or two words: what shrinking keeps.
+    /// Kind of fault in one or two words; shrinking keeps it.
     pub kind: &'static str,
     /// The numbers.
     pub words: String,
@@ -110,7 +111,7 @@ impl Bench<'_> {
         }
     }
 
-    /// Where a place is, m.
+    /// Position of a place, m.
     fn position(&self, place: Place) -> Vector {
         match place {
             Place::On(name, s) => {
@@ -156,7 +157,8 @@ impl Bench<'_> {
         piece[index.expect("a branch")]
     }
 
-    /// Weight, loads, reactions and what bodies push with cancel each other: for each piece of the harness, or the whole of it where bodies push.
+    /// Weight, loads, reactions and what bodies push with cancel each other: for each piece of the harness, or the
+    /// whole of it where bodies push.
     fn whole(&mut self) {
         let piece = self.pieces();
         let together = self.touches();
@@ -184,7 +186,8 @@ impl Bench<'_> {
                     for node in [i, i + 1] {
                         all.add(weight * (0.5 * ds), &(b.position[node] - about), Vector::zeros());
                     }
-                    // Nodes are drawn on the centre line, not where the weight hangs; at stations 1/24 of it hangs elsewhere.
+                    // Nodes are drawn on the centre line, not where the weight hangs; at stations 1/24 of it hangs
+                    // elsewhere.
                     unsure += weight.norm() * ds * b.chord(i) * ((b.d3[i + 1] - b.d3[i]).norm() / 12.0 + 1.0 / 12.0);
                 }
                 applied += weight.norm() * branch.length;
@@ -233,7 +236,10 @@ impl Bench<'_> {
                 let gap = all.force.norm();
                 self.say(
                     "global force balance",
-                    format!("weight, loads and reactions are out of balance by {gap:.3e} N; applied {applied:.3e} N, reactions {held:.3e} N"),
+                    format!(
+                        "weight, loads and reactions are out of balance by {gap:.3e} N; applied {applied:.3e} N, \
+                             reactions {held:.3e} N"
+                    ),
                 );
             }
             // Friction pushes at the surface, a radius beside what is drawn; that is in the moments of bodies.
@@ -242,7 +248,10 @@ impl Bench<'_> {
                 let gap = all.moment.norm();
                 self.say(
                     "global moment balance",
-                    format!("moments of weight, loads and reactions are out of balance by {gap:.3e} N m; allowed {allowed:.1e} N m"),
+                    format!(
+                        "moments of weight, loads and reactions are out of balance by {gap:.3e} N m; allowed \
+                             {allowed:.1e} N m"
+                    ),
                 );
             }
         }
@@ -299,7 +308,8 @@ impl Bench<'_> {
                 worst_force = worst_force.max(gap.norm() - 2.0 * hangs);
                 let edge = b.position[i + 1] - b.position[i];
                 let gap = b.moment[i + 1] - b.moment[i] + edge.cross(&((b.force[i] + b.force[i + 1]) * 0.5));
-                // Nodes are drawn beside the edges by ℓ² x″/24, whether the cable bends there or shears; at joints ℓ is a mean of both sides.
+                // Nodes are drawn beside the edges by ℓ² x″/24, whether the cable bends there or shears; at joints ℓ is
+                // a mean of both sides.
                 let bent = |k: usize| {
                     let (j, l) = (k.saturating_sub(1), (k + 1).min(b.s.len() - 1));
                     let sheared = (b.position[l] - b.position[k]) - (b.position[k] - b.position[j]);
@@ -333,7 +343,7 @@ impl Bench<'_> {
         }
     }
 
-    /// What arms, weight, loads and constraints exert on a joint cancels.
+    /// Balance of each joint: arms, weight, loads and constraints.
     fn joints(&mut self) {
         if self.touches() {
             return;
@@ -394,7 +404,7 @@ impl Bench<'_> {
         }
     }
 
-    /// Where a constraint is told to be at the end of the step: position and facing, as far as they are told.
+    /// Target of a constraint at the end of the step: position and orientation, if they are given.
     fn target(&self, constraint: &Constraint) -> (Option<Vector>, Facing) {
         let (mut position, mut facing) = (constraint.position, constraint.facing);
         let upto = (self.step + 1).min(self.scene.steps.len());
@@ -504,7 +514,9 @@ impl Bench<'_> {
                 let friction = obstacle.friction;
                 self.say(
                     "Coulomb's law",
-                    format!("o{k} pushes with {push:.3e} N and rubs with {along:.3e} N at a friction of {friction}"),
+                    format!(
+                        "o{k} pushes with {push:.3e} N and with {along:.3e} N along it at a friction of {friction}"
+                    ),
                 );
             }
             for branch in &self.scene.branches {
@@ -512,7 +524,7 @@ impl Bench<'_> {
                 let radius = 0.5 * branch.diameter;
                 let least =
                     b.position.iter().map(|x| (x - obstacle.position).dot(&normal)).fold(f64::INFINITY, f64::min);
-                // What is let pass between spots, and what drawing adds.
+                // Tolerance between contact points, and the error of drawing.
                 let bend = b.d3.windows(2).map(|d| (d[1] - d[0]).norm()).fold(0.0, f64::max);
                 let drawn = bend * branch.length / branch.segments as f64 / 12.0;
                 if least < radius * 0.97 - drawn {
@@ -568,10 +580,10 @@ impl Bench<'_> {
     }
 }
 
-/// Where a step only lets go, or waits, energy does not rise.
+/// Checks that energy does not rise in a step that only releases, or waits.
 fn released(scene: &Scene, outcome: &Outcome, wrong: &mut Vec<Wrong>) {
     let dead_moments = scene.loads.iter().any(|l| l.moment != Vector::zeros());
-    if scene.rubs() || dead_moments {
+    if scene.has_friction() || dead_moments {
         return;
     }
     // What strains of 1e-12 store.
@@ -592,8 +604,9 @@ fn released(scene: &Scene, outcome: &Outcome, wrong: &mut Vec<Wrong>) {
     }
 }
 
-/// A cable between two connectors takes all turns that are asked of it: twist and writhe change by them, from step to step in which nothing else
-/// is done. Looked at where the cable nowhere runs back, for there the writhe against the chord (Fuller 1978) is that of the cable.
+/// A cable between two connectors takes all turns that are asked of it: twist and writhe change by them, from step to
+/// step in which nothing else is done. Looked at where the cable nowhere runs back, for there the writhe against the
+/// chord (Fuller 1978) is that of the cable.
 fn turns(scene: &Scene, outcome: &Outcome, wrong: &mut Vec<Wrong>) {
     for branch in scene.branches.iter().filter(|b| b.ends.iter().all(|v| scene.joint(*v).is_none())) {
         let ends = branch.ends.map(|v| {

@@ -1,12 +1,12 @@
-//! How far two results of the same harness are from each other.
+//! Distance of two results of the same harness.
 
 use super::outcome::{BranchOutcome, StepOutcome};
 use super::scene::Scene;
 use super::variants::Variant;
 use wireloom::geometry::Vector;
 
-/// The largest distance of two shapes: of nodes, per length of the longest branch, or a tenth of their distance seen from the start of
-/// their branch, per its length, so that small branches count.
+/// The largest distance of two shapes: of nodes, per length of the longest branch, or a tenth of their distance seen
+/// from the start of their branch, per its length, so that small branches count.
 pub fn apart(scene: &Scene, one: &StepOutcome, variant: &Variant, other: &StepOutcome) -> f64 {
     let length = scene.length();
     let mut most = 0.0_f64;
@@ -35,7 +35,7 @@ pub fn moved(scene: &Scene, one: &StepOutcome, other: &StepOutcome) -> f64 {
     apart(scene, one, &super::variants::moved(scene, wireloom::geometry::Rotation::identity(), Vector::zeros()), other)
 }
 
-/// Where a branch is at arc length `s`: at a node, or on the cubic between two with their tangents.
+/// Position of a branch at arc length `s`: of a node, or on the cubic between two nodes with their tangents.
 fn position(b: &BranchOutcome, s: f64) -> Vector {
     let n = b.s.len() - 1;
     let k = b.s.partition_point(|t| *t <= s).clamp(1, n) - 1;

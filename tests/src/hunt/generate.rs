@@ -41,7 +41,7 @@ impl Dice {
     }
 }
 
-/// What a scene is like as a whole.
+/// Properties of a scene as a whole.
 struct Manner {
     /// Stiffness of the softest branch, N m², and decades that others may be stiffer.
     softest: f64,
@@ -205,8 +205,8 @@ impl Grower {
         }
     }
 
-    /// A joint at the end of `parent`, with so many arms besides, which are named before they are there; all arms but that of the
-    /// parent lead outwards with d3. Leaves the vertex' pose as that of the joint.
+    /// A joint at the end of `parent`, with so many arms besides, which are named before they are there; all arms but
+    /// that of the parent lead outwards with d3. Leaves the vertex' pose as that of the joint.
     fn hub(&mut self, vertex: usize, parent: Option<usize>, children: usize) -> Joint {
         let Self { dice, manner, scene, poses, .. } = self;
         let model = manner.model.unwrap_or_else(|| dice.pick(&["cosserat", "rigid-body", "fused"]));
@@ -541,7 +541,7 @@ fn about_d1() -> Rotation {
     Rotation::from_axis_angle(&Vector::x_axis(), 0.5 * TAU)
 }
 
-/// Where a branch at rest ends, seen from its start.
+/// Pose of the end of a branch at rest, relative to its start.
 fn laid(curvature: &Vector, length: f64) -> Pose {
     const PARTS: usize = 64;
     let step = length / PARTS as f64;

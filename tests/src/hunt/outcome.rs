@@ -29,14 +29,14 @@ fn rotation<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Rotation, D::E
     Ok(Rotation::from_quaternion(nalgebra::Quaternion::new(w, i, j, k)))
 }
 
-/// What `result.json` says, as far as the hunt looks at it.
+/// Part of `result.json` that the hunt reads.
 #[derive(Clone, Debug, Deserialize)]
 pub struct Outcome {
     /// Status of the run.
     pub status: String,
     /// The last increment of every step.
     pub steps: Vec<StepOutcome>,
-    /// What happened on the way.
+    /// Events.
     #[serde(default)]
     pub events: Vec<EventOutcome>,
 }
@@ -46,7 +46,7 @@ pub struct Outcome {
 pub struct EventOutcome {
     /// What.
     pub kind: String,
-    /// How much.
+    /// Value.
     pub value: Option<f64>,
 }
 
@@ -69,7 +69,7 @@ pub struct StepOutcome {
     pub sliding: BTreeMap<String, SlidingOutcome>,
     /// J.
     pub energy: EnergyOutcome,
-    /// What is claimed.
+    /// Claimed stability.
     pub stable: Option<bool>,
 }
 
@@ -181,7 +181,7 @@ pub struct EnergyOutcome {
     pub constraint: f64,
 }
 
-/// What came of a run.
+/// Outcome of a run.
 pub enum Ran {
     /// The text was refused.
     Refused(String),
@@ -192,7 +192,7 @@ pub enum Ran {
 }
 
 impl Ran {
-    /// What it ended with, if every step that was computed, and the run, are called converged.
+    /// Result, if the run and all of its steps are called converged.
     pub fn converged(self) -> Option<Outcome> {
         match self {
             Self::Ended(outcome) if outcome.status == "converged" => Some(*outcome),

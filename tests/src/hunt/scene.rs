@@ -22,7 +22,7 @@ pub struct Scene {
     pub cables: Option<f64>,
     /// Steps.
     pub steps: Vec<Step>,
-    /// What is said about the minimiser; `None`: the defaults.
+    /// Settings of the minimiser; `None`: the defaults.
     pub minimiser: Option<Minimiser>,
 }
 
@@ -77,11 +77,11 @@ pub struct Arm {
     pub branch: usize,
     /// Frame of the branch (d3 `from → to`) in the joint's frame.
     pub orientation: Rotation,
-    /// Where it leaves, m.
+    /// Offset from the joint, m.
     pub offset: Vector,
 }
 
-/// Where something attaches.
+/// Place at which something attaches.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Place {
     /// A vertex: a free end or a joint.
@@ -90,7 +90,7 @@ pub enum Place {
     On(usize, f64),
 }
 
-/// How a constraint is turned.
+/// Orientation of a constraint.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Facing {
     /// Nothing is said.
@@ -108,11 +108,11 @@ pub struct Constraint {
     pub name: usize,
     /// `connector`, `collar` or `handle`.
     pub kind: &'static str,
-    /// Where it attaches.
+    /// Place at which it attaches.
     pub at: Place,
-    /// Where it holds; `None`: where the cable is.
+    /// Held position, m; `None`: where the cable is.
     pub position: Option<Vector>,
-    /// How it holds.
+    /// Held orientation.
     pub facing: Facing,
     /// Springy handle, N/m.
     pub stiffness: Option<f64>,
@@ -131,7 +131,7 @@ pub struct Constraint {
 pub struct Load {
     /// Number in the name.
     pub name: usize,
-    /// Where it acts.
+    /// Place at which it acts.
     pub at: Place,
     /// N.
     pub force: Vector,
@@ -144,9 +144,9 @@ pub struct Load {
 /// A body.
 #[derive(Clone, Debug)]
 pub struct Obstacle {
-    /// What it is, with its size.
+    /// Shape, with its size.
     pub shape: Shape,
-    /// Where, m.
+    /// Position, m.
     pub position: Vector,
     /// Its axes; of a plane the third is the normal.
     pub orientation: Rotation,
@@ -187,15 +187,15 @@ pub struct Step {
 pub struct Move {
     /// Name of the constraint.
     pub constraint: usize,
-    /// Where to.
+    /// Target position, m.
     pub position: Option<Vector>,
-    /// Turned how.
+    /// Target orientation.
     pub facing: Facing,
     /// Turns about the tangent.
     pub turns: f64,
 }
 
-/// What is said about the minimiser.
+/// Settings of the minimiser.
 #[derive(Clone, Copy, Debug)]
 pub struct Minimiser {
     /// Kind.
@@ -238,8 +238,8 @@ impl Scene {
         named.map(|(_, factor)| *factor).next_back().unwrap_or(load.factor)
     }
 
-    /// Whether anything rubs: then where it ends depends on the way.
-    pub fn rubs(&self) -> bool {
+    /// Whether anything has friction: the shape then depends on the way.
+    pub fn has_friction(&self) -> bool {
         self.obstacles.iter().any(|o| o.friction > 0.0)
             || self.cables.is_some_and(|friction| friction > 0.0)
             || self.constraints.iter().any(|f| f.slide.is_some_and(|friction| friction > 0.0))
@@ -368,7 +368,8 @@ impl Branch {
         }
         let _ = write!(
             text,
-            "[[branches]]\nname = \"b{name}\"\nfrom = \"V{from}\"\nto = \"V{to}\"\nsection = \"s{name}\"\nlength = {length:?}\n\
+            "[[branches]]\nname = \"b{name}\"\nfrom = \"V{from}\"\nto = \"V{to}\"\nsection = \"s{name}\"\n\
+             length = {length:?}\n\
              segments = {segments}\nrod = \"{rod}\"\n"
         );
         if *curvature != Vector::zeros() {

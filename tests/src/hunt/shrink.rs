@@ -1,6 +1,6 @@
 //! From a large scene in which something is wrong to a small one in which the same is wrong.
 
-use super::judge::{Fault, judge};
+use super::check::{Fault, check};
 use super::scene::{Facing, Place, Scene};
 use super::variants::without_arm;
 use std::time::{Duration, Instant};
@@ -17,7 +17,7 @@ pub fn shrink(fault: &Fault, quick: bool, time: Duration) -> Fault {
                 return best;
             }
             let found =
-                judge(&candidate, quick).faults.into_iter().find(|f| f.kind == best.kind && f.said == best.said);
+                check(&candidate, quick).faults.into_iter().find(|f| f.kind == best.kind && f.said == best.said);
             if found.is_some() {
                 smaller = found.map(|f| Fault { scene: candidate, ..f });
                 break;

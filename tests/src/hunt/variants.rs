@@ -1,5 +1,5 @@
-//! The same harness said otherwise: turned, shifted, larger, with branches reversed, on another mesh, beside a stranger.
-//! What comes out must be the same shape.
+//! The same harness said otherwise: turned, shifted, larger, with branches reversed, on another mesh, beside a
+//! stranger. Their results must have the same shape.
 
 use super::scene::{Arm, Branch, Constraint, Facing, Minimiser, Obstacle, Place, Scene, Shape, Step};
 use std::f64::consts::PI;
@@ -7,13 +7,13 @@ use wireloom::geometry::{Rotation, Vector};
 
 /// A scene that says the same as another one, and how its shape is taken back to that of the other.
 pub struct Variant {
-    /// What was done.
+    /// Name of the change.
     pub what: &'static str,
     /// The scene.
     pub scene: Scene,
     /// World axes of the first one in the second one.
     pub turn: Rotation,
-    /// Where its origin is, m of the second one.
+    /// Its origin, m of the second one.
     pub shift: Vector,
     /// Lengths of the second one per length of the first one.
     pub scale: f64,
@@ -118,8 +118,8 @@ fn larger(place: Place, k: f64) -> Place {
     }
 }
 
-/// The branches of these names run from `to` to `from`. Frames turn by half a turn about d1, so that d3 points the other way:
-/// with `F'(s) = F(L − s) X`, `X = diag(1, −1, −1)`, the rest curvature is `κ' = −X κ`.
+/// The branches of these names run from `to` to `from`. Frames turn by half a turn about d1, so that d3 points the
+/// other way: with `F'(s) = F(L − s) X`, `X = diag(1, −1, −1)`, the rest curvature is `κ' = −X κ`.
 pub fn reversed(scene: &Scene, names: Vec<usize>) -> Variant {
     let mut s = scene.clone();
     let about_d1 = Rotation::from_axis_angle(&Vector::x_axis(), PI);

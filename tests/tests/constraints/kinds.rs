@@ -68,7 +68,8 @@ pub fn counting(commits: Arc<AtomicUsize>) -> Registry {
     registry
 }
 
-/// Lets a station pass along x, and pulls it back to the furthest place it has reached: `½ k max(0, m − x)²`; counts commits.
+/// Lets a station pass along x, and pulls it back to the furthest place it has reached: `½ k max(0, m − x)²`; counts
+/// commits.
 pub struct Ratchet(pub Arc<AtomicUsize>);
 
 /// N/m.

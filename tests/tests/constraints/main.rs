@@ -13,6 +13,7 @@ use wireloom::session::{Checkpoint, Observer, Progress, Resumed};
 use wireloom::{Control, Run, Status, StepResult};
 use wireloom_testkit::constraints::{Floor, Link, Sight, Strut};
 use wireloom_testkit::{equations_conformance, potential_conformance};
+use wireloom_tests::cables::{branch, connector, run_with, section};
 
 potential_conformance!(strut, || Box::new(Strut { rest: 0.3, stiffness: 70.0 }), 2, 0);
 potential_conformance!(ratchet, || Box::new(Ratchet(Arc::default())), 1, 0);
@@ -21,11 +22,10 @@ equations_conformance!(floor_under_a_span, || Box::new(Floor(0.1)), 0, 7);
 equations_conformance!(sight, || Box::new(Sight), 2, 0);
 
 fn run(text: &str) -> Run {
-    let (_, built) = wireloom::load(text, &registry()).unwrap_or_else(|faults| panic!("{faults:#?}"));
-    wireloom::run(built, &mut |_, _| Control::Continue)
+    run_with(text, &registry())
 }
 
-/// What is refused: the message and help of each fault.
+/// Message and help of each fault of a text that is refused.
 fn refused(text: &str) -> Vec<(String, String)> {
     let faults = wireloom::load(text, &registry()).err().expect("faults");
     faults.into_iter().map(|fault| (fault.message, fault.help)).collect()
@@ -40,50 +40,20 @@ const EA: f64 = 100.0;
 /// N m².
 const EI: f64 = 0.01;
 
-/// Two bars in a line along x, clamped at x = 0 and x = 2.3 m, 1 m and 0.8 m long, with 0.5 m between their free ends B and C.
+/// Two bars in a line along x, clamped at x = 0 and x = 2.3 m, 1 m and 0.8 m long, with 0.5 m between their free ends B
+/// and C.
 fn bars(more: &str) -> String {
-    format!(
-        r#"
-schema = 1
-name = "bars"
-gravity = [0, 0, 0]
-[sections.bar]
-diameter = "6 mm"
-linear_density = "50 g/m"
-axial_stiffness = {EA}
-bending_stiffness = {EI}
-torsion_stiffness = 0.008
-[[branches]]
-name = "left"
-from = "A"
-to = "B"
-section = "bar"
-length = 1.0
-segments = 10
-[[branches]]
-name = "right"
-from = "C"
-to = "D"
-section = "bar"
-length = 0.8
-segments = 8
-[[constraints]]
-name = "A"
-kind = "connector"
-at = {{ end = "A" }}
-position = [0, 0, 0]
-tangent = [1, 0, 0]
-up = [0, 0, 1]
-[[constraints]]
-name = "D"
-kind = "connector"
-at = {{ end = "D" }}
-position = [2.3, 0, 0]
-tangent = [1, 0, 0]
-up = [0, 0, 1]
-{more}
-"#
-    )
+    let section = section("bar").replace("axial_stiffness = 1e4", &format!("axial_stiffness = {EA}"));
+    [
+        "schema = 1\nname = \"bars\"\ngravity = [0, 0, 0]\n",
+        &section,
+        &branch("left", ["A", "B"], "bar", 1.0, 10),
+        &branch("right", ["C", "D"], "bar", 0.8, 8),
+        &connector("A", "A", [0.0, 0.0, 0.0]),
+        &connector("D", "D", [2.3, 0.0, 0.0]),
+        more,
+    ]
+    .concat()
 }
 
 /// Flexibility of both bars along x, m/N.
@@ -93,7 +63,8 @@ const BARS: f64 = 1.0 / EA + 0.8 / EA;
 #[test]
 fn a_spring_between_two_branches() {
     let run = run(&bars(
-        "[[constraints]]\nname = \"strut\"\nkind = \"strut\"\nat = [{ end = \"B\" }, { end = \"C\" }]\nrest = 0.2\nstiffness = 50",
+        "[[constraints]]\nname = \"strut\"\nkind = \"strut\"\nat = [{ end = \"B\" }, { end = \"C\" }]\nrest = 0.2\n\
+         stiffness = 50",
     ));
     assert_eq!(run.status, Status::Converged, "{:?}", run.events);
     let strut = constraint(&run.steps[0], "strut");
@@ -110,7 +81,8 @@ fn a_spring_between_two_branches() {
 #[test]
 fn an_equation_between_two_branches() {
     let run = run(&bars(
-        "[[constraints]]\nname = \"link\"\nkind = \"link\"\nat = [{ end = \"B\" }, { end = \"C\" }]\ndistance = \"300 mm\"",
+        "[[constraints]]\nname = \"link\"\nkind = \"link\"\nat = [{ end = \"B\" }, { end = \"C\" }]\n\
+         distance = \"300 mm\"",
     ));
     assert_eq!(run.status, Status::Converged, "{:?}", run.events);
     let end = &run.steps[0];
@@ -137,43 +109,26 @@ fn what_cannot_be_met_is_said_with_numbers() {
 }
 
 fn beam(constraints: &str, gravity: f64) -> String {
-    format!(
-        r#"
-schema = 1
-name = "beam"
-gravity = [0, 0, {gravity}]
-[sections.beam]
-diameter = "6 mm"
-linear_density = "50 g/m"
-axial_stiffness = 1e4
-bending_stiffness = {EI}
-torsion_stiffness = 0.008
-[[branches]]
-name = "beam"
-from = "A"
-to = "B"
-section = "beam"
-length = 1.0
-segments = 100
-[[constraints]]
-name = "A"
-kind = "connector"
-at = {{ end = "A" }}
-position = [0, 0, 0]
-tangent = [1, 0, 0]
-up = [0, 0, 1]
-{constraints}
-"#
-    )
+    let head = format!("schema = 1\nname = \"beam\"\ngravity = [0, 0, {gravity}]\n");
+    [
+        &*head,
+        &section("beam"),
+        &branch("beam", ["A", "B"], "beam", 1.0, 100),
+        &connector("A", "A", [0.0, 0.0, 0.0]),
+        constraints,
+    ]
+    .concat()
 }
 
-/// A cantilever under a force P at its tip comes to lie on a floor: the floor takes `P − 3 EI gap/L³`, and with a floor too deep, nothing.
+/// A cantilever under a force P at its tip comes to lie on a floor: the floor takes `P − 3 EI gap/L³`, and with a floor
+/// too deep, nothing.
 #[test]
 fn an_inequality_along_a_span() {
     let (p, gap) = (6e-5, 1e-3);
     let text = |gap: f64| {
         let floor = format!(
-            "[[constraints]]\nname = \"floor\"\nkind = \"floor\"\nspan = {{ branch = \"beam\", from = 0.1 }}\nheight = {}\n\
+            "[[constraints]]\nname = \"floor\"\nkind = \"floor\"\nspan = {{ branch = \"beam\", from = 0.1 }}\n\
+             height = {}\n\
              [[loads]]\nname = \"p\"\nat = {{ end = \"B\" }}\nforce = [0, 0, {}]",
             -gap, -p
         );
@@ -209,7 +164,8 @@ fn a_cable_lies_on_the_floor() {
     assert!((-0.05 - 1e-5..-0.0499).contains(&lowest), "{lowest}");
 }
 
-/// Two hanging cables tied together: how much work the equation makes is pinned, for Newton must keep its order through it.
+/// Two hanging cables tied together: how much work the equation makes is pinned, for Newton must keep its order through
+/// it.
 #[test]
 fn equations_keep_the_order_of_newton() {
     let text = include_str!("tied.toml");
@@ -325,7 +281,7 @@ position = [0.6, 0, 0]
     )
 }
 
-/// Where the ratchet's station is at the end of every increment, and how often it was asked to remember.
+/// Run, positions of the ratchet's station at the end of every increment, and number of calls of `commit`.
 fn ratcheted(text: &str) -> (Run, Vec<f64>, usize) {
     let commits = Arc::new(AtomicUsize::new(0));
     let (_, built) = wireloom::load(text, &counting(commits.clone())).unwrap_or_else(|faults| panic!("{faults:#?}"));
@@ -345,7 +301,7 @@ fn a_ratchet_remembers() {
     assert!((back.force.x - kinds::RATCHET * (out - back.position.x)).abs() < 1e-9);
 }
 
-/// What lets go forgets: a ratchet that takes hold again pulls at nothing.
+/// A released constraint forgets: a ratchet that takes hold again pulls at nothing.
 #[test]
 fn a_ratchet_that_begins_again_has_forgotten() {
     let again = "[[steps]]\nname = \"off\"\nincrements = 1\nrelease = [\"ratchet\"]\n\
@@ -392,7 +348,8 @@ fn a_step_through_equations_does_not_allocate() {
     assert_eq!((status, count.count_total), (Status::Converged, 0));
 }
 
-/// An increment that is halved, because it is allowed few iterations, remembers once, at its end: as where it was not halved.
+/// An increment that is halved, because it is allowed few iterations, remembers once, at its end: as where it was not
+/// halved.
 #[test]
 fn what_is_cut_back_is_not_remembered() {
     let (plain, places, _) = ratcheted(&ratchet(200, 6));
@@ -423,7 +380,8 @@ impl Observer for Keep {
     }
 }
 
-/// Memory, multipliers and progress survive, and the increment before a fault: from every checkpoint the same bits come out.
+/// Memory, multipliers and progress survive, and the increment before a fault: from every checkpoint the same bits come
+/// out.
 #[test]
 fn what_is_remembered_is_resumed() {
     for text in [ratchet(200, 24), include_str!("tied.toml").to_owned(), door(), breaking("brittle")] {
@@ -490,7 +448,8 @@ fn a_target_moves_with_the_progress_of_its_first_step() {
 fn breaking(kind: &str) -> String {
     beam(
         &format!(
-            "[[constraints]]\nname = \"hand\"\nkind = \"{kind}\"\nat = {{ end = \"B\" }}\nposition = [0.7, 0, 0]\nuntil = 0.05\n\
+            "[[constraints]]\nname = \"hand\"\nkind = \"{kind}\"\nat = {{ end = \"B\" }}\nposition = [0.7, 0, 0]\n\
+             until = 0.05\n\
              [[steps]]\nname = \"wait\"\nincrements = 1\n[[steps]]\nname = \"pull\"\nincrements = 8\n\
              [[steps.move]]\nconstraint = \"hand\"\nposition = [0.7, 0.1, 0]\n"
         ),
@@ -504,7 +463,8 @@ fn a_number_that_is_not_finite_ends_the_run_with_what_is_finished() {
     let fault = run.fault.expect("a fault");
     assert_eq!(
         fault.to_string(),
-        "constraint `hand` (brittle) in step `pull`, increment 5: it gave a number that is not finite for a harness that is"
+        "constraint `hand` (brittle) in step `pull`, increment 5: it gave a number that is not finite for a harness \
+         that is"
     );
     assert_eq!(run.status, Status::Failed);
     let kept: Vec<_> = run.steps.iter().map(|end| (end.name.as_str(), end.increment, end.status)).collect();
@@ -538,15 +498,13 @@ fn what_does_not_attach_as_its_kind_does_is_refused() {
     );
     assert_eq!(
         said("floor", "at = { end = \"B\" }\nheight = 0"),
-        [
-            "constraint \"x\" has no `span`, along which its kind \"floor\" acts; add span = { branch = \"…\", from = …, to = … }"
-        ]
+        ["constraint \"x\" has no `span`, along which its kind \"floor\" acts; add span = { branch = \"…\", from = \
+             …, to = … }"]
     );
     assert_eq!(
         said("link", "span = { branch = \"left\" }\ndistance = 1"),
-        [
-            "constraint \"x\" has a `span`, and its kind \"link\" does not act along one; leave `span` out, or choose a kind that acts along a span"
-        ]
+        ["constraint \"x\" has a `span`, and its kind \"link\" does not act along one; leave `span` out, or choose \
+             a kind that acts along a span"]
     );
     assert_eq!(
         said("floor", "span = { branch = \"left\", from = 0.5, to = 1.5 }\nheight = 0"),
@@ -554,9 +512,8 @@ fn what_does_not_attach_as_its_kind_does_is_refused() {
     );
     assert_eq!(
         said("floor", "span = { branch = \"left\", from = 0.5, to = 0.5 }\nheight = 0"),
-        [
-            "the span of branch \"left\" from 0.5 m to 0.5 m has no length; `from` comes before `to`, both in arc length along the branch"
-        ]
+        ["the span of branch \"left\" from 0.5 m to 0.5 m has no length; `from` comes before `to`, both in arc \
+             length along the branch"]
     );
     assert_eq!(
         said(

@@ -9,7 +9,7 @@ fn large(place: &Place, name: &str, megabytes: u64) {
     File::create(place.path(name)).and_then(|file| file.set_len(megabytes << 20)).expect("a sparse file");
 }
 
-/// What is no plain file, and what is said of it.
+/// Paths that are not plain files, and the message for each.
 fn odd(place: &Place) -> [(String, &'static str); 4] {
     pipe(&place.path("pipe"));
     large(place, "large", 1100);

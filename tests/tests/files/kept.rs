@@ -1,4 +1,4 @@
-//! What runs keep in their folder: one process at a time writes there, and what a disk has changed is not taken for what was written.
+//! Files that runs keep in their folder: one process at a time writes there, and damaged files are refused.
 
 use crate::{SWEEP, cable, copy, files};
 use std::collections::BTreeMap;
@@ -65,7 +65,8 @@ fn partial_files_of_killed_runs_go_with_the_next_one() {
 const FILES: usize = 6;
 const FLIPS: usize = 5;
 
-/// Flips bits of files below `kept`, one at a time, in a copy of it, and hands over each copy's name and which file it was.
+/// Flips bits of files below `kept`, one at a time, in a copy of it, and hands over each copy's name and which file it
+/// was.
 fn flipped(place: &Place, kept: &Path, mut each: impl FnMut(&str, &str)) {
     let mut random = fastrand::Rng::with_seed(17);
     let mut all = files(kept);

@@ -4,7 +4,7 @@ use crate::{SWEEP, cable, files, pipe};
 use std::fs;
 use wireloom_tests::place::Place;
 
-/// What must stay as it is.
+/// Content of a file that must not change.
 const SECRET: &str = "export PATH\n";
 
 /// A folder with a file that must stay as it is; where `list` is, a list of files that somebody has written by hand.
@@ -56,7 +56,7 @@ fn planted_links_in_the_folder_lead_no_run_and_no_sweep_out_of_it() {
     }
 }
 
-/// Where nobody has given a folder, it is the scenario's author who has chosen its name.
+/// Without a given folder its name comes from the scenario's author.
 #[test]
 fn a_default_folder_that_is_a_link_is_not_followed() {
     for (link, target) in [("out", "home"), ("out/s", "home")] {

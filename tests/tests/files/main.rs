@@ -10,47 +10,12 @@ mod trouble;
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
+use wireloom_tests::cables::hanging;
 
 /// A cable between two plugs, one of which is moved in so many increments.
 fn cable(increments: usize, more: &str) -> String {
-    format!(
-        r#"
-schema = 1
-name = "cable"
-[sections.cable]
-diameter = "6 mm"
-linear_density = "50 g/m"
-axial_stiffness = 1e4
-bending_stiffness = 0.01
-torsion_stiffness = 0.008
-[[branches]]
-name = "cable"
-from = "A"
-to = "B"
-section = "cable"
-length = "1 m"
-segments = 20
-[[constraints]]
-name = "plug-A"
-kind = "connector"
-at = {{ end = "A" }}
-position = [0, 0, 0]
-tangent = [1, 0, 0]
-up = [0, 0, 1]
-[[constraints]]
-name = "plug-B"
-kind = "connector"
-at = {{ end = "B" }}
-position = [0.6, 0, 0]
-tangent = [1, 0, 0]
-up = [0, 0, 1]
-[[steps]]
-name = "draw"
-increments = {increments}
-move = [{{ constraint = "plug-B", position = [0.8, 0.1, 0] }}]
-{more}
-"#
-    )
+    let draw = "move = [{ constraint = \"plug-B\", position = [0.8, 0.1, 0] }]";
+    hanging("cable", 20, &format!("[[steps]]\nname = \"draw\"\nincrements = {increments}\n{draw}\n{more}\n"))
 }
 
 const SWEEP: &str = "[sweep.vary]\n\"branches.cable.length\" = { from = 0.9, to = 1.1, count = 200 }\n";

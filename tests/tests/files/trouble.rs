@@ -1,4 +1,5 @@
-//! Disks that are full, folders that may not be written to, readers that have gone: the right exit code and words, and nothing computed is lost.
+//! Disks that are full, folders that may not be written to, readers that have gone: the right exit code and words, and
+//! nothing computed is lost.
 
 use crate::{SWEEP, cable};
 use std::fs::{self, File};
@@ -17,7 +18,8 @@ fn shell(place: &Place, script: &str) -> Ended {
     ended(command.spawn().expect("sh runs"))
 }
 
-/// A limit of the size of a file stands for a full disk: a write fails half way. What has been computed can be taken up again.
+/// A limit of the size of a file stands for a full disk: a write fails half way. What has been computed can be taken up
+/// again.
 #[test]
 fn a_run_for_which_the_disk_is_too_small_can_be_resumed() {
     let place = Place::new(&cable(60, "[output]\nincrements = true\npicture = false\n"));
@@ -56,7 +58,7 @@ fn a_sweep_for_which_the_disk_is_too_small_goes_on_later() {
     assert!(table("o") == table("whole"));
 }
 
-/// Where the disk really is full: a file system in memory, of a mount namespace of its own.
+/// A disk that really is full: a file system in memory, of a mount namespace of its own.
 #[test]
 fn a_full_disk_stops_the_run_and_leaves_what_can_be_resumed() {
     let place = Place::new(&cable(300, "[output]\nincrements = true\nvtk = true\npicture = false\n"));

@@ -1,10 +1,22 @@
-//! Plugins that do one thing wrong each. Whatever it is, the program ends by itself, with the code it should and with words that say what is wrong, whose
-//! doing it was, and where; and what was computed before is kept.
+//! Plugins that do one thing wrong each. Whatever it is, the program ends by itself, with the code it should and with
+//! words that say what is wrong, whose doing it was, and where; and what was computed before is kept.
 
 use crate::*;
+use wireloom_tests::cables::{branch, connector, section};
 
 /// A cantilever, with the plugin's spring at its end.
-pub const SCENARIO: &str = r#"schema = 1
+pub fn scenario() -> String {
+    [
+        HEAD,
+        &section("cable"),
+        &branch("cable", ["A", "B"], "cable", 0.5, 10),
+        &connector("clamp", "A", [0.0, 0.0, 0.0]),
+        TAIL,
+    ]
+    .concat()
+}
+
+const HEAD: &str = r#"schema = 1
 name = "hostile"
 gravity = [0, 0, 0]
 
@@ -12,29 +24,9 @@ gravity = [0, 0, 0]
 load = ["hostile"]
 time_limit = 0.5
 
-[sections.cable]
-diameter = "6 mm"
-linear_density = "50 g/m"
-axial_stiffness = 1e4
-bending_stiffness = 0.01
-torsion_stiffness = 0.008
+"#;
 
-[[branches]]
-name = "cable"
-from = "A"
-to = "B"
-section = "cable"
-length = "0.5 m"
-segments = 10
-
-[[constraints]]
-name = "clamp"
-kind = "connector"
-at = { end = "A" }
-position = [0, 0, 0]
-tangent = [1, 0, 0]
-up = [0, 0, 1]
-
+const TAIL: &str = r#"
 [[constraints]]
 name = "bad"
 kind = "hostile"
@@ -212,7 +204,7 @@ fn run(case: u32) -> Result<(Place, Ended), Failed> {
     // What is wrong on purpose is not to be warned of.
     let more = [&flag, "-Wno-infinite-recursion", "-Wno-unused-function", "-Wno-unused-variable", "-ldl"];
     compile(&root().join("tests/tests/plugins/hostile.c"), &place.path("libhostile.so"), &more)?;
-    fs::write(place.path("s.toml"), SCENARIO)?;
+    fs::write(place.path("s.toml"), scenario())?;
     let ended = place.wireloom(&["run", "s.toml", "--allow-plugin", "libhostile.so"])?;
     Ok((place, ended))
 }
@@ -256,7 +248,8 @@ fn harmless(case: u32) -> Checked {
         ensure(ended.out.contains("note: constraint `bad` (hostile): mind the gap"), &ended)?;
     }
     if case == 61 {
-        let words = "kind `hostile` of plugin `hostile` 0.0.1 (libhostile.so) gives not all derivatives: the Hessian is taken numerically";
+        let words = "kind `hostile` of plugin `hostile` 0.0.1 (libhostile.so) gives not all derivatives: the Hessian \
+                     is taken numerically";
         ensure(ended.out.contains(words), &ended)?;
     }
     near("end", number(&result, "/steps/1/branches/cable/position/10/2"), 0.01 / 1.24, 1e-3)
@@ -265,7 +258,7 @@ fn harmless(case: u32) -> Checked {
 fn without_compiler(content: &[u8], words: &[&str]) -> Checked {
     let place = Place::new()?;
     fs::write(place.path("libhostile.so"), content)?;
-    fs::write(place.path("s.toml"), SCENARIO)?;
+    fs::write(place.path("s.toml"), scenario())?;
     let ended = place.wireloom(&["run", "s.toml", "--allow-plugin", "libhostile.so"])?.expect(1)?;
     ended.says(&["s.toml:6:9: plugin libhostile.so: is not a library that this system can load: "])?;
     ended.says(words)
@@ -288,7 +281,7 @@ fn bad_memory() -> Checked {
     no_converged_fault(&place)
 }
 
-/// What was computed is kept, and nothing of it is called converged beside the fault.
+/// Completed steps are kept, and the one with the fault is not called converged.
 fn no_converged_fault(place: &Place) -> Checked {
     let result = place.json("out/s/result.json")?;
     ensure(result["fault"].is_object() && result["status"] == "failed", &result)

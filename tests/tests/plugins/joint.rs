@@ -2,7 +2,7 @@
 
 use crate::*;
 
-/// What it does wrong, the exit code, and words that it is told with.
+/// Fault of the plugin, exit code, and words of the message.
 const WRONG: &[(u32, i32, &[&str])] = &[
     (1, 1, &["wrote no mounting: `create` must fill in the description"]),
     (2, 1, &["has mounting 7; 1 to 3 are known"]),
@@ -66,7 +66,8 @@ fn as_good_as_the_cable() -> Checked {
     let place = Place::new()?;
     write(&place, 0, "two-arm-spring")?;
     let ended = place.wireloom(&["run", "s.toml", "--allow-plugin", "libjoiner.so"])?.expect(0)?;
-    let words = "kind `two-arm-spring` of plugin `joiner` 0.0.1 (libjoiner.so) gives not all derivatives: gradient and Hessian are taken numerically";
+    let words = "kind `two-arm-spring` of plugin `joiner` 0.0.1 (libjoiner.so) gives not all derivatives: gradient and \
+                 Hessian are taken numerically";
     ensure(ended.out.contains(words), &ended)?;
     let result = place.json("out/s/result.json")?;
     let last = result["steps"].as_array().map_or(0, Vec::len) - 1;

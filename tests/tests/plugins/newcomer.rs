@@ -1,4 +1,5 @@
-//! A new user, with nothing but what `plugin new` says: five commands from nothing to a run with a constraint of their own.
+//! A new user, with nothing but what `plugin new` says: five commands from nothing to a run with a constraint of their
+//! own.
 
 use crate::*;
 
@@ -112,7 +113,8 @@ const MODEL: &str = "model = \"cosserat\"";
 /// Builds with another source.
 type Build<'b> = dyn Fn(&[&str], &str) -> Result<std::process::Output, Failed> + 'b;
 
-/// The built-in collar and joint, exported by a plugin under other names, hold a harness to the same bits, and pass the check.
+/// The built-in collar and joint, exported by a plugin under other names, hold a harness to the same bits, and pass the
+/// check.
 fn parts_of_plugins_are_as_good(place: &Place, folder: &Path, build: &Build<'_>) -> Checked {
     let manifest = fs::read_to_string(folder.join("Cargo.toml"))?;
     let models = format!("wireloom-models = {{ path = {:?} }}\n", root().join("crates/models"));

@@ -119,13 +119,14 @@ fn list() -> Checked {
     Ok(())
 }
 
-/// Stops a run after its first step by a plugin that is another one in the second, and takes it up again with the first.
+/// Stops a run after its first step by a plugin that is another one in the second, and takes it up again with the
+/// first.
 fn resumed() -> Checked {
     let place = Place::new()?;
     let source = root().join("tests/tests/plugins/hostile.c");
     let library = place.path("libhostile.so");
     compile(&source, &library, &["-DCASE=0"])?;
-    fs::write(place.path("s.toml"), hostile::SCENARIO)?;
+    fs::write(place.path("s.toml"), hostile::scenario())?;
     let run = ["run", "s.toml", "--allow-plugin", "libhostile.so", "--out", "whole"];
     place.wireloom(&run)?.expect(0)?;
     let whole = place.json("whole/result.json")?;

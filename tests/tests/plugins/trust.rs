@@ -17,7 +17,7 @@ pub fn trials() -> Vec<Named> {
 fn telltale(place: &Place) -> Result<PathBuf, Failed> {
     let library = place.path("libhostile.so");
     compile(&root().join("tests/tests/plugins/hostile.c"), &library, &["-DCASE=0", "-DTELLTALE"])?;
-    fs::write(place.path("s.toml"), hostile::SCENARIO)?;
+    fs::write(place.path("s.toml"), hostile::scenario())?;
     Ok(library)
 }
 
@@ -57,7 +57,7 @@ fn search_path() -> Checked {
 
 fn nowhere() -> Checked {
     let place = Place::new()?;
-    fs::write(place.path("s.toml"), hostile::SCENARIO)?;
+    fs::write(place.path("s.toml"), hostile::scenario())?;
     place
         .wireloom_with(&["run", "s.toml"], Some(place.0.path()))?
         .expect(1)?
@@ -66,7 +66,7 @@ fn nowhere() -> Checked {
 
 fn not_named() -> Checked {
     let place = Place::new()?;
-    let text = hostile::SCENARIO.replace("[plugins]\nload = [\"hostile\"]\ntime_limit = 0.5\n", "");
+    let text = hostile::scenario().replace("[plugins]\nload = [\"hostile\"]\ntime_limit = 0.5\n", "");
     fs::write(place.path("s.toml"), text)?;
     place
         .wireloom(&["run", "s.toml"])?
@@ -78,7 +78,7 @@ fn same_name() -> Checked {
     let place = Place::new()?;
     let first = telltale(&place)?;
     fs::copy(&first, place.path("libsecond.so"))?;
-    let text = hostile::SCENARIO.replace("[\"hostile\"]", "[\"hostile\", \"second\"]");
+    let text = hostile::scenario().replace("[\"hostile\"]", "[\"hostile\", \"second\"]");
     fs::write(place.path("s.toml"), text)?;
     let allowed = ["--allow-plugin", "libhostile.so", "--allow-plugin", "libsecond.so"];
     place

@@ -1,27 +1,29 @@
 //! The pairwise joint energy, for any number of arms.
 //!
-//! The arms meet in one point. Over the joint's length L, measured from that point along every arm, wires that go to different arms are
-//! not bound to each other; beyond it the arm's section binds them. The wires that run from arm a to arm b bend and twist more over
-//! this length than the arms they are part of, and the joint has the difference:
+//! The arms meet in one point. Over the joint's length L, measured from that point along every arm, wires that go to
+//! different arms are not bound to each other; beyond it the arm's section binds them. The wires that run from arm a to
+//! arm b bend and twist more over this length than the arms they are part of, and the joint has the difference:
 //!
 //! ```text
 //! E = Σ_ab ½ φ_abᵀ K_ab φ_ab
 //! K_ab⁻¹ = L R_a (C_ab⁻¹ − C_a⁻¹) R_aᵀ + L R_b (C_ba⁻¹ − C_b⁻¹) R_bᵀ
 //!
-//! φ_ab  turn of the end of arm b relative to the end of arm a, beyond that at rest (a rotation vector, see `BendTwist`)
+//! φ_ab  turn of the end of arm b relative to the end of arm a, beyond that at rest (rotation vector, see `BendTwist`)
 //! C_a   diag(EI1, EI2, GJ) of arm a, N m²
 //! C_ab  the part of C_a that belongs to the wires that run from a to b
 //! R_a   rest frame of arm a in the joint's frame
 //! ```
 //!
 //! Where a moment enters by arm a and leaves by arm b, the ends of the joint at L turn relative to each other by
-//! `(L/C_a + K_ab⁻¹ + L/C_b) m = (L/C_ab + L/C_ba) m`, as the shared wires alone do over this length: the length is taken from the arms, and counted
-//! once. No term knows the mesh. The limits: nothing ends and nothing parts (two arms with all wires running through), K is infinite and
-//! the joint is the plain rod, whatever L is; L → 0, it is the joint `fused`. Several pairs act side by side.
+//! `(L/C_a + K_ab⁻¹ + L/C_b) m = (L/C_ab + L/C_ba) m`, as the shared wires alone do over this length: the length is
+//! taken from the arms, and counted once. No term depends on the mesh. Limits: if all wires of two arms run through, K
+//! is infinite and the joint is the plain rod for any L; for L → 0 it is the joint `fused`. Several pairs act in
+//! parallel.
 //!
-//! The frames that are coupled are those of stations at the ends of the arms; half a segment, between station and first segment, is part of
-//! the rod like any other. In the plain rod there is no station at the joint: the segments on its sides are coupled as any two neighbours
-//! are ([`crate::kernel::BendTwist`], with `λ = ½(ℓ_a + ℓ_b)`, both halves in series, κ° their mean), so that it is the same to the last digit.
+//! The frames that are coupled are those of stations at the ends of the arms; half a segment, between station and first
+//! segment, is part of the rod like any other. In the plain rod there is no station at the joint: the segments on its
+//! sides are coupled as any two neighbours are ([`crate::kernel::BendTwist`], with `λ = ½(ℓ_a + ℓ_b)`, both halves in
+//! series, κ° their mean), so that it is the same to the last digit.
 //!
 //! The public text of the 2017 paper on assembly simulation of multi-branch cables stops before its joint
 //! equations; this form is ours.
@@ -38,14 +40,19 @@ use wireloom_core::{Matrix, Rotation, Vector};
 pub fn kind() -> JointKind {
     JointKind {
         name: "cosserat".into(),
-        doc: "arms meet in a point; over a length of each arm the wires part, and every pair of arms that shares wires is coupled in \
+        doc:
+            "arms meet in a point; over a length of each arm the wires part, and every pair of arms that shares wires \
+              is coupled in \
               bending and twist by those"
-            .into(),
+                .into(),
         parameters: vec![length(
-            "length of each arm, from the joint's point, over which wires that go to different arms are not bound to each other; \
+            "length of each arm, from the joint's point, over which wires that go to different arms are not bound to \
+             each other; \
              default: the diameter of the thickest arm, at most half of the shortest arm",
         )],
-        build: Box::new(|spec, values| CosseratJoint::new(spec, values.number("length")).map(|joint| Box::new(joint) as _)),
+        build: Box::new(|spec, values| {
+            CosseratJoint::new(spec, values.number("length")).map(|joint| Box::new(joint) as _)
+        }),
     }
 }
 
@@ -58,15 +65,15 @@ pub(super) fn length(doc: &str) -> Parameter {
 /// Part of an arm that may belong to a joint: the other half belongs to its other end.
 const LARGEST_PART: f64 = 0.5;
 
-/// Least compliance of a pair, as that of so many diameters of each arm: it keeps K finite where one pair of a joint of many arms has all
-/// wires of both, or where they part about some axes only.
+/// Least compliance of a pair, as that of so many diameters of each arm: it keeps K finite where one pair of a joint of
+/// many arms has all wires of both, or where they part about some axes only.
 const STIFFEST: f64 = 1e-4;
 
-/// Least part of an arm's stiffness that the wires of a pair have about each axis: where none are said to pass about one axis but some
-/// about another one, it keeps K⁻¹ finite.
+/// Least part of an arm's stiffness that the wires of a pair have about each axis: where none are said to pass about
+/// one axis but some about another one, it keeps K⁻¹ finite.
 const SOFTEST: f64 = 1e-6;
 
-/// Part of an arm's stiffness below which wires that go elsewhere are round-off of the shares.
+/// Part of an arm's stiffness below which wires that go elsewhere are round-off of the fractions.
 const ROUND_OFF: f64 = 1e-9;
 
 /// One pair of arms that share wires.
@@ -88,7 +95,7 @@ struct Pair {
 pub struct CosseratJoint {
     pairs: Vec<Pair>,
     arms: usize,
-    /// Whether it is the plain rod: its two arms' segments are coupled, and it has no stations.
+    /// Plain rod: the segments of its two arms are coupled as neighbours, without stations.
     plain: bool,
     notes: Vec<String>,
 }
@@ -111,7 +118,8 @@ fn root(r: &Rotation) -> Rotation {
 }
 
 impl CosseratJoint {
-    /// From its specification and its length, m; left out, the diameter of the thickest arm, at most half of the shortest arm.
+    /// From its specification and its length, m; left out, the diameter of the thickest arm, at most half of the
+    /// shortest arm.
     ///
     /// # Errors
     /// If an arm has an offset: its arms meet in a point. If the length is more than half of an arm.
@@ -157,7 +165,8 @@ fn length_of(spec: &JointSpec, given: Option<f64>) -> Result<f64, BuildError> {
                 spec.name, shortest.branch, shortest.length
             ),
             format!(
-                "at most half of an arm belongs to a joint: {largest} m here; left out, it is {} m (the diameter of the thickest arm, \
+                "at most half of an arm belongs to a joint: {largest} m here; left out, it is {} m (the diameter of \
+                 the thickest arm, \
                  at most half of the shortest)",
                 thickest.min(largest)
             ),
@@ -167,7 +176,8 @@ fn length_of(spec: &JointSpec, given: Option<f64>) -> Result<f64, BuildError> {
 }
 
 impl Pair {
-    /// The arms' wires from a to b, which part from the others over this length (m) of each arm; `wires` is C_ab and C_ba.
+    /// The arms' wires from a to b, which part from the others over this length (m) of each arm; `wires` is C_ab and
+    /// C_ba.
     fn of_wires(a: usize, b: usize, arms: [&Arm; 2], wires: [Vector; 2], length: f64) -> Self {
         let compliance = |arm: &Arm, wires: &Vector| -> Matrix {
             let own = arm.section.bend_diagonal();

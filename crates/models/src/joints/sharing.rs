@@ -1,11 +1,12 @@
-//! How much of the arms' stiffness belongs to the wires that run from one arm of a joint to another.
+//! Division of the arms' stiffness among the wires that run from one arm of a joint to another.
 
 use wireloom_core::Vector;
 use wireloom_core::joint::JointSpec;
 
-/// What the wires of a joint are.
+/// Stiffness that pairs of arms share by their wires.
 pub struct Shared {
-    /// `table[a][b]`: the part of diag(EI1, EI2, GJ) of arm a that belongs to the wires from a to b, N m². At most the whole of it together.
+    /// `table[a][b]`: the part of diag(EI1, EI2, GJ) of arm a that belongs to the wires from a to b, N m². At most the
+    /// whole of it together.
     pub table: Vec<Vec<Vector>>,
     /// Remarks.
     pub notes: Vec<String>,
@@ -16,9 +17,10 @@ const NOTED_SHARE: f64 = 0.01;
 
 /// The wires of a joint.
 ///
-/// With a table of wires, those that are said to run from a to b have that share of a's stiffness in both arms; where an arm is given more of
-/// them than it has stiffness, its stiffness goes to them in proportion. Without one, no wire ends in the joint: stiffness passes as
-/// [`share_out`] has it, and what an arm has beyond it goes with the wires that it passes on, in proportion.
+/// With a table of wires, those that are said to run from a to b have that share of a's stiffness in both arms; where
+/// an arm is given more of them than it has stiffness, its stiffness goes to them in proportion. Without one, no wire
+/// ends in the joint: stiffness passes as [`share_out`] has it, and what an arm has beyond it goes with the wires that
+/// it passes on, in proportion.
 pub fn shared(spec: &JointSpec) -> Shared {
     let k = spec.arms.len();
     let own: Vec<Vector> = spec.arms.iter().map(|arm| arm.section.bend_diagonal()).collect();
@@ -36,7 +38,8 @@ pub fn shared(spec: &JointSpec) -> Shared {
                 && let Some(a) = (0..k).find(|&a| surplus[a] > NOTED_SHARE * own[a][0])
             {
                 notes.push(format!(
-                    "arm `{}` is {:.0} % stiffer in bending than all other arms of joint `{}` together; all its wires are taken to \
+                    "arm `{}` is {:.0} % stiffer in bending than all other arms of joint `{}` together; all its wires \
+                     are taken to \
                      run on, for nothing is said of them (`wires`)",
                     spec.arms[a].branch,
                     100.0 * surplus[a] / (own[a][0] - surplus[a]),
@@ -75,10 +78,10 @@ pub fn shared(spec: &JointSpec) -> Shared {
 /// The symmetric table X with zero diagonal whose rows add up to `stiffness` (one entry for each arm, all
 /// positive), and for each arm what is left over.
 ///
-/// Where one arm outweighs all others together there is no such table: its surplus is left over
-/// uncoupled. Otherwise X = diag(u) (1 − I) diag(u), the limit of proportional fitting (Deming and Stephan 1940, in the
-/// symmetric form of Sinkhorn and Knopp 1967): of all tables with these sums the one nearest to "everyone with everyone in
-/// proportion". Its rows add up where `u_a (U − u_a) = s_a` with `U = Σ u`: `u_a = ½ (U ∓ √(U² − 4 s_a))`, the upper sign but
+/// If one arm outweighs all others together there is no such table: its surplus is left over uncoupled. Otherwise X =
+/// diag(u) (1 − I) diag(u), the limit of proportional fitting (Deming and Stephan 1940, in the symmetric form of
+/// Sinkhorn and Knopp 1967): of all tables with these sums the one nearest to "everyone with everyone in proportion".
+/// Its rows add up where `u_a (U − u_a) = s_a` with `U = Σ u`: `u_a = ½ (U ∓ √(U² − 4 s_a))`, the upper sign but
 /// perhaps for the stiffest arm, which leaves one equation for U.
 pub fn share_out(stiffness: &[f64]) -> (Vec<Vec<f64>>, Vec<f64>) {
     let k = stiffness.len();
@@ -157,7 +160,7 @@ mod tests {
         JointSpec { name: "joint".into(), arms: stiffness.iter().map(arm).collect(), wires: wires.collect() }
     }
 
-    /// What each arm's wires to the others have of its EI1, EI2 and GJ together, as parts of them.
+    /// Fractions of the EI1, EI2 and GJ of each arm that belong to its wires to the other arms.
     fn used(spec: &JointSpec) -> Vec<Vector> {
         let table = shared(spec).table;
         let used = spec.arms.iter().zip(&table);

@@ -1,29 +1,32 @@
 //! The Kirchhoff rod: stretch, bending and twist; no shear, the tangent is that of the edge.
 //!
-//! The theory is that of discrete elastic rods (Bergou, Wardetzky, Robinson, Audoly and Grinspun 2008; with stretch Bergou, Audoly,
-//! Vouga, Wardetzky and Grinspun 2010): positions and the angle of the material frame about each edge are the freedoms, and from one
-//! state to the next a frame is carried by the smallest rotation that takes it to the new edge (the time-parallel frame).
+//! The theory is that of discrete elastic rods (Bergou, Wardetzky, Robinson, Audoly and Grinspun 2008; with stretch
+//! Bergou, Audoly, Vouga, Wardetzky and Grinspun 2010): positions and the angle of the material frame about each edge
+//! are the freedoms, and from one state to the next a frame is carried by the smallest rotation that takes it to the
+//! new edge (the time-parallel frame).
 //!
-//! Here a frame keeps its two tilts, which on this grid are freedoms like any others, and an alignment holds it to its edge:
+//! Here a frame keeps its two tilts, which on this grid are freedoms like any others, and an alignment holds it to its
+//! edge:
 //!
 //! ```text
 //! Γ = Rᵀ e/ℓ − e3,   E = ½ ℓ (A1 Γ1² + A2 Γ2² + EA Γ3²),   A1 = α EI2/ℓ²,   A2 = α EI1/ℓ²
 //! ```
 //!
-//! A tilts a frame about the axis about which EI bends it. A belongs to the mesh, not to the material (the section's GA is not looked
-//! at), and grows as the mesh gets finer: as a compliance, ℓ²/(α EI), it is of the order of what the grid itself leaves out. The
-//! shear force of a bent rod is `Q = EI κ′`, so the alignment changes the energy to leading order by
-//! `−½ ∫ Q²/A ds = −(ℓ²/2α) ∫ κ′ᵀ C κ′ ds`: with α = 240 by a twentieth of the `−(ℓ²/24) ∫ κ′ᵀ C κ′ ds` that the grid makes anyway (see
-//! `crates/README.md`). So the rod goes to the unshearable one with the square of the segment length, as the scheme with the tilts
-//! taken out does, with an error 1.05 times as large; and every joint and constraint finds the frames it needs. (MacNeal 1978
-//! chose the shear compliance of beam elements in this way.) The energy of the alignment is what results call shear; where a
-//! mesh is fine enough for what it bears, it is next to nothing.
+//! A tilts a frame about the axis about which EI bends it. A belongs to the mesh, not to the material (the section's GA
+//! is not used), and grows as the mesh gets finer: as a compliance, ℓ²/(α EI), it is of the order of what the grid
+//! itself neglects. The shear force of a bent rod is `Q = EI κ′`, so the alignment changes the energy to leading
+//! order by `−½ ∫ Q²/A ds = −(ℓ²/2α) ∫ κ′ᵀ C κ′ ds`: with α = 240 by a twentieth of the `−(ℓ²/24) ∫ κ′ᵀ C κ′ ds` that
+//! the grid makes anyway (see `crates/README.md`). So the rod goes to the unshearable one with the square of the
+//! segment length, as the scheme with the tilts taken out does, with an error 1.05 times as large; and every joint and
+//! constraint finds the frames it needs. (MacNeal 1978 chose the shear compliance of beam elements in this way.) The energy
+//! of the alignment is what results call shear; on a mesh that is fine enough it is negligible.
 //!
-//! An edge that points against its frame (a far start may bring that about) meets A along the frame, too: the energy then falls all the
-//! way as the frame turns to its edge, where the quadratic law alone would have a minimum with the segment overturned.
+//! An edge that points against its frame (a far start may bring that about) meets A along the frame, too: the energy
+//! then falls all the way as the frame turns to its edge, where the quadratic law alone would have a minimum with the
+//! segment overturned.
 //!
-//! The frames turn by a smallest rotation where a tilt follows an edge, and about the edge only where twist asks for it: the
-//! minimisers' steps carry them in time as Bergou's are.
+//! The frames turn by a smallest rotation where a tilt follows an edge, and about the edge only where twist asks for
+//! it: the minimisers' steps carry them in time as Bergou's are.
 
 use crate::kernel::{END_BLEND, INNER_BLEND, SegmentStiffness};
 use crate::rods::staggered::{StaggeredRod, Stiffness};

@@ -1,17 +1,17 @@
-//! The mass-spring chain: what interactive cable simulation did before rods, kept here to be compared with.
+//! The mass-spring chain: the interactive cable simulation before rods, kept for comparison.
 //!
-//! Masses at the nodes, and between them springs: for stretch `k = EA/ℓ` along every edge, for bending and torsion `k = EI/ℓ` and
-//! `k = GJ/ℓ` on the turn from edge to edge (Loock and Schömer 2001; for cloth Provot 1995). The edges have no shear: frames are
-//! held to them as in [`crate::rods::kirchhoff`]. What sets it apart from a rod:
+//! Masses at the nodes, and between them springs: for stretch `k = EA/ℓ` along every edge, for bending and torsion
+//! `k = EI/ℓ` and `k = GJ/ℓ` on the turn from edge to edge (Loock and Schömer 2001; for cloth Provot 1995). The edges
+//! have no shear: frames are held to them as in [`crate::rods::kirchhoff`]. What sets it apart from a rod:
 //!
 //! - A bending spring knows no direction: its stiffness is the mean of EI1 and EI2.
-//! - Where the chain is held, a spring as everywhere else (k = EI/ℓ) stands for the *half* segment between the last edge and the clamp,
-//!   which in a rod is twice as stiff. Every clamp, connector, clip and hub is too soft by half a segment of cable, so the error
-//!   falls with the first power of the segment length only.
+//! - Where the chain is held, a spring as everywhere else (k = EI/ℓ) stands for the *half* segment between the last
+//!   edge and the clamp, which in a rod is twice as stiff. Every clamp, connector, clip and hub is too soft by half a
+//!   segment of cable, so the error falls with the first power of the segment length only.
 //!
-//! Against the reference equilibria (`tests/tests/reference.rs`: cables of about a metre) the largest position error with 40, 80 and 160
-//! segments a branch is 5 to 36 mm, 2.4 to 21 mm and 1.2 to 12 mm; that of `cosserat` and `kirchhoff` is 0.02 to 0.5 mm with 40,
-//! a quarter of it with 80 and a sixteenth with 160.
+//! Against the reference equilibria (`tests/tests/reference.rs`: cables of about a metre) the largest position error
+//! with 40, 80 and 160 segments a branch is 5 to 36 mm, 2.4 to 21 mm and 1.2 to 12 mm; that of `cosserat` and
+//! `kirchhoff` is 0.02 to 0.5 mm with 40, a quarter of it with 80 and a sixteenth with 160.
 
 use crate::rods::kirchhoff::aligned;
 use crate::rods::staggered::{StaggeredRod, Stiffness};

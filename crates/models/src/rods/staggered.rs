@@ -1,5 +1,5 @@
-//! Rods on the staggered grid: stretch and shear in every segment, bending and twist in every coupling. What a kind of rod is
-//! made of are the stiffnesses of these parts ([`Stiffness`]).
+//! Rods on the staggered grid: stretch and shear in every segment, bending and twist in every coupling. Kinds of rods
+//! differ in the stiffnesses of these parts ([`Stiffness`]).
 
 use crate::kernel::{BendTwist, BlendedStretchShear, SegmentStiffness, StretchShear, edge_stiffness, rotation_matrix};
 use nalgebra::{Quaternion, Unit};
@@ -14,7 +14,8 @@ pub struct Stiffness {
     pub segments: Vec<SegmentStiffness>,
     /// C of each coupling: diag(EI1, EI2, GJ), N m².
     pub couplings: Vec<Vector>,
-    /// Share β of the tangent of a station at an end of the branch, and of one within it, in that of the segments beside it.
+    /// Fraction β of the tangent of a station at an end of the branch, and of one within it, in that of the segments
+    /// beside it.
     pub blends: [f64; 2],
 }
 
@@ -246,8 +247,8 @@ impl RodSegment for StaggeredRod {
         }
     }
 
-    /// `R_b ∂E/∂θ_b`, which by objectivity equals `−R_a ∂E/∂θ_a`; beside a station the moment on it, to which the blended
-    /// segment contributes.
+    /// `R_b ∂E/∂θ_b`, which by objectivity equals `−R_a ∂E/∂θ_a`; beside a station the moment on it, to which the
+    /// blended segment contributes.
     fn moments(&self, shape: &BranchShape<'_>, moments: &mut [Vector]) {
         for (c, moment) in moments.iter_mut().enumerate() {
             *moment = rotation_matrix(&shape.frames[c + 1]) * self.coupling(shape, c).gradient().1;

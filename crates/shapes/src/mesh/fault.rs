@@ -1,37 +1,37 @@
-//! What may be wrong with a mesh.
+//! Faults of a mesh.
 
 use wireloom_core::Vector;
 use wireloom_core::registry::BuildError;
 
-/// Why triangles make no body.
+/// Fault of triangles that are not a body.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum MeshFault {
-    /// There is nothing.
+    /// There are no triangles.
     #[error("it has no triangles")]
     Empty,
     /// All triangles have no area.
     #[error("all its {triangles} triangles have no area")]
     Degenerate {
-        /// How many there are.
+        /// Number of triangles.
         triangles: usize,
     },
     /// A triangle names a corner that is not there.
     #[error("triangle {triangle} has corner {corner}, of {corners}")]
     NoSuchCorner {
-        /// Which triangle, from 0.
+        /// Index of the triangle.
         triangle: usize,
-        /// Which corner, from 0.
+        /// Index of the corner.
         corner: u32,
-        /// How many there are.
+        /// Number of corners.
         corners: usize,
     },
     /// A coordinate is no number.
     #[error("corner {corner} has a coordinate that is not finite")]
     NotFinite {
-        /// Which corner, from 0.
+        /// Index of the corner.
         corner: usize,
     },
-    /// It cannot be meant.
+    /// The body is implausibly large.
     #[error("it is {size:.1} m large")]
     Gigantic {
         /// Longest side of a box about it, m.
@@ -40,7 +40,7 @@ pub enum MeshFault {
     /// It has holes, or is a sheet.
     #[error("its surface is open: {} a triangle on one side only, one of them at {}", some(*edges), place(at))]
     Open {
-        /// How many edges.
+        /// Number of edges.
         edges: usize,
         /// Middle of one of them, m.
         at: Vector,
@@ -48,9 +48,9 @@ pub enum MeshFault {
     /// More than two triangles meet in an edge.
     #[error("{} more than two triangles, one of them, with {triangles}, at {}", some(*edges), place(at))]
     NonManifold {
-        /// How many edges.
+        /// Number of edges.
         edges: usize,
-        /// How many triangles one of them has.
+        /// Number of triangles of one of them.
         triangles: usize,
         /// Middle of one of them, m.
         at: Vector,
@@ -75,7 +75,7 @@ fn place(at: &Vector) -> String {
 }
 
 impl MeshFault {
-    /// What would be right.
+    /// Remedy.
     fn help(&self) -> String {
         match self {
             Self::Empty | Self::Degenerate { .. } => "export the body again, as a surface of triangles".into(),
@@ -95,7 +95,7 @@ impl MeshFault {
     }
 }
 
-/// The size of a body, m, from which on its units are taken for mistaken.
+/// Size of a body, m, above which its units are taken to be wrong.
 pub(crate) const LARGEST: f64 = 1000.0;
 
 impl From<MeshFault> for BuildError {

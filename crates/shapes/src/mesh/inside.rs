@@ -1,9 +1,9 @@
-//! Which regions of space lie inside a closed surface, known beforehand so that far from the surface nobody needs to look for it.
+//! Octree of the regions inside and outside a closed surface, so that far from the surface no search for it is needed.
 
 use crate::tree::Corners;
 use wireloom_core::Vector;
 
-/// How often the box about the body is halved along each axis.
+/// Number of times that the box about the body is halved along each axis.
 const DEEPEST: usize = 6;
 
 /// A cube.
@@ -24,7 +24,7 @@ pub(super) struct Regions {
     cubes: Vec<Cube>,
 }
 
-/// What is known of a point beforehand.
+/// Region of a point.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Region {
     /// Outside.
@@ -69,7 +69,7 @@ impl Regions {
         }
     }
 
-    /// What is known of a point.
+    /// Region that a point is in.
     pub fn at(&self, x: &Vector) -> Region {
         let (mut middle, mut half) = (self.middle, self.half);
         if (x - middle).amax() > half || x.iter().any(|c| c.is_nan()) {
@@ -80,7 +80,8 @@ impl Regions {
             match cube {
                 Cube::Outside => return Region::Outside,
                 Cube::Inside => return Region::Inside,
-                // Of the centre of a smallest cube it is no further than half its diagonal, of any other point of it twice that.
+                // Of the centre of a smallest cube it is no further than half its diagonal, of any other point of it
+                // twice that.
                 Cube::Mixed => return Region::Near(half * 2.0 * 1.7321),
                 Cube::Divided(first) => {
                     let side = |k: usize| usize::from(x[k] >= middle[k]) << k;

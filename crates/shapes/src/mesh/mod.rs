@@ -24,7 +24,8 @@ use wireloom_core::{Matrix, Vector};
 pub fn kind() -> ShapeKind {
     let parameters = vec![flag(
         "open",
-        "true: the surface is a sheet, solid on both sides, and may have borders; default false: it is closed about a body",
+        "true: the surface is a sheet, solid on both sides, and may have borders; default false: it is closed about a \
+         body",
     )];
     ShapeKind {
         name: "mesh".into(),
@@ -45,13 +46,15 @@ pub fn kind() -> ShapeKind {
 pub struct Mesh {
     topology: Topology,
     parts: Parts,
-    /// Of each corner, the normals of its triangles, weighted with their angles there: positive on it is outside (Bærentzen and Aanæs 2005).
+    /// Of each corner, the normals of its triangles, weighted with their angles there: positive on it is outside
+    /// (Bærentzen and Aanæs 2005).
     corner_normals: Vec<Vector>,
     /// Of a closed surface.
     regions: Option<Regions>,
 }
 
-/// Bend, rad, below which an edge is a groove seen from outside, where its sides hide nothing of each other. What lies flat but for round-off is none.
+/// Bend, rad, below which an edge is a groove seen from outside, where its sides hide nothing of each other. What lies
+/// flat but for round-off is none.
 const FLAT: f32 = 1e-3;
 /// So many parts are seen at one place at most.
 const MANY: usize = 32;
@@ -60,7 +63,7 @@ impl Mesh {
     /// A body with this surface; with `open`, a sheet.
     ///
     /// # Errors
-    /// What keeps it from being one.
+    /// If the triangles are not a surface, or not a closed one where `open` is false.
     pub fn new(surface: &Surface, open: bool) -> Result<Self, MeshFault> {
         let topology = Topology::of(surface, open)?;
         let parts = Parts::of(&topology, open);
@@ -112,7 +115,8 @@ impl Mesh {
         if self.regions.is_none() { nearest.distance } else { self.side(nearest, x) * nearest.distance }
     }
 
-    /// How far to look for the surface so as to know whether a point is inside and what of it is nearer than `reach`.
+    /// Radius of a search that tells whether a point is inside, and finds all of the surface that is nearer than
+    /// `reach`.
     fn far_enough(&self, x: &Vector, reach: f64) -> f64 {
         match self.regions.as_ref().map(|regions| regions.at(x)) {
             None | Some(Region::Outside) => reach,
@@ -121,8 +125,8 @@ impl Mesh {
         }
     }
 
-    /// What the nearest place is to a point: with r = x − p and s its side, φ = s |r|, n = s r/|r|; the surface follows in its face, along its
-    /// edge, or not at all: ∂²φ/∂x² = 0, s (I − n nᵀ − e eᵀ)/|r|, s (I − n nᵀ)/|r|.
+    /// Touch at the nearest place p. With r = x − p and s its side, φ = s |r| and n = s r/|r|. As x moves, p follows in
+    /// its face, along its edge e, or not at all: ∂²φ/∂x² = 0, s (I − n nᵀ − e eᵀ)/|r|, s (I − n nᵀ)/|r|.
     fn touch(&self, nearest: &Nearest, x: &Vector) -> Touch {
         let open = self.regions.is_none();
         let t = nearest.triangle as usize;
@@ -152,8 +156,9 @@ impl Mesh {
         Touch { distance, normal, curvature: across * (sign / nearest.distance), part: nearest.part }
     }
 
-    /// Whether a place at the border of its part is nearest also as seen from the triangles beside it, across edges that are no grooves, and
-    /// theirs is not a part before its own: such a place belongs to all of them and is told once.
+    /// Whether a place at the border of its part is nearest also as seen from the triangles beside it, across edges
+    /// that are no grooves, and theirs is not a part before its own: such a place belongs to all of them and is told
+    /// once.
     fn is_told_by(&self, nearest: &Nearest, x: &Vector) -> bool {
         let t = nearest.triangle as usize;
         let r = x - nearest.place;

@@ -1,8 +1,9 @@
 //! The parts of a mesh, and what is nearest in each.
 //!
-//! A cable in a groove lies against both of its sides, and what it is told of one must not jump to the other. So the surface is cut, once, into parts,
-//! each with a nearest place of its own that changes smoothly as a point moves before it: a closed surface without grooves is one part, however many
-//! triangles it has; any other is cut along its grooves, and where it has turned by a third of a half turn since the first triangle of the part.
+//! A cable in a groove lies against both of its sides, and what it is told of one must not jump to the other. So the
+//! surface is cut, once, into parts, each with a nearest place of its own that changes smoothly as a point moves before
+//! it: a closed surface without grooves is one part, however many triangles it has; any other is cut along its grooves,
+//! and where it has turned by a third of a half turn since the first triangle of the part.
 
 use super::topology::{NONE, Topology};
 use crate::tree::{Corners, Feature, Found, Tree, hit_of_triangle, nearest_of_triangle};
@@ -11,7 +12,8 @@ use wireloom_core::Vector;
 
 /// rad. Below this an edge of a groove is one: what is finely divided (1/180 of a turn and finer) stays together.
 const GROOVE: f32 = -0.035;
-/// rad. A closed surface is convex where no edge is below this, which is more than coordinates of single precision bring about.
+/// rad. A closed surface is convex where no edge is below this, which is more than coordinates of single precision
+/// bring about.
 const CONVEX: f32 = -0.002;
 /// Cosine of how far a part may turn.
 const TURN: f64 = 0.5;
@@ -71,7 +73,7 @@ impl Parts {
         Self { parts, order, part_of, tree }
     }
 
-    /// How many there are.
+    /// Number of parts.
     pub fn count(&self) -> usize {
         self.parts.len()
     }

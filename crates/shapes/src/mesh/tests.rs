@@ -2,7 +2,8 @@ use super::*;
 use wireloom_core::obstacle::ShapeFile;
 use wireloom_core::registry::ShapeKind;
 
-/// A polygon in x and z, counter-clockwise, drawn out along y from −0.5 to 0.5; `floor` are the triangles of the polygon, `rows` parts along y.
+/// A polygon in x and z, counter-clockwise, drawn out along y from −0.5 to 0.5; `floor` are the triangles of the
+/// polygon, `rows` parts along y.
 fn extruded(polygon: &[(f64, f64)], floor: &[[u32; 3]], rows: usize) -> Surface {
     let n = polygon.len() as u32;
     let mut surface = Surface::default();
@@ -81,7 +82,8 @@ fn touches(shape: &dyn Shape, x: [f64; 3], reach: f64) -> Vec<Touch> {
     touches
 }
 
-/// A cable of radius 0.05 rests at height 0.05 √2 over the bottom; along the groove it keeps its two touches, each with its part.
+/// A cable of radius 0.05 rests at height 0.05 √2 over the bottom; along the groove it keeps its two touches, each with
+/// its part.
 #[test]
 fn a_cable_in_a_groove_touches_both_sides_all_along() {
     let block = mesh(&grooved(7));
@@ -112,7 +114,7 @@ fn faces_that_meet_in_an_edge_touch_once() {
     }
 }
 
-/// What one face hides is not touched.
+/// Faces hidden by another face are not touched.
 #[test]
 fn the_far_side_of_a_thin_wall_is_not_touched() {
     // An angle of two legs, 0.01 thick.
@@ -261,7 +263,8 @@ fn files(surface: &Surface) -> Vec<ShapeFile> {
     use base64::Engine;
     let data = base64::engine::general_purpose::STANDARD.encode([places.as_slice(), indices.as_slice()].concat());
     let gltf = format!(
-        r#"{{"asset":{{"version":"2.0"}},"scene":0,"scenes":[{{"nodes":[0]}}],"nodes":[{{"children":[1]}},{{"mesh":0,"scale":[1,1,1]}}],
+        r#"{{"asset":{{"version":"2.0"}},"scene":0,"scenes":[{{"nodes":[0]}}],
+            "nodes":[{{"children":[1]}},{{"mesh":0,"scale":[1,1,1]}}],
         "meshes":[{{"primitives":[{{"attributes":{{"POSITION":0}},"indices":1}}]}}],
         "accessors":[{{"bufferView":0,"componentType":5126,"count":{},"type":"VEC3","min":[-1,-1,-1],"max":[1,1,1]}},
                      {{"bufferView":1,"componentType":5125,"count":{},"type":"SCALAR"}}],

@@ -5,7 +5,8 @@ use std::collections::HashMap;
 use wireloom_core::Vector;
 use wireloom_core::obstacle::Surface;
 
-/// Of the size of the body: as near as this, corners are one. Single precision, in which most files are written, has 1e-7.
+/// Of the size of the body: as near as this, corners are one. Single precision, in which most files are written, has
+/// 1e-7.
 const SEAM: f64 = 1e-6;
 
 /// No triangle: the edge is a border.
@@ -20,7 +21,7 @@ pub(super) struct Topology {
     pub neighbours: Vec<[u32; 3]>,
     /// Unit normal of each triangle, out of the body; zero where it has no area.
     pub normals: Vec<Vector>,
-    /// How the surface turns across each edge, rad: positive where it is convex, negative in a groove.
+    /// Bend of the surface across each edge, rad: positive where it is convex, negative in a groove.
     pub bends: Vec<[f32; 3]>,
     pub notes: Vec<String>,
 }
@@ -98,7 +99,7 @@ impl Topology {
         (self.corners[a as usize] + self.corners[b as usize]) * 0.5
     }
 
-    /// Which triangles lie across each edge; gives the edges that have one triangle only.
+    /// Finds the triangle across each edge; returns the edges that have one triangle only.
     fn find_neighbours(&mut self) -> Result<Vec<(u32, u32)>, MeshFault> {
         let ends = |t: &[u32; 3], e: usize| {
             let (a, b) = (t[e], t[(e + 1) % 3]);
@@ -153,7 +154,8 @@ impl Topology {
         self.triangles.retain(|[a, b, c]| a != b && b != c && c != a);
     }
 
-    /// Turns triangles so that neighbours run along their common edge in opposite directions, and closed bodies face outward.
+    /// Turns triangles so that neighbours run along their common edge in opposite directions, and closed bodies face
+    /// outward.
     fn orient(&mut self, open: bool) -> Result<(), MeshFault> {
         let mut seen = vec![false; self.triangles.len()];
         let (mut turned, mut inside_out) = (0, 0);
@@ -194,7 +196,8 @@ impl Topology {
             }
             turned += own_turned;
             let own_volume = component.iter().map(|&t| self.volume_to_origin(t)).sum::<f64>();
-            // Triangles that had to be turned say nothing of where outside is; that is then where the volume is positive.
+            // Triangles that had to be turned say nothing of where outside is; that is then where the volume is
+            // positive.
             if !open && own_turned > 0 && own_volume < 0.0 {
                 component.iter().for_each(|&t| self.turn(t));
                 volume -= own_volume;
@@ -234,7 +237,7 @@ impl Topology {
         (0..3).find(|&e| corners[e] == from && corners[(e + 1) % 3] == to)
     }
 
-    /// Where surfaces touch in a point only, each gets a corner of its own.
+    /// Splits corners at which surfaces touch in a point only: each surface gets a corner of its own.
     fn part_corners(&mut self) {
         let mut parted = vec![[false; 3]; self.triangles.len()];
         let mut taken = vec![false; self.corners.len()];
@@ -261,8 +264,8 @@ impl Topology {
         }
     }
 
-    /// Goes through the triangles about corner `k` of triangle `t`, itself first, across edges (of a triangle) that `cross` allows; `see` is told each and
-    /// which of its corners it is.
+    /// Goes through the triangles about corner `k` of triangle `t`, itself first, across edges (of a triangle) that
+    /// `cross` allows; `see` is told each and which of its corners it is.
     pub fn around(&self, t: usize, k: usize, cross: impl Fn(usize, usize) -> bool, mut see: impl FnMut(usize, usize)) {
         see(t, k);
         for forward in [false, true] {

@@ -7,8 +7,8 @@ use wireloom_core::obstacle::Surface;
 use wireloom_core::registry::{BuildError, ShapeKind};
 use wireloom_core::{Matrix, Quantity, Value, Vector};
 
-/// With h half the size: q = |x| − h beside the box along each axis. Outside, φ = |max(q, 0)|: flat over faces, round about edges and
-/// corners. Inside, φ = max q.
+/// With h half the size: q = |x| − h beside the box along each axis. Outside, φ = |max(q, 0)|: flat over faces, round
+/// about edges and corners. Inside, φ = max q.
 struct Cuboid {
     half: Vector,
 }

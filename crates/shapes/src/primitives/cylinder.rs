@@ -1,4 +1,4 @@
-//! The cylinder, also with a bore: then it is a tube.
+//! The cylinder; with a bore, the tube.
 
 use super::build::{bore, kind, length};
 use super::revolution::revolved;
@@ -8,9 +8,9 @@ use wireloom_core::obstacle::Surface;
 use wireloom_core::registry::ShapeKind;
 use wireloom_core::{Matrix, Vector};
 
-/// Around its axis z it is a rectangle in (ρ, z): inner ≤ ρ ≤ outer, |z| ≤ h. With a = |ρ − (inner + outer)/2| − (outer − inner)/2 and
-/// b = |z| − h beside the rectangle, φ = |(max(a, 0), max(b, 0))| outside and max(a, b) inside: flat, or round about the axis, over its sides,
-/// round about its rims.
+/// A rectangle in (ρ, z), revolved about z: inner ≤ ρ ≤ outer, |z| ≤ h. With
+/// `a = |ρ − (inner + outer)/2| − (outer − inner)/2` and `b = |z| − h`, φ = |(max(a, 0), max(b, 0))| outside and max(a,
+/// b) inside.
 struct Cylinder {
     inner: f64,
     outer: f64,

@@ -7,7 +7,7 @@ use wireloom_core::obstacle::Surface;
 /// Parts of a full circle.
 const AROUND: usize = 64;
 
-/// A circle about (ρ, z), from one share of a full turn to another; 0 is away from the axis, 1/4 is up.
+/// A circle about (ρ, z), from one fraction of a full turn to another; 0 is away from the axis, 1/4 is up.
 pub(super) fn arc(rho: f64, z: f64, radius: f64, from: f64, to: f64) -> Vec<(f64, f64)> {
     let parts = ((to - from) * AROUND as f64).round() as usize;
     let point = |k: usize| {
@@ -19,8 +19,8 @@ pub(super) fn arc(rho: f64, z: f64, radius: f64, from: f64, to: f64) -> Vec<(f64
     (0..=parts).map(point).collect()
 }
 
-/// A line of points (ρ, z) with the body to its left, that is on the side of smaller ρ where it goes up, taken about the axis; `closed` joins its end
-/// to its beginning. Points on the axis are one corner each.
+/// A line of points (ρ, z) with the body to its left, that is on the side of smaller ρ where it goes up, taken about
+/// the axis; `closed` joins its end to its beginning. Points on the axis are one corner each.
 pub(super) fn revolved(profile: &[(f64, f64)], closed: bool) -> Surface {
     let mut surface = Surface::default();
     let rings: Vec<(u32, usize)> = profile

@@ -1,4 +1,5 @@
-//! What lies about a point, a line or a circle: spheres, capsules and tori, with hollows of the same shape where they have a bore.
+//! Bodies about a point, a line or a circle: spheres, capsules and tori, with hollows of the same shape if they have a
+//! bore.
 
 use super::build::{bore, kind, length};
 use super::revolution::{arc, revolved};
@@ -8,7 +9,7 @@ use wireloom_core::obstacle::Surface;
 use wireloom_core::registry::{BuildError, ShapeKind};
 use wireloom_core::{Parameters, Vector};
 
-/// What the body lies about.
+/// Point, line or circle in the middle of the body.
 #[derive(Clone, Copy)]
 enum Core {
     /// The origin.

@@ -47,7 +47,8 @@ wireloom_testkit::shape_conformance!(torus_shell, || made(
     &[]
 ));
 
-/// A body of triangles on the surface of a primitive has its distance, to the sagitta of its chords: r (1 − cos π/64) ≈ 0.0012 r.
+/// A body of triangles on the surface of a primitive has its distance, to the sagitta of its chords: r (1 − cos π/64) ≈
+/// 0.0012 r.
 #[test]
 fn primitives_agree_with_meshes_of_their_surfaces() {
     let primitives: [(Box<dyn Shape>, f64); 7] = [

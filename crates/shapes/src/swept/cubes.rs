@@ -1,8 +1,9 @@
 //! Marching cubes (Lorensen and Cline 1987) whose cases are traced, not tabulated.
 //!
-//! Corners and edges of a cube have numbers: corner k lies at the bits of k (x, y, z); edge `4 d + m` goes along axis d from the m-th of the four
-//! corners that are at 0 there. On a face the corners inside are cut off in runs, one by one where they lie across from each other: both cubes
-//! of a face do the same, so there are no gaps. Polygons are cut along diagonals within the cube only, so every edge has two triangles.
+//! Corners and edges of a cube have numbers: corner k lies at the bits of k (x, y, z); edge `4 d + m` goes along axis d
+//! from the m-th of the four corners that are at 0 there. On a face the corners inside are cut off in runs, one by one
+//! where they lie across from each other: both cubes of a face do the same, so there are no gaps. Polygons are cut
+//! along diagonals within the cube only, so every edge has two triangles.
 
 use std::sync::LazyLock;
 
@@ -24,7 +25,8 @@ pub(super) const EDGES: [[usize; 2]; 12] = {
     edges
 };
 
-/// By which corners are inside (bits): triangles of edges on which their corners lie, counter-clockwise as seen from outside.
+/// By which corners are inside (bits): triangles of edges on which their corners lie, counter-clockwise as seen from
+/// outside.
 pub(super) static TRIANGLES: LazyLock<Vec<Vec<[usize; 3]>>> =
     LazyLock::new(|| (0..256).map(|inside| polygons(inside).iter().flat_map(|p| triangles(p)).collect()).collect());
 
@@ -43,8 +45,8 @@ fn faces() -> impl Iterator<Item = [usize; 4]> {
     })
 }
 
-/// The polygons that part the corners inside from the others, as rings of edges: on a face one side of a polygon runs from where the walk around
-/// it comes in to where it goes out again.
+/// The polygons that part the corners inside from the others, as rings of edges: on a face one side of a polygon runs
+/// from where the walk around it comes in to where it goes out again.
 fn polygons(inside: usize) -> Vec<Vec<usize>> {
     let is_in = |corner: usize| inside & (1 << corner) != 0;
     let mut next = [None; 12];

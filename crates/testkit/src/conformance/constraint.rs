@@ -61,7 +61,7 @@ fn equations(constraint: &dyn Constraint) -> &dyn Equations {
     }
 }
 
-/// What a constraint sees, owned.
+/// Owned data of a [`ConstraintView`].
 #[derive(Clone)]
 struct Scene {
     stations: Vec<Pose>,
@@ -84,7 +84,7 @@ impl Scene {
         }
     }
 
-    /// How many numbers it takes to move it.
+    /// Number of degrees of freedom.
     fn freedoms(&self) -> usize {
         6 * self.stations.len() + 3 * self.span.len()
     }
@@ -201,7 +201,8 @@ fn jacobian(equations: &dyn Equations, scene: &Scene) -> (DMatrix<f64>, DVector<
     (whole, DVector::from_vec(c))
 }
 
-/// Turns the parts of first derivatives that are vectors of the world: all but those of rotations, which are of the body.
+/// Turns the parts of first derivatives that are vectors of the world: all but those of rotations, which are of the
+/// body.
 fn along(motion: &Rotation, scene: &Scene, g: &DVector<f64>) -> DVector<f64> {
     let mut g = g.clone();
     for k in 0..g.len() / 3 {
@@ -268,8 +269,8 @@ pub fn hessian_is_the_second_derivative_of_the_energy(subject: &Subject<'_>) {
 }
 
 /// # Panics
-/// If the constraint is said to be objective, and energy or body moments change, or forces do not turn along, when everything undergoes
-/// the same rigid motion.
+/// If the constraint is said to be objective, and energy or body moments change, or forces do not turn along, when
+/// everything undergoes the same rigid motion.
 pub fn moving_everything_together_changes_nothing(subject: &Subject<'_>) {
     let constraint = subject.make();
     let potential = potential(constraint.as_ref());
@@ -456,7 +457,8 @@ pub fn every_residual_has_a_scale(subject: &Subject<'_>) {
 }
 
 /// # Panics
-/// If J is not what differences of c say (which includes that a node's residuals depend on nothing else), or comes with another c.
+/// If J is not what differences of c say (which includes that a node's residuals depend on nothing else), or comes with
+/// another c.
 pub fn jacobian_is_the_derivative_of_the_residuals(subject: &Subject<'_>) {
     let constraint = subject.make();
     let equations = equations(constraint.as_ref());
@@ -492,8 +494,8 @@ pub fn curvature_is_the_second_derivative_of_the_residuals_or_nothing(subject: &
 }
 
 /// # Panics
-/// If the constraint is said to be objective, and residuals change, or their derivatives do not turn along, when everything undergoes the
-/// same rigid motion.
+/// If the constraint is said to be objective, and residuals change, or their derivatives do not turn along, when
+/// everything undergoes the same rigid motion.
 pub fn moving_everything_together_changes_no_residual(subject: &Subject<'_>) {
     let constraint = subject.make();
     let equations = equations(constraint.as_ref());

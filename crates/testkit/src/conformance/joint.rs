@@ -29,8 +29,8 @@ fn section(rng: &mut Rng) -> Section {
     Section { bending_stiffness: [b, 1.5 * b], torsion_stiffness: 0.7 * b, ..super::rod::section() }
 }
 
-/// `k` arms in random directions; with `folded` the first two leave in the same direction; `curvature` is about how much
-/// their branches are bent and twisted at rest, 1/m.
+/// `k` arms in random directions; with `folded` the first two leave in the same direction; `curvature` is about how
+/// much their branches are bent and twisted at rest, 1/m.
 fn spec(k: usize, folded: bool, wired: bool, curvature: f64, rng: &mut Rng) -> JointSpec {
     let mut first = Vector::x();
     let arms = (0..k)
@@ -249,8 +249,8 @@ pub fn the_order_of_the_arms_does_not_matter(factory: &Factory<'_>) {
 }
 
 /// # Panics
-/// If running one branch from its other end (rest and frame half a turn about d1, curvature `[−κ1, κ2, κ3]`) changes the energy, or does not
-/// turn the gradient with its frame.
+/// If running one branch from its other end (rest and frame half a turn about d1, curvature `[−κ1, κ2, κ3]`) changes
+/// the energy, or does not turn the gradient with its frame.
 pub fn running_a_branch_from_its_other_end_changes_nothing(factory: &Factory<'_>) {
     for Case { name, spec, joint, frames } in cases(factory) {
         let (energy, want) = gradient(joint.as_ref(), &frames);

@@ -14,7 +14,7 @@ pub type Registries<'f> = dyn Fn() -> Registry + 'f;
 /// Enough iterations for methods that use gradients alone.
 const STOP: Stop = Stop { force_tolerance: 1e-6, max_iterations: 100_000 };
 
-/// Where the end of the cable goes, step by step, m.
+/// Positions of the end of the cable, step by step, m.
 const ENDS: [[f64; 3]; 4] = [[0.95, 0.0, 0.0], [0.85, 0.02, 0.0], [0.75, 0.05, 0.05], [0.8, 0.0, 0.1]];
 
 /// Recomputes what the report claims.
@@ -57,7 +57,7 @@ fn follow(minimiser: &mut dyn Minimiser, sample: &Sample) -> State {
 }
 
 /// A harness from its rest shape under gravity.
-fn settle(minimiser: &mut dyn Minimiser, name: &str, sample: &Sample) -> State {
+fn balanced(minimiser: &mut dyn Minimiser, name: &str, sample: &Sample) -> State {
     let mut state = sample.state.clone();
     let report = minimiser.minimise(&mut sample.problem(), &mut state, &STOP);
     check(name, sample, &Moved(sample.conditions.targets.clone()), &state, &report);
@@ -76,20 +76,20 @@ pub fn carries_a_clamped_cable_whose_end_is_moved(factory: &Factory<'_>, registr
 }
 
 /// # Panics
-/// If a harness of three branches does not settle, whatever its joint.
+/// If a harness of three branches does not converge, whatever its joint.
 pub fn carries_every_joint_of_the_registry(factory: &Factory<'_>, registry: &Registries<'_>) {
     let registry = registry();
     for kind in registry.joints() {
-        settle(factory().as_mut(), &kind.name, &y_harness(&registry, &kind.name, 10));
+        balanced(factory().as_mut(), &kind.name, &y_harness(&registry, &kind.name, 10));
     }
 }
 
 /// # Panics
-/// If a ring of three branches on a tail does not settle.
+/// If a ring of three branches on a tail does not converge.
 pub fn carries_a_closed_ring(factory: &Factory<'_>, registry: &Registries<'_>) {
     let registry = registry();
     for kind in registry.joints() {
-        settle(factory().as_mut(), &kind.name, &ring(&registry, &kind.name, 6, 1));
+        balanced(factory().as_mut(), &kind.name, &ring(&registry, &kind.name, 6, 1));
     }
 }
 
@@ -143,7 +143,8 @@ pub fn comes_down_from_a_crumpled_start(factory: &Factory<'_>, registry: &Regist
                 let noise = 1e-12 * (1.0 + before.abs());
                 assert!(
                     after <= before + noise,
-                    "turns of {turn}, shaken by {shake}, {iterations} iterations: from {before:e} J to {after:e} J, {report:?}"
+                    "turns of {turn}, shaken by {shake}, {iterations} iterations: from {before:e} J to {after:e} J, \
+                     {report:?}"
                 );
                 before = after;
             }
@@ -175,7 +176,8 @@ pub fn stops_at_the_iteration_limit(factory: &Factory<'_>, registry: &Registries
 }
 
 /// # Panics
-/// If a minimiser that somebody stopped goes on, says anything else, or gives other bits when it is told to go on from where it began.
+/// If a minimiser that was stopped goes on, returns another status, or gives other bits when it is started again from
+/// the same state.
 pub fn is_interrupted_when_stopped(factory: &Factory<'_>, registry: &Registries<'_>) {
     let sample = cable(&registry(), 20);
     let target = wireloom_core::Pose { position: Vector::new(0.5, 0.2, 0.1), ..sample.conditions.targets[1] };
@@ -230,8 +232,8 @@ pub fn goes_from_network_to_network(factory: &Factory<'_>, registry: &Registries
     let mut used = factory();
     follow(used.as_mut(), &cable(&registry, 20));
     let y = y_harness(&registry, kind, 10);
-    let got = bits(&settle(used.as_mut(), "after the cable", &y));
-    assert!(got == bits(&settle(factory().as_mut(), "fresh", &y)), "the Y after the cable");
+    let got = bits(&balanced(used.as_mut(), "after the cable", &y));
+    assert!(got == bits(&balanced(factory().as_mut(), "fresh", &y)), "the Y after the cable");
     let again = cable(&registry, 24);
     assert!(bits(&follow(used.as_mut(), &again)) == bits(&follow(factory().as_mut(), &again)), "a cable after the Y");
 }

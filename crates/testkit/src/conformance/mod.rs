@@ -1,4 +1,4 @@
-//! What every implementation of a trait of the core must do, as tests: one macro line runs a whole suite.
+//! Conformance suites of the traits of the core: one macro line runs a whole suite as tests.
 //!
 //! ```ignore
 //! wireloom_testkit::rod_conformance!(my_rod, |spec| Box::new(MyRod::new(spec)));
@@ -73,8 +73,8 @@ macro_rules! rod_conformance {
 }
 
 /// Holds a rod with the stiffnesses of its section, shear among them, to second order in the segment length:
-/// `rod_order_conformance!(name, factory)` with the factory of [`rod_conformance`]. Frames and nodes are those of a helix; a rod whose
-/// stiffnesses belong to the mesh is measured at its own equilibria.
+/// `rod_order_conformance!(name, factory)` with the factory of [`rod_conformance`]. Frames and nodes are those of a
+/// helix; a rod whose stiffnesses belong to the mesh is measured at its own equilibria.
 #[macro_export]
 macro_rules! rod_order_conformance {
     ($name:ident, $factory:expr) => {
@@ -173,9 +173,9 @@ macro_rules! listed_checks {
 }
 
 /// Holds a constraint that is a potential against the contract of [`wireloom_core::Potential`]:
-/// `potential_conformance!(name, factory, stations, nodes)` with `factory: Fn() -> Box<dyn Constraint>`, the number of its
-/// stations, and of nodes of a span to try it on (0: it acts along none). `potential_conformance!(name, factory)` is for springs that pull one station to
-/// its target, and holds them to that, too.
+/// `potential_conformance!(name, factory, stations, nodes)` with `factory: Fn() -> Box<dyn Constraint>`, the number of
+/// its stations, and of nodes of a span to try it on (0: it acts along none). `potential_conformance!(name, factory)`
+/// is for springs that pull one station to its target, and holds them to that, too.
 #[macro_export]
 macro_rules! potential_conformance {
     ($name:ident, $factory:expr) => {

@@ -36,7 +36,7 @@ struct Straight {
     segments: usize,
     /// Joint at its start and at its end.
     joints: [Option<usize>; 2],
-    /// Whether it is half as strong as the trunk.
+    /// Half as stiff as the trunk.
     thin: bool,
 }
 

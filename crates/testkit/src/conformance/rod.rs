@@ -123,8 +123,8 @@ fn meshes() -> Vec<(&'static str, Mesh)> {
     ]
 }
 
-/// Every mesh in a gentle, a wild and a nearly folded shape and one with edges against their frames, straight or curved at rest,
-/// with extra curvature or without.
+/// Every mesh in a gentle, a wild and a nearly folded shape and one with edges against their frames, straight or curved
+/// at rest, with extra curvature or without.
 fn cases(factory: &Factory<'_>) -> Vec<Case> {
     let mut rng = Rng::with_seed(1);
     let mut all = Vec::new();
@@ -315,7 +315,8 @@ pub fn hessian_is_the_second_derivative_of_the_energy(factory: &Factory<'_>) {
 }
 
 /// # Panics
-/// If the stiffness of the edges is not the one in the Hessian, or depends on the points where no edge is overturned by that.
+/// If the stiffness of the edges is not the one in the Hessian, or depends on the points where no edge is overturned by
+/// that.
 pub fn edge_stiffness_is_that_of_the_hessian_wherever_the_points_are(factory: &Factory<'_>) {
     let mut rng = Rng::with_seed(12);
     for Case { name, rod, shape, .. } in cases(factory) {
@@ -332,8 +333,8 @@ pub fn edge_stiffness_is_that_of_the_hessian_wherever_the_points_are(factory: &F
 }
 
 /// # Panics
-/// If what the rod says of its lengths is not the derivative of its energy and gradient in them: of each length alone, and of
-/// all at random rates.
+/// If what the rod says of its lengths is not the derivative of its energy and gradient in them: of each length alone,
+/// and of all at random rates.
 pub fn length_terms_are_derivatives_in_the_lengths(factory: &Factory<'_>) {
     let mut rng = Rng::with_seed(11);
     for Case { name, spec, rod, shape } in cases(factory) {
@@ -570,8 +571,8 @@ pub fn a_station_inside_changes_the_energy_to_second_order(factory: &Factory<'_>
 }
 
 /// # Panics
-/// If a branch with a station inside has not the bending and twisting energy of the two branches that meet there. (What stations do
-/// to stretch and shear is of second order in the segments, and may differ at ends.)
+/// If a branch with a station inside has not the bending and twisting energy of the two branches that meet there. (What
+/// stations do to stretch and shear is of second order in the segments, and may differ at ends.)
 pub fn bending_of_a_branch_cut_at_a_station_is_the_sum_of_its_parts(factory: &Factory<'_>) {
     let bending = |energy: RodEnergy| energy.bend + energy.twist;
     for Case { name, spec, rod, shape } in cases(factory) {

@@ -14,7 +14,7 @@ const SMOOTH: usize = 100;
 const ROUND_OFF: f64 = 1e-10;
 const DIFFERENCES: f64 = 1e-6;
 
-/// How far a shape without end is drawn, m.
+/// Size at which an unbounded shape is drawn, m.
 const DRAWN: f64 = 0.5;
 
 /// A shape, its surface and its size, and points about it.
@@ -34,7 +34,7 @@ impl Subject {
         Self { shape, surface, size }
     }
 
-    /// How far touches are looked for.
+    /// Reach of queries, m.
     fn reach(&self) -> f64 {
         0.3 * self.size
     }

@@ -1,11 +1,13 @@
-//! What contact costs: a large harness that has sagged onto a body of many triangles while gravity tilts, beside the same harness without the body.
+//! Cost of contact: a large harness lies on a body of many triangles while gravity tilts; the same harness without the
+//! body for comparison.
 
 use std::fmt::Write;
 use wireloom_core::{Registry, Status};
 use wireloom_scenario::Files;
 use wireloom_solve::Control;
 
-/// Joints along the trunk, each with an arm to either side; those of every other one are plugged in, the rest hang free.
+/// Joints along the trunk, each with an arm to either side; those of every other one are plugged in, the rest hang
+/// free.
 const JOINTS: usize = 20;
 /// Length of the trunk between joints, and of an arm; longest segment; all in m.
 const PITCH: f64 = 0.1;
@@ -16,7 +18,7 @@ const INCREMENTS: usize = 10;
 /// Squares along each edge of the body, each of two triangles.
 const DIVISIONS: usize = 92;
 
-/// A harness that comes to lie on a body.
+/// Harness that sags onto a body.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ContactCost {
     /// Nodes of the mesh.
@@ -47,7 +49,7 @@ pub struct Tilting {
 }
 
 impl ContactCost {
-    /// How many times as long an increment takes where there is something to touch.
+    /// Time of an increment with the body relative to one without.
     pub fn ratio(&self) -> f64 {
         self.touching.seconds / self.alone.seconds
     }
@@ -90,7 +92,8 @@ fn text(obstacle: &str) -> String {
     let mut text = String::from("schema = 1\nname = \"on a body\"\ngravity = [0, 0, 0]\n");
     for (name, diameter, bending) in [("trunk", 0.012, 0.02), ("arm", 0.006, 0.006)] {
         text += &format!(
-            "[sections.{name}]\ndiameter = {diameter}\nlinear_density = 0.06\naxial_stiffness = 2e4\nbending_stiffness = {bending}\n\
+            "[sections.{name}]\ndiameter = {diameter}\nlinear_density = 0.06\naxial_stiffness = 2e4\n\
+             bending_stiffness = {bending}\n\
              torsion_stiffness = {bending}\n"
         );
     }
@@ -98,7 +101,8 @@ fn text(obstacle: &str) -> String {
         let section = if name.starts_with("trunk") { "trunk" } else { "arm" };
         writeln!(
             text,
-            "[[branches]]\nname = \"{name}\"\nfrom = \"{from}\"\nto = \"{to}\"\nsection = \"{section}\"\nlength = {length}\n\
+            "[[branches]]\nname = \"{name}\"\nfrom = \"{from}\"\nto = \"{to}\"\nsection = \"{section}\"\n\
+             length = {length}\n\
              max_segment = {SPACING}"
         )
         .expect("text takes everything");
@@ -118,7 +122,8 @@ fn text(obstacle: &str) -> String {
     }
     for k in 1..=JOINTS {
         text += &format!(
-            "[[joints]]\nname = \"J{k}\"\narms = [\n  {{ branch = \"trunk-{}\", direction = [-1, 0, 0], up = [0, 0, 1] }},\n  \
+            "[[joints]]\nname = \"J{k}\"\narms = [\n  {{ branch = \"trunk-{}\", direction = [-1, 0, 0], up = [0, 0, 1] \
+             }},\n  \
              {{ branch = \"trunk-{k}\", direction = [1, 0, 0], up = [0, 0, 1] }},\n  \
              {{ branch = \"left-{k}\", direction = [0, 1, 0], up = [0, 0, 1] }},\n  \
              {{ branch = \"right-{k}\", direction = [0, -1, 0], up = [0, 0, 1] }},\n]\n",
@@ -127,7 +132,8 @@ fn text(obstacle: &str) -> String {
     }
     let plug = |text: &mut String, end: &str, [x, y]: [f64; 2], tangent: &str| {
         *text += &format!(
-            "[[constraints]]\nname = \"plug-{end}\"\nkind = \"connector\"\nat = {{ end = \"{end}\" }}\nposition = [{x}, {y}, 0]\n\
+            "[[constraints]]\nname = \"plug-{end}\"\nkind = \"connector\"\nat = {{ end = \"{end}\" }}\n\
+             position = [{x}, {y}, 0]\n\
              tangent = {tangent}\nup = [0, 0, 1]\n"
         );
     };

@@ -7,7 +7,7 @@ use wireloom_core::{Minimiser, Problem, Stop, Vector};
 use wireloom_gpu::{DeviceInfo, SharedDevice};
 use wireloom_solve::minimisers::newton::Newton;
 
-/// What a device does, and what the processor does with the same.
+/// Timings of a device and of the processor for the same work.
 #[derive(Clone, Debug, PartialEq)]
 pub struct OnDevice {
     /// The device.

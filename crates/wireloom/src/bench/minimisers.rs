@@ -7,7 +7,8 @@ use wireloom_solve::minimisers::newton::Newton;
 
 /// Segments of the cable.
 const SEGMENTS: usize = 1_000;
-/// Strokes, and steps each way, of a minimiser that has a metric, and of one that has none: that takes so long that two must do.
+/// Strokes, and steps each way, of a minimiser that has a metric, and of one that has none: that takes so long that two
+/// must do.
 const STROKES: [(usize, usize); 2] = [(10, 10), (1, 1)];
 
 /// A minimiser and what a step costs it.
@@ -19,11 +20,12 @@ pub struct Contender {
     pub preconditioner: Option<&'static str>,
     /// The steps.
     pub case: Case,
-    /// How many times longer than `newton` it takes; at least, where it does not converge.
+    /// Time relative to `newton`; a lower bound if it does not converge.
     pub times_newton: f64,
 }
 
-/// `newton`, and the methods that go by gradients with and without a preconditioner; steps are given up after so many iterations.
+/// `newton`, and the methods that go by gradients with and without a preconditioner; steps are given up after so many
+/// iterations.
 ///
 /// # Panics
 /// If a built-in minimiser is not there.

@@ -1,4 +1,5 @@
-//! A tolerance study of many points: a Y harness of three branches of 60 segments, whose lengths and whose clip's places vary.
+//! A tolerance study of many points: a Y harness of three branches of 60 segments, whose lengths and whose clip's
+//! places vary.
 
 use crate::sweep::{Points, header};
 use std::convert::Infallible;
@@ -8,15 +9,15 @@ use wireloom_core::{Monitor, Registry, Status};
 use wireloom_gpu::batch::Batch;
 use wireloom_scenario::{NoFiles, Setting};
 
-/// Its small sister, of which it has more points.
+/// Scenario with fewer points.
 const SCENARIO: &str = include_str!("../../../../scenarios/sweeps/y_tolerances.toml");
 
-/// What became of the points.
+/// Outcome of a study.
 #[derive(Clone, Debug, PartialEq)]
 pub struct MonteCarlo {
     /// Points in all.
     pub points: usize,
-    /// How many ended how; together they are all points.
+    /// Statuses and their numbers; together they are all points.
     pub statuses: Vec<(String, usize)>,
     /// Threads that share them.
     pub threads: usize,
@@ -25,7 +26,7 @@ pub struct MonteCarlo {
 }
 
 impl MonteCarlo {
-    /// How many converged.
+    /// Number of points that converged.
     pub fn converged(&self) -> usize {
         self.statuses.iter().filter(|(status, _)| status == Status::Converged.word()).map(|(_, n)| n).sum()
     }
@@ -47,7 +48,7 @@ pub fn monte_carlo(points: usize, minimiser: Option<&str>, batch: Option<&Batch>
     let statuses: Mutex<Vec<(String, usize)>> = Mutex::default();
     let chains: Vec<usize> = (0..all.chains().len()).collect();
     let kept = all.compute(&chains, &Monitor::default(), &|| (), |_, rows| {
-        let mut statuses = statuses.lock().expect("nobody panics with it");
+        let mut statuses = statuses.lock().expect("no thread panics while it holds the lock");
         for row in rows {
             match statuses.iter_mut().find(|(status, _)| *status == row.status) {
                 Some((_, n)) => *n += 1,
@@ -57,7 +58,7 @@ pub fn monte_carlo(points: usize, minimiser: Option<&str>, batch: Option<&Batch>
         Ok::<(), Infallible>(())
     });
     kept.unwrap_or_else(|never| match never {});
-    let mut statuses = statuses.into_inner().expect("nobody panics with it");
+    let mut statuses = statuses.into_inner().expect("no thread panics while it holds the lock");
     statuses.sort();
     let seconds = clock.elapsed().as_secs_f64();
     MonteCarlo { points, statuses, threads: rayon::current_num_threads(), seconds }

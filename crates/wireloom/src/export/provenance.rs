@@ -1,11 +1,11 @@
-//! What a result was made from.
+//! Provenance of a result.
 
 use sha2::{Digest, Sha256};
 use wireloom_export::json::{Provenance, options};
 use wireloom_scenario::{Scenario, Setting};
 
-/// Of a scenario; `program`: name and version; `texts`: names and texts of the scenario and of all files it names; `hashed`: names and
-/// SHA-256 of those that are no texts; `settings`: what was set beside them.
+/// Provenance of a result. `program`: name and version. `texts`: names and texts of the scenario and of all files it
+/// names. `hashed`: names and SHA-256 of files that are not text. `settings`: values that replaced those of the text.
 pub fn provenance(
     program: &str,
     scenario: &Scenario,
@@ -30,7 +30,7 @@ pub fn provenance(
     }
 }
 
-/// Each once, in order.
+/// Distinct kinds, sorted.
 fn kinds<'a>(all: impl Iterator<Item = &'a String>) -> Vec<String> {
     let mut kinds: Vec<String> = all.cloned().collect();
     kinds.sort_unstable();

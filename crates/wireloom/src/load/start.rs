@@ -1,8 +1,8 @@
-//! What only the laid out harness shows.
+//! Faults that only the laid out harness shows.
 
 use wireloom_scenario::{Built, Fault, Scenario};
 
-/// A harness that is drawn within a body, where that is deepest.
+/// Fault of a harness that is drawn within a body, at its deepest place.
 pub(crate) fn refuse_inside(scenario: &Scenario, built: &Built) -> Option<Fault> {
     let inside = wireloom_solve::start::layout::inside(&built.network, &built.schedule)?;
     let body = &scenario.obstacles[inside.obstacle];
@@ -10,7 +10,8 @@ pub(crate) fn refuse_inside(scenario: &Scenario, built: &Built) -> Option<Fault>
     Some(Fault {
         span: body.spans.of(Some("position")),
         message: format!(
-            "the centre line of branch \"{}\" begins {:.1} mm inside obstacle \"{}\", at s = {:.4} m: [{:.4}, {:.4}, {:.4}]",
+            "the centre line of branch \"{}\" begins {:.1} mm inside obstacle \"{}\", at s = {:.4} m: [{:.4}, {:.4}, \
+             {:.4}]",
             scenario.branches[inside.branch].name,
             1e3 * inside.depth,
             body.obstacle.name,

@@ -1,4 +1,4 @@
-//! Constraints that are told to hold a cable where a body is: no shape of the cable meets that, so nobody should wait for one.
+//! Faults of constraints that hold a cable inside a body: no shape of the cable satisfies them.
 
 use std::collections::HashSet;
 use wireloom_core::constraint::Action;
@@ -7,11 +7,11 @@ use wireloom_core::steps::{Move, Step};
 use wireloom_core::{Network, Pose, Rotation, Vector};
 use wireloom_scenario::{Built, Fault, Scenario};
 
-/// What a constraint is let be deeper than the radius of its cable, m: round-off of what is meant to touch.
+/// Tolerance of the depth beyond the cable's radius, m: round-off of what is meant to touch.
 const ROUND_OFF: f64 = 1e-9;
 
-/// Constraints whose centre line is told to be deeper inside an obstacle than the radius of the cable, once for each of them and each step, with the
-/// deepest place. A body that moves in a step is not looked at in it: it may make way.
+/// One fault for each constraint and step in which the held point is deeper inside an obstacle than the radius of the
+/// cable, at the deepest place. A body that moves in a step is ignored in it: it may make room.
 pub(crate) fn refuse_inside(scenario: &Scenario, built: &Built) -> Vec<Fault> {
     let network = &built.network;
     let mut bodies: Vec<Pose> = network.obstacles.iter().map(|obstacle| obstacle.pose).collect();
@@ -22,9 +22,8 @@ pub(crate) fn refuse_inside(scenario: &Scenario, built: &Built) -> Vec<Fault> {
     let standing = |bodies: &[Pose], moving: &HashSet<usize>| -> Vec<(usize, Pose)> {
         bodies.iter().copied().enumerate().filter(|(o, _)| !moving.contains(o)).collect()
     };
-    // Where each constraint is known to hold, and how it is turned where that is known.
-    let given =
-        |f: usize| network.constraints[f].position.map(|position| (position, network.constraints[f].orientation));
+    // Position of each constraint, and its orientation if known.
+    let given = |f: usize| network.constraints[f].position.map(|position| (position, network.constraints[f].orientation));
     let mut held: Vec<Option<(Vector, Option<Rotation>)>> =
         (0..network.constraints.len()).map(|f| given(f).filter(|_| network.constraints[f].from_start)).collect();
     let all = standing(&bodies, &HashSet::new());
@@ -58,15 +57,15 @@ pub(crate) fn refuse_inside(scenario: &Scenario, built: &Built) -> Vec<Fault> {
     faults
 }
 
-/// Where a constraint goes in a step, as far as that is known.
+/// Positions of a constraint in a step, as far as they are known.
 struct Ways {
     passed: Vec<Vector>,
     end: Option<(Vector, Option<Rotation>)>,
 }
 
-/// The ways of all that takes part in a motion.
+/// Positions of all constraints that take part in a motion.
 fn ways(motion: &Move, held: &[Option<(Vector, Option<Rotation>)>], step: &Step) -> Vec<(usize, Ways)> {
-    // What a start at no known place leaves open: everything but the points that the way itself gives.
+    // A start at an unknown place leaves everything open but the points of the path itself.
     let stand_in = |f: usize| {
         let (position, orientation) = held[f].unwrap_or((Vector::zeros(), None));
         Pose { position, orientation: orientation.unwrap_or_else(Rotation::identity) }
@@ -77,13 +76,13 @@ fn ways(motion: &Move, held: &[Option<(Vector, Option<Rotation>)>], step: &Step)
     let turns = !motion.track.turns.is_empty() || motion.track.spin != 0.0;
     let turn_known = !turns || motion.origin.1.is_some() || first.is_some_and(turned_known);
     let alone = motion.carried.len() == 1 && motion.origin == (None, None);
-    let shares: Vec<f64> = (1..=step.increments).map(|k| k as f64 / step.increments as f64).collect();
+    let fractions: Vec<f64> = (1..=step.increments).map(|k| k as f64 / step.increments as f64).collect();
     let way = |(k, journey): (usize, wireloom_core::steps::Journey)| {
         let f = journey.constraint();
         let carried = motion.carried[k];
         let known = held[f].is_some() && origin_known && (turn_known || alone);
         let passed = if known {
-            shares.iter().copied().chain(motion.corners()).map(|t| journey.at(t).position).collect()
+            fractions.iter().copied().chain(motion.corners()).map(|t| journey.at(t).position).collect()
         } else if alone {
             motion.track.positions.iter().map(|(_, x)| *x).collect()
         } else {
@@ -97,7 +96,7 @@ fn ways(motion: &Move, held: &[Option<(Vector, Option<Rotation>)>], step: &Step)
     motion.journeys(stand_in).into_iter().enumerate().map(way).collect()
 }
 
-/// A constraint that is told to hold its cable in a body.
+/// Fixing that holds its cable inside a body.
 struct Deep {
     constraint: usize,
     obstacle: usize,
@@ -106,7 +105,7 @@ struct Deep {
     at: Vector,
 }
 
-/// The deepest of some places of a constraint that gives its cable no choice, where that is deeper than the cable's radius.
+/// Deepest of some positions of a constraint that prescribes them, if it is deeper than the cable's radius.
 fn deepest(network: &Network, f: usize, places: &[Vector], bodies: &[(usize, Pose)]) -> Option<Deep> {
     let constraint = &network.constraints[f];
     let Action::Prescribed(hold) = constraint.model.action() else { return None };
@@ -149,7 +148,8 @@ impl Deep {
                 at.z
             ),
             help: format!(
-                "hold its centre line outside; what is fastened to a body may lie as deep as the cable's radius, {:.1} mm",
+                "hold its centre line outside; what is fastened to a body may lie as deep as the cable's radius, {:.1} \
+                 mm",
                 1e3 * radius
             ),
         }

@@ -1,4 +1,4 @@
-//! What is measured of a point's last equilibrium beside what always is.
+//! Columns that a sweep asks for: quantities of a point's last equilibrium.
 
 use wireloom_core::Vector;
 use wireloom_core::equilibrium::{BranchResult, StepResult};
@@ -6,7 +6,7 @@ use wireloom_export::ending::Ending;
 use wireloom_scenario::Stretch;
 use wireloom_scenario::sweep::{At, Measured, Output};
 
-/// Arc lengths that differ by less than this share of the branch are the same.
+/// Arc lengths that differ by less than this fraction of the branch are the same.
 const SAME_PLACE: f64 = 1e-9;
 
 /// Names of an output's columns.
@@ -24,7 +24,7 @@ pub(super) fn columns(output: &Output) -> Vec<String> {
     }
 }
 
-/// What stands in them at the end of a run.
+/// Values of an output's columns at the end of a run.
 pub(super) fn values(output: &Output, ending: &Ending, end: &StepResult) -> Vec<f64> {
     let with_norm = |v: Vector| vec![v.norm(), v.x, v.y, v.z];
     let position = |branch: usize, s: f64| ending.branches[branch].position_at(s);
@@ -58,7 +58,7 @@ fn between(branch: &BranchResult, of: impl Fn(&BranchResult) -> &Vec<Vector>, s:
     interpolated(&branch.s, of(branch), s)
 }
 
-/// Between nodes at arc lengths `all`, linearly.
+/// Linear interpolation between nodes at arc lengths `all`.
 fn interpolated(all: &[f64], values: &[Vector], s: f64) -> Vector {
     let i = all.partition_point(|node| *node <= s).clamp(1, all.len() - 1) - 1;
     let t = ((s - all[i]) / (all[i + 1] - all[i])).clamp(0.0, 1.0);

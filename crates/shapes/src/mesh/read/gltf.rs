@@ -1,5 +1,6 @@
-//! glTF 2.0, as GLB or with its data in the text: the triangles of its scene, in its metres and axes. Of the format only what makes surfaces is read,
-//! with every index and range checked: the crate for it indexes past the end in damaged files.
+//! glTF 2.0, as GLB or with its data in the text: the triangles of its scene, in its metres and axes. Of the format
+//! only what makes surfaces is read, with every index and range checked: the crate for it indexes past the end in
+//! damaged files.
 
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
@@ -90,8 +91,8 @@ const TRIANGLES: u32 = 4;
 
 /// Nodes within nodes that are taken for meant.
 const DEEPEST: usize = 100;
-/// Corners, and triangles, that any file may come to: a small one may set one mesh in many places. A larger file may come to one for each of
-/// its bytes, which is more than it can hold without that.
+/// Corners, and triangles, that any file may come to: a small one may set one mesh in many places. A larger file may
+/// come to one for each of its bytes, which is more than it can hold without that.
 const MANY: usize = 2_000_000;
 
 pub(super) fn read(bytes: &[u8]) -> Result<Surface, String> {
@@ -151,7 +152,8 @@ impl File<'_> {
         if depth > DEEPEST {
             return Err(format!("its nodes lie within each other more than {DEEPEST} deep"));
         }
-        // Nodes are trees: one with two parents would be met once for every way to it, and ways can be more than there are atoms.
+        // Nodes are trees: one with two parents would be met once for every way to it, and ways can be more than there
+        // are atoms.
         if std::mem::replace(&mut self.seen[node], true) {
             return Err(format!("node {node} lies within two others, or within itself"));
         }
@@ -238,7 +240,7 @@ impl File<'_> {
 }
 
 impl Node {
-    /// Where it is in the node around it.
+    /// Transformation into the axes of its parent node.
     fn placed(&self) -> Matrix4<f64> {
         if let Some(matrix) = &self.matrix {
             return Matrix4::from_column_slice(matrix);

@@ -25,9 +25,9 @@ pub enum ReadFault {
     Unreadable {
         /// Name of the file.
         name: String,
-        /// What its ending says it is.
+        /// Format that its ending stands for.
         format: &'static str,
-        /// What is wrong.
+        /// Reason of the reader.
         reason: String,
     },
 }
@@ -42,13 +42,13 @@ impl From<ReadFault> for BuildError {
     }
 }
 
-/// What a reader makes of bytes: corners in the file's units, or what is wrong.
+/// Reader of a format: bytes to corners in the file's units and triangles, or the reason why not.
 type Read = fn(&[u8]) -> Result<Surface, String>;
 
 /// The triangles of a file, m.
 ///
 /// # Errors
-/// Where it is of no known format, or not what it says it is.
+/// If its ending is of no known format, or its content is not of that format.
 pub fn read(file: &ShapeFile) -> Result<Surface, ReadFault> {
     let name = file.name.clone();
     let ending = name.rsplit_once('.').map(|(_, ending)| ending.to_ascii_lowercase()).unwrap_or_default();

@@ -1,5 +1,5 @@
-//! Wavefront OBJ: the polygons of all its groups, taken for convex. Of the format only what makes surfaces is read: the crate for it overflows at
-//! large indices, of textures and normals too.
+//! Wavefront OBJ: the polygons of all its groups, assumed convex. Only surfaces are read. An own reader, because
+//! the crate for this format overflows at large indices, of textures and normals too.
 
 use super::polygon::fan;
 use wireloom_core::Vector;

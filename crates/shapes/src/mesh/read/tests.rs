@@ -4,7 +4,7 @@ use super::*;
 use serde_json::json;
 use std::time::{Duration, Instant};
 
-/// What is wrong with a file, told quickly.
+/// Message with which a file is refused; it must come quickly.
 fn refused(name: &str, bytes: Vec<u8>) -> String {
     let begun = Instant::now();
     let file = ShapeFile { name: name.into(), bytes, scale: 1.0 };
