@@ -313,7 +313,8 @@ impl Minimiser for Newton {
         };
         if problem.network.is_shared() {
             // Among the threads of the pool, so that handing them work costs little.
-            rayon::scope(|_| descend(ws, problem, state, stop))
+            let span = tracing::Span::current();
+            rayon::scope(|_| span.in_scope(|| descend(ws, problem, state, stop)))
         } else {
             descend(ws, problem, state, stop)
         }
@@ -340,6 +341,7 @@ fn descend(ws: &mut Workspace, problem: &mut Problem<'_>, state: &mut State, sto
         (energy, mixed) = predict(ws, problem, state);
         report.iterations += 1;
         if energy.is_infinite() {
+            trace(&report, ws, problem, energy, f64::NAN, 1.0, 0.0);
             // What is held goes through an obstacle, or drags a cable through one: the increment is too large.
             ws.factor_of = None;
             if problem.monitor.is_stopped() {
@@ -356,7 +358,13 @@ fn descend(ws: &mut Workspace, problem: &mut Problem<'_>, state: &mut State, sto
     let mut sigma = 0.0_f64;
     let mut judge = Judge::new(stop, STALLED_AFTER);
     judge.begin(ws.residual(problem));
+    let mut told = 0;
+    let mut length = 1.0;
     report.status = loop {
+        if told < report.iterations {
+            trace(&report, ws, problem, energy, judge.residual, length, sigma);
+            told = report.iterations;
+        }
         if problem.monitor.iterate(judge.residual) {
             break Status::Interrupted;
         }
@@ -414,6 +422,7 @@ fn descend(ws: &mut Workspace, problem: &mut Problem<'_>, state: &mut State, sto
             }
             continue;
         };
+        length = alpha;
         mixed = ws.largest_turn() < SMALL_TURN && alpha == 1.0;
         let turn = alpha * ws.largest_turn();
         energy = trial + problem.moment_work(state, &ws.step, alpha);
@@ -427,6 +436,9 @@ fn descend(ws: &mut Workspace, problem: &mut Problem<'_>, state: &mut State, sto
             }
         }
     };
+    if told < report.iterations {
+        trace(&report, ws, problem, energy, judge.residual, length, sigma);
+    }
     if report.status != Status::Converged {
         // Whoever goes on from here may go on from somewhere else.
         ws.factor_of = None;
@@ -435,6 +447,20 @@ fn descend(ws: &mut Workspace, problem: &mut Problem<'_>, state: &mut State, sto
     report.factorisations = ws.factorisations;
     report.evaluations = ws.evaluations;
     report
+}
+
+/// Tells whoever listens of an iteration.
+fn trace(report: &Report, ws: &Workspace, problem: &Problem<'_>, energy: f64, residual: f64, step: f64, shift: f64) {
+    tracing::debug!(
+        target: "wireloom::iteration",
+        iteration = report.iterations,
+        energy,
+        residual,
+        step,
+        shift,
+        contacts = problem.conditions().contact.marks.len(),
+        factorisations = ws.factorisations,
+    );
 }
 
 /// A larger shift than `sigma`.

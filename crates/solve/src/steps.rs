@@ -168,7 +168,11 @@ pub fn carry_out(
     let mut driver = match resumed {
         None => {
             let mut driver = Driver::at_start(network, minimiser, stop, schedule, &monitor);
-            let homed = driver.find_start(coarse, schedule, &steps[0].name);
+            let homed = {
+                let _step = tracing::info_span!("step", name = steps[0].name, index = 0).entered();
+                let _start = tracing::info_span!("increment", index = 0).entered();
+                driver.find_start(coarse, schedule, &steps[0].name)
+            };
             if homed == Status::Interrupted || driver.fault.is_some() {
                 run.status = driver.unless_faulty(homed);
                 run.fault = driver.named_fault(&steps[0], 0);
@@ -188,6 +192,7 @@ pub fn carry_out(
         }
     };
     for (index, step) in steps.iter().enumerate().skip(first) {
+        let _span = tracing::info_span!("step", name = step.name, index).entered();
         let plan = begun.take().unwrap_or_else(|| {
             driver.minimiser.forget();
             observer.checkpoint(&driver.checkpoint(&run, (index, 0), None, 0.0));
@@ -260,6 +265,7 @@ pub fn carry_out(
                 observer.checkpoint(&driver.checkpoint(&run, (index, increment), Some(&plan), seconds));
             }
         }
+        tracing::info!(target: "wireloom::step", iterations = driver.iterations, factorisations = driver.factorisations);
         (clock, spent) = (Instant::now(), 0.0);
         (driver.iterations, driver.polish, driver.factorisations) = (0, 0, 0);
     }
@@ -374,8 +380,16 @@ impl<'n, 'm> Driver<'n, 'm> {
         all: bool,
         seconds: impl FnOnce() -> f64,
     ) -> Result<StepResult, Status> {
+        let _span = tracing::info_span!("increment", index = increment).entered();
         self.log.begin(Moment { step: step.name.clone(), step_index, increment });
         let status = self.increment(plan, a, b);
+        tracing::info!(
+            target: "wireloom::increment",
+            status = status.word(),
+            iterations = self.iterations,
+            factorisations = self.factorisations,
+            residual = self.residual,
+        );
         if self.fault.is_some() {
             return Err(self.unless_faulty(status));
         }
