@@ -161,7 +161,7 @@ fn first_scenario() -> Checked {
     let place = Place::new()?;
     place.file("first.toml", first()?)?;
     let check = place.run(&["check", "first.toml"])?.expect(0)?;
-    ensure(check.out == "first.toml: OK (3 branches, 1 joint, 4 fixings, 143 nodes, 2 steps)\n", &check)?;
+    ensure(check.out == "first.toml: OK (3 branches, 1 joint, 4 constraints, 143 nodes, 2 steps)\n", &check)?;
     let ended = place.run(&["run", "first.toml", "--out", "a/b"])?.expect(0)?;
     for word in
         ["y-harness: converged", "plug B", "plug C", "plug-A", "clip-1", "trunk", "wrote a/b: picture.svg, result.json"]

@@ -1,20 +1,20 @@
-//! The largest reaction of every fixing and the tightest bend of every branch over all increments: what an engineer
-//! must design for is seldom what is left at the end.
+//! The largest reaction of each constraint and the tightest bend of each branch over all increments, which are seldom
+//! those at the end.
 
 use serde::{Deserialize, Serialize};
 use wireloom::core::StepResult;
 use wireloom::core::equilibrium::{BranchResult, ConstraintResult};
 
-/// The largest force a fixing exerts.
+/// The largest force of a constraint.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Load {
-    /// The fixing.
+    /// The constraint.
     pub name: String,
     /// Its kind.
     pub kind: String,
     /// N.
     pub force: f64,
-    /// The step in which.
+    /// The step in which it occurs.
     pub step: String,
 }
 
@@ -25,16 +25,16 @@ pub struct Bend {
     pub name: String,
     /// Bend radius, m; infinite where the branch was always straight.
     pub radius: f64,
-    /// Where, m of arc length.
+    /// Arc length, m.
     pub s: f64,
-    /// The step in which.
+    /// The step in which it occurs.
     pub step: String,
     /// Smallest radius allowed, m.
     pub limit: Option<f64>,
 }
 
 impl Bend {
-    /// How near to its limit: above 1 it is bent too tightly; 0 where there is no limit.
+    /// Limit of the bend radius over the smallest one: above 1 the bend is too tight; 0 where there is no limit.
     pub fn use_of_limit(&self) -> f64 {
         self.limit.map_or(0.0, |limit| limit / self.radius)
     }
@@ -43,7 +43,7 @@ impl Bend {
 /// The extremes so far.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Extremes {
-    /// By fixing, in the order in which they begin to act.
+    /// By constraint, in the order in which they begin to act.
     pub loads: Vec<Load>,
     /// By branch, in the order of the scenario.
     pub bends: Vec<Bend>,

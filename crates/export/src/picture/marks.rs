@@ -1,4 +1,4 @@
-//! Joints, fixings and the tightest bend: what is drawn as a symbol.
+//! Symbols of joints, constraints and the tightest bend.
 
 use super::colour::INK;
 use super::layout::Panel;
@@ -7,28 +7,28 @@ use super::view::visible;
 use crate::xml::escape;
 use wireloom_core::{StepResult, Vector};
 
-/// What a symbol stands for.
+/// Meaning of a symbol.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Kind {
     Joint,
     Connector,
     Collar,
     Handle,
-    OtherFixing,
+    OtherConstraint,
     TightestBend,
 }
 
 impl Kind {
     /// In the order of the legend.
     pub const ALL: [Kind; 6] =
-        [Kind::Connector, Kind::Collar, Kind::Handle, Kind::OtherFixing, Kind::Joint, Kind::TightestBend];
+        [Kind::Connector, Kind::Collar, Kind::Handle, Kind::OtherConstraint, Kind::Joint, Kind::TightestBend];
 
     fn of_fixing(word: &str) -> Self {
         match word {
             "connector" => Kind::Connector,
             "collar" => Kind::Collar,
             "handle" => Kind::Handle,
-            _ => Kind::OtherFixing,
+            _ => Kind::OtherConstraint,
         }
     }
 
@@ -38,7 +38,7 @@ impl Kind {
             Kind::Connector => "connector",
             Kind::Collar => "collar",
             Kind::Handle => "handle",
-            Kind::OtherFixing => "other fixing",
+            Kind::OtherConstraint => "other constraint",
             Kind::TightestBend => "tightest bend",
         }
     }
@@ -46,10 +46,10 @@ impl Kind {
     pub fn class(self) -> &'static str {
         match self {
             Kind::Joint => "joint",
-            Kind::Connector => "fixing connector",
-            Kind::Collar => "fixing collar",
-            Kind::Handle => "fixing handle",
-            Kind::OtherFixing => "fixing other",
+            Kind::Connector => "constraint connector",
+            Kind::Collar => "constraint collar",
+            Kind::Handle => "constraint handle",
+            Kind::OtherConstraint => "constraint other",
             Kind::TightestBend => "tightest",
         }
     }
@@ -59,11 +59,11 @@ impl Kind {
 pub struct Mark {
     pub kind: Kind,
     pub position: Vector,
-    /// What stands beside it.
+    /// The name beside it.
     pub label: String,
-    /// What a browser shows under the pointer.
+    /// Text that a browser shows under the pointer.
     pub tip: String,
-    /// Larger is named first where there is no room for all.
+    /// Priority of its name where there is no room for all.
     pub weight: f64,
 }
 
@@ -74,7 +74,7 @@ pub struct Marks {
     pub half: f64,
 }
 
-/// Symbols shrink where there are more than this.
+/// Number of symbols above which they shrink.
 const MANY: usize = 60;
 
 pub fn collect(step: &StepResult) -> Marks {
@@ -122,7 +122,7 @@ fn tightest(step: &StepResult) -> Option<Mark> {
     })
 }
 
-/// The far ones first.
+/// Draws them, the far ones first.
 pub fn draw(page: &mut Svg, marks: &Marks, panel: &Panel) {
     let mut order: Vec<&Mark> = marks.list.iter().collect();
     order.sort_by(|a, b| panel.view.nearness(&a.position).total_cmp(&panel.view.nearness(&b.position)));
@@ -153,13 +153,14 @@ pub fn symbol(page: &mut Svg, kind: Kind, [x, y]: [f64; 2], half: f64, tip: &str
             number(0.4 * half)
         ),
         Kind::Handle => format!("{} {solid}", polygon(&[[0.0, -1.15], [1.1, 0.8], [-1.1, 0.8]], 1.05 * half)),
-        Kind::OtherFixing => {
+        Kind::OtherConstraint => {
             format!("{} {solid}", polygon(&[[0.0, -1.0], [1.0, 0.0], [0.0, 1.0], [-1.0, 0.0]], 1.25 * half))
         }
         Kind::TightestBend => {
             let r = number(1.45 * half);
             format!(
-                "<circle cx=\"{cx}\" cy=\"{cy}\" r=\"{r}\" fill=\"none\" stroke=\"{INK}\" stroke-width=\"1.3\" stroke-dasharray=\"3.2 2\""
+                "<circle cx=\"{cx}\" cy=\"{cy}\" r=\"{r}\" fill=\"none\" stroke=\"{INK}\" stroke-width=\"1.3\" \
+                 stroke-dasharray=\"3.2 2\""
             )
         }
     };

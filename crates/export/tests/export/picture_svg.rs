@@ -69,10 +69,10 @@ fn a_y_harness() {
     (step.name, step.increment, step.increments) = ("plug B".into(), 40, 40);
     let text = drawn(&step, "y-harness", "y");
     for view in ["front", "side", "above"] {
-        assert_eq!(count(&text, view, "fixing connector"), 2);
-        assert_eq!(count(&text, view, "fixing collar"), 1);
-        assert_eq!(count(&text, view, "fixing handle"), 1);
-        assert_eq!(count(&text, view, "fixing other"), 1);
+        assert_eq!(count(&text, view, "constraint connector"), 2);
+        assert_eq!(count(&text, view, "constraint collar"), 1);
+        assert_eq!(count(&text, view, "constraint handle"), 1);
+        assert_eq!(count(&text, view, "constraint other"), 1);
         assert_eq!(count(&text, view, "joint"), 1);
         assert_eq!(count(&text, view, "tightest"), 1);
         assert_eq!(count(&text, view, "label"), 7, "{view}: every name found a place");
@@ -83,9 +83,9 @@ fn a_y_harness() {
     {
         assert!(words.iter().any(|word| word == expected), "{expected}: {words:?}");
     }
-    // The table of the fixings: the largest force first.
-    let row = words.iter().position(|word| word == "fixing").unwrap();
-    assert_eq!(words[row..row + 6], ["fixing", "N", "N m", "hand", "7.25", "0.0100"]);
+    // The table of the constraints: the largest force first.
+    let row = words.iter().position(|word| word == "constraint").unwrap();
+    assert_eq!(words[row..row + 6], ["constraint", "N", "N m", "hand", "7.25", "0.0100"]);
     assert!(words.iter().any(|word| word.contains("below the limit of 45.0 mm")), "{words:?}");
 }
 
@@ -99,7 +99,7 @@ fn a_big_harness_is_not_buried_in_names() {
     let text = drawn(&big_harness(), "big", "big");
     for view in ["front", "side", "above"] {
         assert_eq!(count(&text, view, "joint"), 30);
-        assert_eq!(count(&text, view, "fixing connector"), 90);
+        assert_eq!(count(&text, view, "constraint connector"), 90);
         let names = count(&text, view, "label");
         assert!((8..=13).contains(&names), "{view}: {names} names");
     }
@@ -109,7 +109,7 @@ fn a_big_harness_is_not_buried_in_names() {
 fn straight_and_planar_harnesses() {
     for axis in 0..3 {
         let text = drawn(&straight(axis), "straight cable", &format!("straight-{axis}"));
-        assert_eq!(count(&text, "front", "fixing connector"), 2);
+        assert_eq!(count(&text, "front", "constraint connector"), 2);
         assert!(words(&text).contains(&"straight everywhere".to_string()));
     }
     let text = drawn(&planar(), "planar", "planar");
@@ -155,7 +155,8 @@ fn degenerate_input_is_drawn_as_far_as_it_goes() {
     assert_eq!(write(&short, &[], "", &mut Vec::new()).unwrap_err().kind(), std::io::ErrorKind::InvalidInput);
 }
 
-/// A body is drawn in every view, within the frame, behind the branches; of a hundred thousand triangles no more than can be seen.
+/// A body is drawn in every view, within the frame, behind the branches; of a hundred thousand triangles no more than
+/// can be seen.
 #[test]
 fn obstacles_lie_behind_the_branches() {
     let end = among_obstacles().steps.remove(0);
