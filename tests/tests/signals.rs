@@ -82,7 +82,10 @@ fn a_signal_within_an_increment_ends_the_run_and_keeps_what_is_done() {
         std::thread::sleep(Duration::from_millis(300));
         let (code, out) = end(child, signal);
         assert_eq!(code, Some(2), "{out}");
-        assert!(out.contains("drawn: interrupted") && out.contains("`wireloom run --resume o` goes on"), "{out}");
+        assert!(
+            out.contains("drawn: interrupted") && out.contains("`wireloom run --resume o` resumes the run"),
+            "{out}"
+        );
         let result = place.result("o");
         let steps: Vec<_> =
             result["steps"].as_array().expect("a list").iter().map(|step| step["name"].as_str()).collect();
@@ -137,7 +140,7 @@ fn a_comparison_that_is_interrupted_ends_with_code_2_and_what_is_done() {
         .expect("text");
     let (code, out) = end(child, "-INT");
     assert_eq!(code, Some(2), "{out}");
-    assert!(out.starts_with("interrupted: 1 of 3 runs came to their ends") && out.contains("converged"), "{out}");
+    assert!(out.starts_with("interrupted: 1 of 3 runs are complete") && out.contains("converged"), "{out}");
     // Before anything is done there is nothing to be shown.
     let mut child = start(&place, &["compare", "s.toml", "quick.toml"]);
     let mut said = BufReader::new(child.stderr.take().expect("piped")).lines();
@@ -145,7 +148,7 @@ fn a_comparison_that_is_interrupted_ends_with_code_2_and_what_is_done() {
         .expect("it says so")
         .expect("text");
     let (code, out) = end(child, "-TERM");
-    assert_eq!((code, out.trim_end()), (Some(2), "interrupted: 0 of 2 runs came to their ends"));
+    assert_eq!((code, out.trim_end()), (Some(2), "interrupted: 0 of 2 runs are complete"));
 }
 
 #[test]

@@ -1,4 +1,4 @@
-//! What may stand on the command line.
+//! The command line.
 
 pub mod values;
 
@@ -20,9 +20,9 @@ pub struct Arguments {
 pub enum Command {
     /// Carry out a scenario and write its results
     ///
-    /// Writes result.json, picture.svg, and what else the scenario's [output] asks for: CSV tables, VTK files for
-    /// ParaView, a report. Ctrl-C (or SIGTERM) stops at once and keeps the increments that are done; after that, or a kill or a crash,
-    /// --resume goes on to the same result.
+    /// Writes result.json, picture.svg, and all other files that the scenario's [output] asks for: CSV tables, VTK
+    /// files for ParaView, a report. Ctrl-C (or SIGTERM) stops at once and keeps the increments that are done; after
+    /// that, or after a kill or a crash, --resume leads to the same result.
     Run(RunArguments),
     /// Check scenarios without carrying them out, and show all their faults at once
     Check {
@@ -32,25 +32,25 @@ pub enum Command {
         #[command(flatten)]
         allowed: Allowed,
     },
-    /// Take hold of a harness in the browser, or watch a finished run
+    /// Drag a harness in the browser, or play a finished run
     ///
-    /// Opens a page (and prints its address, which holds a token, a new one each time: whoever knows it may use the session). Hands move connectors, clips and points
-    /// of the cables; what they do becomes steps of the scenario, which the page saves as a file. What is not saved is kept as a draft,
-    /// in the user's folder for states of programs, and offered the next time. Ctrl-C ends it.
+    /// Opens a page, and prints its address with a token, a new one each time: anyone who knows it can use the
+    /// session. Connectors, clips and points of the cables can be dragged; the motions become steps of the scenario,
+    /// which the page saves as a file. Unsaved changes are kept as a draft, in the user's folder for states of
+    /// programs, and offered the next time. Ctrl-C ends the session.
     Studio(StudioArguments),
-    /// Show what differs between results, and why they are not the same equilibrium
+    /// Show the differences between results, and why they are not the same equilibrium
     ///
-    /// Takes folders that `run` has written, and scenarios, which are carried out for the purpose (nothing is written of them; Ctrl-C
-    /// leaves those that are done).
-    /// Or one scenario, and what to try in it: --joint cosserat,rigid-body, --segments 20,40,80; of several such options, every
-    /// combination.
+    /// Takes folders that `run` has written, and scenarios, which are carried out (without writing results; after
+    /// Ctrl-C those that are done are compared). Or one scenario with options such as --joint cosserat,rigid-body,
+    /// --segments 20,40,80; of several such options, every combination.
     Compare(CompareArguments),
     /// Carry out a scenario over all values of its [sweep], on all cores
     ///
-    /// Writes points.parquet, a row for each point. A point that fails is a row with its status. After Ctrl-C, a kill or a crash the
-    /// same command goes on.
+    /// Writes points.parquet, a row for each point. A point that fails is a row with its status. After Ctrl-C, a kill
+    /// or a crash the same command continues.
     Sweep(SweepArguments),
-    /// Show a sweep as one HTML page: distributions, responses, and which key matters most
+    /// Show a sweep as one HTML page: distributions, responses, and the influence of each key
     ///
     /// (The page of a run is written by `run --report`.)
     Report {
@@ -70,7 +70,7 @@ pub enum Command {
     },
     /// List the GPUs of this machine (and those in software) that the minimiser `gpu` may run on
     Devices,
-    /// Say what a key of a scenario means, what it holds and how it is written
+    /// Explain a key of scenarios: its meaning, its values and an example
     Explain {
         /// The key, such as `length`, `branches.length` or `minimiser.memory`; or the name of a kind, such as `ncg`
         key: String,
@@ -87,10 +87,10 @@ pub enum Command {
         #[command(subcommand)]
         task: PluginTask,
     },
-    /// What this program becomes when a plugin has ended it
+    /// Report the crash of a plugin (the program starts itself with this)
     #[command(hide = true)]
     PluginFault(PluginFault),
-    /// Measure on this machine how long one small move of a held end takes, with each minimiser, and a sweep of many points
+    /// Measure the time of a small move of a held end, with each minimiser, and of a sweep of many points
     Bench(BenchArguments),
 }
 
@@ -100,15 +100,18 @@ pub struct BenchArguments {
     #[arg(long)]
     pub json: bool,
     /// Points of the sweep
-    #[arg(long, value_name = "N", default_value_t = 10_000, value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
+    #[arg(long, value_name = "N", default_value_t = 10_000)]
+    #[arg(value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
     pub points: u32,
-    /// Iterations after which a minimiser gives up a step
+    /// Largest number of iterations of a step
     #[arg(long, value_name = "N", default_value_t = 20_000, value_parser = clap::value_parser!(u32).range(1..))]
     pub iterations: u32,
-    /// Instead of all that, the minimiser `gpu` on this device (a number of `wireloom devices`, or part of a name) beside `newton` on one core, as JSON
+    /// Only the minimiser `gpu` on this device (a number of `wireloom devices`, or part of a name), and `newton` on
+    /// one core, as JSON
     #[arg(long, value_name = "DEVICE", conflicts_with_all = ["harness", "iterations"])]
     pub device: Option<String>,
-    /// Also how long a real harness takes from the board into the vehicle (about a minute), and a move of one of its plugs
+    /// Also the installation of a real harness from the board into the vehicle (about a minute), and a move of one of
+    /// its plugs
     #[arg(long, value_name = "FILE.kbl")]
     pub harness: Option<PathBuf>,
 }
@@ -118,11 +121,12 @@ pub struct RunArguments {
     /// The scenario
     #[arg(required_unless_present = "resume")]
     pub file: Option<PathBuf>,
-    /// Go on with the run that was interrupted in this folder
+    /// Resume the run that was interrupted in this folder
     ///
-    /// The scenario and the files it names must be what they were. The result is the same, to the last bit, as that of a
-    /// run that was not interrupted; only times differ.
-    #[arg(long, value_name = "DIR", conflicts_with_all = ["file", "out", "minimiser", "set", "point", "report", "page"])]
+    /// The scenario and the files it names must be unchanged. The result is the same, to the last bit, as that of a
+    /// run without interruption; only times differ.
+    #[arg(long, value_name = "DIR")]
+    #[arg(conflicts_with_all = ["file", "out", "minimiser", "set", "point", "report", "page"])]
     pub resume: Option<PathBuf>,
     /// Folder for the results, made where it is missing [default: out/ and the name of FILE without .toml]
     #[arg(long, value_name = "DIR")]
@@ -130,13 +134,13 @@ pub struct RunArguments {
     /// Find equilibria with this minimiser instead of the scenario's
     #[arg(long, value_name = "KIND")]
     pub minimiser: Option<String>,
-    /// Give a key another value, such as branches.left.length="500 mm" (`*` stands for every entry of a list)
+    /// Replace the value of a key, such as branches.left.length="500 mm" (`*` stands for every entry of a list)
     #[arg(long, value_name = "KEY=VALUE")]
     pub set: Vec<String>,
     /// Carry out this point of the scenario's [sweep], counted from 0, to see its shape
     #[arg(long, value_name = "N")]
     pub point: Option<usize>,
-    /// Write report.html, too: the whole run as one page, as `report = true` in the scenario's [output] does
+    /// Write report.html, the whole run as one page, as with `report = true` in the scenario's [output]
     #[arg(long)]
     pub report: bool,
     /// Also write the run, increment by increment, as one page that any browser plays without this program
@@ -146,18 +150,35 @@ pub struct RunArguments {
     #[arg(long, short)]
     pub quiet: bool,
     #[command(flatten)]
+    pub trace: TraceArguments,
+    #[command(flatten)]
     pub allowed: Allowed,
+}
+
+/// The trace of the solver.
+#[derive(Args)]
+pub struct TraceArguments {
+    /// Show the work of the solver on standard error: -v a line for each increment, -vv a line for each iteration
+    ///
+    /// Columns of -vv: iteration of this solve; energy (J); residual, relative to the loads of each branch; step
+    /// length of the line search (1: the full Newton step); shift of the Hessian (0: it was positive definite);
+    /// contact points; factorisations so far.
+    #[arg(long, short, action = clap::ArgAction::Count, conflicts_with = "quiet")]
+    pub verbose: u8,
+    /// Write the spans and events of the solver to a file, one JSON object a line
+    #[arg(id = "trace", long = "trace", value_name = "FILE")]
+    pub file: Option<PathBuf>,
 }
 
 #[derive(Args)]
 pub struct StudioArguments {
-    /// A scenario, to take hold of it; or a folder that `run` has written, to watch what is in it
+    /// A scenario, to be changed interactively; or a folder that `run` has written, to be played
     #[arg(value_name = "FILE|DIR")]
     pub what: PathBuf,
-    /// Port to listen at [default: that of the last time, or any]
+    /// Port to listen at [default: that of the last session, or any]
     #[arg(long, value_name = "N")]
     pub port: Option<u16>,
-    /// Address to listen at; any but this machine's own lets others in who know the token
+    /// Address to listen at; with any but this machine's own, others who know the token can connect
     #[arg(long, value_name = "ADDRESS", default_value = "127.0.0.1")]
     pub host: String,
     /// Only print the address
@@ -167,13 +188,14 @@ pub struct StudioArguments {
     pub allowed: Allowed,
 }
 
-/// What of this machine a command may use: plugins that the user trusts, a device.
+/// Plugins that the user trusts, and a device.
 #[derive(Args, Clone, Default)]
 pub struct Allowed {
-    /// Allow a plugin that the scenario names: native code, which may do whatever you may
+    /// Allow a plugin that the scenario names: native code, with all your rights
     ///
-    /// FILE is the library. `run`, `sweep` and `compare` also load what lies in a folder of the search path: those of the variable
-    /// WIRELOOM_PLUGINS, and .wireloom/plugins in the home folder. `check` loads nothing but what is allowed here.
+    /// FILE is the library. `run`, `sweep` and `compare` also load plugins from folders of the search path: those of
+    /// the variable WIRELOOM_PLUGINS, and .wireloom/plugins in the home folder. `check` loads only plugins that are
+    /// allowed here.
     #[arg(long = "allow-plugin", value_name = "FILE")]
     pub allow_plugin: Vec<PathBuf>,
     /// Run the minimiser `gpu` on this device: its number in `wireloom devices`, or part of its name
@@ -190,18 +212,18 @@ pub enum PluginTask {
         /// In C instead of Rust
         #[arg(long)]
         c: bool,
-        /// Where the sources of this program lie, which a plugin in Rust is built with
+        /// Folder of the sources of this program, which a plugin in Rust is built with
         #[arg(long, value_name = "DIR", conflicts_with = "c")]
         sources: Option<PathBuf>,
     },
-    /// Load a plugin and try whether it keeps what it promises
+    /// Load a plugin and test its contract
     ///
-    /// Derivatives, objectivity where claimed, the same bits for the same input, input that is not finite or extreme, several threads, panics, memory
-    /// over 10 000 cycles of making and unmaking, time of an evaluation.
+    /// Derivatives, objectivity where claimed, the same bits for the same input, input that is not finite or extreme,
+    /// several threads, panics, memory over 10 000 cycles of creation and destruction, time of an evaluation.
     Check {
         /// The library
         file: PathBuf,
-        /// How long one call may take, s
+        /// Time limit of one call, s
         #[arg(long, value_name = "SECONDS", default_value_t = 10.0)]
         time_limit: f64,
     },
@@ -209,23 +231,23 @@ pub enum PluginTask {
     List,
 }
 
-/// Whose doing it was.
+/// The crash of a plugin.
 #[derive(Args)]
 pub struct PluginFault {
     /// Folder of the run, where one had begun
     #[arg(long, requires = "step", requires = "increment")]
     pub folder: Option<PathBuf>,
-    /// Step at hand
+    /// Step
     #[arg(long)]
     pub step: Option<String>,
-    /// Increment of it
+    /// Its increment
     #[arg(long)]
     pub increment: Option<usize>,
     /// Plugin and constraint
     pub site: String,
     /// Function
     pub function: String,
-    /// What happened
+    /// The crash, in words
     pub happened: String,
 }
 
@@ -260,21 +282,23 @@ pub struct CompareArguments {
     /// ... with each of these minimisers
     #[arg(long, value_name = "KINDS", value_delimiter = ',')]
     pub minimiser: Vec<String>,
-    /// ... with each of these numbers of segments for every branch; of three or more, how fast results settle
+    /// ... with each of these numbers of segments for every branch; with three or more, their convergence
     #[arg(long, value_name = "NUMBERS", value_delimiter = ',')]
     pub segments: Vec<usize>,
     /// ... with each of these values for a key, such as branches.left.length=0.4,"500 mm" (`*` stands for every entry)
     #[arg(long, value_name = "KEY=VALUES")]
     pub set: Vec<String>,
-    /// Write the comparison as one HTML page, with the shapes over each other
+    /// Write the comparison as one HTML page, with all shapes in one picture
     #[arg(long, value_name = "FILE")]
     pub report: Option<PathBuf>,
-    /// Shapes nearer to each other than this are the same, in metres or with a unit
+    /// Largest distance of shapes that are the same, in metres or with a unit
     #[arg(long, value_name = "LENGTH", default_value = "1 mm", value_parser = values::length)]
     pub tolerance: f64,
     /// Show no progress
     #[arg(long, short)]
     pub quiet: bool,
+    #[command(flatten)]
+    pub trace: TraceArguments,
     #[command(flatten)]
     pub allowed: Allowed,
 }
@@ -292,24 +316,24 @@ pub struct KblArguments {
     /// Where to write the scenario [default: standard output]
     #[arg(short, long, value_name = "FILE")]
     pub output: Option<PathBuf>,
-    /// Where the scenario begins, and where it goes
+    /// Start and end of the scenario
     #[arg(long = "as", value_name = "ARRANGEMENT", value_enum, default_value_t = KblArrangement::Installed)]
     pub arrangement: KblArrangement,
-    /// In which order an assembly installs connectors and clips [default: outward]
+    /// Order in which an assembly installs connectors and clips [default: outward]
     #[arg(long, value_enum)]
     pub order: Option<KblOrder>,
-    /// Which of the random orders [default: 0]
+    /// Number of the random order [default: 0]
     #[arg(long, value_name = "N", requires = "order")]
     pub seed: Option<u64>,
     /// Longest segment of a branch, in metres or with a unit
     #[arg(long, value_name = "LENGTH", default_value = "10 mm", value_parser = values::length)]
     pub spacing: f64,
-    /// Name of the scenario [default: what the file calls the harness]
+    /// Name of the scenario [default: the harness's name in the file]
     #[arg(long)]
     pub name: Option<String>,
 }
 
-/// Where the scenario of a KBL file begins, and where it goes.
+/// Start and end of the scenario of a KBL file.
 #[derive(Clone, Copy, clap::ValueEnum)]
 pub enum KblArrangement {
     /// In the vehicle, as drawn
@@ -320,7 +344,7 @@ pub enum KblArrangement {
     Assembly,
 }
 
-/// In which order an assembly installs.
+/// Order in which an assembly installs.
 #[derive(Clone, Copy, clap::ValueEnum)]
 pub enum KblOrder {
     /// Along the cable from the connector of the heaviest branch outward

@@ -24,7 +24,7 @@ use std::io::Write;
 pub fn carry_out(command: &Command, out: &mut dyn Write) -> Result<Outcome, Failure> {
     match command {
         Command::Run(arguments) => run::run(arguments, out),
-        Command::Check { files, allowed } => check::check(files, &Trust::to_look(allowed), out),
+        Command::Check { files, allowed } => check::check(files, &Trust::to_check(allowed), out),
         Command::Studio(arguments) => studio::studio(arguments, out),
         Command::Compare(arguments) => compare::compare(arguments, out),
         Command::Sweep(arguments) => sweep::sweep(arguments, out),

@@ -1,11 +1,11 @@
-//! The largest reaction of every constraint and the tightest bend of every branch over all increments: what an engineer
-//! must design for is seldom what is left at the end.
+//! The largest reaction of each constraint and the tightest bend of each branch over all increments, which are seldom
+//! those at the end.
 
 use serde::{Deserialize, Serialize};
 use wireloom::core::StepResult;
 use wireloom::core::equilibrium::{BranchResult, ConstraintResult};
 
-/// The largest force a constraint exerts.
+/// The largest force of a constraint.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Load {
     /// The constraint.
@@ -14,7 +14,7 @@ pub struct Load {
     pub kind: String,
     /// N.
     pub force: f64,
-    /// The step in which.
+    /// The step in which it occurs.
     pub step: String,
 }
 
@@ -25,16 +25,16 @@ pub struct Bend {
     pub name: String,
     /// Bend radius, m; infinite where the branch was always straight.
     pub radius: f64,
-    /// Where, m of arc length.
+    /// Arc length, m.
     pub s: f64,
-    /// The step in which.
+    /// The step in which it occurs.
     pub step: String,
     /// Smallest radius allowed, m.
     pub limit: Option<f64>,
 }
 
 impl Bend {
-    /// How near to its limit: above 1 it is bent too tightly; 0 where there is no limit.
+    /// Limit of the bend radius over the smallest one: above 1 the bend is too tight; 0 where there is no limit.
     pub fn use_of_limit(&self) -> f64 {
         self.limit.map_or(0.0, |limit| limit / self.radius)
     }

@@ -1,4 +1,4 @@
-//! How a command ends: with an outcome, or with a failure that ends it early.
+//! Outcomes and failures of commands, and their exit codes.
 
 use std::io;
 use std::path::Path;
@@ -9,15 +9,15 @@ use wireloom::scenario::Fault;
 pub const REFUSED: u8 = 1;
 /// Exit code for a run that did not converge.
 const NOT_CONVERGED: u8 = 2;
-/// Exit code for a file or folder that could not be read or written, and for a constraint or a plugin that broke down.
+/// Exit code for a file or folder that could not be read or written, and for a constraint or a plugin that failed.
 const IO: u8 = 3;
 
 /// A command that did its work.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Outcome {
-    /// Nothing to complain of.
+    /// Everything succeeded.
     Done,
-    /// All is written, but not every increment converged.
+    /// Everything is written, but not every increment converged.
     NotConverged,
 }
 
@@ -38,11 +38,11 @@ pub struct Refusal {
     pub file: String,
     /// Its text.
     pub text: String,
-    /// What is wrong with it.
+    /// Its faults.
     pub faults: Vec<Fault>,
 }
 
-/// Why a command ended early.
+/// Failure of a command.
 #[derive(Debug, thiserror::Error)]
 pub enum Failure {
     /// Scenarios with faults.
@@ -54,16 +54,16 @@ pub enum Failure {
     /// Other input that cannot be used.
     #[error("{0}")]
     Input(String),
-    /// A constraint or joint broke down; what was finished before is written.
+    /// A constraint or joint failed; everything before is written.
     #[error("{0}")]
     Part(PartFault),
-    /// A plugin broke down outside of a run, or keeps not what it promises.
+    /// A plugin failed outside of a run, or violates its contract.
     #[error("{0}")]
     Plugin(String),
     /// Reading or writing failed.
     #[error("{what}: {source}")]
     Io {
-        /// What was being done to which file.
+        /// The operation and the file.
         what: String,
         /// The system's reason.
         source: io::Error,
@@ -80,13 +80,13 @@ impl Failure {
         }
     }
 
-    /// A file or folder that failed, and what was being done to it.
+    /// A failed operation on a file or folder.
     pub fn io(what: &str, path: &Path) -> impl FnOnce(io::Error) -> Self {
         let what = format!("cannot {what} {}", path.display());
         move |source| Self::Io { what, source }
     }
 
-    /// The network failed, and what was to be done.
+    /// A failed operation on the network.
     pub fn network(what: &'static str) -> impl FnOnce(io::Error) -> Self {
         move |source| Self::Io { what: format!("cannot {what}"), source }
     }

@@ -1,11 +1,12 @@
-//! The command `wireloom`: reads files, prints, writes results. What it knows about harnesses it asks of the façade.
+//! The command `wireloom`: reads files, prints, writes results. Everything about harnesses is in the façade
+//! `wireloom`.
 //!
 //! | code | meaning |
 //! | --- | --- |
 //! | 0 | done; for `run`: every increment converged |
 //! | 1 | the input was refused: the scenario, the imported file or the command line |
-//! | 2 | `run` did not converge or was interrupted (everything computed is written all the same), or `compare` met a run that did not converge |
-//! | 3 | a file or folder could not be read or written, is damaged, or another run is writing there; or a plugin failed |
+//! | 2 | `run` did not converge or was interrupted (all results so far are written), or a run of `compare` did not |
+//! | 3 | a file or folder could not be read or written, is damaged or in use by another run; or a plugin failed |
 
 mod arguments;
 mod commands;
@@ -17,6 +18,7 @@ mod plugin;
 mod print;
 mod program;
 mod size;
+mod trace;
 
 use arguments::Arguments;
 use clap::Parser;
@@ -29,7 +31,7 @@ fn main() -> ExitCode {
     let arguments = match Arguments::try_parse() {
         Ok(arguments) => arguments,
         Err(wish) => {
-            // Help and version are wishes fulfilled; anything else is refused input, whose code clap does not know.
+            // Help and version end with 0; anything else is refused input, whose exit code clap does not know.
             let _ = wish.print();
             return ExitCode::from(if wish.use_stderr() { failure::REFUSED } else { 0 });
         }

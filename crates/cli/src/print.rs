@@ -1,4 +1,4 @@
-//! Everything that is printed, but for results on files.
+//! Output in the terminal: tables, messages, progress.
 
 pub mod diagnostics;
 pub mod differences;

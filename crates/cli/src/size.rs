@@ -1,4 +1,4 @@
-//! How large a harness is, in words.
+//! Size of a harness: nodes, memory, time.
 
 use crate::failure::Failure;
 use crate::print::text::counted;
@@ -6,43 +6,44 @@ use sysinfo::{MemoryRefreshKind, RefreshKind, System};
 use wireloom::core::Network;
 use wireloom::scenario::Built;
 
-/// What a node takes, as measured with cables of 10⁵ and 10⁶ segments: bytes at most, and seconds for an equilibrium.
+/// Memory (bytes, at most) and time of an equilibrium (s) for each node, measured with cables of 10⁵ and 10⁶
+/// segments.
 const BYTES: u64 = 5_200;
 const SECONDS: f64 = 2e-5;
-/// A harness of so many nodes is told of before the work begins.
+/// Number of nodes from which the size is announced before the work begins.
 const LARGE: usize = 100_000;
 
-/// What to expect of a large harness; none of one that is done in no time.
+/// Memory and time of a large harness, in words; `None` for a small one.
 ///
 /// # Errors
 /// Where it does not fit into the memory that is left on this machine.
-pub fn foretell(network: &Network, increments: usize) -> Result<Option<String>, Failure> {
+pub fn estimate(network: &Network, increments: usize) -> Result<Option<String>, Failure> {
     let nodes = nodes(network);
     if nodes < LARGE {
         return Ok(None);
     }
     let ram = RefreshKind::nothing().with_memory(MemoryRefreshKind::nothing().with_ram());
-    // Where the system does not tell, the work is begun.
+    // Where the system does not tell, the work begins.
     let left = System::new_with_specifics(ram).ok().and_then(|system| {
         let within = system.cgroup_limits().map_or(u64::MAX, |limits| limits.free_memory);
         Some(system.available_memory().min(within)).filter(|left| *left > 0)
     });
-    foretold(nodes, increments, left).map(Some)
+    estimated(nodes, increments, left).map(Some)
 }
 
-/// The same with so many bytes left.
-fn foretold(nodes: usize, increments: usize, left: Option<u64>) -> Result<String, Failure> {
+/// The same with this number of free bytes.
+fn estimated(nodes: usize, increments: usize, left: Option<u64>) -> Result<String, Failure> {
     let needed = nodes as u64 * BYTES;
-    let memory = format!("{nodes} nodes take some {:.1} GB of memory", needed as f64 / 1e9);
+    let memory = format!("{nodes} nodes need about {:.1} GB of memory", needed as f64 / 1e9);
     match left {
         Some(left) if left < needed => Err(Failure::Input(format!(
-            "{memory}, and {:.1} GB are left: fewer `segments`, or a larger `max_segment`, make it fit",
+            "{memory}, and {:.1} GB are free: fewer `segments`, or a larger `max_segment`, make it fit",
             left as f64 / 1e9
         ))),
         _ => {
             let each = (nodes as f64 * SECONDS).ceil();
             let increments = counted(increments, "increment", "increments");
-            Ok(format!("{memory}; {increments}, each of which may take {each:.0} s and more"))
+            Ok(format!("{memory}; {increments} of {each:.0} s or more each"))
         }
     }
 }
@@ -74,14 +75,11 @@ mod tests {
 
     #[test]
     fn what_does_not_fit_is_refused_before_it_is_tried() {
-        let refused = foretold(1_000_000, 3, Some(2 << 30)).expect_err("it does not fit").to_string();
-        assert!(refused.contains("1000000 nodes take some 5.2 GB of memory, and 2.1 GB are left"), "{refused}");
+        let refused = estimated(1_000_000, 3, Some(2 << 30)).expect_err("it does not fit").to_string();
+        assert!(refused.contains("1000000 nodes need about 5.2 GB of memory, and 2.1 GB are free"), "{refused}");
         for left in [Some(6 << 30), None] {
-            let told = foretold(1_000_000, 3, left).expect("it fits");
-            assert_eq!(
-                told,
-                "1000000 nodes take some 5.2 GB of memory; 3 increments, each of which may take 20 s and more"
-            );
+            let told = estimated(1_000_000, 3, left).expect("it fits");
+            assert_eq!(told, "1000000 nodes need about 5.2 GB of memory; 3 increments of 20 s or more each");
         }
     }
 }

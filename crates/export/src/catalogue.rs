@@ -1,5 +1,5 @@
-//! All output formats of a run. A new format is a file with its writer and a [`Format`], an entry here, and its key in the table `OUTPUT`
-//! of `wireloom-scenario`; a test of the command line holds both lists equal.
+//! All output formats of a run. A new format is a file with its writer and a [`Format`], an entry here, and its key
+//! in the table `OUTPUT` of `wireloom-scenario`; a test of the command line holds both lists equal.
 //!
 //! | key in `[output]` | files | content |
 //! | --- | --- | --- |
@@ -7,13 +7,14 @@
 //! | `report` | `report.html` | the whole run on one page |
 //! | `picture` | `picture.svg` | the last equilibrium |
 //! | `vtk` | `vtk/NNNN.vtp`, `harness.pvd` | every increment, and all of them as a series in time |
-//! | `vtk` | `vtk/obstacles.vtp`, `vtk/obstacles-NNNN.vtp` | obstacles that stand still, and those that move, at every increment |
+//! | `vtk` | `vtk/obstacles.vtp` | obstacles that stand still |
+//! | `vtk` | `vtk/obstacles-NNNN.vtp` | obstacles that move, at every increment |
 //! | `csv` | `csv/STEP/BRANCH.csv` | the branches at the end of every step |
 //! | `gltf` | `harness.glb` | harness and obstacles at the end of every step |
 //! | `swept` | `swept.glb` | the space that the harness goes through |
 //!
-//! A session of the studio offers the equilibrium at hand in some of them: `result.json`, `report.html`, `picture.svg`, `harness.vtp`,
-//! `obstacles.vtp` and `csv/BRANCH.csv`.
+//! A session of the studio offers the equilibrium at hand in some of them: `result.json`, `report.html`,
+//! `picture.svg`, `harness.vtp`, `obstacles.vtp` and `csv/BRANCH.csv`.
 
 use crate::format::{Ended, File, Format};
 use crate::{csv, gltf, json, picture, report, vtk};

@@ -1,9 +1,9 @@
-//! What differs between the ends of runs, and why they are not the same.
+//! Differences between the last equilibria of several runs, and their causes.
 //!
-//! Branches are laid beside each other by the fraction of their arc length, whatever their meshes: between nodes a shape is the
-//! cubic through positions and tangents, so that a coarse mesh is not blamed for its corners. Runs whose branches
-//! all lie within a tolerance of each other have ended in the same equilibrium. Of those that have not, [`Comparison::parts`] says which
-//! parts of the harness lie in more than one way, and [`Group::reasons`] why the runs may have parted.
+//! Branches are compared at equal fractions of their arc length, on any meshes: between nodes a shape is the cubic
+//! through positions and tangents, so that the corners of a coarse mesh do not count. Runs whose branches all lie
+//! within a tolerance of each other have ended in the same equilibrium. For the others, [`Comparison::parts`] lists
+//! the parts of the harness with more than one shape, and [`Group::reasons`] possible causes.
 
 mod convergence;
 pub(crate) mod shape;
@@ -15,36 +15,36 @@ use shape::Gap;
 use std::fmt;
 use wireloom_core::Vector;
 
-/// Twist that differs by more than this (turns) was put in on the way; less comes from lying in another shape.
+/// A larger difference of twist (turns) was put in during the steps; a smaller one comes from another shape.
 const TURNS: f64 = 0.5;
-/// Ends of branches that are nearer to each other than this many tolerances meet there.
+/// Ends of branches that are nearer to each other than this many tolerances are joined.
 const MEET: f64 = 2.0;
 
-/// A run under the name by which it is told from the others.
+/// A run and a name that distinguishes it from the others.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Case {
     /// Name.
     pub name: String,
-    /// How it ended.
+    /// Its last equilibrium.
     pub ending: Ending,
 }
 
-/// Some runs beside each other.
+/// Comparison of several runs.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Comparison {
     /// Shapes nearer to each other than this are the same, m.
     pub tolerance: f64,
-    /// Index of the case against which the others are measured.
+    /// Index of the case that the others are compared with.
     pub reference: usize,
-    /// What is different from the reference, case by case.
+    /// Difference of each case from the reference.
     pub differences: Vec<Difference>,
     /// Cases that ended in the same equilibrium; that of the reference first, then by energy.
     pub groups: Vec<Group>,
-    /// Parts of the harness that do not lie the same way in all cases, the one that moves farthest first.
+    /// Parts of the harness with more than one shape, in descending order of distance.
     pub parts: Vec<Part>,
 }
 
-/// What is different from the reference.
+/// Difference from the reference.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Difference {
     /// Branches that both have, in the order of the reference.
@@ -57,7 +57,7 @@ pub struct Difference {
     pub energy: f64,
 }
 
-/// A branch beside that of the reference.
+/// A branch compared with that of the reference.
 #[derive(Clone, Debug, PartialEq)]
 pub struct BranchDifference {
     /// Name.
@@ -76,7 +76,7 @@ pub struct BranchDifference {
     pub twist_turns: [f64; 2],
 }
 
-/// A constraint beside that of the reference.
+/// A constraint compared with that of the reference.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ConstraintDifference {
     /// Name.
@@ -94,39 +94,40 @@ pub struct ConstraintDifference {
 pub struct Group {
     /// Indices of the cases; the first one stands for all.
     pub cases: Vec<usize>,
-    /// Why it is not the equilibrium of the reference; none for that itself.
+    /// Causes of the difference from the reference; empty for the reference itself.
     pub reasons: Vec<Reason>,
 }
 
-/// A part of the harness that lies in more than one way.
+/// A part of the harness with more than one shape.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Part {
-    /// Names of its branches, which hang together.
+    /// Names of its branches, which are connected.
     pub branches: Vec<String>,
-    /// The ways, that of the reference first.
+    /// Its shapes, that of the reference first.
     pub ways: Vec<Way>,
 }
 
-/// One way in which a part lies.
+/// A shape of a part.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Way {
     /// Indices of the cases.
     pub cases: Vec<usize>,
-    /// Branch, arc length (m) and distance (m) of the point that is farthest from the first way; none for that itself.
+    /// Branch, arc length (m) and distance (m) of the point that is farthest from the first shape; none for that
+    /// itself.
     pub farthest: Option<(String, f64, f64)>,
 }
 
-/// Why a run has not ended where the reference has.
+/// Cause of a difference from the reference.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Reason {
-    /// It, or the reference, is no equilibrium at all.
+    /// The run or the reference did not converge.
     NotConverged {
         /// Whether it is the reference that did not converge.
         reference: bool,
         /// Word for the status.
         status: String,
     },
-    /// It, or the reference, is an equilibrium that a real harness would leave.
+    /// The run or the reference ended in an unstable equilibrium.
     Unstable {
         /// Whether it is the reference.
         reference: bool,
@@ -136,28 +137,28 @@ pub enum Reason {
         /// Names that only one of the two has.
         unmatched: Vec<String>,
     },
-    /// A constraint does not hold where that of the reference does.
+    /// A constraint holds another place than that of the reference.
     HeldElsewhere {
         /// Name of the constraint.
         constraint: String,
         /// Distance, m.
         distance: f64,
     },
-    /// A constraint has closed at, or the cable runs through it at, another place of the cable.
+    /// A constraint closed at another arc length of the cable, or the cable slides through it there.
     OtherPlace {
         /// Name of the constraint.
         constraint: String,
         /// Branch and arc length (m), of the reference and here; none at a joint.
         places: [Option<(String, f64)>; 2],
     },
-    /// A branch has taken up another twist.
+    /// The twist of a branch differs.
     Twist {
         /// Name of the branch.
         branch: String,
         /// Of the reference and here, turns.
         turns: [f64; 2],
     },
-    /// Nothing else is different: both are equilibria of the same harness.
+    /// No other difference: both are equilibria of the same harness.
     Multistable {
         /// Whether both are known to be stable.
         stable: bool,
@@ -176,7 +177,7 @@ impl fmt::Display for Reason {
             }
             Self::OtherHarness { unmatched } => write!(f, "only one of the two has {}", some(unmatched)),
             Self::HeldElsewhere { constraint, distance } => {
-                write!(f, "constraint {constraint} holds {:.1} mm from where it does in the reference", 1e3 * distance)
+                write!(f, "constraint {constraint} holds {:.1} mm from its place in the reference", 1e3 * distance)
             }
             Self::OtherPlace { constraint, places: [reference, here] } => {
                 let place = |place: &Option<(String, f64)>| match place {
@@ -188,11 +189,13 @@ impl fmt::Display for Reason {
             Self::Twist { branch, turns: [reference, here] } => {
                 write!(f, "branch {branch} is twisted by {here:.2} turns, in the reference by {reference:.2}")
             }
-            Self::Multistable { stable: true } => {
-                f.write_str("both are stable, held alike and without another turn of twist: which one is reached depends on the way there")
-            }
+            Self::Multistable { stable: true } => f.write_str(
+                "both are stable, with the same constraints and turns of twist: \
+                     which one is reached depends on the steps before",
+            ),
             Self::Multistable { stable: false } => f.write_str(
-                "both are held alike and without another turn of twist (whether they are stable was not determined): which one is reached depends on the way there",
+                "both have the same constraints and turns of twist (whether they are stable was not determined): \
+                 which one is reached depends on the steps before",
             ),
         }
     }
@@ -207,8 +210,8 @@ fn some(names: &[String]) -> String {
 }
 
 impl Comparison {
-    /// Compares; `reference`: index of the case against which the others are measured, or none for the first one of the largest
-    /// group. Shapes nearer to each other than `tolerance` (m) are the same.
+    /// Compares; `reference`: index of the case that the others are compared with, or none for the first one of the
+    /// largest group. Shapes nearer to each other than `tolerance` (m) are the same.
     ///
     /// # Panics
     /// Where there are no cases.
@@ -251,7 +254,7 @@ impl Difference {
         self.branches.iter().map(|branch| branch.mean * branch.length).sum::<f64>() / length
     }
 
-    /// The constraint whose force is most different.
+    /// The constraint with the largest difference of force.
     pub fn hardest(&self) -> Option<&ConstraintDifference> {
         self.constraints.iter().max_by(|a, b| a.force.total_cmp(&b.force))
     }
@@ -268,7 +271,7 @@ impl<'a> Gaps<'a> {
         Self { cases, known: std::collections::BTreeMap::new() }
     }
 
-    /// Of all branches that both have, by name; arc lengths are those of the first.
+    /// Gaps of all branches that both have, by name; arc lengths are those of the first.
     fn between(&mut self, a: usize, b: usize) -> &[(String, Gap)] {
         let cases = self.cases;
         self.known.entry((a, b)).or_insert_with(|| {
@@ -285,7 +288,7 @@ impl<'a> Gaps<'a> {
         self.between(a, b).iter().find(|(other, _)| other == name).map(|(_, gap)| *gap)
     }
 
-    /// Infinite where one has a branch that the other has not.
+    /// Largest gap of all branches; infinite where one has a branch that the other lacks.
     fn largest(&mut self, a: usize, b: usize) -> f64 {
         let branches = self.cases[a].ending.branches.len().max(self.cases[b].ending.branches.len());
         let gaps = self.between(a, b);
@@ -296,7 +299,7 @@ impl<'a> Gaps<'a> {
     }
 }
 
-/// Puts each into the first group to whose first member it is alike.
+/// Puts each into the first group whose first member it equals.
 fn alike(all: &[usize], mut same: impl FnMut(usize, usize) -> bool) -> Vec<Vec<usize>> {
     let mut groups: Vec<Vec<usize>> = Vec::new();
     for &k in all {
@@ -351,7 +354,7 @@ fn difference(reference: &Ending, here: &Ending) -> Difference {
     Difference { branches, constraints, unmatched, energy: here.energy.total() - reference.energy.total() }
 }
 
-/// Why `here` is not the reference; empty where it is.
+/// Causes of the difference of `here` from the reference.
 fn reasons(cases: &[Case], reference: usize, here: usize, difference: &Difference, tolerance: f64) -> Vec<Reason> {
     if reference == here {
         return Vec::new();
@@ -396,7 +399,7 @@ fn reasons(cases: &[Case], reference: usize, here: usize, difference: &Differenc
     reasons
 }
 
-/// Where on the cable constraints sit that were free to choose.
+/// Places on the cable of constraints that could choose theirs.
 fn places(ending: &Ending) -> Vec<(String, Option<(String, f64)>)> {
     let slides = ending.constraints.iter().filter(|constraint| constraint.slide.is_some());
     let slides = slides.map(|constraint| (constraint.name.clone(), constraint.slide.clone()));
@@ -406,7 +409,7 @@ fn places(ending: &Ending) -> Vec<(String, Option<(String, f64)>)> {
     slides.chain(closed.map(|closed| (closed.constraint.clone(), closed.place.clone()))).collect()
 }
 
-/// Branches that lie in the same ways in the same cases and hang together are one part.
+/// Connected branches with the same grouping of cases are one part.
 fn parts(cases: &[Case], reference: usize, tolerance: f64, gaps: &mut Gaps<'_>) -> Vec<Part> {
     let mut order: Vec<usize> = (0..cases.len()).filter(|k| *k != reference).collect();
     order.insert(0, reference);
@@ -419,7 +422,7 @@ fn parts(cases: &[Case], reference: usize, tolerance: f64, gaps: &mut Gaps<'_>) 
         if ways.len() < 2 {
             continue;
         }
-        // It may join parts that hung together nowhere before.
+        // It may connect parts that were separate before.
         let touches = |other: &(Vec<String>, Vec<Vec<usize>>)| {
             other.1 == ways && other.0.iter().any(|other| meet(cases, reference, name, other, tolerance))
         };

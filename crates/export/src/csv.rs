@@ -6,8 +6,8 @@ use crate::names::file_name;
 use std::io::{self, Write};
 use wireloom_core::equilibrium::BranchResult;
 
-/// The columns. Tension is `n·d3`, torque `m·d3`; shear force and bending moment are the lengths of what is
-/// left of `n` and `m` across the tangent.
+/// The columns. Tension is `n·d3`, torque `m·d3`; shear force and bending moment are the lengths of the parts of `n`
+/// and `m` normal to the tangent.
 pub const HEADER: [&str; 21] = [
     "s [m]",
     "x [m]",
@@ -32,7 +32,7 @@ pub const HEADER: [&str; 21] = [
     "bend radius [m]",
 ];
 
-/// Writes [`HEADER`] and one row a node, with all digits of the doubles. The bend radius of a straight place
+/// Writes [`HEADER`] and one row for each node, with all digits of the doubles. The bend radius of a straight place
 /// is `inf`, which Rust, Python, R and C read as infinity.
 ///
 /// # Errors
@@ -118,7 +118,7 @@ fn tables<'a>(folder: &str, branches: &'a [BranchResult]) -> Vec<File<'a>> {
     names.into_iter().zip(branches).map(table).collect()
 }
 
-/// Their names.
+/// Names of the tables of branches in a folder.
 fn names<'a>(folder: &str, branches: impl Iterator<Item = &'a str>) -> Vec<String> {
     let mut taken = vec![];
     branches.map(|branch| format!("{folder}/{}.csv", file_name(branch, &mut taken))).collect()

@@ -1,4 +1,4 @@
-//! How a run ended: what is compared of it. From a run at hand ([`Ending::of`]) or from its `result.json`
+//! The last equilibrium of a run, as far as runs are compared: from a run ([`Ending::of`]) or from its `result.json`
 //! ([`crate::json::read`]).
 
 use crate::curve::Curve;
@@ -8,7 +8,7 @@ use wireloom_core::equilibrium::{
 use wireloom_core::rotation::columns;
 use wireloom_core::{EventKind, Status, Vector};
 
-/// The last equilibrium of a run, and what its way there was like.
+/// The last equilibrium of a run, with the events and the work of all steps.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Ending {
     /// Name of the scenario.
@@ -23,15 +23,15 @@ pub struct Ending {
     pub branches: Vec<BranchEnd>,
     /// Constraints that act.
     pub constraints: Vec<ConstraintEnd>,
-    /// Where clips closed and hands took hold, over all steps.
+    /// Places where clips closed and grasps took hold, over all steps.
     pub closed: Vec<Closed>,
     /// Energy by effect, J.
     pub energy: Energy,
-    /// Events on the way, kind by kind: how many of each.
+    /// Number of events of each kind.
     pub events: Vec<(EventKind, usize)>,
     /// Iterations over all steps.
     pub iterations: usize,
-    /// How many of them another minimiser made to finish.
+    /// Iterations among them that another minimiser made to finish.
     pub polish: usize,
     /// Factorisations over all steps.
     pub factorisations: usize,
@@ -41,7 +41,7 @@ pub struct Ending {
     pub minimiser: String,
 }
 
-/// A branch as it lies in the end; vectors have one entry a node.
+/// A branch in the last equilibrium; vectors have one entry for each node.
 #[derive(Clone, Debug, PartialEq)]
 pub struct BranchEnd {
     /// Name.
@@ -58,7 +58,7 @@ pub struct BranchEnd {
     pub twist_turns: f64,
 }
 
-/// A constraint in the end.
+/// A constraint in the last equilibrium.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ConstraintEnd {
     /// Name.
@@ -69,11 +69,11 @@ pub struct ConstraintEnd {
     pub force: Vector,
     /// Moment on the harness about the held point, N m, world.
     pub moment: Vector,
-    /// Branch and arc length (m) where the cable runs through, where it slides.
+    /// Branch and arc length (m) at the constraint, where the cable slides through it.
     pub slide: Option<(String, f64)>,
 }
 
-/// Where on the cable something closed.
+/// Place on the cable where a constraint closed.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Closed {
     /// Name of the constraint.
@@ -109,7 +109,7 @@ impl Ending {
         })
     }
 
-    /// The tightest bend of all: branch, arc length and radius (m).
+    /// The tightest bend of all branches: branch, arc length (m) and radius (m).
     pub fn tightest(&self) -> Option<(&str, f64, f64)> {
         let bends = self.branches.iter().filter_map(|branch| {
             let (s, radius) = branch.tightest()?;
@@ -119,7 +119,7 @@ impl Ending {
     }
 }
 
-/// How many of each kind, in the order in which kinds are listed.
+/// Number of events of each kind, in the order of [`EventKind::ALL`].
 pub(crate) fn count(kinds: impl Iterator<Item = EventKind> + Clone) -> Vec<(EventKind, usize)> {
     let counted = EventKind::ALL.into_iter().map(|kind| (kind, kinds.clone().filter(|other| *other == kind).count()));
     counted.filter(|(_, n)| *n > 0).collect()
@@ -202,8 +202,9 @@ impl Work {
     }
 }
 
-/// Sums over the steps of a run, in their order. A step may be there with each of its increments (`increments = true`): its work is that of
-/// the last one, since work is counted from the beginning of the step, and so are its operations.
+/// Sums over the steps of a run, in their order. A step may be there with each of its increments
+/// (`increments = true`): its work is that of the last one, since work is counted from the beginning of the step, and
+/// so are its operations.
 #[derive(Default)]
 pub(crate) struct Way {
     done: Work,

@@ -1,5 +1,5 @@
-//! glTF 2.0 in one binary file (GLB): the harness with what is about it, and surfaces. Metres; what stands in the file is in the axes of the
-//! scenario, under one node that turns them so that y points up, as the format has it.
+//! glTF 2.0 in one binary file (GLB): the harness with its obstacles, and surfaces. Metres; coordinates are in the
+//! axes of the scenario, under one node that turns them so that y points up, as the format demands.
 
 use crate::format::{self as output, Ended, Format};
 use crate::local::node_count;
@@ -19,12 +19,12 @@ const UPRIGHT: [f64; 4] = [-FRAC_1_SQRT_2, 0.0, 0.0, FRAC_1_SQRT_2];
 const CONNECTOR: f64 = 4.0;
 const FIXING: f64 = 1.0;
 const WIDTH: f64 = 2.0;
-/// A body without end is drawn so many times as far as the harness reaches from it.
+/// Size of an unbounded obstacle, in units of the largest distance of the harness from it.
 const BEYOND: f64 = 1.5;
-/// Nothing is as far away, m.
+/// Points farther away than this are not drawn, m.
 const FAR: f64 = 1e9;
 
-/// Numbers of the format: bytes are for vertices or for indices; kinds of components.
+/// Constants of the format: targets of buffer views, types of components.
 const VERTICES: u32 = 34962;
 const INDICES: u32 = 34963;
 const FLOAT: u32 = 5126;
@@ -42,12 +42,13 @@ const HELD: usize = 1;
 const OBSTACLE: usize = 2;
 const SWEPT: usize = 3;
 
-/// Writes the harness at the end of each of `steps`, a scene each, of which the last is the one shown: branches as tubes of their diameter,
-/// constraints as boxes (connectors longer ones), obstacles where they stand; nodes have their names. What a run that failed left at no place is
-/// left out.
+/// Writes the harness at the end of each of `steps`, a scene each, of which the last is the one shown: branches as
+/// tubes of their diameter, constraints as boxes (longer for connectors), obstacles at their poses; nodes have their
+/// names. Parts without finite coordinates, which a failed run may leave, are omitted.
 ///
 /// # Errors
-/// Those of `out`; `InvalidInput` where a branch's vectors differ in length, or the file grows beyond the 4 GB that the format can hold.
+/// Those of `out`; `InvalidInput` where a branch's vectors differ in length, or the file grows beyond the 4 GB that
+/// the format can hold.
 pub fn write(steps: &[&StepResult], obstacles: &[Obstacle], out: &mut impl Write) -> io::Result<()> {
     let mut file = File::default();
     let bodies: Vec<Option<usize>> = obstacles
@@ -101,18 +102,18 @@ pub fn write_surface(name: &str, surface: &Surface, out: &mut impl Write) -> io:
     file.write(out)
 }
 
-/// Whether numbers of single precision can say where it is.
+/// Whether its coordinates are finite and small enough for single precision.
 fn is_drawable(x: &Vector) -> bool {
     x.iter().all(|c| c.abs() < FAR)
 }
 
-/// How far nodes of a step are from a pose, m.
+/// Largest distance of the nodes of a step from a pose, m.
 fn reach(step: &StepResult, pose: &Pose) -> f64 {
     let all = step.branches.iter().flat_map(|branch| &branch.position).filter(|x| is_drawable(x));
     all.map(|x| (x - pose.position).norm()).fold(0.0, f64::max)
 }
 
-/// Diameter of the branch whose centre line a constraint is nearest to, m.
+/// Diameter of the branch whose centre line is nearest to a constraint, m.
 fn diameter_at(step: &StepResult, constraint: &ConstraintResult) -> f64 {
     let off = |branch: &BranchResult| {
         branch.position.iter().map(|x| (x - constraint.position).norm_squared()).fold(f64::INFINITY, f64::min)
@@ -136,7 +137,7 @@ fn placed(name: &str, pose: &Pose) -> Value {
     })
 }
 
-/// Corners with normals, where they are not to be seen by the triangles alone.
+/// Vertices of a mesh, with normals where it is smooth.
 #[derive(Default)]
 struct Mesh {
     corners: Vec<Vector>,
@@ -145,7 +146,7 @@ struct Mesh {
 }
 
 impl Mesh {
-    /// A ring of corners about `at`, their normals made of the directions from there; gives the index of the first.
+    /// A ring of corners about `at`, their normals made of the directions from there; returns the index of the first.
     fn ring(&mut self, at: &Vector, axes: [Vector; 2], radius: f64, normal: impl Fn(&Vector) -> Vector) -> u32 {
         let first = self.corners.len() as u32;
         for k in 0..SIDES {
@@ -201,7 +202,7 @@ fn cube() -> Mesh {
     mesh
 }
 
-/// A file in the making.
+/// A file while it is written.
 #[derive(Default)]
 struct File {
     bytes: Vec<u8>,
@@ -213,7 +214,7 @@ struct File {
 }
 
 impl File {
-    /// Appends numbers of four bytes; gives the index of what tells of them.
+    /// Appends numbers of four bytes; returns the index of their accessor.
     fn numbers(&mut self, numbers: impl Iterator<Item = [u8; 4]>, target: u32, mut accessor: Value) -> usize {
         let offset = self.bytes.len();
         self.bytes.extend(numbers.flatten());
@@ -229,7 +230,7 @@ impl File {
     }
 
     fn vectors(&mut self, vectors: &[Vector]) -> usize {
-        // The format wants the bounds of what it holds, in its precision.
+        // The format demands the bounds of the values, in single precision.
         let single: Vec<[f32; 3]> = vectors.iter().map(|v| [v.x as f32, v.y as f32, v.z as f32]).collect();
         let bound = |best: fn(f32, f32) -> f32| {
             single.iter().copied().reduce(|a, b| [0, 1, 2].map(|d| best(a[d], b[d]))).unwrap_or_default()
@@ -272,7 +273,7 @@ impl File {
         self.nodes.len() - 1
     }
 
-    /// A scene of nodes that stand upright in it.
+    /// A scene of nodes, turned so that y points up.
     fn scene(&mut self, name: &str, children: Vec<usize>) {
         let mut upright = json!({ "name": name, "rotation": UPRIGHT });
         if !children.is_empty() {

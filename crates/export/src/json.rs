@@ -4,17 +4,18 @@
 //! all the digits needed to read the same double back. Numbers that are not finite (the bend radius of a straight
 //! piece; anything after a failure) are `null`.
 //!
-//! `plugins` names the libraries that brought kinds of their own: name, version, file, and SHA-256 of the file as `hash`. Without any,
-//! the key is not there.
+//! `plugins` names the libraries that brought kinds of their own: name, version, file, and SHA-256 of the file as
+//! `hash`. Without any, the key is not there.
 //!
-//! A branch has its `diameter`, the smallest bend radius allowed (`bend_radius_limit`) and its axial stiffness EA beside its lists of
-//! values at nodes.
+//! A branch has its `diameter`, the smallest bend radius allowed (`bend_radius_limit`) and its axial stiffness EA
+//! beside its lists of values at nodes.
 //!
-//! `provenance` names program, files (with their SHA-256), values set beside them, kinds of rods, joints,
-//! constraints and minimiser with all its options, and the seed of a sweep's point. With the same provenance comes the same result.
+//! `provenance` names program, files (with their SHA-256), values set beside them, kinds of rods, joints, constraints
+//! and minimiser with all its options, and the seed of a sweep's point. With the same provenance comes the same
+//! result.
 //!
-//! `events` lists the events of all increments, those included that are not kept. An event that goes on over consecutive increments
-//! is listed once:
+//! `events` lists the events of all increments, those included that are not kept. An event that goes on over
+//! consecutive increments is listed once:
 //!
 //! | key | meaning |
 //! | --- | --- |
@@ -25,18 +26,20 @@
 //! | `value`, `limit` | the worst value and its limit, in SI units; null where there is none |
 //! | `message` | a sentence for people, of the worst increment |
 //!
-//! `clearance` is there where it was asked for, or required of an obstacle: for every pair of a branch and an `obstacle`, or an `other`
-//! branch, the smallest `distance` from surface to surface over all increments (m; negative where they overlap), at `s` of the branch,
-//! whose centre line is at `position` there, and `other_s` of the other; `at` is the increment; `required` is the distance asked for.
-//! An obstacle of a step has its `position` and `orientation`, the `force` and the `moment` (about its position) that it exerts on the
-//! harness, the number of `contacts`, and the `depth` of the deepest one.
+//! `clearance` is there where it was asked for, or required of an obstacle: for every pair of a branch and an
+//! `obstacle`, or an `other` branch, the smallest `distance` from surface to surface over all increments (m; negative
+//! where they overlap), at `s` of the branch, whose centre line is at `position` there, and `other_s` of the other;
+//! `at` is the increment; `required` is the distance asked for. An obstacle of a step has its `position` and
+//! `orientation`, the `force` and the `moment` (about its position) that it exerts on the harness, the number of
+//! `contacts`, and the `depth` of the deepest one.
 //!
-//! A constraint that acts on several stations has `stations`, each with `position`, `force` and `moment`; one that acts along a span has
-//! `span`: `branch`, `from`, `to`, the total `force` on it, the `largest` on one node, and `largest_at`, its arc length. `fault` is
-//! there only where a constraint ended the run: `constraint`, `kind`, `step`, `increment` and `message`.
+//! A constraint that acts on several stations has `stations`, each with `position`, `force` and `moment`; one that
+//! acts along a span has `span`: `branch`, `from`, `to`, the total `force` on it, the `largest` on one node, and
+//! `largest_at`, its arc length. `fault` is there only where a constraint ended the run: `constraint`, `kind`,
+//! `step`, `increment` and `message`.
 //!
-//! The types of `document` are the form, for writing and for reading; `convert` leads from and to [`Run`]. Readers refuse a field that
-//! is missing or not known, and name it with its path.
+//! The types of `document` are the form, for writing and for reading; `convert` leads from and to [`Run`]. Readers
+//! refuse a field that is missing or not known, and name it with its path.
 
 mod convert;
 mod document;
@@ -67,8 +70,8 @@ pub fn write(run: &Run, provenance: &Provenance, out: &mut impl Write) -> io::Re
     out.flush()
 }
 
-/// Reads the run of a `result.json`. Numbers are those that were written, frames up to round-off, since d3 and d1 are written of
-/// them; null is read as NaN, for a bend radius as infinity.
+/// Reads the run of a `result.json`. Numbers are those that were written, frames up to round-off, since d3 and d1 are
+/// written of them; null is read as NaN, for a bend radius as infinity.
 ///
 /// # Errors
 /// Those of `input`; `InvalidData`, with the path of the field, where it is no result.
@@ -77,8 +80,8 @@ pub fn read_run(input: impl Read) -> io::Result<Run> {
     document.run(|steps| steps.0).map_err(stream::invalid)
 }
 
-/// Reads the last equilibrium of a `result.json` and the work of all steps; `None` where it has no steps. Shapes of earlier steps are
-/// dropped as they are read.
+/// Reads the last equilibrium of a `result.json` and the work of all steps; `None` where it has no steps. Shapes of
+/// earlier steps are dropped as they are read.
 ///
 /// # Errors
 /// Those of `input`; `InvalidData`, with the path of the field, where it is no result.

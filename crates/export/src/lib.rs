@@ -14,10 +14,11 @@
 //! | [`report`] | the whole run as one HTML page | people, and their files |
 //! | [`table`] | the points of a sweep as Parquet (feature `parquet`) | DuckDB, pandas, Polars |
 //!
-//! A run's files are those of the formats in the [`catalogue`], each a [`format::Format`]: it has a key in the scenario's `[output]`,
-//! names of files, a media type and a writer.
+//! A run's files are those of the formats in the [`catalogue`], each a [`format::Format`]: it has a key in the
+//! scenario's `[output]`, names of files, a media type and a writer.
 //!
-//! [`json::read`] reads a `result.json` back as an [`ending::Ending`]; [`comparison`] finds the differences between several of them.
+//! [`json::read`] reads a `result.json` back as an [`ending::Ending`]; [`comparison`] finds the differences between
+//! several of them.
 //!
 //! Errors are [`std::io::Error`]: those of the writer, and `InvalidInput` where the vectors of a branch
 //! differ in length.

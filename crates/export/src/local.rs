@@ -5,8 +5,8 @@ use wireloom_core::Vector;
 use wireloom_core::equilibrium::BranchResult;
 use wireloom_core::rotation::columns;
 
-/// What a section transmits at one node. With `n`, `m` the internal force and moment and `d3` the tangent:
-/// `N = n·d3`, `V = |n − N d3|`, `T = m·d3`, `M = |m − T d3|`, `κ = 1/R`.
+/// Internal force and moment of a cross-section at one node. With `n`, `m` the internal force and moment and `d3` the
+/// tangent: `N = n·d3`, `V = |n − N d3|`, `T = m·d3`, `M = |m − T d3|`, `κ = 1/R`.
 pub struct Local {
     /// Director d1.
     pub d1: Vector,
@@ -42,7 +42,7 @@ impl Local {
     }
 }
 
-/// Nodes of a branch.
+/// Number of nodes of a branch.
 ///
 /// # Errors
 /// `InvalidInput` where its vectors differ in length.

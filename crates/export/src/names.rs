@@ -1,7 +1,7 @@
 //! Names of files.
 
-/// A name of the scenario as a name of a file: letters, digits, `-`, `_` and `.`; anything else becomes `_`.
-/// Among `taken` it gets a number, also where only the case of letters differs.
+/// File name for a name of the scenario: letters, digits, `-`, `_` and `.`; anything else becomes `_`. A name that is
+/// in `taken` gets a number, also where only the case of letters differs.
 pub fn file_name(name: &str, taken: &mut Vec<String>) -> String {
     let mut plain: String =
         name.chars().map(|c| if c.is_alphanumeric() || "-_.".contains(c) { c } else { '_' }).collect();

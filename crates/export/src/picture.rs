@@ -1,9 +1,9 @@
 //! `picture.svg`: the harness seen from above, from the front and from the side, on one page.
 //!
-//! A4 landscape, third-angle arrangement (above over front, side to the right of front), one scale for all
-//! three views. Branches have their true diameter where that can be seen, and are coloured by how near their
-//! bend comes to the limit; obstacles lie behind them, grey; what is nearer is drawn over what is farther. Constraints carry a symbol for each kind.
-//! Text sizes and margins are constants of the page; only the harness is scaled.
+//! A4 landscape, third-angle arrangement (above over front, side to the right of front), one scale for all three
+//! views. Branches have their true diameter where that can be seen, and are coloured by the ratio of their curvature
+//! to the limit; obstacles lie behind them, grey; nearer parts are drawn over farther ones. Each kind of constraint
+//! has a symbol. Text sizes and margins are constants of the page; only the harness is scaled.
 
 mod branches;
 mod colour;
@@ -14,7 +14,7 @@ mod marks;
 mod obstacles;
 mod overlay;
 mod panel;
-mod reach;
+mod spans;
 mod svg;
 mod view;
 
@@ -28,10 +28,10 @@ use wireloom_core::equilibrium::TightestBend;
 use wireloom_core::obstacle::Obstacle;
 use wireloom_core::{Status, StepResult};
 
-/// Writes the picture of `step` under the headline `title` (usually the name of the scenario), with the `obstacles` about it, which are those of
-/// the step, in the same order.
+/// Writes the picture of `step` under the headline `title` (usually the name of the scenario), and its `obstacles`,
+/// which are those of the step, in the same order.
 ///
-/// Nodes, joints and constraints whose position is not a finite number are left out; the legend says how many.
+/// Nodes, joints and constraints whose position is not finite are omitted; the legend states their number.
 ///
 /// # Errors
 /// Those of `out`; `InvalidInput` where a branch's vectors differ in length.
@@ -54,7 +54,7 @@ fn draw(step: &StepResult, obstacles: &[Obstacle], title: &str) -> String {
         panel::draw(&mut page, panel, &layout);
         obstacles::draw(&mut page, &bodies, panel);
         branches::draw(&mut page, step, panel);
-        reach::draw(&mut page, step, panel);
+        spans::draw(&mut page, step, panel);
         marks::draw(&mut page, &marks, panel);
         labels::draw(&mut page, step, &marks, panel);
         page.close();
@@ -63,12 +63,12 @@ fn draw(step: &StepResult, obstacles: &[Obstacle], title: &str) -> String {
     page.finish()
 }
 
-/// Bold letters are so much wider than plain ones.
+/// Width of bold letters, relative to plain ones.
 const BOLD: f64 = 1.14;
-/// Share of the line under the headline that either of its two halves may take.
+/// Largest fraction of the line under the headline for each of its two halves.
 const HALF_LINE: f64 = 0.49;
 
-/// Headline, how the step ended, and the tightest bend.
+/// Headline, status of the step, and the tightest bend.
 fn header(page: &mut Svg, step: &StepResult, title: &str) {
     let left = layout::MARGIN;
     let width = layout::PAGE[0] - 2.0 * left;
@@ -93,7 +93,7 @@ fn line(before: &str, name: &str, after: &str, space: f64) -> String {
     format!("{before}{}{after}", fitted(name, 13.0, space - words))
 }
 
-/// How the step ended: words, the step's name, words, and whether something is wrong.
+/// Status of the step: words, the step's name, words, and whether it is bad.
 fn ending(step: &StepResult) -> (String, &str, String, bool) {
     let mut after = String::from("”");
     if step.increments > 1 {

@@ -1,23 +1,23 @@
 //! `report.html`: a run on one page that needs no other file, to be read on a screen, kept, or printed.
 //!
-//! Status and events first, then what every step came to with its picture, the reactions, the branches with the one nearest to its
-//! limit first, and the scenario itself. What is long is folded away; printing unfolds it.
+//! Status and events first, then the result of each step with its picture, the reactions, the branches with the one
+//! nearest to its limit first, and the scenario itself. Long sections are folded; printing unfolds them.
 
-mod beside;
+mod compared;
 mod layout;
 mod plots;
 mod points;
 mod style;
 mod surroundings;
 
-pub use beside::{Beside, write_beside};
+pub use compared::{ComparisonPage, write_comparison};
 pub use points::{Points, write_points};
 
 use crate::format::{Ended, File, Format, ends};
 use crate::local::{Local, node_count};
 use crate::picture;
 use base64::Engine;
-use layout::{OPEN, fixed, millimetres, radius};
+use layout::{OPEN, fixed, heading, millimetres, radius};
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 use std::io::{self, Write};
 use wireloom_core::equilibrium::{BranchResult, ConstraintResult, Run, SlideMotion, StepResult};
@@ -25,21 +25,21 @@ use wireloom_core::event::grouped;
 use wireloom_core::obstacle::Obstacle;
 use wireloom_core::{Event, Status, Vector};
 
-/// Of a run with more steps than this, pictures are drawn of those with events, the first and the last.
+/// In a run with more steps than this, only steps with events, the first and the last have pictures.
 const PICTURES: usize = 24;
-/// In any case there are no more pictures than this, and no fewer.
+/// Largest number of pictures.
 const MOST_PICTURES: usize = 40;
-/// See [`MOST_PICTURES`].
+/// Smallest number of pictures of a run with as many steps.
 const LEAST_PICTURES: usize = 4;
-/// Pictures of a large harness are large: together they should take no more than this.
+/// Size of all pictures together, bytes, unless there are fewer than [`LEAST_PICTURES`].
 const PICTURE_BYTES: usize = 16 << 20;
 
-/// What a report is about. Its writer knows neither clock nor machine: whoever asks for it says.
+/// Content of a report. The writer looks at neither clock nor machine: the caller states both.
 #[derive(Clone, Debug)]
 pub struct Report<'a> {
     /// The run.
     pub run: &'a Run,
-    /// The bodies about the harness, for the pictures.
+    /// The obstacles, for the pictures.
     pub obstacles: &'a [Obstacle],
     /// Names and texts: of the scenario, then of the files it names.
     pub texts: &'a [(String, String)],
@@ -67,6 +67,7 @@ fn page(report: &Report<'_>) -> io::Result<Markup> {
     let ends = ends(run);
     let name = if run.scenario.is_empty() { "harness" } else { &run.scenario };
     let pictures = pictures(report, &ends)?;
+    let mark = if run.status == Status::Converged { "good" } else { "bad" };
     Ok(html! {
         (DOCTYPE)
         html lang="en" {
@@ -78,7 +79,7 @@ fn page(report: &Report<'_>) -> io::Result<Markup> {
             }
             body {
                 header {
-                    h1 { (name) " " span class=(if run.status == Status::Converged { "good" } else { "bad" }) { (run.status.word()) } }
+                    h1 { (name) " " span class=(mark) { (run.status.word()) } }
                     @if let Some(fault) = &run.fault { p class="bad" { (fault) } }
                     p { (report.program) " · " (report.machine) " · " (report.written) }
                     (contents(&ends))
@@ -135,10 +136,10 @@ fn events(events: &[Event]) -> Markup {
         section id="events" {
             h2 { "Events" }
             @if groups.is_empty() {
-                p { "Nothing to report: no limit was passed, nothing slipped or snapped, every increment was found at once." }
+                p { "No events: no limit was passed, nothing slipped or snapped, no increment was cut back." }
             } @else {
                 table {
-                    thead { tr { th { "event" } th { "where" } th { "at its worst" } th { "first in" } th { "worst in" } th class="n" { "increments" } } }
+                    (heading(&["event", "where", "worst value", "first in", "worst in", ">increments"]))
                     tbody {
                         @for group in &groups {
                             tr class=[group.worst.kind.is_trouble().then_some("trouble")] {
@@ -162,16 +163,19 @@ fn steps(ends: &[&StepResult]) -> Markup {
         section id="steps" {
             h2 { "Steps" }
             table {
-                thead { tr {
-                    th { "step" } th { "status" } th class="n" { "increments" } th class="n" { "iterations" } th class="n" { "time [s]" }
-                    th class="n" { "residual" } th class="n" { "energy [J]" } th { "stable" } th class="n" { "tightest bend [mm]" } th { "on" }
-                } }
+                (heading(&[
+                    "step", "status", ">increments", ">iterations", ">time [s]", ">residual", ">energy [J]", "stable",
+                    ">tightest bend [mm]", "on",
+                ]))
                 tbody {
                     @for end in ends {
                         tr class=[(end.status != Status::Converged || end.stable == Some(false)).then_some("trouble")] {
                             td { (end.name) }
                             td { (end.status.word()) }
-                            td class="n" { (end.increment) @if end.increment < end.increments { " of " (end.increments) } }
+                            td class="n" {
+                                (end.increment)
+                                @if end.increment < end.increments { " of " (end.increments) }
+                            }
                             td class="n" { (end.minimiser.iterations) }
                             td class="n" { (format!("{:.3}", end.minimiser.seconds)) }
                             td class="n" { (format!("{:.0e}", end.minimiser.force_residual)) }
@@ -189,7 +193,7 @@ fn steps(ends: &[&StepResult]) -> Markup {
     }
 }
 
-/// What was grasped, carried, mated and clipped.
+/// Table of operations: grasp, carry, mate, clip.
 fn operations(ends: &[&StepResult]) -> Markup {
     if ends.iter().all(|end| end.operations.is_empty()) {
         return html! {};
@@ -198,7 +202,7 @@ fn operations(ends: &[&StepResult]) -> Markup {
         section id="operations" {
             h2 { "Operations" }
             table {
-                thead { tr { th { "step" } th { "operation" } th { "of" } th { "came to" } } }
+                (heading(&["step", "operation", "of", "result"]))
                 tbody {
                     @for end in ends {
                         @for operation in &end.operations {
@@ -216,7 +220,7 @@ fn operations(ends: &[&StepResult]) -> Markup {
     }
 }
 
-/// A picture for each step: of very many, of those in which something happened.
+/// A picture for each step, or for those with events where there are very many.
 fn pictures(report: &Report<'_>, ends: &[&StepResult]) -> io::Result<Markup> {
     let Report { run, obstacles, .. } = report;
     let told = |k: usize| {
@@ -245,7 +249,7 @@ fn pictures(report: &Report<'_>, ends: &[&StepResult]) -> io::Result<Markup> {
             }
         }
         @if chosen.len() < ends.len() {
-            p { "Pictures of " (ends.len() - chosen.len()) " steps are left out, to keep this page small." }
+            p { "Pictures of " (ends.len() - chosen.len()) " steps are omitted, to keep this page small." }
         }
     })
 }
@@ -254,18 +258,18 @@ fn reactions(ends: &[&StepResult]) -> Markup {
     html! {
         section id="reactions" {
             h2 { "Reactions" }
-            p { "Force F and moment M about the held point that every constraint exerts on the harness at the end of each step, at each of its stations, or all along its span; world axes." }
+            p {
+                "Force F and moment M about the held point that each constraint exerts on the harness at the end of "
+                "each step, at each of its stations, or in total along its span; world axes."
+            }
             @for (k, end) in ends.iter().enumerate() {
                 details open[ends.len() <= OPEN / 4 || k + 1 == ends.len()] {
                     summary { (k + 1) ". " (end.name) }
                     table {
-                        thead { tr {
-                            th { "constraint" } th { "kind" }
-                            @for head in ["Fx [N]", "Fy [N]", "Fz [N]", "|F| [N]", "Mx [N m]", "My [N m]", "Mz [N m]", "|M| [N m]"] {
-                                th class="n" { (head) }
-                            }
-                            th { "cable" }
-                        } }
+                        (heading(&[
+                            "constraint", "kind", ">Fx [N]", ">Fy [N]", ">Fz [N]", ">|F| [N]", ">Mx [N m]", ">My [N m]",
+                            ">Mz [N m]", ">|M| [N m]", "cable",
+                        ]))
                         tbody { @for constraint in &end.constraints { (reaction(constraint)) } }
                     }
                 }
@@ -314,9 +318,9 @@ fn reaction(constraint: &ConstraintResult) -> Markup {
 /// A branch over all steps shown.
 struct Course<'a> {
     last: &'a BranchResult,
-    /// Where and when it is bent most tightly: step, radius and arc length, m.
+    /// Tightest bend: step, radius and arc length, m.
     tightest: (usize, f64, f64),
-    /// When and how hard it is pulled (or pushed) most: step and tension, N.
+    /// Largest tension or compression: step and tension, N.
     pulled: (usize, f64),
 }
 
@@ -339,7 +343,7 @@ impl<'a> Course<'a> {
         Some(Self { last, tightest, pulled })
     }
 
-    /// Above 1 it is bent too tightly; 0 where there is no limit.
+    /// Limit of the bend radius over the smallest one: above 1 the bend is too tight; 0 where there is no limit.
     fn use_of_limit(&self) -> f64 {
         self.last.bend_radius_limit.map_or(0.0, |limit| limit / self.tightest.1)
     }
@@ -352,18 +356,22 @@ fn branches(ends: &[&StepResult]) -> Markup {
     html! {
         section id="branches" {
             h2 { "Branches" }
-            p { "The one nearest to its limit first; at the ends of the steps." }
+            p { "At the ends of the steps; the branch nearest to its limit first." }
             table {
-                thead { tr {
-                    th { "branch" } th class="n" { "tightest bend [mm]" } th class="n" { "allowed [mm]" } th class="n" { "of limit" }
-                    th class="n" { "at s [mm]" } th { "in step" } th class="n" { "largest tension [N]" } th { "in step" }
-                } }
+                (heading(&[
+                    "branch", ">tightest bend [mm]", ">limit [mm]", ">of limit", ">at s [mm]", "in step",
+                    ">largest tension [N]", "in step",
+                ]))
                 tbody { @for (k, course) in courses.iter().enumerate() {
                     tr class=[(course.use_of_limit() > 1.0).then_some("trouble")] {
                         td { a href={ "#b" (k) } { (course.last.name) } }
                         td class="n" { (radius(course.tightest.1)) }
-                        td class="n" { (course.last.bend_radius_limit.map_or_else(|| "any".into(), millimetres)) }
-                        td class="n" { @if course.last.bend_radius_limit.is_some() { (format!("{:.0} %", 100.0 * course.use_of_limit())) } }
+                        td class="n" { (course.last.bend_radius_limit.map_or_else(|| "no limit".into(), millimetres)) }
+                        td class="n" {
+                            @if course.last.bend_radius_limit.is_some() {
+                                (fixed(100.0 * course.use_of_limit(), 0)) " %"
+                            }
+                        }
                         td class="n" { @if course.tightest.1.is_finite() { (millimetres(course.tightest.2)) } }
                         td { (ends[course.tightest.0].name) }
                         td class="n" { (fixed(course.pulled.1, 3)) }
@@ -397,7 +405,10 @@ fn plots_of(course: &Course<'_>, ends: &[&StepResult]) -> Markup {
     html! {
         figure {
             (PreEscaped(plots::bend_radius(&curves(course.tightest.0), course.last.bend_radius_limit)))
-            figcaption { "bend radius [mm] along s [mm]: " (legend(course.tightest.0)) @if course.last.bend_radius_limit.is_some() { " " span class="limit" { "allowed" } } }
+            figcaption {
+                "bend radius [mm] along s [mm]: " (legend(course.tightest.0))
+                @if course.last.bend_radius_limit.is_some() { " " span class="limit" { "limit" } }
+            }
         }
         figure {
             (PreEscaped(plots::tension(&curves(course.pulled.0))))

@@ -1,25 +1,27 @@
 //! The points of a sweep as a table, in Parquet: a row for each point, for DuckDB, pandas, Polars and the like.
 //!
-//! | column | what |
+//! | column | content |
 //! | --- | --- |
 //! | `point` | its number, from 0 |
 //! | the keys that vary | their values, in SI units where they are numbers |
-//! | `status` | how the run ended; `refused` where the scenario is none with these values |
-//! | `message` | why it was refused, or ended before its time; null where it was not |
+//! | `status` | status of the run; `refused` where these values make no valid scenario |
+//! | `message` | reason of the refusal or of an early end; null where there is none |
 //! | `stable` | whether the equilibrium is stable; null where it was not determined |
-//! | `events` | what an engineer must know: kinds of events and how many of each |
+//! | `events` | kinds of events that need attention, and the number of each |
 //! | `iterations` | of the minimiser, over all steps |
-//! | `polish` | how many of them another one made to finish: `newton`, what `gpu` left above the tolerance |
+//! | `polish` | iterations among them that `newton` made where `gpu` left a residual above the tolerance |
 //! | `energy.total` ... | J, by effect |
-//! | `bend_radius`, `force` | the tightest bend of all branches (m; infinite where all are straight), the largest force of all constraints (N) |
+//! | `bend_radius`, `force` | tightest bend of all branches (m; infinite: straight), largest force of constraints (N) |
 //! | `bend_radius.BRANCH`, `twist_turns.BRANCH` | tightest bend of a branch (m), its twist (turns) |
-//! | `force.FIXING`, `force_x.FIXING` ... | what a constraint exerts in the end: norm and world components (N); null where it has let go |
-//! | `moment.FIXING`, `moment_x.FIXING` ... | likewise about the held point (N m) |
-//! | `position_x.OUTPUT` ... | position that a sweep asks for (m) |
-//! | `force.OUTPUT`, `force_x.OUTPUT` ..., `moment.OUTPUT` ..., `tension.OUTPUT` | internal force, moment (N, N m) and the part of the force along the branch (N) at a place that it asks for |
-//! | `bend_radius.OUTPUT`, `slack.OUTPUT` | tightest bend, and unstressed length beyond the distance of the ends, of a part of a branch that it asks for (m) |
+//! | `force.CONSTRAINT`, `force_x.CONSTRAINT` ... | its force at the end: norm and components (N); null: released |
+//! | `moment.CONSTRAINT`, `moment_x.CONSTRAINT` ... | likewise about the held point (N m) |
+//! | `position_x.OUTPUT` ... | position that is an output of the sweep (m) |
+//! | `force.OUTPUT`, `force_x.OUTPUT`, `tension.OUTPUT` ... | internal force and tension (N) at an output |
+//! | `moment.OUTPUT`, `moment_x.OUTPUT` ... | internal moment (N m) at an output |
+//! | `bend_radius.OUTPUT` | tightest bend of a part of a branch that is an output (m) |
+//! | `slack.OUTPUT` | its unstressed length minus the distance of its ends (m) |
 //!
-//! No times: the same sweep gives the same bytes.
+//! There are no times in it: the same sweep gives the same bytes.
 
 #[cfg(feature = "parquet")]
 mod parquet_file;
@@ -34,7 +36,7 @@ use wireloom_core::Vector;
 /// Name of the file.
 pub const FILE: &str = "points.parquet";
 
-/// Status of a point whose values make no scenario.
+/// Status of a point whose values make no valid scenario.
 pub const REFUSED: &str = "refused";
 
 /// A point of a sweep.
@@ -42,15 +44,15 @@ pub const REFUSED: &str = "refused";
 pub struct Row {
     /// Values of the keys that vary.
     pub values: Vec<Cell>,
-    /// How the run ended.
+    /// Status of the run.
     pub status: String,
-    /// Why it was refused, or ended before its time.
+    /// Reason of the refusal or of an early end.
     pub message: Option<String>,
     /// Whether the equilibrium is stable.
     pub stable: Option<bool>,
-    /// Kinds of events, and how many of each.
+    /// Kinds of events, and the number of each.
     pub events: String,
-    /// In the order of [`Header::numbers`].
+    /// Values of the columns of numbers, in the order of [`Header::numbers`].
     pub numbers: Vec<Option<f64>>,
 }
 
@@ -72,7 +74,7 @@ pub struct Header {
     pub branches: Vec<String>,
     /// Constraints.
     pub constraints: Vec<String>,
-    /// Columns that the sweep asks for.
+    /// Columns of the outputs of the sweep.
     pub outputs: Vec<String>,
 }
 
@@ -96,7 +98,7 @@ impl Header {
         names
     }
 
-    /// A point that was computed, with what stands in the columns that the sweep asks for.
+    /// The row of a point that was computed; `outputs`: values of the outputs of the sweep.
     pub fn row(&self, values: Vec<Cell>, ending: &Ending, outputs: Vec<f64>) -> Row {
         let e = &ending.energy;
         let energies = [e.total(), e.stretch, e.shear, e.bend, e.twist, e.gravity, e.load, e.joint, e.constraint];
@@ -131,7 +133,7 @@ impl Header {
         }
     }
 
-    /// A point whose values make no scenario.
+    /// The row of a point whose values make no valid scenario.
     pub fn refused(&self, values: Vec<Cell>, message: String) -> Row {
         Row {
             values,
@@ -149,7 +151,7 @@ impl Header {
 pub struct Table {
     /// Names and entries, as many in each.
     pub columns: Vec<(String, Column)>,
-    /// What is said of the whole: names and texts.
+    /// Metadata of the file: names and texts.
     pub notes: Vec<(String, String)>,
 }
 

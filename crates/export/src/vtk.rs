@@ -1,5 +1,5 @@
-//! VTK files for ParaView: a step as `.vtp` (PolyData, one polyline for each branch), and a `.pvd` that
-//! strings many of them together in time.
+//! VTK files for ParaView: a step as `.vtp` (PolyData, one polyline for each branch), and a `.pvd` that makes a time
+//! series of many.
 
 use crate::format::{Ended, File, Format, Increment, Surroundings};
 use crate::local::{Local, node_count};
@@ -10,9 +10,8 @@ use wireloom_core::obstacle::Surface;
 
 /// Writes `step` as VTK PolyData XML with appended raw data (little endian, 64-bit headers).
 ///
-/// Branches with fewer than two nodes make no line and are left out; the cell array `branch` holds the index
-/// of the branch in the scenario. Point arrays carry their units in their names; `bend limit/radius` is NaN
-/// where a branch has no limit.
+/// Branches with fewer than two nodes are omitted; the cell array `branch` holds the index of the branch in the
+/// scenario. Point arrays carry their units in their names; `bend limit/radius` is NaN where a branch has no limit.
 ///
 /// # Errors
 /// Those of `out`; `InvalidInput` where a branch's vectors differ in length.
@@ -27,7 +26,8 @@ pub fn write(step: &StepResult, out: &mut impl Write) -> io::Result<()> {
     data.write(&mut BufWriter::new(out))
 }
 
-/// Writes bodies as VTK PolyData XML, in the same form: `surfaces` in the world's axes, m; the cell array `obstacle` holds the index of each.
+/// Writes surfaces of obstacles as VTK PolyData XML, in the same form: `surfaces` in the world's axes, m; the cell
+/// array `obstacle` holds the index of each.
 ///
 /// # Errors
 /// Those of `out`.
@@ -49,7 +49,8 @@ pub fn write_surfaces(surfaces: &[(usize, Surface)], out: &mut impl Write) -> io
         "<?xml version=\"1.0\"?>\n\
          <VTKFile type=\"PolyData\" version=\"1.0\" byte_order=\"LittleEndian\" header_type=\"UInt64\">\n\
          <PolyData>\n\
-         <Piece NumberOfPoints=\"{}\" NumberOfVerts=\"0\" NumberOfLines=\"0\" NumberOfStrips=\"0\" NumberOfPolys=\"{}\">\n\
+         <Piece NumberOfPoints=\"{}\" NumberOfVerts=\"0\" NumberOfLines=\"0\" NumberOfStrips=\"0\" \
+         NumberOfPolys=\"{}\">\n\
          <CellData>",
         points.len() / 3,
         offsets.len()
@@ -86,19 +87,20 @@ pub fn times(run: &Run) -> Vec<f64> {
         {
             k += 1.0;
         }
-        let share = if step.increments == 0 { 1.0 } else { step.increment as f64 / step.increments as f64 };
-        times.push(k + share);
+        let fraction = if step.increments == 0 { 1.0 } else { step.increment as f64 / step.increments as f64 };
+        times.push(k + fraction);
     }
     times
 }
 
-/// Writes a `.pvd` over `files`, in the order given; those of one time that follow each other are parts of it.
+/// Writes a `.pvd` over `files`, in the order given; consecutive files of the same time are its parts.
 ///
 /// # Errors
 /// Those of `out`.
 pub fn write_series(files: &[SeriesFile], out: &mut impl Write) -> io::Result<()> {
     let mut text = String::from(
-        "<?xml version=\"1.0\"?>\n<VTKFile type=\"Collection\" version=\"0.1\" byte_order=\"LittleEndian\">\n<Collection>\n",
+        "<?xml version=\"1.0\"?>\n<VTKFile type=\"Collection\" version=\"0.1\" byte_order=\"LittleEndian\">\n\
+         <Collection>\n",
     );
     let mut part = 0;
     for (k, SeriesFile { file, time }) in files.iter().enumerate() {

@@ -180,11 +180,16 @@ impl Client {
 
     /// Moves a constraint and waits for its frame; returns whether that frame converged.
     fn drag_to(&mut self, constraint: &str, target: Vector) -> Result<bool, String> {
-        self.send(&Request::Target { constraint: constraint.to_owned(), position: Some(target.into()), orientation: None })?;
+        self.send(&Request::Target {
+            constraint: constraint.to_owned(),
+            position: Some(target.into()),
+            orientation: None,
+        })?;
         loop {
             let Received::Frame(bytes) = self.receive()? else { continue };
             let header = frame::header(&bytes).ok_or("invalid frame")?;
-            let at = header.constraints.iter().find(|other| other.name == constraint).ok_or("it is no longer active")?.at;
+            let at =
+                header.constraints.iter().find(|other| other.name == constraint).ok_or("it is no longer active")?.at;
             if (Vector::from(at.position) - target).norm() < POSITION_TOLERANCE {
                 return Ok(header.status == "converged");
             }

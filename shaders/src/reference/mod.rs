@@ -8,7 +8,6 @@
 //! minimisers then passes, while the parity test of `wireloom-gpu` fails. Also, the reference is tested without any
 //! device.
 
-
 mod accept_step;
 mod assemble_gradient;
 mod assemble_matrix;

@@ -68,10 +68,10 @@ fn not_named() -> Checked {
     let place = Place::new()?;
     let text = hostile::scenario().replace("[plugins]\nload = [\"hostile\"]\ntime_limit = 0.5\n", "");
     fs::write(place.path("s.toml"), text)?;
-    place
-        .wireloom(&["run", "s.toml"])?
-        .expect(1)?
-        .says(&["unknown constraint kind \"hostile\"", "for a kind of a plugin, name the plugin in `load` of [plugins]"])
+    place.wireloom(&["run", "s.toml"])?.expect(1)?.says(&[
+        "unknown constraint kind \"hostile\"",
+        "for a kind of a plugin, name the plugin in `load` of [plugins]",
+    ])
 }
 
 fn same_name() -> Checked {

@@ -3,7 +3,7 @@
 use crate::failure::Failure;
 use wireloom::scenario::Setting;
 
-/// Metres from `10 mm`, `0.01 m` or `0.01`; above zero.
+/// A length in m from `10 mm`, `0.01 m` or `0.01`; above zero.
 pub fn length(text: &str) -> Result<f64, String> {
     let text = text.trim();
     let split = text.find(|c: char| c.is_alphabetic() && c != 'e' && c != 'E').unwrap_or(text.len());

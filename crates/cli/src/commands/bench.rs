@@ -1,4 +1,5 @@
-//! `wireloom bench`: drag-step times on the machine at hand, the minimisers side by side, what contact costs, and a sweep of many points.
+//! `wireloom bench`: times of drag steps on this machine, of all minimisers, of contact, and of a sweep of many
+//! points.
 
 use crate::arguments::BenchArguments;
 use crate::failure::{Failure, Outcome};
@@ -10,14 +11,14 @@ use std::io::Write;
 use wireloom::bench::{Case, ContactCost, Contender, Installation, MonteCarlo, OnDevice, Tilting};
 use wireloom_studio::bench::Drag;
 
-/// All that was measured.
+/// All measurements.
 struct Measured {
     cases: Vec<Case>,
     minimisers: Vec<Contender>,
     contact: ContactCost,
     monte_carlo: MonteCarlo,
-    /// Hands in the studio.
-    hands: Vec<Drag>,
+    /// Interactive drags in the studio.
+    drags: Vec<Drag>,
     installed: Option<Installation>,
 }
 
@@ -27,20 +28,20 @@ pub fn bench(arguments: &BenchArguments, out: &mut dyn Write) -> Result<Outcome,
         return on_device(device, arguments, out);
     }
     let registry = wireloom::registry();
-    // What cannot be read is told before the work begins.
+    // A file that cannot be read is reported before the work begins.
     let harness = arguments.harness.as_deref().map(|path| Ok((path, crate::files::load::text(path)?))).transpose()?;
     let mut measured = Measured {
         cases: wireloom::bench::all(),
         minimisers: wireloom::bench::minimisers(&registry, arguments.iterations as usize),
         contact: wireloom::bench::contact(&registry),
         monte_carlo: wireloom::bench::monte_carlo(arguments.points as usize, None, None, &registry),
-        hands: vec![wireloom_studio::bench::cable(1_000).map_err(Failure::Input)?],
+        drags: vec![wireloom_studio::bench::cable(1_000).map_err(Failure::Input)?],
         installed: None,
     };
     if let Some((path, kbl)) = harness {
         let refused = |message: String| Failure::Input(format!("{}: {message}", path.display()));
         measured.cases.push(wireloom::bench::drag_installed(&kbl).map_err(refused)?);
-        measured.hands.push(wireloom_studio::bench::harness(&kbl).map_err(refused)?);
+        measured.drags.push(wireloom_studio::bench::harness(&kbl).map_err(refused)?);
         measured.installed = Some(wireloom::bench::install(&kbl).map_err(refused)?);
     }
     let print = match arguments.json {
@@ -48,11 +49,11 @@ pub fn bench(arguments: &BenchArguments, out: &mut dyn Write) -> Result<Outcome,
         false => table(&measured, out),
     };
     print.map_err(Failure::standard_output)?;
-    // That others than Newton's method do not get there is a result.
+    // That other minimisers than `newton` do not converge is a result, no failure.
     let sound = measured.cases.iter().all(|case| case.failures == 0)
         && measured.contact.touching.failures + measured.contact.alone.failures == 0
         && measured.monte_carlo.converged() == measured.monte_carlo.points
-        && measured.hands.iter().all(|drag| drag.failures == 0)
+        && measured.drags.iter().all(|drag| drag.failures == 0)
         && measured.installed.is_none_or(|all| all.failures == 0);
     Ok(if sound { Outcome::Done } else { Outcome::NotConverged })
 }
@@ -102,7 +103,7 @@ fn device_document(measured: &OnDevice) -> Value {
 fn table(measured: &Measured, out: &mut dyn Write) -> std::io::Result<()> {
     writeln!(out, "wireloom {} on {}", env!("CARGO_PKG_VERSION"), machine())?;
     if cfg!(debug_assertions) {
-        writeln!(out, "This build checks itself as it goes: a release build is faster.")?;
+        writeln!(out, "This build has debug assertions: a release build is faster.")?;
     }
     writeln!(out, "One step moves one end by 5 mm and is solved to a relative residual of 1e-8; medians.\n")?;
     let mut table = Columns::new([
@@ -141,16 +142,16 @@ fn table(measured: &Measured, out: &mut dyn Write) -> std::io::Result<()> {
     };
     writeln!(
         out,
-        "\nA harness of {nodes} nodes and {joints} joints lies on a body of {triangles} triangles while gravity tilts: {}, {:.1} times as long as without it \
-         ({}); {} places touch in the end, {} increments not converged",
+        "\nA harness of {nodes} nodes and {joints} joints lies on an obstacle of {triangles} triangles while gravity \
+         tilts: {}, {:.1} times as long as without it ({}); {} contact points in the end, {} increments not converged",
         each(touching),
         measured.contact.ratio(),
         each(alone),
         touching.contacts,
         touching.failures + alone.failures
     )?;
-    writeln!(out, "\nFrom a hand's target to the picture of it, in the studio over loopback.\n")?;
-    hands(&measured.hands, out)?;
+    writeln!(out, "\nTime from the target of a drag to its frame, in the studio over loopback.\n")?;
+    drags(&measured.drags, out)?;
     let MonteCarlo { points, statuses, threads, seconds } = &measured.monte_carlo;
     let statuses: Vec<String> = statuses.iter().map(|(status, n)| format!("{n} {status}")).collect();
     let (threads, each) = (counted(*threads, "thread", "threads"), precise(seconds / *points as f64));
@@ -164,7 +165,8 @@ fn table(measured: &Measured, out: &mut dyn Write) -> std::io::Result<()> {
         let Installation { nodes, steps, increments, failures, iterations, seconds } = all;
         writeln!(
             out,
-            "\nFrom the board into the vehicle: {nodes} nodes, {steps} steps, {increments} increments ({failures} not converged), {iterations} iterations, {}{}",
+            "\nFrom the board into the vehicle: {nodes} nodes, {steps} steps, {increments} increments \
+             ({failures} not converged), {iterations} iterations, {}{}",
             time(*seconds),
             peak_memory().map_or_else(String::new, |bytes| format!(", {} MB at most", bytes / 1_000_000)),
         )?;
@@ -201,7 +203,7 @@ fn minimisers(all: &[Contender], out: &mut dyn Write) -> std::io::Result<()> {
     table.print(out)
 }
 
-fn hands(all: &[Drag], out: &mut dyn Write) -> std::io::Result<()> {
+fn drags(all: &[Drag], out: &mut dyn Write) -> std::io::Result<()> {
     let mut table = Columns::new([">nodes", ">targets", ">median", ">slowest", ">a second", ">failures"]);
     for drag in all {
         table.row([
@@ -216,7 +218,7 @@ fn hands(all: &[Drag], out: &mut dyn Write) -> std::io::Result<()> {
     table.print(out)
 }
 
-/// Most memory this process has had so far, where the system tells.
+/// Peak memory of this process, bytes, where the system tells.
 fn peak_memory() -> Option<u64> {
     let status = std::fs::read_to_string("/proc/self/status").ok()?;
     let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"))?;
@@ -285,7 +287,7 @@ fn document(measured: &Measured) -> Value {
             "seconds": all.seconds,
         },
     });
-    let hands = measured.hands.iter().map(|drag| {
+    let drags = measured.drags.iter().map(|drag| {
         json!({
             "nodes": drag.nodes,
             "targets": drag.targets,
@@ -295,7 +297,7 @@ fn document(measured: &Measured) -> Value {
             "failures": drag.failures,
         })
     });
-    document["hands"] = hands.collect::<Vec<Value>>().into();
+    document["hands"] = drags.collect::<Vec<Value>>().into();
     if let Some(all) = &measured.installed {
         document["installation"] = json!({
             "nodes": all.nodes,

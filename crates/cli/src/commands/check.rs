@@ -1,4 +1,4 @@
-//! `wireloom check`: all faults of scenarios, and nothing else.
+//! `wireloom check`: all faults of scenarios.
 
 use crate::failure::{Failure, Outcome};
 use crate::files::load;
@@ -9,7 +9,7 @@ use crate::size;
 use std::io::Write;
 use std::path::PathBuf;
 
-/// Checks every file, whatever is wrong with those before it.
+/// Checks every file, also after faults in others.
 pub fn check(files: &[PathBuf], trust: &Trust, out: &mut dyn Write) -> Result<Outcome, Failure> {
     let mut failures = vec![];
     for file in files {

@@ -1,4 +1,4 @@
-//! `wireloom compare`: results of runs beside each other.
+//! `wireloom compare`: differences between results of several runs.
 
 mod variants;
 
@@ -11,6 +11,7 @@ use crate::plugin::trust::Trust;
 use crate::print::differences;
 use crate::print::progress::Bar;
 use crate::program::{PROGRAM, machine, now};
+use crate::trace::Trace;
 use crate::{interrupt, size};
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
@@ -19,37 +20,40 @@ use wireloom::core::{Monitor, Status, StepResult};
 use wireloom::export::comparison::{Case, Comparison, Trend, convergence};
 use wireloom::export::ending::Ending;
 use wireloom::export::json;
-use wireloom::export::report::{Beside, write_beside};
+use wireloom::export::report::{ComparisonPage, write_comparison};
 use wireloom::solve::steps::checkpoint::Observer;
 use wireloom::solve::{Control, Progress};
 
-/// Compares folders with results, and scenarios that are carried out for the purpose, or one scenario with what is tried in it.
+/// Compares folders with results and scenarios, which are carried out, or one scenario with several settings.
 pub fn compare(arguments: &CompareArguments, out: &mut dyn Write) -> Result<Outcome, Failure> {
     let variants = variants::variants(arguments)?;
     let trust = Trust::to_run(&arguments.allowed);
     let refused = |message: &str| Err(Failure::Input(message.into()));
-    let bar = Bar::new("reading", !arguments.quiet);
+    let bar = Bar::new("reading", !arguments.quiet && arguments.trace.verbose == 0);
+    let mut trace = Trace::begin(&arguments.trace)?;
     let cases = match (&arguments.inputs[..], variants.len()) {
         ([_], 0 | 1) => {
             return refused(
-                "nothing to compare it with: give two or more folders or scenarios, or what to try in it, such as --segments 20,40,80",
+                "nothing to compare it with: \
+                 give two or more folders or scenarios, or options such as --segments 20,40,80",
             );
         }
         ([file], _) if is_scenario(file) => tried(file, &variants, &trust, &bar)?,
         (_, 0) => gathered(&arguments.inputs, &trust, &bar)?,
-        _ => return refused("what is to be tried needs one scenario (.toml), not results or several"),
+        _ => return refused("options such as --segments need one scenario (.toml), not results or several scenarios"),
     };
     drop(bar);
+    trace.finish()?;
     let wanted = arguments.inputs.len().max(variants.len());
     let interrupted = cases.len() < wanted;
     if interrupted {
-        writeln!(out, "interrupted: {} of {wanted} runs came to their ends\n", cases.len())
+        writeln!(out, "interrupted: {} of {wanted} runs are complete\n", cases.len())
             .map_err(Failure::standard_output)?;
     }
     if cases.is_empty() {
         return Ok(Outcome::NotConverged);
     }
-    // The finest mesh is the nearest to the truth; otherwise the first is what the user has now.
+    // The reference is the finest mesh, otherwise the first.
     let finest = arguments.segments.iter().take(cases.len()).enumerate().max_by_key(|(_, n)| **n);
     let only = variants.len() == arguments.segments.len();
     let reference = (!variants.is_empty()).then(|| finest.filter(|_| only).map_or(0, |(k, _)| k));
@@ -57,10 +61,10 @@ pub fn compare(arguments: &CompareArguments, out: &mut dyn Write) -> Result<Outc
     let trends = trends(arguments, &cases);
     let alike = [&arguments.joint, &arguments.rod, &arguments.set].iter().all(|tried| tried.is_empty())
         && arguments.segments.is_empty();
-    // What was computed is said before a file may fail.
+    // Results are printed before the file is written, which may fail.
     differences::print(&cases, &comparison, &trends, alike, out).map_err(Failure::standard_output)?;
     if let Some(path) = &arguments.report {
-        let beside = Beside {
+        let page = ComparisonPage {
             title: &title(arguments),
             cases: &cases,
             comparison: &comparison,
@@ -70,13 +74,13 @@ pub fn compare(arguments: &CompareArguments, out: &mut dyn Write) -> Result<Outc
             machine: &machine(),
             written: &now(),
         };
-        folder::write(path, |out| write_beside(&beside, out))?;
+        folder::write(path, |out| write_comparison(&page, out))?;
     }
     let converged = cases.iter().all(|case| case.ending.converged);
     Ok(if converged && !interrupted { Outcome::Done } else { Outcome::NotConverged })
 }
 
-/// Of the page: the scenario at hand, or all results.
+/// Title of the page: the scenario, or all results.
 fn title(arguments: &CompareArguments) -> String {
     match &arguments.inputs[..] {
         [file] => file.file_stem().unwrap_or_default().to_string_lossy().into_owned(),
@@ -88,7 +92,7 @@ fn is_scenario(path: &Path) -> bool {
     path.extension().is_some_and(|extension| extension == "toml")
 }
 
-/// How results settle, where three or more meshes are all that is tried.
+/// Convergence under mesh refinement, where three or more meshes are compared and nothing else.
 fn trends(arguments: &CompareArguments, cases: &[Case]) -> Vec<Trend> {
     if arguments.segments.len() < 3 || arguments.segments.len() != cases.len() {
         return vec![];
@@ -99,7 +103,7 @@ fn trends(arguments: &CompareArguments, cases: &[Case]) -> Vec<Trend> {
     convergence(&meshes)
 }
 
-/// One scenario with each of the variants, as far as nobody interrupts. All are checked before the first is carried out.
+/// One scenario with each of the variants, until an interruption. All are checked before the first is carried out.
 fn tried(file: &Path, variants: &[Variant], trust: &Trust, bar: &Bar) -> Result<Vec<Case>, Failure> {
     let loaded = variants.iter().map(|variant| load::scenario(file, &variant.settings, trust));
     let loaded = loaded.collect::<Result<Vec<_>, _>>()?;
@@ -111,7 +115,7 @@ fn tried(file: &Path, variants: &[Variant], trust: &Trust, bar: &Bar) -> Result<
     until_interrupted(cases)
 }
 
-/// Results of folders and of scenarios, as far as nobody interrupts. All are read before the first is carried out.
+/// Results of folders and of scenarios, until an interruption. All are read before the first is carried out.
 fn gathered(inputs: &[PathBuf], trust: &Trust, bar: &Bar) -> Result<Vec<Case>, Failure> {
     let given = inputs.iter().map(|input| {
         bar.say(format!("reading {}", input.display()));
@@ -133,25 +137,25 @@ fn gathered(inputs: &[PathBuf], trust: &Trust, bar: &Bar) -> Result<Vec<Case>, F
     until_interrupted(cases)
 }
 
-/// What is to be compared.
+/// An input.
 enum Given {
     Scenario(Box<Loaded>),
     Result(Box<Option<Ending>>),
 }
 
-/// Those before the first `None`.
+/// The cases before the first `None`.
 fn until_interrupted(cases: impl Iterator<Item = Result<Option<Case>, Failure>>) -> Result<Vec<Case>, Failure> {
     cases.map_while(Result::transpose).collect()
 }
 
 fn case(name: String, ending: Option<Ending>) -> Result<Case, Failure> {
     let Some(ending) = ending else {
-        return Err(Failure::Input(format!("{name}: the run has come to no equilibrium")));
+        return Err(Failure::Input(format!("{name}: the run has no equilibrium")));
     };
     Ok(Case { name, ending })
 }
 
-/// The end of the run whose results lie in a folder, or in a file.
+/// The last equilibrium of a `result.json`, or of that of a folder.
 fn read(path: &Path) -> Result<Option<Ending>, Failure> {
     let file = if path.is_dir() { path.join(RESULT) } else { path.to_owned() };
     json::read(load::open(&file)?).map_err(|error| match error.kind() {
@@ -162,12 +166,13 @@ fn read(path: &Path) -> Result<Option<Ending>, Failure> {
     })
 }
 
-/// Carries a scenario out; nothing is written. `None` where that was interrupted.
+/// Carries out a scenario; nothing is written. `None` where it was interrupted.
 fn carry_out(loaded: Loaded, name: &str, bar: &Bar) -> Result<Option<Option<Ending>>, Failure> {
     let increments = size::increments(&loaded.built);
-    let large = size::foretell(&loaded.built.network, increments)?.map(|words| format!(" ({words})"));
+    let large = size::estimate(&loaded.built.network, increments)?.map(|words| format!(" ({words})"));
     bar.count(format!("{name}{}", large.unwrap_or_default()), "increments", increments, 0);
-    let run = wireloom::run_observed(loaded.built, None, &mut Watcher(bar));
+    let span = tracing::info_span!("case", name);
+    let run = span.in_scope(|| wireloom::run_observed(loaded.built, None, &mut Watcher(bar)));
     if run.status == Status::Interrupted {
         return Ok(None);
     }
@@ -177,7 +182,7 @@ fn carry_out(loaded: Loaded, name: &str, bar: &Bar) -> Result<Option<Option<Endi
     Ok(Some(Ending::of(&run)))
 }
 
-/// Tells how far a run is.
+/// Shows the progress of a run.
 struct Watcher<'a>(&'a Bar);
 
 impl Observer for Watcher<'_> {
@@ -191,7 +196,7 @@ impl Observer for Watcher<'_> {
     }
 }
 
-/// The shortest ends of the paths that tell them apart, without `.toml` and `result.json`.
+/// The shortest suffixes of the paths that differ, without `.toml` and `result.json`.
 fn names(paths: &[PathBuf]) -> Vec<String> {
     let parts: Vec<Vec<String>> = paths
         .iter()

@@ -1,4 +1,4 @@
-//! `wireloom devices`: what the minimiser `gpu` may run on.
+//! `wireloom devices`: devices for the minimiser `gpu`.
 
 use crate::failure::{Failure, Outcome};
 use crate::print::table::Columns;

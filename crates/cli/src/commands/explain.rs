@@ -7,7 +7,7 @@ use crate::print::text::printable;
 use std::io::{self, Write};
 use wireloom::scenario::explain::{Explained, explain as explained};
 
-/// A key, or a kind, in words.
+/// Explains a key, or a kind.
 pub fn explain(key: &str, allowed: &Allowed, out: &mut dyn Write) -> Result<Outcome, Failure> {
     let mut registry = wireloom::registry();
     let _libraries = load_allowed(allowed, &mut registry)?;

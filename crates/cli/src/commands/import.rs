@@ -1,4 +1,4 @@
-//! `wireloom import`: other harness files to scenarios. What was found odd in them goes to standard error.
+//! `wireloom import`: harness files of other formats to scenarios. Findings go to standard error.
 
 use crate::arguments::{KblArguments, KblArrangement, KblOrder};
 use crate::failure::{Failure, Outcome};
@@ -25,7 +25,7 @@ fn order(arguments: &KblArguments, arrangement: Arrangement) -> Result<Order, Fa
     }
 }
 
-/// KBL to a scenario, which is then checked as `wireloom check` would.
+/// Imports KBL to a scenario, which is then checked as by `wireloom check`.
 pub fn kbl(arguments: &KblArguments, out: &mut dyn Write) -> Result<Outcome, Failure> {
     let bar = Bar::new(format!("importing {}", arguments.file.display()), true);
     let text = load::text(&arguments.file)?;
@@ -44,7 +44,7 @@ pub fn kbl(arguments: &KblArguments, out: &mut dyn Write) -> Result<Outcome, Fai
         .map_err(|error| Failure::Input(format!("{} cannot be imported: {error}", arguments.file.display())))?;
     drop(bar);
     let findings: String = imported.findings.iter().map(|finding| format!("found: {}\n", shortened(finding))).collect();
-    // A finding that nobody can read is no reason to give up.
+    // If standard error is closed, the import goes on.
     let _ = std::io::stderr().write_all(findings.as_bytes());
     match &arguments.output {
         None => out.write_all(imported.scenario.as_bytes()).map_err(Failure::standard_output)?,

@@ -7,7 +7,7 @@ use crate::print::text::printable;
 use std::io::{self, Write};
 use wireloom::scenario::explain::{Models, models};
 
-/// Every kind there is, with its parameters; those of allowed plugins, too.
+/// Lists all kinds with their parameters, those of allowed plugins included.
 pub fn list(allowed: &Allowed, out: &mut dyn Write) -> Result<Outcome, Failure> {
     let mut registry = wireloom::registry();
     let _libraries = load_allowed(allowed, &mut registry)?;

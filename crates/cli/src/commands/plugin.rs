@@ -9,7 +9,7 @@ use crate::print::text::printable;
 use std::io::Write;
 use wireloom::host::Plugins;
 
-/// Does what is asked.
+/// Carries out a task.
 pub fn plugin(task: &PluginTask, out: &mut dyn Write) -> Result<Outcome, Failure> {
     match task {
         PluginTask::New { name, c, sources } => new::new(name, *c, sources.as_deref(), out),
@@ -26,7 +26,8 @@ fn list(out: &mut dyn Write) -> Result<Outcome, Failure> {
         if folders.0.is_empty() {
             return writeln!(
                 out,
-                "the search path is empty: name folders in WIRELOOM_PLUGINS, or make .wireloom/plugins in your home folder"
+                "the search path is empty: \
+                 name folders in WIRELOOM_PLUGINS, or make .wireloom/plugins in your home folder"
             );
         }
         if files.is_empty() {

@@ -29,7 +29,7 @@ use wireloom_studio::replay::Recorder;
 use wireloom_studio::server::{Backend, Content, DraftOffer, Live, Server, Site, Token};
 use wireloom_studio::{PAGE, SessionInput, Studio};
 
-/// Serves the page until somebody asks to stop.
+/// Serves the page until a signal to stop.
 pub fn studio(arguments: &StudioArguments, out: &mut dyn Write) -> Result<Outcome, Failure> {
     let what = &arguments.what;
     let mut memory = remember(what)?;
@@ -50,20 +50,21 @@ pub fn studio(arguments: &StudioArguments, out: &mut dyn Write) -> Result<Outcom
         if !address.ip().is_loopback() {
             writeln!(
                 out,
-                "WARNING: this listens at {address}: whoever reaches this machine and knows or overhears the token (nothing is encrypted) may use the session",
+                "WARNING: this listens at {address}: anyone who can reach this machine and knows or overhears the \
+                 token (nothing is encrypted) can use the session",
             )?;
         }
         writeln!(out, "{page}")?;
         writeln!(out, "Ctrl-C ends it")?;
         out.flush()
     };
-    // Who has read the address may end it.
+    // From now on Ctrl-C ends the session.
     interrupt::listen();
     say(out).map_err(Failure::standard_output)?;
     let mut redirect = None;
     if !arguments.no_open {
         match Redirect::to(&page).and_then(|made| made.open().map(|()| made)) {
-            // Browsers are slow: it stays for as long as the session.
+            // Browsers are slow: it stays until the session ends.
             Ok(made) => redirect = Some(made),
             Err(error) => writeln!(out, "no browser could be opened ({error}): open that address in one")
                 .and_then(|()| out.flush())
@@ -80,7 +81,7 @@ pub fn studio(arguments: &StudioArguments, out: &mut dyn Write) -> Result<Outcom
     Ok(Outcome::Done)
 }
 
-/// An address within an URL.
+/// An address as part of an URL.
 fn shown(address: IpAddr) -> String {
     match address {
         IpAddr::V4(address) => address.to_string(),
@@ -88,9 +89,10 @@ fn shown(address: IpAddr) -> String {
     }
 }
 
-/// What is remembered of the scenario or folder; none where another studio has it, or where nothing can be kept.
+/// The state that is kept of the scenario or folder; none where another studio has it open, or where it cannot be
+/// kept.
 fn remember(what: &Path) -> Result<Option<Memory>, Failure> {
-    // What is not there is not remembered.
+    // Nothing is kept of a file that does not exist.
     if !what.is_dir() {
         load::open(what)?;
     }
@@ -100,7 +102,7 @@ fn remember(what: &Path) -> Result<Option<Memory>, Failure> {
             (None, Some(Failure::Input(format!("another studio has {} open: this one keeps no draft", what.display()))))
         }
         Ok(memory) => (memory, None),
-        // One can work without.
+        // The session works without.
         Err(failure) => (None, Some(failure)),
     };
     if let Some(lack) = lack {
@@ -109,7 +111,7 @@ fn remember(what: &Path) -> Result<Option<Memory>, Failure> {
     Ok(memory)
 }
 
-/// Where to listen: as the last time, so that pages that are still open learn that there is another session; and what pages must know.
+/// The address, by default that of the last session, so that open pages notice the new one; and the token of pages.
 fn address(arguments: &StudioArguments, known: &Remembered) -> Result<(TcpListener, Token), Failure> {
     let refused = |error: io::Error| {
         Failure::Input(format!("cannot listen at {}: {error}; give another --host or --port", arguments.host))
@@ -121,7 +123,7 @@ fn address(arguments: &StudioArguments, known: &Remembered) -> Result<(TcpListen
     let wanted = arguments.port.or(known.port).unwrap_or(0);
     let listener = match bind(wanted) {
         Ok(listener) => listener,
-        // Somebody else has it now.
+        // Another program uses it.
         Err(_) if arguments.port.is_none() => bind(0).map_err(refused)?,
         Err(error) => return Err(refused(error)),
     };
@@ -170,7 +172,7 @@ struct Opener {
 }
 
 impl Opener {
-    /// With the text of the file, or with one that takes its place and is not saved.
+    /// Opens the text of the file, or one in its place that is not saved.
     fn open(&self, text: &str, unsaved: bool) -> Result<Studio, Failure> {
         let trust = Trust::to_run(&self.allowed);
         let mut registry = trust.registry();
@@ -186,17 +188,17 @@ impl Opener {
             .map_err(|faults| Failure::Refused(vec![load::refusal(&self.path, text.to_owned(), faults)]))
     }
 
-    /// What results of such a text say of their making; and all texts.
+    /// Provenance of the results of a text; and all texts.
     fn origin(&self, text: &str) -> Option<(Provenance, Vec<(String, String)>)> {
         let loaded = load::scenario_of(&self.path, text.to_owned(), &[], &Trust::to_run(&self.allowed)).ok()?;
         Some((loaded.provenance(), loaded.texts))
     }
 }
 
-/// What the server has done here.
+/// Services for the server: drafts, sessions, exports.
 struct AtHand {
     opener: Opener,
-    /// None where another studio keeps this scenario's.
+    /// None where another studio has this scenario open.
     memory: Option<Mutex<Memory>>,
 }
 

@@ -1,10 +1,10 @@
 //! `wireloom sweep`: a scenario over many values, to a table.
 //!
-//! | in `DIR/` | what |
+//! | in `DIR/` | content |
 //! | --- | --- |
 //! | `points.parquet` | a row for each point, written when all are done |
-//! | `.wireloom/sweep/origin` | which scenario, while the sweep goes |
-//! | `.wireloom/sweep/NNNNNN` | chains of points that are done, while the sweep goes |
+//! | `.wireloom/sweep/origin` | the scenario, until the sweep ends |
+//! | `.wireloom/sweep/NNNNNN` | chains of points that are done, until the sweep ends |
 
 use crate::arguments::SweepArguments;
 use crate::failure::{Failure, Outcome};
@@ -29,14 +29,14 @@ use wireloom::sweep::{Points, header};
 
 const PARTS: &str = "sweep";
 const ORIGIN: &str = "sweep/origin";
-/// What to do where a part is damaged.
+/// Help where a part is damaged.
 const HELP: &str = "remove it, and the same command goes on";
-/// Changes with what the chains mean.
+/// Version of the files; changes with their meaning.
 const FORMAT: u32 = 5;
 /// Messages of refused points that are shown.
 const REFUSALS: usize = 3;
 
-/// What a sweep was made from.
+/// Origin of a sweep.
 #[derive(PartialEq, Serialize, Deserialize)]
 struct Origin {
     format: u32,
@@ -53,9 +53,10 @@ pub fn sweep(arguments: &SweepArguments, out: &mut dyn Write) -> Result<Outcome,
     let bar = Bar::new(format!("reading {}", file.display()), !arguments.quiet);
     let minimiser: Vec<Setting> = arguments.minimiser.iter().map(|kind| Setting::minimiser(kind)).collect();
     let loaded = load::scenario(file, &minimiser, &trust)?;
-    size::foretell(&loaded.built.network, 1)?;
+    size::estimate(&loaded.built.network, 1)?;
     let Some(sweep) = &loaded.scenario.sweep else {
-        let help = "add one, such as\n[sweep.vary]\n\"branches.NAME.length\" = { from = \"400 mm\", to = \"500 mm\", count = 11 }";
+        let help = "add one, such as\n[sweep.vary]\n\
+                    \"branches.NAME.length\" = { from = \"400 mm\", to = \"500 mm\", count = 11 }";
         return Err(Failure::Input(format!("{} has no [sweep]: {help}", file.display())));
     };
     let origin = Origin {
@@ -114,7 +115,7 @@ pub fn sweep(arguments: &SweepArguments, out: &mut dyn Write) -> Result<Outcome,
     Ok(Outcome::Done)
 }
 
-/// How many points ended how, and between which values the results lie.
+/// Number of points by status, and ranges of results.
 fn print(rows: &[Row], table: &Table, out: &mut dyn Write) -> io::Result<()> {
     let mut counts: Vec<(&str, usize)> = vec![];
     for row in rows {
@@ -132,7 +133,7 @@ fn print(rows: &[Row], table: &Table, out: &mut dyn Write) -> io::Result<()> {
             polished => writeln!(out, "{polished} of them finished on the CPU, to the same tolerance\n")?,
         }
     }
-    let mut columns = Columns::new(["result", ">least", ">mean", ">greatest"]);
+    let mut columns = Columns::new(["result", ">minimum", ">mean", ">maximum"]);
     for (name, unit) in [("energy.total", "J"), ("bend_radius", "m"), ("force", "N")] {
         let Some(Column::Numbers(numbers)) = table.column(name) else { continue };
         let numbers: Vec<f64> = numbers.iter().flatten().copied().collect();
@@ -153,11 +154,11 @@ fn print(rows: &[Row], table: &Table, out: &mut dyn Write) -> io::Result<()> {
     Ok(())
 }
 
-/// What is done of a sweep while it goes.
+/// Chains of a sweep that are done.
 struct Parts(Arc<Own>);
 
 impl Parts {
-    /// Goes on where the same sweep was interrupted; begins anew otherwise.
+    /// Resumes the same sweep; begins a new one otherwise.
     fn begin(folder: &mut Folder, origin: &Origin) -> Result<Self, Failure> {
         let parts = Self(Arc::clone(folder.own()));
         let known = parts.0.part(ORIGIN, HELP)?.and_then(|bytes| serde_json::from_slice::<Origin>(&bytes).ok());
@@ -175,7 +176,7 @@ impl Parts {
         encode(&self.0, &part(chain), &rows, false)
     }
 
-    /// Which of so many chains are not done. What is damaged is told before the work begins.
+    /// Chains that are not done. Damage is reported before the work begins.
     fn to_do(&self, chains: usize) -> Result<Vec<usize>, Failure> {
         let known = |k: usize| Ok((k, decode::<Vec<Row>>(&self.0, &part(k), HELP)?.is_some()));
         let known = (0..chains).map(known).collect::<Result<Vec<_>, Failure>>()?;

@@ -1,9 +1,9 @@
-//! The folder of a run's results. Files appear in it whole or not at all, and those of an earlier run go before a new one begins:
-//! `.wireloom/files` lists what was written. One process at a time writes in it.
+//! The folder of a run's results. Files appear in it whole or not at all, and those of an earlier run are removed
+//! before a new one begins: `.wireloom/files` lists them. One process at a time writes in it.
 
 use crate::failure::Failure;
 use crate::files::own::{ANEW, OWN, Own, damaged};
-use crate::files::place::{Place, Writer};
+use crate::files::place::{Pending, Place, Writer};
 use std::collections::BTreeMap;
 use std::ffi::OsStr;
 use std::fs::{self, File, TryLockError};
@@ -15,11 +15,11 @@ use wireloom::export::catalogue;
 /// Parent of the folders of results that the user has not named.
 const OUT: &str = "out";
 const LIST: &str = "files";
-/// Whoever writes in the folder has locked it; the system unlocks it when the process ends, however that comes.
+/// Locked by the process that writes in the folder; the system unlocks it when the process ends.
 const LOCK: &str = "lock";
-/// The system must find room for so much before the work begins, bytes.
+/// Size of a trial file before the work begins, bytes.
 const TRIAL: usize = 1 << 16;
-/// What to do where the list of files is damaged.
+/// Help where the list of files is damaged.
 const HELP: &str = "remove the folder, or give another one with --out";
 
 /// A folder that this process alone writes to.
@@ -36,7 +36,8 @@ pub struct Folder {
 pub type Written = BTreeMap<String, String>;
 
 impl Folder {
-    /// The folder for the results of a scenario's file: the one that the user has named, or `out/first` for `scenarios/first.toml`.
+    /// The folder for the results of a scenario's file: the one that the user has named, or `out/first` for
+    /// `scenarios/first.toml`.
     pub fn of_results(named: Option<&Path>, file: &Path) -> Result<Self, Failure> {
         match named {
             Some(path) => Self::create(path),
@@ -50,7 +51,7 @@ impl Folder {
         Self::of(opened.map_err(Failure::io("make the folder", path))?, path)
     }
 
-    /// The same in the folder `name` of the folder `parent` here, which nobody has named: a link is not followed.
+    /// The same in `parent/name` of the current folder, which the user has not named: links are not followed.
     pub fn create_default(parent: &str, name: &str) -> Result<Self, Failure> {
         let path = Path::new(parent).join(name);
         let opened = Place::open(Path::new("")).and_then(|here| here.make(parent)?.make(name));
@@ -69,7 +70,8 @@ impl Folder {
         let lock = own.place().lock_file(LOCK).map_err(failed())?;
         lock.try_lock().map_err(|error| match error {
             TryLockError::WouldBlock => {
-                let reason = "another process is writing its results there: wait until it has ended, or give another folder with --out";
+                let reason = "another process is writing its results there: \
+                              wait until it has ended, or give another folder with --out";
                 failed()(io::Error::new(ErrorKind::ResourceBusy, reason))
             }
             TryLockError::Error(error) => Failure::io("lock the folder", path)(error),
@@ -85,19 +87,19 @@ impl Folder {
         Ok(Self { path: path.to_path_buf(), place, own: Arc::new(own), written, list, _lock: lock })
     }
 
-    /// Makes sure that so many bytes find room on the disk, as far as the system tells.
+    /// Checks that this number of bytes fits on the disk, as far as the system tells.
     pub fn has_room(&self, bytes: u64) -> Result<(), Failure> {
         match fs4::available_space(&self.path) {
             Ok(free) if free < bytes => {
                 let short = format!("the results take at least {} MB, {} MB are free", bytes >> 20, free >> 20);
                 Err(Failure::io("write in the folder", &self.path)(io::Error::new(ErrorKind::StorageFull, short)))
             }
-            // Where the system does not tell, the work is begun.
+            // Where the system does not tell, the work begins.
             _ => Ok(()),
         }
     }
 
-    /// Removes what an earlier run has written, so that nobody takes it for this one's.
+    /// Removes the files of an earlier run, so that they are not taken for this one's.
     pub fn clear(&mut self) -> Result<(), Failure> {
         for name in std::mem::take(&mut self.written).keys() {
             self.place.remove(name).map_err(Failure::io("remove", &self.path.join(name)))?;
@@ -106,12 +108,12 @@ impl Folder {
         Ok(())
     }
 
-    /// Where it is.
+    /// Its path.
     pub fn path(&self) -> &Path {
         &self.path
     }
 
-    /// What the program keeps in it for itself.
+    /// The program's own folder in it.
     pub fn own(&self) -> &Arc<Own> {
         &self.own
     }
@@ -121,7 +123,7 @@ impl Folder {
         self.written.keys().map(String::as_str)
     }
 
-    /// Makes sure that a file still is what was written.
+    /// Checks that a file is unchanged since it was written.
     pub fn check(&self, name: &str) -> Result<(), Failure> {
         let path = self.path.join(name);
         let now = self.place.bytes(name).map_err(Failure::io("read", &path))?.map(|bytes| wireloom::sha256(&bytes));
@@ -135,7 +137,7 @@ impl Folder {
     pub fn write(&mut self, name: &str, content: impl FnOnce(&mut Writer) -> io::Result<()>) -> Result<(), Failure> {
         let path = self.path.join(name);
         let Self { place, own, written, list, .. } = self;
-        // What a kill leaves half written lies where the next run cleans up.
+        // A partial file that a kill leaves lies where the next run removes it.
         let attempt = place.write(name, own.place(), |out| {
             content(out)?;
             let hash = out.hash();
@@ -151,17 +153,24 @@ impl Folder {
 
 /// Writes a file that the user has named: under another name first, renamed when it is complete.
 pub fn write(path: &Path, content: impl FnOnce(&mut Writer) -> io::Result<()>) -> Result<(), Failure> {
+    let (pending, mut writer) = begin(path)?;
+    let written = content(&mut writer).and_then(|()| pending.finish(writer));
+    written.map(|_| ()).map_err(Failure::io("write", path))
+}
+
+/// Begins a file that the user has named; it goes unless [`Pending::finish`] gives it that name.
+pub fn begin(path: &Path) -> Result<(Pending, Writer), Failure> {
     let attempt = || {
         let folder = path.parent().unwrap_or(Path::new(""));
         let no_name = || io::Error::new(ErrorKind::InvalidInput, "it does not end with the name of a file, in UTF-8");
         let name = path.file_name().and_then(OsStr::to_str).ok_or_else(no_name)?;
         fs::create_dir_all(folder)?;
         let place = Place::open(folder)?;
-        // What is left of an earlier attempt disturbs nobody if it stays.
+        // An earlier attempt's remains do no harm if they stay.
         let _ = place.remove_partials(Some(name));
-        place.write(name, &place, content)
+        place.begin(name, &place)
     };
-    attempt().map(|_| ()).map_err(Failure::io("write", path))
+    attempt().map_err(Failure::io("write", path))
 }
 
 /// Adds a line to the list: all of it or nothing.
@@ -178,14 +187,14 @@ fn line(name: &str, hash: &str) -> String {
     format!("{line}\t{}\n", wireloom::sha256(line.as_bytes()))
 }
 
-/// Begins the list anew.
+/// Starts a new list.
 fn new_list(own: &Own, written: &Written) -> Result<File, Failure> {
     let lines: String = written.iter().map(|(name, hash)| line(name, hash)).collect();
     let list = own.place().write(LIST, own.place(), |out| out.write_all(lines.as_bytes()));
     list.map_err(Failure::io("write", &own.path(LIST)))
 }
 
-/// What was written in a folder, as its list has it. Of a file that was written more than once, the last line counts.
+/// Files of a folder, by its list. Of a file that was written more than once, the last line counts.
 pub fn written(own: &Own) -> Result<Written, Failure> {
     let bytes = own.place().bytes(LIST).map_err(Failure::io("read", &own.path(LIST)))?.unwrap_or_default();
     let damaged = || damaged(&own.path(LIST), HELP);
@@ -257,7 +266,7 @@ mod tests {
         assert_eq!(made(&out).names().count(), 0);
     }
 
-    /// A list that somebody has written by hand, with checksums that are right.
+    /// A forged list, with correct checksums.
     #[test]
     fn a_list_that_names_what_lies_elsewhere_removes_nothing() {
         for name in ["../outside", "/outside", "folder/../../outside", "folder"] {
@@ -295,7 +304,7 @@ mod tests {
         let place = tempfile::tempdir().expect("a folder");
         let path = place.path().join(LIST);
         fs::write(&path, line("a", "0")).unwrap();
-        // Cannot be written to: as on a full disk, nothing is added.
+        // Not writable: as on a full disk, nothing is added.
         let mut list = File::open(&path).unwrap();
         list.seek(SeekFrom::End(0)).unwrap();
         assert!(append(&mut list, "b", "1").is_err());

@@ -1,4 +1,4 @@
-//! From a file's name to a checked scenario.
+//! From the path of a file to a checked scenario.
 
 use crate::failure::{Failure, Refusal};
 use crate::plugin::load::load as load_plugins;
@@ -20,12 +20,12 @@ const TEXT: u64 = 64 << 20;
 /// Largest file of another kind that is read as a whole, bytes: a mesh of ten million triangles has half of it.
 const LARGEST: u64 = 1 << 30;
 
-/// Reads a text file. What is no UTF-8 is refused, not an I/O fault.
+/// Reads a text file. Text that is not UTF-8 is refused input, not an I/O fault.
 pub fn text(path: &Path) -> Result<String, Failure> {
     utf8(read(path, TEXT).map_err(refused(path))?, path)
 }
 
-/// Reads a file that need be no text.
+/// Reads a file of bytes.
 pub fn bytes(path: &Path) -> Result<Vec<u8>, Failure> {
     read(path, LARGEST).map_err(refused(path))
 }
@@ -50,7 +50,7 @@ fn utf8(bytes: Vec<u8>, path: &Path) -> Result<String, Failure> {
     })
 }
 
-/// A file of a kind or size that is not read is refused; the rest are faults of the system.
+/// A file of an unsuitable kind or size is refused input; the rest are I/O faults.
 fn refused(path: &Path) -> impl FnOnce(io::Error) -> Failure {
     move |error| match error.kind() {
         io::ErrorKind::InvalidInput => Failure::Input(format!("cannot read {}: {error}", path.display())),
@@ -58,7 +58,7 @@ fn refused(path: &Path) -> impl FnOnce(io::Error) -> Failure {
     }
 }
 
-/// The files that a scenario names, relative to its folder; what was read is remembered.
+/// The files that a scenario names, relative to its folder; files that were read are kept.
 pub struct Beside {
     folder: PathBuf,
     read: Mutex<Vec<(String, String)>>,
@@ -77,7 +77,7 @@ impl Beside {
     }
 
     fn known(&self) -> MutexGuard<'_, Vec<(String, String)>> {
-        // Nothing that holds it can panic half way.
+        // Nothing panics while it holds this.
         self.read.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
@@ -116,23 +116,24 @@ pub struct Loaded {
     pub plugins: Vec<Plugin>,
     /// All kinds that it may name.
     pub registry: Registry,
-    /// What was set beside it.
+    /// Settings on the command line.
     pub settings: Vec<Setting>,
 }
 
 impl Loaded {
-    /// What results of it say of their making.
+    /// Provenance of its results.
     pub fn provenance(&self) -> Provenance {
         wireloom::provenance(PROGRAM, &self.scenario, &self.texts, &self.hashed, &self.settings)
     }
 }
 
-/// Reads, checks and builds a scenario, with the plugins it wants and the user trusts; `settings` take the place of what it says.
+/// Reads, checks and builds a scenario, with the plugins that it names and the user trusts; `settings` replace values
+/// of the file.
 pub fn scenario(path: &Path, settings: &[Setting], trust: &Trust) -> Result<Loaded, Failure> {
     scenario_of(path, text(path)?, settings, trust)
 }
 
-/// The same of a text that takes the place of the one in the file.
+/// The same for a text in place of the file's.
 pub fn scenario_of(path: &Path, text: String, settings: &[Setting], trust: &Trust) -> Result<Loaded, Failure> {
     let mut registry = trust.registry();
     let plugins = load_plugins(path, &text, trust, &mut registry)?;
@@ -159,7 +160,7 @@ pub fn scenario_of(path: &Path, text: String, settings: &[Setting], trust: &Trus
     }
 }
 
-/// What faults of settings name instead of a file.
+/// File name in faults of settings.
 const COMMAND_LINE: &str = "command line";
 
 /// A refusal of the scenario in `path`.

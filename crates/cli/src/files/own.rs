@@ -1,5 +1,5 @@
-//! What the program keeps for itself in a folder of results, `.wireloom`. Every part ends with a checksum of its bytes and its name, so that what a disk
-//! has changed, or somebody else has put there, is not taken for what was written.
+//! The program's own folder `.wireloom` in a folder of results. Every part ends with a checksum of its bytes and its
+//! name, so that damaged or foreign files are found.
 
 use crate::failure::Failure;
 use crate::files::place::Place;
@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 
 /// Its name in the folder.
 pub const OWN: &str = ".wireloom";
-/// What to do where a part of an interrupted run is damaged.
+/// Help where a part of an interrupted run is damaged.
 pub const ANEW: &str = "run the scenario anew";
 /// Digits of a SHA-256, in hexadecimal.
 const DIGITS: usize = 64;
@@ -38,12 +38,12 @@ impl Own {
         &self.place
     }
 
-    /// Where a part is, for people.
+    /// Path of a part, for messages.
     pub fn path(&self, name: &str) -> PathBuf {
         self.path.join(name)
     }
 
-    /// Keeps a part; `safe`: on the disk when this returns.
+    /// Writes a part; `safe`: on the disk when this returns.
     pub fn keep(&self, name: &str, bytes: &[u8], safe: bool) -> Result<(), Failure> {
         let sum = checksum(bytes, name);
         let kept = self.place.write(name, &self.place, |out| {
@@ -62,7 +62,7 @@ impl Own {
     /// A part as it was kept; `None` where there is none.
     ///
     /// # Errors
-    /// A part that cannot be read, or is damaged; `help` says what to do about that.
+    /// A part that cannot be read, or is damaged; `help`: what to do about it.
     pub fn part(&self, name: &str, help: &str) -> Result<Option<Vec<u8>>, Failure> {
         let Some(mut bytes) = self.place.bytes(name).map_err(Failure::io("read", &self.path(name)))? else {
             return Ok(None);
@@ -86,13 +86,13 @@ impl Own {
     }
 }
 
-/// A file that is not what was written; what to do about it.
+/// A file that has changed since it was written; `help`: what to do about it.
 pub fn damaged(path: &Path, help: &str) -> Failure {
-    let reason = format!("it is damaged: its checksum is another one than when it was written; {help}");
+    let reason = format!("it is damaged: its checksum has changed since it was written; {help}");
     Failure::io("use", path)(io::Error::new(ErrorKind::InvalidData, reason))
 }
 
-/// Of a part and its name, so that no part is taken for another one.
+/// Checksum of a part and its name, so that parts cannot be exchanged.
 fn checksum(bytes: &[u8], name: &str) -> String {
     wireloom::sha256(&[bytes, name.as_bytes()].concat())
 }

@@ -1,4 +1,4 @@
-//! Pages that play a run, and the scene that they draw.
+//! Pages that play a run, and their scene.
 
 use crate::failure::Failure;
 use crate::files::folder;
@@ -11,10 +11,10 @@ use wireloom_studio::protocol::Scene;
 use wireloom_studio::replay::Replay;
 use wireloom_studio::{PAGE, scene};
 
-/// The harness and what is about it, as pages draw it; beside the result, in the program's own folder.
+/// Scene of a page: harness and obstacles; in the program's own folder beside the result.
 pub const SCENE: &str = "scene";
 
-/// Keeps what pages need beside the result, for `wireloom studio DIR`.
+/// Keeps the scene beside the result, for `wireloom studio DIR`.
 pub fn keep_scene(own: &Own, built: &Built) -> Result<Scene, Failure> {
     let schedule = &built.schedule;
     let scene = scene::of(&schedule.scenario, PROGRAM, schedule.gravity, &built.network);

@@ -1,4 +1,4 @@
-//! A folder that was opened once. Names in it lead neither out of it nor through links, whatever a stranger has put there; files in it appear whole or
+//! A folder that was opened once. Names in it lead neither out of it nor through links; files in it appear whole or
 //! not at all.
 
 use cap_fs_ext::{DirExt, FollowSymlinks, OpenOptionsFollowExt};
@@ -35,7 +35,7 @@ impl Place {
     pub fn below(&self, name: &str) -> io::Result<Self> {
         part(name)?;
         refuse_link(self.0.symlink_metadata(name)?.file_type())?;
-        // What becomes a link after that is refused by the system.
+        // If it becomes a link after that, the system refuses it.
         self.0.open_dir_nofollow(name).map(Self)
     }
 
@@ -82,39 +82,41 @@ impl Place {
         }
     }
 
-    /// Whether there is something of this name.
+    /// Whether a file or folder of this name exists.
     pub fn has(&self, name: &str) -> bool {
         self.holder(name, false).is_ok_and(|(holder, name)| holder.0.symlink_metadata(name).is_ok())
     }
 
-    /// Writes a file by another, random name in `partials` first; it gets its own when it is complete. Returns the file, still open.
+    /// Writes a file under a random name in `partials` first, and renames it when it is complete. Returns the file,
+    /// still open.
     pub fn write(
         &self,
         name: &str,
         partials: &Self,
         content: impl FnOnce(&mut Writer) -> io::Result<()>,
     ) -> io::Result<File> {
+        let (pending, mut writer) = self.begin(name, partials)?;
+        content(&mut writer)?;
+        pending.finish(writer)
+    }
+
+    /// Begins such a file; it goes unless [`Pending::finish`] renames it.
+    pub fn begin(&self, name: &str, partials: &Self) -> io::Result<(Pending, Writer)> {
         let (holder, name) = self.holder(name, true)?;
         match holder.0.symlink_metadata(name) {
             Err(error) if error.kind() != ErrorKind::NotFound => return Err(error),
             Err(_) => {}
             Ok(there) => refuse_all_but_files(there.file_type())?,
         }
+        let partials = Self(partials.0.try_clone()?);
         let partial = format!(".{name}.{:016x}{PARTIAL}", fastrand::u64(..));
         let mut options = OpenOptions::new();
         options.write(true).create_new(true).follow(FollowSymlinks::No);
         let file = partials.0.open_with(&partial, &options)?.into_std();
-        // Says that somebody is writing it; where files cannot be locked nobody will take it for one that was left.
+        // Shows that it is being written; where files cannot be locked, partial files are never removed.
         let _ = file.lock();
-        let mut writer = Writer { out: BufWriter::new(file), hash: Sha256::new() };
-        let attempt = content(&mut writer).and_then(|()| {
-            let file = writer.out.into_inner().map_err(io::IntoInnerError::into_error)?;
-            partials.0.rename(&partial, &holder.0, name)?;
-            Ok(file)
-        });
-        attempt.inspect_err(|_| {
-            let _ = partials.0.remove_file(&partial);
-        })
+        let writer = Writer { out: BufWriter::new(file), hash: Sha256::new() };
+        Ok((Pending { holder, name: name.to_owned(), partials, partial: Some(partial) }, writer))
     }
 
     /// Removes a plain file, if it is there, and the folders on the way to it that this leaves empty.
@@ -151,7 +153,8 @@ impl Place {
         self.0.remove_dir(name)
     }
 
-    /// Removes what writers that were killed have left: of all files, or of the one of this name. What somebody is writing now stays.
+    /// Removes partial files of writers that were killed: of all files, or of the one of this name. Files that are
+    /// being written stay.
     pub fn remove_partials(&self, of: Option<&str>) -> io::Result<()> {
         for name in self.names()? {
             let target = name.strip_prefix('.').and_then(|name| name.strip_suffix(PARTIAL)).and_then(|name| {
@@ -168,7 +171,7 @@ impl Place {
         Ok(())
     }
 
-    /// What is in the folder. Names that are no UTF-8 are none of this program's.
+    /// Names in the folder, as far as they are UTF-8, as all names of this program are.
     fn names(&self) -> io::Result<Vec<String>> {
         let names = self.0.entries()?.map(|entry| Ok(entry?.file_name().into_string().ok()));
         names.filter_map(io::Result::transpose).collect()
@@ -196,7 +199,7 @@ impl Place {
     }
 }
 
-/// One part of a name, which is not a way out.
+/// Refuses a part of a name that leads out of the folder.
 fn part(name: &str) -> io::Result<()> {
     let mut parts = Path::new(name).components();
     match (parts.next(), parts.next()) {
@@ -221,6 +224,34 @@ fn refuse_all_but_files(kind: FileType) -> io::Result<()> {
     Err(io::Error::new(ErrorKind::InvalidInput, format!("it is {what}, not a plain file")))
 }
 
+/// A file under a temporary name, which is removed when this is dropped.
+pub struct Pending {
+    holder: Place,
+    name: String,
+    partials: Place,
+    partial: Option<String>,
+}
+
+impl Pending {
+    /// Gives a complete file its name. Returns it, still open.
+    pub fn finish(mut self, writer: Writer) -> io::Result<File> {
+        let file = writer.out.into_inner().map_err(io::IntoInnerError::into_error)?;
+        if let Some(partial) = &self.partial {
+            self.partials.0.rename(partial, &self.holder.0, &self.name)?;
+        }
+        self.partial = None;
+        Ok(file)
+    }
+}
+
+impl Drop for Pending {
+    fn drop(&mut self) {
+        if let Some(partial) = &self.partial {
+            let _ = self.partials.0.remove_file(partial);
+        }
+    }
+}
+
 /// A file that is being written.
 pub struct Writer {
     out: BufWriter<File>,
@@ -228,7 +259,7 @@ pub struct Writer {
 }
 
 impl Writer {
-    /// Makes sure that everything so far is safe on the disk.
+    /// Writes everything so far to the disk.
     pub fn sync(&mut self) -> io::Result<()> {
         self.out.flush()?;
         self.out.get_ref().sync_all()

@@ -1,4 +1,5 @@
-//! The files of a run: those of all formats of the [`catalogue`](wireloom::export::catalogue) that the scenario's `[output]` asks for.
+//! The files of a run: those of all formats of the [`catalogue`](wireloom::export::catalogue) that the scenario's
+//! `[output]` asks for.
 
 use crate::failure::Failure;
 use crate::files::folder::Folder;
@@ -37,7 +38,8 @@ pub fn surroundings(built: &Built) -> Surroundings {
 }
 
 impl Results {
-    /// Into this folder; `texts`: those of the scenario; `times`: those of the increments written before an interruption.
+    /// Into this folder; `texts`: those of the scenario; `times`: those of the increments written before an
+    /// interruption.
     pub fn new(
         folder: Folder,
         output: Output,
@@ -124,7 +126,8 @@ mod tests {
             "schema = 1\n[sections.c]\ndiameter = 0.01\nlinear_density = 0.1\naxial_stiffness = 1e4\n\
              bending_stiffness = 0.01\ntorsion_stiffness = 0.01\n[[branches]]\nname = \"a\"\nfrom = \"A\"\nto = \"B\"\n\
              section = \"c\"\nlength = 1.0\nsegments = 4\n[[constraints]]\nname = \"plug\"\nkind = \"connector\"\n\
-             at = {{ end = \"A\" }}\nposition = [0, 0, 0]\ntangent = [1, 0, 0]\nup = [0, 0, 1]\n[output]\npicture = false\n{lines}"
+             at = {{ end = \"A\" }}\nposition = [0, 0, 0]\ntangent = [1, 0, 0]\nup = [0, 0, 1]\n\
+             [output]\npicture = false\n{lines}"
         );
         wireloom::load(&text, &wireloom::registry()).expect("a scenario").0.output
     }

@@ -1,14 +1,15 @@
-//! What a run leaves in its folder while it goes, so that it can be taken up again after an interruption, a kill or a crash.
+//! The record of a run in its folder, from which it is resumed after an interruption, a kill or a crash.
 //!
-//! | in `DIR/.wireloom/` | what |
+//! | in `DIR/.wireloom/` | content |
 //! | --- | --- |
-//! | `origin` | which scenario, with the hashes of all files it was made from, and which program |
-//! | `results/NNNNNN` | the ends of steps (or increments) that belong to the result, one file each, written as soon as they are there |
-//! | `swept/NNNNNN` | nodes of all branches at the start (0) and after every increment, where what they sweep is asked for |
-//! | `standing` | the last checkpoint, and what was seen up to it |
+//! | `origin` | scenario and program, with the hashes of all files |
+//! | `results/NNNNNN` | equilibria that belong to the result, one file each, written as soon as they are found |
+//! | `swept/NNNNNN` | nodes of all branches at the start (0) and after every increment, for the swept space |
+//! | `standing` | the last checkpoint, and extremes and times up to it |
 //!
-//! Every file appears whole or not at all and has a checksum ([`crate::files::own`]), and a checkpoint appears only after what it builds on is safe on the
-//! disk. All go when the run has come to its end. `DIR/.wireloom/files` ([`crate::files::folder`]) stays.
+//! Every file appears whole or not at all and has a checksum ([`crate::files::own`]), and a checkpoint appears only
+//! after everything it depends on is on the disk. All are removed when the run has ended. `DIR/.wireloom/files`
+//! ([`crate::files::folder`]) stays.
 
 use crate::arguments::RunArguments;
 use crate::extremes::Extremes;
@@ -29,39 +30,39 @@ use wireloom::export::json::Provenance;
 use wireloom::scenario::Setting;
 use wireloom::solve::steps::checkpoint::{Checkpoint, Resumed};
 
-/// Changes with what the files mean.
+/// Version of the files; changes with their meaning.
 const FORMAT: u32 = 6;
 const ORIGIN: &str = "origin";
 const RESULTS: &str = "results";
 const SWEPT: &str = "swept";
 const STANDING: &str = "standing";
-/// Checkpoints nearer to each other are not worth their writing.
+/// Shortest time between checkpoints.
 const PAUSE: Duration = Duration::from_millis(100);
 
-/// Nodes of every branch, m.
+/// Positions of the nodes of each branch, m.
 pub type Lines = Vec<Vec<Vector>>;
 
-/// What a run was made from.
+/// Origin of a run.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Origin {
     format: u32,
     program: String,
     /// The scenario's file.
     pub file: PathBuf,
-    /// What was set beside it: keys and values.
+    /// Settings on the command line: keys and values.
     settings: Vec<(String, String)>,
-    /// Whether a report was asked for beside the scenario's own wishes.
+    /// Whether the command line asks for a report.
     pub report: bool,
     /// Name of the scenario.
     pub scenario: String,
-    /// What results say of all this.
+    /// Provenance of its results.
     pub provenance: Provenance,
     /// The plugins it uses.
     pub plugins: Vec<Library>,
 }
 
 impl Origin {
-    /// Of a scenario that was just read.
+    /// The origin of a scenario that was just read.
     pub fn new(file: &Path, arguments: &RunArguments, loaded: &Loaded) -> Result<Self, Failure> {
         Ok(Self {
             format: FORMAT,
@@ -75,7 +76,7 @@ impl Origin {
         })
     }
 
-    /// Of the run that was interrupted in this folder.
+    /// The origin of the run that was interrupted in this folder.
     pub fn read(folder: &Folder) -> Result<Self, Failure> {
         let Some(bytes) = folder.own().part(ORIGIN, ANEW)? else { return Err(nothing_to_resume(folder.path())) };
         let origin: Self =
@@ -91,12 +92,12 @@ impl Origin {
         Ok(origin)
     }
 
-    /// What was set beside the scenario.
+    /// Settings on the command line.
     pub fn settings(&self) -> Vec<Setting> {
         self.settings.iter().map(|(key, value)| Setting::new(key, value)).collect()
     }
 
-    /// Makes sure that the scenario and its plugins still are what they were.
+    /// Checks that the scenario and its plugins are unchanged.
     pub fn check(&self, loaded: &Loaded) -> Result<(), Failure> {
         let hashes =
             |plugins: Vec<Library>| plugins.into_iter().map(|plugin| (plugin.name, plugin.hash)).collect::<Vec<_>>();
@@ -112,7 +113,8 @@ impl Origin {
         match gone.or(come) {
             None => Ok(()),
             Some((name, _)) => Err(Failure::Input(format!(
-                "{name} has changed since the run was interrupted: it cannot be resumed; undo the change, or run the scenario anew"
+                "{name} has changed since the run was interrupted: it cannot be resumed; \
+                 undo the change, or run the scenario anew"
             ))),
         }
     }
@@ -125,27 +127,25 @@ pub fn interrupted(path: &Path) -> Result<Folder, Failure> {
 
 fn nothing_to_resume(folder: &Path) -> Failure {
     let place = folder.display();
-    Failure::Input(format!(
-        "nothing to resume in {place}: no run was interrupted there, or it has come to its end since"
-    ))
+    Failure::Input(format!("nothing to resume in {place}: no run was interrupted there, or it has ended since"))
 }
 
 fn unreadable(path: &Path, error: &dyn std::fmt::Display) -> Failure {
-    Failure::Input(format!("{} cannot be understood ({error}): run the scenario anew", path.display()))
+    Failure::Input(format!("{} cannot be read ({error}): run the scenario anew", path.display()))
 }
 
-/// Where a run stands.
+/// State of a run.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Standing {
-    /// For the step driver; `None` before the first.
+    /// Checkpoint of the step driver; `None` before the first.
     pub checkpoint: Option<Checkpoint>,
-    /// Seen so far.
+    /// Extremes so far.
     pub extremes: Extremes,
     /// Times of the increments so far, in steps.
     pub times: Vec<f64>,
 }
 
-/// Keeps a run as it goes.
+/// Writer and reader of the record of a run.
 pub struct Keeper {
     own: Arc<Own>,
     kept: usize,
@@ -168,13 +168,13 @@ impl Keeper {
         Ok(keeper)
     }
 
-    /// Goes on with a run; what had been computed of it comes back.
+    /// Resumes a run; returns everything computed so far.
     pub fn resume(folder: &Folder) -> Result<(Self, Standing, Option<Resumed>), Failure> {
         let mut keeper = Self::of(folder);
         let Some(mut standing) = decode::<Standing>(&keeper.own, STANDING, ANEW)? else {
             return Ok((keeper, Standing::default(), None));
         };
-        // What is damaged is told before the work goes on.
+        // Damage is reported before the work goes on.
         if keeper.own.place().has(&line(0)) {
             keeper.lines(standing.times.len()).try_for_each(|lines| lines.map(|_| ()))?;
         }
@@ -185,13 +185,13 @@ impl Keeper {
         Ok((keeper, standing, Some(Resumed { checkpoint, steps })))
     }
 
-    /// What a run that a plugin ended has left: the ends that belong to the result.
+    /// Equilibria of a run that a plugin has crashed, as far as they belong to the result.
     pub fn salvage(folder: &Folder) -> Result<Vec<StepResult>, Failure> {
         let ends = (1..).map(|k| decode(folder.own(), &result(k), ANEW).transpose());
         ends.map_while(|end| end).collect()
     }
 
-    /// Keeps an end that belongs to the result.
+    /// Keeps an equilibrium that belongs to the result.
     pub fn keep(&mut self, end: &StepResult) -> Result<(), Failure> {
         self.kept += 1;
         let name = result(self.kept);
@@ -200,7 +200,7 @@ impl Keeper {
         Ok(())
     }
 
-    /// Keeps where the nodes are after an increment.
+    /// Keeps the positions of nodes after an increment.
     pub fn keep_lines(&mut self, increment: usize, lines: &Lines) -> Result<(), Failure> {
         let name = line(increment);
         encode(&self.own, &name, lines, false)?;
@@ -208,7 +208,7 @@ impl Keeper {
         Ok(())
     }
 
-    /// Where the nodes were at the start and after so many increments; nothing where there was no start.
+    /// Positions of nodes at the start and after each of these increments; empty where there is no start.
     pub fn lines(&self, increments: usize) -> impl Iterator<Item = Result<Lines, Failure>> {
         let started = increments > 0 || self.own.place().has(&line(0));
         (0..=increments).filter(move |_| started).map(|k| present(&self.own, &line(k), ANEW))
@@ -229,24 +229,24 @@ impl Keeper {
         Ok(())
     }
 
-    /// The run has come to its end.
+    /// Removes the record of a run that has ended.
     pub fn clear(&self) -> Result<(), Failure> {
-        // The checkpoint goes first: without it nothing is built on the rest.
+        // The checkpoint goes first: without it the rest is not read.
         self.own.remove(&[STANDING, ORIGIN], &[RESULTS, SWEPT])
     }
 }
 
-/// An end that belongs to the result.
+/// Name of an equilibrium that belongs to the result.
 fn result(k: usize) -> String {
     format!("{RESULTS}/{k:06}")
 }
 
-/// Nodes after an increment.
+/// Name of the positions of nodes after an increment.
 fn line(increment: usize) -> String {
     format!("{SWEPT}/{increment:06}")
 }
 
-/// Keeps a value; `safe`: on the disk when this returns.
+/// Writes a value; `safe`: on the disk when this returns.
 pub fn encode(own: &Own, name: &str, value: &impl Serialize, safe: bool) -> Result<(), Failure> {
     let bytes = postcard::to_stdvec(value).map_err(io::Error::other).map_err(Failure::io("write", &own.path(name)))?;
     own.keep(name, &bytes, safe)

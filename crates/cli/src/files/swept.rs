@@ -1,4 +1,5 @@
-//! The space that the harness goes through: where its nodes are after every increment, and the surface about all that in the end.
+//! The space that the harness goes through: the nodes after each increment, and the surface around all of them at the
+//! end.
 
 use crate::failure::Failure;
 use crate::files::saved::{Keeper, Lines};
@@ -9,16 +10,16 @@ use wireloom::scenario::{Built, Output};
 use wireloom::shapes::swept::Envelope;
 use wireloom::solve::steps::checkpoint::Checkpoint;
 
-/// What is asked for.
+/// The surface that is asked for.
 pub struct Swept {
     /// Size of the grid's cells, m.
     cell: f64,
-    /// Of every branch, its points in a state, and its radius, m.
+    /// For each branch, its points in a state and its radius, m.
     branches: Vec<(Range<usize>, f64)>,
 }
 
 impl Swept {
-    /// Where a scenario asks for it.
+    /// Where a scenario asks for it; `None` otherwise.
     pub fn of(output: &Output, built: &Built) -> Option<Self> {
         let branches = built.network.branches.iter().map(|b| (b.points.clone(), 0.5 * b.section.diameter));
         output.swept.map(|cell| Self { cell, branches: branches.collect() })
@@ -34,8 +35,8 @@ impl Swept {
         end.branches.iter().map(|branch| branch.position.clone()).collect()
     }
 
-    /// The surface about everything from the start to the end of so many increments, and the size of its cells, m: where those that are asked for
-    /// would take more memory than there is, twice as large ones, or larger. `None` where somebody asked to stop.
+    /// The surface around all states up to this increment, and the size of its cells, m: doubled until they fit into
+    /// memory. `None` where the run is to stop.
     pub fn surface(
         &self,
         keeper: &Keeper,
@@ -59,7 +60,7 @@ impl Swept {
         }
     }
 
-    /// What there is to say where the cells had to be larger than asked for.
+    /// Remark where the cells are larger than asked for.
     pub fn remark(&self, cell: f64) -> Option<String> {
         let (asked, taken) = (1e3 * self.cell, 1e3 * cell);
         (cell > self.cell)

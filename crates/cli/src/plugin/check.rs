@@ -1,4 +1,4 @@
-//! `wireloom plugin check`: loads a plugin and tests whether its kinds keep the contract of their traits.
+//! `wireloom plugin check`: loads a plugin and tests the contracts of its kinds.
 
 mod constraint;
 mod joint;
@@ -15,10 +15,10 @@ use std::path::Path;
 use trial::{Trial, Verdict};
 use wireloom::host::Plugins;
 
-/// Tries all kinds of the plugin in `file`.
+/// Tests all kinds of the plugin in `file`.
 pub fn check(file: &Path, time_limit: f64, out: &mut dyn Write) -> Result<Outcome, Failure> {
     if !(time_limit.is_finite() && time_limit > 0.0) {
-        return Err(Failure::Input(format!("--time-limit {time_limit} is no time: give seconds above 0")));
+        return Err(Failure::Input(format!("--time-limit {time_limit} is not valid: give seconds above 0")));
     }
     crash::prepare(time_limit);
     let mut registry = wireloom::registry();
@@ -37,21 +37,21 @@ pub fn check(file: &Path, time_limit: f64, out: &mut dyn Write) -> Result<Outcom
             describe_joint(kind, out)?;
             faults += carry_out(joint::trials(kind), out)?;
         }
-        if faults == 0 { writeln!(out, "all holds") } else { Ok(()) }
+        if faults == 0 { writeln!(out, "all tests passed") } else { Ok(()) }
     };
     print().map_err(Failure::standard_output)?;
     out.flush().map_err(Failure::standard_output)?;
     match faults {
         0 => Ok(Outcome::Done),
-        n => Err(Failure::Plugin(counted(n, "promise is not kept", "promises are not kept"))),
+        n => Err(Failure::Plugin(counted(n, "test failed", "tests failed"))),
     }
 }
 
-/// Tries all of this; returns how much of it failed.
+/// Runs all tests; returns the number of failures.
 fn carry_out(trials: Vec<Trial<'_>>, out: &mut dyn Write) -> io::Result<usize> {
     let mut faults = 0;
     for (what, try_it) in trials {
-        // Whoever reads sees how far it came, should the plugin end it.
+        // Shows the test at hand, should the plugin crash the program.
         write!(out, "    {what} … ")?;
         out.flush()?;
         match quietly(try_it) {
@@ -65,7 +65,7 @@ fn carry_out(trials: Vec<Trial<'_>>, out: &mut dyn Write) -> io::Result<usize> {
     Ok(faults)
 }
 
-/// A check's verdict; what it panics with is why it failed.
+/// Outcome of a test; a panic is a failure with its message.
 fn quietly(try_it: Box<dyn FnOnce() -> Verdict + '_>) -> Verdict {
     let before = std::panic::take_hook();
     std::panic::set_hook(Box::new(|_| {}));

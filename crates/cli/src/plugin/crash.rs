@@ -6,30 +6,30 @@ use std::time::Duration;
 use wireloom::host::install_crash_handler;
 use wireloom::solve::Progress;
 
-/// What becomes of this process where a plugin ends it before there is anything to save: it says so.
+/// Prepares the report of a crash where there is nothing to save yet.
 pub fn prepare(time_limit: f64) {
-    become_heir(&[], time_limit);
+    prepare_successor(&[], time_limit);
 }
 
-fn become_heir(arguments: &[OsString], time_limit: f64) {
+fn prepare_successor(arguments: &[OsString], time_limit: f64) {
     let Ok(program) = std::env::current_exe() else { return };
     let arguments = [&["plugin-fault".into()], arguments, &["--".into()]].concat();
     install_crash_handler(&program, &arguments, Duration::try_from_secs_f64(time_limit).unwrap_or(Duration::MAX));
 }
 
-/// What becomes of this process where a plugin ends it during a run: it says so, with the increment at hand, and saves what there is.
-pub struct Worst {
+/// Report of a crash during a run, with the increment; it saves all that is computed.
+pub struct CrashReport {
     folder: PathBuf,
     steps: Vec<String>,
     time_limit: f64,
 }
 
-impl Worst {
-    /// Of a run with these steps whose results go to `folder`; it begins now.
+impl CrashReport {
+    /// For a run with these steps and results in `folder`, which begins now.
     pub fn new(folder: &Path, steps: Vec<String>, time_limit: f64) -> Self {
-        let worst = Self { folder: folder.to_owned(), steps, time_limit };
-        worst.increment(0, 1);
-        worst
+        let report = Self { folder: folder.to_owned(), steps, time_limit };
+        report.increment(0, 1);
+        report
     }
 
     /// An increment has ended.
@@ -45,7 +45,7 @@ impl Worst {
         let name = self.steps.get(step).map_or(ALONE, String::as_str);
         let increment = increment.to_string();
         let folder = self.folder.as_os_str().to_owned();
-        become_heir(
+        prepare_successor(
             &["--folder".into(), folder, "--step".into(), name.into(), "--increment".into(), increment.into()],
             self.time_limit,
         );

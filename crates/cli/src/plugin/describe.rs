@@ -1,4 +1,4 @@
-//! Kinds and models that plugins bring, in words.
+//! Descriptions of the kinds and models of plugins.
 
 use crate::print::text::printable;
 use std::io::{self, Write};

@@ -1,5 +1,5 @@
-//! What this program becomes when a plugin has ended it, by a crash or by a call that never came back: it says whose doing that was, and writes what the
-//! run had come to.
+//! The report of a plugin that crashed the program or did not return: it names the plugin and writes the results of
+//! the run so far.
 
 use crate::arguments::PluginFault;
 use crate::failure::Failure;
@@ -10,7 +10,7 @@ use wireloom::core::equilibrium::{PartFamily, PartFault};
 use wireloom::core::{Run, Status};
 use wireloom::export::json;
 
-/// Says what happened, after it has saved what there is.
+/// Saves all that is computed, and returns the failure.
 pub fn report(fault: &PluginFault) -> Failure {
     let what = format!("{} (in `{}`)", fault.happened, fault.function);
     let Some(folder) = fault.folder.as_deref() else { return Failure::Plugin(format!("{} {what}", fault.site)) };
@@ -29,7 +29,7 @@ pub fn report(fault: &PluginFault) -> Failure {
     }
 }
 
-/// What it is, its name, its kind and the rest of "constraint `tie` (cable-tie): plugin …".
+/// Family, name, kind and the rest of "constraint `tie` (cable-tie): plugin …".
 fn parts(site: &str) -> (PartFamily, &str, &str, &str) {
     let parts = |family: PartFamily| {
         let (name, rest) = site.strip_prefix(family.word())?.strip_prefix(" `")?.split_once("` (")?;
@@ -40,7 +40,7 @@ fn parts(site: &str) -> (PartFamily, &str, &str, &str) {
     known.unwrap_or((PartFamily::Constraint, "", "", site))
 }
 
-/// Writes the result as far as it goes.
+/// Writes the result of all kept equilibria.
 fn save(place: &Path, fault: &PartFault) -> Result<(), Failure> {
     let mut folder = saved::interrupted(place)?;
     let origin = Origin::read(&folder)?;

@@ -1,4 +1,4 @@
-//! Loads plugins, as far as the user trusts them.
+//! Loads the plugins that the user trusts.
 
 use crate::arguments::Allowed;
 use crate::failure::{Failure, Refusal};
@@ -10,9 +10,9 @@ use wireloom::core::equilibrium::Library;
 use wireloom::host::{LoadError, Plugin, Plugins};
 use wireloom::scenario::Fault;
 
-/// Time that a plugin has to say what it is, where no scenario says so, s.
+/// Time limit of a plugin's description where no scenario states one, s.
 const LOOK_LIMIT: f64 = 10.0;
-/// Loads the plugins that the scenario in `path` wants, as far as the user trusts them.
+/// Loads the plugins that the scenario in `path` names, if the user trusts them.
 pub fn load(path: &Path, text: &str, trust: &Trust, registry: &mut Registry) -> Result<Vec<Plugin>, Failure> {
     let wanted = wireloom::scenario::plugins(text);
     let mut plugins = Plugins::default();
@@ -37,7 +37,7 @@ pub fn load(path: &Path, text: &str, trust: &Trust, registry: &mut Registry) -> 
     Err(Failure::Refused(vec![Refusal { file: path.display().to_string(), text: text.to_owned(), faults }]))
 }
 
-/// Loads the plugins that are allowed by name, whoever may want them.
+/// Loads the plugins that are allowed by name.
 pub fn load_allowed(allowed: &Allowed, registry: &mut Registry) -> Result<Plugins, Failure> {
     let mut plugins = Plugins::default();
     for file in &allowed.allow_plugin {
@@ -48,7 +48,7 @@ pub fn load_allowed(allowed: &Allowed, registry: &mut Registry) -> Result<Plugin
     Ok(plugins)
 }
 
-/// How the result remembers a plugin.
+/// A plugin as results record it.
 pub fn record(plugin: &Plugin) -> Library {
     Library {
         name: plugin.name.clone(),

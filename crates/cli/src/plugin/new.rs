@@ -6,7 +6,7 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 use wireloom::host::{HEADER, file_name};
 
-/// Where the sources of this program lay as it was built.
+/// Path of the sources of this program when it was built.
 const SOURCES: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../..");
 
 const RUST: &[(&str, &str)] = &[
@@ -26,7 +26,7 @@ const C: &[(&str, &str)] = &[
     ("wireloom_plugin.h", HEADER_PLACE),
 ];
 
-/// Stands for the header.
+/// Placeholder for the header.
 const HEADER_PLACE: &str = "{{header}}";
 
 /// Makes the folder `name`.
@@ -34,7 +34,8 @@ pub fn new(name: &str, c: bool, sources: Option<&Path>, out: &mut dyn Write) -> 
     let letters = name.starts_with(|first: char| first.is_ascii_lowercase());
     if !letters || !name.chars().all(|c| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '-') || name == "test" {
         return Err(Failure::Input(format!(
-            "\"{name}\" is no name for a plugin: take lower case letters, digits and hyphens, a letter first, such as my-spring"
+            "\"{name}\" is no name for a plugin: take lower case letters, digits and hyphens, a letter first, \
+             such as my-spring"
         )));
     }
     if wireloom::registry().constraint(name).is_some() {
@@ -78,7 +79,8 @@ fn found(given: Option<&Path>) -> Result<PathBuf, Failure> {
     match folder.canonicalize() {
         Ok(folder) if folder.join("crates/plugin/Cargo.toml").is_file() => Ok(folder),
         _ => Err(Failure::Input(format!(
-            "the sources of this program are not in {}: say where they are with --sources DIR, or make a plugin in C with --c, which needs none",
+            "the sources of this program are not in {}: give their folder with --sources DIR, or make a plugin in C \
+             with --c, which needs none",
             folder.display()
         ))),
     }

@@ -1,4 +1,4 @@
-//! Which plugins a scenario gets. A plugin is native code: it is loaded only where the user trusts it.
+//! Trust in plugins. A plugin is native code: it is loaded only where the user trusts it.
 
 use crate::arguments::Allowed;
 use std::path::{Path, PathBuf};
@@ -7,10 +7,10 @@ use wireloom::gpu::SharedDevice;
 use wireloom::gpu::batch::Batch;
 use wireloom::host::{SearchPath, resolve};
 
-/// Names the folders of the search path.
+/// Environment variable with the folders of the search path.
 const PATH: &str = "WIRELOOM_PLUGINS";
 
-/// The folders of the search path that exist: those of the variable, then the one in the home folder.
+/// The folders of the search path that exist: those of the variable, then that of the user's home.
 pub fn search_path() -> SearchPath {
     let mut folders = std::env::var_os(PATH).map(|path| SearchPath::of(&path)).unwrap_or_default();
     folders.0.extend(std::env::home_dir().map(|home| home.join(".wireloom/plugins")));
@@ -22,7 +22,7 @@ fn devices(allowed: &Allowed) -> SharedDevice {
     SharedDevice::for_single_runs(allowed.device.as_deref())
 }
 
-/// Whom the user trusts, and which device they wish.
+/// Plugins that the user trusts, and the device.
 pub struct Trust {
     folders: Option<SearchPath>,
     allowed: Vec<PathBuf>,
@@ -36,7 +36,7 @@ impl Trust {
     }
 
     /// Only what is allowed by name.
-    pub fn to_look(allowed: &Allowed) -> Self {
+    pub fn to_check(allowed: &Allowed) -> Self {
         Self { folders: None, allowed: allowed.allow_plugin.clone(), devices: devices(allowed) }
     }
 
@@ -45,17 +45,17 @@ impl Trust {
         Self { devices: self.devices.for_batches(), ..self }
     }
 
-    /// What brings them to the device together.
+    /// The batch that brings them to the device together.
     pub fn batch(&self) -> &Batch {
         self.devices.batch()
     }
 
-    /// The built-in kinds, on the device that the user wishes.
+    /// The built-in kinds, on the chosen device.
     pub fn registry(&self) -> Registry {
         wireloom::registry_on(self.devices.clone())
     }
 
-    /// The file of what a scenario in `folder` calls `wanted`, or what is wrong with that: message and help.
+    /// The file of the plugin that a scenario in `folder` calls `wanted`, or message and help.
     pub fn file(&self, wanted: &str, folder: &Path) -> Result<PathBuf, (String, String)> {
         let is_name = Path::new(wanted).file_name().is_some_and(|name| name == wanted);
         let searched = self.folders.as_ref().filter(|_| is_name).and_then(|folders| folders.find(wanted));
@@ -77,7 +77,7 @@ impl Trust {
         ))
     }
 
-    /// An allowed file that is called so.
+    /// An allowed file of this name.
     fn allowed_by_name(&self, name: &str) -> Option<PathBuf> {
         self.allowed.iter().find(|file| resolve(&file.with_file_name(name)).as_ref() == Some(file)).cloned()
     }

@@ -1,5 +1,5 @@
-//! Faults as people see them: in a terminal with the line, a caret and a suggestion; elsewhere one line each, in the
-//! form `FILE:LINE:COLUMN: fault` that editors and scripts know.
+//! Messages of faults: in a terminal with the line, a caret and a suggestion; elsewhere one line each, in the form
+//! `FILE:LINE:COLUMN: fault` that editors and scripts know.
 
 use crate::failure::{Failure, Refusal};
 use crate::print::text::printable;
@@ -24,7 +24,7 @@ pub fn show(failure: &Failure, err: &mut (impl Write + IsTerminal)) {
         }
         _ => format!("error: {}\n", safe(&failure.to_string())),
     };
-    // Nobody is left to hear of it if this fails.
+    // If this fails, there is no other place to report it.
     let _ = err.write_all(text.as_bytes());
 }
 
@@ -39,12 +39,12 @@ pub fn plain(refusal: &Refusal) -> String {
     text + &count(refusal)
 }
 
-/// Lines that command no terminal, whatever is quoted in them.
+/// Lines without control characters, whatever is quoted in them.
 fn safe(text: &str) -> String {
     text.lines().map(printable).collect::<Vec<_>>().join("\n")
 }
 
-/// A file's text with a `?` for every byte of what might command a terminal: places stay what they are.
+/// A file's text with a `?` for every byte of a control character, so that offsets stay the same.
 fn masked(text: &str) -> String {
     let commands = |c: char| c.is_control() && !"\n\r\t".contains(c);
     text.chars().map(|c| if commands(c) { "?".repeat(c.len_utf8()) } else { c.to_string() }).collect()
@@ -67,12 +67,12 @@ fn count(refusal: &Refusal) -> String {
     format!("error: {} refused: {n} fault{}\n", refusal.file, if n == 1 { "" } else { "s" })
 }
 
-/// How reports look in the terminal at hand: colours, width and characters as it can show them.
+/// Colours, width and characters of the terminal.
 fn terminal() -> impl ReportHandler {
     MietteHandlerOpts::new().build()
 }
 
-/// A file's text, of which a fault is shown with its line alone: many faults do not each count its lines from the first one.
+/// A file's text, of which a fault shows its line alone; lines are counted once for all faults.
 struct Source<'a> {
     name: &'a str,
     text: &'a str,
@@ -90,7 +90,7 @@ impl SourceCode for Source<'_> {
         let (Some(head), Some(tail)) = (self.text.get(..at), self.text.get(end..)) else {
             return Err(MietteError::OutOfBounds);
         };
-        // As many lines before and behind as are asked for.
+        // The requested number of lines before and after.
         let first = head.rmatch_indices('\n').nth(before).map_or(0, |(newline, _)| newline + 1);
         let last = tail.match_indices('\n').nth(after).map_or(self.text.len(), |(newline, _)| end + newline + 1);
         let shown = &self.text[first..last];
@@ -146,7 +146,7 @@ impl Diagnostic for Report<'_> {
         Some(self.source)
     }
     fn labels(&self) -> Option<Box<dyn Iterator<Item = LabeledSpan> + '_>> {
-        // An entry of many lines would be drawn as a bracket over all of them: its first line says where it is.
+        // An entry of many lines would be drawn as a bracket over all of them: its first line is enough.
         let length = self.source.text.len();
         let start = self.fault.span.start.min(length);
         let end = self.fault.span.end.clamp(start, length);

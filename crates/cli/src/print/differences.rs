@@ -1,5 +1,4 @@
-//! What `wireloom compare` prints: how every run ended, what is different, which ended in the same equilibrium and why
-//! others did not.
+//! Tables of `wireloom compare`: last equilibria, differences, groups of equal equilibria and causes of the others.
 
 use crate::print::table::{Columns, ROWS};
 use crate::print::text::{counted, printable, time};
@@ -17,7 +16,7 @@ pub fn print(
     endings(cases, out)?;
     differences(cases, comparison, out)?;
     branches(comparison, out)?;
-    settling(trends, out)?;
+    convergence(trends, out)?;
     if !alike {
         return Ok(());
     }
@@ -25,7 +24,7 @@ pub fn print(
     parts(cases, comparison, out)
 }
 
-/// How every run ended.
+/// Last equilibrium of each run.
 fn endings(cases: &[Case], out: &mut dyn Write) -> io::Result<()> {
     let mut table = Columns::new([
         "result",
@@ -58,7 +57,7 @@ fn endings(cases: &[Case], out: &mut dyn Write) -> io::Result<()> {
     table.print(out)
 }
 
-/// What is different from the reference.
+/// Difference from the reference.
 fn differences(cases: &[Case], comparison: &Comparison, out: &mut dyn Write) -> io::Result<()> {
     let reference = &cases[comparison.reference].name;
     writeln!(out, "Differences from {}:\n", printable(reference))?;
@@ -89,7 +88,7 @@ fn differences(cases: &[Case], comparison: &Comparison, out: &mut dyn Write) -> 
     table.print(out)
 }
 
-/// Of two results that are not the same, branch by branch.
+/// Differences branch by branch, of two results that are not the same.
 fn branches(comparison: &Comparison, out: &mut dyn Write) -> io::Result<()> {
     let others = comparison.differences.iter().enumerate().filter(|(k, _)| *k != comparison.reference);
     let [(_, difference)] = others.collect::<Vec<_>>()[..] else { return Ok(()) };
@@ -104,9 +103,9 @@ fn branches(comparison: &Comparison, out: &mut dyn Write) -> io::Result<()> {
         ">at s [mm]",
         ">mean [mm]",
         ">tightest bend [mm]",
-        ">instead of",
+        ">in the reference",
         ">twist [turns]",
-        ">instead of",
+        ">in the reference",
     ]);
     for branch in rows.iter().take(ROWS) {
         let [before, now] =
@@ -125,13 +124,13 @@ fn branches(comparison: &Comparison, out: &mut dyn Write) -> io::Result<()> {
     }
     table.print(out)?;
     if rows.len() > ROWS {
-        writeln!(out, "({} more branches, nearer to each other)\n", rows.len() - ROWS)?;
+        writeln!(out, "({} more branches with smaller differences)\n", rows.len() - ROWS)?;
     }
     Ok(())
 }
 
-/// How results settle as meshes get finer.
-fn settling(trends: &[Trend], out: &mut dyn Write) -> io::Result<()> {
+/// Convergence under mesh refinement.
+fn convergence(trends: &[Trend], out: &mut dyn Write) -> io::Result<()> {
     let mut table = Columns::new([
         "quantity",
         "unit",
@@ -159,12 +158,12 @@ fn groups(cases: &[Case], comparison: &Comparison, out: &mut dyn Write) -> io::R
     if let [group] = &comparison.groups[..] {
         return writeln!(
             out,
-            "All {} are the same equilibrium: no branch is {within} away from where it is in another one.",
+            "All {} are the same equilibrium: no branch is farther than {within} from its place in another one.",
             group.cases.len()
         );
     }
     let count = comparison.groups.len();
-    writeln!(out, "{count} different equilibria (the same: no branch is {within} away):\n")?;
+    writeln!(out, "{count} different equilibria (equal: no branch is farther apart than {within}):\n")?;
     for (k, group) in comparison.groups.iter().enumerate() {
         write!(out, "{}. {}", k + 1, named(cases, &group.cases))?;
         if group.reasons.is_empty() {
@@ -175,10 +174,10 @@ fn groups(cases: &[Case], comparison: &Comparison, out: &mut dyn Write) -> io::R
         let apart = difference.branches.iter().filter(|branch| branch.largest > comparison.tolerance).count();
         write!(out, ": {:+.3} mJ", 1e3 * difference.energy)?;
         if let Some(farthest) = difference.farthest() {
-            let branches = counted(apart, "branch lies", "branches lie");
+            let branches = counted(apart, "branch has", "branches have");
             write!(
                 out,
-                "; {branches} elsewhere, up to {} mm on {}",
+                "; {branches} another shape, by up to {} mm on {}",
                 millimetres(farthest.largest),
                 printable(&place(farthest))
             )?;
@@ -197,13 +196,13 @@ fn groups(cases: &[Case], comparison: &Comparison, out: &mut dyn Write) -> io::R
 /// Reasons shown for each group.
 const REASONS: usize = 5;
 
-/// Parts that lie in more than one way.
+/// Parts with more than one shape.
 fn parts(cases: &[Case], comparison: &Comparison, out: &mut dyn Write) -> io::Result<()> {
     if comparison.parts.is_empty() {
         return Ok(());
     }
-    writeln!(out, "Parts of the harness that lie in more than one way:\n")?;
-    let mut table = Columns::new(["part", ">way", ">from way 1 [mm]", "on", "results"]);
+    writeln!(out, "Parts of the harness with more than one shape:\n")?;
+    let mut table = Columns::new(["part", ">shape", ">from shape 1 [mm]", "on", "results"]);
     for part in comparison.parts.iter().take(ROWS) {
         for (k, way) in part.ways.iter().enumerate() {
             table.row([
@@ -217,7 +216,7 @@ fn parts(cases: &[Case], comparison: &Comparison, out: &mut dyn Write) -> io::Re
     }
     table.print(out)?;
     if comparison.parts.len() > ROWS {
-        writeln!(out, "({} more parts, which move less)\n", comparison.parts.len() - ROWS)?;
+        writeln!(out, "({} more parts with smaller differences)\n", comparison.parts.len() - ROWS)?;
     }
     Ok(())
 }

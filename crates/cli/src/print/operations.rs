@@ -1,4 +1,4 @@
-//! The table of what was grasped, carried, mated and clipped.
+//! The table of operations: grasp, carry, mate, clip.
 
 use crate::print::table::Columns;
 use std::io::{self, Write};
@@ -7,9 +7,9 @@ use wireloom::core::Run;
 /// Rows that are shown.
 const ROWS: usize = 40;
 
-/// Prints the operations of a run, each as the last increment of its step has it.
+/// Prints the operations of a run, each with its result at the end of its step.
 pub fn print(run: &Run, out: &mut dyn Write) -> io::Result<()> {
-    let mut table = Columns::new(["operation", "of", "in step", "came to"]);
+    let mut table = Columns::new(["operation", "of", "in step", "result"]);
     let mut rows = 0;
     for (k, end) in run.steps.iter().enumerate() {
         if run.steps.get(k + 1).is_some_and(|next| next.name == end.name && next.increment > end.increment) {

@@ -1,4 +1,4 @@
-//! How far long work is, on standard error: in a terminal a bar, elsewhere a line now and then.
+//! Progress of long work on standard error: a bar in a terminal, elsewhere a line every few seconds.
 
 use crate::interrupt;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
@@ -7,14 +7,14 @@ use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
 
-/// Work that ends sooner needs no bar.
+/// Shortest time before a bar is shown.
 const PATIENCE: Duration = Duration::from_millis(700);
-/// A bar is drawn anew after so long.
+/// Interval of redrawing.
 const REFRESH: Duration = Duration::from_millis(100);
-/// Where there is no terminal, a line comes after so long: nobody waits in silence, and a day of work is no more than a log can hold.
+/// Interval of lines where there is no terminal: a log of a day stays small.
 const PAUSE: Duration = Duration::from_secs(5);
 
-/// Tells how far work is, until it is dropped.
+/// Shows progress until it is dropped.
 pub struct Bar {
     shared: Arc<Shared>,
     teller: Option<JoinHandle<()>>,
@@ -25,45 +25,45 @@ struct Shared {
     over: Condvar,
 }
 
-/// What is being done.
+/// The work at hand.
 struct Work {
     words: String,
-    /// How many parts are done, of how many; none where nobody can count.
+    /// Parts done, and all parts; none where they cannot be counted.
     parts: Option<(usize, usize)>,
-    /// How many of them were done before.
+    /// Parts done before this run.
     before: usize,
-    /// What the parts are called.
+    /// Noun of the parts.
     unit: &'static str,
     began: Instant,
     over: bool,
 }
 
 impl Bar {
-    /// Work that has begun, in words; `shown`: unless the user wants to hear nothing.
+    /// Work that has begun, in words; `shown`: whether anything is printed.
     pub fn new(words: impl Into<String>, shown: bool) -> Self {
         let work = Work { words: words.into(), parts: None, before: 0, unit: "", began: Instant::now(), over: false };
         let shared = Arc::new(Shared { work: Mutex::new(work), over: Condvar::new() });
         let own = shared.clone();
         let tell = move || if io::stderr().is_terminal() { own.draw() } else { own.write() };
-        // Without a thread nothing is told; the work goes on.
+        // Without a thread nothing is shown; the work goes on.
         let teller = shown.then(|| thread::Builder::new().name("progress".to_owned()).spawn(tell).ok()).flatten();
         Self { shared, teller }
     }
 
-    /// What is being done now, in words.
+    /// Sets the work at hand, in words.
     pub fn say(&self, words: impl Into<String>) {
         let mut work = self.shared.work();
         (work.words, work.parts) = (words.into(), None);
     }
 
-    /// From now on so many parts (`unit`: what they are called) are done, some of which are already.
+    /// Starts counting parts (`unit`: their noun), some of which are done.
     pub fn count(&self, words: impl Into<String>, unit: &'static str, parts: usize, done: usize) {
         let mut work = self.shared.work();
         (work.words, work.unit, work.parts, work.before) = (words.into(), unit, Some((done, parts)), done);
         work.began = Instant::now();
     }
 
-    /// Which of the parts are being done now, in words.
+    /// Sets the part at hand, in words.
     pub fn at(&self, words: &str) {
         let mut work = self.shared.work();
         if work.words != words {
@@ -71,7 +71,7 @@ impl Bar {
         }
     }
 
-    /// One more part is done.
+    /// Counts one part.
     pub fn one(&self) {
         if let Some((done, _)) = &mut self.shared.work().parts {
             *done += 1;
@@ -84,7 +84,7 @@ impl Drop for Bar {
         self.shared.work().over = true;
         self.shared.over.notify_all();
         if let Some(teller) = self.teller.take() {
-            // It has nothing to say of how it ended.
+            // Its outcome does not matter.
             let _ = teller.join();
         }
     }
@@ -92,11 +92,11 @@ impl Drop for Bar {
 
 impl Shared {
     fn work(&self) -> MutexGuard<'_, Work> {
-        // Nobody panics who holds it.
+        // Nothing panics while it holds this.
         self.work.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Waits so long; none where the work is over before.
+    /// Waits; none where the work ends before.
     fn wait(&self, pause: Duration) -> Option<MutexGuard<'_, Work>> {
         let waited = self.over.wait_timeout_while(self.work(), pause, |work| !work.over);
         let (work, timed_out) = waited.unwrap_or_else(PoisonError::into_inner);
@@ -140,14 +140,14 @@ impl Shared {
         while let Some(work) = self.wait(PAUSE) {
             let line = format!("{}: {}", time(began.elapsed()), work.whole_line());
             drop(work);
-            // Who does not listen misses nothing that matters.
+            // If standard error is closed, nothing is lost.
             let _ = writeln!(io::stderr(), "{line}");
         }
     }
 }
 
 impl Work {
-    /// What is being done, and how far the solver is.
+    /// The work at hand, and iterations and residual of the solver.
     fn line(&self) -> String {
         if interrupt::asked() {
             return format!("{}: stopping, and keeping what is done", self.words);
@@ -161,7 +161,7 @@ impl Work {
         }
     }
 
-    /// The same with how far the work is, and how long it will take.
+    /// The same with the parts done and the remaining time.
     fn whole_line(&self) -> String {
         let Some((done, all)) = self.parts else { return self.line() };
         let left = match done - self.before {
@@ -176,7 +176,7 @@ impl Work {
     }
 }
 
-/// To the second.
+/// A duration, to the second.
 fn time(duration: Duration) -> String {
     humantime::format_duration(Duration::from_secs(duration.as_secs())).to_string()
 }

@@ -1,4 +1,4 @@
-//! What a run prints: its steps, what every constraint takes, how tightly every branch is bent, what touches it, what is near, events, remarks.
+//! Summary of a run: steps, forces of constraints, bends, contacts, clearances, events, notes.
 
 use crate::extremes::{Bend, Extremes, Load};
 use crate::print::operations;
@@ -28,7 +28,7 @@ pub fn print(run: &Run, extremes: &Extremes, built: usize, out: &mut dyn Write) 
     notes(&run.notes, built, out)
 }
 
-/// What the run found, then what was known of the harness before: of a large one, the first few.
+/// Notes of the run, then those of the scenario; of many, the first few.
 fn notes(notes: &[String], built: usize, out: &mut dyn Write) -> io::Result<()> {
     let (before, during) = notes.split_at(built.min(notes.len()));
     for notes in [during, before] {
@@ -112,7 +112,7 @@ fn constraints(end: &StepResult, loads: &[Load], out: &mut dyn Write) -> io::Res
 fn bends(bends: &[Bend], out: &mut dyn Write) -> io::Result<()> {
     let mut bends: Vec<&Bend> = bends.iter().collect();
     let left_out = keep(&mut bends, |bend| if bend.limit.is_some() { bend.use_of_limit() } else { -bend.radius });
-    let mut table = Columns::new(["branch", ">tightest bend [mm]", ">at s [mm]", "in step", ">allowed [mm]", ""]);
+    let mut table = Columns::new(["branch", ">tightest bend [mm]", ">at s [mm]", "in step", ">limit [mm]", ""]);
     for bend in bends {
         let straight = bend.radius.is_infinite();
         table.row([
@@ -120,7 +120,7 @@ fn bends(bends: &[Bend], out: &mut dyn Write) -> io::Result<()> {
             if straight { "straight".into() } else { format!("{:.1}", 1e3 * bend.radius) },
             if straight { String::new() } else { format!("{:.0}", 1e3 * bend.s) },
             if straight { String::new() } else { bend.step.clone() },
-            bend.limit.map_or_else(|| "any".into(), |limit| format!("{:.1}", 1e3 * limit)),
+            bend.limit.map_or_else(|| "no limit".into(), |limit| format!("{:.1}", 1e3 * limit)),
             if bend.use_of_limit() > 1.0 { "TOO TIGHT" } else { "" }.to_owned(),
         ]);
     }
@@ -176,7 +176,7 @@ fn clearances(clearances: &[Clearance], out: &mut dyn Write) -> io::Result<()> {
 
 fn events(events: &[Event], out: &mut dyn Write) -> io::Result<()> {
     let groups = grouped(events);
-    let mut table = Columns::new(["event", "where", "at its worst", "in step", ">increments"]);
+    let mut table = Columns::new(["event", "where", "worst value", "in step", ">increments"]);
     for Group { worst, increments, .. } in groups.iter().take(ROWS) {
         table.row([
             worst.kind.title().to_owned(),
@@ -193,7 +193,7 @@ fn events(events: &[Event], out: &mut dyn Write) -> io::Result<()> {
     Ok(())
 }
 
-/// Keeps the rows of largest weight, in the order they have. Returns how many went.
+/// Keeps the rows of largest weight, in their order. Returns the number of rows removed.
 fn keep<T>(rows: &mut Vec<&T>, weight: impl Fn(&T) -> f64) -> usize {
     if rows.len() <= ROWS {
         return 0;
@@ -208,7 +208,7 @@ fn keep<T>(rows: &mut Vec<&T>, weight: impl Fn(&T) -> f64) -> usize {
 }
 
 fn vector(v: &Vector, digits: usize) -> String {
-    // Adding zero turns −0 into 0, and rounding first keeps `-0.000` away.
+    // Adding zero turns −0 into 0, and rounding first avoids `-0.000`.
     let scale = 10f64.powi(digits as i32);
     let [x, y, z] = [v.x, v.y, v.z].map(|c| format!("{:8.digits$}", (c * scale).round() / scale + 0.0));
     format!("{x} {y} {z}")

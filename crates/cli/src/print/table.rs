@@ -7,7 +7,7 @@ use std::io::{self, Write};
 /// Rows of a table that are shown; a harness may have hundreds of branches.
 pub const ROWS: usize = 20;
 
-/// A table with a line under its header; a heading that begins with `>` makes its column flush right.
+/// A table with a line under its header; a heading that begins with `>` aligns its column right.
 pub struct Columns(Table);
 
 impl Columns {

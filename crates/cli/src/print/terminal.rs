@@ -2,12 +2,12 @@
 
 use std::io::{self, BufWriter, ErrorKind, StdoutLock, Write};
 
-/// Standard output; where the reader has gone (`wireloom schema | head`), the rest is dropped silently, since
-/// nothing that matters goes there alone.
+/// Standard output; where the reader has closed it (`wireloom schema | head`), the rest is dropped silently, since
+/// results are in files.
 pub struct Output(BufWriter<StdoutLock<'static>>);
 
 impl Output {
-    /// Takes standard output for the rest of the program.
+    /// Locks standard output for the rest of the program.
     pub fn stdout() -> Self {
         Self(BufWriter::new(io::stdout().lock()))
     }

@@ -10,7 +10,7 @@ pub fn time(seconds: f64) -> String {
     }
 }
 
-/// Names come from files: what would command the terminal is shown instead, as `\u{1b}`.
+/// Text without control characters, which are escaped as `\u{1b}`: names come from files.
 pub fn printable(text: &str) -> String {
     let mut shown = String::with_capacity(text.len());
     for c in text.chars() {

@@ -1,16 +1,16 @@
-//! Convergence studies: how fast results settle as meshes get finer, and how far the finest still is from its limit.
+//! Convergence studies: observed order under mesh refinement, and error of the finest mesh.
 //!
-//! With `h` the length of a segment and `f(h) = f₀ + C hᵖ`, three meshes `h₁ > h₂ > h₃` give the observed order `p` from
-//! `(h₁ᵖ − h₂ᵖ)/(h₂ᵖ − h₃ᵖ) = e₁₂/e₂₃`, where `eᵢⱼ` is the change from one to the next, and Richardson's estimate of what is
-//! left, `|f(h₃) − f₀| = e₂₃ h₃ᵖ/(h₂ᵖ − h₃ᵖ)`. For shapes the changes are distances.
+//! With `h` the length of a segment and `f(h) = f₀ + C hᵖ`, three meshes `h₁ > h₂ > h₃` give the observed order `p`
+//! from `(h₁ᵖ − h₂ᵖ)/(h₂ᵖ − h₃ᵖ) = e₁₂/e₂₃`, where `eᵢⱼ` is the change from one to the next, and Richardson's
+//! estimate of the remaining error, `|f(h₃) − f₀| = e₂₃ h₃ᵖ/(h₂ᵖ − h₃ᵖ)`. For shapes the changes are distances.
 
 use super::shape;
 use crate::ending::Ending;
 
-/// A quantity over meshes that get finer.
+/// A quantity over a sequence of finer meshes.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Trend {
-    /// What it is.
+    /// The quantity.
     pub quantity: &'static str,
     /// SI unit.
     pub unit: &'static str,
@@ -20,15 +20,15 @@ pub struct Trend {
     pub order: Option<f64>,
     /// Richardson's estimate of the error of the finest.
     pub error: Option<f64>,
-    /// Of a quantity that is a number: its limit, extrapolated.
+    /// Extrapolated limit, of a quantity that is a number.
     pub limit: Option<f64>,
 }
 
-/// Orders looked for.
+/// Range of orders that are searched.
 const ORDERS: [f64; 2] = [0.05, 12.0];
 
-/// How shape, energy, tightest bend and largest reaction settle. `meshes`: segments of a branch, from coarse to fine, and how
-/// that ended.
+/// Convergence of shape, energy, tightest bend and largest reaction. `meshes`: segments of a branch and the last
+/// equilibrium, from coarse to fine.
 pub fn convergence(meshes: &[(usize, &Ending)]) -> Vec<Trend> {
     let h: Vec<f64> = meshes.iter().map(|(segments, _)| 1.0 / *segments as f64).collect();
     let shapes = |measure: fn(&[shape::Gap], &[f64]) -> f64| -> Vec<f64> {
@@ -63,7 +63,7 @@ fn distance(a: &Ending, b: &Ending, measure: fn(&[shape::Gap], &[f64]) -> f64) -
     measure(&gaps, &lengths)
 }
 
-/// `changes` may have signs; `finest`: the value on the finest mesh.
+/// A trend from changes, which may have signs, and the value on the finest mesh.
 fn trend(quantity: &'static str, unit: &'static str, h: &[f64], changes: Vec<f64>, finest: Option<f64>) -> Trend {
     let mut trend = Trend { quantity, unit, order: None, error: None, limit: None, changes };
     if let ([.., e12, e23], [.., h1, h2, h3]) = (&trend.changes[..], h)

@@ -3,12 +3,12 @@
 use crate::curve::SAME;
 use crate::ending::BranchEnd;
 
-/// How far two shapes of a branch are apart.
+/// Distance between two shapes of a branch.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Gap {
     /// Largest distance, m.
     pub largest: f64,
-    /// Where, as a fraction of the arc length.
+    /// Its place, as a fraction of the arc length.
     pub fraction: f64,
     /// Mean distance, m.
     pub mean: f64,

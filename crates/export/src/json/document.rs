@@ -1,8 +1,9 @@
-//! The form of `result.json`. It is written and read through these types alone; [`super::convert`] leads from and to the results of
-//! `wireloom-core`.
+//! The form of `result.json`. It is written and read through these types alone; [`super::convert`] leads from and to
+//! the results of `wireloom-core`.
 //!
-//! What has no value is null where the field says `nullable`, and left out where it says `default`. Any other missing field and any
-//! field that is not known here is refused: a result of another version of this program is not read by halves.
+//! Fields without value are null where they say `nullable`, and left out where they say `default`. Any other missing
+//! field and any field that is not known here is refused: a result of another version of this program is not read by
+//! halves.
 
 use super::provenance::Provenance;
 use super::values::{Entries, Number, Quaternion, Schema, Vector3, Word, is_zero, nullable};
@@ -246,8 +247,8 @@ pub struct TightestBend {
     pub limit: Option<Number>,
 }
 
-/// Work and residuals of the minimiser. `device`: where that was not the processor; `polish`: iterations that another minimiser made
-/// to finish.
+/// Work and residuals of the minimiser. `device`: where that was not the processor; `polish`: iterations that another
+/// minimiser made to finish.
 #[derive(Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Minimiser {

@@ -1,11 +1,11 @@
-//! What made a result.
+//! Origin of a result.
 
 use serde::{Deserialize, Serialize};
 use serde_json::{Map, json};
 use std::collections::BTreeMap;
 use wireloom_core::{Parameters, Stop, Value};
 
-/// What a result was made from, so that it can be made again.
+/// Origin of a result: program, files and settings, from which it can be made again.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Provenance {
@@ -13,7 +13,7 @@ pub struct Provenance {
     pub program: String,
     /// The scenario and the files it names, by name, with the SHA-256 of each in hexadecimal digits.
     pub files: BTreeMap<String, String>,
-    /// What was set beside the files, as `key = value`.
+    /// Settings on the command line, as `key = value`.
     pub set: Vec<String>,
     /// Seed of the scenario's sweep.
     #[serde(deserialize_with = "super::values::nullable")]

@@ -17,7 +17,7 @@ impl Serialize for Written<'_> {
     }
 }
 
-/// What is made of the steps while they are read.
+/// Collector of the steps while they are read.
 pub trait Collect: Default {
     /// The vectors of a branch that not every reader needs.
     type Vectors: DeserializeOwned;

@@ -9,11 +9,11 @@ use wireloom_core::equilibrium::BranchResult;
 
 /// Thinnest line, page units: 0.4 mm on paper.
 pub const THINNEST: f64 = 1.6;
-/// A piece ends after this many page units, so that its depth means something.
+/// A piece ends after this many page units, so that it has one depth.
 const LONGEST_PIECE: f64 = 24.0;
 /// Nodes nearer to the last one drawn than this are skipped: 0.1 mm on paper.
 const SHORTEST_EDGE: f64 = 0.4;
-/// White rim on either side, which lets the nearer of two crossing branches pass visibly over the other.
+/// White rim on either side, which shows the nearer of two crossing branches.
 const RIM: f64 = 0.9;
 
 struct Piece {
@@ -48,7 +48,7 @@ pub fn line_width(branch: &BranchResult, scale: f64) -> f64 {
     (2.0 * radius(branch.diameter) * scale).max(THINNEST)
 }
 
-/// Cuts a branch where its colour changes, where it has run on for long, and where a node cannot be drawn.
+/// Cuts a branch where its colour changes, where a piece becomes long, and where a node cannot be drawn.
 fn cut(branch: &BranchResult, panel: &Panel, pieces: &mut Vec<Piece>) {
     let width = line_width(branch, panel.scale);
     let last = branch.position.len().saturating_sub(1);
@@ -70,7 +70,7 @@ fn cut(branch: &BranchResult, panel: &Panel, pieces: &mut Vec<Piece>) {
     pieces.extend(open.take().map(|run| run.finish(width)));
 }
 
-/// A piece under way.
+/// A piece that is not complete.
 struct Run {
     paint: Paint,
     points: Vec<[f64; 2]>,

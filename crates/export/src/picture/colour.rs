@@ -1,6 +1,6 @@
-//! Colours. Against a limit: blue, pale blue, orange, red, and dark red beyond it; safe for the common kinds of colour
-//! blindness (blue–orange axis), and what is beyond the limit has a black rim as well, so that it survives
-//! a grey printer. Without a limit: greys.
+//! Colours. With a limit: blue, pale blue, orange, red, and dark red beyond it; safe for the common kinds of colour
+//! blindness (blue–orange axis). Pieces beyond the limit have a black rim as well, for prints in grey. Without a
+//! limit: greys.
 
 use wireloom_core::equilibrium::BranchResult;
 
@@ -23,7 +23,7 @@ const LIMITED: [(f64, [u8; 3]); 5] = [
 ];
 const NEUTRAL: [(f64, [u8; 3]); 2] = [(0.0, [0xb4, 0xb4, 0xb4]), (1.0, [0x30, 0x30, 0x30])];
 
-/// How a piece of a branch is painted.
+/// Colour of a piece of a branch.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Paint {
     /// Bend radius limit / bend radius, in steps of the scale.

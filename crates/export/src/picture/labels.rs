@@ -1,4 +1,4 @@
-//! Names beside symbols: placed one after the other where they cover least, left out where there is no room.
+//! Names beside symbols: placed one after the other where they cover least, omitted where there is no room.
 
 use super::layout::Panel;
 use super::marks::{Kind, Mark, Marks};
@@ -6,9 +6,9 @@ use super::svg::{Svg, Text, fitted, width};
 use super::view::visible;
 use wireloom_core::StepResult;
 
-/// More symbols than this are not all named.
+/// Largest number of symbols that all have names.
 pub const ALL_NAMED: usize = 40;
-/// So many constraints are, then: those with the largest forces.
+/// Number of constraints with names otherwise: those with the largest forces.
 pub const NAMED_OF_MANY: usize = 12;
 
 const SIZE: f64 = 10.5;
@@ -16,15 +16,15 @@ const SIZE: f64 = 10.5;
 const WIDEST: f64 = 170.0;
 /// Distances from the symbol that are tried, page units beyond its edge.
 const DISTANCES: [f64; 4] = [4.0, 14.0, 28.0, 46.0];
-/// Directions that are tried, the liked ones first.
+/// Directions that are tried, in order of preference.
 const DIRECTIONS: [[f64; 2]; 8] =
     [[1.0, -0.6], [-1.0, -0.6], [1.0, 0.6], [-1.0, 0.6], [0.0, -1.0], [0.0, 1.0], [1.0, 0.0], [-1.0, 0.0]];
-/// Side of a cell of the raster that knows where branches run.
+/// Side of a cell of the raster of branches.
 const CELL: f64 = 4.0;
 
 type Box = [f64; 4];
 
-/// Which marks get a name, in the order in which they look for a place.
+/// Marks with names, in the order in which they are placed.
 pub fn chosen(marks: &Marks) -> Vec<&Mark> {
     let mut named: Vec<&Mark> = marks.list.iter().filter(|mark| !mark.label.is_empty()).collect();
     named.sort_by(|a, b| b.weight.total_cmp(&a.weight));
@@ -66,20 +66,20 @@ pub fn draw(page: &mut Svg, step: &StepResult, marks: &Marks, panel: &Panel) {
     page.close();
 }
 
-/// What a new name has to reckon with.
+/// Obstructions for a new name.
 struct Ground<'a> {
     panel: &'a Panel,
     /// Half the width of a symbol, with its rim.
     half: f64,
     raster: Raster,
     symbols: Vec<Box>,
-    /// Names that have found their place.
+    /// Names that are placed.
     names: Vec<Box>,
 }
 
 impl Ground<'_> {
-    /// The place that covers least: other names and symbols never, branches where it must be. Also whether it
-    /// is so far away that it needs a line to its symbol.
+    /// The place that covers least: no other names and symbols, and as few branches as possible. Also whether it is
+    /// so far away that it needs a line to its symbol.
     fn find(&self, at: [f64; 2], size: [f64; 2]) -> Option<(Box, bool)> {
         let mut best: Option<(f64, Box, bool)> = None;
         for (i, distance) in DISTANCES.into_iter().enumerate() {
@@ -129,7 +129,7 @@ fn overlap(a: &Box, b: &Box) -> bool {
     a[0] < b[2] && b[0] < a[2] && a[1] < b[3] && b[1] < a[3]
 }
 
-/// Which cells of a view branches run through.
+/// Cells of a view that branches cover.
 struct Raster {
     corner: [f64; 2],
     columns: usize,

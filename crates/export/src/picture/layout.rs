@@ -1,4 +1,4 @@
-//! Where the three views and the legend stand on the page, and their common scale.
+//! Places of the three views and the legend on the page, and their common scale.
 //!
 //! ```text
 //! above  | legend
@@ -10,7 +10,7 @@ use super::view::{Scene, View};
 
 /// A4 landscape, four units to the millimetre.
 pub const PAGE: [f64; 2] = [1188.0, 840.0];
-/// Around everything.
+/// Margin of the page.
 pub const MARGIN: f64 = 36.0;
 /// Title and the line under it.
 const HEADER: f64 = 54.0;

@@ -1,4 +1,4 @@
-//! The legend: colours, symbols, scale, what was left out, and what the constraints bear.
+//! The legend: colours, symbols, scale, number of omitted parts, and forces of the constraints.
 
 use super::branches::{THINNEST, line_width};
 use super::colour::{INK, NEUTRAL_FULL, OVER, Paint, STEPS};
@@ -17,7 +17,7 @@ const COLUMN: f64 = 250.0;
 const TABLE: [f64; 3] = [122.0, 172.0, 236.0];
 /// Height of a row of the table.
 const ROW: f64 = 14.0;
-/// Most constraints the table lists.
+/// Largest number of constraints in the table.
 const ROWS: usize = 16;
 
 pub fn draw(page: &mut Svg, step: &StepResult, scene: &Scene, marks: &Marks, layout: &Layout) {
@@ -41,7 +41,7 @@ pub fn draw(page: &mut Svg, step: &StepResult, scene: &Scene, marks: &Marks, lay
     page.close();
 }
 
-/// What the constraints bear, the largest forces first, as far as there is room down to `bottom`.
+/// Forces of the constraints, the largest first, as far as there is room above `bottom`.
 fn reactions(page: &mut Svg, step: &StepResult, [x, y]: [f64; 2], bottom: f64) {
     let room = (((bottom - y) / ROW).max(0.0) as usize).saturating_sub(1).min(ROWS);
     let mut constraints: Vec<(&str, f64, f64)> =
@@ -143,7 +143,7 @@ fn remarks(step: &StepResult, scene: &Scene, marks: &Marks, layout: &Layout) -> 
         lines.push(format!("named: the {} constraints with the largest forces", labels::NAMED_OF_MANY));
     }
     if scene.hidden > 0 {
-        lines.push(format!("{} points without a finite position left out", scene.hidden));
+        lines.push(format!("{} points without a finite position omitted", scene.hidden));
     }
     lines
 }

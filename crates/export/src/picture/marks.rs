@@ -1,4 +1,4 @@
-//! Joints, constraints and the tightest bend: what is drawn as a symbol.
+//! Symbols of joints, constraints and the tightest bend.
 
 use super::colour::INK;
 use super::layout::Panel;
@@ -7,7 +7,7 @@ use super::view::visible;
 use crate::xml::escape;
 use wireloom_core::{StepResult, Vector};
 
-/// What a symbol stands for.
+/// Meaning of a symbol.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Kind {
     Joint,
@@ -59,11 +59,11 @@ impl Kind {
 pub struct Mark {
     pub kind: Kind,
     pub position: Vector,
-    /// What stands beside it.
+    /// The name beside it.
     pub label: String,
-    /// What a browser shows under the pointer.
+    /// Text that a browser shows under the pointer.
     pub tip: String,
-    /// Larger is named first where there is no room for all.
+    /// Priority of its name where there is no room for all.
     pub weight: f64,
 }
 
@@ -74,7 +74,7 @@ pub struct Marks {
     pub half: f64,
 }
 
-/// Symbols shrink where there are more than this.
+/// Number of symbols above which they shrink.
 const MANY: usize = 60;
 
 pub fn collect(step: &StepResult) -> Marks {
@@ -128,7 +128,7 @@ fn tightest(step: &StepResult) -> Option<Mark> {
     })
 }
 
-/// The far ones first.
+/// Draws them, the far ones first.
 pub fn draw(page: &mut Svg, marks: &Marks, panel: &Panel) {
     let mut order: Vec<&Mark> = marks.list.iter().collect();
     order.sort_by(|a, b| panel.view.nearness(&a.position).total_cmp(&panel.view.nearness(&b.position)));
@@ -165,7 +165,8 @@ pub fn symbol(page: &mut Svg, kind: Kind, [x, y]: [f64; 2], half: f64, tip: &str
         Kind::TightestBend => {
             let r = number(1.45 * half);
             format!(
-                "<circle cx=\"{cx}\" cy=\"{cy}\" r=\"{r}\" fill=\"none\" stroke=\"{INK}\" stroke-width=\"1.3\" stroke-dasharray=\"3.2 2\""
+                "<circle cx=\"{cx}\" cy=\"{cy}\" r=\"{r}\" fill=\"none\" stroke=\"{INK}\" stroke-width=\"1.3\" \
+                 stroke-dasharray=\"3.2 2\""
             )
         }
     };

@@ -1,7 +1,7 @@
-//! Bodies about the harness in one view: flat shapes with an outline, behind the cables, cut off at the frame.
+//! Obstacles in one view: flat shapes with an outline, behind the cables, clipped at the frame.
 //!
-//! Corners are drawn on a raster that is made coarser until what is seen of a body is a few thousand triangles: what is finer than that could
-//! not be seen, and a body of millions of triangles is one of a few.
+//! Corners are rounded to a raster that is coarsened until the visible side has a few thousand triangles, so that an
+//! obstacle of millions of triangles needs little space.
 
 use super::layout::Panel;
 use super::svg::{Svg, number};
@@ -11,20 +11,20 @@ use std::collections::{BTreeMap, BTreeSet};
 use wireloom_core::obstacle::{Obstacle, Surface};
 use wireloom_core::{StepResult, Vector};
 
-/// Triangles of a body that are drawn at most.
+/// Largest number of triangles that are drawn of an obstacle.
 const MANY: usize = 3000;
 /// The finest raster, page units.
 const FINEST: f64 = 0.5;
-/// A body without end is drawn so many times as far as the scene reaches from the origin.
+/// Size of an unbounded obstacle, in units of the largest distance of the scene from the origin.
 const BEYOND: f64 = 8.0;
 
-/// A body as it stands.
+/// An obstacle at its pose.
 pub struct Body<'a> {
     name: &'a str,
     surface: Surface,
 }
 
-/// The bodies of a step, in the world's axes.
+/// The obstacles of a step, in world axes.
 pub fn stand<'a>(step: &StepResult, obstacles: &'a [Obstacle], scene: &Scene) -> Vec<Body<'a>> {
     let reach = scene.low.iter().chain(&scene.high).fold(0.0, |reach: f64, c| reach.max(c.abs()));
     let body = |(obstacle, now): (&'a Obstacle, &wireloom_core::equilibrium::ObstacleResult)| {
@@ -63,10 +63,10 @@ pub fn draw(page: &mut Svg, bodies: &[Body<'_>], panel: &Panel) {
     page.close();
 }
 
-/// A place of the raster.
+/// A point of the raster.
 type Cell = [i64; 2];
 
-/// What is seen of a surface, filled, and its outlines.
+/// The visible side of a surface, filled, and its outlines.
 fn seen(surface: &Surface, panel: &Panel) -> (String, String) {
     let places: Vec<Option<[f64; 2]>> =
         surface.corners.iter().map(|x: &Vector| visible(x).then(|| panel.place(x))).collect();
@@ -83,7 +83,7 @@ fn seen(surface: &Surface, panel: &Panel) -> (String, String) {
     }
 }
 
-/// The triangles that face the eye, each once, and the edges that only one of them has, or a triangle that is seen from its edge.
+/// The triangles that face the eye, each once; edges of only one of them; edges of triangles that are seen edge-on.
 fn on_raster(
     surface: &Surface,
     places: &[Option<[f64; 2]>],
@@ -104,7 +104,7 @@ fn on_raster(
         if beside(&cells) {
             continue;
         }
-        // The second axis of the page points down, so what goes round counter-clockwise for the eye goes the other way round here.
+        // The second axis of the page points down, which reverses the sense of rotation.
         let [[ax, ay], [bx, by], [cx, cy]] = cells.map(|c| c.map(|c| c as f64));
         let turn = (bx - ax) * (cy - ay) - (by - ay) * (cx - ax);
         if turn == 0.0 {
@@ -123,7 +123,7 @@ fn on_raster(
         }
     }
     let mut edges: BTreeSet<[Cell; 2]> = count.iter().filter(|(_, n)| **n == 1).map(|(edge, _)| *edge).collect();
-    // What is seen from its edge is a line, where no face has that line within.
+    // A triangle seen edge-on is a line, unless a face covers it.
     edges.extend(flat.into_iter().filter(|edge| count.get(edge) != Some(&2)));
     (faces, edges)
 }

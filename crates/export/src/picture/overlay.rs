@@ -1,4 +1,4 @@
-//! Several shapes over each other, each in a colour of its own: the three views, and who has which colour.
+//! Several shapes over each other in three views, each in its own colour, with a legend.
 
 use super::layout::{Layout, MARGIN, PAGE};
 use super::panel;
@@ -14,7 +14,7 @@ const WIDTH: f64 = 1.8;
 /// Height of a row of the legend.
 const ROW: f64 = 17.0;
 
-/// The colour of a case; there are eight, which begin again.
+/// The colour of a case; after eight they repeat.
 pub(crate) fn colour(k: usize) -> &'static str {
     COLOURS[k % COLOURS.len()]
 }

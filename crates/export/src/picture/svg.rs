@@ -1,17 +1,17 @@
-//! Plain SVG text: elements, numbers, words and how wide they are.
+//! Plain SVG: elements, numbers, texts and their width.
 
 use crate::xml::escape;
 use std::fmt::Write;
 
-/// Fonts that are somewhere on every machine.
+/// Fonts; every system has one of them.
 const FONTS: &str = "Helvetica, Arial, 'Liberation Sans', 'DejaVu Sans', sans-serif";
 
-/// A drawing under way.
+/// A drawing.
 pub struct Svg {
     text: String,
 }
 
-/// Which end of a text its place is.
+/// Alignment of a text to its position.
 #[derive(Clone, Copy, PartialEq)]
 pub enum Anchor {
     Start,
@@ -19,7 +19,7 @@ pub enum Anchor {
     End,
 }
 
-/// Where and how a text stands.
+/// Position and style of a text.
 #[derive(Clone, Copy)]
 pub struct Text<'a> {
     pub x: f64,

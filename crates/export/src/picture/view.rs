@@ -1,9 +1,9 @@
-//! Directions of sight, and what there is to see.
+//! Views, and the extents of the scene.
 
 use wireloom_core::equilibrium::BranchResult;
 use wireloom_core::{StepResult, Vector};
 
-/// Where one looks from.
+/// A view.
 #[derive(Clone, Copy, PartialEq)]
 pub enum View {
     /// Along +y: x to the right, z up.
@@ -41,7 +41,7 @@ impl View {
         }
     }
 
-    /// What one sees, in words.
+    /// Its caption.
     pub fn caption(self) -> &'static str {
         match self {
             View::Front => "front: x–z, seen along +y",
@@ -51,11 +51,11 @@ impl View {
     }
 }
 
-/// Farther than this from the origin (m) nothing is drawn: only a failed run goes there, and one such node
-/// would shrink the rest of the harness to a dot.
+/// Points farther than this from the origin (m) are not drawn: only a failed run has any, and a single one would
+/// shrink the harness to a dot.
 const FAR: f64 = 1e6;
 
-/// The box that holds everything that can be drawn, and how much cannot.
+/// Bounding box of everything that can be drawn, and the number of parts that cannot.
 pub struct Scene {
     /// Lowest coordinates, m.
     pub low: [f64; 3],
@@ -94,7 +94,8 @@ impl Scene {
         if low[0] > high[0] {
             (low, high) = ([0.0; 3], [0.0; 3]);
         }
-        // A single point still needs a scale: 0.1 m around it. Likewise what is tiny beside its distance.
+        // A single point still needs a scale: 0.1 m around it. So does a scene that is tiny compared with its
+        // distance.
         let size = (0..3).map(|i| high[i] - low[i]).fold(0.0, f64::max);
         let reach = (0..3).map(|i| high[i].abs().max(low[i].abs())).fold(0.0, f64::max);
         if size < 1e-6_f64.max(1e-9 * reach) {
@@ -122,7 +123,7 @@ pub fn visible(x: &Vector) -> bool {
     x.iter().all(|c| c.abs() < FAR)
 }
 
-/// Half a diameter (m), or nothing where it is not a positive number.
+/// Half a diameter (m), or 0 where it is not a positive number.
 pub fn radius(diameter: f64) -> f64 {
     if diameter > 0.0 && diameter < FAR { 0.5 * diameter } else { 0.0 }
 }

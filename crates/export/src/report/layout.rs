@@ -1,4 +1,6 @@
-//! Numbers and folded sections, the same on all pages.
+//! Numbers, headings of tables and folded sections, the same on all pages.
+
+use maud::{Markup, html};
 
 /// Sections that are open at first; a harness may have hundreds.
 pub const OPEN: usize = 12;
@@ -17,4 +19,19 @@ pub fn radius(metres: f64) -> String {
 pub fn fixed(value: f64, digits: usize) -> String {
     let scale = 10f64.powi(digits as i32);
     format!("{:.digits$}", (value * scale).round() / scale + 0.0)
+}
+
+/// The head of a table; a heading that begins with `>` is that of a column of numbers.
+pub fn heading(columns: &[&str]) -> Markup {
+    html! {
+        thead { tr { @for column in columns { (head(column)) } } }
+    }
+}
+
+/// One heading; see [`heading`].
+pub fn head(column: &str) -> Markup {
+    match column.strip_prefix('>') {
+        Some(number) => html! { th class="n" { (number) } },
+        None => html! { th { (column) } },
+    }
 }

@@ -13,14 +13,14 @@ const SIZE: (u32, u32) = (560, 230);
 const LAST: RGBColor = RGBColor(0x1f, 0x5f, 0xa8);
 const OTHER: RGBColor = RGBColor(0xc4, 0x6a, 0x00);
 const LIMIT: RGBColor = RGBColor(0x8b, 0x00, 0x19);
-/// Radii so many times the least (or the limit) are as good as straight: the plot ends there.
+/// End of the axis of bend radii, in units of the smallest one (or the limit).
 const STRAIGHT: f64 = 30.0;
 
-/// Bend radius (mm, on a logarithmic scale) along each curve, the last one to be seen best, and the limit (m).
+/// Bend radius (mm, on a logarithmic scale) along each curve, the last one on top, and the limit (m).
 pub fn bend_radius(curves: &[&BranchResult], limit: Option<f64>) -> String {
     let all = || curves.iter().flat_map(|branch| &branch.bend_radius).copied().filter(|r| r.is_finite() && *r > 0.0);
     let least = limit.into_iter().chain(all()).fold(f64::INFINITY, f64::min);
-    // Straight all along, and no limit: any scale will do.
+    // Straight everywhere and without limit: any scale will do.
     let least = if least.is_finite() { 1e3 * least } else { 1e3 };
     let most = STRAIGHT * limit.map_or(least, |limit| (1e3 * limit).max(least));
     let values = |branch: &BranchResult| -> Vec<f64> {
@@ -50,7 +50,7 @@ struct Line {
     colour: RGBColor,
 }
 
-/// Values along each curve; the last one is to be seen best.
+/// Values along each curve, the last one on top.
 fn lines(curves: &[&BranchResult], values: impl Fn(&BranchResult) -> Vec<f64>) -> Vec<Line> {
     let line = |(k, branch): (usize, &&BranchResult)| Line {
         points: branch.s.iter().map(|s| 1e3 * s).zip(values(branch)).collect(),
@@ -59,7 +59,7 @@ fn lines(curves: &[&BranchResult], values: impl Fn(&BranchResult) -> Vec<f64>) -
     curves.iter().enumerate().map(line).collect()
 }
 
-/// Of `#rrggbb`.
+/// Colour of `#rrggbb`.
 fn rgb(hex: &str) -> RGBColor {
     let part = |k: usize| hex.get(k..k + 2).and_then(|part| u8::from_str_radix(part, 16).ok()).unwrap_or(0);
     RGBColor(part(1), part(3), part(5))
@@ -122,18 +122,18 @@ where
     };
     match attempt() {
         Ok(()) => text,
-        // Writing to a string cannot fail; a plot that cannot be drawn is left out.
+        // Writing to a string cannot fail; a plot that cannot be drawn is omitted.
         Err(_) => String::new(),
     }
 }
 
-/// How often values occur, in bars of equal width.
+/// Histogram with bars of equal width.
 pub fn histogram(values: &[f64]) -> String {
     let (low, high) = values.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), x| (a.min(*x), b.max(*x)));
     if high <= low {
         return String::new();
     }
-    // As many bars as have some twenty values each, but at least a few, and not too many.
+    // About twenty values a bar, with limits on the number of bars.
     let bars = (values.len() as f64).sqrt().clamp(5.0, 40.0) as usize;
     let width = (high - low) / bars as f64;
     let mut counts = vec![0_u32; bars];
@@ -173,7 +173,7 @@ pub fn response(points: &[(f64, f64)], joined: bool) -> String {
     })
 }
 
-/// Axes with plain numbers, and what is drawn between them.
+/// Axes with plain numbers, and the drawing between them.
 type Plane<'a, 'b> = ChartContext<'a, SVGBackend<'b>, Cartesian2d<RangedCoordf64, RangedCoordf64>>;
 
 fn chart(x: (f64, f64), y: (f64, f64), fill: impl FnOnce(&mut Plane<'_, '_>) -> Result<(), String>) -> String {
@@ -203,7 +203,7 @@ fn chart(x: (f64, f64), y: (f64, f64), fill: impl FnOnce(&mut Plane<'_, '_>) -> 
         fill(&mut chart)?;
         area.present().map_err(|error| error.to_string())
     };
-    // Writing to a string cannot fail; a plot that cannot be drawn is left out.
+    // Writing to a string cannot fail; a plot that cannot be drawn is omitted.
     if attempt().is_ok() { text } else { String::new() }
 }
 

@@ -1,14 +1,14 @@
-//! A sweep on one page: how many points ended how, how results are distributed, how they respond to every key, and which key
-//! matters most. What `wireloom report` writes.
+//! Page of `wireloom report`: a sweep with the status of its points, distributions of results, responses to each key,
+//! and the influence of keys.
 
-use super::layout::fixed;
+use super::layout::{fixed, heading};
 use super::{plots, style};
 use crate::table::{Column, Table};
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 use nalgebra::{DMatrix, DVector};
 use std::io::{self, Write};
 
-/// What the page is about. Its writer knows neither clock nor machine: whoever asks for it says.
+/// Content of the page. The writer looks at neither clock nor machine: the caller states both.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Points<'a> {
     /// Headline.
@@ -21,11 +21,11 @@ pub struct Points<'a> {
     pub written: &'a str,
 }
 
-/// Points of a plot; of more, every so many are drawn.
+/// Largest number of points in a plot; of more, every n-th is drawn.
 const DRAWN: usize = 1500;
-/// Results that are open to begin with: those of the whole harness.
+/// Results whose sections are open at first: those of the whole harness.
 const WHOLE: [(&str, &str); 3] = [("bend_radius", "m"), ("force", "N"), ("energy.total", "J")];
-/// Results of its parts, and what the sweep asks for, by the beginnings of their names.
+/// Results of parts, and outputs of the sweep, by prefixes of their names.
 const PARTS: [(&str, &str); 7] = [
     ("position_x.", "m"),
     ("position_y.", "m"),
@@ -35,7 +35,7 @@ const PARTS: [(&str, &str); 7] = [
     ("bend_radius.", "m"),
     ("force.", "N"),
 ];
-/// So many of them have a section.
+/// Largest number of them with a section.
 const MORE: usize = 40;
 
 /// Writes the page.
@@ -46,12 +46,12 @@ pub fn write_points(points: &Points<'_>, out: &mut impl Write) -> io::Result<()>
     out.write_all(page(points).into_string().as_bytes())
 }
 
-/// Numbers of a column where there are any, and the rows they are of.
+/// Numbers of a column, by row.
 struct Series<'a> {
     name: &'a str,
     unit: &'static str,
     entries: &'a [Option<f64>],
-    /// The least and the greatest of them that are finite.
+    /// Smallest and largest finite number.
     range: (f64, f64),
 }
 
@@ -107,7 +107,7 @@ fn page(points: &Points<'_>) -> Markup {
                             div class="plots" {
                                 figure {
                                     (PreEscaped(plots::histogram(&result.finite().collect::<Vec<_>>())))
-                                    figcaption { "how many points have which " (result.name) " [" (result.unit) "]" }
+                                    figcaption { "number of points by " (result.name) " [" (result.unit) "]" }
                                 }
                                 @for key in &numeric { (response(key, result, keys.len() == 1)) }
                             }
@@ -128,7 +128,7 @@ fn keys(table: &Table) -> Vec<&str> {
     table.columns.iter().map(|(name, _)| name.as_str()).skip(1).take_while(|name| *name != "status").collect()
 }
 
-/// Results that differ from point to point: those of the whole harness, then what the sweep asks for and those of its parts.
+/// Results that differ from point to point: those of the whole harness, then outputs of the sweep and those of parts.
 fn results(table: &Table) -> Vec<Series<'_>> {
     let whole = WHOLE.iter().filter_map(|(name, unit)| Series::of(table, name, unit));
     let keys = keys(table);
@@ -159,11 +159,11 @@ fn statuses(table: &Table) -> Markup {
     };
     html! {
         section id="status" {
-            h2 { "How points ended" }
+            h2 { "Status of points" }
             table { tbody { @for (word, n) in &counts {
                 tr class=[(*word != "converged").then_some("trouble")] { td { (word) } td class="n" { (n) } }
             } } }
-            @if let Some((k, message)) = refused { p { "The first that says why, point " (k) ": " (message) } }
+            @if let Some((k, message)) = refused { p { "First message, point " (k) ": " (message) } }
         }
     }
 }
@@ -173,21 +173,22 @@ fn distributions(results: &[Series<'_>]) -> Markup {
         section id="results" {
             h2 { "Results" }
             table {
-                thead { tr {
-                    th { "result" } th class="n" { "points" } th class="n" { "least" } th class="n" { "5 %" } th class="n" { "median" }
-                    th class="n" { "95 %" } th class="n" { "greatest" } th class="n" { "mean" } th class="n" { "standard deviation" }
-                } }
+                (heading(&[
+                    "result", ">points", ">minimum", ">5 %", ">median", ">95 %", ">maximum", ">mean",
+                    ">standard deviation",
+                ]))
                 tbody { @for result in results {
                     @let mut sorted = result.finite().collect::<Vec<f64>>();
                     @let () = sorted.sort_by(f64::total_cmp);
                     @let n = sorted.len() as f64;
                     @let mean = sorted.iter().sum::<f64>() / n;
-                    @let deviation = (sorted.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / (n - 1.0).max(1.0)).sqrt();
+                    @let squares: f64 = sorted.iter().map(|x| (x - mean).powi(2)).sum();
+                    @let deviation = (squares / (n - 1.0).max(1.0)).sqrt();
                     tr {
                         td { (result.name) " [" (result.unit) "]" }
                         td class="n" { (sorted.len()) }
-                        @for share in [0.0, 0.05, 0.5, 0.95, 1.0] {
-                            td class="n" { (fixed(sorted[(share * (n - 1.0)).round() as usize], 5)) }
+                        @for quantile in [0.0, 0.05, 0.5, 0.95, 1.0] {
+                            td class="n" { (fixed(sorted[(quantile * (n - 1.0)).round() as usize], 5)) }
                         }
                         td class="n" { (fixed(mean, 5)) }
                         td class="n" { (format!("{deviation:.2e}")) }
@@ -198,26 +199,32 @@ fn distributions(results: &[Series<'_>]) -> Markup {
     }
 }
 
-/// How far each key, over its whole range, moves the result, by a plane through all points.
+/// Influence of each key: change of the result over the key's range, from a least-squares plane.
 fn tornado(keys: &[Series<'_>], result: &Series<'_>) -> Markup {
-    let Some(Fit { mut swings, share }) = fit(keys, result) else { return html! {} };
+    let Some(Fit { mut swings, fraction }) = fit(keys, result) else { return html! {} };
     swings.sort_by(|a, b| b.1.abs().total_cmp(&a.1.abs()));
     let most = swings.first().map_or(1.0, |(_, swing)| swing.abs()).max(f64::MIN_POSITIVE);
     html! {
         table {
-            thead { tr { th { "key" } th class="n" { "its range" } th class="n" { "moves " (result.name) " by [" (result.unit) "]" } th {} } }
+            (heading(&["key", ">range", &format!(">changes {} by [{}]", result.name, result.unit), ""]))
             tbody { @for (k, swing) in &swings {
                 @let (low, high) = keys[*k].range;
                 tr {
                     td { (keys[*k].name) }
                     td class="n" { (fixed(low, 5)) " to " (fixed(high, 5)) }
                     td class="n" { (format!("{swing:+.3e}")) }
-                    td { div style={ "height:.7rem;min-width:1px;background:" (if *swing < 0.0 { "#c46a00" } else { "#1f5fa8" })
-                        ";width:" (fixed(16.0 * swing.abs() / most, 2)) "rem" } {} }
+                    @let colour = if *swing < 0.0 { "#c46a00" } else { "#1f5fa8" };
+                    td { div style={
+                        "height:.7rem;min-width:1px;background:" (colour)
+                        ";width:" (fixed(16.0 * swing.abs() / most, 2)) "rem"
+                    } {} }
                 }
             } }
         }
-        p { "By the plane nearest to all points, which explains " (fixed(100.0 * share, 1)) " % of the variance." }
+        p {
+            "By the least-squares plane through all points, which explains " (fixed(100.0 * fraction, 1))
+            " % of the variance."
+        }
     }
 }
 
@@ -226,11 +233,12 @@ fn tornado(keys: &[Series<'_>], result: &Series<'_>) -> Markup {
 struct Fit {
     /// Index of a key, and change of the result over the key's whole range.
     swings: Vec<(usize, f64)>,
-    /// Share of the variance that the plane explains, R².
-    share: f64,
+    /// Fraction of the variance that the plane explains, R².
+    fraction: f64,
 }
 
-/// Least squares of `y = b₀ + Σ bᵢ xᵢ`, keys scaled to −½ .. ½ so that `bᵢ` are the swings; none where there are too few points.
+/// Least squares of `y = b₀ + Σ bᵢ xᵢ`, keys scaled to −½ .. ½ so that `bᵢ` are the swings; none where there are too
+/// few points.
 fn fit(keys: &[Series<'_>], result: &Series<'_>) -> Option<Fit> {
     let rows: Vec<usize> = (0..result.entries.len())
         .filter(|&row| {
@@ -256,7 +264,7 @@ fn fit(keys: &[Series<'_>], result: &Series<'_>) -> Option<Fit> {
     let all = y.add_scalar(-mean).norm_squared();
     Some(Fit {
         swings: (0..keys.len()).map(|k| (k, b[k + 1])).collect(),
-        share: if all > 0.0 { 1.0 - left / all } else { 1.0 },
+        fraction: if all > 0.0 { 1.0 - left / all } else { 1.0 },
     })
 }
 
@@ -271,7 +279,10 @@ fn response(key: &Series<'_>, result: &Series<'_>, joined: bool) -> Markup {
     html! {
         figure {
             (PreEscaped(plots::response(&points, joined)))
-            figcaption { (result.name) " [" (result.unit) "] over " (key.name) @if every > 1 { " (every " (every) "th point)" } }
+            figcaption {
+                (result.name) " [" (result.unit) "] over " (key.name)
+                @if every > 1 { " (every " (every) "th point)" }
+            }
         }
     }
 }
@@ -286,9 +297,9 @@ mod tests {
         let z: Vec<Option<f64>> = (0..30).map(|k| Some(f64::from(k % 7))).collect();
         let y: Vec<Option<f64>> = x.iter().zip(&z).map(|(x, z)| Some(3.0 + 2.0 * (*x)? - 0.5 * (*z)?)).collect();
         let series = |name, entries| Series::new(name, "", entries);
-        let Fit { swings, share } = fit(&[series("x", &x), series("z", &z)], &series("y", &y)).unwrap();
+        let Fit { swings, fraction } = fit(&[series("x", &x), series("z", &z)], &series("y", &y)).unwrap();
         assert!((swings[0].1 - 8.0).abs() < 1e-10 && (swings[1].1 + 3.0).abs() < 1e-10, "{swings:?}");
-        assert!((share - 1.0).abs() < 1e-12);
+        assert!((fraction - 1.0).abs() < 1e-12);
         assert!(
             fit(&[series("x", &x[..2])], &series("y", &y[..2])).is_none(),
             "two points make no plane of two numbers"
@@ -296,6 +307,6 @@ mod tests {
         // A parabola about the middle of its range has no slope.
         let square: Vec<Option<f64>> = x.iter().map(|x| Some((x.unwrap() - 3.0).powi(2))).collect();
         let flat = fit(&[series("x", &x)], &series("y", &square)).unwrap();
-        assert!(flat.swings[0].1.abs() < 1e-10 && flat.share < 1e-10, "{flat:?}");
+        assert!(flat.swings[0].1.abs() < 1e-10 && flat.fraction < 1e-10, "{flat:?}");
     }
 }

@@ -1,6 +1,6 @@
 //! The writers, on results made by hand from analytic curves.
 
-mod beside_html;
+mod comparison_html;
 mod comparisons;
 mod csv_table;
 mod gltf_files;

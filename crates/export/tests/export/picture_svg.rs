@@ -155,7 +155,8 @@ fn degenerate_input_is_drawn_as_far_as_it_goes() {
     assert_eq!(write(&short, &[], "", &mut Vec::new()).unwrap_err().kind(), std::io::ErrorKind::InvalidInput);
 }
 
-/// A body is drawn in every view, within the frame, behind the branches; of a hundred thousand triangles no more than can be seen.
+/// A body is drawn in every view, within the frame, behind the branches; of a hundred thousand triangles no more than
+/// can be seen.
 #[test]
 fn obstacles_lie_behind_the_branches() {
     let end = among_obstacles().steps.remove(0);

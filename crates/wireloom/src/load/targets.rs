@@ -23,7 +23,8 @@ pub(crate) fn refuse_inside(scenario: &Scenario, built: &Built) -> Vec<Fault> {
         bodies.iter().copied().enumerate().filter(|(o, _)| !moving.contains(o)).collect()
     };
     // Position of each constraint, and its orientation if known.
-    let given = |f: usize| network.constraints[f].position.map(|position| (position, network.constraints[f].orientation));
+    let given =
+        |f: usize| network.constraints[f].position.map(|position| (position, network.constraints[f].orientation));
     let mut held: Vec<Option<(Vector, Option<Rotation>)>> =
         (0..network.constraints.len()).map(|f| given(f).filter(|_| network.constraints[f].from_start)).collect();
     let all = standing(&bodies, &HashSet::new());

@@ -1,4 +1,4 @@
-//! What `wireloom compare` tries in one scenario.
+//! Variants of one scenario that `wireloom compare` carries out.
 
 use crate::arguments::CompareArguments;
 use crate::arguments::values::setting;
@@ -8,13 +8,13 @@ use wireloom::scenario::Setting;
 /// One of the runs to be compared.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Variant {
-    /// What tells it from the others.
+    /// Its name among the others.
     pub name: String,
-    /// What is set in it.
+    /// Its settings.
     pub settings: Vec<Setting>,
 }
 
-/// Every combination of what the options give; none where they give nothing.
+/// Every combination of the values of the options; none where there are no options.
 pub fn variants(arguments: &CompareArguments) -> Result<Vec<Variant>, Failure> {
     let mut axes: Vec<Vec<(String, Setting)>> = vec![];
     let kinds = [
@@ -38,7 +38,7 @@ pub fn variants(arguments: &CompareArguments) -> Result<Vec<Variant>, Failure> {
     }
     axes.retain(|axis| !axis.is_empty());
     let mut all = vec![Variant { name: String::new(), settings: vec![] }];
-    // What has one value only is the same for all: it does not tell one from another.
+    // An option with one value is the same for all: it is no part of names.
     let told = axes.iter().any(|axis| axis.len() > 1);
     for axis in &axes {
         let more = |variant: &Variant| {

@@ -1,5 +1,5 @@
-//! What the studio remembers of a scenario from one session to the next: its port, so that pages that are still open learn that their session has
-//! ended, and the draft that nobody has saved. One file for each scenario, readable by its user alone, in the folder where the system keeps states of
+//! State that the studio keeps of a scenario between sessions: its port, so that open pages notice a new session, and
+//! the unsaved draft. One file for each scenario, readable by its user alone, in the system's folder for states of
 //! programs: `$XDG_STATE_HOME/wireloom` (by default `~/.local/state/wireloom`), on Windows `%LOCALAPPDATA%\wireloom`.
 
 use serde::{Deserialize, Serialize};
@@ -7,14 +7,14 @@ use std::fs::{self, File, OpenOptions};
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
-/// What is remembered.
+/// The state that is kept.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Remembered {
     /// The scenario's file.
     pub scenario: PathBuf,
-    /// Where it listened.
+    /// Port of the last session.
     pub port: Option<u16>,
-    /// What nobody has saved.
+    /// The unsaved draft.
     pub draft: Option<Draft>,
 }
 
@@ -27,16 +27,16 @@ pub struct Draft {
     pub written: String,
 }
 
-/// The file of one scenario, in this process's hands alone.
+/// The file of one scenario, locked by this process.
 pub struct Memory {
     path: PathBuf,
     remembered: Remembered,
-    /// Says that it is in our hands, as long as it is open.
+    /// Locked as long as it is open.
     _lock: File,
 }
 
 impl Memory {
-    /// That of the scenario at `path`; `None` where another process has it in its hands.
+    /// That of the scenario at `path`; `None` where another process has locked it.
     ///
     /// # Errors
     /// Those of the system.
@@ -54,19 +54,19 @@ impl Memory {
         if lock.try_lock().is_err() {
             return Ok(None);
         }
-        // What cannot be understood is as good as nothing.
+        // A file that cannot be parsed counts as missing.
         let known = fs::read(&path).ok().and_then(|bytes| serde_json::from_slice::<Remembered>(&bytes).ok());
         let known = known.filter(|known| known.scenario == scenario);
         let remembered = known.unwrap_or(Remembered { scenario, ..Remembered::default() });
         Ok(Some(Self { path, remembered, _lock: lock }))
     }
 
-    /// What is remembered.
+    /// The state that is kept.
     pub fn remembered(&self) -> &Remembered {
         &self.remembered
     }
 
-    /// Changes it, and keeps it.
+    /// Changes the state and writes it.
     ///
     /// # Errors
     /// Those of the system.
@@ -74,7 +74,7 @@ impl Memory {
         change(&mut self.remembered);
         let text = serde_json::to_vec(&self.remembered)?;
         let partial = self.path.with_extension("partial");
-        // What a kill has left, whatever it is: the file is made anew.
+        // A kill may have left one: it is replaced.
         let _ = fs::remove_file(&partial);
         let mut file = for_the_user_alone(&partial, true)?;
         file.write_all(&text)?;
@@ -83,7 +83,7 @@ impl Memory {
     }
 }
 
-/// Where states are kept.
+/// Folder of states.
 fn folder() -> Option<PathBuf> {
     let named = |name: &str| std::env::var_os(name).map(PathBuf::from).filter(|path| path.is_absolute());
     let of_system = if cfg!(windows) {
@@ -102,7 +102,7 @@ fn make_folder(folder: &Path) -> io::Result<()> {
     builder.create(folder)
 }
 
-/// Opens a file that nobody else may read; `new`: one that is not there yet.
+/// Opens a file that only its user may read; `new`: it must not exist.
 fn for_the_user_alone(path: &Path, new: bool) -> io::Result<File> {
     let mut options = OpenOptions::new();
     options.read(true).write(true).create(true).create_new(new).truncate(false);

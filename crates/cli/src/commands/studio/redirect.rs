@@ -1,19 +1,19 @@
-//! Opens a secret address in the browser. Command lines can be seen by every user of a machine, so the browser is given a file that its user
-//! alone can read, and which leads to the address.
+//! Opens a secret address in the browser. Every user of a machine can see command lines, so the browser opens a file
+//! that only its user can read and that redirects to the address.
 
 use std::fs::OpenOptions;
 use std::io::{self, Write};
 use std::path::PathBuf;
 use tempfile::TempDir;
 
-/// A file that leads to an address; it goes when this is dropped.
+/// A file that redirects to an address; it is removed when this is dropped.
 pub struct Redirect {
     file: PathBuf,
     _folder: TempDir,
 }
 
 impl Redirect {
-    /// To an address without characters that mean something in HTML.
+    /// To an address without special characters of HTML.
     ///
     /// # Errors
     /// Those of the system.
@@ -37,10 +37,10 @@ impl Redirect {
         Ok(Self { file, _folder: folder })
     }
 
-    /// Has the system open it.
+    /// Opens it in the browser.
     ///
     /// # Errors
-    /// Where there is nothing to open it with.
+    /// Where no browser is found.
     pub fn open(&self) -> io::Result<()> {
         open::that_detached(&self.file)
     }

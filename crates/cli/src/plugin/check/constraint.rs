@@ -8,10 +8,10 @@ use wireloom::core::{Action, Constraint, Matrix, Parameters, Pose, Value, Vector
 use wireloom::host::numeric_derivatives;
 use wireloom::testkit::conformance::constraint::{Subject, checks};
 
-/// Nodes of a span that constraints are tried on.
+/// Nodes of the span of a tested constraint.
 const NODES: usize = 5;
 
-/// What is tried with a kind, by name.
+/// Tests of a kind, by name.
 pub fn trials(kind: &ConstraintKind) -> Vec<Trial<'_>> {
     let stations = (*kind.attaches.stations.start())
         .max(usize::from(kind.attaches.span != SpanUse::Always))
@@ -19,7 +19,7 @@ pub fn trials(kind: &ConstraintKind) -> Vec<Trial<'_>> {
     let nodes = if kind.attaches.span == SpanUse::Never { 0 } else { NODES };
     let values = parameters(&kind.parameters);
     let mut all: Vec<Trial<'_>> = vec![];
-    let what = "one can be made of typical values".to_owned();
+    let what = "creation with typical values".to_owned();
     match made(kind, &values, stations, nodes) {
         Ok(first) => all.push((what, Box::new(move || Ok(acts(first.as_ref()).into())))),
         Err(why) => {
@@ -27,7 +27,7 @@ pub fn trials(kind: &ConstraintKind) -> Vec<Trial<'_>> {
             return all;
         }
     }
-    // What could be made once can be made again.
+    // It was built once, so it can be built again.
     let make = move || made(kind, &values, stations, nodes).unwrap_or_else(|why| panic!("{why}"));
     let subject = Subject::new(make.clone(), stations, nodes);
     let listed: &'static [_] = checks(&subject);
@@ -40,7 +40,9 @@ pub fn trials(kind: &ConstraintKind) -> Vec<Trial<'_>> {
             name.replace('_', " "),
             Box::new(move || {
                 if numeric {
-                    return Ok("not tried: the program takes them numerically, which is slower and less exact than what the plugin could give".into());
+                    return Ok("not tested: the program computes them numerically, \
+                               which is slower and less exact than derivatives of the plugin"
+                        .into());
                 }
                 check(&subject);
                 Ok("ok".into())
@@ -49,18 +51,18 @@ pub fn trials(kind: &ConstraintKind) -> Vec<Trial<'_>> {
     }
     let maker = make.clone();
     all.push((
-        "comes back from input that is not finite or extreme".into(),
+        "no crash with input that is not finite or extreme".into(),
         Box::new(move || extreme_input(&maker, stations, nodes)),
     ));
     all.push((
-        "makes or refuses whatever its parameters allow".into(),
+        "creation or refusal with all extreme parameters".into(),
         Box::new(move || extreme_parameters(kind, stations, nodes)),
     ));
     let maker = make.clone();
-    all.push(("says the same to several threads".into(), Box::new(move || threads(maker().as_ref(), stations, nodes))));
+    all.push(("same numbers on several threads".into(), Box::new(move || threads(maker().as_ref(), stations, nodes))));
     let maker = make.clone();
     all.push((
-        format!("leaves no memory behind, {CYCLES} times"),
+        format!("no loss of memory, {CYCLES} times"),
         Box::new(move || leaks(|| drop(evaluate(maker().as_ref(), stations, nodes, 0.01)))),
     ));
     all.push(("time of an evaluation".into(), Box::new(move || time(make().as_ref(), stations, nodes))));
@@ -94,7 +96,7 @@ fn made(
     (kind.build)(&spec, values).map_err(|error| error.message)
 }
 
-/// Stations and nodes at these coordinates, evaluated in every way.
+/// All values of a constraint with stations and nodes at these coordinates.
 fn evaluate(constraint: &dyn Constraint, stations: usize, nodes: usize, x: f64) -> Vec<u64> {
     let pose = |k: usize, x: f64| Pose { position: Vector::new(x, 0.1 * k as f64, x), ..Pose::identity() };
     let at: Vec<Pose> = (0..stations).map(|k| pose(k, x)).collect();
@@ -143,7 +145,7 @@ fn evaluate(constraint: &dyn Constraint, stations: usize, nodes: usize, x: f64) 
 
 type Make<'m> = dyn Fn() -> Box<dyn Constraint> + 'm;
 
-/// What is no position must not end the program, nor panic; it may well be refused.
+/// Invalid positions must not crash the program, nor panic; they may be refused.
 fn extreme_input(make: &Make<'_>, stations: usize, nodes: usize) -> Verdict {
     for x in [0.0, f64::NAN, f64::INFINITY, f64::NEG_INFINITY, f64::MAX, 1e200, -1e30, f64::MIN_POSITIVE] {
         let constraint = make();
@@ -205,7 +207,7 @@ fn threads(constraint: &dyn Constraint, stations: usize, nodes: usize) -> Verdic
         Some(fault) => Err(fault),
         None if same => Ok("ok".into()),
         None => {
-            Err(format!("{threads} threads at a time do not get the same numbers as one: leave `thread_safe` at 0"))
+            Err(format!("{threads} concurrent threads do not get the same numbers as one: leave `thread_safe` at 0"))
         }
     }
 }

@@ -1,4 +1,4 @@
-//! What `wireloom plugin check` tries with joint models.
+//! Tests of joint models.
 
 use super::trial::{CYCLES, THREADS, TIMED, Trial, Verdict, leaks, parameters};
 use std::time::Instant;
@@ -9,14 +9,14 @@ use wireloom::core::{Arm, JointModel, Matrix, Mounting, Rotation, Section, Vecto
 use wireloom::host::numeric_derivatives;
 use wireloom::testkit::conformance::joint::CHECKS;
 
-/// Arms of the joint that is timed and given odd input.
+/// Arms of the joint for timing and invalid input.
 const ARMS: usize = 3;
 
-/// What is tried with a joint model, by name.
+/// Tests of a joint model, by name.
 pub fn trials(kind: &JointKind) -> Vec<Trial<'_>> {
     let values = parameters(&kind.parameters);
     let make = move |spec: JointSpec| (kind.build)(&spec, &values).map_err(|error| error.message);
-    let what = "one can be made of typical values".to_owned();
+    let what = "creation with typical values".to_owned();
     let mut all: Vec<Trial<'_>> = vec![];
     match make(spec()) {
         Ok(first) => all.push((what, Box::new(move || Ok(hangs(first.as_ref()).into())))),
@@ -33,7 +33,9 @@ pub fn trials(kind: &JointKind) -> Vec<Trial<'_>> {
             name.replace('_', " "),
             Box::new(move || {
                 if numeric && name.contains("derivative") {
-                    return Ok("not tried: the program takes them numerically, which is slower and less exact than what the plugin could give".into());
+                    return Ok("not tested: the program computes them numerically, \
+                               which is slower and less exact than derivatives of the plugin"
+                        .into());
                 }
                 check(&make);
                 Ok("ok".into())
@@ -41,12 +43,12 @@ pub fn trials(kind: &JointKind) -> Vec<Trial<'_>> {
         ));
     }
     let maker = make.clone();
-    all.push(("comes back from input that is not finite".into(), Box::new(move || odd_input(&maker))));
+    all.push(("no crash with input that is not finite".into(), Box::new(move || invalid_input(&maker))));
     let maker = make.clone();
-    all.push(("says the same to several threads".into(), Box::new(move || threads(maker(spec()).as_ref()))));
+    all.push(("same numbers on several threads".into(), Box::new(move || threads(maker(spec()).as_ref()))));
     let maker = make.clone();
     all.push((
-        format!("leaves no memory behind, {CYCLES} times"),
+        format!("no loss of memory, {CYCLES} times"),
         Box::new(move || leaks(|| drop(evaluate(maker(spec()).as_ref(), 0.1)))),
     ));
     all.push(("time of an evaluation".into(), Box::new(move || time(make(spec()).as_ref()))));
@@ -103,8 +105,8 @@ fn evaluate(joint: &dyn JointModel, x: f64) -> Vec<u64> {
     numbers.iter().map(|x| x.to_bits()).collect()
 }
 
-/// What is no rotation must not end the program, nor panic.
-fn odd_input(make: &dyn Fn(JointSpec) -> Box<dyn JointModel>) -> Verdict {
+/// Invalid rotations must not crash the program, nor panic.
+fn invalid_input(make: &dyn Fn(JointSpec) -> Box<dyn JointModel>) -> Verdict {
     for x in [0.0, f64::NAN, f64::INFINITY, 1e-200, 3.0] {
         let joint = make(spec());
         evaluate(joint.as_ref(), x);
@@ -128,7 +130,7 @@ fn threads(joint: &dyn JointModel) -> Verdict {
         Some(fault) => Err(fault),
         None if same => Ok("ok".into()),
         None => {
-            Err(format!("{threads} threads at a time do not get the same numbers as one: leave `thread_safe` at 0"))
+            Err(format!("{threads} concurrent threads do not get the same numbers as one: leave `thread_safe` at 0"))
         }
     }
 }

@@ -3,20 +3,20 @@
 use wireloom::core::registry::{Form, Parameter};
 use wireloom::core::{Parameters, Value, Vector};
 
-/// Times that a constraint is made and unmade.
+/// Number of times that a constraint is created and destroyed.
 pub const CYCLES: usize = 10_000;
-/// Bytes that may stay of one of them: the system counts memory by pages.
+/// Largest loss of memory for each, bytes: the system counts memory in pages.
 const LEFT_BEHIND: f64 = 16.0;
-/// Evaluations that are timed.
+/// Number of timed evaluations.
 pub const TIMED: u32 = 10_000;
-/// Threads that evaluate at a time, and how often each.
+/// Number of concurrent threads, and evaluations of each.
 pub const THREADS: (usize, usize) = (4, 500);
 
 pub type Verdict = Result<String, String>;
 
 pub type Trial<'k> = (String, Box<dyn FnOnce() -> Verdict + 'k>);
 
-/// A value that is in the middle of what may be.
+/// A value in the middle of the allowed range.
 fn typical(form: &Form) -> Value {
     match form {
         Form::Number { minimum, maximum, .. } => Value::Number(match (minimum.is_finite(), maximum.is_finite()) {
@@ -32,29 +32,29 @@ fn typical(form: &Form) -> Value {
     }
 }
 
-/// Defaults, and typical values of what must be given; what may be left out is.
+/// Defaults, and typical values of required parameters; optional ones are left out.
 pub fn parameters(declared: &[Parameter]) -> Parameters {
     let value = |p: &Parameter| p.default.clone().or_else(|| p.required.then(|| typical(&p.form)));
     Parameters(declared.iter().filter_map(|p| Some((p.name.clone(), value(p)?))).collect())
 }
 
-/// Whether making, using and unmaking something again and again keeps memory.
+/// Whether repeated creation, use and destruction loses memory.
 pub fn leaks(cycle: impl Fn()) -> Verdict {
     (0..CYCLES / 10).for_each(|_| cycle());
     let before = memory();
     (0..CYCLES).for_each(|_| cycle());
     let (Some(before), Some(after)) = (before, memory()) else {
-        return Ok("not tried: this system does not tell".into());
+        return Ok("not tested: this system does not tell".into());
     };
     let each = after.saturating_sub(before) as f64 / CYCLES as f64;
     if each > LEFT_BEHIND {
-        Err(format!("about {each:.0} bytes stay of every one that is made and unmade"))
+        Err(format!("about {each:.0} bytes are lost with each creation and destruction"))
     } else {
         Ok("ok".into())
     }
 }
 
-/// Memory that this process has, bytes, where the system tells.
+/// Memory of this process, bytes, where the system tells.
 fn memory() -> Option<u64> {
     let statm = std::fs::read_to_string("/proc/self/statm").ok()?;
     let pages: u64 = statm.split(' ').nth(1)?.parse().ok()?;

@@ -5,7 +5,7 @@ use base64::Engine;
 use wireloom_core::StepResult;
 use wireloom_export::comparison::{Case, Comparison, convergence};
 use wireloom_export::ending::Ending;
-use wireloom_export::report::{Beside, write_beside};
+use wireloom_export::report::{ComparisonPage, write_comparison};
 
 fn page(steps: Vec<StepResult>, alike: bool) -> String {
     let case = |(k, step)| Case { name: format!("<{k}>"), ending: Ending::of(&run("y", vec![step])).unwrap() };
@@ -13,7 +13,7 @@ fn page(steps: Vec<StepResult>, alike: bool) -> String {
     let comparison = Comparison::of(&cases, Some(0), 1e-3);
     let meshes: Vec<(usize, &Ending)> = cases.iter().enumerate().map(|(k, case)| (10 << k, &case.ending)).collect();
     let trends = convergence(&meshes);
-    let beside = Beside {
+    let compared = ComparisonPage {
         title: "a & b",
         cases: &cases,
         comparison: &comparison,
@@ -24,7 +24,7 @@ fn page(steps: Vec<StepResult>, alike: bool) -> String {
         written: "today",
     };
     let mut bytes = Vec::new();
-    write_beside(&beside, &mut bytes).unwrap();
+    write_comparison(&compared, &mut bytes).unwrap();
     String::from_utf8(bytes).unwrap()
 }
 

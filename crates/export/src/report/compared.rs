@@ -1,24 +1,24 @@
-//! Results beside each other on one page: what `wireloom compare --report` writes.
+//! Page of `wireloom compare --report`: several results side by side.
 
-use super::layout::{OPEN, fixed, millimetres, radius};
+use super::layout::{OPEN, fixed, heading, millimetres, radius};
 use super::{plots, style};
 use crate::comparison::{BranchDifference, Case, Comparison, Trend};
-use crate::ending::BranchEnd;
+use crate::ending::{BranchEnd, Ending};
 use crate::picture;
 use base64::Engine;
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 use std::io::{self, Write};
 
-/// What the page is about. Its writer knows neither clock nor machine: whoever asks for it says.
+/// Content of the page. The writer looks at neither clock nor machine: the caller states both.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Beside<'a> {
+pub struct ComparisonPage<'a> {
     /// Headline.
     pub title: &'a str,
     /// The results.
     pub cases: &'a [Case],
-    /// What is different.
+    /// Their differences.
     pub comparison: &'a Comparison,
-    /// How results settle, where meshes were compared.
+    /// Convergence under mesh refinement, where meshes were compared.
     pub trends: &'a [Trend],
     /// Whether all are the same problem, so that they could have ended in the same equilibrium.
     pub alike: bool,
@@ -34,12 +34,12 @@ pub struct Beside<'a> {
 ///
 /// # Errors
 /// Those of `out`.
-pub fn write_beside(beside: &Beside<'_>, out: &mut impl Write) -> io::Result<()> {
-    out.write_all(page(beside).into_string().as_bytes())
+pub fn write_comparison(compared: &ComparisonPage<'_>, out: &mut impl Write) -> io::Result<()> {
+    out.write_all(page(compared).into_string().as_bytes())
 }
 
-fn page(beside: &Beside<'_>) -> Markup {
-    let picture = picture::overlay(beside.cases, beside.title);
+fn page(compared: &ComparisonPage<'_>) -> Markup {
+    let picture = picture::overlay(compared.cases, compared.title);
     let source = base64::engine::general_purpose::STANDARD.encode(picture);
     html! {
         (DOCTYPE)
@@ -47,23 +47,23 @@ fn page(beside: &Beside<'_>) -> Markup {
             head {
                 meta charset="utf-8";
                 meta name="viewport" content="width=device-width, initial-scale=1";
-                title { (beside.title) }
+                title { (compared.title) }
                 style { (PreEscaped(style::SHEET)) }
             }
             body {
                 header {
-                    h1 { (beside.title) }
-                    p { (beside.program) " · " (beside.machine) " · " (beside.written) }
+                    h1 { (compared.title) }
+                    p { (compared.program) " · " (compared.machine) " · " (compared.written) }
                 }
-                (endings(beside.cases))
+                (endings(compared.cases))
                 section id="shapes" {
                     h2 { "Shapes" }
                     img alt="all shapes over each other" src={ "data:image/svg+xml;base64," (source) };
                 }
-                (differences(beside))
-                (settling(beside.trends))
-                @if beside.alike { (equilibria(beside)) }
-                (branches(beside))
+                (differences(compared))
+                (convergence(compared.trends))
+                @if compared.alike { (equilibria(compared)) }
+                (branches(compared))
                 script { (PreEscaped(style::UNFOLD)) }
             }
         }
@@ -83,10 +83,10 @@ fn endings(cases: &[Case]) -> Markup {
         section id="results" {
             h2 { "Results" }
             table {
-                thead { tr {
-                    th { "result" } th { "status" } th { "stable" } th class="n" { "energy [J]" } th class="n" { "tightest bend [mm]" } th { "on" }
-                    th { "minimiser" } th class="n" { "iterations" } th class="n" { "factorisations" } th class="n" { "time [s]" } th { "events" }
-                } }
+                (heading(&[
+                    "result", "status", "stable", ">energy [J]", ">tightest bend [mm]", "on",
+                    "minimiser", ">iterations", ">factorisations", ">time [s]", "events",
+                ]))
                 tbody { @for (k, Case { ending, .. }) in cases.iter().enumerate() {
                     tr class=[(!ending.converged || ending.stable == Some(false)).then_some("trouble")] {
                         td { (name(cases, k)) }
@@ -101,7 +101,7 @@ fn endings(cases: &[Case]) -> Markup {
                         td class="n" { (ending.iterations) }
                         td class="n" { (ending.factorisations) }
                         td class="n" { (format!("{:.3}", ending.seconds)) }
-                        td { (ending.events.iter().map(|(kind, n)| format!("{n} × {}", kind.title())).collect::<Vec<_>>().join(", ")) }
+                        td { (events(ending)) }
                     }
                 } }
             }
@@ -109,16 +109,22 @@ fn endings(cases: &[Case]) -> Markup {
     }
 }
 
-fn differences(beside: &Beside<'_>) -> Markup {
-    let Beside { cases, comparison, .. } = beside;
+/// `2 × slipped against friction, 1 × not converged`.
+fn events(ending: &Ending) -> String {
+    let words: Vec<String> = ending.events.iter().map(|(kind, n)| format!("{n} × {}", kind.title())).collect();
+    words.join(", ")
+}
+
+fn differences(compared: &ComparisonPage<'_>) -> Markup {
+    let ComparisonPage { cases, comparison, .. } = compared;
     html! {
         section id="differences" {
             h2 { "Differences from " (cases[comparison.reference].name) }
             table {
-                thead { tr {
-                    th { "result" } th class="n" { "farthest apart [mm]" } th { "on" } th class="n" { "mean [mm]" } th class="n" { "energy [J]" }
-                    th class="n" { "largest force difference [N]" } th { "at constraint" } th class="n" { "its moment [N m]" }
-                } }
+                (heading(&[
+                    "result", ">farthest apart [mm]", "on", ">mean [mm]", ">energy [J]",
+                    ">largest force difference [N]", "at constraint", ">its moment [N m]",
+                ]))
                 tbody { @for (k, difference) in comparison.differences.iter().enumerate() {
                     @if k != comparison.reference { tr {
                         td { (name(cases, k)) }
@@ -140,18 +146,19 @@ fn differences(beside: &Beside<'_>) -> Markup {
     }
 }
 
-fn settling(trends: &[Trend]) -> Markup {
+fn convergence(trends: &[Trend]) -> Markup {
     if trends.is_empty() {
         return html! {};
     }
     html! {
         section id="convergence" {
             h2 { "Convergence" }
-            p { "Changes from each mesh to the next finer one; order and error of the finest from the last three (Richardson)." }
+            p {
+                "Changes from each mesh to the next finer one; order and error of the finest from the last three "
+                "(Richardson)."
+            }
             table {
-                thead { tr {
-                    th { "quantity" } th { "changes" } th class="n" { "observed order" } th class="n" { "error of the finest" } th class="n" { "limit" }
-                } }
+                (heading(&["quantity", "changes", ">observed order", ">error of the finest", ">limit"]))
                 tbody { @for trend in trends { tr {
                     td { (trend.quantity) " [" (trend.unit) "]" }
                     td { (trend.changes.iter().map(|change| format!("{change:.2e}")).collect::<Vec<_>>().join(", ")) }
@@ -164,13 +171,16 @@ fn settling(trends: &[Trend]) -> Markup {
     }
 }
 
-/// Which are the same, and why the others are not.
-fn equilibria(beside: &Beside<'_>) -> Markup {
-    let Beside { cases, comparison, .. } = beside;
+/// Groups of equal results, and causes of the differences.
+fn equilibria(compared: &ComparisonPage<'_>) -> Markup {
+    let ComparisonPage { cases, comparison, .. } = compared;
     html! {
         section id="equilibria" {
             h2 { "Equilibria" }
-            p { "The same: no branch is " (fixed(1e3 * comparison.tolerance, 3)) " mm away from where it is in the other." }
+            p {
+                "Equal: no branch is farther than " (fixed(1e3 * comparison.tolerance, 3))
+                " mm from its place in the other."
+            }
             ol { @for group in &comparison.groups { li {
                 (names(cases, &group.cases))
                 @if !group.reasons.is_empty() {
@@ -179,9 +189,9 @@ fn equilibria(beside: &Beside<'_>) -> Markup {
                 }
             } } }
             @if !comparison.parts.is_empty() {
-                p { "Parts of the harness that lie in more than one way:" }
+                p { "Parts of the harness with more than one shape:" }
                 table {
-                    thead { tr { th { "part" } th class="n" { "way" } th class="n" { "from way 1 [mm]" } th { "on" } th { "results" } } }
+                    (heading(&["part", ">shape", ">from shape 1 [mm]", "on", "results"]))
                     tbody { @for part in &comparison.parts { @for (k, way) in part.ways.iter().enumerate() { tr {
                         td { @if k == 0 { (part.branches.join(", ")) } }
                         td class="n" { (k + 1) }
@@ -198,8 +208,8 @@ fn equilibria(beside: &Beside<'_>) -> Markup {
 }
 
 /// The branch that moves farthest first.
-fn branches(beside: &Beside<'_>) -> Markup {
-    let Beside { cases, comparison, .. } = beside;
+fn branches(compared: &ComparisonPage<'_>) -> Markup {
+    let ComparisonPage { cases, comparison, .. } = compared;
     let reach = |branch: &BranchEnd| {
         let own = comparison.differences.iter().flat_map(|difference| &difference.branches);
         own.filter(|other| other.name == branch.name).fold(0.0, |reach: f64, other| reach.max(other.largest))
@@ -210,11 +220,11 @@ fn branches(beside: &Beside<'_>) -> Markup {
     html! {
         section id="branches" {
             h2 { "Branches" }
-            p { "The one that lies farthest from where it lies in the reference first." }
+            p { "In descending order of the distance from the reference." }
             @for (k, (branch, reach)) in order.iter().enumerate() {
                 details open[k < OPEN] {
                     summary { (branch.name) " (" (fixed(1e3 * reach, 3)) " mm)" }
-                    (branch_rows(beside, &branch.name))
+                    (branch_rows(compared, &branch.name))
                     @if k < PLOTS { div class="plots" { figure {
                         (PreEscaped(plots::bend_radii(&curves(cases, &branch.name))))
                         figcaption { "bend radius [mm] along s [mm]" }
@@ -225,7 +235,7 @@ fn branches(beside: &Beside<'_>) -> Markup {
     }
 }
 
-/// Branches that have plots; the rest of a large harness would make the page a heavy one.
+/// Largest number of branches with plots, which limits the size of the page.
 const PLOTS: usize = 60;
 
 fn curves<'a>(cases: &'a [Case], name: &str) -> Vec<(&'a BranchEnd, &'static str)> {
@@ -236,19 +246,18 @@ fn curves<'a>(cases: &'a [Case], name: &str) -> Vec<(&'a BranchEnd, &'static str
     cases.iter().enumerate().filter_map(of).collect()
 }
 
-fn branch_rows(beside: &Beside<'_>, branch: &str) -> Markup {
+fn branch_rows(compared: &ComparisonPage<'_>, branch: &str) -> Markup {
     let find = |k: usize| -> Option<&BranchDifference> {
-        beside.comparison.differences[k].branches.iter().find(|other| other.name == branch)
+        compared.comparison.differences[k].branches.iter().find(|other| other.name == branch)
     };
     html! {
         table {
-            thead { tr {
-                th { "result" } th class="n" { "farthest apart [mm]" } th class="n" { "at s [mm]" } th class="n" { "mean [mm]" }
-                th class="n" { "tightest bend [mm]" } th class="n" { "twist [turns]" }
-            } }
-            tbody { @for k in 0..beside.cases.len() { @if let Some(difference) = find(k) { tr {
-                td { (name(beside.cases, k)) }
-                @if k == beside.comparison.reference { td {} td {} td {} } @else {
+            (heading(&[
+                "result", ">farthest apart [mm]", ">at s [mm]", ">mean [mm]", ">tightest bend [mm]", ">twist [turns]",
+            ]))
+            tbody { @for k in 0..compared.cases.len() { @if let Some(difference) = find(k) { tr {
+                td { (name(compared.cases, k)) }
+                @if k == compared.comparison.reference { td {} td {} td {} } @else {
                     td class="n" { (fixed(1e3 * difference.largest, 4)) }
                     td class="n" { (millimetres(difference.s)) }
                     td class="n" { (fixed(1e3 * difference.mean, 4)) }

@@ -1,4 +1,4 @@
-//! What constraints of several stations tie together, and the spans along which constraints act.
+//! Lines between the stations of a constraint, and spans along which constraints act.
 
 use super::branches::line_width;
 use super::colour::INK;
@@ -9,7 +9,7 @@ use crate::xml::escape;
 use wireloom_core::equilibrium::{BranchResult, ConstraintResult};
 use wireloom_core::{StepResult, Vector};
 
-/// By how much a span's edge is wider than the branch it lies under, page units.
+/// Width of a span beyond that of its branch, page units.
 const RIM: f64 = 3.0;
 
 pub fn draw(page: &mut Svg, step: &StepResult, panel: &Panel) {
