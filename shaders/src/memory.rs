@@ -114,16 +114,16 @@ fn round_off(real: Real) -> (f64, u32) {
 impl Memory {
     /// Allocates buffers for a number of variants, all finished.
     pub fn new(plan: &Plan, variants: usize) -> Self {
-        let room = |entries: u32| vec![0.0; entries as usize * variants];
+        let zeros = |entries: u32| vec![0.0; entries as usize * variants];
         let done = Control { phase: Phase::Done as u32, ..Control::default() };
         Self {
             offsets: Offsets { variants: variants as u32, ..plan.offsets },
             program: plan.program.clone(),
-            numbers: room(plan.numbers),
-            state: room(3 * sizes::STATE * plan.offsets.variables),
-            parts: room(plan.parts),
-            blocks: room(9 * plan.condensation.blocks_end),
-            vectors: room(plan.vectors),
+            numbers: zeros(plan.numbers),
+            state: zeros(3 * sizes::STATE * plan.offsets.variables),
+            parts: zeros(plan.parts),
+            blocks: zeros(9 * plan.condensation.blocks_end),
+            vectors: zeros(plan.vectors),
             control: vec![done; variants],
         }
     }
@@ -172,9 +172,9 @@ impl Memory {
     }
 
     /// Writes the entries of consecutive variants.
-    fn scatter(&mut self, first: usize, own: &[Vec<f64>], room: impl FnOnce(&mut Self) -> &mut [f64]) {
+    fn scatter(&mut self, first: usize, own: &[Vec<f64>], buffer: impl FnOnce(&mut Self) -> &mut [f64]) {
         let variants = self.variants();
-        for (entry, row) in room(self).chunks_exact_mut(variants).take(own[0].len()).enumerate() {
+        for (entry, row) in buffer(self).chunks_exact_mut(variants).take(own[0].len()).enumerate() {
             for (x, own) in row[first..].iter_mut().zip(own) {
                 *x = own[entry];
             }
@@ -416,16 +416,16 @@ fn offsets(plan: &Plan, shape: &Shape) -> Vec<f64> {
 fn put(bytes: &mut Vec<u8>, numbers: &[f64], real: Real) {
     let first = bytes.len();
     bytes.resize(first + numbers.len() * real.bytes(), 0);
-    let room = &mut bytes[first..];
+    let buffer = &mut bytes[first..];
     match real {
         Real::F32 => {
-            for (room, x) in room.chunks_exact_mut(4).zip(numbers) {
-                room.copy_from_slice(&(*x as f32).to_le_bytes());
+            for (to, x) in buffer.chunks_exact_mut(4).zip(numbers) {
+                to.copy_from_slice(&(*x as f32).to_le_bytes());
             }
         }
         Real::F64 => {
-            for (room, x) in room.chunks_exact_mut(8).zip(numbers) {
-                room.copy_from_slice(&x.to_le_bytes());
+            for (to, x) in buffer.chunks_exact_mut(8).zip(numbers) {
+                to.copy_from_slice(&x.to_le_bytes());
             }
         }
     }

@@ -263,11 +263,11 @@ impl Plan {
         append(&mut p.forces_program, sum_table(&forces, |_| []));
         let condensed = self.condensation.order.iter().map(|&i| self.of_point[i as usize]);
         let condensed: Vec<u32> = condensed.collect();
-        let mut settle = vec![NONE; self.variables.len()];
+        let mut condensed_vector = vec![NONE; self.variables.len()];
         for (vector, &variable) in (self.condensation.first_vector..).zip(&condensed) {
-            settle[variable as usize] = vector;
+            condensed_vector[variable as usize] = vector;
         }
-        append(&mut p.condensation_program, settle);
+        append(&mut p.condensation_program, condensed_vector);
         let all: Vec<u32> = (0..self.variables.len() as u32).collect();
         let systems = [(&self.elimination, &blocks, all), (&self.condensation, &condensation, condensed)];
         for (tables, (elimination, blocks, variables)) in self.tables.iter_mut().zip(systems) {

@@ -20,25 +20,26 @@
 #define WIRELOOM_EXPORT WIRELOOM_C __attribute__((visibility("default")))
 #endif
 
-// Its functions are given it.
+// Its functions receive it.
 struct WireloomKind;
 
 // First field of every `Entry`: the letters `WIRELOOM`, as a little-endian number.
 #define WIRELOOM_MAGIC 5570758453079722327
 
-// Version of this ABI: programs and plugins of different major versions do not fit.
+// Major version of this ABI: programs and plugins of different major versions are incompatible.
 #define WIRELOOM_ABI_MAJOR 1
 
-// Version of this ABI: grows with every addition. 1: joint models. 2: joints that couple the ends of their arms, length of an arm.
+// Minor version of this ABI, incremented with every addition. 1: joint models. 2: joints that couple the ends of their
+// arms, length of an arm.
 #define WIRELOOM_ABI_MINOR 2
 
-// Done.
+// Success.
 #define WIRELOOM_STATUS_OK 0
 
-// Not done; the message says why.
+// Failure; the message gives the reason.
 #define WIRELOOM_STATUS_ERROR 1
 
-// The plugin panicked; the message says how.
+// The plugin panicked; the message gives the reason.
 #define WIRELOOM_STATUS_PANIC 2
 
 // `Kind::family`: a constraint.
@@ -62,16 +63,16 @@ struct WireloomKind;
 // `Parameter::form`: the index of one of the `choices`.
 #define WIRELOOM_FORM_CHOICE 5
 
-// `Parameter::presence`: the key must be given.
+// `Parameter::presence`: the key is required.
 #define WIRELOOM_PRESENCE_REQUIRED 0
 
-// `Parameter::presence`: the key may be left out, and then has no value.
+// `Parameter::presence`: the key is optional and has no default.
 #define WIRELOOM_PRESENCE_OPTIONAL 1
 
-// `Parameter::presence`: the key may be left out, and then has the `default_value`.
+// `Parameter::presence`: the key is optional; its default is `default_value`.
 #define WIRELOOM_PRESENCE_DEFAULT 2
 
-// `Parameter::quantity`: a pure number.
+// `Parameter::quantity`: dimensionless.
 #define WIRELOOM_QUANTITY_DIMENSIONLESS 0
 
 // `Parameter::quantity`: in m.
@@ -113,7 +114,7 @@ struct WireloomKind;
 // `Parameter::quantity`: in kg/m³.
 #define WIRELOOM_QUANTITY_DENSITY 13
 
-// `Description::shape`: some of the six freedoms of the only station are given.
+// `Description::shape`: some of the six degrees of freedom of the only station are prescribed.
 #define WIRELOOM_SHAPE_PRESCRIBED 1
 
 // `Description::shape`: an energy.
@@ -125,16 +126,16 @@ struct WireloomKind;
 // `Hold::rotation`: all rotations are free.
 #define WIRELOOM_ROTATION_FREE 0
 
-// `Hold::rotation`: d3 is given, turning about it is free.
+// `Hold::rotation`: d3 is prescribed; rotation about it is free.
 #define WIRELOOM_ROTATION_TANGENT 1
 
-// `Hold::rotation`: turning about d3 is not possible, d3 is free.
+// `Hold::rotation`: rotation about d3 is prevented; d3 is free.
 #define WIRELOOM_ROTATION_TWIST 2
 
-// `Hold::rotation`: all rotations are given.
+// `Hold::rotation`: all rotations are prescribed.
 #define WIRELOOM_ROTATION_ALL 3
 
-// `Hold::rotation`: only turning about `axis` is free.
+// `Hold::rotation`: only rotation about `axis` is free.
 #define WIRELOOM_ROTATION_HINGE 4
 
 // `ConstraintSpec::hold`: the point.
@@ -143,23 +144,23 @@ struct WireloomKind;
 // `ConstraintSpec::hold`: d3.
 #define WIRELOOM_HOLD_TANGENT 2
 
-// `ConstraintSpec::hold`: turning about d3.
+// `ConstraintSpec::hold`: rotation about d3.
 #define WIRELOOM_HOLD_TWIST 4
 
 // `JointDescription::mounting`: the arms share one point, and an energy couples the frames of their segments there.
 #define WIRELOOM_MOUNTING_POINT 1
 
-// `JointDescription::mounting`: the joint is a hub with a pose that carries the ends of its arms rigidly; it has no energy.
+// `JointDescription::mounting`: a hub with a pose, which carries the ends of its arms rigidly; no energy.
 #define WIRELOOM_MOUNTING_POSE 2
 
 // `JointDescription::mounting`: the arms share one point; the energy couples the frames that their ends have there.
 #define WIRELOOM_MOUNTING_STATIONS 3
 
-// Where a plugin writes words: at most `capacity` bytes, the zero at the end among them.
+// Buffer for a message of the plugin: at most `capacity` bytes, including the terminating zero.
 typedef struct WireloomText {
     // The first byte.
     char *data;
-    // Bytes that there is room for.
+    // Size of the buffer, bytes.
     size_t capacity;
 } WireloomText;
 
@@ -167,7 +168,7 @@ typedef struct WireloomText {
 typedef struct WireloomParameter {
     // Key in the scenario.
     const char *name;
-    // One line: what it is for.
+    // One-line description.
     const char *doc;
     // `FORM_…`.
     int32_t form;
@@ -175,25 +176,25 @@ typedef struct WireloomParameter {
     int32_t quantity;
     // `PRESENCE_…`.
     int32_t presence;
-    // Whether a number must be greater than `minimum`, not only as great (0 or 1).
+    // Whether a number must be strictly greater than `minimum` (0 or 1).
     int32_t minimum_excluded;
-    // Least value of a number or count.
+    // Smallest value of a number or count.
     double minimum;
-    // Greatest value of a number; `INFINITY` for none.
+    // Largest value of a number; `INFINITY` for no limit.
     double maximum;
-    // Value where the key is left out; in the first entry but for vectors.
+    // Default value; in the first entry, except for vectors.
     double default_value[3];
-    // The words of a choice.
+    // The choices, as texts.
     const char *const *choices;
-    // How many words.
+    // Number of choices.
     uint32_t choice_count;
     // Zero.
     uint32_t reserved;
 } WireloomParameter;
 
-// A place that a constraint acts on.
+// A station that a constraint acts on.
 typedef struct WireloomStation {
-    // Its branch; null: it is a joint.
+    // Name of its branch; null if the station is a joint.
     const char *branch;
     // Arc length, m.
     double arc_length;
@@ -201,7 +202,7 @@ typedef struct WireloomStation {
     double diameter;
 } WireloomStation;
 
-// A stretch of a branch that a constraint acts along.
+// Part of a branch that a constraint acts along.
 typedef struct WireloomSpan {
     // Size of this struct, bytes.
     uint32_t size;
@@ -209,9 +210,9 @@ typedef struct WireloomSpan {
     uint32_t reserved;
     // Its branch.
     const char *branch;
-    // Arc length where it begins, m.
+    // Arc length of its beginning, m.
     double begins;
-    // Arc length where it ends, m.
+    // Arc length of its end, m.
     double ends;
     // Diameter of the cable, m.
     double diameter;
@@ -219,96 +220,98 @@ typedef struct WireloomSpan {
 
 // The value of a parameter, checked against its declaration.
 typedef struct WireloomValue {
-    // The number, vector, count, flag or index of the choice; in the first entry but for vectors.
+    // The number, vector, count, flag or index of the choice; in the first entry, except for vectors.
     double value[3];
-    // Whether there is one (0 or 1).
+    // Whether the value is given (0 or 1).
     int32_t given;
     // Zero.
     uint32_t reserved;
 } WireloomValue;
 
-// What the scenario says of a constraint.
+// A constraint as the scenario specifies it.
 typedef struct WireloomConstraintSpec {
     // Size of this struct, bytes.
     uint32_t size;
-    // Stations it acts on.
+    // Number of stations.
     uint32_t station_count;
     // Size of a `Station`, bytes.
     uint32_t station_stride;
-    // Values, as many as the kind has parameters.
+    // Number of values: as many as the kind has parameters.
     uint32_t value_count;
     // Name in the scenario.
     const char *name;
     // The stations.
     const struct WireloomStation *stations;
-    // The span it acts along; null where the scenario gives none.
+    // The span; null if the scenario gives none.
     const struct WireloomSpan *span;
-    // The values, in the order of the kind's parameters; each has `Value`'s size.
+    // The values, in the order of the kind's parameters; each has the size of `Value`.
     const struct WireloomValue *values;
     // Whether the scenario gives a tangent (0 or 1).
     int32_t tangent_given;
     // Whether the scenario gives the direction of d1, or a whole orientation (0 or 1).
     int32_t up_given;
-    // The freedoms that the scenario spells out, a sum of `HOLD_…`; 0: it does not.
+    // Degrees of freedom that the scenario lists, a sum of `HOLD_…`; 0 if it lists none.
     int32_t hold;
-    // Whether there is a `free_axis` (0 or 1).
+    // Whether `free_axis` is given (0 or 1).
     int32_t free_axis_given;
-    // World axis about which alone turning is free; of length one.
+    // Unit vector, world: the only axis about which rotation is free.
     double free_axis[3];
     // World directions along which the held point may move.
     double rails[2][3];
-    // How many.
+    // Number of rails.
     uint32_t rail_count;
     // Zero.
     uint32_t reserved;
 } WireloomConstraintSpec;
 
-// Which freedoms of a station are given.
+// Degrees of freedom of a station that are prescribed.
 typedef struct WireloomHold {
-    // Whether the position is given (0 or 1).
+    // Whether the position is prescribed (0 or 1).
     int32_t position;
     // `ROTATION_…`.
     int32_t rotation;
-    // World axis of a hinge, of length one.
+    // World axis of a hinge, unit vector.
     double axis[3];
-    // World directions, orthonormal, along which the held point may move all the same.
+    // World directions, orthonormal, along which the held point may still move.
     double rails[2][3];
-    // How many.
+    // Number of rails.
     uint32_t rail_count;
     // Zero.
     uint32_t reserved;
 } WireloomHold;
 
-// What an instance is. Written by `create`.
+// Description of an instance. Written by `create`.
 typedef struct WireloomDescription {
     // Size of this struct, bytes, as the program knows it.
     uint32_t size;
     // `SHAPE_…`.
     int32_t shape;
-    // Whether its stations need frames: it exerts moments, or looks at orientations (0 or 1). Prescribed: follows from `hold`.
+    // Whether its stations need frames, because it exerts moments or depends on orientations (0 or 1). If prescribed,
+    // this follows from `hold`.
     int32_t needs_frames;
-    // Whether energy or residuals stay the same when stations and targets undergo the same rigid motion (0 or 1).
+    // Whether energy or residuals are invariant under a rigid motion of stations and targets together (0 or 1).
     int32_t objective;
-    // Whether one instance may be evaluated from several threads at a time (0 or 1).
+    // Whether one instance may be evaluated from several threads concurrently (0 or 1).
     int32_t thread_safe;
-    // Whether `evaluate` writes gradients (Jacobians). If not, the program differentiates numerically, and says so.
+    // Whether `evaluate` writes gradients (Jacobians). If not, the program differentiates numerically and reports it.
     int32_t has_gradient;
-    // Whether `evaluate` writes Hessians. If not, the program differentiates numerically, and says so.
+    // Whether `evaluate` writes Hessians. If not, the program differentiates numerically and reports it.
     int32_t has_hessian;
-    // Numbers it remembers from increment to increment. The program keeps them: it may take an increment back, or go on another day.
+    // Number of values remembered from increment to increment. The program stores them: it may repeat an increment, or
+    // resume later.
     uint32_t memory_count;
-    // What they are at first; lives until `destroy`.
+    // Initial values of the memory; live until `destroy`.
     const double *memory;
-    // Residuals of the stations, where it is `SHAPE_EQUATIONS`.
+    // Number of residuals of the stations, for `SHAPE_EQUATIONS`.
     uint32_t residual_count;
-    // Residuals of each node of the span; every node has the same.
+    // Number of residuals of each node of the span; the same for every node.
     uint32_t node_residual_count;
-    // For each residual of the stations, then each of a node, whether it is an inequality (1) or an equation (0); lives until `destroy`. Null: all
-    // are equations.
+    // For each residual of the stations, then for each of a node: inequality (1) or equation (0). Lives until
+    // `destroy`. Null: all are equations.
     const int32_t *inequalities;
-    // For each of them, what counts as one: 1 for metres or radians. Lives until `destroy`. Null: 1.
+    // Scale of each residual: 1 for metres or radians. Lives until `destroy`. Null: 1.
     const double *scales;
-    // What it prescribes, where it is `SHAPE_PRESCRIBED`.
+    // Prescribed freedoms, for `SHAPE_PRESCRIBED`.
     struct WireloomHold hold;
 } WireloomDescription;
 
@@ -320,32 +323,32 @@ typedef struct WireloomPose {
     double orientation[4];
 } WireloomPose;
 
-// Where the harness is.
+// Current state of the stations, the span and the memory.
 typedef struct WireloomSituation {
     // Size of this struct, bytes.
     uint32_t size;
-    // Stations.
+    // Number of stations.
     uint32_t station_count;
-    // Nodes of the span.
+    // Number of nodes of the span.
     uint32_t span_count;
-    // Numbers remembered.
+    // Number of values in the memory.
     uint32_t memory_count;
-    // Poses of the stations. Orientations mean something only where frames are needed.
+    // Poses of the stations. Orientations are valid only if frames are needed.
     const struct WireloomPose *stations;
-    // Where the scenario wants the stations.
+    // Target poses of the stations.
     const struct WireloomPose *targets;
     // Positions of the nodes of the span, m, three numbers each.
     const double *span;
-    // Rest length that each node of the span carries, m.
+    // Rest length assigned to each node of the span, m.
     const double *span_lengths;
-    // What is remembered.
+    // Values of the memory.
     const double *memory;
-    // How far the step has come, 0 to 1.
+    // Progress of the step, 0 to 1.
     double progress;
 } WireloomSituation;
 
-// Where the values go: what is null is not asked for. Of `m` stations, `k` nodes in the span, `r` residuals of the stations and `p` of each node.
-// A station has six variables: `x`, then θ. A node has three: `x`.
+// Outputs; null outputs are not requested. With `m` stations, `k` nodes in the span, `r` residuals of the stations and
+// `p` of each node. A station has six variables: `x`, then θ. A node has three: `x`.
 typedef struct WireloomEvaluation {
     // Size of this struct, bytes.
     uint32_t size;
@@ -353,58 +356,63 @@ typedef struct WireloomEvaluation {
     uint32_t reserved;
     // Energy, J: one number.
     double *energy;
-    // Derivative of the energy by the stations' variables, N and N m: `6 m` numbers. What pulls the harness along +x is a derivative along −x.
+    // Derivative of the energy with respect to the stations' variables, N and N m: `6 m` numbers. It is minus the
+    // force and moment on the harness.
     double *gradient;
-    // Derivative of the energy by the nodes, N: `3 k` numbers.
+    // Derivative of the energy with respect to the nodes, N: `3 k` numbers.
     double *span_gradient;
-    // Second derivative of the energy by the stations' variables: `6 m × 6 m` numbers, symmetric. Of equations: Σ w c″.
+    // Second derivative of the energy with respect to the stations' variables: `6 m × 6 m` numbers, symmetric. Of
+    // equations: Σ w c″.
     double *hessian;
-    // Second derivative of the energy by each node, which do not couple: `k` times `3 × 3` numbers. Of equations: Σ w c″.
+    // Second derivative of the energy with respect to each node; nodes are not coupled: `k` times `3 × 3` numbers. Of
+    // equations: Σ w c″.
     double *span_hessian;
-    // Residuals: `r` of the stations, then `p` of each node; met where they are 0 (equations) or not above 0 (inequalities).
+    // Residuals: `r` of the stations, then `p` of each node; satisfied if 0 (equations) or ≤ 0 (inequalities).
     double *residuals;
     // Derivatives of the stations' residuals: `r × 6 m` numbers.
     double *jacobian;
-    // Derivatives of the nodes' residuals, each by its own node: `k` times `p × 3` numbers.
+    // Derivatives of the nodes' residuals, each with respect to its own node: `k` times `p × 3` numbers.
     double *span_jacobian;
-    // w, one for each residual; given where a Hessian of equations is asked for.
+    // Weights w, one per residual; given if a Hessian of equations is requested.
     const double *weights;
 } WireloomEvaluation;
 
-// The functions of a constraint kind.
+// Functions of a constraint kind.
 //
-// Threads: `create` and `destroy` may be called from any thread, for different instances at a time. All other functions get an instance as
-// `const`; the same one from several threads at a time only if the `Description` says `thread_safe`.
+// Threads: `create` and `destroy` may be called from any thread, for different instances concurrently. All other
+// functions receive the instance as `const`; they are called concurrently for one instance only if its `Description`
+// sets `thread_safe`.
 typedef struct WireloomConstraintKind {
     // Size of this struct, bytes.
     uint32_t size;
-    // Least number of stations it acts on.
+    // Smallest number of stations.
     uint32_t stations_min;
-    // Greatest number of stations it acts on.
+    // Largest number of stations.
     uint32_t stations_max;
-    // Whether it acts on a span of nodes: 0 never, 1 where one is given, 2 always.
+    // Whether it uses a span of nodes: 0 never, 1 if one is given, 2 always.
     uint32_t span;
-    // Makes an instance and describes it. `description` comes with its size and zeroes.
+    // Creates an instance and describes it. `description` comes with its size set and all else zero.
     int32_t (*create)(const struct WireloomKind *kind,
                       const struct WireloomConstraintSpec *spec,
                       void **instance,
                       struct WireloomDescription *description,
                       struct WireloomText *message);
-    // Frees an instance.
+    // Destroys an instance.
     void (*destroy)(void *instance);
-    // Values and derivatives. Left out only where all instances are prescribed.
+    // Values and derivatives. May be null only if all instances are prescribed.
     int32_t (*evaluate)(const void *instance,
                         const struct WireloomSituation *situation,
                         struct WireloomEvaluation *evaluation,
                         struct WireloomText *message);
-    // Moves the target of one station: from where the scenario has it now (`base`) to where it is, `progress` through the step. Left out: it stays.
+    // Target of one station: from the scenario's target now (`base`) to the target at `progress` of the step. Null:
+    // the target does not move.
     int32_t (*target)(const void *instance,
                       const struct WireloomPose *base,
                       double progress,
                       struct WireloomPose *target,
                       struct WireloomText *message);
-    // Called once when an increment has converged: brings `memory` (`Description::memory_count` numbers) from what `situation` has to what
-    // holds from now on. Left out: memory stays.
+    // Called once when an increment has converged: updates `memory` (`Description::memory_count` numbers, initially
+    // those of `situation`). Null: the memory does not change.
     int32_t (*commit)(const void *instance,
                       const struct WireloomSituation *situation,
                       double *memory,
@@ -413,15 +421,15 @@ typedef struct WireloomConstraintKind {
 
 // One arm of a joint.
 typedef struct WireloomArm {
-    // Its branch.
+    // Name of its branch.
     const char *branch;
-    // Whether the branch starts here: its d3 then points out of the joint (0 or 1).
+    // Whether the branch starts here: its d3 then points away from the joint (0 or 1).
     int32_t starts_here;
     // Zero.
     uint32_t reserved;
     // Rest frame of the branch (d3 from its start to its end) at the joint, in the joint's frame: `w, x, y, z`.
     double rest[4];
-    // Where the arm leaves, in the joint's frame, m.
+    // Position of the arm's end, in the joint's frame, m.
     double offset[3];
     // Rest curvature of its branch about d1, d2, d3, 1/m.
     double curvature[3];
@@ -429,7 +437,7 @@ typedef struct WireloomArm {
     double segment_length;
     // Diameter, m.
     double diameter;
-    // kg/m.
+    // Linear density, kg/m.
     double linear_density;
     // EA, N.
     double axial_stiffness;
@@ -443,97 +451,98 @@ typedef struct WireloomArm {
     double length;
 } WireloomArm;
 
-// Which share of the wires of one arm passes to another.
+// Fraction of the wires of one arm that continues in another.
 typedef struct WireloomWireShare {
     // Index of the first arm.
     uint32_t from;
     // Index of the second arm.
     uint32_t to;
-    // Share of the wires of the first arm, 0 to 1.
+    // Fraction of the wires of the first arm, 0 to 1.
     double share;
 } WireloomWireShare;
 
-// What the scenario says of a joint.
+// A joint as the scenario specifies it.
 typedef struct WireloomJointSpec {
     // Size of this struct, bytes.
     uint32_t size;
-    // Arms, two at least.
+    // Number of arms, at least two.
     uint32_t arm_count;
     // Size of an `Arm`, bytes.
     uint32_t arm_stride;
-    // Wire shares; none: the scenario has no table of them.
+    // Number of wire shares; 0 if the scenario has no wire table.
     uint32_t wire_count;
     // Name in the scenario.
     const char *name;
     // The arms.
     const struct WireloomArm *arms;
-    // The wire shares; each has `WireShare`'s size.
+    // The wire shares; each has the size of `WireShare`.
     const struct WireloomWireShare *wires;
-    // The values, in the order of the kind's parameters; each has `Value`'s size.
+    // The values, in the order of the kind's parameters; each has the size of `Value`.
     const struct WireloomValue *values;
-    // Values, as many as the kind has parameters.
+    // Number of values: as many as the kind has parameters.
     uint32_t value_count;
     // Zero.
     uint32_t reserved;
 } WireloomJointSpec;
 
-// What an instance of a joint model is. Written by `create`.
+// Description of an instance of a joint model. Written by `create`.
 typedef struct WireloomJointDescription {
     // Size of this struct, bytes, as the program knows it.
     uint32_t size;
     // `MOUNTING_…`.
     int32_t mounting;
-    // Whether one instance may be evaluated from several threads at a time (0 or 1).
+    // Whether one instance may be evaluated from several threads concurrently (0 or 1).
     int32_t thread_safe;
-    // Whether `evaluate` writes gradients. If not, the program differentiates numerically, and says so.
+    // Whether `evaluate` writes gradients. If not, the program differentiates numerically and reports it.
     int32_t has_gradient;
-    // Whether `evaluate` writes Hessians. If not, the program differentiates numerically, and says so.
+    // Whether `evaluate` writes Hessians. If not, the program differentiates numerically and reports it.
     int32_t has_hessian;
     // Zero.
     uint32_t reserved;
 } WireloomJointDescription;
 
-// Where the values of a joint of `k` arms go: what is null is not asked for. The energy is 0 or more, 0 at the rest directions, and does not change when
-// all frames turn together.
+// Outputs for a joint of `k` arms; null outputs are not requested. The energy is nonnegative, 0 at the rest
+// directions, and invariant under a common rotation of all frames.
 typedef struct WireloomJointEvaluation {
     // Size of this struct, bytes.
     uint32_t size;
-    // Arms.
+    // Number of arms.
     uint32_t arm_count;
     // Energy, J: one number.
     double *energy;
-    // Derivative of the energy by θ of each arm, N m: `3 k` numbers.
+    // Derivative of the energy with respect to θ of each arm, N m: `3 k` numbers.
     double *gradient;
     // Second derivative: `3 k × 3 k` numbers, symmetric.
     double *hessian;
 } WireloomJointEvaluation;
 
-// The functions of a joint model. Threads: as for `ConstraintKind`.
+// Functions of a joint model. Threads: as for `ConstraintKind`.
 typedef struct WireloomJointKind {
     // Size of this struct, bytes.
     uint32_t size;
     // Zero.
     uint32_t reserved;
-    // Makes an instance and describes it. `description` comes with its size and zeroes.
+    // Creates an instance and describes it. `description` comes with its size set and all else zero.
     int32_t (*create)(const struct WireloomKind *kind,
                       const struct WireloomJointSpec *spec,
                       void **instance,
                       struct WireloomJointDescription *description,
                       struct WireloomText *message);
-    // Frees an instance.
+    // Destroys an instance.
     void (*destroy)(void *instance);
-    // Energy and derivatives for frames of the arms: `w, x, y, z` of each, in the order of the arms. Left out only where all instances are hubs.
+    // Energy and derivatives for frames of the arms: `w, x, y, z` of each, in the order of the arms. May be null only
+    // if all instances are hubs.
     int32_t (*evaluate)(const void *instance,
                         const double *frames,
                         struct WireloomJointEvaluation *evaluation,
                         struct WireloomText *message);
 } WireloomJointKind;
 
-// A kind that scenarios may name.
+// A kind that scenarios can use.
 typedef struct WireloomKind {
     // `FAMILY_…`.
     int32_t family;
-    // Parameters.
+    // Number of parameters.
     uint32_t parameter_count;
     // Size of a `Parameter`, bytes.
     uint32_t parameter_stride;
@@ -541,21 +550,21 @@ typedef struct WireloomKind {
     uint32_t reserved;
     // Name in scenarios.
     const char *name;
-    // One line: what it is for.
+    // One-line description.
     const char *doc;
     // The first parameter.
     const struct WireloomParameter *parameters;
-    // Its functions, where it is a constraint.
+    // Its functions, if it is a constraint.
     const struct WireloomConstraintKind *constraint;
-    // Its functions, where it is a joint model.
+    // Its functions, if it is a joint model.
     const struct WireloomJointKind *joint;
 } WireloomKind;
 
-// What a plugin has. Lives, with all it points to, as long as the library.
+// All kinds of a plugin. Lives, with all it points to, as long as the library.
 typedef struct WireloomKinds {
     // Size of this struct, bytes.
     uint32_t size;
-    // Kinds.
+    // Number of kinds.
     uint32_t count;
     // Size of a `Kind`, bytes.
     uint32_t stride;
@@ -581,21 +590,21 @@ typedef struct WireloomEntry {
     const char *name;
     // Version of the plugin, such as `1.0.2`.
     const char *version;
-    // One line: what it is for.
+    // One-line description.
     const char *doc;
-    // What it has; called once, before anything is made. Null: it has nothing, and the message says why.
+    // Lists the kinds; called once, before any instance is created. Returns null and writes a message on failure.
     const struct WireloomKinds *(*kinds)(struct WireloomText *message);
-    // Extras by name, such as those of `draft`; null for what the plugin does not know. May itself be null.
+    // Extension of an id, such as those of `draft`; returns null for unknown ids. May itself be null.
     const void *(*get_extension)(const char *id);
 } WireloomEntry;
 
-// What an engineer should know about an instance: that a strap hangs loose as it is put on, say.
+// Notes for the engineer on an instance: for example, that a strap is slack when it is added.
 typedef struct WireloomNotes {
     // Size of this struct, bytes.
     uint32_t size;
     // Zero.
     uint32_t reserved;
-    // Writes the note of this index, from 0, of an instance of the kind; an error where there is none.
+    // Writes note number `index`, from 0, of an instance of the kind; an error if there is none.
     int32_t (*note)(const char *kind, const void *instance, uint32_t index, struct WireloomText *note);
 } WireloomNotes;
 

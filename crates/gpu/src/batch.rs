@@ -57,7 +57,7 @@ pub struct Solution {
 pub struct Batch {
     /// Largest number of variables that one invocation eliminates in sequence.
     leaf: usize,
-    room: Mutex<Queue>,
+    queue: Mutex<Queue>,
     changed: Condvar,
 }
 
@@ -66,7 +66,7 @@ pub struct Member<'b>(&'b Batch);
 
 impl Drop for Member<'_> {
     fn drop(&mut self) {
-        self.0.room().members -= 1;
+        self.0.lock().members -= 1;
         self.0.changed.notify_all();
     }
 }
@@ -96,18 +96,18 @@ impl Batch {
     /// `leaf`: the largest number of variables that an invocation eliminates in sequence: few for single harnesses,
     /// unlimited for thousands.
     pub fn new(leaf: usize) -> Self {
-        Self { leaf, room: Mutex::default(), changed: Condvar::new() }
+        Self { leaf, queue: Mutex::default(), changed: Condvar::new() }
     }
 
     /// Adds this thread as a member; it must pass jobs, or drop the membership.
     pub fn join(&self) -> Member<'_> {
-        self.room().members += 1;
+        self.lock().members += 1;
         Member(self)
     }
 
-    fn room(&self) -> MutexGuard<'_, Queue> {
+    fn lock(&self) -> MutexGuard<'_, Queue> {
         // No critical section panics.
-        self.room.lock().unwrap_or_else(PoisonError::into_inner)
+        self.queue.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
     /// Minimises a harness, together with those of all members.
@@ -115,29 +115,29 @@ impl Batch {
     /// # Errors
     /// The failure of the device.
     pub fn descend(&self, gpu: &Gpu, job: Job) -> Result<Solution, String> {
-        let mut room = self.room();
-        let ticket = room.next_ticket;
-        room.next_ticket += 1;
-        room.waiting.push((ticket, job));
+        let mut queue = self.lock();
+        let ticket = queue.next_ticket;
+        queue.next_ticket += 1;
+        queue.waiting.push((ticket, job));
         loop {
-            if let Some(found) = room.found.remove(&ticket) {
+            if let Some(found) = queue.found.remove(&ticket) {
                 return found;
             }
-            if room.busy || room.waiting.is_empty() || room.waiting.len() < room.members {
-                room = self.changed.wait(room).unwrap_or_else(PoisonError::into_inner);
+            if queue.busy || queue.waiting.is_empty() || queue.waiting.len() < queue.members {
+                queue = self.changed.wait(queue).unwrap_or_else(PoisonError::into_inner);
                 continue;
             }
-            room.busy = true;
-            let (mut jobs, mut plans) = (std::mem::take(&mut room.waiting), std::mem::take(&mut room.plans));
-            drop(room);
+            queue.busy = true;
+            let (mut jobs, mut plans) = (std::mem::take(&mut queue.waiting), std::mem::take(&mut queue.plans));
+            drop(queue);
             let mut found = Vec::new();
             while !jobs.is_empty() {
                 self.minimise_same_plan(gpu, &mut jobs, &mut plans, &mut found);
             }
             plans.drain(..plans.len().saturating_sub(PLANS));
-            room = self.room();
-            room.found.extend(found);
-            (room.plans, room.busy) = (plans, false);
+            queue = self.lock();
+            queue.found.extend(found);
+            (queue.plans, queue.busy) = (plans, false);
             self.changed.notify_all();
         }
     }
@@ -230,10 +230,10 @@ mod tests {
     fn members_leave_when_they_are_dropped() {
         let batch = Batch::new(8);
         let (one, other) = (batch.join(), batch.join());
-        assert_eq!(batch.room().members, 2);
+        assert_eq!(batch.lock().members, 2);
         drop(one);
-        assert_eq!(batch.room().members, 1);
+        assert_eq!(batch.lock().members, 1);
         drop(other);
-        assert_eq!(batch.room().members, 0);
+        assert_eq!(batch.lock().members, 0);
     }
 }

@@ -84,7 +84,7 @@ impl OpenError {
                 "`wireloom devices` lists all; give a number, or enough of one name"
             }
             OpenError::Limit { .. } | OpenError::Refused { .. } => {
-                "choose another one with --device (`wireloom devices` lists all), or take minimiser.kind = \"newton\""
+                "choose another one with --device (`wireloom devices` lists all), or use minimiser.kind = \"newton\""
             }
         }
     }

@@ -43,7 +43,7 @@ struct PointCarrier {
 /// The first part without one, by name.
 pub fn accepts(network: &Network) -> Result<(), BuildError> {
     let refused = |what: String| {
-        let help = "take minimiser.kind = \"newton\", which knows every part by its trait";
+        let help = "use minimiser.kind = \"newton\", which supports every part";
         Err(BuildError::new(format!("{what} has no law on the GPU"), help).at("kind"))
     };
     for branch in &network.branches {

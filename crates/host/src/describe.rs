@@ -266,7 +266,7 @@ mod tests {
     const CHOICES: Part = Part { size: 24, at: 8192 };
     const KIND: Part = Part { size: size_of::<abi::Kind>(), at: 16384 };
     const PARAMETER: Part = Part { size: size_of::<abi::Parameter>(), at: KIND.at + ARRAY };
-    const ROOM: usize = PARAMETER.at + ARRAY;
+    const BUFFER_SIZE: usize = PARAMETER.at + ARRAY;
     /// Order of the parts in an input.
     const PARTS: [Part; 6] = [KINDS, FUNCTIONS, TEXTS, CHOICES, KIND, PARAMETER];
 
@@ -353,11 +353,11 @@ mod tests {
         parts.concat()
     }
 
-    const LED: usize = 1 << 40;
+    const PLACEHOLDER: usize = 1 << 40;
 
     /// Placeholder for a pointer that is later replaced by its target in the buffer.
     fn dangling<T>() -> *const T {
-        std::ptr::without_provenance(LED)
+        std::ptr::without_provenance(PLACEHOLDER)
     }
 
     /// Descriptors with arbitrary numbers, texts and null pointers are refused or accepted, but never cause a panic.
@@ -367,8 +367,8 @@ mod tests {
     fn descriptors_never_make_the_reader_panic() {
         let inputs = std::env::var("WIRELOOM_FUZZ").ok().and_then(|text| text.parse().ok()).unwrap_or(FEW);
         let corpus: Vec<Vec<u8>> = (abi::FORM_NUMBER..=abi::FORM_CHOICE).map(good).collect();
-        let mut room = vec![0_u64; ROOM / 8];
-        let base = room.as_mut_ptr().cast::<u8>();
+        let mut buffer = vec![0_u64; BUFFER_SIZE / 8];
+        let base = buffer.as_mut_ptr().cast::<u8>();
         let patience = Duration::from_secs(30);
         let words = ["tie", "\u{e9}", "\0"];
         let fuzz = Fuzz { name: "descriptors", corpus: &corpus, words: &words, seed: 1, inputs, patience };

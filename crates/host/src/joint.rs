@@ -160,13 +160,13 @@ impl Proxy {
             numbers.clear();
             numbers.resize(if asked == Output::Hessian { n * n } else { n }, UNWRITTEN);
             let mut energy = if asked == Output::Hessian { 0.0 } else { UNWRITTEN };
-            let room = |wanted: bool, room: *mut f64| if wanted { room } else { null_mut() };
+            let output = |wanted: bool, to: *mut f64| if wanted { to } else { null_mut() };
             let mut wanted = abi::JointEvaluation {
                 size: size_of::<abi::JointEvaluation>() as u32,
                 arm_count: frames.len() as u32,
-                energy: room(asked != Output::Hessian, &mut energy),
-                gradient: room(asked == Output::Gradient, numbers.as_mut_ptr()),
-                hessian: room(asked == Output::Hessian, numbers.as_mut_ptr()),
+                energy: output(asked != Output::Hessian, &mut energy),
+                gradient: output(asked == Output::Gradient, numbers.as_mut_ptr()),
+                hessian: output(asked == Output::Hessian, numbers.as_mut_ptr()),
             };
             // SAFETY: all arguments are as the ABI demands.
             let done = self

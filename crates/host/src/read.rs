@@ -139,23 +139,23 @@ pub unsafe fn name(what: &str, words: *const c_char) -> Result<String, Reason> {
 
 /// Buffer for a message that a plugin writes.
 pub struct Message {
-    room: [u8; 512],
+    buffer: [u8; 512],
 }
 
 impl Message {
     pub fn new() -> Self {
-        Self { room: [0; 512] }
+        Self { buffer: [0; 512] }
     }
 
     /// The buffer as C sees it.
     pub fn text(&mut self) -> wireloom_abi::Text {
         // The last byte always remains zero.
-        wireloom_abi::Text { data: self.room.as_mut_ptr().cast(), capacity: self.room.len() - 1 }
+        wireloom_abi::Text { data: self.buffer.as_mut_ptr().cast(), capacity: self.buffer.len() - 1 }
     }
 
     /// The text that was written.
     pub fn words(&self) -> String {
-        let words = CStr::from_bytes_until_nul(&self.room).unwrap_or_default().to_string_lossy();
+        let words = CStr::from_bytes_until_nul(&self.buffer).unwrap_or_default().to_string_lossy();
         if words.is_empty() { "no message".to_owned() } else { words.into_owned() }
     }
 }

@@ -256,13 +256,13 @@ mod tests {
     fn long_runs_are_thinned_evenly_and_ends_of_steps_stay() {
         let (scenario, built) = wireloom::load(TEXT, &wireloom::registry()).expect("no faults");
         let scene = crate::scene::of(&scenario.name, "wireloom", scenario.gravity, &built.network);
-        let room = 20 * 11 * 4 * frame::FLOATS;
-        let mut recorder = Recorder { limit: room, ..Recorder::new(scene) };
+        let limit = 20 * 11 * 4 * frame::FLOATS;
+        let mut recorder = Recorder { limit: limit, ..Recorder::new(scene) };
         let run = wireloom::run(built, &mut |_, end| {
             recorder.record(end);
             Control::Continue
         });
-        assert!(recorder.bytes <= room);
+        assert!(recorder.bytes <= limit);
         let frame_record = |step: &RecordedStep| {
             step.frames.iter().map(|frame_record| frame_record.header.increment).collect::<Vec<_>>()
         };

@@ -3,7 +3,7 @@
 
 mod common;
 
-use common::{Drawer, Served};
+use common::{MemoryBackend, Served};
 use tungstenite::Message;
 use wireloom_studio::protocol::Notice;
 
@@ -69,7 +69,7 @@ fn threads() -> usize {
 #[cfg(target_os = "linux")]
 #[test]
 fn ten_thousand_malformed_messages_of_fifty_clients_do_no_harm() {
-    let served = Served::new(None, Drawer::default());
+    let served = Served::new(None, MemoryBackend::default());
     let mut good = served.tab();
     good.rest();
     let round = || {

@@ -2,7 +2,7 @@
 
 mod common;
 
-use common::{Drawer, Served, TEXT};
+use common::{MemoryBackend, Served, TEXT};
 use std::io::{Read, Write};
 use std::net::{TcpListener, TcpStream};
 use std::sync::{Arc, Mutex};
@@ -11,7 +11,7 @@ use wireloom_studio::protocol::{Holding, Notice, Request};
 use wireloom_studio::server::{Content, DraftOffer, Live, Server, Site, Token};
 
 fn served() -> Served {
-    Served::new(None, Drawer::default())
+    Served::new(None, MemoryBackend::default())
 }
 
 fn status(answer: &str) -> &str {
@@ -112,8 +112,8 @@ fn tabs_see_the_same_and_a_closed_one_frees_what_it_held() {
 
 #[test]
 fn pages_are_told_of_the_end_and_the_draft_is_kept() {
-    let drawer = Drawer::default();
-    let served = Served::new(None, drawer.clone());
+    let backend = MemoryBackend::default();
+    let served = Served::new(None, backend.clone());
     let (mut tab, mut other) = (served.tab(), served.tab());
     tab.rest();
     tab.ask(&Request::Target { constraint: "plug-B".into(), position: Some([0.62, 0.0, 0.0]), orientation: None });
@@ -127,16 +127,16 @@ fn pages_are_told_of_the_end_and_the_draft_is_kept() {
     let _mute = TcpStream::connect(served.address).expect("it listens");
     assert!(served.server.stop(), "nothing is left");
     assert_eq!((tab.end(), other.end()), (1001, 1001));
-    let draft = drawer.0.lock().expect("nobody panics").clone().expect("what was not saved");
+    let draft = backend.0.lock().expect("not poisoned").clone().expect("a draft");
     assert!(draft.contains("[[steps]]") && wireloom::load(&draft, &wireloom::registry()).is_ok(), "{draft}");
 }
 
 #[test]
 fn a_draft_is_offered_and_taken_up_or_discarded() {
     let offer = |text: &str| Some(DraftOffer { text: text.to_owned(), written: "2026-11-21T20:00:00Z".into() });
-    let drawer = Drawer(Arc::new(Mutex::new(Some("as it lies there".into()))));
+    let backend = MemoryBackend(Arc::new(Mutex::new(Some("an older draft".into()))));
     let text = TEXT.replace("1 m", "1.25 m");
-    let served = Served::new(offer(&text), drawer.clone());
+    let served = Served::new(offer(&text), backend.clone());
     let mut tab = served.tab();
     let draft = |notice| if let Notice::Draft { written } = notice { Some(written) } else { None };
     assert_eq!(tab.until(draft).as_deref(), Some("2026-11-21T20:00:00Z"));
@@ -150,16 +150,16 @@ fn a_draft_is_offered_and_taken_up_or_discarded() {
     tab.ask(&Request::Draft { take: false });
     tab.until(|notice| matches!(notice, Notice::Refused { .. }).then_some(()));
     assert!(served.server.stop(), "nothing is left");
-    assert_eq!(drawer.0.lock().expect("nobody panics").as_deref(), Some("as it lies there"), "nobody has saved it yet");
+    assert_eq!(backend.0.lock().expect("not poisoned").as_deref(), Some("an older draft"), "not saved yet");
 
-    let served = Served::new(offer("schema = "), drawer.clone());
+    let served = Served::new(offer("schema = "), backend.clone());
     let mut tab = served.tab();
     assert!(tab.until(draft).is_some());
     tab.ask(&Request::Draft { take: true });
     tab.until(|notice| matches!(notice, Notice::Refused { .. }).then_some(()));
     tab.ask(&Request::Draft { take: false });
     assert_eq!(tab.until(draft), None);
-    assert_eq!(*drawer.0.lock().expect("nobody panics"), None);
+    assert_eq!(*backend.0.lock().expect("not poisoned"), None);
     assert!(served.server.stop(), "nothing is left");
 }
 
@@ -216,7 +216,7 @@ fn a_server_that_ends_within_an_increment_leaves_no_thread_behind() {
     let listener = TcpListener::bind("127.0.0.1:0").expect("a port");
     let token = Token::random().expect("random numbers");
     let studio = common::session(&endless.replace("segments = 40", "segments = 1000"), false).expect("no faults");
-    let live = Live::new(studio, None, Box::new(Drawer::default()));
+    let live = Live::new(studio, None, Box::new(MemoryBackend::default()));
     let site = Site { page: String::new(), content: Content::Live(live) };
     let server = Server::start(listener, "127.0.0.1", token, site).expect("started");
     std::thread::sleep(Duration::from_millis(300));

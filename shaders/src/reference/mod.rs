@@ -1,6 +1,6 @@
 //! CPU reference of every stage, one file for each of `stages/` and of `shared/`. Only tests see it: those of this
-//! crate, and others with the feature `reference`. It works on the same [`Memory`] in f64, so the results of a device can
-//! be compared stage by stage, also in a debugger.
+//! crate, and others with the feature `reference`. It works on the same [`Memory`] in f64, so the results of a device
+//! can be compared stage by stage, also in a debugger.
 //!
 //! A test of a device against `wireloom_core::Problem` does not replace it. The problem has the energies and their
 //! derivatives, but not the inertia of the factorisation, the condensation, the step lengths, the conjugate directions

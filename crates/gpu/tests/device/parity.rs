@@ -117,14 +117,14 @@ fn every_stage(gpu: &Arc<Gpu>, real: Real, allowed: f64, algorithm: Algorithm, c
 /// Compares all buffers that a stage may write, including the parts that it must not change.
 fn compare(place: &str, before: &Memory, reference: &Memory, device: &Memory, allowed: f64) -> Result<(), Failed> {
     let reals = |memory: &Memory| memory.control.iter().flat_map(|control| control.reals()).collect::<Vec<f64>>();
-    let rooms = [
+    let buffers = [
         ("state", &before.state, &reference.state, &device.state),
         ("parts", &before.parts, &reference.parts, &device.parts),
         ("blocks", &before.blocks, &reference.blocks, &device.blocks),
         ("vectors", &before.vectors, &reference.vectors, &device.vectors),
         ("control", &reals(before), &reals(reference), &reals(device)),
     ];
-    for (room, before, reference, device) in rooms {
+    for (buffer, before, reference, device) in buffers {
         let written = (0..reference.len()).filter(|&k| before[k].to_bits() != reference[k].to_bits());
         let scale = written.map(|k| reference[k].abs()).fold(0.0, f64::max);
         for (k, (a, b)) in reference.iter().zip(device).enumerate() {
@@ -133,7 +133,7 @@ fn compare(place: &str, before: &Memory, reference: &Memory, device: &Memory, al
             let near = (a - b).abs() <= (allowed * scale).max(round_off) || a.is_nan() && b.is_nan();
             let near = near || a.to_bits() == b.to_bits();
             if !near {
-                return Err(format!("{place}: {room}[{k}] is {b:e} on the device, {a:e} in the reference").into());
+                return Err(format!("{place}: {buffer}[{k}] is {b:e} on the device, {a:e} in the reference").into());
             }
         }
     }

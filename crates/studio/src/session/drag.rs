@@ -101,15 +101,15 @@ pub(super) fn approach(from: &Pose, goal: &Goal, turning: Option<Turning>, reach
             d.angle(&end)
         }
     });
-    let share = 1.0_f64.min(reach / distance).min(MAX_ROTATION / angle);
-    let reached = share >= 1.0;
-    let position = if reached { to } else { from.position + (to - from.position) * share };
+    let fraction = 1.0_f64.min(reach / distance).min(MAX_ROTATION / angle);
+    let reached = fraction >= 1.0;
+    let position = if reached { to } else { from.position + (to - from.position) * fraction };
     let turn = facing.map(|(how, given, q)| match how {
         Turning::Frame if reached => Turned::Orientation(given),
-        Turning::Frame => Turned::Orientation(quaternion(&from.orientation.slerp(&q, share))),
+        Turning::Frame => Turned::Orientation(quaternion(&from.orientation.slerp(&q, fraction))),
         Turning::Tangent => {
             let [d, end] = tangents(&q);
-            Turned::Tangent((shortest(&d, &end).powf(share) * d).into())
+            Turned::Tangent((shortest(&d, &end).powf(fraction) * d).into())
         }
     });
     (Passed { position: position.into(), turn }, reached)

@@ -214,7 +214,7 @@ fn a_session_carries_out_the_scenario_as_run_does() {
 }
 
 #[test]
-fn what_is_dragged_is_what_run_makes_of_the_saved_text_to_the_bit() {
+fn a_drag_is_reproduced_by_run_bit_for_bit() {
     let mut session = session(&format!("{Y}{STEPS}"));
     drag(&mut session, "plug-B", &[[0.54, 0.2, 0.06], [0.53, 0.19, 0.07], [0.52, 0.19, 0.08]]);
     // Rotated on the way, by more than one increment allows.
@@ -235,7 +235,7 @@ fn what_is_dragged_is_what_run_makes_of_the_saved_text_to_the_bit() {
 }
 
 #[test]
-fn hands_take_hold_pin_clip_and_let_go_and_run_finds_the_same_shapes() {
+fn grab_pin_clip_and_release_are_reproduced_by_run() {
     let mut session = session(Y);
     hold(&mut session, "left", 0.301, Holding::Handle);
     drag(&mut session, "handle 1", &[[0.6, 0.1, -0.05], [0.6, 0.12, 0.0]]);
@@ -274,7 +274,7 @@ fn hands_take_hold_pin_clip_and_let_go_and_run_finds_the_same_shapes() {
 }
 
 #[test]
-fn all_is_taken_back_and_done_again() {
+fn undo_and_redo_restore_every_state() {
     let mut session = session(&format!("{Y}{STEPS}"));
     let mut stood = vec![(bits(&last(&session)), session.now.frames())];
     drag(&mut session, "plug-B", &[[0.54, 0.2, 0.06], [0.53, 0.19, 0.07]]);
@@ -311,7 +311,7 @@ fn a_drag_from_an_earlier_step_cuts_off_what_came_after() {
 }
 
 #[test]
-fn what_is_set_stands_in_the_text_and_all_is_carried_out_with_it() {
+fn settings_are_written_and_the_run_is_repeated() {
     let mut session = session(&format!("{Y}{STEPS}"));
     drag(&mut session, "plug-B", &[[0.54, 0.2, 0.06], [0.53, 0.19, 0.07]]);
     let before = last(&session);
@@ -339,7 +339,7 @@ fn what_is_set_stands_in_the_text_and_all_is_carried_out_with_it() {
 }
 
 #[test]
-fn what_cannot_be_is_refused_and_changes_nothing() {
+fn invalid_requests_are_refused_without_effect() {
     let mut session = session(&format!("{Y}{STEPS}"));
     let before = (bits(&last(&session)), session.now.frames());
     for request in [
@@ -411,7 +411,7 @@ fn with_lazy(rests: &Arc<AtomicBool>) -> Registry {
 
 /// An increment that does not converge is shown, and removed by the next request.
 #[test]
-fn what_finds_no_balance_is_shown_and_not_written_down() {
+fn increments_without_equilibrium_are_shown_but_not_recorded() {
     let rests = Arc::new(AtomicBool::new(false));
     let opened = SessionInput {
         text: format!("{Y}{STEPS}\n[minimiser]\nkind = \"lazy\"\n"),
@@ -464,7 +464,7 @@ fn what_finds_no_balance_is_shown_and_not_written_down() {
 
 /// A stopped computation is not part of the state that operations extend.
 #[test]
-fn a_run_is_stopped_and_goes_on_in_hands() {
+fn a_stopped_run_continues_interactively() {
     let opened = SessionInput {
         text: format!("{Y}{STEPS}"),
         name: "y.toml".into(),
@@ -502,7 +502,7 @@ fn a_run_is_stopped_and_goes_on_in_hands() {
 
 /// Frames within steps are dropped first, and steps whose end was dropped are recomputed.
 #[test]
-fn what_is_remembered_is_bounded() {
+fn memory_is_bounded() {
     let mut session = session(&format!("{Y}{STEPS}"));
     drag(&mut session, "plug-B", &[[0.54, 0.2, 0.06], [0.53, 0.19, 0.07], [0.52, 0.19, 0.08]]);
     let (frames, shape) = (session.frames_from(0), bits(&last(&session)));
@@ -523,7 +523,7 @@ fn what_is_remembered_is_bounded() {
 
 /// Any sequence of requests gets an answer, and none causes a panic.
 #[test]
-fn whatever_is_asked_the_session_goes_on() {
+fn any_sequence_of_requests_keeps_the_session_alive() {
     let mut random = fastrand::Rng::with_seed(8);
     let mut session = session(&format!("{Y}{STEPS}"));
     let names = ["plug-A", "plug-B", "clip", "handle 1", "handle 2", "pin 1", "clip 1", "nobody", ""];
@@ -581,7 +581,7 @@ fn whatever_is_asked_the_session_goes_on() {
 
 /// Sliding rings, obstacles, clips that find their place, springs: `run` reproduces operations on all of them.
 #[test]
-fn hands_on_all_sorts_of_harnesses_write_what_run_carries_out() {
+fn operations_on_all_kinds_of_harnesses_are_reproduced_by_run() {
     let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../../scenarios");
     for name in [
         "analytic/ring_friction",

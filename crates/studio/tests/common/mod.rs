@@ -53,11 +53,11 @@ pub fn session(text: &str, unsaved: bool) -> Result<Studio, String> {
 
 /// Stores drafts in memory.
 #[derive(Clone, Default)]
-pub struct Drawer(pub Arc<Mutex<Option<String>>>);
+pub struct MemoryBackend(pub Arc<Mutex<Option<String>>>);
 
-impl Backend for Drawer {
+impl Backend for MemoryBackend {
     fn keep(&self, draft: Option<&str>) {
-        *self.0.lock().expect("nobody panics") = draft.map(str::to_owned);
+        *self.0.lock().expect("not poisoned") = draft.map(str::to_owned);
     }
 
     fn open(&self, draft: &str) -> Result<Studio, String> {
@@ -86,10 +86,10 @@ pub struct Served {
 }
 
 impl Served {
-    pub fn new(offer: Option<DraftOffer>, drawer: Drawer) -> Self {
+    pub fn new(offer: Option<DraftOffer>, backend: MemoryBackend) -> Self {
         let listener = TcpListener::bind("127.0.0.1:0").expect("a port");
         let token = Token::random().expect("random numbers");
-        let live = Live::new(session(TEXT, false).expect("no faults"), offer, Box::new(drawer));
+        let live = Live::new(session(TEXT, false).expect("no faults"), offer, Box::new(backend));
         let site = Site { page: "<html>page</html>".to_owned(), content: Content::Live(live) };
         let digits = token.digits().to_owned();
         let server = Server::start(listener, "127.0.0.1", token, site).expect("started");

@@ -1,11 +1,11 @@
-// Made from crates/studio/src/protocol.rs and frame.rs by a test:
+// Generated from crates/studio/src/protocol.rs and frame.rs by a test:
 // WIRELOOM_PROTOCOL=write cargo test -p wireloom-studio protocol
 
 export type Holding = "handle" | "pin" | "collar";
 
 export type Request = { "do": "hold", 
 /**
- * Branch.
+ * Name of the branch.
  */
 branch: string, 
 /**
@@ -13,7 +13,7 @@ branch: string,
  */
 s: number, 
 /**
- * What begins there.
+ * Kind of the new constraint.
  */
 how: Holding, } | { "do": "target", 
 /**
@@ -21,11 +21,11 @@ how: Holding, } | { "do": "target",
  */
 constraint: string, 
 /**
- * Where to, m.
+ * Target position, m.
  */
 position: [number, number, number] | null, 
 /**
- * How it is to stand, `[w, x, y, z]`: columns d1, d2, d3.
+ * Target orientation, `[w, x, y, z]`: columns d1, d2, d3.
  */
 orientation: [number, number, number, number] | null, } | { "do": "drop", 
 /**
@@ -45,11 +45,11 @@ constraint: string, } | { "do": "undo" } | { "do": "redo" } | { "do": "go",
  */
 frame: number, } | { "do": "set", 
 /**
- * The key, such as `joints.J.model`: one of the scene's settings.
+ * The key of one of the scene's settings, such as `joints.J.model`.
  */
 key: string, 
 /**
- * Its value, as a scenario would have it: a number in SI units, a word, true or false.
+ * The value as in a scenario: a number in SI units, a word, true or false.
  */
 value: unknown, } | { "do": "stop" } | { "do": "frames", 
 /**
@@ -57,11 +57,11 @@ value: unknown, } | { "do": "stop" } | { "do": "frames",
  */
 from: number, 
 /**
- * One behind the last; the server sends so many at most as it sees fit.
+ * One beyond the last; the server may send fewer.
  */
 to: number, } | { "do": "save" } | { "do": "draft", 
 /**
- * Whether to take it up.
+ * Whether to accept it.
  */
 take: boolean, };
 
@@ -75,7 +75,7 @@ name: string,
  */
 diameter: number, 
 /**
- * Least bend radius allowed, m.
+ * Smallest allowed bend radius, m.
  */
 bend_radius_limit: number | null, 
 /**
@@ -93,7 +93,7 @@ export type Joint = {
  */
 name: string, 
 /**
- * Model.
+ * Name of its model.
  */
 model: string, 
 /**
@@ -111,19 +111,19 @@ name: string,
  */
 kind: string, 
 /**
- * Branch, and arc length (m) along it; none at a joint or along a span.
+ * Branch, and arc length (m) along it; none for a constraint at a joint or along a span.
  */
 place: [string, number] | null, 
 /**
- * Whether it can be brought somewhere.
+ * Whether it can be moved.
  */
 moves: boolean, 
 /**
- * Whether it can be turned.
+ * Whether it can be rotated.
  */
 turns: boolean, 
 /**
- * Whether hands began it in this session.
+ * Whether it was added interactively in this session.
  */
 by_hand: boolean, };
 
@@ -133,7 +133,7 @@ export type Obstacle = {
  */
 name: string, 
 /**
- * Corners, m: x, y, z of one after the other.
+ * Corners, m: x, y, z of each.
  */
 corners: Array<number>, 
 /**
@@ -143,23 +143,23 @@ triangles: Array<number>, };
 
 export type Form = { "is": "choice", 
 /**
- * The words, each with one line on what it is for.
+ * The words, each with a one-line description.
  */
 words: Array<[string, string]>, } | { "is": "number", 
 /**
- * SI unit; empty for pure numbers.
+ * SI unit; empty if dimensionless.
  */
 unit: string, 
 /**
- * Least value.
+ * Smallest value.
  */
 minimum: number | null, 
 /**
- * Greatest value.
+ * Largest value.
  */
 maximum: number | null, } | { "is": "count", 
 /**
- * Least value.
+ * Smallest value.
  */
 minimum: number, } | { "is": "flag" };
 
@@ -169,23 +169,23 @@ export type Setting = {
  */
 key: string, 
 /**
- * What it belongs to: "joint J", "section trunk", "minimiser".
+ * Its group: "joint J", "section trunk", "minimiser".
  */
 group: string, 
 /**
- * What it is called: "model", "bending_stiffness".
+ * Its label: "model", "bending_stiffness".
  */
 label: string, 
 /**
- * One line: what it is for.
+ * One-line description.
  */
 doc: string, 
 /**
- * What it holds.
+ * Form of its value.
  */
 form: Form, 
 /**
- * Its value; null: not given.
+ * Its value; null if not given.
  */
 value: unknown, };
 
@@ -199,11 +199,11 @@ name: string,
  */
 program: string, 
 /**
- * Whether there is a solver behind it; else it is a finished run.
+ * Whether there is a solver; otherwise this is a finished run.
  */
 live: boolean, 
 /**
- * Number of the run: frames of an earlier scene still count while it stays the same, as when a hand takes hold.
+ * Number of the run. While it stays the same, frames of an earlier scene remain valid, for example after a grab.
  */
 run: number, 
 /**
@@ -223,37 +223,37 @@ joints: Array<Joint>,
  */
 constraints: Array<Constraint>, 
 /**
- * Bodies, in the order of the frames.
+ * Obstacles, in the order of the frames.
  */
 obstacles: Array<Obstacle>, 
 /**
- * What may be set, in the order in which it is to be shown.
+ * Settings, in display order.
  */
 settings: Array<Setting>, 
 /**
- * What an engineer should know about this harness.
+ * Notes for the engineer.
  */
 notes: Array<string>, 
 /**
- * Files that can be had under `export/`: `result.json`, `picture.svg` and the like.
+ * Names of files under `export/`: `result.json`, `picture.svg` and others.
  */
 exports: Array<string>, };
 
 export type Event = { 
 /**
- * Number of the frame where it began.
+ * Number of its first frame.
  */
 frame: number, 
 /**
- * Its kind, as results call it.
+ * Its kind, as in results.
  */
 kind: string, 
 /**
- * What happened, in words.
+ * Description.
  */
 message: string, 
 /**
- * Where, m.
+ * Position, m.
  */
 position: [number, number, number] | null, };
 
@@ -271,11 +271,11 @@ first: number,
  */
 frames: number, 
 /**
- * Number of frames it is to have; more may come while a hand drags.
+ * Planned number of frames; a drag may add more.
  */
 planned: number, 
 /**
- * Whether hands did it in this session.
+ * Whether it was recorded interactively in this session.
  */
 by_hand: boolean, };
 
@@ -285,25 +285,25 @@ export type Timeline = {
  */
 frames: number, 
 /**
- * Steps, in order; in a session the first is the start, of one frame.
+ * Steps, in order; in a session the first is the start, with one frame.
  */
 steps: Array<TimelineStep>, 
 /**
- * What happened, by frame.
+ * Events, by frame.
  */
 events: Array<Event>, };
 
 export type Session = { 
 /**
- * What is being computed: "the start", "step plug B"; none: it waits for hands.
+ * Current computation: "the start", "step plug B"; none if idle.
  */
 busy: string | null, 
 /**
- * What `undo` would take back.
+ * Label of the next undo.
  */
 undo: string | null, 
 /**
- * What `redo` would do again.
+ * Label of the next redo.
  */
 redo: string | null, 
 /**
@@ -311,37 +311,37 @@ redo: string | null,
  */
 held: Array<[string, number]>, 
 /**
- * The number of the tab that this is sent to.
+ * Number of the receiving tab.
  */
 you: number, 
 /**
- * How many tabs there are.
+ * Number of tabs.
  */
 tabs: number, 
 /**
- * Equilibria a second, over the last second of a drag.
+ * Equilibria per second, over the last second of a drag.
  */
 rate: number, 
 /**
- * Whether there is something that `save` has not given out yet.
+ * Whether there are unsaved changes.
  */
 unsaved: boolean, };
 
 export type Notice = { "is": "scene" } & Scene | { "is": "timeline" } & Timeline | { "is": "session" } & Session | { "is": "refused", 
 /**
- * What is wrong.
+ * The reason.
  */
 message: string, 
 /**
- * What would be right.
+ * A hint.
  */
 help: string, } | { "is": "draft", 
 /**
- * When it was kept (RFC 3339); none: there is no draft any more.
+ * Time of storage (RFC 3339); none if there is no draft any more.
  */
 written: string | null, } | { "is": "saved", 
 /**
- * A name for the file.
+ * Name for the file.
  */
 name: string, 
 /**
@@ -365,7 +365,7 @@ export type ConstraintFrame = {
  */
 name: string, 
 /**
- * Where the cable is held.
+ * Pose of the held point.
  */
 at: Placed, 
 /**
@@ -377,13 +377,13 @@ force: [number, number, number],
  */
 moment: [number, number, number], 
 /**
- * Arc length at it now (m), where the cable slides through.
+ * Current arc length (m) at the constraint, if the cable slides through it.
  */
 slid_to: number | null, };
 
 export type ObstacleFrame = { 
 /**
- * Where it stands.
+ * Pose.
  */
 at: Placed, 
 /**
@@ -391,7 +391,7 @@ at: Placed,
  */
 force: [number, number, number], 
 /**
- * Number of places where it touches.
+ * Number of contact points.
  */
 contacts: number, };
 
@@ -409,7 +409,7 @@ s: number,
  */
 radius: number, 
 /**
- * Least allowed, m.
+ * Smallest allowed radius, m.
  */
 limit: number | null, };
 
@@ -423,15 +423,15 @@ frame: number,
  */
 step: string, 
 /**
- * Which increment of it, from 1; 0: the start.
+ * Number of the increment within the step, from 1; 0: the start.
  */
 increment: number, 
 /**
- * As results call it: `converged`, `stalled`, `iteration-limit`...
+ * Status as in results: `converged`, `stalled`, `iteration-limit`...
  */
 status: string, 
 /**
- * Whether the equilibrium is stable, where that is known.
+ * Whether the equilibrium is stable, if known.
  */
 stable: boolean | null, 
 /**
@@ -439,7 +439,7 @@ stable: boolean | null,
  */
 iterations: number, 
 /**
- * What it took to compute, s.
+ * Computing time, s.
  */
 seconds: number, 
 /**
@@ -455,11 +455,11 @@ joints: Array<Placed>,
  */
 constraints: Array<ConstraintFrame>, 
 /**
- * Bodies, in the order of the scene.
+ * Obstacles, in the order of the scene.
  */
 obstacles: Array<ObstacleFrame>, 
 /**
- * The bend nearest to its limit, or of least radius.
+ * The bend nearest to its limit, or of smallest radius.
  */
 tightest: Tightest | null, 
 /**
@@ -467,5 +467,5 @@ tightest: Tightest | null,
  */
 energy: Array<[string, number]>, };
 
-/** Numbers a node. */
+/** Number of quantities per node. */
 export const FLOATS = 12;
