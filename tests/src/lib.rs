@@ -3,6 +3,7 @@
 pub mod cables;
 pub mod growth;
 pub mod hunt;
+pub mod imports;
 pub mod place;
 
 use std::path::{Path, PathBuf};

@@ -167,7 +167,7 @@ fn least_apart(x: &[Vector], y: &[Vector], apart: usize) -> f64 {
     far.map(|(i, j)| pieces_apart([&x[i], &x[i + 1]], [&y[j], &y[j + 1]])).fold(f64::INFINITY, f64::min)
 }
 
-/// No deeper than a thousandth of the radius; what is let pass where cables cross is 4e-4 of what is between the centre
+/// No deeper than a thousandth of the radius; the tolerance where cables cross is 4e-4 of what is between the centre
 /// lines.
 #[test]
 fn a_knot_that_is_pulled_tight_does_not_pass_through_itself() {
@@ -271,7 +271,7 @@ fn random_harnesses_lie_on_random_boxes_without_entering_them() {
                 for x in &branch.position {
                     let bodies = boxes.iter().map(|(centre, half, turn)| box_distance(x, centre, half, *turn));
                     let distance = bodies.fold(x.z, f64::min);
-                    // What is let pass is 1e-4 of the radius.
+                    // The tolerance is 1e-4 of the radius.
                     assert!(distance > (1.0 - 1.1e-4) * radius, "seed {seed}: {} m deep at {x:?}", radius - distance);
                 }
             }

@@ -4,6 +4,7 @@ use serde_json::Value;
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::{Path, PathBuf};
+use wireloom_tests::imports::rings;
 use wireloom_tests::{cargo, root};
 
 /// Every crate of the workspace, and the crates of the workspace that it may depend on.
@@ -60,6 +61,10 @@ const OUTSIDE: &[&str] = &["std::fs", "std::net", "std::env", "std::process"];
 const REACH_OUT: &[&str] = &["cli", "xtask", "host", "studio"];
 /// A file that is longer has more than one topic.
 const LINES: usize = 900;
+/// Most characters of a line.
+const COLUMNS: usize = 120;
+/// Rings of imports that may be: crate, files, reason.
+const RINGS: &[(&str, &[&str], &str)] = &[];
 
 /// `core` for `wireloom-core`.
 fn short(package: &str) -> &str {
@@ -288,4 +293,36 @@ fn files_are_short_enough_to_be_read() {
         .map(|(lines, file)| format!("{}: {lines} lines", file.display()))
         .collect();
     assert!(long.is_empty(), "{long:#?}");
+}
+
+#[test]
+fn no_line_is_too_long() {
+    let mut files = vec![];
+    for folder in ["crates", "plugins", "shaders", "tests"] {
+        sources(&root().join(folder), &mut files);
+    }
+    let long: Vec<String> = files
+        .iter()
+        .flat_map(|file| {
+            let text = fs::read_to_string(file).expect("UTF-8");
+            places(file, &text, |line| line.chars().count() > COLUMNS)
+        })
+        .collect();
+    assert!(long.is_empty(), "{} lines: {long:#?}", long.len());
+}
+
+#[test]
+fn no_files_of_a_crate_import_each_other_in_a_ring() {
+    let mut faults = vec![];
+    for package in packages() {
+        let name = short(text(&package, "name"));
+        let manifest = Path::new(text(&package, "manifest_path"));
+        for ring in rings(&manifest.with_file_name("src")) {
+            let allowed = |(of, files, _): &(&str, &[&str], &str)| *of == name && ring == *files;
+            if !RINGS.iter().any(allowed) {
+                faults.push(format!("{name}: {}", ring.join(", ")));
+            }
+        }
+    }
+    assert!(faults.is_empty(), "{faults:#?}");
 }

@@ -109,7 +109,7 @@ fn a_run_interrupted_within_an_increment_goes_on_to_the_same_bytes() {
     assert!(place.result("o") == place.result("whole"));
 }
 
-/// Nobody is left in silence, where there is no terminal either; but for those who want it.
+/// Progress is reported without a terminal, too, unless `--quiet` is given.
 #[test]
 fn a_run_is_not_silent_for_long() {
     let place = place(ENDLESS, "");

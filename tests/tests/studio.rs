@@ -22,7 +22,7 @@ impl Studio {
         let mut child = command.stdout(Stdio::piped()).spawn().expect("it starts");
         let mut lines = BufReader::new(child.stdout.take().expect("piped")).lines();
         let address = lines.find_map(|line| line.ok().filter(|line| line.starts_with("http://"))).expect("an address");
-        // What it says later would break a pipe that nobody holds.
+        // Later output would break a closed pipe.
         std::thread::spawn(move || lines.for_each(drop));
         Self { child, address }
     }

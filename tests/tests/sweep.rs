@@ -1,4 +1,4 @@
-//! Sweeps: every point accounted for, whatever stops them, whoever reads them.
+//! Sweeps: failing points, interruptions, warm starts, and the table as other programs read it.
 
 use libtest_mimic::{Arguments, Failed, Trial};
 use std::fs;
@@ -93,7 +93,7 @@ fn killed() -> Checked {
     for _ in 0..10 {
         let before = blocks(&folder);
         let mut child = sweep(place.path(), "killed").stdout(Stdio::null()).stderr(Stdio::null()).spawn()?;
-        // Somewhere after the next block is done: where, nobody knows.
+        // At some time after the next block is done.
         while blocks(&folder) <= before + 1 && child.try_wait()?.is_none() {
             std::thread::yield_now();
         }

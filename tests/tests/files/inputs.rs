@@ -1,4 +1,4 @@
-//! Files that have no end, or keep their reader waiting: refused at once, whoever names them.
+//! Files that have no end, or keep their reader waiting: refused at once.
 
 use crate::{cable, pipe};
 use std::fs::File;

@@ -54,7 +54,7 @@ fn partial_files_of_killed_runs_go_with_the_next_one() {
     place.run(&import).says(0, &[]);
     assert!(partials.iter().all(|name| !place.path(name).exists()));
     assert!(others.iter().all(|name| place.path(name).exists()), "what is not ours stays");
-    // One that somebody is writing now.
+    // One that is being written now.
     let busy = fs::File::create(place.path("new/.i.toml.0123456789abcdef.partial")).expect("a file");
     busy.lock().expect("locked");
     place.run(&import).says(0, &[]);

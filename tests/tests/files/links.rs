@@ -7,7 +7,7 @@ use wireloom_tests::place::Place;
 /// Content of a file that must not change.
 const SECRET: &str = "export PATH\n";
 
-/// A folder with a file that must stay as it is; where `list` is, a list of files that somebody has written by hand.
+/// A folder with a file that must stay as it is; where `list` is, a list of files that was written by hand.
 fn with_home(scenario: &str) -> Place {
     let place = Place::new(scenario);
     for name in ["home/.bashrc", "home/key.txt", "home/000001", "home/files", "home/results/000001"] {

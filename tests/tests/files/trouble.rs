@@ -70,7 +70,7 @@ fn a_full_disk_stops_the_run_and_leaves_what_can_be_resumed() {
         .status()
         .is_ok_and(|s| s.success())
     {
-        // This system lets nobody mount; the tests above stand for this one.
+        // Mounting is not allowed here; the tests above cover this case.
         return;
     }
     place.run(&["run", "s.toml", "--out", "whole", "-q"]).says(0, &[]);
@@ -88,11 +88,11 @@ fn a_full_disk_stops_the_run_and_leaves_what_can_be_resumed() {
     assert!(place.result("o") == place.result("whole"));
 }
 
-/// The program as somebody who may not do everything: for `root` no folder is read-only.
+/// Program as an ordinary user: for `root` no folder is read-only.
 fn unprivileged(place: &Place, arguments: &[&str]) -> Ended {
     let mut command = place.command(arguments);
     if fs::metadata("/proc/self").is_ok_and(|own| std::os::unix::fs::MetadataExt::uid(&own) == 0) {
-        /// Nobody in particular.
+        /// Id of the user `nobody`.
         const NOBODY: u32 = 65534;
         let own = place.path("wireloom");
         fs::copy(program(), &own).expect("a copy that anybody may run");
