@@ -4,8 +4,8 @@ use crate::network::AttachedConstraint;
 use crate::{Network, Pose, State, Vector};
 use serde::{Deserialize, Serialize};
 
-/// First penalty of a constraint's equations, in units of (force scale × length scale) / (scale of the residual)²: far
-/// stiffer than a cable in bending, so that every update of the multipliers reduces the residual by three or four
+/// First penalty of a constraint's equations, in units of (force scale × length scale) / (scale of the residual)²:
+/// far stiffer than a cable in bending, so that every update of the multipliers reduces the residual by three or four
 /// orders of magnitude. In a taut cable the penalty is raised.
 const FIRST_PENALTY: f64 = 1e4;
 

@@ -99,17 +99,17 @@ pub struct ConstraintView<'a> {
 /// Energy of stations and of nodes of a span, for example of a spring.
 ///
 /// Contract: twice differentiable (except where a second derivative jumps), finite, the same bits for the same input.
-/// Derivatives are taken along `x + δ`, `q ∘ exp(θ)` (θ in the station's body frame). All slices for derivatives are
-/// zero on entry. If the energy is least at the targets, that least value is 0.
+/// Derivatives are taken along `x + δ`, `q ∘ exp(θ)` (θ in the station's body frame). All slices for derivatives
+/// are zero on entry. If the energy is least at the targets, that least value is 0.
 pub trait Potential: Send + Sync {
     /// Energy, J.
     fn energy(&self, at: &ConstraintView<'_>) -> f64;
-    /// First derivatives; returns the energy, J. `stations` has 2 m entries: ∂E/∂x (N) and ∂E/∂θ (N m) of each station;
-    /// `span` has n: ∂E/∂x (N) of each node.
+    /// First derivatives; returns the energy, J. `stations` has 2 m entries: ∂E/∂x (N) and ∂E/∂θ (N m) of each
+    /// station; `span` has n: ∂E/∂x (N) of each node.
     fn gradient(&self, at: &ConstraintView<'_>, stations: &mut [Vector], span: &mut [Vector]) -> f64;
     /// Second derivatives. `stations` is a 2 m × 2 m table of blocks, row by row, in the order of [`Self::gradient`],
-    /// symmetric as a whole: block (2 a + 1, 2 b) is ∂²E/∂θ_a∂x_b. `span` has n blocks ∂²E/∂x²: the nodes are coupled
-    /// neither with one another nor with stations.
+    /// symmetric as a whole: block (2 a + 1, 2 b) is ∂²E/∂θ_a∂x_b. `span` has n blocks ∂²E/∂x²: the nodes
+    /// are coupled neither with one another nor with stations.
     fn hessian(&self, at: &ConstraintView<'_>, stations: &mut [Matrix], span: &mut [Matrix]);
 }
 
@@ -143,8 +143,8 @@ impl Residual {
     }
 }
 
-/// Equations `c = 0` and inequalities `c ≤ 0` of stations, and of each node of a span separately. They are enforced by
-/// an augmented Lagrangian (Hestenes 1969, Powell 1969; Rockafellar 1973 for inequalities); the generalised force on
+/// Equations `c = 0` and inequalities `c ≤ 0` of stations, and of each node of a span separately. They are enforced
+/// by an augmented Lagrangian (Hestenes 1969, Powell 1969; Rockafellar 1973 for inequalities); the generalised force on
 /// the harness is −Jᵀλ.
 ///
 /// Contract: twice differentiable, finite, the same bits for the same input; a violated residual has a derivative that
@@ -159,8 +159,9 @@ pub trait Equations: Send + Sync {
     }
     /// Values c.
     fn residuals(&self, at: &ConstraintView<'_>, c: &mut [f64]);
-    /// c and the Jacobian J = ∂c/∂(x, θ). `stations` has a row of 2 m vectors for each residual of the stations: ∂c/∂x
-    /// and ∂c/∂θ of each station; `span` has one vector for each residual of a node: ∂c/∂x of that node.
+    /// c and the Jacobian J = ∂c/∂(x, θ). `stations` has a row of 2 m vectors for each residual of the stations:
+    /// ∂c/∂x and ∂c/∂θ of each station; `span` has one vector for each residual of a node: ∂c/∂x of that
+    /// node.
     fn jacobian(&self, at: &ConstraintView<'_>, c: &mut [f64], stations: &mut [Vector], span: &mut [Vector]);
     /// Σ w c″ over all residuals, in the layout of [`Potential::hessian`]. The default leaves it at zero: the
     /// Gauss–Newton approximation, which takes more iterations where a residual is curved.

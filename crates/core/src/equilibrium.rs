@@ -427,7 +427,8 @@ impl fmt::Display for OperationResult {
     }
 }
 
-/// Energy by effect, J. The elastic parts are zero at rest; gravity is measured from the world origin; loads are −F·x.
+/// Energy by effect, J. The elastic parts are zero at rest; gravity is measured from the world origin; loads are
+/// −F·x.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Energy {
     /// Stretch of the branches.

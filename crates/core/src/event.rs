@@ -224,8 +224,8 @@ pub struct Event {
 }
 
 impl Event {
-    /// Ratio of the value to the limit, or of the limit to the value where larger is better (infinite for values ≤ 0);
-    /// 0 without value or limit.
+    /// Ratio of the value to the limit, or of the limit to the value where larger is better (infinite for values ≤
+    /// 0); 0 without value or limit.
     pub fn excess(&self) -> f64 {
         match (self.value, self.limit) {
             (Some(value), Some(limit)) if self.kind.is_better_large() => limit / value.max(0.0),

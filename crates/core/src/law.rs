@@ -7,9 +7,9 @@ use crate::{Rotation, Vector};
 
 /// A rod on the staggered grid: a stretch-shear energy in every segment and a bend-twist energy in every coupling.
 ///
-/// Segment: `E = ½ ℓ (Γᵀ C Γ + B min(Γ3 + 1, 0)²)`, `Γ = v + v × φ − e3`, `v = Rᵀ e/ℓ`, `φ = Σ 2 β Re(r) Im(r)` with
-/// `r = q̄ Q` over the stations Q beside it ([`crate::rod::Beside`]); the sign of r is that with Re(r) ≥ 0. Coupling:
-/// see [`PairLaw`].
+/// Segment: `E = ½ ℓ (Γᵀ C Γ + B min(Γ3 + 1, 0)²)`, `Γ = v + v × φ − e3`, `v = Rᵀ e/ℓ`,
+/// `φ = Σ 2 β Re(r) Im(r)` with `r = q̄ Q` over the stations Q beside it ([`crate::rod::Beside`]); the sign of r is
+/// that with Re(r) ≥ 0. Coupling: see [`PairLaw`].
 #[derive(Clone, Debug, PartialEq)]
 pub struct RodLaw {
     /// Each segment.
@@ -38,8 +38,8 @@ pub struct JointLaw {
     pub pairs: Vec<PairLaw>,
 }
 
-/// Bending and twist between two frames: `E = ½ λ (κ−κ°)ᵀ C (κ−κ°)`, `κ = (2/λ) (1 + |v|²/6) v`, `v` the imaginary part
-/// of `r = conj(q_a α) (q_b β)` with the sign that makes its real part ≥ 0.
+/// Bending and twist between two frames: `E = ½ λ (κ−κ°)ᵀ C (κ−κ°)`, `κ = (2/λ) (1 + |v|²/6) v`, `v`
+/// the imaginary part of `r = conj(q_a α) (q_b β)` with the sign that makes its real part ≥ 0.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PairLaw {
     /// Index of the first arm.
@@ -58,7 +58,8 @@ pub struct PairLaw {
     pub curvature: Vector,
 }
 
-/// A spring between a station, at x and q, and its target: `½ k |x − x_target|²` and the energy of a [`TurningLaw`].
+/// A spring between a station, at x and q, and its target: `½ k |x − x_target|²` and the energy of a
+/// [`TurningLaw`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SpringLaw {
     /// k, N/m.
