@@ -1,23 +1,23 @@
 //! Error of a part that cannot be built.
 
-/// Why a factory could not build what the scenario asks for.
+/// Error of a factory that cannot build the part that the scenario asks for.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("{message}")]
 pub struct BuildError {
-    /// What is wrong, naming the value.
+    /// Description of the error, with the offending value.
     pub message: String,
-    /// What would be right.
+    /// Suggested correction.
     pub help: String,
-    /// Key of the scenario at fault, where it is one.
+    /// Offending key of the scenario; `None` if the whole entry is wrong.
     pub key: Option<String>,
 }
 
 impl BuildError {
-    /// A fault of the whole entry.
+    /// Error that concerns the whole entry.
     pub fn new(message: impl Into<String>, help: impl Into<String>) -> Self {
         Self { message: message.into(), help: help.into(), key: None }
     }
-    /// The same, pointing at a key.
+    /// Sets the offending key.
     pub fn at(mut self, key: &str) -> Self {
         self.key = Some(key.to_owned());
         self

@@ -1,35 +1,36 @@
-//! What acts on a harness at one moment, as data: targets, memories, multipliers, contact, friction and sliding.
+//! Data of everything that acts on a harness at one moment: targets, memories, multipliers, contact, friction, sliding.
 
 use crate::network::AttachedConstraint;
 use crate::{Network, Pose, State, Vector};
 use serde::{Deserialize, Serialize};
 
-/// First penalty of a constraint's equations, in units of (force scale × length scale) / (scale of the residual)²: far
-/// stiffer than a cable in bending, so that every update of the multipliers takes three or four digits off; in a taut
-/// cable it is raised.
+/// First penalty of a constraint's equations, in units of (force scale × length scale) / (scale of the residual)²:
+/// far stiffer than a cable in bending, so that every update of the multipliers reduces the residual by three or four
+/// orders of magnitude. In a taut cable the penalty is raised.
 const FIRST_PENALTY: f64 = 1e4;
 
-/// What acts on the harness at one moment.
+/// Everything that acts on the harness at one moment.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Conditions {
     /// Gravity, m/s².
     pub gravity: Vector,
     /// Factor of each load.
     pub load_factors: Vec<f64>,
-    /// Which constraints act.
+    /// Whether each constraint acts.
     pub active: Vec<bool>,
     /// Target pose of the first station of each constraint.
     pub targets: Vec<Pose>,
     /// State of each constraint.
     pub constraints: Vec<ConstraintState>,
-    /// State of each sliding constraint of [`Network::slides`], while it acts.
+    /// State of each sliding constraint of [`Network::slides`]; used while it acts.
     pub sliding: Vec<Sliding>,
     /// Poses of obstacles, and contact records.
     pub contact: ContactState,
 }
 
 impl Conditions {
-    /// Start of a run: every constraint where its stations are at `state`, nothing slides yet.
+    /// Conditions at the start of a run: the target of every constraint is the pose of its station at `state`, and
+    /// nothing slides.
     pub fn new(network: &Network, gravity: Vector, state: &State) -> Self {
         let constraints: Vec<ConstraintState> =
             network.constraints.iter().map(|c| ConstraintState::begin(c, state)).collect();
@@ -49,9 +50,9 @@ impl Conditions {
 /// State of a constraint from one equilibrium to the next.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ConstraintState {
-    /// Target of its first station by the scenario, before [`crate::Constraint::target`].
+    /// Target of its first station as the scenario gives it, before [`crate::Constraint::target`] is applied.
     pub base: Pose,
-    /// Poses of its further stations relative to the first when it began.
+    /// Poses of its further stations relative to the first when it began to act.
     pub beside: Vec<Pose>,
     /// See [`crate::ConstraintView::progress`].
     pub progress: f64,
@@ -64,7 +65,7 @@ pub struct ConstraintState {
 }
 
 impl ConstraintState {
-    /// State of a constraint that begins where its stations are at `state`.
+    /// State of a constraint that begins to act at `state`, with the pose of its first station as the target.
     pub fn begin(constraint: &AttachedConstraint, state: &State) -> Self {
         let base = state.pose(&constraint.site);
         let further = constraint.stations.iter().skip(1);
@@ -84,21 +85,22 @@ impl ConstraintState {
 pub enum Sliding {
     /// Its arc length is fixed; the axial force is a reaction.
     Stuck,
-    /// The cable runs. `force` (N) acts on the arc length against the motion: friction, or 0.
+    /// The cable slides through. `force` (N) acts on the arc length against the motion: friction, or 0.
     Running {
         /// Constant generalised force on the arc length: `∂E/∂s + force = 0` at rest, N.
         force: f64,
     },
 }
 
-/// A place of a cable that is kept out of others: between nodes `segment` and `segment + 1` of a branch.
+/// Contact point: a place of a cable, between nodes `segment` and `segment + 1` of a branch, where contact is
+/// evaluated.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ContactPoint {
     /// Index of the branch.
     pub branch: usize,
     /// Index of the segment.
     pub segment: usize,
-    /// Fraction of the way from its first to its second node.
+    /// Position on the segment as a fraction of its length: 0 at its first node, 1 at its second.
     pub fraction: f64,
 }
 
@@ -117,10 +119,10 @@ impl ContactPoint {
     }
 }
 
-/// The surface that a contact point touches.
+/// Partner of a contact point: the surface that it touches.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 pub enum Partner {
-    /// A body.
+    /// An obstacle.
     Obstacle {
         /// Index of the obstacle.
         obstacle: u32,
@@ -154,52 +156,52 @@ impl Partner {
     }
 }
 
-/// Multiplier, penalty and friction of a contact point that touches a partner.
+/// Contact record: multiplier, penalty and friction of a contact point and its partner.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ContactRecord {
     /// Index of the contact point.
     pub point: u32,
-    /// The surface that it touches.
+    /// Its partner.
     pub partner: Partner,
     /// λ, N.
     pub multiplier: f64,
-    /// ρ in units of the first one.
+    /// ρ in units of the initial penalty of the branch.
     pub penalty: f64,
-    /// Friction; none where the partner is smooth.
+    /// Friction anchor; `None` where the partner is smooth.
     pub anchor: Option<FrictionAnchor>,
 }
 
-/// The place of a body, or of another cable, to which friction binds a contact point by a tangential spring.
+/// Friction anchor: the place of an obstacle or of another cable to which a tangential spring connects a contact point.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct FrictionAnchor {
-    /// Place of the anchor, m: in the axes of the body; on a cable from the centre line, in the axes of the segment's
+    /// Position, m: in the axes of the obstacle; on a cable relative to the centre line, in the axes of the segment's
     /// frame.
     pub(crate) position: Vector,
-    /// n in the same axes.
+    /// Unit normal n, in the same axes.
     pub(crate) normal: Vector,
-    /// N, N.
+    /// Normal force N, N.
     pub force: f64,
-    /// Where two cables are bound to each other.
+    /// Contact places of two cables; `None` on an obstacle.
     pub(crate) bond: Option<Bond>,
 }
 
-/// Place where two cables are bound to each other by friction.
+/// Contact places of two cables between which friction acts.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Bond {
-    /// Fraction of the way along the segment that the contact point is bound to.
+    /// Position on the segment of the partner, as a fraction of its length.
     pub(crate) fraction: f64,
-    /// From the contact point to the surface of its own cable, in the axes of its segment's frame, m.
+    /// Vector from the contact point to the surface of its own cable, in the axes of its segment's frame, m.
     pub(crate) lever: Vector,
 }
 
-/// Two cables that overlapped at the start of a run, and may go on to.
+/// Permitted overlap of two cables that overlapped at the start of a run.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Overlap {
     /// Index of the contact point.
     pub point: u32,
     /// Index of the other branch.
     pub branch: u32,
-    /// Least distance that is allowed, m.
+    /// Least permitted distance of the centre lines, m.
     pub distance: f64,
 }
 
@@ -210,7 +212,7 @@ pub struct ContactState {
     pub poses: Vec<Pose>,
     /// Whether friction acts: not while the initial equilibrium is being found.
     pub friction: bool,
-    /// Contact points beside those that every harness of the network has.
+    /// Contact points added to the permanent ones of the network.
     pub extra: Vec<ContactPoint>,
     /// Sorted by contact point, then by partner.
     pub records: Vec<ContactRecord>,
@@ -219,7 +221,7 @@ pub struct ContactState {
 }
 
 impl ContactState {
-    /// At the beginning: nothing touches.
+    /// Initial state: nothing touches.
     pub fn new(network: &Network) -> Self {
         Self { poses: network.obstacles.iter().map(|o| o.pose).collect(), ..Self::default() }
     }
@@ -234,7 +236,7 @@ impl ContactState {
         self.records_of(point).iter().find(|record| record.partner == partner)
     }
 
-    /// Records whose partner is a cable to which friction binds them, with the branch and segment of that cable.
+    /// Records with friction against another cable, each with the branch and the segment of that cable.
     pub(crate) fn bound_cables(&self) -> impl Iterator<Item = (&ContactRecord, [usize; 2])> {
         self.records.iter().filter_map(|record| match record.partner {
             Partner::Cable { branch, segment } if record.anchor.is_some() => {
@@ -245,19 +247,19 @@ impl ContactState {
     }
 }
 
-/// Records of a contact point among sorted ones.
+/// Records of a contact point in a sorted slice.
 pub fn records_of(records: &[ContactRecord], point: u32) -> &[ContactRecord] {
     let from = records.partition_point(|record| record.point < point);
     let records = &records[from..];
     &records[..records.partition_point(|record| record.point == point)]
 }
 
-/// A harness and what acts on it: all that a term of the energy reads beside the state.
+/// Network and conditions: everything besides the state that a term of the energy reads.
 #[derive(Clone, Copy)]
 pub struct System<'a> {
     /// The harness.
     pub network: &'a Network,
-    /// What acts on it.
+    /// The conditions.
     pub conditions: &'a Conditions,
 }
 
@@ -276,7 +278,8 @@ impl<'a> System<'a> {
         self.network.constraints.iter().enumerate().filter(move |(c, _)| self.conditions.active[*c])
     }
 
-    /// Nodes of a branch that are tied to the material or to space: ends, constraints that act, loads. Increasing.
+    /// Nodes of a branch that are fixed in the material or in space, in increasing order: ends, constraints that act,
+    /// loads.
     pub fn knots(self, branch: usize) -> Vec<usize> {
         let points = &self.network.branches[branch].points;
         let of_constraints =

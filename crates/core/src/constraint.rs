@@ -1,49 +1,49 @@
-//! The trait of a constraint: what acts on stations of the harness, or along a span of a branch.
+//! Trait of a constraint, which acts on stations of the harness or along a span of a branch.
 
 use crate::law::SpringLaw;
 use crate::{Matrix, Pose, Vector};
 use nalgebra::Unit;
 use std::ops::RangeInclusive;
 
-/// A freedom of a station, as scenarios spell it.
+/// A degree of freedom of a station, as scenarios spell it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum HoldWord {
     /// The point.
     Position,
     /// d3.
     Tangent,
-    /// Turning about d3.
+    /// Rotation about d3.
     Twist,
 }
 
-/// Which rotations of a station are given.
+/// Prescribed rotations of a station.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum RotationHold {
     /// None.
     Free,
-    /// d3 is given, turning about it is free.
+    /// d3 is prescribed; rotation about it is free.
     Tangent,
-    /// Turning about d3 is not possible; d3 is free.
+    /// Rotation about d3 is prescribed; d3 is free.
     Twist,
     /// All.
     All,
-    /// All but turning about this world axis: a hinge.
+    /// All but the rotation about this world axis: a hinge.
     Hinge(Unit<Vector>),
 }
 
-/// Which freedoms of a station a constraint prescribes.
+/// Degrees of freedom of a station that a constraint prescribes.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Hold {
-    /// Whether the position is given.
+    /// Whether the position is prescribed.
     pub position: bool,
-    /// World directions (orthonormal, at most two) along which the held point may move all the same.
+    /// World directions (orthonormal, at most two) along which the held point is free to move.
     pub rails: Vec<Vector>,
     /// Rotations.
     pub rotation: RotationHold,
 }
 
 impl Hold {
-    /// From the words of a scenario.
+    /// Converts the words of a scenario.
     pub fn new(words: &[HoldWord], free_axis: Option<Unit<Vector>>, rails: &[Vector]) -> Self {
         let tangent = words.contains(&HoldWord::Tangent);
         let twist = words.contains(&HoldWord::Twist);
@@ -64,7 +64,7 @@ impl Hold {
         Self { position: words.contains(&HoldWord::Position), rails: orthonormal, rotation }
     }
 
-    /// World directions in which the point may not move.
+    /// World directions in which the point is held.
     pub fn held_directions(&self) -> Vec<Vector> {
         match (self.position, self.rails.as_slice()) {
             (false, _) => vec![],
@@ -78,42 +78,42 @@ impl Hold {
     }
 }
 
-/// What a constraint sees of the harness: m stations, and n nodes of its span; either may be none.
+/// Input of a constraint's model: m stations and n nodes of its span; m or n may be 0.
 #[derive(Clone, Copy, Debug)]
 pub struct ConstraintView<'a> {
-    /// Pose of each station. One that needs no frame and has none is not turned.
+    /// Pose of each station; the identity orientation for a station without a frame.
     pub stations: &'a [Pose],
-    /// Target of each station; see [`Constraint::target`]. Those of the second and further ones go along with the first as one rigid
-    /// body: they keep the places that the stations had relative to the first when the constraint began to act.
+    /// Target of each station; see [`Constraint::target`]. The targets of the further stations move with the first as
+    /// one rigid body: they keep the relative poses that the stations had when the constraint began to act.
     pub targets: &'a [Pose],
     /// Position of each node of the span, m.
     pub span: &'a [Vector],
-    /// Unstressed length of cable that each of them stands for, m: half of the span's segments on either side.
+    /// Unstressed length of cable lumped at each of these nodes, m: half of the span's segments on either side.
     pub span_lengths: &'a [f64],
-    /// Share, 0 to 1, of the step in which the constraint began to act; from then on 1.
+    /// Completed fraction, 0 to 1, of the step in which the constraint began to act; 1 in later steps.
     pub progress: f64,
-    /// What it remembers; see [`Constraint::memory`].
+    /// Memory of the constraint; see [`Constraint::memory`].
     pub memory: &'a [f64],
 }
 
-/// An energy of stations and of nodes of a span: a spring, say.
+/// Energy of stations and of nodes of a span, for example of a spring.
 ///
-/// Contract: twice differentiable (but for lines where a second derivative jumps), finite, the same bits for the same input. Derivatives
-/// are taken along `x + δ`, `q ∘ exp(θ)` (θ in the station's body frame). All room for derivatives holds zeros when it is handed over.
-/// A potential whose energy is the least possible at its targets makes that 0.
+/// Contract: twice differentiable (except where a second derivative jumps), finite, the same bits for the same input.
+/// Derivatives are taken along `x + δ`, `q ∘ exp(θ)` (θ in the station's body frame). All slices for derivatives
+/// are zero on entry. If the energy is least at the targets, that least value is 0.
 pub trait Potential: Send + Sync {
     /// Energy, J.
     fn energy(&self, at: &ConstraintView<'_>) -> f64;
-    /// First derivatives; returns the energy, J. `stations` has 2 m entries: ∂E/∂x (N) and ∂E/∂θ (N m) of each station; `span` has n:
-    /// ∂E/∂x (N) of each node.
+    /// First derivatives; returns the energy, J. `stations` has 2 m entries: ∂E/∂x (N) and ∂E/∂θ (N m) of each
+    /// station; `span` has n: ∂E/∂x (N) of each node.
     fn gradient(&self, at: &ConstraintView<'_>, stations: &mut [Vector], span: &mut [Vector]) -> f64;
-    /// Second derivatives. `stations` is a 2 m × 2 m table of blocks, row by row, in the order of [`Self::gradient`], symmetric as a
-    /// whole: block (2 a + 1, 2 b) is ∂²E/∂θ_a∂x_b. `span` has n blocks ∂²E/∂x²: the nodes are coupled neither with one another nor with
-    /// stations.
+    /// Second derivatives. `stations` is a 2 m × 2 m table of blocks, row by row, in the order of [`Self::gradient`],
+    /// symmetric as a whole: block (2 a + 1, 2 b) is ∂²E/∂θ_a∂x_b. `span` has n blocks ∂²E/∂x²: the nodes
+    /// are coupled neither with one another nor with stations.
     fn hessian(&self, at: &ConstraintView<'_>, stations: &mut [Matrix], span: &mut [Matrix]);
 }
 
-/// What a residual must be.
+/// Relation that a residual must satisfy.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Relation {
     /// `c = 0`.
@@ -125,64 +125,68 @@ pub enum Relation {
 /// One equation or inequality.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Residual {
-    /// What it must be.
+    /// Relation that it must satisfy.
     pub relation: Relation,
-    /// What counts as one, in the residual's unit: 1 m for a distance, 1 rad for an angle. The residual is met to the force tolerance
-    /// times a hundredth of this (1e-8 of it where the tolerance is 1e-6).
+    /// Scale in the residual's unit: 1 m for a distance, 1 rad for an angle. The tolerance of the residual is the force
+    /// tolerance times a hundredth of this (1e-8 of it where the force tolerance is 1e-6).
     pub scale: f64,
 }
 
 impl Residual {
-    /// `c = 0`, measured by `scale`.
+    /// Equation `c = 0` with this scale.
     pub fn zero(scale: f64) -> Self {
         Self { relation: Relation::Zero, scale }
     }
-    /// `c ≤ 0`, measured by `scale`.
+    /// Inequality `c ≤ 0` with this scale.
     pub fn not_positive(scale: f64) -> Self {
         Self { relation: Relation::NotPositive, scale }
     }
 }
 
-/// Equations `c = 0` and inequalities `c ≤ 0` of stations, and of each node of a span for itself. They are enforced by an augmented
-/// Lagrangian (Hestenes 1969, Powell 1969; Rockafellar 1973 for inequalities); what they exert is −Jᵀλ.
+/// Equations `c = 0` and inequalities `c ≤ 0` of stations, and of each node of a span separately. They are enforced
+/// by an augmented Lagrangian (Hestenes 1969, Powell 1969; Rockafellar 1973 for inequalities); the generalised force on
+/// the harness is −Jᵀλ.
 ///
-/// Contract: twice differentiable, finite, the same bits for the same input; a residual that is not met has a derivative that is not 0.
-/// Derivatives are taken as those of a [`Potential`], and all room holds zeros when it is handed over. Residuals come in this order: those of the
-/// stations, then those of the first node of the span, of the second, and so on.
+/// Contract: twice differentiable, finite, the same bits for the same input; a violated residual has a derivative that
+/// is not 0. Derivatives are taken as those of a [`Potential`], and all slices are zero on entry. Order of the
+/// residuals: those of the stations, then those of the first node of the span, of the second, and so on.
 pub trait Equations: Send + Sync {
     /// The residuals of the stations.
     fn of_stations(&self) -> Vec<Residual>;
-    /// The residuals of one node of the span; every node has the same.
+    /// The residuals of one node of the span, the same for every node.
     fn of_each_node(&self) -> Vec<Residual> {
         Vec::new()
     }
-    /// c.
+    /// Values c.
     fn residuals(&self, at: &ConstraintView<'_>, c: &mut [f64]);
-    /// c and J = ∂c/∂(x, θ). `stations` has a row of 2 m vectors for each residual of the stations: ∂c/∂x and ∂c/∂θ of each station;
-    /// `span` has one vector for each residual of a node: ∂c/∂x of that node.
+    /// c and the Jacobian J = ∂c/∂(x, θ). `stations` has a row of 2 m vectors for each residual of the stations:
+    /// ∂c/∂x and ∂c/∂θ of each station; `span` has one vector for each residual of a node: ∂c/∂x of that
+    /// node.
     fn jacobian(&self, at: &ConstraintView<'_>, c: &mut [f64], stations: &mut [Vector], span: &mut [Vector]);
-    /// Σ w c″ over all residuals, in the places of [`Potential::hessian`]. Left at zero (as this does), second derivatives are those of
-    /// Gauss and Newton, and it takes more iterations where a residual is curved.
+    /// Σ w c″ over all residuals, in the layout of [`Potential::hessian`]. The default leaves it at zero: the
+    /// Gauss–Newton approximation, which takes more iterations where a residual is curved.
     fn curvature(&self, _at: &ConstraintView<'_>, _w: &[f64], _stations: &mut [Matrix], _span: &mut [Matrix]) {}
 }
 
-/// How a constraint acts.
+/// Kind of action of a constraint.
 pub enum Action<'a> {
-    /// Some of the six freedoms of its one station are given: eliminated, exact.
+    /// Prescribes some of the six degrees of freedom of its one station; they are eliminated, so the result is exact.
     Prescribed(&'a Hold),
-    /// An energy pulls at the stations, or along the span.
+    /// Adds a potential energy of the stations or of the span.
     Potential(&'a dyn Potential),
-    /// Equations and inequalities hold for them.
+    /// Imposes equations and inequalities on them.
     Equations(&'a dyn Equations),
 }
 
-/// What acts on one station, on several, or along a span. Its target pose belongs to the [`crate::Conditions`] and is moved by the steps.
+/// A constraint on one or several stations, or along a span. Its target pose belongs to the [`crate::Conditions`] and
+/// is moved by the steps.
 ///
-/// Contract: hot calls (those of [`Action`], [`Self::target`]) neither fail nor allocate, and say the same each time.
+/// Contract: hot calls (those of [`Action`], [`Self::target`]) neither fail nor allocate, and return the same result
+/// each time.
 pub trait Constraint: Send + Sync {
-    /// How it acts.
+    /// Its action.
     fn action(&self) -> Action<'_>;
-    /// The energy of a [`Potential`] as plain numbers, if it is of that form and acts on one station alone.
+    /// The coefficients of the energy, if it is a [`Potential`] of this form that acts on one station alone.
     fn law(&self) -> Option<SpringLaw> {
         None
     }
@@ -193,102 +197,103 @@ pub trait Constraint: Send + Sync {
             Action::Potential(_) | Action::Equations(_) => true,
         }
     }
-    /// Whether nothing changes when stations, span and targets undergo the same rigid motion: false for what knows a place or a direction
-    /// of the world by itself.
+    /// Whether the energy and the residuals are invariant when stations, span and targets undergo the same rigid
+    /// motion: false if the model has a place or a direction of the world of its own.
     fn objective(&self) -> bool {
         true
     }
-    /// The target that follows from the one the scenario gives (`base`) at a fraction of the step in which the constraint began to act; see
-    /// [`ConstraintView::progress`].
+    /// Target at a given progress of the step in which the constraint began to act, from the target of the scenario
+    /// (`base`); see [`ConstraintView::progress`].
     fn target(&self, base: &Pose, _progress: f64) -> Pose {
         *base
     }
-    /// What it remembers when it begins to act, each time anew: as many numbers as it will ever need.
+    /// Initial memory, set each time the constraint begins to act; its length stays the same.
     fn memory(&self) -> Vec<f64> {
         Vec::new()
     }
-    /// Called once at the equilibrium that an increment ends in, never for one that is tried and taken back: what is remembered from
-    /// here on. `memory` holds what was remembered before.
+    /// Updates the memory in place. Called once at the equilibrium that ends an increment, never for a trial that is
+    /// discarded.
     fn commit(&self, _at: &ConstraintView<'_>, _memory: &mut [f64]) {}
-    /// Why nothing it has said may be relied on any more, if so (a plugin that crashed or took too long); the run then ends.
+    /// Message of a fatal fault, if one has occurred (a plugin that crashed or exceeded its time limit): its results
+    /// are then invalid, and the run ends.
     fn fault(&self) -> Option<String> {
         None
     }
 }
 
-/// Whether a kind acts along a span.
+/// Use of a span by a kind of constraint.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum SpanUse {
     /// No.
     Never,
-    /// Where the scenario gives one.
+    /// If the scenario gives one.
     Maybe,
     /// Always.
     Always,
 }
 
-/// What a kind of constraint attaches to.
+/// Stations and span that a kind of constraint attaches to.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Attaches {
-    /// How many stations.
+    /// Permitted number of stations.
     pub stations: RangeInclusive<usize>,
     /// Whether it acts along a span.
     pub span: SpanUse,
 }
 
 impl Attaches {
-    /// To so many stations and no span.
+    /// Attaches to stations, so many of them, and to no span.
     pub fn to_stations(stations: RangeInclusive<usize>) -> Self {
         Self { stations, span: SpanUse::Never }
     }
 }
 
-/// To one station.
+/// One station and no span.
 impl Default for Attaches {
     fn default() -> Self {
         Self::to_stations(1..=1)
     }
 }
 
-/// What a constraint bears. Beyond it the constraint still holds: the run says so, and the engineer judges.
+/// Load limits of a constraint. Beyond them the constraint still acts, and the run reports an event.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Limits {
-    /// Largest force it takes before it comes off, N.
+    /// Pull-out force, N.
     pub pull_out_force: Option<f64>,
-    /// Largest moment it takes, N m.
+    /// Largest permitted moment, N m.
     pub max_moment: Option<f64>,
-    /// Force it takes to push it home, N.
+    /// Force that seats the connector, N.
     pub insertion_force: Option<f64>,
 }
 
-/// The cable may run through a constraint: its place is fixed in space, not in the material.
+/// Sliding of the cable through a constraint: its place is fixed in space, not in the material.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Slide {
-    /// Coulomb coefficient: the axial force it takes is at most so many times the force across. 0 is smooth.
+    /// Coefficient of Coulomb friction: bound of the ratio of axial to transverse force. 0 is smooth.
     pub friction: f64,
 }
 
-/// A place that a constraint acts on, as its factory is told.
+/// Station of a constraint, as input of its factory.
 #[derive(Clone, Debug, PartialEq)]
 pub struct StationSpec {
     /// Branch and arc length, m; `None`: a joint.
     pub place: Option<(String, f64)>,
-    /// Diameter of the cable there, m; of the thickest arm of a joint.
+    /// Diameter of the cable there, m; at a joint that of the thickest arm.
     pub diameter: f64,
 }
 
-/// A span that a constraint acts along, as its factory is told.
+/// Span of a constraint, as input of its factory.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SpanSpec {
     /// Branch.
     pub branch: String,
-    /// Arc lengths where it begins and ends, m.
+    /// Arc lengths of its ends, m.
     pub range: (f64, f64),
     /// Diameter of the cable, m.
     pub diameter: f64,
 }
 
-/// Everything a constraint factory is told.
+/// Input of a constraint factory.
 #[derive(Clone, Debug, Default)]
 pub struct ConstraintSpec {
     /// Name in the scenario.
@@ -301,7 +306,7 @@ pub struct ConstraintSpec {
     pub tangent_given: bool,
     /// Whether the scenario (or a later move) gives the direction of d1, or a whole orientation.
     pub up_given: bool,
-    /// `hold = […]`, where it is spelled out.
+    /// `hold = […]`, if given.
     pub hold: Option<Vec<HoldWord>>,
     /// `free_axis`.
     pub free_axis: Option<Unit<Vector>>,
@@ -310,7 +315,7 @@ pub struct ConstraintSpec {
 }
 
 impl ConstraintSpec {
-    /// The freedoms: those spelled out, or else `default`.
+    /// The prescribed degrees of freedom: those given in the scenario, or else `default`.
     pub fn hold(&self, default: &[HoldWord]) -> Hold {
         Hold::new(self.hold.as_deref().unwrap_or(default), self.free_axis, &self.rails)
     }

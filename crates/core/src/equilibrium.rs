@@ -1,4 +1,5 @@
-//! What comes out: shapes, internal forces, reactions, energies, and how it was found. SI units.
+//! Results of a run in SI units: shapes, internal forces, reactions, energies, events, and data on the solution
+//! process.
 
 pub use crate::event::{Event, EventKind, EventPlace, Moment};
 use crate::status::Status;
@@ -6,28 +7,28 @@ use crate::{Pose, Rotation, Vector};
 use serde::{Deserialize, Serialize};
 use std::fmt;
 
-/// A whole run.
+/// Result of a whole run.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Run {
     /// Name of the scenario.
     pub scenario: String,
-    /// Status of the run: that of its first increment that did not converge, or converged.
+    /// Status of the run: that of its first increment that did not converge, otherwise converged.
     pub status: Status,
-    /// Remarks on the harness and its start: wires that end in a joint and the like.
+    /// Remarks on the harness and its initial equilibrium, for example wires that end in a joint.
     pub notes: Vec<String>,
-    /// What happened on the way, in the order in which it began.
+    /// Events during the run, in the order in which they began.
     pub events: Vec<Event>,
     /// The last increment of each step, or all of them.
     pub steps: Vec<StepResult>,
-    /// How near cables came to what is about them, over all increments.
+    /// Least clearances of the cables over all increments.
     pub clearances: Vec<Clearance>,
-    /// What ended the run before its time, where a constraint, a joint or the minimiser did.
+    /// Fault of a constraint, a joint or the minimiser that ended the run early.
     pub fault: Option<PartFault>,
-    /// Libraries that brought kinds of their own.
+    /// Plugin libraries that were used.
     pub plugins: Vec<Library>,
 }
 
-/// A part of the harness that may have functions of its own.
+/// Family of a part that a plugin may implement.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum PartFamily {
     /// A constraint.
@@ -39,7 +40,7 @@ pub enum PartFamily {
 }
 
 impl PartFamily {
-    /// As results and scenarios call it.
+    /// Word used in results and scenarios.
     pub fn word(self) -> &'static str {
         match self {
             PartFamily::Constraint => "constraint",
@@ -49,20 +50,21 @@ impl PartFamily {
     }
 }
 
-/// A constraint, joint or minimiser of which nothing may be relied on any more: the increment that it happened in is not part of the result.
+/// Fatal fault of a constraint, joint or minimiser: its results are invalid, and the increment in which it occurred is
+/// not part of the result.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct PartFault {
-    /// Which it is.
+    /// Its family.
     pub family: PartFamily,
     /// Its name.
     pub name: String,
-    /// Its kind, or its model.
+    /// Its kind or model.
     pub kind: String,
     /// Step.
     pub step: String,
-    /// Which increment of it, from 1; 0: while the start was being found.
+    /// Index of the increment, from 1; 0: while the initial equilibrium was being found.
     pub increment: usize,
-    /// What happened.
+    /// Description of the fault.
     pub message: String,
 }
 
@@ -79,14 +81,14 @@ impl fmt::Display for PartFault {
     }
 }
 
-/// A library that brought kinds of its own.
+/// A plugin library.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Library {
     /// Its name.
     pub name: String,
     /// Its version.
     pub version: String,
-    /// Where it was.
+    /// Path of its file.
     pub file: String,
     /// SHA-256 of the file, hexadecimal.
     pub hash: String,
@@ -98,12 +100,12 @@ impl fmt::Display for Library {
     }
 }
 
-/// One increment's end.
+/// Result at the end of one increment.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct StepResult {
     /// Name of the step.
     pub name: String,
-    /// Which increment this is, from 1.
+    /// Index of the increment, from 1.
     pub increment: usize,
     /// Increments of the step.
     pub increments: usize,
@@ -117,36 +119,36 @@ pub struct StepResult {
     pub constraints: Vec<ConstraintResult>,
     /// Obstacles.
     pub obstacles: Vec<ObstacleResult>,
-    /// What the operations of the step came to, in the order of the scenario: grasps, carries, mates, clips.
+    /// Results of the operations of the step, in the order of the scenario: grasps, carries, mates, clips.
     pub operations: Vec<OperationResult>,
     /// Energy by effect.
     pub energy: Energy,
-    /// Of the whole harness, the bend nearest to its limit, or furthest beyond it; where no branch has a limit, the one of least
-    /// radius. `None` where everything is straight.
+    /// Critical bend of the whole harness: the one nearest to its limit, or furthest beyond it; without limits, the one
+    /// of least radius. `None` where everything is straight.
     pub min_bend_radius: Option<TightestBend>,
-    /// Whether the equilibrium is stable; `None` where that cannot be told: a motion of it costs nothing (or nothing above round-off), it is not
-    /// one, or a dead moment acts, which has no potential: then it is `Some(false)` or `None`.
+    /// Whether the equilibrium is stable; `None` where that cannot be decided: an eigenvalue is zero to round-off, the
+    /// state is not an equilibrium, or a dead moment acts, which has no potential (then `Some(false)` or `None`).
     pub stable: Option<bool>,
-    /// How it was found.
+    /// Data on the solution process.
     pub minimiser: MinimiserResult,
 }
 
-/// The least distance between a branch and something else over a run, from surface to surface.
+/// Clearance: the least distance between the surfaces of a branch and of another object over a run.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Clearance {
     /// Branch.
     pub branch: String,
-    /// What it is the distance from.
+    /// The other object.
     pub from: ClearanceFrom,
     /// Distance, m; negative where they overlap.
     pub distance: f64,
-    /// Arc length of the nearest place of the branch, m.
+    /// Arc length of the nearest point of the branch, m.
     pub s: f64,
-    /// That place, m: of the centre line.
+    /// Position of that point on the centre line, m.
     pub position: Vector,
-    /// What is asked for at least, m.
+    /// Required clearance, m.
     pub required: Option<f64>,
-    /// In which increment it was.
+    /// The increment in which it occurred.
     pub moment: Moment,
 }
 
@@ -157,7 +159,7 @@ impl Clearance {
     }
 }
 
-/// What a branch is near to.
+/// Object that a branch is near to.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub enum ClearanceFrom {
     /// An obstacle, by name.
@@ -166,7 +168,7 @@ pub enum ClearanceFrom {
     Branch {
         /// Its name.
         name: String,
-        /// Arc length of its nearest place, m.
+        /// Arc length of its nearest point, m.
         s: f64,
     },
 }
@@ -180,25 +182,25 @@ impl fmt::Display for ClearanceFrom {
     }
 }
 
-/// An obstacle, and what it exerts on the harness.
+/// An obstacle and its load on the harness.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ObstacleResult {
     /// Name.
     pub name: String,
-    /// Where it stands.
+    /// Its pose.
     pub pose: Pose,
     /// Force on the harness, N, world axes.
     pub force: Vector,
     /// Moment on the harness about the obstacle's position, N m, world axes.
     pub moment: Vector,
-    /// Number of places of the cables that it pushes.
+    /// Number of contact points with a force.
     pub contacts: usize,
-    /// How deep the deepest of them is, m.
+    /// Largest penetration depth of a contact point, m.
     pub depth: f64,
 }
 
-/// One branch; vectors have one entry for each node. Where a constraint inside the branch makes force, moment and curvature
-/// jump, they are those of the side that is bent more tightly.
+/// One branch; vectors have one entry for each node. Where force, moment and curvature jump at a constraint inside the
+/// branch, the values are those of the side that is bent more tightly.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct BranchResult {
     /// Name.
@@ -211,11 +213,11 @@ pub struct BranchResult {
     pub axial_stiffness: f64,
     /// Arc length, m.
     pub s: Vec<f64>,
-    /// Position, m, world: of the centre line, beside the corner of the polygon by ℓ² x″/24.
+    /// Position of the centre line, m, world; it differs from the node by ℓ² x″/24.
     pub position: Vec<Vector>,
     /// Frame; its columns are d1, d2, d3.
     pub frame: Vec<Rotation>,
-    /// Internal force, N, world: what the part with larger s exerts on the part with smaller s.
+    /// Internal force that the part with larger s exerts on the part with smaller s, N, world.
     pub force: Vec<Vector>,
     /// Internal moment, N m, world.
     pub moment: Vec<Vector>,
@@ -236,31 +238,31 @@ pub struct JointResult {
     pub orientation: Rotation,
 }
 
-/// One constraint: where it holds, and what it exerts on the harness.
+/// One constraint: its pose, and its reaction on the harness.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ConstraintResult {
     /// Name.
     pub name: String,
     /// Kind.
     pub kind: String,
-    /// Held point, m: the first station, or where the span begins.
+    /// Held point, m: the first station, or the first node of the span.
     pub position: Vector,
     /// Frame at the held point.
     pub orientation: Rotation,
-    /// Force at the held point, N, world; where there is only a span, all that acts on it.
+    /// Force at the held point, N, world; where there is only a span, the resultant on it.
     pub force: Vector,
     /// Moment about the held point, N m, world.
     pub moment: Vector,
-    /// Every station, the first one included, where there are several.
+    /// All stations, if there are several.
     pub stations: Vec<StationResult>,
-    /// The span, where it acts along one.
+    /// The span, if it acts along one.
     pub span: Option<SpanResult>,
-    /// How the cable runs through it, where it slides.
+    /// Sliding of the cable through it, if it slides.
     pub slide: Option<SlideResult>,
 }
 
 impl ConstraintResult {
-    /// The largest force at any station, or all that acts on the span, N.
+    /// The largest force at any station, or the resultant on the span, N.
     pub fn largest_force(&self) -> f64 {
         let others = self.stations.iter().map(|station| station.force.norm());
         others.chain(self.span.iter().map(|span| span.force.norm())).fold(self.force.norm(), f64::max)
@@ -272,10 +274,10 @@ impl ConstraintResult {
     }
 }
 
-/// One of several stations of a constraint, and what it exerts there.
+/// One of several stations of a constraint, with the reaction there.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct StationResult {
-    /// Where it is, m.
+    /// Position, m.
     pub position: Vector,
     /// Force, N, world.
     pub force: Vector,
@@ -283,14 +285,14 @@ pub struct StationResult {
     pub moment: Vector,
 }
 
-/// The span of a constraint, and what it exerts along it.
+/// The span of a constraint, with the reaction along it.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct SpanResult {
     /// Branch.
     pub branch: String,
-    /// Unstressed arc lengths where it begins and ends, m.
+    /// Unstressed arc lengths of its ends, m.
     pub range: (f64, f64),
-    /// All that acts on it, N, world.
+    /// Resultant force on it, N, world.
     pub force: Vector,
     /// The largest force on one of its nodes, N, world.
     pub largest: Vector,
@@ -298,34 +300,34 @@ pub struct SpanResult {
     pub largest_at: f64,
 }
 
-/// How the cable runs through a constraint.
+/// Sliding of a cable through a constraint.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct SlideResult {
     /// Branch.
     pub branch: String,
     /// Unstressed arc length at the constraint, m.
     pub arc_length: f64,
-    /// What the constraint exerts on the cable along it, towards larger s, N: friction, or a stop.
+    /// Axial force of the constraint on the cable, positive towards larger s, N: friction, or the reaction of a stop.
     pub axial_force: f64,
-    /// What the cable does.
+    /// State of motion.
     pub motion: SlideMotion,
 }
 
-/// What a cable does in a constraint that slides.
+/// State of motion of a cable in a sliding constraint.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum SlideMotion {
-    /// It runs without friction.
+    /// It slides without friction.
     Free,
     /// Friction holds it.
     Stick,
-    /// It runs against friction.
+    /// It slides against friction.
     Slip,
-    /// A joint or another constraint has come up against it.
+    /// A joint or another constraint stops it.
     Stopped,
 }
 
 impl SlideMotion {
-    /// The word of results.
+    /// Word used in results.
     pub fn word(self) -> &'static str {
         match self {
             Self::Free => "free",
@@ -336,46 +338,46 @@ impl SlideMotion {
     }
 }
 
-/// What an operation of a step came to, so far.
+/// Result of an operation of a step, so far.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub enum OperationResult {
-    /// A hand took hold.
+    /// A grasp.
     Grasp {
         /// Name of the constraint.
         constraint: String,
-        /// Branch and arc length (m) where it did; none at a joint.
+        /// Branch and arc length (m) of the place; `None` at a joint.
         place: Option<(String, f64)>,
     },
-    /// Things were carried together.
+    /// Constraints carried together.
     Carry {
         /// Names of the constraints.
         constraints: Vec<String>,
-        /// Largest force that one of them took on the way, N.
+        /// Largest force of one of them during the motion, N.
         force: f64,
     },
-    /// A connector was pushed home.
+    /// A connector was mated.
     Mate {
         /// Name of the constraint.
         constraint: String,
-        /// Largest force along the direction of insertion that the hand needed in the push: what the cable held against it and
-        /// what the connector itself takes, N; none before the push has begun.
+        /// Largest insertion force in the push, N: the reaction of the cable along the direction of insertion plus the
+        /// insertion force of the connector itself; `None` before the push has begun.
         insertion_force: Option<f64>,
-        /// Most that the hand may push, N.
+        /// Largest permitted insertion force, N.
         limit: Option<f64>,
     },
     /// A clip closed.
     Clip {
         /// Name of the constraint.
         constraint: String,
-        /// Branch and arc length (m) where it did; none at a joint.
+        /// Branch and arc length (m) of the place; `None` at a joint.
         place: Option<(String, f64)>,
-        /// How far from its seat it did, m.
+        /// Distance of the cable from the seat when the clip closed, m.
         reach: f64,
     },
 }
 
 impl OperationResult {
-    /// What it is called.
+    /// Name of the operation.
     pub fn word(&self) -> &'static str {
         match self {
             OperationResult::Grasp { .. } => "grasp",
@@ -385,7 +387,7 @@ impl OperationResult {
         }
     }
 
-    /// Names of the constraints that take part.
+    /// Names of the constraints involved.
     pub fn of(&self) -> &[String] {
         match self {
             OperationResult::Carry { constraints, .. } => constraints,
@@ -396,7 +398,7 @@ impl OperationResult {
     }
 }
 
-/// What it came to: "insertion force 19.60 N, allowed 45 N".
+/// Example: "insertion force 19.60 N, allowed 45 N".
 impl fmt::Display for OperationResult {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let place = |f: &mut fmt::Formatter<'_>, place: &Option<(String, f64)>| match place {
@@ -425,7 +427,8 @@ impl fmt::Display for OperationResult {
     }
 }
 
-/// Energy by effect, J. Zero at rest; gravity measured from the world origin; loads −F·x.
+/// Energy by effect, J. The elastic parts are zero at rest; gravity is measured from the world origin; loads are
+/// −F·x.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Energy {
     /// Stretch of the branches.
@@ -442,7 +445,7 @@ pub struct Energy {
     pub load: f64,
     /// Joints.
     pub joint: f64,
-    /// Constraints that are potentials.
+    /// Constraints and contact.
     pub constraint: f64,
 }
 
@@ -466,27 +469,28 @@ pub struct TightestBend {
     pub limit: Option<f64>,
 }
 
-/// How an equilibrium was found.
+/// Data on how an equilibrium was found.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct MinimiserResult {
     /// Kind.
     pub kind: String,
-    /// What it computed on, where that was not the processor; see [`crate::Minimiser::device`].
+    /// Device, if not the processor; see [`crate::Minimiser::device`].
     pub device: Option<String>,
     /// Iterations, over all increments of the step so far.
     pub iterations: usize,
-    /// How many of them another minimiser made to finish; see [`crate::minimiser::Report::polish`].
+    /// Number of these iterations made by another minimiser to finish; see [`crate::minimiser::Report::polish`].
     pub polish: usize,
-    /// Factorisations, likewise.
+    /// Factorisations, over all increments of the step so far.
     pub factorisations: usize,
-    /// Time, s, likewise.
+    /// Time over all increments of the step so far, s.
     pub seconds: f64,
     /// Largest residual force (and moment) relative to its scale, from the certificate.
     pub force_residual: f64,
-    /// By how much the next Newton step would move a node at most, m: an estimate of how far the shape is from the equilibrium of the mesh;
-    /// none where the second derivatives were not looked at.
+    /// Largest motion of a node in the next Newton step, m: an estimate of the distance of the shape from the
+    /// equilibrium of the mesh; `None` where the second derivatives were not evaluated.
     pub shape_error: Option<f64>,
-    /// How far equations and inequalities of constraints are from being met at most, in units of their scales; none where there are none.
+    /// Largest violation of an equation or inequality of a constraint, in units of its scale; `None` where there are
+    /// none.
     pub constraint_residual: Option<f64>,
 }
 

@@ -1,46 +1,47 @@
-//! What happened on the way that an engineer must know: limits passed, snaps, slips, increments that were hard to find.
+//! Events of a run: exceeded limits, snap-through, slip, increments that were difficult to solve.
 
 use serde::{Deserialize, Serialize};
 use std::fmt;
 
-/// What kind of thing happened.
+/// Kind of an event.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 pub enum EventKind {
     /// A branch is bent more tightly than its section allows; value and limit are radii, m.
     BendRadius,
-    /// A branch is nearer to an obstacle than asked for; value and limit are distances from surface to surface, m.
+    /// A branch is nearer to an obstacle than required; value and limit are distances from surface to surface, m.
     Clearance,
-    /// A constraint takes more force than it can; N.
+    /// The force on a constraint exceeds its limit; N.
     ConstraintForce,
-    /// A constraint takes more moment than it can; N m.
+    /// The moment on a constraint exceeds its limit; N m.
     ConstraintMoment,
-    /// A span is shorter than the distance it must bridge; value: that distance, m; limit: the span's length, m.
+    /// A span is shorter than the distance between its ends; value: that distance, m; limit: the span's length, m.
     Overstretched,
-    /// Pushing a connector home takes more force than allowed; N.
+    /// The insertion force of a connector exceeds its limit; N.
     InsertionForce,
-    /// Constraints hold cables nearer to each other than they are thick; value and limit are distances between centre lines, m.
+    /// Constraints hold cables nearer to each other than the sum of their radii; value and limit are distances between
+    /// centre lines, m.
     Overlap,
-    /// An equilibrium ceased to exist or to be stable, and the harness snapped to another one; value: the farthest that
-    /// any point moved, m.
+    /// An equilibrium ceased to exist or to be stable, and the harness snapped to another one; value: largest
+    /// displacement of a point, m.
     Jump,
     /// The cable slips through a constraint with friction; value: the friction, N.
     Slip,
-    /// The cable sticks again in a constraint with friction in which it slipped; value: what friction holds, N.
+    /// The cable sticks again in a constraint with friction in which it slipped; value: the friction force, N.
     Stick,
-    /// The cable ran out of a constraint it slides in: that no longer acts.
+    /// The cable ran out of a sliding constraint, which no longer acts.
     LeftRing,
-    /// The cable cannot run on through a constraint: another one or a joint has come up against it; value: what that takes, N.
+    /// Another constraint or a joint stops the cable in a sliding constraint; value: the force on the stop, N.
     SlideStop,
-    /// An increment did not converge and was carried out in smaller parts; value: into how many.
+    /// An increment did not converge and was carried out in smaller parts; value: their number.
     CutBack,
     /// An increment did not converge; value: residual, relative; limit: the tolerance.
     NotConverged,
     /// An increment ended in an equilibrium that is not stable.
     Unstable,
-    /// Turns of twist that were asked for cannot be held by the mesh; value: how many would be lost at once.
+    /// The mesh cannot represent the prescribed turns of twist; value: number of turns that would be lost at once.
     TwistLost,
-    /// Neighbouring frames of a branch are turned so far against each other that its segments do not bend and twist as the cable does;
-    /// value and limit are turns, rad.
+    /// The rotation between neighbouring frames of a branch is so large that its segments do not bend and twist as the
+    /// cable does; value and limit are angles, rad.
     CoarseMesh,
 }
 
@@ -89,7 +90,7 @@ impl EventKind {
         }
     }
 
-    /// The kind in a few words for people.
+    /// Short description for users.
     pub fn title(self) -> &'static str {
         match self {
             EventKind::BendRadius => "bent too tightly",
@@ -112,7 +113,7 @@ impl EventKind {
         }
     }
 
-    /// Whether the engineer must do something about it, or need only know.
+    /// Whether the event demands a correction, as opposed to information only.
     pub fn is_trouble(self) -> bool {
         !matches!(self, EventKind::Slip | EventKind::Stick | EventKind::SlideStop | EventKind::CutBack)
     }
@@ -146,11 +147,11 @@ impl EventKind {
     }
 }
 
-/// What it happened to; all empty: to the harness as a whole.
+/// Part of the harness that an event concerns; all fields empty: the whole harness.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct EventPlace {
     /// Name of the constraint.
-    // The name of the key in results.
+    // Key of the results file.
     #[serde(rename = "fixing")]
     pub constraint: Option<String>,
     /// Name of the obstacle.
@@ -193,37 +194,38 @@ impl fmt::Display for EventPlace {
 pub struct Moment {
     /// Name of the step.
     pub step: String,
-    /// Which step, from 0.
+    /// Index of the step, from 0.
     pub step_index: usize,
-    /// Which increment of it, from 1; 0: while the start was found.
+    /// Index of the increment, from 1; 0: while the initial equilibrium was being found.
     pub increment: usize,
 }
 
-/// Something that happened. What goes on over increments that follow each other is one event.
+/// An event. A condition that lasts over consecutive increments is one event.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Event {
-    /// What.
+    /// Its kind.
     pub kind: EventKind,
-    /// To what; its arc length is that of the worst increment.
+    /// Its place; the arc length is that of the worst increment.
     pub place: EventPlace,
-    /// The increment in which it began.
+    /// First increment.
     pub first: Moment,
-    /// The increment in which it was worst.
+    /// Worst increment.
     pub worst: Moment,
-    /// The last increment in which it was so.
+    /// Last increment.
     pub last: Moment,
-    /// In how many increments it was so.
+    /// Number of increments in which the condition held.
     pub increments: usize,
-    /// The worst value; see [`EventKind`] for what it is.
+    /// Worst value; see [`EventKind`] for its meaning.
     pub value: Option<f64>,
-    /// What it should not pass.
+    /// Limit of the value.
     pub limit: Option<f64>,
-    /// One sentence for people, of the worst increment, without its name.
+    /// One sentence for users about the worst increment, without its name.
     pub message: String,
 }
 
 impl Event {
-    /// How many times the limit its value is, or the limit its value where more is better (without end where that is 0 or less); 0 where there is none.
+    /// Ratio of the value to the limit, or of the limit to the value where larger is better (infinite for values ≤
+    /// 0); 0 without value or limit.
     pub fn excess(&self) -> f64 {
         match (self.value, self.limit) {
             (Some(value), Some(limit)) if self.kind.is_better_large() => limit / value.max(0.0),
@@ -233,18 +235,18 @@ impl Event {
     }
 }
 
-/// Events of one kind at one thing, at whatever arc length.
+/// Events of one kind at one part of the harness, at any arc length.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Group<'a> {
-    /// The first.
+    /// First event.
     pub first: &'a Event,
-    /// The worst.
+    /// Worst event.
     pub worst: &'a Event,
-    /// In how many increments.
+    /// Number of increments.
     pub increments: usize,
 }
 
-/// Events by kind and thing, in the order of [`EventKind::ALL`], what is furthest beyond its limit first: what people want to read.
+/// Groups events by kind and part, in the order of [`EventKind::ALL`], and within a kind with the largest excess first.
 pub fn grouped(events: &[Event]) -> Vec<Group<'_>> {
     let thing = |event: &Event| EventPlace { s: None, ..event.place.clone() };
     let mut groups: Vec<Group> = Vec::new();

@@ -1,14 +1,15 @@
-//! What the parts of a harness are as plain numbers, for whoever evaluates them somewhere else: on a GPU, say.
+//! Energies of the parts of a harness as coefficients, for evaluation elsewhere, for example on a GPU.
 //!
-//! A part that says its law has the energy written here, to round-off, in its trait's methods; a part whose energy is another
-//! one says `None`, and is declined by name where the law is needed.
+//! A part that returns a law has the energy written here, to round-off; a part with another energy returns `None` and
+//! is refused by name where the law is needed.
 
 use crate::{Rotation, Vector};
 
 /// A rod on the staggered grid: a stretch-shear energy in every segment and a bend-twist energy in every coupling.
 ///
-/// Segment: `E = ½ ℓ (Γᵀ C Γ + B min(Γ3 + 1, 0)²)`, `Γ = v + v × φ − e3`, `v = Rᵀ e/ℓ`, `φ = Σ 2 β Re(r) Im(r)` with `r = q̄ Q` over the stations
-/// Q beside it ([`crate::rod::Beside`]); the sign of r is that with Re(r) ≥ 0. Coupling: see [`PairLaw`].
+/// Segment: `E = ½ ℓ (Γᵀ C Γ + B min(Γ3 + 1, 0)²)`, `Γ = v + v × φ − e3`, `v = Rᵀ e/ℓ`,
+/// `φ = Σ 2 β Re(r) Im(r)` with `r = q̄ Q` over the stations Q beside it ([`crate::rod::Beside`]); the sign of r is
+/// that with Re(r) ≥ 0. Coupling: see [`PairLaw`].
 #[derive(Clone, Debug, PartialEq)]
 pub struct RodLaw {
     /// Each segment.
@@ -17,7 +18,7 @@ pub struct RodLaw {
     pub couplings: Vec<Vector>,
     /// β of a station at an end of the branch, and of one within it.
     pub blends: [f64; 2],
-    /// κ°, 1/m; what is drawn beyond it ([`crate::BranchShape::extra_curvature`]) is added.
+    /// κ°, 1/m; [`crate::BranchShape::extra_curvature`] is added to it.
     pub curvature: Vector,
 }
 
@@ -26,19 +27,19 @@ pub struct RodLaw {
 pub struct SegmentLaw {
     /// C: diag(GA1, GA2, EA), N.
     pub stiffness: Vector,
-    /// B, N: of an edge that points against its frame.
+    /// B, N: stiffness against an edge that points against its frame.
     pub overturned: f64,
 }
 
 /// A joint.
 #[derive(Clone, Debug, PartialEq)]
 pub struct JointLaw {
-    /// The pairs of arms that are coupled; none on a hub.
+    /// The pairs of coupled arms; empty on a hub.
     pub pairs: Vec<PairLaw>,
 }
 
-/// Bending and twist between two frames: `E = ½ λ (κ−κ°)ᵀ C (κ−κ°)`, `κ = (2/λ) (1 + |v|²/6) v`, `v` the imaginary part of
-/// `r = conj(q_a α) (q_b β)` with the sign that makes its real part ≥ 0.
+/// Bending and twist between two frames: `E = ½ λ (κ−κ°)ᵀ C (κ−κ°)`, `κ = (2/λ) (1 + |v|²/6) v`, `v`
+/// the imaginary part of `r = conj(q_a α) (q_b β)` with the sign that makes its real part ≥ 0.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PairLaw {
     /// Index of the first arm.
@@ -57,16 +58,17 @@ pub struct PairLaw {
     pub curvature: Vector,
 }
 
-/// A spring between a station, at x and q, and its target: `½ k |x − x_target|²`, and what turns it.
+/// A spring between a station, at x and q, and its target: `½ k |x − x_target|²` and the energy of a
+/// [`TurningLaw`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SpringLaw {
     /// k, N/m.
     pub stiffness: f64,
-    /// What turns the station to its target.
+    /// Rotational energy.
     pub turning: TurningLaw,
 }
 
-/// What turns a station to its target.
+/// Rotational energy of a station and its target.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum TurningLaw {
     /// Nothing.

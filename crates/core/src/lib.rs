@@ -1,5 +1,5 @@
-//! The vocabulary of Wireloom: what a harness is, in which state it is, what its energy is, and the
-//! four traits through which rods, joints, constraints and minimisers are exchanged.
+//! Basic types of Wireloom: the network of a harness, its state, its energy, and the traits that rods, joints,
+//! constraints, shapes and minimisers implement.
 //!
 //! No I/O, no printing, no file format, no graphics API, no dynamic library: see `crates/README.md`.
 //!
@@ -11,8 +11,8 @@
 //! | `λ_c` | `coupling_lengths` | m | length of the bend-twist coupling between frames `c` and `c+1` |
 //! | `Γ_j` | strain | – | `R_jᵀ (x_{j+1} − x_j)/ℓ_j − e3`: shear along d1, d2; stretch along d3 |
 //! | `κ_c` | curvature | 1/m | `(2/λ_c) (1 + v·v/6) v`, `v = Im(q̄_c q_{c+1})`: bending about d1, d2; twist about d3 |
-//! | `n_j` | force | N | `R_j C Γ_j`: what the part with larger s exerts on the part with smaller s |
-//! | `m_c` | moment | N m | likewise |
+//! | `n_j` | force | N | `R_j C Γ_j`: internal force that the part with larger s exerts on the part with smaller s |
+//! | `m_c` | moment | N m | internal moment, with the same sign |
 
 use serde::{Deserialize, Serialize};
 
@@ -58,12 +58,12 @@ pub struct Pose {
 }
 
 impl Pose {
-    /// The origin, with frames along the world axes.
+    /// Pose of the world frame.
     pub fn identity() -> Self {
         Self { position: Vector::zeros(), orientation: Rotation::identity() }
     }
 
-    /// `self` after `local`: the pose of something that sits at `local` in the frame of `self`.
+    /// World pose of a body whose pose in the frame of `self` is `local`.
     pub fn compose(&self, local: &Pose) -> Pose {
         Pose {
             position: self.position + self.orientation * local.position,
@@ -71,12 +71,12 @@ impl Pose {
         }
     }
 
-    /// Where a point of the world is in the axes of the pose.
+    /// Coordinates of a world point in the axes of the pose, m.
     pub fn local(&self, x: &Vector) -> Vector {
         self.orientation.inverse_transform_vector(&(x - self.position))
     }
 
-    /// The pose that undoes `self`.
+    /// Inverse of the pose.
     pub fn inverse(&self) -> Pose {
         let orientation = self.orientation.inverse();
         Pose { position: -(orientation * self.position), orientation }

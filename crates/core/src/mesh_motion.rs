@@ -3,9 +3,9 @@
 use crate::{Network, State, Vector};
 
 impl Network {
-    /// Moves the mesh of a branch along the cable, points and frames being interpolated: `knots` (increasing nodes, both ends
-    /// among them) move to the given arc lengths (m), and between them the mesh is divided as it was built. Returns false,
-    /// and does nothing, where the arc lengths do not increase.
+    /// Moves the mesh of a branch along the cable and interpolates points and frames: `knots` (increasing nodes,
+    /// including both ends) move to the given arc lengths (m), and between them the mesh keeps the proportions it was
+    /// built with. Returns false, and does nothing, if the arc lengths do not increase.
     pub fn move_mesh(&self, branch: usize, knots: &[(usize, f64)], state: &mut State) -> bool {
         if knots.windows(2).any(|pair| pair[0].1 >= pair[1].1) {
             return false;
@@ -44,7 +44,7 @@ impl Network {
         true
     }
 
-    /// Makes the coupling lengths of a branch those of its rest lengths.
+    /// Recomputes the coupling lengths of a branch from its rest lengths.
     pub(crate) fn couple(&self, branch: usize, state: &mut State) {
         let branch = &self.branches[branch];
         let mesh = branch.rod.mesh();
@@ -53,7 +53,8 @@ impl Network {
     }
 }
 
-/// The point at arc length `s` of a curve through `points` at arc lengths `places`: cubic, with the mean of the neighbouring slopes.
+/// Point at arc length `s` of a curve through `points` at arc lengths `places`: cubic Hermite interpolation with slopes
+/// by central differences.
 fn point_at(places: &[f64], points: &[Vector], s: f64) -> Vector {
     let last = points.len() - 1;
     let k = places.partition_point(|place| *place <= s).clamp(1, last);

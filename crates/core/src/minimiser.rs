@@ -1,10 +1,10 @@
-//! The trait of a minimiser, and what it says when it is done.
+//! Trait of a minimiser, its stopping criteria and its report.
 
 use crate::build_error::BuildError;
 use crate::status::Status;
 use crate::{Network, Problem, State};
 
-/// When to stop.
+/// Stopping criteria.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Stop {
     /// Largest residual force relative to the force scale, and moment relative to the moment scale.
@@ -19,14 +19,15 @@ impl Default for Stop {
     }
 }
 
-/// What a minimiser did.
+/// Report of a minimiser.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Report {
-    /// How it ended, in its own view; only the certificate may call it converged to users.
+    /// Its own status; only the certificate may report convergence to users.
     pub status: Status,
-    /// Linear systems solved (or line searches made).
+    /// Number of iterations: linear systems solved, or line searches made.
     pub iterations: usize,
-    /// How many of them another minimiser made, to finish what this one could not certify (in single precision, say).
+    /// Number of these iterations made by another minimiser, to finish what this one could not certify (for example in
+    /// single precision).
     pub polish: usize,
     /// Matrices factorised.
     pub factorisations: usize,
@@ -37,38 +38,36 @@ pub struct Report {
 }
 
 impl Report {
-    /// Of a minimiser that has done nothing yet.
+    /// Report of a minimiser before its first iteration.
     pub fn begun(status: Status) -> Self {
         Self { status, iterations: 0, polish: 0, factorisations: 0, evaluations: 0, residual: f64::INFINITY }
     }
 }
 
-/// Moves a state downhill to an equilibrium.
+/// Minimiser: moves a state to an equilibrium with descending energy.
 ///
-/// Contract: on entry the state may violate prescribed freedoms; on return it satisfies them exactly
-/// and its energy is not above that of the first state that did. It never grades its own work: what
-/// it calls converged is recomputed by the certificate. After the first call on a problem, calls on the
-/// same network do not allocate.
+/// Contract: on entry the state may violate prescribed degrees of freedom; on return it satisfies them exactly and its
+/// energy is not above that of the first state that did. Its status is not trusted: the certificate recomputes
+/// convergence. After the first call on a problem, calls on the same network do not allocate.
 pub trait Minimiser {
     /// Kind name.
     fn name(&self) -> &str;
-    /// Carries `state` to an equilibrium of `problem`, or as near as it gets.
+    /// Moves `state` to an equilibrium of `problem`, or as near to it as possible.
     fn minimise(&mut self, problem: &mut Problem<'_>, state: &mut State, stop: &Stop) -> Report;
-    /// Forgets what it remembers of earlier calls: the next one gives the same bits as that of a new minimiser.
+    /// Discards the data kept from earlier calls: the next call gives the same bits as that of a new minimiser.
     fn forget(&mut self);
-    /// Whether it can work on this harness; asked before a run begins.
+    /// Checks whether it supports this harness; called before a run begins.
     ///
     /// # Errors
-    /// The part it has no law for, by name, and what would be right.
+    /// Names the part it does not support, and suggests a correction.
     fn accepts(&self, _network: &Network) -> Result<(), BuildError> {
         Ok(())
     }
-    /// What it computes on, where that is not the processor: the device's name and the precision of its numbers.
+    /// Device that it computes on, if not the processor: name and floating-point precision.
     fn device(&self) -> Option<String> {
         None
     }
-    /// Why nothing it says may be relied on any more, if so (a device that was lost); the run then ends, and keeps what is
-    /// finished.
+    /// Message of a fatal fault, if one has occurred (a lost device): the run then ends with the finished increments.
     fn fault(&self) -> Option<String> {
         None
     }

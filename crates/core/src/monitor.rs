@@ -1,10 +1,10 @@
-//! The link between a computation and whoever waits for it.
+//! Monitor of a running computation: progress and interruption from other threads.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering::Relaxed};
 
-/// Lets others stop a computation and see how far it is, from any thread; clones are the same link. Results do not depend on it, but
-/// for [`crate::Status::Interrupted`].
+/// Handle to interrupt a computation and to read its progress, from any thread; clones share the same data. Results do
+/// not depend on it, except for [`crate::Status::Interrupted`].
 #[derive(Clone, Debug, Default)]
 pub struct Monitor(Arc<Shared>);
 
@@ -17,29 +17,29 @@ struct Shared {
 }
 
 impl Monitor {
-    /// Asks the computation to stop: it ends within an iteration, and what it was at is [`crate::Status::Interrupted`].
+    /// Requests the computation to stop: it ends within an iteration with [`crate::Status::Interrupted`].
     pub fn stop(&self) {
         self.0.stopped.store(true, Relaxed);
     }
 
-    /// Takes back what [`Self::stop`] asked for.
+    /// Withdraws the request of [`Self::stop`].
     pub fn go_on(&self) {
         self.0.stopped.store(false, Relaxed);
     }
 
-    /// Whether somebody asked to stop. Loops without an end in sight ask this.
+    /// Whether a stop was requested. Long loops check this.
     pub fn is_stopped(&self) -> bool {
         self.0.stopped.load(Relaxed)
     }
 
-    /// Counts an iteration of a minimiser, which began at this relative residual. Returns whether somebody asked to stop.
+    /// Counts an iteration of a minimiser that began at this relative residual. Returns whether a stop was requested.
     pub fn iterate(&self, residual: f64) -> bool {
         self.0.iterations.fetch_add(1, Relaxed);
         self.0.residual.store(residual.to_bits(), Relaxed);
         self.is_stopped()
     }
 
-    /// Iterations of minimisers so far, and the relative residual before the last one.
+    /// Number of minimiser iterations so far, and the relative residual before the last one.
     pub fn seen(&self) -> (u64, f64) {
         (self.0.iterations.load(Relaxed), f64::from_bits(self.0.residual.load(Relaxed)))
     }

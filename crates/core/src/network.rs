@@ -1,4 +1,4 @@
-//! The harness as a graph of branches, joints and constraints, and where each has its place in a [`crate::State`].
+//! The harness as a graph of branches, joints and constraints, and their indices in a [`crate::State`].
 
 use crate::constraint::{Action, Constraint, Limits, Residual, Slide};
 use crate::joint::{Arm, JointModel, Mounting};
@@ -8,12 +8,12 @@ use crate::{Pose, Rotation, Section, Vector};
 use rayon::prelude::*;
 use std::ops::Range;
 
-/// What hangs at one end of a branch.
+/// Connection of one end of a branch.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum BranchEnd {
-    /// Nothing: a free end with a station.
+    /// A free end, with a station.
     Free,
-    /// A joint, by index, and which of its arms this is.
+    /// A joint.
     Joint {
         /// Index of the joint.
         joint: usize,
@@ -22,7 +22,7 @@ pub enum BranchEnd {
     },
 }
 
-/// A branch before it has its place in the network.
+/// Input for a branch of a network.
 pub struct BranchPlan {
     /// Name.
     pub name: String,
@@ -30,11 +30,11 @@ pub struct BranchPlan {
     pub section: Section,
     /// The rod.
     pub rod: Box<dyn RodSegment>,
-    /// Drawn centre line, from start to end, world coordinates, m; empty where none is drawn.
+    /// Drawn centre line, from start to end, world coordinates, m; empty if none is drawn.
     pub path: Vec<Vector>,
 }
 
-/// A joint before it has its place in the network.
+/// Input for a joint of a network.
 pub struct JointPlan {
     /// Name of the vertex.
     pub name: String,
@@ -42,7 +42,7 @@ pub struct JointPlan {
     pub kind: String,
     /// Its model.
     pub model: Box<dyn JointModel>,
-    /// The arms; `starts_here` says at which end of its branch.
+    /// The arms; `starts_here` tells which end of the branch is attached.
     pub arms: Vec<Arm>,
     /// Index of each arm's branch.
     pub branches: Vec<usize>,
@@ -50,7 +50,7 @@ pub struct JointPlan {
     pub mass: f64,
 }
 
-/// Where something attaches.
+/// Place where a constraint or load attaches.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Place {
     /// Node of a branch.
@@ -64,7 +64,7 @@ pub enum Place {
     Joint(usize),
 }
 
-/// Some nodes of a branch, one after the other.
+/// Consecutive nodes of a branch.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct NodeRange {
     /// Index of the branch.
@@ -73,18 +73,18 @@ pub struct NodeRange {
     pub nodes: Range<usize>,
 }
 
-/// A span in its place.
+/// Span of a constraint in a network.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Span {
     /// Index of the branch.
     pub branch: usize,
-    /// Its nodes in the state's points.
+    /// Indices of its nodes in the state's points.
     pub points: Range<usize>,
-    /// What carries each of them: at a joint it is another point.
+    /// The independent site of each node: at a joint it is another point.
     pub sites: Vec<Site>,
 }
 
-/// A constraint before it has its place in the network.
+/// Input for a constraint of a network.
 pub struct ConstraintPlan {
     /// Name.
     pub name: String,
@@ -96,38 +96,39 @@ pub struct ConstraintPlan {
     pub stations: Vec<Place>,
     /// The nodes of a branch along which it acts.
     pub span: Option<NodeRange>,
-    /// Position it holds; left out: where it is when it begins.
+    /// Target position; `None`: its position when it begins to act.
     pub position: Option<Vector>,
-    /// Tangent it holds.
+    /// Target tangent.
     pub tangent: Option<Vector>,
-    /// Whole orientation it holds.
+    /// Target orientation.
     pub orientation: Option<Rotation>,
-    /// Whether, and how, the cable runs through it.
+    /// Sliding of the cable through it; `None` if it does not slide.
     pub slide: Option<Slide>,
-    /// What it bears.
+    /// Load limits.
     pub limits: Limits,
-    /// Whether it closes where the cable is nearest to its position when it begins; its place is a provisional one until then.
+    /// Whether it attaches to the point of the cable nearest to its position when it begins to act; until then its
+    /// place is provisional.
     pub nearest: bool,
-    /// Whether it acts from the beginning (or is added by a step).
+    /// Whether it acts from the start of the run (otherwise a step adds it).
     pub from_start: bool,
 }
 
-/// A dead load before it has its place in the network.
+/// Input for a dead load of a network.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LoadPlan {
     /// Name.
     pub name: String,
-    /// Where it acts.
+    /// Place where it acts.
     pub place: Place,
     /// Force, N, world axes.
     pub force: Vector,
     /// Moment, N m, world axes.
     pub moment: Vector,
-    /// Factor at the beginning.
+    /// Factor at the start of the run.
     pub factor: f64,
 }
 
-/// A branch in its place.
+/// Branch of a network.
 pub struct Branch {
     /// Name.
     pub name: String,
@@ -137,26 +138,26 @@ pub struct Branch {
     pub rod: Box<dyn RodSegment>,
     /// Drawn centre line; see [`BranchPlan::path`].
     pub path: Vec<Vector>,
-    /// Its nodes in the state's points.
+    /// Indices of its nodes in the state's points.
     pub points: Range<usize>,
-    /// Its row of frames in the state's frames.
+    /// Indices of its row of frames in the state's frames.
     pub frames: Range<usize>,
-    /// What hangs at its start.
+    /// Connection of its start.
     pub start: BranchEnd,
-    /// What hangs at its end.
+    /// Connection of its end.
     pub end: BranchEnd,
-    /// Whether its mesh may move along it, for a constraint slides on it or finds its place there.
+    /// Whether its mesh may move along the cable: a constraint slides on it, or attaches to its nearest point.
     pub mesh_moves: bool,
 }
 
 impl Branch {
-    /// Where the frame of a segment is in the state's frames.
+    /// Index of the frame of a segment in the state's frames.
     pub(crate) fn segment_frame(&self, segment: usize) -> usize {
         self.frames.start + self.rod.mesh().segment_frames[segment]
     }
 }
 
-/// A joint in its place.
+/// Joint of a network.
 pub struct Joint {
     /// Name of the vertex.
     pub name: String,
@@ -170,27 +171,27 @@ pub struct Joint {
     pub branches: Vec<usize>,
     /// Mass, kg.
     pub mass: f64,
-    /// Its point in the state.
+    /// Index of its point in the state.
     pub point: usize,
-    /// Its frame in the state, where it has one.
+    /// Index of its frame in the state, if it has one.
     pub frame: Option<usize>,
-    /// What the joint's energy couples, one frame for each arm: with [`Mounting::Point`] that of its segment at the joint, with
-    /// [`Mounting::Stations`] that of its end; none on a hub.
+    /// Frames coupled by the joint's energy, one for each arm: with [`Mounting::Point`] that of its segment at the
+    /// joint, with [`Mounting::Stations`] that of its end; empty on a hub.
     pub arm_frames: Vec<usize>,
 }
 
-/// The place of a constraint or load in the state: a pose carried by independent variables.
+/// Site of a constraint or load: a pose that depends on independent variables of the state.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Site {
     /// Index of the point.
     pub point: usize,
-    /// Index of the frame, where there is one.
+    /// Index of the frame, if there is one.
     pub frame: Option<usize>,
-    /// Pose of the station in that point and frame; identity but on hubs.
+    /// Pose of the station relative to that point and frame; the identity except on hubs.
     pub local: Pose,
 }
 
-/// A constraint in its place.
+/// Constraint of a network.
 pub struct AttachedConstraint {
     /// Name.
     pub name: String,
@@ -198,45 +199,46 @@ pub struct AttachedConstraint {
     pub kind: String,
     /// The model.
     pub model: Box<dyn Constraint>,
-    /// Where it acts, as the scenario says: its first station, or where its span begins.
+    /// Place of its first station, or of the first node of its span.
     pub place: Place,
-    /// Where that is in the state.
+    /// Site of that place in the state.
     pub site: Site,
-    /// All its stations, as the scenario says.
+    /// Places of all its stations.
     pub places: Vec<Place>,
-    /// Where they are in the state.
+    /// Sites of all its stations in the state.
     pub stations: Vec<Site>,
-    /// The nodes along which it acts.
+    /// The span along which it acts.
     pub span: Option<Span>,
-    /// Its equations and inequalities: so many of its stations, then those of its span, node by node.
+    /// Its equations and inequalities: those of its stations, then those of its span, node by node.
     pub residuals: Vec<Residual>,
-    /// How many of them are of its stations.
+    /// Number of residuals of its stations.
     pub of_stations: usize,
-    /// Position it holds, where given.
+    /// Target position, if given.
     pub position: Option<Vector>,
-    /// Tangent it holds, where given.
+    /// Target tangent, if given.
     pub tangent: Option<Vector>,
-    /// Orientation it holds, where given.
+    /// Target orientation, if given.
     pub orientation: Option<Rotation>,
-    /// Whether, and how, the cable runs through it.
+    /// Sliding of the cable through it; `None` if it does not slide.
     pub slide: Option<Slide>,
-    /// What it bears.
+    /// Load limits.
     pub limits: Limits,
-    /// Whether it closes where the cable is nearest to its position when it begins; its place is a provisional one until then.
+    /// Whether it attaches to the point of the cable nearest to its position when it begins to act; until then its
+    /// place is provisional.
     pub nearest: bool,
-    /// Whether it acts from the beginning.
+    /// Whether it acts from the start of the run.
     pub from_start: bool,
 }
 
 impl AttachedConstraint {
-    /// The node of the span to which a residual belongs that is none of the stations.
+    /// Node of the span to which a residual belongs; `residual` is not one of the stations.
     pub(crate) fn node_of(&self, residual: usize) -> usize {
         let nodes = self.span.as_ref().map_or(1, |span| span.sites.len());
         (residual - self.of_stations) / ((self.residuals.len() - self.of_stations) / nodes)
     }
 }
 
-/// Where the cable runs through a constraint.
+/// Site of a sliding constraint.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SlideSite {
     /// Index of the constraint.
@@ -249,35 +251,35 @@ pub struct SlideSite {
     pub friction: f64,
 }
 
-/// A dead load in its place.
+/// Dead load of a network.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Load {
     /// Name.
     pub name: String,
-    /// Where its moment acts.
+    /// Site where its moment acts.
     pub site: Site,
-    /// The point its force acts on: a branch's own node, even where that rides on a joint.
+    /// Index of the point its force acts on: a node of the branch, even if it is tied to a joint.
     pub point: usize,
     /// Force, N, world axes.
     pub force: Vector,
     /// Moment, N m, world axes.
     pub moment: Vector,
-    /// Factor at the beginning.
+    /// Factor at the start of the run.
     pub factor: f64,
 }
 
-/// A point or frame of the state that is not independent: it rides on a joint.
+/// Tie: a dependent point, and possibly frame, of the state that follows a joint.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Tie {
     /// The end node of a branch.
     pub point: usize,
-    /// The end station's frame, where the joint is a hub.
+    /// The end station's frame, if the joint is a hub.
     pub frame: Option<usize>,
     /// The joint's point.
     pub hub_point: usize,
-    /// The joint's frame, where it is a hub.
+    /// The joint's frame, if it is a hub.
     pub hub_frame: Option<usize>,
-    /// Where the end sits in the hub's frame, m.
+    /// Position of the end in the hub's frame, m.
     pub offset: Vector,
     /// Frame of the end in the hub's frame.
     pub rest: Rotation,
@@ -285,11 +287,11 @@ pub struct Tie {
 
 /// A whole harness.
 ///
-/// Places in a state: `points` holds the nodes of all branches, one branch after the other, then one
-/// point for each joint; `frames` holds the rows of frames of all branches, then one frame for each joint
-/// that is a hub. The end nodes (and on hubs the end stations) of arms are tied to their joint.
+/// Indices in a state: `points` holds the nodes of all branches, one branch after the other, then one point for each
+/// joint; `frames` holds the rows of frames of all branches, then one frame for each joint that is a hub. The end nodes
+/// (and on hubs the end stations) of arms are tied to their joint.
 pub struct Network {
-    /// Different for every network of a process: workspaces know by it what they were made for.
+    /// Unique number of the network in the process, by which workspaces recognise it.
     pub id: u64,
     /// Branches.
     pub branches: Vec<Branch>,
@@ -297,15 +299,15 @@ pub struct Network {
     pub joints: Vec<Joint>,
     /// Constraints of the whole scenario, whether they act from the start or are added later.
     pub constraints: Vec<AttachedConstraint>,
-    /// The constraints that the cable runs through.
+    /// Sites of the sliding constraints.
     pub slides: Vec<SlideSite>,
     /// Dead loads.
     pub loads: Vec<Load>,
-    /// What rides on the joints.
+    /// Points and frames that follow the joints.
     pub ties: Vec<Tie>,
-    /// Bodies about the harness.
+    /// Obstacles.
     pub obstacles: Vec<Obstacle>,
-    /// How cables meet them, and each other.
+    /// Settings of contact.
     pub contact: ContactSettings,
     /// Number of points of a state.
     pub points: usize,
@@ -313,22 +315,22 @@ pub struct Network {
     pub frames: usize,
 }
 
-/// Points of branches from which on their evaluation is worth another thread.
+/// Number of points above which the evaluation of branches is worth another thread.
 pub(crate) const WORTHWHILE: usize = 1024;
 
-/// A number that no other network, and no pattern of contact, has in this process.
+/// Number that is unique in the process, among networks and patterns of contact.
 pub(crate) fn next_id() -> u64 {
     static NEXT: std::sync::atomic::AtomicU64 = std::sync::atomic::AtomicU64::new(0);
     NEXT.fetch_add(1, std::sync::atomic::Ordering::Relaxed)
 }
 
 impl Network {
-    /// Gives every part its place.
+    /// Network of these parts.
     ///
     /// # Panics
-    /// If indices of the plans do not exist, a constraint has neither station nor span, a place that needs a frame is no station, or the mesh of a
-    /// rod has a station at a [`Mounting::Point`] joint or none at a free end or another joint: what the scenario's
-    /// check has excluded.
+    /// If indices of the plans do not exist, a constraint has neither station nor span, a place that needs a frame is
+    /// not a station, or the mesh of a rod has a station at a [`Mounting::Point`] joint or none at a free end or
+    /// another joint. The check of the scenario excludes all of these.
     pub fn new(
         branches: Vec<BranchPlan>,
         joints: Vec<JointPlan>,
@@ -436,7 +438,7 @@ impl Network {
         network
     }
 
-    /// Gives a constraint its place.
+    /// Adds a constraint.
     ///
     /// # Panics
     /// If its indices do not exist, or it has neither station nor span.
@@ -488,7 +490,7 @@ impl Network {
         self.constraints.push(constraint);
     }
 
-    /// The independent point and frame that carry a place.
+    /// Site of a place: the independent point and frame on which its pose depends.
     pub fn site(&self, place: Place) -> Site {
         match place {
             Place::Joint(j) => {
@@ -516,13 +518,13 @@ impl Network {
         }
     }
 
-    /// Whether the harness is so large that several threads share the work on its branches.
+    /// Whether the harness is large enough to evaluate its branches on several threads.
     pub fn is_shared(&self) -> bool {
         self.points >= 2 * WORTHWHILE
     }
 
-    /// Does something with every branch, its index and its own entry of `rooms`; on several threads where that pays, so nothing may
-    /// depend on the order.
+    /// Calls `work` with every branch, its index and its own entry of `workspaces`; on several threads for large
+    /// harnesses, so the result must not depend on the order.
     pub fn for_branches<R: Send>(&self, rooms: &mut [R], work: impl Fn(usize, &Branch, &mut R) + Sync) {
         if self.is_shared() {
             let pairs = self.branches.par_iter().zip(rooms);
@@ -533,12 +535,12 @@ impl Network {
         }
     }
 
-    /// A load with a dead moment, which has no potential: minimisers that go by the energy alone decline it.
+    /// A load with a dead moment, if there is one. It has no potential, so minimisers that need an energy refuse it.
     pub fn dead_moment(&self) -> Option<&Load> {
         self.loads.iter().find(|load| load.site.frame.is_some() && load.moment != Vector::zeros())
     }
 
-    /// Connected pieces of the harness: for each branch the number of its piece, and how many there are.
+    /// Connected components of the harness: the index of each branch's component, and the number of components.
     pub fn pieces(&self) -> (Vec<usize>, usize) {
         let mut piece = vec![usize::MAX; self.branches.len()];
         let mut count = 0;

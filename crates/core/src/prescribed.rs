@@ -1,4 +1,4 @@
-//! Prescribed directions: what constraints that prescribe a pose take out of the problem.
+//! Elimination of prescribed directions: constraints that prescribe a pose reduce the independent variables.
 
 use crate::conditions::System;
 use crate::constraint::{Action, RotationHold};
@@ -6,21 +6,21 @@ use crate::rotation::{columns, nearer_sign, orthogonal, shortest, twist_angle};
 use crate::variable::Variable;
 use crate::{Matrix, Rotation, State, Tangent, Vector};
 
-/// A motion (m or rad) below this is none.
+/// Motion (m or rad) that counts as zero.
 const NO_MOTION: f64 = 1e-14;
-/// A direction is held already if less than this of it is left beside those that are held.
+/// A direction counts as held already if its part orthogonal to the held directions is shorter than this.
 const SAME_DIRECTION: f64 = 1e-6;
 
-/// A variable of which some or all directions are prescribed.
+/// A variable with some or all directions prescribed.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Held {
     /// The variable.
     pub variable: Variable,
     /// Orthonormal columns: world axes for points, body axes for frames. The held directions come first.
     pub basis: Matrix,
-    /// For each held direction (so many are held) the constraint that holds it.
+    /// The constraint that holds each held direction.
     pub constraint: [usize; 3],
-    /// Number of the basis' directions that are held.
+    /// Number of held directions of the basis.
     pub count: usize,
 }
 
@@ -31,12 +31,12 @@ pub struct Prescribed {
 }
 
 impl Prescribed {
-    /// Variables that are held, as [`Self::update`] found them.
+    /// Held variables, as found by [`Self::update`].
     pub fn held(&self) -> &[Held] {
         &self.held
     }
 
-    /// Finds the held directions at `state`. Allocates only when there are more of them than ever before.
+    /// Finds the held directions at `state`. Allocates only if there are more of them than ever before.
     pub fn update(&mut self, system: System<'_>, state: &State) {
         let mut held = std::mem::take(&mut self.held);
         held.clear();
@@ -93,7 +93,7 @@ impl Prescribed {
         self.held = held;
     }
 
-    /// Puts every held freedom exactly at its target, with what is tied to a joint.
+    /// Moves every held degree of freedom exactly to its target, and updates the tied points and frames.
     pub fn place(&self, system: System<'_>, state: &mut State) {
         for (f, constraint) in system.acting() {
             let Action::Prescribed(hold) = constraint.model.action() else { continue };
@@ -125,8 +125,8 @@ impl Prescribed {
         system.network.follow_ties(state);
     }
 
-    /// Motion of the held freedoms from `state` to their targets (to first order; zero elsewhere). Returns whether anything
-    /// must move.
+    /// Motion of the held degrees of freedom from `state` to their targets (to first order; zero elsewhere). Returns
+    /// whether it is not zero.
     pub fn motion(&self, system: System<'_>, state: &State, motion: &mut Tangent) -> bool {
         motion.clear();
         for (f, constraint) in system.acting() {
@@ -160,7 +160,7 @@ impl Prescribed {
         moves
     }
 
-    /// Removes the held directions from a gradient: what is left must vanish.
+    /// Removes the held directions from a gradient: the rest vanishes at an equilibrium.
     pub fn project(&self, gradient: &mut Tangent) {
         for h in &self.held {
             let g = match h.variable {
@@ -174,8 +174,8 @@ impl Prescribed {
         }
     }
 
-    /// Force (N) and moment about the held point (N m), world axes, of a constraint that prescribes. `gradient` is the whole
-    /// gradient at `state`.
+    /// Force (N) and moment about the held point (N m), world axes, of a constraint that prescribes. `gradient` is the
+    /// whole gradient at `state`.
     pub fn reaction(&self, system: System<'_>, f: usize, state: &State, gradient: &Tangent) -> (Vector, Vector) {
         let constraint = &system.network.constraints[f];
         let (mut force, mut moment) = (Vector::zeros(), Vector::zeros());
@@ -194,7 +194,7 @@ impl Prescribed {
     }
 }
 
-/// Orientation that a constraint gives a station that is at `q`: its target, except for free rotations.
+/// Orientation that a constraint prescribes for a station with orientation `q`: its target, except for free rotations.
 fn placed(system: System<'_>, constraint: usize, rotation: &RotationHold, q: &Rotation) -> Rotation {
     let target = &system.conditions.targets[constraint].orientation;
     match rotation {
@@ -213,7 +213,7 @@ fn placed(system: System<'_>, constraint: usize, rotation: &RotationHold, q: &Ro
     }
 }
 
-/// Adds a held direction to a variable, unless it is held already.
+/// Adds a held direction to a variable, unless it is held already (Gram–Schmidt).
 fn add_direction(held: &mut Vec<Held>, variable: Variable, constraint: usize, direction: &Vector) {
     let index = held.iter().position(|h| h.variable == variable).unwrap_or_else(|| {
         held.push(Held { variable, basis: Matrix::zeros(), constraint: [usize::MAX; 3], count: 0 });
@@ -224,7 +224,7 @@ fn add_direction(held: &mut Vec<Held>, variable: Variable, constraint: usize, di
         let c: Vector = h.basis.column(k).into();
         d - c * c.dot(&d)
     });
-    // Directions held twice (checked to agree) count once.
+    // A direction that is held twice (the targets were checked to agree) counts once.
     if h.count < 3
         && let Some(d) = rest.try_normalize(SAME_DIRECTION)
     {
@@ -234,7 +234,7 @@ fn add_direction(held: &mut Vec<Held>, variable: Variable, constraint: usize, di
     }
 }
 
-/// Fills the free columns of a basis.
+/// Completes a basis by its free columns.
 fn complete_basis(h: &mut Held) {
     let column = |k: usize, b: &Matrix| -> Vector { b.column(k).into() };
     if h.count == 1 {

@@ -20,13 +20,13 @@ use crate::{Matrix, Monitor, Network, Pose, State, Tangent, Vector};
 
 /// Second derivatives of the elastic energy, part by part, as [`Problem::hessian`] fills them.
 pub struct Hessian {
-    /// Of each branch.
+    /// Second derivatives of each branch.
     pub branches: Vec<BranchHessian>,
-    /// Of each joint with energy the k × k table of [`crate::JointModel::add_hessian`].
+    /// The k × k table of [`crate::JointModel::add_hessian`] of each joint.
     pub joints: Vec<Vec<Matrix>>,
-    /// Of contact, friction, and the constraints that pull or set equations; see [`Problem::hessian_blocks`].
+    /// Blocks of contact, friction and constraints; see [`Problem::hessian_blocks`].
     pub blocks: Vec<Block>,
-    /// Of each tie, in the rotation of its hub.
+    /// Second derivative of each tie in the rotation of its hub, N m.
     pub ties: Vec<Matrix>,
 }
 
@@ -46,7 +46,7 @@ impl Hessian {
 pub struct Problem<'n> {
     /// The harness.
     pub network: &'n Network,
-    /// Through it others may stop the solver.
+    /// Monitor of the solver, by which other threads may stop it.
     pub monitor: Monitor,
     conditions: Conditions,
     rods: RodTerm,
@@ -62,7 +62,7 @@ pub struct Problem<'n> {
     /// Scales of the branches without weight and contact.
     rigidity: Vec<LocalScale>,
     scales: LocalScales,
-    /// Sum of the parts of the energy in the last gradient, each without its sign, J.
+    /// Sum of the absolute values of the parts of the energy in the last gradient, J.
     magnitude: f64,
 }
 
@@ -101,7 +101,7 @@ impl<'n> Problem<'n> {
         &self.conditions
     }
 
-    /// Changes what acts; see [`Self::set_target`] for the cheap way to move a constraint.
+    /// Changes the conditions; [`Self::set_target`] moves a constraint at less cost.
     pub fn change(&mut self, change: impl FnOnce(&mut Conditions)) {
         change(&mut self.conditions);
         self.update_loads();
@@ -139,8 +139,9 @@ impl Problem<'_> {
         self.contact.energy(system, state) + self.friction.energy(&self.contact, system, state)
     }
 
-    /// ∂E/∂x (N), ∂E/∂θ (N m) and ∂E/∂s (N) in the independent variables (tied entries are zero), held ones included: there
-    /// it is the reaction of the constraint. Returns the energy, J; dead moments have none.
+    /// ∂E/∂x (N), ∂E/∂θ (N m) and ∂E/∂s (N) in the independent variables (tied entries are zero). In the
+    /// held variables the gradient is the reaction of the constraint. Returns the energy, J, to which dead moments do
+    /// not contribute.
     pub fn gradient(&mut self, state: &State, gradient: &mut Tangent) -> f64 {
         let network = self.network;
         let system = System { network, conditions: &self.conditions };
@@ -191,8 +192,8 @@ impl Problem<'_> {
         self.hessian_blocks(state, false, &mut hessian.blocks);
     }
 
-    /// Second derivatives of contact, friction and the constraints at `state`, in the independent variables: both
-    /// triangles; with `convex` those of [`Self::make_convex`].
+    /// Second derivatives of contact, friction and the constraints at `state`, in the independent variables, both
+    /// triangles. With `convex` those of [`Self::make_convex`].
     pub fn hessian_blocks(&mut self, state: &State, convex: bool, blocks: &mut Vec<Block>) {
         blocks.clear();
         let system = System { network: self.network, conditions: &self.conditions };
@@ -207,11 +208,11 @@ impl Problem<'_> {
         self.constraints.hessian(system, state, convex, blocks);
     }
 
-    /// Replaces the second derivatives of constraints and contact by those of a convex model: negative curvatures of
-    /// potentials, and of μ c″ of equations, change their sign (Dauphin and others 2014), and every station gets a little
-    /// stiffness against moving. `hessian` is that of `state`. Returns whether that changed anything. A matrix that is not
-    /// positive definite because of a constraint (a strut that is pushed, a penalty far from its equation, a piece that
-    /// hangs by a tie alone) becomes so by no shift of frames.
+    /// Replaces the second derivatives of constraints and contact by those of a convex model: negative eigenvalues of
+    /// the second derivatives of potentials, and of μ c″ of equations, change their sign (Dauphin and others 2014),
+    /// and every station gets a small translational stiffness. `hessian` is that of `state`. Returns whether the blocks
+    /// changed. If a matrix is not positive definite because of a constraint (a compressed strut, a penalty far from
+    /// its equation, a component connected by a constraint alone), no shift of the rotational blocks makes it so.
     pub fn make_convex(&mut self, state: &State, hessian: &mut Hessian) -> bool {
         if hessian.blocks.is_empty() {
             return false;
@@ -221,20 +222,21 @@ impl Problem<'_> {
         exact != hessian.blocks
     }
 
-    /// Second derivatives of the energy at `state` in the edges of a branch, N/m; see [`crate::RodSegment::edge_stiffness`].
+    /// Second derivatives of the energy at `state` in the edges of a branch, N/m; see
+    /// [`crate::RodSegment::edge_stiffness`].
     pub fn edge_stiffness(&self, state: &State, branch: usize, stiffness: &mut [Matrix]) {
         self.rods.edge_stiffness(self.network, state, branch, stiffness);
     }
 }
 
-/// Prescribed directions, and the motion of the free ones.
+/// Prescribed directions and retraction.
 impl Problem<'_> {
-    /// Variables that are held, as [`Self::update_held`] found them.
+    /// Held variables, as found by [`Self::update_held`].
     pub fn held(&self) -> &[Held] {
         self.prescribed.held()
     }
 
-    /// Finds the held directions at `state`, and the scales of residuals. Allocates only when there are more of them than
+    /// Finds the held directions at `state`, and the scales of residuals. Allocates only if there are more of them than
     /// ever before.
     pub fn update_held(&mut self, state: &State) {
         let system = System { network: self.network, conditions: &self.conditions };
@@ -244,13 +246,12 @@ impl Problem<'_> {
         self.update_local_scales();
     }
 
-    /// Puts every held freedom exactly at its target, with what is tied to a joint.
+    /// See [`Prescribed::place`].
     pub fn place_held(&self, state: &mut State) {
         self.prescribed.place(self.system(), state);
     }
 
-    /// Motion of the held freedoms from `state` to their targets (to first order; zero elsewhere). Returns whether anything
-    /// must move.
+    /// See [`Prescribed::motion`].
     pub fn motion(&self, state: &State, motion: &mut Tangent) -> bool {
         self.prescribed.motion(self.system(), state, motion)
     }
@@ -269,7 +270,7 @@ impl Problem<'_> {
 
 /// Rest curvature and loads.
 impl Problem<'_> {
-    /// Curvature that is added to that at rest, by first frame of each coupling, 1/m; empty: none.
+    /// Curvature added to the rest curvature, indexed by the first frame of each coupling, 1/m; empty: none.
     pub fn extra_curvature(&self) -> &[Vector] {
         self.rods.extra_curvature()
     }
@@ -289,7 +290,7 @@ impl Problem<'_> {
         self.loads.forces()
     }
 
-    /// Whether dead moments act.
+    /// Whether any dead moment acts.
     pub fn has_dead_moments(&self) -> bool {
         !self.loads.moments().is_empty()
     }
@@ -299,7 +300,7 @@ impl Problem<'_> {
         self.loads.moments()
     }
 
-    /// Sets the fraction of the dead moments that acts, 0 to 1: the initial equilibrium is found without them.
+    /// Sets the active fraction of the dead moments, 0 to 1: the initial equilibrium is found without them.
     pub fn set_moment_fraction(&mut self, fraction: f64) {
         self.loads.set_moment_fraction(fraction);
         self.update_loads();
@@ -313,7 +314,7 @@ impl Problem<'_> {
 
 /// Constraints.
 impl Problem<'_> {
-    /// Starts a constraint where its stations are at `state`, with no memory.
+    /// Starts a constraint at `state`: its target is the pose of its first station, and its memory is the initial one.
     pub fn begin_constraint(&mut self, c: usize, state: &State) {
         let constraint = &self.network.constraints[c];
         let own = ConstraintState::begin(constraint, state);
@@ -328,14 +329,15 @@ impl Problem<'_> {
         self.conditions.targets[c] = self.network.constraints[c].model.target(&base, own.progress);
     }
 
-    /// Sets the progress of a constraint through the step in which it began, 0 to 1.
+    /// Sets the progress of a constraint through the step in which it began to act, 0 to 1.
     pub fn set_progress(&mut self, c: usize, progress: f64) {
         let own = &mut self.conditions.constraints[c];
         own.progress = progress;
         self.conditions.targets[c] = self.network.constraints[c].model.target(&own.base, progress);
     }
 
-    /// Reaction of a constraint on the harness at `state`; see [`Self::reaction`].
+    /// Reaction of a constraint on the harness at `state`, at all its stations and along its span; see
+    /// [`Self::reaction`].
     pub fn reactions(&self, c: usize, state: &State, gradient: &Tangent) -> Reaction {
         match self.network.constraints[c].model.action() {
             Action::Prescribed(_) => {
@@ -346,20 +348,21 @@ impl Problem<'_> {
         }
     }
 
-    /// Force (N) and moment about the held point (N m), world axes, of a constraint on the harness at its first station;
-    /// where it has none the force on its span. `gradient` is the whole gradient at `state`; the held directions must be
-    /// up to date.
+    /// Force (N) and moment about the held point (N m), world axes, of a constraint on the harness at its first
+    /// station; without stations the resultant force on its span. `gradient` is the whole gradient at `state`; the held
+    /// directions must be up to date ([`Self::update_held`]).
     pub fn reaction(&self, c: usize, state: &State, gradient: &Tangent) -> (Vector, Vector) {
         let reaction = self.reactions(c, state, gradient);
         reaction.stations.first().copied().unwrap_or_else(|| (reaction.span.iter().sum(), Vector::zeros()))
     }
 
-    /// Every equation and inequality of the constraints that act, at `state`.
+    /// All equations and inequalities of the constraints that act, evaluated at `state`.
     pub fn constraint_residuals(&self, state: &State) -> Vec<ConstraintResidual> {
         self.constraints.residuals(self.system(), state)
     }
 
-    /// The residual of the constraints that act with the largest violation at `state`; `None` where none sets equations.
+    /// The residual with the largest violation at `state`, among the constraints that act; `None` where there are no
+    /// residuals.
     pub fn worst_residual(&self, state: &State) -> Option<ConstraintResidual> {
         let mut worst: Option<ConstraintResidual> = None;
         for residual in self.constraint_residuals(state) {
@@ -378,7 +381,7 @@ impl Problem<'_> {
         own.penalties[residual.residual] = penalty;
     }
 
-    /// Makes multipliers and penalties of constraints those of other conditions.
+    /// Copies multipliers and penalties of constraints from other conditions.
     pub fn set_multipliers(&mut self, other: &Conditions) {
         for (own, other) in self.conditions.constraints.iter_mut().zip(&other.constraints) {
             own.multipliers.clone_from(&other.multipliers);
@@ -386,7 +389,8 @@ impl Problem<'_> {
         }
     }
 
-    /// Commits the memory of friction and of every constraint that acts, at the equilibrium of an increment.
+    /// Updates friction anchors and the memories of all constraints that act, at the equilibrium that ends an
+    /// increment.
     pub fn commit(&mut self, state: &State) {
         self.commit_contacts(state);
         for (c, memory) in self.constraints.memories(self.system(), state) {
@@ -394,8 +398,8 @@ impl Problem<'_> {
         }
     }
 
-    /// A part (by index) that has a fault, and the message: it says so itself, or it is a constraint whose memory is not
-    /// finite or that, with `lost`, has given a number that is not finite since the last call.
+    /// First part (family, index) with a fault, and the message: the part reports it, or it is a constraint whose
+    /// memory is not finite or, with `lost`, one that has returned a non-finite number since the last call.
     pub fn fault(&mut self, lost: bool) -> Option<(PartFamily, usize, String)> {
         for (j, joint) in self.network.joints.iter().enumerate() {
             if let Some(message) = joint.model.fault() {
@@ -427,7 +431,7 @@ impl Problem<'_> {
         self.conditions.sliding[slide] = sliding;
     }
 
-    /// Whether any constraint slides.
+    /// Whether any sliding constraint acts.
     pub fn has_slides(&self) -> bool {
         !self.sliding.is_idle()
     }
@@ -484,20 +488,20 @@ impl Problem<'_> {
         self.contact_energy(state);
     }
 
-    /// Largest violation of contact at `state`, in units of the tolerance: 1 or less is met. `None` where nothing can touch.
+    /// See [`ContactTerm::violation`].
     pub fn contact_violation(&mut self, state: &State) -> Option<f64> {
         let system = System { network: self.network, conditions: &self.conditions };
         self.contact.violation(system, state)
     }
 
-    /// Largest violation of contact at `state` that is above the tolerance.
+    /// See [`ContactTerm::worst_violation`].
     pub fn worst_contact(&mut self, state: &State) -> Option<ContactViolation> {
         let system = System { network: self.network, conditions: &self.conditions };
         self.contact.worst_violation(system, state)
     }
 
-    /// Anchor of friction on a contact at `state`, among `old` records of which `known` is its own; none where the partner
-    /// is smooth.
+    /// Friction anchor of a contact at `state`. `old` are the records so far, `known` that of this contact if there is
+    /// one. `None` where the partner is smooth.
     pub fn friction_anchor(
         &self,
         state: &State,
@@ -513,8 +517,8 @@ impl Problem<'_> {
         self.conditions.contact.records = records;
     }
 
-    /// Adds contact points where a cable lies deeper between two of them at `state` than the tolerance allows. Returns
-    /// whether it did.
+    /// Adds contact points where the penetration at `state` between two of them exceeds the tolerance. Returns whether
+    /// any were added.
     pub fn refine_contact_points(&mut self, state: &State) -> bool {
         let system = System { network: self.network, conditions: &self.conditions };
         let deeper = self.contact.deeper_places(system, state);
@@ -526,7 +530,7 @@ impl Problem<'_> {
         true
     }
 
-    /// Commits the anchors of friction, and drops contact points that were added and are not needed any more.
+    /// Updates the friction anchors, and removes added contact points that are no longer needed.
     fn commit_contacts(&mut self, state: &State) {
         if self.contact.is_idle() {
             return;
@@ -538,7 +542,7 @@ impl Problem<'_> {
             ..*record
         };
         let mut records: Vec<ContactRecord> = self.conditions.contact.records.iter().map(followed).collect();
-        // Penalties that were raised stay so only where there is a force.
+        // Raised penalties are kept only where there is a force.
         let own = self.contact.own_points();
         let needed = |k: usize| records.iter().any(|record| record.point as usize == own + k);
         let kept: Vec<usize> = (0..self.conditions.contact.extra.len()).filter(|&k| needed(k)).collect();
@@ -558,10 +562,11 @@ impl Problem<'_> {
         self.conditions.contact.overlaps = self.contact.remaining_overlaps(system, state);
     }
 
-    /// Makes records, added contact points and overlaps those of other conditions; obstacles stay where they are.
+    /// Copies records, added contact points and permitted overlaps from other conditions, but not the poses of
+    /// obstacles.
     pub fn set_contacts(&mut self, other: &Conditions) {
         self.conditions.contact.records.clone_from(&other.contact.records);
-        // They may couple segments that are not coupled now.
+        // The records may couple segments that are not coupled now.
         if self.conditions.contact.bound_cables().next().is_some() {
             self.contact.search_pairs_again();
         }
@@ -572,18 +577,18 @@ impl Problem<'_> {
         }
     }
 
-    /// Allows cables that overlap at `state` to go on to, as far as they do.
+    /// Permits the overlaps of cables at `state`.
     pub fn allow_overlaps(&mut self, state: &State) {
         let system = System { network: self.network, conditions: &self.conditions };
         self.conditions.contact.overlaps = self.contact.overlaps(system, state);
     }
 
-    /// Pairs of cables that constraints hold nearer to each other than they are thick.
+    /// See [`ContactTerm::held_overlaps`].
     pub fn held_overlaps(&self) -> &[HeldOverlap] {
         self.contact.held_overlaps()
     }
 
-    /// Switches friction on.
+    /// Enables friction.
     pub fn enable_friction(&mut self) {
         self.conditions.contact.friction = true;
     }
@@ -601,21 +606,19 @@ impl Problem<'_> {
         self.contact.pattern()
     }
 
-    /// Deepest place of a centre line inside a body at `state`, places that constraints hold there apart; `None` where no
-    /// centre line is.
+    /// See [`ContactTerm::deepest_penetration`].
     pub fn deepest_penetration(&mut self, state: &State) -> Option<Penetration> {
         let system = System { network: self.network, conditions: &self.conditions };
         self.contact.deepest_penetration(system, state)
     }
 
-    /// Largest fraction of the way from one state to another on which no centre line enters a body or passes through a
-    /// cable; 1 where none does. The bodies may have moved there from `poses`; without it they stand.
+    /// See [`ContactTerm::collision_free_fraction`].
     pub fn collision_free_fraction(&mut self, from: &State, to: &State, poses: Option<&[Pose]>) -> f64 {
         let system = System { network: self.network, conditions: &self.conditions };
         self.contact.collision_free_fraction(system, from, to, poses)
     }
 
-    /// By point: whether it belongs to a segment that touches something at `state`, or may after a step.
+    /// Evaluates contact at `state`; see [`ContactTerm::touching_points`].
     pub fn touching_points(&mut self, state: &State) -> Vec<bool> {
         self.find_contacts(state);
         self.contact.touching_points(self.system())
@@ -628,7 +631,7 @@ impl Problem<'_> {
     }
 }
 
-/// Scales, by which residuals are measured.
+/// Scales of residuals.
 impl Problem<'_> {
     /// Scales of the whole harness.
     pub fn scales(&self) -> Scales {
@@ -650,7 +653,7 @@ impl Problem<'_> {
         self.scales.least()
     }
 
-    /// Scale of each branch, as [`Self::update_held`] found it.
+    /// Scale of each branch, as found by [`Self::update_held`].
     pub fn local_scales(&self) -> &[LocalScale] {
         &self.scales.branches
     }
@@ -665,8 +668,9 @@ impl Problem<'_> {
         self.scales.whole_residual(self.network, free)
     }
 
-    /// Round-off of a change of the energy (J), at the state of the whole `gradient` evaluated last: a fraction of the sum
-    /// of its parts, and of the work of reactions and contact forces, which go through the whole harness, over its length.
+    /// Round-off of a change of the energy (J), at the state of the whole `gradient` evaluated last: a fraction of the
+    /// sum of the parts of the energy plus the largest product of a reaction or contact force with the length of the
+    /// harness, through which it is transmitted.
     pub fn energy_noise(&self, gradient: &Tangent) -> f64 {
         let length = self.rigidity.iter().map(|scale| scale.length).fold(0.0, f64::max);
         let reactions = self.held().iter().map(|held| match held.variable {

@@ -1,4 +1,4 @@
-//! Kind name → factory, with declared parameters. Built-ins and plugins come through the same door.
+//! Registry of kinds: name, factory and declared parameters, for built-in kinds and plugins alike.
 
 use crate::Vector;
 pub use crate::build_error::BuildError;
@@ -9,7 +9,7 @@ use crate::obstacle::{Shape, ShapeSpec};
 use crate::rod::{RodSegment, RodSpec};
 use std::collections::BTreeMap;
 
-/// What a number measures; decides which units a scenario may write.
+/// Physical quantity of a number, which determines the units that a scenario may use.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Quantity {
     /// A pure number.
@@ -42,23 +42,23 @@ pub enum Quantity {
     Density,
 }
 
-/// What a parameter holds.
+/// Form of a parameter.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Form {
-    /// One number, within `[minimum, maximum]`; `exclusive` bars the minimum itself.
+    /// One number, within `[minimum, maximum]`; `exclusive` excludes the minimum itself.
     Number {
-        /// What it measures.
+        /// Its quantity.
         quantity: Quantity,
         /// Least value.
         minimum: f64,
-        /// Whether the least value itself is barred.
+        /// Whether the least value itself is excluded.
         exclusive: bool,
         /// Greatest value.
         maximum: f64,
     },
     /// Three numbers.
     Vector {
-        /// What they measure.
+        /// Their quantity.
         quantity: Quantity,
     },
     /// A whole number of at least this.
@@ -77,11 +77,11 @@ pub enum Form {
 pub struct Parameter {
     /// Key in the scenario.
     pub name: String,
-    /// One line: what it is for.
+    /// One-line description.
     pub doc: String,
-    /// What it holds.
+    /// Its form.
     pub form: Form,
-    /// Value where the key is left out; `None`: the key may be absent and then is.
+    /// Value if the key is absent; `None`: the parameter then has no value.
     pub default: Option<Value>,
     /// Whether the key must be given.
     pub required: bool,
@@ -102,7 +102,7 @@ pub enum Value {
     Word(String),
 }
 
-/// The values of a kind's parameters: checked against their declaration, defaults filled in.
+/// Values of a kind's parameters, checked against their declaration, with defaults filled in.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Parameters(pub BTreeMap<String, Value>);
 
@@ -138,19 +138,19 @@ impl Parameters {
     }
 }
 
-/// One kind: its name, what it is for, its parameters, its factory.
+/// A kind: name, description, parameters and factory.
 pub struct Kind<S, T: ?Sized> {
     /// Name in scenarios.
     pub name: String,
-    /// One line: what it is for.
+    /// One-line description.
     pub doc: String,
     /// Declared parameters.
     pub parameters: Vec<Parameter>,
-    /// Makes one.
+    /// Its factory.
     pub build: Factory<S, T>,
 }
 
-/// Makes an object of a kind from what the scenario says.
+/// Factory: builds an object of a kind from the scenario's data.
 pub type Factory<S, T> = Box<dyn Fn(&S, &Parameters) -> Result<Box<T>, BuildError> + Send + Sync>;
 
 /// A rod kind.
@@ -161,13 +161,13 @@ pub type JointKind = Kind<JointSpec, dyn JointModel>;
 pub struct ConstraintKind {
     /// Name in scenarios.
     pub name: String,
-    /// One line: what it is for.
+    /// One-line description.
     pub doc: String,
-    /// What it attaches to.
+    /// Stations and span that it attaches to.
     pub attaches: Attaches,
     /// Declared parameters.
     pub parameters: Vec<Parameter>,
-    /// Makes one.
+    /// Its factory.
     pub build: Factory<ConstraintSpec, dyn Constraint>,
 }
 /// A minimiser kind.

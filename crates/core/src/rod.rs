@@ -1,26 +1,26 @@
-//! The trait of a rod: one object for each branch.
+//! Trait of a rod, one object for each branch, and its mesh.
 
 use crate::law::RodLaw;
 use crate::{Matrix, Rotation, Section, Vector};
 
-/// How a branch is divided, and which frames it has.
+/// Mesh of a branch: its segments, nodes, stations and frames.
 ///
-/// The frames of a branch stand in one row in the order of arc length: those of its segments and,
-/// between them, those of its stations. A branch of n segments with stations at both ends and one
-/// in between has n + 3 frames `[Q q … q Q q … q Q]`; neighbours in the row are coupled.
+/// The frames of a branch form one row in the order of arc length: those of its segments and, between them, those of
+/// its stations. A branch of n segments with stations at both ends and one in between has n + 3 frames
+/// `[Q q … q Q q … q Q]`; neighbours in the row are coupled.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Mesh {
     /// ℓ_j, m; one for each segment.
     pub rest_lengths: Vec<f64>,
     /// Nodes that have a frame of their own, increasing.
     pub stations: Vec<usize>,
-    /// Place of each segment's frame in the row of frames.
+    /// Index of each segment's frame in the row of frames.
     pub segment_frames: Vec<usize>,
-    /// Place of each station's frame in the row of frames.
+    /// Index of each station's frame in the row of frames.
     pub station_frames: Vec<usize>,
     /// λ_c, m: length of the coupling between frames c and c + 1; half a segment beside a station.
     pub coupling_lengths: Vec<f64>,
-    /// Node at which coupling c sits.
+    /// Node of coupling c.
     pub coupling_nodes: Vec<usize>,
     /// The segments that have a station at one of their nodes, increasing.
     pub beside: Vec<Beside>,
@@ -31,7 +31,7 @@ pub struct Mesh {
 pub struct Beside {
     /// The segment.
     pub segment: usize,
-    /// Places in the row of frames of the stations at its first and second node.
+    /// Indices in the row of frames of the stations at its first and second node.
     pub stations: [Option<usize>; 2],
 }
 
@@ -78,8 +78,8 @@ impl Mesh {
         mesh
     }
 
-    /// λ_c (m) that belong to rest lengths (m) other than the mesh's own: half a segment beside a station, else half of both
-    /// segments. Linear in the rest lengths.
+    /// Writes the coupling lengths λ_c (m) for given rest lengths (m): half a segment beside a station, otherwise half
+    /// of both segments. Linear in the rest lengths.
     pub fn couple(&self, rest_lengths: &[f64], coupling_lengths: &mut [f64]) {
         for (c, lambda) in coupling_lengths.iter_mut().enumerate() {
             let node = self.coupling_nodes[c];
@@ -117,7 +117,8 @@ impl Mesh {
         all
     }
 
-    /// Arc length of every frame of the row (m), for nodes at these arc lengths: segments' in their middle.
+    /// Arc length of every frame of the row (m) for nodes at these arc lengths; the frame of a segment is at its
+    /// middle.
     pub fn frame_places(&self, arc_lengths: &[f64]) -> Vec<f64> {
         let mut places = vec![0.0; self.frames()];
         for (j, &c) in self.segment_frames.iter().enumerate() {
@@ -134,13 +135,13 @@ impl Mesh {
         self.rest_lengths.iter().sum()
     }
 
-    /// Place in the row of frames of the station at `node`, if it is one.
+    /// Index in the row of frames of the station at `node`, if it is one.
     pub fn station_frame(&self, node: usize) -> Option<usize> {
         self.stations.binary_search(&node).ok().map(|k| self.station_frames[k])
     }
 }
 
-/// Everything a rod factory is told about its branch.
+/// Input of a rod factory.
 #[derive(Clone, Debug)]
 pub struct RodSpec {
     /// The section.
@@ -151,7 +152,7 @@ pub struct RodSpec {
     pub curvature: Vector,
 }
 
-/// Where a branch is: slices of a [`crate::State`].
+/// Shape of a branch: slices of a [`crate::State`].
 #[derive(Clone, Copy, Debug)]
 pub struct BranchShape<'a> {
     /// x_i, m; one for each node.
@@ -160,16 +161,17 @@ pub struct BranchShape<'a> {
     pub compensation: &'a [Vector],
     /// q_c in the order of the mesh's row of frames.
     pub frames: &'a [Rotation],
-    /// ℓ_j, m; one for each segment: those of the mesh, but where a constraint slides and the mesh has moved along the cable.
+    /// ℓ_j, m; one for each segment: those of the mesh, unless a constraint slides and the mesh has moved along the
+    /// cable.
     pub rest_lengths: &'a [f64],
-    /// λ_c, m; one for each coupling, as [`Mesh::couple`] has them.
+    /// λ_c, m; one for each coupling; see [`Mesh::couple`].
     pub coupling_lengths: &'a [f64],
-    /// What is added to the rest curvature of each coupling, 1/m; empty: nothing.
+    /// Curvature added to the rest curvature of each coupling, 1/m; empty: none.
     pub extra_curvature: &'a [Vector],
 }
 
 impl BranchShape<'_> {
-    /// `x_{j+1} − x_j`, m, with the low-order parts: free of the round-off of large coordinates.
+    /// `x_{j+1} − x_j`, m, with the low-order parts, so without the round-off of large coordinates.
     #[inline(always)]
     pub fn edge(&self, j: usize) -> Vector {
         (self.points[j + 1] - self.points[j]) + (self.compensation[j + 1] - self.compensation[j])
@@ -207,14 +209,14 @@ pub struct SegmentHessian {
     pub tt: Matrix,
 }
 
-/// Second derivatives of the energy of a segment beside stations in their rotations; zero where there is none.
+/// Second derivatives of the energy of a segment beside stations in their rotations; zero where there is no station.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct StationHessian {
     /// Rows the station at the first (second) node, columns the edge, N.
     pub se: [Matrix; 2],
     /// Rows the station, columns the segment's rotation, N m.
     pub st: [Matrix; 2],
-    /// The station twice, N m; symmetric.
+    /// Rows and columns the station, N m; symmetric.
     pub ss: [Matrix; 2],
     /// Rows the second station, columns the first, N m.
     pub s1s0: Matrix,
@@ -232,7 +234,7 @@ pub struct BranchHessian {
 }
 
 impl BranchHessian {
-    /// Room for the Hessian of a branch with this mesh.
+    /// Zero Hessian of a branch with this mesh.
     pub fn new(mesh: &Mesh) -> Self {
         Self {
             segments: vec![SegmentHessian::default(); mesh.segments()],
@@ -245,11 +247,11 @@ impl BranchHessian {
 /// Second derivatives of one coupling's energy in the rotations of the frames it joins, N m.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct CouplingHessian {
-    /// First frame twice; symmetric.
+    /// Rows and columns first frame; symmetric.
     pub aa: Matrix,
     /// Rows first frame, columns second.
     pub ab: Matrix,
-    /// Second frame twice; symmetric.
+    /// Rows and columns second frame; symmetric.
     pub bb: Matrix,
 }
 
@@ -257,13 +259,12 @@ pub struct CouplingHessian {
 /// `E = Σ_j E_j(x_{j+1} − x_j, q_j) + Σ_c E_c(q_c, q_{c+1})`, where beside a station E_j may depend on the
 /// station's frame too.
 ///
-/// Contract: E ≥ 0 and E = 0 at rest; E is unchanged by rigid motion of all points and frames
-/// (objectivity) and by running the branch from its other end (reversal); derivatives are taken along
-/// `x + δ`, `q ∘ exp(θ)` with θ in the body frame. Methods neither allocate nor fail; output slices
-/// have one entry for each node, frame, segment or coupling and are overwritten. Non-finite input
-/// gives non-finite output.
+/// Contract: E ≥ 0 and E = 0 at rest; E is unchanged by rigid motion of all points and frames (objectivity) and by
+/// reversing the direction of the branch (reversal); derivatives are taken along `x + δ`, `q ∘ exp(θ)` with θ in
+/// the body frame. Methods neither allocate nor fail; output slices have one entry for each node, frame, segment or
+/// coupling and are overwritten. Non-finite input gives non-finite output.
 pub trait RodSegment: Send + Sync {
-    /// The mesh it was built for.
+    /// Its mesh.
     fn mesh(&self) -> &Mesh;
 
     /// Energy by effect, J.
@@ -277,8 +278,9 @@ pub trait RodSegment: Send + Sync {
     /// Magisano, Leonetti, Garcea 2017); at equilibrium both are the same.
     fn hessian(&self, shape: &BranchShape<'_>, forces: Option<&[Vector]>, hessian: &mut BranchHessian);
 
-    /// ∂²E/∂e² of each segment, N/m, the same as in [`Self::hessian`]; it does not depend on the points as long as no edge points
-    /// against its frame, so that with the frames given the energy is a convex function of the points, and quadratic.
+    /// ∂²E/∂e² of each segment, N/m, the same as in [`Self::hessian`]; it does not depend on the points as long
+    /// as no edge points against its frame: with the frames fixed the energy is then a convex quadratic function of the
+    /// points.
     fn edge_stiffness(&self, shape: &BranchShape<'_>, stiffness: &mut [Matrix]);
 
     /// `C (Γ + δΓ)` for each segment (N, body frame): the force to first order after the step
@@ -288,16 +290,19 @@ pub trait RodSegment: Send + Sync {
     /// n_j for each segment, N, world axes.
     fn forces(&self, shape: &BranchShape<'_>, forces: &mut [Vector]);
 
-    /// m_c for each coupling, N m, world axes: what all that lies beyond it exerts on the frames before it.
+    /// m_c for each coupling, N m, world axes: the moment that the part with larger s exerts on the part with smaller
+    /// s.
     fn moments(&self, shape: &BranchShape<'_>, moments: &mut [Vector]);
 
-    /// How the energy depends on the lengths themselves, frames and points fixed: for each segment
-    /// `[∂E/∂ℓ_j (N), ∂²E/∂ℓ_j² (N/m)]`, for each coupling `[∂E/∂λ_c, ∂²E/∂λ_c²]`. The parts of the energy are independent,
-    /// so there are no mixed ones. Constraints that slide are balanced by it: at rest `∂E/∂ℓ` is the configurational force.
+    /// Derivatives of the energy in the lengths, with frames and points fixed: for each segment
+    /// `[∂E/∂ℓ_j (N), ∂²E/∂ℓ_j² (N/m)]`, for each coupling `[∂E/∂λ_c, ∂²E/∂λ_c²]`. Each part
+    /// of the energy depends on one length, so there are no mixed derivatives. `∂E/∂ℓ` is the configurational
+    /// force that governs sliding constraints.
     fn length_terms(&self, shape: &BranchShape<'_>, segments: &mut [[f64; 2]], couplings: &mut [[f64; 2]]);
 
-    /// Derivative of the gradient as lengths grow at these rates: adds `Σ_j a_j ∂²E/∂ℓ_j∂x_i + Σ_c b_c ∂²E/∂λ_c∂x_i` (N/m where the
-    /// rates are per metre) to `points`, and likewise in θ to `frames`.
+    /// Mixed derivatives of the energy in lengths that change at these rates and in the variables: adds
+    /// `Σ_j a_j ∂²E/∂ℓ_j∂x_i + Σ_c b_c ∂²E/∂λ_c∂x_i` (N/m where the rates are per metre) to
+    /// `points`, and likewise in θ to `frames`.
     fn length_mixed(
         &self,
         shape: &BranchShape<'_>,
@@ -307,10 +312,10 @@ pub trait RodSegment: Send + Sync {
         frames: &mut [Vector],
     );
 
-    /// Rotation of frame c + 1 relative to frame c at rest, for each coupling.
+    /// Rotation of frame c + 1 relative to frame c at rest, for coupling c.
     fn rest_rotation(&self, coupling: usize) -> Rotation;
 
-    /// The energy as plain numbers, if it is of that form.
+    /// The coefficients of the energy, if it is of this form.
     fn law(&self) -> Option<RodLaw> {
         None
     }

@@ -1,4 +1,4 @@
-//! Rotations: the few maps that nalgebra does not have in the form the mechanics needs.
+//! Rotations: maps that nalgebra does not provide in the form needed here.
 
 use crate::{Matrix, Rotation, Vector};
 use nalgebra::{Quaternion, Unit};
@@ -18,9 +18,9 @@ pub fn lever_hessian(q: &Rotation, force: &Vector, offset: &Vector) -> Matrix {
 
 /// `q ∘ cay(θ)`, with θ (rad) in the body frame.
 ///
-/// `cay(θ) = (1, θ/2)/√(1 + |θ|²/4)` agrees with `exp(θ)` up to third order, so first and second
-/// derivatives at θ = 0 are those of the exponential map; it needs no trigonometry and turns by
-/// less than π however large θ is.
+/// `cay(θ) = (1, θ/2)/√(1 + |θ|²/4)` agrees with `exp(θ)` up to third order, so first and second derivatives at
+/// θ = 0 are those of the exponential map; it needs no trigonometric functions, and its angle is less than π for any
+/// θ.
 #[inline]
 pub fn turned(q: &Rotation, theta: &Vector) -> Rotation {
     let (w, v) = (q.w, q.imag());
@@ -31,7 +31,7 @@ pub fn turned(q: &Rotation, theta: &Vector) -> Rotation {
     Unit::new_unchecked(Quaternion::from_parts(new_w * scale, new_v * scale))
 }
 
-/// The frame with third column along `tangent` and first column as near to `up` as that allows.
+/// Frame whose third column is along `tangent` and whose first column is along the part of `up` orthogonal to it.
 /// `None` where one of them vanishes or they are parallel.
 pub fn frame_from(tangent: &Vector, up: &Vector) -> Option<Rotation> {
     let d3 = tangent.try_normalize(1e-300)?;
@@ -41,14 +41,14 @@ pub fn frame_from(tangent: &Vector, up: &Vector) -> Option<Rotation> {
     Some(Rotation::from_rotation_matrix(&matrix))
 }
 
-/// Some unit vector orthogonal to `a` (not zero): the world axis least along `a`, projected.
+/// A unit vector orthogonal to `a` (not zero): the world axis with the smallest component of `a`, projected.
 pub fn orthogonal(a: &Vector) -> Vector {
     let axis = [Vector::x(), Vector::y(), Vector::z()][a.iamin()];
     (axis - a * (a.dot(&axis) / a.norm_squared())).normalize()
 }
 
-/// The shortest rotation (world) that takes direction `from` to direction `to` (neither zero); half a turn about
-/// some orthogonal axis where they are opposite. Exact to round-off for directions that lie close together.
+/// Smallest rotation (world) that maps direction `from` to direction `to` (neither zero); half a turn about an
+/// orthogonal axis where they are opposite. Exact to round-off for nearly equal directions.
 pub fn shortest(from: &Vector, to: &Vector) -> Rotation {
     let (a, b) = (from.normalize(), to.normalize());
     let w = 1.0 + a.dot(&b);
@@ -66,7 +66,7 @@ pub fn twist_angle(r: &Rotation) -> f64 {
     2.0 * (sign * r.k).atan2(sign * r.w)
 }
 
-/// `q` with the one of its two signs that is nearer to `to`: so quaternions go on continuously where rotations do.
+/// `q` or `−q`, whichever is nearer to `to`, so that quaternions are continuous where rotations are.
 #[inline]
 pub fn nearer_sign(q: Rotation, to: &Rotation) -> Rotation {
     if q.coords.dot(&to.coords) < 0.0 { Unit::new_unchecked(-q.into_inner()) } else { q }

@@ -1,20 +1,22 @@
-//! Scales of forces and moments, by which residuals are measured, branch by branch.
+//! Scales of forces and moments for the residuals, branch by branch.
 //!
-//! A harness may join a cable of EI = 10⁶ N m² to a wire of 10⁻⁶ N m²: a force that is negligible for one is the
-//! whole weight of the other. So each branch is measured by what acts in itself, with Λ the longest branch of the piece it is connected to:
+//! A harness may join a cable of EI = 10⁶ N m² to a wire of 10⁻⁶ N m²: a force that is negligible for one is
+//! the whole weight of the other. So each branch has scales of its own, with L its length and Λ the longest branch of
+//! its connected component:
 //!
 //! ```text
 //! F = max(ρ g L, EI/Λ², push),   M = max(ρ g L², EI/Λ, push Λ, dead moment)
 //! ```
 //!
-//! Dead forces are left out: near a limit point what a load leaves of the stiffness is small beside it, and so is what decides.
+//! Dead forces are not included: near a limit point the load nearly cancels the elastic forces, and the small
+//! difference decides.
 
 use crate::conditions::System;
 use crate::network::Branch;
 use crate::rod::{BranchShape, RodSegment};
 use crate::{Matrix, Network, Rotation, Tangent, Vector};
 
-/// Residuals below so many times what one rounding makes of forces and moments are round-off: some ten terms are added up at a node.
+/// Number of rounding errors below which residuals are round-off: about ten terms are summed at a node.
 const ROUNDINGS: f64 = 10.0;
 
 /// Changes of the energy below this fraction of the sum of its parts are round-off.
@@ -39,13 +41,13 @@ pub struct LocalScale {
     pub force: f64,
     /// M, N m.
     pub moment: f64,
-    /// m: the longest branch of the piece, Λ.
+    /// Λ, m: the longest branch of the connected component.
     pub length: f64,
     /// Force (N) and moment (N m) below which a residual is round-off.
     pub round_off: [f64; 2],
 }
 
-/// Scales of the branches by their stiffness alone.
+/// Scales of the branches from their stiffness alone.
 pub(crate) fn rigidity(network: &Network) -> Vec<LocalScale> {
     let (piece, pieces) = network.pieces();
     let mut longest = vec![0.0_f64; pieces];
@@ -60,8 +62,8 @@ pub(crate) fn rigidity(network: &Network) -> Vec<LocalScale> {
     network.branches.iter().zip(&piece).map(scale).collect()
 }
 
-/// Force (N) and moment (N m) that a rounding of the strains of a rod makes, `ε K` and `ε (K ℓ + C/λ)` with K = ℓ ∂²E/∂e², times
-/// [`ROUNDINGS`].
+/// Force (N) and moment (N m) caused by rounding errors of the strains of a rod, `ε K` and `ε (K ℓ + C/λ)` with K
+/// = ℓ ∂²E/∂e², times [`ROUNDINGS`].
 fn round_off(rod: &dyn RodSegment, bending: f64) -> [f64; 2] {
     let mesh = rod.mesh();
     let s = mesh.arc_lengths();
@@ -84,7 +86,7 @@ fn round_off(rod: &dyn RodSegment, bending: f64) -> [f64; 2] {
     [force, force * longest + ROUNDINGS * f64::EPSILON * bending / shortest]
 }
 
-/// The scales of the branches and joints under conditions.
+/// Scales of the branches and joints under conditions.
 #[derive(Default)]
 pub struct LocalScales {
     pub(crate) branches: Vec<LocalScale>,
@@ -92,8 +94,8 @@ pub struct LocalScales {
 }
 
 impl LocalScales {
-    /// Finds them anew; allocates the first time only. `pushes` says by branch what contact pushes with, N, `moments` by frame what dead moments
-    /// there are, N m.
+    /// Updates the scales; allocates the first time only. `pushes` gives contact forces by branch, N, `moments` dead
+    /// moments by frame, N m.
     pub(crate) fn find(
         &mut self,
         network: &Network,
@@ -123,7 +125,7 @@ impl LocalScales {
             }
         }
         self.joints.clear();
-        // What is left at a joint is borne by its softest arm, if by that one only; the roundings of all arms add up.
+        // The scale of a joint is that of its softest arm; the rounding errors of all arms add up.
         self.joints.extend(network.joints.iter().map(|joint| {
             let arms = || joint.branches.iter().map(|&b| &self.branches[b]);
             let least = |value: fn(&LocalScale) -> f64| arms().map(value).fold(f64::INFINITY, f64::min);
@@ -166,7 +168,8 @@ impl Scales {
 }
 
 impl LocalScales {
-    /// Least force and moment scales of any branch or joint, and the longest branch: for a measure by one scale.
+    /// Least force and moment scales of all branches and joints, and the longest branch: for methods that use a single
+    /// scale.
     pub fn least(&self) -> Scales {
         let all = || self.branches.iter().chain(&self.joints);
         let least = |value: fn(&LocalScale) -> f64| all().map(value).fold(f64::INFINITY, f64::min);
@@ -174,20 +177,20 @@ impl LocalScales {
         Scales { force: least(|scale| scale.force), moment: least(|scale| scale.moment), length }
     }
 
-    /// Largest free force relative to the force scale of its branch, or moment relative to its moment scale, whichever is
-    /// larger, of the part above round-off; NaN if one is.
+    /// Largest free force relative to the force scale of its branch, or moment relative to its moment scale, of the
+    /// part above round-off; NaN if any entry is.
     pub fn residual(&self, network: &Network, free: &Tangent) -> f64 {
         self.largest(network, free, |value, scale, round_off| (value - round_off).max(0.0) / scale)
     }
 
-    /// [`Self::residual`] with round-off.
+    /// [`Self::residual`] including round-off.
     pub fn whole_residual(&self, network: &Network, free: &Tangent) -> f64 {
         self.largest(network, free, |value, scale, _| value / scale)
     }
 
     fn largest(&self, network: &Network, free: &Tangent, relative: impl Fn(f64, f64, f64) -> f64) -> f64 {
         let relative = |value: f64, scale: f64, round_off: f64| {
-            // `max` would lose it.
+            // `max` would drop it.
             if value.is_nan() { value } else { relative(value, scale, round_off) }
         };
         let of = |scale: &LocalScale, points: &[Vector], frames: &[Vector]| {

@@ -1,4 +1,4 @@
-//! What a branch is made of.
+//! Cross-section of a branch.
 
 /// Cross-section of a branch. All values are per unstressed length, in SI units.
 #[derive(Clone, Debug, PartialEq)]
@@ -17,7 +17,7 @@ pub struct Section {
     pub bending_stiffness: [f64; 2],
     /// Torsion stiffness GJ, N m².
     pub torsion_stiffness: f64,
-    /// Smallest bend radius allowed, m; reported against.
+    /// Smallest bend radius allowed, m; the run reports smaller ones.
     pub min_bend_radius: Option<f64>,
 }
 

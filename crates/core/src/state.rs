@@ -1,12 +1,11 @@
-//! Where the harness is, and how it may move. State and tangent are different types; [`Network::retract`]
-//! is the only bridge.
+//! State of a harness and its tangent space. They are different types, connected by [`Network::retract`].
 
 use crate::rod::BranchShape;
 use crate::rotation::turned;
 use crate::{Network, Pose, Rotation, Vector};
 use serde::{Deserialize, Serialize};
 
-/// Positions and frames of a whole harness; see [`Network`] for the places.
+/// Positions and frames of a whole harness; see [`Network`] for the indices.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct State {
     /// Positions, m.
@@ -16,9 +15,10 @@ pub struct State {
     pub compensation: Vec<Vector>,
     /// Frames.
     pub frames: Vec<Rotation>,
-    /// ℓ_j, m, at the place of the segment's first node; those of the meshes, but where a constraint slides. Joints and last nodes have 0.
+    /// ℓ_j, m, at the index of the segment's first node: those of the meshes, unless a constraint slides. 0 for
+    /// joints and last nodes.
     pub rest_lengths: Vec<f64>,
-    /// λ_c, m, at the place of the coupling's first frame.
+    /// λ_c, m, at the index of the coupling's first frame.
     pub coupling_lengths: Vec<f64>,
 }
 
@@ -29,7 +29,7 @@ pub struct Tangent {
     pub points: Vec<Vector>,
     /// θ (rad, body frame), or ∂E/∂θ (N m).
     pub frames: Vec<Vector>,
-    /// For each constraint that slides (see [`Network::slides`]) by how much its arc length grows (m), or ∂E/∂s (N).
+    /// For each sliding constraint (see [`Network::slides`]) the change of its arc length (m), or ∂E/∂s (N).
     pub slides: Vec<f64>,
 }
 
@@ -57,7 +57,7 @@ impl Tangent {
         self.slides.fill(0.0);
     }
 
-    /// The sum of the products of all entries.
+    /// Scalar product.
     pub fn dot(&self, other: &Tangent) -> f64 {
         let dot = |a: &[Vector], b: &[Vector]| -> f64 { a.iter().zip(b).map(|(a, b)| a.dot(b)).sum() };
         let slides: f64 = self.slides.iter().zip(&other.slides).map(|(a, b)| a * b).sum();
@@ -76,7 +76,7 @@ impl Tangent {
 }
 
 impl State {
-    /// All at the origin, unturned.
+    /// State with all points at the origin and identity frames.
     pub fn origin(network: &Network) -> Self {
         let mut state = Self {
             points: vec![Vector::zeros(); network.points],
@@ -118,7 +118,7 @@ impl State {
         std::iter::once(0.0).chain(sums).collect()
     }
 
-    /// The pose of a site; a site without frame has the identity.
+    /// Pose of a site; the identity orientation for a site without a frame.
     pub fn pose(&self, site: &crate::network::Site) -> Pose {
         let carrier = Pose {
             position: self.points[site.point] + self.compensation[site.point],
@@ -159,8 +159,8 @@ fn add_exactly(x: f64, compensation: f64, delta: f64) -> (f64, f64) {
 }
 
 impl Network {
-    /// `to = from ⊕ α step`: points move by α δ, frames turn by α θ (see [`crate::rotation::turned`]), and what is
-    /// tied to a joint follows it.
+    /// `to = from ⊕ α step`: points move by α δ, frames turn by α θ (see [`crate::rotation::turned`]), and tied
+    /// points and frames follow their joints.
     pub fn retract(&self, from: &State, step: &Tangent, alpha: f64, to: &mut State) {
         for i in 0..self.points {
             let (x, c, d) = (&from.points[i], &from.compensation[i], &step.points[i]);
@@ -177,7 +177,7 @@ impl Network {
         self.follow_ties(to);
     }
 
-    /// Moves points by δ (m) and nothing else: a step that turns nothing.
+    /// Moves points by δ (m) without turning frames.
     pub fn shift_points(&self, state: &mut State, step: &Tangent) {
         for ((x, compensation), d) in state.points.iter_mut().zip(&mut state.compensation).zip(&step.points) {
             for k in 0..3 {
@@ -187,7 +187,7 @@ impl Network {
         self.follow_ties(state);
     }
 
-    /// Puts everything that is tied to a joint where the joint carries it.
+    /// Moves tied points and frames with their joints.
     pub fn follow_ties(&self, state: &mut State) {
         for tie in &self.ties {
             let (hub, compensation) = (state.points[tie.hub_point], state.compensation[tie.hub_point]);
@@ -208,8 +208,8 @@ impl Network {
         }
     }
 
-    /// Pulls a gradient back to the independent variables: what acts on a tied point or frame acts on its
-    /// joint; the tied entries become zero.
+    /// Pulls a gradient back to the independent variables: the force on a tied point and the moment on a tied frame act
+    /// on its joint, with o the offset `g_θ += o × Rᵀ g_x`; the tied entries become zero.
     pub fn pull_back(&self, state: &State, gradient: &mut Tangent) {
         for tie in &self.ties {
             let force = std::mem::take(&mut gradient.points[tie.point]);

@@ -2,27 +2,27 @@
 
 use serde::{Deserialize, Serialize};
 
-/// How a run, a step or an increment ended.
+/// Status at the end of a run, a step or an increment.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 pub enum Status {
-    /// The certificate found forces and moments in balance.
+    /// The certificate found forces and moments in equilibrium.
     Converged,
     /// No further progress is possible in double precision; the residual is above the tolerance.
     Stalled,
-    /// The iterations allowed were used up.
+    /// The iteration limit was reached.
     IterationLimit,
-    /// No step lowers the energy any more, or numbers ceased to be finite.
+    /// No step lowers the energy, or numbers are not finite.
     Failed,
-    /// Stopped from outside.
+    /// Interrupted by a request from outside.
     Interrupted,
 }
 
 impl Status {
-    /// All there are.
+    /// All values.
     pub const ALL: [Status; 5] =
         [Status::Converged, Status::Stalled, Status::IterationLimit, Status::Failed, Status::Interrupted];
 
-    /// The word used in results.
+    /// Word used in results.
     pub fn word(self) -> &'static str {
         match self {
             Status::Converged => "converged",

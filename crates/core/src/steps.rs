@@ -1,34 +1,34 @@
-//! Assembly operations, resolved: names are indices into the network.
+//! Assembly operations, with names resolved to indices of the network.
 
 use crate::rotation::{columns, shortest};
 use crate::{Pose, Rotation, Vector};
 use serde::{Deserialize, Serialize};
 
-/// How the orientation of a target moves.
+/// Rotation of a target.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Turn {
-    /// It stays.
+    /// No rotation.
     Keep,
-    /// d3 turns to this direction by the shortest way.
+    /// Smallest rotation of d3 to this direction.
     Tangent(Vector),
-    /// To this orientation by the shortest turn.
+    /// Smallest rotation to this orientation.
     Orientation(Rotation),
 }
 
-/// Where something goes over a motion: points and orientations, each at fractions of the motion in (0, 1], increasing. Between
-/// them it goes straight, and turns by the shortest way; behind the last of them it stays.
+/// Track of a motion: positions and orientations at increasing fractions of the motion in (0, 1]. In between, positions
+/// are interpolated linearly and orientations along the shortest rotation; after the last one they stay.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Track {
     /// Points, m.
     pub positions: Vec<(f64, Vector)>,
     /// Orientations.
     pub turns: Vec<(f64, Turn)>,
-    /// Then turned about its tangent by this many turns, spread over the motion.
+    /// Turns about the tangent, spread evenly over the motion.
     pub spin: f64,
 }
 
 impl Track {
-    /// The track of something that begins at a pose.
+    /// Course of the track from a start pose.
     pub fn from(&self, start: &Pose) -> Course {
         let mut orientations = vec![(0.0, start.orientation)];
         let mut now = start.orientation;
@@ -45,7 +45,7 @@ impl Track {
     }
 }
 
-/// A [`Track`] whose beginning is known.
+/// A [`Track`] with a known start pose.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Course {
     positions: Vec<(f64, Vector)>,
@@ -54,7 +54,7 @@ pub struct Course {
 }
 
 impl Course {
-    /// Pose at fraction `t` of the motion; exactly those of the track at its fractions.
+    /// Pose at fraction `t` of the motion; exactly that of the track at the track's fractions.
     pub fn at(&self, t: f64) -> Pose {
         let position = along(&self.positions, t, |a, b, fraction| a + (b - a) * fraction);
         let turned = along(&self.orientations, t, |a, b, fraction| (b * a.inverse()).powf(fraction) * a);
@@ -63,7 +63,7 @@ impl Course {
     }
 }
 
-/// What stands at fraction `t` in a list of fractions and values that begins with fraction 0.
+/// Interpolated value at fraction `t` in a list of fractions and values that begins with fraction 0.
 fn along<T: Copy>(knots: &[(f64, T)], t: f64, between: impl Fn(T, T, f64) -> T) -> T {
     let next = knots.partition_point(|knot| knot.0 <= t);
     let (from, a) = knots[next.saturating_sub(1)];
@@ -78,20 +78,20 @@ fn along<T: Copy>(knots: &[(f64, T)], t: f64, between: impl Fn(T, T, f64) -> T) 
 pub struct Carried {
     /// Index of the constraint.
     pub constraint: usize,
-    /// Share of the step after which it begins to move.
+    /// Fraction of the step after which it begins to move.
     pub delay: f64,
-    /// Share of the step over which it moves.
+    /// Fraction of the step during which it moves.
     pub fraction: f64,
 }
 
 /// Motion of one constraint's target over a step, or of several together as one rigid body.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Move {
-    /// What moves; the track is that of the first, unless `origin` says otherwise.
+    /// The constraints that move; the track is that of the first, unless `origin` is given.
     pub carried: Vec<Carried>,
-    /// Point (m) and orientation that the body counts as having when the step begins; left out, those of the first.
+    /// Position (m) and orientation of the body at the start of the step; `None`: those of the first constraint.
     pub origin: (Option<Vector>, Option<Rotation>),
-    /// Where the body goes.
+    /// Track of the body.
     pub track: Track,
 }
 
@@ -101,7 +101,7 @@ impl Move {
         Self { carried: vec![Carried { constraint, delay: 0.0, fraction: 1.0 }], origin: (None, None), track }
     }
 
-    /// Where everything that takes part goes, by what the pose of each is when the step begins.
+    /// Journeys of all constraints involved, from their poses at the start of the step.
     pub fn journeys(&self, pose: impl Fn(usize) -> Pose) -> Vec<Journey> {
         let Some(first) = self.carried.first() else { return Vec::new() };
         let first = pose(first.constraint);
@@ -121,7 +121,7 @@ impl Move {
         self.carried.iter().enumerate().map(journey).collect()
     }
 
-    /// Shares of the step, neither its beginning nor its end, at which something takes a turn, begins or ends.
+    /// Fractions of the step, without its start and end, at which a motion starts, ends or has a corner.
     pub fn corners(&self) -> Vec<f64> {
         let knots = || self.track.positions.iter().map(|k| k.0).chain(self.track.turns.iter().map(|k| k.0));
         let of = |c: &Carried| {
@@ -132,7 +132,7 @@ impl Move {
     }
 }
 
-/// Where one constraint goes over a step.
+/// Motion of one constraint over a step.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Journey {
     carried: Carried,
@@ -142,7 +142,7 @@ pub struct Journey {
 }
 
 impl Journey {
-    /// The way of one constraint from a pose, over the whole step.
+    /// Motion of one constraint from a pose, over the whole step.
     pub fn of(constraint: usize, track: &Track, from: &Pose) -> Self {
         let carried = Carried { constraint, delay: 0.0, fraction: 1.0 };
         Self { carried, body: track.from(from), own: Pose::identity() }
@@ -156,7 +156,7 @@ impl Journey {
     /// Its pose at fraction `t` of the step.
     pub fn at(&self, t: f64) -> Pose {
         let Carried { delay, fraction, .. } = self.carried;
-        // Exactly the end at the end.
+        // Exactly the end pose at the end.
         let own = if t >= delay + fraction { 1.0 } else { ((t - delay) / fraction).max(0.0) };
         self.body.at(own).compose(&self.own)
     }
@@ -166,7 +166,8 @@ impl Journey {
         (self.body.spin / self.carried.fraction * fraction).abs()
     }
 
-    /// Turns that it makes at most from fraction `a` of the step to fraction `b`: about its tangent, and from one orientation to the next.
+    /// Upper bound of the turns from fraction `a` of the step to fraction `b`: about its tangent, plus those between
+    /// orientations.
     pub fn turned(&self, a: f64, b: f64) -> f64 {
         let own = |t: f64| ((t - self.carried.delay) / self.carried.fraction).clamp(0.0, 1.0);
         let (a, b) = (own(a), own(b));
@@ -179,28 +180,28 @@ impl Journey {
     }
 }
 
-/// What a step does, in the words of the trade: what the run reports about it.
+/// Operation of a step in assembly terms, about which the run reports.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Operation {
-    /// A hand takes hold.
+    /// A grasp.
     Grasp {
         /// Index of the constraint.
         constraint: usize,
     },
-    /// Hands or connectors are carried together.
+    /// Grasps or connectors are carried together.
     Carry {
         /// Indices of the constraints.
         constraints: Vec<usize>,
     },
-    /// A connector is pushed home.
+    /// A connector is mated.
     Mate {
         /// Index of the constraint.
         constraint: usize,
-        /// Where it is pushed; a unit vector.
+        /// Direction of insertion; a unit vector.
         direction: Vector,
-        /// Share of the step at which the push begins.
+        /// Fraction of the step at which the push begins.
         push_from: f64,
-        /// Most that a hand may push, N.
+        /// Largest permitted insertion force, N.
         limit: Option<f64>,
     },
     /// A clip closes around the cable.
@@ -215,7 +216,7 @@ pub enum Operation {
 pub struct ObstacleMove {
     /// Index of the obstacle.
     pub obstacle: usize,
-    /// Where it goes.
+    /// Its track.
     pub track: Track,
 }
 
@@ -224,7 +225,7 @@ pub struct ObstacleMove {
 pub struct Step {
     /// Name.
     pub name: String,
-    /// Increments; every one ends in an equilibrium.
+    /// Number of increments; each ends in an equilibrium.
     pub increments: usize,
     /// Gravity reached at the end of the step, m/s².
     pub gravity: Option<Vector>,
@@ -232,17 +233,17 @@ pub struct Step {
     pub add: Vec<usize>,
     /// Constraints that end with this step.
     pub release: Vec<usize>,
-    /// Motions; a constraint takes part in one at most.
+    /// Motions; each constraint is in one of them at most.
     pub moves: Vec<Move>,
-    /// Motions of obstacles; each moves in one of them at most.
+    /// Motions of obstacles; each obstacle is in one of them at most.
     pub obstacle_moves: Vec<ObstacleMove>,
-    /// What all this is for.
+    /// The operations that the step performs.
     pub operations: Vec<Operation>,
     /// Load index and the factor reached at the end of the step.
     pub loads: Vec<(usize, f64)>,
 }
 
-/// Where the rest shape is laid at the beginning: the start of this branch at this pose.
+/// Initial placement of the rest shape: the start of this branch has this pose.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Initial {
     /// Index of the branch.
@@ -251,20 +252,20 @@ pub struct Initial {
     pub pose: Pose,
 }
 
-/// Everything that happens to a harness, in order.
+/// Schedule of a run: initial conditions and steps in order.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Schedule {
     /// Name of the scenario.
     pub scenario: String,
-    /// Gravity at the beginning, m/s².
+    /// Gravity at the start of the run, m/s².
     pub gravity: Vector,
-    /// Where the rest shape is laid; `None`: a start is found from the drawn paths or the constraints.
+    /// Initial placement of the rest shape; `None`: the start is found from the drawn paths or the constraints.
     pub initial: Option<Initial>,
     /// The steps; empty: one equilibrium.
     pub steps: Vec<Step>,
-    /// Keep every increment in the result, not only the last of each step.
+    /// Whether the result keeps every increment, not only the last of each step.
     pub increments: bool,
-    /// Find how near cables come to all that is about them; left out, only where a clearance is required.
+    /// Whether all clearances of the cables are computed, not only the required ones.
     pub clearances: bool,
 }
 
@@ -300,7 +301,7 @@ mod tests {
         assert_eq!(journey.turned(0.75, 1.0), 0.0);
     }
 
-    /// Two hands a quarter turn about the first: the other one goes around it, later where it is told to.
+    /// A quarter turn of two grasps about the first: the other one moves around it, with a delay if one is given.
     #[test]
     fn a_body_turns_rigidly_about_its_origin() {
         let quarter = Rotation::from_axis_angle(&Vector::z_axis(), std::f64::consts::FRAC_PI_2);

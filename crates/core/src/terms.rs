@@ -15,8 +15,8 @@
 //! | weight | [`gravity`] | `−Σ m g·x` |
 //! | dead loads | [`loads`] | `−Σ f·x`; dead moments have none |
 //!
-//! Each term is a struct with its workspace: asked for energy (J), gradient (N, N m) and second derivatives of a
-//! [`crate::conditions::System`] at a [`crate::State`]. [`crate::Problem`] is their sum.
+//! Each term is a struct with its workspace. It evaluates the energy (J), the gradient (N, N m) and the second
+//! derivatives of a [`crate::conditions::System`] at a [`crate::State`]. [`crate::Problem`] is their sum.
 
 pub mod constraints;
 pub mod contact;

@@ -1,9 +1,10 @@
 //! Constraints that pull, or that set equations; [`crate::prescribed`] eliminates what others prescribe.
 //!
-//! An equation `c = 0` with multiplier λ and penalty ρ adds `λ c + ½ ρ c²` to the energy, an inequality `c ≤ 0` adds
-//! `(μ² − λ²)/(2ρ)` with `μ = max(0, λ + ρ c)`. Either way the forces are `μ J` (with `μ = λ + ρ c` for an equation), and the
-//! second derivatives `ρ JᵀJ + μ c″` where `μ` is not cut off. At a minimum of that the solver moves λ to μ until nothing
-//! moves any more: then `c = 0`, or `c ≤ 0 ≤ λ` with one of them 0 (augmented Lagrangian: Bertsekas 1982).
+//! An equation `c = 0` with multiplier λ and penalty ρ adds `λ c + ½ ρ c²` to the energy, an inequality `c ≤ 0`
+//! adds `(μ² − λ²)/(2ρ)` with `μ = max(0, λ + ρ c)`. Either way the forces are `μ J` (with `μ = λ + ρ c`
+//! for an equation), and the second derivatives `ρ JᵀJ + μ c″` where `μ` is not cut off. At a minimum of that
+//! the solver moves λ to μ until nothing moves any more: then `c = 0`, or `c ≤ 0 ≤ λ` with one of them 0
+//! (augmented Lagrangian: Bertsekas 1982).
 
 use crate::conditions::{ConstraintState, System};
 use crate::constraint::{Action, ConstraintView, Equations, Relation, Residual};
@@ -219,7 +220,8 @@ impl ConstraintTerm {
         energy
     }
 
-    /// Adds the first derivatives of the energy of the constraints, in the independent variables; returns that energy, J.
+    /// Adds the first derivatives of the energy of the constraints, in the independent variables; returns that energy,
+    /// J.
     pub fn gradient(&mut self, system: System<'_>, state: &State, gradient: &mut Tangent) -> f64 {
         let Self { scratch: Scratch { surroundings, slopes, .. }, penalty_unit, non_finite } = self;
         let mut energy = 0.0;
@@ -245,8 +247,8 @@ impl ConstraintTerm {
     /// Adds the second derivatives of the energy of the constraints at `state`, in the independent variables: both
     /// triangles.
     ///
-    /// With `convex` negative curvatures of potentials, and of μ c″ of equations, change their sign (Dauphin and others
-    /// 2014), and every station gets `stiffness` (N/m) against moving.
+    /// With `convex` negative curvatures of potentials, and of μ c″ of equations, change their sign (Dauphin and
+    /// others 2014), and every station gets `stiffness` (N/m) against moving.
     pub fn hessian(&mut self, system: System<'_>, state: &State, convex: Option<Convex>, blocks: &mut Vec<Block>) {
         let Self { scratch, penalty_unit, non_finite } = self;
         let Scratch { surroundings, slopes, table, span_table } = scratch;
@@ -392,8 +394,8 @@ fn add_slope(state: &State, site: &Site, force: &Vector, moment: &Vector, gradie
     }
 }
 
-/// Second derivatives in the poses of stations, in place as those in the variables of their sites: `δx = δX + J θ` with
-/// `J = −R [o]ₓ`, `θ_station = Aᵀ θ`. `slopes` are the first derivatives in the poses.
+/// Second derivatives in the poses of stations, in place as those in the variables of their sites: `δx = δX + J θ`
+/// with `J = −R [o]ₓ`, `θ_station = Aᵀ θ`. `slopes` are the first derivatives in the poses.
 fn transform(state: &State, sites: &[Site], slopes: &[Vector], table: &mut [Matrix]) {
     let width = 2 * sites.len();
     for (k, site) in sites.iter().enumerate() {

@@ -1,21 +1,22 @@
 //! Friction of contact: springs between surfaces that touch, up to the force that Coulomb's law allows.
 //!
-//! Coulomb's law, quasi-static: a contact point that touches is bound to the place of the body where it first touched (its
-//! anchor) by a tangential spring of stiffness k ≥ ρ, whose force is at most `f N`: with u the tangential distance from
-//! the anchor it adds `½ k u²`, beyond `u = f N/k` `f N (u − f N/(2k))`. Normal force N and normal n are those of the last
-//! update of the multipliers; at the end of an increment the anchor follows a contact point that slipped (return mapping),
-//! so that what sticks does not creep. Where the cable is stiffer along itself k is larger, so that the change from slip one
-//! way to slip the other takes about a segment. Friction on a body acts on the centre line: the cable does not roll.
+//! Coulomb's law, quasi-static: a contact point that touches is bound to the place of the body where it first touched
+//! (its anchor) by a tangential spring of stiffness k ≥ ρ, whose force is at most `f N`: with u the tangential
+//! distance from the anchor it adds `½ k u²`, beyond `u = f N/k` `f N (u − f N/(2k))`. Normal force N and normal n
+//! are those of the last update of the multipliers; at the end of an increment the anchor follows a contact point that
+//! slipped (return mapping), so that what sticks does not creep. Where the cable is stiffer along itself k is larger,
+//! so that the change from slip one way to slip the other takes about a segment. Friction on a body acts on the centre
+//! line: the cable does not roll.
 //!
 //! Between cables the spring joins their surfaces. The contact point x in its segment's frame P carries the point
-//! `x + P a`, `a = −r Pᵀ n` with its own part r of the distance; the anchor b belongs to the frame R of the segment that is
-//! touched, with y the place that is touched on its centre line: `u = (1 − n nᵀ)(Rᵀ(x + P a − y) − b)`, n in the axes of
-//! R. It does not change when both move as one, the force has the same line of action on both, and cables roll on each
-//! other without slipping. With every update a, b and y become those of the place where the two touch then, on the next
-//! segment, too, and u stays; a contact point that was not there before begins with `u = 0`. Where two cables cross both
-//! have contact points, which divide N among them, so that together they pull with no more than `f N`. As k is many times
-//! the stiffness of a cable, `u = f N/k`, by which a sticking contact may give way when the contact points that divide N
-//! change, is too small to be seen.
+//! `x + P a`, `a = −r Pᵀ n` with its own part r of the distance; the anchor b belongs to the frame R of the segment
+//! that is touched, with y the place that is touched on its centre line:
+//! `u = (1 − n nᵀ)(Rᵀ(x + P a − y) − b)`, n in the axes of R. It does not change when both move as one, the
+//! force has the same line of action on both, and cables roll on each other without slipping. With every update a, b
+//! and y become those of the place where the two touch then, on the next segment, too, and u stays; a contact point
+//! that was not there before begins with `u = 0`. Where two cables cross both have contact points, which divide N among
+//! them, so that together they pull with no more than `f N`. As k is many times the stiffness of a cable, `u = f N/k`,
+//! by which a sticking contact may give way when the contact points that divide N change, is too small to be seen.
 
 use super::contact::{Contact, ContactTerm, Touched};
 use crate::conditions::{Bond, ContactPoint, ContactRecord, FrictionAnchor, Partner, System, records_of};
@@ -29,8 +30,8 @@ pub struct FrictionTerm {
     forces: Vec<FrictionForce>,
 }
 
-/// Friction on a contact point: the force (N), and the second derivative of its energy in the place where it acts (N/m);
-/// world axes.
+/// Friction on a contact point: the force (N), and the second derivative of its energy in the place where it acts
+/// (N/m); world axes.
 struct FrictionForce {
     point: u32,
     partner: Partner,
@@ -50,8 +51,8 @@ struct Between {
 }
 
 impl FrictionAnchor {
-    /// Energy (J), force on the contact point (N) and second derivative (N/m) of friction with coefficient `f` and stiffness
-    /// `k`; all in the axes of the partner.
+    /// Energy (J), force on the contact point (N) and second derivative (N/m) of friction with coefficient `f` and
+    /// stiffness `k`; all in the axes of the partner.
     fn drag(&self, x: &Vector, f: f64, k: f64) -> (f64, Vector, Matrix) {
         let along = Matrix::identity() - self.normal * self.normal.transpose();
         let u = along * (x - self.position);
@@ -109,15 +110,15 @@ impl Anchoring<'_> {
         self.state.frames[self.system.network.branches[point.branch].segment_frame(point.segment)] * bond.lever
     }
 
-    /// Stiffness of an anchor, N/m: the penalty of the contact point, and no less than the cable has along itself. A softer
-    /// one would spread the change from slip one way to slip the other over more of the cable than a segment.
+    /// Stiffness of an anchor, N/m: the penalty of the contact point, and no less than the cable has along itself. A
+    /// softer one would spread the change from slip one way to slip the other over more of the cable than a segment.
     fn stiffness(&self, record: &ContactRecord) -> f64 {
         self.contact.penalty(record).max(self.contact.friction_stiffness[self.contact.branch_of(record)])
     }
 
-    /// Anchor of a contact point that touches, where `known` is its record so far, among `old` ones; none where the partner
-    /// is smooth. An anchor on an obstacle stays; one on a cable moves to the place that is touched now, with the same
-    /// spring elongation, whichever segment it was on.
+    /// Anchor of a contact point that touches, where `known` is its record so far, among `old` ones; none where the
+    /// partner is smooth. An anchor on an obstacle stays; one on a cable moves to the place that is touched now, with
+    /// the same spring elongation, whichever segment it was on.
     pub(crate) fn anchor(
         &self,
         old: &[ContactRecord],
@@ -218,8 +219,8 @@ impl FrictionTerm {
         self.forces.iter().find(own).map_or_else(Vector::zeros, |friction| friction.force)
     }
 
-    /// Adds the first derivatives of the energy of friction: in the points of the partner `f`, of the contact point `−f`,
-    /// and in the frames, which carry either surface at a lever a, `∓Rᵀ (a × f)`; returns that energy, J.
+    /// Adds the first derivatives of the energy of friction: in the points of the partner `f`, of the contact point
+    /// `−f`, and in the frames, which carry either surface at a lever a, `∓Rᵀ (a × f)`; returns that energy, J.
     pub fn gradient(
         &mut self,
         contact: &ContactTerm,
@@ -244,8 +245,8 @@ impl FrictionTerm {
 
     /// Adds the second derivatives of the energy of friction; with `convex` without what makes it less convex.
     ///
-    /// Between two cables with frames P and R, levers a and b (world) and turns α and β (body axes): the spring is drawn out
-    /// by `δz + b × Rβ` in the axes of R, `δz = δx − δy + Pα × a`, and to second order by
+    /// Between two cables with frames P and R, levers a and b (world) and turns α and β (body axes): the spring is
+    /// drawn out by `δz + b × Rβ` in the axes of R, `δz = δx − δy + Pα × a`, and to second order by
     /// `−Rβ × δz + ½ Rβ × (Rβ × b) + ½ Pα × (Pα × a)`, which the force f is multiplied by.
     pub fn hessian(
         &mut self,

@@ -3,12 +3,12 @@
 use crate::conditions::System;
 use crate::{State, Vector};
 
-/// Fraction of the weight of a segment beside a station that its other node carries for it: of the difference between the
-/// staggered scheme and the rod, that takes out the boundary term `−(ℓ²/24) [ρ g·t]` of each span.
+/// Fraction of the weight of a segment beside a station that its other node carries for it: of the difference between
+/// the staggered scheme and the rod, that takes out the boundary term `−(ℓ²/24) [ρ g·t]` of each span.
 pub const STATION_SHIFT: f64 = 1.0 / 24.0;
 
-/// Shows the weight of segments of these rest lengths (m), lumped at nodes, to `add`, by point, N: half of each segment's
-/// weight at either of its nodes, but see [`STATION_SHIFT`].
+/// Shows the weight of segments of these rest lengths (m), lumped at nodes, to `add`, by point, N: half of each
+/// segment's weight at either of its nodes, but see [`STATION_SHIFT`].
 pub fn weights(system: System<'_>, branch: usize, rest_lengths: &[f64], mut add: impl FnMut(usize, Vector)) {
     let branch = &system.network.branches[branch];
     let start = branch.points.start;

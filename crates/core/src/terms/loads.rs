@@ -1,8 +1,8 @@
 //! Dead forces and moments: weight that stays at its nodes, masses of joints, and loads.
 //!
-//! A dead moment M about an axis fixed in space has no potential. It adds `−Rᵀ M` to the gradient; the derivative of that
-//! along `q ∘ exp(θ)`, pulled back to θ as all second derivatives are, is `−½ [Rᵀ M]ₓ`: antisymmetric, so that
-//! [`crate::Problem::hessian`] does not contain it.
+//! A dead moment M about an axis fixed in space has no potential. It adds `−Rᵀ M` to the gradient; the derivative
+//! of that along `q ∘ exp(θ)`, pulled back to θ as all second derivatives are, is `−½ [Rᵀ M]ₓ`:
+//! antisymmetric, so that [`crate::Problem::hessian`] does not contain it.
 
 use super::gravity;
 use crate::conditions::System;
@@ -48,8 +48,8 @@ impl LoadTerm {
         }
     }
 
-    /// Dead force at every point of the state, N: weight and loads; of points that ride on a joint, too. Without the weight
-    /// of branches whose mesh may move along them.
+    /// Dead force at every point of the state, N: weight and loads; of points that ride on a joint, too. Without the
+    /// weight of branches whose mesh may move along them.
     pub fn forces(&self) -> &[Vector] {
         &self.forces
     }
@@ -78,7 +78,8 @@ impl LoadTerm {
         self.forces.iter().zip(&state.points).map(|(f, x)| -f.dot(x)).sum()
     }
 
-    /// Adds the first derivatives of the dead forces, and their work to `energy` (J) and, without its sign, to `magnitude`.
+    /// Adds the first derivatives of the dead forces, and their work to `energy` (J) and, without its sign, to
+    /// `magnitude`.
     pub fn force_gradient(&self, state: &State, gradient: &mut Tangent, energy: &mut f64, magnitude: &mut f64) {
         for ((g, x), f) in gradient.points.iter_mut().zip(&state.points).zip(&self.forces) {
             *g -= f;

@@ -27,7 +27,8 @@ impl RodTerm {
     }
 
     /// Takes the curvature and twist that the branches have at `state` for their rest curvature, until
-    /// [`Self::set_drawn_fraction`] takes it away again: from the drawn shape, small steps then lead to the equilibrium.
+    /// [`Self::set_drawn_fraction`] takes it away again: from the drawn shape, small steps then lead to the
+    /// equilibrium.
     pub fn hold_drawn_shape(&mut self, network: &Network, state: &State) {
         self.drawn = vec![Vector::zeros(); network.frames];
         for branch in &network.branches {
@@ -83,8 +84,8 @@ impl RodTerm {
         self.energies.iter().sum()
     }
 
-    /// Energies and gradients of the branches from `first` on, one for each entry of `energies`; `points` and `frames` begin
-    /// with theirs.
+    /// Energies and gradients of the branches from `first` on, one for each entry of `energies`; `points` and `frames`
+    /// begin with theirs.
     fn branch_gradients(
         &self,
         network: &Network,
@@ -118,8 +119,8 @@ impl RodTerm {
         }
     }
 
-    /// Writes the second derivatives, branch by branch. `forces` (N, body frame; one vector for each branch, one entry for
-    /// each segment) replaces the rods' own forces in the geometric stiffness; see [`crate::RodSegment::hessian`].
+    /// Writes the second derivatives, branch by branch. `forces` (N, body frame; one vector for each branch, one entry
+    /// for each segment) replaces the rods' own forces in the geometric stiffness; see [`crate::RodSegment::hessian`].
     pub fn hessian(
         &self,
         network: &Network,

@@ -1,10 +1,11 @@
 //! Fixings that the cable runs through.
 //!
-//! The station stays at the constraint and the mesh moves along the cable: as the arc length s at the constraint grows, the rest lengths
-//! before it grow and those after it shrink, up to the next place that is tied to the material. So s is one more variable of a smooth
-//! energy, `dℓ_j/ds = ±ℓ_j/L` with L the length that takes part; nothing jumps as material passes a node. At rest without friction
-//! `∂E/∂s`, the difference of the configurational forces on either side, vanishes (Bigoni, Dal Corso, Bosi, Misseroni 2015:
-//! the "Eshelby-like" force of a sliding sleeve; for a ring it makes the tensions equal).
+//! The station stays at the constraint and the mesh moves along the cable: as the arc length s at the constraint grows,
+//! the rest lengths before it grow and those after it shrink, up to the next place that is tied to the material. So s
+//! is one more variable of a smooth energy, `dℓ_j/ds = ±ℓ_j/L` with L the length that takes part; nothing jumps as
+//! material passes a node. At rest without friction `∂E/∂s`, the difference of the configurational forces on either
+//! side, vanishes (Bigoni, Dal Corso, Bosi, Misseroni 2015: the "Eshelby-like" force of a sliding sleeve; for a ring it
+//! makes the tensions equal).
 
 use super::gravity::weights;
 use super::rods::RodTerm;
@@ -159,8 +160,8 @@ impl SlidingTerm {
         state.rest_lengths[start..start + site.node].iter().sum()
     }
 
-    /// Stop at which a constraint (index in [`Network::slides`]) stands that the cable is driven through; `None` where it does
-    /// not. `gradient` is the whole gradient at the state of the last [`crate::Problem::update_held`].
+    /// Stop at which a constraint (index in [`Network::slides`]) stands that the cable is driven through; `None` where
+    /// it does not. `gradient` is the whole gradient at the state of the last [`crate::Problem::update_held`].
     pub fn stop(&self, system: System<'_>, slide: usize, gradient: &Tangent) -> Option<SlideStop> {
         let found = self.slides.iter().find(|s| s.index == slide)?;
         let g = gradient.slides[slide];
@@ -176,7 +177,8 @@ impl SlidingTerm {
             && system.conditions.sliding[slide] != Sliding::Stuck
     }
 
-    /// Whether a slipping constraint has moved from `before` to `state` against the direction of its slip, or not at all.
+    /// Whether a slipping constraint has moved from `before` to `state` against the direction of its slip, or not at
+    /// all.
     pub fn slips_backward(&self, system: System<'_>, slide: usize, before: &State, state: &State) -> bool {
         let Sliding::Running { force } = system.conditions.sliding[slide] else { return false };
         let (from, to) = (self.arc_length(system, slide, before), self.arc_length(system, slide, state));
@@ -274,7 +276,8 @@ impl SlidingTerm {
         mesh.couple(segments, couplings);
     }
 
-    /// Writes ∂E/∂s of every constraint that slides, friction included, into `gradient`. Returns the work of friction, J.
+    /// Writes ∂E/∂s of every constraint that slides, friction included, into `gradient`. Returns the work of
+    /// friction, J.
     pub fn gradient(&mut self, system: System<'_>, rods: &RodTerm, state: &State, gradient: &mut Tangent) -> f64 {
         gradient.slides.fill(0.0);
         let mut terms = std::mem::take(&mut self.scratch);
@@ -306,7 +309,8 @@ impl SlidingTerm {
         rod.length_terms(&rods.shape(system.network, state, branch), &mut terms.segments, &mut terms.couplings);
     }
 
-    /// Second derivatives in the arc lengths of the constraints that may run at `state`, where `gradient` is the whole gradient.
+    /// Second derivatives in the arc lengths of the constraints that may run at `state`, where `gradient` is the whole
+    /// gradient.
     pub fn hessian(
         &mut self,
         system: System<'_>,

@@ -1,9 +1,10 @@
 //! Cables that touch each other, or themselves.
 //!
-//! A point is kept as far from the centre line of another cable as both radii together; its nearest place there is looked for anew with every
-//! evaluation, so nothing but friction keeps the two from sliding along each other. Every cable has points, so both of a pair are looked after.
-//! Parts of the harness that are less than [`APART`] radii from each other along the cable do not count. Where cables overlap when a run
-//! begins (arms that leave a joint side by side), they are let overlap so far, until they have come apart; where constraints hold them in each other
+//! A point is kept as far from the centre line of another cable as both radii together; its nearest place there is
+//! looked for anew with every evaluation, so nothing but friction keeps the two from sliding along each other. Every
+//! cable has points, so both of a pair are looked after. Parts of the harness that are less than [`APART`] radii from
+//! each other along the cable do not count. Where cables overlap when a run begins (arms that leave a joint side by
+//! side), they are let overlap so far, until they have come apart; where constraints hold them in each other
 //! ([`super::held`]), as long as they do.
 
 use super::continuous::{self, meeting};
@@ -19,13 +20,15 @@ use std::collections::{BTreeSet, HashMap};
 
 /// Pairs are kept that are nearer than their radii and so many times the largest radius.
 const MARGIN: f64 = 2.0;
-/// Pairs are in the pattern of the matrix that are nearer than so many sums of both radii: more than those that may come to touch with a step.
+/// Pairs are in the pattern of the matrix that are nearer than so many sums of both radii: more than those that may
+/// come to touch with a step.
 const COUPLED: f64 = 2.0;
 /// Depth between points, in sums of both radii, from which on one is put where two cables cross.
 const CROSSING: f64 = 4.0 * DEPTH;
 /// None is put nearer to another one than this fraction of the distance between its neighbours.
 const NEAR_POINT: f64 = 0.02;
-/// Distance between centre lines, in sums of both radii, below which the curvature of the distance is that at it: it has no bound.
+/// Distance between centre lines, in sums of both radii, below which the curvature of the distance is that at it: it
+/// has no bound.
 const COINCIDENT: f64 = 1e-6;
 /// Square of the sine of the angle below which pieces count as parallel.
 const PARALLEL: f64 = 1e-3;
@@ -134,14 +137,15 @@ impl ContactTerm {
         (cables.pairs, cables.searched, cables.moved) = (pairs, points, 0.0);
         let pattern = self.coupled(system, state);
         let known = &self.cables.pattern;
-        // As long as nothing new may be coupled the matrix keeps its pattern; where a search is the first, it is that of the state alone.
+        // As long as nothing new may be coupled the matrix keeps its pattern; where a search is the first, it is that
+        // of the state alone.
         if pattern != *known && (first_search || !pattern.is_subset(known)) {
             self.couple(system, pattern);
         }
     }
 
-    /// Makes sure that what touches at `state`, or may come to, is in the pattern of the matrix, however far apart it is: a multiplier pushes
-    /// on at any distance that it was large enough for.
+    /// Makes sure that what touches at `state`, or may come to, is in the pattern of the matrix, however far apart it
+    /// is: a multiplier pushes on at any distance that it was large enough for.
     pub(super) fn couple_contacts<'c>(
         &mut self,
         system: System<'_>,
@@ -165,7 +169,8 @@ impl ContactTerm {
         }
     }
 
-    /// Pairs of segments of which one is near the other at `state`, or that friction holds to each other, wherever that is.
+    /// Pairs of segments of which one is near the other at `state`, or that friction holds to each other, wherever that
+    /// is.
     fn coupled(&self, system: System<'_>, state: &State) -> BTreeSet<[(usize, usize); 2]> {
         let mut pattern = BTreeSet::new();
         for pair in &self.cables.pairs {
@@ -224,7 +229,8 @@ impl ContactTerm {
         (pair.segments.0..=pair.segments.1).map(to).fold(f64::INFINITY, f64::min)
     }
 
-    /// How near a point may be to another cable, with which it has the radii `both` (m), as they overlapped from the beginning, m.
+    /// How near a point may be to another cable, with which it has the radii `both` (m), as they overlapped from the
+    /// beginning, m.
     fn overlap_distance(&self, system: System<'_>, point: u32, branch: u32, both: f64) -> f64 {
         let overlaps = &system.conditions.contact.overlaps;
         let at = overlaps.partition_point(|o| (o.point, o.branch) < (point, branch));
@@ -251,9 +257,9 @@ impl ContactTerm {
         self.least_distance(system, state, point, of, both) < COINCIDENT * both
     }
 
-    /// Adds to `found` every point that touches another cable at `state`, in order; returns the energy, J, but for what multipliers of records
-    /// that touch no more leave behind. Each segment counts for itself: so a point in the crook of two of them touches both, and nothing jumps
-    /// where it goes from one to the other.
+    /// Adds to `found` every point that touches another cable at `state`, in order; returns the energy, J, but for what
+    /// multipliers of records that touch no more leave behind. Each segment counts for itself: so a point in the crook
+    /// of two of them touches both, and nothing jumps where it goes from one to the other.
     pub(super) fn find_pairs(
         &self,
         system: System<'_>,
@@ -319,8 +325,8 @@ impl ContactTerm {
         energy
     }
 
-    /// The places between a point and the next one on its segment that are nearer to another cable than is let pass, and nearer than both: where
-    /// two straight pieces cross.
+    /// The places between a point and the next one on its segment that are nearer to another cable than is let pass,
+    /// and nearer than both: where two straight pieces cross.
     pub(super) fn crossings(
         &self,
         system: System<'_>,
@@ -375,8 +381,8 @@ impl ContactTerm {
         overlaps
     }
 
-    /// Overlaps that are left at `state`: cables that have come apart may not overlap again as far as they did. Pairs are
-    /// searched anew, so that what is found next follows from this state alone.
+    /// Overlaps that are left at `state`: cables that have come apart may not overlap again as far as they did. Pairs
+    /// are searched anew, so that what is found next follows from this state alone.
     pub(crate) fn remaining_overlaps(&mut self, system: System<'_>, state: &State) -> Vec<Overlap> {
         self.cables.search_again();
         self.search_pairs(system, state);
@@ -398,7 +404,8 @@ impl ContactTerm {
         (self.cables.version, &self.cables.cliques)
     }
 
-    /// The largest fraction of the way from one state to another on which no centre line comes through another one, for certain.
+    /// The largest fraction of the way from one state to another on which no centre line comes through another one, for
+    /// certain.
     pub(super) fn collision_free_fraction_of_cables(&mut self, system: System<'_>, from: &State, to: &State) -> f64 {
         if !system.network.contact.cables {
             return 1.0;
@@ -438,7 +445,8 @@ impl ContactTerm {
         free
     }
 
-    /// The fraction of the way from one state to another on which the piece between a point and the next one does not come through what is near it.
+    /// The fraction of the way from one state to another on which the piece between a point and the next one does not
+    /// come through what is near it.
     fn fraction_of_piece(&self, system: System<'_>, from: &State, to: &State, pair: &Pair) -> f64 {
         let point = self.points[pair.point as usize];
         if point.fraction == 1.0 {
@@ -514,5 +522,6 @@ impl ContactTerm {
 
 /// Share of the distance between two centre lines that may be gone at once.
 const SAFE: f64 = 0.7;
-/// Least fraction of a way that is let be gone, where cables are on top of each other: below it nothing would move any more.
+/// Least fraction of a way that is let be gone, where cables are on top of each other: below it nothing would move any
+/// more.
 const LEAST: f64 = 1e-3;

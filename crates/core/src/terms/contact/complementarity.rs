@@ -31,7 +31,8 @@ pub enum Lack {
 }
 
 impl ContactTerm {
-    /// Largest violation of contact at `state`, in units of the tolerance: 1 or less is met. `None` where nothing can touch.
+    /// Largest violation of contact at `state`, in units of the tolerance: 1 or less is met. `None` where nothing can
+    /// touch.
     pub(crate) fn violation(&mut self, system: System<'_>, state: &State) -> Option<f64> {
         if self.is_idle() {
             return None;
@@ -61,7 +62,8 @@ impl ContactTerm {
         })
     }
 
-    /// Shows `see` the violations of all contacts and records, where contact was evaluated last, in units of the tolerance.
+    /// Shows `see` the violations of all contacts and records, where contact was evaluated last, in units of the
+    /// tolerance.
     fn for_violations(&self, system: System<'_>, mut see: impl FnMut(f64, u32, Partner, Lack)) {
         let records = &system.conditions.contact.records;
         let found = &self.found;
@@ -80,8 +82,8 @@ impl ContactTerm {
             }
         }
         // A contact that has opened must not keep a multiplier, λ/ρ in metres: the measure of complementarity
-        // `|max(c, −λ/ρ)|` (Birgin and Martínez 2014, Practical Augmented Lagrangian Methods). Residuals are relative to
-        // contact forces, so a large multiplier would hide any residual.
+        // `|max(c, −λ/ρ)|` (Birgin and Martínez 2014, Practical Augmented Lagrangian Methods). Residuals are
+        // relative to contact forces, so a large multiplier would hide any residual.
         let touching: BTreeSet<_> = found.iter().map(|contact| (contact.point, contact.partner)).collect();
         for record in records.iter().filter(|record| !touching.contains(&(record.point, record.partner))) {
             let reach = record.multiplier / self.penalty(record);

@@ -14,8 +14,9 @@ const BESIDE: f64 = 1e-9;
 /// A piece of straight line, by its ends.
 pub(super) type Piece = [Vector; 2];
 
-/// The first fraction of the way on which two pieces of straight line come through each other, their ends going straight from one place to another;
-/// `None` where they never do. They meet where the volume of the tetrahedron of their four ends, a cubic polynomial of the fraction, is zero.
+/// The first fraction of the way on which two pieces of straight line come through each other, their ends going
+/// straight from one place to another; `None` where they never do. They meet where the volume of the tetrahedron of
+/// their four ends, a cubic polynomial of the fraction, is zero.
 pub(super) fn meeting([p, p_end]: [&Piece; 2], [q, q_end]: [&Piece; 2]) -> Option<f64> {
     let edge = |piece: &Piece| piece[1] - piece[0];
     let (e, f, g) = (edge(p), edge(q), q[0] - p[0]);
@@ -29,7 +30,8 @@ pub(super) fn meeting([p, p_end]: [&Piece; 2], [q, q_end]: [&Piece; 2]) -> Optio
     let mut places = [0.0, 1.0, 1.0, 1.0];
     let square = c2 * c2 - 3.0 * c3 * c1;
     if square > 0.0 {
-        // Of two zeros with the same sign of c₂ and the root, the other one from their product: nothing cancels, and c₃ may be zero.
+        // Of two zeros with the same sign of c₂ and the root, the other one from their product: nothing cancels, and
+        // c₃ may be zero.
         let w = -(c2 + square.sqrt().copysign(c2));
         let mut zeros = [w / (3.0 * c3), c1 / w].map(|t| if t > 0.0 && t < 1.0 { t } else { 1.0 });
         zeros.sort_by(f64::total_cmp);
@@ -58,8 +60,9 @@ pub(super) fn meeting([p, p_end]: [&Piece; 2], [q, q_end]: [&Piece; 2]) -> Optio
 }
 
 impl ContactTerm {
-    /// Largest fraction of the way from one state to another on which no centre line enters a body; 1 where none does. The
-    /// bodies may have moved there from `poses`; without it they stand. A cable that is inside already is free to come out.
+    /// Largest fraction of the way from one state to another on which no centre line enters a body; 1 where none does.
+    /// The bodies may have moved there from `poses`; without it they stand. A cable that is inside already is free to
+    /// come out.
     pub(crate) fn collision_free_fraction(
         &mut self,
         system: System<'_>,
@@ -140,7 +143,8 @@ mod tests {
         assert_eq!(meeting([&still, &still], [&above, &piece([0.2, -1.0, 0.1], [0.2, 1.0, 0.1])]), None);
     }
 
-    /// Pieces that turn while they go may meet more than once: against small steps of the way, but for what comes near an end.
+    /// Pieces that turn while they go may meet more than once: against small steps of the way, but for what comes near
+    /// an end.
     #[test]
     fn pieces_that_turn_meet_first_where_small_steps_say() {
         // Numbers between -1 and 1 without a pattern.

@@ -1,8 +1,9 @@
 //! Distance cache: the last answer of an obstacle's shape near a contact point.
 //!
 //! A shape is asked again only where its answer may differ: at one state energy, forces and second derivatives need the
-//! same answer, and as φ falls no faster than the point moves, what was far enough away needs no second query while the
-//! point has hardly moved. Either way the answer is the one that the shape would give: it depends on the state alone.
+//! same answer, and as φ falls no faster than the point moves, what was far enough away needs no second query while
+//! the point has hardly moved. Either way the answer is the one that the shape would give: it depends on the state
+//! alone.
 
 use crate::Vector;
 use crate::obstacle::{Shape, Touch};

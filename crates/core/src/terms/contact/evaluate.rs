@@ -28,8 +28,8 @@ impl ContactTerm {
         least
     }
 
-    /// Finds every contact point that touches at `state`, in order, and those that are approaching. Returns the energy of
-    /// contact, J, to which multipliers contribute nothing at an equilibrium.
+    /// Finds every contact point that touches at `state`, in order, and those that are approaching. Returns the energy
+    /// of contact, J, to which multipliers contribute nothing at an equilibrium.
     pub fn energy(&mut self, system: System<'_>, state: &State) -> f64 {
         if self.is_idle() {
             return 0.0;
@@ -107,12 +107,13 @@ impl ContactTerm {
         energy
     }
 
-    /// Adds the second derivatives of the energy of contact at `state` in the independent variables: both triangles; with
-    /// `convex` without what makes it less convex. The levers of tied points have theirs from the forces at them.
+    /// Adds the second derivatives of the energy of contact at `state` in the independent variables: both triangles;
+    /// with `convex` without what makes it less convex. The levers of tied points have theirs from the forces at them.
     ///
-    /// With `u` the motion of the contact point against the place it touches, and, where that is within a segment from a
-    /// to b (length L, direction t), `w = δb − δa`: `δ²φ = u·∂²φ/∂x² u − 2 (t·u)(n·w)/L − (φ/L²)(n·w)²`, the last two
-    /// because the nearest place moves along as the segment turns.
+    /// With `u` the motion of the contact point against the place it touches, and, where that is within a segment from
+    /// a to b (length L, direction t), `w = δb − δa`:
+    /// `δ²φ = u·∂²φ/∂x² u − 2 (t·u)(n·w)/L − (φ/L²)(n·w)²`, the last two because the nearest place
+    /// moves along as the segment turns.
     pub fn hessian(&mut self, system: System<'_>, state: &State, convex: bool, blocks: &mut Vec<Block>) {
         self.energy(system, state);
         for contact in &self.found {
@@ -163,8 +164,8 @@ impl ContactTerm {
         [Some((Variable::Point(tie.hub_point), Matrix::identity())), lever]
     }
 
-    /// Adds second derivatives in some points, each with its weights in u and w, as those in independent variables; `of`
-    /// gives them for two of the points by their weights.
+    /// Adds second derivatives in some points, each with its weights in u and w, as those in independent variables;
+    /// `of` gives them for two of the points by their weights.
     pub fn add_blocks(
         &self,
         system: System<'_>,

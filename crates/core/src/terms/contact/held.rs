@@ -1,7 +1,8 @@
 //! Cables that constraints hold nearer to each other than they are thick.
 //!
-//! Neither can give way there, however hard they push: so they are let overlap as far as they are held, and less and less over [`RUN_OUT`] mean
-//! radii of cable on either side. It is no equilibrium that anybody wants: who asks is told ([`Problem::held_overlaps`]).
+//! Neither can give way there, however hard they push: so they are let overlap as far as they are held, and less and
+//! less over [`RUN_OUT`] mean radii of cable on either side. It is no equilibrium that anybody wants: who asks is told
+//! ([`Problem::held_overlaps`]).
 
 use super::pairs::{APART, HeldOverlap};
 use super::term::{ContactTerm, DEPTH, RUN_OUT};
@@ -76,8 +77,8 @@ impl ContactTerm {
         }
     }
 
-    /// How near a point may be to a segment (index of the branch and its own) of another cable, with which it has the radii `both` (m), as both are
-    /// held in each other nearby, m.
+    /// How near a point may be to a segment (index of the branch and its own) of another cable, with which it has the
+    /// radii `both` (m), as both are held in each other nearby, m.
     pub(super) fn distance_beside_held(
         &self,
         system: System<'_>,

@@ -18,8 +18,8 @@ pub struct ObstacleLoad {
 }
 
 impl ContactTerm {
-    /// Load of every obstacle on the harness, where contact was evaluated last; `friction` is the force of friction on a
-    /// contact, N.
+    /// Load of every obstacle on the harness, where contact was evaluated last; `friction` is the force of friction on
+    /// a contact, N.
     pub(crate) fn obstacle_loads(
         &self,
         system: System<'_>,
@@ -39,8 +39,8 @@ impl ContactTerm {
         all
     }
 
-    /// By point: whether it belongs to a segment that touches something, or may after a step, where contact was evaluated
-    /// last.
+    /// By point: whether it belongs to a segment that touches something, or may after a step, where contact was
+    /// evaluated last.
     pub(crate) fn touching_points(&self, system: System<'_>) -> Vec<bool> {
         let mut touching = vec![false; system.network.points];
         for contact in self.found.iter().chain(&self.approaching) {

@@ -5,8 +5,8 @@ use crate::variable::Variable;
 use crate::{Network, Vector};
 use std::collections::BTreeSet;
 
-/// Distance along the harness, in sums of both radii, below which it does not touch itself: beyond it a cable that bends no more sharply than
-/// its own radius allows cannot.
+/// Distance along the harness, in sums of both radii, below which it does not touch itself: beyond it a cable that
+/// bends no more sharply than its own radius allows cannot.
 pub(super) const APART: f64 = 2.5;
 /// A contact point, and a row of segments near it.
 pub(super) struct Pair {
@@ -38,7 +38,8 @@ pub(crate) struct Cables {
     pub(super) pattern: BTreeSet<[(usize, usize); 2]>,
     /// Their variables.
     pub(super) cliques: Vec<Vec<Variable>>,
-    /// Changes with them: 0 where there are none, else different for every pattern of a process, whichever problem it is of.
+    /// Changes with them: 0 where there are none, else different for every pattern of a process, whichever problem it
+    /// is of.
     pub(super) version: u64,
 }
 

@@ -5,8 +5,8 @@ use super::term::ContactTerm;
 use crate::conditions::{ContactPoint, System};
 use crate::{State, Vector};
 
-/// Depth between contact points, in radii, from which on one is put there: the cable is a smooth curve, of which straight
-/// segments cut corners.
+/// Depth between contact points, in radii, from which on one is put there: the cable is a smooth curve, of which
+/// straight segments cut corners.
 const BETWEEN: f64 = 0.02;
 /// Least distance of an added contact point from others, as a fraction of the distance between its neighbours.
 const APART: f64 = 0.1;
@@ -14,8 +14,8 @@ const APART: f64 = 0.1;
 const SEARCH: usize = 16;
 
 impl ContactTerm {
-    /// Places, in order, where a cable lies deeper between two contact points than the tolerance allows. Only between points
-    /// of which one has a force at `state`, or that are both within a spacing of a body.
+    /// Places, in order, where a cable lies deeper between two contact points than the tolerance allows. Only between
+    /// points of which one has a force at `state`, or that are both within a spacing of a body.
     pub(crate) fn deeper_places(&mut self, system: System<'_>, state: &State) -> Vec<ContactPoint> {
         if self.is_idle() {
             return Vec::new();

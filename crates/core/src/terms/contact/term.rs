@@ -13,8 +13,8 @@ pub const DEPTH: f64 = 1e-4;
 /// Depth that the weight of the cable alone may cause before multipliers are updated, in radii: it sets the first
 /// penalty.
 const WEIGHT_DEPTH: f64 = 1e-3;
-/// First penalty in units of EI/ℓ³, the stiffness of the cable against a push on one node: an update of the multipliers
-/// takes about so much off the depth.
+/// First penalty in units of EI/ℓ³, the stiffness of the cable against a push on one node: an update of the
+/// multipliers takes about so much off the depth.
 const STIFFNESS_RATIO: f64 = 100.0;
 /// Acceleration (m/s²) that stands for weight in it.
 const WEIGHT: f64 = 9.81;
