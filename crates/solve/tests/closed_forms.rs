@@ -30,9 +30,9 @@ fn weightless(segments: usize, holds: [&[HoldWord]; 2]) -> Sample {
     let registry = registry();
     let mut sample = cable(&registry, segments);
     let connector = registry.constraint("connector").unwrap();
-    for (fixing, words) in sample.network.constraints.iter_mut().zip(holds) {
+    for (constraint, words) in sample.network.constraints.iter_mut().zip(holds) {
         let spec = ConstraintSpec { hold: Some(words.to_vec()), ..ConstraintSpec::default() };
-        fixing.constraint = (connector.build)(&spec, &Parameters::default()).unwrap();
+        constraint.model = (connector.build)(&spec, &Parameters::default()).unwrap();
     }
     sample.conditions.gravity = Vector::zeros();
     sample

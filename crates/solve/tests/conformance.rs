@@ -4,7 +4,6 @@ use nalgebra::{DMatrix, DVector};
 use std::collections::BTreeSet;
 use wireloom_core::conditions::Conditions;
 use wireloom_core::constraint::{ConstraintSpec, Limits};
-use wireloom_core::contact::Rounds;
 use wireloom_core::minimiser::{Minimiser, Stop};
 use wireloom_core::network::{ConstraintPlan, NodeRange, Place};
 use wireloom_core::obstacle::{Obstacle, Shape, Surface, Touch};
@@ -15,10 +14,11 @@ use wireloom_core::{
     Action, Constraint, ConstraintView, Matrix, Network, Parameters, Pose, Potential, Problem, Registry, State,
     Tangent, Value, Vector,
 };
+use wireloom_solve::contact::multipliers::{ContactHistory, update_constraints, update_contacts};
 use wireloom_solve::linear::assembly::Gather;
 use wireloom_solve::linear::matrix::BlockMatrix;
 use wireloom_solve::linear::symbolic::Structure;
-use wireloom_solve::minimisers::condensation::Settle;
+use wireloom_solve::minimisers::condensation::Condensation;
 use wireloom_solve::minimisers::newton::Newton;
 use wireloom_solve::report::result::branch;
 use wireloom_solve::steps::certificate::Certifier;
@@ -263,7 +263,7 @@ fn assembled(sample: &Sample, state: &State) -> (BlockMatrix, Vec<Vector>) {
     problem.hessian(state, None, &mut hessian);
     let mut matrix = BlockMatrix::new(Structure::new(&sample.network, &[]), &sample.network);
     Gather::new(&sample.network, &matrix.structure).run(&mut matrix, &sample.network, state, &hessian);
-    matrix.take_out(&problem);
+    matrix.eliminate_prescribed(&problem);
     let mut rhs = vec![Vector::zeros(); matrix.structure.len()];
     matrix.right_hand_side(&problem, &gradient, None, &mut rhs);
     (matrix, rhs)
@@ -312,7 +312,7 @@ fn a_large_harness_is_assembled_and_factorised_in_parts_whatever_the_number_of_t
 }
 
 /// The gathered matrix against the symmetrised differences of the gradient, in the independent variables.
-fn check_gathered(name: &str, sample: &Sample) {
+fn check_assembled(name: &str, sample: &Sample) {
     let network = &sample.network;
     let mut problem = sample.problem();
     let state = shaken(sample);
@@ -419,8 +419,8 @@ fn what_touches_an_obstacle_has_the_second_derivatives_of_its_energy() {
         let state = shaken(&sample);
         let sample = with_ball(sample, &state, 0.25);
         let mut problem = sample.problem();
-        assert!(problem.touching(&state)[0].spots > 3, "{}", kind.name);
-        check_gathered(&kind.name, &sample);
+        assert!(problem.obstacle_loads(&state)[0].points > 3, "{}", kind.name);
+        check_assembled(&kind.name, &sample);
     }
 }
 
@@ -454,8 +454,8 @@ fn cables_that_touch_have_the_second_derivatives_of_their_energy() {
     for offset in [0.0, 0.02] {
         let sample = crossed(offset, false);
         let (mut problem, state) = (sample.problem(), shaken(&sample));
-        assert!(problem.contact_violation(&state).is_some_and(|unmet| unmet > 100.0), "they touch");
-        check_gathered("crossed cables", &sample);
+        assert!(problem.contact_violation(&state).is_some_and(|violation| violation > 100.0), "they touch");
+        check_assembled("crossed cables", &sample);
     }
 }
 
@@ -482,15 +482,15 @@ fn what_pushes_from_afar_has_its_block_in_the_matrix() {
     let mut touching = sample.state.clone();
     touching.points[upper.clone()].iter_mut().for_each(|x| x.z -= 0.012);
     let mut problem = sample.problem();
-    problem.update_contacts(&touching, &mut Rounds::default());
+    update_contacts(&mut problem, &touching, &mut ContactHistory::default());
     let mut conditions = problem.conditions().clone();
-    assert!(!conditions.contact.marks.is_empty(), "they touch");
-    for mark in &mut conditions.contact.marks {
-        mark.multiplier *= 20.0;
+    assert!(!conditions.contact.records.is_empty(), "they touch");
+    for record in &mut conditions.contact.records {
+        record.multiplier *= 20.0;
     }
     sample.conditions = conditions;
     sample.state.points[upper].iter_mut().for_each(|x| x.z += 0.005);
-    check_gathered("pushed from afar", &sample);
+    check_assembled("pushed from afar", &sample);
 }
 
 /// Only spots were looked at on the way: between two of them one cable could come through the other.
@@ -526,9 +526,9 @@ fn rubbing(offset: f64, hub: bool, moved: f64) -> Sample {
     sample.network.follow_ties(&mut from);
     let mut problem = sample.problem();
     problem.enable_friction();
-    problem.update_contacts(&from, &mut Rounds::default());
+    update_contacts(&mut problem, &from, &mut ContactHistory::default());
     sample.conditions = problem.conditions().clone();
-    assert!(sample.conditions.contact.marks.iter().filter(|mark| mark.grip.is_some()).count() > 3, "they rub");
+    assert!(sample.conditions.contact.records.iter().filter(|record| record.anchor.is_some()).count() > 3, "they rub");
     sample
 }
 
@@ -543,7 +543,7 @@ fn cables_that_rub_have_the_derivatives_of_their_energy() {
         for moved in [3e-5, 1e-2] {
             let name = format!("offset {offset}, hub {hub}, moved {moved}");
             let sample = rubbing(offset, hub, moved);
-            check_gathered(&name, &sample);
+            check_assembled(&name, &sample);
             let (mut problem, state) = (sample.problem(), shaken(&sample));
             let smooth = crossed(offset, hub);
             let mut smooth = Problem::new(&smooth.network, sample.conditions.clone());
@@ -604,15 +604,19 @@ fn settled_points_are_in_balance_and_settling_is_undone_exactly() {
         let (before, mut gradient) = (state.clone(), Tangent::zeros(&sample.network));
         let energy = problem.gradient(&state, &mut gradient);
         let force = largest_free_force(&gradient, &problem);
-        let mut settle = Settle::new(&problem);
-        assert!(!settle.settle(&mut problem, &mut state, &gradient, 2.0 * force), "{}: nothing to do", kind.name);
-        assert!(settle.settle(&mut problem, &mut state, &gradient, 0.0), "{}", kind.name);
+        let mut condensation = Condensation::new(&problem);
+        assert!(
+            !condensation.condense(&mut problem, &mut state, &gradient, 2.0 * force),
+            "{}: nothing to do",
+            kind.name
+        );
+        assert!(condensation.condense(&mut problem, &mut state, &gradient, 0.0), "{}", kind.name);
         let settled = problem.gradient(&state, &mut gradient);
         let rest = largest_free_force(&gradient, &problem);
         assert!(settled < energy, "{}: {settled} J after {energy} J", kind.name);
         assert!(rest < 1e-9 * force, "{}: {rest:e} N of {force:e} N are left", kind.name);
         assert_eq!(state.frames, before.frames);
-        settle.undo(&mut state);
+        condensation.undo(&mut state);
         assert_eq!(state, before);
     }
 }
@@ -641,11 +645,11 @@ fn points_that_come_to_touch_a_plane_and_leave_it_are_settled_at_once() {
         problem.update_held(&state);
         problem.place_held(&mut state);
         problem.gradient(&state, &mut gradient);
-        let (force, touched) = (largest_free_force(&gradient, &problem), problem.touching(&state)[0].spots);
-        let mut settle = Settle::new(&problem);
-        assert!(settle.settle(&mut problem, &mut state, &gradient, 0.0));
+        let (force, touched) = (largest_free_force(&gradient, &problem), problem.obstacle_loads(&state)[0].points);
+        let mut condensation = Condensation::new(&problem);
+        assert!(condensation.condense(&mut problem, &mut state, &gradient, 0.0));
         problem.gradient(&state, &mut gradient);
-        let (rest, touching) = (largest_free_force(&gradient, &problem), problem.touching(&state)[0].spots);
+        let (rest, touching) = (largest_free_force(&gradient, &problem), problem.obstacle_loads(&state)[0].points);
         assert!(touching != touched && touching > 0, "{touched} touched, {touching} do");
         assert!(rest < 1e-9 * force, "{rest:e} N of {force:e} N are left");
     }
@@ -655,8 +659,8 @@ fn points_that_come_to_touch_a_plane_and_leave_it_are_settled_at_once() {
 fn the_gathered_matrix_is_the_second_derivative_of_the_energy() {
     let registry = registry();
     for kind in registry.joints() {
-        check_gathered(&format!("{}, Y", kind.name), &y_harness(&registry, &kind.name, 3));
-        check_gathered(&format!("{}, ring", kind.name), &ring(&registry, &kind.name, 3, 1));
+        check_assembled(&format!("{}, Y", kind.name), &y_harness(&registry, &kind.name, 3));
+        check_assembled(&format!("{}, ring", kind.name), &ring(&registry, &kind.name, 3, 1));
     }
 }
 
@@ -664,17 +668,17 @@ fn the_gathered_matrix_is_the_second_derivative_of_the_energy() {
 fn levers_and_springs_are_in_the_gathered_matrix() {
     let registry = registry();
     let mut sample = sized_y_harness(&registry, "rigid-body", 3, 0.04);
-    check_gathered("offsets", &sample);
+    check_assembled("offsets", &sample);
     let spec = ConstraintSpec { tangent_given: true, up_given: true, ..ConstraintSpec::default() };
     let values = [("stiffness", 500.0), ("angular_stiffness", 2.0)];
     let values = Parameters(values.map(|(name, value)| (name.into(), Value::Number(value))).into());
     let handle = registry.constraint("handle").unwrap();
     // One springy hand at an end, one at an arm's station on the hub.
-    for fixing in [0, 1] {
-        sample.network.constraints[fixing].constraint = (handle.build)(&spec, &values).unwrap();
+    for end in [0, 1] {
+        sample.network.constraints[end].model = (handle.build)(&spec, &values).unwrap();
     }
     sample.network.constraints[1].stations = vec![sample.network.site(Place::Node { branch: 1, node: 0 })];
-    check_gathered("offsets and springs", &sample);
+    check_assembled("offsets and springs", &sample);
 }
 
 /// Stations on one hub with and without levers, on one variable and far apart, and a span that begins at the hub.
@@ -695,11 +699,11 @@ fn constraints_of_several_stations_are_in_the_gathered_matrix() {
         sample.network.add_constraint(plan(Box::new(Bowl), vec![], Some(NodeRange { branch: 1, nodes: 0..3 })));
         sample.conditions = Conditions::new(&sample.network, Vector::new(0.0, 0.0, -9.81), &sample.state);
         // Multipliers that are not zero, and penalties that do not drown all else.
-        for own in &mut sample.conditions.fixings {
+        for own in &mut sample.conditions.constraints {
             own.multipliers.fill(0.7);
             own.penalties.fill(5.0);
         }
-        check_gathered(kind, &sample);
+        check_assembled(kind, &sample);
     }
 }
 
@@ -713,7 +717,7 @@ fn newton_keeps_its_order_through_equations() {
     sample.conditions = Conditions::new(&sample.network, Vector::new(0.0, 0.0, -9.81), &sample.state);
     let (mut problem, mut state, mut newton) = (sample.problem(), sample.state.clone(), Newton::new());
     let (stop, mut last) = (Stop { force_tolerance: 1e-10, max_iterations: 500 }, Vec::new());
-    let unmet = |problem: &Problem<'_>, state: &State| problem.unmet(state).expect("a link").value;
+    let violation = |problem: &Problem<'_>, state: &State| problem.worst_residual(state).expect("a link").violation;
     for x in [0.95, 0.9, 0.85, 0.8] {
         let mut target = problem.conditions().targets[1];
         target.position = Vector::new(x, 0.02, 0.05);
@@ -721,9 +725,9 @@ fn newton_keeps_its_order_through_equations() {
         last.clear();
         for _ in 0..20 {
             newton.minimise(&mut problem, &mut state, &stop);
-            problem.update_multipliers(&state, 1e-10, &mut last);
+            update_constraints(&mut problem, &state, 1e-10, &mut last);
         }
-        assert!(unmet(&problem, &state) < 1e-10, "{:e}", unmet(&problem, &state));
+        assert!(violation(&problem, &state) < 1e-10, "{:e}", violation(&problem, &state));
     }
     let mut target = problem.conditions().targets[1];
     target.position.x -= 0.002;
@@ -733,16 +737,16 @@ fn newton_keeps_its_order_through_equations() {
     let near = residuals.iter().position(|r| *r < 1e-2).expect("comes near");
     let home = residuals.iter().position(|r| *r < 1e-9).expect("comes home");
     assert!(residuals[near + 1] <= residuals[near].powi(2) && home - near <= 3, "{residuals:?}");
-    problem.update_multipliers(&state, 1e-10, &mut last);
+    update_constraints(&mut problem, &state, 1e-10, &mut last);
     newton.minimise(&mut problem, &mut state, &stop);
-    assert!(unmet(&problem, &state) < 1e-7, "{:e}", unmet(&problem, &state));
+    assert!(violation(&problem, &state) < 1e-7, "{:e}", violation(&problem, &state));
 }
 
-fn plan(constraint: Box<dyn Constraint>, stations: Vec<Place>, span: Option<NodeRange>) -> ConstraintPlan {
+fn plan(model: Box<dyn Constraint>, stations: Vec<Place>, span: Option<NodeRange>) -> ConstraintPlan {
     ConstraintPlan {
         name: String::new(),
         kind: String::new(),
-        constraint,
+        model,
         stations,
         span,
         position: None,
@@ -791,9 +795,9 @@ fn the_moment_at_a_clamped_end_is_what_the_clamp_exerts() {
     let mut gradient = Tangent::zeros(&sample.network);
     problem.gradient(&state, &mut gradient);
     let branch = branch(&problem, 0, &state, &vec![false; sample.network.points]);
-    for (fixing, inner) in [(0, -branch.moment[0]), (1, branch.moment[20])] {
-        let exerted = problem.reaction(fixing, &state, &gradient).1;
+    for (constraint, inner) in [(0, -branch.moment[0]), (1, branch.moment[20])] {
+        let exerted = problem.reaction(constraint, &state, &gradient).1;
         let off = (inner - exerted).norm();
-        assert!(off <= 1e-9 * exerted.norm(), "clamp {fixing}: {inner} and {exerted}, N m");
+        assert!(off <= 1e-9 * exerted.norm(), "clamp {constraint}: {inner} and {exerted}, N m");
     }
 }

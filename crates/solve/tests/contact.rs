@@ -170,7 +170,7 @@ fn cables_that_fixings_hold_in_each_other_overlap_there_and_are_told_of() {
     .replace("[contact]", "gravity = [0, 0, 0]\n[contact]");
     let run = converged(&text);
     let event = run.events.iter().find(|event| event.kind == EventKind::Overlap).expect("an event");
-    assert_eq!((event.place.fixing.as_deref(), event.first.increment), (Some("A1"), 6), "{event:?}");
+    assert_eq!((event.place.constraint.as_deref(), event.first.increment), (Some("A1"), 6), "{event:?}");
     assert!(event.message.contains("`C1`") && event.value == Some(0.002) && event.limit == Some(0.008), "{event:?}");
     // Bent apart by 6 mm over a run-out of 32 mm, as a cantilever would by 3 EI w/L³ = 3.3 N; clamped at both ends by 13 N.
     let step = run.steps.last().expect("steps");

@@ -148,7 +148,7 @@ fn the_corrected_matrix_is_the_derivative_of_the_residual() {
         problem.hessian(&state, None, &mut hessian);
         system.fill(&problem, &state, &hessian);
         let System { matrix, rhs, .. } = &mut system;
-        matrix.take_out(&problem);
+        matrix.eliminate_prescribed(&problem);
         matrix.factorise();
         matrix.right_hand_side(&problem, &residual, None, rhs);
         matrix.solve(rhs);

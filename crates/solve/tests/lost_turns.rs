@@ -147,12 +147,12 @@ fn turns_are_not_lost_in_a_springy_hand() {
         let springs = [("stiffness", 1e5), ("angular_stiffness", stiffness)];
         let parameters = Parameters(springs.map(|(name, value)| (name.into(), Value::Number(value))).into());
         let handle = registry.constraint("handle").expect("built in");
-        sample.network.constraints[1].constraint = (handle.build)(&spec, &parameters).expect("a springy handle");
+        sample.network.constraints[1].model = (handle.build)(&spec, &parameters).expect("a springy handle");
         turn(&sample.network, TAUT, 0.0, 3.0, 6)
     };
     let strong = spring(10.0);
     assert_eq!((strong.status, lost(&strong).len()), (Status::Converged, 0), "{:?}", strong.events);
     let weak = spring(0.02);
     assert_eq!(weak.status, Status::Failed, "{:?}", weak.events);
-    assert!(matches!(lost(&weak)[..], [event] if event.place.fixing.is_some()), "{:?}", weak.events);
+    assert!(matches!(lost(&weak)[..], [event] if event.place.constraint.is_some()), "{:?}", weak.events);
 }

@@ -95,7 +95,7 @@ mod tests {
     }
 
     #[test]
-    fn a_state_in_balance_that_still_turns_is_polished_so_many_times() {
+    fn a_state_in_balance_that_still_turns_is_refined_so_many_times() {
         let mut monitor = monitor();
         monitor.begin(1.0);
         assert_eq!(monitor.termination(0), Termination::Continue);
@@ -104,7 +104,7 @@ mod tests {
             assert_eq!(monitor.termination(iteration), Termination::Refine);
         }
         assert_eq!(monitor.termination(4), Termination::Stop(Status::Converged));
-        monitor.polished = 0;
+        monitor.refined = 0;
         monitor.moved(1e-4, true, 1e-9);
         assert_eq!(monitor.termination(5), Termination::Stop(Status::Converged));
     }

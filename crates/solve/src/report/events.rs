@@ -291,6 +291,7 @@ fn slides(log: &mut EventLog, end: &StepResult) {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use wireloom_core::Moment;
 
     fn moment(step: usize, increment: usize) -> Moment {
         Moment { step: format!("step {step}"), step_index: step, increment }
@@ -318,8 +319,8 @@ mod tests {
                 log.raise(bend(s, radius));
             }
         }
-        let events = log.events;
-        let [long, again] = &events[..] else { panic!("{events:?}") };
+        let events = log.events();
+        let [long, again] = events else { panic!("{events:?}") };
         assert_eq!((&long.first, &long.worst, &long.last), (&moment(0, 2), &moment(0, 3), &moment(1, 1)));
         assert_eq!((long.increments, long.value, long.place.s), (3, Some(0.02), Some(0.2)));
         assert_eq!(long.message, "0.02");
@@ -347,6 +348,6 @@ mod tests {
         log.raise(bend(0.1, 0.04));
         log.raise(Occurrence { place: EventPlace::branch("arm", 0.1), ..bend(0.1, 0.03) });
         log.raise(Occurrence { kind: EventKind::Overstretched, ..bend(0.1, 0.03) });
-        assert_eq!(log.events.len(), 3);
+        assert_eq!(log.events().len(), 3);
     }
 }
