@@ -2,8 +2,8 @@
 //! those at the end.
 
 use serde::{Deserialize, Serialize};
-use wireloom::core::StepResult;
-use wireloom::core::equilibrium::{BranchResult, ConstraintResult};
+use wireloom::StepResult;
+use wireloom::result::{BranchResult, ConstraintResult};
 
 /// The largest force of a constraint.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]

@@ -2,7 +2,7 @@
 
 use std::io;
 use std::path::Path;
-use wireloom::core::equilibrium::PartFault;
+use wireloom::result::PartFault;
 use wireloom::scenario::Fault;
 
 /// Exit code for refused input.

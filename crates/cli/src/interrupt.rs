@@ -2,7 +2,7 @@
 //! once.
 
 use std::sync::{Condvar, LazyLock, Mutex, PoisonError};
-use wireloom::core::Monitor;
+use wireloom::session::Monitor;
 
 /// Monitor of all computations, except sessions of the studio.
 static MONITOR: LazyLock<Monitor> = LazyLock::new(Monitor::default);

@@ -3,7 +3,7 @@
 use crate::failure::Failure;
 use crate::print::text::counted;
 use sysinfo::{MemoryRefreshKind, RefreshKind, System};
-use wireloom::core::Network;
+use wireloom::harness::Network;
 use wireloom::scenario::Built;
 
 /// Memory (bytes, at most) and time of an equilibrium (s) for each node, measured with cables of 10⁵ and 10⁶

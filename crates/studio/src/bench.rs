@@ -9,7 +9,7 @@ use std::net::{TcpListener, TcpStream};
 use std::time::Instant;
 use tungstenite::stream::MaybeTlsStream;
 use tungstenite::{Message, WebSocket};
-use wireloom::core::{Rotation, Vector};
+use wireloom::geometry::{Rotation, Vector};
 use wireloom::import::kbl::{Arrangement, Options, import};
 use wireloom::scenario::{NoFiles, render};
 

@@ -1,11 +1,11 @@
 //! Exported files of a session, in the formats of `run`.
 
 use crate::protocol::Scene;
-use wireloom::core::equilibrium::Run;
-use wireloom::core::obstacle::Obstacle;
+use wireloom::Run;
 use wireloom::export::catalogue;
 use wireloom::export::format::{Ended, Surroundings};
 use wireloom::export::json::Provenance;
+use wireloom::harness::Obstacle;
 
 /// Names of the files for a scene.
 pub fn names(scene: &Scene) -> Vec<String> {

@@ -12,9 +12,9 @@
 use serde::{Deserialize, Serialize};
 #[cfg(test)]
 use ts_rs::TS;
-use wireloom::core::equilibrium::{BranchResult, ConstraintResult, JointResult, ObstacleResult, StepResult};
-use wireloom::core::rotation::columns;
-use wireloom::core::{Rotation, Vector};
+use wireloom::StepResult;
+use wireloom::geometry::{Rotation, Vector, columns};
+use wireloom::result::{BranchResult, ConstraintResult, JointResult, ObstacleResult};
 
 /// Number of quantities per node.
 pub const FLOATS: usize = 12;

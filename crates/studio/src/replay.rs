@@ -8,7 +8,8 @@ use flate2::Compression;
 use flate2::write::GzEncoder;
 use serde::Serialize;
 use std::io::Write;
-use wireloom::core::equilibrium::{self, EventPlace, Moment, Run, StepResult};
+use wireloom::result::{EventPlace, Moment};
+use wireloom::{Run, StepResult, result};
 
 /// Limit for the nodes of all frames, bytes: enough for 350 increments of a harness of 4,000 nodes. Their page has
 /// about 90 MB; browsers become slow beyond that.
@@ -117,7 +118,7 @@ impl Recorder {
 }
 
 /// An event of the timeline; `None` if its step has no frames.
-fn timeline_event(event: &equilibrium::Event, steps: &[RecordedStep], scene: &Scene) -> Option<Event> {
+fn timeline_event(event: &result::Event, steps: &[RecordedStep], scene: &Scene) -> Option<Event> {
     let (number, _) = find(&event.first, steps)?;
     let (_, worst) = find(&event.worst, steps)?;
     let message = format!("{}: {}", event.place, event.message);
@@ -216,7 +217,7 @@ const EMPTY: &str = "<script type=\"application/json\" id=\"replay\">null</scrip
 #[cfg(test)]
 mod tests {
     use super::*;
-    use wireloom::solve::Control;
+    use wireloom::Control;
 
     /// A cable whose end moves out in 64 increments and back in 8.
     const TEXT: &str = r#"

@@ -2,10 +2,10 @@
 
 use crate::frame::number;
 use crate::protocol::{Branch, Constraint, Joint, Obstacle, Scene};
-use wireloom::core::constraint::{Action, RotationHold};
-use wireloom::core::network::{self, Place};
-use wireloom::core::obstacle::Obstacle as Body;
-use wireloom::core::{Network, Vector};
+use wireloom::geometry::Vector;
+use wireloom::harness;
+use wireloom::harness::{Network, Obstacle as Body, Place};
+use wireloom::parts::{Action, RotationHold};
 
 /// Half-size at which unbounded obstacles are drawn, m.
 pub(crate) const DRAWN: f64 = 10.0;
@@ -28,7 +28,7 @@ pub fn of(name: &str, program: &str, gravity: Vector, network: &Network) -> Scen
     }
 }
 
-fn branch(branch: &network::Branch) -> Branch {
+fn branch(branch: &harness::Branch) -> Branch {
     let mesh = branch.rod.mesh();
     Branch {
         name: branch.name.clone(),
@@ -39,12 +39,12 @@ fn branch(branch: &network::Branch) -> Branch {
     }
 }
 
-fn joint(joint: &network::Joint) -> Joint {
+fn joint(joint: &harness::Joint) -> Joint {
     let branches = joint.arms.iter().map(|arm| arm.branch.clone()).collect();
     Joint { name: joint.name.clone(), model: joint.kind.clone(), branches }
 }
 
-fn constraint(network: &Network, constraint: &network::AttachedConstraint) -> Constraint {
+fn constraint(network: &Network, constraint: &harness::AttachedConstraint) -> Constraint {
     let place = match constraint.place {
         Place::Node { branch, node } if constraint.span.is_none() => {
             let branch = &network.branches[branch];

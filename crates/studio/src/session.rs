@@ -28,12 +28,12 @@ use snapshot::{MAX_FRAME_BYTES, MAX_STEP_END_BYTES, Snapshot, limit_memory};
 use std::collections::BTreeMap;
 use std::rc::Rc;
 use std::sync::Arc;
-use wireloom::core::obstacle::Obstacle;
-use wireloom::core::{Monitor, Registry, Status, StepResult};
+use wireloom::harness::Obstacle;
 use wireloom::scenario::adjust::adjustable;
 use wireloom::scenario::record::{Written, with_steps, with_value};
 use wireloom::scenario::{Fault, Files};
-use wireloom::solve::steps::checkpoint::Checkpoint;
+use wireloom::session::{Checkpoint, Monitor};
+use wireloom::{Registry, Status, StepResult};
 
 pub(crate) use snapshot::Frame;
 
@@ -76,7 +76,7 @@ pub(crate) struct Changes {
 pub(crate) struct Record {
     pub scenario: String,
     pub ends: Vec<Arc<StepResult>>,
-    pub events: Vec<wireloom::core::Event>,
+    pub events: Vec<wireloom::result::Event>,
     pub notes: Vec<String>,
     pub status: Status,
     pub obstacles: Arc<Vec<Obstacle>>,

@@ -15,9 +15,10 @@ use std::sync::mpsc;
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::thread;
 use std::time::Duration;
-use wireloom::core::obstacle::Obstacle;
-use wireloom::core::{Monitor, Run};
+use wireloom::Run;
+use wireloom::harness::Obstacle;
 use wireloom::scenario::Fault;
+use wireloom::session::Monitor;
 
 /// Largest number of queued requests; a page has only a few in flight.
 const MAX_QUEUED: usize = 256;

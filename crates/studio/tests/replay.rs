@@ -2,9 +2,7 @@
 
 use base64::Engine as _;
 use std::io::Read;
-use wireloom::core::Status;
-use wireloom::core::equilibrium::Run;
-use wireloom::solve::Control;
+use wireloom::{Control, Run, Status};
 use wireloom_studio::frame::decode;
 use wireloom_studio::protocol::{Scene, Timeline};
 use wireloom_studio::replay::{Recorder, Replay};
@@ -94,7 +92,7 @@ fn every_increment_is_a_frame_and_ends_are_those_of_the_run() {
         assert_eq!(header.constraints[1].force, <[f64; 3]>::from(end.constraints[1].force));
         let cable = &end.branches[0];
         for (i, node) in nodes.iter().enumerate() {
-            let d3 = cable.frame[i] * wireloom::core::Vector::z();
+            let d3 = cable.frame[i] * wireloom::geometry::Vector::z();
             let torque = cable.moment[i].dot(&d3);
             let bend = (cable.moment[i].norm_squared() - torque * torque).max(0.0).sqrt();
             let expected = [

@@ -22,6 +22,3 @@ mod provenance;
 pub use provenance::{provenance, sha256};
 pub use wireloom_export::names::file_name;
 pub use wireloom_export::{catalogue, csv, format, gltf, json, picture, report, table, vtk};
-
-#[doc(hidden)]
-pub use wireloom_export::{comparison, ending, names};

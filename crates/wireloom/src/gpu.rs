@@ -15,6 +15,3 @@
 pub use wireloom_gpu::batch::Batch;
 pub use wireloom_gpu::policy;
 pub use wireloom_gpu::{DeviceInfo, Gpu, OpenError, SharedDevice, list};
-
-#[doc(hidden)]
-pub use wireloom_gpu::batch;

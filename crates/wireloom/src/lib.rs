@@ -104,19 +104,3 @@ pub use wireloom_core::equilibrium::{Run, StepResult};
 pub use wireloom_core::{Registry, Status};
 pub use wireloom_scenario::{Built, Fault, Scenario};
 pub use wireloom_solve::Control;
-
-// The former surface: whole crates. It goes when `cli`, `studio` and `tests` name the modules above.
-#[doc(hidden)]
-pub use export::{provenance, sha256};
-#[doc(hidden)]
-pub use wireloom_core as core;
-#[cfg(feature = "plugins")]
-#[doc(hidden)]
-pub use wireloom_host as host;
-#[doc(hidden)]
-pub use wireloom_models as models;
-#[doc(hidden)]
-pub use wireloom_solve as solve;
-#[cfg(feature = "testing")]
-#[doc(hidden)]
-pub use wireloom_testkit as testkit;

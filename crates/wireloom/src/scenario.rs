@@ -22,6 +22,3 @@ pub use wireloom_scenario::{
     schema, shipped_coverings, shipped_wires, unit_of,
 };
 pub use wireloom_scenario::{adjust, bundle, explain, record, settings};
-
-#[doc(hidden)]
-pub use wireloom_scenario::*;

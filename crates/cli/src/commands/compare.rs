@@ -16,13 +16,11 @@ use crate::{interrupt, size};
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 use variants::Variant;
-use wireloom::core::{Monitor, Status, StepResult};
-use wireloom::export::comparison::{Case, Comparison, Trend, convergence};
-use wireloom::export::ending::Ending;
+use wireloom::compare::{Case, Comparison, Ending, Trend, convergence};
 use wireloom::export::json;
 use wireloom::export::report::{ComparisonPage, write_comparison};
-use wireloom::solve::steps::checkpoint::Observer;
-use wireloom::solve::{Control, Progress};
+use wireloom::session::{Monitor, Observer, Progress};
+use wireloom::{Control, Status, StepResult};
 
 /// Compares folders with results and scenarios, which are carried out, or one scenario with several settings.
 pub fn compare(arguments: &CompareArguments, out: &mut dyn Write) -> Result<Outcome, Failure> {

@@ -7,7 +7,7 @@ use crate::plugin::load::record;
 use crate::plugin::{check, crash, new, trust};
 use crate::print::text::printable;
 use std::io::Write;
-use wireloom::host::Plugins;
+use wireloom::plugins::Plugins;
 
 /// Carries out a task.
 pub fn plugin(task: &PluginTask, out: &mut dyn Write) -> Result<Outcome, Failure> {

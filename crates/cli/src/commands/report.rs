@@ -6,8 +6,7 @@ use crate::print::progress::Bar;
 use crate::program::{PROGRAM, now};
 use std::io::Write;
 use std::path::Path;
-use wireloom::export::report;
-use wireloom::export::table;
+use wireloom::export::{report, table};
 
 /// Reads the table, or that of a folder, and writes the page to `target`, or beside the table.
 pub fn report(place: &Path, target: Option<&Path>, out: &mut dyn Write) -> Result<Outcome, Failure> {

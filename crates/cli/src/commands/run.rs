@@ -22,7 +22,7 @@ use job::Job;
 use std::io::{self, Write};
 use std::path::Path;
 use watcher::Watcher;
-use wireloom::core::Status;
+use wireloom::Status;
 use wireloom_studio::replay::Recorder;
 
 /// Carries out a scenario, or resumes a run. The folder is tested before the work begins; nothing is printed before
@@ -81,7 +81,7 @@ fn carry_out(arguments: &RunArguments, job: Job, trace: &mut Trace, out: &mut dy
     interrupt::listen();
     let mut run = wireloom::run_observed(built, resumed, &mut watcher);
     run.plugins = plugins.iter().map(record).collect();
-    run.notes.extend(wireloom::host::notes());
+    run.notes.extend(wireloom::plugins::notes());
     let Watcher { bar, extremes, mut results, swept, keeper, page, failure, .. } = watcher;
     bar.say("writing the results");
     let (mut failure, mut surface) = (failure, None);

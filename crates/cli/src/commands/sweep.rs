@@ -22,8 +22,9 @@ use crate::{interrupt, size};
 use serde::{Deserialize, Serialize};
 use std::io::{self, Write};
 use std::sync::Arc;
-use wireloom::core::equilibrium::Library;
-use wireloom::export::table::{self, Column, FILE, Row, Table};
+use wireloom::export::table;
+use wireloom::export::table::{Column, FILE, Row, Table};
+use wireloom::result::Library;
 use wireloom::scenario::Setting;
 use wireloom::sweep::{Points, header};
 

@@ -126,7 +126,8 @@ impl Folder {
     /// Checks that a file is unchanged since it was written.
     pub fn check(&self, name: &str) -> Result<(), Failure> {
         let path = self.path.join(name);
-        let now = self.place.bytes(name).map_err(Failure::io("read", &path))?.map(|bytes| wireloom::sha256(&bytes));
+        let now =
+            self.place.bytes(name).map_err(Failure::io("read", &path))?.map(|bytes| wireloom::export::sha256(&bytes));
         match (now, self.written.get(name)) {
             (Some(now), Some(then)) if now == *then => Ok(()),
             _ => Err(damaged(&path, ANEW)),
@@ -184,7 +185,7 @@ fn append(list: &mut File, name: &str, hash: &str) -> io::Result<()> {
 /// Checksum of the file, its name, checksum of the line.
 fn line(name: &str, hash: &str) -> String {
     let line = format!("{hash} {name}");
-    format!("{line}\t{}\n", wireloom::sha256(line.as_bytes()))
+    format!("{line}\t{}\n", wireloom::export::sha256(line.as_bytes()))
 }
 
 /// Starts a new list.

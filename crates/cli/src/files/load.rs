@@ -9,11 +9,11 @@ use std::fs::File;
 use std::io::{self, Read};
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, MutexGuard, PoisonError};
-use wireloom::core::Registry;
+use wireloom::Registry;
 use wireloom::export::json::Provenance;
-use wireloom::host::{Plugin, open_regular_file};
-use wireloom::scenario::settings::{self, Setting};
-use wireloom::scenario::{Built, Fault, Files, Scenario};
+use wireloom::plugins::{Plugin, open_regular_file};
+use wireloom::scenario::settings::Setting;
+use wireloom::scenario::{Built, Fault, Files, Scenario, settings};
 
 /// Largest text that is read, bytes: thirty times the harness of a whole car as KBL.
 const TEXT: u64 = 64 << 20;
@@ -97,7 +97,7 @@ impl Files for Beside {
     fn bytes(&self, path: &str) -> Result<Vec<u8>, String> {
         let bytes = read(&self.folder.join(path), LARGEST).map_err(|error| error.to_string())?;
         let mut hashed = self.hashed.lock().unwrap_or_else(PoisonError::into_inner);
-        hashed.insert(path.to_owned(), wireloom::sha256(&bytes));
+        hashed.insert(path.to_owned(), wireloom::export::sha256(&bytes));
         Ok(bytes)
     }
 }
@@ -123,7 +123,7 @@ pub struct Loaded {
 impl Loaded {
     /// Provenance of its results.
     pub fn provenance(&self) -> Provenance {
-        wireloom::provenance(PROGRAM, &self.scenario, &self.texts, &self.hashed, &self.settings)
+        wireloom::export::provenance(PROGRAM, &self.scenario, &self.texts, &self.hashed, &self.settings)
     }
 }
 

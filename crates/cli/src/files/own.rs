@@ -94,5 +94,5 @@ pub fn damaged(path: &Path, help: &str) -> Failure {
 
 /// Checksum of a part and its name, so that parts cannot be exchanged.
 fn checksum(bytes: &[u8], name: &str) -> String {
-    wireloom::sha256(&[bytes, name.as_bytes()].concat())
+    wireloom::export::sha256(&[bytes, name.as_bytes()].concat())
 }

@@ -4,13 +4,13 @@
 use crate::failure::Failure;
 use crate::files::folder::Folder;
 use crate::program::{PROGRAM, machine, now};
-use wireloom::core::obstacle::Surface;
-use wireloom::core::{Run, StepResult};
 use wireloom::export::catalogue::FORMATS;
 use wireloom::export::format::{Ended, Format, Increment, Surroundings};
 use wireloom::export::json::Provenance;
+use wireloom::harness::Surface;
 use wireloom::scenario::{Built, Output};
-use wireloom::solve::Progress;
+use wireloom::session::Progress;
+use wireloom::{Run, StepResult};
 
 /// The file of the whole run.
 pub use wireloom::export::json::FILE as RESULT;

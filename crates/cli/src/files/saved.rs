@@ -24,11 +24,12 @@ use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
-use wireloom::core::equilibrium::Library;
-use wireloom::core::{StepResult, Vector};
+use wireloom::StepResult;
 use wireloom::export::json::Provenance;
+use wireloom::geometry::Vector;
+use wireloom::result::Library;
 use wireloom::scenario::Setting;
-use wireloom::solve::steps::checkpoint::{Checkpoint, Resumed};
+use wireloom::session::{Checkpoint, Resumed};
 
 /// Version of the files; changes with their meaning.
 const FORMAT: u32 = 6;

@@ -4,11 +4,11 @@
 use crate::failure::Failure;
 use crate::files::saved::{Keeper, Lines};
 use std::ops::Range;
-use wireloom::core::obstacle::Surface;
-use wireloom::core::{Monitor, StepResult};
+use wireloom::StepResult;
+use wireloom::harness::Surface;
 use wireloom::scenario::{Built, Output};
+use wireloom::session::{Checkpoint, Monitor};
 use wireloom::shapes::swept::Envelope;
-use wireloom::solve::steps::checkpoint::Checkpoint;
 
 /// The surface that is asked for.
 pub struct Swept {

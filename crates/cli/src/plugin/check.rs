@@ -13,7 +13,7 @@ use std::io::{self, Write};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
 use trial::{Trial, Verdict};
-use wireloom::host::Plugins;
+use wireloom::plugins::Plugins;
 
 /// Tests all kinds of the plugin in `file`.
 pub fn check(file: &Path, time_limit: f64, out: &mut dyn Write) -> Result<Outcome, Failure> {

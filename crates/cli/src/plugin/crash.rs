@@ -3,8 +3,8 @@
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
-use wireloom::host::install_crash_handler;
-use wireloom::solve::Progress;
+use wireloom::plugins::install_crash_handler;
+use wireloom::session::Progress;
 
 /// Prepares the report of a crash where there is nothing to save yet.
 pub fn prepare(time_limit: f64) {

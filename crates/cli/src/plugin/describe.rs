@@ -2,8 +2,7 @@
 
 use crate::print::text::printable;
 use std::io::{self, Write};
-use wireloom::core::constraint::SpanUse;
-use wireloom::core::registry::{ConstraintKind, Form, JointKind, Parameter, Value};
+use wireloom::parts::{ConstraintKind, Form, JointKind, Parameter, SpanUse, Value};
 
 /// A kind, what it acts on, and its parameters.
 pub fn describe(kind: &ConstraintKind, out: &mut dyn Write) -> io::Result<()> {

@@ -6,9 +6,9 @@ use crate::failure::Failure;
 use crate::files::results::RESULT;
 use crate::files::saved::{self, Keeper, Origin};
 use std::path::Path;
-use wireloom::core::equilibrium::{PartFamily, PartFault};
-use wireloom::core::{Run, Status};
 use wireloom::export::json;
+use wireloom::result::{PartFamily, PartFault};
+use wireloom::{Run, Status};
 
 /// Saves all that is computed, and returns the failure.
 pub fn report(fault: &PluginFault) -> Failure {

@@ -5,9 +5,9 @@ use crate::failure::{Failure, Refusal};
 use crate::plugin::crash;
 use crate::plugin::trust::Trust;
 use std::path::Path;
-use wireloom::core::Registry;
-use wireloom::core::equilibrium::Library;
-use wireloom::host::{LoadError, Plugin, Plugins};
+use wireloom::Registry;
+use wireloom::plugins::{LoadError, Plugin, Plugins};
+use wireloom::result::Library;
 use wireloom::scenario::Fault;
 
 /// Time limit of a plugin's description where no scenario states one, s.

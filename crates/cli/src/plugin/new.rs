@@ -4,7 +4,7 @@ use crate::failure::{Failure, Outcome};
 use crate::files::folder;
 use std::io::Write;
 use std::path::{Path, PathBuf};
-use wireloom::host::{HEADER, file_name};
+use wireloom::plugins::{HEADER, file_name};
 
 /// Path of the sources of this program when it was built.
 const SOURCES: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../..");

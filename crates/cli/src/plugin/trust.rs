@@ -2,10 +2,9 @@
 
 use crate::arguments::Allowed;
 use std::path::{Path, PathBuf};
-use wireloom::core::Registry;
-use wireloom::gpu::SharedDevice;
-use wireloom::gpu::batch::Batch;
-use wireloom::host::{SearchPath, resolve};
+use wireloom::Registry;
+use wireloom::gpu::{Batch, SharedDevice};
+use wireloom::plugins::{SearchPath, resolve};
 
 /// Environment variable with the folders of the search path.
 const PATH: &str = "WIRELOOM_PLUGINS";

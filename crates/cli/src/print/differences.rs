@@ -3,7 +3,7 @@
 use crate::print::table::{Columns, ROWS};
 use crate::print::text::{counted, printable, time};
 use std::io::{self, Write};
-use wireloom::export::comparison::{BranchDifference, Case, Comparison, Part, Trend};
+use wireloom::compare::{BranchDifference, Case, Comparison, Part, Trend};
 
 /// Prints a comparison; `alike`: all are the same problem, so that they could have ended in the same equilibrium.
 pub fn print(

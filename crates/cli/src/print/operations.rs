@@ -2,7 +2,7 @@
 
 use crate::print::table::Columns;
 use std::io::{self, Write};
-use wireloom::core::Run;
+use wireloom::Run;
 
 /// Rows that are shown.
 const ROWS: usize = 40;

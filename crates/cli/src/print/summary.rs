@@ -5,9 +5,9 @@ use crate::print::operations;
 use crate::print::table::{Columns, ROWS};
 use crate::print::text::{printable, time};
 use std::io::{self, Write};
-use wireloom::core::equilibrium::{Clearance, ConstraintResult, ObstacleResult};
-use wireloom::core::event::{Group, grouped};
-use wireloom::core::{Event, Run, StepResult, Vector};
+use wireloom::geometry::Vector;
+use wireloom::result::{Clearance, ConstraintResult, Event, Group, ObstacleResult, grouped};
+use wireloom::{Run, StepResult};
 
 /// Notes that are shown; a large harness may have thousands.
 const NOTES: usize = 8;

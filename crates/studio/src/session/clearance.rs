@@ -1,7 +1,8 @@
 //! Clearance between cables and obstacles at every node.
 
-use wireloom::core::obstacle::Obstacle;
-use wireloom::core::{StepResult, Vector};
+use wireloom::StepResult;
+use wireloom::geometry::Vector;
+use wireloom::harness::Obstacle;
 
 /// Distance (m) of the cable's surface from the nearest obstacle, for every node of all branches; empty without
 /// obstacles.

@@ -1,10 +1,9 @@
 //! State of a drag: one step, whose increments follow the newest target.
 
 use super::snapshot::Snapshot;
-use wireloom::core::constraint::{Action, RotationHold};
-use wireloom::core::network::AttachedConstraint;
-use wireloom::core::rotation::{columns, shortest};
-use wireloom::core::{Pose, Rotation, Vector};
+use wireloom::geometry::{Pose, Rotation, Vector, columns, shortest};
+use wireloom::harness::AttachedConstraint;
+use wireloom::parts::{Action, RotationHold};
 use wireloom::scenario::record::{Passed, Turned, Way, Written, rotation};
 
 /// Largest rotation in one increment, rad: as in the search for the initial equilibrium.
@@ -118,7 +117,7 @@ pub(super) fn approach(from: &Pose, goal: &Goal, turning: Option<Turning>, reach
 #[cfg(test)]
 mod tests {
     use super::*;
-    use wireloom::core::steps::Turn;
+    use wireloom::harness::Turn;
 
     /// A distant target is reached exactly, in several increments.
     #[test]

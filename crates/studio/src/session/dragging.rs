@@ -6,10 +6,10 @@ use super::harness::is_balanced;
 use super::refusal::{Refusal, no_start};
 use super::snapshot::StepFrames;
 use std::rc::Rc;
-use wireloom::core::Vector;
-use wireloom::core::steps::{Move, Operation, Step, Track};
+use wireloom::geometry::Vector;
+use wireloom::harness::{Move, Operation, Step, Track};
 use wireloom::scenario::record::{Turned, rotation};
-use wireloom::solve::steps::interactive::Trouble;
+use wireloom::session::Trouble;
 
 /// Largest displacement in one increment, in lengths of the longest branch: as in the search for the initial
 /// equilibrium.

@@ -4,7 +4,7 @@
 use super::*;
 use std::time::Duration;
 use wireloom::scenario::NoFiles;
-use wireloom::testkit::fuzz::Fuzz;
+use wireloom::testing::fuzz::Fuzz;
 
 /// Number of inputs by default.
 const FEW: u64 = 300;

@@ -2,14 +2,12 @@
 
 use super::refusal::Refusal;
 use std::cell::RefCell;
-use wireloom::core::constraint::Action;
-use wireloom::core::network::AttachedConstraint;
-use wireloom::core::steps::{Schedule, Step};
-use wireloom::core::{Monitor, Network, Pose, Registry, Status, StepResult};
+use wireloom::geometry::Pose;
+use wireloom::harness::{AttachedConstraint, Network, Schedule, Step};
+use wireloom::parts::Action;
 use wireloom::scenario::{Built, Fault, Files, Scenario};
-use wireloom::solve::steps::checkpoint::Checkpoint;
-use wireloom::solve::steps::checkpoint_transfer::{Changed, changed};
-use wireloom::solve::steps::interactive::{Ended, Hands, Trouble};
+use wireloom::session::{Changed, Checkpoint, Ended, Hands, Monitor, Trouble, changed};
+use wireloom::{Registry, Status, StepResult};
 
 /// A harness and its solver.
 pub(super) struct Harness {

@@ -4,7 +4,8 @@ use super::refusal::Refusal;
 use crate::frame::number;
 use crate::protocol::{Form, Setting};
 use serde_json::Value as Json;
-use wireloom::core::{Registry, Value};
+use wireloom::Registry;
+use wireloom::parts::Value;
 use wireloom::scenario::Scenario;
 use wireloom::scenario::adjust::{Adjustable, Holds, adjustable};
 

@@ -7,10 +7,11 @@ use std::cell::RefCell;
 use std::collections::HashSet;
 use std::rc::Rc;
 use std::sync::Arc;
-use wireloom::core::{EventPlace, StepResult};
+use wireloom::StepResult;
+use wireloom::result::EventPlace;
 use wireloom::scenario::Fault;
 use wireloom::scenario::record::{Written, with_steps};
-use wireloom::solve::steps::checkpoint::Checkpoint;
+use wireloom::session::Checkpoint;
 
 /// Limit for the memory of frames, bytes: a thousand frames of a harness of 4,000 nodes. Beyond it every second frame
 /// within the oldest steps is dropped; pages that have received them keep them.
@@ -160,7 +161,7 @@ impl Snapshot {
     }
 
     /// Records the positions of new events.
-    pub fn place_events(&mut self, events: &[wireloom::core::Event], end: &StepResult) {
+    pub fn place_events(&mut self, events: &[wireloom::result::Event], end: &StepResult) {
         self.places.truncate(events.len());
         for event in &events[self.places.len()..] {
             self.places.push(place(&event.place, end));
@@ -168,7 +169,7 @@ impl Snapshot {
     }
 
     /// The timeline for pages; `events`: the events up to the last frame.
-    pub fn timeline(&self, events: &[wireloom::core::Event]) -> Timeline {
+    pub fn timeline(&self, events: &[wireloom::result::Event]) -> Timeline {
         let mut first = 0;
         let step = |step: &Rc<StepFrames>| {
             let own = TimelineStep {
@@ -182,7 +183,7 @@ impl Snapshot {
             own
         };
         let steps = self.steps.iter().map(step).collect();
-        let event = |(k, event): (usize, &wireloom::core::Event)| Event {
+        let event = |(k, event): (usize, &wireloom::result::Event)| Event {
             frame: number(self.frame_of(event.first.step_index, event.first.increment)),
             kind: event.kind.word().to_owned(),
             message: match event.place.to_string() {

@@ -5,11 +5,10 @@ use crate::frame;
 use crate::protocol::Holding;
 use serde_json::json;
 use std::sync::atomic::{AtomicBool, Ordering};
-use wireloom::core::minimiser::{Minimiser, Report};
-use wireloom::core::registry::MinimiserKind;
-use wireloom::core::{Problem, State, Stop};
+use wireloom::Control;
+use wireloom::harness::{Problem, State};
+use wireloom::parts::{Minimiser, MinimiserKind, Report, Stop};
 use wireloom::scenario::NoFiles;
-use wireloom::solve::Control;
 
 pub(super) const Y: &str = r#"# A Y for the studio.
 schema = 1

@@ -7,7 +7,7 @@ use crate::frame::{self, Header, number};
 use crate::protocol::Notice;
 use std::rc::Rc;
 use std::sync::Arc;
-use wireloom::solve::steps::interactive::{Ended, Trouble};
+use wireloom::session::{Ended, Trouble};
 
 impl Session {
     /// Whether there is something to compute.

@@ -67,7 +67,7 @@ impl Backend for MemoryBackend {
     fn export(&self, studio: &Studio, name: &str) -> Option<Vec<u8>> {
         let outcome = studio.result()?;
         let (scenario, _) = wireloom::load(TEXT, &wireloom::registry()).ok()?;
-        let provenance = wireloom::provenance("wireloom", &scenario, &[], &[], &[]);
+        let provenance = wireloom::export::provenance("wireloom", &scenario, &[], &[], &[]);
         let made = ExportInfo {
             provenance: &provenance,
             texts: &[],

@@ -10,7 +10,7 @@ use crate::plugin::trust::Trust;
 use crate::size::{self, increments};
 use std::path::Path;
 use wireloom::scenario::{Scenario, Setting};
-use wireloom::solve::steps::checkpoint::Resumed;
+use wireloom::session::Resumed;
 
 /// Bytes that a node takes in `result.json` and in the record for `--resume`, or less.
 const BYTES_KEPT: usize = 350;

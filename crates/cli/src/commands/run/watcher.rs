@@ -8,9 +8,8 @@ use crate::files::swept::Swept;
 use crate::interrupt;
 use crate::plugin::crash::CrashReport;
 use crate::print::progress::Bar;
-use wireloom::core::{Monitor, StepResult};
-use wireloom::solve::steps::checkpoint::{Checkpoint, Observer};
-use wireloom::solve::{Control, Progress};
+use wireloom::session::{Checkpoint, Monitor, Observer, Progress};
+use wireloom::{Control, StepResult};
 use wireloom_studio::replay::Recorder;
 
 /// Observer of a run: writes files and the record as increments end. A file that cannot be written stops the run.

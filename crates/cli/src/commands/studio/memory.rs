@@ -48,7 +48,7 @@ impl Memory {
 
     fn within(folder: &Path, scenario: PathBuf) -> io::Result<Option<Self>> {
         make_folder(folder)?;
-        let hash = wireloom::sha256(scenario.as_os_str().as_encoded_bytes());
+        let hash = wireloom::export::sha256(scenario.as_os_str().as_encoded_bytes());
         let path = folder.join(format!("studio-{}.json", &hash[..16]));
         let lock = for_the_user_alone(&path.with_extension("lock"), false)?;
         if lock.try_lock().is_err() {

@@ -2,11 +2,13 @@
 
 use super::trial::{CYCLES, THREADS, TIMED, Trial, Verdict, leaks, parameters};
 use std::time::Instant;
-use wireloom::core::constraint::{ConstraintSpec, ConstraintView, SpanSpec, SpanUse, StationSpec};
-use wireloom::core::registry::{ConstraintKind, Form};
-use wireloom::core::{Action, Constraint, Matrix, Parameters, Pose, Value, Vector};
-use wireloom::host::numeric_derivatives;
-use wireloom::testkit::conformance::constraint::{Subject, checks};
+use wireloom::geometry::{Matrix, Pose, Vector};
+use wireloom::parts::{
+    Action, Constraint, ConstraintKind, ConstraintSpec, ConstraintView, Form, Parameters, SpanSpec, SpanUse,
+    StationSpec, Value,
+};
+use wireloom::plugins::numeric_derivatives;
+use wireloom::testing::conformance::constraint::{Subject, checks};
 
 /// Nodes of the span of a tested constraint.
 const NODES: usize = 5;

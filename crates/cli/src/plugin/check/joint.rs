@@ -2,12 +2,11 @@
 
 use super::trial::{CYCLES, THREADS, TIMED, Trial, Verdict, leaks, parameters};
 use std::time::Instant;
-use wireloom::core::joint::JointSpec;
-use wireloom::core::registry::JointKind;
-use wireloom::core::rotation::frame_from;
-use wireloom::core::{Arm, JointModel, Matrix, Mounting, Rotation, Section, Vector};
-use wireloom::host::numeric_derivatives;
-use wireloom::testkit::conformance::joint::CHECKS;
+use wireloom::geometry::{Matrix, Rotation, Vector, frame_from};
+use wireloom::harness::Section;
+use wireloom::parts::{Arm, JointKind, JointModel, JointSpec, Mounting};
+use wireloom::plugins::numeric_derivatives;
+use wireloom::testing::conformance::joint::CHECKS;
 
 /// Arms of the joint for timing and invalid input.
 const ARMS: usize = 3;

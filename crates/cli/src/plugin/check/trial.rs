@@ -1,7 +1,7 @@
 //! A test of a kind, and what all tests share.
 
-use wireloom::core::registry::{Form, Parameter};
-use wireloom::core::{Parameters, Value, Vector};
+use wireloom::geometry::Vector;
+use wireloom::parts::{Form, Parameter, Parameters, Value};
 
 /// Number of times that a constraint is created and destroyed.
 pub const CYCLES: usize = 10_000;
