@@ -36,7 +36,7 @@ fn tells_what_is_different_and_needs_no_other_file() {
     let text = page(vec![y_harness(), y_harness(), other], true);
     assert!(text.contains("a &amp; b") && text.contains("&lt;2&gt;") && !text.contains("<2>"));
     assert!(text.contains("250.0000") && text.contains("2.0000"), "the distance and the force");
-    assert!(text.contains("depends on the way there") && text.contains("id=\"convergence\""));
+    assert!(text.contains("depends on the steps before") && text.contains("id=\"convergence\""));
     assert!(!text.contains("src=\"http") && !text.contains("href=\"http"));
     assert!(
         text.find("<summary>left").unwrap() < text.find("<summary>trunk").unwrap(),

@@ -140,7 +140,7 @@ fn many_steps_have_pictures_where_something_happened() {
     let page = page(&run("long", steps), &[]);
     // The event of the sample is of step 1; the first and the last are always drawn.
     assert_eq!(page.matches("data:image/svg+xml").count(), 3);
-    assert!(page.contains("Pictures of 57 steps are left out"));
+    assert!(page.contains("Pictures of 57 steps are omitted"));
 }
 
 #[test]
