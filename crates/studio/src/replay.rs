@@ -258,7 +258,7 @@ mod tests {
         let (scenario, built) = wireloom::load(TEXT, &wireloom::registry()).expect("no faults");
         let scene = crate::scene::of(&scenario.name, "wireloom", scenario.gravity, &built.network);
         let limit = 20 * 11 * 4 * frame::FLOATS;
-        let mut recorder = Recorder { limit: limit, ..Recorder::new(scene) };
+        let mut recorder = Recorder { limit, ..Recorder::new(scene) };
         let run = wireloom::run(built, &mut |_, end| {
             recorder.record(end);
             Control::Continue

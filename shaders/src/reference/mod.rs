@@ -3,10 +3,10 @@
 //! can be compared stage by stage, also in a debugger.
 //!
 //! A test of a device against `wireloom_core::Problem` does not replace it. The problem has the energies and their
-//! derivatives, but not the inertia of the factorisation, the condensation, the step lengths, the conjugate directions
-//! and the phases. A device that gets one of these wrong still converges, only more slowly: the conformance suite of
-//! minimisers then passes, while the parity test of `wireloom-gpu` fails. Also, the reference is tested without any
-//! device.
+//! derivatives, but not the inertia of the factorisation, the shift, the condensation, the line search and the phases.
+//! A device that gets one of these wrong may still converge, only more slowly. For example, a smaller increase of the
+//! shift passes the conformance suite of minimisers, and fails the parity test of `wireloom-gpu`. Also, the reference is
+//! tested without any device.
 
 mod accept_step;
 mod assemble_gradient;
