@@ -445,7 +445,7 @@ pub struct Energy {
     pub load: f64,
     /// Joints.
     pub joint: f64,
-    /// Constraints and contact.
+    /// Constraints, contact and friction.
     pub constraint: f64,
 }
 

@@ -10,7 +10,7 @@
 //! | `ℓ_j` | `rest_lengths` | m | unstressed length of segment `j` |
 //! | `λ_c` | `coupling_lengths` | m | length of the bend-twist coupling between frames `c` and `c+1` |
 //! | `Γ_j` | strain | – | `R_jᵀ (x_{j+1} − x_j)/ℓ_j − e3`: shear along d1, d2; stretch along d3 |
-//! | `κ_c` | curvature | 1/m | `(2/λ_c) (1 + v·v/6) v`, `v = Im(q̄_c q_{c+1})`: bending about d1, d2; twist about d3 |
+//! | `κ_c` | curvature | 1/m | `(2/λ_c) (1 + v·v/6) v`, `v = Im(q̄_c q_{c+1})`: bending (d1, d2), twist (d3) |
 //! | `n_j` | force | N | `R_j C Γ_j`: internal force that the part with larger s exerts on the part with smaller s |
 //! | `m_c` | moment | N m | internal moment, with the same sign |
 

@@ -525,13 +525,13 @@ impl Network {
 
     /// Calls `work` with every branch, its index and its own entry of `workspaces`; on several threads for large
     /// harnesses, so the result must not depend on the order.
-    pub fn for_branches<R: Send>(&self, rooms: &mut [R], work: impl Fn(usize, &Branch, &mut R) + Sync) {
+    pub fn for_branches<R: Send>(&self, workspaces: &mut [R], work: impl Fn(usize, &Branch, &mut R) + Sync) {
         if self.is_shared() {
-            let pairs = self.branches.par_iter().zip(rooms);
-            pairs.enumerate().for_each(|(b, (branch, room))| work(b, branch, room));
+            let pairs = self.branches.par_iter().zip(workspaces);
+            pairs.enumerate().for_each(|(b, (branch, workspace))| work(b, branch, workspace));
         } else {
-            let pairs = self.branches.iter().zip(rooms);
-            pairs.enumerate().for_each(|(b, (branch, room))| work(b, branch, room));
+            let pairs = self.branches.iter().zip(workspaces);
+            pairs.enumerate().for_each(|(b, (branch, workspace))| work(b, branch, workspace));
         }
     }
 

@@ -37,7 +37,7 @@ pub trait Shape: Send + Sync {
     fn distance(&self, x: &Vector, reach: f64) -> f64;
     /// Calls `visit` with the nearest point of every part of the surface that is nearer than `reach` to `x` and not
     /// hidden behind another part, in order of the parts. `x` may also be inside.
-    fn touches(&self, x: &Vector, reach: f64, see: &mut dyn FnMut(Touch));
+    fn touches(&self, x: &Vector, reach: f64, visit: &mut dyn FnMut(Touch));
     /// First fraction, 0 to 1, of the straight line between two points at which it crosses the surface, from outside or
     /// inside.
     fn crossing(&self, from: &Vector, to: &Vector) -> Option<f64>;

@@ -1,10 +1,11 @@
-//! Constraints that pull, or that set equations; [`crate::prescribed`] eliminates what others prescribe.
+//! Energy, gradient and Hessian of constraints with potentials, equations or inequalities; [`crate::prescribed`]
+//! eliminates those that prescribe a pose.
 //!
 //! An equation `c = 0` with multiplier λ and penalty ρ adds `λ c + ½ ρ c²` to the energy, an inequality `c ≤ 0`
 //! adds `(μ² − λ²)/(2ρ)` with `μ = max(0, λ + ρ c)`. Either way the forces are `μ J` (with `μ = λ + ρ c`
-//! for an equation), and the second derivatives `ρ JᵀJ + μ c″` where `μ` is not cut off. At a minimum of that
-//! the solver moves λ to μ until nothing moves any more: then `c = 0`, or `c ≤ 0 ≤ λ` with one of them 0
-//! (augmented Lagrangian: Bertsekas 1982).
+//! for an equation), and the second derivatives `ρ JᵀJ + μ c″` where `μ` is not cut off. At each minimum the
+//! solver replaces λ by μ until λ no longer changes: then `c = 0`, or `c ≤ 0 ≤ λ` and `λ c = 0` (augmented
+//! Lagrangian: Bertsekas 1982).
 
 use crate::conditions::{ConstraintState, System};
 use crate::constraint::{Action, ConstraintView, Equations, Relation, Residual};
@@ -14,7 +15,7 @@ use crate::variable::{Block, Variable};
 use crate::{Matrix, Pose, State, Tangent, Vector};
 use nalgebra::{DMatrix, SymmetricEigen};
 
-/// Eigenvalues above minus this fraction of the largest are not negative.
+/// Eigenvalues above minus this fraction of the largest one do not count as negative.
 const ROUND_OFF: f64 = 1e-12;
 
 /// Force and moment of a constraint on the harness.
@@ -22,7 +23,7 @@ const ROUND_OFF: f64 = 1e-12;
 pub struct Reaction {
     /// At each station the force (N) and the moment about it (N m), world axes.
     pub stations: Vec<(Vector, Vector)>,
-    /// At each node of the span the force, N.
+    /// Force at each node of the span, N.
     pub span: Vec<Vector>,
 }
 
@@ -39,7 +40,7 @@ pub struct ConstraintResidual {
     pub violation: f64,
 }
 
-/// Surroundings of a constraint, as its model sees them.
+/// Input data of a constraint's model; see [`ConstraintView`].
 #[derive(Default)]
 struct Surroundings {
     stations: Vec<Pose>,
@@ -112,13 +113,13 @@ struct Scratch {
     span_table: Vec<Matrix>,
 }
 
-/// Zeros, so many.
-fn refill<T: Clone>(values: &mut Vec<T>, count: usize, zero: T) {
+/// Resizes to `count` zeros.
+fn resize_with_zeros<T: Clone>(values: &mut Vec<T>, count: usize, zero: T) {
     values.clear();
     values.resize(count, zero);
 }
 
-/// Energy of an equation or inequality, J, and μ.
+/// Energy of an equation or inequality, J, and μ; see the module's formulas.
 fn augmented(relation: Relation, c: f64, lambda: f64, rho: f64) -> (f64, f64) {
     let mu = lambda + rho * c;
     match relation {
@@ -140,14 +141,14 @@ impl Slopes {
     ) -> f64 {
         let at = surroundings.view(own);
         let (m, n) = (at.stations.len(), at.span.len());
-        refill(&mut self.stations, 2 * m, Vector::zeros());
-        refill(&mut self.span, n, Vector::zeros());
+        resize_with_zeros(&mut self.stations, 2 * m, Vector::zeros());
+        resize_with_zeros(&mut self.span, n, Vector::zeros());
         match constraint.model.action() {
             Action::Prescribed(_) => 0.0,
             Action::Potential(potential) => potential.gradient(&at, &mut self.stations, &mut self.span),
             Action::Equations(equations) => {
                 self.linearise(equations, &constraint.residuals, constraint.of_stations, &at);
-                refill(&mut self.mu, self.c.len(), 0.0);
+                resize_with_zeros(&mut self.mu, self.c.len(), 0.0);
                 let mut energy = 0.0;
                 for (r, residual) in constraint.residuals.iter().enumerate() {
                     let rho = own.penalties[r] * unit / (residual.scale * residual.scale);
@@ -170,7 +171,7 @@ impl Slopes {
         }
     }
 
-    /// c and J.
+    /// Evaluates c and J.
     fn linearise(
         &mut self,
         equations: &dyn Equations,
@@ -178,34 +179,34 @@ impl Slopes {
         of_stations: usize,
         at: &ConstraintView<'_>,
     ) {
-        refill(&mut self.c, residuals.len(), 0.0);
-        refill(&mut self.rows, 2 * at.stations.len() * of_stations, Vector::zeros());
-        refill(&mut self.span_rows, residuals.len() - of_stations, Vector::zeros());
+        resize_with_zeros(&mut self.c, residuals.len(), 0.0);
+        resize_with_zeros(&mut self.rows, 2 * at.stations.len() * of_stations, Vector::zeros());
+        resize_with_zeros(&mut self.span_rows, residuals.len() - of_stations, Vector::zeros());
         equations.jacobian(at, &mut self.c, &mut self.rows, &mut self.span_rows);
     }
 }
 
-/// Term of the constraints that pull or set equations; keeps its workspace.
+/// Term of the constraints with potentials, equations or inequalities; keeps its workspace.
 #[derive(Default)]
 pub struct ConstraintTerm {
     scratch: Scratch,
-    /// ρ per unit of penalty of a residual whose scale is 1, J.
+    /// ρ of a residual whose scale and penalty are 1, J.
     pub(crate) penalty_unit: f64,
-    /// A constraint that has given a number that is not finite for a harness that is.
+    /// A constraint that has returned a non-finite number for a finite state.
     pub(crate) non_finite: Option<usize>,
 }
 
-/// The constraints that act and add to the energy.
-fn pulling(system: System<'_>) -> impl Iterator<Item = (usize, &AttachedConstraint)> {
+/// Constraints that act and contribute to the energy.
+fn contributing(system: System<'_>) -> impl Iterator<Item = (usize, &AttachedConstraint)> {
     system.acting().filter(|(_, constraint)| !matches!(constraint.model.action(), Action::Prescribed(_)))
 }
 
 impl ConstraintTerm {
-    /// Energy of the constraints, J.
+    /// Energy of the constraints `Σ E + Σ augmented(c, λ, ρ)`, J.
     pub fn energy(&mut self, system: System<'_>, state: &State) -> f64 {
         let Self { scratch: Scratch { surroundings, slopes, .. }, penalty_unit, non_finite } = self;
         let mut energy = 0.0;
-        for (c, constraint) in pulling(system) {
+        for (c, constraint) in contributing(system) {
             let own = &system.conditions.constraints[c];
             surroundings.fill(constraint, own, &system.conditions.targets[c], state);
             let e = match constraint.model.action() {
@@ -220,12 +221,12 @@ impl ConstraintTerm {
         energy
     }
 
-    /// Adds the first derivatives of the energy of the constraints, in the independent variables; returns that energy,
-    /// J.
+    /// Adds the first derivatives of the energy, `∂E/∂(x, θ)` of potentials and `Σ μ J` of residuals, in the
+    /// independent variables; returns the energy, J.
     pub fn gradient(&mut self, system: System<'_>, state: &State, gradient: &mut Tangent) -> f64 {
         let Self { scratch: Scratch { surroundings, slopes, .. }, penalty_unit, non_finite } = self;
         let mut energy = 0.0;
-        for (c, constraint) in pulling(system) {
+        for (c, constraint) in contributing(system) {
             let own = &system.conditions.constraints[c];
             surroundings.fill(constraint, own, &system.conditions.targets[c], state);
             let e = slopes.fill(constraint, own, surroundings, *penalty_unit);
@@ -244,28 +245,28 @@ impl ConstraintTerm {
         energy
     }
 
-    /// Adds the second derivatives of the energy of the constraints at `state`, in the independent variables: both
-    /// triangles.
+    /// Adds the second derivatives of the energy at `state`, `∂²E/∂(x, θ)²` of potentials and
+    /// `Σ ρ JᵀJ + μ c″` of residuals, in the independent variables: both triangles.
     ///
-    /// With `convex` negative curvatures of potentials, and of μ c″ of equations, change their sign (Dauphin and
-    /// others 2014), and every station gets `stiffness` (N/m) against moving.
+    /// With `convex` negative eigenvalues of the second derivatives of potentials, and of μ c″ of equations, change
+    /// their sign (Dauphin and others 2014), and every station gets the translational `stiffness` (N/m).
     pub fn hessian(&mut self, system: System<'_>, state: &State, convex: Option<Convex>, blocks: &mut Vec<Block>) {
         let Self { scratch, penalty_unit, non_finite } = self;
         let Scratch { surroundings, slopes, table, span_table } = scratch;
         let unit = *penalty_unit;
-        for (c, constraint) in pulling(system) {
+        for (c, constraint) in contributing(system) {
             let own = &system.conditions.constraints[c];
             surroundings.fill(constraint, own, &system.conditions.targets[c], state);
             let (m, n) = (surroundings.stations.len(), surroundings.span.len());
-            refill(table, 4 * m * m, Matrix::zeros());
-            refill(span_table, n, Matrix::zeros());
-            // Equations need μ, and forces with levers have second derivatives of their own.
+            resize_with_zeros(table, 4 * m * m, Matrix::zeros());
+            resize_with_zeros(span_table, n, Matrix::zeros());
+            // Residuals need μ, and forces at levers contribute to the second derivatives.
             let sites = || constraint.stations.iter().chain(constraint.span.iter().flat_map(|span| &span.sites));
             if !constraint.residuals.is_empty() || sites().any(has_lever) {
                 slopes.fill(constraint, own, surroundings, unit);
             } else {
-                refill(&mut slopes.stations, 2 * m, Vector::zeros());
-                refill(&mut slopes.span, n, Vector::zeros());
+                resize_with_zeros(&mut slopes.stations, 2 * m, Vector::zeros());
+                resize_with_zeros(&mut slopes.span, n, Vector::zeros());
             }
             let at = surroundings.view(own);
             match constraint.model.action() {
@@ -313,7 +314,8 @@ impl ConstraintTerm {
         }
     }
 
-    /// Reaction of a constraint (by index) that pulls or sets equations, at `state`.
+    /// Reaction of a constraint (by index) with a potential, equations or inequalities, at `state`:
+    /// `−∂E/∂(x, θ)`.
     pub fn reaction(&self, system: System<'_>, c: usize, state: &State) -> Reaction {
         let (constraint, own) = (&system.network.constraints[c], &system.conditions.constraints[c]);
         let mut scratch = Scratch::default();
@@ -330,24 +332,25 @@ impl ConstraintTerm {
     pub fn residuals(&self, system: System<'_>, state: &State) -> Vec<ConstraintResidual> {
         let mut found = Vec::new();
         let mut scratch = Scratch::default();
-        for (c, constraint) in pulling(system).filter(|(_, constraint)| !constraint.residuals.is_empty()) {
+        for (c, constraint) in contributing(system).filter(|(_, constraint)| !constraint.residuals.is_empty()) {
             let own = &system.conditions.constraints[c];
             scratch.surroundings.fill(constraint, own, &system.conditions.targets[c], state);
             scratch.slopes.fill(constraint, own, &scratch.surroundings, self.penalty_unit);
             for (r, residual) in constraint.residuals.iter().enumerate() {
                 let (value, mu) = (scratch.slopes.c[r], scratch.slopes.mu[r]);
                 let rho = own.penalties[r] * self.penalty_unit / (residual.scale * residual.scale);
-                let off = match residual.relation {
+                let excess = match residual.relation {
                     Relation::NotPositive if mu == 0.0 => own.multipliers[r] / rho,
                     _ => value.abs(),
                 };
-                found.push(ConstraintResidual { constraint: c, residual: r, mu, violation: off / residual.scale });
+                found.push(ConstraintResidual { constraint: c, residual: r, mu, violation: excess / residual.scale });
             }
         }
         found
     }
 
-    /// Memory of every constraint that acts and has one, by index, after `state`, the equilibrium of an increment.
+    /// Updated memory of every constraint that acts and has one, by index, at `state`, the equilibrium that ends an
+    /// increment.
     pub fn memories(&self, system: System<'_>, state: &State) -> Vec<(usize, Vec<f64>)> {
         let mut surroundings = Surroundings::default();
         let mut memories = Vec::new();
@@ -365,27 +368,28 @@ impl ConstraintTerm {
     }
 }
 
-/// A convex model of the second derivatives, for a matrix that no shift of frames would make positive definite: for a
-/// strut that is pushed, a penalty far from its equation, a piece that hangs by a tie alone.
+/// Convex model of the second derivatives, for a matrix that no shift of the rotational blocks makes positive definite:
+/// a compressed strut, a penalty far from its equation, a component connected by a constraint alone.
 #[derive(Clone, Copy)]
 pub struct Convex {
-    /// Stiffness that every station gets against moving, N/m.
+    /// Translational stiffness added at every station, N/m.
     pub stiffness: f64,
 }
 
-/// The variables of a site: 0, its point; 1, its frame.
+/// Variables of a site: 0, its point; 1, its frame.
 fn variables(site: &Site) -> impl Iterator<Item = (usize, Variable)> {
     [(0, Some(Variable::Point(site.point))), (1, site.frame.map(Variable::Frame))]
         .into_iter()
         .filter_map(|(k, variable)| variable.map(|variable| (k, variable)))
 }
 
-/// Whether a station is not simply where its point and frame are.
+/// Whether the pose of a station differs from that of its point and frame.
 fn has_lever(site: &Site) -> bool {
     site.local != Pose::identity()
 }
 
-/// Adds a first derivative in the pose of a station, as one in the variables of its site.
+/// Adds a first derivative in the pose of a station (force f, moment m), in the variables of its site: `g_x += f`,
+/// `g_θ += A m + o × Rᵀ f` with the local orientation A and position o.
 fn add_slope(state: &State, site: &Site, force: &Vector, moment: &Vector, gradient: &mut Tangent) {
     gradient.points[site.point] += force;
     if let Some(frame) = site.frame {
@@ -394,8 +398,9 @@ fn add_slope(state: &State, site: &Site, force: &Vector, moment: &Vector, gradie
     }
 }
 
-/// Second derivatives in the poses of stations, in place as those in the variables of their sites: `δx = δX + J θ`
-/// with `J = −R [o]ₓ`, `θ_station = Aᵀ θ`. `slopes` are the first derivatives in the poses.
+/// Transforms second derivatives in the poses of stations, in place, to those in the variables of their sites:
+/// `δx = δX + J θ` with `J = −R [o]ₓ`, `θ_station = Aᵀ θ`. `slopes` are the first derivatives in the poses;
+/// with the lever o they contribute [`lever_hessian`].
 fn transform(state: &State, sites: &[Site], slopes: &[Vector], table: &mut [Matrix]) {
     let width = 2 * sites.len();
     for (k, site) in sites.iter().enumerate() {
@@ -415,7 +420,7 @@ fn transform(state: &State, sites: &[Site], slopes: &[Vector], table: &mut [Matr
     }
 }
 
-/// Makes the second derivatives of a constraint convex; its stations get `stiffness`, N/m.
+/// Makes the second derivatives of a constraint convex and adds the translational `stiffness` (N/m) at its stations.
 fn make_convex(stiffness: f64, table: &mut [Matrix], span_table: &mut [Matrix]) {
     let width = table.len().isqrt();
     without_negative_part(table, width);
@@ -425,7 +430,7 @@ fn make_convex(stiffness: f64, table: &mut [Matrix], span_table: &mut [Matrix]) 
     }
 }
 
-/// Makes the eigenvalues of a symmetric table of blocks, so many of them to a row, positive.
+/// Replaces the eigenvalues of a symmetric table of blocks, `width` of them in a row, by their absolute values.
 fn without_negative_part(table: &mut [Matrix], width: usize) {
     let whole = DMatrix::from_fn(3 * width, 3 * width, |i, k| table[i / 3 * width + k / 3][(i % 3, k % 3)]);
     if whole.is_empty() || !whole.iter().all(|x| x.is_finite()) {
@@ -442,7 +447,7 @@ fn without_negative_part(table: &mut [Matrix], width: usize) {
     }
 }
 
-/// Adds ρ JᵀJ of the equations, and of the inequalities that push.
+/// Adds ρ JᵀJ of the equations and of the active inequalities.
 fn add_penalties(
     constraint: &AttachedConstraint,
     own: &ConstraintState,

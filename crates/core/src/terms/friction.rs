@@ -1,22 +1,22 @@
-//! Friction of contact: springs between surfaces that touch, up to the force that Coulomb's law allows.
+//! Friction of contact: tangential springs between touching surfaces, with a force bounded by Coulomb's law.
 //!
-//! Coulomb's law, quasi-static: a contact point that touches is bound to the place of the body where it first touched
-//! (its anchor) by a tangential spring of stiffness k ≥ ρ, whose force is at most `f N`: with u the tangential
-//! distance from the anchor it adds `½ k u²`, beyond `u = f N/k` `f N (u − f N/(2k))`. Normal force N and normal n
-//! are those of the last update of the multipliers; at the end of an increment the anchor follows a contact point that
-//! slipped (return mapping), so that what sticks does not creep. Where the cable is stiffer along itself k is larger,
-//! so that the change from slip one way to slip the other takes about a segment. Friction on a body acts on the centre
-//! line: the cable does not roll.
+//! Coulomb's law, quasi-static: a tangential spring of stiffness k ≥ ρ connects a touching contact point to the
+//! place of the obstacle where it first touched (its anchor), and the force of the spring is at most `f N`. With u the
+//! tangential distance from the anchor the energy is `½ k u²` up to `u = f N/k` (stick), and `f N (u − f N/(2k))`
+//! beyond (slip). Normal force N and normal n are those of the last update of the multipliers. At the end of an
+//! increment the anchor of a slipping contact point is moved (return mapping), so that a sticking one does not creep. k
+//! is at least the axial stiffness of the cable per contact point, so that slip reverses over about a segment. Friction
+//! on an obstacle acts on the centre line: the cable does not roll.
 //!
-//! Between cables the spring joins their surfaces. The contact point x in its segment's frame P carries the point
-//! `x + P a`, `a = −r Pᵀ n` with its own part r of the distance; the anchor b belongs to the frame R of the segment
-//! that is touched, with y the place that is touched on its centre line:
-//! `u = (1 − n nᵀ)(Rᵀ(x + P a − y) − b)`, n in the axes of R. It does not change when both move as one, the
-//! force has the same line of action on both, and cables roll on each other without slipping. With every update a, b
-//! and y become those of the place where the two touch then, on the next segment, too, and u stays; a contact point
-//! that was not there before begins with `u = 0`. Where two cables cross both have contact points, which divide N among
-//! them, so that together they pull with no more than `f N`. As k is many times the stiffness of a cable, `u = f N/k`,
-//! by which a sticking contact may give way when the contact points that divide N change, is too small to be seen.
+//! Between cables the spring joins their surfaces. With x the contact point and P the frame of its segment, the point
+//! on its surface is `x + P a`, `a = −r Pᵀ n` with r its radius as a part of the distance. With y the nearest point
+//! on the centre line of the partner, R the frame of that segment and b the anchor in it,
+//! `u = (1 − n nᵀ)(Rᵀ(x + P a − y) − b)`, n in the axes of R. u is invariant under a common rigid motion, the
+//! force has the same line of action on both cables, and cables roll on each other without slipping. Each update sets
+//! a, b and y to the present contact place, which may be on the next segment, and keeps u; a new contact starts with
+//! `u = 0`. Where two cables cross both have contact points, which divide N among them, so that the total friction is
+//! at most `f N`. As k is many times the stiffness of a cable, the displacement `u = f N/k` that a sticking contact may
+//! lose when the contact points that divide N change is negligible.
 
 use super::contact::{Contact, ContactTerm, Touched};
 use crate::conditions::{Bond, ContactPoint, ContactRecord, FrictionAnchor, Partner, System, records_of};
@@ -30,8 +30,8 @@ pub struct FrictionTerm {
     forces: Vec<FrictionForce>,
 }
 
-/// Friction on a contact point: the force (N), and the second derivative of its energy in the place where it acts
-/// (N/m); world axes.
+/// Friction force on a contact point (N), and second derivative of its energy in the position where it acts (N/m);
+/// world axes.
 struct FrictionForce {
     point: u32,
     partner: Partner,
@@ -40,40 +40,42 @@ struct FrictionForce {
     cables: Option<Between>,
 }
 
-/// Friction between two cables: the points and frames that it acts on.
+/// Points and frames on which friction between two cables acts.
 struct Between {
-    /// Points of the segment that is touched, and their weights.
+    /// Points of the partner's segment, and their weights.
     points: [(usize, f64); 2],
-    /// Frames of the contact point's segment and of the one that is touched.
+    /// Frames of the contact point's segment and of the partner's.
     frames: [usize; 2],
-    /// From each centre line to the place where the force acts, m; world axes.
+    /// Levers from each centre line to the point of action of the force, m; world axes.
     levers: [Vector; 2],
 }
 
 impl FrictionAnchor {
     /// Energy (J), force on the contact point (N) and second derivative (N/m) of friction with coefficient `f` and
-    /// stiffness `k`; all in the axes of the partner.
+    /// stiffness `k`; all in the axes of the partner. With `u = (1 − n nᵀ)(x − b)`, `d = u/|u|`: stick `−k u`
+    /// and `k (1 − n nᵀ)`; slip `−f N d` and `(f N/|u|)(1 − n nᵀ − d dᵀ)`.
     fn drag(&self, x: &Vector, f: f64, k: f64) -> (f64, Vector, Matrix) {
         let along = Matrix::identity() - self.normal * self.normal.transpose();
         let u = along * (x - self.position);
-        let (length, most) = (u.norm(), f * self.force);
-        if k * length <= most {
+        let (length, limit) = (u.norm(), f * self.force);
+        if k * length <= limit {
             return (0.5 * k * length * length, -u * k, along * k);
         }
         let d = u / length;
-        (most * (length - 0.5 * most / k), -d * most, (along - d * d.transpose()) * (most / length))
+        (limit * (length - 0.5 * limit / k), -d * limit, (along - d * d.transpose()) * (limit / length))
     }
 
-    /// Position of the anchor once the contact point has slipped to `x` (return mapping).
+    /// Position of the anchor after the contact point has slipped to `x` (return mapping):
+    /// `x − u min(1, f N/(k |u|))`.
     fn followed(&self, x: &Vector, f: f64, k: f64) -> Vector {
         let u = (x - self.position) - self.normal * self.normal.dot(&(x - self.position));
-        let (length, most) = (u.norm(), f * self.force);
-        let elastic = if k * length <= most { u } else { u * (most / (k * length)) };
+        let (length, limit) = (u.norm(), f * self.force);
+        let elastic = if k * length <= limit { u } else { u * (limit / (k * length)) };
         x - elastic
     }
 }
 
-/// Contact of a harness at a state: what anchors are found by.
+/// Contact of a harness at a state, from which anchors are computed.
 #[derive(Clone, Copy)]
 pub(crate) struct Anchoring<'a> {
     pub(crate) contact: &'a ContactTerm,
@@ -82,7 +84,7 @@ pub(crate) struct Anchoring<'a> {
 }
 
 impl Anchoring<'_> {
-    /// Axes in which an anchor is given.
+    /// Axes of an anchor.
     fn axes(&self, partner: Partner, bond: Option<&Bond>) -> Pose {
         match partner {
             Partner::Obstacle { obstacle, .. } => self.system.conditions.contact.poses[obstacle as usize],
@@ -98,27 +100,27 @@ impl Anchoring<'_> {
         }
     }
 
-    /// Position of a bound contact point, or of its surface, in the axes of its anchor, m.
+    /// Position of a contact point, or with a `bond` of the point on its surface, in the axes of its anchor, m.
     fn local(&self, point: u32, axes: &Pose, bond: Option<&Bond>) -> Vector {
         let point = self.contact.point(point);
         let x = point.position(self.system.network, self.state);
         axes.local(&bond.map_or(x, |bond| x + self.own_lever(point, bond)))
     }
 
-    /// From a contact point to the surface that it is bound by, world axes, m.
+    /// Vector from a contact point to the point on its surface, world axes, m.
     fn own_lever(&self, point: &ContactPoint, bond: &Bond) -> Vector {
         self.state.frames[self.system.network.branches[point.branch].segment_frame(point.segment)] * bond.lever
     }
 
-    /// Stiffness of an anchor, N/m: the penalty of the contact point, and no less than the cable has along itself. A
-    /// softer one would spread the change from slip one way to slip the other over more of the cable than a segment.
+    /// Stiffness of a friction spring, N/m: the penalty of the contact point, and at least the axial stiffness of the
+    /// cable per contact point. A smaller one would spread a reversal of slip over more than a segment of the cable.
     fn stiffness(&self, record: &ContactRecord) -> f64 {
         self.contact.penalty(record).max(self.contact.friction_stiffness[self.contact.branch_of(record)])
     }
 
-    /// Anchor of a contact point that touches, where `known` is its record so far, among `old` ones; none where the
-    /// partner is smooth. An anchor on an obstacle stays; one on a cable moves to the place that is touched now, with
-    /// the same spring elongation, whichever segment it was on.
+    /// Friction anchor of a contact. `known` is its record so far if there is one, `old` are all records so far; `None`
+    /// where the partner is smooth. An anchor on an obstacle stays; one on a cable moves to the present contact place
+    /// with the same elongation of the spring, even from another segment.
     pub(crate) fn anchor(
         &self,
         old: &[ContactRecord],
@@ -147,7 +149,7 @@ impl Anchoring<'_> {
         Some(FrictionAnchor { position, normal, force: contact.force, bond })
     }
 
-    /// Place where a contact point touches another cable.
+    /// Contact places of a contact point and another cable.
     fn bond(&self, contact: &Contact, touched: &Touched) -> Bond {
         let point = self.contact.point(contact.point);
         let network = self.system.network;
@@ -159,7 +161,7 @@ impl Anchoring<'_> {
         Bond { fraction: touched.fraction, lever }
     }
 
-    /// Anchor of a record once its contact point has slipped to its place at the state.
+    /// Anchor of a record after its contact point has slipped to its position at the state (return mapping).
     pub(crate) fn follow(&self, record: &ContactRecord, anchor: &FrictionAnchor) -> FrictionAnchor {
         let axes = self.axes(record.partner, anchor.bond.as_ref());
         let x = self.local(record.point, &axes, anchor.bond.as_ref());
@@ -167,7 +169,7 @@ impl Anchoring<'_> {
         FrictionAnchor { position: anchor.followed(&x, coefficient, self.stiffness(record)), ..*anchor }
     }
 
-    /// Points and frames that bear the friction of a record, which acts at `lever` from the place of the segment.
+    /// Points and frames on which the friction of a record acts, at `lever` from the centre line of the partner.
     fn between(&self, record: &ContactRecord, bond: &Bond, lever: Vector) -> Between {
         let point = self.contact.point(record.point);
         let Partner::Cable { branch, segment } = record.partner else { unreachable!("only cables have bonds") };
@@ -182,17 +184,21 @@ impl Anchoring<'_> {
     }
 }
 
-/// Of the records that bind the contact point of a contact to the segments before and behind, the one of largest force.
+/// Record of the same contact point with a neighbouring segment of the same cable; of two, the one with the larger
+/// force.
 fn beside<'m>(old: &'m [ContactRecord], contact: &Contact) -> Option<&'m ContactRecord> {
     let Partner::Cable { branch: touched, segment: here } = contact.partner else { return None };
-    let same = |record: &&ContactRecord| matches!(record.partner, Partner::Cable { branch, segment } if branch == touched && segment.abs_diff(here) == 1);
+    let same = |record: &&ContactRecord| match record.partner {
+        Partner::Cable { branch, segment } => branch == touched && segment.abs_diff(here) == 1,
+        Partner::Obstacle { .. } => false,
+    };
     let force = |record: &ContactRecord| record.anchor.map_or(0.0, |anchor| anchor.force);
     records_of(old, contact.point).iter().filter(same).max_by(|a, b| force(a).total_cmp(&force(b)))
 }
 
 impl FrictionTerm {
-    /// Finds the friction at `state`; returns its energy, J. It acts as long as its normal force is taken to be there,
-    /// wherever the contact point is.
+    /// Evaluates friction at `state`; returns its energy, J. Every anchor acts with the normal force of its record, at
+    /// any distance of the contact point.
     pub fn energy(&mut self, contact: &ContactTerm, system: System<'_>, state: &State) -> f64 {
         let anchoring = Anchoring { contact, system, state };
         self.forces.clear();
@@ -213,14 +219,15 @@ impl FrictionTerm {
         energy
     }
 
-    /// Friction on a contact point, N, where friction was evaluated last.
+    /// Friction force on a contact point at the last evaluated state, N.
     pub fn force_on(&self, contact: &Contact) -> Vector {
         let own = |friction: &&FrictionForce| friction.point == contact.point && friction.partner == contact.partner;
         self.forces.iter().find(own).map_or_else(Vector::zeros, |friction| friction.force)
     }
 
-    /// Adds the first derivatives of the energy of friction: in the points of the partner `f`, of the contact point
-    /// `−f`, and in the frames, which carry either surface at a lever a, `∓Rᵀ (a × f)`; returns that energy, J.
+    /// Adds the first derivatives of the energy of friction, with f the force on the contact point: `−f` in the
+    /// position of the contact point, `f` in that of the partner, and `∓Rᵀ (a × f)` in the frames R of two cables
+    /// with the levers a; returns the energy, J.
     pub fn gradient(
         &mut self,
         contact: &ContactTerm,
@@ -243,11 +250,14 @@ impl FrictionTerm {
         energy
     }
 
-    /// Adds the second derivatives of the energy of friction; with `convex` without what makes it less convex.
+    /// Adds the second derivatives of the energy of friction; with `convex` without the geometric parts, which may be
+    /// indefinite.
     ///
-    /// Between two cables with frames P and R, levers a and b (world) and turns α and β (body axes): the spring is
-    /// drawn out by `δz + b × Rβ` in the axes of R, `δz = δx − δy + Pα × a`, and to second order by
-    /// `−Rβ × δz + ½ Rβ × (Rβ × b) + ½ Pα × (Pα × a)`, which the force f is multiplied by.
+    /// Between two cables with frames P and R, levers a and b (world) and turns α and β (body axes): the elongation
+    /// of the spring changes by `δz + b × Rβ` in the axes of R, `δz = δx − δy + Pα × a`, and to second order
+    /// by `−Rβ × δz + ½ Rβ × (Rβ × b) + ½ Pα × (Pα × a)`. With K the second derivative of the spring the
+    /// second variation is `(δz + b × Rβ)ᵀ K (δz + b × Rβ)` minus twice the product of f with that second-order
+    /// part.
     pub fn hessian(
         &mut self,
         contact: &ContactTerm,
@@ -267,7 +277,7 @@ impl FrictionTerm {
             let (p, r) = (state.frames[*own].to_rotation_matrix(), state.frames[*other].to_rotation_matrix());
             let (p, r, f) = (p.matrix(), r.matrix(), &friction.force);
             let frame = Variable::Frame;
-            // Each variable with what it adds to δz, to `b × Rβ` and to Rβ.
+            // Each variable with its contributions to δz, to `b × Rβ` and to Rβ.
             let parts = || {
                 let points = own_points.into_iter().chain(points.map(|(point, weight)| (point, -weight)));
                 let columns = points.filter(|(_, weight)| *weight != 0.0).flat_map(|(point, weight)| {
@@ -279,11 +289,11 @@ impl FrictionTerm {
                 moved.chain([(frame(*other), [none, skew(b) * r, *r])])
             };
             let turned = skew(f);
-            for (row, [z, by, turn]) in parts() {
-                for (column, [y, beside, turns]) in parts() {
-                    let mut h = (z + by).transpose() * friction.stiffness * (y + beside);
+            for (row, [z, lever, turn]) in parts() {
+                for (column, [y, other_lever, other_turn]) in parts() {
+                    let mut h = (z + lever).transpose() * friction.stiffness * (y + other_lever);
                     if !convex {
-                        h += z.transpose() * turned * turns - turn.transpose() * turned * y;
+                        h += z.transpose() * turned * other_turn - turn.transpose() * turned * y;
                     }
                     blocks.push(Block { row, column, matrix: h });
                 }

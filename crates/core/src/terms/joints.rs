@@ -10,7 +10,7 @@ pub struct JointTerm {
 }
 
 impl JointTerm {
-    /// Joints of a network.
+    /// Term of the joints of a network.
     pub fn new(network: &Network) -> Self {
         let arms = network.joints.iter().map(|j| j.arm_frames.len()).max().unwrap_or(0);
         Self { frames: Vec::with_capacity(arms), gradients: vec![Vector::zeros(); arms] }
@@ -27,7 +27,7 @@ impl JointTerm {
         energy
     }
 
-    /// Adds the first derivatives in the frames of the arms, joint by joint, and their energies (J) to `energy`.
+    /// Adds the first derivatives ∂E/∂θ_a (N m) in the frames of the arms, and the energies (J) to `energy`.
     pub fn gradient(&mut self, network: &Network, state: &State, gradient: &mut Tangent, energy: &mut f64) {
         for joint in &network.joints {
             if joint.arm_frames.is_empty() {
@@ -44,7 +44,8 @@ impl JointTerm {
         }
     }
 
-    /// Writes the k × k table of [`crate::JointModel::add_hessian`] of each joint.
+    /// Writes the second derivatives ∂²E/∂θ_a∂θ_b of each joint: the k × k table of
+    /// [`crate::JointModel::add_hessian`].
     pub fn hessian(&mut self, network: &Network, state: &State, hessian: &mut [Vec<Matrix>]) {
         for (joint, table) in network.joints.iter().zip(hessian) {
             table.fill(Matrix::zeros());

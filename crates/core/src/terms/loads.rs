@@ -1,8 +1,9 @@
-//! Dead forces and moments: weight that stays at its nodes, masses of joints, and loads.
+//! Dead forces and moments: weight of fixed meshes, masses of joints, and loads. `E = −Σ f·x`.
 //!
-//! A dead moment M about an axis fixed in space has no potential. It adds `−Rᵀ M` to the gradient; the derivative
-//! of that along `q ∘ exp(θ)`, pulled back to θ as all second derivatives are, is `−½ [Rᵀ M]ₓ`:
-//! antisymmetric, so that [`crate::Problem::hessian`] does not contain it.
+//! A dead moment M (about an axis fixed in space) has no potential (Ziegler 1968, Principles of Structural
+//! Stability). It adds `−Rᵀ M` to the gradient; the derivative of that along `q ∘ exp(θ)`, pulled back to θ as all
+//! second derivatives are, is `−½ [Rᵀ M]ₓ`: antisymmetric, so that [`crate::Problem::hessian`] does not contain
+//! it.
 
 use super::gravity;
 use crate::conditions::System;
@@ -10,16 +11,16 @@ use crate::{Network, State, Tangent, Vector};
 
 /// Term of the dead loads.
 pub struct LoadTerm {
-    /// Dead force at every point, N; without the weight of branches whose mesh may move along them.
+    /// Dead force at every point, N; without the weight of branches whose mesh may move along the cable.
     forces: Vec<Vector>,
-    /// Dead moment (world) by independent frame, N m.
+    /// Dead moments by independent frame, N m, world axes.
     moments: Vec<(usize, Vector)>,
-    /// Fraction of the dead moments that acts.
+    /// Active fraction of the dead moments.
     moment_fraction: f64,
 }
 
 impl LoadTerm {
-    /// No loads yet; see [`Self::update`].
+    /// Term without loads; see [`Self::update`].
     pub fn new(network: &Network) -> Self {
         Self {
             forces: vec![Vector::zeros(); network.points],
@@ -28,7 +29,7 @@ impl LoadTerm {
         }
     }
 
-    /// Lumps weights and loads anew, after a change of the conditions.
+    /// Recomputes the lumped weights and loads, after a change of the conditions.
     pub fn update(&mut self, system: System<'_>) {
         let Self { forces, moments, moment_fraction } = self;
         forces.fill(Vector::zeros());
@@ -48,23 +49,23 @@ impl LoadTerm {
         }
     }
 
-    /// Dead force at every point of the state, N: weight and loads; of points that ride on a joint, too. Without the
-    /// weight of branches whose mesh may move along them.
+    /// Dead force at every point of the state, N: weight and loads, also at points tied to a joint. Without the weight
+    /// of branches whose mesh may move along the cable.
     pub fn forces(&self) -> &[Vector] {
         &self.forces
     }
 
-    /// Dead moments that act: the independent frame that takes each of them, and the moment, N m, world axes.
+    /// Active dead moments: index of the independent frame, and the moment, N m, world axes.
     pub fn moments(&self) -> &[(usize, Vector)] {
         &self.moments
     }
 
-    /// Sets the fraction of the dead moments that acts from the next [`Self::update`] on, 0 to 1.
+    /// Sets the active fraction of the dead moments, 0 to 1; effective from the next [`Self::update`].
     pub fn set_moment_fraction(&mut self, fraction: f64) {
         self.moment_fraction = fraction;
     }
 
-    /// Potential energy of the loads, J, without weight.
+    /// Potential energy of the loads, `−Σ f·x` without weight, J.
     pub fn energy(&self, system: System<'_>, state: &State) -> f64 {
         let mut energy = 0.0;
         for (load, factor) in system.network.loads.iter().zip(&system.conditions.load_factors) {
@@ -73,13 +74,13 @@ impl LoadTerm {
         energy
     }
 
-    /// Potential energy of all dead forces, weight included, J.
+    /// Potential energy of all dead forces, `−Σ f·x` including weight, J.
     pub fn energy_with_weight(&self, state: &State) -> f64 {
         self.forces.iter().zip(&state.points).map(|(f, x)| -f.dot(x)).sum()
     }
 
-    /// Adds the first derivatives of the dead forces, and their work to `energy` (J) and, without its sign, to
-    /// `magnitude`.
+    /// Adds the first derivatives `−f` of the dead forces to the gradient, their energy to `energy` (J), and the sum
+    /// of its absolute values to `magnitude` (J).
     pub fn force_gradient(&self, state: &State, gradient: &mut Tangent, energy: &mut f64, magnitude: &mut f64) {
         for ((g, x), f) in gradient.points.iter_mut().zip(&state.points).zip(&self.forces) {
             *g -= f;
@@ -89,14 +90,14 @@ impl LoadTerm {
         }
     }
 
-    /// Adds the generalised forces of the dead moments to the gradient.
+    /// Adds the generalised forces `−Rᵀ M` of the dead moments to the gradient.
     pub fn moment_gradient(&self, state: &State, gradient: &mut Tangent) {
         for (frame, moment) in &self.moments {
             gradient.frames[*frame] -= state.frames[*frame].inverse_transform_vector(moment);
         }
     }
 
-    /// Work of the dead moments over a step, J, to first order.
+    /// Work of the dead moments over a step, `α Σ M·R θ`, J, to first order.
     pub fn moment_work(&self, state: &State, step: &Tangent, alpha: f64) -> f64 {
         self.moments.iter().map(|(c, m)| alpha * m.dot(&(state.frames[*c] * step.frames[*c]))).sum()
     }

@@ -7,28 +7,28 @@ use crate::{Matrix, Network, State, Tangent, Vector};
 
 /// Term of the rods; keeps its workspace.
 pub struct RodTerm {
-    /// Curvature that was drawn beyond that at rest, by first frame of each coupling, 1/m; empty where none is held.
+    /// Difference of the drawn curvature and the rest curvature, indexed by the first frame of each coupling, 1/m;
+    /// empty if the drawn shape is not held.
     drawn: Vec<Vector>,
-    /// Part of it that counts as rest curvature.
+    /// Part of it that is added to the rest curvature, 1/m.
     extra_curvature: Vec<Vector>,
     /// Energies of the branches, J.
     energies: Vec<f64>,
 }
 
 impl RodTerm {
-    /// Rods of a network, with their own rest curvature.
+    /// Term of the rods of a network, with their own rest curvature.
     pub fn new(network: &Network) -> Self {
         Self { drawn: Vec::new(), extra_curvature: Vec::new(), energies: vec![0.0; network.branches.len()] }
     }
 
-    /// Curvature that is added to that at rest, by first frame of each coupling, 1/m; empty: none.
+    /// Curvature added to the rest curvature, indexed by the first frame of each coupling, 1/m; empty: none.
     pub fn extra_curvature(&self) -> &[Vector] {
         &self.extra_curvature
     }
 
-    /// Takes the curvature and twist that the branches have at `state` for their rest curvature, until
-    /// [`Self::set_drawn_fraction`] takes it away again: from the drawn shape, small steps then lead to the
-    /// equilibrium.
+    /// Uses the curvature and twist of the branches at `state` as their rest curvature, until
+    /// [`Self::set_drawn_fraction`] removes it: a continuation from the drawn shape to the equilibrium.
     pub fn hold_drawn_shape(&mut self, network: &Network, state: &State) {
         self.drawn = vec![Vector::zeros(); network.frames];
         for branch in &network.branches {
@@ -43,7 +43,7 @@ impl RodTerm {
         self.extra_curvature.clone_from(&self.drawn);
     }
 
-    /// Sets the fraction of the drawn curvature that counts as rest curvature, 1 to 0; at 0 it is forgotten.
+    /// Sets the fraction, 1 to 0, of the drawn curvature that is added to the rest curvature; at 0 it is discarded.
     pub fn set_drawn_fraction(&mut self, fraction: f64) {
         if fraction == 0.0 {
             self.drawn.clear();
@@ -75,17 +75,18 @@ impl RodTerm {
         }
     }
 
-    /// Writes the first derivatives in the points and frames of the branches; returns the energy, J.
+    /// Writes the first derivatives ∂E/∂x (N) and ∂E/∂θ (N m) in the points and frames of the branches, tied
+    /// ones included; returns the energy, J.
     pub fn gradient(&mut self, network: &Network, state: &State, gradient: &mut Tangent) -> f64 {
         let mut energies = std::mem::take(&mut self.energies);
         self.branch_gradients(network, state, 0, &mut energies, &mut gradient.points, &mut gradient.frames);
         self.energies = energies;
-        // In this order, whichever branch was done first: the sum is the same for any number of threads.
+        // Summed in the order of the branches: the same bits for any number of threads.
         self.energies.iter().sum()
     }
 
     /// Energies and gradients of the branches from `first` on, one for each entry of `energies`; `points` and `frames`
-    /// begin with theirs.
+    /// are their slices.
     fn branch_gradients(
         &self,
         network: &Network,

@@ -1,11 +1,13 @@
-//! Fixings that the cable runs through.
+//! Sliding constraints, through which the cable runs.
 //!
 //! The station stays at the constraint and the mesh moves along the cable: as the arc length s at the constraint grows,
-//! the rest lengths before it grow and those after it shrink, up to the next place that is tied to the material. So s
-//! is one more variable of a smooth energy, `dℓ_j/ds = ±ℓ_j/L` with L the length that takes part; nothing jumps as
-//! material passes a node. At rest without friction `∂E/∂s`, the difference of the configurational forces on either
-//! side, vanishes (Bigoni, Dal Corso, Bosi, Misseroni 2015: the "Eshelby-like" force of a sliding sleeve; for a ring it
-//! makes the tensions equal).
+//! the rest lengths before it grow and those after it shrink, up to the next node that is fixed in the material. So s
+//! is one more variable of a smooth energy, `dℓ_j/ds = ±ℓ_j/L` with L the length of the affected segments on that
+//! side; the energy is smooth as material passes a node. Then
+//! `∂E/∂s = Σ_j dℓ_j/ds ∂E/∂ℓ_j + Σ_c dλ_c/ds ∂E/∂λ_c − Σ_i dw_i/ds·x_i` with w_i the lumped
+//! weight of node i. At rest without friction `∂E/∂s`, the difference of the configurational forces on either side,
+//! vanishes (Bigoni, Dal Corso, Bosi, Misseroni 2015: the "Eshelby-like" force of a sliding sleeve; for a ring it makes
+//! the tensions equal).
 
 use super::gravity::weights;
 use super::rods::RodTerm;
@@ -16,27 +18,27 @@ use crate::network::{BranchEnd, Place};
 use crate::{Network, State, Tangent};
 use std::ops::Range;
 
-/// Length (in diameters of the cable) that stays on either side of a sliding constraint: with less it has run out.
+/// Least length (in diameters of the cable) on either side of a sliding constraint: below it the cable has run out.
 const LEAST_LENGTH: f64 = 0.1;
-/// The same as a fraction of the unstretched span.
+/// The same as a fraction of the unstretched length on that side.
 const LEAST_FRACTION: f64 = 0.01;
-/// A motion of less than this fraction of the arc length is none.
+/// Motion, as a fraction of the arc length, that counts as zero.
 const STANDSTILL: f64 = 1e-9;
-/// Travel (as a fraction of the length that is kept) below which a constraint counts as standing at its stop.
+/// Remaining travel, as a fraction of the least length, below which a constraint is at its stop.
 const AT_STOP: f64 = 1e-6;
 
-/// End of the way of a cable through a constraint.
+/// Stop of a sliding cable.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum SlideStop {
     /// A free end: the cable runs out of the constraint.
     End,
     /// A joint.
     Joint,
-    /// Another constraint, a load, or an end that is held.
+    /// Another constraint, a load, or a held end.
     Constraint,
 }
 
-/// A constraint that slides, and acts, with the part of the cable that grows and shrinks with it.
+/// A sliding constraint that acts, with the segments of the cable whose lengths change with it.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct ActiveSlide {
     /// Index in [`Network::slides`].
@@ -48,27 +50,27 @@ pub(crate) struct ActiveSlide {
     stops: [SlideStop; 2],
     /// Least length on either side, m.
     least: [f64; 2],
-    /// Cable that may still run in from either side, m: from the last [`crate::Problem::update_held`].
+    /// Remaining travel on either side, m, as of the last [`crate::Problem::update_held`].
     travel: [f64; 2],
 }
 
 impl ActiveSlide {
-    /// Length that takes part on a side, m.
+    /// Length of the affected segments on a side, m.
     fn length(&self, state: &State, network: &Network, side: usize) -> f64 {
         let start = network.branches[self.branch].points.start;
         state.rest_lengths[start..][self.sides[side].clone()].iter().sum()
     }
 
-    /// Whether a force of this sign on s meets a stop: a negative `gradient` drives s up, into what is after it.
+    /// Whether the motion driven by a gradient of this sign is stopped: a negative `gradient` increases s.
     fn is_stopped(&self, gradient: f64) -> bool {
         self.travel[usize::from(gradient < 0.0)] <= AT_STOP * self.least[usize::from(gradient < 0.0)]
     }
 }
 
-/// Second derivatives of the energy in the arc lengths of the constraints that slide.
+/// Second derivatives of the energy in the arc lengths of the sliding constraints.
 #[derive(Clone, Debug, Default)]
 pub struct SlideHessian {
-    /// For each running constraint: its index in [`Network::slides`].
+    /// Indices in [`Network::slides`] of the running constraints.
     pub running: Vec<usize>,
     /// For each running constraint `∂²E/∂s∂(x, θ)` in the independent variables.
     pub mixed: Vec<Tangent>,
@@ -88,13 +90,13 @@ pub(crate) struct LengthTerms {
 /// Term of the arc lengths at sliding constraints; keeps its workspace.
 #[derive(Default)]
 pub struct SlidingTerm {
-    /// The constraints that slide, and act.
+    /// The sliding constraints that act.
     slides: Vec<ActiveSlide>,
     scratch: LengthTerms,
 }
 
 impl SlidingTerm {
-    /// Finds the constraints that slide and act, and how far each may.
+    /// Finds the sliding constraints that act, the affected segments and the stops.
     pub(crate) fn update(&mut self, system: System<'_>) {
         let network = system.network;
         self.slides.clear();
@@ -123,7 +125,7 @@ impl SlidingTerm {
                     BranchEnd::Free => {}
                     BranchEnd::Joint { joint, .. } => {
                         stops[side] = SlideStop::Joint;
-                        // The joint's energy knows the length of the first segment of each arm: that one stays.
+                        // The joint's energy depends on the length of the first segment of each arm: it stays constant.
                         if network.joints[joint].model.mounting() == Mounting::Point {
                             sides[0].start += usize::from(side == 0);
                             sides[1].end -= usize::from(side == 1);
@@ -143,25 +145,25 @@ impl SlidingTerm {
         }
     }
 
-    /// Constraints that slide and act: their indices in [`Network::slides`].
+    /// Indices in [`Network::slides`] of the sliding constraints that act.
     pub fn acting(&self) -> Vec<usize> {
         self.slides.iter().map(|slide| slide.index).collect()
     }
 
-    /// Whether no constraint slides.
+    /// Whether no sliding constraint acts.
     pub fn is_idle(&self) -> bool {
         self.slides.is_empty()
     }
 
-    /// Arc length at a constraint that slides (index in [`Network::slides`]), m.
+    /// Arc length at a sliding constraint (index in [`Network::slides`]), m.
     pub fn arc_length(&self, system: System<'_>, slide: usize, state: &State) -> f64 {
         let site = &system.network.slides[slide];
         let start = system.network.branches[site.branch].points.start;
         state.rest_lengths[start..start + site.node].iter().sum()
     }
 
-    /// Stop at which a constraint (index in [`Network::slides`]) stands that the cable is driven through; `None` where
-    /// it does not. `gradient` is the whole gradient at the state of the last [`crate::Problem::update_held`].
+    /// Stop that a running constraint (index in [`Network::slides`]) is driven against; `None` if it is not at a stop.
+    /// `gradient` is the whole gradient at the state of the last [`crate::Problem::update_held`].
     pub fn stop(&self, system: System<'_>, slide: usize, gradient: &Tangent) -> Option<SlideStop> {
         let found = self.slides.iter().find(|s| s.index == slide)?;
         let g = gradient.slides[slide];
@@ -169,7 +171,7 @@ impl SlidingTerm {
         (running && found.is_stopped(g)).then_some(found.stops[usize::from(g < 0.0)])
     }
 
-    /// Whether the cable slips in a constraint that acts, against friction.
+    /// Whether the cable slips against friction in a sliding constraint that acts.
     pub fn slips(&self, system: System<'_>, slide: usize) -> bool {
         let site = &system.network.slides[slide];
         site.friction > 0.0
@@ -177,15 +179,15 @@ impl SlidingTerm {
             && system.conditions.sliding[slide] != Sliding::Stuck
     }
 
-    /// Whether a slipping constraint has moved from `before` to `state` against the direction of its slip, or not at
-    /// all.
+    /// Whether a slipping constraint has moved from `before` to `state` opposite to the direction of its slip, or not
+    /// at all.
     pub fn slips_backward(&self, system: System<'_>, slide: usize, before: &State, state: &State) -> bool {
         let Sliding::Running { force } = system.conditions.sliding[slide] else { return false };
         let (from, to) = (self.arc_length(system, slide, before), self.arc_length(system, slide, state));
         self.slips(system, slide) && force.signum() * (to - from) <= STANDSTILL * to
     }
 
-    /// Result of a constraint that slides, and acts; `gradient` is the whole gradient at `state`.
+    /// Result of a sliding constraint that acts; `gradient` is the whole gradient at `state`.
     pub fn result(&self, system: System<'_>, slide: usize, state: &State, gradient: &Tangent) -> SlideResult {
         let site = &system.network.slides[slide];
         let (motion, friction) = match system.conditions.sliding[slide] {
@@ -203,14 +205,14 @@ impl SlidingTerm {
         }
     }
 
-    /// Finds how far each constraint may still slide at `state`.
+    /// Updates the remaining travel of each sliding constraint at `state`.
     pub(crate) fn update_travel(&mut self, network: &Network, state: &State) {
         for slide in &mut self.slides {
             slide.travel = [0, 1].map(|side| slide.length(state, network, side) - slide.least[side]);
         }
     }
 
-    /// Sets the entries of slides that do not run, or stand at a stop, to zero.
+    /// Sets the entries of slides that stick or are at a stop to zero.
     pub(crate) fn project(&self, system: System<'_>, gradient: &mut Tangent) {
         for slide in &self.slides {
             let g = &mut gradient.slides[slide.index];
@@ -220,7 +222,7 @@ impl SlidingTerm {
         }
     }
 
-    /// `to = from ⊕ α step`: [`Network::retract`], and the mesh moves along the cable where constraints slide.
+    /// `to = from ⊕ α step`: [`Network::retract`], and the mesh moves along the cable at sliding constraints.
     pub fn retract(&self, system: System<'_>, from: &State, step: &Tangent, alpha: f64, to: &mut State) {
         system.network.retract(from, step, alpha, to);
         for slide in self.slides.iter().filter(|slide| step.slides[slide.index] != 0.0) {
@@ -236,13 +238,14 @@ impl SlidingTerm {
         }
     }
 
-    /// Largest fraction of a step that leaves every constraint within its stops and no span shorter than a quarter.
+    /// Largest fraction of a step that keeps every constraint within its stops and every side at a quarter of its
+    /// length at least.
     pub fn largest_fraction(&self, system: System<'_>, state: &State, step: &Tangent) -> f64 {
         let mut fraction = 1.0_f64;
         for slide in &self.slides {
             let (ds, side) = (step.slides[slide.index], usize::from(step.slides[slide.index] > 0.0));
             let travel = slide.travel[side].max(0.0).min(0.75 * slide.length(state, system.network, side));
-            // Two constraints may both take from the span between them.
+            // Two constraints may both shorten the segments between them.
             let twice = self.slides.iter().any(|other| other.sides[1 - side] == slide.sides[side]);
             let travel = if twice { 0.5 * travel } else { travel };
             if ds.abs() > travel {
@@ -252,7 +255,7 @@ impl SlidingTerm {
         fraction
     }
 
-    /// dℓ_j/ds and dλ_c/ds of a slide.
+    /// Writes dℓ_j/ds and dλ_c/ds of a slide.
     fn rates(
         &self,
         system: System<'_>,
@@ -276,8 +279,8 @@ impl SlidingTerm {
         mesh.couple(segments, couplings);
     }
 
-    /// Writes ∂E/∂s of every constraint that slides, friction included, into `gradient`. Returns the work of
-    /// friction, J.
+    /// Writes ∂E/∂s of every sliding constraint that acts, plus the friction force F, into `gradient`. Returns the
+    /// work of friction Σ F s, J.
     pub fn gradient(&mut self, system: System<'_>, rods: &RodTerm, state: &State, gradient: &mut Tangent) -> f64 {
         gradient.slides.fill(0.0);
         let mut terms = std::mem::take(&mut self.scratch);
@@ -309,8 +312,9 @@ impl SlidingTerm {
         rod.length_terms(&rods.shape(system.network, state, branch), &mut terms.segments, &mut terms.couplings);
     }
 
-    /// Second derivatives in the arc lengths of the constraints that may run at `state`, where `gradient` is the whole
-    /// gradient.
+    /// Second derivatives in the arc lengths of the running constraints at `state`,
+    /// `∂²E/∂s_a∂s_b = Σ_j ℓ_j,a ℓ_j,b ∂²E/∂ℓ_j² + Σ_c λ_c,a λ_c,b ∂²E/∂λ_c²` with the rates `ℓ_j,a = dℓ_j/ds_a`, which
+    /// do not change with s, and the mixed `∂²E/∂s∂(x, θ)`. `gradient` is the whole gradient.
     pub fn hessian(
         &mut self,
         system: System<'_>,

@@ -1,4 +1,4 @@
-//! Broad phase: which contact points may touch which obstacles, searched again only where something came near.
+//! Broad phase: obstacles near each contact point, searched again only after it has moved far enough.
 
 use super::distance_cache::CachedDistance;
 use super::term::{ContactTerm, SPACING};
@@ -7,10 +7,10 @@ use crate::{State, Vector};
 
 /// Reach of the search around a contact point, in radii.
 const REACH: f64 = 12.0;
-/// Obstacles stay in the cache of a contact point that are nearer than its radius and so many radii.
+/// Margin of the cache, in radii: obstacles nearer than a radius plus this are cached.
 const MARGIN: f64 = 1.0;
 
-/// A place of a cable whose centre line is inside a body.
+/// Penetration of a centre line into an obstacle.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Penetration {
     /// Index of the branch.
@@ -26,7 +26,7 @@ pub struct Penetration {
 }
 
 impl ContactTerm {
-    /// Whether contact point `i`, which is at `x`, may touch what is not in its cache.
+    /// Whether contact point `i`, with position `x`, may touch an obstacle that is not in its cache.
     fn has_gone_far(&self, i: usize, x: &Vector) -> bool {
         let (at, reach) = &self.searched[i];
         !((x - at).norm_squared() <= reach * reach && *reach >= 0.0)
@@ -53,7 +53,7 @@ impl ContactTerm {
                 let distance = obstacle.shape.distance(&own, reach).min(reach);
                 if distance < (1.0 + MARGIN) * radius {
                     cached.push(CachedDistance::new(o as u32, own, distance));
-                    // It stays in the cache as long as the point is within `safe`.
+                    // It stays in the cache as long as the point has moved less than `safe`.
                     continue;
                 }
                 safe = safe.min(distance - radius);
@@ -69,7 +69,7 @@ impl ContactTerm {
             near.extend((0..points.len() as u32).filter(|&i| {
                 let point = &points[i as usize];
                 let first = network.branches[point.branch].points.start + point.segment;
-                // A point that a constraint holds cannot give way.
+                // A point that a constraint holds cannot move.
                 let free = |point: usize| !held[point];
                 let moves = point.fraction < 1.0 && free(first) || point.fraction > 0.0 && free(first + 1);
                 moves && !cached[i as usize].is_empty()
@@ -77,8 +77,8 @@ impl ContactTerm {
         }
     }
 
-    /// Deepest place of a centre line inside a body at `state`, places that constraints hold there apart; `None` where
-    /// no centre line is.
+    /// Deepest penetration of a centre line into an obstacle at `state`, except where constraints hold it there; `None`
+    /// if there is no penetration.
     pub(crate) fn deepest_penetration(&mut self, system: System<'_>, state: &State) -> Option<Penetration> {
         let network = system.network;
         self.update_held(system);

@@ -1,11 +1,11 @@
-//! Cables that touch each other, or themselves.
+//! Contact between cables, including self-contact.
 //!
-//! A point is kept as far from the centre line of another cable as both radii together; its nearest place there is
-//! looked for anew with every evaluation, so nothing but friction keeps the two from sliding along each other. Every
-//! cable has points, so both of a pair are looked after. Parts of the harness that are less than [`APART`] radii from
-//! each other along the cable do not count. Where cables overlap when a run begins (arms that leave a joint side by
-//! side), they are let overlap so far, until they have come apart; where constraints hold them in each other
-//! ([`super::held`]), as long as they do.
+//! The distance of a contact point from the centre line of another cable must be at least the sum of both radii. The
+//! nearest point there is recomputed in every evaluation, so only friction resists sliding. Every cable has contact
+//! points, so each contact is evaluated from both cables. Parts of the harness that are less than [`APART`] sums of
+//! both radii apart along the cable are not considered. Cables that overlap at the start of a run (arms that leave a
+//! joint side by side) may overlap as far until they have separated; cables that constraints hold in overlap
+//! ([`super::held`]) may do so as long as they are held.
 
 use super::continuous::{self, meeting};
 use super::evaluate::inequality;
@@ -18,23 +18,23 @@ use crate::variable::Variable;
 use crate::{Matrix, State, Vector};
 use std::collections::{BTreeSet, HashMap};
 
-/// Pairs are kept that are nearer than their radii and so many times the largest radius.
+/// Margin of the search, in largest radii: pairs nearer than their radii plus this are kept.
 const MARGIN: f64 = 2.0;
-/// Pairs are in the pattern of the matrix that are nearer than so many sums of both radii: more than those that may
-/// come to touch with a step.
+/// Distance, in sums of both radii, below which pairs are in the pattern of the matrix: larger than that of pairs that
+/// may touch after a step.
 const COUPLED: f64 = 2.0;
-/// Depth between points, in sums of both radii, from which on one is put where two cables cross.
+/// Depth between contact points, in sums of both radii, above which one is added where two cables cross.
 const CROSSING: f64 = 4.0 * DEPTH;
-/// None is put nearer to another one than this fraction of the distance between its neighbours.
+/// Least distance of an added contact point from its neighbours, as a fraction of the distance between them.
 const NEAR_POINT: f64 = 0.02;
-/// Distance between centre lines, in sums of both radii, below which the curvature of the distance is that at it: it
-/// has no bound.
+/// Lower bound of the distance, in sums of both radii, in the curvature of the distance, which is unbounded at zero.
 const COINCIDENT: f64 = 1e-6;
-/// Square of the sine of the angle below which pieces count as parallel.
+/// Squared sine of the angle below which segments count as parallel.
 const PARALLEL: f64 = 1e-3;
 
 impl ContactTerm {
-    /// Distance along the harness between a place of one branch and one of another, m; infinite where it is far.
+    /// Distance along the harness between a place of one branch and one of another, m; infinite beyond the reach of the
+    /// search.
     pub(super) fn along(&self, system: System<'_>, (a, s): (usize, f64), (b, t): (usize, f64)) -> f64 {
         if a == b {
             return (s - t).abs();
@@ -42,22 +42,22 @@ impl ContactTerm {
         let ends = |branch: usize, s: f64| {
             let length = system.network.branches[branch].rod.mesh().length();
             let ends = [(system.network.branches[branch].start, s), (system.network.branches[branch].end, length - s)];
-            ends.into_iter().filter_map(|(end, way)| match end {
-                BranchEnd::Joint { joint, .. } => Some((joint, way)),
+            ends.into_iter().filter_map(|(end, distance)| match end {
+                BranchEnd::Joint { joint, .. } => Some((joint, distance)),
                 BranchEnd::Free => None,
             })
         };
         let mut least = f64::INFINITY;
-        for (from, way) in ends(a, s) {
-            for (to, rest) in ends(b, t) {
+        for (from, first) in ends(a, s) {
+            for (to, last) in ends(b, t) {
                 let between = self.cables.between[from].iter().find(|(joint, _)| *joint == to);
-                least = between.map_or(least, |(_, gap)| least.min(way + gap + rest));
+                least = between.map_or(least, |(_, gap)| least.min(first + gap + last));
             }
         }
         least
     }
 
-    /// Looks for pairs wherever something has moved far since they were looked for last.
+    /// Searches for near pairs if a contact point has moved too far since the last search.
     pub(super) fn search_pairs(&mut self, system: System<'_>, state: &State) {
         if !system.network.contact.cables {
             return;
@@ -76,7 +76,7 @@ impl ContactTerm {
         let points: Vec<Vector> = points().collect();
         let first_search = searched.is_empty();
         let cables = &self.cables;
-        // Midpoints of segments, by cell; what is near enough lies in a cell next door.
+        // Spatial hash of the midpoints of segments: near ones are in the same or a neighbouring cell.
         let cell = 0.5 * cables.longest_segment * 1.5 + 2.0 * cables.largest_radius + margin;
         let key = |x: &Vector| x.map(|x| (x / cell).floor() as i64);
         let mut cells: HashMap<[i64; 3], Vec<(u32, u32)>> = HashMap::new();
@@ -95,11 +95,11 @@ impl ContactTerm {
             let s = arcs[point.branch][point.segment];
             let s = s + (arcs[point.branch][point.segment + 1] - s) * point.fraction;
             found.clear();
-            let home = key(x);
+            let center = key(x);
             for i in -1..=1 {
                 for j in -1..=1 {
                     for k in -1..=1 {
-                        let Some(inside) = cells.get(&[home.x + i, home.y + j, home.z + k]) else { continue };
+                        let Some(inside) = cells.get(&[center.x + i, center.y + j, center.z + k]) else { continue };
                         found.extend(inside.iter().filter_map(|&(of, segment)| {
                             let (b, j) = (of as usize, segment as usize);
                             let both = radius + 0.5 * network.branches[b].section.diameter;
@@ -137,15 +137,15 @@ impl ContactTerm {
         (cables.pairs, cables.searched, cables.moved) = (pairs, points, 0.0);
         let pattern = self.coupled(system, state);
         let known = &self.cables.pattern;
-        // As long as nothing new may be coupled the matrix keeps its pattern; where a search is the first, it is that
-        // of the state alone.
+        // The matrix keeps its pattern unless there is a new pair; after the first search the pattern depends on the
+        // state alone.
         if pattern != *known && (first_search || !pattern.is_subset(known)) {
             self.couple(system, pattern);
         }
     }
 
-    /// Makes sure that what touches at `state`, or may come to, is in the pattern of the matrix, however far apart it
-    /// is: a multiplier pushes on at any distance that it was large enough for.
+    /// Adds pairs that touch at `state`, or may do so after a step, to the pattern of the matrix at any distance: a
+    /// large multiplier acts across a gap.
     pub(super) fn couple_contacts<'c>(
         &mut self,
         system: System<'_>,
@@ -169,8 +169,7 @@ impl ContactTerm {
         }
     }
 
-    /// Pairs of segments of which one is near the other at `state`, or that friction holds to each other, wherever that
-    /// is.
+    /// Pairs of segments that are near each other at `state`, or between which friction acts at any distance.
     fn coupled(&self, system: System<'_>, state: &State) -> BTreeSet<[(usize, usize); 2]> {
         let mut pattern = BTreeSet::new();
         for pair in &self.cables.pairs {
@@ -199,17 +198,17 @@ impl ContactTerm {
         pattern
     }
 
-    /// Sets which pairs of segments the matrix couples.
+    /// Sets the pairs of segments that the matrix couples.
     fn couple(&mut self, system: System<'_>, pattern: BTreeSet<[(usize, usize); 2]>) {
         let network = system.network;
         let points = |(b, j): (usize, usize)| {
             let first = network.branches[b].points.start + j;
             [first, first + 1].map(Variable::Point)
         };
-        // Friction turns them, too.
-        let rough = network.contact.friction > 0.0;
+        // Friction also acts on the frames.
+        let has_friction = network.contact.friction > 0.0;
         let variables = |of: &(usize, usize)| {
-            let frame = rough.then(|| Variable::Frame(network.branches[of.0].segment_frame(of.1)));
+            let frame = has_friction.then(|| Variable::Frame(network.branches[of.0].segment_frame(of.1)));
             points(*of).into_iter().chain(frame)
         };
         let cables = &mut self.cables;
@@ -218,7 +217,7 @@ impl ContactTerm {
         cables.version = 1 + next_id();
     }
 
-    /// How far a pair's point, which is at `x`, is from the nearest of its segments, m.
+    /// Distance of a pair's contact point, with position `x`, from the nearest of its segments, m.
     fn distance(&self, system: System<'_>, state: &State, pair: &Pair, x: &Vector) -> f64 {
         let to = |j: u32| {
             let (b, j) = (pair.branch as usize, j as usize);
@@ -229,8 +228,8 @@ impl ContactTerm {
         (pair.segments.0..=pair.segments.1).map(to).fold(f64::INFINITY, f64::min)
     }
 
-    /// How near a point may be to another cable, with which it has the radii `both` (m), as they overlapped from the
-    /// beginning, m.
+    /// Least permitted distance of a contact point from another cable with regard to initial overlaps, m; `both` is the
+    /// sum of the radii, m.
     fn overlap_distance(&self, system: System<'_>, point: u32, branch: u32, both: f64) -> f64 {
         let overlaps = &system.conditions.contact.overlaps;
         let at = overlaps.partition_point(|o| (o.point, o.branch) < (point, branch));
@@ -238,7 +237,7 @@ impl ContactTerm {
         own.map_or(both, |overlap| overlap.distance.min(both))
     }
 
-    /// How near a point may be to a segment (index of the branch and its own) of another cable, m.
+    /// Least permitted distance of a contact point from a segment (indices of branch and segment) of another cable, m.
     fn least_distance(
         &self,
         system: System<'_>,
@@ -252,14 +251,16 @@ impl ContactTerm {
         held.map_or(least, |held| held.min(least))
     }
 
-    /// Whether a point and a segment were drawn or are held on top of each other: then they have no sides to change.
+    /// Whether a contact point and a segment may coincide, because they were drawn or are held so: then passing through
+    /// each other cannot be detected.
     fn may_coincide(&self, system: System<'_>, state: &State, point: u32, of: (u32, u32), both: f64) -> bool {
         self.least_distance(system, state, point, of, both) < COINCIDENT * both
     }
 
-    /// Adds to `found` every point that touches another cable at `state`, in order; returns the energy, J, but for what
-    /// multipliers of records that touch no more leave behind. Each segment counts for itself: so a point in the crook
-    /// of two of them touches both, and nothing jumps where it goes from one to the other.
+    /// Adds all contacts between cables at `state` to `found` (with a force) and `approaching`, in order; returns their
+    /// energy, J, without the part −λ²/(2ρ) of the records. Each segment is a partner of its own: a contact point
+    /// at the concave side of a corner touches both segments, and the energy is continuous where the nearest segment
+    /// changes.
     pub(super) fn find_pairs(
         &self,
         system: System<'_>,
@@ -269,7 +270,7 @@ impl ContactTerm {
     ) -> f64 {
         let mut energy = 0.0;
         let cables = &self.cables;
-        // Multipliers push still at such a gap.
+        // Largest gap at which a multiplier still acts.
         let pull = |record: &ContactRecord| record.multiplier / self.penalty(record);
         let pull = system.conditions.contact.records.iter().map(pull).fold(0.0, f64::max);
         for pair in &cables.pairs {
@@ -298,7 +299,7 @@ impl ContactTerm {
                 if force == 0.0 && gap > APPROACHING * radius {
                     continue;
                 }
-                // Centre lines on top of each other: any way apart is as good.
+                // Coincident centre lines: any orthogonal direction is a normal.
                 let normal = if distance > 0.0 { (x - place) / distance } else { orthogonal(&(to - from).normalize()) };
                 let mut across = Matrix::identity() - normal * normal.transpose();
                 let turning = (fraction > 0.0 && fraction < 1.0).then(|| {
@@ -325,8 +326,8 @@ impl ContactTerm {
         energy
     }
 
-    /// The places between a point and the next one on its segment that are nearer to another cable than is let pass,
-    /// and nearer than both: where two straight pieces cross.
+    /// Adds contact points where the straight piece from a contact point to the next one on its segment crosses another
+    /// segment at less than the permitted distance.
     pub(super) fn crossings(
         &self,
         system: System<'_>,
@@ -345,7 +346,7 @@ impl ContactTerm {
                 Self::node(system.network, state, b, j),
                 Self::node(system.network, state, b, j + 1) - Self::node(system.network, state, b, j),
             );
-            // Where p + t d and q + s e are nearest to each other.
+            // Nearest points p + t d and q + s e of two lines.
             let (dd, de, ee, r) = (d.norm_squared(), d.dot(&e), e.norm_squared(), q - p);
             let square = dd * ee - de * de;
             if square < PARALLEL * dd * ee {
@@ -360,7 +361,7 @@ impl ContactTerm {
         }
     }
 
-    /// Overlaps of cables at `state`.
+    /// Overlaps of cables at `state`, as permitted ones.
     pub(crate) fn overlaps(&mut self, system: System<'_>, state: &State) -> Vec<Overlap> {
         self.cables.search_again();
         self.search_pairs(system, state);
@@ -381,8 +382,8 @@ impl ContactTerm {
         overlaps
     }
 
-    /// Overlaps that are left at `state`: cables that have come apart may not overlap again as far as they did. Pairs
-    /// are searched anew, so that what is found next follows from this state alone.
+    /// Permitted overlaps that remain at `state`: cables that have separated may not overlap again as far as before.
+    /// Repeats the search of pairs, so that later results depend on this state alone.
     pub(crate) fn remaining_overlaps(&mut self, system: System<'_>, state: &State) -> Vec<Overlap> {
         self.cables.search_again();
         self.search_pairs(system, state);
@@ -398,14 +399,14 @@ impl ContactTerm {
         overlaps
     }
 
-    /// Pattern of the matrix: variables that second derivatives of contact between cables may couple, those of two
-    /// segments each time, and a number that changes with them.
+    /// Pattern of the matrix: its version, and the sets of variables, each of two segments, that second derivatives of
+    /// contact between cables may couple.
     pub fn pattern(&self) -> (u64, &[Vec<Variable>]) {
         (self.cables.version, &self.cables.cliques)
     }
 
-    /// The largest fraction of the way from one state to another on which no centre line comes through another one, for
-    /// certain.
+    /// Lower bound of the fraction of the motion from one state to another on which no centre line passes through
+    /// another one.
     pub(super) fn collision_free_fraction_of_cables(&mut self, system: System<'_>, from: &State, to: &State) -> f64 {
         if !system.network.contact.cables {
             return 1.0;
@@ -415,7 +416,7 @@ impl ContactTerm {
         let cables = &self.cables;
         let points = self.points.iter();
         let moves = points.map(|point| point.position(system.network, to) - point.position(system.network, from));
-        let farthest = moves.map(|way| way.norm()).fold(0.0, f64::max);
+        let farthest = moves.map(|motion| motion.norm()).fold(0.0, f64::max);
         let mut free = 1.0_f64;
         for pair in &cables.pairs {
             let point = &self.points[pair.point as usize];
@@ -430,23 +431,23 @@ impl ContactTerm {
             let distance = self.distance(system, from, pair, &a);
             let start = system.network.branches[pair.branch as usize].points.start;
             let points = start + pair.segments.0 as usize..=start + pair.segments.1 as usize + 1;
-            let way = points.map(|i| (moved(i) - own).norm()).fold(0.0, f64::max);
+            let motion = points.map(|i| (moved(i) - own).norm()).fold(0.0, f64::max);
             let segments = || (pair.segments.0..=pair.segments.1).map(|segment| (pair.branch, segment));
             let coincides = |of| self.may_coincide(system, from, pair.point, of, pair.both);
-            if way >= SAFE * distance && !segments().any(coincides) {
-                free = free.min(SAFE * distance / way);
+            if motion >= SAFE * distance && !segments().any(coincides) {
+                free = free.min(SAFE * distance / motion);
             }
         }
-        // What is not cached is farther away than that; beyond it the way is gone in parts.
-        let room = 0.5 * MARGIN * self.cables.largest_radius;
-        if farthest > room {
+        // Pairs that are not cached are farther apart than this; larger motions are checked separately.
+        let covered = 0.5 * MARGIN * self.cables.largest_radius;
+        if farthest > covered {
             free = free.min(self.fraction_of_swept(system, from, to, farthest));
         }
         free
     }
 
-    /// The fraction of the way from one state to another on which the piece between a point and the next one does not
-    /// come through what is near it.
+    /// Fraction of the motion from one state to another on which the piece between a contact point and the next one
+    /// does not pass through the segments of a pair.
     fn fraction_of_piece(&self, system: System<'_>, from: &State, to: &State, pair: &Pair) -> f64 {
         let point = self.points[pair.point as usize];
         if point.fraction == 1.0 {
@@ -466,7 +467,8 @@ impl ContactTerm {
         meets.fold(1.0, |free, at| free.min(continuous::SAFE * at))
     }
 
-    /// The same for a way on which something goes far, `farthest` (m): by all segments that come near each other's way.
+    /// The same for a large motion of at most `farthest` (m): checks all segments whose swept volumes are near each
+    /// other.
     fn fraction_of_swept(&self, system: System<'_>, from: &State, to: &State, farthest: f64) -> f64 {
         let network = system.network;
         let cables = &self.cables;
@@ -485,21 +487,21 @@ impl ContactTerm {
         let mut free = 1.0_f64;
         for (index, point) in self.points.iter().enumerate() {
             let (x, end) = (point.position(network, from), point.position(network, to));
-            let home = key(&x);
+            let center = key(&x);
             let lengths = &network.branches[point.branch].rod.mesh().rest_lengths;
             let s = lengths[..point.segment].iter().sum::<f64>() + lengths[point.segment] * point.fraction;
             for i in -1..=1 {
                 for j in -1..=1 {
                     for k in -1..=1 {
-                        for &(b, j) in cells.get(&[home.x + i, home.y + j, home.z + k]).into_iter().flatten() {
+                        for &(b, j) in cells.get(&[center.x + i, center.y + j, center.z + k]).into_iter().flatten() {
                             let (p, q) =
                                 (Self::node(system.network, from, b, j), Self::node(system.network, from, b, j + 1));
                             let distance = (x - nearest_on(&x, &p, &q).1).norm();
                             let own = end - x;
-                            let way = (Self::node(system.network, to, b, j) - p - own)
+                            let motion = (Self::node(system.network, to, b, j) - p - own)
                                 .norm()
                                 .max((Self::node(system.network, to, b, j + 1) - q - own).norm());
-                            if way < SAFE * distance {
+                            if motion < SAFE * distance {
                                 continue;
                             }
                             let diameters = [point.branch, b].map(|b| network.branches[b].section.diameter);
@@ -509,7 +511,7 @@ impl ContactTerm {
                             if self.along(system, (point.branch, s), (b, middle)) > APART * both + 0.5 * lengths[j]
                                 && !self.may_coincide(system, from, index as u32, (b as u32, j as u32), both)
                             {
-                                free = free.min((SAFE * distance / way).max(LEAST));
+                                free = free.min((SAFE * distance / motion).max(LEAST));
                             }
                         }
                     }
@@ -520,8 +522,7 @@ impl ContactTerm {
     }
 }
 
-/// Share of the distance between two centre lines that may be gone at once.
+/// Fraction of the distance between two centre lines that one step may cover.
 const SAFE: f64 = 0.7;
-/// Least fraction of a way that is let be gone, where cables are on top of each other: below it nothing would move any
-/// more.
+/// Least fraction of a motion that is permitted where cables nearly coincide: a smaller one would stall the solver.
 const LEAST: f64 = 1e-3;

@@ -1,21 +1,21 @@
-//! Complementarity of contact: gap and force, of which one is zero at an equilibrium.
+//! Complementarity of contact: at an equilibrium the gap or the force is zero.
 
 use super::term::{ContactTerm, DEPTH};
 use crate::State;
 use crate::conditions::{Partner, System};
 use std::collections::BTreeSet;
 
-/// Tolerance of the normal force that friction goes by, as a fraction of the largest normal force.
+/// Tolerance of the normal force used by friction, as a fraction of the largest normal force.
 const FRICTION_TOLERANCE: f64 = 1e-3;
 
-/// A place where contact is violated.
+/// A violation of contact, with its place.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ContactViolation {
     /// Index of the branch.
     pub branch: usize,
     /// Arc length, m.
     pub s: f64,
-    /// The surface that it touches.
+    /// Its partner.
     pub partner: Partner,
     /// Kind of the violation.
     pub lack: Lack,
@@ -24,15 +24,15 @@ pub struct ContactViolation {
 /// Kind of a violation of contact.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Lack {
-    /// Depth, m; where it is negative a force acts across so large a gap.
+    /// Depth, m; if negative, a force acts across a gap of this size.
     Depth(f64),
-    /// Difference of the normal force that friction goes by from the present one, N.
+    /// Difference of the normal force used by friction from the present one, N.
     Friction(f64),
 }
 
 impl ContactTerm {
-    /// Largest violation of contact at `state`, in units of the tolerance: 1 or less is met. `None` where nothing can
-    /// touch.
+    /// Largest violation of contact at `state`, in units of the tolerance: up to 1 is accepted. `None` if there are no
+    /// contact points.
     pub(crate) fn violation(&mut self, system: System<'_>, state: &State) -> Option<f64> {
         if self.is_idle() {
             return None;
@@ -43,7 +43,7 @@ impl ContactTerm {
         Some(worst)
     }
 
-    /// Largest violation of contact at `state` that is above the tolerance.
+    /// Largest violation of contact at `state`, if it is above the tolerance.
     pub(crate) fn worst_violation(&mut self, system: System<'_>, state: &State) -> Option<ContactViolation> {
         if self.is_idle() {
             return None;
@@ -62,23 +62,23 @@ impl ContactTerm {
         })
     }
 
-    /// Shows `see` the violations of all contacts and records, where contact was evaluated last, in units of the
+    /// Calls `visit` with the violation of every contact and record at the last evaluated state, in units of the
     /// tolerance.
-    fn for_violations(&self, system: System<'_>, mut see: impl FnMut(f64, u32, Partner, Lack)) {
+    fn for_violations(&self, system: System<'_>, mut visit: impl FnMut(f64, u32, Partner, Lack)) {
         let records = &system.conditions.contact.records;
         let found = &self.found;
         let largest = found.iter().map(|c| c.force).fold(0.0, f64::max);
         for contact in found {
             let (point, partner, gap) = (contact.point, contact.partner, contact.gap);
-            see(gap.abs() / (DEPTH * contact.radius), point, partner, Lack::Depth(-gap));
+            visit(gap.abs() / (DEPTH * contact.radius), point, partner, Lack::Depth(-gap));
             if system.friction_coefficient(partner) > 0.0 {
                 let anchor = system
                     .conditions
                     .contact
                     .record_of(contact.point, contact.partner)
                     .and_then(|record| record.anchor);
-                let off = (anchor.map_or(0.0, |anchor| anchor.force) - contact.force).abs();
-                see(off / (FRICTION_TOLERANCE * largest), point, partner, Lack::Friction(off));
+                let difference = (anchor.map_or(0.0, |anchor| anchor.force) - contact.force).abs();
+                visit(difference / (FRICTION_TOLERANCE * largest), point, partner, Lack::Friction(difference));
             }
         }
         // A contact that has opened must not keep a multiplier, λ/ρ in metres: the measure of complementarity
@@ -88,12 +88,12 @@ impl ContactTerm {
         for record in records.iter().filter(|record| !touching.contains(&(record.point, record.partner))) {
             let reach = record.multiplier / self.penalty(record);
             let radius = 0.5 * system.network.branches[self.branch_of(record)].section.diameter;
-            see(reach / (DEPTH * radius), record.point, record.partner, Lack::Depth(-reach));
-            // Friction that still acts there, by a normal force of before: however small, it is a violation.
+            visit(reach / (DEPTH * radius), record.point, record.partner, Lack::Depth(-reach));
+            // Friction that still acts there, with the previous normal force, is a violation however small it is.
             let anchor =
                 record.anchor.filter(|anchor| anchor.force > 0.0 && system.friction_coefficient(record.partner) > 0.0);
             if let Some(anchor) = anchor {
-                see(f64::INFINITY, record.point, record.partner, Lack::Friction(anchor.force));
+                visit(f64::INFINITY, record.point, record.partner, Lack::Friction(anchor.force));
             }
         }
     }

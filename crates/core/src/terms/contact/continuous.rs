@@ -1,28 +1,28 @@
-//! Continuous collision detection: no centre line goes through a surface, or another centre line, on its way.
+//! Continuous collision detection: no centre line passes through a surface or another centre line during a step.
 
 use super::term::ContactTerm;
 use crate::conditions::System;
 use crate::{Pose, State, Vector};
 
-/// Share of the way to a surface, or to where two pieces of cable meet, that may be gone.
+/// Fraction of the motion up to a collision that one step may cover.
 pub(super) const SAFE: f64 = 0.9;
-/// Halvings in the search for the moment when two pieces of cable meet.
+/// Bisections in the search for the time of collision of two segments.
 const HALVINGS: usize = 50;
-/// Round-off in where two lines meet, as a fraction of their pieces.
+/// Round-off of the intersection of two lines, as a fraction of the segments.
 const BESIDE: f64 = 1e-9;
 
-/// A piece of straight line, by its ends.
+/// Straight segment, given by its ends.
 pub(super) type Piece = [Vector; 2];
 
-/// The first fraction of the way on which two pieces of straight line come through each other, their ends going
-/// straight from one place to another; `None` where they never do. They meet where the volume of the tetrahedron of
-/// their four ends, a cubic polynomial of the fraction, is zero.
+/// First fraction of the motion at which two straight segments, whose ends move linearly, pass through each other;
+/// `None` if they do not. They meet where the volume of the tetrahedron of their four ends, a cubic polynomial of the
+/// fraction, is zero (Provot 1997).
 pub(super) fn meeting([p, p_end]: [&Piece; 2], [q, q_end]: [&Piece; 2]) -> Option<f64> {
     let edge = |piece: &Piece| piece[1] - piece[0];
     let (e, f, g) = (edge(p), edge(q), q[0] - p[0]);
     let (de, df, dg) = (edge(p_end) - e, edge(q_end) - f, q_end[0] - p_end[0] - g);
     let volume = |t: f64| (e + de * t).dot(&(f + df * t).cross(&(g + dg * t)));
-    // c₁ + 2 c₂ t + 3 c₃ t²: between its zeros the volume rises or falls.
+    // Derivative of the volume, c₁ + 2 c₂ t + 3 c₃ t²: between its zeros the volume is monotonic.
     let triple = |a: &Vector, b: &Vector, c: &Vector| a.dot(&b.cross(c));
     let c1 = triple(&de, &f, &g) + triple(&e, &df, &g) + triple(&e, &f, &dg);
     let c2 = triple(&de, &df, &g) + triple(&de, &f, &dg) + triple(&e, &df, &dg);
@@ -30,8 +30,8 @@ pub(super) fn meeting([p, p_end]: [&Piece; 2], [q, q_end]: [&Piece; 2]) -> Optio
     let mut places = [0.0, 1.0, 1.0, 1.0];
     let square = c2 * c2 - 3.0 * c3 * c1;
     if square > 0.0 {
-        // Of two zeros with the same sign of c₂ and the root, the other one from their product: nothing cancels, and
-        // c₃ may be zero.
+        // Zeros without cancellation: one from the sum of c₂ and the root with equal signs, the other one from the
+        // product of the zeros; c₃ may be zero.
         let w = -(c2 + square.sqrt().copysign(c2));
         let mut zeros = [w / (3.0 * c3), c1 / w].map(|t| if t > 0.0 && t < 1.0 { t } else { 1.0 });
         zeros.sort_by(f64::total_cmp);
@@ -41,7 +41,7 @@ pub(super) fn meeting([p, p_end]: [&Piece; 2], [q, q_end]: [&Piece; 2]) -> Optio
         let (mut low, mut high) = (ends[0], ends[1]);
         let rises = volume(high) > volume(low);
         let above = |t: f64| if rises { volume(t) > 0.0 } else { volume(t) < 0.0 };
-        // What is in one plane from the beginning has no sides.
+        // Segments in one plane at the start cannot pass through each other.
         if volume(low) == 0.0 || above(low) || !above(high) {
             return None;
         }
@@ -60,9 +60,9 @@ pub(super) fn meeting([p, p_end]: [&Piece; 2], [q, q_end]: [&Piece; 2]) -> Optio
 }
 
 impl ContactTerm {
-    /// Largest fraction of the way from one state to another on which no centre line enters a body; 1 where none does.
-    /// The bodies may have moved there from `poses`; without it they stand. A cable that is inside already is free to
-    /// come out.
+    /// Largest fraction of the motion from one state to another on which no centre line enters an obstacle or passes
+    /// through a cable; 1 if none does. The obstacles may have moved from `poses`; `None`: they are at rest. A cable
+    /// that is inside already is free to leave.
     pub(crate) fn collision_free_fraction(
         &mut self,
         system: System<'_>,
@@ -85,7 +85,7 @@ impl ContactTerm {
                 continue;
             }
             let cached = &self.cached[i];
-            // Beside what is in the cache nothing was nearer than `reach` at the last search.
+            // At the last search no obstacle outside the cache was nearer than `reach`.
             let out_of_reach = poses.is_none() && (a - at).norm() + (b - a).norm() <= *reach;
             if out_of_reach && cached.is_empty() {
                 continue;
@@ -98,17 +98,17 @@ impl ContactTerm {
                 let now = &system.conditions.contact.poses[o];
                 let was = poses.map_or(now, |poses| &poses[o]);
                 let (start, end) = (was.local(&a), now.local(&b));
-                let way = (end - start).norm();
-                if way == 0.0 || cached.is_some_and(|cached| cached.is_beyond(&start, way)) {
+                let path = (end - start).norm();
+                if path == 0.0 || cached.is_some_and(|cached| cached.is_beyond(&start, path)) {
                     continue;
                 }
-                // A cable that is held inside a body must get there.
+                // A cable that is held inside an obstacle must be able to reach its target.
                 let radius = 0.5 * network.branches[point.branch].section.diameter;
                 if self.touch_radius(system, from, point, o as u32) < 0.5 * radius {
                     continue;
                 }
-                let distance = obstacle.shape.distance(&start, way);
-                if !(distance > 0.0 && distance < way) {
+                let distance = obstacle.shape.distance(&start, path);
+                if !(distance > 0.0 && distance < path) {
                     continue;
                 }
                 if let Some(fraction) = obstacle.shape.crossing(&start, &end) {
@@ -134,7 +134,7 @@ mod tests {
         let (above, below) = (piece([0.2, -1.0, 0.3], [0.2, 1.0, 0.3]), piece([0.2, -1.0, -0.7], [0.2, 1.0, -0.7]));
         let at = meeting([&still, &still], [&above, &below]).expect("they meet");
         assert!((at - 0.3).abs() < 1e-12, "{at}");
-        // The same to the last but round-off whoever goes.
+        // The same to round-off if the other segment moves.
         let moved = meeting([&above, &below], [&still, &still]).expect("they meet");
         assert!((at - moved).abs() < 1e-12, "{moved}");
         // Beside its end, or only up to it.
@@ -143,7 +143,7 @@ mod tests {
         assert_eq!(meeting([&still, &still], [&above, &piece([0.2, -1.0, 0.1], [0.2, 1.0, 0.1])]), None);
     }
 
-    /// Pieces that turn while they go may meet more than once: against small steps of the way, but for what comes near
+    /// Rotating segments may meet more than once: comparison with small steps of the motion, except for collisions near
     /// an end.
     #[test]
     fn pieces_that_turn_meet_first_where_small_steps_say() {
@@ -158,7 +158,7 @@ mod tests {
         for _ in 0..3000 {
             let [p, p_end, q, q_end] = [0; 4].map(|_| [vector(), vector()]);
             let at = |from: &Piece, to: &Piece, t: f64| [0, 1].map(|k| from[k] + (to[k] - from[k]) * t);
-            // On which side they are, and by how much they cross within their ends.
+            // Signed volume, and distance of the crossing from the ends.
             let seen = |t: f64| {
                 let (p, q) = (at(&p, &p_end, t), at(&q, &q_end, t));
                 let (e, f, g) = (p[1] - p[0], q[1] - q[0], q[0] - p[0]);

@@ -1,9 +1,8 @@
-//! Distance cache: the last answer of an obstacle's shape near a contact point.
+//! Distance cache: the last query of an obstacle's shape near a contact point.
 //!
-//! A shape is asked again only where its answer may differ: at one state energy, forces and second derivatives need the
-//! same answer, and as φ falls no faster than the point moves, what was far enough away needs no second query while
-//! the point has hardly moved. Either way the answer is the one that the shape would give: it depends on the state
-//! alone.
+//! The shape is queried again only if the result may differ: energy, forces and second derivatives at one state use the
+//! same query, and since φ decreases by no more than the motion of the point, a distant obstacle needs no new query
+//! after small motions. The result always equals that of a new query, so it depends on the state alone.
 
 use crate::Vector;
 use crate::obstacle::{Shape, Touch};
@@ -11,7 +10,7 @@ use crate::obstacle::{Shape, Touch};
 /// Round-off of distances, as a fraction of them.
 const ROUND_OFF: f64 = 1e-9;
 
-/// Distance of an obstacle that a contact point may touch.
+/// Cached distance of an obstacle from a contact point.
 pub(super) struct CachedDistance {
     /// Index of the obstacle.
     pub(super) obstacle: u32,
@@ -19,18 +18,18 @@ pub(super) struct CachedDistance {
     at: Vector,
     /// Lower bound of φ there, m.
     least: f64,
-    /// Reach of the last query, m; none: of φ only.
+    /// Reach of the last query, m; `None` after a query of φ only.
     reach: Option<f64>,
     touches: Vec<Touch>,
 }
 
 impl CachedDistance {
-    /// Obstacle that is at least `distance` m from a place in its axes.
+    /// Cache of an obstacle at a distance of at least `distance` (m) from `at`, in its axes.
     pub(super) fn new(obstacle: u32, at: Vector, distance: f64) -> Self {
         Self { obstacle, at, least: distance, reach: None, touches: Vec::new() }
     }
 
-    /// Whether the obstacle is certainly farther than `reach` m from a place in its axes.
+    /// Whether the obstacle is certainly farther than `reach` (m) from `x`, in its axes.
     pub(super) fn is_beyond(&self, x: &Vector, reach: f64) -> bool {
         self.least - (x - self.at).norm() > reach + ROUND_OFF * (self.least.abs() + self.at.amax())
     }

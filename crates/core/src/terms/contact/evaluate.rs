@@ -1,6 +1,6 @@
-//! Energy of contact and its derivatives.
+//! Energy of contact, and its first and second derivatives.
 
-use super::term::{APPROACHING, Contact, ContactTerm, RUN_OUT, Sunk, Touched, Turning};
+use super::term::{APPROACHING, Contact, ContactTerm, HeldDepth, RUN_OUT, Touched, Turning};
 use crate::conditions::{ContactPoint, ContactRecord, Partner, System};
 use crate::constraint::Action;
 use crate::network::Place;
@@ -8,28 +8,30 @@ use crate::rotation::skew;
 use crate::variable::{Block, Variable};
 use crate::{Matrix, State, Tangent};
 
-/// Energy of an inequality `−gap ≤ 0` with multiplier λ and penalty ρ, J, and μ, N.
+/// Energy `(μ² − λ²)/(2ρ)`, J, of an inequality `−gap ≤ 0` with multiplier λ and penalty ρ, and
+/// `μ = max(0, λ − ρ gap)`, N.
 pub fn inequality(gap: f64, lambda: f64, rho: f64) -> (f64, f64) {
     let mu = (lambda - rho * gap).max(0.0);
     ((mu * mu - lambda * lambda) / (2.0 * rho), mu)
 }
 
 impl ContactTerm {
-    /// Radius that counts for a contact point against an obstacle, m.
+    /// Effective radius of a contact point against an obstacle, m: reduced near constraints that hold the cable nearer
+    /// than its radius, with a smooth transition (smoothstep).
     pub(super) fn touch_radius(&self, system: System<'_>, state: &State, point: &ContactPoint, obstacle: u32) -> f64 {
         let branch = &system.network.branches[point.branch];
         let radius = 0.5 * branch.section.diameter;
         let mut least = radius;
-        for sunk in self.sunk.iter().filter(|sunk| sunk.obstacle == obstacle && sunk.place.0 == point.branch) {
+        for held in self.held_depths.iter().filter(|held| held.obstacle == obstacle && held.place.0 == point.branch) {
             let s = point.arc_length(system.network, state);
-            let t = ((s - sunk.place.1).abs() / (RUN_OUT * radius)).min(1.0);
-            least = least.min(sunk.distance + (radius - sunk.distance) * t * t * (3.0 - 2.0 * t));
+            let t = ((s - held.place.1).abs() / (RUN_OUT * radius)).min(1.0);
+            least = least.min(held.distance + (radius - held.distance) * t * t * (3.0 - 2.0 * t));
         }
         least
     }
 
-    /// Finds every contact point that touches at `state`, in order, and those that are approaching. Returns the energy
-    /// of contact, J, to which multipliers contribute nothing at an equilibrium.
+    /// Evaluates contact at `state`: finds the contacts with a force, in order, and the approaching ones. Returns the
+    /// energy of contact `Σ (μ² − λ²)/(2ρ)`, J.
     pub fn energy(&mut self, system: System<'_>, state: &State) -> f64 {
         if self.is_idle() {
             return 0.0;
@@ -42,7 +44,7 @@ impl ContactTerm {
         found.clear();
         approaching.clear();
         let contact = &system.conditions.contact;
-        // Records that do not touch any more leave this behind.
+        // Records without a contact contribute −λ²/(2ρ).
         let of_record = |r: &ContactRecord| -0.5 * r.multiplier * r.multiplier / self.penalty(r);
         let mut energy: f64 = contact.records.iter().map(of_record).sum();
         for &index in &self.near {
@@ -90,8 +92,8 @@ impl ContactTerm {
         energy
     }
 
-    /// Adds the first derivatives of the energy of contact in the positions of all points, tied ones included; returns
-    /// that energy, J.
+    /// Adds the first derivatives of the energy of contact, `−μ n` at the contact point and `μ n` at the partner,
+    /// in the positions of all points, tied ones included; returns the energy, J.
     pub fn gradient(&mut self, system: System<'_>, state: &State, gradient: &mut Tangent) -> f64 {
         let energy = self.energy(system, state);
         for contact in &self.found {
@@ -108,12 +110,13 @@ impl ContactTerm {
     }
 
     /// Adds the second derivatives of the energy of contact at `state` in the independent variables: both triangles;
-    /// with `convex` without what makes it less convex. The levers of tied points have theirs from the forces at them.
+    /// with `convex` without the indefinite geometric parts. The second derivatives of the levers of tied points are
+    /// not included.
     ///
-    /// With `u` the motion of the contact point against the place it touches, and, where that is within a segment from
-    /// a to b (length L, direction t), `w = δb − δa`:
-    /// `δ²φ = u·∂²φ/∂x² u − 2 (t·u)(n·w)/L − (φ/L²)(n·w)²`, the last two because the nearest place
-    /// moves along as the segment turns.
+    /// The second variation is `ρ (n·u)² − μ δ²φ` with u the motion of the contact point relative to the
+    /// contact place and, where that is within a segment from a to b (length L, direction t), `w = δb − δa`:
+    /// `δ²φ = u·∂²φ/∂x² u − 2 (t·u)(n·w)/L − (φ/L²)(n·w)²`. The last two parts come from the
+    /// motion of the nearest point along the rotating segment.
     pub fn hessian(&mut self, system: System<'_>, state: &State, convex: bool, blocks: &mut Vec<Block>) {
         self.energy(system, state);
         for contact in &self.found {
@@ -135,14 +138,14 @@ impl ContactTerm {
         }
     }
 
-    /// The two points that carry a contact point, and their weights.
+    /// The two nodes of a contact point's segment, and their weights.
     pub(crate) fn support(&self, system: System<'_>, point: u32) -> [(usize, f64); 2] {
         let point = &self.points[point as usize];
         let i = system.network.branches[point.branch].points.start + point.segment;
         [(i, 1.0 - point.fraction), (i + 1, point.fraction)]
     }
 
-    /// The points that a contact depends on, each with its weights in u and w; zero weights fill the rest.
+    /// The points on which a contact depends, each with its weights in u and w; unused entries have zero weights.
     pub fn places(&self, system: System<'_>, contact: &Contact) -> [(usize, f64, f64); 4] {
         let [a, b] = self.support(system, contact.point).map(|(point, u)| (point, u, 0.0));
         let [c, d] = match contact.other {
@@ -152,7 +155,8 @@ impl ContactTerm {
         [a, b, c, d]
     }
 
-    /// The independent variables that move a point, and its derivatives in them.
+    /// The independent variables on which a point depends, and its derivatives in them; `−R [o]ₓ` in the frame of a
+    /// hub with lever o.
     pub fn columns(&self, system: System<'_>, state: &State, point: usize) -> [Option<(Variable, Matrix)>; 2] {
         let Some(tie) = self.ties[point].map(|t| &system.network.ties[t]) else {
             return [Some((Variable::Point(point), Matrix::identity())), None];
@@ -164,8 +168,8 @@ impl ContactTerm {
         [Some((Variable::Point(tie.hub_point), Matrix::identity())), lever]
     }
 
-    /// Adds second derivatives in some points, each with its weights in u and w, as those in independent variables;
-    /// `of` gives them for two of the points by their weights.
+    /// Adds second derivatives in the positions of `points`, each with its weights in u and w, as blocks of the
+    /// independent variables; `of` returns the block of two points from their weights.
     pub fn add_blocks(
         &self,
         system: System<'_>,
@@ -174,9 +178,9 @@ impl ContactTerm {
         of: impl Fn(f64, f64, f64, f64) -> Matrix,
         blocks: &mut Vec<Block>,
     ) {
-        let weighty = || points.iter().filter(|(_, u, w)| *u != 0.0 || *w != 0.0);
-        for (p, u, w) in weighty() {
-            for (q, v, z) in weighty() {
+        let weighted = || points.iter().filter(|(_, u, w)| *u != 0.0 || *w != 0.0);
+        for (p, u, w) in weighted() {
+            for (q, v, z) in weighted() {
                 let h = of(*u, *v, *w, *z);
                 for (row, a) in self.columns(system, state, *p).into_iter().flatten() {
                     for (column, b) in self.columns(system, state, *q).into_iter().flatten() {
@@ -187,7 +191,8 @@ impl ContactTerm {
         }
     }
 
-    /// Finds which points constraints hold, and which of them within a radius of an obstacle.
+    /// Finds the points that constraints hold, and the places where they hold a cable nearer to an obstacle than its
+    /// radius.
     pub(crate) fn update_held(&mut self, system: System<'_>) {
         if self.is_idle() {
             return;
@@ -195,7 +200,7 @@ impl ContactTerm {
         let (held, before) = (&mut self.held, &mut self.held_before);
         std::mem::swap(held, before);
         held.fill(false);
-        self.sunk.clear();
+        self.held_depths.clear();
         let network = system.network;
         for (c, constraint) in system.acting() {
             let Action::Prescribed(hold) = constraint.model.action() else { continue };
@@ -207,22 +212,22 @@ impl ContactTerm {
             }
             for (o, obstacle) in network.obstacles.iter().enumerate() {
                 let x = system.conditions.contact.poses[o].local(&system.conditions.targets[c].position);
-                let mut sink = |branch: usize, s: f64| {
+                let mut add = |branch: usize, s: f64| {
                     let radius = 0.5 * network.branches[branch].section.diameter;
                     let distance = obstacle.shape.distance(&x, radius);
                     if distance < radius {
-                        self.sunk.push(Sunk { place: (branch, s), obstacle: o as u32, distance });
+                        self.held_depths.push(HeldDepth { place: (branch, s), obstacle: o as u32, distance });
                     }
                 };
                 match constraint.place {
                     Place::Node { branch, node } => {
                         let mesh = network.branches[branch].rod.mesh();
-                        sink(branch, mesh.rest_lengths[..node].iter().sum());
+                        add(branch, mesh.rest_lengths[..node].iter().sum());
                     }
                     Place::Joint(j) => {
                         for (arm, &branch) in network.joints[j].arms.iter().zip(&network.joints[j].branches) {
                             let mesh = network.branches[branch].rod.mesh();
-                            sink(branch, if arm.starts_here { 0.0 } else { mesh.length() });
+                            add(branch, if arm.starts_here { 0.0 } else { mesh.length() });
                         }
                     }
                 }
@@ -230,8 +235,8 @@ impl ContactTerm {
         }
         self.update_held_overlaps(system);
         for tie in &network.ties {
-            let rides = tie.hub_frame.is_none() && self.held[tie.hub_point];
-            self.held[tie.point] |= rides;
+            let hub_held = tie.hub_frame.is_none() && self.held[tie.hub_point];
+            self.held[tie.point] |= hub_held;
         }
         if self.held != self.held_before {
             self.search_again();

@@ -1,8 +1,8 @@
-//! Cables that constraints hold nearer to each other than they are thick.
+//! Overlaps of cables that constraints prescribe.
 //!
-//! Neither can give way there, however hard they push: so they are let overlap as far as they are held, and less and
-//! less over [`RUN_OUT`] mean radii of cable on either side. It is no equilibrium that anybody wants: who asks is told
-//! ([`Problem::held_overlaps`]).
+//! Neither cable can move there, so no contact force can separate them: the held overlap is permitted, and decreases to
+//! zero over [`RUN_OUT`] mean radii of cable on either side. [`ContactTerm::held_overlaps`] lists these places, so that
+//! the run can report them.
 
 use super::pairs::{APART, HeldOverlap};
 use super::term::{ContactTerm, DEPTH, RUN_OUT};
@@ -12,12 +12,12 @@ use crate::constraint::Action;
 use crate::network::Place;
 
 impl ContactTerm {
-    /// Where constraints that act hold cables nearer to each other than they are thick.
+    /// Places where constraints that act hold cables nearer to each other than the sum of their radii.
     pub fn held_overlaps(&self) -> &[HeldOverlap] {
         &self.cables.held
     }
 
-    /// Finds where constraints hold cables in each other.
+    /// Finds the overlaps that constraints prescribe.
     pub(super) fn update_held_overlaps(&mut self, system: System<'_>) {
         let mut overlaps = std::mem::take(&mut self.cables.held);
         overlaps.clear();
@@ -64,7 +64,7 @@ impl ContactTerm {
         }
     }
 
-    /// The nodes that a constraint holds, with their branches.
+    /// Branches and nodes that a constraint holds.
     fn held_places(&self, system: System<'_>, constraint: usize) -> Vec<(usize, usize)> {
         match system.network.constraints[constraint].place {
             Place::Node { branch, node } => vec![(branch, node)],
@@ -77,8 +77,8 @@ impl ContactTerm {
         }
     }
 
-    /// How near a point may be to a segment (index of the branch and its own) of another cable, with which it has the
-    /// radii `both` (m), as both are held in each other nearby, m.
+    /// Least permitted distance (m) of a contact point from a segment (indices of branch and segment) of another cable
+    /// near a prescribed overlap; `None` if there is none nearby. `both` is the sum of the radii, m.
     pub(super) fn distance_beside_held(
         &self,
         system: System<'_>,
@@ -90,7 +90,7 @@ impl ContactTerm {
         let held = &self.cables.held;
         let point = &self.points[point as usize];
         let lengths = |branch: usize| &state.rest_lengths[system.network.branches[branch].points.start..];
-        // Cable between two nodes of a branch.
+        // Length of cable between two nodes of a branch.
         let between = |branch: usize, a: usize, b: usize| lengths(branch)[a.min(b)..a.max(b)].iter().sum::<f64>();
         let run_out = 0.5 * RUN_OUT * both;
         let near = |overlap: &HeldOverlap, [own, other]: [usize; 2]| {
@@ -99,13 +99,13 @@ impl ContactTerm {
                 return None;
             }
             let within = point.fraction * lengths(a)[point.segment];
-            let way = if point.segment >= m {
+            let arc = if point.segment >= m {
                 between(a, m, point.segment) + within
             } else {
                 between(a, point.segment, m) - within
             };
             let (j, k) = (segment.1, segment.1 + 1);
-            let t = way.max(between(b, n, n.clamp(j, k))) / run_out;
+            let t = arc.max(between(b, n, n.clamp(j, k))) / run_out;
             (t < 1.0).then_some(overlap.distance + (both - overlap.distance) * t * t * (3.0 - 2.0 * t))
         };
         held.iter().flat_map(|overlap| [near(overlap, [0, 1]), near(overlap, [1, 0])]).flatten().reduce(f64::min)

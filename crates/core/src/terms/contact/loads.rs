@@ -4,7 +4,7 @@ use super::term::{Contact, ContactTerm};
 use crate::Vector;
 use crate::conditions::System;
 
-/// Load of the harness on an obstacle.
+/// Load of an obstacle on the harness.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct ObstacleLoad {
     /// Force on the harness, N.
@@ -18,8 +18,8 @@ pub struct ObstacleLoad {
 }
 
 impl ContactTerm {
-    /// Load of every obstacle on the harness, where contact was evaluated last; `friction` is the force of friction on
-    /// a contact, N.
+    /// Load of every obstacle on the harness at the last evaluated state; `friction` gives the friction force of a
+    /// contact, N.
     pub(crate) fn obstacle_loads(
         &self,
         system: System<'_>,
@@ -29,7 +29,8 @@ impl ContactTerm {
         for contact in &self.found {
             let Some(o) = contact.partner.obstacle().map(|o| o as usize) else { continue };
             let force = contact.normal * contact.force + friction(contact);
-            // Friction on an obstacle acts on the centre line, the normal force along its normal on all that is below.
+            // Friction of an obstacle acts on the centre line; the normal force may be shifted along its line of
+            // action.
             let lever = contact.position - system.conditions.contact.poses[o].position;
             all[o].force += force;
             all[o].moment += lever.cross(&force);
@@ -39,8 +40,8 @@ impl ContactTerm {
         all
     }
 
-    /// By point: whether it belongs to a segment that touches something, or may after a step, where contact was
-    /// evaluated last.
+    /// Whether each point belongs to a segment that touches something at the last evaluated state, or may do so after a
+    /// step.
     pub(crate) fn touching_points(&self, system: System<'_>) -> Vec<bool> {
         let mut touching = vec![false; system.network.points];
         for contact in self.found.iter().chain(&self.approaching) {
@@ -48,7 +49,7 @@ impl ContactTerm {
             let own = self.support(system, contact.point).map(|(point, _)| point);
             own.into_iter().chain(others).for_each(|point| touching[point] = true);
         }
-        // Arms that meet at a joint are drawn there as one.
+        // All points tied to one joint touch if one of them does.
         for tie in &system.network.ties {
             touching[tie.hub_point] |= touching[tie.point];
         }

@@ -1,20 +1,20 @@
-//! Pairs of cables that are near each other.
+//! Near pairs of contact points and segments.
 
 use crate::network::BranchEnd;
 use crate::variable::Variable;
 use crate::{Network, Vector};
 use std::collections::BTreeSet;
 
-/// Distance along the harness, in sums of both radii, below which it does not touch itself: beyond it a cable that
-/// bends no more sharply than its own radius allows cannot.
+/// Distance along the harness, in sums of both radii, below which self-contact is not considered: a cable whose bend
+/// radius is not less than its own radius does not touch itself there.
 pub(super) const APART: f64 = 2.5;
-/// A contact point, and a row of segments near it.
+/// A contact point and consecutive segments near it.
 pub(super) struct Pair {
     pub(super) point: u32,
     pub(super) branch: u32,
     /// First and last segment.
     pub(super) segments: (u32, u32),
-    /// How far apart they were when they were looked for, m.
+    /// Their distance at the last search, m.
     pub(super) nearest: f64,
     /// Sum of both radii, m.
     pub(super) both: f64,
@@ -23,23 +23,22 @@ pub(super) struct Pair {
 /// Workspace of contact between cables.
 #[derive(Default)]
 pub(crate) struct Cables {
-    /// Distances along the harness between joints, m, where they are short: by joint, the others and how far.
+    /// Short distances along the harness between joints: for each joint the other joints and their distances, m.
     pub(super) between: Vec<Vec<(usize, f64)>>,
     pub(super) largest_radius: f64,
     pub(super) longest_segment: f64,
-    /// Where the points were when pairs were looked for; empty: not yet.
+    /// Positions of the contact points at the last search; empty: no search yet.
     pub(super) searched: Vec<Vector>,
-    /// How far any has gone since, m: nothing came nearer to anything than by twice that.
+    /// Largest displacement of a contact point since then, m: no distance decreased by more than twice this.
     pub(super) moved: f64,
     pub(super) pairs: Vec<Pair>,
-    /// Where constraints hold cables in each other.
+    /// Overlaps that constraints prescribe.
     pub(super) held: Vec<HeldOverlap>,
-    /// Pairs of segments, by branch and segment, that second derivatives may couple.
+    /// Pairs of segments (branch, segment) that second derivatives may couple.
     pub(super) pattern: BTreeSet<[(usize, usize); 2]>,
     /// Their variables.
     pub(super) cliques: Vec<Vec<Variable>>,
-    /// Changes with them: 0 where there are none, else different for every pattern of a process, whichever problem it
-    /// is of.
+    /// Version of the pattern: 0 if it is empty, otherwise unique in the process.
     pub(super) version: u64,
 }
 
@@ -50,15 +49,15 @@ impl Cables {
         let lengths = network.branches.iter().flat_map(|b| &b.rod.mesh().rest_lengths);
         let longest_segment = lengths.copied().fold(0.0, f64::max);
         let reach = 2.0 * APART * largest_radius;
-        let mut ways: Vec<Vec<(usize, f64)>> = vec![Vec::new(); network.joints.len()];
+        let mut neighbours: Vec<Vec<(usize, f64)>> = vec![Vec::new(); network.joints.len()];
         for branch in &network.branches {
             if let (BranchEnd::Joint { joint: a, .. }, BranchEnd::Joint { joint: b, .. }) = (branch.start, branch.end) {
                 let length = branch.rod.mesh().length();
-                ways[a].push((b, length));
-                ways[b].push((a, length));
+                neighbours[a].push((b, length));
+                neighbours[b].push((a, length));
             }
         }
-        let between = (0..ways.len()).map(|joint| near_joints(&ways, joint, reach)).collect();
+        let between = (0..neighbours.len()).map(|joint| near_joints(&neighbours, joint, reach)).collect();
         Self { between, largest_radius, longest_segment, ..Self::default() }
     }
 
@@ -67,24 +66,24 @@ impl Cables {
         self.largest_radius
     }
 
-    /// Pairs must be looked for anew.
+    /// Discards the pairs, so that the next evaluation searches again.
     pub(super) fn search_again(&mut self) {
         self.searched.clear();
     }
 }
 
-/// Joints that are within reach of one along the harness, itself included.
-fn near_joints(ways: &[Vec<(usize, f64)>], joint: usize, reach: f64) -> Vec<(usize, f64)> {
+/// Joints within `reach` (m) of one along the harness, itself included.
+fn near_joints(neighbours: &[Vec<(usize, f64)>], joint: usize, reach: f64) -> Vec<(usize, f64)> {
     let mut near = vec![(joint, 0.0)];
     let mut next = 0;
-    while let Some(&(at, gone)) = near.get(next) {
+    while let Some(&(at, travelled)) = near.get(next) {
         next += 1;
-        for &(other, length) in &ways[at] {
-            let way = gone + length;
+        for &(other, length) in &neighbours[at] {
+            let distance = travelled + length;
             match near.iter_mut().find(|(known, _)| *known == other) {
-                Some(known) if known.1 <= way => {}
-                Some(known) => known.1 = way,
-                None if way < reach => near.push((other, way)),
+                Some(known) if known.1 <= distance => {}
+                Some(known) => known.1 = distance,
+                None if distance < reach => near.push((other, distance)),
                 None => {}
             }
         }
@@ -92,21 +91,21 @@ fn near_joints(ways: &[Vec<(usize, f64)>], joint: usize, reach: f64) -> Vec<(usi
     near
 }
 
-/// The place of the segment from `a` to `b` that is nearest to `x`: its fraction and itself.
+/// Nearest point to `x` on the segment from `a` to `b`: its fraction, and its position.
 pub(super) fn nearest_on(x: &Vector, a: &Vector, b: &Vector) -> (f64, Vector) {
-    let way = b - a;
-    let fraction = ((x - a).dot(&way) / way.norm_squared()).clamp(0.0, 1.0);
-    (fraction, a + way * fraction)
+    let edge = b - a;
+    let fraction = ((x - a).dot(&edge) / edge.norm_squared()).clamp(0.0, 1.0);
+    (fraction, a + edge * fraction)
 }
 
-/// Two places of cables that constraints hold nearer to each other than they are thick.
+/// Overlap that constraints prescribe: two places of cables held nearer to each other than the sum of their radii.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct HeldOverlap {
     /// Indices of the constraints.
     pub constraints: [usize; 2],
-    /// What they hold: index of the branch, and node.
+    /// Held places: index of the branch, and node.
     pub places: [(usize, usize); 2],
-    /// How far apart the centre lines are held, m.
+    /// Prescribed distance of the centre lines, m.
     pub distance: f64,
     /// Sum of both radii, m.
     pub both: f64,

@@ -1,21 +1,21 @@
-//! Contact points that are added where a cable lies deeper between two of them.
+//! Refinement: contact points added where the penetration between two of them is deeper.
 
 use super::distance_cache::CachedDistance;
 use super::term::ContactTerm;
 use crate::conditions::{ContactPoint, System};
 use crate::{State, Vector};
 
-/// Depth between contact points, in radii, from which on one is put there: the cable is a smooth curve, of which
-/// straight segments cut corners.
+/// Depth between contact points, in radii, above which one is added. Smaller depths are within the error of straight
+/// segments, which cut the corners of the smooth curve.
 const BETWEEN: f64 = 0.02;
 /// Least distance of an added contact point from others, as a fraction of the distance between its neighbours.
 const APART: f64 = 0.1;
-/// Steps of the search for the deepest place between two contact points; each takes a third off the interval.
+/// Steps of the ternary search for the deepest place between two contact points; each reduces the interval by a third.
 const SEARCH: usize = 16;
 
 impl ContactTerm {
-    /// Places, in order, where a cable lies deeper between two contact points than the tolerance allows. Only between
-    /// points of which one has a force at `state`, or that are both within a spacing of a body.
+    /// Places, in order, where the penetration between two contact points exceeds the tolerance at `state`; searched
+    /// after contact points with a cached obstacle or a near cable.
     pub(crate) fn deeper_places(&mut self, system: System<'_>, state: &State) -> Vec<ContactPoint> {
         if self.is_idle() {
             return Vec::new();
@@ -44,7 +44,7 @@ impl ContactTerm {
         found
     }
 
-    /// Fraction of the next contact point on the segment; those that every harness has are in order.
+    /// Fraction of the next contact point on the segment; the permanent ones are in order.
     pub(super) fn next_fraction(&self, point: &ContactPoint) -> f64 {
         let place = |s: &ContactPoint| (s.branch, s.segment);
         let (own, added) = self.points.split_at(self.own);
@@ -54,7 +54,7 @@ impl ContactTerm {
         others.map(|s| s.fraction).filter(|t| *t > point.fraction).fold(1.0, f64::min)
     }
 
-    /// Deepest place between a contact point and the next one on its segment, if it is deeper than both and than the
+    /// Deepest place between a contact point and the next one on its segment, if its depth exceeds that of both and the
     /// tolerance.
     fn deepest_between(
         &self,
@@ -70,18 +70,18 @@ impl ContactTerm {
         let at = |fraction: f64| ContactPoint { fraction, ..*point };
         let own = |fraction: f64| pose.local(&at(fraction).position(system.network, state));
         let (a, b) = (own(point.fraction), own(next));
-        let way = b - a;
+        let edge = b - a;
         let tolerated = radius - BETWEEN * radius;
-        // φ falls no faster than one goes.
-        if cached.is_beyond(&a, tolerated + way.norm()) {
+        // φ decreases by no more than the distance.
+        if cached.is_beyond(&a, tolerated + edge.norm()) {
             return None;
         }
-        // φ and how it falls along the way.
+        // φ and its derivative along the piece.
         let nearest = |x: &Vector| {
             let mut least: Option<(f64, f64)> = None;
-            shape.touches(x, 2.0 * radius + way.norm(), &mut |touch| {
+            shape.touches(x, 2.0 * radius + edge.norm(), &mut |touch| {
                 if least.is_none_or(|(distance, _)| touch.distance < distance) {
-                    least = Some((touch.distance, touch.normal.dot(&way)));
+                    least = Some((touch.distance, touch.normal.dot(&edge)));
                 }
             });
             least
@@ -91,8 +91,8 @@ impl ContactTerm {
             return None;
         }
         let (at_b, up) = nearest(&b)?;
-        // Along a straight line φ of a convex body is convex: it lies above its tangents.
-        if up <= 0.0 || 0.5 * (at_a + at_b - way.norm()) >= tolerated {
+        // Along a straight line φ of a convex obstacle is convex, so it is above its tangents.
+        if up <= 0.0 || 0.5 * (at_a + at_b - edge.norm()) >= tolerated {
             return None;
         }
         // at_a + down t = at_b + up (t − 1)
@@ -100,18 +100,18 @@ impl ContactTerm {
         if at_a + down * meet >= tolerated {
             return None;
         }
-        let depth = |x: &Vector| shape.distance(x, 2.0 * radius + way.norm());
+        let depth = |x: &Vector| shape.distance(x, 2.0 * radius + edge.norm());
         let (mut low, mut high) = (0.0, 1.0);
         for _ in 0..SEARCH {
             let (first, second) = (low + (high - low) / 3.0, high - (high - low) / 3.0);
-            if depth(&(a + way * first)) < depth(&(a + way * second)) {
+            if depth(&(a + edge * first)) < depth(&(a + edge * second)) {
                 high = second;
             } else {
                 low = first;
             }
         }
         let t = 0.5 * (low + high);
-        let deepest = depth(&(a + way * t));
+        let deepest = depth(&(a + edge * t));
         let inside = t > APART && t < 1.0 - APART;
         (inside && deepest < tolerated && deepest < at_a.min(at_b))
             .then(|| at(point.fraction + (next - point.fraction) * t))

@@ -1,65 +1,65 @@
-//! Workspace of the contact term, and a contact.
+//! Data of the contact term, and of a contact.
 
 use super::distance_cache::CachedDistance;
 use super::pairs::Cables;
 use crate::conditions::{Conditions, ContactPoint, ContactRecord, Partner};
 use crate::{Matrix, Network, State, Vector};
 
-/// Largest distance between contact points, in radii: whatever comes between two of them touches one before it touches
-/// the centre line.
+/// Largest distance between contact points, in radii: an object between two of them touches one of them before it
+/// reaches the centre line.
 pub(super) const SPACING: f64 = 1.5;
-/// Tolerance of depth, and of the distance at which there is still a force, in radii.
+/// Tolerance of the penetration depth, and of a gap with a force, in radii.
 pub const DEPTH: f64 = 1e-4;
-/// Depth that the weight of the cable alone may cause before multipliers are updated, in radii: it sets the first
+/// Depth under the weight of the cable alone before multipliers are updated, in radii: it determines the initial
 /// penalty.
 const WEIGHT_DEPTH: f64 = 1e-3;
-/// First penalty in units of EI/ℓ³, the stiffness of the cable against a push on one node: an update of the
-/// multipliers takes about so much off the depth.
+/// Initial penalty in units of EI/ℓ³, the stiffness of the cable against a force on one node: an update of the
+/// multipliers reduces the depth by about this factor.
 const STIFFNESS_RATIO: f64 = 100.0;
-/// Acceleration (m/s²) that stands for weight in it.
+/// Acceleration (m/s²) of that weight.
 const WEIGHT: f64 = 9.81;
-/// Gap, in radii, below which a contact point counts as approaching: it may touch after the next step.
+/// Gap, in radii, below which a contact point is approaching: it may touch after the next step.
 pub(super) const APPROACHING: f64 = 0.5;
-/// Length of cable, in radii, over which it leaves a body that it is held in.
+/// Length of cable, in radii, over which it leaves an obstacle inside which a constraint holds it.
 pub(super) const RUN_OUT: f64 = 8.0;
 
-/// A contact point that touches, or nearly so.
+/// Contact: a contact point that touches its partner or approaches it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Contact {
     /// Index of the contact point.
     pub point: u32,
-    /// The surface that it touches.
+    /// Its partner.
     pub partner: Partner,
-    /// Place of the cable that it touches, if it is one.
+    /// Contact place on the partner, if it is a cable.
     pub(crate) other: Option<Touched>,
     /// Position of the contact point, m.
     pub position: Vector,
     /// −c, m: distance of the surfaces.
     pub gap: f64,
-    /// Radius that counts there, m.
+    /// Effective radius, or sum of radii for cables, m.
     pub radius: f64,
     /// n, world axes.
     pub normal: Vector,
     /// ∂²φ/∂x², world axes, 1/m.
     pub(super) curvature: Matrix,
-    /// μ, N; negative where it does not touch.
+    /// λ − ρ gap, N: μ where positive; negative where it does not touch.
     pub force: f64,
     /// ρ, N/m.
     pub penalty: f64,
 }
 
-/// The place of a segment that a contact point touches.
+/// Contact place on a segment of another cable.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Touched {
     /// First point of the segment.
     pub(crate) first: usize,
-    /// Fraction of the way to the second.
+    /// Position on the segment as a fraction of its length.
     pub(crate) fraction: f64,
-    /// None at its ends, where it is the end that is touched.
+    /// Data of the segment; `None` if the nearest point is one of its ends.
     pub(super) turning: Option<Turning>,
 }
 
-/// Segment that a contact point touches between its ends.
+/// Segment whose nearest point is between its ends: its rotation moves that point.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Turning {
     /// t.
@@ -70,8 +70,8 @@ pub(super) struct Turning {
     pub(super) distance: f64,
 }
 
-/// Cable that a constraint holds nearer to a body than its radius.
-pub(super) struct Sunk {
+/// Place where a constraint holds a cable nearer to an obstacle than its radius.
+pub(super) struct HeldDepth {
     pub(super) place: (usize, f64),
     pub(super) obstacle: u32,
     pub(super) distance: f64,
@@ -81,33 +81,33 @@ pub(super) struct Sunk {
 #[derive(Default)]
 pub struct ContactTerm {
     pub(super) points: Vec<ContactPoint>,
-    /// Number of them that every harness of the network has.
+    /// Number of permanent contact points.
     pub(super) own: usize,
-    /// For every contact point: its position at the last search, and how far it may move from there before it may touch
-    /// what is not in its cache, m.
+    /// For every contact point: its position at the last search, and the distance (m) it may move from there before it
+    /// may touch an obstacle that is not in its cache.
     pub(super) searched: Vec<(Vector, f64)>,
-    /// Obstacles near each contact point.
+    /// Distance caches of the obstacles near each contact point.
     pub(super) cached: Vec<Vec<CachedDistance>>,
-    /// The contact points that have any.
+    /// Contact points with a cached obstacle.
     pub(super) near: Vec<u32>,
-    /// First penalty by branch, N/m.
+    /// Initial penalty by branch, N/m.
     pub(super) penalties: Vec<f64>,
     /// Least stiffness of friction by branch, N/m.
     pub(crate) friction_stiffness: Vec<f64>,
-    /// By point: index of the tie that carries it.
+    /// Index of the tie of each point, if it is tied.
     pub(super) ties: Vec<Option<usize>>,
-    /// By point: whether a constraint holds it.
+    /// Whether a constraint holds each point.
     pub(super) held: Vec<bool>,
     pub(super) held_before: Vec<bool>,
-    pub(super) sunk: Vec<Sunk>,
+    pub(super) held_depths: Vec<HeldDepth>,
     pub(super) cables: Cables,
     pub(super) found: Vec<Contact>,
-    /// Contact points without force that may touch after a step; `force` is what their spring would pull with.
+    /// Contacts without force that may have one after a step; their `force` is not positive.
     pub(super) approaching: Vec<Contact>,
 }
 
 impl ContactTerm {
-    /// Contact of a harness: idle where there is nothing to touch.
+    /// Contact term of a network; idle without obstacles and contact between cables.
     pub fn new(network: &Network, conditions: &Conditions) -> Self {
         let mut contact = Self::default();
         if network.obstacles.is_empty() && !network.contact.cables {
@@ -141,17 +141,17 @@ impl ContactTerm {
         contact
     }
 
-    /// Whether there is nothing to touch.
+    /// Whether there are no contact points.
     pub fn is_idle(&self) -> bool {
         self.points.is_empty()
     }
 
-    /// Contact points: first those that every harness of the network has, in order, then those that were added.
+    /// Contact points: first the permanent ones, in order, then the added ones.
     pub fn points(&self) -> &[ContactPoint] {
         &self.points
     }
 
-    /// Number of contact points that every harness of the network has.
+    /// Number of permanent contact points.
     pub fn own_points(&self) -> usize {
         self.own
     }
@@ -161,12 +161,12 @@ impl ContactTerm {
         &self.points[index as usize]
     }
 
-    /// Contacts with a force, where contact was evaluated last, in order.
+    /// Contacts with a force at the last evaluated state, in order.
     pub fn found(&self) -> &[Contact] {
         &self.found
     }
 
-    /// Contact points that may touch after a step, where contact was evaluated last.
+    /// Contacts without force at the last evaluated state that may have one after a step.
     pub fn approaching(&self) -> &[Contact] {
         &self.approaching
     }
@@ -181,13 +181,13 @@ impl ContactTerm {
         self.penalties[self.branch_of(record)] * record.penalty
     }
 
-    /// Discards what was found near the contact points.
+    /// Discards the search results, so that the next evaluation searches around every contact point again.
     pub(crate) fn search_again(&mut self) {
         self.searched.clear();
         self.searched.resize(self.points.len(), (Vector::zeros(), f64::NEG_INFINITY));
     }
 
-    /// Replaces the contact points beside those that every harness of the network has.
+    /// Replaces the added contact points.
     pub(crate) fn set_extra(&mut self, extra: &[ContactPoint]) {
         self.points.truncate(self.own);
         self.points.extend_from_slice(extra);
@@ -197,7 +197,7 @@ impl ContactTerm {
         self.cables.search_again();
     }
 
-    /// Discards the pairs of cables that were found near each other.
+    /// Discards the near pairs, so that the next evaluation searches again.
     pub(crate) fn search_pairs_again(&mut self) {
         self.cables.search_again();
     }
