@@ -15,7 +15,7 @@ use wireloom_core::{
     Tangent, Value, Vector,
 };
 use wireloom_solve::contact::multipliers::{ContactHistory, update_constraints, update_contacts};
-use wireloom_solve::linear::assembly::Gather;
+use wireloom_solve::linear::assembly::Assembly;
 use wireloom_solve::linear::matrix::BlockMatrix;
 use wireloom_solve::linear::symbolic::Structure;
 use wireloom_solve::minimisers::condensation::Condensation;
@@ -262,7 +262,7 @@ fn assembled(sample: &Sample, state: &State) -> (BlockMatrix, Vec<Vector>) {
     let mut hessian = Hessian::new(&sample.network);
     problem.hessian(state, None, &mut hessian);
     let mut matrix = BlockMatrix::new(Structure::new(&sample.network, &[]), &sample.network);
-    Gather::new(&sample.network, &matrix.structure).run(&mut matrix, &sample.network, state, &hessian);
+    Assembly::new(&sample.network, &matrix.structure).run(&mut matrix, &sample.network, state, &hessian);
     matrix.eliminate_prescribed(&problem);
     let mut rhs = vec![Vector::zeros(); matrix.structure.len()];
     matrix.right_hand_side(&problem, &gradient, None, &mut rhs);
@@ -321,7 +321,7 @@ fn check_assembled(name: &str, sample: &Sample) {
     let mut hessian = Hessian::new(network);
     problem.hessian(&state, None, &mut hessian);
     let mut matrix = BlockMatrix::new(Structure::new(network, problem.contact_pattern().1), network);
-    Gather::new(network, &matrix.structure).run(&mut matrix, network, &state, &hessian);
+    Assembly::new(network, &matrix.structure).run(&mut matrix, network, &state, &hessian);
     let (got, variables) = (dense(&matrix), matrix.structure.variables.clone());
     let (h, mut trial) = (1e-5, state.clone());
     let columns: Vec<_> = (0..3 * variables.len())

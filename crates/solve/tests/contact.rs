@@ -5,7 +5,7 @@ use wireloom_core::equilibrium::{Run, StepResult};
 use wireloom_core::status::Status;
 use wireloom_core::{EventKind, Network, Registry, Vector};
 use wireloom_solve::Control;
-use wireloom_solve::steps::checkpoint::Watching;
+use wireloom_solve::steps::checkpoint::IncrementObserver;
 use wireloom_testkit::balance::imbalance;
 
 /// Share of all forces that may be left: the tolerance of forces at every node, and round-off.
@@ -23,7 +23,7 @@ fn run(text: &str) -> (Run, Network) {
     let (_, built) = built.unwrap_or_else(|faults| panic!("{faults:?}"));
     let wireloom_scenario::Built { network, coarse, mut schedule, mut minimiser, stop, .. } = built;
     schedule.increments = true;
-    let observer = &mut Watching(&mut |_, _| Control::Continue);
+    let observer = &mut IncrementObserver(&mut |_, _| Control::Continue);
     let run =
         wireloom_solve::carry_out(&network, coarse.as_ref(), minimiser.as_mut(), &stop, &schedule, None, observer);
     for step in run.steps.iter().filter(|step| step.status == Status::Converged) {

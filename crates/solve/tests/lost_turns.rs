@@ -7,7 +7,7 @@ use wireloom_core::status::Status;
 use wireloom_core::steps::{Move, Schedule, Step, Track};
 use wireloom_core::{Event, EventKind, Network, Parameters, Registry, Run, Value, Vector};
 use wireloom_solve::minimisers::newton::Newton;
-use wireloom_solve::steps::checkpoint::Watching;
+use wireloom_solve::steps::checkpoint::IncrementObserver;
 use wireloom_solve::{Control, carry_out};
 use wireloom_testkit::conformance::networks::{cable, cut_cable};
 
@@ -37,7 +37,15 @@ fn turn(network: &Network, to: Vector, gravity: f64, turns: f64, increments: usi
         clearances: false,
     };
     let mut watching = |_: &_, _: &_| Control::Continue;
-    carry_out(network, None, &mut Newton::new(), &Stop::default(), &schedule, None, &mut Watching(&mut watching))
+    carry_out(
+        network,
+        None,
+        &mut Newton::new(),
+        &Stop::default(),
+        &schedule,
+        None,
+        &mut IncrementObserver(&mut watching),
+    )
 }
 
 /// Half a percent longer than it is: the pull keeps it straight, whatever it is twisted by.
