@@ -1,5 +1,5 @@
-//! Iterations of constraints, contact and friction around a minimisation: the active set within a Newton step, and the updates
-//! of multipliers, penalties and friction between minimisations (augmented Lagrangian).
+//! Iterations of constraints, contact and friction around a minimisation: the active set within a Newton step, and the
+//! updates of multipliers, penalties and friction between minimisations (augmented Lagrangian).
 
 pub mod active_set;
 pub mod multipliers;

@@ -1,4 +1,5 @@
-//! Minimisers `newton`, `lbfgs` and `ncg`, with their common parts: static condensation, line search, convergence monitor.
+//! Minimisers `newton`, `lbfgs` and `ncg`, with their common parts: static condensation, line search, convergence
+//! monitor.
 
 pub mod condensation;
 mod convergence;

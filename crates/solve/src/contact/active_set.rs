@@ -1,12 +1,12 @@
 //! Primal-dual active set for contact in the Newton model.
 //!
-//! The linear step d of Newton's method keeps the present contacts. It is wrong where contacts close or open, and a line
-//! search would end at the first of them. So the step is the minimum of a model with all possible contacts,
-//! `½ d·H d + g·d + Σ ½ ρ max(0, p − n·u)²`, with H and g without contact, u the motion of a contact point relative to its
-//! partner, and `ρ p = λ − ρ gap`. The model is convex and piecewise quadratic where H is positive definite. Its minimum is
-//! found by Newton's method in turn (primal-dual active set: Hintermüller, Ito and Kunisch 2003), with an exact line search
-//! along each step, so that the model always decreases. `H d + g = Σ c n` holds at every solution, with one number c per
-//! contact point, so the iteration needs these numbers only.
+//! The linear step d of Newton's method keeps the present contacts. It is wrong where contacts close or open, and a
+//! line search would end at the first of them. So the step is the minimum of a model with all possible contacts,
+//! `½ d·H d + g·d + Σ ½ ρ max(0, p − n·u)²`, with H and g without contact, u the motion of a contact point
+//! relative to its partner, and `ρ p = λ − ρ gap`. The model is convex and piecewise quadratic where H is positive
+//! definite. Its minimum is found by Newton's method in turn (primal-dual active set: Hintermüller, Ito and Kunisch
+//! 2003), with an exact line search along each step, so that the model always decreases. `H d + g = Σ c n` holds at
+//! every solution, with one number c per contact point, so the iteration needs these numbers only.
 
 use wireloom_core::terms::contact::Contact;
 use wireloom_core::variable::{Block, Variable};
@@ -77,11 +77,11 @@ impl ActiveSet {
         self.gradient_fraction = 1.0;
     }
 
-    /// Exact line search towards `step`, the solution at `state` with the present active set; `step` becomes the minimum
-    /// found. If the active set changes there, `model` and `blocks` (of [`Problem::hessian_blocks`]) become the first and
-    /// second derivatives of the model with the new one. Returns whether it changed; the step must then be solved for again.
-    /// `gradient` is the gradient at `state`; `None` if the step contains a prescribed motion, which is then applied in full
-    /// by the first solution.
+    /// Exact line search towards `step`, the solution at `state` with the present active set; `step` becomes the
+    /// minimum found. If the active set changes there, `model` and `blocks` (of [`Problem::hessian_blocks`]) become the
+    /// first and second derivatives of the model with the new one. Returns whether it changed; the step must then be
+    /// solved for again. `gradient` is the gradient at `state`; `None` if the step contains a prescribed motion, which
+    /// is then applied in full by the first solution.
     pub fn update(
         &mut self,
         problem: &Problem<'_>,

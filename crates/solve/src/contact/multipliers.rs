@@ -13,8 +13,9 @@ const LARGEST_MIXED: f64 = 10.0;
 /// Singular values below this fraction of the largest are dropped from the mixing.
 const SINGULAR: f64 = 1e-8;
 
-/// Sets the multipliers of constraints to their forces at `state`, a minimum, and raises the penalties of residuals above
-/// `tolerance` that decreased too little since `last` (in units of their scales), which becomes the present residuals.
+/// Sets the multipliers of constraints to their forces at `state`, a minimum, and raises the penalties of residuals
+/// above `tolerance` that decreased too little since `last` (in units of their scales), which becomes the present
+/// residuals.
 pub fn update_constraints(problem: &mut Problem<'_>, state: &State, tolerance: f64, last: &mut Vec<f64>) {
     let residuals = problem.constraint_residuals(state);
     last.resize(residuals.len(), f64::INFINITY);
@@ -28,9 +29,9 @@ pub fn update_constraints(problem: &mut Problem<'_>, state: &State, tolerance: f
     }
 }
 
-/// History of the updates of contact multipliers. Taking the forces found as the next multipliers converges slowly where
-/// several contact points bear one load or friction transmits tension; Anderson mixing of the last updates accelerates it
-/// (Anderson 1965; Walker and Ni 2011).
+/// History of the updates of contact multipliers. Taking the forces found as the next multipliers converges slowly
+/// where several contact points bear one load or friction transmits tension; Anderson mixing of the last updates
+/// accelerates it (Anderson 1965; Walker and Ni 2011).
 #[derive(Default)]
 pub struct ContactHistory {
     /// Largest violation at the last update, in radii.
@@ -72,9 +73,9 @@ impl ContactHistory {
     }
 }
 
-/// Sets the multipliers of contact to the forces at `state`, a minimum, or to the forces that `history` extrapolates; raises
-/// the penalties of contact points that are too deep if the largest violation decreased too little since the last update;
-/// updates the anchors of friction.
+/// Sets the multipliers of contact to the forces at `state`, a minimum, or to the forces that `history` extrapolates;
+/// raises the penalties of contact points that are too deep if the largest violation decreased too little since the
+/// last update; updates the anchors of friction.
 pub fn update_contacts(problem: &mut Problem<'_>, state: &State, history: &mut ContactHistory) {
     if problem.contact().is_idle() {
         return;

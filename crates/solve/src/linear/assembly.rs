@@ -162,8 +162,8 @@ pub struct System {
     pub assembly: Assembly,
     /// The matrix.
     pub matrix: BlockMatrix,
-    /// Weight of a shift of each variable, in elimination order, N m: the rest length around a frame times the force scale of
-    /// its branch; 0 for points. See [`Self::update_weights`].
+    /// Weight of a shift of each variable, in elimination order, N m: the rest length around a frame times the force
+    /// scale of its branch; 0 for points. See [`Self::update_weights`].
     pub weights: Vec<f64>,
     /// Scratch for a right-hand side.
     pub rhs: Vec<Vector>,
@@ -239,8 +239,8 @@ impl Assembly {
         Self { groups, across, tied_segments, tied_couplings }
     }
 
-    /// Edge from `point` to the next one as a linear function of independent variables: ends that are tied to a joint move with
-    /// its point and, by the lever of their offset, with its frame.
+    /// Edge from `point` to the next one as a linear function of independent variables: ends that are tied to a joint
+    /// move with its point and, by the lever of their offset, with its frame.
     fn levers(structure: &Structure, network: &Network, state: &State, point: usize) -> [Option<Lever>; 4] {
         let mut levers = [None; 4];
         for (end, sign) in [(0, -1.0), (1, 1.0)] {
@@ -259,7 +259,8 @@ impl Assembly {
         levers
     }
 
-    /// Position of the independent frame that `frame` follows, and the rotation A of a tied frame in it: `θ = Aᵀ θ_hub`.
+    /// Position of the independent frame that `frame` follows, and the rotation A of a tied frame in it:
+    /// `θ = Aᵀ θ_hub`.
     fn independent_frame(structure: &Structure, network: &Network, frame: usize) -> (u32, Matrix) {
         let own = structure.of_frame[frame];
         if own < TIED {
@@ -297,7 +298,8 @@ impl Assembly {
         }
     }
 
-    /// Adds the segments and couplings at joints: their end points and end stations are functions of the joint's variables.
+    /// Adds the segments and couplings at joints: their end points and end stations are functions of the joint's
+    /// variables.
     fn add_tied(&self, matrix: &mut BlockMatrix, network: &Network, state: &State, hessian: &Hessian) {
         for index in 0..self.tied_segments.len() {
             let TiedSegment { branch, segment, frame } = self.tied_segments[index];

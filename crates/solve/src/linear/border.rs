@@ -1,9 +1,9 @@
 //! Border of the factorised matrix: one column for the arc length of each sliding constraint.
 //!
-//! With `A` the matrix of points and frames, `B` one column for each running constraint and `D` the second derivatives with
-//! respect to the arc lengths, `[A B; Bᵀ D] [u; σ] = −[g; g_s]` is solved by the Schur complement `S = D − Bᵀ A⁻¹ B`,
-//! `S σ = −g_s − Bᵀ u₀`, `u = u₀ − A⁻¹ B σ`, with `u₀` the step at fixed arc lengths. The inertia of the bordered matrix is that
-//! of A plus that of S (Haynsworth 1968).
+//! With `A` the matrix of points and frames, `B` one column for each running constraint and `D` the second derivatives
+//! with respect to the arc lengths, `[A B; Bᵀ D] [u; σ] = −[g; g_s]` is solved by the Schur complement
+//! `S = D − Bᵀ A⁻¹ B`, `S σ = −g_s − Bᵀ u₀`, `u = u₀ − A⁻¹ B σ`, with `u₀` the step at fixed
+//! arc lengths. The inertia of the bordered matrix is that of A plus that of S (Haynsworth 1968).
 
 use crate::linear::matrix::BlockMatrix;
 use nalgebra::{DMatrix, DVector, SymmetricEigen};
@@ -51,7 +51,8 @@ impl Inertia {
 }
 
 impl Border {
-    /// Eigenvalues of S; computes the columns −A⁻¹ B. `matrix` is factorised, `gradient` is the whole gradient at `state`.
+    /// Eigenvalues of S; computes the columns −A⁻¹ B. `matrix` is factorised, `gradient` is the whole gradient at
+    /// `state`.
     fn schur(
         &mut self,
         matrix: &BlockMatrix,
@@ -97,8 +98,8 @@ impl Border {
         self.schur = None;
     }
 
-    /// Direction of the least eigenvalue of the last [`Self::inertia`], with points and frames. Returns whether that eigenvalue is
-    /// negative.
+    /// Direction of the least eigenvalue of the last [`Self::inertia`], with points and frames. Returns whether that
+    /// eigenvalue is negative.
     pub fn negative_direction(&self, step: &mut Tangent) -> bool {
         let Some(schur) = &self.schur else { return false };
         let least = schur.eigenvalues.imin();
@@ -114,8 +115,8 @@ impl Border {
         true
     }
 
-    /// Completes `step`, which is u₀, to the step of all variables. Negative eigenvalues of S are replaced by their magnitudes, so
-    /// that the step leads downhill.
+    /// Completes `step`, which is u₀, to the step of all variables. Negative eigenvalues of S are replaced by their
+    /// magnitudes, so that the step leads downhill.
     pub fn complete(
         &mut self,
         matrix: &BlockMatrix,

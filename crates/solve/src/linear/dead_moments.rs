@@ -1,10 +1,10 @@
 //! Dead moments in the linear solve: an antisymmetric block on each loaded frame, by Woodbury's identity.
 //!
-//! A moment M about an axis fixed in space has no potential; its tangent is `S = −½ [Rᵀ M]ₓ` on the loaded frame R
-//! ([`Problem::dead_moments`]). With `E` the columns of the identity for the loaded frames and `A` the factorised symmetric
-//! matrix, the tangent of the residual is `K = A + E S Eᵀ`. With `C = A⁻¹ E` (three right-hand sides per frame) and `u₀` the step
-//! of A, prescribed motion included, the step of K is `u = u₀ − C S v`, `v = Eᵀ u` from `(I + Eᵀ C S) v = Eᵀ u₀` (Woodbury 1950).
-//! A need not be positive definite.
+//! A moment M about an axis fixed in space has no potential; its tangent is `S = −½ [Rᵀ M]ₓ` on the loaded frame
+//! R ([`Problem::dead_moments`]). With `E` the columns of the identity for the loaded frames and `A` the factorised
+//! symmetric matrix, the tangent of the residual is `K = A + E S Eᵀ`. With `C = A⁻¹ E` (three right-hand sides per
+//! frame) and `u₀` the step of A, prescribed motion included, the step of K is `u = u₀ − C S v`, `v = Eᵀ u`
+//! from `(I + Eᵀ C S) v = Eᵀ u₀` (Woodbury 1950). A need not be positive definite.
 
 use crate::linear::border::Border;
 use crate::linear::matrix::BlockMatrix;
@@ -86,8 +86,8 @@ impl DeadMoments {
         }
     }
 
-    /// Whether K has a negative determinant, A having `negative` negative pivots. An odd number of real eigenvalues of K is
-    /// negative then.
+    /// Whether K has a negative determinant, A having `negative` negative pivots. An odd number of real eigenvalues of
+    /// K is negative then.
     pub fn turns_determinant(&self, negative: usize) -> bool {
         let sign = self.inner.as_ref().map_or(1.0, LU::determinant);
         (negative % 2 == 1) == (sign > 0.0)

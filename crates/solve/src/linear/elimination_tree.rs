@@ -1,9 +1,9 @@
 //! Elimination tree, divided into parts that can be eliminated in parallel.
 //!
-//! The parent of a column is its first row below the diagonal in the factor; columns of which neither is an ancestor of the
-//! other are independent. So subtrees can be eliminated in parallel, each collecting its contributions to its ancestors in an
-//! update matrix of its own; these are added in a fixed order (multifrontal method: Duff and Reid 1983; parts: Liu 1990).
-//! The parts depend on the pattern only, not on the number of threads.
+//! The parent of a column is its first row below the diagonal in the factor; columns of which neither is an ancestor of
+//! the other are independent. So subtrees can be eliminated in parallel, each collecting its contributions to its
+//! ancestors in an update matrix of its own; these are added in a fixed order (multifrontal method: Duff and Reid 1983;
+//! parts: Liu 1990). The parts depend on the pattern only, not on the number of threads.
 
 use std::ops::Range;
 use wireloom_core::Matrix;
@@ -132,8 +132,8 @@ impl<'c> Tree<'c> {
         Part { columns: start..self.order.len(), own: first, children, beyond: vec![], updates: vec![] }
     }
 
-    /// Appends a subtree in its original elimination order, which alternates between branches and so lets the processor overlap
-    /// independent operations.
+    /// Appends a subtree in its original elimination order, which alternates between branches and so lets the processor
+    /// overlap independent operations.
     fn subtree(&mut self, root: usize) {
         let (first, mut open) = (self.order.len(), vec![root]);
         while let Some(v) = open.pop() {

@@ -1,8 +1,9 @@
 //! Factorisation `A = L D Lᵀ` of a block matrix in place, and the solve.
 //!
-//! Right-looking, column by column in elimination order. Along a branch every column has two blocks below its diagonal, and
-//! the next column begins with the later of their rows: such columns need no index look-up. Pivots are 3 × 3 blocks, themselves
-//! factorised without exchanges; the signs of their scalar pivots give the inertia of the matrix (Sylvester).
+//! Right-looking, column by column in elimination order. Along a branch every column has two blocks below its diagonal,
+//! and the next column begins with the later of their rows: such columns need no index look-up. Pivots are 3 × 3
+//! blocks, themselves factorised without exchanges; the signs of their scalar pivots give the inertia of the matrix
+//! (Sylvester).
 
 use crate::linear::elimination_tree::Part;
 use crate::linear::matrix::BlockMatrix;
@@ -32,8 +33,8 @@ fn invert(p: &Matrix) -> (Matrix, u32) {
     (Matrix::new(x11, x12, x13, x12, x22, x23, x13, x23, i3), negative)
 }
 
-/// Eliminates the columns of a part; `diagonal` and `below` are the blocks of these columns. Contributions to later rows are
-/// left in the part's updates. Returns the number of negative pivots.
+/// Eliminates the columns of a part; `diagonal` and `below` are the blocks of these columns. Contributions to later
+/// rows are left in the part's updates. Returns the number of negative pivots.
 fn eliminate(part: &mut Part, pattern: &Pattern, diagonal: &mut [Matrix], below: &mut [Matrix]) -> usize {
     let first = part.columns.start;
     let end = part.columns.end as u32;
@@ -125,15 +126,15 @@ fn eliminate_all(parts: &mut [Part], pattern: &Pattern, diagonal: &mut [Matrix],
 }
 
 impl BlockMatrix {
-    /// Factorises in place: `diagonal` then holds the inverse pivots, `below` the blocks of L. Returns the number of negative
-    /// pivots. Non-finite numbers in the factor are not reported; they appear in the solution.
+    /// Factorises in place: `diagonal` then holds the inverse pivots, `below` the blocks of L. Returns the number of
+    /// negative pivots. Non-finite numbers in the factor are not reported; they appear in the solution.
     pub fn factorise(&mut self) -> usize {
         let Structure { pattern, parts, .. } = &mut self.structure;
         eliminate(parts, pattern, &mut self.diagonal, &mut self.below)
     }
 
-    /// Direction u of negative curvature, `uᵀ A u < 0`, in elimination order, after [`Self::factorise`]: the sum over the negative
-    /// pivots of `L⁻ᵀ e`, each with a largest entry of 1. Returns whether there is a negative pivot.
+    /// Direction u of negative curvature, `uᵀ A u < 0`, in elimination order, after [`Self::factorise`]: the sum over
+    /// the negative pivots of `L⁻ᵀ e`, each with a largest entry of 1. Returns whether there is a negative pivot.
     pub fn negative_direction(&self, u: &mut [Vector]) -> bool {
         let mut one = vec![Vector::zeros(); u.len()];
         let mut some = false;

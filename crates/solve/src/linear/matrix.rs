@@ -17,7 +17,8 @@ pub struct BlockMatrix {
     pub below: Vec<Matrix>,
     /// For the position of every variable that can be held, the blocks in its row: (index, column).
     rows_of: Vec<Option<Vec<(u32, u32)>>>,
-    /// Blocks removed by [`Self::eliminate_prescribed`]: (held position, other position, block with rows other, columns held).
+    /// Blocks removed by [`Self::eliminate_prescribed`]: (held position, other position, block with rows other, columns
+    /// held).
     removed: Vec<(u32, u32, Matrix)>,
 }
 
@@ -82,8 +83,8 @@ impl BlockMatrix {
         }
     }
 
-    /// Weights of [`Self::shift`], in elimination order: rest length around each frame (m) times the force of its branch (N); 0
-    /// for points. A hub has the sum over its arms.
+    /// Weights of [`Self::shift`], in elimination order: rest length around each frame (m) times the force of its
+    /// branch (N); 0 for points. A hub has the sum over its arms.
     pub fn frame_weights(&self, network: &Network, force: impl Fn(usize) -> f64, weights: &mut [f64]) {
         let Structure { of_frame, .. } = &self.structure;
         weights.fill(0.0);
@@ -114,8 +115,8 @@ impl BlockMatrix {
         }
     }
 
-    /// Adds `sigma` times the weight to the diagonal of every frame. A sufficient shift makes the matrix positive definite, as
-    /// the energy is convex in the positions at fixed frames.
+    /// Adds `sigma` times the weight to the diagonal of every frame. A sufficient shift makes the matrix positive
+    /// definite, as the energy is convex in the positions at fixed frames.
     pub fn shift(&mut self, sigma: f64, weights: &[f64]) {
         for (block, weight) in self.diagonal.iter_mut().zip(weights) {
             let x = sigma * weight;
@@ -134,8 +135,8 @@ impl BlockMatrix {
         }
     }
 
-    /// Eliminates the prescribed directions: their rows and columns become those of the identity, in the basis of each held
-    /// variable. The removed blocks are kept for [`Self::right_hand_side`].
+    /// Eliminates the prescribed directions: their rows and columns become those of the identity, in the basis of each
+    /// held variable. The removed blocks are kept for [`Self::right_hand_side`].
     pub fn eliminate_prescribed(&mut self, problem: &Problem<'_>) {
         let structure = &self.structure;
         let pattern = &structure.pattern;
@@ -174,8 +175,8 @@ impl BlockMatrix {
         }
     }
 
-    /// Right-hand side `−g − H_fp δ_p` in elimination order and in the bases of the held variables, whose held entries become
-    /// zero; `motion` is δ_p.
+    /// Right-hand side `−g − H_fp δ_p` in elimination order and in the bases of the held variables, whose held
+    /// entries become zero; `motion` is δ_p.
     pub fn right_hand_side(&self, problem: &Problem<'_>, g: &Tangent, motion: Option<&Tangent>, rhs: &mut [Vector]) {
         for (r, variable) in rhs.iter_mut().zip(&self.structure.variables) {
             *r = match variable {

@@ -7,8 +7,8 @@ use wireloom_core::Network;
 use wireloom_core::constraint::Action;
 use wireloom_core::variable::Variable;
 
-/// First value of a position that marks a tie: at `TIED + t` the point or frame has no variable of its own but follows a joint
-/// by tie t of the network.
+/// First value of a position that marks a tie: at `TIED + t` the point or frame has no variable of its own but follows
+/// a joint by tie t of the network.
 pub const TIED: u32 = 1 << 31;
 
 /// Position of a frame where only points are variables.
@@ -42,8 +42,8 @@ impl Pattern {
 pub struct Structure {
     /// Variables in elimination order.
     pub variables: Vec<Variable>,
-    /// Position in elimination order of every point; see [`TIED`]. In [`Self::of_points`] a tied point has the position of its
-    /// joint.
+    /// Position in elimination order of every point; see [`TIED`]. In [`Self::of_points`] a tied point has the position
+    /// of its joint.
     pub of_point: Vec<u32>,
     /// Position in elimination order of every frame; see [`TIED`].
     pub of_frame: Vec<u32>,
@@ -334,9 +334,9 @@ fn centroid_distance(graph: &[Vec<u32>]) -> Vec<u32> {
     distance
 }
 
-/// Elimination order by minimum degree (Tinney and Walker 1967), and the neighbours of each vertex at its elimination. On trees
-/// of chains it causes no fill. Equal degrees are ordered by decreasing distance from the centroid, then by number: the
-/// elimination tree then has its root at the centroid, and its branches can be eliminated in parallel.
+/// Elimination order by minimum degree (Tinney and Walker 1967), and the neighbours of each vertex at its elimination.
+/// On trees of chains it causes no fill. Equal degrees are ordered by decreasing distance from the centroid, then by
+/// number: the elimination tree then has its root at the centroid, and its branches can be eliminated in parallel.
 fn minimum_degree(mut graph: Vec<Vec<u32>>) -> (Vec<u32>, Vec<Vec<u32>>) {
     let n = graph.len();
     let inward: Vec<Reverse<u32>> = centroid_distance(&graph).into_iter().map(Reverse).collect();

@@ -1,10 +1,11 @@
 //! Static condensation of the points: their equilibrium at given frames.
 //!
-//! A step moves points along straight lines and turns frames. A turn θ so lengthens segments by the fraction `½ θ²`, which in a
-//! nearly inextensible cable causes a force far above all others: the line search would stop early and the next Hessian would
-//! be indefinite. At fixed frames the energy is a convex quadratic function of the points (nearly, with constraints; contact
-//! enters by its model), so one linear solve finds their equilibrium. It is undone if it does not lower the energy. Newton's
-//! method then acts on the frames only, and the points follow (variable projection, Golub and Pereyra 1973).
+//! A step moves points along straight lines and turns frames. A turn θ so lengthens segments by the fraction
+//! `½ θ²`, which in a nearly inextensible cable causes a force far above all others: the line search would stop
+//! early and the next Hessian would be indefinite. At fixed frames the energy is a convex quadratic function of the
+//! points (nearly, with constraints; contact enters by its model), so one linear solve finds their equilibrium. It is
+//! undone if it does not lower the energy. Newton's method then acts on the frames only, and the points follow
+//! (variable projection, Golub and Pereyra 1973).
 
 use super::step_control::ACTIVE_SET_UPDATES;
 use crate::contact::active_set::ActiveSet;
@@ -14,7 +15,8 @@ use wireloom_core::problem::Problem;
 use wireloom_core::variable::Block;
 use wireloom_core::{Matrix, State, Tangent, Vector};
 
-/// Positions of a segment's ends in the matrix, and the index of the block between them; `None` if both ends are at one joint.
+/// Positions of a segment's ends in the matrix, and the index of the block between them; `None` if both ends are at one
+/// joint.
 struct SegmentPlan {
     a: u32,
     b: u32,
@@ -69,8 +71,9 @@ impl Condensation {
         }
     }
 
-    /// Moves the points of `state`, where `gradient` was evaluated, to their equilibrium at fixed frames. Does nothing if no free
-    /// force is above `least` (N) or the energy is not convex in the points. Returns whether the points were moved.
+    /// Moves the points of `state`, where `gradient` was evaluated, to their equilibrium at fixed frames. Does nothing
+    /// if no free force is above `least` (N) or the energy is not convex in the points. Returns whether the points were
+    /// moved.
     pub fn condense(&mut self, problem: &mut Problem<'_>, state: &mut State, gradient: &Tangent, least: f64) -> bool {
         let network = problem.network;
         if problem.contact_pattern().0 != self.version {

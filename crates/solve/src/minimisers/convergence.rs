@@ -69,8 +69,8 @@ impl ConvergenceMonitor {
         }
     }
 
-    /// Records a step: its largest turn (rad), whether it lowered the energy visibly (by more than round-off), and the residual
-    /// after it.
+    /// Records a step: its largest turn (rad), whether it lowered the energy visibly (by more than round-off), and the
+    /// residual after it.
     pub fn moved(&mut self, turn: f64, visible: bool, residual: f64) {
         self.stalled = if !visible && residual > PROGRESS * self.least { self.stalled + 1 } else { 0 };
         self.last_turn = turn;

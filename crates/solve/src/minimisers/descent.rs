@@ -3,10 +3,10 @@
 //! Per iteration: a direction from the gradient, a metric and the memory of the method ([`Method`]), a line search
 //! ([`super::line_search`]), and the parallel transport of that memory to the new state ([`super::transport`]).
 //!
-//! The metric ([`Metric`]) is by default the factorised Hessian of the first state. It is recomputed every few iterations and
-//! after short steps. With it the first step contains the prescribed motion, as in [`super::newton`], and after every step the
-//! points are condensed ([`super::condensation`]), so that the energy is minimised over the frames only. Without a metric the
-//! methods are those of the textbooks, in metres and radians.
+//! The metric ([`Metric`]) is by default the factorised Hessian of the first state. It is recomputed every few
+//! iterations and after short steps. With it the first step contains the prescribed motion, as in [`super::newton`],
+//! and after every step the points are condensed ([`super::condensation`]), so that the energy is minimised over the
+//! frames only. Without a metric the methods are those of the textbooks, in metres and radians.
 
 use super::step_control::{LARGEST_TURN, SMALL_TURN, condensed_force};
 use super::trace::trace;
@@ -21,15 +21,15 @@ use wireloom_core::registry::{BuildError, Form, MinimiserKind, Parameter, Parame
 use wireloom_core::status::Status;
 use wireloom_core::{Network, State, Tangent, Vector};
 
-/// Number of iterations without progress at round-off after which the minimiser has stalled: with a metric, and without, where
-/// convergence is slow.
+/// Number of iterations without progress at round-off after which the minimiser has stalled: with a metric, and
+/// without, where convergence is slow.
 const STALLED_AFTER: [usize; 2] = [4, 500];
 /// Step length, relative to the step of the metric, below which the metric is recomputed.
 const SHORT: f64 = 0.25;
 /// Largest move of a point in the first trial without a known step length, as a fraction of the longest branch.
 const FIRST_MOVE: f64 = 0.01;
-/// Fractions of the longest step of which the first step of an increment takes the one of least energy. A short step in the
-/// range of the linear model is taken as it is: see [`SMALL_TURN`].
+/// Fractions of the longest step of which the first step of an increment takes the one of least energy. A short step in
+/// the range of the linear model is taken as it is: see [`SMALL_TURN`].
 const PREDICTION_FRACTIONS: [f64; 4] = [1.0, 0.5, 0.25, 0.125];
 /// Range of the option `slope`: near 0 a search takes many trials, at 1 any descent would be accepted.
 const SLOPE_RANGE: [f64; 2] = [1e-3, 0.99];
@@ -44,8 +44,8 @@ pub(crate) trait Method: Send {
     fn restart(&mut self);
     /// Whether the memory is empty.
     fn is_blank(&self) -> bool;
-    /// Transports the memory along the accepted `α step`, and adds the change of the gradient: `gradient` at the end of the step,
-    /// `before` at its beginning, transported to the end.
+    /// Transports the memory along the accepted `α step`, and adds the change of the gradient: `gradient` at the end
+    /// of the step, `before` at its beginning, transported to the end.
     fn learn(&mut self, step: &Tangent, alpha: f64, gradient: &Tangent, before: &Tangent);
     /// Direction for a free gradient; `solve` applies `−M⁻¹`.
     fn direction(&mut self, gradient: &Tangent, solve: &mut dyn FnMut(&Tangent, &mut Tangent), step: &mut Tangent);
@@ -179,8 +179,8 @@ impl Workspace {
         }
     }
 
-    /// Energy and gradient at the trial, with held freedoms at their targets and points condensed; infinite if a cable would pass
-    /// through an obstacle between `from` and the trial, or if a stop was requested.
+    /// Energy and gradient at the trial, with held freedoms at their targets and points condensed; infinite if a cable
+    /// would pass through an obstacle between `from` and the trial, or if a stop was requested.
     fn evaluate(&mut self, problem: &mut Problem<'_>, from: Option<&State>) -> f64 {
         problem.place_held(&mut self.trial);
         let collides = from.is_some_and(|from| problem.collision_free_fraction(from, &self.trial, None) < 1.0);
@@ -252,8 +252,8 @@ impl Workspace {
         })
     }
 
-    /// First step of an increment, with the metric of the old state and the prescribed motion: the whole step if it is small, else
-    /// the one of least energy among it and shorter ones. Returns the energy after it.
+    /// First step of an increment, with the metric of the old state and the prescribed motion: the whole step if it is
+    /// small, else the one of least energy among it and shorter ones. Returns the energy after it.
     fn predict(&mut self, problem: &mut Problem<'_>, state: &mut State) -> f64 {
         problem.gradient(state, &mut self.gradient);
         self.preconditioner.refresh(problem, state);

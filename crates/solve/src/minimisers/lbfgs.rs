@@ -1,9 +1,9 @@
-//! Minimiser `lbfgs`: limited-memory method of Broyden, Fletcher, Goldfarb and Shanno (Nocedal 1980) on the manifold of positions
-//! and frames (Huang, Gallivan and Absil 2015).
+//! Minimiser `lbfgs`: limited-memory method of Broyden, Fletcher, Goldfarb and Shanno (Nocedal 1980) on the manifold of
+//! positions and frames (Huang, Gallivan and Absil 2015).
 //!
-//! With the last m steps `s` and changes of the gradient `y`, all transported to the present state, the two-loop recursion
-//! (Nocedal and Wright, 2nd ed., algorithm 7.4) applies the inverse of a matrix with `B s = y` for the last pair. The metric is
-//! applied between the two loops.
+//! With the last m steps `s` and changes of the gradient `y`, all transported to the present state, the two-loop
+//! recursion (Nocedal and Wright, 2nd ed., algorithm 7.4) applies the inverse of a matrix with `B s = y` for the last
+//! pair. The metric is applied between the two loops.
 
 use crate::minimisers::descent::{self, Method};
 use crate::minimisers::transport::transport;
@@ -13,7 +13,8 @@ use wireloom_core::{Network, Tangent};
 
 /// Default of `memory`.
 const MEMORY: usize = 8;
-/// Default fraction of the first slope that may remain after a line search: large, as a step of length 1 is usually good.
+/// Default fraction of the first slope that may remain after a line search: large, as a step of length 1 is usually
+/// good.
 const SLOPE: f64 = 0.9;
 /// Least curvature of a pair: pairs with `s·y` below this fraction of `|s| |y|` are discarded.
 const LEAST_CURVATURE: f64 = 1e-12;

@@ -1,9 +1,9 @@
 //! Line search by the strong Wolfe conditions.
 //!
-//! A step length α is accepted if `φ(α) ≤ φ(0) + δ α φ′(0)`, or `φ(α) ≤ φ(0) + ε` with ε the round-off of φ, and
-//! `|φ′(α)| ≤ σ |φ′(0)|`: slopes stay accurate where differences of φ are lost in round-off (Hager and Zhang 2005). Between a
-//! trial with a descending slope and one beyond the minimum the next trial is the minimum of the cubic through both values and
-//! slopes (Nocedal and Wright, 2nd ed., 3.59).
+//! A step length α is accepted if `φ(α) ≤ φ(0) + δ α φ′(0)`, or `φ(α) ≤ φ(0) + ε` with ε the
+//! round-off of φ, and `|φ′(α)| ≤ σ |φ′(0)|`: slopes stay accurate where differences of φ are lost in
+//! round-off (Hager and Zhang 2005). Between a trial with a descending slope and one beyond the minimum the next trial
+//! is the minimum of the cubic through both values and slopes (Nocedal and Wright, 2nd ed., 3.59).
 
 /// δ: least decrease, as a fraction of the linear one.
 const DECREASE: f64 = 1e-4;
@@ -33,8 +33,8 @@ struct Trial {
     slope: f64,
 }
 
-/// Finds α in (0, `longest`], beginning with `first`; `at` evaluates φ and φ′, and is called last with the α that is returned.
-/// `None` if no trial lowered the energy.
+/// Finds α in (0, `longest`], beginning with `first`; `at` evaluates φ and φ′, and is called last with the α that
+/// is returned. `None` if no trial lowered the energy.
 pub(crate) fn search(
     (energy, slope): (f64, f64),
     first: f64,

@@ -1,5 +1,5 @@
-//! Minimiser `ncg`: nonlinear conjugate gradients, common in the literature on interactive rods, on the manifold of positions
-//! and frames (Sato 2016).
+//! Minimiser `ncg`: nonlinear conjugate gradients, common in the literature on interactive rods, on the manifold of
+//! positions and frames (Sato 2016).
 //!
 //! ```text
 //! d = −M⁻¹ g + β d′,   y = g − g′           (′: of the previous step, transported to the present state)

@@ -1,17 +1,19 @@
 //! Minimiser `newton`: Newton's method with the full Hessian.
 //!
-//! Per iteration: second derivatives, factorisation along the graph, step, and a line search in which the points follow the
-//! frames ([`super::condensation`]).
+//! Per iteration: second derivatives, factorisation along the graph, step, and a line search in which the points follow
+//! the frames ([`super::condensation`]).
 //!
-//! - If the Hessian is not positive definite, the diagonal of the frames is shifted until it is (Levenberg), so that every step
-//!   leads downhill from any start. A step with the shift σ W is an implicit step, of length 1, of the overdamped motion
-//!   `σ W θ̇ = −∂E/∂θ` with the points in equilibrium (pseudo-transient continuation: Kelley and Keyes 1998): so a harness that
-//!   has lost its equilibrium moves as in a viscous fluid, in steps as long as the descent allows.
+//! - If the Hessian is not positive definite, the diagonal of the frames is shifted until it is (Levenberg), so that
+//!   every step leads downhill from any start. A step with the shift σ W is an implicit step, of length 1, of the
+//!   overdamped motion `σ W θ̇ = −∂E/∂θ` with the points in equilibrium (pseudo-transient continuation:
+//!   Kelley and Keyes 1998): so a harness that has lost its equilibrium moves as in a viscous fluid, in steps as long
+//!   as the descent allows.
 //! - The first step of an increment contains the prescribed motion in its right-hand side.
 //! - Contacts that close or open along a step are part of its model ([`ActiveSet`]).
-//! - After small steps the axial and shear forces in the geometric stiffness are those predicted by the last linear step (mixed
-//!   integration points: Magisano, Leonetti, Garcea 2017).
-//! - Dead moments have no potential: with them steps are those of the residual (`residual_step`), downhill only if those fail.
+//! - After small steps the axial and shear forces in the geometric stiffness are those predicted by the last linear
+//!   step (mixed integration points: Magisano, Leonetti, Garcea 2017).
+//! - Dead moments have no potential: with them steps are those of the residual (`residual_step`), downhill only if
+//!   those fail.
 
 mod residual_step;
 
@@ -51,7 +53,8 @@ const SHORTEST_STEP: f64 = 1e-10;
 const ARMIJO: f64 = 1e-4;
 /// Number of iterations without progress at round-off after which the minimiser has stalled.
 const STALLED_AFTER: usize = 4;
-/// Number of step lengths, each half of the one before, of which the first step of an increment takes the one of least energy.
+/// Number of step lengths, each half of the one before, of which the first step of an increment takes the one of least
+/// energy.
 const PREDICTION_TRIALS: usize = 4;
 
 /// The kind `newton`.
@@ -147,8 +150,9 @@ impl Workspace {
         slot.as_deref_mut()
     }
 
-    /// Evaluates and factorises the second derivatives at `state` (where `gradient` was evaluated last), with the first shift from
-    /// `sigma` on that makes them positive definite. Before the first shift constraints are made convex. Returns the shift.
+    /// Evaluates and factorises the second derivatives at `state` (where `gradient` was evaluated last), with the first
+    /// shift from `sigma` on that makes them positive definite. Before the first shift constraints are made convex.
+    /// Returns the shift.
     fn assemble(&mut self, problem: &mut Problem<'_>, state: &State, mixed: bool, mut sigma: f64) -> f64 {
         problem.hessian(state, mixed.then_some(self.forces.as_slice()), &mut self.hessian);
         let mut convex = false;
@@ -182,8 +186,9 @@ impl Workspace {
         negative
     }
 
-    /// Solves for the step at `state`, with the active set of contact; with `moving` it contains the prescribed motion. `sigma` is
-    /// the shift that the matrix was assembled with at `state`; `None` if the matrix is that of an earlier state.
+    /// Solves for the step at `state`, with the active set of contact; with `moving` it contains the prescribed motion.
+    /// `sigma` is the shift that the matrix was assembled with at `state`; `None` if the matrix is that of an earlier
+    /// state.
     fn solve(&mut self, problem: &mut Problem<'_>, state: &State, moving: bool, mut sigma: Option<f64>) {
         self.begin_active_set(problem);
         self.solve_once(problem, state, moving);
@@ -266,9 +271,9 @@ impl Workspace {
         energy - problem.moment_work(state, &self.step, alpha)
     }
 
-    /// Backtracking line search (Armijo) along the step from `state` with `energy` (J), its `slope` along the step and its `noise`.
-    /// The next trial is the minimum of the parabola through value, slope and trial. Returns step length and energy of the
-    /// accepted trial.
+    /// Backtracking line search (Armijo) along the step from `state` with `energy` (J), its `slope` along the step and
+    /// its `noise`. The next trial is the minimum of the parabola through value, slope and trial. Returns step length
+    /// and energy of the accepted trial.
     fn line_search(
         &mut self,
         problem: &mut Problem<'_>,
@@ -300,8 +305,8 @@ impl Workspace {
         std::mem::swap(&mut self.gradient, &mut self.trial_gradient);
     }
 
-    /// Predicts the forces after the accepted step to first order, for the next geometric stiffness. `trial` is the state before
-    /// the step.
+    /// Predicts the forces after the accepted step to first order, for the next geometric stiffness. `trial` is the
+    /// state before the step.
     fn predict_forces(&mut self, problem: &Problem<'_>) {
         let (trial, step) = (&self.trial, &self.step);
         problem.network.for_branches(&mut self.forces, |b, branch, forces| {
@@ -464,9 +469,9 @@ fn next_shift(sigma: f64, alpha: f64) -> f64 {
     if next < NO_SHIFT { 0.0 } else { next }
 }
 
-/// First step of an increment, with the tangent at the old state and the prescribed motion. If it is large, the whole step and
-/// shorter ones (with the full prescribed motion in each) are tried, and the one of least energy is taken. Returns the energy
-/// and whether the step was small.
+/// First step of an increment, with the tangent at the old state and the prescribed motion. If it is large, the whole
+/// step and shorter ones (with the full prescribed motion in each) are tried, and the one of least energy is taken.
+/// Returns the energy and whether the step was small.
 fn predict(ws: &mut Workspace, problem: &mut Problem<'_>, state: &mut State) -> (f64, bool) {
     problem.gradient(state, &mut ws.gradient);
     let known = ws.factor_of.as_ref() == Some(&problem.conditions().active);

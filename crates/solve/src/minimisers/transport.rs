@@ -1,8 +1,8 @@
 //! Parallel transport of directions along a step.
 //!
-//! A step turns a frame along `q ∘ cay(αθ)`, a rotation about one body-fixed axis by `φ = 2 atan(|h|)` with `h = ½ α θ`. Parallel
-//! transport in the bi-invariant metric of rotations turns the body components of any other direction `u` back by half of φ,
-//! while the frame itself turns by φ (Edelman, Arias and Smith 1998, 2.2.3):
+//! A step turns a frame along `q ∘ cay(αθ)`, a rotation about one body-fixed axis by `φ = 2 atan(|h|)` with
+//! `h = ½ α θ`. Parallel transport in the bi-invariant metric of rotations turns the body components of any other
+//! direction `u` back by half of φ, while the frame itself turns by φ (Edelman, Arias and Smith 1998, 2.2.3):
 //!
 //! ```text
 //! u′ = exp(−½ φ [θ̂]ₓ) u = c u + c²/(1 + c) h (h·u) − c h × u,   c = cos(φ/2) = 1/√(1 + |h|²)
@@ -21,7 +21,8 @@ pub(crate) fn transport(direction: &mut Tangent, step: &Tangent, alpha: f64) {
     }
 }
 
-/// Derivative of the energy along the step at α, with the `gradient` of the state there: a frame turns by `c² θ` per unit of α.
+/// Derivative of the energy along the step at α, with the `gradient` of the state there: a frame turns by `c² θ` per
+/// unit of α.
 pub(crate) fn slope(gradient: &Tangent, step: &Tangent, alpha: f64) -> f64 {
     let points: f64 = gradient.points.iter().zip(&step.points).map(|(g, d)| g.dot(d)).sum();
     let frames: f64 = gradient

@@ -1,13 +1,14 @@
 //! Clearances of cables from obstacles and from each other.
 //!
-//! Distances are from surface to surface: distances of centre lines, straight between nodes, less the radii. Points of the same
-//! harness closer than [`APART`] sums of radii along the cables are neighbours and do not count.
+//! Distances are from surface to surface: distances of centre lines, straight between nodes, less the radii. Points of
+//! the same harness closer than [`APART`] sums of radii along the cables are neighbours and do not count.
 
 use wireloom_core::equilibrium::{BranchResult, Clearance, ClearanceFrom, StepResult};
 use wireloom_core::network::BranchEnd;
 use wireloom_core::{Moment, Network, Pose, Vector};
 
-/// Distance along the harness through a joint, in sums of both radii, below which cables are neighbours; the same as for contact.
+/// Distance along the harness through a joint, in sums of both radii, below which cables are neighbours; the same as
+/// for contact.
 const APART: f64 = 2.5;
 /// Number of segments up to which a piece is searched segment by segment.
 const FEW: usize = 4;
@@ -16,8 +17,8 @@ const THIRDS: usize = 28;
 /// Squared sine of the angle below which two segments count as parallel: there the nearest places are ill-conditioned.
 const PARALLEL: f64 = 1e-12;
 
-/// Clearances at the end of an increment, in the order of the harness: of every branch from every obstacle, and from every branch
-/// after it; without `all` only from the obstacles with a required clearance.
+/// Clearances at the end of an increment, in the order of the harness: of every branch from every obstacle, and from
+/// every branch after it; without `all` only from the obstacles with a required clearance.
 pub fn clearances(network: &Network, end: &StepResult, now: &Moment, all: bool) -> Vec<Clearance> {
     let included = |k: usize| all || network.obstacles[k].min_clearance.is_some();
     let between_branches = all && end.branches.len() > 1;
@@ -65,7 +66,8 @@ pub fn clearances(network: &Network, end: &StepResult, now: &Moment, all: bool) 
     found
 }
 
-/// Updates the least clearance of each pair so far. The pairs of successive increments are mostly the same, in the same order.
+/// Updates the least clearance of each pair so far. The pairs of successive increments are mostly the same, in the same
+/// order.
 pub fn keep_least(so_far: &mut Vec<Clearance>, now: Vec<Clearance>) {
     for (k, clearance) in now.into_iter().enumerate() {
         let same = |other: &Clearance| other.branch == clearance.branch && same_thing(&other.from, &clearance.from);
@@ -102,7 +104,8 @@ fn joined(network: &Network, b: usize, c: usize) -> Vec<(bool, bool)> {
     shared
 }
 
-/// Centre line with the bounding boxes of its pieces: piece 1 is the whole line, 2k and 2k + 1 are the halves of piece k.
+/// Centre line with the bounding boxes of its pieces: piece 1 is the whole line, 2k and 2k + 1 are the halves of piece
+/// k.
 struct Line<'r> {
     branch: &'r BranchResult,
     boxes: Vec<[Vector; 2]>,
@@ -162,8 +165,8 @@ impl<'r> Line<'r> {
         around
     }
 
-    /// Place nearest to a body at `pose`. The distance changes along a segment by at most its length, so most segments are skipped;
-    /// on the others it is assumed to have a single minimum.
+    /// Place nearest to a body at `pose`. The distance changes along a segment by at most its length, so most segments
+    /// are skipped; on the others it is assumed to have a single minimum.
     fn nearest_to(&self, pose: &Pose, distance: impl Fn(&Vector, f64) -> f64) -> Place {
         let into = pose.inverse();
         let local = |x: &Vector| into.position + into.orientation * x;
@@ -201,8 +204,8 @@ impl<'r> Line<'r> {
 /// A piece of a line: line, number and segments of the piece.
 type Piece<'l, 'r> = (&'l Line<'r>, usize, std::ops::Range<usize>);
 
-/// Searches two pieces for places nearer to each other than the best so far, the nearer halves first; `apart` selects the pairs of
-/// segments that count.
+/// Searches two pieces for places nearer to each other than the best so far, the nearer halves first; `apart` selects
+/// the pairs of segments that count.
 fn nearest_pair<'l, 'r>(a: Piece<'l, 'r>, b: Piece<'l, 'r>, apart: &impl Fn(usize, usize) -> bool, best: &mut Pair) {
     if between(&a.0.boxes[a.1], &b.0.boxes[b.1]) >= best.distance {
         return;

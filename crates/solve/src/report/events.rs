@@ -15,7 +15,8 @@ use wireloom_core::status::Status;
 use wireloom_core::terms::contact::{ContactViolation, HeldOverlap, Lack};
 use wireloom_core::{EventKind, EventPlace, Network, Pose, State};
 
-/// Factor on the previous move, and on the prescribed one, above which a move is a jump: the harness has left its equilibrium.
+/// Factor on the previous move, and on the prescribed one, above which a move is a jump: the harness has left its
+/// equilibrium.
 const OUT_OF_PROPORTION: f64 = 8.0;
 /// Factor on the prescribed turn times the length of the longest branch, which a harness of several branches may move.
 const TURN_FACTOR: f64 = 2.0;
@@ -33,9 +34,9 @@ pub fn prescribed(problem: &Problem<'_>, before: &[Pose]) -> [f64; 2] {
     most
 }
 
-/// Jump event of an increment in which the harness `moved` by this distance (m), if it is one: it `snapped` through, or moved far
-/// and out of proportion both to the previous increment (`previous`, m) and to the prescribed motion (m, rad). `length` is that
-/// of the longest branch, m.
+/// Jump event of an increment in which the harness `moved` by this distance (m), if it is one: it `snapped` through, or
+/// moved far and out of proportion both to the previous increment (`previous`, m) and to the prescribed motion (m,
+/// rad). `length` is that of the longest branch, m.
 pub fn jump(moved: f64, previous: Option<f64>, prescribed: [f64; 2], length: f64, snapped: bool) -> Option<Occurrence> {
     let expected = OUT_OF_PROPORTION * prescribed[0] + TURN_FACTOR * length * prescribed[1];
     let leapt =
@@ -163,8 +164,8 @@ fn overlaps(log: &mut EventLog, problem: &Problem<'_>) {
     }
 }
 
-/// Logs branches whose neighbouring frames turn too far against each other to resolve the cable: a common cause of missing
-/// convergence.
+/// Logs branches whose neighbouring frames turn too far against each other to resolve the cable: a common cause of
+/// missing convergence.
 fn coarse_meshes(log: &mut EventLog, problem: &Problem<'_>, state: &State) {
     let network = problem.network;
     for (b, branch) in network.branches.iter().enumerate() {

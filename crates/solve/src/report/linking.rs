@@ -1,8 +1,8 @@
 //! Detection of cables that pass through themselves, by the change of their linking number.
 //!
-//! Twist and writhe of a cable between two ends add up to its linking number. It changes only with the turns of the ends, unless
-//! the cable passes through itself or around one of its ends, which changes it by two turns (Călugăreanu 1961, White 1969,
-//! Fuller 1971). Beyond its ends the cable is assumed to be straight.
+//! Twist and writhe of a cable between two ends add up to its linking number. It changes only with the turns of the
+//! ends, unless the cable passes through itself or around one of its ends, which changes it by two turns (Călugăreanu
+//! 1961, White 1969, Fuller 1971). Beyond its ends the cable is assumed to be straight.
 
 use crate::report::Occurrence;
 use crate::report::result::twist_turns;
@@ -53,8 +53,8 @@ pub(crate) fn self_passing(problem: &Problem<'_>, before: &State, after: &State)
     occurrences
 }
 
-/// Writhe of a polygon with straight extensions: the sum over pairs of edges of the solid angle of the directions from which they
-/// appear to cross, over 2π (Klenin and Langowski 2000, method 1a).
+/// Writhe of a polygon with straight extensions: the sum over pairs of edges of the solid angle of the directions from
+/// which they appear to cross, over 2π (Klenin and Langowski 2000, method 1a).
 fn writhe(points: &[Vector]) -> f64 {
     let n = points.len();
     let length: f64 = points.windows(2).map(|pair| (pair[1] - pair[0]).norm()).sum();

@@ -56,8 +56,8 @@ pub fn branch(problem: &Problem<'_>, index: usize, state: &State, touching: &[bo
         twist_turns: twist_turns(shape.frames),
     };
     let segment_frame = |j: usize| shape.frames[mesh.segment_frames[j]];
-    // Curvature (1/m) at each node, and its side of the node. At an inner station, where a constraint makes forces and moments
-    // jump, the tighter side is reported.
+    // Curvature (1/m) at each node, and its side of the node. At an inner station, where a constraint makes forces and
+    // moments jump, the tighter side is reported.
     let mut curvature = vec![(Vector::zeros(), Side::Both); n + 1];
     for (c, &lambda) in shape.coupling_lengths.iter().enumerate() {
         let node = mesh.coupling_nodes[c];
@@ -75,14 +75,14 @@ pub fn branch(problem: &Problem<'_>, index: usize, state: &State, touching: &[bo
             result.moment[node] = coupling_moments[c];
         }
     }
-    // Edges are tangent to the centre line at their midpoints (frames are not, as the cable shears); nodes without a station are
-    // off the centre line by ℓ² x″/24. In contact the polygon itself is reported, as its nodes touch.
+    // Edges are tangent to the centre line at their midpoints (frames are not, as the cable shears); nodes without a
+    // station are off the centre line by ℓ² x″/24. In contact the polygon itself is reported, as its nodes touch.
     let touching = &touching[branch.points.clone()];
     for node in (1..n).filter(|&node| mesh.station_frame(node).is_none() && !touching[node]) {
         result.position[node] += centre_line_offset(shape.edge(node - 1), shape.edge(node), Vector::zeros());
     }
-    // Ends at a joint without stations have no coupling of the rod: the moment there is that of the joint, and frame and curvature
-    // follow from it, or with two arms from the segments on both sides.
+    // Ends at a joint without stations have no coupling of the rod: the moment there is that of the joint, and frame
+    // and curvature follow from it, or with two arms from the segments on both sides.
     let mut continued = [None, None];
     for (k, (end, node)) in [(branch.start, 0), (branch.end, n)].into_iter().enumerate() {
         let BranchEnd::Joint { joint, arm } = end else { continue };
@@ -123,7 +123,8 @@ pub fn branch(problem: &Problem<'_>, index: usize, state: &State, touching: &[bo
             (None, node) => halfway(&segment_frame(node - 1), &segment_frame(node), l0 / (l0 + l1)),
         };
         result.frame.push(frame);
-        // Between nodes the force changes by the weight: n' + ρ g = 0; see [`STATION_SHIFT`] for the part on a station.
+        // Between nodes the force changes by the weight: n' + ρ g = 0; see [`STATION_SHIFT`] for the part on a
+        // station.
         let fraction = if mesh.station_frame(node).is_some() { 0.5 - STATION_SHIFT } else { 0.5 };
         result.force.push(match (node, side) {
             (0, _) | (_, Side::After) => segment_forces[node] + weight * (fraction * l1),
@@ -137,8 +138,8 @@ pub fn branch(problem: &Problem<'_>, index: usize, state: &State, touching: &[bo
     result
 }
 
-/// Offset `ℓ² x″/24` of the centre line from a node between two edges; ℓ is their mean length, ℓ x″ the change of their directions
-/// less that at rest.
+/// Offset `ℓ² x″/24` of the centre line from a node between two edges; ℓ is their mean length, ℓ x″ the
+/// change of their directions less that at rest.
 fn centre_line_offset(before: Vector, after: Vector, at_rest: Vector) -> Vector {
     let direction = |edge: &Vector| edge.try_normalize(0.0).unwrap_or_default();
     (direction(&after) - direction(&before) - at_rest) * ((before.norm() + after.norm()) / 48.0)
@@ -180,8 +181,9 @@ fn mean_length(joint: &Joint) -> f64 {
     joint.arms.iter().map(|arm| arm.segment_length).sum::<f64>() / joint.arms.len() as f64
 }
 
-/// Offset `ℓ² x″/24` of the centre line from a two-arm joint, as at a node between segments, with x″ from the outward tangents of
-/// the arms less those at rest. Zero for more arms, for arms that end in stations, and for a held joint.
+/// Offset `ℓ² x″/24` of the centre line from a two-arm joint, as at a node between segments, with x″ from the
+/// outward tangents of the arms less those at rest. Zero for more arms, for arms that end in stations, and for a held
+/// joint.
 fn joint_shift(problem: &Problem<'_>, joint: &Joint, state: &State) -> Vector {
     let held = problem.held().iter().any(|h| h.variable == Variable::Point(joint.point));
     if held || joint.arms.len() != 2 || joint.model.mounting() != Mounting::Point {

@@ -1,10 +1,10 @@
 //! Monitor of twist that a mesh cannot hold, and loses.
 //!
-//! The energy of two coupled frames depends on their relative rotation, but not on full turns. Its moment is largest at about
-//! 105°; beyond half a turn the energy decreases towards a state with one turn less. No rod does that: the result would be a
-//! wrong equilibrium. So frames are monitored in every call of the minimiser. All steps of a frame are less than half a turn and
-//! multiply its unit quaternion, whose sign so stays continuous. The product `q_a · q_b = cos(φ/2)` of two neighbours changes its
-//! sign exactly when φ passes half a turn.
+//! The energy of two coupled frames depends on their relative rotation, but not on full turns. Its moment is largest at
+//! about 105°; beyond half a turn the energy decreases towards a state with one turn less. No rod does that: the
+//! result would be a wrong equilibrium. So frames are monitored in every call of the minimiser. All steps of a frame
+//! are less than half a turn and multiply its unit quaternion, whose sign so stays continuous. The product
+//! `q_a · q_b = cos(φ/2)` of two neighbours changes its sign exactly when φ passes half a turn.
 
 use crate::report::Occurrence;
 use crate::report::result;
@@ -26,8 +26,8 @@ pub(crate) const RESOLVED_TURN: f64 = TAU / 6.0;
 enum Coupled {
     /// Frame c and the next one of a branch.
     Along { branch: usize, c: usize },
-    /// Two arms of a joint: their branches, whether those start there, and their frames, each with the rotation that makes both
-    /// equal at rest.
+    /// Two arms of a joint: their branches, whether those start there, and their frames, each with the rotation that
+    /// makes both equal at rest.
     Arms { arms: [(usize, bool); 2], s: f64, frames: [usize; 2], rest: [Rotation; 2] },
     /// Station and target of a constraint with a rotational spring.
     Spring { constraint: usize },
@@ -42,7 +42,8 @@ pub(crate) struct Side {
     pub start: bool,
 }
 
-/// Whether the twist is held on a side of a cut; also if the side is connected to the other one, as a closed loop holds its twist.
+/// Whether the twist is held on a side of a cut; also if the side is connected to the other one, as a closed loop holds
+/// its twist.
 pub(crate) fn holds_twist(problem: &Problem<'_>, side: Side) -> bool {
     let network = problem.network;
     let holding = |place: &dyn Fn(&Place) -> bool| {
@@ -199,8 +200,8 @@ impl TwistMonitor {
         }
     }
 
-    /// Events of the turns lost in the last call, with a remedy. `before` is the state at its beginning, `prescribed` the largest
-    /// number of turns that a constraint makes in the step.
+    /// Events of the turns lost in the last call, with a remedy. `before` is the state at its beginning, `prescribed`
+    /// the largest number of turns that a constraint makes in the step.
     pub fn occurrences(&self, problem: &Problem<'_>, before: &State, prescribed: f64) -> Vec<Occurrence> {
         let network = problem.network;
         // By branch or constraint, with the first coupling.

@@ -14,8 +14,9 @@ const NO_DIRECTION: f64 = 1e-9;
 /// Weight of the rotation that selects an undetermined turn: small beside the weight 1 of each direction.
 const SELECTION_WEIGHT: f64 = 1e-3;
 
-/// Deepest penetration of an obstacle by a harness laid out along drawn paths or by `initial`, if it is not to be resolved
-/// ([`wireloom_core::obstacle::ContactSettings::resolve`]). Penetrations of a layout found by the program are always resolved.
+/// Deepest penetration of an obstacle by a harness laid out along drawn paths or by `initial`, if it is not to be
+/// resolved ([`wireloom_core::obstacle::ContactSettings::resolve`]). Penetrations of a layout found by the program are
+/// always resolved.
 pub fn inside(network: &Network, schedule: &Schedule) -> Option<Penetration> {
     let drawn = schedule.initial.is_some() || network.branches.iter().any(|branch| !branch.path.is_empty());
     if network.obstacles.is_empty() || network.contact.resolve || !drawn {
@@ -25,8 +26,8 @@ pub fn inside(network: &Network, schedule: &Schedule) -> Option<Penetration> {
     Problem::new(network, Conditions::new(network, schedule.gravity, &state)).deepest_penetration(&state)
 }
 
-/// Initial state: each piece along the drawn paths if all its branches have one, else in its rest shape, placed by `initial` or
-/// by the piece's best constraint.
+/// Initial state: each piece along the drawn paths if all its branches have one, else in its rest shape, placed by
+/// `initial` or by the piece's best constraint.
 pub fn place(network: &Network, schedule: &Schedule) -> State {
     let mut state = State::origin(network);
     let (piece, pieces) = network.pieces();
@@ -55,8 +56,8 @@ struct RestShape {
 }
 
 impl RestShape {
-    /// Rest shape of a branch. At an end without a station the segment's frame differs from the end's frame by the rest curvature
-    /// over half a segment.
+    /// Rest shape of a branch. At an end without a station the segment's frame differs from the end's frame by the rest
+    /// curvature over half a segment.
     fn new(network: &Network, branch: usize) -> Self {
         let rod = &network.branches[branch].rod;
         let mesh = rod.mesh();
@@ -170,8 +171,8 @@ fn lay_at_constraint(network: &Network, branches: &[usize], state: &mut State) {
     };
     lay_rest_shape(network, first, Pose::identity(), state);
     network.follow_ties(state);
-    // Present and wanted pose of the constraint's station; without a given direction the harness points from this constraint to the
-    // mean of the others.
+    // Present and wanted pose of the constraint's station; without a given direction the harness points from this
+    // constraint to the mean of the others.
     let at = state.pose(&best.site);
     let position = best.position.unwrap_or_else(Vector::zeros);
     let others: Vec<Vector> = constraints.iter().filter(|f| f.name != best.name).filter_map(|f| f.position).collect();
@@ -228,8 +229,8 @@ fn along(path: &[Vector], t: f64) -> (Vector, Vector) {
     (path[n - 1], path[n - 1] - path[n - 2])
 }
 
-/// Lays a piece along its drawn centre lines. Frames follow them without twist from the start of each branch, and are then twisted
-/// uniformly to match the frame at its end, if that is known.
+/// Lays a piece along its drawn centre lines. Frames follow them without twist from the start of each branch, and are
+/// then twisted uniformly to match the frame at its end, if that is known.
 fn lay_along_paths(network: &Network, branches: &[usize], state: &mut State) {
     let mut hubs = vec![Rotation::identity(); network.joints.len()];
     for (j, joint) in network.joints.iter().enumerate() {

@@ -1,13 +1,13 @@
 //! Prolongation of an equilibrium to a similar harness: from a coarse mesh to a fine one, or between points of a sweep.
 //!
-//! Nested iteration: far from the equilibrium the number of iterations hardly depends on the mesh, so they are cheap on a coarse
-//! mesh; a few remain on the fine one (Brandt 1977).
+//! Nested iteration: far from the equilibrium the number of iterations hardly depends on the mesh, so they are cheap on
+//! a coarse mesh; a few remain on the fine one (Brandt 1977).
 
 use std::ops::Range;
 use wireloom_core::{Network, State};
 
-/// Whether harnesses have the same branches and joints, with any lengths and meshes, and no history in their states: no meshes that
-/// move along their cables, and no obstacles, which cables can pass on either side.
+/// Whether harnesses have the same branches and joints, with any lengths and meshes, and no history in their states: no
+/// meshes that move along their cables, and no obstacles, which cables can pass on either side.
 pub fn alike(one: &Network, other: &Network) -> bool {
     same_graph(one, other)
         && [one, other].iter().all(|network| network.branches.iter().all(|branch| !branch.mesh_moves))
@@ -25,8 +25,8 @@ pub fn same_graph(one: &Network, other: &Network) -> bool {
     branches(one) == branches(other) && joints(one) == joints(other)
 }
 
-/// State of a harness on the mesh of another one with the same branches and joints: points and frames of branches are interpolated
-/// at equal fractions of length, those of joints are copied.
+/// State of a harness on the mesh of another one with the same branches and joints: points and frames of branches are
+/// interpolated at equal fractions of length, those of joints are copied.
 ///
 /// # Panics
 /// If the networks do not have the same branches and joints.
@@ -63,7 +63,8 @@ pub fn prolonged(from: &Network, state: &State, network: &Network) -> State {
     prolonged
 }
 
-/// Interval of increasing places that contains `at` (the nearest one outside): index of its start, and the fraction of `at` in it.
+/// Interval of increasing places that contains `at` (the nearest one outside): index of its start, and the fraction of
+/// `at` in it.
 fn between(places: &[f64], at: f64) -> (usize, f64) {
     let inner: Range<usize> = 1..places.len() - 1;
     let k = places[inner].partition_point(|place| *place <= at);

@@ -11,8 +11,9 @@ use wireloom_core::{Network, State, Tangent};
 const VIOLATION: f64 = 1e-9;
 /// Tolerance of equations and inequalities, in units of their scales, as a fraction of the force tolerance.
 pub const FEASIBLE: f64 = 1e-2;
-/// Tolerance of the shape: move of a converged harness in the next Newton step, as a fraction of the longest branch, and turn
-/// (rad). Of 1,785 random harnesses the wrong ones with forces in balance had 2e-4 and more, ordinary ones 2e-7 and less.
+/// Tolerance of the shape: move of a converged harness in the next Newton step, as a fraction of the longest branch,
+/// and turn (rad). Of 1,785 random harnesses the wrong ones with forces in balance had 2e-4 and more, ordinary ones
+/// 2e-7 and less.
 const SHAPE: f64 = 1e-5;
 
 /// Result of the recomputation.
@@ -26,7 +27,8 @@ pub struct Certificate {
     pub violation: f64,
     /// Equation or inequality with the largest violation, if any acts.
     pub constraint: Option<ConstraintResidual>,
-    /// Largest violation of contact, in units of the tolerance ([`wireloom_core::terms::contact`]), if contact is possible.
+    /// Largest violation of contact, in units of the tolerance ([`wireloom_core::terms::contact`]), if contact is
+    /// possible.
     pub contact: Option<f64>,
     /// Converged if the numbers confirm it; else the status of the minimiser, failed if that was converged.
     pub status: Status,
@@ -82,8 +84,8 @@ impl Certifier {
         inspector.get_or_insert_with(|| Inspector::new(problem)).diverges(problem, state, gradient)
     }
 
-    /// Status of a state after inspection; `graded` is its status by the forces. In contact the inspection does not bound the error
-    /// of the shape, as contact and friction would end the next step early.
+    /// Status of a state after inspection; `graded` is its status by the forces. In contact the inspection does not
+    /// bound the error of the shape, as contact and friction would end the next step early.
     pub fn grade_shape(graded: Status, inspection: &Inspection) -> Status {
         let holds = inspection.relative <= SHAPE || inspection.is_flat() || inspection.in_contact;
         if graded == Status::Converged && !holds { Status::Stalled } else { graded }
@@ -97,7 +99,8 @@ impl Certifier {
         &self.inspector.as_ref().expect("a state was inspected").step
     }
 
-    /// Direction along which the energy decreases from the equilibrium inspected last; see [`Inspector::descent_direction`].
+    /// Direction along which the energy decreases from the equilibrium inspected last; see
+    /// [`Inspector::descent_direction`].
     pub fn descent_direction(&mut self, problem: &Problem<'_>, state: &State) -> Option<&Tangent> {
         self.inspector.as_mut()?.descent_direction(problem, state)
     }

@@ -1,7 +1,8 @@
 //! Checkpoint of a run: all data needed to continue it later, in another process, to the same bits.
 //!
-//! Checkpoints are made at the beginning of every step and after every increment. There the minimiser clears its memory in every
-//! run, whether the checkpoint is kept or not. So a resumed run has the same results as an uninterrupted one, except for times.
+//! Checkpoints are made at the beginning of every step and after every increment. There the minimiser clears its memory
+//! in every run, whether the checkpoint is kept or not. So a resumed run has the same results as an uninterrupted one,
+//! except for times.
 
 use crate::report::EventLog;
 use crate::steps::plan::Plan;
@@ -101,8 +102,8 @@ pub trait Observer {
     /// Called with a checkpoint from which the run can be resumed.
     fn checkpoint(&mut self, _: &Checkpoint) {}
 
-    /// Monitor of the run, requested once at its beginning: it can stop the run at any time, and shows its iterations. An increment
-    /// that was stopped is not part of the result.
+    /// Monitor of the run, requested once at its beginning: it can stop the run at any time, and shows its iterations.
+    /// An increment that was stopped is not part of the result.
     fn monitor(&self) -> Monitor {
         Monitor::default()
     }

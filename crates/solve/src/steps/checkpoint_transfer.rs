@@ -1,5 +1,5 @@
-//! Transfer of a checkpoint to the same harness with other constraints or steps: a harness grasped between two equilibria gets a
-//! station that it did not have before.
+//! Transfer of a checkpoint to the same harness with other constraints or steps: a harness grasped between two
+//! equilibria gets a station that it did not have before.
 
 use crate::start::prolongation;
 use crate::steps::checkpoint::Checkpoint;
@@ -16,14 +16,15 @@ const SAME_NODE: f64 = 1e-9;
 pub enum Transferred {
     /// The same equilibrium, to the bit.
     Same(Box<Checkpoint>),
-    /// Near an equilibrium, which must be found first: [`balance`](crate::steps::interactive::InteractiveDriver::balance).
+    /// Near an equilibrium, which must be found first:
+    /// [`balance`](crate::steps::interactive::InteractiveDriver::balance).
     Approximate(Box<Checkpoint>),
 }
 
-/// Transfers a checkpoint to another harness with the same branches and joints. Constraints are identified by their names, and
-/// those of the same name by their order. `None` if the state depends on its history in a way that cannot be transferred: an
-/// active constraint is missing; the mesh differs, and moves along the cables or may be in contact; or stations differ, and
-/// friction acts.
+/// Transfers a checkpoint to another harness with the same branches and joints. Constraints are identified by their
+/// names, and those of the same name by their order. `None` if the state depends on its history in a way that cannot be
+/// transferred: an active constraint is missing; the mesh differs, and moves along the cables or may be in contact; or
+/// stations differ, and friction acts.
 ///
 /// # Panics
 /// If the checkpoint is not one of `from`.
@@ -134,7 +135,8 @@ fn conditions(own: &Conditions, from: &Network, to: &Network, state: &State) -> 
     Some(new)
 }
 
-/// Index in `from` of every constraint of `to`: the one of the same name, and of several of one name the one of the same number.
+/// Index in `from` of every constraint of `to`: the one of the same name, and of several of one name the one of the
+/// same number.
 fn counterparts(from: &Network, to: &Network) -> Vec<Option<usize>> {
     let number = |network: &Network, f: usize| {
         let name = &network.constraints[f].name;

@@ -10,9 +10,9 @@ const SPACING_FRACTION: f64 = 0.1;
 /// Distances (m) that differ by less than this are the same.
 const SAME: f64 = 1e-9;
 
-/// Sets the arc lengths of those knots (increasing nodes, and their arc lengths at `state`, m) of a branch that constraints of
-/// `added` bring: first the given ones, then the nearest ones. All stay between the constraints that act already. Returns remarks
-/// on those that these limited.
+/// Sets the arc lengths of those knots (increasing nodes, and their arc lengths at `state`, m) of a branch that
+/// constraints of `added` bring: first the given ones, then the nearest ones. All stay between the constraints that act
+/// already. Returns remarks on those that these limited.
 pub(crate) fn place_stations(
     network: &Network,
     state: &State,
@@ -60,7 +60,8 @@ pub(crate) fn place_stations(
     notes
 }
 
-/// Arc length in `[low, high]` at which the cable is nearest to the seat of constraint `f`, and a remark if it is nearer outside.
+/// Arc length in `[low, high]` at which the cable is nearest to the seat of constraint `f`, and a remark if it is
+/// nearer outside.
 fn nearest_place(
     network: &Network,
     state: &State,
@@ -87,7 +88,8 @@ fn nearest_place(
     (here, note)
 }
 
-/// Arc length in `[low, high]` at which the polygon through `points` at arc lengths `s` is nearest to `seat`, and its distance, m.
+/// Arc length in `[low, high]` at which the polygon through `points` at arc lengths `s` is nearest to `seat`, and its
+/// distance, m.
 fn nearest(s: &[f64], points: &[Vector], seat: &Vector, low: f64, high: f64) -> (f64, f64) {
     let edges = s.windows(2).zip(points.windows(2)).filter(|(s, _)| s[1] >= low && s[0] <= high);
     let candidates = edges.map(|(s, p)| {

@@ -27,7 +27,8 @@ pub(crate) struct Driver<'n, 'm> {
     /// State before the part of an increment in progress.
     pub(super) before: State,
     pub(super) iterations: usize,
-    /// Iterations on the CPU that finish the single-precision result of a GPU; see [`wireloom_core::minimiser::Report`].
+    /// Iterations on the CPU that finish the single-precision result of a GPU; see
+    /// [`wireloom_core::minimiser::Report`].
     pub(super) polish: usize,
     pub(super) factorisations: usize,
     pub(super) residual: f64,
@@ -50,8 +51,8 @@ pub(crate) struct Driver<'n, 'm> {
     pub(super) lost_twist: Vec<Occurrence>,
     /// Smallest part of the current increment that was tried in one piece.
     pub(super) smallest_part: f64,
-    /// Largest displacement of a point in the previous increment, m; `None` in the first increment of a step that releases or
-    /// adds a constraint or changes loads: any motion may follow there.
+    /// Largest displacement of a point in the previous increment, m; `None` in the first increment of a step that
+    /// releases or adds a constraint or changes loads: any motion may follow there.
     pub(super) previous_move: Option<f64>,
     /// Results so far of the operations of the current step.
     pub(super) operations: Vec<OperationResult>,

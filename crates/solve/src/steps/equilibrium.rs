@@ -10,13 +10,15 @@ use wireloom_core::status::Status;
 
 /// Largest number of friction updates; the increment is cut back if friction has not converged by then.
 const FRICTION_UPDATES: usize = 40;
-/// Largest number of multiplier updates; the increment is cut back if constraints and contact are not satisfied by then.
+/// Largest number of multiplier updates; the increment is cut back if constraints and contact are not satisfied by
+/// then.
 const MULTIPLIER_UPDATES: usize = 40;
 /// Force tolerance above which the tolerance of contact grows in proportion: such states are intermediate ones.
 const STRICT: f64 = 1e-3;
 
 impl Driver<'_, '_> {
-    /// Equilibrium under the present conditions, with friction, and without the constraints that the cable has run out of.
+    /// Equilibrium under the present conditions, with friction, and without the constraints that the cable has run out
+    /// of.
     pub(crate) fn solve(&mut self) -> Status {
         let mut status = self.minimise();
         for _ in 0..FRICTION_UPDATES {
@@ -32,8 +34,8 @@ impl Driver<'_, '_> {
         Status::IterationLimit
     }
 
-    /// Minimum of the energy under the present conditions. With equations of constraints or contact, multipliers are updated
-    /// around the minimiser until the violations are within tolerance (Hestenes 1969, Powell 1969).
+    /// Minimum of the energy under the present conditions. With equations of constraints or contact, multipliers are
+    /// updated around the minimiser until the violations are within tolerance (Hestenes 1969, Powell 1969).
     fn minimise(&mut self) -> Status {
         let (mut last, mut history) = (Vec::new(), ContactHistory::default());
         let allowed = (self.stop.force_tolerance / STRICT).max(1.0);

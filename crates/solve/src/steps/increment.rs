@@ -13,8 +13,8 @@ use wireloom_core::{EventKind, EventPlace, Moment};
 
 /// An increment that fails is halved, its halves likewise, up to this many times.
 const CUT_BACKS: u32 = 4;
-/// Factor on the iteration limit of an increment where parts may snap through: at the initial equilibrium, and where smaller
-/// increments did not converge.
+/// Factor on the iteration limit of an increment where parts may snap through: at the initial equilibrium, and where
+/// smaller increments did not converge.
 const SNAP_THROUGH_FACTOR: usize = 20;
 /// Iteration limits below this fraction of the default hold for snap-through, too: they are set to see them reached.
 const SMALL_LIMIT: f64 = 0.5;
@@ -57,8 +57,8 @@ impl Driver<'_, '_> {
         plan
     }
 
-    /// Runs an increment (of this number, in the step of this number) from one fraction of the step's plan to another, and logs
-    /// the events at its end; with `all`, all clearances are kept, not only the required ones.
+    /// Runs an increment (of this number, in the step of this number) from one fraction of the step's plan to another,
+    /// and logs the events at its end; with `all`, all clearances are kept, not only the required ones.
     ///
     /// # Errors
     /// The status, if a part cannot continue or a stop was requested.
@@ -153,8 +153,8 @@ impl Driver<'_, '_> {
         }
     }
 
-    /// Continues downhill with a larger iteration limit: smaller increments did not converge, as the equilibrium path has
-    /// passed a limit point and the harness snaps to another equilibrium.
+    /// Continues downhill with a larger iteration limit: smaller increments did not converge, as the equilibrium path
+    /// has passed a limit point and the harness snaps to another equilibrium.
     fn follow_snap_through(&mut self) -> Status {
         let stop = self.stop;
         self.stop.max_iterations = snap_through_iterations(&stop);
@@ -163,8 +163,8 @@ impl Driver<'_, '_> {
         status
     }
 
-    /// Advances from fraction `a` to fraction `b` of a plan, in parts that resolve its turns and pass through every corner of
-    /// its paths. Returns also the fraction that was reached; the plan beyond it was not tried.
+    /// Advances from fraction `a` to fraction `b` of a plan, in parts that resolve its turns and pass through every
+    /// corner of its paths. Returns also the fraction that was reached; the plan beyond it was not tried.
     pub(super) fn advance_through(&mut self, plan: &Plan, a: f64, b: f64) -> (Status, f64) {
         let mut corners: Vec<f64> =
             plan.corners.iter().copied().filter(|t| a + SAME_FRACTION < *t && *t < b - SAME_FRACTION).collect();
@@ -208,7 +208,8 @@ impl Driver<'_, '_> {
         operations::update(&plan.operations, &mut self.operations, self.problem.network, fraction, reaction);
     }
 
-    /// Advances from fraction `a` to fraction `b` of a plan; the part is halved if it does not converge, `cuts` times at most.
+    /// Advances from fraction `a` to fraction `b` of a plan; the part is halved if it does not converge, `cuts` times
+    /// at most.
     pub(super) fn advance(&mut self, plan: &Plan, a: f64, b: f64, cuts: u32) -> Status {
         self.before.copy_from(&self.state);
         let began = self.problem.conditions().clone();
@@ -245,8 +246,9 @@ impl Driver<'_, '_> {
         self.advance(plan, middle, b, cuts - 1)
     }
 
-    /// Solves under the present conditions a part that began under others. Constraints that slipped then are assumed to slip
-    /// on; those that would have to slip backward are restarted sticking, and all of them where no equilibrium is found.
+    /// Solves under the present conditions a part that began under others. Constraints that slipped then are assumed to
+    /// slip on; those that would have to slip backward are restarted sticking, and all of them where no equilibrium is
+    /// found.
     fn solve_from(&mut self, began: &Conditions) -> Status {
         let mut sticks: Vec<bool> = (0..began.sliding.len()).map(|k| !self.problem.slips(k)).collect();
         loop {
@@ -262,7 +264,8 @@ impl Driver<'_, '_> {
         }
     }
 
-    /// Restores the state before the part, under the present conditions; the constraints that `sticks` selects begin sticking.
+    /// Restores the state before the part, under the present conditions; the constraints that `sticks` selects begin
+    /// sticking.
     fn restore(&mut self, began: &Conditions, sticks: impl Fn(usize) -> bool) {
         self.state.copy_from(&self.before);
         if self.problem.conditions().active != began.active {

@@ -13,7 +13,8 @@ use wireloom_core::status::Status;
 use wireloom_core::steps::{Schedule, Step};
 use wireloom_core::{Moment, Monitor, Network, State, Vector};
 
-/// Least number of increments in which the drawn shape is released and the constraints move to their poses in the scenario.
+/// Least number of increments in which the drawn shape is released and the constraints move to their poses in the
+/// scenario.
 const START_INCREMENTS: f64 = 10.0;
 /// Largest number of increments: they are a means of robustness, and need not resolve the motion.
 const MOST_START_INCREMENTS: f64 = 100.0;
@@ -23,15 +24,15 @@ const START_DISTANCE: f64 = 0.1;
 const START_TURN: f64 = 0.3;
 /// Force tolerance of all increments but the last: intermediate states need only be near an equilibrium.
 const START_TOLERANCE: f64 = 0.1;
-/// Turns (rad) by which an unstable equilibrium is disturbed, one after the other until the harness leaves it: with a slow
-/// instability the minimiser may return after a small disturbance.
+/// Turns (rad) by which an unstable equilibrium is disturbed, one after the other until the harness leaves it: with a
+/// slow instability the minimiser may return after a small disturbance.
 const DISTURBANCES: [f64; 3] = [1e-3, 1e-2, 1e-1];
-/// Largest turn (rad) of any frame from the initial equilibrium of another harness: beyond it the harness's own initial equilibrium
-/// may be a different one.
+/// Largest turn (rad) of any frame from the initial equilibrium of another harness: beyond it the harness's own initial
+/// equilibrium may be a different one.
 const NEAR: f64 = 0.5;
 
-/// Initial equilibrium of a harness, found from that of a similar harness `other`, as a checkpoint for [`super::carry_out`].
-/// `None` if the harnesses are not alike, or no equilibrium was found nearby.
+/// Initial equilibrium of a harness, found from that of a similar harness `other`, as a checkpoint for
+/// [`super::carry_out`]. `None` if the harnesses are not alike, or no equilibrium was found nearby.
 pub fn start_near(
     network: &Network,
     minimiser: &mut dyn Minimiser,
@@ -62,8 +63,8 @@ impl Driver<'_, '_> {
         if self.problem.monitor.is_stopped() { Status::Interrupted } else { status }
     }
 
-    /// Finds an equilibrium from the layout, with the constraints that act from the start at their poses in the scenario. Dead
-    /// moments are applied last, as only a system with a potential can descend to a stable equilibrium.
+    /// Finds an equilibrium from the layout, with the constraints that act from the start at their poses in the
+    /// scenario. Dead moments are applied last, as only a system with a potential can descend to a stable equilibrium.
     pub(super) fn find_initial_equilibrium(&mut self) -> Status {
         if !self.problem.has_dead_moments() {
             return self.find_equilibrium_without_moments();
@@ -90,8 +91,9 @@ impl Driver<'_, '_> {
         self.solve()
     }
 
-    /// Finds an equilibrium without dead moments. A drawn shape is at first the rest shape, without weight; while the constraints
-    /// move, it is replaced by the true rest shape, and the weight is applied. An unstable equilibrium is left at the end.
+    /// Finds an equilibrium without dead moments. A drawn shape is at first the rest shape, without weight; while the
+    /// constraints move, it is replaced by the true rest shape, and the weight is applied. An unstable equilibrium is
+    /// left at the end.
     fn find_equilibrium_without_moments(&mut self) -> Status {
         let network = self.problem.network;
         let mut journeys = Vec::new();
@@ -149,7 +151,8 @@ impl Driver<'_, '_> {
         status
     }
 
-    /// Finds the initial equilibrium from that on a coarse mesh. `None` if that fails; the harness then is in its layout again.
+    /// Finds the initial equilibrium from that on a coarse mesh. `None` if that fails; the harness then is in its
+    /// layout again.
     pub(super) fn start_from_coarse(&mut self, coarse: &Network, schedule: &Schedule) -> Option<Status> {
         let monitor = &self.problem.monitor;
         let mut coarse_driver = Driver::at_start(coarse, &mut *self.minimiser, &self.stop, schedule, monitor);
@@ -214,8 +217,8 @@ impl Driver<'_, '_> {
         }
     }
 
-    /// Leaves an unstable equilibrium, or a state where the minimiser failed: disturbs it along a direction in which the energy
-    /// decreases (deterministic) and minimises again. Without success the state is restored.
+    /// Leaves an unstable equilibrium, or a state where the minimiser failed: disturbs it along a direction in which
+    /// the energy decreases (deterministic) and minimises again. Without success the state is restored.
     fn leave_unstable_start(&mut self, status: Status) -> Status {
         let applicable = matches!(status, Status::Converged | Status::Failed) && !self.problem.has_dead_moments();
         if self.is_over() || !applicable || self.problem.network.constraints.is_empty() {

@@ -12,7 +12,8 @@ use wireloom_core::status::Status;
 use wireloom_core::steps::{Journey, Schedule, Step};
 use wireloom_core::{Event, Monitor, Network};
 
-/// Factor on the force tolerance of [`InteractiveDriver::balance`]: the visible result then does not depend on the start.
+/// Factor on the force tolerance of [`InteractiveDriver::balance`]: the visible result then does not depend on the
+/// start.
 const FINER: f64 = 1e-3;
 /// Name of the result before all steps.
 const START: &str = "start";
@@ -70,7 +71,8 @@ impl Checkpoint {
         self.conditions.active.get(constraint).copied().unwrap_or(false)
     }
 
-    /// The checkpoint after the end of the current step, whose increments were open ([`InteractiveDriver::advance_open`]).
+    /// The checkpoint after the end of the current step, whose increments were open
+    /// ([`InteractiveDriver::advance_open`]).
     pub fn with_step_ended(self) -> Self {
         if self.increment == 0 {
             return self;
@@ -136,8 +138,9 @@ impl InteractiveDriver {
         self.increment(network, step, from, false)
     }
 
-    /// Runs one more increment of an open step, whose path is not known beforehand: the increment ends at the targets of `step`, and
-    /// further ones may follow. Together they equal one step through all these targets, at equal fractions of it.
+    /// Runs one more increment of an open step, whose path is not known beforehand: the increment ends at the targets
+    /// of `step`, and further ones may follow. Together they equal one step through all these targets, at equal
+    /// fractions of it.
     ///
     /// # Errors
     /// If a stop was requested, or a part cannot continue.
@@ -194,8 +197,8 @@ impl InteractiveDriver {
         }
     }
 
-    /// The checkpoint with the harness in equilibrium, to a smaller tolerance than usual; `None` if no equilibrium was found, or a
-    /// stop was requested.
+    /// The checkpoint with the harness in equilibrium, to a smaller tolerance than usual; `None` if no equilibrium was
+    /// found, or a stop was requested.
     pub fn balance(&mut self, network: &Network, from: Checkpoint) -> Option<Checkpoint> {
         let position = from.clone();
         let mut driver = self.driver(network, from);

@@ -9,7 +9,8 @@ use wireloom_core::{EventKind, EventPlace};
 
 /// Arc lengths that differ by less than this fraction of the branch are the same.
 const SAME_PLACE: f64 = 1e-12;
-/// Change of a branch's twist (turns) by a motion of its mesh that counts as a lost turn: interpolation changes it by little.
+/// Change of a branch's twist (turns) by a motion of its mesh that counts as a lost turn: interpolation changes it by
+/// little.
 const LOST_TURN: f64 = 0.5;
 
 impl Driver<'_, '_> {
@@ -42,8 +43,8 @@ impl Driver<'_, '_> {
         released
     }
 
-    /// Places the stations of constraints that begin at the arc lengths they were given, or at the nearest ones, where the mesh
-    /// has moved along the cable since it was built. Returns remarks.
+    /// Places the stations of constraints that begin at the arc lengths they were given, or at the nearest ones, where
+    /// the mesh has moved along the cable since it was built. Returns remarks.
     pub(super) fn place_stations(&mut self, added: &[usize]) -> Vec<String> {
         let network = self.problem.network;
         let mut notes = Vec::new();

@@ -36,7 +36,8 @@ pub(crate) fn begin(operations: &[Operation], problem: &Problem<'_>, state: &Sta
     operations.iter().map(result).collect()
 }
 
-/// Updates the results with the equilibrium at fraction `t` of the step; `reaction` is the force (N) of a constraint on the harness.
+/// Updates the results with the equilibrium at fraction `t` of the step; `reaction` is the force (N) of a constraint on
+/// the harness.
 pub(crate) fn update(
     operations: &[Operation],
     results: &mut [OperationResult],

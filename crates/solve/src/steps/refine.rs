@@ -4,8 +4,8 @@ use super::driver::Driver;
 use crate::steps::certificate::Certifier;
 use wireloom_core::status::Status;
 
-/// Target of the refinement: move in the next Newton step, as a fraction of the longest branch, and turn (rad). The tolerance that
-/// decides on the status is that of the [certificate](super::certificate).
+/// Target of the refinement: move in the next Newton step, as a fraction of the longest branch, and turn (rad). The
+/// tolerance that decides on the status is that of the [certificate](super::certificate).
 const REFINED: f64 = 1e-7;
 /// Largest number of refinement steps: near a limit point the first ones converge slowly.
 const REFINEMENTS: usize = 12;
@@ -17,8 +17,8 @@ const FINER: f64 = 1e-2;
 const REFINING_SOLVES: usize = 3;
 
 impl Driver<'_, '_> {
-    /// Refines a state in balance as long as the next Newton step would move it: near a limit point, or in a harness that is soft
-    /// beside its loads, forces are within tolerance long before the shape is accurate.
+    /// Refines a state in balance as long as the next Newton step would move it: near a limit point, or in a harness
+    /// that is soft beside its loads, forces are within tolerance long before the shape is accurate.
     pub(super) fn refine(&mut self, status: Status) -> Status {
         self.inspection = None;
         if status != Status::Converged || self.problem.has_dead_moments() {

@@ -15,8 +15,8 @@ const ROUND_OFF: &str = "forces are in balance up to round-off, which is above f
                          are very stiff beside what acts on them";
 
 /// Runs a schedule. With the same harness on a `coarse` mesh, the initial equilibrium is searched for there first. The
-/// observer sees the end of every increment, may stop the run, and may keep checkpoints; `resumed` continues a run from one
-/// of them. The status of the run is that of the first increment that did not converge.
+/// observer sees the end of every increment, may stop the run, and may keep checkpoints; `resumed` continues a run from
+/// one of them. The status of the run is that of the first increment that did not converge.
 ///
 /// # Panics
 /// If the checkpoint does not fit the network ([`Checkpoint::fits`](crate::steps::checkpoint::Checkpoint::fits)) or the

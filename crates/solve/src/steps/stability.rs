@@ -1,15 +1,15 @@
 //! Inspection of the second derivatives at an equilibrium: stability, and the move of the next Newton step.
 //!
-//! An equilibrium is stable if the Hessian A is positive definite. Round-off decides what counts as zero: the computed factor is
-//! that of a matrix whose entries differ from those of A by less than `τ √(a_ii a_jj)` (Higham 2002, Accuracy and Stability of
-//! Numerical Algorithms, theorem 10.3). So, with D the diagonal of A,
+//! An equilibrium is stable if the Hessian A is positive definite. Round-off decides what counts as zero: the computed
+//! factor is that of a matrix whose entries differ from those of A by less than `τ √(a_ii a_jj)` (Higham 2002,
+//! Accuracy and Stability of Numerical Algorithms, theorem 10.3). So, with D the diagonal of A,
 //!
 //! ```text
 //! A − τ D positive definite: stable;   A + τ D not positive definite: unstable;   else neutral
 //! ```
 //!
-//! Each entry is compared with its own diagonal, so a soft wire is graded independently of stiff neighbours. Residual forces r
-//! change the curvature of rotations by `r · lever`; this is added to τ D at the frames.
+//! Each entry is compared with its own diagonal, so a soft wire is graded independently of stiff neighbours. Residual
+//! forces r change the curvature of rotations by `r · lever`; this is added to τ D at the frames.
 
 use crate::linear::assembly::System;
 use crate::linear::border::{Border, Inertia};
@@ -63,7 +63,8 @@ pub struct Inspection {
 }
 
 impl Inspection {
-    /// Whether the next step is along a motion that changes the energy by round-off only: the position along it is undetermined.
+    /// Whether the next step is along a motion that changes the energy by round-off only: the position along it is
+    /// undetermined.
     pub fn is_flat(&self) -> bool {
         self.stability == Stability::Neutral && self.is_negligible
     }
@@ -130,10 +131,10 @@ impl Inspector {
         Inspection { stability, move_left, relative, is_negligible, is_uncertain, in_contact }
     }
 
-    /// Whether an equilibrium under dead moments certainly diverges: the tangent of the residual has a negative determinant, so one
-    /// of its real eigenvalues is negative, and a disturbance grows with any damping. Otherwise stability is unknown: without a
-    /// potential the equilibrium may be unstable in an even number of directions, or flutter. Always false if cables slide.
-    /// `gradient` is as for [`Self::inspect`].
+    /// Whether an equilibrium under dead moments certainly diverges: the tangent of the residual has a negative
+    /// determinant, so one of its real eigenvalues is negative, and a disturbance grows with any damping. Otherwise
+    /// stability is unknown: without a potential the equilibrium may be unstable in an even number of directions, or
+    /// flutter. Always false if cables slide. `gradient` is as for [`Self::inspect`].
     pub fn diverges(&mut self, problem: &mut Problem<'_>, state: &State, gradient: &Tangent) -> bool {
         if problem.has_slides() {
             return false;
@@ -149,8 +150,8 @@ impl Inspector {
         moments.turns_determinant(negative)
     }
 
-    /// Direction along which the energy decreases from the unstable equilibrium inspected last, with a largest turn of 1 rad (or, if
-    /// no frame turns, a largest move of 1 m). `None` if there is none.
+    /// Direction along which the energy decreases from the unstable equilibrium inspected last, with a largest turn of
+    /// 1 rad (or, if no frame turns, a largest move of 1 m). `None` if there is none.
     pub fn descent_direction(&mut self, problem: &Problem<'_>, state: &State) -> Option<&Tangent> {
         let System { matrix, rhs, .. } = &mut self.system;
         if matrix.negative_direction(rhs) {

@@ -1,9 +1,10 @@
 //! Step of Newton's method on the residual, for loads without a potential.
 //!
-//! The symmetric part of the tangent need not be positive definite at a stable equilibrium: for a cantilever bent by an end
-//! moment to more than half a circle it is not. So the matrix is not shifted, and a step is not tested by an energy but by the
-//! next correction with the same matrix, in radians and lengths: `|K⁻¹ r(x ⊕ α u)| ≤ (1 − α/4) |u|` (restricted monotonicity test,
-//! Deuflhard 2004, section 3.3). If no tried length passes, the caller takes a descent step.
+//! The symmetric part of the tangent need not be positive definite at a stable equilibrium: for a cantilever bent by an
+//! end moment to more than half a circle it is not. So the matrix is not shifted, and a step is not tested by an energy
+//! but by the next correction with the same matrix, in radians and lengths:
+//! `|K⁻¹ r(x ⊕ α u)| ≤ (1 − α/4) |u|` (restricted monotonicity test, Deuflhard 2004, section 3.3). If no
+//! tried length passes, the caller takes a descent step.
 
 use super::Workspace;
 use crate::linear::assembly::System;
@@ -18,7 +19,8 @@ const NO_TURN: f64 = 1e-10;
 /// Decrease of the next correction that is required, per unit of α: ¼ in the test above.
 const DECREASE: f64 = 0.25;
 
-/// Size of the next correction above which a state in balance is iterated on: residual forces along a rolled-up cable add up.
+/// Size of the next correction above which a state in balance is iterated on: residual forces along a rolled-up cable
+/// add up.
 const RESOLVED: f64 = 1e-8;
 
 /// An accepted step.
