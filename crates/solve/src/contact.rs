@@ -1,4 +1,4 @@
-//! The iterations of constraints, contact and friction around a minimisation: the active set within a Newton step, and the
+//! Iterations of constraints, contact and friction around a minimisation: the active set within a Newton step, and the
 //! updates of multipliers, penalties and friction between minimisations (augmented Lagrangian).
 
 pub mod active_set;

@@ -1,12 +1,12 @@
 //! CPU minimisers, certificate and step driver.
 //!
-//! | module | |
+//! | module | contents |
 //! | --- | --- |
-//! | [`linear`] | the matrix of a Newton step: symbolic ordering, assembly, factor, border of sliding constraints |
+//! | [`linear`] | linear system of a Newton step: symbolic ordering, assembly, factor, border of sliding constraints |
 //! | [`minimisers`] | `newton`, `lbfgs`, `ncg`; static condensation of positions, line search, convergence |
-//! | [`contact`] | active set in a step; multipliers, penalties and friction between minimisations |
-//! | [`start`] | initial shapes |
-//! | [`steps`] | increments and cut-back, initial equilibrium, certificate, stability, checkpoints |
+//! | [`contact`] | active set within a Newton step; multipliers, penalties and friction between minimisations |
+//! | [`start`] | initial shapes, prolongation from a coarse mesh |
+//! | [`steps`] | run of a schedule: increments and cut-back, initial equilibrium, certificate, stability, checkpoints |
 //! | [`report`] | results, events, clearances |
 
 pub mod contact;
@@ -21,7 +21,7 @@ pub use steps::{Control, Progress, carry_out, start_near};
 use minimisers::{lbfgs, ncg, newton};
 use wireloom_core::Registry;
 
-/// Adds the minimisers.
+/// Registers the minimisers.
 ///
 /// # Panics
 /// If one of their names is taken: built-ins are registered first.

@@ -1,4 +1,5 @@
-//! The linear system of a Newton step: a sparse symmetric matrix of 3 × 3 blocks, one block row for each point and frame.
+//! Linear system of a Newton step: a sparse symmetric matrix of 3 × 3 blocks, with one block row per point and per
+//! frame.
 
 pub mod assembly;
 pub mod border;

@@ -1,4 +1,5 @@
-//! The minimisers `newton`, `lbfgs` and `ncg`, and what they share.
+//! Minimisers `newton`, `lbfgs` and `ncg`, with their common parts: static condensation, line search, convergence
+//! monitor.
 
 pub mod condensation;
 mod convergence;

@@ -1,4 +1,4 @@
-//! Results of an increment: shapes, forces, events, clearances, twist.
+//! Report of an increment: shapes, forces, events, clearances, lost twist.
 
 mod clearance;
 pub mod events;
@@ -7,6 +7,6 @@ mod log;
 pub mod result;
 mod twist_loss;
 
-pub(crate) use linking::passed;
+pub(crate) use linking::self_passing;
 pub use log::{EventLog, Occurrence};
-pub(crate) use twist_loss::LostTurns;
+pub(crate) use twist_loss::TwistMonitor;

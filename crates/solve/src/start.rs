@@ -1,4 +1,4 @@
-//! Initial shapes: from rest shapes and drawn curves, and from another mesh.
+//! Initial shapes: from rest shapes, from drawn curves, and by prolongation from another mesh.
 
 pub mod layout;
 pub mod prolongation;

@@ -40,8 +40,8 @@ fn weightless(segments: usize, holds: [&[HoldWord]; 2]) -> Sample {
 
 const CLAMPED: &[HoldWord] = &[HoldWord::Position, HoldWord::Tangent, HoldWord::Twist];
 
-/// What the flag says of a state, which must be an equilibrium with everything held where it should be: to the program's
-/// own tolerance, as positions without low-order parts leave `EA/ℓ · ε`, some 1e-8 of the force scale.
+/// What the flag says of a state, which must be an equilibrium with everything held where it should be: to the
+/// program's own tolerance, as positions without low-order parts leave `EA/ℓ · ε`, some 1e-8 of the force scale.
 fn stable(problem: &mut Problem<'_>, state: &State) -> bool {
     let mut certifier = Certifier::new(problem.network);
     let certificate = certifier.certify(problem, state, &Stop::default(), Status::IterationLimit);

@@ -15,7 +15,7 @@ use wireloom_core::{
     Tangent, Value, Vector,
 };
 use wireloom_solve::contact::multipliers::{ContactHistory, update_constraints, update_contacts};
-use wireloom_solve::linear::assembly::Gather;
+use wireloom_solve::linear::assembly::Assembly;
 use wireloom_solve::linear::matrix::BlockMatrix;
 use wireloom_solve::linear::symbolic::Structure;
 use wireloom_solve::minimisers::condensation::Condensation;
@@ -262,7 +262,7 @@ fn assembled(sample: &Sample, state: &State) -> (BlockMatrix, Vec<Vector>) {
     let mut hessian = Hessian::new(&sample.network);
     problem.hessian(state, None, &mut hessian);
     let mut matrix = BlockMatrix::new(Structure::new(&sample.network, &[]), &sample.network);
-    Gather::new(&sample.network, &matrix.structure).run(&mut matrix, &sample.network, state, &hessian);
+    Assembly::new(&sample.network, &matrix.structure).run(&mut matrix, &sample.network, state, &hessian);
     matrix.eliminate_prescribed(&problem);
     let mut rhs = vec![Vector::zeros(); matrix.structure.len()];
     matrix.right_hand_side(&problem, &gradient, None, &mut rhs);
@@ -321,7 +321,7 @@ fn check_assembled(name: &str, sample: &Sample) {
     let mut hessian = Hessian::new(network);
     problem.hessian(&state, None, &mut hessian);
     let mut matrix = BlockMatrix::new(Structure::new(network, problem.contact_pattern().1), network);
-    Gather::new(network, &matrix.structure).run(&mut matrix, network, &state, &hessian);
+    Assembly::new(network, &matrix.structure).run(&mut matrix, network, &state, &hessian);
     let (got, variables) = (dense(&matrix), matrix.structure.variables.clone());
     let (h, mut trial) = (1e-5, state.clone());
     let columns: Vec<_> = (0..3 * variables.len())
@@ -424,8 +424,8 @@ fn what_touches_an_obstacle_has_the_second_derivatives_of_its_energy() {
     }
 }
 
-/// Two cables that cross, thick enough to touch where spots of one lie beside segments of the other, and where they lie in a crook; the
-/// lower one may be two arms of a hub.
+/// Two cables that cross, thick enough to touch where spots of one lie beside segments of the other, and where they lie
+/// in a crook; the lower one may be two arms of a hub.
 fn crossed(offset: f64, hub: bool) -> Sample {
     let mut sketch = Sketch::default();
     let upper = ([offset, -0.2, 0.03], [offset, 0.25, 0.01], [None, None]);
@@ -459,7 +459,8 @@ fn cables_that_touch_have_the_second_derivatives_of_their_energy() {
     }
 }
 
-/// A multiplier that is large for its penalty pushes from farther away than pairs are coupled for coming near: its block was missing, and a panic.
+/// A multiplier that is large for its penalty pushes from farther away than pairs are coupled for coming near: its
+/// block was missing, and a panic.
 #[test]
 fn what_pushes_from_afar_has_its_block_in_the_matrix() {
     let mut sketch = Sketch::default();
@@ -510,7 +511,8 @@ fn a_cable_does_not_come_through_another_one_between_their_spots() {
     assert_eq!(problem.collision_free_fraction(&at(0.004), &at(0.001), None), 1.0);
 }
 
-/// Cables that took hold of each other before they moved to where [`shaken`] has them: not far, so that all stick, or so that all slip.
+/// Cables that took hold of each other before they moved to where [`shaken`] has them: not far, so that all stick, or
+/// so that all slip.
 fn rubbing(offset: f64, hub: bool, moved: f64) -> Sample {
     let mut sample = crossed(offset, hub);
     sample.network.contact.friction = 0.3;
@@ -571,7 +573,8 @@ fn cables_that_rub_have_the_derivatives_of_their_energy() {
     }
 }
 
-/// Turned and moved as one, cables that rub have the same energy; so have the forces and moments between them no resultant.
+/// Turned and moved as one, cables that rub have the same energy; so have the forces and moments between them no
+/// resultant.
 #[test]
 fn friction_between_cables_knows_no_rigid_motion() {
     for moved in [3e-5, 1e-2] {
@@ -621,7 +624,8 @@ fn settled_points_are_in_balance_and_settling_is_undone_exactly() {
     }
 }
 
-/// With the frames given, and before a plane, the energy is what the model of contact takes it for: so one settling finds what touches.
+/// With the frames given, and before a plane, the energy is what the model of contact takes it for: so one settling
+/// finds what touches.
 #[test]
 fn points_that_come_to_touch_a_plane_and_leave_it_are_settled_at_once() {
     let mut rng = fastrand::Rng::with_seed(3);
@@ -707,8 +711,9 @@ fn constraints_of_several_stations_are_in_the_gathered_matrix() {
     }
 }
 
-/// Newton's steps on a cable with a link between two of its nodes, after a small move of its end: near the solution each of them squares
-/// the residual, multipliers and penalty being what they are; and the next update of the multipliers finds the link met.
+/// Newton's steps on a cable with a link between two of its nodes, after a small move of its end: near the solution
+/// each of them squares the residual, multipliers and penalty being what they are; and the next update of the
+/// multipliers finds the link met.
 #[test]
 fn newton_keeps_its_order_through_equations() {
     let mut sample = cable(&registry(), 60);

@@ -1,11 +1,12 @@
-//! Contact and friction by the step driver: closed forms, what must not be called converged, and the balance of every result.
+//! Contact and friction by the step driver: closed forms, what must not be called converged, and the balance of every
+//! result.
 
 use std::f64::consts::PI;
 use wireloom_core::equilibrium::{Run, StepResult};
 use wireloom_core::status::Status;
 use wireloom_core::{EventKind, Network, Registry, Vector};
 use wireloom_solve::Control;
-use wireloom_solve::steps::checkpoint::Watching;
+use wireloom_solve::steps::checkpoint::IncrementObserver;
 use wireloom_testkit::balance::imbalance;
 
 /// Share of all forces that may be left: the tolerance of forces at every node, and round-off.
@@ -23,7 +24,7 @@ fn run(text: &str) -> (Run, Network) {
     let (_, built) = built.unwrap_or_else(|faults| panic!("{faults:?}"));
     let wireloom_scenario::Built { network, coarse, mut schedule, mut minimiser, stop, .. } = built;
     schedule.increments = true;
-    let observer = &mut Watching(&mut |_, _| Control::Continue);
+    let observer = &mut IncrementObserver(&mut |_, _| Control::Continue);
     let run =
         wireloom_solve::carry_out(&network, coarse.as_ref(), minimiser.as_mut(), &stop, &schedule, None, observer);
     for step in run.steps.iter().filter(|step| step.status == Status::Converged) {
@@ -94,8 +95,8 @@ fn step(name: &str, increments: usize, moves: &[(&str, [f64; 3])]) -> String {
     text
 }
 
-/// Friction went by the normal force of before, and only what touched was looked at: a cable dragged over a floor and then lifted kept a third
-/// of its weight in friction, for ever.
+/// Friction went by the normal force of before, and only what touched was looked at: a cable dragged over a floor and
+/// then lifted kept a third of its weight in friction, for ever.
 #[test]
 fn friction_is_gone_with_its_normal_force_when_a_cable_is_lifted_in_one_increment() {
     let floor =
@@ -115,10 +116,12 @@ fn friction_is_gone_with_its_normal_force_when_a_cable_is_lifted_in_one_incremen
     assert!(left.iter().all(|y| y.abs() < 1e-4), "{left:?} N across, where nothing pulls");
 }
 
-/// A rope drawn over half of a rough drum until it slips, then let back by δ: from the hand to an angle θ it slips back, where the pull is
-/// `T₀ exp(μ (2θ − π))` at the hand; further on nothing changes. The hand comes back by what lets go of stretch,
-/// `EA δ = L (T₀ exp(μ π) − T) + (R T₀/μ) (exp(μ π) − 2 exp(μ θ) + exp(μ (2θ − π)))`, L being what hangs free beside it. Bending, which the closed
-/// form leaves out, takes `(EI/T)^1.5/R²` of cable where the rope leaves the drum: here 0.2 % of δ. To 1 %, however many increments.
+/// A rope drawn over half of a rough drum until it slips, then let back by δ: from the hand to an angle θ it slips
+/// back, where the pull is `T₀ exp(μ (2θ − π))` at the hand; further on nothing changes. The hand comes back by
+/// what lets go of stretch,
+/// `EA δ = L (T₀ exp(μ π) − T) + (R T₀/μ) (exp(μ π) − 2 exp(μ θ) + exp(μ (2θ − π)))`, L being what
+/// hangs free beside it. Bending, which the closed form leaves out, takes `(EI/T)^1.5/R²` of cable where the rope
+/// leaves the drum: here 0.2 % of δ. To 1 %, however many increments.
 #[test]
 fn a_rope_let_back_on_a_drum_pulls_as_the_capstan_says() {
     let (ea, friction, radius, hangs, weight) = (2e4, 0.2, 0.051, 0.23, 2.0);
@@ -157,8 +160,8 @@ fn a_rope_let_back_on_a_drum_pulls_as_the_capstan_says() {
     }
 }
 
-/// Neither cable can give way where fixings hold them in each other: the push between them grew with every round, to 142 MN on the
-/// connectors, and "failed" was all that was said.
+/// Neither cable can give way where fixings hold them in each other: the push between them grew with every round, to
+/// 142 MN on the connectors, and "failed" was all that was said.
 #[test]
 fn cables_that_fixings_hold_in_each_other_overlap_there_and_are_told_of() {
     let text = format!(
@@ -172,7 +175,8 @@ fn cables_that_fixings_hold_in_each_other_overlap_there_and_are_told_of() {
     let event = run.events.iter().find(|event| event.kind == EventKind::Overlap).expect("an event");
     assert_eq!((event.place.constraint.as_deref(), event.first.increment), (Some("A1"), 6), "{event:?}");
     assert!(event.message.contains("`C1`") && event.value == Some(0.002) && event.limit == Some(0.008), "{event:?}");
-    // Bent apart by 6 mm over a run-out of 32 mm, as a cantilever would by 3 EI w/L³ = 3.3 N; clamped at both ends by 13 N.
+    // Bent apart by 6 mm over a run-out of 32 mm, as a cantilever would by 3 EI w/L³ = 3.3 N; clamped at both ends by
+    // 13 N.
     let step = run.steps.last().expect("steps");
     let apart = force(step, "C1").y.abs();
     assert!(apart > 3.0 && apart < 30.0, "{apart} N");

@@ -47,8 +47,8 @@ fn solve(problem: &mut Problem<'_>, state: &mut State) -> Report {
     Newton::new().minimise(problem, state, &Stop { force_tolerance: 1e-9, max_iterations: 200 })
 }
 
-/// Where a weightless cantilever along x that a moment M bends is at arc length s: no force acts, so M is the same everywhere, and the tangent goes
-/// around it at the rate |M|/EI: a helix, whatever GJ is.
+/// Where a weightless cantilever along x that a moment M bends is at arc length s: no force acts, so M is the same
+/// everywhere, and the tangent goes around it at the rate |M|/EI: a helix, whatever GJ is.
 fn helix(moment: &Vector, s: f64) -> (Vector, Vector) {
     let (axis, rate) = (moment.normalize(), moment.norm() / section(false).bending_stiffness[0]);
     let along = axis * axis.x;
@@ -58,7 +58,8 @@ fn helix(moment: &Vector, s: f64) -> (Vector, Vector) {
     (along * s + (across * sin + turned * (1.0 - cos)) / rate, along + across * cos + turned * sin)
 }
 
-/// From straight to what the moment makes of it at once, on three meshes: the largest distance of a node at an end from where it belongs.
+/// From straight to what the moment makes of it at once, on three meshes: the largest distance of a node at an end from
+/// where it belongs.
 #[track_caller]
 fn second_order(what: &str, harness: impl Fn(usize) -> Sample, ends: &[(usize, Vector)]) {
     let errors = [40, 80, 160].map(|segments| {
@@ -118,9 +119,9 @@ fn a_moment_at_a_joint_bends_what_is_before_it() {
     }
 }
 
-/// Random states and moments on a hub, on the end of a branch that rides on it with an offset, and on the ends: the step `u` of the solve must be that
-/// at which the residual vanishes to first order. With r the gradient in body frames, its change along u is `K u + ½ r × u` in each
-/// frame, for K belongs to r pulled back to θ.
+/// Random states and moments on a hub, on the end of a branch that rides on it with an offset, and on the ends: the
+/// step `u` of the solve must be that at which the residual vanishes to first order. With r the gradient in body
+/// frames, its change along u is `K u + ½ r × u` in each frame, for K belongs to r pulled back to θ.
 #[test]
 fn the_corrected_matrix_is_the_derivative_of_the_residual() {
     let mut rng = fastrand::Rng::with_seed(17);
@@ -182,8 +183,8 @@ fn the_corrected_matrix_is_the_derivative_of_the_residual() {
     }
 }
 
-/// Rolled up to one and a half circles, the cable is turned at its clamp about the axis of the moment and carried away: it goes along as it is. Turned
-/// about another axis it becomes a helix.
+/// Rolled up to one and a half circles, the cable is turned at its clamp about the axis of the moment and carried away:
+/// it goes along as it is. Turned about another axis it becomes a helix.
 #[test]
 fn a_rolled_up_cable_follows_its_clamp() {
     let moment = -Vector::y() * (1.5 * TAU * section(false).bending_stiffness[0]);
@@ -208,8 +209,9 @@ fn a_rolled_up_cable_follows_its_clamp() {
     }
 }
 
-/// A strip that stands on its clamp, far too heavy for its softer direction, and a moment about the vertical: standing straight is an equilibrium
-/// which one direction leaves. A round one would leave in two, and of that the determinant says nothing.
+/// A strip that stands on its clamp, far too heavy for its softer direction, and a moment about the vertical: standing
+/// straight is an equilibrium which one direction leaves. A round one would leave in two, and of that the determinant
+/// says nothing.
 #[test]
 fn a_strip_that_cannot_stand_diverges_under_a_moment() {
     let run = |stiffness: [f64; 2], gravity: f64| {

@@ -28,7 +28,8 @@ minimiser_conformance!(lbfgs, minimiser("lbfgs", &[]), registry);
 minimiser_conformance!(ncg, minimiser("ncg", &[]), registry);
 minimiser_conformance!(polak_ribiere, minimiser("ncg", &[("formula", word("polak-ribiere"))]), registry);
 
-// The methods of the textbook come to the same places (below), but on the harnesses of the suite not always in its 100,000 iterations.
+// The methods of the textbook come to the same places (below), but on the harnesses of the suite not always in its
+// 100,000 iterations.
 
 /// The cable with its far end brought nearer and out of line.
 fn drawn_near(sample: &Sample, minimiser: &mut dyn Minimiser) -> (State, Report) {
@@ -63,7 +64,8 @@ fn every_way_leads_to_the_equilibrium_that_newton_finds() {
     }
 }
 
-/// What a metric is worth: a handful of iterations where the textbook needs thousands; and a factorisation is used for several of them.
+/// What a metric is worth: a handful of iterations where the textbook needs thousands; and a factorisation is used for
+/// several of them.
 #[test]
 fn the_metric_spares_iterations_and_several_of_them_share_a_factorisation() {
     let sample = cable(&registry(), 12);

@@ -7,7 +7,7 @@ use wireloom_core::status::Status;
 use wireloom_core::steps::{Move, Schedule, Step, Track};
 use wireloom_core::{Event, EventKind, Network, Parameters, Registry, Run, Value, Vector};
 use wireloom_solve::minimisers::newton::Newton;
-use wireloom_solve::steps::checkpoint::Watching;
+use wireloom_solve::steps::checkpoint::IncrementObserver;
 use wireloom_solve::{Control, carry_out};
 use wireloom_testkit::conformance::networks::{cable, cut_cable};
 
@@ -37,7 +37,15 @@ fn turn(network: &Network, to: Vector, gravity: f64, turns: f64, increments: usi
         clearances: false,
     };
     let mut watching = |_: &_, _: &_| Control::Continue;
-    carry_out(network, None, &mut Newton::new(), &Stop::default(), &schedule, None, &mut Watching(&mut watching))
+    carry_out(
+        network,
+        None,
+        &mut Newton::new(),
+        &Stop::default(),
+        &schedule,
+        None,
+        &mut IncrementObserver(&mut watching),
+    )
 }
 
 /// Half a percent longer than it is: the pull keeps it straight, whatever it is twisted by.
@@ -53,7 +61,8 @@ fn twist(end: &StepResult) -> f64 {
     end.branches.iter().map(|branch| branch.twist_turns).sum()
 }
 
-/// What converged has the twist that was asked for (so much of it in its branches, to this), and what has not is said to have lost it, with its place.
+/// What converged has the twist that was asked for (so much of it in its branches, to this), and what has not is said
+/// to have lost it, with its place.
 #[track_caller]
 fn never_lost_without_a_word(what: &str, run: &Run, turns: f64, (share, error): (f64, f64), held: bool) {
     for (end, asked) in turning(run, turns).filter(|(end, _)| end.status == Status::Converged) {
@@ -110,7 +119,8 @@ fn ten_million_turns_end_where_the_mesh_holds_no_more() {
 fn turns_are_not_lost_at_a_joint_in_between() {
     for model in ["cosserat", "fused", "rigid-body"] {
         let sample = cut_cable(&registry(), model, 20);
-        // The segments at a joint without a frame are coupled by it, as any two of the twenty: that is no part of a branch.
+        // The segments at a joint without a frame are coupled by it, as any two of the twenty: that is no part of a
+        // branch.
         let share = if model == "cosserat" { (0.95, 0.05) } else { EXACTLY };
         for (turns, held) in [(4.0, true), (9.0, false)] {
             let run = turn(&sample.network, TAUT, 0.0, turns, 18);
@@ -119,7 +129,8 @@ fn turns_are_not_lost_at_a_joint_in_between() {
     }
 }
 
-/// A hanging loop, its end turned by five turns: every two of them go around its end, as in the trick with the belt. It is in balance, and says so.
+/// A hanging loop, its end turned by five turns: every two of them go around its end, as in the trick with the belt. It
+/// is in balance, and says so.
 #[test]
 fn turns_that_a_loop_passes_off_are_told() {
     for segments in [20, 40] {
@@ -137,7 +148,8 @@ fn turns_that_a_loop_passes_off_are_told() {
     }
 }
 
-/// A hand whose spring is weaker than the twisted cable: the spring snaps round, and the cable keeps less than was asked for.
+/// A hand whose spring is weaker than the twisted cable: the spring snaps round, and the cable keeps less than was
+/// asked for.
 #[test]
 fn turns_are_not_lost_in_a_springy_hand() {
     let registry = registry();

@@ -1,31 +1,32 @@
 //! Primal-dual active set for contact in the Newton model.
 //!
-//! The linear step d of Newton's method keeps the present contacts: where contact points come to touch, or leave, it is
-//! wrong, and a line search cuts it where the first of them does. So the step leads to the minimum of the model with all of
-//! them, `½ d·H d + g·d + Σ ½ ρ max(0, p − n·u)²` with H and g those of all but contact, u the motion of a contact point
-//! against its partner, and `ρ p = λ − ρ gap`: a convex, piecewise quadratic function where H is positive definite. Its
-//! minimum is found by Newton's method in turn (primal-dual active set: Hintermüller, Ito and Kunisch 2003), along each of
-//! whose steps the model is minimised exactly, so that it always decreases. As `H d + g = Σ c n` at every solution, with one
-//! number c for each contact point, the iteration needs these numbers alone.
+//! The linear step d of Newton's method keeps the present contacts. It is wrong where contacts close or open, and a
+//! line search would end at the first of them. So the step is the minimum of a model with all possible contacts,
+//! `½ d·H d + g·d + Σ ½ ρ max(0, p − n·u)²`, with H and g without contact, u the motion of a contact point
+//! relative to its partner, and `ρ p = λ − ρ gap`. The model is convex and piecewise quadratic where H is positive
+//! definite. Its minimum is found by Newton's method in turn (primal-dual active set: Hintermüller, Ito and Kunisch
+//! 2003), with an exact line search along each step, so that the model always decreases. `H d + g = Σ c n` holds at
+//! every solution, with one number c per contact point, so the iteration needs these numbers only.
 
 use wireloom_core::terms::contact::Contact;
 use wireloom_core::variable::{Block, Variable};
 use wireloom_core::{Network, Problem, State, Tangent};
 
-/// Bisections in the search along a step.
+/// Bisections of the exact line search along a step.
 const BISECTIONS: usize = 40;
 
-/// Active set of contact in a linear step; keeps its workspace.
+/// Active set of contact in a linear step, with its workspace.
 pub struct ActiveSet {
     candidates: Vec<Candidate>,
-    /// d, and the way from there to the new solution.
+    /// d.
     reached: Tangent,
-    way: Tangent,
-    /// Fraction of g in `H d + g`, which is 1 at the beginning and 0 at a solution.
-    start: f64,
+    /// Difference of the new solution and d.
+    difference: Tangent,
+    /// Fraction of g in `H d + g`: 1 at the beginning, 0 at a solution.
+    gradient_fraction: f64,
 }
 
-/// A contact point that touches, or is approaching.
+/// A contact point that touches or approaches its partner.
 struct Candidate {
     contact: Contact,
     /// Whether it touches at the beginning.
@@ -36,7 +37,7 @@ struct Candidate {
     approach: f64,
     /// c, N.
     force: f64,
-    /// Both at the new solution.
+    /// `approach` and `force` at the new solution.
     next: (f64, f64),
 }
 
@@ -51,15 +52,15 @@ impl ActiveSet {
     /// Empty set for the states of a network.
     pub fn new(network: &Network) -> Self {
         let zeros = || Tangent::zeros(network);
-        Self { candidates: Vec::new(), reached: zeros(), way: zeros(), start: 1.0 }
+        Self { candidates: Vec::new(), reached: zeros(), difference: zeros(), gradient_fraction: 1.0 }
     }
 
-    /// Whether nothing may touch.
+    /// Whether no contact is possible.
     pub fn is_idle(&self) -> bool {
         self.candidates.is_empty()
     }
 
-    /// Takes what touches and what is approaching, where contact was evaluated last.
+    /// Begins with the contacts found, and those approaching, at the state where contact was evaluated last.
     pub fn begin(&mut self, problem: &Problem<'_>) {
         let candidate = |contact: &Contact, active| Candidate {
             contact: *contact,
@@ -73,14 +74,14 @@ impl ActiveSet {
         self.candidates.extend(problem.contact().found().iter().map(|contact| candidate(contact, true)));
         self.candidates.extend(problem.contact().approaching().iter().map(|contact| candidate(contact, false)));
         self.reached.clear();
-        self.start = 1.0;
+        self.gradient_fraction = 1.0;
     }
 
-    /// With a step that was solved for at `state` with the present active set: goes along it to the minimum of the model,
-    /// and makes `step` the whole step so far. Where the active set changes there, `model` and `blocks` (those of
-    /// [`Problem::hessian_blocks`]) become first and second derivatives of the model with the new one; returns whether, so
-    /// that the step must be solved for again. `gradient` is that at `state`; none where the step carries a prescribed
-    /// motion, which is made at once.
+    /// Exact line search towards `step`, the solution at `state` with the present active set; `step` becomes the
+    /// minimum found. If the active set changes there, `model` and `blocks` (of [`Problem::hessian_blocks`]) become the
+    /// first and second derivatives of the model with the new one. Returns whether it changed; the step must then be
+    /// solved for again. `gradient` is the gradient at `state`; `None` if the step contains a prescribed motion, which
+    /// is then applied in full by the first solution.
     pub fn update(
         &mut self,
         problem: &Problem<'_>,
@@ -90,28 +91,28 @@ impl ActiveSet {
         model: &mut Tangent,
         blocks: &mut Vec<Block>,
     ) -> bool {
-        let Self { candidates, reached, way, start } = self;
+        let Self { candidates, reached, difference, gradient_fraction } = self;
         for candidate in candidates.iter_mut() {
             let approach = approach(problem, &candidate.contact, step);
             candidate.next = (approach, if candidate.active { candidate.model_force(approach) } else { 0.0 });
         }
-        way.copy_from(step);
-        way.add_scaled(-1.0, reached);
-        // g along the way: the gradient contains the contacts at the beginning.
+        difference.copy_from(step);
+        difference.add_scaled(-1.0, reached);
+        // g along the difference: the gradient contains the contacts at the beginning.
         let touched = candidates.iter().filter(|candidate| candidate.touched);
         let pushes: f64 = touched.map(|c| c.contact.force * (c.next.0 - c.approach)).sum();
-        let falls = gradient.map(|gradient| *start * (gradient.dot(way) + pushes));
-        // ∂m/∂t at fraction t of the way.
+        let descent = gradient.map(|gradient| *gradient_fraction * (gradient.dot(difference) + pushes));
+        // ∂m/∂t at fraction t of the difference.
         let slope = |t: f64| -> f64 {
             let along = candidates.iter().map(|candidate| {
                 let (approach, force) = candidate.next;
-                let way = approach - candidate.approach;
+                let change = approach - candidate.approach;
                 let own = candidate.force + t * (force - candidate.force);
-                way * (own - candidate.model_force(candidate.approach + t * way).max(0.0))
+                change * (own - candidate.model_force(candidate.approach + t * change).max(0.0))
             });
-            (1.0 - t) * falls.unwrap_or(0.0) + along.sum::<f64>()
+            (1.0 - t) * descent.unwrap_or(0.0) + along.sum::<f64>()
         };
-        let whole = *start == 1.0 && gradient.is_none() || slope(1.0) <= 0.0;
+        let whole = *gradient_fraction == 1.0 && gradient.is_none() || slope(1.0) <= 0.0;
         let t = if whole {
             1.0
         } else {
@@ -122,9 +123,9 @@ impl ActiveSet {
             }
             low
         };
-        reached.add_scaled(t, way);
+        reached.add_scaled(t, difference);
         step.copy_from(reached);
-        *start *= 1.0 - t;
+        *gradient_fraction *= 1.0 - t;
         let mut changed = false;
         for candidate in candidates.iter_mut() {
             let (approach, force) = candidate.next;
@@ -141,7 +142,7 @@ impl ActiveSet {
     }
 }
 
-/// n·u.
+/// n·u, m.
 fn approach(problem: &Problem<'_>, contact: &Contact, step: &Tangent) -> f64 {
     let places = problem.contact().places(problem.system(), contact);
     places.iter().map(|(point, u, _)| contact.normal.dot(&step.points[*point]) * u).sum()

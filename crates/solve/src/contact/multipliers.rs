@@ -6,15 +6,16 @@ use wireloom_core::conditions::{ContactRecord, Partner};
 use wireloom_core::terms::contact::DEPTH;
 use wireloom_core::{Problem, State};
 
-/// Number of updates that the mixing of contact forces goes by.
+/// Number of updates that are mixed.
 const MIXED: usize = 6;
-/// No force is mixed to more times the largest that was found.
+/// Largest mixed force, as a multiple of the largest force found.
 const LARGEST_MIXED: f64 = 10.0;
 /// Singular values below this fraction of the largest are dropped from the mixing.
 const SINGULAR: f64 = 1e-8;
 
-/// Moves the multipliers of constraints to their forces at `state`, a minimum, and raises the penalties of residuals above
-/// `tolerance` that have hardly shrunk since `last` (in units of their scales), which becomes the present ones.
+/// Sets the multipliers of constraints to their forces at `state`, a minimum, and raises the penalties of residuals
+/// above `tolerance` that decreased too little since `last` (in units of their scales), which becomes the present
+/// residuals.
 pub fn update_constraints(problem: &mut Problem<'_>, state: &State, tolerance: f64, last: &mut Vec<f64>) {
     let residuals = problem.constraint_residuals(state);
     last.resize(residuals.len(), f64::INFINITY);
@@ -28,9 +29,9 @@ pub fn update_constraints(problem: &mut Problem<'_>, state: &State, tolerance: f
     }
 }
 
-/// History of the updates of contact multipliers. To make the forces that were found the next multipliers converges slowly
-/// where contact points share the load or friction passes tension on; mixing the last updates makes it fast (Anderson 1965;
-/// Walker and Ni 2011).
+/// History of the updates of contact multipliers. Taking the forces found as the next multipliers converges slowly
+/// where several contact points bear one load or friction transmits tension; Anderson mixing of the last updates
+/// accelerates it (Anderson 1965; Walker and Ni 2011).
 #[derive(Default)]
 pub struct ContactHistory {
     /// Largest violation at the last update, in radii.
@@ -43,7 +44,7 @@ pub struct ContactHistory {
 }
 
 impl ContactHistory {
-    /// The next multipliers, after an update in which `found` came of `given`.
+    /// Next multipliers, after an update in which the multipliers `given` led to the forces `found`.
     fn mix(&mut self, keys: Vec<(u32, Partner)>, given: DVector<f64>, found: DVector<f64>) -> DVector<f64> {
         if keys != self.keys {
             (self.keys, self.given, self.found) = (keys, Vec::new(), Vec::new());
@@ -72,9 +73,9 @@ impl ContactHistory {
     }
 }
 
-/// Moves the multipliers of contact to the forces at `state`, a minimum, or to the forces that `history` extrapolates;
-/// raises the penalties of contact points that are too deep if the largest violation has hardly shrunk since the last
-/// update; finds the anchors of friction.
+/// Sets the multipliers of contact to the forces at `state`, a minimum, or to the forces that `history` extrapolates;
+/// raises the penalties of contact points that are too deep if the largest violation decreased too little since the
+/// last update; updates the anchors of friction.
 pub fn update_contacts(problem: &mut Problem<'_>, state: &State, history: &mut ContactHistory) {
     if problem.contact().is_idle() {
         return;

@@ -1,10 +1,10 @@
-//! The penalty schedule of the augmented Lagrangian method.
+//! Penalty schedule of the augmented Lagrangian method.
 
-/// Penalties are raised where an update of the multipliers reduces the violation too little.
+/// Rule by which penalties are raised after updates of the multipliers that reduce the violation too little.
 pub(super) struct PenaltySchedule {
     /// An update that leaves more than this fraction of the violation raises the penalty.
     pub(super) least_reduction: f64,
-    /// Factor by which it is raised.
+    /// Factor by which a penalty is raised.
     pub(super) factor: f64,
     /// Highest penalty, in the units of the first one: beyond it round-off decides.
     pub(super) highest: f64,
@@ -22,8 +22,8 @@ impl PenaltySchedule {
     }
 }
 
-/// Of the equations and inequalities of constraints; their first penalty is 1e4 (see `core::conditions`).
+/// Schedule of the equations and inequalities of constraints; their first penalty is 1e4 (see `core::conditions`).
 pub(super) const OF_CONSTRAINTS: PenaltySchedule =
     PenaltySchedule { least_reduction: 0.25, factor: 10.0, highest: 1e9 };
-/// Of contact; its first penalty is 1.
+/// Schedule of contact; its first penalty is 1.
 pub(super) const OF_CONTACT: PenaltySchedule = PenaltySchedule { least_reduction: 0.5, factor: 10.0, highest: 1e4 };

@@ -1,15 +1,16 @@
-//! Coulomb friction of sliding constraints, between minimisations.
+//! Updates of the Coulomb friction of sliding constraints between minimisations.
 
 use wireloom_core::conditions::Sliding;
 use wireloom_core::{Problem, State, Tangent};
 
-/// Tolerance of Coulomb's law, as a fraction of its limit, and of a limit that is zero, as a fraction of its square of the
-/// force scale.
+/// Tolerance of Coulomb's law, as a fraction of the friction limit; its square, as a fraction of the force scale, is
+/// the tolerance of limits near zero.
 const TOLERANCE: f64 = 1e-4;
 
-/// Updates friction by Coulomb's law at the balanced `state` with whole gradient `gradient`: the axial force of a constraint,
-/// `|∂E/∂s|`, is at most μ times its force across. A constraint that sticks beyond that slips, and one that slips gets the
-/// friction of its present normal force. Returns whether anything changed: then the state is not balanced any more.
+/// Updates friction by Coulomb's law at the balanced `state` with whole gradient `gradient`: the axial force of a
+/// constraint, `|∂E/∂s|`, is at most μ times its force across. A constraint that sticks beyond that slips, and one
+/// that slips gets the friction of its present normal force. Returns whether anything changed: the state is not in
+/// balance then.
 pub fn update(problem: &mut Problem<'_>, state: &State, gradient: &Tangent) -> bool {
     let mut changed = false;
     for slide in problem.sliding().acting() {

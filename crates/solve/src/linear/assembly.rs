@@ -1,4 +1,4 @@
-//! Gathering of the Hessian: where the second derivatives of every part go in the matrix.
+//! Assembly of the Hessian: positions in the matrix of the second derivatives of all parts.
 
 use crate::linear::matrix::BlockMatrix;
 use crate::linear::symbolic::{Pattern, Structure, TIED};
@@ -7,14 +7,14 @@ use wireloom_core::problem::{Hessian, Problem};
 use wireloom_core::rotation::skew;
 use wireloom_core::{Matrix, Network, State, Vector};
 
-/// Place of an off-diagonal block; `turned` where it is stored transposed.
+/// Index of an off-diagonal block, and whether it is stored transposed.
 #[derive(Clone, Copy)]
 struct Slot {
     index: u32,
-    turned: bool,
+    transposed: bool,
 }
 
-/// Places of the six blocks of a segment between two points that are not tied.
+/// Positions of the six blocks of a segment between two points that are not tied.
 struct SegmentPlan {
     a: u32,
     b: u32,
@@ -24,21 +24,21 @@ struct SegmentPlan {
     fb: Slot,
 }
 
-/// Places of the three blocks of a coupling between two frames that are not tied.
+/// Positions of the three blocks of a coupling between two frames that are not tied.
 struct CouplingPlan {
     a: u32,
     b: u32,
     ba: Slot,
 }
 
-/// Plans of parts of a branch that follow each other.
+/// Plans of consecutive segments or couplings of a branch.
 struct Run<P> {
     branch: usize,
     first: usize,
     plans: Vec<P>,
 }
 
-/// Everything that goes in the blocks of a range of columns; places are counted from the first of them.
+/// Segments and couplings whose blocks lie in a range of columns; positions are relative to the first of them.
 struct Group {
     columns: Range<usize>,
     blocks: Range<usize>,
@@ -52,10 +52,10 @@ impl Group {
         Self { columns, blocks, segments: vec![], couplings: vec![] }
     }
 
-    /// The place of a block at any two positions.
+    /// Index of the block at two positions.
     fn slot(&self, pattern: &Pattern, row: u32, column: u32) -> Slot {
         let index = pattern.slot(row.max(column), row.min(column)) - self.blocks.start;
-        Slot { index: index as u32, turned: row < column }
+        Slot { index: index as u32, transposed: row < column }
     }
 
     fn place(&self, position: u32) -> u32 {
@@ -79,7 +79,7 @@ impl Group {
         push(&mut self.couplings, branch, c, plan);
     }
 
-    /// Adds the second derivatives to the blocks of its columns.
+    /// Adds the second derivatives to the blocks of the group.
     fn fill(&self, hessian: &Hessian, diagonal: &mut [Matrix], below: &mut [Matrix]) {
         for run in &self.segments {
             for (plan, h) in run.plans.iter().zip(&hessian.branches[run.branch].segments[run.first..]) {
@@ -88,7 +88,7 @@ impl Group {
                 diagonal[plan.f as usize] += h.tt;
                 // e = x_b − x_a
                 below[plan.ba.index as usize] -= h.ee;
-                if plan.fa.turned {
+                if plan.fa.transposed {
                     below[plan.fa.index as usize] -= h.te.transpose();
                 } else {
                     below[plan.fa.index as usize] -= h.te;
@@ -100,14 +100,14 @@ impl Group {
             for (plan, h) in run.plans.iter().zip(&hessian.branches[run.branch].couplings[run.first..]) {
                 diagonal[plan.a as usize] += h.aa;
                 diagonal[plan.b as usize] += h.bb;
-                let block = Slot { turned: !plan.ba.turned, ..plan.ba };
+                let block = Slot { transposed: !plan.ba.transposed, ..plan.ba };
                 add_below(below, block, &h.ab);
             }
         }
     }
 }
 
-/// Appends a plan to the run that it goes on with.
+/// Appends a plan to the last run, or begins a new run if it does not follow.
 fn push<P>(runs: &mut Vec<Run<P>>, branch: usize, index: usize, plan: P) {
     match runs.last_mut() {
         Some(run) if run.branch == branch && run.first + run.plans.len() == index => run.plans.push(plan),
@@ -117,14 +117,14 @@ fn push<P>(runs: &mut Vec<Run<P>>, branch: usize, index: usize, plan: P) {
 
 #[inline(always)]
 fn add_below(below: &mut [Matrix], slot: Slot, block: &Matrix) {
-    if slot.turned {
+    if slot.transposed {
         below[slot.index as usize] += block.transpose();
     } else {
         below[slot.index as usize] += block;
     }
 }
 
-/// Clears and fills the blocks of groups that follow each other, side by side.
+/// Clears and fills the blocks of consecutive groups in parallel.
 fn fill_all(groups: &[Group], hessian: &Hessian, diagonal: &mut [Matrix], below: &mut [Matrix]) {
     match groups {
         [] => return,
@@ -144,7 +144,7 @@ fn fill_all(groups: &[Group], hessian: &Hessian, diagonal: &mut [Matrix], below:
     );
 }
 
-/// A segment at a joint: its edge is a linear function of other variables than its own end points.
+/// Segment at a joint: its edge is a linear function of other variables than its end points.
 struct TiedSegment {
     branch: usize,
     segment: usize,
@@ -154,63 +154,63 @@ struct TiedSegment {
 /// One column of `e = Σ J_i u_i`.
 type Lever = (u32, Matrix);
 
-/// Everything that goes by the pattern of the Hessian.
+/// Matrix of the Hessian with its assembly, weights and right-hand side.
 pub struct System {
-    /// Which pattern of contact it is for; see [`Problem::contact_pattern`].
+    /// Version of the contact pattern it was made for; see [`Problem::contact_pattern`].
     version: u64,
-    /// Where second derivatives go.
-    pub gather: Gather,
+    /// Assembly into the matrix.
+    pub assembly: Assembly,
     /// The matrix.
     pub matrix: BlockMatrix,
-    /// What a shift of each variable is multiplied by, in elimination order, N m: the rest length around a frame times the force scale of its
-    /// branch; 0 for points. See [`Self::weigh`].
+    /// Weight of a shift of each variable, in elimination order, N m: the rest length around a frame times the force
+    /// scale of its branch; 0 for points. See [`Self::update_weights`].
     pub weights: Vec<f64>,
-    /// Room for a right-hand side.
+    /// Scratch for a right-hand side.
     pub rhs: Vec<Vector>,
 }
 
 impl System {
-    /// For what may be coupled in a problem now.
+    /// System for the present contact pattern of a problem.
     pub fn new(problem: &Problem<'_>) -> Self {
         let (version, touching) = problem.contact_pattern();
         let matrix = BlockMatrix::new(Structure::new(problem.network, touching), problem.network);
         Self {
             version,
-            gather: Gather::new(problem.network, &matrix.structure),
+            assembly: Assembly::new(problem.network, &matrix.structure),
             weights: vec![0.0; matrix.structure.len()],
             rhs: vec![Vector::zeros(); matrix.structure.len()],
             matrix,
         }
     }
 
-    /// Finds the weights of shifts by the scales at hand ([`Problem::local_scales`]).
-    pub fn weigh(&mut self, problem: &Problem<'_>) {
+    /// Recomputes the weights of shifts from the present scales ([`Problem::local_scales`]).
+    pub fn update_weights(&mut self, problem: &Problem<'_>) {
         let scales = problem.local_scales();
         self.matrix.frame_weights(problem.network, |branch| scales[branch].force, &mut self.weights);
     }
 
-    /// Gathers the second derivatives of `problem` at `state`, for which it becomes another one if other cables may touch now.
+    /// Assembles the second derivatives of `problem` at `state`; makes itself anew if the contact pattern has changed.
     pub fn fill(&mut self, problem: &Problem<'_>, state: &State, hessian: &Hessian) {
         if problem.contact_pattern().0 != self.version {
             *self = Self::new(problem);
-            self.weigh(problem);
+            self.update_weights(problem);
         }
-        self.gather.run(&mut self.matrix, problem.network, state, hessian);
+        self.assembly.run(&mut self.matrix, problem.network, state, hessian);
     }
 }
 
-/// The places of a network's second derivatives in a matrix with [`Structure::new`].
-pub struct Gather {
-    /// One for each of [`crate::linear::elimination_tree::Part::ranges`].
+/// Positions of a network's second derivatives in a matrix with [`Structure::new`].
+pub struct Assembly {
+    /// One group for each of [`crate::linear::elimination_tree::Part::ranges`].
     groups: Vec<Group>,
-    /// Segments and couplings with variables in more than one of them.
+    /// Segments and couplings with variables in several groups.
     across: Group,
     tied_segments: Vec<TiedSegment>,
     tied_couplings: Vec<(usize, usize)>,
 }
 
-impl Gather {
-    /// For a network, whose [`Structure::new`] is `s`.
+impl Assembly {
+    /// Assembly for a network, whose [`Structure::new`] is `s`.
     pub fn new(network: &Network, s: &Structure) -> Self {
         let pattern = &s.pattern;
         let mut groups: Vec<Group> = s.parts.ranges().into_iter().map(|range| Group::new(range, pattern)).collect();
@@ -239,7 +239,7 @@ impl Gather {
         Self { groups, across, tied_segments, tied_couplings }
     }
 
-    /// The edge from `point` to the next as a linear function of independent variables: ends that are tied to a joint
+    /// Edge from `point` to the next one as a linear function of independent variables: ends that are tied to a joint
     /// move with its point and, by the lever of their offset, with its frame.
     fn levers(structure: &Structure, network: &Network, state: &State, point: usize) -> [Option<Lever>; 4] {
         let mut levers = [None; 4];
@@ -259,8 +259,9 @@ impl Gather {
         levers
     }
 
-    /// The independent frame that carries `frame`, and the rotation A of a tied one in it: `θ = Aᵀ θ_hub`.
-    fn turned(structure: &Structure, network: &Network, frame: usize) -> (u32, Matrix) {
+    /// Position of the independent frame that `frame` follows, and the rotation A of a tied frame in it:
+    /// `θ = Aᵀ θ_hub`.
+    fn independent_frame(structure: &Structure, network: &Network, frame: usize) -> (u32, Matrix) {
         let own = structure.of_frame[frame];
         if own < TIED {
             return (own, Matrix::identity());
@@ -270,11 +271,11 @@ impl Gather {
         (structure.of_frame[hub], *tie.rest.to_rotation_matrix().matrix())
     }
 
-    /// Gathers the parts' second derivatives at `state`.
+    /// Assembles the second derivatives at `state`.
     pub fn run(&self, matrix: &mut BlockMatrix, network: &Network, state: &State, hessian: &Hessian) {
         fill_all(&self.groups, hessian, &mut matrix.diagonal, &mut matrix.below);
         self.across.fill(hessian, &mut matrix.diagonal, &mut matrix.below);
-        self.gather_tied(matrix, network, state, hessian);
+        self.add_tied(matrix, network, state, hessian);
         for (joint, table) in network.joints.iter().zip(&hessian.joints) {
             let k = joint.arm_frames.len();
             for b in 0..k {
@@ -297,8 +298,9 @@ impl Gather {
         }
     }
 
-    /// Parts that touch a joint: their end points and end stations are functions of the joint's variables.
-    fn gather_tied(&self, matrix: &mut BlockMatrix, network: &Network, state: &State, hessian: &Hessian) {
+    /// Adds the segments and couplings at joints: their end points and end stations are functions of the joint's
+    /// variables.
+    fn add_tied(&self, matrix: &mut BlockMatrix, network: &Network, state: &State, hessian: &Hessian) {
         for index in 0..self.tied_segments.len() {
             let TiedSegment { branch, segment, frame } = self.tied_segments[index];
             let h = hessian.branches[branch].segments[segment];
@@ -319,7 +321,7 @@ impl Gather {
                 let levers = Self::levers(&matrix.structure, network, state, branch.points.start + beside.segment);
                 let stations = beside
                     .stations
-                    .map(|c| c.map(|c| Self::turned(&matrix.structure, network, branch.frames.start + c)));
+                    .map(|c| c.map(|c| Self::independent_frame(&matrix.structure, network, branch.frames.start + c)));
                 for (k, (station, r)) in stations.iter().enumerate().filter_map(|(k, s)| s.as_ref().map(|s| (k, s))) {
                     matrix.add(*station, *station, &(r * h.ss[k] * r.transpose()));
                     matrix.add_both(*station, frame, &(r * h.st[k]));
@@ -347,8 +349,10 @@ impl Gather {
             let (branch, c) = self.tied_couplings[index];
             let h = hessian.branches[branch].couplings[c];
             let start = network.branches[branch].frames.start + c;
-            let ((a, ra), (b, rb)) =
-                (Self::turned(&matrix.structure, network, start), Self::turned(&matrix.structure, network, start + 1));
+            let ((a, ra), (b, rb)) = (
+                Self::independent_frame(&matrix.structure, network, start),
+                Self::independent_frame(&matrix.structure, network, start + 1),
+            );
             matrix.add(a, a, &(ra * h.aa * ra.transpose()));
             matrix.add(b, b, &(rb * h.bb * rb.transpose()));
             let ab = ra * h.ab * rb.transpose();
@@ -367,7 +371,7 @@ impl Gather {
     }
 }
 
-/// The group that has all these positions.
+/// Group that contains all these positions; `across` if no single one does.
 fn group_of<'g>(groups: &'g mut [Group], across: &'g mut Group, positions: &[u32]) -> &'g mut Group {
     let index = groups.partition_point(|group| group.columns.end <= positions[0] as usize);
     let group = &mut groups[index];

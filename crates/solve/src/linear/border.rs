@@ -1,8 +1,9 @@
-//! Arc lengths of constraints that slide, as a border around the factorised matrix.
+//! Border of the factorised matrix: one column for the arc length of each sliding constraint.
 //!
-//! With `A` the matrix of points and frames, `B` one column for each running constraint and `D` the second derivatives in the arc lengths
-//! alone, `[A B; Bᵀ D] [u; σ] = −[g; g_s]` is solved by `S = D − Bᵀ A⁻¹ B`, `S σ = −g_s − Bᵀ u₀`, `u = u₀ − A⁻¹ B σ` with `u₀`
-//! the step at fixed arc lengths. The inertia of the whole is that of A and S together (Haynsworth 1968).
+//! With `A` the matrix of points and frames, `B` one column for each running constraint and `D` the second derivatives
+//! with respect to the arc lengths, `[A B; Bᵀ D] [u; σ] = −[g; g_s]` is solved by the Schur complement
+//! `S = D − Bᵀ A⁻¹ B`, `S σ = −g_s − Bᵀ u₀`, `u = u₀ − A⁻¹ B σ`, with `u₀` the step at fixed
+//! arc lengths. The inertia of the bordered matrix is that of A plus that of S (Haynsworth 1968).
 
 use crate::linear::matrix::BlockMatrix;
 use nalgebra::{DMatrix, DVector, SymmetricEigen};
@@ -10,10 +11,10 @@ use wireloom_core::problem::Problem;
 use wireloom_core::terms::sliding::SlideHessian;
 use wireloom_core::{State, Tangent, Vector};
 
-/// Curvatures of S below this fraction of its largest are not trusted.
+/// Eigenvalues of S are replaced by at least this fraction of the largest one: smaller ones are inaccurate.
 const FLAT: f64 = 1e-10;
 
-/// Share of its largest term that S is known to: it is what is left of second derivatives of the size of EA/ℓ.
+/// Accuracy of S relative to its largest term: S is a difference of second derivatives of the size of EA/ℓ.
 const ROUND_OFF: f64 = 1e-12;
 
 /// Workspace of the border.
@@ -22,35 +23,36 @@ pub struct Border {
     hessian: SlideHessian,
     /// −A⁻¹ B.
     columns: Vec<Tangent>,
-    /// S, where [`Self::inertia`] looked at it.
+    /// Eigenvalues of S of the last [`Self::inertia`].
     schur: Option<SymmetricEigen<f64, nalgebra::Dyn>>,
-    /// S of the last [`Self::complete`]; none where nothing runs.
+    /// Eigenvalues of S of the last [`Self::complete`]; `None` if no constraint runs.
     factor: Option<SymmetricEigen<f64, nalgebra::Dyn>>,
 }
 
-/// Signs of a symmetric matrix's eigenvalues.
+/// Inertia of a symmetric matrix: signs of its eigenvalues.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Inertia {
-    /// How many are negative.
+    /// Number of negative eigenvalues.
     pub negative: usize,
-    /// How many cannot be told from zero.
+    /// Number of eigenvalues that are zero up to round-off.
     pub flat: usize,
 }
 
 impl Inertia {
-    /// Whether all are positive.
+    /// Whether all eigenvalues are positive.
     pub fn is_positive(self) -> bool {
         self.negative + self.flat == 0
     }
 
-    /// Whether none is negative.
+    /// Whether no eigenvalue is negative.
     pub fn is_not_negative(self) -> bool {
         self.negative == 0
     }
 }
 
 impl Border {
-    /// S, the columns −A⁻¹ B being made on the way. `matrix` is factorised, `gradient` the whole gradient at `state`.
+    /// Eigenvalues of S; computes the columns −A⁻¹ B. `matrix` is factorised, `gradient` is the whole gradient at
+    /// `state`.
     fn schur(
         &mut self,
         matrix: &BlockMatrix,
@@ -75,7 +77,7 @@ impl Border {
         Some(SymmetricEigen::new(DMatrix::from_fn(count, count, |i, k| 0.5 * (entry(i, k) + entry(k, i)))))
     }
 
-    /// Signs of the eigenvalues of S; those that cannot be told from the round-off of its terms are flat.
+    /// Inertia of S; eigenvalues within the round-off of its terms count as flat.
     pub fn inertia(
         &mut self,
         matrix: &BlockMatrix,
@@ -91,12 +93,13 @@ impl Border {
         Inertia { negative: count(|e, zero| e < -zero), flat: count(|e, zero| e.abs() <= zero) }
     }
 
-    /// Forgets the eigenvalues found last.
+    /// Discards the eigenvalues of the last [`Self::inertia`].
     pub fn forget(&mut self) {
         self.schur = None;
     }
 
-    /// The direction of the least eigenvalue found last, points and frames following. Returns whether it is negative.
+    /// Direction of the least eigenvalue of the last [`Self::inertia`], with points and frames. Returns whether that
+    /// eigenvalue is negative.
     pub fn negative_direction(&self, step: &mut Tangent) -> bool {
         let Some(schur) = &self.schur else { return false };
         let least = schur.eigenvalues.imin();
@@ -112,8 +115,8 @@ impl Border {
         true
     }
 
-    /// Turns `step`, which is u₀, into the step of everything. Where S is not positive its directions are turned over, so that the
-    /// step leads downhill.
+    /// Completes `step`, which is u₀, to the step of all variables. Negative eigenvalues of S are replaced by their
+    /// magnitudes, so that the step leads downhill.
     pub fn complete(
         &mut self,
         matrix: &BlockMatrix,
@@ -127,7 +130,7 @@ impl Border {
         self.complete_again(gradient, step);
     }
 
-    /// The same for another right-hand side, with the matrix and what runs as they were then.
+    /// [`Self::complete`] for another right-hand side, with the same matrix and the same running constraints.
     pub fn complete_again(&self, gradient: &Tangent, step: &mut Tangent) {
         step.slides.fill(0.0);
         let Some(schur) = &self.factor else { return };

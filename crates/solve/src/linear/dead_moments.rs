@@ -1,9 +1,10 @@
 //! Dead moments in the linear solve: an antisymmetric block on each loaded frame, by Woodbury's identity.
 //!
-//! A moment M about an axis fixed in space has no potential; its tangent is `S = −½ [Rᵀ M]ₓ` on the frame R that takes it
-//! ([`Problem::dead_moments`]). With `E` the loaded frames' columns of the identity and `A` the symmetric matrix, factorised, the tangent of the
-//! residual is `K = A + E S Eᵀ`. With `C = A⁻¹ E` (three right-hand sides a frame) and `u₀` the step of A alone, what is held and moves included,
-//! the step of K is `u = u₀ − C S v`, `v = Eᵀ u` from `(I + Eᵀ C S) v = Eᵀ u₀` (Woodbury 1950). A need not be positive definite.
+//! A moment M about an axis fixed in space has no potential; its tangent is `S = −½ [Rᵀ M]ₓ` on the loaded frame
+//! R ([`Problem::dead_moments`]). With `E` the columns of the identity for the loaded frames and `A` the factorised
+//! symmetric matrix, the tangent of the residual is `K = A + E S Eᵀ`. With `C = A⁻¹ E` (three right-hand sides per
+//! frame) and `u₀` the step of A, prescribed motion included, the step of K is `u = u₀ − C S v`, `v = Eᵀ u`
+//! from `(I + Eᵀ C S) v = Eᵀ u₀` (Woodbury 1950). A need not be positive definite.
 
 use crate::linear::border::Border;
 use crate::linear::matrix::BlockMatrix;
@@ -15,9 +16,9 @@ use wireloom_core::{Matrix, State, Tangent, Vector};
 /// Workspace of the correction.
 #[derive(Default)]
 pub struct DeadMoments {
-    /// Each loaded frame, with its block S, N m.
+    /// Loaded frames, each with its block S, N m.
     loaded: Vec<(usize, Matrix)>,
-    /// C, three for each loaded frame.
+    /// C, three columns for each loaded frame.
     columns: Vec<Tangent>,
     /// One column of E.
     unit: Option<Tangent>,
@@ -26,7 +27,7 @@ pub struct DeadMoments {
 }
 
 impl DeadMoments {
-    /// Takes the moments at `state`. `matrix` is factorised; `border` is complete for it where something slides.
+    /// Evaluates the moments at `state`. `matrix` is factorised; if constraints slide, `border` was completed with it.
     pub fn prepare(
         &mut self,
         matrix: &BlockMatrix,
@@ -48,7 +49,7 @@ impl DeadMoments {
         let unit = self.unit.get_or_insert_with(|| Tangent::zeros(problem.network));
         for (k, column) in self.columns.iter_mut().enumerate().take(count) {
             let frame = self.loaded[k / 3].0;
-            // The right-hand side is minus what is handed over.
+            // The right-hand side is minus the gradient.
             unit.frames[frame][k % 3] = -1.0;
             matrix.right_hand_side(problem, unit, None, rhs);
             matrix.solve(rhs);
@@ -70,7 +71,7 @@ impl DeadMoments {
         self.inner = Some(inner.lu());
     }
 
-    /// Turns `step`, which is u₀, into u. Where K is singular it becomes NaN.
+    /// Completes `step`, which is u₀, to u; NaN if K is singular.
     pub fn complete(&self, step: &mut Tangent) {
         let Some(inner) = &self.inner else { return };
         let mut v = DVector::from_fn(3 * self.loaded.len(), |k, _| step.frames[self.loaded[k / 3].0][k % 3]);
@@ -85,7 +86,8 @@ impl DeadMoments {
         }
     }
 
-    /// Whether K has a negative determinant, A having so many negative pivots: then one of its real eigenvalues is negative (or an odd number of them).
+    /// Whether K has a negative determinant, A having `negative` negative pivots. An odd number of real eigenvalues of
+    /// K is negative then.
     pub fn turns_determinant(&self, negative: usize) -> bool {
         let sign = self.inner.as_ref().map_or(1.0, LU::determinant);
         (negative % 2 == 1) == (sign > 0.0)

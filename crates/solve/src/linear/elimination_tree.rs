@@ -1,32 +1,32 @@
-//! Parts of the elimination tree that can be worked on at the same time.
+//! Elimination tree, divided into parts that can be eliminated in parallel.
 //!
-//! In the factor the parent of a column is its first row below the diagonal; columns of which neither is an ancestor of the other
-//! have nothing to do with each other. So subtrees can be eliminated side by side, each adding what it does to its ancestors in a room
-//! of its own; the rooms are emptied in a fixed order (the multifrontal method: Duff and Reid 1983; parts: Liu 1990).
-//! The parts depend on the pattern alone, never on how many threads there are.
+//! The parent of a column is its first row below the diagonal in the factor; columns of which neither is an ancestor of
+//! the other are independent. So subtrees can be eliminated in parallel, each collecting its contributions to its
+//! ancestors in an update matrix of its own; these are added in a fixed order (multifrontal method: Duff and Reid 1983;
+//! parts: Liu 1990). The parts depend on the pattern only, not on the number of threads.
 
 use std::ops::Range;
 use wireloom_core::Matrix;
 
-/// Columns from which on it is worth the while to hand a subtree to another thread: some 100 µs.
-const WORTHWHILE: usize = 1024;
+/// Smallest number of columns of a subtree for a thread of its own: about 100 µs of work.
+const SMALLEST_TASK: usize = 1024;
 
-/// Subtrees, and the columns above them that come when all of them are eliminated.
+/// Independent subtrees, and the columns above them, which are eliminated after all of them.
 pub struct Part {
-    /// All its columns, those of its children first.
+    /// All columns of the part, those of its children first.
     pub columns: Range<usize>,
-    /// First of its own columns: those of no child.
+    /// First of the columns that belong to no child.
     pub own: usize,
-    /// Independent of each other; their columns follow each other without gaps.
+    /// Independent subtrees; their columns follow each other without gaps.
     pub children: Vec<Part>,
-    /// Rows after its last column in which it has blocks, increasing.
+    /// Rows after the last column of the part in which it has blocks, increasing.
     pub beyond: Vec<u32>,
-    /// What its elimination adds to the blocks of these rows: lower triangle, row by row.
+    /// Update matrix: contributions of the elimination to the blocks of these rows; lower triangle, row by row.
     pub updates: Vec<Matrix>,
 }
 
 impl Part {
-    /// Disjoint ranges of columns that make up the whole, increasing: the own ones of every part.
+    /// Disjoint, increasing ranges of columns that make up the part: the own columns of itself and of all descendants.
     pub fn ranges(&self) -> Vec<Range<usize>> {
         let mut ranges: Vec<Range<usize>> = self.children.iter().flat_map(Self::ranges).collect();
         if self.own < self.columns.end {
@@ -35,36 +35,36 @@ impl Part {
         ranges
     }
 
-    /// Where in [`Self::updates`] the block of two rows is, `j` at most `i`.
+    /// Index in [`Self::updates`] of the block of rows `i` and `j` of [`Self::beyond`], `j` at most `i`.
     pub fn place(i: usize, j: usize) -> usize {
         i * (i + 1) / 2 + j
     }
 
-    /// Where in [`Self::updates`] the block of two rows beyond is.
+    /// Index in [`Self::updates`] of the block (row, column).
     ///
     /// # Panics
-    /// If one of them is not.
+    /// If one of them is not in `beyond`.
     pub fn update_of(beyond: &[u32], row: u32, column: u32) -> usize {
         let place = |r: u32| beyond.binary_search(&r).expect("a row beyond");
         Self::place(place(row), place(column))
     }
 }
 
-/// An elimination tree: `columns[p]` are the rows of column p that are eliminated after it, in any order.
+/// Elimination tree: `columns[p]` are the rows of column p that are eliminated after it, in any order.
 pub struct Tree<'c> {
     columns: &'c [Vec<u32>],
     children: Vec<Vec<usize>>,
     roots: Vec<usize>,
-    /// Columns in the subtree.
+    /// Number of columns in the subtree of each column.
     weight: Vec<usize>,
-    /// Columns that make a part; more than there are where everything is to be one.
-    worthwhile: usize,
+    /// Smallest number of columns of a part; more than there are, if the tree is not to be divided.
+    smallest_part: usize,
     /// Columns in their new order.
     order: Vec<usize>,
 }
 
 impl<'c> Tree<'c> {
-    /// Of the columns of a factor, which is divided where it may be `shared` among threads and is large.
+    /// Tree of the columns of a factor; divided into parts if it is `shared` among threads and large.
     pub fn new(columns: &'c [Vec<u32>], shared: bool) -> Self {
         let n = columns.len();
         let (mut children, mut roots, mut weight) = (vec![Vec::new(); n], Vec::new(), vec![1; n]);
@@ -77,11 +77,11 @@ impl<'c> Tree<'c> {
                 None => roots.push(p),
             }
         }
-        let worthwhile = if shared { WORTHWHILE } else { n + 1 };
-        Self { columns, children, roots, weight, worthwhile, order: Vec::with_capacity(n) }
+        let smallest_part = if shared { SMALLEST_TASK } else { n + 1 };
+        Self { columns, children, roots, weight, smallest_part, order: Vec::with_capacity(n) }
     }
 
-    /// An order that causes the same fill and keeps every part together, and the parts.
+    /// Equivalent order (with the same fill) in which every part is contiguous, and the parts.
     pub fn arrange(mut self) -> (Vec<usize>, Part) {
         let roots = std::mem::take(&mut self.roots);
         let mut whole = self.part(&[], &roots);
@@ -93,34 +93,34 @@ impl<'c> Tree<'c> {
         (self.order, whole)
     }
 
-    fn heavy(&self, v: usize) -> bool {
-        self.weight[v] >= 2 * self.worthwhile
+    fn is_large(&self, v: usize) -> bool {
+        self.weight[v] >= 2 * self.smallest_part
     }
 
-    /// The part of what hangs below `above` (from the top down), which has the children `below`.
+    /// Part of the subtree with the columns `above` (from the top down) and their children `below`.
     fn part(&mut self, above: &[usize], below: &[usize]) -> Part {
-        // From the top down as long as all that is heavy is one column after the other.
-        let (mut spine, mut light) = (above.to_vec(), Vec::new());
+        // Descend as long as there is exactly one large child.
+        let (mut spine, mut small) = (above.to_vec(), Vec::new());
         let mut below = below.to_vec();
-        let heavy = loop {
-            let (heavy, rest): (Vec<usize>, Vec<usize>) = below.iter().partition(|&&v| self.heavy(v));
-            light.extend(rest.into_iter().rev());
-            let [v] = heavy[..] else { break heavy };
+        let large = loop {
+            let (large, rest): (Vec<usize>, Vec<usize>) = below.iter().partition(|&&v| self.is_large(v));
+            small.extend(rest.into_iter().rev());
+            let [v] = large[..] else { break large };
             spine.push(v);
             below.clone_from(&self.children[v]);
         };
-        light.reverse();
+        small.reverse();
         let start = self.order.len();
         let mut children: Vec<Part> = Vec::new();
-        for v in heavy {
+        for v in large {
             let below = self.children[v].clone();
             children.push(self.part(&[v], &below));
         }
-        // What is not worth a thread of its own is taken together.
+        // Small subtrees are combined to parts.
         let mut first = self.order.len();
-        for v in light {
+        for v in small {
             self.subtree(v);
-            if self.order.len() - first >= self.worthwhile {
+            if self.order.len() - first >= self.smallest_part {
                 children.push(leaf(first..self.order.len()));
                 first = self.order.len();
             }
@@ -132,8 +132,8 @@ impl<'c> Tree<'c> {
         Part { columns: start..self.order.len(), own: first, children, beyond: vec![], updates: vec![] }
     }
 
-    /// Takes a subtree in the order of the elimination: that goes from branch to branch, so the processor, too, has several things to do
-    /// at the same time.
+    /// Appends a subtree in its original elimination order, which alternates between branches and so lets the processor
+    /// overlap independent operations.
     fn subtree(&mut self, root: usize) {
         let (first, mut open) = (self.order.len(), vec![root]);
         while let Some(v) = open.pop() {
@@ -168,7 +168,7 @@ fn leaf(columns: Range<usize>) -> Part {
 mod tests {
     use super::*;
 
-    /// Everything a part promises.
+    /// Checks all invariants of a part.
     fn check(part: &Part, columns: &[Vec<u32>], order: &[usize], position: &[u32]) {
         let mut next = part.columns.start;
         for child in &part.children {

@@ -1,9 +1,9 @@
 //! Factorisation `A = L D Lᵀ` of a block matrix in place, and the solve.
 //!
-//! Right-looking, column by column in elimination order. Along a branch every column has two blocks below its diagonal, and the next
-//! column begins with the later of their rows; those columns are handled without any index look-up. Pivots are 3 × 3
-//! blocks, themselves factorised without exchanges; the signs of their scalars give the inertia of the
-//! matrix (Sylvester).
+//! Right-looking, column by column in elimination order. Along a branch every column has two blocks below its diagonal,
+//! and the next column begins with the later of their rows: such columns need no index look-up. Pivots are 3 × 3
+//! blocks, themselves factorised without exchanges; the signs of their scalar pivots give the inertia of the matrix
+//! (Sylvester).
 
 use crate::linear::elimination_tree::Part;
 use crate::linear::matrix::BlockMatrix;
@@ -33,8 +33,8 @@ fn invert(p: &Matrix) -> (Matrix, u32) {
     (Matrix::new(x11, x12, x13, x12, x22, x23, x13, x23, i3), negative)
 }
 
-/// Eliminates the columns of a part; `diagonal` and `below` are the blocks of these columns. What that does to later rows is left in
-/// the part's updates. Returns the number of negative pivots.
+/// Eliminates the columns of a part; `diagonal` and `below` are the blocks of these columns. Contributions to later
+/// rows are left in the part's updates. Returns the number of negative pivots.
 fn eliminate(part: &mut Part, pattern: &Pattern, diagonal: &mut [Matrix], below: &mut [Matrix]) -> usize {
     let first = part.columns.start;
     let end = part.columns.end as u32;
@@ -66,7 +66,7 @@ fn eliminate(part: &mut Part, pattern: &Pattern, diagonal: &mut [Matrix], below:
         if stop == start + 2 && rows[start + 1] < end {
             let (row, later) = (rows[start] as usize, rows[start + 1] as usize);
             let slot = pattern.starts[row] as usize - first_block;
-            // Along a branch the next column begins with the later row: there is no row between.
+            // Along a branch the next column begins with the later row, without a row between.
             if rows[slot] as usize == later {
                 let (b1, b2) = (below[start], below[start + 1]);
                 let (w1, w2) = (b1 * inverse, b2 * inverse);
@@ -81,7 +81,7 @@ fn eliminate(part: &mut Part, pattern: &Pattern, diagonal: &mut [Matrix], below:
         for i in start..stop {
             let row = rows[i];
             let w = below[i] * inverse;
-            // The blocks before this one are multiplied by the inverse already: A_ij −= (B_i P⁻¹) B_jᵀ = B_i W_jᵀ.
+            // The blocks before this one already contain the inverse: A_ij −= (B_i P⁻¹) B_jᵀ = B_i W_jᵀ.
             for (j, &column) in (start..i).zip(&rows[start..i]) {
                 let update = below[i] * below[j].transpose();
                 if column < end {
@@ -102,7 +102,7 @@ fn eliminate(part: &mut Part, pattern: &Pattern, diagonal: &mut [Matrix], below:
     negative
 }
 
-/// Eliminates parts that are independent and follow each other, side by side.
+/// Eliminates consecutive independent parts in parallel.
 fn eliminate_all(parts: &mut [Part], pattern: &Pattern, diagonal: &mut [Matrix], below: &mut [Matrix]) -> usize {
     match parts {
         [] => 0,
@@ -126,15 +126,15 @@ fn eliminate_all(parts: &mut [Part], pattern: &Pattern, diagonal: &mut [Matrix],
 }
 
 impl BlockMatrix {
-    /// Factorises in place: `diagonal` then holds the inverse pivots, `below` the blocks of L. Returns the number
-    /// of negative pivots; not finite numbers in the factor show in the solution.
+    /// Factorises in place: `diagonal` then holds the inverse pivots, `below` the blocks of L. Returns the number of
+    /// negative pivots. Non-finite numbers in the factor are not reported; they appear in the solution.
     pub fn factorise(&mut self) -> usize {
         let Structure { pattern, parts, .. } = &mut self.structure;
         eliminate(parts, pattern, &mut self.diagonal, &mut self.below)
     }
 
-    /// A direction u with `uᵀ A u < 0`, in elimination order, after [`Self::factorise`]: the sum over the negative pivots of `L⁻ᵀ e`, each with
-    /// a largest entry of 1. Returns whether there is a negative pivot.
+    /// Direction u of negative curvature, `uᵀ A u < 0`, in elimination order, after [`Self::factorise`]: the sum over
+    /// the negative pivots of `L⁻ᵀ e`, each with a largest entry of 1. Returns whether there is a negative pivot.
     pub fn negative_direction(&self, u: &mut [Vector]) -> bool {
         let mut one = vec![Vector::zeros(); u.len()];
         let mut some = false;
@@ -145,7 +145,7 @@ impl BlockMatrix {
             }
             let pivot = SymmetricEigen::new(*inverse);
             for (_, d) in pivot.eigenvalues.iter().zip(pivot.eigenvectors.column_iter()).filter(|(e, _)| **e < 0.0) {
-                // The sign of an eigenvector is anybody's.
+                // The sign of an eigenvector is arbitrary: make its largest entry positive.
                 let d: Vector = d.into();
                 one.fill(Vector::zeros());
                 one[p] = d * d[d.iamax()].signum();

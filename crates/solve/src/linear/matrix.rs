@@ -1,4 +1,4 @@
-//! Second derivatives as a sparse block matrix: taking out what is held, right-hand sides and steps.
+//! Sparse block matrix of second derivatives: elimination of prescribed variables, right-hand sides and steps.
 
 use crate::linear::symbolic::{Structure, TIED};
 use wireloom_core::prescribed::Held;
@@ -15,18 +15,19 @@ pub struct BlockMatrix {
     pub diagonal: Vec<Matrix>,
     /// Blocks below the diagonal.
     pub below: Vec<Matrix>,
-    /// For every position the blocks in its row, for the variables at which something can be held.
+    /// For the position of every variable that can be held, the blocks in its row: (index, column).
     rows_of: Vec<Option<Vec<(u32, u32)>>>,
-    /// What [`Self::eliminate_prescribed`] removed: (held position, other position, block with rows other, columns held).
+    /// Blocks removed by [`Self::eliminate_prescribed`]: (held position, other position, block with rows other, columns
+    /// held).
     removed: Vec<(u32, u32, Matrix)>,
 }
 
 impl BlockMatrix {
-    /// All zero, with a pattern.
+    /// Zero matrix with a pattern.
     pub fn new(structure: Structure, network: &Network) -> Self {
         let mut rows_of = vec![None; structure.len()];
         for constraint in &network.constraints {
-            // Only what has one station prescribes.
+            // Constraints that prescribe have one station.
             let point = Some(Variable::Point(constraint.site.point));
             let variables = [point, constraint.site.frame.map(Variable::Frame)].into_iter().flatten();
             for position in variables.filter_map(|variable| structure.position(variable)) {
@@ -50,13 +51,13 @@ impl BlockMatrix {
         }
     }
 
-    /// Makes every block zero.
+    /// Sets every block to zero.
     pub fn clear(&mut self) {
         self.diagonal.fill(Matrix::zeros());
         self.below.fill(Matrix::zeros());
     }
 
-    /// Adds a block at any (row, column); blocks above the diagonal are left to their transposed twins.
+    /// Adds a block at (row, column); blocks above the diagonal are ignored, as their transposes are added too.
     pub fn add(&mut self, row: u32, column: u32, block: &Matrix) {
         if row == column {
             self.diagonal[row as usize] += block;
@@ -66,14 +67,14 @@ impl BlockMatrix {
         }
     }
 
-    /// Adds a block where its variables are, if they are variables here.
+    /// Adds a block at its variables, if the matrix has them.
     pub fn add_block(&mut self, block: &Block) {
         if let (Some(row), Some(column)) = (self.structure.position(block.row), self.structure.position(block.column)) {
             self.add(row, column, &block.matrix);
         }
     }
 
-    /// Adds a block at (row, column), and its transpose at (column, row): whichever of them is below the diagonal.
+    /// Adds a block at (row, column) and its transpose at (column, row); the one below the diagonal is stored.
     pub fn add_both(&mut self, row: u32, column: u32, block: &Matrix) {
         if row > column {
             self.add(row, column, block);
@@ -82,8 +83,8 @@ impl BlockMatrix {
         }
     }
 
-    /// Rest length around each frame (m) times the force of its branch (N), in elimination order; 0 for points: what a shift is multiplied
-    /// by. A hub has the sum of its arms.
+    /// Weights of [`Self::shift`], in elimination order: rest length around each frame (m) times the force of its
+    /// branch (N); 0 for points. A hub has the sum over its arms.
     pub fn frame_weights(&self, network: &Network, force: impl Fn(usize) -> f64, weights: &mut [f64]) {
         let Structure { of_frame, .. } = &self.structure;
         weights.fill(0.0);
@@ -114,8 +115,8 @@ impl BlockMatrix {
         }
     }
 
-    /// Adds `sigma` times the weight to the diagonal of every frame: enough of it makes the matrix positive
-    /// definite, for the energy is convex in the positions once the frames are given.
+    /// Adds `sigma` times the weight to the diagonal of every frame. A sufficient shift makes the matrix positive
+    /// definite, as the energy is convex in the positions at fixed frames.
     pub fn shift(&mut self, sigma: f64, weights: &[f64]) {
         for (block, weight) in self.diagonal.iter_mut().zip(weights) {
             let x = sigma * weight;
@@ -125,7 +126,7 @@ impl BlockMatrix {
         }
     }
 
-    /// Multiplies the diagonal by 1 + `fraction`, upward where the fraction is positive.
+    /// Adds `fraction` times its magnitude to every scalar diagonal entry.
     pub fn grow_diagonal(&mut self, fraction: f64) {
         for block in &mut self.diagonal {
             for k in 0..3 {
@@ -134,8 +135,8 @@ impl BlockMatrix {
         }
     }
 
-    /// Takes the held directions out: their rows and columns become those of the identity, in the basis of each
-    /// held variable. What is removed is kept for [`Self::right_hand_side`].
+    /// Eliminates the prescribed directions: their rows and columns become those of the identity, in the basis of each
+    /// held variable. The removed blocks are kept for [`Self::right_hand_side`].
     pub fn eliminate_prescribed(&mut self, problem: &Problem<'_>) {
         let structure = &self.structure;
         let pattern = &structure.pattern;
@@ -201,7 +202,7 @@ impl BlockMatrix {
         }
     }
 
-    /// A solution in elimination order as a step of the whole harness, with the prescribed motion added.
+    /// Converts a solution in elimination order to a step of the whole harness, and adds the prescribed motion.
     pub fn step(
         &self,
         problem: &Problem<'_>,
@@ -232,7 +233,7 @@ impl BlockMatrix {
     }
 }
 
-/// The held variables of a problem that a matrix has, with their positions.
+/// Held variables of a problem that are variables of the matrix, with their positions.
 fn held<'p>(structure: &Structure, problem: &'p Problem<'_>) -> impl Iterator<Item = (u32, &'p Held)> {
     problem.held().iter().filter_map(|held| structure.position(held.variable).map(|p| (p, held)))
 }

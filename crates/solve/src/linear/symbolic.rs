@@ -1,4 +1,4 @@
-//! Which blocks of the Hessian are not zero, and in which order they are eliminated.
+//! Symbolic factorisation: non-zero blocks of the Hessian and of its factor, and the elimination order.
 
 use crate::linear::elimination_tree::{Part, Tree};
 use std::cmp::Reverse;
@@ -7,14 +7,14 @@ use wireloom_core::Network;
 use wireloom_core::constraint::Action;
 use wireloom_core::variable::Variable;
 
-/// Positions from here on are not positions: `TIED + t` says that the point or frame has no variable of its own but rides
-/// on a joint by tie t of the network.
+/// First value of a position that marks a tie: at `TIED + t` the point or frame has no variable of its own but follows
+/// a joint by tie t of the network.
 pub const TIED: u32 = 1 << 31;
 
-/// The position of what has none: a frame, where only points are variables.
+/// Position of a frame where only points are variables.
 const ABSENT: u32 = u32::MAX;
 
-/// Pattern of the factor: column by column (in elimination order) the rows below the diagonal.
+/// Pattern of the factor: for each column, in elimination order, the rows below the diagonal.
 pub struct Pattern {
     /// `rows[starts[p]..starts[p + 1]]` are the rows of column p, increasing.
     pub starts: Vec<u32>,
@@ -23,7 +23,7 @@ pub struct Pattern {
 }
 
 impl Pattern {
-    /// Where the block (row, column), row after column in elimination order, is stored.
+    /// Index of the block (row, column), row after column in elimination order.
     ///
     /// # Panics
     /// If the pattern has no such block.
@@ -31,29 +31,30 @@ impl Pattern {
         self.find(row, column).expect("a block of the pattern")
     }
 
-    /// The same, where there is such a block.
+    /// Index of the block (row, column), if the pattern contains it.
     pub fn find(&self, row: u32, column: u32) -> Option<usize> {
         let (start, end) = (self.starts[column as usize] as usize, self.starts[column as usize + 1] as usize);
         self.rows[start..end].binary_search(&row).ok().map(|place| start + place)
     }
 }
 
-/// The variables in elimination order, and the pattern of their factor.
+/// Variables in elimination order, and the pattern of their factor.
 pub struct Structure {
-    /// The variables in elimination order.
+    /// Variables in elimination order.
     pub variables: Vec<Variable>,
-    /// Position in elimination order of every point; see [`TIED`]. In [`Self::of_points`] a tied point has that of its joint.
+    /// Position in elimination order of every point; see [`TIED`]. In [`Self::of_points`] a tied point has the position
+    /// of its joint.
     pub of_point: Vec<u32>,
     /// Position in elimination order of every frame; see [`TIED`].
     pub of_frame: Vec<u32>,
-    /// Which blocks are not zero.
+    /// Pattern of the factor.
     pub pattern: Pattern,
-    /// What can be eliminated at the same time.
+    /// Parts of the elimination tree that can be eliminated in parallel.
     pub parts: Part,
 }
 
 impl Structure {
-    /// Of a network's Hessian, in which cables that touch couple what `touching` says, row by row.
+    /// Structure of a network's Hessian; each entry of `touching` lists variables that contact couples.
     pub fn new(network: &Network, touching: &[Vec<Variable>]) -> Self {
         // Natural numbering: along the branches, joints last.
         let mut variables = Vec::new();
@@ -89,7 +90,7 @@ impl Structure {
         Self::ordered(variables, of_point, of_frame, graph, network.is_shared())
     }
 
-    /// Of the second derivatives in the points alone, the frames being given; `touching` as in [`Self::new`].
+    /// Structure of the second derivatives with respect to the points only; `touching` as in [`Self::new`].
     pub fn of_points(network: &Network, touching: &[Vec<Variable>]) -> Self {
         let mut of_point = vec![0; network.points];
         for tie in &network.ties {
@@ -133,7 +134,7 @@ impl Structure {
         structure
     }
 
-    /// Numbers variables in their elimination order, and notes the pattern of the factor.
+    /// Finds the elimination order and the pattern of the factor.
     fn ordered(
         variables: Vec<Variable>,
         mut of_point: Vec<u32>,
@@ -165,12 +166,12 @@ impl Structure {
         self.variables.len()
     }
 
-    /// Whether there is nothing to solve for.
+    /// Whether there are no variables.
     pub fn is_empty(&self) -> bool {
         self.variables.is_empty()
     }
 
-    /// Position in elimination order of what has a variable of its own here.
+    /// Position in elimination order of a point or frame; `None` if it has no variable of its own here.
     pub fn position(&self, variable: Variable) -> Option<u32> {
         let position = match variable {
             Variable::Point(i) => self.of_point[i],
@@ -180,7 +181,7 @@ impl Structure {
     }
 }
 
-/// Writes down the place of every variable in an order.
+/// Stores the position of every variable in an order.
 fn number(order: &[Variable], of_point: &mut [u32], of_frame: &mut [u32]) {
     for (p, variable) in order.iter().enumerate() {
         match variable {
@@ -190,7 +191,7 @@ fn number(order: &[Variable], of_point: &mut [u32], of_frame: &mut [u32]) {
     }
 }
 
-/// For every variable those it fractions an energy with.
+/// Adjacency graph: for every variable the variables coupled to it by an energy.
 fn coupled(
     network: &Network,
     touching: &[Vec<Variable>],
@@ -274,7 +275,7 @@ fn coupled(
     graph
 }
 
-/// Every neighbour once, in order.
+/// Sorts the neighbours and removes duplicates.
 fn sort(graph: &mut [Vec<u32>]) {
     for neighbours in graph {
         neighbours.sort_unstable();
@@ -282,7 +283,7 @@ fn sort(graph: &mut [Vec<u32>]) {
     }
 }
 
-/// Where each vertex stands in an order of all of them.
+/// Position of every vertex in an order.
 fn positions(order: &[u32]) -> Vec<u32> {
     let mut position = vec![0; order.len()];
     for (p, &v) in order.iter().enumerate() {
@@ -291,8 +292,8 @@ fn positions(order: &[u32]) -> Vec<u32> {
     position
 }
 
-/// Vertices by breadth, from `start` on, with those they were found from.
-fn by_breadth(graph: &[Vec<u32>], start: u32, found: &mut [bool]) -> Vec<(u32, u32)> {
+/// Breadth-first search from `start`: vertices in order, each with its predecessor.
+fn breadth_first(graph: &[Vec<u32>], start: u32, found: &mut [bool]) -> Vec<(u32, u32)> {
     let (mut order, mut open) = (Vec::new(), VecDeque::from([(start, start)]));
     found[start as usize] = true;
     while let Some((v, from)) = open.pop_front() {
@@ -306,48 +307,48 @@ fn by_breadth(graph: &[Vec<u32>], start: u32, found: &mut [bool]) -> Vec<(u32, u
     order
 }
 
-/// How many steps every vertex is away from the middle of its piece: the vertex without which no part of a spanning tree holds
-/// more than half of it (Jordan 1869).
-fn from_the_middle(graph: &[Vec<u32>]) -> Vec<u32> {
+/// Distance of every vertex from the centroid of its connected component: the vertex whose removal leaves no part of a
+/// spanning tree with more than half of the vertices (Jordan 1869).
+fn centroid_distance(graph: &[Vec<u32>]) -> Vec<u32> {
     let n = graph.len();
-    let mut away = vec![0; n];
+    let mut distance = vec![0; n];
     let (mut found, mut weight) = (vec![false; n], vec![1; n]);
     for start in 0..n as u32 {
         if found[start as usize] {
             continue;
         }
-        let piece = by_breadth(graph, start, &mut found);
-        for &(v, from) in piece.iter().rev().filter(|(v, from)| v != from) {
+        let component = breadth_first(graph, start, &mut found);
+        for &(v, from) in component.iter().rev().filter(|(v, from)| v != from) {
             weight[from as usize] += weight[v as usize];
         }
-        // The last of the heavy ones: all of them lie on one path from the start.
-        let middle = piece.iter().rev().find(|(v, _)| 2 * weight[*v as usize] >= piece.len());
-        let middle = middle.expect("the start holds all").0;
-        for (v, _) in &piece {
+        // The last vertex with at least half of the weight: all of these lie on one path from the start.
+        let centroid = component.iter().rev().find(|(v, _)| 2 * weight[*v as usize] >= component.len());
+        let centroid = centroid.expect("the start holds all").0;
+        for (v, _) in &component {
             found[*v as usize] = false;
         }
-        for (v, from) in by_breadth(graph, middle, &mut found) {
-            away[v as usize] = if v == from { 0 } else { away[from as usize] + 1 };
+        for (v, from) in breadth_first(graph, centroid, &mut found) {
+            distance[v as usize] = if v == from { 0 } else { distance[from as usize] + 1 };
         }
     }
-    away
+    distance
 }
 
-/// Elimination order by minimum degree (Tinney and Walker 1967), and for each eliminated vertex the neighbours it has then. On trees
-/// of chains this causes no fill. Ties are broken from the outside in, then by number: so the tree of the elimination has its root in the
-/// middle, and what hangs on either side of it can be eliminated at the same time.
+/// Elimination order by minimum degree (Tinney and Walker 1967), and the neighbours of each vertex at its elimination.
+/// On trees of chains it causes no fill. Equal degrees are ordered by decreasing distance from the centroid, then by
+/// number: the elimination tree then has its root at the centroid, and its branches can be eliminated in parallel.
 fn minimum_degree(mut graph: Vec<Vec<u32>>) -> (Vec<u32>, Vec<Vec<u32>>) {
     let n = graph.len();
-    let inward: Vec<Reverse<u32>> = from_the_middle(&graph).into_iter().map(Reverse).collect();
+    let inward: Vec<Reverse<u32>> = centroid_distance(&graph).into_iter().map(Reverse).collect();
     let mut heap: BinaryHeap<_> =
         graph.iter().enumerate().map(|(v, neighbours)| Reverse((neighbours.len(), inward[v], v as u32))).collect();
-    let mut gone = vec![false; n];
+    let mut eliminated = vec![false; n];
     let (mut order, mut columns) = (Vec::with_capacity(n), Vec::with_capacity(n));
     while let Some(Reverse((degree, _, v))) = heap.pop() {
-        if gone[v as usize] || degree != graph[v as usize].len() {
+        if eliminated[v as usize] || degree != graph[v as usize].len() {
             continue;
         }
-        gone[v as usize] = true;
+        eliminated[v as usize] = true;
         let clique = std::mem::take(&mut graph[v as usize]);
         for &a in &clique {
             let neighbours = &mut graph[a as usize];

@@ -1,10 +1,11 @@
-//! Points in balance for given frames.
+//! Static condensation of the points: their equilibrium at given frames.
 //!
-//! A step moves points straight and turns frames; for a turn θ the segments are then longer by the fraction `½ θ²`, which in a cable
-//! that hardly stretches is a force far above all others: the line search would stop there and the next Hessian would be indefinite.
-//! With the frames given the energy is a convex quadratic function of the points (but for what constraints add: nearly, and for contact, which is
-//! model), so one linear solve brings them to where every point is in balance; where that does not lower the energy, it is taken back. Newton's method then works on the frames alone, the points always following
-//! ("variable projection", Golub and Pereyra 1973).
+//! A step moves points along straight lines and turns frames. A turn θ so lengthens segments by the fraction
+//! `½ θ²`, which in a nearly inextensible cable causes a force far above all others: the line search would stop
+//! early and the next Hessian would be indefinite. At fixed frames the energy is a convex quadratic function of the
+//! points (nearly, with constraints; contact enters by its model), so one linear solve finds their equilibrium. It is
+//! undone if it does not lower the energy. Newton's method then acts on the frames only, and the points follow
+//! (variable projection, Golub and Pereyra 1973).
 
 use super::step_control::ACTIVE_SET_UPDATES;
 use crate::contact::active_set::ActiveSet;
@@ -14,34 +15,35 @@ use wireloom_core::problem::Problem;
 use wireloom_core::variable::Block;
 use wireloom_core::{Matrix, State, Tangent, Vector};
 
-/// Positions of a segment's ends in the matrix, and where the block between them is; both ends at one joint: none.
+/// Positions of a segment's ends in the matrix, and the index of the block between them; `None` if both ends are at one
+/// joint.
 struct SegmentPlan {
     a: u32,
     b: u32,
     slot: Option<u32>,
 }
 
-/// The linear solve for all points; keeps its workspace.
+/// Linear solve for all points, with its workspace.
 pub struct Condensation {
-    /// Which pattern of contact it is for; see [`Problem::contact_pattern`].
+    /// Version of the contact pattern it was made for; see [`Problem::contact_pattern`].
     version: u64,
     matrix: BlockMatrix,
     segments: Vec<Vec<SegmentPlan>>,
-    /// Scratch, for one branch.
+    /// Scratch for one branch.
     stiffness: Vec<Matrix>,
     rhs: Vec<Vector>,
     step: Tangent,
     active_set: ActiveSet,
-    /// Forces of the model in which what will touch does ([`ActiveSet`]).
+    /// Gradient of the model with the active set of contact ([`ActiveSet`]).
     model: Tangent,
     blocks: Vec<Block>,
-    /// The points before.
+    /// Points before the last [`Self::condense`].
     points: Vec<Vector>,
     compensation: Vec<Vector>,
 }
 
 impl Condensation {
-    /// For the states of a problem's network.
+    /// Condensation for the states of a problem's network.
     pub fn new(problem: &Problem<'_>) -> Self {
         let network = problem.network;
         let (version, touching) = problem.contact_pattern();
@@ -69,8 +71,9 @@ impl Condensation {
         }
     }
 
-    /// Moves the points of `state`, where `gradient` was evaluated, into balance, the frames being as they are, unless no free force
-    /// is above `least` (N). Returns whether it did; not where the energy is not convex in the points.
+    /// Moves the points of `state`, where `gradient` was evaluated, to their equilibrium at fixed frames. Does nothing
+    /// if no free force is above `least` (N) or the energy is not convex in the points. Returns whether the points were
+    /// moved.
     pub fn condense(&mut self, problem: &mut Problem<'_>, state: &mut State, gradient: &Tangent, least: f64) -> bool {
         let network = problem.network;
         if problem.contact_pattern().0 != self.version {
@@ -106,20 +109,20 @@ impl Condensation {
         true
     }
 
-    /// Solves for the step with the matrix and the right-hand side at hand.
+    /// Solves for the step with the present matrix and right-hand side.
     fn solve(&mut self, problem: &Problem<'_>, state: &State) {
         self.matrix.solve(&mut self.rhs);
         self.matrix.step(problem, state, &mut self.rhs, None, &mut self.step);
     }
 
-    /// Gathers and factorises the second derivatives in the points, with `convex` those of [`Problem::make_convex`]. Returns whether they
-    /// are positive definite.
+    /// Assembles and factorises the second derivatives with respect to the points; with `convex`, those of
+    /// [`Problem::make_convex`]. Returns whether they are positive definite.
     fn factorise(&mut self, problem: &mut Problem<'_>, state: &State, convex: bool) -> bool {
         problem.hessian_blocks(state, convex, &mut self.blocks);
         self.refactorise(problem, state)
     }
 
-    /// Gathers and factorises them with other blocks.
+    /// Assembles and factorises them with the present blocks.
     fn refactorise(&mut self, problem: &mut Problem<'_>, state: &State) -> bool {
         self.matrix.clear();
         for (b, plans) in self.segments.iter().enumerate() {
@@ -140,7 +143,7 @@ impl Condensation {
         self.matrix.factorise() == 0
     }
 
-    /// Takes the last [`Self::settle`] back.
+    /// Undoes the last [`Self::condense`].
     pub fn undo(&mut self, state: &mut State) {
         std::mem::swap(&mut state.points, &mut self.points);
         std::mem::swap(&mut state.compensation, &mut self.compensation);

@@ -1,14 +1,13 @@
-//! When a minimiser is done: what all of them go by. Their own word counts for little: the state is graded by
-//! [`crate::certificate`].
+//! Convergence monitor of the minimisers. The final grade of a state is given by [`crate::steps::certificate`].
 
 use wireloom_core::minimiser::Stop;
 use wireloom_core::status::Status;
 
-/// Turn (rad) of the last step above which a state in balance to the tolerance is refined: the energy may be flat there.
+/// Turn (rad) of the last step above which a state in balance is refined: the energy may be flat there.
 const LAST_TURN: f64 = 1e-3;
-/// Steps that refine such a state.
+/// Largest number of refinement steps.
 const REFINEMENTS: usize = 3;
-/// A residual above this fraction of the one before is no progress where the energy shows none.
+/// A residual above this fraction of the least one is no progress if the energy does not decrease visibly.
 pub(crate) const PROGRESS: f64 = 0.5;
 
 /// Decision of the convergence monitor after an iteration.
@@ -16,40 +15,40 @@ pub(crate) const PROGRESS: f64 = 0.5;
 pub(crate) enum Termination {
     /// Another step.
     Continue,
-    /// Another step, though the state is in balance: the last one still turned much.
+    /// Another step, although the state is in balance: the last step turned a frame far.
     Refine,
-    /// No more steps.
+    /// No further step.
     Stop(Status),
 }
 
-/// Convergence monitor: follows the residuals of a minimiser's iterations.
+/// Convergence monitor of a minimiser's iterations.
 pub(crate) struct ConvergenceMonitor {
     stop: Stop,
-    /// Iterations without progress at round-off after which the state is called stalled.
+    /// Number of iterations without progress at round-off after which the minimiser has stalled.
     patience: usize,
     stalled: usize,
     refined: usize,
     /// Largest turn (rad) of any frame in the last step.
     last_turn: f64,
-    /// The residual of the state at hand.
+    /// Residual of the present state.
     pub residual: f64,
-    /// The least so far.
+    /// Least residual so far.
     least: f64,
 }
 
 impl ConvergenceMonitor {
-    /// Monitor before the first residual.
+    /// Monitor without a residual.
     pub fn new(stop: &Stop, patience: usize) -> Self {
         let (residual, least) = (f64::INFINITY, f64::INFINITY);
         Self { stop: *stop, patience, stalled: 0, refined: 0, last_turn: 0.0, residual, least }
     }
 
-    /// Takes the residual of the first state.
+    /// Begins with the residual of the first state.
     pub fn begin(&mut self, residual: f64) {
         (self.residual, self.least) = (residual, residual);
     }
 
-    /// Decision after so many iterations.
+    /// Decision after this number of iterations.
     pub fn termination(&mut self, iterations: usize) -> Termination {
         let (used_up, stalled) = (iterations >= self.stop.max_iterations, self.stalled >= self.patience);
         let balanced = self.residual <= self.stop.force_tolerance;
@@ -70,7 +69,7 @@ impl ConvergenceMonitor {
         }
     }
 
-    /// Takes the largest turn (rad) of a step, whether it lowered the energy visibly (by more than round-off), and the
+    /// Records a step: its largest turn (rad), whether it lowered the energy visibly (by more than round-off), and the
     /// residual after it.
     pub fn moved(&mut self, turn: f64, visible: bool, residual: f64) {
         self.stalled = if !visible && residual > PROGRESS * self.least { self.stalled + 1 } else { 0 };
@@ -79,7 +78,7 @@ impl ConvergenceMonitor {
         self.least = self.least.min(residual);
     }
 
-    /// Notes that no step lowers the energy by more than round-off.
+    /// Records that no step lowers the energy by more than round-off.
     pub fn stall(&mut self) {
         self.stalled = self.patience;
     }
@@ -110,14 +109,14 @@ mod tests {
     }
 
     #[test]
-    fn a_state_stalls_where_neither_energy_nor_forces_get_less() {
+    fn a_state_stalls_where_neither_energy_nor_forces_decrease() {
         let mut monitor = monitor();
         monitor.begin(1.0);
         monitor.moved(0.1, false, 0.4);
         assert_eq!(monitor.termination(1), Termination::Continue);
-        // What the energy shows is progress, though the forces grow.
+        // A visible decrease of the energy is progress, although the forces grow.
         monitor.moved(0.1, true, 0.5);
-        // The least so far counts, not the last.
+        // The least residual so far counts, not the last one.
         monitor.moved(0.1, false, 0.21);
         assert_eq!(monitor.termination(3), Termination::Continue);
         monitor.moved(0.1, false, 0.2);
@@ -125,7 +124,7 @@ mod tests {
     }
 
     #[test]
-    fn iterations_are_counted_and_what_is_no_number_has_failed() {
+    fn iterations_are_limited_and_a_residual_that_is_nan_fails() {
         let mut monitor = monitor();
         monitor.begin(1.0);
         assert_eq!(monitor.termination(10), Termination::Stop(Status::IterationLimit));

@@ -1,12 +1,12 @@
-//! Minimisers that go by gradients: what `lbfgs` and `ncg` have in common.
+//! Gradient minimisers: common iteration of `lbfgs` and `ncg`.
 //!
-//! Per iteration: a direction from the gradient, a metric and what was learnt on the way ([`Method`]), a line search
-//! ([`crate::line_search`]), and what was learnt carried to the new state ([`crate::transport`]).
+//! Per iteration: a direction from the gradient, a metric and the memory of the method ([`Method`]), a line search
+//! ([`super::line_search`]), and the parallel transport of that memory to the new state ([`super::transport`]).
 //!
-//! The metric ([`Metric`]) is by default the Hessian of the first state, factorised, and taken anew every few iterations or where a step had to be
-//! short. With it the first step carries the prescribed motion, as in [`crate::newton`], and after every step the points follow
-//! the frames into balance ([`crate::condensation`]): what is minimised is then the energy of the frames alone. Without it the
-//! methods are those of the textbooks, in metres and radians.
+//! The metric ([`Metric`]) is by default the factorised Hessian of the first state. It is recomputed every few
+//! iterations and after short steps. With it the first step contains the prescribed motion, as in [`super::newton`],
+//! and after every step the points are condensed ([`super::condensation`]), so that the energy is minimised over the
+//! frames only. Without a metric the methods are those of the textbooks, in metres and radians.
 
 use super::step_control::{LARGEST_TURN, SMALL_TURN, condensed_force};
 use super::trace::trace;
@@ -14,53 +14,59 @@ use crate::minimisers::condensation::Condensation;
 use crate::minimisers::convergence::{ConvergenceMonitor, Termination};
 use crate::minimisers::line_search::{self, Wolfe};
 use crate::minimisers::preconditioner::{Metric, Preconditioner};
-use crate::minimisers::transport::{carry, slope};
+use crate::minimisers::transport::{slope, transport};
 use wireloom_core::minimiser::{Minimiser, Report, Stop};
 use wireloom_core::problem::Problem;
 use wireloom_core::registry::{BuildError, Form, MinimiserKind, Parameter, Parameters, Quantity, Value};
 use wireloom_core::status::Status;
 use wireloom_core::{Network, State, Tangent, Vector};
 
-/// Iterations without progress at round-off after which the state is called stalled: with a metric, and without, where a method
-/// that gets anywhere gets there slowly.
+/// Number of iterations without progress at round-off after which the minimiser has stalled: with a metric, and
+/// without, where convergence is slow.
 const STALLED_AFTER: [usize; 2] = [4, 500];
-/// A step shorter than this fraction of the one the metric asked for says that the metric is no good here.
+/// Step length, relative to the step of the metric, below which the metric is recomputed.
 const SHORT: f64 = 0.25;
-/// Where nothing is known of lengths yet, no point is moved farther than this fraction of the longest branch.
+/// Largest move of a point in the first trial without a known step length, as a fraction of the longest branch.
 const FIRST_MOVE: f64 = 0.01;
+/// Fractions of the longest step of which the first step of an increment takes the one of least energy. A short step in
+/// the range of the linear model is taken as it is: see [`SMALL_TURN`].
+const PREDICTION_FRACTIONS: [f64; 4] = [1.0, 0.5, 0.25, 0.125];
+/// Range of the option `slope`: near 0 a search takes many trials, at 1 any descent would be accepted.
+const SLOPE_RANGE: [f64; 2] = [1e-3, 0.99];
 
-/// How the next direction is made of the gradient, the metric and what was learnt.
+/// Direction of a gradient method, from the gradient, the metric and the memory of previous steps.
 pub(crate) trait Method: Send {
     /// Name of the minimiser.
     const NAME: &'static str;
-    /// Makes room for what is learnt on a network.
-    fn ready(&mut self, network: &Network);
-    /// Forgets what was learnt.
+    /// Allocates the memory for a network.
+    fn allocate(&mut self, network: &Network);
+    /// Clears the memory.
     fn restart(&mut self);
-    /// Whether nothing is known.
+    /// Whether the memory is empty.
     fn is_blank(&self) -> bool;
-    /// Carries what it knows along the accepted `α step`, and learns from the gradient at its end; `before` is that at its beginning, carried.
+    /// Transports the memory along the accepted `α step`, and adds the change of the gradient: `gradient` at the end
+    /// of the step, `before` at its beginning, transported to the end.
     fn learn(&mut self, step: &Tangent, alpha: f64, gradient: &Tangent, before: &Tangent);
-    /// The direction for a free gradient; `solve` gives `−M⁻¹` of what it is called with.
+    /// Direction for a free gradient; `solve` applies `−M⁻¹`.
     fn direction(&mut self, gradient: &Tangent, solve: &mut dyn FnMut(&Tangent, &mut Tangent), step: &mut Tangent);
-    /// Whether its directions have a length of their own where there is no metric.
+    /// Whether a step length of 1 is meaningful without a metric.
     fn knows_lengths(&self) -> bool;
-    /// The metric becomes another one.
+    /// Called when the metric is recomputed.
     fn metric_changes(&mut self);
 }
 
-/// What can be chosen for either method.
+/// Options common to both methods.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Choices {
+pub(crate) struct Options {
     pub metric: Metric,
-    /// Iterations after which the metric is taken anew.
+    /// Number of iterations after which the metric is recomputed.
     pub refresh: usize,
     /// σ of the line search.
     pub slope: f64,
 }
 
-impl Choices {
-    /// Their declaration; `slope` is the default of σ.
+impl Options {
+    /// Declaration of the options; `slope` is the default of σ.
     pub(crate) fn parameters(slope: f64) -> Vec<Parameter> {
         let optional = |name: &str, doc: &str, form, default| Parameter {
             name: name.into(),
@@ -69,8 +75,12 @@ impl Choices {
             default: Some(default),
             required: false,
         };
-        let fraction =
-            Form::Number { quantity: Quantity::Dimensionless, minimum: 1e-3, exclusive: false, maximum: 0.99 };
+        let fraction = Form::Number {
+            quantity: Quantity::Dimensionless,
+            minimum: SLOPE_RANGE[0],
+            exclusive: false,
+            maximum: SLOPE_RANGE[1],
+        };
         vec![
             optional(
                 "preconditioner",
@@ -93,7 +103,7 @@ impl Choices {
         ]
     }
 
-    /// From values that were checked against the declaration.
+    /// Options from values that were checked against the declaration.
     pub(crate) fn from(parameters: &Parameters, slope: f64) -> Self {
         Self {
             metric: parameters.word("preconditioner").and_then(Metric::from_word).unwrap_or(Metric::Hessian),
@@ -103,43 +113,43 @@ impl Choices {
     }
 }
 
-/// Default of `refresh`: a factorisation costs some three evaluations.
+/// Default of `refresh`: a factorisation costs about three evaluations.
 const REFRESH: usize = 8;
 
-/// A kind of minimiser with one more parameter than those that all have.
+/// Kind of minimiser with the common options and one of its own.
 pub(crate) fn kind<M: Method + 'static>(
     doc: &str,
     slope: f64,
     own: Parameter,
     method: impl Fn(&Parameters) -> M + Send + Sync + 'static,
 ) -> MinimiserKind {
-    let mut parameters = Choices::parameters(slope);
+    let mut parameters = Options::parameters(slope);
     parameters.push(own);
     MinimiserKind {
         name: M::NAME.into(),
         doc: doc.into(),
         parameters,
         build: Box::new(move |(), given| {
-            Ok(Box::new(Descent { method: method(given), choices: Choices::from(given, slope), workspace: None }))
+            Ok(Box::new(Descent { method: method(given), options: Options::from(given, slope), workspace: None }))
         }),
     }
 }
 
-/// A minimiser that goes by gradients; keeps its workspace from call to call.
+/// Gradient minimiser, with its workspace.
 pub(crate) struct Descent<M> {
     method: M,
-    choices: Choices,
+    options: Options,
     workspace: Option<Box<Workspace>>,
 }
 
-/// Everything that is allocated once.
+/// Data that is allocated once per network.
 struct Workspace {
     network: u64,
     preconditioner: Preconditioner,
-    /// Brings points into balance, where the metric is the Hessian.
+    /// Static condensation of the points, if the metric is the Hessian.
     condensation: Option<Condensation>,
     gradient: Tangent,
-    /// Its free part.
+    /// Free part of the gradient.
     free: Tangent,
     before: Tangent,
     trial_gradient: Tangent,
@@ -169,12 +179,12 @@ impl Workspace {
         }
     }
 
-    /// Energy and gradient at the trial, whose held freedoms are put in place and whose points are condensed; infinite where a cable would go
-    /// through an obstacle on the way there, or where all is to stop.
+    /// Energy and gradient at the trial, with held freedoms at their targets and points condensed; infinite if a cable
+    /// would pass through an obstacle between `from` and the trial, or if a stop was requested.
     fn evaluate(&mut self, problem: &mut Problem<'_>, from: Option<&State>) -> f64 {
         problem.place_held(&mut self.trial);
-        let barred = from.is_some_and(|from| problem.collision_free_fraction(from, &self.trial, None) < 1.0);
-        if barred || problem.monitor.is_stopped() {
+        let collides = from.is_some_and(|from| problem.collision_free_fraction(from, &self.trial, None) < 1.0);
+        if collides || problem.monitor.is_stopped() {
             return f64::INFINITY;
         }
         self.evaluations += 1;
@@ -214,10 +224,10 @@ impl Workspace {
         problem.residual(&self.free)
     }
 
-    /// The next direction, in `step`; gives the slope along it.
+    /// Computes the next direction, in `step`. Returns the slope along it.
     fn direction(&mut self, method: &mut impl Method, problem: &mut Problem<'_>, state: &State, metric: bool) -> f64 {
         let Self { preconditioner, gradient, free, step, .. } = self;
-        // Whether a slide stands at a stop is told by the whole gradient.
+        // The whole gradient decides whether a slide is at its stop.
         let from = if metric && method.is_blank() { gradient } else { free };
         method.direction(from, &mut |g, step| preconditioner.solve(problem, state, g, step), step);
         self.free.dot(&self.step)
@@ -242,16 +252,16 @@ impl Workspace {
         })
     }
 
-    /// The first step of an increment, with the metric of the old state: the whole of it, or of it and shorter ones that of least energy.
-    /// Returns the energy after it.
+    /// First step of an increment, with the metric of the old state and the prescribed motion: the whole step if it is
+    /// small, else the one of least energy among it and shorter ones. Returns the energy after it.
     fn predict(&mut self, problem: &mut Problem<'_>, state: &mut State) -> f64 {
         problem.gradient(state, &mut self.gradient);
-        self.preconditioner.make(problem, state);
+        self.preconditioner.refresh(problem, state);
         let Self { preconditioner, gradient, motion, step, .. } = self;
         preconditioner.solve_moving(problem, state, gradient, Some(motion), step);
         let longest = self.longest(problem, state).min(1.0);
         let fractions: &[f64] =
-            if longest == 1.0 && self.largest_turn() < SMALL_TURN { &[1.0] } else { &[1.0, 0.5, 0.25, 0.125] };
+            if longest == 1.0 && self.largest_turn() < SMALL_TURN { &[1.0] } else { &PREDICTION_FRACTIONS };
         let mut best = (f64::INFINITY, 0.0);
         for fraction in fractions {
             let (energy, _) = self.try_step(problem, state, fraction * longest);
@@ -282,20 +292,20 @@ impl<M: Method> Minimiser for Descent<M> {
     fn minimise(&mut self, problem: &mut Problem<'_>, state: &mut State, stop: &Stop) -> Report {
         let network = problem.network;
         if self.workspace.as_ref().is_none_or(|ws| ws.network != network.id) {
-            self.workspace = Some(Box::new(Workspace::new(problem, self.choices.metric)));
-            self.method.ready(network);
+            self.workspace = Some(Box::new(Workspace::new(problem, self.options.metric)));
+            self.method.allocate(network);
         }
         let ws = self.workspace.as_mut().expect("made above");
         if network.is_shared() {
-            // Among the threads of the pool, so that handing them work costs little.
-            let (method, choices) = (&mut self.method, &self.choices);
-            rayon::scope(|_| descend(ws, method, choices, problem, state, stop))
+            // Inside the thread pool, so that scheduling parallel work is cheap.
+            let (method, options) = (&mut self.method, &self.options);
+            rayon::scope(|_| descend(ws, method, options, problem, state, stop))
         } else {
-            descend(ws, &mut self.method, &self.choices, problem, state, stop)
+            descend(ws, &mut self.method, &self.options, problem, state, stop)
         }
     }
 
-    /// Nothing is remembered from call to call.
+    /// Does nothing: no memory is kept between calls.
     fn forget(&mut self) {}
 }
 
@@ -303,19 +313,19 @@ impl<M: Method> Minimiser for Descent<M> {
 fn descend(
     ws: &mut Workspace,
     method: &mut impl Method,
-    choices: &Choices,
+    options: &Options,
     problem: &mut Problem<'_>,
     state: &mut State,
     stop: &Stop,
 ) -> Report {
     method.restart();
-    let metric = choices.metric == Metric::Hessian;
+    let metric = options.metric == Metric::Hessian;
     let patience = STALLED_AFTER[usize::from(!metric)];
     (ws.evaluations, ws.preconditioner.factorisations) = (0, 0);
     let length = problem.scales().length;
     problem.update_held(state);
     ws.condensed_force = condensed_force(problem, stop);
-    ws.preconditioner.weigh(problem);
+    ws.preconditioner.update_weights(problem);
     let moves = problem.motion(state, &mut ws.motion);
     let mut report = Report::begun(Status::Failed);
     let mut energy;
@@ -323,7 +333,7 @@ fn descend(
         energy = ws.predict(problem, state);
         report.iterations += 1;
         if energy.is_infinite() {
-            // What is held goes through an obstacle, or drags a cable through one: the increment is too large.
+            // The prescribed motion moves a cable through an obstacle: the increment is too large.
             if problem.monitor.is_stopped() {
                 report.status = Status::Interrupted;
             }
@@ -334,8 +344,8 @@ fn descend(
         energy = ws.evaluate(problem, None);
         ws.accept(problem, state);
     }
-    // Iterations since the metric was taken: none was yet.
-    let mut age = choices.refresh;
+    // Iterations since the metric was computed; it is not yet.
+    let mut age = options.refresh;
     let mut last = None;
     let mut monitor = ConvergenceMonitor::new(stop, patience);
     monitor.begin(ws.residual(problem));
@@ -349,9 +359,9 @@ fn descend(
         if let Termination::Stop(status) = monitor.termination(report.iterations) {
             break status;
         }
-        if age >= choices.refresh {
+        if age >= options.refresh {
             if metric {
-                ws.preconditioner.make(problem, state);
+                ws.preconditioner.refresh(problem, state);
                 method.metric_changes();
             }
             age = 0;
@@ -368,7 +378,7 @@ fn descend(
             None => (FIRST_MOVE * length / ws.largest_move()).min(1.0),
         };
         let longest = ws.longest(problem, state);
-        let wolfe = Wolfe { slope: choices.slope, noise };
+        let wolfe = Wolfe { slope: options.slope, noise };
         let mut end = (f64::NAN, f64::NAN);
         let found = (first_slope < 0.0).then(|| {
             line_search::search((energy, first_slope), first, longest, wolfe, |alpha| {
@@ -379,9 +389,9 @@ fn descend(
         let Some(alpha) = found.flatten() else {
             trace(problem, &report, [energy, monitor.residual, 0.0, 0.0], ws.preconditioner.factorisations);
             if !method.is_blank() || age > 0 {
-                // What was learnt does not lead down any more: begin anew from here.
+                // The memory or the metric does not lead downhill any more: restart from here.
                 method.restart();
-                age = choices.refresh;
+                age = options.refresh;
                 continue;
             }
             if -first_slope > noise {
@@ -394,12 +404,12 @@ fn descend(
         let turn = alpha * ws.largest_turn();
         energy = end.0;
         ws.before.copy_from(&ws.free);
-        carry(&mut ws.before, &ws.step, alpha);
+        transport(&mut ws.before, &ws.step, alpha);
         ws.accept(problem, state);
         monitor.moved(turn, -first_slope > noise, ws.residual(problem));
         trace(problem, &report, [energy, monitor.residual, alpha, 0.0], ws.preconditioner.factorisations);
         method.learn(&ws.step, alpha, &ws.free, &ws.before);
-        age = if metric && alpha < SHORT { choices.refresh } else { age + 1 };
+        age = if metric && alpha < SHORT { options.refresh } else { age + 1 };
     };
     report.residual = monitor.residual;
     report.factorisations = ws.preconditioner.factorisations;

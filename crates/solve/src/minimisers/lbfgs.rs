@@ -1,20 +1,22 @@
-//! The minimiser `lbfgs`: the method of Broyden, Fletcher, Goldfarb and Shanno with limited memory (Nocedal 1980), on the manifold of
+//! Minimiser `lbfgs`: limited-memory method of Broyden, Fletcher, Goldfarb and Shanno (Nocedal 1980) on the manifold of
 //! positions and frames (Huang, Gallivan and Absil 2015).
 //!
-//! With the last m steps `s` and changes of the gradient `y`, all carried to the state at hand, the two loops of Nocedal and Wright
-//! (2nd ed., algorithm 7.4) apply the inverse of a matrix that has `B s = y` for the last of them; in their midst stands the metric.
+//! With the last m steps `s` and changes of the gradient `y`, all transported to the present state, the two-loop
+//! recursion (Nocedal and Wright, 2nd ed., algorithm 7.4) applies the inverse of a matrix with `B s = y` for the last
+//! pair. The metric is applied between the two loops.
 
 use crate::minimisers::descent::{self, Method};
-use crate::minimisers::transport::carry;
+use crate::minimisers::transport::transport;
 use std::collections::VecDeque;
 use wireloom_core::registry::{Form, MinimiserKind, Parameter, Value};
 use wireloom_core::{Network, Tangent};
 
 /// Default of `memory`.
 const MEMORY: usize = 8;
-/// Default fraction of the slope that a line search may leave: a step of one need not be improved.
+/// Default fraction of the first slope that may remain after a line search: large, as a step of length 1 is usually
+/// good.
 const SLOPE: f64 = 0.9;
-/// Pairs with `s·y` below this fraction of `|s| |y|` say nothing of a curvature.
+/// Least curvature of a pair: pairs with `s·y` below this fraction of `|s| |y|` are discarded.
 const LEAST_CURVATURE: f64 = 1e-12;
 
 /// The kind `lbfgs`.
@@ -40,36 +42,36 @@ pub fn kind() -> MinimiserKind {
     )
 }
 
-/// One step and what it did to the gradient.
+/// A step and the change of the gradient along it.
 struct Pair {
     s: Tangent,
     y: Tangent,
     /// 1/(s·y).
     rho: f64,
-    /// Scratch of the two loops.
+    /// Scratch of the two-loop recursion.
     a: f64,
 }
 
-/// The last steps.
+/// Memory of the last steps.
 struct Memory {
     size: usize,
-    /// Whether there is a metric, in which a step of one is about right.
+    /// Whether there is a metric, which makes a step of length 1 about right.
     metric: bool,
-    /// Oldest first.
+    /// Pairs, oldest first.
     pairs: VecDeque<Pair>,
-    /// Room for pairs.
+    /// Unused pairs.
     spare: Vec<Pair>,
-    /// Scratch; there once a network is.
+    /// Scratch; `None` before [`Method::allocate`].
     gradient: Option<Tangent>,
 }
 
 impl Method for Memory {
     const NAME: &'static str = "lbfgs";
 
-    fn ready(&mut self, network: &Network) {
-        let room = || Pair { s: Tangent::zeros(network), y: Tangent::zeros(network), rho: 0.0, a: 0.0 };
+    fn allocate(&mut self, network: &Network) {
+        let pair = || Pair { s: Tangent::zeros(network), y: Tangent::zeros(network), rho: 0.0, a: 0.0 };
         self.pairs = VecDeque::with_capacity(self.size);
-        self.spare = (0..self.size).map(|_| room()).collect();
+        self.spare = (0..self.size).map(|_| pair()).collect();
         self.gradient = Some(Tangent::zeros(network));
     }
 
@@ -77,7 +79,7 @@ impl Method for Memory {
         self.spare.extend(self.pairs.drain(..));
     }
 
-    /// Steps and changes of the gradient are what they are in any metric.
+    /// Does nothing: the pairs do not depend on the metric.
     fn metric_changes(&mut self) {}
 
     fn is_blank(&self) -> bool {
@@ -90,11 +92,11 @@ impl Method for Memory {
 
     fn learn(&mut self, step: &Tangent, alpha: f64, gradient: &Tangent, before: &Tangent) {
         for pair in &mut self.pairs {
-            carry(&mut pair.s, step, alpha);
-            carry(&mut pair.y, step, alpha);
+            transport(&mut pair.s, step, alpha);
+            transport(&mut pair.y, step, alpha);
         }
-        let room = self.spare.pop().or_else(|| self.pairs.pop_front());
-        let Some(mut pair) = room else { return };
+        let pair = self.spare.pop().or_else(|| self.pairs.pop_front());
+        let Some(mut pair) = pair else { return };
         pair.s.clear();
         pair.s.add_scaled(alpha, step);
         pair.y.copy_from(gradient);
@@ -115,10 +117,10 @@ impl Method for Memory {
             pair.a = pair.rho * pair.s.dot(q);
             q.add_scaled(-pair.a, &pair.y);
         }
-        // step = −M⁻¹ q, so that below all signs are turned.
+        // step = −M⁻¹ q: the signs below are reversed.
         solve(q, step);
         if let (Some(last), false) = (self.pairs.back(), self.metric) {
-            // γ = s·y/y·y, the length of the last step's curvature.
+            // γ = s·y/y·y, the inverse curvature along the last step.
             let gamma = 1.0 / (last.rho * last.y.dot(&last.y));
             q.copy_from(step);
             step.add_scaled(gamma - 1.0, q);

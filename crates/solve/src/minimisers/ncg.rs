@@ -1,20 +1,20 @@
-//! The minimiser `ncg`: nonlinear conjugate gradients, the method of the literature on interactive rods, on the manifold of positions and
-//! frames (Sato 2016).
+//! Minimiser `ncg`: nonlinear conjugate gradients, common in the literature on interactive rods, on the manifold of
+//! positions and frames (Sato 2016).
 //!
 //! ```text
-//! d = −M⁻¹ g + β d′,   y = g − g′           (′: of the step before, carried to the state at hand)
-//! β = (y·M⁻¹g)/(d′·y) − 2 (y·M⁻¹y) (d′·g)/(d′·y)²        hager-zhang (2005): leads downhill whatever the line search
+//! d = −M⁻¹ g + β d′,   y = g − g′           (′: of the previous step, transported to the present state)
+//! β = (y·M⁻¹g)/(d′·y) − 2 (y·M⁻¹y) (d′·g)/(d′·y)²        hager-zhang (2005): a descent direction with any line search
 //! β = (y·M⁻¹g)/(g′·M⁻¹g′)                                  polak-ribiere (1969)
 //! ```
 //!
-//! Where β would be negative it begins anew (β = 0), and where the metric M is taken anew.
+//! It restarts (β = 0) where β would be negative, and when the metric M is recomputed.
 
 use crate::minimisers::descent::{self, Method};
-use crate::minimisers::transport::carry;
+use crate::minimisers::transport::transport;
 use wireloom_core::registry::{Form, MinimiserKind, Parameter, Value};
 use wireloom_core::{Network, Tangent};
 
-/// Default fraction of the slope that a line search may leave: conjugacy wants it small.
+/// Default fraction of the first slope that may remain after a line search: small, as conjugacy requires.
 const SLOPE: f64 = 0.1;
 
 /// The kind `ncg`.
@@ -32,27 +32,27 @@ pub fn kind() -> MinimiserKind {
         formula,
         |given| Conjugate {
             polak_ribiere: given.word("formula") == Some("polak-ribiere"),
-            room: None,
+            scratch: None,
             blank: true,
             along: 0.0,
         },
     )
 }
 
-/// The last direction.
+/// Conjugate direction.
 struct Conjugate {
     polak_ribiere: bool,
-    /// There once a network is.
-    room: Option<Room>,
+    /// `None` before [`Method::allocate`].
+    scratch: Option<Scratch>,
     blank: bool,
     /// −g′·M⁻¹g′.
     along: f64,
 }
 
-struct Room {
+struct Scratch {
     /// −M⁻¹g, or −M⁻¹g′.
     down: Tangent,
-    /// −M⁻¹g′ while −M⁻¹g is being made.
+    /// −M⁻¹g′ while −M⁻¹g is computed.
     before: Tangent,
     /// d′.
     direction: Tangent,
@@ -63,16 +63,16 @@ struct Room {
 impl Method for Conjugate {
     const NAME: &'static str = "ncg";
 
-    fn ready(&mut self, network: &Network) {
+    fn allocate(&mut self, network: &Network) {
         let zeros = || Tangent::zeros(network);
-        self.room = Some(Room { down: zeros(), before: zeros(), direction: zeros(), change: zeros() });
+        self.scratch = Some(Scratch { down: zeros(), before: zeros(), direction: zeros(), change: zeros() });
     }
 
     fn restart(&mut self) {
         self.blank = true;
     }
 
-    /// Directions are conjugate in one metric only.
+    /// Restarts: directions are conjugate in one metric only.
     fn metric_changes(&mut self) {
         self.blank = true;
     }
@@ -86,25 +86,25 @@ impl Method for Conjugate {
     }
 
     fn learn(&mut self, step: &Tangent, alpha: f64, gradient: &Tangent, before: &Tangent) {
-        let Some(room) = &mut self.room else { return };
-        carry(&mut room.down, step, alpha);
-        room.direction.copy_from(step);
-        room.change.copy_from(gradient);
-        room.change.add_scaled(-1.0, before);
+        let Some(scratch) = &mut self.scratch else { return };
+        transport(&mut scratch.down, step, alpha);
+        scratch.direction.copy_from(step);
+        scratch.change.copy_from(gradient);
+        scratch.change.add_scaled(-1.0, before);
         self.blank = false;
     }
 
     fn direction(&mut self, gradient: &Tangent, solve: &mut dyn FnMut(&Tangent, &mut Tangent), step: &mut Tangent) {
-        let Some(room) = &mut self.room else { return };
-        std::mem::swap(&mut room.down, &mut room.before);
-        solve(gradient, &mut room.down);
-        step.copy_from(&room.down);
-        let before = std::mem::replace(&mut self.along, gradient.dot(&room.down));
+        let Some(scratch) = &mut self.scratch else { return };
+        std::mem::swap(&mut scratch.down, &mut scratch.before);
+        solve(gradient, &mut scratch.down);
+        step.copy_from(&scratch.down);
+        let before = std::mem::replace(&mut self.along, gradient.dot(&scratch.down));
         if self.blank {
             return;
         }
-        let (y, d) = (&room.change, &room.direction);
-        let (y_down, y_before) = (y.dot(&room.down), y.dot(&room.before));
+        let (y, d) = (&scratch.change, &scratch.direction);
+        let (y_down, y_before) = (y.dot(&scratch.down), y.dot(&scratch.before));
         let beta = if self.polak_ribiere {
             y_down / before
         } else {

@@ -1,14 +1,19 @@
-//! The minimiser `newton`: Newton's method on the full Hessian.
+//! Minimiser `newton`: Newton's method with the full Hessian.
 //!
-//! Per iteration: second derivatives, factorisation along the graph, step, line search, in which the points follow the frames
-//! ([`crate::condensation`]). Where the Hessian is not positive definite the frames' diagonal is shifted until it is (Levenberg), so
-//! every step leads downhill from any start. A step with the shift σ W is an implicit step, of length 1, of the overdamped motion
-//! `σ W θ̇ = −∂E/∂θ`, the points in balance (pseudo-transient continuation: Kelley and Keyes 1998): so a harness that has lost its
-//! equilibrium falls as one in thick oil would, in steps as long as the descent allows. The first step of an increment carries the prescribed motion in its right-hand side.
-//! What a step brings into contact, or takes out of it, is model ([`ActiveSet`]).
-//! After small steps the axial and shear forces in the geometric stiffness are those predicted by the last linear step
-//! ("mixed integration points", Magisano, Leonetti, Garcea 2017).
-//! Dead moments have no potential: with them steps are those of the residual (`residual_step`), downhill only where that fails.
+//! Per iteration: second derivatives, factorisation along the graph, step, and a line search in which the points follow
+//! the frames ([`super::condensation`]).
+//!
+//! - If the Hessian is not positive definite, the diagonal of the frames is shifted until it is (Levenberg), so that
+//!   every step leads downhill from any start. A step with the shift σ W is an implicit step, of length 1, of the
+//!   overdamped motion `σ W θ̇ = −∂E/∂θ` with the points in equilibrium (pseudo-transient continuation:
+//!   Kelley and Keyes 1998): so a harness that has lost its equilibrium moves as in a viscous fluid, in steps as long
+//!   as the descent allows.
+//! - The first step of an increment contains the prescribed motion in its right-hand side.
+//! - Contacts that close or open along a step are part of its model ([`ActiveSet`]).
+//! - After small steps the axial and shear forces in the geometric stiffness are those predicted by the last linear
+//!   step (mixed integration points: Magisano, Leonetti, Garcea 2017).
+//! - Dead moments have no potential: with them steps are those of the residual (`residual_step`), downhill only if
+//!   those fail.
 
 mod residual_step;
 
@@ -26,28 +31,31 @@ use wireloom_core::registry::MinimiserKind;
 use wireloom_core::status::Status;
 use wireloom_core::{State, Tangent, Vector};
 
-/// By how much a shift is lowered after a step that it let succeed.
+/// Factor by which the shift is lowered after a successful step.
 const LOWER: f64 = 0.1;
-/// Shift at which a step that still does not lower the energy is given up.
+/// Shift above which the minimiser fails if no step lowers the energy.
 const LARGEST_SHIFT: f64 = 1e6;
-/// By how much a shift is raised after a step that was found in no line search.
+/// Factor by which the shift is raised after a failed line search.
 const RAISE_AFTER_FAILURE: f64 = 16.0;
-/// A step shorter than this raises the shift by [`RAISE_AFTER_SHORT_STEP`]: the model was too optimistic.
+/// Step length below which the shift is raised by [`RAISE_AFTER_SHORT_STEP`]: the model was inaccurate.
 const SHORT_STEP: f64 = 0.25;
 /// See [`SHORT_STEP`].
 const RAISE_AFTER_SHORT_STEP: f64 = 4.0;
-/// A shift below this is dropped.
+/// Shift below which it becomes zero.
 const NO_SHIFT: f64 = 0.1 * FIRST_SHIFT;
-/// Least and largest factor by which the line search shortens a step to the minimum of the parabola.
+/// Limits of the factor by which the line search shortens a step to the minimum of the parabola.
 const SHORTENING: [f64; 2] = [0.1, 0.5];
-/// Factor by which it shortens a step without a parabola.
+/// Factor by which it shortens a step if the parabola is not finite.
 const BACKTRACK: f64 = 0.25;
-/// The line search has failed at steps shorter than this: below it round-off of the state decides.
+/// Step length below which the line search has failed: round-off of the state dominates.
 const SHORTEST_STEP: f64 = 1e-10;
-/// Share of the predicted decrease that a step must bring (Armijo).
+/// Least decrease of the energy, as a fraction of the linear one (Armijo).
 const ARMIJO: f64 = 1e-4;
-/// Iterations without progress at round-off after which the state is called stalled.
+/// Number of iterations without progress at round-off after which the minimiser has stalled.
 const STALLED_AFTER: usize = 4;
+/// Number of step lengths, each half of the one before, of which the first step of an increment takes the one of least
+/// energy.
+const PREDICTION_TRIALS: usize = 4;
 
 /// The kind `newton`.
 pub fn kind() -> MinimiserKind {
@@ -59,20 +67,20 @@ pub fn kind() -> MinimiserKind {
     }
 }
 
-/// Newton's method; keeps its workspace from call to call.
+/// Newton's method, with its workspace.
 #[derive(Default)]
 pub struct Newton {
     workspace: Option<Box<Workspace>>,
 }
 
 impl Newton {
-    /// With no workspace yet: the first call makes it.
+    /// Minimiser without a workspace; the first call allocates it.
     pub fn new() -> Self {
         Self::default()
     }
 }
 
-/// Everything that is allocated once.
+/// Data that is allocated once per network.
 struct Workspace {
     network: u64,
     system: System,
@@ -82,7 +90,7 @@ struct Workspace {
     active_set: ActiveSet,
     hessian: Hessian,
     gradient: Tangent,
-    /// That of the model in which what will touch does ([`ActiveSet`]).
+    /// Gradient of the model with the active set of contact ([`ActiveSet`]).
     model: Tangent,
     free: Tangent,
     trial_gradient: Tangent,
@@ -91,7 +99,7 @@ struct Workspace {
     trial: State,
     /// Predicted forces, by branch and segment.
     forces: Vec<Vec<Vector>>,
-    /// Where the matrix holds an unshifted, positive definite factor: the constraints that were active.
+    /// Constraints that were active when the matrix was factorised, if the factor is unshifted and positive definite.
     factor_of: Option<Vec<bool>>,
     /// Force (N) below which a point counts as condensed.
     condensed_force: f64,
@@ -100,7 +108,7 @@ struct Workspace {
 }
 
 impl Workspace {
-    /// `None` where somebody asked to stop: of a large harness each pattern takes a while.
+    /// `None` if a stop was requested: finding the patterns of a large harness takes a while.
     fn new(problem: &Problem<'_>) -> Option<Self> {
         let network = problem.network;
         let system = System::new(problem);
@@ -131,7 +139,7 @@ impl Workspace {
         })
     }
 
-    /// The workspace for a problem; `None` as for [`Self::new`].
+    /// Workspace for a problem; `None` as for [`Self::new`].
     fn ready<'w>(slot: &'w mut Option<Box<Self>>, problem: &Problem<'_>) -> Option<&'w mut Self> {
         if problem.monitor.is_stopped() {
             return None;
@@ -142,8 +150,9 @@ impl Workspace {
         slot.as_deref_mut()
     }
 
-    /// Second derivatives at `state` (where `gradient` was evaluated last), factorised with the first shift from `sigma` on that makes
-    /// them positive definite, constraints being made convex before there is any. Returns that shift.
+    /// Evaluates and factorises the second derivatives at `state` (where `gradient` was evaluated last), with the first
+    /// shift from `sigma` on that makes them positive definite. Before the first shift constraints are made convex.
+    /// Returns the shift.
     fn assemble(&mut self, problem: &mut Problem<'_>, state: &State, mixed: bool, mut sigma: f64) -> f64 {
         problem.hessian(state, mixed.then_some(self.forces.as_slice()), &mut self.hessian);
         let mut convex = false;
@@ -155,7 +164,7 @@ impl Workspace {
         sigma
     }
 
-    /// Gathers and factorises the Hessian at hand with another shift.
+    /// Assembles and factorises the present Hessian with a shift. Returns the number of negative pivots.
     fn factorise(&mut self, problem: &Problem<'_>, state: &State, sigma: f64) -> usize {
         self.system.fill(problem, state, &self.hessian);
         let System { matrix, weights, .. } = &mut self.system;
@@ -177,8 +186,9 @@ impl Workspace {
         negative
     }
 
-    /// Solves for the step at `state`; with `moving` it carries the prescribed motion. `sigma` is the shift that the matrix was assembled with
-    /// there; none where it is that of an earlier state. What the step brings into contact, or takes out of it, is model.
+    /// Solves for the step at `state`, with the active set of contact; with `moving` it contains the prescribed motion.
+    /// `sigma` is the shift that the matrix was assembled with at `state`; `None` if the matrix is that of an earlier
+    /// state.
     fn solve(&mut self, problem: &mut Problem<'_>, state: &State, moving: bool, mut sigma: Option<f64>) {
         self.begin_active_set(problem);
         self.solve_once(problem, state, moving);
@@ -214,7 +224,7 @@ impl Workspace {
         }
     }
 
-    /// Solves for the step with the matrix at hand and the forces of the model.
+    /// Solves for the step with the present matrix and the gradient of the model.
     fn solve_once(&mut self, problem: &mut Problem<'_>, state: &State, moving: bool) {
         let motion = moving.then_some(&self.motion);
         let Self { system: System { matrix, rhs, .. }, border, moments, active_set, gradient, model, step, .. } = self;
@@ -231,7 +241,7 @@ impl Workspace {
         }
     }
 
-    /// Largest fraction of the step that the line search may take.
+    /// Largest step length of the line search.
     fn longest(&self, problem: &Problem<'_>, state: &State) -> f64 {
         let turn = self.largest_turn();
         let fraction: f64 = if turn > LARGEST_TURN { LARGEST_TURN / turn } else { 1.0 };
@@ -243,7 +253,7 @@ impl Workspace {
         problem.retract(state, &self.step, alpha, &mut self.trial);
         problem.place_held(&mut self.trial);
         if problem.collision_free_fraction(state, &self.trial, None) < 1.0 || problem.monitor.is_stopped() {
-            // A cable would go through an obstacle; or nobody wants to know any more.
+            // A cable would pass through an obstacle, or a stop was requested.
             return f64::INFINITY;
         }
         self.evaluations += 1;
@@ -261,9 +271,9 @@ impl Workspace {
         energy - problem.moment_work(state, &self.step, alpha)
     }
 
-    /// Backtracking line search (Armijo) along the step from `state` with `energy` (J), its `slope` along the step and its
-    /// `noise`, with the parabola through value, slope and trial where it helps. Returns step length and energy of the
-    /// accepted trial.
+    /// Backtracking line search (Armijo) along the step from `state` with `energy` (J), its `slope` along the step and
+    /// its `noise`. The next trial is the minimum of the parabola through value, slope and trial. Returns step length
+    /// and energy of the accepted trial.
     fn line_search(
         &mut self,
         problem: &mut Problem<'_>,
@@ -274,7 +284,7 @@ impl Workspace {
         let mut alpha = self.longest(problem, state);
         loop {
             let trial = self.try_step(problem, state, alpha);
-            // Where round-off hides the change of the energy, the forces decide whether the step was a good one.
+            // If the change of the energy is lost in round-off, the residual decides.
             let lower = trial <= energy + ARMIJO * alpha * slope + noise;
             if lower || (-slope <= noise && self.trial_residual(problem) <= PROGRESS * residual) {
                 return Some((alpha, trial));
@@ -289,14 +299,14 @@ impl Workspace {
         }
     }
 
-    /// Takes the trial as the new state; `trial` keeps the old one.
+    /// Accepts the trial as the new state; `trial` keeps the old one.
     fn accept(&mut self, state: &mut State) {
         std::mem::swap(state, &mut self.trial);
         std::mem::swap(&mut self.gradient, &mut self.trial_gradient);
     }
 
-    /// Forces to first order after the accepted step, for the next geometric stiffness. The state before it is in
-    /// `trial` then.
+    /// Predicts the forces after the accepted step to first order, for the next geometric stiffness. `trial` is the
+    /// state before the step.
     fn predict_forces(&mut self, problem: &Problem<'_>) {
         let (trial, step) = (&self.trial, &self.step);
         problem.network.for_branches(&mut self.forces, |b, branch, forces| {
@@ -313,12 +323,12 @@ impl Workspace {
         problem.residual(&self.free)
     }
 
-    /// The residual at the trial.
+    /// Residual at the trial.
     fn trial_residual(&mut self, problem: &Problem<'_>) -> f64 {
         std::mem::swap(&mut self.gradient, &mut self.trial_gradient);
         let residual = self.residual(problem);
         std::mem::swap(&mut self.gradient, &mut self.trial_gradient);
-        // The slope goes by the free part of the gradient at the state.
+        // The slope needs the free part of the gradient at the state.
         self.residual(problem);
         residual
     }
@@ -343,7 +353,7 @@ impl Minimiser for Newton {
             return Report::begun(Status::Interrupted);
         };
         if problem.network.is_shared() {
-            // Among the threads of the pool, so that handing them work costs little.
+            // Inside the thread pool, so that scheduling parallel work is cheap.
             rayon::scope(|_| descend(ws, problem, state, stop))
         } else {
             descend(ws, problem, state, stop)
@@ -362,7 +372,7 @@ fn descend(ws: &mut Workspace, problem: &mut Problem<'_>, state: &mut State, sto
     (ws.factorisations, ws.evaluations) = (0, 0);
     problem.update_held(state);
     ws.condensed_force = condensed_force(problem, stop);
-    ws.system.weigh(problem);
+    ws.system.update_weights(problem);
     let moving = problem.motion(state, &mut ws.motion);
     let mut report = Report::begun(Status::Failed);
     let mut mixed = false;
@@ -371,7 +381,7 @@ fn descend(ws: &mut Workspace, problem: &mut Problem<'_>, state: &mut State, sto
         (energy, mixed) = predict(ws, problem, state);
         report.iterations += 1;
         if energy.is_infinite() {
-            // What is held goes through an obstacle, or drags a cable through one: the increment is too large.
+            // The prescribed motion moves a cable through an obstacle: the increment is too large.
             ws.factor_of = None;
             if problem.monitor.is_stopped() {
                 report.status = Status::Interrupted;
@@ -444,7 +454,7 @@ fn descend(ws: &mut Workspace, problem: &mut Problem<'_>, state: &mut State, sto
         sigma = next_shift(sigma, alpha);
     };
     if report.status != Status::Converged {
-        // The next call may begin from another state.
+        // The next call may begin at another state.
         ws.factor_of = None;
     }
     report.residual = monitor.residual;
@@ -459,15 +469,15 @@ fn next_shift(sigma: f64, alpha: f64) -> f64 {
     if next < NO_SHIFT { 0.0 } else { next }
 }
 
-/// The first step of an increment: the tangent at the old state carries the prescribed motion. Where it turns anything
-/// far, the whole step and shorter ones (the held freedoms always move all the way) are tried and the one of least energy is
-/// taken. Returns the energy and whether the increment counts as small.
+/// First step of an increment, with the tangent at the old state and the prescribed motion. If it is large, the whole
+/// step and shorter ones (with the full prescribed motion in each) are tried, and the one of least energy is taken.
+/// Returns the energy and whether the step was small.
 fn predict(ws: &mut Workspace, problem: &mut Problem<'_>, state: &mut State) -> (f64, bool) {
     problem.gradient(state, &mut ws.gradient);
     let known = ws.factor_of.as_ref() == Some(&problem.conditions().active);
     let sigma = (!known).then(|| {
         if problem.has_dead_moments() {
-            // Their matrix need not be positive definite; see [`residual_step`].
+            // With dead moments the matrix need not be positive definite; see [`residual_step`].
             problem.hessian(state, None, &mut ws.hessian);
             ws.factorise(problem, state, 0.0);
             return 0.0;
@@ -484,7 +494,7 @@ fn predict(ws: &mut Workspace, problem: &mut Problem<'_>, state: &mut State) -> 
     }
     let mut best = (f64::INFINITY, 0.0);
     let mut alpha = ws.longest(problem, state);
-    for _ in 0..4 {
+    for _ in 0..PREDICTION_TRIALS {
         let energy = ws.try_step(problem, state, alpha);
         if energy < best.0 {
             best = (energy, alpha);
@@ -492,7 +502,7 @@ fn predict(ws: &mut Workspace, problem: &mut Problem<'_>, state: &mut State) -> 
         alpha *= 0.5;
     }
     if best.0.is_infinite() {
-        // No step is worth anything: only what is held moves.
+        // No step has a finite energy: apply the prescribed motion only.
         ws.step.clear();
     }
     let energy = ws.try_step(problem, state, best.1);

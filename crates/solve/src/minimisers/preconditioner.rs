@@ -1,4 +1,4 @@
-//! What turns a gradient into a direction: a metric in which the energy is nearly round.
+//! Preconditioner of the gradient minimisers: a Hessian that is refactorised now and then.
 
 use super::step_control::{RAISE, raised};
 use crate::linear::assembly::System;
@@ -6,17 +6,17 @@ use crate::linear::border::Border;
 use wireloom_core::problem::{Hessian, Problem};
 use wireloom_core::{State, Tangent};
 
-/// Which metric M.
+/// Metric M of the preconditioner.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Metric {
-    /// The Hessian where it was factorised last, shifted until it is positive definite.
+    /// Hessian at the state of the last factorisation, shifted until it is positive definite.
     Hessian,
-    /// None: metres and radians as they are.
+    /// Identity, in metres and radians.
     None,
 }
 
 impl Metric {
-    /// The words of scenarios.
+    /// Names of the metrics in scenarios.
     pub(crate) const WORDS: [&str; 2] = ["hessian", "none"];
 
     pub(crate) fn from_word(word: &str) -> Option<Self> {
@@ -25,13 +25,13 @@ impl Metric {
     }
 }
 
-/// M, factorised; keeps its workspace.
+/// Factorised M, with its workspace.
 pub(crate) struct Preconditioner {
     metric: Metric,
     system: System,
     border: Border,
     hessian: Hessian,
-    /// Matrices factorised so far.
+    /// Number of factorisations so far.
     pub factorisations: usize,
 }
 
@@ -46,8 +46,8 @@ impl Preconditioner {
         }
     }
 
-    /// Takes M, the Hessian's, from `state`, where the gradient was evaluated last.
-    pub(crate) fn make(&mut self, problem: &mut Problem<'_>, state: &State) {
+    /// Recomputes M from the Hessian at `state`, where the gradient was evaluated last.
+    pub(crate) fn refresh(&mut self, problem: &mut Problem<'_>, state: &State) {
         problem.hessian(state, None, &mut self.hessian);
         let (mut sigma, mut convex) = (0.0_f64, false);
         while self.factorise(problem, state, sigma) > 0 && sigma.is_finite() && !problem.monitor.is_stopped() {
@@ -57,9 +57,9 @@ impl Preconditioner {
         }
     }
 
-    /// Shifts are measured by the scales of `problem` from now on.
-    pub(crate) fn weigh(&mut self, problem: &Problem<'_>) {
-        self.system.weigh(problem);
+    /// Recomputes the weights of shifts from the present scales of `problem`.
+    pub(crate) fn update_weights(&mut self, problem: &Problem<'_>) {
+        self.system.update_weights(problem);
     }
 
     fn factorise(&mut self, problem: &Problem<'_>, state: &State, sigma: f64) -> usize {
@@ -84,7 +84,7 @@ impl Preconditioner {
         self.solve_moving(problem, state, gradient, None, step);
     }
 
-    /// The same with the prescribed motion in it.
+    /// [`Self::solve`] with the prescribed motion in the step.
     pub(crate) fn solve_moving(
         &mut self,
         problem: &mut Problem<'_>,

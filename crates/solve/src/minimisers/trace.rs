@@ -3,8 +3,8 @@
 use wireloom_core::Problem;
 use wireloom_core::minimiser::Report;
 
-/// Emits the event of an iteration: energy (J), residual, step length and shift after it; no step was found where the
-/// length is 0.
+/// Emits the event of an iteration: energy (J), residual, step length and shift after it; the length is 0 if no step
+/// was found.
 pub(super) fn trace(
     problem: &Problem<'_>,
     report: &Report,

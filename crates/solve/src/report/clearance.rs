@@ -1,31 +1,34 @@
-//! How near cables come to what is about them, and to each other.
+//! Clearances of cables from obstacles and from each other.
 //!
-//! Distances are from surface to surface: those of centre lines, which are taken as straight between nodes, less the radii. Points of the same
-//! harness that are less than [`APART`] sums of radii from each other along the cables are neighbours, not near.
+//! Distances are from surface to surface: distances of centre lines, straight between nodes, less the radii. Points of
+//! the same harness closer than [`APART`] sums of radii along the cables are neighbours and do not count.
 
 use wireloom_core::equilibrium::{BranchResult, Clearance, ClearanceFrom, StepResult};
 use wireloom_core::network::BranchEnd;
 use wireloom_core::{Moment, Network, Pose, Vector};
 
-/// Distance along the harness through a joint, in sums of both radii, below which cables are neighbours; that of contact.
+/// Distance along the harness through a joint, in sums of both radii, below which cables are neighbours; the same as
+/// for contact.
 const APART: f64 = 2.5;
-/// Segments of a piece that is looked at one by one.
+/// Number of segments up to which a piece is searched segment by segment.
 const FEW: usize = 4;
-/// Thirds by which the nearest place of a segment is looked for: 1e-5 of its length remains.
+/// Steps of the ternary search for the nearest place of a segment: 1e-5 of its length remains.
 const THIRDS: usize = 28;
+/// Squared sine of the angle below which two segments count as parallel: there the nearest places are ill-conditioned.
+const PARALLEL: f64 = 1e-12;
 
-/// All clearances at the end of an increment: from every branch to every obstacle, and to every branch after it; without `all` from
-/// every branch to the obstacles for which one is required. In the order of the harness.
+/// Clearances at the end of an increment, in the order of the harness: of every branch from every obstacle, and from
+/// every branch after it; without `all` only from the obstacles with a required clearance.
 pub fn clearances(network: &Network, end: &StepResult, now: &Moment, all: bool) -> Vec<Clearance> {
-    let watched = |k: usize| all || network.obstacles[k].min_clearance.is_some();
+    let included = |k: usize| all || network.obstacles[k].min_clearance.is_some();
     let between_branches = all && end.branches.len() > 1;
-    if !between_branches && !(0..network.obstacles.len()).any(watched) {
+    if !between_branches && !(0..network.obstacles.len()).any(included) {
         return Vec::new();
     }
     let lines: Vec<Line<'_>> = end.branches.iter().map(Line::of).collect();
     let mut found = Vec::new();
     for (b, line) in lines.iter().enumerate() {
-        for (k, obstacle) in network.obstacles.iter().enumerate().filter(|(k, _)| watched(*k)) {
+        for (k, obstacle) in network.obstacles.iter().enumerate().filter(|(k, _)| included(*k)) {
             let place = line.nearest_to(&end.obstacles[k].pose, |x, reach| obstacle.shape.distance(x, reach));
             found.push(Clearance {
                 branch: line.branch.name.clone(),
@@ -41,9 +44,9 @@ pub fn clearances(network: &Network, end: &StepResult, now: &Moment, all: bool) 
             let joined = joined(network, b, c);
             let radii = line.radius() + other.radius();
             let apart = |i: usize, j: usize| {
-                let ways =
+                let paths =
                     joined.iter().map(|(own_end, others_end)| line.to_end(i, *own_end) + other.to_end(j, *others_end));
-                ways.fold(f64::INFINITY, f64::min) >= APART * radii
+                paths.fold(f64::INFINITY, f64::min) >= APART * radii
             };
             let mut best = Pair { distance: f64::INFINITY, s: [0.0; 2], at: Vector::zeros() };
             nearest_pair((line, 1, 0..line.segments()), (other, 1, 0..other.segments()), &apart, &mut best);
@@ -63,7 +66,8 @@ pub fn clearances(network: &Network, end: &StepResult, now: &Moment, all: bool) 
     found
 }
 
-/// Keeps of each pair the least clearance so far. From one increment to the next the pairs are mostly the same, in the same order.
+/// Updates the least clearance of each pair so far. The pairs of successive increments are mostly the same, in the same
+/// order.
 pub fn keep_least(so_far: &mut Vec<Clearance>, now: Vec<Clearance>) {
     for (k, clearance) in now.into_iter().enumerate() {
         let same = |other: &Clearance| other.branch == clearance.branch && same_thing(&other.from, &clearance.from);
@@ -84,7 +88,7 @@ fn same_thing(a: &ClearanceFrom, b: &ClearanceFrom) -> bool {
     }
 }
 
-/// The joints that two branches fraction: for each whether it is at the start of the one and of the other.
+/// Common joints of two branches: for each, whether it is at the start of the one and of the other.
 fn joined(network: &Network, b: usize, c: usize) -> Vec<(bool, bool)> {
     let ends = |branch: usize| {
         let branch = &network.branches[branch];
@@ -100,13 +104,14 @@ fn joined(network: &Network, b: usize, c: usize) -> Vec<(bool, bool)> {
     shared
 }
 
-/// A centre line, with boxes about its pieces: 1 is all, 2k and 2k + 1 are the halves of k.
+/// Centre line with the bounding boxes of its pieces: piece 1 is the whole line, 2k and 2k + 1 are the halves of piece
+/// k.
 struct Line<'r> {
     branch: &'r BranchResult,
     boxes: Vec<[Vector; 2]>,
 }
 
-/// A place of a line.
+/// A place on a line.
 struct Place {
     distance: f64,
     s: f64,
@@ -117,7 +122,7 @@ struct Place {
 struct Pair {
     distance: f64,
     s: [f64; 2],
-    /// That of the first.
+    /// Place on the first line.
     at: Vector,
 }
 
@@ -136,7 +141,7 @@ impl<'r> Line<'r> {
         0.5 * self.branch.diameter
     }
 
-    /// How far a segment is from an end, m: its nearer node.
+    /// Distance of a segment (its nearer node) from an end, m.
     fn to_end(&self, segment: usize, start: bool) -> f64 {
         let s = &self.branch.s;
         if start { s[segment] - s[0] } else { s[s.len() - 1] - s[segment + 1] }
@@ -160,8 +165,8 @@ impl<'r> Line<'r> {
         around
     }
 
-    /// The place nearest to a body that stands at `pose`. Along a segment φ changes no faster than the way, so most are passed over; on the others
-    /// it is taken to have one least value.
+    /// Place nearest to a body at `pose`. The distance changes along a segment by at most its length, so most segments
+    /// are skipped; on the others it is assumed to have a single minimum.
     fn nearest_to(&self, pose: &Pose, distance: impl Fn(&Vector, f64) -> f64) -> Place {
         let into = pose.inverse();
         let local = |x: &Vector| into.position + into.orientation * x;
@@ -196,10 +201,11 @@ impl<'r> Line<'r> {
     }
 }
 
-/// A piece of a line: which, and its segments.
+/// A piece of a line: line, number and segments of the piece.
 type Piece<'l, 'r> = (&'l Line<'r>, usize, std::ops::Range<usize>);
 
-/// Looks in two pieces for places nearer to each other than the best so far, in the nearer halves first; `apart` says which segments count.
+/// Searches two pieces for places nearer to each other than the best so far, the nearer halves first; `apart` selects
+/// the pairs of segments that count.
 fn nearest_pair<'l, 'r>(a: Piece<'l, 'r>, b: Piece<'l, 'r>, apart: &impl Fn(usize, usize) -> bool, best: &mut Pair) {
     if between(&a.0.boxes[a.1], &b.0.boxes[b.1]) >= best.distance {
         return;
@@ -244,7 +250,8 @@ fn between(a: &[Vector; 2], b: &[Vector; 2]) -> f64 {
     (a[0] - b[1]).sup(&(b[0] - a[1])).sup(&Vector::zeros()).norm()
 }
 
-/// Distance of two segments, the fractions at which they are nearest, and the place of the first: the least of |a + t u − b − r v| over 0 ≤ t, r ≤ 1.
+/// Distance of two segments, the fractions at which they are nearest, and the place on the first: the minimum of
+/// |a + t u − b − r v| over 0 ≤ t, r ≤ 1.
 fn nearest_of_segments([a, a_end]: [Vector; 2], [b, b_end]: [Vector; 2]) -> (f64, [f64; 2], Vector) {
     let (u, v, w) = (a_end - a, b_end - b, a - b);
     let (uu, uv, vv) = (u.dot(&u), u.dot(&v), v.dot(&v));
@@ -252,7 +259,7 @@ fn nearest_of_segments([a, a_end]: [Vector; 2], [b, b_end]: [Vector; 2]) -> (f64
     let on_first = |r: f64| if uu > 0.0 { ((r * uv - uw) / uu).clamp(0.0, 1.0) } else { 0.0 };
     let on_second = |t: f64| if vv > 0.0 { ((t * uv + vw) / vv).clamp(0.0, 1.0) } else { 0.0 };
     let crossed = uu * vv - uv * uv;
-    let t = if crossed > 1e-12 * uu * vv { ((uv * vw - vv * uw) / crossed).clamp(0.0, 1.0) } else { 0.0 };
+    let t = if crossed > PARALLEL * uu * vv { ((uv * vw - vv * uw) / crossed).clamp(0.0, 1.0) } else { 0.0 };
     let r = on_second(t);
     let t = on_first(r);
     let at = a + u * t;
@@ -289,17 +296,17 @@ mod tests {
         (0..=n).map(|k| at(k as f64 / n as f64)).collect()
     }
 
-    /// The nearest places of all pairs of segments, one by one.
+    /// Least distance of all pairs of segments, one by one.
     fn by_all_pairs(a: &BranchResult, b: &BranchResult) -> f64 {
         let mut least = f64::INFINITY;
         for p in a.position.windows(2) {
             for q in b.position.windows(2) {
-                // Alternating projections come down to the least distance of two convex sets.
+                // Alternating projections converge to the least distance of two convex sets.
                 let mut y = q[0];
                 for _ in 0..2000 {
                     let on = |x: &Vector, [a, b]: [Vector; 2]| {
-                        let way = b - a;
-                        a + way * ((x - a).dot(&way) / way.norm_squared()).clamp(0.0, 1.0)
+                        let edge = b - a;
+                        a + edge * ((x - a).dot(&edge) / edge.norm_squared()).clamp(0.0, 1.0)
                     };
                     let x = on(&y, [p[0], p[1]]);
                     y = on(&x, [q[0], q[1]]);

@@ -1,9 +1,9 @@
-//! The log of what happened on the way, and what is looked at after every increment.
+//! Events of an increment: exceeded limits, jumps, instability, slip, and missing convergence.
 
 use super::log::{EventLog, Occurrence};
 use crate::report::clearance::{clearances, keep_least};
 use crate::report::result;
-use crate::report::twist_loss::HELD_WELL;
+use crate::report::twist_loss::RESOLVED_TURN;
 use crate::steps::certificate::FEASIBLE;
 use std::collections::BTreeMap;
 use wireloom_core::conditions::Conditions;
@@ -15,14 +15,15 @@ use wireloom_core::status::Status;
 use wireloom_core::terms::contact::{ContactViolation, HeldOverlap, Lack};
 use wireloom_core::{EventKind, EventPlace, Network, Pose, State};
 
-/// So many times as far as before, or as what holds it, a harness moves only when it leaves its equilibrium.
+/// Factor on the previous move, and on the prescribed one, above which a move is a jump: the harness has left its
+/// equilibrium.
 const OUT_OF_PROPORTION: f64 = 8.0;
-/// What turns may carry a harness of several branches with it: so many times the arc over the longest.
-const TURN_SHARE: f64 = 2.0;
-/// What moves by less than this fraction of the longest branch is no jump that anybody would see.
+/// Factor on the prescribed turn times the length of the longest branch, which a harness of several branches may move.
+const TURN_FACTOR: f64 = 2.0;
+/// Least move of a jump, as a fraction of the longest branch.
 const FAR: f64 = 0.05;
 
-/// How far the constraints that act have moved their targets since, m, and turned them, rad: the most of any.
+/// Largest prescribed motion since `before`: the largest move (m) and turn (rad) of the targets of active constraints.
 pub fn prescribed(problem: &Problem<'_>, before: &[Pose]) -> [f64; 2] {
     let Conditions { active, targets, .. } = problem.conditions();
     let mut most = [0.0_f64; 2];
@@ -33,17 +34,18 @@ pub fn prescribed(problem: &Problem<'_>, before: &[Pose]) -> [f64; 2] {
     most
 }
 
-/// Whether an increment in which the harness `moved` so far (m) was a jump: it `fell` when smaller increments did not help, or
-/// moved far, and out of proportion both with the increment before (`pace`, m) and with what was prescribed (m, rad).
-/// `length` is that of the longest branch, m.
-pub fn jump(moved: f64, pace: Option<f64>, prescribed: [f64; 2], length: f64, fell: bool) -> Option<Occurrence> {
-    let expected = OUT_OF_PROPORTION * prescribed[0] + TURN_SHARE * length * prescribed[1];
-    let leapt = pace.is_some_and(|pace| moved > OUT_OF_PROPORTION * pace) && moved > expected.max(FAR * length);
+/// Jump event of an increment in which the harness `moved` by this distance (m), if it is one: it `snapped` through, or
+/// moved far and out of proportion both to the previous increment (`previous`, m) and to the prescribed motion (m,
+/// rad). `length` is that of the longest branch, m.
+pub fn jump(moved: f64, previous: Option<f64>, prescribed: [f64; 2], length: f64, snapped: bool) -> Option<Occurrence> {
+    let expected = OUT_OF_PROPORTION * prescribed[0] + TURN_FACTOR * length * prescribed[1];
+    let leapt =
+        previous.is_some_and(|previous| moved > OUT_OF_PROPORTION * previous) && moved > expected.max(FAR * length);
     let why = match () {
         () if leapt => {
             format!("where {:.1} mm and {:.1}° are prescribed", 1e3 * prescribed[0], prescribed[1].to_degrees())
         }
-        () if fell => {
+        () if snapped => {
             "and was found with more iterations than are allowed, after smaller increments did not help".to_owned()
         }
         () => return None,
@@ -57,15 +59,21 @@ pub fn jump(moved: f64, pace: Option<f64>, prescribed: [f64; 2], length: f64, fe
     })
 }
 
-/// Looks for limits that are passed at the end of an increment, and for what slides.
-/// With `all`, clearances of everything from everything are kept.
-pub fn watch(log: &mut EventLog, problem: &mut Problem<'_>, state: &State, end: &StepResult, stop: &Stop, all: bool) {
+/// Logs the events at the end of an increment; with `all`, all clearances are kept, not only the required ones.
+pub fn log_increment(
+    log: &mut EventLog,
+    problem: &mut Problem<'_>,
+    state: &State,
+    end: &StepResult,
+    stop: &Stop,
+    all: bool,
+) {
     bends(log, end);
     overlaps(log, problem);
-    nearness(log, clearances(problem.network, end, log.now(), all));
+    short_clearances(log, clearances(problem.network, end, log.now(), all));
     constraints(log, problem, end);
     slides(log, end);
-    pushes(log, end);
+    insertions(log, end);
     coarse_meshes(log, problem, state);
     for span in result::overstretched(problem, state) {
         log.raise(span);
@@ -81,9 +89,9 @@ pub fn watch(log: &mut EventLog, problem: &mut Problem<'_>, state: &State, end: 
     }
     if end.status != Status::Converged {
         let allowed = FEASIBLE * stop.force_tolerance;
-        let unmet = end.minimiser.constraint_residual.filter(|unmet| *unmet > allowed || unmet.is_nan());
-        let unmet = unmet.map_or_else(String::new, |unmet| {
-            format!("; equations of constraints are off by {unmet:.1e}, allowed {allowed:.1e}")
+        let residual = end.minimiser.constraint_residual.filter(|residual| *residual > allowed || residual.is_nan());
+        let equations = residual.map_or_else(String::new, |residual| {
+            format!("; equations of constraints are off by {residual:.1e}, allowed {allowed:.1e}")
         });
         let shape = end.minimiser.shape_error.map_or_else(String::new, |error| {
             format!("; the next Newton step would move it by {:.1e} mm", 1e3 * error)
@@ -98,7 +106,7 @@ pub fn watch(log: &mut EventLog, problem: &mut Problem<'_>, state: &State, end: 
             value: Some(end.minimiser.force_residual),
             limit: Some(stop.force_tolerance),
             message: format!(
-                "not in balance: {}, residual {:.1e}, allowed {:.1e}{unmet}{shape}{contact}",
+                "not in balance: {}, residual {:.1e}, allowed {:.1e}{equations}{shape}{contact}",
                 end.status.word(),
                 end.minimiser.force_residual,
                 stop.force_tolerance
@@ -107,7 +115,7 @@ pub fn watch(log: &mut EventLog, problem: &mut Problem<'_>, state: &State, end: 
     }
 }
 
-/// Where a contact is that is not met, and what is wrong with it.
+/// Place and description of a contact violation.
 fn contact_violation(network: &Network, worst: &ContactViolation) -> (EventPlace, String) {
     let place = EventPlace::branch(&network.branches[worst.branch].name, worst.s);
     let (place, other) = match worst.partner {
@@ -129,7 +137,7 @@ fn contact_violation(network: &Network, worst: &ContactViolation) -> (EventPlace
     (place, message)
 }
 
-/// Every constraint that holds a cable in one that another constraint holds, with the one that is nearest.
+/// Logs constraints that hold their cable inside the cable of another constraint, each with the nearest one.
 fn overlaps(log: &mut EventLog, problem: &Problem<'_>) {
     let network = problem.network;
     let constraint = |f: usize| &network.constraints[f].name;
@@ -156,7 +164,8 @@ fn overlaps(log: &mut EventLog, problem: &Problem<'_>) {
     }
 }
 
-/// Every branch whose frames are turned so far against each other that they do not follow the cable. What does not converge often cannot, for this.
+/// Logs branches whose neighbouring frames turn too far against each other to resolve the cable: a common cause of
+/// missing convergence.
 fn coarse_meshes(log: &mut EventLog, problem: &Problem<'_>, state: &State) {
     let network = problem.network;
     for (b, branch) in network.branches.iter().enumerate() {
@@ -164,7 +173,7 @@ fn coarse_meshes(log: &mut EventLog, problem: &Problem<'_>, state: &State) {
         let turns = state.frames[branch.frames.clone()].windows(2).map(|pair| pair[0].angle_to(&pair[1]));
         let worst = turns.enumerate().max_by(|p, q| p.1.total_cmp(&q.1));
         let Some((c, turn)) = worst else { continue };
-        if turn <= HELD_WELL {
+        if turn <= RESOLVED_TURN {
             continue;
         }
         let s = state.arc_lengths(network, b)[mesh.coupling_nodes[c]];
@@ -174,20 +183,20 @@ fn coarse_meshes(log: &mut EventLog, problem: &Problem<'_>, state: &State) {
             kind: EventKind::CoarseMesh,
             place: EventPlace::branch(&branch.name, s),
             value: Some(turn),
-            limit: Some(HELD_WELL),
+            limit: Some(RESOLVED_TURN),
             message: format!(
                 "neighbouring segments are turned by {:.0}° against each other, and follow the cable up to {:.0}°: {few} \
                  too few for how it bends or twists there, {:.0} may do",
                 turn.to_degrees(),
-                HELD_WELL.to_degrees(),
-                (segments as f64 * turn / HELD_WELL).ceil()
+                RESOLVED_TURN.to_degrees(),
+                (segments as f64 * turn / RESOLVED_TURN).ceil()
             ),
         });
     }
 }
 
-/// Cables nearer to an obstacle than they may be.
-fn nearness(log: &mut EventLog, now: Vec<Clearance>) {
+/// Logs cables closer to an obstacle than required, and updates the least clearances.
+fn short_clearances(log: &mut EventLog, now: Vec<Clearance>) {
     for clearance in now.iter().filter(|clearance| clearance.is_short()) {
         let Clearance { branch, from, distance, s, required, .. } = clearance;
         if let (ClearanceFrom::Obstacle(obstacle), Some(required)) = (from, required) {
@@ -207,7 +216,7 @@ fn nearness(log: &mut EventLog, now: Vec<Clearance>) {
     keep_least(&mut log.clearances, now);
 }
 
-/// Every branch that is bent more tightly than its section allows.
+/// Logs branches bent more tightly than their sections allow.
 fn bends(log: &mut EventLog, end: &StepResult) {
     for branch in &end.branches {
         let Some(limit) = branch.bend_radius_limit else { continue };
@@ -224,18 +233,18 @@ fn bends(log: &mut EventLog, end: &StepResult) {
     }
 }
 
-/// Every constraint that takes more than it bears.
+/// Logs constraints loaded beyond their limits.
 fn constraints(log: &mut EventLog, problem: &Problem<'_>, end: &StepResult) {
     for result in &end.constraints {
-        // One that has let go may have had the same name.
+        // A released constraint may have the same name.
         let mut acting =
             problem.network.constraints.iter().zip(&problem.conditions().active).filter(|(_, acts)| **acts);
         let Some((constraint, _)) = acting.find(|(constraint, _)| constraint.name == result.name) else { continue };
-        let taken = [
+        let loads = [
             (EventKind::ConstraintForce, "force", result.largest_force(), constraint.limits.pull_out_force),
             (EventKind::ConstraintMoment, "moment", result.largest_moment(), constraint.limits.max_moment),
         ];
-        for (kind, what, value, limit) in taken {
+        for (kind, what, value, limit) in loads {
             if let Some(limit) = limit.filter(|limit| value > *limit) {
                 let unit = kind.unit();
                 log.raise(Occurrence {
@@ -250,8 +259,8 @@ fn constraints(log: &mut EventLog, problem: &Problem<'_>, end: &StepResult) {
     }
 }
 
-/// Every connector that takes more to push home than a hand may give.
-fn pushes(log: &mut EventLog, end: &StepResult) {
+/// Logs connectors that need a larger insertion force than allowed.
+fn insertions(log: &mut EventLog, end: &StepResult) {
     for operation in &end.operations {
         if let OperationResult::Mate { constraint, insertion_force: Some(force), limit: Some(limit) } = operation
             && force > limit
@@ -267,7 +276,7 @@ fn pushes(log: &mut EventLog, end: &StepResult) {
     }
 }
 
-/// What slips, sticks again or stands at a stop.
+/// Logs sliding constraints that slip, stick again or are at a stop.
 fn slides(log: &mut EventLog, end: &StepResult) {
     for result in &end.constraints {
         let Some(slide) = &result.slide else { continue };
@@ -279,7 +288,7 @@ fn slides(log: &mut EventLog, end: &StepResult) {
             SlideMotion::Stopped => {
                 (EventKind::SlideStop, format!("the cable cannot run on: its stop takes {force:.3} N"))
             }
-            SlideMotion::Stick if log.went_on(EventKind::Slip, &place) => {
+            SlideMotion::Stick if log.was_present(EventKind::Slip, &place) => {
                 (EventKind::Stick, format!("friction holds the cable again, with {force:.3} N"))
             }
             SlideMotion::Stick | SlideMotion::Free => continue,
@@ -308,7 +317,7 @@ mod tests {
     }
 
     #[test]
-    fn what_goes_on_is_one_event_and_what_comes_again_another() {
+    fn a_continued_occurrence_is_one_event_and_a_repeated_one_another() {
         let mut log = EventLog::default();
         let radii = [None, Some((0.1, 0.04)), Some((0.2, 0.02)), Some((0.3, 0.03)), None, Some((0.1, 0.01))];
         for (k, radius) in radii.into_iter().enumerate() {
@@ -328,21 +337,21 @@ mod tests {
     }
 
     #[test]
-    fn what_sticks_after_it_slipped_is_said_once() {
+    fn sticking_after_slip_is_detected_once() {
         let mut log = EventLog::default();
         let place = EventPlace { constraint: Some("ring".into()), ..EventPlace::branch("trunk", 0.1) };
         let moved = EventPlace { s: Some(0.2), ..place.clone() };
         log.begin(moment(0, 1));
         log.raise(Occurrence { kind: EventKind::Slip, place, ..bend(0.1, 1.0) });
-        assert!(!log.went_on(EventKind::Slip, &moved));
+        assert!(!log.was_present(EventKind::Slip, &moved));
         log.begin(moment(0, 2));
-        assert!(log.went_on(EventKind::Slip, &moved) && !log.went_on(EventKind::Stick, &moved));
+        assert!(log.was_present(EventKind::Slip, &moved) && !log.was_present(EventKind::Stick, &moved));
         log.begin(moment(0, 3));
-        assert!(!log.went_on(EventKind::Slip, &moved));
+        assert!(!log.was_present(EventKind::Slip, &moved));
     }
 
     #[test]
-    fn things_and_kinds_are_kept_apart() {
+    fn events_of_different_parts_or_kinds_are_separate() {
         let mut log = EventLog::default();
         log.begin(moment(0, 1));
         log.raise(bend(0.1, 0.04));

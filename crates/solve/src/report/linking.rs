@@ -1,7 +1,8 @@
-//! Turns of twist that go where a cable passes through itself.
+//! Detection of cables that pass through themselves, by the change of their linking number.
 //!
-//! Twist and writhe of a cable between two ends add up to its link, which changes only with the turns of its ends, unless the cable passes through itself or
-//! around one of its ends: that takes two turns (Călugăreanu 1961, White 1969, Fuller 1971). Beyond its ends the cable is taken to go on straight.
+//! Twist and writhe of a cable between two ends add up to its linking number. It changes only with the turns of the
+//! ends, unless the cable passes through itself or around one of its ends, which changes it by two turns (Călugăreanu
+//! 1961, White 1969, Fuller 1971). Beyond its ends the cable is assumed to be straight.
 
 use crate::report::Occurrence;
 use crate::report::result::twist_turns;
@@ -11,14 +12,14 @@ use wireloom_core::problem::Problem;
 use wireloom_core::rotation::{columns, twist_angle};
 use wireloom_core::{EventKind, EventPlace, Rotation, State, Vector};
 
-/// How far a cable is taken to go on beyond its ends, in its lengths.
+/// Length of the straight extensions beyond the ends, in lengths of the cable.
 const BEYOND: f64 = 1e3;
 
-/// Turn (rad) of a branch's direction at an end beyond which nothing is said: how it goes on from there has changed, too.
+/// Turn (rad) of a branch's direction at an end above which it is not checked: its straight extension has changed, too.
 const FAR: f64 = 1.0;
 
-/// The branches that passed through themselves between two states in which no end turned by half a turn or more.
-pub(crate) fn passed(problem: &Problem<'_>, before: &State, after: &State) -> Vec<Occurrence> {
+/// Events of branches that passed through themselves between two states in which no end turned by half a turn or more.
+pub(crate) fn self_passing(problem: &Problem<'_>, before: &State, after: &State) -> Vec<Occurrence> {
     let mut occurrences = Vec::new();
     for (b, branch) in problem.network.branches.iter().enumerate() {
         let (old, new) = (before.branch(problem.network, b), after.branch(problem.network, b));
@@ -34,8 +35,8 @@ pub(crate) fn passed(problem: &Problem<'_>, before: &State, after: &State) -> Ve
         let turned = |c: usize| twist_angle(&(old.frames[c].inverse() * new.frames[c])) / TAU;
         let given = turned(ends[1]) - turned(ends[0]);
         let link = |points: &[Vector], frames| twist_turns(frames) + writhe(points);
-        let gone = given - (link(new.points, new.frames) - link(old.points, old.frames));
-        let turns = 2.0 * (0.5 * gone).round().abs();
+        let lost = given - (link(new.points, new.frames) - link(old.points, old.frames));
+        let turns = 2.0 * (0.5 * lost).round().abs();
         if turns > 0.0 {
             occurrences.push(Occurrence {
                 kind: EventKind::TwistLost,
@@ -43,7 +44,8 @@ pub(crate) fn passed(problem: &Problem<'_>, before: &State, after: &State) -> Ve
                 value: Some(turns),
                 limit: None,
                 message: format!(
-                    "{turns} turns of twist have gone: the cable passed through itself or around its end; with contact.cables it does not pass through itself"
+                    "{turns} turns of twist have gone: the cable passed through itself or around its end; with contact.cables \
+                     it does not pass through itself"
                 ),
             });
         }
@@ -51,8 +53,8 @@ pub(crate) fn passed(problem: &Problem<'_>, before: &State, after: &State) -> Ve
     occurrences
 }
 
-/// Writhe of a polygon that goes on straight beyond its ends: the sum over pairs of edges of the solid angle of the directions from which they are
-/// seen to cross, over 2π (Klenin and Langowski 2000, method 1a).
+/// Writhe of a polygon with straight extensions: the sum over pairs of edges of the solid angle of the directions from
+/// which they appear to cross, over 2π (Klenin and Langowski 2000, method 1a).
 fn writhe(points: &[Vector]) -> f64 {
     let n = points.len();
     let length: f64 = points.windows(2).map(|pair| (pair[1] - pair[0]).norm()).sum();
@@ -70,7 +72,7 @@ fn writhe(points: &[Vector]) -> f64 {
     sum / TAU
 }
 
-/// Solid angle of the directions from which edge `a` is seen to cross edge `b`, with the sign of the crossing.
+/// Solid angle of the directions from which edge `a` appears to cross edge `b`, with the sign of the crossing.
 fn crossing(a: [&Vector; 2], b: [&Vector; 2]) -> f64 {
     let [r13, r14, r23, r24] = [b[0] - a[0], b[1] - a[0], b[0] - a[1], b[1] - a[1]];
     let sign = (b[1] - b[0]).cross(&(a[1] - a[0])).dot(&r13);
@@ -88,20 +90,20 @@ mod tests {
     /// One turn of a helix of pitch angle β: 1 − sin β (Fuller 1971), and minus that if it is left-handed.
     #[test]
     fn a_helix_has_the_writhe_of_its_pitch() {
-        for (hand, rise) in [(1.0_f64, 0.2_f64), (-1.0, 0.5)] {
+        for (sense, rise) in [(1.0_f64, 0.2_f64), (-1.0, 0.5)] {
             let turns = 40.0;
             let point = |k: usize| {
                 let angle = TAU * k as f64 / 60.0;
-                Vector::new(angle.cos(), hand * angle.sin(), rise * angle)
+                Vector::new(angle.cos(), sense * angle.sin(), rise * angle)
             };
             let points: Vec<Vector> = (0..=60 * turns as usize).map(point).collect();
-            let exact = hand * (1.0 - rise / (1.0 + rise * rise).sqrt());
+            let exact = sense * (1.0 - rise / (1.0 + rise * rise).sqrt());
             let found = writhe(&points) / turns;
-            assert!((found - exact).abs() < 0.02, "{hand} {rise}: {found}, {exact}");
+            assert!((found - exact).abs() < 0.02, "{sense} {rise}: {found}, {exact}");
         }
     }
 
-    /// The same loop with its crossing one way and the other: the writhe differs by 2, and is that of the area for flat ones.
+    /// Two nearly flat loops that differ in their crossing: their writhes differ by 2 and add up to 0.
     #[test]
     fn passing_through_itself_takes_two_turns() {
         let flat = |height: f64| -> Vec<Vector> {

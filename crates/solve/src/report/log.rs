@@ -1,11 +1,11 @@
-//! The log of events of a run.
+//! Event log of a run.
 
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use wireloom_core::equilibrium::{Clearance, Run};
 use wireloom_core::{Event, EventKind, EventPlace, Moment};
 
-/// Something that happened in the increment at hand.
+/// Occurrence of an event in the present increment.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Occurrence {
     /// Kind.
@@ -20,16 +20,16 @@ pub struct Occurrence {
     pub message: String,
 }
 
-/// Events so far. An occurrence that goes on from one increment to the next is one event.
+/// Events so far. Occurrences in successive increments are one event.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct EventLog {
     events: Vec<Event>,
     now: Moment,
     /// Increments so far.
     count: usize,
-    /// The least so far.
+    /// Least clearances so far.
     pub(super) clearances: Vec<Clearance>,
-    /// By kind and thing the last event of that kind there, and the increment in which it was seen last.
+    /// By kind and part of the harness: the last event of that kind there, and the increment of its last occurrence.
     latest: BTreeMap<(EventKind, String), (usize, usize)>,
 }
 
@@ -39,7 +39,7 @@ impl EventLog {
         &self.events
     }
 
-    /// Increment that was begun last.
+    /// Present increment.
     pub(super) fn now(&self) -> &Moment {
         &self.now
     }
@@ -50,25 +50,25 @@ impl EventLog {
         self.now = now;
     }
 
-    /// Adds an occurrence to the event that goes on, or begins one.
-    pub fn raise(&mut self, what: Occurrence) {
-        let thing = thing(&what.place);
+    /// Adds an occurrence to the event that it continues, or begins an event.
+    pub fn raise(&mut self, occurrence: Occurrence) {
+        let part = part(&occurrence.place);
         let (now, count) = (&self.now, self.count);
-        let entry = self.latest.entry((what.kind, thing)).or_insert((self.events.len(), count));
+        let entry = self.latest.entry((occurrence.kind, part)).or_insert((self.events.len(), count));
         if entry.1 + 1 < count {
             *entry = (self.events.len(), count);
         }
         let Some(event) = self.events.get_mut(entry.0) else {
             self.events.push(Event {
-                kind: what.kind,
-                place: what.place,
+                kind: occurrence.kind,
+                place: occurrence.place,
                 first: now.clone(),
                 worst: now.clone(),
                 last: now.clone(),
                 increments: 1,
-                value: what.value,
-                limit: what.limit,
-                message: what.message,
+                value: occurrence.value,
+                limit: occurrence.limit,
+                message: occurrence.message,
             });
             return;
         };
@@ -77,26 +77,27 @@ impl EventLog {
             event.last.clone_from(now);
         }
         entry.1 = count;
-        if let (Some(value), Some(before)) = (what.value, event.value)
-            && what.kind.worse(value, before)
+        if let (Some(value), Some(before)) = (occurrence.value, event.value)
+            && occurrence.kind.worse(value, before)
         {
             event.worst.clone_from(now);
-            (event.place, event.value, event.limit, event.message) = (what.place, what.value, what.limit, what.message);
+            event.place = occurrence.place;
+            (event.value, event.limit, event.message) = (occurrence.value, occurrence.limit, occurrence.message);
         }
     }
 
-    /// Whether an event of this kind was there in the increment before this one.
-    pub(super) fn went_on(&self, kind: EventKind, place: &EventPlace) -> bool {
-        self.latest.get(&(kind, thing(place))).is_some_and(|(_, seen)| seen + 1 == self.count)
+    /// Whether an event of this kind occurred there in the previous increment.
+    pub(super) fn was_present(&self, kind: EventKind, place: &EventPlace) -> bool {
+        self.latest.get(&(kind, part(place))).is_some_and(|(_, seen)| seen + 1 == self.count)
     }
 
-    /// Hands events and clearances to a run that ends.
-    pub fn tell(self, run: &mut Run) {
+    /// Moves events and clearances into the result of a run.
+    pub fn write_to(self, run: &mut Run) {
         (run.events, run.clearances) = (self.events, self.clearances);
     }
 }
 
-/// The part of the harness that an event is about, at any arc length.
-fn thing(place: &EventPlace) -> String {
+/// Part of the harness at a place, without its arc length.
+fn part(place: &EventPlace) -> String {
     EventPlace { s: None, ..place.clone() }.to_string()
 }

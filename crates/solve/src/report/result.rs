@@ -1,4 +1,4 @@
-//! From a state to what users read: internal forces, moments, bend radii, reactions.
+//! Results at a state: internal forces, moments, bend radii, reactions.
 
 use crate::report::Occurrence;
 use wireloom_core::constraint::Action;
@@ -28,7 +28,7 @@ enum Side {
     Both,
 }
 
-/// One branch, `touching` being what touches something ([`Problem::touching_points`]).
+/// Result of a branch; `touching` marks the points in contact ([`Problem::touching_points`]).
 pub fn branch(problem: &Problem<'_>, index: usize, state: &State, touching: &[bool]) -> BranchResult {
     let network = problem.network;
     let branch = &network.branches[index];
@@ -56,8 +56,8 @@ pub fn branch(problem: &Problem<'_>, index: usize, state: &State, touching: &[bo
         twist_turns: twist_turns(shape.frames),
     };
     let segment_frame = |j: usize| shape.frames[mesh.segment_frames[j]];
-    // Curvature (1/m) at each node and the side it is that of: before the node, after it, or neither. At an inner station,
-    // where a constraint makes forces and moments jump, the tighter side counts.
+    // Curvature (1/m) at each node, and its side of the node. At an inner station, where a constraint makes forces and
+    // moments jump, the tighter side is reported.
     let mut curvature = vec![(Vector::zeros(), Side::Both); n + 1];
     for (c, &lambda) in shape.coupling_lengths.iter().enumerate() {
         let node = mesh.coupling_nodes[c];
@@ -75,14 +75,14 @@ pub fn branch(problem: &Problem<'_>, index: usize, state: &State, touching: &[bo
             result.moment[node] = coupling_moments[c];
         }
     }
-    // Edges are tangent to the centre line in their middle (frames are not, where the cable shears); nodes without a station lie beside
-    // it by ℓ² x″/24. What touches is the polygon: there it is what is drawn.
+    // Edges are tangent to the centre line at their midpoints (frames are not, as the cable shears); nodes without a
+    // station are off the centre line by ℓ² x″/24. In contact the polygon itself is reported, as its nodes touch.
     let touching = &touching[branch.points.clone()];
     for node in (1..n).filter(|&node| mesh.station_frame(node).is_none() && !touching[node]) {
-        result.position[node] += drawn_beside(shape.edge(node - 1), shape.edge(node), Vector::zeros());
+        result.position[node] += centre_line_offset(shape.edge(node - 1), shape.edge(node), Vector::zeros());
     }
-    // Ends at a joint without stations have no coupling of the rod's own: there the moment is what the joint exerts, and frame and
-    // curvature follow from it, or with two arms from how the other one continues this one.
+    // Ends at a joint without stations have no coupling of the rod: the moment there is that of the joint, and frame
+    // and curvature follow from it, or with two arms from the segments on both sides.
     let mut continued = [None, None];
     for (k, (end, node)) in [(branch.start, 0), (branch.end, n)].into_iter().enumerate() {
         let BranchEnd::Joint { joint, arm } = end else { continue };
@@ -123,13 +123,13 @@ pub fn branch(problem: &Problem<'_>, index: usize, state: &State, touching: &[bo
             (None, node) => halfway(&segment_frame(node - 1), &segment_frame(node), l0 / (l0 + l1)),
         };
         result.frame.push(frame);
-        // Between nodes the force changes by the weight: n' + ρ g = 0; what a station carries of it is
-        // `Problem`'s to say.
-        let carried = if mesh.station_frame(node).is_some() { 0.5 - STATION_SHIFT } else { 0.5 };
+        // Between nodes the force changes by the weight: n' + ρ g = 0; see [`STATION_SHIFT`] for the part on a
+        // station.
+        let fraction = if mesh.station_frame(node).is_some() { 0.5 - STATION_SHIFT } else { 0.5 };
         result.force.push(match (node, side) {
-            (0, _) | (_, Side::After) => segment_forces[node] + weight * (carried * l1),
-            (_, Side::Before) => segment_forces[node - 1] - weight * (carried * l0),
-            (node, _) if node == n => segment_forces[n - 1] - weight * (carried * l0),
+            (0, _) | (_, Side::After) => segment_forces[node] + weight * (fraction * l1),
+            (_, Side::Before) => segment_forces[node - 1] - weight * (fraction * l0),
+            (node, _) if node == n => segment_forces[n - 1] - weight * (fraction * l0),
             (node, Side::Both) => (segment_forces[node - 1] * l1 + segment_forces[node] * l0) / (l0 + l1),
         });
         let bend = kappa.xy().norm();
@@ -138,24 +138,25 @@ pub fn branch(problem: &Problem<'_>, index: usize, state: &State, touching: &[bo
     result
 }
 
-/// `ℓ² x″/24` at a node between two edges, ℓ their mean length and ℓ x″ the change of their directions beyond that at rest.
-fn drawn_beside(before: Vector, after: Vector, at_rest: Vector) -> Vector {
+/// Offset `ℓ² x″/24` of the centre line from a node between two edges; ℓ is their mean length, ℓ x″ the
+/// change of their directions less that at rest.
+fn centre_line_offset(before: Vector, after: Vector, at_rest: Vector) -> Vector {
     let direction = |edge: &Vector| edge.try_normalize(0.0).unwrap_or_default();
     (direction(&after) - direction(&before) - at_rest) * ((before.norm() + after.norm()) / 48.0)
 }
 
-/// Total material twist of a branch with these frames, turns.
+/// Total material twist of a branch with these frames, in turns.
 pub(crate) fn twist_turns(frames: &[Rotation]) -> f64 {
     let angles = frames.windows(2).map(|pair| twist_angle(&(pair[0].inverse() * pair[1])));
     angles.sum::<f64>() / std::f64::consts::TAU
 }
 
-/// Rotation at fraction `t` of the way from `a` to `b`.
+/// Rotation at fraction `t` between `a` and `b`.
 fn halfway(a: &Rotation, b: &Rotation, t: f64) -> Rotation {
     a.try_slerp(b, t, 1e-12).unwrap_or(*a)
 }
 
-/// One joint; see [`branch`].
+/// Result of a joint; see [`branch`].
 pub fn joint(problem: &Problem<'_>, joint: &Joint, state: &State, touching: &[bool]) -> JointResult {
     let position = state.points[joint.point] + state.compensation[joint.point];
     let shift = || if touching[joint.point] { Vector::zeros() } else { joint_shift(problem, joint, state) };
@@ -169,7 +170,7 @@ pub fn joint(problem: &Problem<'_>, joint: &Joint, state: &State, touching: &[bo
     }
 }
 
-/// The frame of a joint as each of its arms but one has it.
+/// Frame of a joint as defined by each of its arms except one.
 fn others<'a>(joint: &'a Joint, arm: usize, state: &'a State) -> impl Iterator<Item = Rotation> + 'a {
     let arms = joint.arm_frames.iter().zip(&joint.arms).enumerate().filter(move |(a, _)| *a != arm);
     arms.map(|(_, (&c, arm))| state.frames[c] * arm.rest.inverse())
@@ -180,8 +181,9 @@ fn mean_length(joint: &Joint) -> f64 {
     joint.arms.iter().map(|arm| arm.segment_length).sum::<f64>() / joint.arms.len() as f64
 }
 
-/// From a two-arm joint, which is a corner of the polygon, to the centre line: `ℓ² x″/24` as at a node between segments, x″
-/// from the arms' outward tangents beyond those at rest. Nothing where more arms meet, where their ends are stations, or where the joint is held.
+/// Offset `ℓ² x″/24` of the centre line from a two-arm joint, as at a node between segments, with x″ from the
+/// outward tangents of the arms less those at rest. Zero for more arms, for arms that end in stations, and for a held
+/// joint.
 fn joint_shift(problem: &Problem<'_>, joint: &Joint, state: &State) -> Vector {
     let held = problem.held().iter().any(|h| h.variable == Variable::Point(joint.point));
     if held || joint.arms.len() != 2 || joint.model.mounting() != Mounting::Point {
@@ -190,15 +192,15 @@ fn joint_shift(problem: &Problem<'_>, joint: &Joint, state: &State) -> Vector {
     let mean = mean_rotation(others(joint, usize::MAX, state));
     let [into, out] = [0, 1].map(|arm| {
         let (arm, shape) = (&joint.arms[arm], state.branch(problem.network, joint.branches[arm]));
-        // Both as they leave the joint.
+        // Both edges point away from the joint.
         let (edge, sign) =
             if arm.starts_here { (shape.edge(0), 1.0) } else { (shape.edge(shape.rest_lengths.len() - 1), -1.0) };
         (edge * sign, columns(&(mean * arm.rest))[2] * sign)
     });
-    drawn_beside(-into.0, out.0, into.1 + out.1)
+    centre_line_offset(-into.0, out.0, into.1 + out.1)
 }
 
-/// Normalised sum of quaternions, signs aligned with the first: the mean of rotations that lie close together.
+/// Normalised sum of quaternions with signs aligned to the first: the mean of nearby rotations.
 fn mean_rotation(mut rotations: impl Iterator<Item = Rotation>) -> Rotation {
     let Some(first) = rotations.next() else { return Rotation::identity() };
     let sum = rotations
@@ -206,7 +208,7 @@ fn mean_rotation(mut rotations: impl Iterator<Item = Rotation>) -> Rotation {
     if sum.norm() > 1e-6 { Rotation::new_normalize(sum) } else { first }
 }
 
-/// Every obstacle of a problem, and what it exerts on the harness at `state`.
+/// Results of all obstacles: pose and load on the harness at `state`.
 pub fn obstacles(problem: &mut Problem<'_>, state: &State) -> Vec<ObstacleResult> {
     let touching = problem.obstacle_loads(state);
     let network = problem.network;
@@ -222,7 +224,7 @@ pub fn obstacles(problem: &mut Problem<'_>, state: &State) -> Vec<ObstacleResult
     network.obstacles.iter().zip(poses).zip(touching).map(result).collect()
 }
 
-/// What the constraints that act exert on the harness.
+/// Results of all active constraints: pose and reactions on the harness.
 pub fn constraints(problem: &Problem<'_>, state: &State, gradient: &Tangent) -> Vec<ConstraintResult> {
     let active = problem.network.constraints.iter().enumerate().filter(|(f, _)| problem.conditions().active[*f]);
     active
@@ -254,7 +256,7 @@ pub fn constraints(problem: &Problem<'_>, state: &State, gradient: &Tangent) -> 
         .collect()
 }
 
-/// What a constraint exerts on each of its stations, where there are several.
+/// Reactions of a constraint at each of its stations, if it has several.
 fn stations(constraint: &AttachedConstraint, reactions: &Reaction, state: &State) -> Vec<StationResult> {
     if constraint.stations.len() < 2 {
         return Vec::new();
@@ -267,7 +269,7 @@ fn stations(constraint: &AttachedConstraint, reactions: &Reaction, state: &State
     constraint.stations.iter().zip(&reactions.stations).map(result).collect()
 }
 
-/// What a constraint exerts along its span.
+/// Reactions of a constraint along its span.
 fn along(problem: &Problem<'_>, span: &Span, forces: &[Vector], state: &State) -> SpanResult {
     let branch = &problem.network.branches[span.branch];
     let s = state.arc_lengths(problem.network, span.branch);
@@ -290,22 +292,22 @@ fn frame_at(branch: &Branch, state: &State, node: usize) -> Rotation {
     state.frames[branch.frames.start + c]
 }
 
-/// The bend nearest to its limit, or furthest beyond it; where no branch has a limit, the one of least radius.
+/// Bend nearest to its limit, or farthest beyond it; without limits, the bend of least radius.
 pub fn tightest_bend(branches: &[BranchResult]) -> Option<TightestBend> {
     let all = branches.iter().flat_map(|b| b.s.iter().zip(&b.bend_radius).map(move |(s, r)| (b, *s, *r)));
-    // A small fraction of the limit is worse than a large one, and any better known than none.
+    // The smaller fraction of the limit is the worse bend; branches without a limit come last.
     let fraction = |b: &BranchResult, r: f64| b.bend_radius_limit.map_or(f64::INFINITY, |limit| r / limit);
     all.filter(|(_, _, r)| r.is_finite())
         .min_by(|a, b| fraction(a.0, a.2).total_cmp(&fraction(b.0, b.2)).then(a.2.total_cmp(&b.2)))
         .map(|(b, s, value)| TightestBend { branch: b.name.clone(), s, value, limit: b.bend_radius_limit })
 }
 
-/// How far the point moved that moved the farthest, m.
+/// Largest move of any point, m.
 pub fn farthest(from: &State, to: &State) -> f64 {
     from.points.iter().zip(&to.points).map(|(a, b)| (b - a).norm()).fold(0.0, f64::max)
 }
 
-/// Spans that are shorter than the distance they must bridge.
+/// Events of spans that are shorter than the distance they must bridge.
 pub fn overstretched(problem: &Problem<'_>, state: &State) -> Vec<Occurrence> {
     let network = problem.network;
     let held = |branch: usize, node: usize| {

@@ -1,10 +1,10 @@
-//! Turns of twist that a mesh cannot hold, and loses.
+//! Monitor of twist that a mesh cannot hold, and loses.
 //!
-//! Neighbouring frames are coupled by an energy that knows their relative rotation, but not by how many turns they came to it. Its moment is largest
-//! at some 105°; beyond half a turn the shorter way leads on to where a whole turn is gone. No rod does that: the result would be a state that
-//! nobody asked for. So frames are followed through every call of the minimiser. All of their steps are turns of less than half a turn, and multiply
-//! the unit quaternion: its sign goes on continuously. The product `q_a · q_b = cos(φ/2)` of two neighbours changes its sign exactly when φ
-//! passes half a turn.
+//! The energy of two coupled frames depends on their relative rotation, but not on full turns. Its moment is largest at
+//! about 105°; beyond half a turn the energy decreases towards a state with one turn less. No rod does that: the
+//! result would be a wrong equilibrium. So frames are monitored in every call of the minimiser. All steps of a frame
+//! are less than half a turn and multiply its unit quaternion, whose sign so stays continuous. The product
+//! `q_a · q_b = cos(φ/2)` of two neighbours changes its sign exactly when φ passes half a turn.
 
 use crate::report::Occurrence;
 use crate::report::result;
@@ -18,30 +18,32 @@ use wireloom_core::problem::Problem;
 use wireloom_core::rotation::nearer_sign;
 use wireloom_core::{EventKind, EventPlace, Network, Rotation, State};
 
-/// Turn of neighbouring frames (rad) up to which a mesh bends and twists as the rod does: the curvature is within 0.6 % of the rod's there.
-pub(crate) const HELD_WELL: f64 = TAU / 6.0;
+/// Turn of neighbouring frames (rad) up to which a mesh resolves the rod: the error of the curvature is at most 0.6 %.
+pub(crate) const RESOLVED_TURN: f64 = TAU / 6.0;
 
-/// Two frames that something couples.
+/// Two coupled frames.
 #[derive(Clone, Debug)]
 enum Coupled {
     /// Frame c and the next one of a branch.
     Along { branch: usize, c: usize },
-    /// Two arms of a joint: their branches, whether those start there, and their frames, each with the rotation at which they are alike at rest.
+    /// Two arms of a joint: their branches, whether those start there, and their frames, each with the rotation that
+    /// makes both equal at rest.
     Arms { arms: [(usize, bool); 2], s: f64, frames: [usize; 2], rest: [Rotation; 2] },
-    /// A springy hand, which turns what it holds.
-    Hand { constraint: usize },
+    /// Station and target of a constraint with a rotational spring.
+    Spring { constraint: usize },
 }
 
-/// One part of the harness, as seen from where it is cut: a branch to this side of frame c and the next one, and what is joined to it there.
+/// Part of the harness on one side of a cut between frame c of a branch and the next one.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Side {
     pub branch: usize,
     pub c: usize,
-    /// The side of the branch's start.
+    /// Whether it is the side of the branch's start.
     pub start: bool,
 }
 
-/// Whether something holds the twist on a side; also where that leads around to the other side, for a closed loop holds its own.
+/// Whether the twist is held on a side of a cut; also if the side is connected to the other one, as a closed loop holds
+/// its twist.
 pub(crate) fn holds_twist(problem: &Problem<'_>, side: Side) -> bool {
     let network = problem.network;
     let holding = |place: &dyn Fn(&Place) -> bool| {
@@ -81,7 +83,7 @@ pub(crate) fn holds_twist(problem: &Problem<'_>, side: Side) -> bool {
     false
 }
 
-/// Whether a constraint takes its station along when it makes turns about its tangent.
+/// Whether a constraint turns its station about the tangent.
 fn turns_along(constraint: &AttachedConstraint) -> bool {
     match constraint.model.action() {
         Action::Prescribed(hold) => !matches!(hold.rotation, RotationHold::Free | RotationHold::Tangent),
@@ -90,18 +92,18 @@ fn turns_along(constraint: &AttachedConstraint) -> bool {
     }
 }
 
-/// Whether the twist between two frames is held on both sides: that of a part that hangs free nobody has asked for.
+/// Whether the twist between two frames is held on both sides; the twist of a free part is not prescribed.
 fn is_held(coupled: &Coupled, problem: &Problem<'_>) -> bool {
     match *coupled {
         Coupled::Along { branch, c } => {
             [true, false].iter().all(|&start| holds_twist(problem, Side { branch, c, start }))
         }
         Coupled::Arms { arms, .. } => arms.iter().all(|&(branch, starts_here)| {
-            // All of the arm, and what is beyond it.
+            // The whole arm, and the parts beyond it.
             let c = if starts_here { 0 } else { problem.network.branches[branch].frames.len() - 1 };
             holds_twist(problem, Side { branch, c, start: !starts_here })
         }),
-        Coupled::Hand { .. } => {
+        Coupled::Spring { .. } => {
             let acting =
                 problem.network.constraints.iter().zip(&problem.conditions().active).filter(|(_, active)| **active);
             acting.filter(|(constraint, _)| turns_along(constraint)).count() > 1
@@ -109,20 +111,20 @@ fn is_held(coupled: &Coupled, problem: &Problem<'_>) -> bool {
     }
 }
 
-/// Follows all that is coupled.
+/// Monitor of the twist between all coupled frames.
 #[derive(Debug)]
-pub(crate) struct LostTurns {
+pub(crate) struct TwistMonitor {
     coupled: Vec<Coupled>,
-    /// Orientation of the target of each of the hands, its sign followed.
+    /// Orientation of the target of each spring, with a continuous sign.
     targets: BTreeMap<usize, Rotation>,
-    /// For all that is coupled whether the product was negative before.
+    /// For each coupling, whether the product was negative before.
     negative: Vec<bool>,
-    /// Where turns were lost in the last call.
+    /// Couplings that lost a turn in the last call.
     lost: Vec<usize>,
 }
 
-impl LostTurns {
-    /// Nothing is followed yet.
+impl TwistMonitor {
+    /// Monitor of all couplings of a network.
     pub fn new(network: &Network) -> Self {
         let mut coupled = Vec::new();
         for (branch, own) in network.branches.iter().enumerate() {
@@ -139,21 +141,21 @@ impl LostTurns {
         }
         for (constraint, own) in network.constraints.iter().enumerate() {
             if matches!(own.model.law().map(|law| law.turning), Some(TurningLaw::Frame(_))) {
-                coupled.push(Coupled::Hand { constraint });
+                coupled.push(Coupled::Spring { constraint });
             }
         }
         Self { negative: vec![false; coupled.len()], coupled, targets: BTreeMap::new(), lost: Vec::new() }
     }
 
-    /// Before the minimiser works on `state`.
+    /// Begins before the minimiser changes `state`.
     pub fn begin(&mut self, problem: &Problem<'_>, state: &State) {
         self.lost.clear();
         let Conditions { targets, active, .. } = problem.conditions();
         for (k, coupled) in self.coupled.iter().enumerate() {
-            let Coupled::Hand { constraint } = *coupled else { continue };
+            let Coupled::Spring { constraint } = *coupled else { continue };
             let known = self.targets.remove(&constraint);
             if active[constraint] {
-                // Its target has moved already; what counts is on which side the station was before.
+                // The target has moved already; its sign is that nearest to the station before.
                 if known.is_none() {
                     self.negative[k] = false;
                 }
@@ -163,13 +165,13 @@ impl LostTurns {
             }
         }
         for (k, coupled) in self.coupled.iter().enumerate() {
-            if !matches!(coupled, Coupled::Hand { .. }) {
+            if !matches!(coupled, Coupled::Spring { .. }) {
                 self.negative[k] = self.product(coupled, problem, state) < 0.0;
             }
         }
     }
 
-    /// After it. Returns whether turns were lost that something holds at both ends.
+    /// Ends after the minimiser. Returns whether turns were lost that are held on both sides.
     pub fn end(&mut self, problem: &Problem<'_>, state: &State) -> bool {
         for (k, coupled) in self.coupled.iter().enumerate() {
             let product = self.product(coupled, problem, state);
@@ -180,7 +182,7 @@ impl LostTurns {
         !self.lost.is_empty()
     }
 
-    /// `q_a · q_b`; 0 where nothing acts.
+    /// `q_a · q_b`; 0 for an inactive spring.
     fn product(&self, coupled: &Coupled, problem: &Problem<'_>, state: &State) -> f64 {
         let network = problem.network;
         match coupled {
@@ -192,17 +194,17 @@ impl LostTurns {
                 let [a, b] = [0, 1].map(|k| state.frames[frames[k]] * rest[k]);
                 a.coords.dot(&b.coords)
             }
-            Coupled::Hand { constraint } => self.targets.get(constraint).map_or(0.0, |target| {
+            Coupled::Spring { constraint } => self.targets.get(constraint).map_or(0.0, |target| {
                 state.pose(&network.constraints[*constraint].site).orientation.coords.dot(&target.coords)
             }),
         }
     }
 
-    /// What was lost in the last call, if anything: where, and what would be right. `before` is the state that it began at, `asked` the most turns that a
-    /// constraint makes in the step.
-    pub fn occurrences(&self, problem: &Problem<'_>, before: &State, asked: f64) -> Vec<Occurrence> {
+    /// Events of the turns lost in the last call, with a remedy. `before` is the state at its beginning, `prescribed`
+    /// the largest number of turns that a constraint makes in the step.
+    pub fn occurrences(&self, problem: &Problem<'_>, before: &State, prescribed: f64) -> Vec<Occurrence> {
         let network = problem.network;
-        // By branch or hand, with the first of them.
+        // By branch or constraint, with the first coupling.
         let mut all: Vec<(EventPlace, &Coupled, usize)> = Vec::new();
         for &k in &self.lost {
             let coupled = &self.coupled[k];
@@ -215,10 +217,10 @@ impl LostTurns {
                 Coupled::Arms { arms: [(branch, _), _], s, .. } => {
                     EventPlace::branch(&network.branches[*branch].name, *s)
                 }
-                Coupled::Hand { constraint } => EventPlace::constraint(&network.constraints[*constraint].name),
+                Coupled::Spring { constraint } => EventPlace::constraint(&network.constraints[*constraint].name),
             };
-            let thing = |place: &EventPlace| (place.branch.clone(), place.constraint.clone());
-            match all.iter_mut().find(|(known, ..)| thing(known) == thing(&place)) {
+            let part = |place: &EventPlace| (place.branch.clone(), place.constraint.clone());
+            match all.iter_mut().find(|(known, ..)| part(known) == part(&place)) {
                 Some((_, _, count)) => *count += 1,
                 None => all.push((place, coupled, 1)),
             }
@@ -230,17 +232,18 @@ impl LostTurns {
                     let own = &network.branches[branch];
                     let (segments, twist) =
                         (own.rod.mesh().segments(), result::twist_turns(before.branch(network, branch).frames));
-                    let needed = (twist.abs().max(asked) * TAU / HELD_WELL).ceil().max(2.0 * segments as f64);
+                    let needed = (twist.abs().max(prescribed) * TAU / RESOLVED_TURN).ceil().max(2.0 * segments as f64);
                     format!(
-                        "{lost} of its twist would be lost: neighbouring frames turned past half a turn; {segments} segments do not hold \
-                         {twist:.1} turns and how it bends there, {needed:.0} may"
+                        "{lost} of its twist would be lost: neighbouring frames turned past half a turn; {segments} segments do not \
+                         hold {twist:.1} turns and how it bends there, {needed:.0} may"
                     )
                 }
                 Coupled::Arms { arms: [_, (other, _)], .. } => format!(
-                    "{lost} of twist would be lost at the joint with branch `{}`: the wires that run from one to the other turned past half a turn",
+                    "{lost} of twist would be lost at the joint with branch `{}`: the wires that run from one to the other \
+                     turned past half a turn",
                     network.branches[other].name
                 ),
-                Coupled::Hand { .. } => format!(
+                Coupled::Spring { .. } => format!(
                     "{lost} would be lost: its spring turned past half a turn, and cannot turn the cable as asked"
                 ),
             };

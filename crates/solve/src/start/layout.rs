@@ -1,4 +1,4 @@
-//! Where the harness lies before anything acts on it: its rest shape, or the curves it was drawn along.
+//! Initial layout of the harness: its rest shape, or the curves along which it was drawn.
 
 use nalgebra::Unit;
 use wireloom_core::conditions::Conditions;
@@ -9,8 +9,14 @@ use wireloom_core::steps::Schedule;
 use wireloom_core::terms::contact::Penetration;
 use wireloom_core::{Matrix, Network, Pose, Rotation, State, Vector};
 
-/// Where a harness that is laid out by drawn paths or by `initial` is deepest inside an obstacle, if it is, and is not to be pushed out of
-/// it ([`wireloom_core::obstacle::ContactSettings::resolve`]). A start that the program finds by itself is always pushed out.
+/// Length (m) below which a vector has no direction.
+const NO_DIRECTION: f64 = 1e-9;
+/// Weight of the rotation that selects an undetermined turn: small beside the weight 1 of each direction.
+const SELECTION_WEIGHT: f64 = 1e-3;
+
+/// Deepest penetration of an obstacle by a harness laid out along drawn paths or by `initial`, if it is not to be
+/// resolved ([`wireloom_core::obstacle::ContactSettings::resolve`]). Penetrations of a layout found by the program are
+/// always resolved.
 pub fn inside(network: &Network, schedule: &Schedule) -> Option<Penetration> {
     let drawn = schedule.initial.is_some() || network.branches.iter().any(|branch| !branch.path.is_empty());
     if network.obstacles.is_empty() || network.contact.resolve || !drawn {
@@ -20,8 +26,8 @@ pub fn inside(network: &Network, schedule: &Schedule) -> Option<Penetration> {
     Problem::new(network, Conditions::new(network, schedule.gravity, &state)).deepest_penetration(&state)
 }
 
-/// A state to start from: along the drawn paths where all branches of a piece have one, else the rest shape,
-/// laid where `initial` says or at the piece's best constraint.
+/// Initial state: each piece along the drawn paths if all its branches have one, else in its rest shape, placed by
+/// `initial` or by the piece's best constraint.
 pub fn place(network: &Network, schedule: &Schedule) -> State {
     let mut state = State::origin(network);
     let (piece, pieces) = network.pieces();
@@ -41,7 +47,7 @@ pub fn place(network: &Network, schedule: &Schedule) -> State {
     state
 }
 
-/// A branch at rest, its start at the origin.
+/// Rest shape of a branch that starts at the origin.
 struct RestShape {
     points: Vec<Vector>,
     frames: Vec<Rotation>,
@@ -50,7 +56,8 @@ struct RestShape {
 }
 
 impl RestShape {
-    /// Segments at an end without a station are half a segment's rest curvature away from the end's frame.
+    /// Rest shape of a branch. At an end without a station the segment's frame differs from the end's frame by the rest
+    /// curvature over half a segment.
     fn new(network: &Network, branch: usize) -> Self {
         let rod = &network.branches[branch].rod;
         let mesh = rod.mesh();
@@ -81,7 +88,7 @@ impl RestShape {
     }
 }
 
-/// Lays a piece's rest shape with the start of `first` at `pose`, and the rest of the piece after it, joint by joint.
+/// Lays a piece in its rest shape, joint by joint, with the start of `first` at `pose`.
 fn lay_rest_shape(network: &Network, first: usize, pose: Pose, state: &mut State) {
     let mut laid = vec![false; network.branches.len()];
     let mut hubs: Vec<Option<Pose>> = vec![None; network.joints.len()];
@@ -102,7 +109,7 @@ fn lay_rest_shape(network: &Network, first: usize, pose: Pose, state: &mut State
             let BranchEnd::Joint { joint, arm } = end else { continue };
             let (index, joint) = (joint, &network.joints[joint]);
             if let Some(hub) = hubs[index] {
-                // Where a loop closes there is a gap: spread it over the branch.
+                // The branch closes a loop: distribute the gap over it.
                 let gap = hub.compose(&arm_pose(joint, arm)).position - station.position;
                 let at_start = joint.arms[arm].starts_here;
                 let n = points.len() - 1;
@@ -137,7 +144,7 @@ fn arm_pose(joint: &Joint, arm: usize) -> Pose {
     Pose { position: offset, orientation: joint.arms[arm].rest }
 }
 
-/// Lays the rest shape of a piece at the constraint that says most about where it belongs.
+/// Lays a piece in its rest shape at the constraint with the most data on its pose.
 fn lay_at_constraint(network: &Network, branches: &[usize], state: &mut State) {
     let on_piece = |constraint: &&AttachedConstraint| match constraint.place {
         Place::Node { branch, .. } => branches.contains(&branch),
@@ -153,7 +160,7 @@ fn lay_at_constraint(network: &Network, branches: &[usize], state: &mut State) {
             matches!(constraint.place, Place::Node { node: 0, .. }),
         )
     };
-    // max_by_key takes the last of equals; the first of the scenario is the natural one.
+    // Reversed, as max_by_key takes the last of equals; the first one of the scenario is wanted.
     let Some(best) = constraints.iter().rev().max_by_key(|f| rank(f)) else {
         lay_rest_shape(network, branches[0], Pose::identity(), state);
         return;
@@ -164,8 +171,8 @@ fn lay_at_constraint(network: &Network, branches: &[usize], state: &mut State) {
     };
     lay_rest_shape(network, first, Pose::identity(), state);
     network.follow_ties(state);
-    // Where the constraint's station is now, and where it ought to be: with no direction given the harness points from
-    // this constraint to the mean of the others.
+    // Present and wanted pose of the constraint's station; without a given direction the harness points from this
+    // constraint to the mean of the others.
     let at = state.pose(&best.site);
     let position = best.position.unwrap_or_else(Vector::zeros);
     let others: Vec<Vector> = constraints.iter().filter(|f| f.name != best.name).filter_map(|f| f.position).collect();
@@ -178,36 +185,36 @@ fn lay_at_constraint(network: &Network, branches: &[usize], state: &mut State) {
             let nodes: usize = branches.iter().map(|b| network.branches[*b].points.len()).sum();
             let body = branches.iter().map(centre).sum::<Vector>() / nodes as f64 - at.position;
             let wanted = if others.is_empty() { Vector::x() } else { mean - position };
-            if body.norm() > 1e-9 && wanted.norm() > 1e-9 {
+            if body.norm() > NO_DIRECTION && wanted.norm() > NO_DIRECTION {
                 shortest(&body, &wanted) * at.orientation
             } else {
                 at.orientation
             }
         }
     };
-    let carry = Pose { position, orientation }.compose(&at.inverse());
+    let transform = Pose { position, orientation }.compose(&at.inverse());
     for &b in branches {
         let branch = &network.branches[b];
         for x in &mut state.points[branch.points.clone()] {
-            *x = carry.position + carry.orientation * *x;
+            *x = transform.position + transform.orientation * *x;
         }
         for q in &mut state.frames[branch.frames.clone()] {
-            *q = carry.orientation * *q;
+            *q = transform.orientation * *q;
         }
         for end in [branch.start, branch.end] {
             if let BranchEnd::Joint { joint, arm: 0 } = end {
                 let joint = &network.joints[joint];
                 let pose = Pose { position: state.points[joint.point], orientation: Rotation::identity() };
-                state.points[joint.point] = carry.compose(&pose).position;
+                state.points[joint.point] = transform.compose(&pose).position;
                 if let Some(frame) = joint.frame {
-                    state.frames[frame] = carry.orientation * state.frames[frame];
+                    state.frames[frame] = transform.orientation * state.frames[frame];
                 }
             }
         }
     }
 }
 
-/// The point at arc length fraction `t` of a polyline, and the direction there.
+/// Point at arc length fraction `t` of a polyline, and the direction there.
 fn along(path: &[Vector], t: f64) -> (Vector, Vector) {
     let length: f64 = path.windows(2).map(|w| (w[1] - w[0]).norm()).sum();
     let mut left = t * length;
@@ -222,8 +229,8 @@ fn along(path: &[Vector], t: f64) -> (Vector, Vector) {
     (path[n - 1], path[n - 1] - path[n - 2])
 }
 
-/// Lays a piece along its drawn centre lines. Frames follow them without twist from one end of each branch and are
-/// then turned evenly so as to meet what is known of the other end.
+/// Lays a piece along its drawn centre lines. Frames follow them without twist from the start of each branch, and are
+/// then twisted uniformly to match the frame at its end, if that is known.
 fn lay_along_paths(network: &Network, branches: &[usize], state: &mut State) {
     let mut hubs = vec![Rotation::identity(); network.joints.len()];
     for (j, joint) in network.joints.iter().enumerate() {
@@ -261,7 +268,7 @@ fn lay_along_paths(network: &Network, branches: &[usize], state: &mut State) {
         for (i, s) in branch.points.clone().zip(&s) {
             state.points[i] = along(&branch.path, s / length).0;
         }
-        // Shares of the branch's length at which its frames sit.
+        // Fractions of the branch's length at which its frames are.
         let places: Vec<f64> = mesh.frame_places(&s).into_iter().map(|place| place / length).collect();
         let mut q = known(branch.start, 0).unwrap_or_else(Rotation::identity);
         let mut frames: Vec<Rotation> = Vec::with_capacity(places.len());
@@ -281,7 +288,7 @@ fn lay_along_paths(network: &Network, branches: &[usize], state: &mut State) {
     }
 }
 
-/// The rotation that best takes the first of each pair of directions to the second (Kabsch 1976).
+/// Rotation that best maps the first of each pair of directions to the second (Kabsch 1976).
 fn best_turn(pairs: impl Iterator<Item = (Vector, Vector)>) -> Rotation {
     let (mut sum, mut some) = (Matrix::zeros(), None);
     for (from, to) in pairs {
@@ -291,8 +298,8 @@ fn best_turn(pairs: impl Iterator<Item = (Vector, Vector)>) -> Rotation {
         }
     }
     let Some((from, to)) = some else { return Rotation::identity() };
-    // Directions alone leave a turn about a straight harness open; a little of the identity settles it.
-    sum += *shortest(&from, &to).to_rotation_matrix().matrix() * 1e-3;
+    // The turn about a straight harness is undetermined: a small multiple of one solution selects it.
+    sum += *shortest(&from, &to).to_rotation_matrix().matrix() * SELECTION_WEIGHT;
     let svd = sum.svd(true, true);
     let (Some(u), Some(vt)) = (svd.u, svd.v_t) else { return Rotation::identity() };
     let sign = (u * vt).determinant().signum();

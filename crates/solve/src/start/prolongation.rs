@@ -1,14 +1,13 @@
-//! A start found for a harness that is nearly the same, carried over: from a coarse mesh to a fine one, or from one point of a sweep to
-//! the next.
+//! Prolongation of an equilibrium to a similar harness: from a coarse mesh to a fine one, or between points of a sweep.
 //!
-//! Nested iteration: from far away the number of iterations hardly depends on the mesh, so they are cheap where segments are few; on the fine mesh
-//! a handful is left (Brandt 1977).
+//! Nested iteration: far from the equilibrium the number of iterations hardly depends on the mesh, so they are cheap on
+//! a coarse mesh; a few remain on the fine one (Brandt 1977).
 
 use std::ops::Range;
 use wireloom_core::{Network, State};
 
-/// Whether harnesses have the same branches and joints, of whatever lengths and meshes, and nothing by which their states would know how they
-/// came about: meshes that move along their cables, or obstacles that these may lie on either side of.
+/// Whether harnesses have the same branches and joints, with any lengths and meshes, and no history in their states: no
+/// meshes that move along their cables, and no obstacles, which cables can pass on either side.
 pub fn alike(one: &Network, other: &Network) -> bool {
     same_graph(one, other)
         && [one, other].iter().all(|network| network.branches.iter().all(|branch| !branch.mesh_moves))
@@ -16,7 +15,7 @@ pub fn alike(one: &Network, other: &Network) -> bool {
         && other.obstacles.is_empty()
 }
 
-/// Whether harnesses have the same branches and joints, of whatever lengths and meshes.
+/// Whether harnesses have the same branches and joints, with any lengths and meshes.
 pub fn same_graph(one: &Network, other: &Network) -> bool {
     let branches =
         |network: &Network| network.branches.iter().map(|b| (b.name.clone(), b.start, b.end)).collect::<Vec<_>>();
@@ -26,27 +25,27 @@ pub fn same_graph(one: &Network, other: &Network) -> bool {
     branches(one) == branches(other) && joints(one) == joints(other)
 }
 
-/// The state of a harness on the mesh of another one with the same branches and joints: points and frames between the known ones by their
-/// fractions of the branches' lengths, those of joints as they are.
+/// State of a harness on the mesh of another one with the same branches and joints: points and frames of branches are
+/// interpolated at equal fractions of length, those of joints are copied.
 ///
 /// # Panics
-/// If the networks have not the same branches and joints.
+/// If the networks do not have the same branches and joints.
 pub fn prolonged(from: &Network, state: &State, network: &Network) -> State {
-    let mut carried = State::origin(network);
+    let mut prolonged = State::origin(network);
     for (b, (old, new)) in from.branches.iter().zip(&network.branches).enumerate() {
         let s = state.arc_lengths(from, b);
         let places = old.rod.mesh().frame_places(&s);
         let (points, frames) = (&state.points[old.points.clone()], &state.frames[old.frames.clone()]);
         let mesh = new.rod.mesh();
-        let longer = s[s.len() - 1] / mesh.length();
-        let at: Vec<f64> = mesh.arc_lengths().into_iter().map(|s| s * longer).collect();
+        let stretch = s[s.len() - 1] / mesh.length();
+        let at: Vec<f64> = mesh.arc_lengths().into_iter().map(|s| s * stretch).collect();
         for (i, &at) in new.points.clone().zip(&at) {
             let (k, t) = between(&s, at);
-            carried.points[i] = points[k].lerp(&points[k + 1], t);
+            prolonged.points[i] = points[k].lerp(&points[k + 1], t);
         }
         for (c, at) in new.frames.clone().zip(mesh.frame_places(&at)) {
-            // A branch of one segment between two points has one frame.
-            carried.frames[c] = if frames.len() < 2 {
+            // A branch of one segment without stations has one frame.
+            prolonged.frames[c] = if frames.len() < 2 {
                 frames[0]
             } else {
                 let (k, t) = between(&places, at);
@@ -55,16 +54,17 @@ pub fn prolonged(from: &Network, state: &State, network: &Network) -> State {
         }
     }
     for (old, new) in from.joints.iter().zip(&network.joints) {
-        carried.points[new.point] = state.points[old.point];
+        prolonged.points[new.point] = state.points[old.point];
         if let (Some(old), Some(new)) = (old.frame, new.frame) {
-            carried.frames[new] = state.frames[old];
+            prolonged.frames[new] = state.frames[old];
         }
     }
-    network.follow_ties(&mut carried);
-    carried
+    network.follow_ties(&mut prolonged);
+    prolonged
 }
 
-/// Which two of increasing places `at` is between (or next to, at the ends): the first of them, and how far on the way to the second.
+/// Interval of increasing places that contains `at` (the nearest one outside): index of its start, and the fraction of
+/// `at` in it.
 fn between(places: &[f64], at: f64) -> (usize, f64) {
     let inner: Range<usize> = 1..places.len() - 1;
     let k = places[inner].partition_point(|place| *place <= at);

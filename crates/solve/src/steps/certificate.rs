@@ -1,4 +1,4 @@
-//! No minimiser grades its own work: forces and moments are recomputed here from the state alone.
+//! Certificate of an equilibrium: forces and moments recomputed from the state, independently of the minimiser.
 
 use crate::steps::stability::{Inspection, Inspector};
 use wireloom_core::minimiser::Stop;
@@ -7,12 +7,13 @@ use wireloom_core::status::Status;
 use wireloom_core::terms::constraints::ConstraintResidual;
 use wireloom_core::{Network, State, Tangent};
 
-/// Distance (m) or turn (rad) by which a held freedom may be off its target.
+/// Tolerance of held freedoms: distance (m) or turn (rad) from the target.
 const VIOLATION: f64 = 1e-9;
-/// Share of the force tolerance to which equations and inequalities are met, in units of their scales.
+/// Tolerance of equations and inequalities, in units of their scales, as a fraction of the force tolerance.
 pub const FEASIBLE: f64 = 1e-2;
-/// Share of the longest branch, and turn (rad), by which the next Newton step may move a converged harness. Of 1,785 random harnesses those
-/// that were wrong with forces in balance had 2e-4 and more left, ordinary ones 2e-7 and less.
+/// Tolerance of the shape: move of a converged harness in the next Newton step, as a fraction of the longest branch,
+/// and turn (rad). Of 1,785 random harnesses the wrong ones with forces in balance had 2e-4 and more, ordinary ones
+/// 2e-7 and less.
 const SHAPE: f64 = 1e-5;
 
 /// Result of the recomputation.
@@ -20,33 +21,34 @@ const SHAPE: f64 = 1e-5;
 pub struct Certificate {
     /// Largest free force relative to the force scale of its branch, or moment relative to its moment scale.
     pub residual: f64,
-    /// Whether what is left above the tolerance is round-off.
+    /// Whether the residual exceeds the tolerance by round-off only.
     pub round_off: bool,
-    /// Largest distance (m) or turn (rad) by which a held freedom is off its target.
+    /// Largest distance (m) or turn (rad) of a held freedom from its target.
     pub violation: f64,
-    /// The equation or inequality with the largest violation, where any acts.
+    /// Equation or inequality with the largest violation, if any acts.
     pub constraint: Option<ConstraintResidual>,
-    /// Largest violation of contact, in units of the tolerance ([`wireloom_core::terms::contact`]), where anything can touch.
+    /// Largest violation of contact, in units of the tolerance ([`wireloom_core::terms::contact`]), if contact is
+    /// possible.
     pub contact: Option<f64>,
-    /// Converged, or the status of the minimiser if the numbers do not confirm convergence.
+    /// Converged if the numbers confirm it; else the status of the minimiser, failed if that was converged.
     pub status: Status,
 }
 
-/// Recomputes what minimisers claim; keeps its workspace.
+/// Certifies equilibria, with its workspace.
 pub struct Certifier {
-    /// The whole gradient at the state certified last; on held freedoms it is what the constraint exerts.
+    /// Whole gradient at the state certified last; on held freedoms it is the reaction of the constraint.
     pub gradient: Tangent,
     scratch: Tangent,
     inspector: Option<Inspector>,
 }
 
 impl Certifier {
-    /// For the states of a network.
+    /// Certifier for the states of a network.
     pub fn new(network: &Network) -> Self {
         Self { gradient: Tangent::zeros(network), scratch: Tangent::zeros(network), inspector: None }
     }
 
-    /// Grades `state` as an equilibrium of `problem`. `claimed` is what the minimiser says of it.
+    /// Grades `state` as an equilibrium of `problem`. `claimed` is the status of the minimiser.
     pub fn certify(&mut self, problem: &mut Problem<'_>, state: &State, stop: &Stop, claimed: Status) -> Certificate {
         problem.update_held(state);
         problem.gradient(state, &mut self.gradient);
@@ -70,7 +72,7 @@ impl Certifier {
         Certificate { residual, round_off, violation, constraint, contact, status }
     }
 
-    /// What the second derivatives at `state` say of it. Call after [`Self::certify`] at the same state.
+    /// Inspects the second derivatives at `state`. Call after [`Self::certify`] at the same state.
     pub fn inspect(&mut self, problem: &mut Problem<'_>, state: &State) -> Inspection {
         let Self { inspector, gradient, .. } = self;
         inspector.get_or_insert_with(|| Inspector::new(problem)).inspect(problem, state, gradient)
@@ -82,14 +84,14 @@ impl Certifier {
         inspector.get_or_insert_with(|| Inspector::new(problem)).diverges(problem, state, gradient)
     }
 
-    /// The status of a state whose forces were graded so, where the second derivatives were looked at, too. Where cables touch something they
-    /// say nothing of the shape: contact and friction end a step on its way.
+    /// Status of a state after inspection; `graded` is its status by the forces. In contact the inspection does not
+    /// bound the error of the shape, as contact and friction would end the next step early.
     pub fn grade_shape(graded: Status, inspection: &Inspection) -> Status {
-        let holds = inspection.relative <= SHAPE || inspection.is_flat() || inspection.touches;
+        let holds = inspection.relative <= SHAPE || inspection.is_flat() || inspection.in_contact;
         if graded == Status::Converged && !holds { Status::Stalled } else { graded }
     }
 
-    /// The next Newton step from the state inspected last.
+    /// Next Newton step from the state inspected last.
     ///
     /// # Panics
     /// If none was.
@@ -97,7 +99,8 @@ impl Certifier {
         &self.inspector.as_ref().expect("a state was inspected").step
     }
 
-    /// A direction along which the energy falls from the equilibrium inspected last; see [`Inspector::descent_direction`].
+    /// Direction along which the energy decreases from the equilibrium inspected last; see
+    /// [`Inspector::descent_direction`].
     pub fn descent_direction(&mut self, problem: &Problem<'_>, state: &State) -> Option<&Tangent> {
         self.inspector.as_mut()?.descent_direction(problem, state)
     }

@@ -1,8 +1,8 @@
-//! A run between two increments: all that is needed to go on from there later, in another process, to the same bits.
+//! Checkpoint of a run: all data needed to continue it later, in another process, to the same bits.
 //!
-//! Checkpoints are made where every step begins and after every increment. There the minimiser forgets what it
-//! remembers, in every run, whether anybody keeps the checkpoint or not: so a run that was taken up again walks the same way
-//! as one that was never interrupted. Only clock times differ.
+//! Checkpoints are made at the beginning of every step and after every increment. There the minimiser clears its memory
+//! in every run, whether the checkpoint is kept or not. So a resumed run has the same results as an uninterrupted one,
+//! except for times.
 
 use crate::report::EventLog;
 use crate::steps::plan::Plan;
@@ -12,53 +12,52 @@ use wireloom_core::conditions::Conditions;
 use wireloom_core::equilibrium::{OperationResult, StepResult};
 use wireloom_core::{Monitor, Network, State, Status, Vector};
 
-/// States are the same where nothing is farther away than this fraction of the longest branch, and nothing turned by more than this (rad).
+/// Largest difference of equal states: move as a fraction of the longest branch, and turn (rad).
 const SAME: f64 = 1e-4;
 
-/// Where a run stands. What it is made of is no business of those who keep it: it may change from one version of the
-/// program to the next.
+/// Position and state of a run. Its contents are private and may change between versions of the program.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Checkpoint {
     pub(crate) conditions: Conditions,
     pub(crate) state: State,
     pub(crate) log: EventLog,
-    /// The plan of the step; `None`: it has not begun.
+    /// Plan of the step; `None` before it begins.
     pub(crate) plan: Option<Plan>,
-    /// What its operations came to so far.
+    /// Results so far of the operations of the step.
     pub(crate) operations: Vec<OperationResult>,
-    /// How far the harness moved in the last increment, m.
-    pub(crate) pace: Option<f64>,
+    /// Largest move of a point in the last increment, m.
+    pub(crate) previous_move: Option<f64>,
     pub(crate) step_index: usize,
-    /// Increments of it that are done.
+    /// Number of increments of the step that are done.
     pub(crate) increment: usize,
-    /// Iterations, those of them that polished, and factorisations of the step so far.
+    /// Iterations, polishing iterations, and factorisations of the step so far.
     pub(crate) work: (usize, usize, usize),
-    /// Time spent in the step so far, s.
+    /// Computing time of the step so far, s.
     pub(crate) seconds: f64,
     pub(crate) status: Status,
     pub(crate) notes: Vec<String>,
-    /// Results kept so far.
+    /// Number of results kept so far.
     pub(crate) kept: usize,
 }
 
 impl Checkpoint {
-    /// How many results the run had kept.
+    /// Number of results that the run has kept.
     pub fn kept(&self) -> usize {
         self.kept
     }
 
-    /// Where the nodes of the network are, m.
+    /// Positions of the points of the network, m.
     pub fn points(&self) -> &[Vector] {
         &self.state.points
     }
 
-    /// Whether nothing has happened yet but that a balanced start was found.
+    /// Whether it is the initial equilibrium, before any step.
     pub fn is_balanced_start(&self) -> bool {
-        // What is said before the first step is that its start was not balanced.
+        // The only remark before the first step is that no equilibrium was found.
         (self.step_index, self.increment) == (0, 0) && self.plan.is_none() && self.notes.is_empty()
     }
 
-    /// Whether the state of a checkpoint of the same network is that of this one, but for what a minimiser leaves.
+    /// Whether another checkpoint of the same network has the same state, up to the tolerance of a minimiser.
     pub fn is_same_state(&self, other: &Checkpoint, network: &Network) -> bool {
         let length = network.branches.iter().map(|branch| branch.rod.mesh().length()).fold(0.0, f64::max);
         let (one, other) = (&self.state, &other.state);
@@ -67,7 +66,7 @@ impl Checkpoint {
         moves.all(|fraction| fraction <= SAME) && turns.all(|angle| angle <= SAME)
     }
 
-    /// Whether it can be one of this network.
+    /// Whether its dimensions are those of this network.
     pub fn fits(&self, network: &Network) -> bool {
         let (state, conditions) = (&self.state, &self.conditions);
         (state.points.len(), state.compensation.len(), state.rest_lengths.len())
@@ -86,37 +85,37 @@ impl Checkpoint {
     }
 }
 
-/// A run that is taken up again.
+/// A run to resume.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Resumed {
-    /// Where it stood.
+    /// Checkpoint to continue from.
     pub checkpoint: Checkpoint,
-    /// The results it had kept: [`Checkpoint::kept`] of them.
+    /// Results kept by then: [`Checkpoint::kept`] of them.
     pub steps: Vec<StepResult>,
 }
 
-/// Who watches a run.
+/// Observer of a run.
 pub trait Observer {
-    /// An increment has ended; `kept`: its end is part of the result, whatever comes.
+    /// Called at the end of an increment; `kept`: its result will be part of the run in any case.
     fn increment(&mut self, progress: &Progress, end: &StepResult, kept: bool) -> Control;
 
-    /// From here the run can be taken up again.
+    /// Called with a checkpoint from which the run can be resumed.
     fn checkpoint(&mut self, _: &Checkpoint) {}
 
-    /// Asked for once, before anything is computed: through it the run can be stopped at any time, and its iterations seen. An increment
-    /// that was stopped is no part of the result.
+    /// Monitor of the run, requested once at its beginning: it can stop the run at any time, and shows its iterations.
+    /// An increment that was stopped is not part of the result.
     fn monitor(&self) -> Monitor {
         Monitor::default()
     }
 }
 
-/// Watches increments only.
-pub struct Watching<'a>(
-    /// Sees each of them.
+/// Observer of increments only.
+pub struct IncrementObserver<'a>(
+    /// Called at the end of each increment.
     pub &'a mut dyn FnMut(&Progress, &StepResult) -> Control,
 );
 
-impl Observer for Watching<'_> {
+impl Observer for IncrementObserver<'_> {
     fn increment(&mut self, progress: &Progress, end: &StepResult, _: bool) -> Control {
         (self.0)(progress, end)
     }

@@ -1,18 +1,19 @@
-//! Where on the cable the stations of constraints that begin come to stand: where the file says, or nearest to their seat.
+//! Arc lengths of the stations of constraints that begin: as given by the scenario, or nearest to their seats.
 
 use wireloom_core::network::Place;
 use wireloom_core::{Network, State, Vector};
 
-/// Length that stays between a clip that closes and what holds the cable beside it, in diameters.
-const ROOM: f64 = 1.0;
-/// The same as a fraction of the cable between those, where that is shorter.
-const ROOM_SHARE: f64 = 0.1;
+/// Least distance of a clip that closes from the constraints beside it, in diameters.
+const SPACING: f64 = 1.0;
+/// Least distance as a fraction of the cable between these constraints, if that is shorter.
+const SPACING_FRACTION: f64 = 0.1;
 /// Distances (m) that differ by less than this are the same.
 const SAME: f64 = 1e-9;
 
-/// Gives the knots (increasing nodes, and their arc lengths at `state`, m) of a branch that constraints of `added` bring the arc lengths at which
-/// those begin: those given, then the nearest. All stay between what acts already. Returns remarks where that was in the way.
-pub(crate) fn put_in_place(
+/// Sets the arc lengths of those knots (increasing nodes, and their arc lengths at `state`, m) of a branch that
+/// constraints of `added` bring: first the given ones, then the nearest ones. All stay between the constraints that act
+/// already. Returns remarks on those that these limited.
+pub(crate) fn place_stations(
     network: &Network,
     state: &State,
     branch: usize,
@@ -26,7 +27,7 @@ pub(crate) fn put_in_place(
         |node: usize| added.iter().copied().find(|&f| network.constraints[f].place == Place::Node { branch, node });
     let begun: Vec<Option<usize>> = knots.iter().map(|knot| begins(knot.0)).collect();
     let is_nearest = |f: usize| network.constraints[f].nearest;
-    // Those that are given a place leave out of account those that are not.
+    // Constraints with a given place ignore those without.
     for given in [true, false] {
         for k in 1..knots.len() - 1 {
             let Some(f) = begun[k].filter(|&f| is_nearest(f) != given) else { continue };
@@ -35,20 +36,22 @@ pub(crate) fn put_in_place(
             let before = (0..k).rev().find(placed).map_or(0.0, |other| knots[other].1);
             let next = (k + 1..knots.len()).find(standing).unwrap_or(knots.len() - 1);
             let (after, between) = (knots[next].1, (next - k) as f64);
-            let fraction = ROOM_SHARE * (after - before) / between;
+            let fraction = SPACING_FRACTION * (after - before) / between;
             if given {
                 let wanted = built[knots[k].0];
                 let free = before < wanted && wanted < after;
                 knots[k].1 = if free { wanted } else { wanted.clamp(before + fraction, after - between * fraction) };
                 if !free {
                     notes.push(format!(
-                        "constraint `{}` begins at s = {:.4} m of branch `{}`, not at {wanted:.4} m: what acts already has come past that",
+                        "constraint `{}` begins at s = {:.4} m of branch `{}`, not at {wanted:.4} m: what acts already has come \
+                         past that",
                         network.constraints[f].name, knots[k].1, own.name
                     ));
                 }
             } else {
-                let room = fraction.min(ROOM * own.section.diameter);
-                let (here, note) = nearest_place(network, state, f, branch, before + room, after - between * room);
+                let spacing = fraction.min(SPACING * own.section.diameter);
+                let (here, note) =
+                    nearest_place(network, state, f, branch, before + spacing, after - between * spacing);
                 knots[k].1 = here;
                 notes.extend(note);
             }
@@ -57,7 +60,8 @@ pub(crate) fn put_in_place(
     notes
 }
 
-/// The arc length in `[low, high]` at which the cable is nearest to the seat of constraint `f`, and a remark where it is nearer beyond.
+/// Arc length in `[low, high]` at which the cable is nearest to the seat of constraint `f`, and a remark if it is
+/// nearer outside.
 fn nearest_place(
     network: &Network,
     state: &State,
@@ -68,7 +72,7 @@ fn nearest_place(
 ) -> (f64, Option<String>) {
     let constraint = &network.constraints[f];
     let own = &network.branches[branch];
-    // A constraint of this kind has a seat: the scenario sees to it.
+    // The scenario ensures that a constraint of this kind has a seat.
     let seat = constraint.position.unwrap_or_default();
     let points: Vec<Vector> = own.points.clone().map(|i| state.points[i] + state.compensation[i]).collect();
     let s = state.arc_lengths(network, branch);
@@ -76,14 +80,16 @@ fn nearest_place(
     let (there, least) = nearest(&s, &points, &seat, s[0], s[s.len() - 1]);
     let note = (least < distance - SAME).then(|| {
         format!(
-            "clip `{}` closes at s = {here:.4} m of branch `{}`, between the constraints beside it; at s = {there:.4} m the cable is nearer to its seat",
+            "clip `{}` closes at s = {here:.4} m of branch `{}`, between the constraints beside it; at s = {there:.4} m \
+             the cable is nearer to its seat",
             constraint.name, own.name
         )
     });
     (here, note)
 }
 
-/// Arc length in `[low, high]` at which the polygon through `points` at arc lengths `s` is nearest to `seat`, and its distance, m.
+/// Arc length in `[low, high]` at which the polygon through `points` at arc lengths `s` is nearest to `seat`, and its
+/// distance, m.
 fn nearest(s: &[f64], points: &[Vector], seat: &Vector, low: f64, high: f64) -> (f64, f64) {
     let edges = s.windows(2).zip(points.windows(2)).filter(|(s, _)| s[1] >= low && s[0] <= high);
     let candidates = edges.map(|(s, p)| {
@@ -100,7 +106,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn nearest_on_a_bent_polygon() {
+    fn the_nearest_place_on_a_bent_polygon() {
         let points = [Vector::zeros(), Vector::x(), Vector::new(1.0, 1.0, 0.0)];
         let s = [0.0, 2.0, 3.0];
         let (at, distance) = nearest(&s, &points, &Vector::new(0.25, 0.5, 0.0), 0.0, 3.0);

@@ -1,6 +1,7 @@
-//! Homing: from where a harness is laid out to the balanced start of its first step.
+//! Initial equilibrium: from the layout of a harness to the beginning of its first step.
 
-use super::driver::{Driver, begun, is_balanced, snap_iterations};
+use super::driver::{Driver, empty_run, is_balanced};
+use super::increment::snap_through_iterations;
 use crate::minimisers::condensation::Condensation;
 use crate::start::prolongation;
 use crate::steps::checkpoint::Checkpoint;
@@ -10,27 +11,28 @@ use wireloom_core::conditions::Sliding;
 use wireloom_core::minimiser::{Minimiser, Stop};
 use wireloom_core::status::Status;
 use wireloom_core::steps::{Schedule, Step};
-use wireloom_core::{Monitor, Network, State, Vector};
+use wireloom_core::{Moment, Monitor, Network, State, Vector};
 
-/// Least number of increments in which the start shape gives way and the constraints are brought to where the scenario puts
-/// them.
+/// Least number of increments in which the drawn shape is released and the constraints move to their poses in the
+/// scenario.
 const START_INCREMENTS: f64 = 10.0;
-/// One increment of starting for so much of the longest branch's length.
+/// Largest number of increments: they are a means of robustness, and need not resolve the motion.
+const MOST_START_INCREMENTS: f64 = 100.0;
+/// Motion of a constraint per increment, in lengths of the longest branch.
 const START_DISTANCE: f64 = 0.1;
-/// One increment of starting for so many radians.
+/// Turn of a constraint per increment, rad.
 const START_TURN: f64 = 0.3;
-/// Nobody sees the increments of starting: they need only be near a balance.
+/// Force tolerance of all increments but the last: intermediate states need only be near an equilibrium.
 const START_TOLERANCE: f64 = 0.1;
-/// Turns (rad) by which a start that is balanced on an edge is disturbed, one after the other until it falls: where it falls slowly, small
-/// ones have died away in all other directions first, and it stands again.
+/// Turns (rad) by which an unstable equilibrium is disturbed, one after the other until the harness leaves it: with a
+/// slow instability the minimiser may return after a small disturbance.
 const DISTURBANCES: [f64; 3] = [1e-3, 1e-2, 1e-1];
-/// Largest turn (rad) of any frame on the way from the start of another harness for that harness to be near: beyond it this one's own
-/// start may be another equilibrium.
+/// Largest turn (rad) of any frame from the initial equilibrium of another harness: beyond it the harness's own initial
+/// equilibrium may be a different one.
 const NEAR: f64 = 0.5;
 
-/// The balanced start of a harness, found from that of `other`, which is the same but for a little: for [`super::carry_out`] to go on from.
-/// `None` where they are not alike, where no balance is found from there, or where it is not near: then the start is to be looked for
-/// afresh.
+/// Initial equilibrium of a harness, found from that of a similar harness `other`, as a checkpoint for
+/// [`super::carry_out`]. `None` if the harnesses are not alike, or no equilibrium was found nearby.
 pub fn start_near(
     network: &Network,
     minimiser: &mut dyn Minimiser,
@@ -48,12 +50,21 @@ pub fn start_near(
     let turns = prolonged.frames.iter().zip(&driver.state.frames).map(|(a, b)| a.angle_to(b));
     let near = status == Status::Converged && !driver.is_over() && turns.fold(0.0, f64::max) <= NEAR;
     driver.starting = false;
-    near.then(|| driver.checkpoint(&begun(schedule), (0, 0), None, 0.0))
+    near.then(|| driver.checkpoint(&empty_run(schedule), (0, 0), None, 0.0))
 }
 
 impl Driver<'_, '_> {
-    /// From the start shape to a balanced state with the constraints that act from the start where the scenario puts them. Dead moments come last,
-    /// for only what has an energy can go down to a stable start.
+    /// Finds the initial equilibrium for the first step, by way of a `coarse` mesh if there is one.
+    pub(crate) fn find_start(&mut self, coarse: Option<&Network>, schedule: &Schedule, first: &str) -> Status {
+        let _start = tracing::info_span!("start").entered();
+        self.log.begin(Moment { step: first.to_owned(), step_index: 0, increment: 0 });
+        let from_coarse = coarse.and_then(|coarse| self.start_from_coarse(coarse, schedule));
+        let status = from_coarse.unwrap_or_else(|| self.find_initial_equilibrium());
+        if self.problem.monitor.is_stopped() { Status::Interrupted } else { status }
+    }
+
+    /// Finds an equilibrium from the layout, with the constraints that act from the start at their poses in the
+    /// scenario. Dead moments are applied last, as only a system with a potential can descend to a stable equilibrium.
     pub(super) fn find_initial_equilibrium(&mut self) -> Status {
         if !self.problem.has_dead_moments() {
             return self.find_equilibrium_without_moments();
@@ -61,7 +72,7 @@ impl Driver<'_, '_> {
         self.problem.set_moment_fraction(0.0);
         let status = self.find_equilibrium_without_moments();
         let mut plan = Plan::new(&self.problem, &Step::default(), Vec::new());
-        plan.take_up_moments = true;
+        plan.apply_moments = true;
         if self.is_over() {
             plan.apply(&mut self.problem, 1.0);
             return status;
@@ -80,8 +91,9 @@ impl Driver<'_, '_> {
         self.solve()
     }
 
-    /// A drawn shape is first taken for the rest shape, without weight; then it gives way to the true one and the weight
-    /// comes, while the constraints move. No edge is left to balance on.
+    /// Finds an equilibrium without dead moments. A drawn shape is at first the rest shape, without weight; while the
+    /// constraints move, it is replaced by the true rest shape, and the weight is applied. An unstable equilibrium is
+    /// left at the end.
     fn find_equilibrium_without_moments(&mut self) -> Status {
         let network = self.problem.network;
         let mut journeys = Vec::new();
@@ -89,14 +101,14 @@ impl Driver<'_, '_> {
         let length = self.problem.scales().length;
         for (f, constraint) in network.constraints.iter().enumerate().filter(|(_, constraint)| constraint.from_start) {
             let from = self.problem.conditions().constraints[f].base;
-            let journey = plan::home(f, constraint, from);
+            let journey = plan::journey_to_target(f, constraint, from);
             let to = journey.at(1.0);
             increments = increments
                 .max((to.position - from.position).norm() / (START_DISTANCE * length))
                 .max(to.orientation.angle_to(&from.orientation) / START_TURN);
             journeys.push(journey);
         }
-        let increments = increments.min(100.0).ceil() as usize;
+        let increments = increments.min(MOST_START_INCREMENTS).ceil() as usize;
         let gravity = self.problem.conditions().gravity;
         let weightless = !network.branches.iter().all(|b| b.path.is_empty());
         if weightless {
@@ -105,10 +117,10 @@ impl Driver<'_, '_> {
         }
         let step = Step { gravity: Some(gravity), ..Step::default() };
         let mut plan = Plan::new(&self.problem, &step, journeys);
-        plan.undraw = weightless;
+        plan.release_drawn_shape = weightless;
         let stop = self.stop;
-        // A part that snaps on the way needs more iterations, not smaller increments.
-        self.stop.max_iterations = snap_iterations(&stop);
+        // Snap-through needs more iterations, not smaller increments.
+        self.stop.max_iterations = snap_through_iterations(&stop);
         self.stop.force_tolerance = stop.force_tolerance.max(START_TOLERANCE);
         let mut status = self.advance(&plan, 0.0, 0.0, 0);
         for k in 1..=increments {
@@ -117,15 +129,15 @@ impl Driver<'_, '_> {
             }
             let (a, b) = ((k - 1) as f64 / increments as f64, k as f64 / increments as f64);
             (status, _) = self.advance_through(&plan, a, b);
-            if !matches!(status, Status::Converged | Status::Stalled) {
+            if !is_balanced(status) {
                 break;
             }
         }
         if self.is_over() {
             return status;
         }
-        if !matches!(status, Status::Converged | Status::Stalled) {
-            // The way is barred: go down from here without it.
+        if !is_balanced(status) {
+            // The path is blocked: apply the final conditions and descend from here.
             self.stop.force_tolerance = stop.force_tolerance;
             plan.apply(&mut self.problem, 1.0);
             status = self.solve();
@@ -139,13 +151,14 @@ impl Driver<'_, '_> {
         status
     }
 
-    /// The balanced start of a coarse mesh, carried over to this one. `None` where that leads to no balance: the harness then lies as
-    /// it did.
+    /// Finds the initial equilibrium from that on a coarse mesh. `None` if that fails; the harness then is in its
+    /// layout again.
     pub(super) fn start_from_coarse(&mut self, coarse: &Network, schedule: &Schedule) -> Option<Status> {
         let monitor = &self.problem.monitor;
-        let mut rough = Driver::at_start(coarse, &mut *self.minimiser, &self.stop, schedule, monitor);
-        let status = rough.find_initial_equilibrium();
-        let (state, work) = (rough.state, (rough.iterations, rough.polish, rough.factorisations));
+        let mut coarse_driver = Driver::at_start(coarse, &mut *self.minimiser, &self.stop, schedule, monitor);
+        let status = coarse_driver.find_initial_equilibrium();
+        let (state, work) =
+            (coarse_driver.state, (coarse_driver.iterations, coarse_driver.polish, coarse_driver.factorisations));
         self.iterations += work.0;
         self.polish += work.1;
         self.factorisations += work.2;
@@ -158,7 +171,7 @@ impl Driver<'_, '_> {
         let network = self.problem.network;
         let (began, conditions) = (self.state.clone(), self.problem.conditions().clone());
         let stop = self.stop;
-        self.stop.max_iterations = snap_iterations(&stop);
+        self.stop.max_iterations = snap_through_iterations(&stop);
         let status = self.relax_from(prolongation::prolonged(coarse, &state, network));
         self.stop = stop;
         if status != Status::Converged {
@@ -174,13 +187,13 @@ impl Driver<'_, '_> {
         Some(status)
     }
 
-    /// From a state that is balanced but for a little, with the constraints that act from the start where the scenario puts them.
+    /// Finds an equilibrium near `state`, with the constraints that act from the start at their poses in the scenario.
     fn relax_from(&mut self, state: State) -> Status {
         let network = self.problem.network;
         self.state = state;
         for (f, constraint) in network.constraints.iter().enumerate().filter(|(_, constraint)| constraint.from_start) {
             let from = self.problem.conditions().constraints[f].base;
-            self.problem.set_target(f, plan::home(f, constraint, from).at(1.0));
+            self.problem.set_target(f, plan::journey_to_target(f, constraint, from).at(1.0));
         }
         self.problem.update_held(&self.state);
         self.problem.place_held(&mut self.state);
@@ -189,13 +202,13 @@ impl Driver<'_, '_> {
             return Status::Interrupted;
         }
         self.problem.gradient(&self.state, &mut self.certifier.gradient);
-        let mut settle = Condensation::new(&self.problem);
-        settle.condense(&mut self.problem, &mut self.state, &self.certifier.gradient, 0.0);
+        let mut condensation = Condensation::new(&self.problem);
+        condensation.condense(&mut self.problem, &mut self.state, &self.certifier.gradient, 0.0);
         let status = self.solve();
         self.leave_unstable_start(status)
     }
 
-    /// Lets the cable run through what slides without friction.
+    /// Enables friction, and lets the cable run through the constraints that slide without it.
     fn release_slides(&mut self) {
         self.starting = false;
         self.problem.enable_friction();
@@ -204,30 +217,30 @@ impl Driver<'_, '_> {
         }
     }
 
-    /// Where the start is balanced on an edge, or the way down is not to be found from it, disturbs it a little along a direction in which
-    /// the energy falls (the same every time) and lets it fall.
+    /// Leaves an unstable equilibrium, or a state where the minimiser failed: disturbs it along a direction in which
+    /// the energy decreases (deterministic) and minimises again. Without success the state is restored.
     fn leave_unstable_start(&mut self, status: Status) -> Status {
-        let judged = matches!(status, Status::Converged | Status::Failed) && !self.problem.has_dead_moments();
-        if self.is_over() || !judged || self.problem.network.constraints.is_empty() {
+        let applicable = matches!(status, Status::Converged | Status::Failed) && !self.problem.has_dead_moments();
+        if self.is_over() || !applicable || self.problem.network.constraints.is_empty() {
             return status;
         }
         let (began, conditions) = (self.state.clone(), self.problem.conditions().clone());
-        let mut fallen = status;
+        let mut after = status;
         for disturbance in DISTURBANCES {
             let stability = self.certifier.inspect(&mut self.problem, &self.state).stability;
-            if fallen == Status::Converged && stability != Stability::Unstable {
-                return fallen;
+            if after == Status::Converged && stability != Stability::Unstable {
+                return after;
             }
             let Some(direction) = self.certifier.descent_direction(&self.problem, &self.state) else { break };
             self.before.copy_from(&self.state);
             self.problem.retract(&self.before, direction, disturbance, &mut self.state);
             self.problem.network.follow_ties(&mut self.state);
-            fallen = self.solve();
+            after = self.solve();
         }
-        if fallen == Status::Converged
+        if after == Status::Converged
             && self.certifier.inspect(&mut self.problem, &self.state).stability != Stability::Unstable
         {
-            return fallen;
+            return after;
         }
         self.state = began;
         self.problem.set_multipliers(&conditions);

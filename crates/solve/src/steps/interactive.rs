@@ -1,9 +1,9 @@
-//! A harness in hands: carried from one equilibrium to the next, one increment at a time, from any checkpoint. What becomes of it is what
-//! [`crate::carry_out`] makes of the same steps, to the bit.
+//! Interactive driver: advances a harness by one increment at a time, from any checkpoint. The results are those of
+//! [`crate::carry_out`] with the same steps, to the bit.
 
 use crate::steps::certificate::Certifier;
 use crate::steps::checkpoint::Checkpoint;
-use crate::steps::driver::{Driver, is_balanced};
+use crate::steps::driver::{Driver, is_balanced, unbalanced_start_note};
 use crate::steps::plan::Plan;
 use std::time::Instant;
 use wireloom_core::equilibrium::{PartFault, StepResult};
@@ -12,34 +12,34 @@ use wireloom_core::status::Status;
 use wireloom_core::steps::{Journey, Schedule, Step};
 use wireloom_core::{Event, Monitor, Network};
 
-/// Where a harness is brought into balance again, forces are as much smaller than the tolerance: what is seen from outside then does not
-/// depend on how it came there.
+/// Factor on the force tolerance of [`InteractiveDriver::balance`]: the visible result then does not depend on the
+/// start.
 const FINER: f64 = 1e-3;
-/// Name of what comes before all steps.
+/// Name of the result before all steps.
 const START: &str = "start";
 
-/// The end of an increment.
+/// End of an increment.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Ended {
-    /// As results have it.
+    /// Result.
     pub end: StepResult,
-    /// From here it goes on; where the increment did not end in balance there is no going on.
+    /// Checkpoint to continue from; only meaningful if the increment ended in balance.
     pub checkpoint: Checkpoint,
 }
 
-/// Why there is no end.
+/// Reason why an increment did not end.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
-pub enum Trouble {
-    /// Somebody stopped it.
+pub enum Interruption {
+    /// A stop was requested.
     #[error("stopped")]
     Stopped,
-    /// Something cannot go on.
+    /// A part cannot continue.
     #[error("{0}")]
     Fault(PartFault),
 }
 
 impl Checkpoint {
-    /// What happened so far.
+    /// Events so far.
     pub fn events(&self) -> &[Event] {
         self.log.events()
     }
@@ -49,29 +49,30 @@ impl Checkpoint {
         &self.notes
     }
 
-    /// Which step is at hand, from 0, and how many increments of it are done.
+    /// Index of the current step, from 0, and the number of its increments that are done.
     pub fn done(&self) -> (usize, usize) {
         (self.step_index, self.increment)
     }
 
-    /// Bytes that it takes, about.
+    /// Approximate size in memory, bytes.
     pub fn weight(&self) -> usize {
         let state = &self.state;
         let points = state.points.len() * (2 * size_of_val(&state.points[0]) + size_of::<f64>());
         points + state.frames.len() * (size_of_val(&state.frames[0]) + size_of::<f64>())
     }
 
-    /// Where its constraints are to be: position (m) and orientation as the scenario would give them.
+    /// Target of a constraint: position (m) and orientation as in a scenario.
     pub fn target(&self, constraint: usize) -> Option<wireloom_core::Pose> {
         Some(self.conditions.constraints.get(constraint)?.base)
     }
 
-    /// Whether a constraint acts.
+    /// Whether a constraint is active.
     pub fn acts(&self, constraint: usize) -> bool {
         self.conditions.active.get(constraint).copied().unwrap_or(false)
     }
 
-    /// The same where the step at hand, whose increments come one by one ([`Hands::follow`]), has ended.
+    /// The checkpoint after the end of the current step, whose increments were open
+    /// ([`InteractiveDriver::advance_open`]).
     pub fn with_step_ended(self) -> Self {
         if self.increment == 0 {
             return self;
@@ -80,73 +81,80 @@ impl Checkpoint {
     }
 }
 
-/// What carries a harness. Keeps its workspace from call to call; every call has a checkpoint to begin from.
-pub struct Hands {
+/// Driver of single increments, with its workspace. Every call begins from a checkpoint.
+pub struct InteractiveDriver {
     minimiser: Box<dyn Minimiser>,
     stop: Stop,
-    /// Whether clearances of everything from everything are kept.
+    /// Whether all clearances are kept, not only the required ones.
     clearances: bool,
     monitor: Monitor,
     certifier: Option<(u64, Certifier)>,
 }
 
-impl Hands {
-    /// With this minimiser; `clearances` as in [`Schedule::clearances`], and `monitor` to stop it.
+impl InteractiveDriver {
+    /// Driver with this minimiser; `clearances` as in [`Schedule::clearances`], `monitor` to stop it.
     pub fn new(minimiser: Box<dyn Minimiser>, stop: Stop, clearances: bool, monitor: Monitor) -> Self {
         Self { minimiser, stop, clearances, monitor, certifier: None }
     }
 
-    /// The balanced start, as [`crate::carry_out`] finds it.
+    /// Finds the initial equilibrium as [`crate::carry_out`] does.
     ///
     /// # Errors
-    /// Where there is none: somebody stopped it, or a part cannot go on.
+    /// If a stop was requested, or a part cannot continue.
     pub fn start(
         &mut self,
         network: &Network,
         coarse: Option<&Network>,
         schedule: &Schedule,
-    ) -> Result<Ended, Trouble> {
+    ) -> Result<Ended, Interruption> {
         let clock = Instant::now();
         let first = schedule.steps.first().map_or("equilibrium", |step| &step.name);
         let mut driver = Driver::at_start(network, &mut *self.minimiser, &self.stop, schedule, &self.monitor);
-        let homed = driver.find_start(coarse, schedule, first);
+        let start = driver.find_start(coarse, schedule, first);
         let step = Step { name: START.to_owned(), increments: 1, ..Step::default() };
-        if let Some(fault) = driver.named_fault(&step, 0) {
-            return Err(Trouble::Fault(fault));
+        if let Some(fault) = driver.part_fault(&step, 0) {
+            return Err(Interruption::Fault(fault));
         }
-        if homed == Status::Interrupted {
-            return Err(Trouble::Stopped);
+        if start == Status::Interrupted {
+            return Err(Interruption::Stopped);
         }
         let mut notes = Vec::new();
-        if homed != Status::Converged {
-            notes.push(crate::steps::driver::unbalanced(homed));
+        if start != Status::Converged {
+            notes.push(unbalanced_start_note(start));
         }
-        let status = driver.certify(homed);
+        let status = driver.certify(start);
         driver.starting = false;
         let end = driver.step_result(&step, 0, status, clock.elapsed().as_secs_f64());
         driver.minimiser.forget();
-        let checkpoint = Checkpoint { notes, ..driver.stands((0, 0), None, 0.0) };
+        let checkpoint = Checkpoint { notes, ..driver.snapshot((0, 0), None, 0.0) };
         Ok(Ended { end, checkpoint })
     }
 
-    /// The next increment of a step whose way is known; behind the last one the checkpoint is that of the step after it.
+    /// Runs the next increment of a step; after the last one the checkpoint is at the beginning of the next step.
     ///
     /// # Errors
-    /// Where there is no end: somebody stopped it, or a part cannot go on.
-    pub fn carry(&mut self, network: &Network, step: &Step, from: &Checkpoint) -> Result<Ended, Trouble> {
+    /// If a stop was requested, or a part cannot continue.
+    pub fn advance(&mut self, network: &Network, step: &Step, from: &Checkpoint) -> Result<Ended, Interruption> {
         self.increment(network, step, from, false)
     }
 
-    /// One more increment of a step whose way is not known beforehand: what moves goes where the step says, and may go on from there. So
-    /// many increments are one step through so many places, at equal fractions of it.
+    /// Runs one more increment of an open step, whose path is not known beforehand: the increment ends at the targets
+    /// of `step`, and further ones may follow. Together they equal one step through all these targets, at equal
+    /// fractions of it.
     ///
     /// # Errors
-    /// Where there is no end: somebody stopped it, or a part cannot go on.
-    pub fn follow(&mut self, network: &Network, step: &Step, from: &Checkpoint) -> Result<Ended, Trouble> {
+    /// If a stop was requested, or a part cannot continue.
+    pub fn advance_open(&mut self, network: &Network, step: &Step, from: &Checkpoint) -> Result<Ended, Interruption> {
         self.increment(network, step, from, true)
     }
 
-    fn increment(&mut self, network: &Network, step: &Step, from: &Checkpoint, open: bool) -> Result<Ended, Trouble> {
+    fn increment(
+        &mut self,
+        network: &Network,
+        step: &Step,
+        from: &Checkpoint,
+        open: bool,
+    ) -> Result<Ended, Interruption> {
         let clock = Instant::now();
         let (index, increment) = (from.step_index, from.increment + 1);
         let (mut notes, spent, plan) = (from.notes.clone(), from.seconds, from.plan.clone());
@@ -161,38 +169,38 @@ impl Hands {
                     step.moves.iter().flat_map(|m| m.journeys(|f| constraints[f].base)).collect();
                 Plan::new(&driver.problem, step, journeys)
             }
-            None => driver.begin(step, index == 0, &mut notes),
+            None => driver.begin_step(step, index == 0, &mut notes),
         };
         let fraction = |k: usize| k as f64 / step.increments as f64;
         let fractions = if open { [0.0, 1.0] } else { [fraction(increment - 1), fraction(increment)] };
         let seconds = || spent + clock.elapsed().as_secs_f64();
-        let end = driver.carry((step, &plan), (index, increment), fractions, clearances, seconds);
+        let end = driver.run_increment((step, &plan), (index, increment), fractions, clearances, seconds);
         if let Ok(end) = &end
             && is_balanced(end.status)
         {
             driver.problem.commit(&driver.state);
             driver.fault = driver.problem.fault(false);
         }
-        let fault = driver.named_fault(step, increment);
+        let fault = driver.part_fault(step, increment);
         let last = !open && increment == step.increments;
         let plan = (!open && !last).then_some(&plan);
         let checkpoint =
-            Checkpoint { notes, ..driver.stands((index, increment), plan, spent + clock.elapsed().as_secs_f64()) };
+            Checkpoint { notes, ..driver.snapshot((index, increment), plan, spent + clock.elapsed().as_secs_f64()) };
         let certifier = driver.certifier;
         self.certifier = Some((network.id, certifier));
         match (fault, end) {
-            (Some(fault), _) => Err(Trouble::Fault(fault)),
+            (Some(fault), _) => Err(Interruption::Fault(fault)),
             (None, Ok(end)) => {
                 Ok(Ended { end, checkpoint: if last { checkpoint.with_step_ended() } else { checkpoint } })
             }
-            (None, Err(_)) => Err(Trouble::Stopped),
+            (None, Err(_)) => Err(Interruption::Stopped),
         }
     }
 
-    /// The same checkpoint with the harness in balance, more finely than usual; `None` where no balance is found from there, or somebody
-    /// stopped it.
+    /// The checkpoint with the harness in equilibrium, to a smaller tolerance than usual; `None` if no equilibrium was
+    /// found, or a stop was requested.
     pub fn balance(&mut self, network: &Network, from: Checkpoint) -> Option<Checkpoint> {
-        let stood = from.clone();
+        let position = from.clone();
         let mut driver = self.driver(network, from);
         driver.minimiser.forget();
         let stop = driver.stop;
@@ -201,9 +209,9 @@ impl Hands {
         driver.stop = stop;
         let balanced = !driver.is_over() && driver.certify(finer) == Status::Converged;
         let found = balanced.then(|| Checkpoint {
-            plan: stood.plan,
-            notes: stood.notes,
-            ..driver.stands((stood.step_index, stood.increment), None, stood.seconds)
+            plan: position.plan,
+            notes: position.notes,
+            ..driver.snapshot((position.step_index, position.increment), None, position.seconds)
         });
         let certifier = driver.certifier;
         self.certifier = Some((network.id, certifier));
@@ -211,7 +219,7 @@ impl Hands {
     }
 
     fn driver<'n>(&mut self, network: &'n Network, from: Checkpoint) -> Driver<'n, '_> {
-        let (mut driver, _) = Driver::at(network, &mut *self.minimiser, &self.stop, from, &self.monitor);
+        let (mut driver, _) = Driver::at_checkpoint(network, &mut *self.minimiser, &self.stop, from, &self.monitor);
         if let Some((_, certifier)) = self.certifier.take().filter(|(id, _)| *id == network.id) {
             driver.certifier = certifier;
         }

@@ -1,4 +1,4 @@
-//! What the operations of a step come to: where hands and clips took hold, which forces they needed.
+//! Results of the operations of a step: places of grasps and clips, forces of carrying and mating.
 
 use wireloom_core::equilibrium::OperationResult;
 use wireloom_core::network::Place;
@@ -6,7 +6,7 @@ use wireloom_core::problem::Problem;
 use wireloom_core::steps::Operation;
 use wireloom_core::{Network, State, Vector};
 
-/// The operations of a step as it begins.
+/// Results of the operations at the beginning of a step.
 pub(crate) fn begin(operations: &[Operation], problem: &Problem<'_>, state: &State) -> Vec<OperationResult> {
     let network = problem.network;
     let name = |constraint: usize| network.constraints[constraint].name.clone();
@@ -36,8 +36,9 @@ pub(crate) fn begin(operations: &[Operation], problem: &Problem<'_>, state: &Sta
     operations.iter().map(result).collect()
 }
 
-/// Looks at the equilibrium at fraction `t` of the step; `reaction` is the force (N) that a constraint exerts on the harness.
-pub(crate) fn watch(
+/// Updates the results with the equilibrium at fraction `t` of the step; `reaction` is the force (N) of a constraint on
+/// the harness.
+pub(crate) fn update(
     operations: &[Operation],
     results: &mut [OperationResult],
     network: &Network,

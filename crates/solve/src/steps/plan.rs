@@ -1,4 +1,4 @@
-//! What changes over a step, as functions of its progress.
+//! Plan of a step: its motions and loads as functions of its progress.
 
 use serde::{Deserialize, Serialize};
 use wireloom_core::network::AttachedConstraint;
@@ -6,31 +6,31 @@ use wireloom_core::problem::Problem;
 use wireloom_core::steps::{Course, Journey, Move, Operation, Step, Track, Turn};
 use wireloom_core::{Pose, Vector};
 
-/// Share of a part that is round-off.
+/// Fraction of a part that is round-off.
 const ROUND_OFF: f64 = 1e-6;
 
-/// Everything that changes over a step.
+/// Motions and loads of a step.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Plan {
     journeys: Vec<Journey>,
     /// Obstacles that move, by index.
     obstacles: Vec<(usize, Course)>,
-    /// Shares of the step at which something takes a turn.
+    /// Fractions of the step at which a path has a corner.
     pub corners: Vec<f64>,
-    /// What all this is for.
+    /// Operations of the step.
     pub operations: Vec<Operation>,
     gravity: (Vector, Vector),
     loads: Vec<(usize, f64, f64)>,
-    /// The constraints that begin with the step.
+    /// Constraints that begin with the step.
     begun: Vec<usize>,
-    /// Whether the drawn shape ceases to count as the rest shape.
-    pub undraw: bool,
-    /// Whether the dead moments come.
-    pub take_up_moments: bool,
+    /// Whether the drawn shape is released from being the rest shape.
+    pub release_drawn_shape: bool,
+    /// Whether the dead moments are applied.
+    pub apply_moments: bool,
 }
 
 impl Plan {
-    /// What a step changes from now on, with the journeys of its constraints.
+    /// Plan of a step from the present conditions, with the journeys of its constraints.
     pub fn new(problem: &Problem<'_>, step: &Step, journeys: Vec<Journey>) -> Self {
         let now = problem.conditions();
         Self {
@@ -45,12 +45,12 @@ impl Plan {
             gravity: (now.gravity, step.gravity.unwrap_or(now.gravity)),
             loads: step.loads.iter().map(|&(load, end)| (load, now.load_factors[load], end)).collect(),
             begun: Vec::new(),
-            undraw: false,
-            take_up_moments: false,
+            release_drawn_shape: false,
+            apply_moments: false,
         }
     }
 
-    /// The same, for a step in which these constraints begin.
+    /// The plan, with these constraints beginning in the step.
     pub fn beginning(self, begun: Vec<usize>) -> Self {
         Self { begun, ..self }
     }
@@ -65,13 +65,13 @@ impl Plan {
         self.gravity.0 != self.gravity.1 || !self.loads.is_empty()
     }
 
-    /// Most turns that something makes about its tangent over a fraction of the step.
+    /// Largest number of turns that a constraint makes about its tangent over a fraction of the step.
     pub fn turns(&self, fraction: f64) -> f64 {
         self.journeys.iter().map(|journey| journey.turns(fraction)).fold(0.0, f64::max)
     }
 
-    /// Into how many parts a fraction of the step must be divided, so that nothing that goes round makes more than `most` turns in one of them, if all go
-    /// evenly.
+    /// Number of equal parts of the interval from `a` to `b` of the step in which no constraint makes more than `most`
+    /// turns, if all turn uniformly.
     pub fn parts(&self, a: f64, b: f64, most: f64) -> f64 {
         let spinning = self.journeys.iter().filter(|journey| journey.turns(1.0) > 0.0);
         let parts = |journey: &Journey| (journey.turned(a, b) / most - ROUND_OFF).ceil();
@@ -98,17 +98,17 @@ impl Plan {
         for (obstacle, course) in &self.obstacles {
             problem.set_obstacle(*obstacle, course.at(t));
         }
-        if self.undraw {
+        if self.release_drawn_shape {
             problem.set_drawn_fraction(1.0 - t);
         }
-        if self.take_up_moments {
+        if self.apply_moments {
             problem.set_moment_fraction(t);
         }
     }
 }
 
-/// The way of a constraint from where it is to the pose the scenario gives it.
-pub(crate) fn home(f: usize, constraint: &AttachedConstraint, from: Pose) -> Journey {
+/// Journey of a constraint from its present pose to the pose of the scenario.
+pub(crate) fn journey_to_target(f: usize, constraint: &AttachedConstraint, from: Pose) -> Journey {
     let turn = match (constraint.orientation, constraint.tangent) {
         (Some(q), _) => Some(Turn::Orientation(q)),
         (None, tangent) => tangent.map(Turn::Tangent),

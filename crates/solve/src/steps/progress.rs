@@ -1,4 +1,4 @@
-//! Progress of a run, and control over it.
+//! Progress of a run, and its control.
 
 /// Progress of a run.
 #[derive(Clone, Debug, PartialEq)]
@@ -9,19 +9,19 @@ pub struct Progress {
     pub step_index: usize,
     /// Number of steps.
     pub steps: usize,
-    /// Increment of it, from 1.
+    /// Increment of the step, from 1.
     pub increment: usize,
     /// Increments of the step.
     pub increments: usize,
-    /// Iterations spent in the step so far.
+    /// Iterations in the step so far.
     pub iterations: usize,
 }
 
 /// Decision of an observer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Control {
-    /// Go on.
+    /// Continue the run.
     Continue,
-    /// Stop here; what has been computed is kept.
+    /// Stop the run after this increment, whose result is kept.
     Stop,
 }

@@ -1,24 +1,24 @@
-//! The end of an increment: Newton steps until the next one would hardly move the harness.
+//! Refinement at the end of an increment: Newton steps until the next one hardly moves the harness.
 
 use super::driver::Driver;
 use crate::steps::certificate::Certifier;
 use wireloom_core::status::Status;
 
-/// Newton steps are taken from an increment's end until the next one moves the harness by less than this fraction of its longest branch, and
-/// turns it by less than this, in rad; what is allowed in the end is [`crate::certificate`]'s.
+/// Target of the refinement: move in the next Newton step, as a fraction of the longest branch, and turn (rad). The
+/// tolerance that decides on the status is that of the [certificate](super::certificate).
 const REFINED: f64 = 1e-7;
-/// So many of them: next to a limit point the first ones converge slowly.
+/// Largest number of refinement steps: near a limit point the first ones converge slowly.
 const REFINEMENTS: usize = 12;
-/// Each must be shorter than this fraction of the one before, or the minimiser is asked for forces smaller by [`FINER`].
-const SHRINKS: f64 = 0.7;
-/// See [`SHRINKS`].
+/// Largest ratio of successive steps; above it the minimiser is called with a tolerance smaller by [`FINER`].
+const CONTRACTION: f64 = 0.7;
+/// Factor on the force tolerance of a refining call of the minimiser.
 const FINER: f64 = 1e-2;
-/// So often it is asked.
+/// Largest number of refining calls of the minimiser.
 const REFINING_SOLVES: usize = 3;
 
 impl Driver<'_, '_> {
-    /// Goes on from a balanced state as long as the next Newton step would move it: where the harness is next to a limit point, or soft beside
-    /// what acts on it, forces are in balance long before the shape is right.
+    /// Refines a state in balance as long as the next Newton step would move it: near a limit point, or in a harness
+    /// that is soft beside its loads, forces are within tolerance long before the shape is accurate.
     pub(super) fn refine(&mut self, status: Status) -> Status {
         self.inspection = None;
         if status != Status::Converged || self.problem.has_dead_moments() {
@@ -29,7 +29,7 @@ impl Driver<'_, '_> {
         let (mut solves, mut tolerance) = (0, stop.force_tolerance);
         for _ in 0..REFINEMENTS {
             let small = inspection.relative <= REFINED || inspection.is_flat();
-            if small && !inspection.is_blurred || inspection.touches || inspection.relative.is_nan() {
+            if small && !inspection.is_uncertain || inspection.in_contact || inspection.relative.is_nan() {
                 break;
             }
             if self.problem.monitor.is_stopped() {
@@ -40,7 +40,7 @@ impl Driver<'_, '_> {
             self.problem.place_held(&mut self.state);
             let refined = self.certify(Status::Stalled);
             let next = self.certifier.inspect(&mut self.problem, &self.state);
-            if refined == Status::Converged && next.relative <= (SHRINKS * inspection.relative).max(REFINED) {
+            if refined == Status::Converged && next.relative <= (CONTRACTION * inspection.relative).max(REFINED) {
                 inspection = next;
                 continue;
             }
@@ -50,12 +50,12 @@ impl Driver<'_, '_> {
             if Certifier::grade_shape(status, &inspection) == Status::Converged || solves > REFINING_SOLVES {
                 break;
             }
-            // Newton's method alone does not get there: downhill, then, to forces that are smaller still.
+            // The Newton step does not contract: minimise to smaller forces.
             let conditions = self.problem.conditions().clone();
             tolerance = FINER * self.residual.min(tolerance);
             self.stop.force_tolerance = tolerance;
             self.solve();
-            // It is graded by the tolerance that was asked for.
+            // The result is graded by the tolerance of the scenario.
             self.stop = stop;
             if self.fault.is_some() {
                 return Status::Failed;

@@ -1,15 +1,15 @@
-//! The second derivatives at an equilibrium: whether it is stable, and how far the next Newton step would move the harness.
+//! Inspection of the second derivatives at an equilibrium: stability, and the move of the next Newton step.
 //!
-//! An equilibrium is stable where the Hessian A is positive definite. What counts as zero is what round-off can make of it: the
-//! factorisation is that of a matrix whose entries differ from A by less than `τ √(a_ii a_jj)` (Higham 2002, Accuracy and Stability of
-//! Numerical Algorithms, theorem 10.3), so with D the diagonal of A
+//! An equilibrium is stable if the Hessian A is positive definite. Round-off decides what counts as zero: the computed
+//! factor is that of a matrix whose entries differ from those of A by less than `τ √(a_ii a_jj)` (Higham 2002,
+//! Accuracy and Stability of Numerical Algorithms, theorem 10.3). So, with D the diagonal of A,
 //!
 //! ```text
 //! A − τ D positive definite: stable;   A + τ D not positive definite: unstable;   else neutral
 //! ```
 //!
-//! Each entry is measured by its own diagonal, so a soft wire is judged by itself, whatever it is joined to. Forces that are left, r, make
-//! a rotation about them appear with the curvature `r · lever`: that much is added to τ D at the frames, too.
+//! Each entry is compared with its own diagonal, so a soft wire is graded independently of stiff neighbours. Residual
+//! forces r change the curvature of rotations by `r · lever`; this is added to τ D at the frames.
 
 use crate::linear::assembly::System;
 use crate::linear::border::{Border, Inertia};
@@ -18,24 +18,24 @@ use wireloom_core::problem::{Hessian, Problem};
 use wireloom_core::scales::nan_max;
 use wireloom_core::{State, Tangent, Vector};
 
-/// τ: a few roundings in every entry of the Hessian and of its factor.
+/// τ: some rounding errors in every entry of the Hessian and of its factor.
 const ROUND_OFF: f64 = 8.0 * f64::EPSILON;
-/// Levers of the forces that are left, in lengths of their branch.
+/// Lever of the residual forces, in lengths of their branch.
 const LEVERS: f64 = 4.0;
 
-/// What a disturbance makes of an equilibrium.
+/// Stability of an equilibrium.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Stability {
-    /// It comes back.
+    /// It returns after a small disturbance.
     Stable,
-    /// There is a motion that costs nothing, or nothing that could be told from round-off.
+    /// A motion changes the energy by round-off only.
     Neutral,
-    /// It leaves.
+    /// A small disturbance grows.
     Unstable,
 }
 
 impl Stability {
-    /// Whether it is stable; `None` where that cannot be told from round-off.
+    /// Whether it is stable; `None` if neutral.
     pub fn flag(self) -> Option<bool> {
         match self {
             Self::Stable => Some(true),
@@ -45,46 +45,47 @@ impl Stability {
     }
 }
 
-/// What the second derivatives say of an equilibrium.
+/// Result of an inspection.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Inspection {
-    /// Whether it is one that stays.
+    /// Stability.
     pub stability: Stability,
-    /// The largest move of a point in the next Newton step, m: an estimate of how far the shape is off.
+    /// Largest move of a point in the next Newton step, m: an estimate of the error of the shape.
     pub move_left: f64,
-    /// The same relative to the longest branch of the piece, or the largest turn of a frame (rad), whichever is larger.
+    /// Largest move relative to the longest branch of the piece, or largest turn of a frame (rad), whichever is larger.
     pub relative: f64,
-    /// Whether the energy that the step would save is round-off.
-    pub is_worthless: bool,
-    /// Whether it would be stable, but for the forces that are left.
-    pub is_blurred: bool,
-    /// Whether cables touch something: the next step does not know where contact or friction would end it.
-    pub touches: bool,
+    /// Whether the decrease of the energy in the next step is round-off.
+    pub is_negligible: bool,
+    /// Whether it is neutral only because of the residual forces, else stable.
+    pub is_uncertain: bool,
+    /// Whether cables are in contact: contact or friction would end the next step early.
+    pub in_contact: bool,
 }
 
 impl Inspection {
-    /// Whether the next step goes along a motion that costs nothing, by round-off: where on it the harness stands is not told by its energy.
+    /// Whether the next step is along a motion that changes the energy by round-off only: the position along it is
+    /// undetermined.
     pub fn is_flat(&self) -> bool {
-        self.stability == Stability::Neutral && self.is_worthless
+        self.stability == Stability::Neutral && self.is_negligible
     }
 }
 
-/// Looks at second derivatives; keeps its workspace.
+/// Inspects second derivatives, with its workspace.
 pub struct Inspector {
     system: System,
     hessian: Hessian,
     border: Border,
-    /// Scratch: the gradient without its held part.
+    /// Scratch: free part of the gradient.
     free: Tangent,
-    /// The next Newton step from the state inspected last.
+    /// Next Newton step from the state inspected last.
     pub step: Tangent,
     weights: Vec<f64>,
-    /// By branch: the sum of the forces that are left, N.
-    left: Vec<f64>,
+    /// Sum of the residual forces on each branch, N.
+    residual_forces: Vec<f64>,
 }
 
 impl Inspector {
-    /// For the states of a problem's network.
+    /// Inspector for the states of a problem's network.
     pub fn new(problem: &Problem<'_>) -> Self {
         let network = problem.network;
         Self {
@@ -94,21 +95,21 @@ impl Inspector {
             free: Tangent::zeros(network),
             step: Tangent::zeros(network),
             weights: Vec::new(),
-            left: vec![0.0; network.branches.len()],
+            residual_forces: vec![0.0; network.branches.len()],
         }
     }
 
-    /// Looks at an equilibrium; `gradient` is the whole gradient there, evaluated last.
+    /// Inspects an equilibrium; `gradient` is the whole gradient there, evaluated last.
     pub fn inspect(&mut self, problem: &mut Problem<'_>, state: &State, gradient: &Tangent) -> Inspection {
         problem.hessian(state, None, &mut self.hessian);
         self.free.copy_from(gradient);
         problem.free_part(&mut self.free);
-        self.sum_what_is_left(problem);
-        let mut is_blurred = false;
+        self.sum_residual_forces(problem);
+        let mut is_uncertain = false;
         let stability = if self.inertia(problem, state, gradient, -ROUND_OFF, -LEVERS).is_positive() {
             Stability::Stable
         } else if self.inertia(problem, state, gradient, -ROUND_OFF, 0.0).is_positive() {
-            is_blurred = true;
+            is_uncertain = true;
             Stability::Neutral
         } else if self.inertia(problem, state, gradient, ROUND_OFF, 0.0).is_not_negative()
             || self.inertia(problem, state, gradient, ROUND_OFF, LEVERS).is_not_negative()
@@ -125,14 +126,15 @@ impl Inspector {
             move_left = nan_max(move_left, moved);
             relative = nan_max(relative, moved / scale.length);
         }
-        let touches = !problem.conditions().contact.records.is_empty();
-        let is_worthless = -self.free.dot(&self.step) <= problem.energy_noise(gradient);
-        Inspection { stability, move_left, relative, is_worthless, is_blurred, touches }
+        let in_contact = !problem.conditions().contact.records.is_empty();
+        let is_negligible = -self.free.dot(&self.step) <= problem.energy_noise(gradient);
+        Inspection { stability, move_left, relative, is_negligible, is_uncertain, in_contact }
     }
 
-    /// Whether an equilibrium under dead moments is certainly unstable: the tangent of the residual has a negative determinant, so one of its real
-    /// eigenvalues is negative, and something grows without end however it is damped (divergence). Otherwise nothing is known: what has no
-    /// potential may be unstable in pairs of directions, or flutter. Where cables slide, nothing is said. `gradient` is as for [`Self::inspect`].
+    /// Whether an equilibrium under dead moments certainly diverges: the tangent of the residual has a negative
+    /// determinant, so one of its real eigenvalues is negative, and a disturbance grows with any damping. Otherwise
+    /// stability is unknown: without a potential the equilibrium may be unstable in an even number of directions, or
+    /// flutter. Always false if cables slide. `gradient` is as for [`Self::inspect`].
     pub fn diverges(&mut self, problem: &mut Problem<'_>, state: &State, gradient: &Tangent) -> bool {
         if problem.has_slides() {
             return false;
@@ -140,7 +142,7 @@ impl Inspector {
         problem.hessian(state, None, &mut self.hessian);
         self.free.copy_from(gradient);
         problem.free_part(&mut self.free);
-        self.sum_what_is_left(problem);
+        self.sum_residual_forces(problem);
         let Inertia { negative, .. } = self.inertia(problem, state, gradient, ROUND_OFF, LEVERS);
         let Self { system: System { matrix, rhs, .. }, border, .. } = self;
         let mut moments = DeadMoments::default();
@@ -148,8 +150,8 @@ impl Inspector {
         moments.turns_determinant(negative)
     }
 
-    /// A direction along which the energy falls from the unstable equilibrium inspected last, its largest turn 1 rad (or, where no frame
-    /// turns, its largest move 1 m). `None` where there is none.
+    /// Direction along which the energy decreases from the unstable equilibrium inspected last, with a largest turn of
+    /// 1 rad (or, if no frame turns, a largest move of 1 m). `None` if there is none.
     pub fn descent_direction(&mut self, problem: &Problem<'_>, state: &State) -> Option<&Tangent> {
         let System { matrix, rhs, .. } = &mut self.system;
         if matrix.negative_direction(rhs) {
@@ -165,7 +167,7 @@ impl Inspector {
         size.is_normal().then_some(&self.free)
     }
 
-    /// Signs of the pivots of `A + entries D + levers W`, with W the weights by the forces that are left; the matrix is factorised then.
+    /// Inertia of `A + entries D + levers W`, with W the weights by the residual forces; leaves the matrix factorised.
     fn inertia(
         &mut self,
         problem: &mut Problem<'_>,
@@ -174,11 +176,11 @@ impl Inspector {
         entries: f64,
         levers: f64,
     ) -> Inertia {
-        let Self { system, hessian, border, weights, left, .. } = self;
+        let Self { system, hessian, border, weights, residual_forces, .. } = self;
         system.fill(problem, state, hessian);
         let System { matrix, rhs, .. } = system;
         weights.resize(rhs.len(), 0.0);
-        matrix.frame_weights(problem.network, |branch| left[branch], weights);
+        matrix.frame_weights(problem.network, |branch| residual_forces[branch], weights);
         matrix.grow_diagonal(entries);
         matrix.shift(levers, weights);
         matrix.eliminate_prescribed(problem);
@@ -190,7 +192,7 @@ impl Inspector {
         border.inertia(matrix, problem, state, gradient, rhs)
     }
 
-    /// The next Newton step, with the matrix that was factorised last.
+    /// Computes the next Newton step with the matrix that was factorised last.
     fn next_step(&mut self, problem: &mut Problem<'_>, state: &State, gradient: &Tangent) {
         let Self { system: System { matrix, rhs, .. }, border, step, .. } = self;
         matrix.right_hand_side(problem, gradient, None, rhs);
@@ -202,19 +204,19 @@ impl Inspector {
         }
     }
 
-    /// By branch what is left of the forces on it and on the joints at its ends, and of moments over its length, N.
-    fn sum_what_is_left(&mut self, problem: &Problem<'_>) {
+    /// Sums the residual forces on each branch and on the joints at its ends, and the moments divided by its length, N.
+    fn sum_residual_forces(&mut self, problem: &Problem<'_>) {
         let network = problem.network;
         let sum = |all: &[Vector]| -> f64 { all.iter().map(Vector::norm).sum() };
-        for (branch, left) in network.branches.iter().zip(&mut self.left) {
+        for (branch, sum_of_branch) in network.branches.iter().zip(&mut self.residual_forces) {
             let moments = sum(&self.free.frames[branch.frames.clone()]);
-            *left = sum(&self.free.points[branch.points.clone()]) + moments / branch.rod.mesh().length();
+            *sum_of_branch = sum(&self.free.points[branch.points.clone()]) + moments / branch.rod.mesh().length();
         }
         for joint in &network.joints {
             let force = self.free.points[joint.point].norm();
             let moment = joint.frame.map_or(0.0, |c| self.free.frames[c].norm());
             for &b in &joint.branches {
-                self.left[b] += force + moment / network.branches[b].rod.mesh().length();
+                self.residual_forces[b] += force + moment / network.branches[b].rod.mesh().length();
             }
         }
     }

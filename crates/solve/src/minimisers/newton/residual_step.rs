@@ -1,9 +1,10 @@
-//! A step of Newton's method on the residual, for loads that have no potential.
+//! Step of Newton's method on the residual, for loads without a potential.
 //!
-//! The symmetric part of the tangent need not be positive definite at a good equilibrium: a cantilever that an end moment bends to more than half
-//! a circle has none. So the matrix is not shifted, and what judges a step is not an energy but the next correction with the same matrix,
-//! in radians and lengths: `|K⁻¹ r(x ⊕ α u)| ≤ (1 − α/4) |u|` (the restricted monotonicity test, Deuflhard 2004, section 3.3). Where no fraction of the
-//! step passes, the caller goes downhill.
+//! The symmetric part of the tangent need not be positive definite at a stable equilibrium: for a cantilever bent by an
+//! end moment to more than half a circle it is not. So the matrix is not shifted, and a step is not tested by an energy
+//! but by the next correction with the same matrix, in radians and lengths:
+//! `|K⁻¹ r(x ⊕ α u)| ≤ (1 − α/4) |u|` (restricted monotonicity test, Deuflhard 2004, section 3.3). If no
+//! tried length passes, the caller takes a descent step.
 
 use super::Workspace;
 use crate::linear::assembly::System;
@@ -11,30 +12,33 @@ use crate::minimisers::step_control::SMALL_TURN;
 use wireloom_core::problem::Problem;
 use wireloom_core::{State, Tangent};
 
-/// Fractions of the longest step that are tried: below the least the model says too little.
+/// Fractions of the longest step that are tried; steps below the least one hardly make progress.
 const FRACTIONS: [f64; 4] = [1.0, 0.5, 0.25, 0.125];
 /// Turn (rad) below which a step is round-off.
 const NO_TURN: f64 = 1e-10;
+/// Decrease of the next correction that is required, per unit of α: ¼ in the test above.
+const DECREASE: f64 = 0.25;
 
-/// Size of the next correction above which a state in balance is not taken for resolved: forces along a cable that is rolled up add up.
+/// Size of the next correction above which a state in balance is iterated on: residual forces along a rolled-up cable
+/// add up.
 const RESOLVED: f64 = 1e-8;
 
-/// A step that was taken.
+/// An accepted step.
 pub(super) struct ResidualStep {
-    /// Its length.
+    /// Step length α.
     pub alpha: f64,
     /// Energy after it, J.
     pub energy: f64,
-    /// Largest turn of any frame, rad; endless where the next one is still to be taken.
+    /// Largest turn of any frame, rad; infinite if the next correction is not negligible.
     pub turn: f64,
-    /// Whether it was more than round-off.
+    /// Whether the step was more than round-off.
     pub visible: bool,
-    /// Whether forces may be predicted by it.
+    /// Whether the forces may be predicted by the step.
     pub mixed: bool,
 }
 
 impl Workspace {
-    /// Takes the step from `state`, whose gradient is at hand, if it passes the test.
+    /// Takes the step from `state`, where the gradient was evaluated last, if a length passes the test.
     pub(super) fn residual_step(
         &mut self,
         problem: &mut Problem<'_>,
@@ -54,8 +58,8 @@ impl Workspace {
             let alpha = fraction * longest;
             let energy = self.try_step(problem, state, alpha);
             let next = if energy.is_finite() { next_size(self, problem, state, length) } else { f64::NAN };
-            // NaN passes no test.
-            if next <= (1.0 - 0.25 * alpha) * size {
+            // NaN does not pass.
+            if next <= (1.0 - DECREASE * alpha) * size {
                 let left = if next > RESOLVED { f64::INFINITY } else { alpha * turn };
                 let energy = energy + problem.moment_work(state, &self.step, alpha);
                 self.accept(state);
@@ -68,7 +72,7 @@ impl Workspace {
     }
 }
 
-/// Size of the correction that the matrix at hand asks for at the trial.
+/// Size of the correction at the trial with the present matrix.
 fn next_size(ws: &mut Workspace, problem: &Problem<'_>, state: &State, length: f64) -> f64 {
     let Workspace { system: System { matrix, rhs, .. }, border, moments, trial_gradient, free, .. } = ws;
     matrix.right_hand_side(problem, trial_gradient, None, rhs);
@@ -82,7 +86,7 @@ fn next_size(ws: &mut Workspace, problem: &Problem<'_>, state: &State, length: f
     size(free, length)
 }
 
-/// Turns, and motions over a length.
+/// Norm of a step: turns (rad), and motions divided by `length`.
 fn size(step: &Tangent, length: f64) -> f64 {
     let frames: f64 = step.frames.iter().map(|v| v.norm_squared()).sum();
     let points: f64 = step.points.iter().map(|v| v.norm_squared()).sum();

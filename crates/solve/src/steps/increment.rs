@@ -1,0 +1,290 @@
+//! One increment of a step: applies its plan, cuts it back where it does not converge, and follows snap-through.
+
+use super::driver::{Driver, is_balanced};
+use crate::report::{self, Occurrence, TwistMonitor, events, result};
+use crate::steps::operations;
+use crate::steps::plan::{self, Plan};
+use wireloom_core::conditions::{Conditions, Sliding};
+use wireloom_core::equilibrium::StepResult;
+use wireloom_core::minimiser::Stop;
+use wireloom_core::status::Status;
+use wireloom_core::steps::{Journey, Step};
+use wireloom_core::{EventKind, EventPlace, Moment};
+
+/// An increment that fails is halved, its halves likewise, up to this many times.
+const CUT_BACKS: u32 = 4;
+/// Factor on the iteration limit of an increment where parts may snap through: at the initial equilibrium, and where
+/// smaller increments did not converge.
+const SNAP_THROUGH_FACTOR: usize = 20;
+/// Iteration limits below this fraction of the default hold for snap-through, too: they are set to see them reached.
+const SMALL_LIMIT: f64 = 0.5;
+/// Smallest part of a step that is tried where an obstacle moves against a cable.
+const SMALLEST_PART: f64 = 1e-4;
+/// Fractions of a step that differ by less than this are the same.
+const SAME_FRACTION: f64 = 1e-9;
+/// Largest number of turns that a constraint makes in one part: half a turn would be the same in either sense.
+const LARGEST_TURNS: f64 = 0.2;
+
+impl Driver<'_, '_> {
+    /// Adds and releases the constraints of a step, and plans its motions.
+    pub(crate) fn begin_step(&mut self, step: &Step, first: bool, notes: &mut Vec<String>) -> Plan {
+        let network = self.problem.network;
+        self.problem.change(|c| {
+            for &f in &step.release {
+                c.active[f] = false;
+            }
+            for &f in &step.add {
+                c.active[f] = true;
+            }
+        });
+        notes.extend(self.place_stations(&step.add).into_iter().map(|note| format!("step `{}`: {note}", step.name)));
+        for &f in &step.add {
+            self.problem.begin_constraint(f, &self.state);
+        }
+        self.operations = operations::begin(&step.operations, &self.problem, &self.state);
+        let constraints = &self.problem.conditions().constraints;
+        let mut journeys: Vec<Journey> = step.moves.iter().flat_map(|m| m.journeys(|f| constraints[f].base)).collect();
+        for &f in &step.add {
+            if !journeys.iter().any(|journey| journey.constraint() == f) {
+                journeys.push(plan::journey_to_target(f, &network.constraints[f], constraints[f].base));
+            }
+        }
+        let begun = |f: &usize| step.add.contains(f) || first && network.constraints[*f].from_start;
+        let begun = (0..network.constraints.len()).filter(begun).collect();
+        let plan = Plan::new(&self.problem, step, journeys).beginning(begun);
+        let moves_only = step.add.is_empty() && step.release.is_empty() && !plan.changes_loads();
+        self.previous_move = moves_only.then_some(0.0);
+        plan
+    }
+
+    /// Runs an increment (of this number, in the step of this number) from one fraction of the step's plan to another,
+    /// and logs the events at its end; with `all`, all clearances are kept, not only the required ones.
+    ///
+    /// # Errors
+    /// The status, if a part cannot continue or a stop was requested.
+    pub(crate) fn run_increment(
+        &mut self,
+        (step, plan): (&Step, &Plan),
+        (step_index, increment): (usize, usize),
+        [a, b]: [f64; 2],
+        all: bool,
+        seconds: impl FnOnce() -> f64,
+    ) -> Result<StepResult, Status> {
+        self.log.begin(Moment { step: step.name.clone(), step_index, increment });
+        let _increment = tracing::info_span!("increment", index = increment).entered();
+        let status = self.solve_increment(plan, a, b);
+        if self.fault.is_some() {
+            return Err(self.failed_if_faulty(status));
+        }
+        if self.problem.monitor.is_stopped() {
+            return Err(Status::Interrupted);
+        }
+        let end = self.step_result(step, increment, status, seconds());
+        tracing::info!(
+            target: "wireloom::increment",
+            step = step.name,
+            increment,
+            increments = step.increments,
+            status = status.word(),
+            iterations = self.iterations,
+            factorisations = self.factorisations,
+            residual = self.residual,
+            energy = end.energy.total(),
+        );
+        events::log_increment(&mut self.log, &mut self.problem, &self.state, &end, &self.stop, all);
+        Ok(end)
+    }
+
+    /// Finds the end of the increment from fraction `a` to fraction `b` of a plan; logs cut-back, lost twist and jumps.
+    fn solve_increment(&mut self, plan: &Plan, a: f64, b: f64) -> Status {
+        self.smallest_part = 1.0;
+        self.twist_monitor.get_or_insert_with(|| TwistMonitor::new(self.problem.network));
+        self.prescribed_turns = plan.turns(1.0);
+        let began = self.state.clone();
+        let before = self.problem.conditions().clone();
+        let (mut status, mut to) = self.advance_through(plan, a, b);
+        let mut snapped = false;
+        while status == Status::IterationLimit && !self.is_over() && self.lost_twist.is_empty() {
+            snapped = true;
+            status = self.follow_snap_through();
+            self.log_self_passing(status);
+            if !is_balanced(status) {
+                break;
+            }
+            self.update_operations(plan, to);
+            if to < b {
+                (status, to) = self.advance_through(plan, to, b);
+            }
+        }
+        if self.smallest_part < 1.0 {
+            let parts = 1.0 / self.smallest_part;
+            self.log.raise(Occurrence {
+                kind: EventKind::CutBack,
+                place: EventPlace::default(),
+                value: Some(parts),
+                limit: None,
+                message: format!("did not converge at once; parts as small as 1/{parts:.0} were tried"),
+            });
+        }
+        for lost in self.lost_twist.drain(..) {
+            self.log.raise(lost);
+        }
+        status = self.refine(status);
+        if is_balanced(status) {
+            let moved = result::farthest(&began, &self.state);
+            let given = events::prescribed(&self.problem, &before.targets);
+            let length = self.problem.scales().length;
+            // A cable that ran out of a constraint has an event of its own.
+            let previous_move = self.previous_move.filter(|_| self.problem.conditions().active == before.active);
+            if let Some(jump) = events::jump(moved, previous_move, given, length, snapped) {
+                self.log.raise(jump);
+            }
+            self.previous_move = Some(moved);
+        }
+        status
+    }
+
+    /// Logs cables that have passed through themselves since `before`, in steps with prescribed turns.
+    fn log_self_passing(&mut self, status: Status) {
+        if is_balanced(status) && self.twist_monitor.is_some() && self.prescribed_turns > 0.0 {
+            for passing in report::self_passing(&self.problem, &self.before, &self.state) {
+                self.log.raise(passing);
+            }
+        }
+    }
+
+    /// Continues downhill with a larger iteration limit: smaller increments did not converge, as the equilibrium path
+    /// has passed a limit point and the harness snaps to another equilibrium.
+    fn follow_snap_through(&mut self) -> Status {
+        let stop = self.stop;
+        self.stop.max_iterations = snap_through_iterations(&stop);
+        let status = self.solve();
+        self.stop = stop;
+        status
+    }
+
+    /// Advances from fraction `a` to fraction `b` of a plan, in parts that resolve its turns and pass through every
+    /// corner of its paths. Returns also the fraction that was reached; the plan beyond it was not tried.
+    pub(super) fn advance_through(&mut self, plan: &Plan, a: f64, b: f64) -> (Status, f64) {
+        let mut corners: Vec<f64> =
+            plan.corners.iter().copied().filter(|t| a + SAME_FRACTION < *t && *t < b - SAME_FRACTION).collect();
+        corners.push(b);
+        corners.sort_by(f64::total_cmp);
+        corners.dedup_by(|next, last| *next - *last < SAME_FRACTION);
+        let mut corners = corners.into_iter();
+        let (mut from, mut corner, mut status) = (a, a, Status::Converged);
+        // Parts are made one by one: their number may exceed the memory.
+        loop {
+            if from >= corner {
+                let Some(next) = corners.next() else { break };
+                corner = next;
+            }
+            let mut to = corner;
+            // Repeated, as turns need not be uniform over the part.
+            loop {
+                let parts = plan.parts(from, to, LARGEST_TURNS);
+                if parts <= 1.0 {
+                    break;
+                }
+                to = from + (to - from) / parts;
+                if to - from < SAME_FRACTION {
+                    // The turns cannot be resolved.
+                    return (Status::Failed, from);
+                }
+            }
+            status = self.advance(plan, from, to, CUT_BACKS);
+            from = to;
+            if !is_balanced(status) {
+                break;
+            }
+            self.update_operations(plan, to);
+        }
+        (status, from)
+    }
+
+    /// Updates the results of the plan's operations at this fraction of it.
+    fn update_operations(&mut self, plan: &Plan, fraction: f64) {
+        let reaction = |f: usize| self.problem.reaction(f, &self.state, &self.certifier.gradient).0;
+        operations::update(&plan.operations, &mut self.operations, self.problem.network, fraction, reaction);
+    }
+
+    /// Advances from fraction `a` to fraction `b` of a plan; the part is halved if it does not converge, `cuts` times
+    /// at most.
+    pub(super) fn advance(&mut self, plan: &Plan, a: f64, b: f64, cuts: u32) -> Status {
+        self.before.copy_from(&self.state);
+        let began = self.problem.conditions().clone();
+        plan.apply(&mut self.problem, b);
+        let poses = plan.moves_obstacles().then_some(began.contact.poses.as_slice());
+        let collides = poses.is_some() && self.problem.collision_free_fraction(&self.before, &self.state, poses) < 1.0;
+        if collides && b - a > SMALLEST_PART {
+            // An obstacle would pass through the cable: in smaller parts it pushes the cable.
+            self.restore(&began, |_| false);
+            let middle = 0.5 * (a + b);
+            let half = self.advance(plan, a, middle, cuts);
+            return if is_balanced(half) { self.advance(plan, middle, b, cuts) } else { half };
+        }
+        let status = self.solve_from(&began);
+        self.log_self_passing(status);
+        if is_balanced(status) || cuts == 0 || self.is_over() {
+            return status;
+        }
+        let (failed, lost_twist) = (self.state.clone(), self.lost_twist.clone());
+        self.smallest_part = self.smallest_part.min(0.5_f64.powi((CUT_BACKS - cuts + 1) as i32));
+        self.restore(&began, |_| false);
+        let middle = 0.5 * (a + b);
+        let half = self.advance(plan, a, middle, cuts - 1);
+        if self.is_over() {
+            return half;
+        }
+        if !is_balanced(half) {
+            // Keep the last state of the whole part, which went farthest.
+            self.state = failed;
+            self.lost_twist = lost_twist;
+            plan.apply(&mut self.problem, b);
+            return self.certify(status);
+        }
+        self.advance(plan, middle, b, cuts - 1)
+    }
+
+    /// Solves under the present conditions a part that began under others. Constraints that slipped then are assumed to
+    /// slip on; those that would have to slip backward are restarted sticking, and all of them where no equilibrium is
+    /// found.
+    fn solve_from(&mut self, began: &Conditions) -> Status {
+        let mut sticks: Vec<bool> = (0..began.sliding.len()).map(|k| !self.problem.slips(k)).collect();
+        loop {
+            let status = self.solve();
+            let balanced = is_balanced(status);
+            let reversed = |k: usize| !balanced || self.problem.slips_backward(k, &self.before, &self.state);
+            let found: Vec<usize> = (0..sticks.len()).filter(|&k| !sticks[k] && reversed(k)).collect();
+            if found.is_empty() || self.is_over() {
+                return status;
+            }
+            found.into_iter().for_each(|k| sticks[k] = true);
+            self.restore(began, |k| sticks[k]);
+        }
+    }
+
+    /// Restores the state before the part, under the present conditions; the constraints that `sticks` selects begin
+    /// sticking.
+    fn restore(&mut self, began: &Conditions, sticks: impl Fn(usize) -> bool) {
+        self.state.copy_from(&self.before);
+        if self.problem.conditions().active != began.active {
+            self.problem.change(|c| c.active.clone_from(&began.active));
+        }
+        self.problem.set_multipliers(began);
+        self.problem.set_contacts(began);
+        for (k, sliding) in began.sliding.iter().enumerate() {
+            let with_friction = self.problem.network.slides[k].friction > 0.0;
+            self.problem.set_sliding(k, if with_friction && sticks(k) { Sliding::Stuck } else { *sliding });
+        }
+    }
+}
+
+/// Iteration limit where parts may snap through.
+pub(super) fn snap_through_iterations(stop: &Stop) -> usize {
+    if (stop.max_iterations as f64) < SMALL_LIMIT * Stop::default().max_iterations as f64 {
+        stop.max_iterations
+    } else {
+        SNAP_THROUGH_FACTOR * stop.max_iterations
+    }
+}

@@ -1,0 +1,143 @@
+//! The run of a schedule: from the initial equilibrium through all increments of all steps.
+
+use super::driver::{Driver, empty_run, is_balanced, unbalanced_start_note};
+use super::progress::{Control, Progress};
+use crate::steps::checkpoint::{Observer, Resumed};
+use std::time::Instant;
+use wireloom_core::Network;
+use wireloom_core::equilibrium::Run;
+use wireloom_core::minimiser::{Minimiser, Stop};
+use wireloom_core::status::Status;
+use wireloom_core::steps::{Schedule, Step};
+
+/// Remark on forces in balance up to the round-off of stiff parts.
+const ROUND_OFF: &str = "forces are in balance up to round-off, which is above force_tolerance: parts of the harness \
+                         are very stiff beside what acts on them";
+
+/// Runs a schedule. With the same harness on a `coarse` mesh, the initial equilibrium is searched for there first. The
+/// observer sees the end of every increment, may stop the run, and may keep checkpoints; `resumed` continues a run from
+/// one of them. The status of the run is that of the first increment that did not converge.
+///
+/// # Panics
+/// If the checkpoint does not fit the network ([`Checkpoint::fits`](crate::steps::checkpoint::Checkpoint::fits)) or the
+/// schedule.
+pub fn carry_out(
+    network: &Network,
+    coarse: Option<&Network>,
+    minimiser: &mut dyn Minimiser,
+    stop: &Stop,
+    schedule: &Schedule,
+    resumed: Option<Resumed>,
+    observer: &mut dyn Observer,
+) -> Run {
+    let mut run = empty_run(schedule);
+    let without_steps = [Step { name: "equilibrium".into(), increments: 1, ..Step::default() }];
+    let steps = if schedule.steps.is_empty() { &without_steps[..] } else { &schedule.steps };
+    let monitor = observer.monitor();
+    let mut clock = Instant::now();
+    let (mut spent, mut first, mut done, mut resumed_plan) = (0.0, 0, 0, None);
+    let mut driver = match resumed {
+        None => {
+            let mut driver = Driver::at_start(network, minimiser, stop, schedule, &monitor);
+            let start = driver.find_start(coarse, schedule, &steps[0].name);
+            if start == Status::Interrupted || driver.fault.is_some() {
+                run.status = driver.failed_if_faulty(start);
+                run.fault = driver.part_fault(&steps[0], 0);
+                return run;
+            }
+            if start != Status::Converged {
+                run.notes.push(unbalanced_start_note(start));
+            }
+            driver
+        }
+        Some(Resumed { checkpoint, steps }) => {
+            let (driver, position) = Driver::at_checkpoint(network, minimiser, stop, checkpoint, &monitor);
+            (run.status, run.notes, run.steps) = (position.status, position.notes, steps);
+            run.steps.truncate(position.kept);
+            (spent, first, done, resumed_plan) =
+                (position.seconds, position.step_index, position.increment, position.plan);
+            driver
+        }
+    };
+    for (index, step) in steps.iter().enumerate().skip(first) {
+        let _step = tracing::info_span!("step", index, name = step.name).entered();
+        let plan = resumed_plan.take().unwrap_or_else(|| {
+            driver.minimiser.forget();
+            observer.checkpoint(&driver.checkpoint(&run, (index, 0), None, 0.0));
+            driver.begin_step(step, index == 0, &mut run.notes)
+        });
+        // End of the last increment that is not kept by itself; it is kept if the run ends early.
+        let mut latest = (done > 0 && !schedule.increments).then(|| {
+            let status = driver.certify(Status::Stalled);
+            driver.step_result(step, done, status, spent)
+        });
+        for increment in std::mem::take(&mut done) + 1..=step.increments {
+            let fraction = |k: usize| k as f64 / step.increments as f64;
+            let fractions = [fraction(increment - 1), fraction(increment)];
+            let seconds = || spent + clock.elapsed().as_secs_f64();
+            let result =
+                driver.run_increment((step, &plan), (index, increment), fractions, schedule.clearances, seconds);
+            let end = match result {
+                Ok(end) => end,
+                Err(status) => {
+                    run.steps.extend(latest);
+                    run.status = status;
+                    run.fault = driver.part_fault(step, increment);
+                    driver.log.write_to(&mut run);
+                    return run;
+                }
+            };
+            let status = end.status;
+            let progress = Progress {
+                step: step.name.clone(),
+                step_index: index,
+                steps: steps.len(),
+                increment,
+                increments: step.increments,
+                iterations: driver.iterations,
+            };
+            let unbalanced = !is_balanced(status);
+            let kept = schedule.increments || increment == step.increments || unbalanced;
+            let stopped = observer.increment(&progress, &end, kept) == Control::Stop;
+            if run.status == Status::Converged {
+                run.status = status;
+            }
+            let complete = index + 1 == steps.len() && increment == step.increments;
+            // An earlier failure takes precedence over the stop.
+            if stopped && is_balanced(run.status) && !complete {
+                run.status = Status::Interrupted;
+            }
+            latest = if kept || stopped {
+                run.steps.push(end);
+                None
+            } else {
+                Some(end)
+            };
+            if unbalanced || stopped {
+                driver.log.write_to(&mut run);
+                return run;
+            }
+            if driver.round_off && !run.notes.iter().any(|note| note == ROUND_OFF) {
+                run.notes.push(ROUND_OFF.to_owned());
+            }
+            driver.problem.commit(&driver.state);
+            driver.fault = driver.problem.fault(false);
+            if driver.fault.is_some() {
+                run.steps.extend(latest.take());
+                run.status = Status::Failed;
+                run.fault = driver.part_fault(step, increment);
+                driver.log.write_to(&mut run);
+                return run;
+            }
+            if increment < step.increments {
+                driver.minimiser.forget();
+                let seconds = spent + clock.elapsed().as_secs_f64();
+                observer.checkpoint(&driver.checkpoint(&run, (index, increment), Some(&plan), seconds));
+            }
+        }
+        (clock, spent) = (Instant::now(), 0.0);
+        (driver.iterations, driver.polish, driver.factorisations) = (0, 0, 0);
+    }
+    driver.log.write_to(&mut run);
+    run
+}
