@@ -312,7 +312,7 @@ pub struct ConstraintKind {
     pub evaluate: Option<
         unsafe extern "C" fn(
             instance: *const c_void,
-            situation: *const ConstraintView,
+            situation: *const Situation,
             evaluation: *mut Evaluation,
             message: *mut Text,
         ) -> i32,
@@ -333,7 +333,7 @@ pub struct ConstraintKind {
     pub commit: Option<
         unsafe extern "C" fn(
             instance: *const c_void,
-            situation: *const ConstraintView,
+            situation: *const Situation,
             memory: *mut f64,
             message: *mut Text,
         ) -> i32,
@@ -469,7 +469,7 @@ pub struct Hold {
 /// Current state of the stations, the span and the memory.
 #[repr(C)]
 #[derive(Clone, Copy, Debug)]
-pub struct ConstraintView {
+pub struct Situation {
     /// Size of this struct, bytes.
     pub size: u32,
     /// Number of stations.

@@ -29,7 +29,7 @@ const STRUCTS: &[&str] = &[
     "ConstraintSpec",
     "Description",
     "Hold",
-    "ConstraintView",
+    "Situation",
     "Evaluation",
     "JointKind",
     "Arm",
@@ -177,7 +177,7 @@ fn layout() -> String {
             node_residual_count, inequalities, scales, hold,
         }
         Hold { position, rotation, axis, rails, rail_count, reserved }
-        ConstraintView {
+        Situation {
             size, station_count, span_count, memory_count, stations, targets, span, span_lengths, memory, progress,
         }
         Evaluation {

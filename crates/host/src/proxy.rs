@@ -284,18 +284,14 @@ impl Proxy {
     }
 
     /// Calls with the situation as the ABI has it, and with scratch for rows.
-    fn with_situation<R>(
-        &self,
-        at: &ConstraintView<'_>,
-        call: impl FnOnce(&abi::ConstraintView, &mut Vec<f64>) -> R,
-    ) -> R {
+    fn with_situation<R>(&self, at: &ConstraintView<'_>, call: impl FnOnce(&abi::Situation, &mut Vec<f64>) -> R) -> R {
         SCRATCH.with_borrow_mut(|Scratch { stations, targets, rows }| {
             stations.clear();
             stations.extend(at.stations.iter().map(abi_pose));
             targets.clear();
             targets.extend(at.targets.iter().map(abi_pose));
-            let situation = abi::ConstraintView {
-                size: size_of::<abi::ConstraintView>() as u32,
+            let situation = abi::Situation {
+                size: size_of::<abi::Situation>() as u32,
                 station_count: stations.len() as u32,
                 span_count: at.span.len() as u32,
                 memory_count: at.memory.len() as u32,
@@ -311,7 +307,7 @@ impl Proxy {
         })
     }
 
-    fn evaluate(&self, situation: &abi::ConstraintView, wanted: &mut Evaluation) -> bool {
+    fn evaluate(&self, situation: &abi::Situation, wanted: &mut Evaluation) -> bool {
         let evaluate = self.functions.evaluate.expect("checked when the proxy was made");
         // SAFETY: all arguments are as the ABI demands.
         self.instance.call(c"evaluate", |own, text| unsafe { evaluate(own, situation, wanted, text) })

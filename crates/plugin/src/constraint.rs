@@ -145,7 +145,7 @@ pub unsafe extern "C" fn target(
 
 pub unsafe extern "C" fn commit(
     instance: *const c_void,
-    situation: *const abi::ConstraintView,
+    situation: *const abi::Situation,
     memory: *mut f64,
     message: *mut abi::Text,
 ) -> i32 {
@@ -165,7 +165,7 @@ pub unsafe extern "C" fn commit(
 
 pub unsafe extern "C" fn evaluate(
     instance: *const c_void,
-    situation: *const abi::ConstraintView,
+    situation: *const abi::Situation,
     evaluation: *mut abi::Evaluation,
     message: *mut abi::Text,
 ) -> i32 {
@@ -293,7 +293,7 @@ unsafe fn vectors<'a>(first: *mut f64, count: usize) -> &'a mut [Vector] {
 ///
 /// # Safety
 /// `situation` is as the ABI demands.
-unsafe fn with_situation(situation: &abi::ConstraintView, call: impl FnOnce(&ConstraintView<'_>, &mut Vec<Matrix>)) {
+unsafe fn with_situation(situation: &abi::Situation, call: impl FnOnce(&ConstraintView<'_>, &mut Vec<Matrix>)) {
     let count = situation.station_count as usize;
     let nodes = situation.span_count as usize;
     SCRATCH.with_borrow_mut(|Scratch { stations, targets, blocks }| {

@@ -2,14 +2,14 @@
 
 use wireloom_core::equilibrium::{Run, StepResult};
 use wireloom_scenario::Built;
-use wireloom_solve::steps::checkpoint::{Observer, Resumed, Watching};
+use wireloom_solve::steps::checkpoint::{IncrementObserver, Observer, Resumed};
 use wireloom_solve::{Control, Progress};
 
 /// Carries out the steps of a built scenario. `observer` is called at the end of every increment and may stop the run;
 /// what has been computed is kept. Not converging is a status of the run, not an error. See the [first page](crate) for
 /// an example.
 pub fn run(built: Built, observer: &mut dyn FnMut(&Progress, &StepResult) -> Control) -> Run {
-    run_observed(built, None, &mut Watching(observer))
+    run_observed(built, None, &mut IncrementObserver(observer))
 }
 
 /// Carries out a built scenario as [`run`] does, with an observer that may keep checkpoints. With `resumed` it

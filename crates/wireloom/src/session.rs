@@ -2,7 +2,7 @@
 //!
 //! [`run_observed`](crate::run_observed) calls an [`Observer`] at the end of every increment and gives it a
 //! [`Checkpoint`] from which the run can be resumed to the same bits. A [`Monitor`] stops a run from any thread.
-//! [`Hands`] carries out one increment at a time, from any checkpoint; [`changed`] transfers a checkpoint to the same
+//! [`InteractiveDriver`] carries out one increment at a time, from any checkpoint; [`transfer`] transfers a checkpoint to the same
 //! harness with other constraints.
 //!
 //! ```
@@ -44,7 +44,7 @@
 //! ```
 
 pub use wireloom_core::Monitor;
-pub use wireloom_solve::steps::checkpoint::{Checkpoint, Observer, Resumed, Watching};
-pub use wireloom_solve::steps::checkpoint_transfer::{Changed, changed};
-pub use wireloom_solve::steps::interactive::{Ended, Hands, Trouble};
+pub use wireloom_solve::steps::checkpoint::{Checkpoint, IncrementObserver, Observer, Resumed};
+pub use wireloom_solve::steps::checkpoint_transfer::{Transferred, transfer};
+pub use wireloom_solve::steps::interactive::{Ended, InteractiveDriver, Interruption};
 pub use wireloom_solve::{Control, Progress};

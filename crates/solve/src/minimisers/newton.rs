@@ -354,7 +354,8 @@ impl Minimiser for Newton {
         };
         if problem.network.is_shared() {
             // Inside the thread pool, so that scheduling parallel work is cheap.
-            rayon::scope(|_| descend(ws, problem, state, stop))
+            let span = tracing::Span::current();
+            rayon::scope(|_| span.in_scope(|| descend(ws, problem, state, stop)))
         } else {
             descend(ws, problem, state, stop)
         }
@@ -381,6 +382,7 @@ fn descend(ws: &mut Workspace, problem: &mut Problem<'_>, state: &mut State, sto
         (energy, mixed) = predict(ws, problem, state);
         report.iterations += 1;
         if energy.is_infinite() {
+            trace(problem, &report, [energy, f64::NAN, 1.0, 0.0], ws.factorisations);
             // The prescribed motion moves a cable through an obstacle: the increment is too large.
             ws.factor_of = None;
             if problem.monitor.is_stopped() {
@@ -428,6 +430,7 @@ fn descend(ws: &mut Workspace, problem: &mut Problem<'_>, state: &mut State, sto
         report.iterations += 1;
         let slope = ws.slope();
         if !slope.is_finite() {
+            trace(problem, &report, [energy, monitor.residual, 0.0, sigma], ws.factorisations);
             break Status::Failed;
         }
         let noise = problem.energy_noise(&ws.gradient);

@@ -73,6 +73,13 @@ impl Driver<'_, '_> {
         self.log.begin(Moment { step: step.name.clone(), step_index, increment });
         let _increment = tracing::info_span!("increment", index = increment).entered();
         let status = self.solve_increment(plan, a, b);
+        tracing::info!(
+            target: "wireloom::increment",
+            status = status.word(),
+            iterations = self.iterations,
+            factorisations = self.factorisations,
+            residual = self.residual,
+        );
         if self.fault.is_some() {
             return Err(self.failed_if_faulty(status));
         }
@@ -80,17 +87,6 @@ impl Driver<'_, '_> {
             return Err(Status::Interrupted);
         }
         let end = self.step_result(step, increment, status, seconds());
-        tracing::info!(
-            target: "wireloom::increment",
-            step = step.name,
-            increment,
-            increments = step.increments,
-            status = status.word(),
-            iterations = self.iterations,
-            factorisations = self.factorisations,
-            residual = self.residual,
-            energy = end.energy.total(),
-        );
         events::log_increment(&mut self.log, &mut self.problem, &self.state, &end, &self.stop, all);
         Ok(end)
     }

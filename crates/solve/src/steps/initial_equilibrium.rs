@@ -56,7 +56,8 @@ pub fn start_near(
 impl Driver<'_, '_> {
     /// Finds the initial equilibrium for the first step, by way of a `coarse` mesh if there is one.
     pub(crate) fn find_start(&mut self, coarse: Option<&Network>, schedule: &Schedule, first: &str) -> Status {
-        let _start = tracing::info_span!("start").entered();
+        let _step = tracing::info_span!("step", index = 0, name = first).entered();
+        let _increment = tracing::info_span!("increment", index = 0).entered();
         self.log.begin(Moment { step: first.to_owned(), step_index: 0, increment: 0 });
         let from_coarse = coarse.and_then(|coarse| self.start_from_coarse(coarse, schedule));
         let status = from_coarse.unwrap_or_else(|| self.find_initial_equilibrium());

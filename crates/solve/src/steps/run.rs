@@ -135,6 +135,8 @@ pub fn carry_out(
                 observer.checkpoint(&driver.checkpoint(&run, (index, increment), Some(&plan), seconds));
             }
         }
+        let (iterations, factorisations) = (driver.iterations, driver.factorisations);
+        tracing::info!(target: "wireloom::step", iterations, factorisations);
         (clock, spent) = (Instant::now(), 0.0);
         (driver.iterations, driver.polish, driver.factorisations) = (0, 0, 0);
     }

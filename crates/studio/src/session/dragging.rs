@@ -9,7 +9,7 @@ use std::rc::Rc;
 use wireloom::geometry::Vector;
 use wireloom::harness::{Move, Operation, Step, Track};
 use wireloom::scenario::record::{Turned, rotation};
-use wireloom::session::Trouble;
+use wireloom::session::Interruption;
 
 /// Largest displacement in one increment, in lengths of the longest branch: as in the search for the initial
 /// equilibrium.
@@ -149,9 +149,9 @@ impl Session {
                     drag.goal = None;
                 }
             }
-            Err(trouble) => {
+            Err(interruption) => {
                 drag.goal = None;
-                if let Trouble::Fault(fault) = trouble {
+                if let Interruption::Fault(fault) = interruption {
                     self.report_failure(fault.to_string());
                 }
             }

@@ -6,7 +6,7 @@ use wireloom::geometry::Pose;
 use wireloom::harness::{AttachedConstraint, Network, Schedule, Step};
 use wireloom::parts::Action;
 use wireloom::scenario::{Built, Fault, Files, Scenario};
-use wireloom::session::{Changed, Checkpoint, Ended, Hands, Monitor, Trouble, changed};
+use wireloom::session::{Checkpoint, Ended, InteractiveDriver, Interruption, Monitor, Transferred, transfer};
 use wireloom::{Registry, Status, StepResult};
 
 /// A harness and its solver.
@@ -17,7 +17,7 @@ pub(super) struct Harness {
     /// Notes for the engineer.
     pub notes: Vec<String>,
     coarse: Option<Network>,
-    solver: RefCell<Hands>,
+    solver: RefCell<InteractiveDriver>,
 }
 
 impl Harness {
@@ -28,7 +28,7 @@ impl Harness {
     pub fn load(text: &str, files: &dyn Files, registry: &Registry, monitor: &Monitor) -> Result<Self, Vec<Fault>> {
         let (scenario, built) = wireloom::load_with_files(text, files, registry)?;
         let Built { network, coarse, schedule, minimiser, stop, notes, .. } = built;
-        let solver = RefCell::new(Hands::new(minimiser, stop, schedule.clearances, monitor.clone()));
+        let solver = RefCell::new(InteractiveDriver::new(minimiser, stop, schedule.clearances, monitor.clone()));
         Ok(Self { scenario, network, schedule, notes, coarse, solver })
     }
 
@@ -49,7 +49,7 @@ impl Harness {
     ///
     /// # Errors
     /// If none is found.
-    pub fn start(&self) -> Result<Ended, Trouble> {
+    pub fn start(&self) -> Result<Ended, Interruption> {
         self.solver.borrow_mut().start(&self.network, self.coarse.as_ref(), &self.schedule)
     }
 
@@ -62,23 +62,23 @@ impl Harness {
     ///
     /// # Errors
     /// If no result is obtained.
-    pub fn advance(&self, step: &Step, from: &Checkpoint) -> Result<Ended, Trouble> {
-        self.solver.borrow_mut().carry(&self.network, step, from)
+    pub fn advance(&self, step: &Step, from: &Checkpoint) -> Result<Ended, Interruption> {
+        self.solver.borrow_mut().advance(&self.network, step, from)
     }
 
     /// Computes one more increment of a step without a planned end.
     ///
     /// # Errors
     /// If no result is obtained.
-    pub fn advance_drag(&self, step: &Step, from: &Checkpoint) -> Result<Ended, Trouble> {
-        self.solver.borrow_mut().follow(&self.network, step, from)
+    pub fn advance_drag(&self, step: &Step, from: &Checkpoint) -> Result<Ended, Interruption> {
+        self.solver.borrow_mut().advance_open(&self.network, step, from)
     }
 
     /// Transfers a checkpoint of another harness to this one, in equilibrium. `None` if the transfer needs the history.
     pub fn transfer(&self, other: &Harness, checkpoint: &Checkpoint) -> Option<Checkpoint> {
-        match changed(checkpoint, &other.network, &self.network)? {
-            Changed::Same(checkpoint) => Some(*checkpoint),
-            Changed::Nearly(checkpoint) => self.solver.borrow_mut().balance(&self.network, *checkpoint),
+        match transfer(checkpoint, &other.network, &self.network)? {
+            Transferred::Same(checkpoint) => Some(*checkpoint),
+            Transferred::Approximate(checkpoint) => self.solver.borrow_mut().balance(&self.network, *checkpoint),
         }
     }
 

@@ -7,7 +7,7 @@ use crate::frame::{self, Header, number};
 use crate::protocol::Notice;
 use std::rc::Rc;
 use std::sync::Arc;
-use wireloom::session::{Ended, Trouble};
+use wireloom::session::{Ended, Interruption};
 
 impl Session {
     /// Whether there is something to compute.
@@ -44,9 +44,9 @@ impl Session {
                     self.show(&ended);
                     self.now.end();
                 }
-                Err(trouble) => {
+                Err(interruption) => {
                     self.now.pending = false;
-                    if let Trouble::Fault(fault) = trouble {
+                    if let Interruption::Fault(fault) = interruption {
                         self.report_failure(fault.to_string());
                     }
                 }
@@ -75,12 +75,12 @@ impl Session {
                     self.now.pending = index + 1 < harness.schedule.steps.len();
                 }
             }
-            Err(trouble) => {
+            Err(interruption) => {
                 self.now.pending = false;
                 if self.now.steps.last().is_some_and(|step| step.len() == 0) {
                     self.now.steps.pop();
                 }
-                if let Trouble::Fault(fault) = trouble {
+                if let Interruption::Fault(fault) = interruption {
                     self.report_failure(fault.to_string());
                 }
             }
