@@ -1,4 +1,5 @@
-//! The minimiser `newton` under the conformance suite, a cut cable, and the matrix it solves with.
+//! Conformance suite of the minimiser `newton`, and tests of the linear system, the certificate and static
+//! condensation.
 
 use nalgebra::{DMatrix, DVector};
 use std::collections::BTreeSet;
@@ -37,7 +38,7 @@ fn registry() -> Registry {
 
 minimiser_conformance!(newton, || Box::new(Newton::new()), registry);
 
-/// The equilibrium with the far end of the cable moved in, as near to it as round-off lets come.
+/// Equilibrium with the far end of the cable moved in, to the limit of round-off, and its energy (J).
 fn hung(sample: &Sample) -> (State, f64) {
     let mut problem = sample.problem();
     let mut state = sample.state.clone();
@@ -113,13 +114,13 @@ fn a_false_claim_of_convergence_does_not_pass() {
         let certificate = certifier.certify(problem, state, &stop, Status::Converged);
         (certificate.status, certificate.residual, certificate.violation)
     };
-    // The weight of a cable that lies straight is carried by nothing.
+    // No force balances the weight of a straight cable.
     let (status, residual, violation) = claim(&mut problem, &sample.state);
     assert!(status == Status::Failed && residual > stop.force_tolerance && violation == 0.0, "{status:?} {residual:e}");
     let mut state = sample.state.clone();
     Newton::new().minimise(&mut problem, &mut state, &stop);
     assert_eq!(claim(&mut problem, &state).0, Status::Converged);
-    // In balance, but not where it is held.
+    // In balance, but off its target.
     let mut target = sample.conditions.targets[1];
     target.position.x += 1e-6;
     problem.set_target(1, target);
@@ -133,7 +134,7 @@ fn a_false_claim_of_convergence_does_not_pass() {
     assert_eq!(claim(&mut problem, &state).0, Status::Failed);
 }
 
-/// Pairs of variables that share an energy, each once: what the Hessian has below its diagonal.
+/// Number of pairs of variables coupled by an energy: non-zero blocks of the Hessian below its diagonal.
 fn coupled_pairs(network: &Network, structure: &Structure) -> usize {
     let tie = |point: usize| network.ties.iter().find(|t| t.point == point);
     let point = |i: usize| -> Vec<Variable> {
@@ -199,14 +200,14 @@ fn the_factor_grows_linearly_with_the_segments() {
                 Structure::new(&sample.network, &[]).pattern.rows.len()
             });
             let growth = [blocks[1] - blocks[0], blocks[2] - blocks[1]];
-            // On a ring the order wanders by a few blocks.
+            // On a ring the order varies by a few blocks.
             assert!(growth[0].abs_diff(growth[1]) <= growth[0] / 50, "{}: {blocks:?}", kind.name);
         }
     }
 }
 
-/// The state shaken, so that no entry vanishes by symmetry.
-fn shaken(sample: &Sample) -> State {
+/// State with random displacements, so that no entry vanishes by symmetry.
+fn perturbed(sample: &Sample) -> State {
     let mut rng = fastrand::Rng::with_seed(5);
     let mut state = sample.state.clone();
     let common = random_rotation(&mut rng);
@@ -220,7 +221,7 @@ fn shaken(sample: &Sample) -> State {
     state
 }
 
-/// A gathered matrix, dense, in elimination order.
+/// Dense copy of an assembled matrix, in elimination order.
 fn dense(matrix: &BlockMatrix) -> DMatrix<f64> {
     let s = &matrix.structure;
     let mut dense = DMatrix::zeros(3 * s.len(), 3 * s.len());
@@ -239,7 +240,7 @@ fn dense(matrix: &BlockMatrix) -> DMatrix<f64> {
 fn the_factor_of_a_loop_solves_as_a_dense_matrix_does() {
     for kind in registry().joints() {
         let sample = ring(&registry(), &kind.name, 4, 1);
-        let (mut matrix, mut rhs) = assembled(&sample, &shaken(&sample));
+        let (mut matrix, mut rhs) = assembled(&sample, &perturbed(&sample));
         let dense = dense(&matrix);
         let b = DVector::from_vec(rhs.iter().flatten().copied().collect());
         let want = dense.clone().lu().solve(&b).expect("regular");
@@ -253,7 +254,7 @@ fn the_factor_of_a_loop_solves_as_a_dense_matrix_does() {
     }
 }
 
-/// A matrix gathered at a state with its right-hand side, unshifted.
+/// Matrix assembled at a state, without a shift, and its right-hand side.
 fn assembled(sample: &Sample, state: &State) -> (BlockMatrix, Vec<Vector>) {
     let mut problem = sample.problem();
     let mut gradient = Tangent::zeros(&sample.network);
@@ -288,7 +289,7 @@ fn a_large_harness_is_assembled_and_factorised_in_parts_whatever_the_number_of_t
     for kind in registry().joints() {
         let sample = ring(&registry(), &kind.name, 900, 3);
         assert!(sample.network.is_shared());
-        let state = shaken(&sample);
+        let state = perturbed(&sample);
         let solve = |threads: usize| {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads");
             pool.install(|| {
@@ -301,7 +302,7 @@ fn a_large_harness_is_assembled_and_factorised_in_parts_whatever_the_number_of_t
                 let largest = |all: &[Vector]| all.iter().map(Vector::amax).fold(0.0, f64::max);
                 let scale = largest(&whole.diagonal.iter().zip(&solution).map(|(a, u)| a * u).collect::<Vec<_>>());
                 let miss = back.iter().zip(&rhs).map(|(a, b)| (a - b).amax()).fold(0.0, f64::max);
-                // Backward stable as far as pivots without exchanges let it be.
+                // Backward stable, up to the growth of pivots without exchanges.
                 assert!(miss < 1e-9 * scale, "{}: {miss:e} of {scale:e}", kind.name);
                 (negative, solution)
             })
@@ -311,11 +312,11 @@ fn a_large_harness_is_assembled_and_factorised_in_parts_whatever_the_number_of_t
     }
 }
 
-/// The gathered matrix against the symmetrised differences of the gradient, in the independent variables.
+/// Compares the assembled matrix with symmetrised differences of the gradient, in the independent variables.
 fn check_assembled(name: &str, sample: &Sample) {
     let network = &sample.network;
     let mut problem = sample.problem();
-    let state = shaken(sample);
+    let state = perturbed(sample);
     let mut gradient = Tangent::zeros(network);
     problem.gradient(&state, &mut gradient);
     let mut hessian = Hessian::new(network);
@@ -344,7 +345,7 @@ fn check_assembled(name: &str, sample: &Sample) {
         })
         .collect();
     let want = symmetric(&DMatrix::from_columns(&columns));
-    // Positions in tenths of a millimetre: their stiffness is then no larger than that of the turns.
+    // Positions in tenths of a millimetre: their stiffness is then no larger than that of turns.
     let scale = DVector::from_fn(got.nrows(), |i, _| match variables[i / 3] {
         Variable::Point(_) => 1e-4,
         Variable::Frame(_) => 1.0,
@@ -354,7 +355,7 @@ fn check_assembled(name: &str, sample: &Sample) {
     assert_matrix_near(name, &(&scale * got * &scale), &want, 1e-7 * want.amax());
 }
 
-/// A ball about its origin.
+/// Ball about the origin.
 struct Ball(f64);
 
 impl Shape for Ball {
@@ -376,7 +377,7 @@ impl Shape for Ball {
     }
 }
 
-/// All below z = 0.
+/// Half space below z = 0.
 struct Floor;
 
 impl Shape for Floor {
@@ -396,7 +397,7 @@ impl Shape for Floor {
     }
 }
 
-/// With a body about it.
+/// Sample with an obstacle.
 fn with_obstacle(mut sample: Sample, shape: impl Shape + 'static, pose: Pose) -> Sample {
     let (name, kind) = ("body".into(), "body".into());
     let shape = std::sync::Arc::new(shape);
@@ -405,7 +406,7 @@ fn with_obstacle(mut sample: Sample, shape: impl Shape + 'static, pose: Pose) ->
     sample
 }
 
-/// With a ball in the middle of the harness, which is in it as deep as that.
+/// Sample with a ball of this radius at the mean of its points.
 fn with_ball(sample: Sample, state: &State, radius: f64) -> Sample {
     let middle: Vector = state.points.iter().sum::<Vector>() / state.points.len() as f64;
     let turned = wireloom_core::Rotation::from_euler_angles(0.3, -0.4, 0.5);
@@ -413,10 +414,10 @@ fn with_ball(sample: Sample, state: &State, radius: f64) -> Sample {
 }
 
 #[test]
-fn what_touches_an_obstacle_has_the_second_derivatives_of_its_energy() {
+fn contact_with_an_obstacle_has_the_second_derivatives_of_its_energy() {
     for kind in registry().joints() {
         let sample = ring(&registry(), &kind.name, 4, 1);
-        let state = shaken(&sample);
+        let state = perturbed(&sample);
         let sample = with_ball(sample, &state, 0.25);
         let mut problem = sample.problem();
         assert!(problem.obstacle_loads(&state)[0].points > 3, "{}", kind.name);
@@ -424,8 +425,8 @@ fn what_touches_an_obstacle_has_the_second_derivatives_of_its_energy() {
     }
 }
 
-/// Two cables that cross, thick enough to touch where spots of one lie beside segments of the other, and where they lie
-/// in a crook; the lower one may be two arms of a hub.
+/// Two crossing cables, thick enough for contact points of one to touch segments of the other, also at a corner; the
+/// lower one may be two arms of a hub.
 fn crossed(offset: f64, hub: bool) -> Sample {
     let mut sketch = Sketch::default();
     let upper = ([offset, -0.2, 0.03], [offset, 0.25, 0.01], [None, None]);
@@ -453,16 +454,16 @@ fn crossed(offset: f64, hub: bool) -> Sample {
 fn cables_that_touch_have_the_second_derivatives_of_their_energy() {
     for offset in [0.0, 0.02] {
         let sample = crossed(offset, false);
-        let (mut problem, state) = (sample.problem(), shaken(&sample));
+        let (mut problem, state) = (sample.problem(), perturbed(&sample));
         assert!(problem.contact_violation(&state).is_some_and(|violation| violation > 100.0), "they touch");
         check_assembled("crossed cables", &sample);
     }
 }
 
-/// A multiplier that is large for its penalty pushes from farther away than pairs are coupled for coming near: its
-/// block was missing, and a panic.
+/// A multiplier that is large for its penalty acts at larger distances than those at which approaching pairs are
+/// coupled. Its block was missing once, which caused a panic.
 #[test]
-fn what_pushes_from_afar_has_its_block_in_the_matrix() {
+fn contact_forces_at_a_distance_have_their_block_in_the_matrix() {
     let mut sketch = Sketch::default();
     let lines = [
         ([-0.2, 0.0, 0.0], [0.2, 0.0, 0.0]),
@@ -475,7 +476,7 @@ fn what_pushes_from_afar_has_its_block_in_the_matrix() {
     }
     let mut sample = sketch.build(&registry());
     sample.network.contact.cables = true;
-    // Something thick far away: so pairs are watched that are farther apart than twice what these two are thick.
+    // With a thick cable far away the broad phase finds pairs farther apart than twice the diameter of these two.
     for (branch, diameter) in sample.network.branches.iter_mut().zip([0.01, 0.01, 0.1]) {
         branch.section.diameter = diameter;
     }
@@ -491,46 +492,49 @@ fn what_pushes_from_afar_has_its_block_in_the_matrix() {
     }
     sample.conditions = conditions;
     sample.state.points[upper].iter_mut().for_each(|x| x.z += 0.005);
-    check_assembled("pushed from afar", &sample);
+    check_assembled("force at a distance", &sample);
 }
 
-/// Only spots were looked at on the way: between two of them one cable could come through the other.
+/// Collision detection once checked contact points only: one cable could pass through the other between two of them.
 #[test]
-fn a_cable_does_not_come_through_another_one_between_their_spots() {
+fn a_cable_does_not_pass_through_another_one_between_their_contact_points() {
     let sample = crossed(0.0167, false);
     let upper = sample.network.branches[1].points.clone();
     let at = |z: f64| {
         let mut state = sample.state.clone();
-        // Halfway between spots on either.
+        // Halfway between contact points of either cable.
         state.points[upper.clone()].iter_mut().for_each(|x| *x = Vector::new(x.x, x.y + 0.0125, z));
         state
     };
     let mut problem = sample.problem();
-    let share = problem.collision_free_fraction(&at(0.004), &at(-0.004), None);
-    assert!((share - 0.45).abs() < 1e-9, "nine tenths of the way to where they meet, not {share}");
+    let fraction = problem.collision_free_fraction(&at(0.004), &at(-0.004), None);
+    assert!((fraction - 0.45).abs() < 1e-9, "nine tenths of the motion up to contact, not {fraction}");
     assert_eq!(problem.collision_free_fraction(&at(0.004), &at(0.001), None), 1.0);
 }
 
-/// Cables that took hold of each other before they moved to where [`shaken`] has them: not far, so that all stick, or
-/// so that all slip.
-fn rubbing(offset: f64, hub: bool, moved: f64) -> Sample {
+/// Crossing cables with friction anchors set before the motion to the state of [`perturbed`]: by little, so that all
+/// stick, or so far that all slip.
+fn with_friction(offset: f64, hub: bool, moved: f64) -> Sample {
     let mut sample = crossed(offset, hub);
     sample.network.contact.friction = 0.3;
-    // Friction no stiffer than contact: what sticks does so all the way that differences go.
+    // Friction no stiffer than contact: sticking contacts then stick for all differences.
     sample.network.branches.iter_mut().for_each(|branch| branch.section.axial_stiffness = 1.0);
     let (mut rng, mut step) = (fastrand::Rng::with_seed(3), Tangent::zeros(&sample.network));
     for (x, q) in step.points.iter_mut().zip(&mut step.frames) {
         *x = random_vector(&mut rng, moved);
         *q = random_vector(&mut rng, 10.0 * moved);
     }
-    let (to, mut from) = (shaken(&sample), sample.state.clone());
+    let (to, mut from) = (perturbed(&sample), sample.state.clone());
     sample.network.retract(&to, &step, -1.0, &mut from);
     sample.network.follow_ties(&mut from);
     let mut problem = sample.problem();
     problem.enable_friction();
     update_contacts(&mut problem, &from, &mut ContactHistory::default());
     sample.conditions = problem.conditions().clone();
-    assert!(sample.conditions.contact.records.iter().filter(|record| record.anchor.is_some()).count() > 3, "they rub");
+    assert!(
+        sample.conditions.contact.records.iter().filter(|record| record.anchor.is_some()).count() > 3,
+        "friction acts"
+    );
     sample
 }
 
@@ -540,16 +544,16 @@ fn contact_energy(problem: &mut Problem<'_>, state: &State) -> f64 {
 }
 
 #[test]
-fn cables_that_rub_have_the_derivatives_of_their_energy() {
+fn cables_with_friction_have_the_derivatives_of_their_energy() {
     for (offset, hub) in [(0.0, false), (0.02, false), (0.04, true)] {
         for moved in [3e-5, 1e-2] {
             let name = format!("offset {offset}, hub {hub}, moved {moved}");
-            let sample = rubbing(offset, hub, moved);
+            let sample = with_friction(offset, hub, moved);
             check_assembled(&name, &sample);
-            let (mut problem, state) = (sample.problem(), shaken(&sample));
+            let (mut problem, state) = (sample.problem(), perturbed(&sample));
             let smooth = crossed(offset, hub);
             let mut smooth = Problem::new(&smooth.network, sample.conditions.clone());
-            // What friction adds, and how it changes along some way.
+            // Contribution of friction, and its derivative along a random direction.
             let (mut rng, mut step) = (fastrand::Rng::with_seed(9), Tangent::zeros(&sample.network));
             for v in step.points.iter_mut().chain(&mut step.frames) {
                 *v = random_vector(&mut rng, 1.0);
@@ -568,18 +572,18 @@ fn cables_that_rub_have_the_derivatives_of_their_energy() {
             };
             let (rough, even) = (along(&mut problem), along(&mut smooth));
             let (want, got) = (rough.0 - even.0, rough.1 - even.1);
-            assert!((want - got).abs() < 1e-5 * want.abs(), "{name}: {got} J along the way, {want} J by differences");
+            assert!((want - got).abs() < 1e-5 * want.abs(), "{name}: {got} J by the gradient, {want} J by differences");
         }
     }
 }
 
-/// Turned and moved as one, cables that rub have the same energy; so have the forces and moments between them no
+/// A rigid motion of cables with friction keeps their energy, so that the forces and moments between them have no
 /// resultant.
 #[test]
-fn friction_between_cables_knows_no_rigid_motion() {
+fn friction_between_cables_is_invariant_under_rigid_motion() {
     for moved in [3e-5, 1e-2] {
-        let sample = rubbing(0.02, false, moved);
-        let (mut problem, state) = (sample.problem(), shaken(&sample));
+        let sample = with_friction(0.02, false, moved);
+        let (mut problem, state) = (sample.problem(), perturbed(&sample));
         let (mut rng, mut turned) = (fastrand::Rng::with_seed(11), state.clone());
         let (turn, shift) = (random_rotation(&mut rng), random_vector(&mut rng, 0.3));
         turned.points.iter_mut().for_each(|x| *x = turn * *x + shift);
@@ -589,7 +593,7 @@ fn friction_between_cables_knows_no_rigid_motion() {
     }
 }
 
-/// The largest force that is left on a point that is free.
+/// Largest residual force on a free point.
 fn largest_free_force(gradient: &Tangent, problem: &Problem<'_>) -> f64 {
     let mut free = gradient.clone();
     problem.free_part(&mut free);
@@ -597,11 +601,11 @@ fn largest_free_force(gradient: &Tangent, problem: &Problem<'_>) -> f64 {
 }
 
 #[test]
-fn settled_points_are_in_balance_and_settling_is_undone_exactly() {
+fn condensed_points_are_in_balance_and_condensation_is_undone_exactly() {
     for kind in registry().joints() {
         let sample = ring(&registry(), &kind.name, 4, 1);
         let mut problem = sample.problem();
-        let mut state = shaken(&sample);
+        let mut state = perturbed(&sample);
         problem.update_held(&state);
         problem.place_held(&mut state);
         let (before, mut gradient) = (state.clone(), Tangent::zeros(&sample.network));
@@ -614,9 +618,9 @@ fn settled_points_are_in_balance_and_settling_is_undone_exactly() {
             kind.name
         );
         assert!(condensation.condense(&mut problem, &mut state, &gradient, 0.0), "{}", kind.name);
-        let settled = problem.gradient(&state, &mut gradient);
+        let condensed = problem.gradient(&state, &mut gradient);
         let rest = largest_free_force(&gradient, &problem);
-        assert!(settled < energy, "{}: {settled} J after {energy} J", kind.name);
+        assert!(condensed < energy, "{}: {condensed} J after {energy} J", kind.name);
         assert!(rest < 1e-9 * force, "{}: {rest:e} N of {force:e} N are left", kind.name);
         assert_eq!(state.frames, before.frames);
         condensation.undo(&mut state);
@@ -624,10 +628,9 @@ fn settled_points_are_in_balance_and_settling_is_undone_exactly() {
     }
 }
 
-/// With the frames given, and before a plane, the energy is what the model of contact takes it for: so one settling
-/// finds what touches.
+/// At fixed frames, and with a plane obstacle, the model of contact is exact: one condensation finds the contacts.
 #[test]
-fn points_that_come_to_touch_a_plane_and_leave_it_are_settled_at_once() {
+fn contacts_with_a_plane_that_close_and_open_are_found_by_one_condensation() {
     let mut rng = fastrand::Rng::with_seed(3);
     for height in [0.0, 0.0005, 0.001] {
         let mut sketch = Sketch::default();
@@ -660,7 +663,7 @@ fn points_that_come_to_touch_a_plane_and_leave_it_are_settled_at_once() {
 }
 
 #[test]
-fn the_gathered_matrix_is_the_second_derivative_of_the_energy() {
+fn the_assembled_matrix_is_the_second_derivative_of_the_energy() {
     let registry = registry();
     for kind in registry.joints() {
         check_assembled(&format!("{}, Y", kind.name), &y_harness(&registry, &kind.name, 3));
@@ -669,7 +672,7 @@ fn the_gathered_matrix_is_the_second_derivative_of_the_energy() {
 }
 
 #[test]
-fn levers_and_springs_are_in_the_gathered_matrix() {
+fn levers_and_springs_are_in_the_assembled_matrix() {
     let registry = registry();
     let mut sample = sized_y_harness(&registry, "rigid-body", 3, 0.04);
     check_assembled("offsets", &sample);
@@ -677,7 +680,7 @@ fn levers_and_springs_are_in_the_gathered_matrix() {
     let values = [("stiffness", 500.0), ("angular_stiffness", 2.0)];
     let values = Parameters(values.map(|(name, value)| (name.into(), Value::Number(value))).into());
     let handle = registry.constraint("handle").unwrap();
-    // One springy hand at an end, one at an arm's station on the hub.
+    // One spring at an end, one at an arm's station on the hub.
     for end in [0, 1] {
         sample.network.constraints[end].model = (handle.build)(&spec, &values).unwrap();
     }
@@ -687,12 +690,12 @@ fn levers_and_springs_are_in_the_gathered_matrix() {
 
 /// Stations on one hub with and without levers, on one variable and far apart, and a span that begins at the hub.
 #[test]
-fn constraints_of_several_stations_are_in_the_gathered_matrix() {
+fn constraints_of_several_stations_are_in_the_assembled_matrix() {
     for (kind, size) in [("rigid-body", 0.04), ("cosserat", 0.0)] {
         let mut sample = sized_y_harness(&registry(), kind, 3, size);
         let place = |branch, node| Place::Node { branch, node };
         let hub = size > 0.0;
-        // Where the joint has no frame, stations sit elsewhere.
+        // A joint without a frame has no stations.
         let near = if hub { [place(0, 3), place(1, 0)] } else { [place(1, 3), place(2, 3)] };
         let pairs = [near, [place(2, 3), place(0, 0)], [near[0], place(2, 3)]];
         let kinds: [Box<dyn Constraint>; 3] =
@@ -702,7 +705,7 @@ fn constraints_of_several_stations_are_in_the_gathered_matrix() {
         }
         sample.network.add_constraint(plan(Box::new(Bowl), vec![], Some(NodeRange { branch: 1, nodes: 0..3 })));
         sample.conditions = Conditions::new(&sample.network, Vector::new(0.0, 0.0, -9.81), &sample.state);
-        // Multipliers that are not zero, and penalties that do not drown all else.
+        // Non-zero multipliers, and penalties of the size of the other terms.
         for own in &mut sample.conditions.constraints {
             own.multipliers.fill(0.7);
             own.penalties.fill(5.0);
@@ -711,9 +714,9 @@ fn constraints_of_several_stations_are_in_the_gathered_matrix() {
     }
 }
 
-/// Newton's steps on a cable with a link between two of its nodes, after a small move of its end: near the solution
-/// each of them squares the residual, multipliers and penalty being what they are; and the next update of the
-/// multipliers finds the link met.
+/// Newton steps on a cable with a link between two of its nodes, after a small motion of its end: near the solution
+/// each step squares the residual at fixed multipliers and penalty, and the next update of the multipliers satisfies
+/// the link.
 #[test]
 fn newton_keeps_its_order_through_equations() {
     let mut sample = cable(&registry(), 60);
@@ -739,9 +742,9 @@ fn newton_keeps_its_order_through_equations() {
     problem.set_target(1, target);
     let one = Stop { force_tolerance: 0.0, max_iterations: 1 };
     let residuals: Vec<f64> = (0..8).map(|_| newton.minimise(&mut problem, &mut state, &one).residual).collect();
-    let near = residuals.iter().position(|r| *r < 1e-2).expect("comes near");
-    let home = residuals.iter().position(|r| *r < 1e-9).expect("comes home");
-    assert!(residuals[near + 1] <= residuals[near].powi(2) && home - near <= 3, "{residuals:?}");
+    let near = residuals.iter().position(|r| *r < 1e-2).expect("near the solution");
+    let solved = residuals.iter().position(|r| *r < 1e-9).expect("solved");
+    assert!(residuals[near + 1] <= residuals[near].powi(2) && solved - near <= 3, "{residuals:?}");
     update_constraints(&mut problem, &state, 1e-10, &mut last);
     newton.minimise(&mut problem, &mut state, &stop);
     assert!(violation(&problem, &state) < 1e-7, "{:e}", violation(&problem, &state));
@@ -792,7 +795,7 @@ impl Potential for Bowl {
 }
 
 #[test]
-fn the_moment_at_a_clamped_end_is_what_the_clamp_exerts() {
+fn the_moment_at_a_clamped_end_is_the_reaction_of_the_clamp() {
     let sample = cable(&registry(), 20);
     let (state, _) = hung(&sample);
     let mut problem = sample.problem();
@@ -801,8 +804,8 @@ fn the_moment_at_a_clamped_end_is_what_the_clamp_exerts() {
     problem.gradient(&state, &mut gradient);
     let branch = branch(&problem, 0, &state, &vec![false; sample.network.points]);
     for (constraint, inner) in [(0, -branch.moment[0]), (1, branch.moment[20])] {
-        let exerted = problem.reaction(constraint, &state, &gradient).1;
-        let off = (inner - exerted).norm();
-        assert!(off <= 1e-9 * exerted.norm(), "clamp {constraint}: {inner} and {exerted}, N m");
+        let reaction = problem.reaction(constraint, &state, &gradient).1;
+        let off = (inner - reaction).norm();
+        assert!(off <= 1e-9 * reaction.norm(), "clamp {constraint}: {inner} and {reaction}, N m");
     }
 }
