@@ -148,7 +148,7 @@ fn buckling(section: &Section, exact: f64, holds: [&[HoldWord]; 2]) -> [f64; 3] 
         branch.section = spec.section;
         let mut problem = sample.problem();
         let found = critical(exact, |force| {
-            let state = comcompressed(&sample, &mut problem, force);
+            let state = compressed(&sample, &mut problem, force);
             stable(&mut problem, &state)
         });
         found / exact - 1.0

@@ -156,7 +156,7 @@ fn turns_are_not_lost_in_a_rotational_spring() {
         let springs = [("stiffness", 1e5), ("angular_stiffness", stiffness)];
         let parameters = Parameters(springs.map(|(name, value)| (name.into(), Value::Number(value))).into());
         let handle = registry.constraint("handle").expect("built in");
-        sample.network.constraints[1].model = (handle.build)(&spec, &parameters).expect("a springy handle");
+        sample.network.constraints[1].model = (handle.build)(&spec, &parameters).expect("a handle with a spring");
         turn(&sample.network, TAUT, 0.0, 3.0, 6)
     };
     let strong = spring(10.0);
