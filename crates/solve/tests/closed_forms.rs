@@ -1,9 +1,9 @@
-//! Critical loads found by the stability flag alone, and a beam that hardly sags, against closed forms.
+//! Critical loads by the stability flag alone, and the sag of a stiff beam, against closed forms.
 //!
-//! The scenarios of `scenarios/analytic` ask the whole program whether a rod just above its critical load is called
-//! unstable, and must let it pass when the minimiser has already left the straight state. Here the straight state
-//! is placed, certified as an equilibrium and asked about; where the flag turns is found by bisection, so
-//! that nothing but the flag can answer.
+//! The scenarios of `scenarios/analytic` test the flag of a rod just above its critical load with the whole program,
+//! and accept that the minimiser has left the straight state. Here the straight state is constructed, certified as an
+//! equilibrium and inspected; the load at which the flag changes is found by bisection, so that only the flag is
+//! tested.
 
 use wireloom_core::constraint::{ConstraintSpec, HoldWord};
 use wireloom_core::minimiser::{Minimiser, Stop};
@@ -25,7 +25,7 @@ fn registry() -> Registry {
     registry
 }
 
-/// The straight cable of 1 m between two fixings that hold these freedoms, without gravity.
+/// The straight cable of 1 m between two constraints that hold these freedoms, without gravity.
 fn weightless(segments: usize, holds: [&[HoldWord]; 2]) -> Sample {
     let registry = registry();
     let mut sample = cable(&registry, segments);
@@ -40,8 +40,8 @@ fn weightless(segments: usize, holds: [&[HoldWord]; 2]) -> Sample {
 
 const CLAMPED: &[HoldWord] = &[HoldWord::Position, HoldWord::Tangent, HoldWord::Twist];
 
-/// What the flag says of a state, which must be an equilibrium with everything held where it should be: to the
-/// program's own tolerance, as positions without low-order parts leave `EA/ℓ · ε`, some 1e-8 of the force scale.
+/// Stability flag of a state, which must be certified as an equilibrium to the default tolerance: positions without
+/// compensation leave residual forces of `EA/ℓ · ε`, about 1e-8 of the force scale.
 fn stable(problem: &mut Problem<'_>, state: &State) -> bool {
     let mut certifier = Certifier::new(problem.network);
     let certificate = certifier.certify(problem, state, &Stop::default(), Status::IterationLimit);
@@ -49,7 +49,7 @@ fn stable(problem: &mut Problem<'_>, state: &State) -> bool {
     certifier.inspect(problem, state).stability == Stability::Stable
 }
 
-/// Where the flag turns from stable to unstable, by bisection to 1e-7 of the closed form.
+/// Load at which the flag changes from stable to unstable, by bisection to 1e-7 of the closed form.
 fn critical(exact: f64, mut stable: impl FnMut(f64) -> bool) -> f64 {
     let (mut low, mut high) = (0.5 * exact, 1.5 * exact);
     assert!(stable(low), "unstable at half the critical load");
@@ -65,8 +65,8 @@ fn critical(exact: f64, mut stable: impl FnMut(f64) -> bool) -> f64 {
     0.5 * (low + high)
 }
 
-/// The relative errors on [`MESHES`]: the coarsest within 1 %, each at most a third of the one before (a quarter, at
-/// second order) down to `floor`, where what the closed form leaves out begins.
+/// Checks the relative errors on [`MESHES`]: the coarsest within 1 %, each at most a third of the one before (a quarter
+/// at second order), down to `floor`, the error of the closed form.
 #[track_caller]
 fn second_order(errors: [f64; 3], floor: f64) {
     assert!(errors[0].abs() < 0.01, "{errors:?}");
@@ -75,8 +75,8 @@ fn second_order(errors: [f64; 3], floor: f64) {
     }
 }
 
-/// The straight cable with its far end turned by `angle` (rad), in balance: all couplings of two segments turn by
-/// `α`, those to the stations at the ends by `β`, with β such that no moment is left on the first segment.
+/// Equilibrium of the straight cable with its far end turned by `angle` (rad): all couplings of two segments turn by
+/// `α`, those to the stations at the ends by `β`, with β such that the first segment is in balance.
 fn twisted(sample: &Sample, problem: &mut Problem<'_>, angle: f64) -> State {
     let segments = sample.network.branches[0].rod.mesh().segments();
     let mut state = sample.state.clone();
@@ -91,7 +91,7 @@ fn twisted(sample: &Sample, problem: &mut Problem<'_>, angle: f64) -> State {
         state.clone()
     };
     let mut gradient = Tangent::zeros(&sample.network);
-    // More turn beside the station pulls the first segment back.
+    // A larger turn beside the station turns the first segment back.
     let (mut low, mut high) = (0.0, angle / segments as f64);
     for _ in 0..60 {
         let middle = 0.5 * (low + high);
@@ -108,9 +108,9 @@ fn twisted(sample: &Sample, problem: &mut Problem<'_>, angle: f64) -> State {
     place(0.5 * (low + high))
 }
 
-/// The closed form leaves out shear, which is of the order of `M²/(EI GA)` = 1e-4 of the load.
+/// The closed form neglects shear, of the order of `M²/(EI GA)` = 1e-4 of the load.
 #[test]
-fn greenhills_twist_is_where_the_flag_turns() {
+fn the_flag_changes_at_greenhills_twist() {
     let section = section(false);
     let exact = greenhill_critical_angle(section.bending_stiffness[0], section.torsion_stiffness);
     let errors = MESHES.map(|n| {
@@ -125,20 +125,20 @@ fn greenhills_twist_is_where_the_flag_turns() {
     second_order(errors, 1e-4);
 }
 
-/// The straight cable shortened so that it is pressed with this force (N), which is uniform: `ε = P/EA`.
-fn pressed(sample: &Sample, problem: &mut Problem<'_>, force: f64) -> State {
+/// The straight cable under a uniform compressive force (N): `ε = P/EA`.
+fn compressed(sample: &Sample, problem: &mut Problem<'_>, force: f64) -> State {
     let mut state = sample.state.clone();
-    let share = 1.0 - force / section(false).axial_stiffness;
+    let stretch = 1.0 - force / section(false).axial_stiffness;
     for x in &mut state.points {
-        *x *= share;
+        *x *= stretch;
     }
     let mut target = sample.conditions.targets[1];
-    target.position *= share;
+    target.position *= stretch;
     problem.set_target(1, target);
     state
 }
 
-/// Errors of the buckling load between fixings whose distance is given.
+/// Errors of the buckling load between constraints at a prescribed distance.
 fn buckling(section: &Section, exact: f64, holds: [&[HoldWord]; 2]) -> [f64; 3] {
     MESHES.map(|n| {
         let mut sample = weightless(n, holds);
@@ -148,30 +148,30 @@ fn buckling(section: &Section, exact: f64, holds: [&[HoldWord]; 2]) -> [f64; 3] 
         branch.section = spec.section;
         let mut problem = sample.problem();
         let found = critical(exact, |force| {
-            let state = pressed(&sample, &mut problem, force);
+            let state = compressed(&sample, &mut problem, force);
             stable(&mut problem, &state)
         });
         found / exact - 1.0
     })
 }
 
-/// The closed form leaves out shear, `P/GA` = 6e-5 of the load: that is what the errors extrapolate to.
+/// The closed form neglects shear, `P/GA` = 6e-5 of the load: the limit of the errors.
 #[test]
-fn eulers_load_of_a_clamped_column_is_where_the_flag_turns() {
+fn the_flag_changes_at_eulers_load_of_a_clamped_column() {
     let section = section(false);
     second_order(buckling(&section, euler_clamped(section.bending_stiffness[0], 1.0), [CLAMPED; 2]), 6e-5);
 }
 
-/// One of the pins keeps the column from turning about its axis. Shear is 1.5e-5 of the load.
+/// One of the pins holds the twist. Shear is 1.5e-5 of the load.
 #[test]
-fn eulers_load_of_a_pinned_column_is_where_the_flag_turns() {
+fn the_flag_changes_at_eulers_load_of_a_pinned_column() {
     let holds: [&[HoldWord]; 2] = [&[HoldWord::Position, HoldWord::Twist], &[HoldWord::Position]];
     let section = section(false);
     second_order(buckling(&section, euler_pinned(section.bending_stiffness[0], 1.0), holds), 2e-5);
 }
 
-/// A strip three times as stiff about one axis as about the other buckles about the weaker one, whichever it is called:
-/// a single mode, where a round rod has two at once.
+/// A strip three times as stiff about one axis as about the other buckles about the weaker one, in either order of the
+/// axes: in a single mode, while a round rod has two.
 #[test]
 fn a_flat_column_buckles_about_its_weaker_axis() {
     let round = section(false);
@@ -182,7 +182,7 @@ fn a_flat_column_buckles_about_its_weaker_axis() {
     }
 }
 
-/// A sag of about 10 µm: the tension it brings, `EA (π w/2L)²`, is 1e-5 of the buckling load and no matter.
+/// A sag of about 10 µm: its tension, `EA (π w/2L)²`, is 1e-5 of the buckling load and negligible.
 #[test]
 fn a_clamped_beam_sags_as_the_linear_theory_says() {
     let section = section(false);

@@ -1,4 +1,4 @@
-//! Contact and friction by the step driver: closed forms, what must not be called converged, and the balance of every
+//! Contact and friction by the step driver: closed forms, cases that must not converge, and the global balance of every
 //! result.
 
 use std::f64::consts::PI;
@@ -9,12 +9,12 @@ use wireloom_solve::Control;
 use wireloom_solve::steps::checkpoint::IncrementObserver;
 use wireloom_testkit::balance::imbalance;
 
-/// Share of all forces that may be left: the tolerance of forces at every node, and round-off.
+/// Tolerance of the global force balance, as a fraction of all forces: that of forces at every node, and round-off.
 const FORCE: f64 = 1e-4;
-/// Share of all moments that may be left, the mesh adding the square of a segment.
+/// Tolerance of the global moment balance, as a fraction of all moments; the error of the mesh is of second order.
 const MOMENT: f64 = 5e-4;
 
-/// Runs a scenario; every increment that is called converged must balance as a whole.
+/// Runs a scenario; every converged increment must be in global balance.
 fn run(text: &str) -> (Run, Network) {
     let mut registry = Registry::default();
     wireloom_models::register(&mut registry);
@@ -71,16 +71,18 @@ bending_stiffness = 0.012
 torsion_stiffness = 0.009
 "#;
 
-/// A branch of 60 segments drawn straight, its ends held where they are drawn, or but for the first one free.
+/// A branch drawn straight, with both ends or only the first end clamped where they are drawn.
 fn held_branch(name: &str, from: [f64; 3], to: [f64; 3], segments: usize, both: bool) -> String {
     let length = (Vector::from(to) - Vector::from(from)).norm();
     let mut text = format!(
-        "[[branches]]\nname = \"{name}\"\nfrom = \"{name}1\"\nto = \"{name}2\"\nsection = \"cable\"\nlength = {length}\n\
+        "[[branches]]\nname = \"{name}\"\nfrom = \"{name}1\"\nto = \"{name}2\"\nsection = \"cable\"\n\
+         length = {length}\n\
          segments = {segments}\npath = [{from:?}, {to:?}]\n"
     );
     for (end, at) in [("1", from), ("2", to)].into_iter().take(if both { 2 } else { 1 }) {
         text += &format!(
-            "[[constraints]]\nname = \"{name}{end}\"\nkind = \"connector\"\nat = {{ end = \"{name}{end}\" }}\nposition = {at:?}\n\
+            "[[constraints]]\nname = \"{name}{end}\"\nkind = \"connector\"\nat = {{ end = \"{name}{end}\" }}\n\
+             position = {at:?}\n\
              tangent = [1, 0, 0]\nup = [0, 0, 1]\n"
         );
     }
@@ -95,8 +97,8 @@ fn step(name: &str, increments: usize, moves: &[(&str, [f64; 3])]) -> String {
     text
 }
 
-/// Friction went by the normal force of before, and only what touched was looked at: a cable dragged over a floor and
-/// then lifted kept a third of its weight in friction, for ever.
+/// Friction once used the previous normal force, and only for points in contact: a cable dragged over a floor and then
+/// lifted kept a friction of a third of its weight.
 #[test]
 fn friction_is_gone_with_its_normal_force_when_a_cable_is_lifted_in_one_increment() {
     let floor =
@@ -110,20 +112,20 @@ fn friction_is_gone_with_its_normal_force_when_a_cable_is_lifted_in_one_incremen
     );
     let run = converged(&text);
     let [.., dragged, lifted] = &run.steps[..] else { panic!("{:?}", run.steps.len()) };
-    assert!(dragged.obstacles[0].force.y < -0.3, "it is dragged: {:?}", dragged.obstacles[0]);
+    assert!(dragged.obstacles[0].force.y < -0.3, "friction while dragged: {:?}", dragged.obstacles[0]);
     assert_eq!((lifted.obstacles[0].contacts, lifted.obstacles[0].force), (0, Vector::zeros()));
     let left = ["A1", "A2"].map(|end| force(lifted, end).y);
-    assert!(left.iter().all(|y| y.abs() < 1e-4), "{left:?} N across, where nothing pulls");
+    assert!(left.iter().all(|y| y.abs() < 1e-4), "{left:?} N across, without a load");
 }
 
-/// A rope drawn over half of a rough drum until it slips, then let back by δ: from the hand to an angle θ it slips
-/// back, where the pull is `T₀ exp(μ (2θ − π))` at the hand; further on nothing changes. The hand comes back by
-/// what lets go of stretch,
-/// `EA δ = L (T₀ exp(μ π) − T) + (R T₀/μ) (exp(μ π) − 2 exp(μ θ) + exp(μ (2θ − π)))`, L being what
-/// hangs free beside it. Bending, which the closed form leaves out, takes `(EI/T)^1.5/R²` of cable where the rope
-/// leaves the drum: here 0.2 % of δ. To 1 %, however many increments.
+/// A rope pulled over half of a rough drum until it slips, then moved back by δ. From the hand to an angle θ it slips
+/// back, and the tension at the hand is `T₀ exp(μ (2θ − π))`; beyond θ nothing changes. The motion of the hand
+/// equals the change of stretch,
+/// `EA δ = L (T₀ exp(μ π) − T) + (R T₀/μ) (exp(μ π) − 2 exp(μ θ) + exp(μ (2θ − π)))`, with L the
+/// free length beside the drum. Bending, neglected in the closed form, takes `(EI/T)^1.5/R²` of cable where the rope
+/// leaves the drum: here 0.2 % of δ. The tolerance is 1 %, for any number of increments.
 #[test]
-fn a_rope_let_back_on_a_drum_pulls_as_the_capstan_says() {
+fn a_rope_moved_back_on_a_drum_follows_the_capstan_equation() {
     let (ea, friction, radius, hangs, weight) = (2e4, 0.2, 0.051, 0.23, 2.0);
     let most = weight * (friction * PI).exp();
     let at = |theta: f64| {
@@ -140,7 +142,7 @@ fn a_rope_let_back_on_a_drum_pulls_as_the_capstan_says() {
         at(low).0
     };
     let back = 4.2e-5;
-    assert!(at(0.0).1 < back, "all of it slips back in the end");
+    assert!(at(0.0).1 < back, "the whole rope slips back in the end");
     for increments in [10, 40] {
         let text = scenario(
             "capstan.toml",
@@ -160,10 +162,10 @@ fn a_rope_let_back_on_a_drum_pulls_as_the_capstan_says() {
     }
 }
 
-/// Neither cable can give way where fixings hold them in each other: the push between them grew with every round, to
-/// 142 MN on the connectors, and "failed" was all that was said.
+/// Neither cable can move where constraints hold them inside each other. The force between them once grew with every
+/// update, to 142 MN on the connectors, and the only message was "failed".
 #[test]
-fn cables_that_fixings_hold_in_each_other_overlap_there_and_are_told_of() {
+fn cables_that_constraints_hold_inside_each_other_overlap_there_with_an_event() {
     let text = format!(
         "{CABLE}{}{}{}",
         held_branch("A", [0.0, 0.0, 0.0], [0.4, 0.0, 0.0], 40, false),
@@ -175,8 +177,8 @@ fn cables_that_fixings_hold_in_each_other_overlap_there_and_are_told_of() {
     let event = run.events.iter().find(|event| event.kind == EventKind::Overlap).expect("an event");
     assert_eq!((event.place.constraint.as_deref(), event.first.increment), (Some("A1"), 6), "{event:?}");
     assert!(event.message.contains("`C1`") && event.value == Some(0.002) && event.limit == Some(0.008), "{event:?}");
-    // Bent apart by 6 mm over a run-out of 32 mm, as a cantilever would by 3 EI w/L³ = 3.3 N; clamped at both ends by
-    // 13 N.
+    // Bent apart by 6 mm over a length of 32 mm: a cantilever takes 3 EI w/L³ = 3.3 N, a beam clamped at both ends 13
+    // N.
     let step = run.steps.last().expect("steps");
     let apart = force(step, "C1").y.abs();
     assert!(apart > 3.0 && apart < 30.0, "{apart} N");
@@ -187,9 +189,9 @@ fn cables_that_fixings_hold_in_each_other_overlap_there_and_are_told_of() {
     );
 }
 
-/// Two cables on top of each other have no direction apart: that one was found by dividing by nothing.
+/// Two coincident cables have no direction of separation: it was once computed by a division by zero.
 #[test]
-fn cables_drawn_on_top_of_each_other_are_no_reason_for_numbers_that_are_none() {
+fn coincident_cables_give_finite_results() {
     let text = format!(
         "{CABLE}{}{}",
         held_branch("A", [0.0, 0.0, 0.0], [0.4, 0.0, 0.0], 40, false),
@@ -199,9 +201,10 @@ fn cables_drawn_on_top_of_each_other_are_no_reason_for_numbers_that_are_none() {
     assert!(run.steps[0].branches.iter().all(|branch| branch.position[40].z < -0.1), "both hang down");
 }
 
-/// A cable pressed between two bodies that leave it no room: the run ends with the place, and what it lies in.
+/// A cable between two bodies closer than its diameter: the run ends with an event that names the place and the
+/// obstacle.
 #[test]
-fn contact_that_cannot_be_met_is_said_with_its_place() {
+fn infeasible_contact_is_reported_with_its_place() {
     let plane = |name: &str, z: f64, up: f64| {
         format!("[[obstacles]]\nname = \"{name}\"\nshape = \"plane\"\npoint = [0, 0, {z}]\nnormal = [0, 0, {up}]\n")
     };
@@ -220,7 +223,7 @@ fn contact_that_cannot_be_met_is_said_with_its_place() {
 }
 
 #[test]
-fn harnesses_in_contact_balance_as_a_whole() {
+fn harnesses_in_contact_are_in_global_balance() {
     let rough = [("cables = true", "cables = true\nfriction = 0.3")];
     let shorter = [("increments = 24", "increments = 10"), ("[0.436608, -0.053351, 0.058856]", "[0.38, 0, 0.058856]")];
     converged(&scenario("cable_on_plane.toml", &[]));

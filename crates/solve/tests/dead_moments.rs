@@ -15,7 +15,7 @@ use wireloom_solve::steps::certificate::Certifier;
 use wireloom_testkit::conformance::networks::{Sample, Sketch, section, sized_y_harness};
 use wireloom_testkit::conformance::numeric::{random_turn, random_vector};
 
-/// Iterations that an increment may take.
+/// Largest number of iterations of an increment.
 const MOST: usize = 20;
 
 fn registry() -> Registry {
@@ -24,7 +24,7 @@ fn registry() -> Registry {
     registry
 }
 
-/// A dead moment (N m) at a place.
+/// Adds a dead moment (N m) at a place.
 fn load(sample: &mut Sample, place: Place, moment: Vector) {
     let site = sample.network.site(place);
     let load = Load { name: "tool".into(), site, point: site.point, force: Vector::zeros(), moment, factor: 1.0 };
@@ -47,8 +47,8 @@ fn solve(problem: &mut Problem<'_>, state: &mut State) -> Report {
     Newton::new().minimise(problem, state, &Stop { force_tolerance: 1e-9, max_iterations: 200 })
 }
 
-/// Where a weightless cantilever along x that a moment M bends is at arc length s: no force acts, so M is the same
-/// everywhere, and the tangent goes around it at the rate |M|/EI: a helix, whatever GJ is.
+/// Position and tangent at arc length s of a weightless cantilever along x under a moment M. Without forces M is
+/// constant, and the tangent turns about it at the rate |M|/EI: a helix, for any GJ.
 fn helix(moment: &Vector, s: f64) -> (Vector, Vector) {
     let (axis, rate) = (moment.normalize(), moment.norm() / section(false).bending_stiffness[0]);
     let along = axis * axis.x;
@@ -58,8 +58,7 @@ fn helix(moment: &Vector, s: f64) -> (Vector, Vector) {
     (along * s + (across * sin + turned * (1.0 - cos)) / rate, along + across * cos + turned * sin)
 }
 
-/// From straight to what the moment makes of it at once, on three meshes: the largest distance of a node at an end from
-/// where it belongs.
+/// Applies the moment in one increment on three meshes; checks the convergence of the ends to their exact positions.
 #[track_caller]
 fn second_order(what: &str, harness: impl Fn(usize) -> Sample, ends: &[(usize, Vector)]) {
     let errors = [40, 80, 160].map(|segments| {
@@ -71,7 +70,7 @@ fn second_order(what: &str, harness: impl Fn(usize) -> Sample, ends: &[(usize, V
         let end = |branch: usize| state.points[sample.network.branches[branch].points.end - 1];
         ends.iter().map(|(branch, exact)| (end(*branch) - exact).norm()).fold(0.0, f64::max)
     });
-    // A quarter at second order, but for what errors of different signs make of the coarsest mesh.
+    // The ratio is a quarter at second order; errors of different signs may cancel on the coarsest mesh.
     assert!(errors[0] < 1e-3 && errors[1] < 0.5 * errors[0] && errors[2] < 0.3 * errors[1], "{what}: {errors:?}");
 }
 
@@ -97,9 +96,9 @@ fn a_moment_about_an_oblique_axis_makes_a_helix() {
     }
 }
 
-/// A moment on a joint in the middle bends the first half to a helix; the second half goes on straight.
+/// A moment on a joint in the middle bends the first half to a helix; the second half stays straight.
 #[test]
-fn a_moment_at_a_joint_bends_what_is_before_it() {
+fn a_moment_at_a_joint_bends_the_half_before_it() {
     let moment = Vector::new(0.4, -1.0, 0.5).normalize() * (TAU * section(false).bending_stiffness[0]);
     let (middle, tangent) = helix(&moment, 0.5);
     for model in ["fused", "rigid-body"] {
@@ -119,9 +118,9 @@ fn a_moment_at_a_joint_bends_what_is_before_it() {
     }
 }
 
-/// Random states and moments on a hub, on the end of a branch that rides on it with an offset, and on the ends: the
-/// step `u` of the solve must be that at which the residual vanishes to first order. With r the gradient in body
-/// frames, its change along u is `K u + ½ r × u` in each frame, for K belongs to r pulled back to θ.
+/// Random states and moments on a hub, on the end of a branch tied to it with an offset, and on the ends: the residual
+/// must vanish to first order at the step `u` of the solve. With r the gradient in body frames, its change along u is
+/// `K u + ½ r × u` in each frame, as K is the derivative of r pulled back to θ.
 #[test]
 fn the_corrected_matrix_is_the_derivative_of_the_residual() {
     let mut rng = fastrand::Rng::with_seed(17);
@@ -183,8 +182,8 @@ fn the_corrected_matrix_is_the_derivative_of_the_residual() {
     }
 }
 
-/// Rolled up to one and a half circles, the cable is turned at its clamp about the axis of the moment and carried away:
-/// it goes along as it is. Turned about another axis it becomes a helix.
+/// A cable rolled up to one and a half circles is moved at its clamp. Turned about the axis of the moment it keeps its
+/// shape; turned about another axis it becomes a helix.
 #[test]
 fn a_rolled_up_cable_follows_its_clamp() {
     let moment = -Vector::y() * (1.5 * TAU * section(false).bending_stiffness[0]);
@@ -203,15 +202,14 @@ fn a_rolled_up_cable_follows_its_clamp() {
         let report = newton.minimise(&mut problem, &mut state, &stop);
         assert_eq!(report.status, Status::Converged, "{turn:?}: {report:?}");
         assert!(report.iterations <= MOST, "{turn:?}: {report:?}");
-        // Seen from the clamp the moment is turned back.
+        // In the frame of the clamp the moment turns backward.
         let exact = away + q * helix(&(q.inverse() * moment), 1.0).0;
         assert!((state.points[80] - exact).norm() < 2e-4, "{turn:?}: {} m off", (state.points[80] - exact).norm());
     }
 }
 
-/// A strip that stands on its clamp, far too heavy for its softer direction, and a moment about the vertical: standing
-/// straight is an equilibrium which one direction leaves. A round one would leave in two, and of that the determinant
-/// says nothing.
+/// An upright strip, too heavy for its softer direction, under a moment about the vertical: the straight shape is an
+/// equilibrium with one unstable direction. A round rod has two, which the determinant cannot detect.
 #[test]
 fn a_strip_that_cannot_stand_diverges_under_a_moment() {
     let run = |stiffness: [f64; 2], gravity: f64| {
@@ -233,7 +231,7 @@ fn a_strip_that_cannot_stand_diverges_under_a_moment() {
         let mut certifier = Certifier::new(&sample.network);
         let status = certifier.certify(&mut problem, &state, &stop, Status::Failed).status;
         assert_eq!(status, Status::Converged);
-        assert!(state.points[40].xy().norm() < 1e-9, "it stands: {}", state.points[40]);
+        assert!(state.points[40].xy().norm() < 1e-9, "it is upright: {}", state.points[40]);
         certifier.diverges(&mut problem, &state)
     };
     // Greenhill: ρ g L³/EI = 7.84.

@@ -1,4 +1,4 @@
-//! The minimisers that go by gradients under the conformance suite, as the registry makes them, and against each other.
+//! Conformance suite of the gradient minimisers, as built by the registry, and comparisons between them.
 
 use wireloom_core::minimiser::{Minimiser, Report, Stop};
 use wireloom_core::status::Status;
@@ -28,10 +28,10 @@ minimiser_conformance!(lbfgs, minimiser("lbfgs", &[]), registry);
 minimiser_conformance!(ncg, minimiser("ncg", &[]), registry);
 minimiser_conformance!(polak_ribiere, minimiser("ncg", &[("formula", word("polak-ribiere"))]), registry);
 
-// The methods of the textbook come to the same places (below), but on the harnesses of the suite not always in its
-// 100,000 iterations.
+// The methods without a metric find the same equilibria (below), but on the harnesses of the suite not always within
+// its 100,000 iterations.
 
-/// The cable with its far end brought nearer and out of line.
+/// Equilibrium of the cable with its far end moved in and aside.
 fn drawn_near(sample: &Sample, minimiser: &mut dyn Minimiser) -> (State, Report) {
     let mut problem = sample.problem();
     let mut target = sample.conditions.targets[1];
@@ -44,10 +44,10 @@ fn drawn_near(sample: &Sample, minimiser: &mut dyn Minimiser) -> (State, Report)
 }
 
 #[test]
-fn every_way_leads_to_the_equilibrium_that_newton_finds() {
+fn every_method_finds_the_equilibrium_of_newton() {
     let sample = cable(&registry(), 12);
     let (want, _) = drawn_near(&sample, minimiser("newton", &[])().as_mut());
-    let ways = [
+    let methods = [
         ("lbfgs", vec![]),
         ("lbfgs", vec![("memory", Value::Count(1)), ("refresh", Value::Count(100))]),
         ("lbfgs", vec![("preconditioner", word("none"))]),
@@ -57,17 +57,16 @@ fn every_way_leads_to_the_equilibrium_that_newton_finds() {
         ("ncg", vec![("preconditioner", word("none")), ("formula", word("hager-zhang"))]),
         ("ncg", vec![("preconditioner", word("none")), ("formula", word("polak-ribiere"))]),
     ];
-    for (kind, options) in ways {
+    for (kind, options) in methods {
         let (state, report) = drawn_near(&sample, minimiser(kind, &options)().as_mut());
         let apart = state.points.iter().zip(&want.points).map(|(a, b)| (a - b).norm()).fold(0.0, f64::max);
         assert!(apart < 1e-6, "{kind} {options:?}: {apart:e} m apart, {report:?}");
     }
 }
 
-/// What a metric is worth: a handful of iterations where the textbook needs thousands; and a factorisation is used for
-/// several of them.
+/// Benefit of the metric: a few iterations instead of thousands, and several iterations per factorisation.
 #[test]
-fn the_metric_spares_iterations_and_several_of_them_share_a_factorisation() {
+fn the_metric_saves_iterations_and_a_factorisation_serves_several() {
     let sample = cable(&registry(), 12);
     for kind in ["lbfgs", "ncg"] {
         let (_, metric) = drawn_near(&sample, minimiser(kind, &[])().as_mut());

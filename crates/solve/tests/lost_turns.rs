@@ -1,4 +1,4 @@
-//! Turns of twist asked of a mesh: held, or said to be lost. Never lost without a word.
+//! Prescribed turns of twist: held by the mesh, or reported as lost.
 
 use wireloom_core::constraint::ConstraintSpec;
 use wireloom_core::equilibrium::StepResult;
@@ -17,11 +17,11 @@ fn registry() -> Registry {
     registry
 }
 
-/// Pulls the last fixing to a place, then turns it by so many turns in so many increments.
+/// Moves the last constraint to a place, then turns it by a number of turns in a number of increments.
 fn turn(network: &Network, to: Vector, gravity: f64, turns: f64, increments: usize) -> Run {
     let last = network.constraints.len() - 1;
-    let there = Track { positions: vec![(1.0, to)], ..Track::default() };
-    let steps = [("pull", there, 4), ("turn", Track { spin: turns, ..Track::default() }, increments)];
+    let track = Track { positions: vec![(1.0, to)], ..Track::default() };
+    let steps = [("pull", track, 4), ("turn", Track { spin: turns, ..Track::default() }, increments)];
     let step = |(name, track, increments): (&str, Track, usize)| Step {
         name: name.into(),
         increments,
@@ -36,7 +36,7 @@ fn turn(network: &Network, to: Vector, gravity: f64, turns: f64, increments: usi
         increments: true,
         clearances: false,
     };
-    let mut watching = |_: &_, _: &_| Control::Continue;
+    let mut observer = |_: &_, _: &_| Control::Continue;
     carry_out(
         network,
         None,
@@ -44,14 +44,14 @@ fn turn(network: &Network, to: Vector, gravity: f64, turns: f64, increments: usi
         &Stop::default(),
         &schedule,
         None,
-        &mut IncrementObserver(&mut watching),
+        &mut IncrementObserver(&mut observer),
     )
 }
 
-/// Half a percent longer than it is: the pull keeps it straight, whatever it is twisted by.
+/// Half a percent of strain: the tension keeps the cable straight at any twist.
 const TAUT: Vector = Vector::new(1.005, 0.0, 0.0);
 
-/// The steps that turn, with how many turns are asked of each.
+/// Increments of the step that turns, with the prescribed turns of each.
 fn turning(run: &Run, turns: f64) -> impl Iterator<Item = (&StepResult, f64)> {
     let all = run.steps.iter().filter(|end| end.name == "turn");
     all.map(move |end| (end, turns * end.increment as f64 / end.increments as f64))
@@ -61,12 +61,16 @@ fn twist(end: &StepResult) -> f64 {
     end.branches.iter().map(|branch| branch.twist_turns).sum()
 }
 
-/// What converged has the twist that was asked for (so much of it in its branches, to this), and what has not is said
-/// to have lost it, with its place.
+/// Checks that converged increments have the prescribed twist (this fraction of it in the branches, with this error),
+/// and that others report lost turns with their place.
 #[track_caller]
-fn never_lost_without_a_word(what: &str, run: &Run, turns: f64, (share, error): (f64, f64), held: bool) {
+fn held_or_reported(what: &str, run: &Run, turns: f64, (fraction, error): (f64, f64), held: bool) {
     for (end, asked) in turning(run, turns).filter(|(end, _)| end.status == Status::Converged) {
-        assert!((twist(end) - share * asked).abs() <= error * asked.abs(), "{what}: {} turns of {asked}", twist(end));
+        assert!(
+            (twist(end) - fraction * asked).abs() <= error * asked.abs(),
+            "{what}: {} turns of {asked}",
+            twist(end)
+        );
     }
     let lost = lost(run);
     if held {
@@ -94,24 +98,18 @@ fn eight_turns_on_twenty_segments_end_converged_with_five() {
         let sample = cable(&registry(), segments);
         for increments in [1, 16] {
             let run = turn(&sample.network, TAUT, 0.0, turns, increments);
-            never_lost_without_a_word(
-                &format!("{turns} turns on {segments}, in {increments}"),
-                &run,
-                turns,
-                EXACTLY,
-                held,
-            );
+            held_or_reported(&format!("{turns} turns on {segments}, in {increments}"), &run, turns, EXACTLY, held);
         }
     }
 }
 
-/// As many parts as that takes are never made: the run ends where the first turn would be lost.
+/// The run ends where the first turn would be lost, before all its parts are computed.
 #[test]
 fn ten_million_turns_end_where_the_mesh_holds_no_more() {
     let sample = cable(&registry(), 20);
     for turns in [1e7, -1e7] {
         let run = turn(&sample.network, TAUT, 0.0, turns, 1);
-        never_lost_without_a_word(&format!("{turns} turns"), &run, turns, EXACTLY, false);
+        held_or_reported(&format!("{turns} turns"), &run, turns, EXACTLY, false);
     }
 }
 
@@ -119,27 +117,26 @@ fn ten_million_turns_end_where_the_mesh_holds_no_more() {
 fn turns_are_not_lost_at_a_joint_in_between() {
     for model in ["cosserat", "fused", "rigid-body"] {
         let sample = cut_cable(&registry(), model, 20);
-        // The segments at a joint without a frame are coupled by it, as any two of the twenty: that is no part of a
-        // branch.
-        let share = if model == "cosserat" { (0.95, 0.05) } else { EXACTLY };
+        // The twist between the two segments at a joint without a frame belongs to no branch.
+        let fraction = if model == "cosserat" { (0.95, 0.05) } else { EXACTLY };
         for (turns, held) in [(4.0, true), (9.0, false)] {
             let run = turn(&sample.network, TAUT, 0.0, turns, 18);
-            never_lost_without_a_word(&format!("{turns} turns through {model}"), &run, turns, share, held);
+            held_or_reported(&format!("{turns} turns through {model}"), &run, turns, fraction, held);
         }
     }
 }
 
-/// A hanging loop, its end turned by five turns: every two of them go around its end, as in the trick with the belt. It
-/// is in balance, and says so.
+/// The end of a hanging loop is turned by five turns: the loop sheds pairs of turns around its end, as in the belt
+/// trick. It is in balance, with events.
 #[test]
-fn turns_that_a_loop_passes_off_are_told() {
+fn turns_shed_by_a_loop_are_reported() {
     for segments in [20, 40] {
         let sample = cable(&registry(), segments);
         let run = turn(&sample.network, Vector::new(0.5, 0.0, 0.0), 9.81, 5.0, 20);
         assert_eq!(run.status, Status::Converged, "{:?}", run.events);
         let lost = lost(&run);
-        let gone: f64 = lost.iter().filter_map(|event| event.value).sum();
-        assert_eq!((lost.len(), gone), (2, 4.0), "{lost:?}");
+        let shed: f64 = lost.iter().filter_map(|event| event.value).sum();
+        assert_eq!((lost.len(), shed), (2, 4.0), "{lost:?}");
         assert!(
             lost.iter().all(|event| event.place.branch.is_some() && event.message.contains("passed through itself"))
         );
@@ -148,10 +145,10 @@ fn turns_that_a_loop_passes_off_are_told() {
     }
 }
 
-/// A hand whose spring is weaker than the twisted cable: the spring snaps round, and the cable keeps less than was
-/// asked for.
+/// A handle whose rotational spring is weaker than the twisted cable: the spring snaps round, and the cable loses
+/// turns.
 #[test]
-fn turns_are_not_lost_in_a_springy_hand() {
+fn turns_are_not_lost_in_a_rotational_spring() {
     let registry = registry();
     let spring = |stiffness: f64| {
         let mut sample = cable(&registry, 20);
@@ -159,7 +156,7 @@ fn turns_are_not_lost_in_a_springy_hand() {
         let springs = [("stiffness", 1e5), ("angular_stiffness", stiffness)];
         let parameters = Parameters(springs.map(|(name, value)| (name.into(), Value::Number(value))).into());
         let handle = registry.constraint("handle").expect("built in");
-        sample.network.constraints[1].model = (handle.build)(&spec, &parameters).expect("a springy handle");
+        sample.network.constraints[1].model = (handle.build)(&spec, &parameters).expect("a handle with a spring");
         turn(&sample.network, TAUT, 0.0, 3.0, 6)
     };
     let strong = spring(10.0);

@@ -3,11 +3,12 @@
 //!
 //! ```text
 //! d = −M⁻¹ g + β d′,   y = g − g′           (′: of the previous step, transported to the present state)
-//! β = (y·M⁻¹g)/(d′·y) − 2 (y·M⁻¹y) (d′·g)/(d′·y)²        hager-zhang (2005): a descent direction with any line search
+//! β = (y·M⁻¹g)/(d′·y) − 2 (y·M⁻¹y) (d′·g)/(d′·y)²        hager-zhang (2005)
 //! β = (y·M⁻¹g)/(g′·M⁻¹g′)                                  polak-ribiere (1969)
 //! ```
 //!
-//! It restarts (β = 0) where β would be negative, and when the metric M is recomputed.
+//! The first formula gives a descent direction with any line search. The method restarts (β = 0) where β would be
+//! negative, and when the metric M is recomputed.
 
 use crate::minimisers::descent::{self, Method};
 use crate::minimisers::transport::transport;

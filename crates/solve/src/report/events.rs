@@ -185,8 +185,8 @@ fn coarse_meshes(log: &mut EventLog, problem: &Problem<'_>, state: &State) {
             value: Some(turn),
             limit: Some(RESOLVED_TURN),
             message: format!(
-                "neighbouring segments are turned by {:.0}° against each other, and follow the cable up to {:.0}°: {few} \
-                 too few for how it bends or twists there, {:.0} may do",
+                "neighbouring segments are turned by {:.0}° against each other, and follow the cable up to {:.0}°: \
+                 {few} too few for how it bends or twists there, {:.0} may do",
                 turn.to_degrees(),
                 RESOLVED_TURN.to_degrees(),
                 (segments as f64 * turn / RESOLVED_TURN).ceil()

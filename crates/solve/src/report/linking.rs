@@ -44,8 +44,8 @@ pub(crate) fn self_passing(problem: &Problem<'_>, before: &State, after: &State)
                 value: Some(turns),
                 limit: None,
                 message: format!(
-                    "{turns} turns of twist have gone: the cable passed through itself or around its end; with contact.cables \
-                     it does not pass through itself"
+                    "{turns} turns of twist have gone: the cable passed through itself or around its end; with \
+                     contact.cables it does not pass through itself"
                 ),
             });
         }

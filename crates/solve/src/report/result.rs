@@ -314,7 +314,10 @@ pub fn overstretched(problem: &Problem<'_>, state: &State) -> Vec<Occurrence> {
         network.constraints.iter().enumerate().any(|(f, constraint)| {
             problem.conditions().active[f]
                 && constraint.place == (Place::Node { branch, node })
-                && matches!(constraint.model.action(), Action::Prescribed(hold) if hold.position && hold.rails.is_empty())
+                && matches!(
+                    constraint.model.action(),
+                    Action::Prescribed(hold) if hold.position && hold.rails.is_empty()
+                )
         })
     };
     let mut found = Vec::new();

@@ -234,13 +234,13 @@ impl TwistMonitor {
                         (own.rod.mesh().segments(), result::twist_turns(before.branch(network, branch).frames));
                     let needed = (twist.abs().max(prescribed) * TAU / RESOLVED_TURN).ceil().max(2.0 * segments as f64);
                     format!(
-                        "{lost} of its twist would be lost: neighbouring frames turned past half a turn; {segments} segments do not \
-                         hold {twist:.1} turns and how it bends there, {needed:.0} may"
+                        "{lost} of its twist would be lost: neighbouring frames turned past half a turn; {segments} \
+                         segments do not hold {twist:.1} turns and how it bends there, {needed:.0} may"
                     )
                 }
                 Coupled::Arms { arms: [_, (other, _)], .. } => format!(
-                    "{lost} of twist would be lost at the joint with branch `{}`: the wires that run from one to the other \
-                     turned past half a turn",
+                    "{lost} of twist would be lost at the joint with branch `{}`: the wires that run from one to \
+                     the other turned past half a turn",
                     network.branches[other].name
                 ),
                 Coupled::Spring { .. } => format!(

@@ -43,8 +43,8 @@ pub(crate) fn place_stations(
                 knots[k].1 = if free { wanted } else { wanted.clamp(before + fraction, after - between * fraction) };
                 if !free {
                     notes.push(format!(
-                        "constraint `{}` begins at s = {:.4} m of branch `{}`, not at {wanted:.4} m: what acts already has come \
-                         past that",
+                        "constraint `{}` begins at s = {:.4} m of branch `{}`, not at {wanted:.4} m: what acts \
+                         already has come past that",
                         network.constraints[f].name, knots[k].1, own.name
                     ));
                 }
@@ -80,8 +80,8 @@ fn nearest_place(
     let (there, least) = nearest(&s, &points, &seat, s[0], s[s.len() - 1]);
     let note = (least < distance - SAME).then(|| {
         format!(
-            "clip `{}` closes at s = {here:.4} m of branch `{}`, between the constraints beside it; at s = {there:.4} m \
-             the cable is nearer to its seat",
+            "clip `{}` closes at s = {here:.4} m of branch `{}`, between the constraints beside it; at \
+             s = {there:.4} m the cable is nearer to its seat",
             constraint.name, own.name
         )
     });
