@@ -5,8 +5,8 @@
 //! A test of a device against `wireloom_core::Problem` does not replace it. The problem has the energies and their
 //! derivatives, but not the inertia of the factorisation, the shift, the condensation, the line search and the phases.
 //! A device that gets one of these wrong may still converge, only more slowly. For example, a smaller increase of the
-//! shift passes the conformance suite of minimisers, and fails the parity test of `wireloom-gpu`. Also, the reference is
-//! tested without any device.
+//! shift passes the conformance suite of minimisers, and fails the parity test of `wireloom-gpu`. Also, the reference
+//! is tested without any device.
 
 mod accept_step;
 mod assemble_gradient;
