@@ -219,7 +219,7 @@ branches: Array<Branch>,
  */
 joints: Array<Joint>, 
 /**
- * Constraints: those that ever act. Frames name those that act at the time.
+ * All constraints. Frames name the active ones.
  */
 constraints: Array<Constraint>, 
 /**
@@ -307,7 +307,7 @@ undo: string | null,
  */
 redo: string | null, 
 /**
- * Constraints that are held by a tab, and the number of that tab.
+ * Constraints that are held, each with the number of its tab.
  */
 held: Array<[string, number]>, 
 /**
@@ -451,7 +451,7 @@ residual: number,
  */
 joints: Array<Placed>, 
 /**
- * Constraints that act.
+ * Active constraints.
  */
 constraints: Array<ConstraintFrame>, 
 /**
