@@ -6,6 +6,9 @@ use wireloom_core::problem::Problem;
 use wireloom_core::steps::Operation;
 use wireloom_core::{Network, State, Vector};
 
+/// A result has the kind of its operation.
+const MADE_FROM_IT: &str = "a result is made from its operation";
+
 /// Results of the operations at the beginning of a step.
 pub(crate) fn begin(operations: &[Operation], problem: &Problem<'_>, state: &State) -> Vec<OperationResult> {
     let network = problem.network;
@@ -46,19 +49,23 @@ pub(crate) fn update(
     reaction: impl Fn(usize) -> Vector,
 ) {
     for (operation, result) in operations.iter().zip(results) {
-        match (operation, result) {
-            (Operation::Carry { constraints }, OperationResult::Carry { force, .. }) => {
+        match operation {
+            Operation::Carry { constraints } => {
+                let OperationResult::Carry { force, .. } = result else { unreachable!("{MADE_FROM_IT}") };
                 *force = constraints.iter().map(|f| reaction(*f).norm()).fold(*force, f64::max);
             }
-            (
-                Operation::Mate { constraint, direction, push_from, .. },
-                OperationResult::Mate { insertion_force: largest, .. },
-            ) if t >= *push_from => {
-                let own = network.constraints[*constraint].limits.insertion_force.unwrap_or(0.0);
-                let needed = reaction(*constraint).dot(direction) + own;
-                *largest = Some(largest.unwrap_or(0.0).max(needed));
+            Operation::Mate { constraint, direction, push_from, .. } => {
+                let OperationResult::Mate { insertion_force: largest, .. } = result else {
+                    unreachable!("{MADE_FROM_IT}")
+                };
+                if t >= *push_from {
+                    let own = network.constraints[*constraint].limits.insertion_force.unwrap_or(0.0);
+                    let needed = reaction(*constraint).dot(direction) + own;
+                    *largest = Some(largest.unwrap_or(0.0).max(needed));
+                }
             }
-            _ => {}
+            // Their results are known at the beginning of the step.
+            Operation::Grasp { .. } | Operation::Clip { .. } => {}
         }
     }
 }
