@@ -74,8 +74,8 @@ fn finding_many_faults_takes_no_square_of_their_number() {
     });
 }
 
-/// So many segments in a row, each with a wire of its own and one through all, clips, and nodes and constraints of one and
-/// the same name.
+/// So many segments in a row, each with a wire of its own and one through all, clips, and nodes and constraints of
+/// one and the same name.
 fn kbl(n: usize) -> String {
     let mut text = String::from(
         "<KBL_container><Unit id=\"mm\"><Si_unit_name>metre</Si_unit_name><Si_prefix>milli</Si_prefix></Unit>\

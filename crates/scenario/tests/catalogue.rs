@@ -1,4 +1,5 @@
-//! Types of constraints: shipped, of a library file, of the scenario. Values of a constraint take precedence over its type.
+//! Types of constraints: shipped, of a library file, of the scenario. Values of a constraint take precedence over its
+//! type.
 
 mod common;
 

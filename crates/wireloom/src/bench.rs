@@ -161,8 +161,8 @@ pub fn harness() -> Network {
     Network::new(branches, joints, vec![connector("a", 0, 0), connector("b", JOINTS, SEGMENTS)], vec![])
 }
 
-/// Hangs a network by moving constraint 1 from where the rest shape has it by `shift`, then drags it out along `outward`
-/// and back, `strokes` times `steps` steps of 5 mm each way, to a relative residual of 1e-8.
+/// Hangs a network by moving constraint 1 from where the rest shape has it by `shift`, then drags it out along
+/// `outward` and back, `strokes` times `steps` steps of 5 mm each way, to a relative residual of 1e-8.
 pub fn drag(
     case: &'static str,
     network: &Network,

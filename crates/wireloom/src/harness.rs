@@ -1,5 +1,5 @@
-//! The harness that is computed: the network of branches, joints, constraints and bodies, its state, and the schedule of
-//! its steps.
+//! The harness that is computed: the network of branches, joints, constraints and bodies, its state, and the schedule
+//! of its steps.
 //!
 //! [`load`](crate::load) builds it; it is here to be read, and to be laid out or balanced by own programs.
 //!

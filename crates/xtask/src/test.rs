@@ -48,7 +48,8 @@ fn features() -> Result<(), String> {
     Ok(())
 }
 
-/// The page of the studio, where its tools can be had: types, whether the bundle is what its sources make, and the page in a browser.
+/// Checks the page of the studio, if its tools are available: types, whether the bundle matches its sources, and the
+/// page in a browser.
 fn page() -> Result<(), String> {
     if !tools::node() {
         return Ok(());

@@ -18,8 +18,8 @@
 //! order by `−½ ∫ Q²/A ds = −(ℓ²/2α) ∫ κ′ᵀ C κ′ ds`: with α = 240 by a twentieth of the `−(ℓ²/24) ∫ κ′ᵀ C κ′ ds` that
 //! the grid makes anyway (see `crates/README.md`). So the rod goes to the unshearable one with the square of the
 //! segment length, as the scheme with the tilts taken out does, with an error 1.05 times as large; and every joint and
-//! constraint finds the frames it needs. (MacNeal 1978 chose the shear compliance of beam elements in this way.) The energy
-//! of the alignment is what results call shear; on a mesh that is fine enough it is negligible.
+//! constraint finds the frames it needs. (MacNeal 1978 chose the shear compliance of beam elements in this way.) The
+//! energy of the alignment is what results call shear; on a mesh that is fine enough it is negligible.
 //!
 //! An edge that points against its frame (a far start may bring that about) meets A along the frame, too: the energy
 //! then falls all the way as the frame turns to its edge, where the quadratic law alone would have a minimum with the
