@@ -191,7 +191,7 @@ impl Slopes {
 pub struct ConstraintTerm {
     scratch: Scratch,
     /// ρ of a residual whose scale and penalty are 1, J.
-    pub(crate) penalty_unit: f64,
+    pub penalty_unit: f64,
     /// A constraint that has returned a non-finite number for a finite state.
     pub(crate) non_finite: Option<usize>,
 }

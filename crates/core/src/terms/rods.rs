@@ -56,7 +56,7 @@ impl RodTerm {
 
     /// Shape of one branch.
     #[inline]
-    pub(crate) fn shape<'s>(&'s self, network: &Network, state: &'s State, branch: usize) -> BranchShape<'s> {
+    pub fn shape<'s>(&'s self, network: &Network, state: &'s State, branch: usize) -> BranchShape<'s> {
         let frames = network.branches[branch].frames.clone();
         BranchShape {
             extra_curvature: self.extra_curvature.get(frames).unwrap_or_default(),

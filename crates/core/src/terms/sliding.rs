@@ -97,7 +97,7 @@ pub struct SlidingTerm {
 
 impl SlidingTerm {
     /// Finds the sliding constraints that act, the affected segments and the stops.
-    pub(crate) fn update(&mut self, system: System<'_>) {
+    pub fn update(&mut self, system: System<'_>) {
         let network = system.network;
         self.slides.clear();
         for (index, site) in network.slides.iter().enumerate() {
@@ -206,14 +206,14 @@ impl SlidingTerm {
     }
 
     /// Updates the remaining travel of each sliding constraint at `state`.
-    pub(crate) fn update_travel(&mut self, network: &Network, state: &State) {
+    pub fn update_travel(&mut self, network: &Network, state: &State) {
         for slide in &mut self.slides {
             slide.travel = [0, 1].map(|side| slide.length(state, network, side) - slide.least[side]);
         }
     }
 
     /// Sets the entries of slides that stick or are at a stop to zero.
-    pub(crate) fn project(&self, system: System<'_>, gradient: &mut Tangent) {
+    pub fn project(&self, system: System<'_>, gradient: &mut Tangent) {
         for slide in &self.slides {
             let g = &mut gradient.slides[slide.index];
             if system.conditions.sliding[slide.index] == Sliding::Stuck || slide.is_stopped(*g) {

@@ -79,7 +79,7 @@ impl ContactTerm {
 
     /// Deepest penetration of a centre line into an obstacle at `state`, except where constraints hold it there; `None`
     /// if there is no penetration.
-    pub(crate) fn deepest_penetration(&mut self, system: System<'_>, state: &State) -> Option<Penetration> {
+    pub fn deepest_penetration(&mut self, system: System<'_>, state: &State) -> Option<Penetration> {
         let network = system.network;
         self.update_held(system);
         let mut deepest: Option<Penetration> = None;

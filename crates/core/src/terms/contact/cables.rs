@@ -362,7 +362,7 @@ impl ContactTerm {
     }
 
     /// Overlaps of cables at `state`, as permitted ones.
-    pub(crate) fn overlaps(&mut self, system: System<'_>, state: &State) -> Vec<Overlap> {
+    pub fn overlaps(&mut self, system: System<'_>, state: &State) -> Vec<Overlap> {
         self.cables.search_again();
         self.search_pairs(system, state);
         let mut overlaps: Vec<Overlap> = Vec::new();
@@ -384,7 +384,7 @@ impl ContactTerm {
 
     /// Permitted overlaps that remain at `state`: cables that have separated may not overlap again as far as before.
     /// Repeats the search of pairs, so that later results depend on this state alone.
-    pub(crate) fn remaining_overlaps(&mut self, system: System<'_>, state: &State) -> Vec<Overlap> {
+    pub fn remaining_overlaps(&mut self, system: System<'_>, state: &State) -> Vec<Overlap> {
         self.cables.search_again();
         self.search_pairs(system, state);
         let mut overlaps = system.conditions.contact.overlaps.clone();

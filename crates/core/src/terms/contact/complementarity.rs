@@ -33,7 +33,7 @@ pub enum Lack {
 impl ContactTerm {
     /// Largest violation of contact at `state`, in units of the tolerance: up to 1 is accepted. `None` if there are no
     /// contact points.
-    pub(crate) fn violation(&mut self, system: System<'_>, state: &State) -> Option<f64> {
+    pub fn violation(&mut self, system: System<'_>, state: &State) -> Option<f64> {
         if self.is_idle() {
             return None;
         }
@@ -44,7 +44,7 @@ impl ContactTerm {
     }
 
     /// Largest violation of contact at `state`, if it is above the tolerance.
-    pub(crate) fn worst_violation(&mut self, system: System<'_>, state: &State) -> Option<ContactViolation> {
+    pub fn worst_violation(&mut self, system: System<'_>, state: &State) -> Option<ContactViolation> {
         if self.is_idle() {
             return None;
         }

@@ -63,7 +63,7 @@ impl ContactTerm {
     /// Largest fraction of the motion from one state to another on which no centre line enters an obstacle or passes
     /// through a cable; 1 if none does. The obstacles may have moved from `poses`; `None`: they are at rest. A cable
     /// that is inside already is free to leave.
-    pub(crate) fn collision_free_fraction(
+    pub fn collision_free_fraction(
         &mut self,
         system: System<'_>,
         from: &State,

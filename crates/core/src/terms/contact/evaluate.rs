@@ -139,7 +139,7 @@ impl ContactTerm {
     }
 
     /// The two nodes of a contact point's segment, and their weights.
-    pub(crate) fn support(&self, system: System<'_>, point: u32) -> [(usize, f64); 2] {
+    pub fn support(&self, system: System<'_>, point: u32) -> [(usize, f64); 2] {
         let point = &self.points[point as usize];
         let i = system.network.branches[point.branch].points.start + point.segment;
         [(i, 1.0 - point.fraction), (i + 1, point.fraction)]
@@ -193,7 +193,7 @@ impl ContactTerm {
 
     /// Finds the points that constraints hold, and the places where they hold a cable nearer to an obstacle than its
     /// radius.
-    pub(crate) fn update_held(&mut self, system: System<'_>) {
+    pub fn update_held(&mut self, system: System<'_>) {
         if self.is_idle() {
             return;
         }

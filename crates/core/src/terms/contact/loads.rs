@@ -20,11 +20,7 @@ pub struct ObstacleLoad {
 impl ContactTerm {
     /// Load of every obstacle on the harness at the last evaluated state; `friction` gives the friction force of a
     /// contact, N.
-    pub(crate) fn obstacle_loads(
-        &self,
-        system: System<'_>,
-        friction: impl Fn(&Contact) -> Vector,
-    ) -> Vec<ObstacleLoad> {
+    pub fn obstacle_loads(&self, system: System<'_>, friction: impl Fn(&Contact) -> Vector) -> Vec<ObstacleLoad> {
         let mut all = vec![ObstacleLoad::default(); system.network.obstacles.len()];
         for contact in &self.found {
             let Some(o) = contact.partner.obstacle().map(|o| o as usize) else { continue };
@@ -42,7 +38,7 @@ impl ContactTerm {
 
     /// Whether each point belongs to a segment that touches something at the last evaluated state, or may do so after a
     /// step.
-    pub(crate) fn touching_points(&self, system: System<'_>) -> Vec<bool> {
+    pub fn touching_points(&self, system: System<'_>) -> Vec<bool> {
         let mut touching = vec![false; system.network.points];
         for contact in self.found.iter().chain(&self.approaching) {
             let others = contact.other.iter().flat_map(|other| [other.first, other.first + 1]);

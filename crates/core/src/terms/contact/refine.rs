@@ -16,7 +16,7 @@ const SEARCH: usize = 16;
 impl ContactTerm {
     /// Places, in order, where the penetration between two contact points exceeds the tolerance at `state`; searched
     /// after contact points with a cached obstacle or a near cable.
-    pub(crate) fn deeper_places(&mut self, system: System<'_>, state: &State) -> Vec<ContactPoint> {
+    pub fn deeper_places(&mut self, system: System<'_>, state: &State) -> Vec<ContactPoint> {
         if self.is_idle() {
             return Vec::new();
         }

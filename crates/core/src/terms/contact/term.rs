@@ -182,13 +182,13 @@ impl ContactTerm {
     }
 
     /// Discards the search results, so that the next evaluation searches around every contact point again.
-    pub(crate) fn search_again(&mut self) {
+    pub fn search_again(&mut self) {
         self.searched.clear();
         self.searched.resize(self.points.len(), (Vector::zeros(), f64::NEG_INFINITY));
     }
 
     /// Replaces the added contact points.
-    pub(crate) fn set_extra(&mut self, extra: &[ContactPoint]) {
+    pub fn set_extra(&mut self, extra: &[ContactPoint]) {
         self.points.truncate(self.own);
         self.points.extend_from_slice(extra);
         self.cached.resize_with(self.points.len(), Vec::new);
@@ -198,7 +198,7 @@ impl ContactTerm {
     }
 
     /// Discards the near pairs, so that the next evaluation searches again.
-    pub(crate) fn search_pairs_again(&mut self) {
+    pub fn search_pairs_again(&mut self) {
         self.cables.search_again();
     }
 
