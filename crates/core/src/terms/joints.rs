@@ -1,4 +1,4 @@
-//! Energy of the joints.
+//! Energy of the joints: `E = Σ E_j(q_1, …, q_k)` in the frames of the arms; see [`crate::JointModel`].
 
 use crate::{Matrix, Network, Rotation, State, Tangent, Vector};
 

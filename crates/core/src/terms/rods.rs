@@ -1,4 +1,6 @@
-//! Elastic energy of the rods, branch by branch.
+//! Elastic energy of the rods, branch by branch: `E = Σ ½ ℓ Γᵀ C Γ + ½ λ (κ − κ°)ᵀ D (κ − κ°)` on the staggered grid
+//! (Lang, Linn, Arnold 2011), with the derivatives `∂E/∂x_i = n_{i−1} − n_i`, `n_j = ∂E/∂(x_{j+1} − x_j)`, and
+//! `∂E/∂θ_c` of each [`crate::RodSegment`].
 
 use crate::equilibrium::Energy;
 use crate::network::WORTHWHILE;

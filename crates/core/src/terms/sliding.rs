@@ -313,8 +313,8 @@ impl SlidingTerm {
     }
 
     /// Second derivatives in the arc lengths of the running constraints at `state`,
-    /// `∂²E/∂s_a∂s_b = Σ_j ℓ_j,a ℓ_j,b ∂²E/∂ℓ_j² + Σ_c λ_c,a λ_c,b ∂²E/∂λ_c²` with the rates `ℓ_j,a = dℓ_j/ds_a`, which
-    /// do not change with s, and the mixed `∂²E/∂s∂(x, θ)`. `gradient` is the whole gradient.
+    /// `∂²E/∂s_a∂s_b = Σ_j ℓ_j,a ℓ_j,b ∂²E/∂ℓ_j² + Σ_c λ_c,a λ_c,b ∂²E/∂λ_c²` with the rates `ℓ_j,a = dℓ_j/ds_a`,
+    /// which do not change with s, and the mixed `∂²E/∂s∂(x, θ)`. `gradient` is the whole gradient.
     pub fn hessian(
         &mut self,
         system: System<'_>,
