@@ -17,7 +17,7 @@ const SIDES: usize = 16;
 const UPRIGHT: [f64; 4] = [-FRAC_1_SQRT_2, 0.0, 0.0, FRAC_1_SQRT_2];
 /// Length of a connector, in diameters of its cable; that of any other constraint; their width.
 const CONNECTOR: f64 = 4.0;
-const FIXING: f64 = 1.0;
+const CONSTRAINT: f64 = 1.0;
 const WIDTH: f64 = 2.0;
 /// Size of an unbounded obstacle, in units of the largest distance of the harness from it.
 const BEYOND: f64 = 1.5;
@@ -74,7 +74,7 @@ pub fn write(steps: &[&StepResult], obstacles: &[Obstacle], out: &mut impl Write
                 placed(&constraint.name, &Pose { position: constraint.position, orientation: constraint.orientation });
             node["mesh"] = cube.into();
             let diameter = diameter_at(step, constraint);
-            let length = if constraint.kind == "connector" { CONNECTOR } else { FIXING };
+            let length = if constraint.kind == "connector" { CONNECTOR } else { CONSTRAINT };
             node["scale"] = json!([WIDTH * diameter, WIDTH * diameter, length * diameter]);
             children.push(file.node(node));
         }

@@ -201,7 +201,7 @@ impl Sketch {
     }
 }
 
-/// A cable of 1 m along x, clamped at both ends. Fixing 1 holds its far end.
+/// A cable of 1 m along x, clamped at both ends. Constraint 1 holds its far end.
 pub fn cable(registry: &Registry, segments: usize) -> Sample {
     let mut sketch = Sketch::default();
     let b = sketch.branch(Vector::zeros(), Vector::x(), segments, [None, None], false);

@@ -97,7 +97,7 @@ fn ways(motion: &Move, held: &[Option<(Vector, Option<Rotation>)>], step: &Step)
     motion.journeys(stand_in).into_iter().enumerate().map(way).collect()
 }
 
-/// Fixing that holds its cable inside a body.
+/// Constraint that holds its cable inside a body.
 struct Deep {
     constraint: usize,
     obstacle: usize,
