@@ -1,11 +1,11 @@
 //! Every term of the energy evaluated alone, on a Y harness with a second cable across its trunk: the gradient against
-//! central differences of the energy, the second derivatives against central differences of the gradient, and the sum of
-//! the terms against the problem.
+//! central differences of the energy, the second derivatives against central differences of the gradient, and the sum
+//! of the terms against the problem.
 //!
-//! Tolerances: with the step [`STEP`] and lengths of about 50 mm, differences of fourth order have a truncation error of
-//! `(STEP/50 mm)⁴ = 1e-16`, and the rounding errors of energies and forces, divided by the step, are up to 2e-9 of the
-//! largest entry of the same unit; the bound is ten times as large. The step is so small that no contact, inequality or
-//! friction changes its state within it.
+//! Tolerances: with the step [`STEP`] and lengths of about 50 mm, differences of fourth order have a truncation error
+//! of `(STEP/50 mm)⁴ = 1e-16`, and the rounding errors of energies and forces, divided by the step, are up to 2e-9 of
+//! the largest entry of the same unit; the bound is ten times as large. The step is so small that no contact,
+//! inequality or friction changes its state within it.
 
 use fastrand::Rng;
 use nalgebra::{DMatrix, DVector};
