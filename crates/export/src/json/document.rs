@@ -61,7 +61,7 @@ pub struct Event {
 #[derive(Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Place {
-    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[serde(rename = "fixing", default, skip_serializing_if = "Option::is_none")]
     pub constraint: Option<String>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub obstacle: Option<String>,
