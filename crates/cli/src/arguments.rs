@@ -57,7 +57,7 @@ pub enum Command {
         /// Folder that `sweep` has written, or its points.parquet
         #[arg(value_name = "DIR")]
         results: PathBuf,
-        /// Where to write the page [default: report.html beside the table]
+        /// File for the page [default: report.html beside the table]
         #[arg(short, long, value_name = "FILE")]
         output: Option<PathBuf>,
     },
@@ -270,7 +270,7 @@ pub struct SweepArguments {
 
 #[derive(Args)]
 pub struct CompareArguments {
-    /// SearchPath with results, result.json files, or scenarios (.toml)
+    /// Folders with results, result.json files, or scenarios (.toml)
     #[arg(required = true, value_name = "DIR|FILE")]
     pub inputs: Vec<PathBuf>,
     /// Run the one scenario given with each of these models for all its joints
@@ -305,7 +305,7 @@ pub struct CompareArguments {
 
 #[derive(Subcommand)]
 pub enum Format {
-    /// KBL (VDA 4964): topology, centre curves, wires, connectors and constraints of a harness
+    /// KBL (VDA 4964): topology, centre curves, wires, connectors and fixings of a harness
     Kbl(KblArguments),
 }
 
@@ -313,7 +313,7 @@ pub enum Format {
 pub struct KblArguments {
     /// The KBL file
     pub file: PathBuf,
-    /// Where to write the scenario [default: standard output]
+    /// File for the scenario [default: standard output]
     #[arg(short, long, value_name = "FILE")]
     pub output: Option<PathBuf>,
     /// Start and end of the scenario

@@ -64,7 +64,7 @@ pub struct BranchDifference {
     pub name: String,
     /// Largest distance, m.
     pub largest: f64,
-    /// Where, m of arc length of the reference.
+    /// Its place: arc length of the reference, m.
     pub s: f64,
     /// Mean distance along the branch, m.
     pub mean: f64,

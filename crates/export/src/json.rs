@@ -20,7 +20,7 @@
 //! | key | meaning |
 //! | --- | --- |
 //! | `kind` | [`EventKind::word`](wireloom_core::EventKind::word) |
-//! | `place` | the `constraint`, `obstacle` or `branch` (with `s`, m) it happened to; empty: the harness |
+//! | `place` | `fixing` (a constraint), `obstacle` or `branch` (with `s`, m); empty: the harness |
 //! | `first`, `worst`, `last` | `step`, `step_index` (from 0) and `increment` (from 1; 0: while the start was found) |
 //! | `increments` | number of increments with this event |
 //! | `value`, `limit` | the worst value and its limit, in SI units; null where there is none |
@@ -35,8 +35,8 @@
 //!
 //! A constraint that acts on several stations has `stations`, each with `position`, `force` and `moment`; one that
 //! acts along a span has `span`: `branch`, `from`, `to`, the total `force` on it, the `largest` on one node, and
-//! `largest_at`, its arc length. `fault` is there only where a constraint ended the run: `constraint`, `kind`,
-//! `step`, `increment` and `message`.
+//! `largest_at`, its arc length. `fault` is there only where a part ended the run: `constraint`, `joint` or
+//! `minimiser` with its name, `kind`, `step`, `increment` and `message`.
 //!
 //! The types of `document` are the form, for writing and for reading; `convert` leads from and to [`Run`]. Readers
 //! refuse a field that is missing or not known, and name it with its path.

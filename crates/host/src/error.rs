@@ -51,7 +51,7 @@ pub enum Reason {
     /// A struct is smaller than in ABI 1.0.
     #[error("its {what} says it has {size} bytes; ABI 1.0 has {least}")]
     TooSmall {
-        /// Which struct.
+        /// Name of the struct.
         what: String,
         /// Its size as it states, bytes.
         size: u32,
@@ -61,7 +61,7 @@ pub enum Reason {
     /// A pointer that is null or invalid.
     #[error("{what} is {value}")]
     Pointer {
-        /// Which pointer.
+        /// Name of the pointer.
         what: String,
         /// `null`, or its value.
         value: String,
@@ -69,7 +69,7 @@ pub enum Reason {
     /// An invalid text.
     #[error("{what} {problem}")]
     Text {
-        /// Which text.
+        /// Name of the text.
         what: String,
         /// The problem.
         problem: String,
@@ -80,7 +80,7 @@ pub enum Reason {
     /// A number out of its range.
     #[error("{what} is {value}; {right}")]
     Value {
-        /// Which number.
+        /// Name of the number.
         what: String,
         /// The number.
         value: String,

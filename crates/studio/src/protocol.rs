@@ -3,7 +3,7 @@
 //!
 //! Lengths m, forces N, moments N m, times s; orientations `[w, x, y, z]`. Frames are numbered from 0, the initial
 //! equilibrium; every increment has one. Operations start at the end of a step, so that they can be recorded as further
-//! steps. A "constraint" of the protocol is a constraint.
+//! steps.
 
 use serde::{Deserialize, Serialize};
 #[cfg(test)]

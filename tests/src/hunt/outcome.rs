@@ -44,7 +44,7 @@ pub struct Outcome {
 /// Something that happened.
 #[derive(Clone, Debug, Deserialize)]
 pub struct EventOutcome {
-    /// What.
+    /// Its kind.
     pub kind: String,
     /// Value.
     pub value: Option<f64>,

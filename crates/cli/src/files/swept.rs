@@ -19,7 +19,7 @@ pub struct Swept {
 }
 
 impl Swept {
-    /// Where a scenario asks for it; `None` otherwise.
+    /// Swept volume, if the scenario asks for it; `None` otherwise.
     pub fn of(output: &Output, built: &Built) -> Option<Self> {
         let branches = built.network.branches.iter().map(|b| (b.points.clone(), 0.5 * b.section.diameter));
         output.swept.map(|cell| Self { cell, branches: branches.collect() })

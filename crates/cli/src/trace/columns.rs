@@ -37,7 +37,7 @@ const STATUS: usize = 20;
 /// The table so far.
 pub struct Columns {
     iterations: bool,
-    /// Which of several runs, with a comma.
+    /// Name of the run among several, with a comma.
     case: String,
     step: String,
     increment: String,

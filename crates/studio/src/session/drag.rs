@@ -18,7 +18,7 @@ pub(super) enum Turning {
     Frame,
 }
 
-/// How a constraint can be rotated, if at all. A constraint that would have to hold more freedoms must be pinned first.
+/// Permitted rotation of a constraint, if any. A constraint that would have to hold more freedoms must be pinned first.
 pub(super) fn turning(constraint: &AttachedConstraint) -> Option<Turning> {
     match constraint.model.action() {
         Action::Prescribed(hold) => match hold.rotation {
