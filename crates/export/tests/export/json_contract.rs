@@ -6,7 +6,7 @@ use wireloom_core::equilibrium::{
     OperationResult, PartFamily, PartFault, Run, SlideMotion, SlideResult, SpanResult, StationResult, TightestBend,
 };
 use wireloom_core::rotation::columns;
-use wireloom_core::{Parameters, Stop};
+use wireloom_core::{EventPlace, Parameters, Stop};
 use wireloom_export::json::{Provenance, options};
 
 fn parsed(run: &Run) -> Value {
@@ -226,6 +226,14 @@ fn constraints_of_several_stations_have_each_of_them() {
     let fault = serde_json::json!({ "constraint": "tie", "kind": "cable-tie", "step": "pull", "increment": 3,
         "message": "it broke" });
     assert_eq!(value["fault"], fault);
+}
+
+/// The rename of fixings to constraints changed this key for a while.
+#[test]
+fn an_event_at_a_constraint_keeps_its_key() {
+    let mut run = run("y-harness", vec![y_harness()]);
+    run.events[0].place = EventPlace { s: Some(0.25), ..EventPlace::constraint("plug-A") };
+    assert_eq!(parsed(&run)["events"][0]["place"], serde_json::json!({ "fixing": "plug-A", "s": 0.25 }));
 }
 
 #[test]
