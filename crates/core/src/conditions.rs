@@ -228,7 +228,9 @@ impl ContactState {
 
     /// Records of a contact point.
     pub fn records_of(&self, point: u32) -> &[ContactRecord] {
-        records_of(&self.records, point)
+        let from = self.records.partition_point(|record| record.point < point);
+        let records = &self.records[from..];
+        &records[..records.partition_point(|record| record.point == point)]
     }
 
     /// Record of a contact point and a partner.
@@ -245,13 +247,6 @@ impl ContactState {
             _ => None,
         })
     }
-}
-
-/// Records of a contact point in a sorted slice.
-pub fn records_of(records: &[ContactRecord], point: u32) -> &[ContactRecord] {
-    let from = records.partition_point(|record| record.point < point);
-    let records = &records[from..];
-    &records[..records.partition_point(|record| record.point == point)]
 }
 
 /// Network and conditions: everything besides the state that a term of the energy reads.

@@ -500,16 +500,9 @@ impl Problem<'_> {
         self.contact.worst_violation(system, state)
     }
 
-    /// Friction anchor of a contact at `state`. `old` are the records so far, `known` that of this contact if there is
-    /// one. `None` where the partner is smooth.
-    pub fn friction_anchor(
-        &self,
-        state: &State,
-        old: &[ContactRecord],
-        known: Option<&ContactRecord>,
-        contact: &Contact,
-    ) -> Option<FrictionAnchor> {
-        Anchoring { contact: &self.contact, system: self.system(), state }.anchor(old, known, contact)
+    /// Friction anchor of a contact at `state`, given the records so far; `None` where the partner is smooth.
+    pub fn friction_anchor(&self, state: &State, contact: &Contact) -> Option<FrictionAnchor> {
+        Anchoring { contact: &self.contact, system: self.system(), state }.anchor(contact)
     }
 
     /// Replaces the contact records, sorted by contact point and partner.

@@ -19,7 +19,7 @@
 //! lose when the contact points that divide N change is negligible.
 
 use super::contact::{Contact, ContactTerm, Touched};
-use crate::conditions::{Bond, ContactPoint, ContactRecord, FrictionAnchor, Partner, System, records_of};
+use crate::conditions::{Bond, ContactPoint, ContactRecord, FrictionAnchor, Partner, System};
 use crate::rotation::skew;
 use crate::variable::{Block, Variable};
 use crate::{Matrix, Pose, State, Tangent, Vector};
@@ -118,19 +118,16 @@ impl Anchoring<'_> {
         self.contact.penalty(record).max(self.contact.friction_stiffness[self.contact.branch_of(record)])
     }
 
-    /// Friction anchor of a contact. `known` is its record so far if there is one, `old` are all records so far; `None`
-    /// where the partner is smooth. An anchor on an obstacle stays; one on a cable moves to the present contact place
-    /// with the same elongation of the spring, even from another segment.
-    pub(crate) fn anchor(
-        &self,
-        old: &[ContactRecord],
-        known: Option<&ContactRecord>,
-        contact: &Contact,
-    ) -> Option<FrictionAnchor> {
+    /// Friction anchor of a contact, given the records so far; `None` where the partner is smooth. An anchor on an
+    /// obstacle stays; one on a cable moves to the present contact place with the same elongation of the spring, even
+    /// from another segment.
+    pub(crate) fn anchor(&self, contact: &Contact) -> Option<FrictionAnchor> {
         if self.system.friction_coefficient(contact.partner) == 0.0 {
             return None;
         }
-        let known = known.or_else(|| beside(old, contact));
+        let records = self.system.conditions.contact.records_of(contact.point);
+        let own = records.iter().find(|record| record.partner == contact.partner);
+        let known = own.or_else(|| beside(records, contact));
         let held = known.and_then(|record| Some((record, record.anchor?)));
         let bond = contact.other.as_ref().map(|touched| self.bond(contact, touched));
         let axes = self.axes(contact.partner, bond.as_ref());
@@ -186,14 +183,14 @@ impl Anchoring<'_> {
 
 /// Record of the same contact point with a neighbouring segment of the same cable; of two, the one with the larger
 /// force.
-fn beside<'m>(old: &'m [ContactRecord], contact: &Contact) -> Option<&'m ContactRecord> {
+fn beside<'m>(records: &'m [ContactRecord], contact: &Contact) -> Option<&'m ContactRecord> {
     let Partner::Cable { branch: touched, segment: here } = contact.partner else { return None };
     let same = |record: &&ContactRecord| match record.partner {
         Partner::Cable { branch, segment } => branch == touched && segment.abs_diff(here) == 1,
         Partner::Obstacle { .. } => false,
     };
     let force = |record: &ContactRecord| record.anchor.map_or(0.0, |anchor| anchor.force);
-    records_of(old, contact.point).iter().filter(same).max_by(|a, b| force(a).total_cmp(&force(b)))
+    records.iter().filter(same).max_by(|a, b| force(a).total_cmp(&force(b)))
 }
 
 impl FrictionTerm {

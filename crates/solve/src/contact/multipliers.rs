@@ -94,7 +94,7 @@ pub fn update_contacts(problem: &mut Problem<'_>, state: &State, history: &mut C
         if raises && contact.gap.abs() > DEPTH * contact.radius {
             penalty = OF_CONTACT.raised(penalty);
         }
-        let anchor = problem.friction_anchor(state, &contact_state.records, known, contact);
+        let anchor = problem.friction_anchor(state, contact);
         given.push(known.map_or(0.0, |record| record.multiplier));
         records.push(ContactRecord { point, partner, multiplier: contact.force, penalty, anchor });
     }
