@@ -2,6 +2,8 @@
 //! process.
 
 pub use crate::event::{Event, EventKind, EventPlace, Moment};
+pub use crate::requirement::RequirementResult;
+use crate::requirement::{Verdict, verdict};
 use crate::status::Status;
 use crate::{Pose, Rotation, Vector};
 use serde::{Deserialize, Serialize};
@@ -22,10 +24,22 @@ pub struct Run {
     pub steps: Vec<StepResult>,
     /// Least clearances of the cables over all increments.
     pub clearances: Vec<Clearance>,
+    /// The sheet: whether each requirement is kept over all increments.
+    pub requirements: Vec<RequirementResult>,
     /// Fault of a constraint, a joint or the minimiser that ended the run early.
     pub fault: Option<PartFault>,
     /// Plugin libraries that were used.
     pub plugins: Vec<Library>,
+}
+
+impl Run {
+    /// Verdict on the harness: pass, fail or unresolved. A run that did not converge never passes.
+    pub fn verdict(&self) -> Verdict {
+        match verdict(&self.requirements) {
+            Verdict::Pass if self.status != Status::Converged => Verdict::Unresolved,
+            verdict => verdict,
+        }
+    }
 }
 
 /// Family of a part that a plugin may implement.
@@ -119,6 +133,8 @@ pub struct StepResult {
     pub constraints: Vec<ConstraintResult>,
     /// Obstacles.
     pub obstacles: Vec<ObstacleResult>,
+    /// Markers.
+    pub markers: Vec<MarkerResult>,
     /// Results of the operations of the step, in the order of the scenario: grasps, carries, mates, clips.
     pub operations: Vec<OperationResult>,
     /// Energy by effect.
@@ -197,6 +213,15 @@ pub struct ObstacleResult {
     pub contacts: usize,
     /// Largest penetration depth of a contact point, m.
     pub depth: f64,
+}
+
+/// A marker.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct MarkerResult {
+    /// Name.
+    pub name: String,
+    /// Position on the centre line, m.
+    pub position: Vector,
 }
 
 /// One branch; vectors have one entry for each node. Where force, moment and curvature jump at a constraint inside the

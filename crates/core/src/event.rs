@@ -160,6 +160,10 @@ pub struct EventPlace {
     pub branch: Option<String>,
     /// Arc length on the branch, m.
     pub s: Option<f64>,
+    /// Name of the other branch, where two of them meet.
+    pub other_branch: Option<String>,
+    /// Arc length on the other branch, m.
+    pub other_s: Option<f64>,
 }
 
 impl EventPlace {
@@ -181,6 +185,10 @@ impl fmt::Display for EventPlace {
         parts.extend(self.constraint.as_ref().map(|name| format!("constraint `{name}`")));
         parts.extend(self.obstacle.as_ref().map(|name| format!("obstacle `{name}`")));
         parts.extend(self.branch.as_ref().map(|name| match self.s {
+            Some(s) => format!("branch `{name}` at s = {s:.4} m"),
+            None => format!("branch `{name}`"),
+        }));
+        parts.extend(self.other_branch.as_ref().map(|name| match self.other_s {
             Some(s) => format!("branch `{name}` at s = {s:.4} m"),
             None => format!("branch `{name}`"),
         }));
@@ -248,7 +256,7 @@ pub struct Group<'a> {
 
 /// Groups events by kind and part, in the order of [`EventKind::ALL`], and within a kind with the largest excess first.
 pub fn grouped(events: &[Event]) -> Vec<Group<'_>> {
-    let thing = |event: &Event| EventPlace { s: None, ..event.place.clone() };
+    let thing = |event: &Event| EventPlace { s: None, other_s: None, ..event.place.clone() };
     let mut groups: Vec<Group> = Vec::new();
     for event in events {
         let same = |group: &&mut Group| group.first.kind == event.kind && thing(group.first) == thing(event);

@@ -31,6 +31,7 @@ pub mod obstacle;
 pub mod prescribed;
 pub mod problem;
 pub mod registry;
+pub mod requirement;
 pub mod rod;
 pub mod rotation;
 pub mod scales;

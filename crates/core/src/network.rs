@@ -3,6 +3,7 @@
 use crate::constraint::{Action, Constraint, Limits, Residual, Slide};
 use crate::joint::{Arm, JointModel, Mounting};
 use crate::obstacle::{ContactSettings, Obstacle};
+use crate::requirement::{Marker, Requirement};
 use crate::rod::RodSegment;
 use crate::{Pose, Rotation, Section, Vector};
 use rayon::prelude::*;
@@ -309,6 +310,10 @@ pub struct Network {
     pub obstacles: Vec<Obstacle>,
     /// Settings of contact.
     pub contact: ContactSettings,
+    /// What is required of the harness.
+    pub requirements: Vec<Requirement>,
+    /// Markers.
+    pub markers: Vec<Marker>,
     /// Number of points of a state.
     pub points: usize,
     /// Number of frames of a state.
@@ -415,6 +420,8 @@ impl Network {
             ties,
             obstacles: Vec::new(),
             contact: ContactSettings::default(),
+            requirements: Vec::new(),
+            markers: Vec::new(),
             points,
             frames,
         };

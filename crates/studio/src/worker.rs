@@ -182,6 +182,7 @@ impl Studio {
             events: record.events,
             steps: record.ends.iter().map(|end| (**end).clone()).collect(),
             clearances: Vec::new(),
+            requirements: Vec::new(),
             fault: None,
             plugins: Vec::new(),
         };

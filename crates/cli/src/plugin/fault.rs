@@ -51,6 +51,7 @@ fn save(place: &Path, fault: &PartFault) -> Result<(), Failure> {
         events: vec![],
         steps: Keeper::salvage(&folder)?,
         clearances: vec![],
+        requirements: vec![],
         fault: Some(fault.clone()),
         plugins: origin.plugins,
     };

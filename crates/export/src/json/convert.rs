@@ -1,8 +1,8 @@
 //! From and to the results of `wireloom-core`.
 
 use super::document::{
-    Branch, Clearance, Constraint, Document, Energy, Event, Fault, Increment, Joint, Minimiser, Obstacle, Operation,
-    Place, Plugin, Slide, Span, Station, Step, TightestBend,
+    Branch, Clearance, Constraint, Document, Energy, Event, Fault, Increment, Joint, Marker, Minimiser, Obstacle,
+    Operation, Place, Plugin, Requirement, RequirementPlace, Slide, Span, Station, Step, TightestBend,
 };
 use super::provenance::Provenance;
 use super::values::{Entries, Number, Schema, Vector3, Word, quaternion, rotation, vector, written};
@@ -19,6 +19,8 @@ impl<S> Document<S> {
             schema: Schema,
             scenario: run.scenario.clone(),
             status: Word(run.status),
+            verdict: Word(run.verdict()),
+            requirements: run.requirements.iter().map(Requirement::of).collect(),
             provenance: provenance.clone(),
             notes: run.notes.clone(),
             plugins: run.plugins.iter().map(Plugin::of).collect(),
@@ -38,6 +40,7 @@ impl<S> Document<S> {
             events: self.events.into_iter().map(Event::event).collect(),
             steps: steps(self.steps),
             clearances: self.clearance.into_iter().map(Clearance::clearance).collect::<Result<_, _>>()?,
+            requirements: self.requirements.into_iter().map(Requirement::result).collect(),
             fault: self.fault.map(Fault::fault).transpose()?,
             plugins: self.plugins.into_iter().map(Plugin::library).collect(),
         })
@@ -65,6 +68,8 @@ impl Event {
                 obstacle: event.place.obstacle.clone(),
                 branch: event.place.branch.clone(),
                 s: event.place.s.map(Number),
+                other_branch: event.place.other_branch.clone(),
+                other_s: event.place.other_s.map(Number),
             },
             first: Increment::of(&event.first),
             worst: Increment::of(&event.worst),
@@ -77,10 +82,11 @@ impl Event {
     }
 
     fn event(self) -> core::Event {
-        let Place { constraint, obstacle, branch, s } = self.place;
+        let Place { constraint, obstacle, branch, s, other_branch, other_s } = self.place;
+        let (s, other_s) = (s.map(number), other_s.map(number));
         core::Event {
             kind: self.kind.0,
-            place: core::EventPlace { constraint, obstacle, branch, s: s.map(number) },
+            place: core::EventPlace { constraint, obstacle, branch, s, other_branch, other_s },
             first: self.first.moment(),
             worst: self.worst.moment(),
             last: self.last.moment(),
@@ -88,6 +94,52 @@ impl Event {
             value: self.value.map(number),
             limit: self.limit.map(number),
             message: self.message,
+        }
+    }
+}
+
+impl Requirement {
+    fn of(line: &core::RequirementResult) -> Self {
+        let core::EventPlace { constraint, obstacle, branch, s, other_branch, other_s } = line.place.clone();
+        let (s, other_s) = (s.map(Number), other_s.map(Number));
+        Self {
+            name: line.name.clone(),
+            quantity: Word(line.measure),
+            severity: Word(line.severity),
+            verdict: Word(line.verdict),
+            worst: line.worst.map(Number),
+            limit: Number(line.limit),
+            bound: Word(line.bound),
+            margin: line.margin().map(Number),
+            error: line.error.map(Number),
+            step: line.moment.as_ref().map(|moment| moment.step.clone()),
+            step_index: line.moment.as_ref().map(|moment| moment.step_index),
+            increment: line.moment.as_ref().map(|moment| moment.increment),
+            place: RequirementPlace { constraint, obstacle, branch, s, other_branch, other_s },
+            origin: Word(line.origin),
+            because: line.because.clone(),
+            reason: line.reason.clone(),
+        }
+    }
+
+    fn result(self) -> core::RequirementResult {
+        let RequirementPlace { constraint, obstacle, branch, s, other_branch, other_s } = self.place;
+        let (s, other_s) = (s.map(number), other_s.map(number));
+        let moment = self.step.zip(self.step_index).zip(self.increment);
+        core::RequirementResult {
+            name: self.name,
+            origin: self.origin.0,
+            measure: self.quantity.0,
+            severity: self.severity.0,
+            because: self.because,
+            verdict: self.verdict.0,
+            reason: self.reason,
+            worst: self.worst.map(number),
+            limit: self.limit.0,
+            bound: self.bound.0,
+            error: self.error.map(number),
+            moment: moment.map(|((step, step_index), increment)| core::Moment { step, step_index, increment }),
+            place: core::EventPlace { constraint, obstacle, branch, s, other_branch, other_s },
         }
     }
 }
@@ -116,6 +168,7 @@ impl Step {
             joints: step.joints.iter().map(|joint| (joint.name.clone(), Joint::of(joint))).collect(),
             constraints: step.constraints.iter().map(|held| (held.name.clone(), Constraint::of(held))).collect(),
             obstacles: step.obstacles.iter().map(|body| (body.name.clone(), Obstacle::of(body))).collect(),
+            markers: step.markers.iter().map(|marker| (marker.name.clone(), Marker::of(marker))).collect(),
             sliding: step.constraints.iter().filter_map(slide).collect(),
             operations: step.operations.iter().map(Operation::of).collect(),
             energy: Energy::of(&step.energy),
@@ -144,6 +197,7 @@ impl Step {
             joints: self.joints.0.into_iter().map(|(name, joint)| joint.result(name)).collect(),
             constraints,
             obstacles: self.obstacles.0.into_iter().map(|(name, obstacle)| obstacle.result(name)).collect(),
+            markers: self.markers.0.into_iter().map(|(name, marker)| marker.result(name)).collect(),
             operations: self.operations.into_iter().map(Operation::result).collect(),
             energy: self.energy.energy(),
             min_bend_radius: self.min_bend_radius.map(TightestBend::bend),
@@ -304,6 +358,16 @@ impl Obstacle {
             contacts: self.contacts,
             depth: self.depth.0,
         }
+    }
+}
+
+impl Marker {
+    fn of(marker: &core::MarkerResult) -> Self {
+        Self { position: written(&marker.position) }
+    }
+
+    fn result(self, name: String) -> core::MarkerResult {
+        core::MarkerResult { name, position: vector(self.position) }
     }
 }
 

@@ -9,6 +9,7 @@ use super::provenance::Provenance;
 use super::values::{Entries, Number, Quaternion, Schema, Vector3, Word, is_zero, nullable};
 use serde::{Deserialize, Serialize};
 use wireloom_core::equilibrium::SlideMotion;
+use wireloom_core::requirement::{Bound, Measure, Origin, Severity, Verdict};
 use wireloom_core::{EventKind, Status};
 
 /// The whole file. `S`: the list of steps, which writers and readers take one by one.
@@ -18,6 +19,8 @@ pub struct Document<S> {
     pub schema: Schema,
     pub scenario: String,
     pub status: Word<Status>,
+    pub verdict: Word<Verdict>,
+    pub requirements: Vec<Requirement>,
     pub provenance: Provenance,
     pub notes: Vec<String>,
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
@@ -28,6 +31,55 @@ pub struct Document<S> {
     pub clearance: Vec<Clearance>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub fault: Option<Fault>,
+}
+
+/// A line of the sheet. Values are in SI; `margin` is relative to the limit.
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Requirement {
+    pub name: String,
+    pub quantity: Word<Measure>,
+    pub severity: Word<Severity>,
+    pub verdict: Word<Verdict>,
+    #[serde(deserialize_with = "nullable")]
+    pub worst: Option<Number>,
+    pub limit: Number,
+    pub bound: Word<Bound>,
+    #[serde(deserialize_with = "nullable")]
+    pub margin: Option<Number>,
+    #[serde(deserialize_with = "nullable")]
+    pub error: Option<Number>,
+    #[serde(deserialize_with = "nullable")]
+    pub step: Option<String>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub step_index: Option<usize>,
+    #[serde(deserialize_with = "nullable")]
+    pub increment: Option<usize>,
+    #[serde(rename = "where")]
+    pub place: RequirementPlace,
+    pub origin: Word<Origin>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub because: Option<String>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub reason: Option<String>,
+}
+
+/// Place of the worst value of a requirement: the keys that apply.
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct RequirementPlace {
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub constraint: Option<String>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub obstacle: Option<String>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub branch: Option<String>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub s: Option<Number>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub other_branch: Option<String>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub other_s: Option<Number>,
 }
 
 /// A library that brought kinds of its own.
@@ -69,6 +121,10 @@ pub struct Place {
     pub branch: Option<String>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub s: Option<Number>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub other_branch: Option<String>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub other_s: Option<Number>,
 }
 
 /// An increment of the run.
@@ -94,6 +150,8 @@ pub struct Step<V = Vec<Vector3>> {
     #[serde(default, skip_serializing_if = "Entries::is_empty")]
     pub obstacles: Entries<Obstacle>,
     #[serde(default, skip_serializing_if = "Entries::is_empty")]
+    pub markers: Entries<Marker>,
+    #[serde(default, skip_serializing_if = "Entries::is_empty")]
     pub sliding: Entries<Slide>,
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub operations: Vec<Operation>,
@@ -103,6 +161,13 @@ pub struct Step<V = Vec<Vector3>> {
     #[serde(deserialize_with = "nullable")]
     pub stable: Option<bool>,
     pub minimiser: Minimiser,
+}
+
+/// A marker.
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Marker {
+    pub position: Vector3,
 }
 
 /// A branch; lists have one entry for each node.

@@ -6,6 +6,7 @@ use serde::ser::{Serialize, Serializer};
 use std::fmt;
 use std::marker::PhantomData;
 use wireloom_core::equilibrium::SlideMotion;
+use wireloom_core::requirement::{Bound, Measure, Origin, Severity, Verdict};
 use wireloom_core::{EventKind, Rotation, Status, Vector};
 
 /// Version of the form.
@@ -125,20 +126,27 @@ pub trait Worded: Copy + 'static {
     fn word(self) -> &'static str;
 }
 
-impl Worded for Status {
-    const NAME: &'static str = "status";
-    const ALL: &'static [Self] = &Status::ALL;
-    fn word(self) -> &'static str {
-        self.word()
-    }
+/// Makes the words of types of `core` their form in `result.json`.
+macro_rules! worded {
+    ($($type:ty: $name:literal),* $(,)?) => {$(
+        impl Worded for $type {
+            const NAME: &'static str = $name;
+            const ALL: &'static [Self] = &<$type>::ALL;
+            fn word(self) -> &'static str {
+                self.word()
+            }
+        }
+    )*};
 }
 
-impl Worded for EventKind {
-    const NAME: &'static str = "kind of event";
-    const ALL: &'static [Self] = &EventKind::ALL;
-    fn word(self) -> &'static str {
-        self.word()
-    }
+worded! {
+    Status: "status",
+    EventKind: "kind of event",
+    Verdict: "verdict",
+    Measure: "quantity of a requirement",
+    Severity: "severity",
+    Origin: "origin of a requirement",
+    Bound: "side of a limit",
 }
 
 impl Worded for SlideMotion {

@@ -86,6 +86,7 @@ pub fn step(branches: Vec<BranchResult>, joints: Vec<JointResult>, constraints: 
     }
     StepResult {
         obstacles: vec![],
+        markers: vec![],
         name: "equilibrium".into(),
         increment: 1,
         increments: 1,
@@ -128,6 +129,7 @@ pub fn run(scenario: &str, steps: Vec<StepResult>) -> Run {
         events: vec![event()],
         steps,
         clearances: vec![],
+        requirements: vec![],
         fault: None,
         plugins: vec![Library {
             name: "straps".into(),

@@ -99,5 +99,5 @@ impl EventLog {
 
 /// Part of the harness at a place, without its arc length.
 fn part(place: &EventPlace) -> String {
-    EventPlace { s: None, ..place.clone() }.to_string()
+    EventPlace { s: None, other_s: None, ..place.clone() }.to_string()
 }

@@ -3,17 +3,18 @@
 use crate::report::Occurrence;
 use wireloom_core::constraint::Action;
 use wireloom_core::equilibrium::{
-    BranchResult, ConstraintResult, JointResult, ObstacleResult, SpanResult, StationResult, TightestBend,
+    BranchResult, ConstraintResult, JointResult, MarkerResult, ObstacleResult, SpanResult, StationResult, TightestBend,
 };
 use wireloom_core::network::{AttachedConstraint, Branch, BranchEnd, Joint, Place, Site, Span};
 use wireloom_core::obstacle::Obstacle;
 use wireloom_core::problem::Problem;
+use wireloom_core::requirement::Marker;
 use wireloom_core::rotation::{columns, twist_angle};
 use wireloom_core::terms::constraints::Reaction;
 use wireloom_core::terms::contact::ObstacleLoad;
 use wireloom_core::terms::gravity::STATION_SHIFT;
 use wireloom_core::variable::Variable;
-use wireloom_core::{EventKind, EventPlace, Mounting, Pose, Rotation, State, Tangent, Vector};
+use wireloom_core::{EventKind, EventPlace, Mounting, Network, Pose, Rotation, State, Tangent, Vector};
 
 /// Curvatures below this fraction of 1/L count as straight.
 const STRAIGHT: f64 = 1e-9;
@@ -290,6 +291,25 @@ fn frame_at(branch: &Branch, state: &State, node: usize) -> Rotation {
     let mesh = branch.rod.mesh();
     let c = mesh.station_frame(node).unwrap_or_else(|| mesh.segment_frames[node.min(mesh.segments() - 1)]);
     state.frames[branch.frames.start + c]
+}
+
+/// Positions of the markers: between nodes the cubic through both of them along their tangents.
+pub fn markers(network: &Network, branches: &[BranchResult]) -> Vec<MarkerResult> {
+    let result = |marker: &Marker| {
+        let branch = &branches[marker.branch];
+        let (s, x) = (&branch.s, &branch.position);
+        let i = s.partition_point(|node| *node <= marker.s).clamp(1, s.len() - 1) - 1;
+        let length = s[i + 1] - s[i];
+        let t = ((marker.s - s[i]) / length).clamp(0.0, 1.0);
+        // dx/ds: along d3, as long as the segment is stretched.
+        let stretched = (x[i + 1] - x[i]).norm();
+        let [from, to] = [i, i + 1].map(|node| columns(&branch.frame[node])[2] * stretched);
+        let (u, t2) = (1.0 - t, t * t);
+        let position =
+            x[i] * (u * u * (1.0 + 2.0 * t)) + x[i + 1] * (t2 * (3.0 - 2.0 * t)) + from * (t * u * u) - to * (t2 * u);
+        MarkerResult { name: marker.name.clone(), position }
+    };
+    network.markers.iter().map(result).collect()
 }
 
 /// Bend nearest to its limit, or farthest beyond it; without limits, the bend of least radius.

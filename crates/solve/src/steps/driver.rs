@@ -88,6 +88,7 @@ pub(super) fn empty_run(schedule: &Schedule) -> Run {
         events: Vec::new(),
         steps: Vec::new(),
         clearances: Vec::new(),
+        requirements: Vec::new(),
         fault: None,
         plugins: Vec::new(),
     }

@@ -30,6 +30,7 @@ impl Driver<'_, '_> {
             joints: network.joints.iter().map(|j| result::joint(problem, j, state, &touching)).collect(),
             constraints: result::constraints(problem, state, &self.certifier.gradient),
             obstacles: result::obstacles(problem, state),
+            markers: result::markers(network, &branches),
             operations: self.operations.clone(),
             energy: problem.energy(state),
             min_bend_radius: result::tightest_bend(&branches),
