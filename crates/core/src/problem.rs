@@ -17,6 +17,7 @@ use crate::terms::rods::RodTerm;
 use crate::terms::sliding::{SlideHessian, SlideStop, SlidingTerm};
 use crate::variable::{Block, Variable};
 use crate::{Matrix, Monitor, Network, Pose, State, Tangent, Vector};
+use std::collections::BTreeMap;
 
 /// Second derivatives of the elastic energy, part by part, as [`Problem::hessian`] fills them.
 pub struct Hessian {
@@ -621,6 +622,12 @@ impl Problem<'_> {
     pub fn obstacle_loads(&mut self, state: &State) -> Vec<ObstacleLoad> {
         self.find_contacts(state);
         self.contact.obstacle_loads(self.system(), |contact| self.friction.force_on(contact))
+    }
+
+    /// Sums of the sizes of contact forces; see [`ContactTerm::forces_by_branch`].
+    pub fn contact_forces(&mut self, state: &State) -> BTreeMap<(usize, usize), f64> {
+        self.find_contacts(state);
+        self.contact.forces_by_branch(|contact| self.friction.force_on(contact))
     }
 }
 

@@ -4,3 +4,4 @@ mod mesh;
 pub(crate) mod network;
 mod notes;
 pub(crate) mod placement;
+pub(crate) mod requirements;

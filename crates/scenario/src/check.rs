@@ -2,4 +2,5 @@
 
 pub(crate) mod conflicts;
 pub(crate) mod freedoms;
+pub(crate) mod limits;
 mod timeline;

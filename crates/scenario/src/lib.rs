@@ -43,11 +43,13 @@ pub use output::Output;
 pub use read::files::{Files, NoFiles};
 pub use read::library::{shipped_coverings, shipped_wires};
 pub use read::plugins::{Plugins, plugins};
-pub use scenario::{Arm, Body, Branch, ByRule, Constraint, Division, Facing, Joint, Load, Minimiser, Scenario};
+pub use scenario::{
+    Arm, Body, Branch, ByRule, Constraint, Division, Facing, Joint, Load, Minimiser, Required, Scenario,
+};
 pub use settings::Setting;
 pub use span::{Span, Spans};
 
-use check::{conflicts, freedoms};
+use check::{conflicts, freedoms, limits};
 use read::{document, reader, toml_text};
 use wireloom_core::Registry;
 
@@ -106,6 +108,7 @@ pub fn build_with_settings(
         match scenario.build(registry) {
             Err(faults) => reader.faults(faults),
             Ok(own) => {
+                reader.faults(limits::refuse_contradictions(&scenario, &own.network));
                 reader.faults(conflicts::refuse_misplaced(&scenario, &own.network));
                 reader.faults(conflicts::refuse_contradictions(&scenario, &own.network));
                 let unheld = freedoms::refuse_unheld(&scenario, &own.network);

@@ -20,6 +20,7 @@ pub(crate) mod places;
 pub(crate) mod plugins;
 pub(crate) mod poses;
 pub(crate) mod reader;
+mod requirements;
 pub(crate) mod sections;
 pub(crate) mod steps;
 pub(crate) mod sweep;

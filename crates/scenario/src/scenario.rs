@@ -8,6 +8,7 @@ use crate::sweep::Sweep;
 use wireloom_core::constraint::{Limits, Slide};
 use wireloom_core::joint::WireShare;
 use wireloom_core::obstacle::{ContactSettings, Obstacle};
+use wireloom_core::requirement::{Marker, Requirement};
 use wireloom_core::steps::{Initial, Step, Turn};
 use wireloom_core::{HoldWord, Parameters, Rotation, Section, Stop, Vector};
 
@@ -43,6 +44,10 @@ pub struct Scenario {
     pub steps: Vec<Step>,
     /// Place of each step in the file, bytes.
     pub step_spans: Vec<Span>,
+    /// Entries of `[[requirements]]`.
+    pub requirements: Vec<Required>,
+    /// Markers.
+    pub markers: Vec<Marker>,
     /// The sweep of `wireloom sweep`.
     pub sweep: Option<Sweep>,
     /// Output besides the result.
@@ -206,6 +211,15 @@ impl Constraint {
         let ends = self.span.into_iter().flat_map(|span| [span.from, span.to].map(|s| (span.branch, s)));
         self.at.iter().copied().chain(ends.map(|(branch, s)| At::Branch { branch, s }))
     }
+}
+
+/// An entry of `[[requirements]]`.
+#[derive(Clone, Debug)]
+pub struct Required {
+    /// The requirement.
+    pub requirement: Requirement,
+    /// Its place in the file.
+    pub spans: Spans,
 }
 
 /// A dead load.

@@ -4,7 +4,9 @@ mod clearance;
 pub mod events;
 mod linking;
 mod log;
+pub(crate) mod requirements;
 pub mod result;
+pub(crate) mod sheet;
 mod twist_loss;
 
 pub(crate) use linking::self_passing;

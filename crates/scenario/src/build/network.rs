@@ -2,6 +2,7 @@
 
 use super::mesh::Layout;
 use super::notes;
+use super::requirements;
 use crate::attachment::{At, Stretch};
 use crate::fault::Fault;
 use crate::scenario::{Constraint, Facing, Joint, Load, Scenario};
@@ -71,7 +72,9 @@ impl Scenario {
         notes.extend(self.notes(&models));
         notes.extend(self.obstacles.iter().flat_map(|body| body.notes.iter().cloned()));
         let joints = self.joint_plans(models);
-        let network = self.among_obstacles(Network::new(branches, joints, constraints, self.load_plans(&layout)));
+        let mut network = self.among_obstacles(Network::new(branches, joints, constraints, self.load_plans(&layout)));
+        network.requirements = requirements::requirements(self, &network);
+        network.markers.clone_from(&self.markers);
         self.refuse_turns_without_effect(&network, &mut faults);
         if !faults.is_empty() {
             return Err(faults);

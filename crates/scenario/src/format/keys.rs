@@ -3,6 +3,7 @@
 pub(crate) mod constraints;
 mod harness;
 mod library;
+mod requirements;
 mod run;
 mod steps;
 mod surroundings;
@@ -13,6 +14,7 @@ mod tests;
 pub(crate) use constraints::{CONSTRAINT, LOAD};
 pub(crate) use harness::{BRANCH, JOINT};
 pub(crate) use library::{FIXING_TYPE, LIBRARY_FILE, SECTION};
+pub(crate) use requirements::{MARKER, REQUIREMENT};
 pub(crate) use run::MINIMISER;
 pub(crate) use surroundings::OBSTACLE;
 
@@ -49,6 +51,8 @@ pub(crate) const SCENARIO: Keys = Keys {
         may("plugins", Form::Table(&PLUGINS), "plugins with further kinds"),
         may("obstacles", Form::Tables(&OBSTACLE), "bodies that the harness may touch but not enter"),
         may("contact", Form::Table(&CONTACT), "contact of cables with each other and with the obstacles"),
+        may("requirements", Form::Tables(&REQUIREMENT), "limits that the harness must keep at every increment"),
+        may("markers", Form::Tables(&MARKER), "named material points, whose positions every result reports"),
         may("sweep", Form::Table(&SWEEP), "values over which `wireloom sweep` runs the scenario"),
     ],
 };

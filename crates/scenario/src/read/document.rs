@@ -13,12 +13,14 @@ use super::minimiser::minimiser;
 use super::names::Names;
 use super::nearest::place_nearest;
 use super::reader::Reader;
+use super::requirements::{Named, marker, requirement};
 use super::steps::steps;
 use super::sweep::sweep;
 use super::{joints, obstacles, plugins, sections};
 use crate::format::keys;
 use crate::output::{self, Output};
 use crate::scenario::{Branch, Joint, Scenario};
+use std::collections::BTreeMap;
 use toml::de::DeTable;
 use wireloom_core::Vector;
 use wireloom_core::obstacle::ContactSettings;
@@ -60,10 +62,15 @@ pub(crate) fn read(reader: &Reader<'_>, table: &DeTable<'_>) -> (Scenario, bool)
     let entries = root.entries("obstacles");
     let obstacles = entries.iter().filter_map(|entry| obstacles::obstacle(entry, lengths, &mut names)).collect();
     let contact = root.entry("contact").map_or_else(ContactSettings::default, |entry| obstacles::contact(&entry));
-    let entries = root.entries("steps");
-    let steps = steps(&entries, &mut constraints, &mut names);
+    let step_entries = root.entries("steps");
+    let steps = steps(&step_entries, &mut constraints, &mut names);
     place_nearest(&mut constraints, &loads, &branches);
     let sweep = root.entry("sweep").and_then(|entry| sweep(&entry, &names));
+    let named = Named { names: &names, branches: &branches, constraints: &constraints, steps: &steps };
+    let (entries, mut taken) = (root.entries("requirements").into_iter().enumerate(), BTreeMap::new());
+    let requirements = entries.filter_map(|(k, entry)| requirement(&entry, k, &named, &mut taken)).collect();
+    let (entries, mut taken) = (root.entries("markers").into_iter().enumerate(), BTreeMap::new());
+    let markers = entries.filter_map(|(k, entry)| marker(&entry, k, &names, &mut taken)).collect();
     let output = root.entry("output").map_or_else(Output::default, |entry| output::read(&entry));
     let scenario = Scenario {
         name,
@@ -79,7 +86,9 @@ pub(crate) fn read(reader: &Reader<'_>, table: &DeTable<'_>) -> (Scenario, bool)
         initial,
         minimiser,
         steps,
-        step_spans: entries.iter().map(|entry| entry.span.clone()).collect(),
+        step_spans: step_entries.iter().map(|entry| entry.span.clone()).collect(),
+        requirements,
+        markers,
         sweep,
         output,
     };

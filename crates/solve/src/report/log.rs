@@ -1,9 +1,11 @@
 //! Event log of a run.
 
+use super::sheet::{Found, Sheet};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use wireloom_core::equilibrium::{Clearance, Run};
-use wireloom_core::{Event, EventKind, EventPlace, Moment};
+use wireloom_core::requirement::Requirement;
+use wireloom_core::{Event, EventKind, EventPlace, Moment, Network};
 
 /// Occurrence of an event in the present increment.
 #[derive(Clone, Debug, PartialEq)]
@@ -29,6 +31,8 @@ pub struct EventLog {
     count: usize,
     /// Least clearances so far.
     pub(super) clearances: Vec<Clearance>,
+    /// Worst values of the requirements so far.
+    pub(crate) sheet: Sheet,
     /// By kind and part of the harness: the last event of that kind there, and the increment of its last occurrence.
     latest: BTreeMap<(EventKind, String), (usize, usize)>,
 }
@@ -40,7 +44,7 @@ impl EventLog {
     }
 
     /// Present increment.
-    pub(super) fn now(&self) -> &Moment {
+    pub(crate) fn now(&self) -> &Moment {
         &self.now
     }
 
@@ -48,6 +52,16 @@ impl EventLog {
     pub fn begin(&mut self, now: Moment) {
         self.count += 1;
         self.now = now;
+    }
+
+    /// Adds to the sheet what was found for each requirement; see [`Sheet::add`].
+    pub(crate) fn check(&mut self, requirements: &[Requirement], found: Vec<Vec<Found>>, at_end: bool) {
+        self.sheet.add(requirements, found, &self.now, at_end);
+    }
+
+    /// Marks the present increment as one that ended in an equilibrium that is not stable.
+    pub(crate) fn mark_unstable(&mut self) {
+        self.sheet.mark_unstable(&self.now);
     }
 
     /// Adds an occurrence to the event that it continues, or begins an event.
@@ -91,8 +105,9 @@ impl EventLog {
         self.latest.get(&(kind, part(place))).is_some_and(|(_, seen)| seen + 1 == self.count)
     }
 
-    /// Moves events and clearances into the result of a run.
-    pub fn write_to(self, run: &mut Run) {
+    /// Moves events, clearances and the sheet of a network into the result of a run, whose status is known.
+    pub fn write_to(self, network: &Network, run: &mut Run) {
+        run.requirements = self.sheet.lines(network, run.status);
         (run.events, run.clearances) = (self.events, self.clearances);
     }
 }

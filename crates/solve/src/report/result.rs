@@ -293,21 +293,24 @@ fn frame_at(branch: &Branch, state: &State, node: usize) -> Rotation {
     state.frames[branch.frames.start + c]
 }
 
-/// Positions of the markers: between nodes the cubic through both of them along their tangents.
+/// Position on the centre line at an unstressed arc length, m: between nodes the cubic through both of them along their
+/// tangents.
+pub(crate) fn position_at(branch: &BranchResult, at: f64) -> Vector {
+    let (s, x) = (&branch.s, &branch.position);
+    let i = s.partition_point(|node| *node <= at).clamp(1, s.len() - 1) - 1;
+    let t = ((at - s[i]) / (s[i + 1] - s[i])).clamp(0.0, 1.0);
+    // dx/ds: along d3, as long as the segment is stretched.
+    let stretched = (x[i + 1] - x[i]).norm();
+    let [from, to] = [i, i + 1].map(|node| columns(&branch.frame[node])[2] * stretched);
+    let (u, t2) = (1.0 - t, t * t);
+    x[i] * (u * u * (1.0 + 2.0 * t)) + x[i + 1] * (t2 * (3.0 - 2.0 * t)) + from * (t * u * u) - to * (t2 * u)
+}
+
+/// Positions of the markers.
 pub fn markers(network: &Network, branches: &[BranchResult]) -> Vec<MarkerResult> {
-    let result = |marker: &Marker| {
-        let branch = &branches[marker.branch];
-        let (s, x) = (&branch.s, &branch.position);
-        let i = s.partition_point(|node| *node <= marker.s).clamp(1, s.len() - 1) - 1;
-        let length = s[i + 1] - s[i];
-        let t = ((marker.s - s[i]) / length).clamp(0.0, 1.0);
-        // dx/ds: along d3, as long as the segment is stretched.
-        let stretched = (x[i + 1] - x[i]).norm();
-        let [from, to] = [i, i + 1].map(|node| columns(&branch.frame[node])[2] * stretched);
-        let (u, t2) = (1.0 - t, t * t);
-        let position =
-            x[i] * (u * u * (1.0 + 2.0 * t)) + x[i + 1] * (t2 * (3.0 - 2.0 * t)) + from * (t * u * u) - to * (t2 * u);
-        MarkerResult { name: marker.name.clone(), position }
+    let result = |marker: &Marker| MarkerResult {
+        name: marker.name.clone(),
+        position: position_at(&branches[marker.branch], marker.s),
     };
     network.markers.iter().map(result).collect()
 }
@@ -327,44 +330,71 @@ pub fn farthest(from: &State, to: &State) -> f64 {
     from.points.iter().zip(&to.points).map(|(a, b)| (b - a).norm()).fold(0.0, f64::max)
 }
 
-/// Events of spans that are shorter than the distance they must bridge.
-pub fn overstretched(problem: &Problem<'_>, state: &State) -> Vec<Occurrence> {
+/// Span of a branch between two nodes that are held in place, or its ends.
+pub(crate) struct HeldSpan {
+    /// Index of the branch.
+    pub branch: usize,
+    /// Unstressed arc lengths of its ends, m.
+    pub from: f64,
+    pub to: f64,
+    /// Distance of its ends, m.
+    pub chord: f64,
+    /// Strain up to which it is not overstretched.
+    pub tolerance: f64,
+}
+
+/// All spans of the harness.
+pub(crate) fn held_spans(problem: &Problem<'_>, state: &State) -> Vec<HeldSpan> {
     let network = problem.network;
-    let held = |branch: usize, node: usize| {
-        network.constraints.iter().enumerate().any(|(f, constraint)| {
-            problem.conditions().active[f]
-                && constraint.place == (Place::Node { branch, node })
-                && matches!(
-                    constraint.model.action(),
-                    Action::Prescribed(hold) if hold.position && hold.rails.is_empty()
-                )
-        })
-    };
-    let mut found = Vec::new();
-    for (index, branch) in network.branches.iter().enumerate() {
-        let mesh = branch.rod.mesh();
-        let s = state.arc_lengths(network, index);
-        let n = mesh.segments();
-        let stops: Vec<usize> = (0..=n).filter(|&node| node == 0 || node == n || held(index, node)).collect();
-        for pair in stops.windows(2) {
-            let x = |node: usize| state.points[branch.points.start + node];
-            let (chord, length) = ((x(pair[1]) - x(pair[0])).norm(), s[pair[1]] - s[pair[0]]);
-            let allowed = if held(index, pair[0]) && held(index, pair[1]) { 1e-9 } else { LARGE_STRAIN };
-            if chord > length * (1.0 + allowed) {
-                found.push(Occurrence {
-                    kind: EventKind::Overstretched,
-                    place: EventPlace::branch(&branch.name, 0.5 * (s[pair[0]] + s[pair[1]])),
-                    value: Some(chord),
-                    limit: Some(length),
-                    message: format!(
-                        "between s = {:.4} m and s = {:.4} m, {length:.4} m of cable bridge {chord:.4} m",
-                        s[pair[0]], s[pair[1]]
-                    ),
-                });
-            }
+    let mut held = vec![false; network.points];
+    for (f, constraint) in network.constraints.iter().enumerate() {
+        let Place::Node { branch, node } = constraint.place else { continue };
+        let holds = matches!(
+            constraint.model.action(),
+            Action::Prescribed(hold) if hold.position && hold.rails.is_empty()
+        );
+        if problem.conditions().active[f] && holds {
+            held[network.branches[branch].points.start + node] = true;
         }
     }
-    found
+    let mut spans = Vec::new();
+    for (index, branch) in network.branches.iter().enumerate() {
+        let s = state.arc_lengths(network, index);
+        let (first, n) = (branch.points.start, branch.rod.mesh().segments());
+        let stops: Vec<usize> = (0..=n).filter(|&node| node == 0 || node == n || held[first + node]).collect();
+        for pair in stops.windows(2) {
+            let [from, to] = [pair[0], pair[1]];
+            let between = held[first + from] && held[first + to];
+            spans.push(HeldSpan {
+                branch: index,
+                from: s[from],
+                to: s[to],
+                chord: (state.points[first + to] - state.points[first + from]).norm(),
+                tolerance: if between { 1e-9 } else { LARGE_STRAIN },
+            });
+        }
+    }
+    spans
+}
+
+/// Events of spans that are shorter than the distance they must bridge.
+pub fn overstretched(problem: &Problem<'_>, state: &State) -> Vec<Occurrence> {
+    let spans = held_spans(problem, state).into_iter();
+    let too_short = spans.filter(|span| span.chord > (span.to - span.from) * (1.0 + span.tolerance));
+    too_short
+        .map(|HeldSpan { branch, from, to, chord, .. }| {
+            let length = to - from;
+            Occurrence {
+                kind: EventKind::Overstretched,
+                place: EventPlace::branch(&problem.network.branches[branch].name, 0.5 * (from + to)),
+                value: Some(chord),
+                limit: Some(length),
+                message: format!(
+                    "between s = {from:.4} m and s = {to:.4} m, {length:.4} m of cable bridge {chord:.4} m"
+                ),
+            }
+        })
+        .collect()
 }
 
 #[cfg(test)]

@@ -26,6 +26,8 @@ pub(crate) struct Driver<'n, 'm> {
     pub(crate) state: State,
     /// State before the part of an increment in progress.
     pub(super) before: State,
+    /// State at the beginning of the increment.
+    pub(super) began: State,
     pub(super) iterations: usize,
     /// Iterations on the CPU that finish the single-precision result of a GPU; see
     /// [`wireloom_core::minimiser::Report`].
@@ -111,6 +113,7 @@ impl<'n, 'm> Driver<'n, 'm> {
             stop: *stop,
             certifier: Certifier::new(network),
             before: state.clone(),
+            began: state.clone(),
             state,
             iterations: 0,
             polish: 0,
@@ -208,6 +211,7 @@ impl<'n, 'm> Driver<'n, 'm> {
             stop: _,
             certifier: _,
             before: _,
+            began: _,
             residual: _,
             round_off: _,
             inspection: _,

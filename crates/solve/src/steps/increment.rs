@@ -87,6 +87,7 @@ impl Driver<'_, '_> {
             return Err(Status::Interrupted);
         }
         let end = self.step_result(step, increment, status, seconds());
+        self.check_at_end(&end);
         events::log_increment(&mut self.log, &mut self.problem, &self.state, &end, &self.stop, all);
         Ok(end)
     }
@@ -96,7 +97,7 @@ impl Driver<'_, '_> {
         self.smallest_part = 1.0;
         self.twist_monitor.get_or_insert_with(|| TwistMonitor::new(self.problem.network));
         self.prescribed_turns = plan.turns(1.0);
-        let began = self.state.clone();
+        self.began.copy_from(&self.state);
         let before = self.problem.conditions().clone();
         let (mut status, mut to) = self.advance_through(plan, a, b);
         let mut snapped = false;
@@ -127,7 +128,7 @@ impl Driver<'_, '_> {
         }
         status = self.refine(status);
         if is_balanced(status) {
-            let moved = result::farthest(&began, &self.state);
+            let moved = result::farthest(&self.began, &self.state);
             let given = events::prescribed(&self.problem, &before.targets);
             let length = self.problem.scales().length;
             // A cable that ran out of a constraint has an event of its own.
@@ -164,6 +165,9 @@ impl Driver<'_, '_> {
     pub(super) fn advance_through(&mut self, plan: &Plan, a: f64, b: f64) -> (Status, f64) {
         let mut corners: Vec<f64> =
             plan.corners.iter().copied().filter(|t| a + SAME_FRACTION < *t && *t < b - SAME_FRACTION).collect();
+        // More equilibria on the way where a requirement wants to be checked in between.
+        let parts = self.log.sheet.parts(self.log.now().step_index);
+        corners.extend((1..parts).map(|k| a + (b - a) * (k as f64 / parts as f64)));
         corners.push(b);
         corners.sort_by(f64::total_cmp);
         corners.dedup_by(|next, last| *next - *last < SAME_FRACTION);
@@ -194,6 +198,9 @@ impl Driver<'_, '_> {
                 break;
             }
             self.update_operations(plan, to);
+            if to < b {
+                self.check_on_the_way();
+            }
         }
         (status, from)
     }

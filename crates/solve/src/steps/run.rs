@@ -43,6 +43,7 @@ pub fn carry_out(
             if start == Status::Interrupted || driver.fault.is_some() {
                 run.status = driver.failed_if_faulty(start);
                 run.fault = driver.part_fault(&steps[0], 0);
+                driver.log.write_to(network, &mut run);
                 return run;
             }
             if start != Status::Converged {
@@ -83,7 +84,7 @@ pub fn carry_out(
                     run.steps.extend(latest);
                     run.status = status;
                     run.fault = driver.part_fault(step, increment);
-                    driver.log.write_to(&mut run);
+                    driver.log.write_to(network, &mut run);
                     return run;
                 }
             };
@@ -114,7 +115,7 @@ pub fn carry_out(
                 Some(end)
             };
             if unbalanced || stopped {
-                driver.log.write_to(&mut run);
+                driver.log.write_to(network, &mut run);
                 return run;
             }
             if driver.round_off && !run.notes.iter().any(|note| note == ROUND_OFF) {
@@ -126,7 +127,7 @@ pub fn carry_out(
                 run.steps.extend(latest.take());
                 run.status = Status::Failed;
                 run.fault = driver.part_fault(step, increment);
-                driver.log.write_to(&mut run);
+                driver.log.write_to(network, &mut run);
                 return run;
             }
             if increment < step.increments {
@@ -140,6 +141,6 @@ pub fn carry_out(
         (clock, spent) = (Instant::now(), 0.0);
         (driver.iterations, driver.polish, driver.factorisations) = (0, 0, 0);
     }
-    driver.log.write_to(&mut run);
+    driver.log.write_to(network, &mut run);
     run
 }

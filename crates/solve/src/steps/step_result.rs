@@ -1,8 +1,9 @@
-//! Result of an increment.
+//! Result of an increment, and the check of the requirements at its end.
 
-use super::driver::Driver;
+use super::driver::{Driver, is_balanced};
+use crate::report::requirements::Equilibrium;
 use crate::report::result;
-use wireloom_core::equilibrium::{MinimiserResult, StepResult};
+use wireloom_core::equilibrium::{BranchResult, ConstraintResult, MinimiserResult, OperationResult, StepResult};
 use wireloom_core::status::Status;
 use wireloom_core::steps::Step;
 
@@ -17,11 +18,10 @@ impl Driver<'_, '_> {
             Status::Converged if !known => self.certifier.diverges(&mut self.problem, &self.state).then_some(false),
             _ => inspection.filter(|_| known).and_then(|inspection| inspection.stability.flag()),
         };
+        let branches = self.branch_results();
         let (problem, state) = (&mut self.problem, &self.state);
         let network = problem.network;
         let touching = problem.touching_points(state);
-        let branch = |b: usize| result::branch(problem, b, state, &touching);
-        let branches: Vec<_> = (0..network.branches.len()).map(branch).collect();
         StepResult {
             name: step.name.clone(),
             increment,
@@ -48,5 +48,49 @@ impl Driver<'_, '_> {
                 constraint_residual: self.violation,
             },
         }
+    }
+
+    /// Results of all branches at the present state.
+    fn branch_results(&mut self) -> Vec<BranchResult> {
+        let touching = self.problem.touching_points(&self.state);
+        let branch = |b: usize| result::branch(&self.problem, b, &self.state, &touching);
+        (0..self.problem.network.branches.len()).map(branch).collect()
+    }
+
+    /// Checks the requirements at the end of an increment, if that is an equilibrium.
+    pub(super) fn check_at_end(&mut self, end: &StepResult) {
+        if is_balanced(end.status) {
+            let results = (&end.branches[..], &end.constraints[..]);
+            self.check(results, &end.operations, Some(end.increment == end.increments));
+        }
+        if end.stable == Some(false) {
+            self.log.mark_unstable();
+        }
+    }
+
+    /// Checks the requirements at an equilibrium on the way through an increment.
+    pub(super) fn check_on_the_way(&mut self) {
+        if !self.problem.network.requirements.is_empty() {
+            let branches = self.branch_results();
+            let constraints = result::constraints(&self.problem, &self.state, &self.certifier.gradient);
+            let operations = self.operations.clone();
+            self.check((&branches, &constraints), &operations, None);
+        }
+    }
+
+    /// Checks the requirements with these results; `ends_step`: whether the step ends here, `None` on the way through an
+    /// increment.
+    fn check(
+        &mut self,
+        (branches, constraints): (&[BranchResult], &[ConstraintResult]),
+        operations: &[OperationResult],
+        ends_step: Option<bool>,
+    ) {
+        let requirements = &self.problem.network.requirements;
+        let step = (self.log.now().step_index, ends_step == Some(true));
+        let results = (branches, constraints, operations);
+        let here = Equilibrium::new(&mut self.problem, &self.state, &self.began, results, step);
+        let found = requirements.iter().map(|requirement| here.values(requirement)).collect();
+        self.log.check(requirements, found, ends_step.is_some());
     }
 }

@@ -3,6 +3,7 @@
 use super::term::{Contact, ContactTerm};
 use crate::Vector;
 use crate::conditions::System;
+use std::collections::BTreeMap;
 
 /// Load of an obstacle on the harness.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -32,6 +33,20 @@ impl ContactTerm {
             all[o].moment += lever.cross(&force);
             all[o].points += 1;
             all[o].depth = all[o].depth.max(-contact.gap);
+        }
+        all
+    }
+
+    /// Sum of the sizes of the contact forces of each obstacle on each branch that it touches, N, by their indices
+    /// (branch, obstacle), at the last evaluated state. Forces in opposite directions, as on both sides of a tube, add
+    /// up. `friction` as in [`Self::obstacle_loads`].
+    pub fn forces_by_branch(&self, friction: impl Fn(&Contact) -> Vector) -> BTreeMap<(usize, usize), f64> {
+        let mut all = BTreeMap::new();
+        for contact in &self.found {
+            let Some(o) = contact.partner.obstacle() else { continue };
+            let branch = self.point(contact.point).branch;
+            let force = contact.normal * contact.force + friction(contact);
+            *all.entry((branch, o as usize)).or_insert(0.0) += force.norm();
         }
         all
     }

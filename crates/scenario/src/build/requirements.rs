@@ -1,0 +1,90 @@
+//! What is required of a harness: the entries of `[[requirements]]`, the limits of its parts, and what holds for every
+//! harness.
+
+use crate::scenario::Scenario;
+use wireloom_core::Network;
+use wireloom_core::requirement::{Measure, Motion, Origin, Part, Requirement, Severity};
+use wireloom_core::steps::Operation;
+
+/// Depth to which cables may lie in each other, as a fraction of the diameter of the thinner one: bundles are soft, and
+/// their diameters are known to about as much.
+pub(crate) const SOFT: f64 = 0.1;
+
+/// All requirements on the harness of a scenario, those of the file first.
+pub(super) fn requirements(scenario: &Scenario, network: &Network) -> Vec<Requirement> {
+    let mut all: Vec<Requirement> = scenario.requirements.iter().map(|own| own.requirement.clone()).collect();
+    all.extend(of_parts(scenario, network));
+    all.extend(always(network));
+    all
+}
+
+fn requirement(name: &str, origin: Origin, measure: Measure, of: Vec<Part>) -> Requirement {
+    Requirement {
+        name: name.to_owned(),
+        origin,
+        measure,
+        of,
+        against: Vec::new(),
+        min: None,
+        max: None,
+        steps: None,
+        motion: Motion::Any,
+        severity: Severity::Must,
+        because: None,
+    }
+}
+
+/// The limits of sections, constraints and obstacles, named after them.
+pub(crate) fn of_parts(scenario: &Scenario, network: &Network) -> Vec<Requirement> {
+    let mut all = Vec::new();
+    for (k, section) in scenario.sections.iter().enumerate() {
+        let branches = scenario.branches.iter().enumerate().filter(|(_, branch)| branch.section == k);
+        let of: Vec<Part> = branches.map(|(b, _)| Part::whole(b)).collect();
+        let own = |measure| requirement(&section.name, Origin::Section, measure, of.clone());
+        if of.is_empty() {
+            continue;
+        }
+        if section.min_bend_radius.is_some() {
+            all.push(Requirement { min: section.min_bend_radius, ..own(Measure::BendRadius) });
+        }
+    }
+    for (f, constraint) in network.constraints.iter().enumerate() {
+        let own = |measure| requirement(&constraint.name, Origin::Constraint, measure, vec![Part::Constraint(f)]);
+        let limits = [
+            (Measure::Force, constraint.limits.pull_out_force),
+            (Measure::Moment, constraint.limits.max_moment),
+            (Measure::InsertionForce, insertion_limit(scenario, f)),
+        ];
+        let given = limits.into_iter().filter(|(_, limit)| limit.is_some());
+        all.extend(given.map(|(measure, max)| Requirement { max, ..own(measure) }));
+    }
+    let branches: Vec<Part> = (0..network.branches.len()).map(Part::whole).collect();
+    for (o, obstacle) in network.obstacles.iter().enumerate() {
+        let own = |measure| requirement(&obstacle.name, Origin::Obstacle, measure, branches.clone());
+        if obstacle.min_clearance.is_some() {
+            let against = vec![Part::Obstacle(o)];
+            all.push(Requirement { min: obstacle.min_clearance, against, ..own(Measure::Clearance) });
+        }
+    }
+    all
+}
+
+/// The smallest of the largest forces with which a constraint may be pushed in.
+fn insertion_limit(scenario: &Scenario, constraint: usize) -> Option<f64> {
+    let limit = |operation: &Operation| match operation {
+        Operation::Mate { constraint: f, limit, .. } if *f == constraint => *limit,
+        _ => None,
+    };
+    scenario.steps.iter().flat_map(|step| &step.operations).filter_map(limit).reduce(f64::min)
+}
+
+/// What holds for every harness: spans bridge what they are long enough for, and cables do not pass through each other.
+fn always(network: &Network) -> [Requirement; 2] {
+    let branches: Vec<Part> = (0..network.branches.len()).map(Part::whole).collect();
+    let own = |name, measure| requirement(name, Origin::Always, measure, branches.clone());
+    let thinnest = network.branches.iter().map(|branch| branch.section.diameter).fold(f64::INFINITY, f64::min);
+    [
+        Requirement { max: Some(1.0), ..own("spans are long enough", Measure::Reach) },
+        Requirement { max: Some(SOFT * thinnest), ..own("cables lie side by side", Measure::Overlap) },
+    ]
+}

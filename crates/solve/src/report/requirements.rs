@@ -1,0 +1,183 @@
+//! Values of requirements at one equilibrium.
+
+use super::result;
+use super::sheet::Found;
+use std::collections::BTreeMap;
+use wireloom_core::equilibrium::{BranchResult, ConstraintResult, OperationResult};
+use wireloom_core::requirement::{Measure, Motion, Part, Requirement};
+use wireloom_core::{EventPlace, Network, Problem, State, Vector};
+
+/// Distance that a branch moves in an increment in which it is not at rest, as a fraction of its diameter.
+const MOVING: f64 = 0.01;
+
+/// An equilibrium, as far as requirements are about it.
+pub(crate) struct Equilibrium<'a> {
+    pub network: &'a Network,
+    /// Results of all branches.
+    pub branches: &'a [BranchResult],
+    /// Constraints that act, with their indices.
+    pub constraints: BTreeMap<usize, &'a ConstraintResult>,
+    pub operations: &'a [OperationResult],
+    /// Sum of the sizes of contact forces, N, by branch and obstacle.
+    pub contact_forces: BTreeMap<(usize, usize), f64>,
+    /// Distance that each branch has moved in the increment, m.
+    pub moved: Vec<f64>,
+    /// Whether this is the end of a step.
+    pub ends_step: bool,
+    /// Index of the step.
+    pub step: usize,
+    /// Spans between held nodes, by branch.
+    pub spans: Vec<result::HeldSpan>,
+}
+
+impl<'a> Equilibrium<'a> {
+    /// The equilibrium at `state`, with its results; `began`: the state at the beginning of the increment.
+    pub fn new<'n: 'a>(
+        problem: &mut Problem<'n>,
+        state: &State,
+        began: &State,
+        (branches, constraints, operations): (&'a [BranchResult], &'a [ConstraintResult], &'a [OperationResult]),
+        (step, ends_step): (usize, bool),
+    ) -> Self {
+        let network = problem.network;
+        let contact_forces = problem.contact_forces(state);
+        let active = (0..network.constraints.len()).filter(|f| problem.conditions().active[*f]);
+        let constraints = active.zip(constraints).collect();
+        let moved = network.branches.iter().map(|branch| {
+            let points = branch.points.clone();
+            let moves = points.map(|k| (state.points[k] - began.points[k]).norm());
+            moves.fold(0.0, f64::max)
+        });
+        let (moved, spans) = (moved.collect(), result::held_spans(problem, state));
+        Self { network, branches, constraints, operations, contact_forces, moved, ends_step, step, spans }
+    }
+
+    /// The values of a requirement at all its places; empty where it does not count.
+    pub fn values(&self, requirement: &Requirement) -> Vec<Found> {
+        let mut found = Vec::new();
+        if requirement.steps.as_ref().is_none_or(|steps| steps.contains(&self.step)) {
+            for part in requirement.of.iter().filter(|part| self.counts(requirement.motion, part)) {
+                self.add(requirement, part, &mut found);
+            }
+        }
+        found
+    }
+
+    /// Whether the motion of a part is the one in which a requirement counts.
+    fn counts(&self, motion: Motion, part: &Part) -> bool {
+        let Part::Branch { branch, .. } = *part else { return true };
+        let moves = self.moved[branch] > MOVING * self.network.branches[branch].section.diameter;
+        match motion {
+            Motion::Any => true,
+            Motion::Moving => moves,
+            Motion::Rest => !moves || self.ends_step,
+        }
+    }
+
+    fn add(&self, requirement: &Requirement, part: &Part, found: &mut Vec<Found>) {
+        match *part {
+            Part::Branch { branch, from, to } => self.add_branch(requirement, branch, (from, to), found),
+            Part::Constraint(f) => self.add_constraint(requirement, f, found),
+            Part::Obstacle(o) if requirement.measure == Measure::ContactForce => {
+                let forces = (0..self.branches.len()).map(|b| (b, self.contact_force(b, o)));
+                // Where most of it acts.
+                let most = forces.clone().max_by(|a, b| a.1.total_cmp(&b.1));
+                let branch = most.filter(|most| most.1 > 0.0).map(|most| self.branches[most.0].name.clone());
+                let obstacle = Some(self.network.obstacles[o].name.clone());
+                let place = EventPlace { obstacle, branch, ..EventPlace::default() };
+                found.push(at(forces.map(|(_, force)| force).sum(), place));
+            }
+            Part::Obstacle(_) => {}
+        }
+    }
+
+    fn add_constraint(&self, requirement: &Requirement, f: usize, found: &mut Vec<Found>) {
+        let name = &self.network.constraints[f].name;
+        let place = || EventPlace::constraint(name);
+        if requirement.measure == Measure::InsertionForce {
+            for operation in self.operations {
+                if let OperationResult::Mate { constraint, insertion_force: Some(force), .. } = operation
+                    && constraint == name
+                {
+                    found.push(at(*force, place()));
+                }
+            }
+            return;
+        }
+        let Some(result) = self.constraints.get(&f) else { return };
+        match requirement.measure {
+            Measure::Force => found.push(at(result.largest_force(), place())),
+            Measure::Moment => found.push(at(result.largest_moment(), place())),
+            _ => {}
+        }
+    }
+
+    fn add_branch(&self, requirement: &Requirement, b: usize, (from, to): (f64, f64), found: &mut Vec<Found>) {
+        let (branch, own) = (&self.branches[b], &self.network.branches[b]);
+        // All nodes from the last one before the part to the first one after it.
+        let first = branch.s.partition_point(|s| *s <= from).saturating_sub(1);
+        let last = branch.s.partition_point(|s| *s < to).min(branch.s.len() - 1);
+        // Only the least and the greatest value can be the worst.
+        let mut nodes = |value: &dyn Fn(usize) -> f64| {
+            let values = || (first..=last).map(|i| (i, value(i)));
+            let ends = [values().min_by(|a, b| a.1.total_cmp(&b.1)), values().max_by(|a, b| a.1.total_cmp(&b.1))];
+            let place = |i: usize| EventPlace::branch(&branch.name, branch.s[i]);
+            found.extend(ends.into_iter().flatten().map(|(i, value)| at(value, place(i))));
+        };
+        let d3 = |i: usize| branch.frame[i] * Vector::z();
+        let axial = |i: usize| branch.force[i].dot(&d3(i));
+        match requirement.measure {
+            Measure::BendRadius => nodes(&|i| branch.bend_radius[i]),
+            Measure::Tension => nodes(&axial),
+            Measure::Compression => nodes(&|i| -axial(i)),
+            Measure::Strain => nodes(&|i| axial(i) / own.section.axial_stiffness),
+            Measure::Torsion => nodes(&|i| branch.moment[i].dot(&d3(i)).abs() / own.section.torsion_stiffness),
+            Measure::Deviation => nodes(&|i| distance_from(&own.path, &branch.position[i])),
+            Measure::Turns => {
+                let place = EventPlace { branch: Some(branch.name.clone()), ..EventPlace::default() };
+                found.push(at(branch.twist_turns.abs(), place));
+            }
+            Measure::Slack => {
+                let (from, to) = (from.max(branch.s[0]), to.min(branch.s[branch.s.len() - 1]));
+                let between = result::position_at(branch, to) - result::position_at(branch, from);
+                found.push(at(to - from - between.norm(), EventPlace::branch(&branch.name, 0.5 * (from + to))));
+            }
+            Measure::Reach => {
+                for span in self.spans.iter().filter(|span| span.branch == b) {
+                    let place = EventPlace::branch(&branch.name, 0.5 * (span.from + span.to));
+                    let limit = Some(requirement.max.unwrap_or(1.0) + span.tolerance);
+                    found.push(Found { limit, ..at(span.chord / (span.to - span.from), place) });
+                }
+            }
+            Measure::ContactForce => {
+                for part in &requirement.against {
+                    let Part::Obstacle(o) = *part else { continue };
+                    let obstacle = Some(self.network.obstacles[o].name.clone());
+                    let branch = Some(branch.name.clone());
+                    let place = EventPlace { obstacle, branch, ..EventPlace::default() };
+                    found.push(at(self.contact_force(b, o), place));
+                }
+            }
+            _ => {}
+        }
+    }
+
+    /// Sum of the sizes of the contact forces of an obstacle on a branch, N.
+    fn contact_force(&self, branch: usize, obstacle: usize) -> f64 {
+        self.contact_forces.get(&(branch, obstacle)).copied().unwrap_or(0.0)
+    }
+}
+
+fn at(value: f64, place: EventPlace) -> Found {
+    Found { value, error: None, limit: None, place }
+}
+
+/// Distance of a point from a polygon, m.
+fn distance_from(path: &[Vector], x: &Vector) -> f64 {
+    let to_edge = |pair: &[Vector]| {
+        let edge = pair[1] - pair[0];
+        let t = (x - pair[0]).dot(&edge) / edge.norm_squared();
+        (x - pair[0] - edge * if t.is_nan() { 0.0 } else { t.clamp(0.0, 1.0) }).norm()
+    };
+    path.windows(2).map(to_edge).fold(f64::INFINITY, f64::min)
+}

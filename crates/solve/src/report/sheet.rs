@@ -1,0 +1,197 @@
+//! The sheet of a run: the worst value of every requirement so far.
+//!
+//! Every requirement is checked at the end of every increment, and at every equilibrium on the way through one: where a
+//! path has a corner or turns are resolved in parts, and where a value changes fast ([`Sheet::parts`]).
+
+use serde::{Deserialize, Serialize};
+use wireloom_core::equilibrium::RequirementResult;
+use wireloom_core::requirement::{Bound, Measure, Motion, Origin, Requirement, Verdict};
+use wireloom_core::{EventPlace, Moment, Network, Status};
+
+/// Change of a value in one increment, as a fraction of its limit, above which it changes fast.
+const FAST: f64 = 0.1;
+/// Factor on the change of the last increment by which that of the next one is estimated.
+const NEXT: f64 = 2.0;
+/// Largest number of parts in which an increment is taken for the sake of a requirement.
+const MOST_PARTS: f64 = 8.0;
+
+/// A value of a requirement at one place.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Found {
+    /// The value, in the unit of the measure.
+    pub value: f64,
+    /// Estimate of its discretisation error.
+    pub error: Option<f64>,
+    /// Its limit, where it differs from that of the requirement.
+    pub limit: Option<f64>,
+    /// Where it was found.
+    pub place: EventPlace,
+}
+
+/// The worst value so far.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+struct Worst {
+    value: f64,
+    limit: f64,
+    bound: Bound,
+    error: Option<f64>,
+    moment: Moment,
+    place: EventPlace,
+}
+
+impl Worst {
+    /// Distance from the limit relative to it (absolute for a limit of 0), less the error if `doubted`.
+    fn margin(&self, doubted: bool) -> f64 {
+        let error = self.error.filter(|_| doubted).unwrap_or(0.0);
+        let scale = if self.limit == 0.0 { 1.0 } else { self.limit.abs() };
+        let margin = (self.bound.gap(self.value, self.limit) - error) / scale;
+        // What is not a number is beyond any limit.
+        if margin.is_nan() { f64::NEG_INFINITY } else { margin }
+    }
+}
+
+/// A requirement, as far as it has been checked.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+struct Line {
+    /// Number of increments in which it was checked.
+    checked: usize,
+    /// The value nearest to its limit, or farthest beyond it.
+    worst: Option<Worst>,
+    /// The value nearest to its limit when its error is counted against it.
+    doubted: Option<Worst>,
+    /// Value and limit in the last two increments of the present step.
+    recent: [Option<(f64, f64)>; 2],
+}
+
+/// The worst values of all requirements of a network, in their order.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub(crate) struct Sheet {
+    lines: Vec<Line>,
+    /// The first increment that ended in an equilibrium that is not stable.
+    unstable: Option<Moment>,
+    /// Step of the last check.
+    step: usize,
+}
+
+impl Sheet {
+    /// Adds what was `found` for each requirement in an increment. `at_end`: whether at the end of the increment.
+    pub fn add(&mut self, requirements: &[Requirement], found: Vec<Vec<Found>>, now: &Moment, at_end: bool) {
+        self.lines.resize_with(requirements.len(), Line::default);
+        if self.step != now.step_index {
+            self.step = now.step_index;
+            self.lines.iter_mut().for_each(|line| line.recent = [None; 2]);
+        }
+        for ((line, requirement), found) in self.lines.iter_mut().zip(requirements).zip(found) {
+            line.checked += usize::from(!found.is_empty());
+            let mut here: Option<Worst> = None;
+            for found in found {
+                let limits = [(Bound::Min, requirement.min), (Bound::Max, requirement.max)];
+                for (bound, limit) in limits.into_iter().filter_map(|(bound, limit)| Some((bound, limit?))) {
+                    // A straight cable has no bend radius.
+                    if found.value == f64::INFINITY {
+                        continue;
+                    }
+                    let limit = found.limit.unwrap_or(limit);
+                    let Found { value, error, place, .. } = found.clone();
+                    let worst = Worst { value, limit, bound, error, moment: now.clone(), place };
+                    keep(&mut line.worst, &worst, false);
+                    keep(&mut line.doubted, &worst, true);
+                    keep(&mut here, &worst, false);
+                }
+            }
+            if at_end {
+                line.recent = [line.recent[1], here.map(|worst| (worst.value, worst.limit))];
+            }
+        }
+    }
+
+    /// Marks an increment that ended in an equilibrium that is not stable.
+    pub fn mark_unstable(&mut self, now: &Moment) {
+        self.unstable.get_or_insert_with(|| now.clone());
+    }
+
+    /// Number of parts in which the next increment of a step is taken, so that values are also checked between its
+    /// ends: where a value that keeps its limit changed by more than a tenth of it in the last increment, and would
+    /// reach it in the next one at twice that rate.
+    pub fn parts(&self, step: usize) -> usize {
+        let parts = |line: &Line| {
+            let [Some((before, _)), Some((now, limit))] = line.recent else { return 1.0 };
+            let (change, left) = ((now - before).abs(), (limit - now).abs());
+            let failed = line.worst.as_ref().is_some_and(|worst| worst.margin(false) < 0.0);
+            let fast = !failed && change > FAST * limit.abs() && NEXT * change >= left;
+            if fast { (change / (FAST * limit.abs())).ceil().clamp(2.0, MOST_PARTS) } else { 1.0 }
+        };
+        if self.step != step {
+            return 1;
+        }
+        self.lines.iter().map(parts).fold(1.0, f64::max) as usize
+    }
+
+    /// The lines of the sheet, at the end of a run with this status.
+    pub fn lines(&self, network: &Network, status: Status) -> Vec<RequirementResult> {
+        let none = Line::default();
+        let requirements = network.requirements.iter().enumerate();
+        requirements
+            .map(|(k, requirement)| self.line(requirement, self.lines.get(k).unwrap_or(&none), status))
+            .collect()
+    }
+
+    fn line(&self, requirement: &Requirement, line: &Line, status: Status) -> RequirementResult {
+        let failed = line.worst.as_ref().is_some_and(|worst| worst.margin(false) < 0.0);
+        let doubted = line.doubted.as_ref().filter(|doubted| !failed && doubted.margin(true) < 0.0);
+        let (verdict, reason) = if failed {
+            (Verdict::Fail, None)
+        } else if status != Status::Converged {
+            (Verdict::Unresolved, Some(format!("the run did not come to its end: {}", status.word())))
+        } else if line.checked == 0 {
+            (Verdict::NotChecked, Some(why_not_checked(requirement)))
+        } else if let Some(moment) = &self.unstable {
+            let Moment { step, increment, .. } = moment;
+            let why = format!("the equilibrium of step `{step}`, increment {increment}, is not stable");
+            (Verdict::Unresolved, Some(why))
+        } else if doubted.is_some() {
+            (Verdict::Unresolved, Some("the discretisation error reaches over the limit".to_owned()))
+        } else {
+            (Verdict::Pass, None)
+        };
+        let shown = doubted.or(line.worst.as_ref());
+        let limits = [(Bound::Min, requirement.min), (Bound::Max, requirement.max)];
+        let first = limits.into_iter().find_map(|(bound, limit)| Some((limit?, bound)));
+        let (limit, bound) = shown.map(|worst| (worst.limit, worst.bound)).or(first).unwrap_or((0.0, Bound::Max));
+        RequirementResult {
+            name: requirement.name.clone(),
+            origin: requirement.origin,
+            measure: requirement.measure,
+            severity: requirement.severity,
+            because: requirement.because.clone(),
+            verdict,
+            reason,
+            worst: shown.map(|worst| worst.value),
+            limit,
+            bound,
+            error: shown.and_then(|worst| worst.error),
+            moment: shown.map(|worst| worst.moment.clone()),
+            place: shown.map(|worst| worst.place.clone()).unwrap_or_default(),
+        }
+    }
+}
+
+/// Keeps the worse of two values; the first of equals.
+fn keep(worst: &mut Option<Worst>, found: &Worst, doubted: bool) {
+    if worst.as_ref().is_none_or(|worst| found.margin(doubted) < worst.margin(doubted)) {
+        *worst = Some(found.clone());
+    }
+}
+
+/// Why a requirement was never checked.
+fn why_not_checked(requirement: &Requirement) -> String {
+    let why = match (requirement.motion, requirement.measure) {
+        (Motion::Moving, _) => "it did not move in these steps",
+        (Motion::Rest, _) => "it was never at rest in these steps",
+        (_, Measure::InsertionForce) => "it was not pushed in in these steps",
+        (_, Measure::Force | Measure::Moment) => "it did not act in these steps",
+        (..) if requirement.origin == Origin::Always => "there is nothing to check",
+        _ => "nothing of it was there in these steps",
+    };
+    why.to_owned()
+}
