@@ -1,4 +1,4 @@
-//! Result of a run: its status, the equilibrium at the end of each step, and events.
+//! Result of a run: its status, its verdict, the equilibrium at the end of each step, and events.
 //!
 //! ```
 //! use wireloom::{Control, Status};
@@ -7,6 +7,10 @@
 //! let (_, built) = wireloom::load(&text, &wireloom::registry()).expect("no faults");
 //! let run = wireloom::run(built, &mut |_, _| Control::Continue);
 //! assert_eq!(run.status, Status::Converged);
+//! println!("{}", run.verdict().word());
+//! for line in &run.requirements {
+//!     println!("{}: {} ({:?})", line.name, line.verdict.word(), line.margin());
+//! }
 //! for event in &run.events {
 //!     println!("{} at {}: {}", event.kind.title(), event.place, event.message);
 //! }
@@ -17,9 +21,12 @@
 //! ```
 
 pub use wireloom_core::equilibrium::{
-    BranchResult, Clearance, ClearanceFrom, ConstraintResult, Energy, JointResult, Library, MinimiserResult,
-    ObstacleResult, OperationResult, PartFamily, PartFault, Run, SlideMotion, SlideResult, SpanResult, StationResult,
-    StepResult, TightestBend,
+    BranchResult, Clearance, ClearanceFrom, ConstraintResult, Energy, JointResult, Library, MarkerResult,
+    MinimiserResult, ObstacleResult, OperationResult, PartFamily, PartFault, Run, SlideMotion, SlideResult, SpanResult,
+    StationResult, StepResult, TightestBend,
 };
 pub use wireloom_core::event::{Event, EventKind, EventPlace, Group, Moment, grouped};
+pub use wireloom_core::requirement::{
+    Bound, Measure, Motion, Origin, Part, Requirement, RequirementResult, Severity, Verdict, by_urgency,
+};
 pub use wireloom_core::status::Status;

@@ -1,0 +1,219 @@
+//! Requirements: each is the worst value over a whole run, with its place and time, and no run passes by default.
+
+use std::f64::consts::{PI, TAU};
+use wireloom::geometry::Vector;
+use wireloom::result::{Measure, Origin, RequirementResult, Verdict};
+use wireloom::{Run, Status};
+use wireloom_tests::cables::{branch, connector, hanging, run, section};
+
+/// Line of the requirement of the file with this name.
+fn line<'r>(run: &'r Run, name: &str) -> &'r RequirementResult {
+    let found = run.requirements.iter().find(|line| line.name == name);
+    found.unwrap_or_else(|| panic!("no line {name} in {:?}", run.requirements))
+}
+
+fn close(value: Option<f64>, expected: f64, tolerance: f64) {
+    let value = value.expect("a value");
+    assert!((value - expected).abs() <= tolerance, "{value} not {expected}");
+}
+
+/// A hanging cable whose right plug goes to 0.2 m and back; `more` are requirements.
+fn there_and_back(more: &str) -> Run {
+    let steps = "[[steps]]\nname = \"in\"\nincrements = 8\nmove = [{ constraint = \"plug-B\", position = [0.2, 0, 0] }]\n\
+                 [[steps]]\nname = \"out\"\nincrements = 8\nmove = [{ constraint = \"plug-B\", position = [0.6, 0, 0] }]\n\
+                 [output]\nincrements = true\n";
+    run(&hanging("there and back", 60, &[steps, more].concat()))
+}
+
+/// The end of the run is as harmless as its beginning; what counts is the increment between.
+#[test]
+fn the_worst_of_all_increments_is_reported_and_not_the_end() {
+    let run = there_and_back(
+        "[[requirements]]\nname = \"bend\"\nquantity = \"bend_radius\"\nof = { branch = \"cable\" }\nmin = \"80 mm\"\n\
+         because = \"sheet 12\"\n",
+    );
+    assert_eq!(run.status, Status::Converged);
+    let bend = line(&run, "bend");
+    let tightest = |step: &wireloom::StepResult| {
+        let branch = &step.branches[0];
+        let nodes = branch.bend_radius.iter().zip(&branch.s);
+        nodes.map(|(r, s)| (*r, *s)).min_by(|a, b| a.0.total_cmp(&b.0)).expect("nodes")
+    };
+    let all: Vec<(f64, f64)> = run.steps.iter().map(tightest).collect();
+    let worst = (0..all.len()).min_by(|a, b| all[*a].0.total_cmp(&all[*b].0)).expect("increments");
+    assert!(worst != all.len() - 1 && all[worst].0 < 0.08 && all[all.len() - 1].0 > 0.08, "{all:?}");
+    let moment = bend.moment.as_ref().expect("an increment");
+    assert_eq!((bend.verdict, bend.worst, bend.place.s), (Verdict::Fail, Some(all[worst].0), Some(all[worst].1)));
+    assert_eq!((moment.step.as_str(), moment.increment), (&*run.steps[worst].name, run.steps[worst].increment));
+    assert_eq!(bend.because.as_deref(), Some("sheet 12"));
+    close(bend.margin(), all[worst].0 / 0.08 - 1.0, 1e-12);
+    assert_eq!(run.verdict(), Verdict::Fail);
+}
+
+#[test]
+fn a_requirement_counts_in_its_steps_only_and_should_decides_nothing() {
+    let of =
+        |more: &str| format!("[[requirements]]\nname = \"bend\"\nquantity = \"bend_radius\"\nmin = \"80 mm\"\n{more}");
+    let run = there_and_back(&of("severity = \"should\"\n"));
+    assert_eq!((line(&run, "bend").verdict, run.verdict()), (Verdict::Fail, Verdict::Pass));
+    let run = there_and_back(&of("steps = [\"out\"]\n"));
+    assert_eq!(line(&run, "bend").moment.as_ref().map(|moment| moment.step.as_str()), Some("out"));
+}
+
+/// A path that leaves and comes back within one increment: its ends are harmless, its corner is not.
+#[test]
+fn a_corner_between_two_increments_is_checked() {
+    let steps = "[[steps]]\nname = \"nod\"\nincrements = 1\nmove = [{ constraint = \"plug-B\", via = [[0.2, 0, 0]], \
+                 position = [0.6, 0, 0] }]\n[[requirements]]\nname = \"bend\"\nquantity = \"bend_radius\"\nmin = \"80 mm\"\n";
+    let run = run(&hanging("nod", 60, steps));
+    assert_eq!((run.status, line(&run, "bend").verdict), (Status::Converged, Verdict::Fail));
+}
+
+/// A value that would pass its limit in the next increment is looked at on the way there: the run has more iterations
+/// than the same run without the requirement, and the same end.
+#[test]
+fn where_a_value_changes_fast_it_is_checked_between_increments() {
+    let steps =
+        "[[steps]]\nname = \"in\"\nincrements = 3\nmove = [{ constraint = \"plug-B\", position = [0.06, 0, 0] }]\n";
+    let required = "[[requirements]]\nname = \"bend\"\nquantity = \"bend_radius\"\nmin = \"40 mm\"\n";
+    let plain = run(&hanging("in", 60, steps));
+    let watched = run(&hanging("in", 60, &[steps, required].concat()));
+    let iterations = |run: &Run| run.steps[0].minimiser.iterations;
+    assert!(iterations(&watched) > iterations(&plain), "{} and {}", iterations(&watched), iterations(&plain));
+    let end = |run: &Run| run.steps[0].branches[0].position[30];
+    assert!((end(&watched) - end(&plain)).norm() < 1e-6);
+}
+
+/// Balance of a cable that hangs straight down: its weight pulls at the upper end.
+#[test]
+fn tension_strain_and_reaction_of_a_plumb_line_are_its_weight() {
+    let text = [
+        "schema = 1\nname = \"plumb\"\n",
+        &section("cable"),
+        &branch("cable", ["A", "B"], "cable", 1.0, 20),
+        "path = [[0, 0, 0], [0, 0, -1]]\n",
+        "[[constraints]]\nname = \"hook\"\nkind = \"connector\"\nat = { end = \"A\" }\nposition = [0, 0, 0]\n\
+         tangent = [0, 0, -1]\nup = [1, 0, 0]\npull_out_force = 0.4\n",
+        "[[requirements]]\nname = \"pull\"\nquantity = \"tension\"\nmax = 1\n",
+        "[[requirements]]\nname = \"stretch\"\nquantity = \"strain\"\nmax = \"0.1 %\"\n",
+        "[[requirements]]\nname = \"way\"\nquantity = \"deviation\"\nmax = \"1 mm\"\n",
+        "[[markers]]\nname = \"tip\"\nat = { end = \"B\" }\n[[markers]]\nname = \"middle\"\nat = { branch = \"cable\", s = 0.487 }\n",
+    ]
+    .concat();
+    let run = run(&text);
+    let weight = 0.05 * 9.81;
+    close(line(&run, "pull").worst, weight, 1e-9);
+    assert_eq!((line(&run, "pull").place.s, line(&run, "pull").verdict), (Some(0.0), Verdict::Pass));
+    close(line(&run, "stretch").worst, weight / 1e4, 1e-9);
+    // It stretches by W L/2 EA.
+    close(line(&run, "way").worst, 0.5 * weight / 1e4, 1e-9);
+    let hook = line(&run, "hook");
+    assert_eq!((hook.origin, hook.measure, hook.verdict), (Origin::Constraint, Measure::Force, Verdict::Fail));
+    close(hook.worst, weight, 1e-9);
+    let markers = &run.steps[0].markers;
+    assert!((markers[0].position - Vector::new(0.0, 0.0, -1.0 - 0.5 * weight / 1e4)).norm() < 1e-9);
+    assert!((markers[1].position.z + 0.487).abs() < 5e-5 && markers[1].name == "middle");
+}
+
+#[test]
+fn torsion_and_turns_of_a_twisted_rod_are_those_prescribed() {
+    let text = [
+        "schema = 1\nname = \"twist\"\ngravity = [0, 0, 0]\n",
+        &section("cable"),
+        &branch("cable", ["A", "B"], "cable", 0.5, 20),
+        &connector("plug-A", "A", [0.0, 0.0, 0.0]),
+        &connector("plug-B", "B", [0.5, 0.0, 0.0]),
+        "[[steps]]\nname = \"turn\"\nincrements = 4\nmove = [{ constraint = \"plug-B\", turns = 0.5 }]\n",
+        "[[requirements]]\nname = \"torsion\"\nquantity = \"torsion\"\nmax = \"0.9 turns/m\"\n",
+        "[[requirements]]\nname = \"turns\"\nquantity = \"turns\"\nmax = \"200 deg\"\n",
+    ]
+    .concat();
+    let run = run(&text);
+    close(line(&run, "torsion").worst, TAU * 0.5 / 0.5, 1e-6);
+    close(Some(line(&run, "torsion").limit), 0.9 * TAU, 1e-12);
+    close(line(&run, "turns").worst, 0.5, 1e-9);
+    let verdicts = ["torsion", "turns"].map(|name| line(&run, name).verdict);
+    assert_eq!(verdicts, [Verdict::Fail, Verdict::Pass]);
+}
+
+/// The program says "converged" of a cable that is stretched to twice its length, and the sheet that it fails.
+#[test]
+fn a_plug_out_of_reach_fails_though_it_converges() {
+    let steps =
+        "[[steps]]\nname = \"out\"\nincrements = 8\nmove = [{ constraint = \"plug-B\", position = [2, 0, 0] }]\n";
+    let run = run(&hanging("out of reach", 40, steps));
+    let reach = run.requirements.iter().find(|line| line.measure == Measure::Reach).expect("always");
+    assert_eq!((run.status, reach.verdict, run.verdict()), (Status::Converged, Verdict::Fail, Verdict::Fail));
+    close(reach.worst, 2.0, 1e-9);
+    assert!(reach.margin().expect("a margin") < -0.99);
+}
+
+#[test]
+fn a_run_that_stops_early_does_not_pass() {
+    let run = run(&hanging(
+        "early",
+        40,
+        "[minimiser]\nkind = \"newton\"\nmax_iterations = 1\n[[requirements]]\nname = \"bend\"\n\
+         quantity = \"bend_radius\"\nmin = \"1 mm\"\n",
+    ));
+    let bend = line(&run, "bend");
+    assert!(run.status != Status::Converged);
+    assert_eq!((bend.verdict, run.verdict()), (Verdict::Unresolved, Verdict::Unresolved));
+    assert!(bend.reason.as_ref().is_some_and(|reason| reason.contains(run.status.word())), "{bend:?}");
+}
+
+/// A limit while moving is one thing, and one at rest another: the cable is tight for a moment only.
+#[test]
+fn bend_limits_in_motion_and_at_rest_are_apart() {
+    let of = |name: &str, motion: &str| {
+        format!(
+            "[[requirements]]\nname = \"{name}\"\nquantity = \"bend_radius\"\nmin = \"80 mm\"\nmotion = \"{motion}\"\n\
+             steps = [\"out\"]\n"
+        )
+    };
+    let run = there_and_back(&[of("moving", "moving"), of("rest", "rest")].concat());
+    assert_eq!((line(&run, "moving").verdict, line(&run, "rest").verdict), (Verdict::Fail, Verdict::Pass));
+}
+
+/// A cable laid on a plane: the plane carries what the plugs do not.
+#[test]
+fn the_contact_force_of_a_plane_is_the_weight_it_carries() {
+    let text = [
+        "schema = 1\nname = \"laid\"\n",
+        &section("cable"),
+        &branch("cable", ["A", "B"], "cable", 1.0, 40),
+        &connector("plug-A", "A", [0.0, 0.0, 0.003]),
+        "[[obstacles]]\nname = \"table\"\nshape = \"plane\"\n",
+        "[[requirements]]\nname = \"load\"\nquantity = \"contact_force\"\nof = { obstacle = \"table\" }\nmax = 0.4\n",
+        "[[requirements]]\nname = \"pair\"\nquantity = \"contact_force\"\nmax = \"1 N\"\n\
+         between = [{ obstacle = \"table\" }, { branches = \"c*\" }]\n",
+    ]
+    .concat();
+    let run = run(&text);
+    let carried = run.steps[0].obstacles[0].force.z;
+    let load = line(&run, "load");
+    assert_eq!(
+        (run.status, load.verdict, load.place.obstacle.as_deref()),
+        (Status::Converged, Verdict::Fail, Some("table"))
+    );
+    close(load.worst, carried, 1e-9);
+    close(Some(carried), 0.05 * 9.81 - run.steps[0].constraints[0].force.z, 1e-6);
+    close(line(&run, "pair").worst, carried, 1e-9);
+}
+
+#[test]
+fn slack_and_reach_of_a_half_circle_are_those_of_geometry() {
+    let text = [
+        "schema = 1\nname = \"arc\"\ngravity = [0, 0, 0]\n",
+        &section("cable"),
+        &branch("cable", ["A", "B"], "cable", PI, 200),
+        &format!("curvature = [1, 0, 0]\n{}", connector("plug-A", "A", [0.0, 0.0, 0.0])),
+        "[[requirements]]\nname = \"slack\"\nquantity = \"slack\"\nmin = 2\n",
+        "[[requirements]]\nname = \"reach\"\nquantity = \"reach\"\nmax = 0.6\n",
+    ]
+    .concat();
+    let run = run(&text);
+    close(line(&run, "slack").worst, PI - 2.0, 1e-4);
+    close(line(&run, "reach").worst, 2.0 / PI, 1e-4);
+    assert_eq!((line(&run, "slack").verdict, line(&run, "reach").verdict), (Verdict::Fail, Verdict::Fail));
+}
