@@ -6,7 +6,7 @@ use crate::steps::checkpoint::Checkpoint;
 use crate::steps::driver::{Driver, is_balanced, unbalanced_start_note};
 use crate::steps::plan::Plan;
 use std::time::Instant;
-use wireloom_core::equilibrium::{PartFault, StepResult};
+use wireloom_core::equilibrium::{PartFault, RequirementResult, StepResult};
 use wireloom_core::minimiser::{Minimiser, Stop};
 use wireloom_core::status::Status;
 use wireloom_core::steps::{Journey, Schedule, Step};
@@ -42,6 +42,12 @@ impl Checkpoint {
     /// Events so far.
     pub fn events(&self) -> &[Event] {
         self.log.events()
+    }
+
+    /// The sheet so far: the worst value of each requirement over the increments up to here. `status`: that of the last
+    /// one; nothing passes if it did not converge.
+    pub fn requirements(&self, network: &Network, status: Status) -> Vec<RequirementResult> {
+        self.log.sheet.lines(network, status)
     }
 
     /// Remarks so far.
