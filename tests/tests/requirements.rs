@@ -4,7 +4,7 @@ use std::f64::consts::{PI, TAU};
 use wireloom::geometry::Vector;
 use wireloom::result::{Measure, Origin, RequirementResult, Verdict};
 use wireloom::{Run, Status};
-use wireloom_tests::cables::{branch, connector, hanging, run, section};
+use wireloom_tests::cables::{branch, connector, connector_along, run, section};
 
 /// Line of the requirement of the file with this name.
 fn line<'r>(run: &'r Run, name: &str) -> &'r RequirementResult {
@@ -17,19 +17,32 @@ fn close(value: Option<f64>, expected: f64, tolerance: f64) {
     assert!((value - expected).abs() <= tolerance, "{value} not {expected}");
 }
 
+/// A cable of 1 m that hangs in a U between two plugs that point down, 0.6 m apart.
+fn hanging(name: &str, more: &str) -> String {
+    [
+        &*format!("schema = 1\nname = \"{name}\"\n"),
+        &section("cable"),
+        &branch("cable", ["A", "B"], "cable", 1.0, 60),
+        &connector_along("plug-A", "A", [0.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]),
+        &connector_along("plug-B", "B", [0.6, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, 1.0, 0.0]),
+        more,
+    ]
+    .concat()
+}
+
 /// A hanging cable whose right plug goes to 0.2 m and back; `more` are requirements.
 fn there_and_back(more: &str) -> Run {
     let steps = "[[steps]]\nname = \"in\"\nincrements = 8\nmove = [{ constraint = \"plug-B\", position = [0.2, 0, 0] }]\n\
                  [[steps]]\nname = \"out\"\nincrements = 8\nmove = [{ constraint = \"plug-B\", position = [0.6, 0, 0] }]\n\
                  [output]\nincrements = true\n";
-    run(&hanging("there and back", 60, &[steps, more].concat()))
+    run(&hanging("there and back", &[steps, more].concat()))
 }
 
 /// The end of the run is as harmless as its beginning; what counts is the increment between.
 #[test]
 fn the_worst_of_all_increments_is_reported_and_not_the_end() {
     let run = there_and_back(
-        "[[requirements]]\nname = \"bend\"\nquantity = \"bend_radius\"\nof = { branch = \"cable\" }\nmin = \"80 mm\"\n\
+        "[[requirements]]\nname = \"bend\"\nquantity = \"bend_radius\"\nof = { branch = \"cable\" }\nmin = \"150 mm\"\n\
          because = \"sheet 12\"\n",
     );
     assert_eq!(run.status, Status::Converged);
@@ -41,19 +54,19 @@ fn the_worst_of_all_increments_is_reported_and_not_the_end() {
     };
     let all: Vec<(f64, f64)> = run.steps.iter().map(tightest).collect();
     let worst = (0..all.len()).min_by(|a, b| all[*a].0.total_cmp(&all[*b].0)).expect("increments");
-    assert!(worst != all.len() - 1 && all[worst].0 < 0.08 && all[all.len() - 1].0 > 0.08, "{all:?}");
+    assert!(worst != all.len() - 1 && all[worst].0 < 0.15 && all[all.len() - 1].0 > 0.15, "{all:?}");
     let moment = bend.moment.as_ref().expect("an increment");
     assert_eq!((bend.verdict, bend.worst, bend.place.s), (Verdict::Fail, Some(all[worst].0), Some(all[worst].1)));
     assert_eq!((moment.step.as_str(), moment.increment), (&*run.steps[worst].name, run.steps[worst].increment));
     assert_eq!(bend.because.as_deref(), Some("sheet 12"));
-    close(bend.margin(), all[worst].0 / 0.08 - 1.0, 1e-12);
+    close(bend.margin(), all[worst].0 / 0.15 - 1.0, 1e-12);
     assert_eq!(run.verdict(), Verdict::Fail);
 }
 
 #[test]
 fn a_requirement_counts_in_its_steps_only_and_should_decides_nothing() {
     let of =
-        |more: &str| format!("[[requirements]]\nname = \"bend\"\nquantity = \"bend_radius\"\nmin = \"80 mm\"\n{more}");
+        |more: &str| format!("[[requirements]]\nname = \"bend\"\nquantity = \"bend_radius\"\nmin = \"150 mm\"\n{more}");
     let run = there_and_back(&of("severity = \"should\"\n"));
     assert_eq!((line(&run, "bend").verdict, run.verdict()), (Verdict::Fail, Verdict::Pass));
     let run = there_and_back(&of("steps = [\"out\"]\n"));
@@ -64,8 +77,8 @@ fn a_requirement_counts_in_its_steps_only_and_should_decides_nothing() {
 #[test]
 fn a_corner_between_two_increments_is_checked() {
     let steps = "[[steps]]\nname = \"nod\"\nincrements = 1\nmove = [{ constraint = \"plug-B\", via = [[0.2, 0, 0]], \
-                 position = [0.6, 0, 0] }]\n[[requirements]]\nname = \"bend\"\nquantity = \"bend_radius\"\nmin = \"80 mm\"\n";
-    let run = run(&hanging("nod", 60, steps));
+                 position = [0.6, 0, 0] }]\n[[requirements]]\nname = \"bend\"\nquantity = \"bend_radius\"\nmin = \"150 mm\"\n";
+    let run = run(&hanging("nod", steps));
     assert_eq!((run.status, line(&run, "bend").verdict), (Status::Converged, Verdict::Fail));
 }
 
@@ -75,9 +88,9 @@ fn a_corner_between_two_increments_is_checked() {
 fn where_a_value_changes_fast_it_is_checked_between_increments() {
     let steps =
         "[[steps]]\nname = \"in\"\nincrements = 3\nmove = [{ constraint = \"plug-B\", position = [0.06, 0, 0] }]\n";
-    let required = "[[requirements]]\nname = \"bend\"\nquantity = \"bend_radius\"\nmin = \"40 mm\"\n";
-    let plain = run(&hanging("in", 60, steps));
-    let watched = run(&hanging("in", 60, &[steps, required].concat()));
+    let required = "[[requirements]]\nname = \"bend\"\nquantity = \"bend_radius\"\nmin = \"90 mm\"\n";
+    let plain = run(&hanging("in", steps));
+    let watched = run(&hanging("in", &[steps, required].concat()));
     let iterations = |run: &Run| run.steps[0].minimiser.iterations;
     assert!(iterations(&watched) > iterations(&plain), "{} and {}", iterations(&watched), iterations(&plain));
     let end = |run: &Run| run.steps[0].branches[0].position[30];
@@ -129,7 +142,8 @@ fn torsion_and_turns_of_a_twisted_rod_are_those_prescribed() {
     ]
     .concat();
     let run = run(&text);
-    close(line(&run, "torsion").worst, TAU * 0.5 / 0.5, 1e-6);
+    // κ = (2/λ)(1 + v²/6) v is 1.6e-5 less than the angle over the length.
+    close(line(&run, "torsion").worst, TAU * 0.5 / 0.5, 2e-4);
     close(Some(line(&run, "torsion").limit), 0.9 * TAU, 1e-12);
     close(line(&run, "turns").worst, 0.5, 1e-9);
     let verdicts = ["torsion", "turns"].map(|name| line(&run, name).verdict);
@@ -141,7 +155,7 @@ fn torsion_and_turns_of_a_twisted_rod_are_those_prescribed() {
 fn a_plug_out_of_reach_fails_though_it_converges() {
     let steps =
         "[[steps]]\nname = \"out\"\nincrements = 8\nmove = [{ constraint = \"plug-B\", position = [2, 0, 0] }]\n";
-    let run = run(&hanging("out of reach", 40, steps));
+    let run = run(&hanging("out of reach", steps));
     let reach = run.requirements.iter().find(|line| line.measure == Measure::Reach).expect("always");
     assert_eq!((run.status, reach.verdict, run.verdict()), (Status::Converged, Verdict::Fail, Verdict::Fail));
     close(reach.worst, 2.0, 1e-9);
@@ -152,8 +166,7 @@ fn a_plug_out_of_reach_fails_though_it_converges() {
 fn a_run_that_stops_early_does_not_pass() {
     let run = run(&hanging(
         "early",
-        40,
-        "[minimiser]\nkind = \"newton\"\nmax_iterations = 1\n[[requirements]]\nname = \"bend\"\n\
+        "[minimiser]\nforce_tolerance = 1e-15\n[[requirements]]\nname = \"bend\"\n\
          quantity = \"bend_radius\"\nmin = \"1 mm\"\n",
     ));
     let bend = line(&run, "bend");
@@ -167,7 +180,7 @@ fn a_run_that_stops_early_does_not_pass() {
 fn bend_limits_in_motion_and_at_rest_are_apart() {
     let of = |name: &str, motion: &str| {
         format!(
-            "[[requirements]]\nname = \"{name}\"\nquantity = \"bend_radius\"\nmin = \"80 mm\"\nmotion = \"{motion}\"\n\
+            "[[requirements]]\nname = \"{name}\"\nquantity = \"bend_radius\"\nmin = \"150 mm\"\nmotion = \"{motion}\"\n\
              steps = [\"out\"]\n"
         )
     };

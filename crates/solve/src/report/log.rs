@@ -1,6 +1,6 @@
 //! Event log of a run.
 
-use super::sheet::{Found, Sheet};
+use super::sheet::{Found, Here, Sheet};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use wireloom_core::equilibrium::{Clearance, Run};
@@ -55,13 +55,8 @@ impl EventLog {
     }
 
     /// Adds to the sheet what was found for each requirement; see [`Sheet::add`].
-    pub(crate) fn check(&mut self, requirements: &[Requirement], found: Vec<Vec<Found>>, at_end: bool) {
-        self.sheet.add(requirements, found, &self.now, at_end);
-    }
-
-    /// Marks the present increment as one that ended in an equilibrium that is not stable.
-    pub(crate) fn mark_unstable(&mut self) {
-        self.sheet.mark_unstable(&self.now);
+    pub(crate) fn check(&mut self, requirements: &[Requirement], found: Vec<Vec<Found>>, here: Here) {
+        self.sheet.add(requirements, found, &self.now, here);
     }
 
     /// Adds an occurrence to the event that it continues, or begins an event.

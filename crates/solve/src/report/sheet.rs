@@ -28,6 +28,17 @@ pub(crate) struct Found {
     pub place: EventPlace,
 }
 
+/// Where in an increment an equilibrium is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Here {
+    /// Between its ends.
+    OnTheWay,
+    /// At its end.
+    End,
+    /// At its end, and not stable.
+    UnstableEnd,
+}
+
 /// The worst value so far.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 struct Worst {
@@ -59,6 +70,8 @@ struct Line {
     worst: Option<Worst>,
     /// The value nearest to its limit when its error is counted against it.
     doubted: Option<Worst>,
+    /// The first increment in which it was checked on an equilibrium that is not stable.
+    unstable: Option<Moment>,
     /// Value and limit in the last two increments of the present step.
     recent: [Option<(f64, f64)>; 2],
 }
@@ -67,15 +80,13 @@ struct Line {
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Sheet {
     lines: Vec<Line>,
-    /// The first increment that ended in an equilibrium that is not stable.
-    unstable: Option<Moment>,
     /// Step of the last check.
     step: usize,
 }
 
 impl Sheet {
-    /// Adds what was `found` for each requirement in an increment. `at_end`: whether at the end of the increment.
-    pub fn add(&mut self, requirements: &[Requirement], found: Vec<Vec<Found>>, now: &Moment, at_end: bool) {
+    /// Adds what was `found` for each requirement at an equilibrium of the increment `now`.
+    pub fn add(&mut self, requirements: &[Requirement], found: Vec<Vec<Found>>, now: &Moment, here: Here) {
         self.lines.resize_with(requirements.len(), Line::default);
         if self.step != now.step_index {
             self.step = now.step_index;
@@ -83,7 +94,10 @@ impl Sheet {
         }
         for ((line, requirement), found) in self.lines.iter_mut().zip(requirements).zip(found) {
             line.checked += usize::from(!found.is_empty());
-            let mut here: Option<Worst> = None;
+            if here == Here::UnstableEnd && !found.is_empty() {
+                line.unstable.get_or_insert_with(|| now.clone());
+            }
+            let mut worst_here: Option<Worst> = None;
             for found in found {
                 let limits = [(Bound::Min, requirement.min), (Bound::Max, requirement.max)];
                 for (bound, limit) in limits.into_iter().filter_map(|(bound, limit)| Some((bound, limit?))) {
@@ -96,18 +110,13 @@ impl Sheet {
                     let worst = Worst { value, limit, bound, error, moment: now.clone(), place };
                     keep(&mut line.worst, &worst, false);
                     keep(&mut line.doubted, &worst, true);
-                    keep(&mut here, &worst, false);
+                    keep(&mut worst_here, &worst, false);
                 }
             }
-            if at_end {
-                line.recent = [line.recent[1], here.map(|worst| (worst.value, worst.limit))];
+            if here != Here::OnTheWay {
+                line.recent = [line.recent[1], worst_here.map(|worst| (worst.value, worst.limit))];
             }
         }
-    }
-
-    /// Marks an increment that ended in an equilibrium that is not stable.
-    pub fn mark_unstable(&mut self, now: &Moment) {
-        self.unstable.get_or_insert_with(|| now.clone());
     }
 
     /// Number of parts in which the next increment of a step is taken, so that values are also checked between its
@@ -145,7 +154,7 @@ impl Sheet {
             (Verdict::Unresolved, Some(format!("the run did not come to its end: {}", status.word())))
         } else if line.checked == 0 {
             (Verdict::NotChecked, Some(why_not_checked(requirement)))
-        } else if let Some(moment) = &self.unstable {
+        } else if let Some(moment) = &line.unstable {
             let Moment { step, increment, .. } = moment;
             let why = format!("the equilibrium of step `{step}`, increment {increment}, is not stable");
             (Verdict::Unresolved, Some(why))

@@ -3,6 +3,7 @@
 use super::driver::{Driver, is_balanced};
 use crate::report::requirements::Equilibrium;
 use crate::report::result;
+use crate::report::sheet::Here;
 use wireloom_core::equilibrium::{BranchResult, ConstraintResult, MinimiserResult, OperationResult, StepResult};
 use wireloom_core::status::Status;
 use wireloom_core::steps::Step;
@@ -61,10 +62,8 @@ impl Driver<'_, '_> {
     pub(super) fn check_at_end(&mut self, end: &StepResult) {
         if is_balanced(end.status) {
             let results = (&end.branches[..], &end.constraints[..]);
-            self.check(results, &end.operations, Some(end.increment == end.increments));
-        }
-        if end.stable == Some(false) {
-            self.log.mark_unstable();
+            let here = if end.stable == Some(false) { Here::UnstableEnd } else { Here::End };
+            self.check(results, &end.operations, here, end.increment == end.increments);
         }
     }
 
@@ -74,23 +73,23 @@ impl Driver<'_, '_> {
             let branches = self.branch_results();
             let constraints = result::constraints(&self.problem, &self.state, &self.certifier.gradient);
             let operations = self.operations.clone();
-            self.check((&branches, &constraints), &operations, None);
+            self.check((&branches, &constraints), &operations, Here::OnTheWay, false);
         }
     }
 
-    /// Checks the requirements with these results; `ends_step`: whether the step ends here, `None` on the way through an
-    /// increment.
+    /// Checks the requirements with these results; `ends_step`: whether the step ends here.
     fn check(
         &mut self,
         (branches, constraints): (&[BranchResult], &[ConstraintResult]),
         operations: &[OperationResult],
-        ends_step: Option<bool>,
+        here: Here,
+        ends_step: bool,
     ) {
         let requirements = &self.problem.network.requirements;
-        let step = (self.log.now().step_index, ends_step == Some(true));
+        let step = (self.log.now().step_index, ends_step);
         let results = (branches, constraints, operations);
-        let here = Equilibrium::new(&mut self.problem, &self.state, &self.began, results, step);
-        let found = requirements.iter().map(|requirement| here.values(requirement)).collect();
-        self.log.check(requirements, found, ends_step.is_some());
+        let equilibrium = Equilibrium::new(&mut self.problem, &self.state, &self.began, results, step);
+        let found = requirements.iter().map(|requirement| equilibrium.values(requirement)).collect();
+        self.log.check(requirements, found, here);
     }
 }
