@@ -64,15 +64,17 @@ pub struct Obstacle {
     pub friction: f64,
     /// Required clearance, m.
     pub min_clearance: Option<f64>,
+    /// Largest sum of the sizes of the contact forces that it may exert on the cables, N.
+    pub max_contact_force: Option<f64>,
 }
 
 /// Prints all fields but the shape.
 impl fmt::Debug for Obstacle {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self { name, kind, shape: _, pose, friction, min_clearance } = self;
+        let Self { name, kind, shape: _, pose, friction, min_clearance, max_contact_force } = self;
         let mut f = f.debug_struct("Obstacle");
         f.field("name", name).field("kind", kind).field("pose", pose).field("friction", friction);
-        f.field("min_clearance", min_clearance).finish_non_exhaustive()
+        f.field("min_clearance", min_clearance).field("max_contact_force", max_contact_force).finish_non_exhaustive()
     }
 }
 

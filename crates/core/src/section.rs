@@ -19,6 +19,12 @@ pub struct Section {
     pub torsion_stiffness: f64,
     /// Smallest bend radius allowed, m; the run reports smaller ones.
     pub min_bend_radius: Option<f64>,
+    /// Smallest bend radius allowed while the branch moves, m: the dynamic one of data sheets.
+    pub min_bend_radius_moving: Option<f64>,
+    /// Largest tension allowed, N; of a bundle by default the tension that breaks its first conductor.
+    pub max_tension: Option<f64>,
+    /// Largest twist allowed beyond that at rest, either way, rad/m.
+    pub max_torsion: Option<f64>,
 }
 
 impl Section {

@@ -55,6 +55,17 @@
 //!
 //! **Minimum bend radius**: the largest of those of the wires (by default [`BEND_RADIUS`] · D_w), those of the
 //! coverings, and [`BEND_RADIUS`] times the diameter of two or more wires.
+//!
+//! **Largest tension**: that at which the first conductor breaks. Only conductors count; all of them have the strain ε
+//! of the bundle, and σ is the strength of their material:
+//!
+//! ```text
+//! T = min (σ_w/E_w) · Σ k_w E_w A_w        = k σ A of all conductors, where they are of one material
+//! ```
+//!
+//! With several materials the sum of their strengths, Σ k σ A, is larger: it assumes that the one which comes to its
+//! strength first yields on while the others catch up. A conductor that breaks or necks is a fault of the harness, so
+//! the smaller value is taken. A strand bears k times the sum of its wires ([`STRANDING`]; ASTM B416 takes 90 % too).
 
 use std::f64::consts::PI;
 
@@ -86,6 +97,8 @@ pub struct Material {
     pub poisson: f64,
     /// ρ, kg/m³.
     pub density: f64,
+    /// σ, Pa: tensile strength; `None` if unknown.
+    pub strength: Option<f64>,
 }
 
 /// A layer over a conductor: insulation, shield or jacket.
@@ -268,8 +281,13 @@ impl Wire {
                 let k = if l.strand.is_some() { BRAIDING } else { 1.0 };
                 k * l.material.modulus * l.fill * ring_area(l.diameter, inner)
             });
-            self.stranding() * self.conductor.modulus * self.conductor_area() + layers.sum::<f64>()
+            self.conductor_stiffness() + layers.sum::<f64>()
         })
+    }
+
+    /// k E A of the conductor, N.
+    fn conductor_stiffness(&self) -> f64 {
+        self.stranding() * self.conductor.modulus * self.conductor_area()
     }
 
     /// EI of the conductor and of each layer with ν of their materials; N m².
@@ -399,6 +417,8 @@ pub struct Bundle {
     pub torsion: Between,
     /// Smallest bend radius, m.
     pub min_bend_radius: f64,
+    /// T, N: tension that breaks the first conductor; `None` if the strength of one of them is unknown.
+    pub max_tension: Option<f64>,
     /// Σ EI_w of the separate wires, N m².
     pub wires_bending: f64,
 }
@@ -458,9 +478,17 @@ impl Bundle {
             bending: bounds_in_series(|s| s.bending),
             torsion: bounds_in_series(|s| s.torsion),
             min_bend_radius: allowed.fold(by_size, f64::max),
+            max_tension: max_tension(contents),
             wires_bending: contents.iter().map(|w| w.count as f64 * w.wire.bending_stiffness().taken).sum(),
         }
     }
+}
+
+/// T = min (σ_w/E_w) · Σ k_w E_w A_w, N; `None` if a strength is unknown.
+fn max_tension(contents: &[Wires<'_>]) -> Option<f64> {
+    let strains = contents.iter().map(|w| Some(w.wire.conductor.strength? / w.wire.conductor.modulus));
+    let first = strains.collect::<Option<Vec<f64>>>()?.into_iter().fold(f64::INFINITY, f64::min);
+    Some(first * contents.iter().map(|w| w.count as f64 * w.wire.conductor_stiffness()).sum::<f64>())
 }
 
 /// D_b, m.

@@ -43,6 +43,20 @@ fn values_arrive_in_si() {
 }
 
 #[test]
+fn sections_have_limits_in_si() {
+    let limits = "min_bend_radius_moving = \"75 mm\"\nmax_tension = \"0.2 kN\"\nmax_torsion = \"0.5 turns/m\"\n";
+    let text = HARNESS.replace("min_bend_radius = ", &format!("{limits}min_bend_radius = "));
+    let [trunk, arm] = &read(&text).sections[..] else { panic!() };
+    assert_eq!((trunk.min_bend_radius_moving, trunk.max_tension), (Some(0.075), Some(200.0)));
+    assert_eq!(trunk.max_torsion, Some(std::f64::consts::PI));
+    assert_eq!((arm.min_bend_radius_moving, arm.max_tension, arm.max_torsion), (None, None, None));
+    // A twist per length, not an angle.
+    let wrong = text.replace("0.5 turns/m", "0.5 turns");
+    let faults = parse(&wrong, &common::registry()).err().map(|faults| render(&wrong, &faults)).unwrap_or_default();
+    assert!(faults.contains("max_torsion"), "{faults}");
+}
+
+#[test]
 fn joint_arms_have_the_frames_of_their_branches() {
     let scenario = read(HARNESS);
     let arms = &scenario.joints[0].arms;
@@ -172,6 +186,7 @@ position = [1, 0, 0]
 tangent = [1, 0, 0]
 friction = 0.3
 min_clearance = \"6 mm\"
+max_contact_force = \"12 N\"
 [[steps]]
 name = \"close\"
 increments = 3
@@ -188,7 +203,8 @@ turns = 0.25
     let [floor, door] = network.obstacles.as_slice() else { panic!("{} obstacles", network.obstacles.len()) };
     assert_eq!((floor.name.as_str(), floor.kind.as_str(), floor.min_clearance), ("floor", "plane", None));
     assert_eq!(floor.shape.distance(&Vector::zeros(), 1.0), 0.2);
-    assert_eq!((door.friction, door.min_clearance), (0.3, Some(0.006)));
+    assert_eq!((door.friction, door.min_clearance, door.max_contact_force), (0.3, Some(0.006), Some(12.0)));
+    assert_eq!(floor.max_contact_force, None);
     // Its third axis, along which it is thin, points along x.
     assert!((door.pose.orientation * Vector::z() - Vector::x()).norm() < 1e-15);
     let [motion] = scenario.steps.last().unwrap().obstacle_moves.as_slice() else { panic!() };

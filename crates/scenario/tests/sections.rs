@@ -51,6 +51,8 @@ fn one_solid_wire_is_itself() {
     close(section.shear_stiffness[1], 94_365.589_332_203_4 / 2.6);
     close(section.linear_density, 0.010_218_030_105_800_802);
     close(section.min_bend_radius.unwrap(), 0.008);
+    // 200 MPa · π/4 mm²
+    close(section.max_tension.unwrap(), 157.079_632_679_489_66);
     between(scenario.by_rule[0].bundle.bending, bending, bending, bending);
 }
 
@@ -81,6 +83,32 @@ fn a_taped_bundle_of_stranded_wires() {
     close(section.axial_stiffness, 1_304_503.677_236_088_6);
     close(section.min_bend_radius.unwrap(), 4.0 * 9.050_966_799_187_808e-3);
     close(bundle.wires_bending, 24.0 * 0.000_222_642_147_374_908_4);
+    // 24 · 0.9 · 200 MPa · 16 strands of 0.2 mm
+    close(section.max_tension.unwrap(), 24.0 * 0.9 * 200e6 * 16.0 * std::f64::consts::PI / 4.0 * 0.2e-3 * 0.2e-3);
+}
+
+/// A solid copper wire and one of copper-clad steel, 1 mm each: copper breaks first, at 200 MPa/120 GPa, where the
+/// other one bears 170 GPa times that.
+#[test]
+fn a_bundle_bears_what_breaks_its_first_conductor() {
+    let two = "wires = [{ type = \"solid\" }, { type = \"clad\" }]";
+    let clad = format!(
+        "{SOLID}\n[wires.clad]\nlike = \"solid\"\nconductor = \"copper-clad steel\"\n\
+         [wires.odd]\nlike = \"solid\"\nconductor = \"odd\"\n\
+         [materials.odd]\nmodulus = \"1 GPa\"\npoisson = 0.3\ndensity = \"1 g/cm3\"\n"
+    );
+    let area = std::f64::consts::PI / 4.0 * 1e-6;
+    let tension = |section: &str| read(section, &clad).sections[0].max_tension;
+    close(tension(two).unwrap(), 200e6 / 120e9 * (120e9 + 170e9) * area);
+    // A conductor of unknown strength makes that of the bundle unknown, and the note says so.
+    let odd = "wires = [{ type = \"solid\" }, { type = \"odd\" }]";
+    assert_eq!(tension(odd), None);
+    let note = |section: &str| read(section, &clad).build(&common::registry()).ok().unwrap().notes[0].clone();
+    assert!(note(odd).ends_with("; largest tension unknown"), "{}", note(odd));
+    // A given value goes before the rule.
+    let given = format!("{odd}\nmax_tension = \"90 N\"");
+    assert_eq!(tension(&given), Some(90.0));
+    assert!(note(&given).ends_with("; largest tension 90 N measured"), "{}", note(&given));
 }
 
 #[test]
@@ -181,7 +209,12 @@ impl Random {
     }
 
     fn material(&mut self) -> Material {
-        Material { modulus: self.scale(1e6, 2e11), poisson: self.within(0.0, 0.5), density: self.within(500.0, 9000.0) }
+        Material {
+            modulus: self.scale(1e6, 2e11),
+            poisson: self.within(0.0, 0.5),
+            density: self.within(500.0, 9000.0),
+            strength: Some(self.scale(1e6, 1e9)),
+        }
     }
 
     fn measured(&mut self) -> Measured {
@@ -255,7 +288,7 @@ fn the_value_lies_between_its_bounds_and_grows_with_every_wire() {
         assert!(grows(|b| b.bending.slip) && grows(|b| b.bending.taken) && grows(|b| b.bending.bonded));
         assert!(grows(|b| b.torsion.slip) && grows(|b| b.torsion.taken) && grows(|b| b.torsion.bonded));
         assert!(grows(|b| b.diameter) && grows(|b| b.linear_density) && grows(|b| b.axial_stiffness));
-        assert!(grows(|b| b.min_bend_radius));
+        assert!(grows(|b| b.min_bend_radius) && grows(|b| b.max_tension.unwrap()));
     }
 }
 
@@ -266,10 +299,10 @@ fn few_wires_have_the_diameter_of_the_circle_around_them() {
     let wire = Wire {
         strands: 1,
         strand: 0.5e-3,
-        conductor: Material { modulus: 1e11, poisson: 0.3, density: 9000.0 },
+        conductor: Material { modulus: 1e11, poisson: 0.3, density: 9000.0, strength: None },
         conductor_diameter: 0.5e-3,
         layers: vec![Layer {
-            material: Material { modulus: 1e8, poisson: 0.4, density: 1300.0 },
+            material: Material { modulus: 1e8, poisson: 0.4, density: 1300.0, strength: None },
             diameter: 1e-3,
             fill: 1.0,
             strand: None,

@@ -68,6 +68,9 @@ fn section(bending: f64, torsion: f64, axial: f64, density: f64) -> Section {
         bending_stiffness: [bending; 2],
         torsion_stiffness: torsion,
         min_bend_radius: None,
+        min_bend_radius_moving: None,
+        max_tension: None,
+        max_torsion: None,
     }
 }
 

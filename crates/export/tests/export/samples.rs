@@ -292,6 +292,7 @@ pub fn cube(n: u32) -> Obstacle {
         pose: Pose::identity(),
         friction: 0.0,
         min_clearance: None,
+        max_contact_force: None,
     }
 }
 

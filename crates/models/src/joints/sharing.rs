@@ -145,6 +145,9 @@ mod tests {
             bending_stiffness: [x, 2.0 * x],
             torsion_stiffness: 0.7 * x,
             min_bend_radius: None,
+            min_bend_radius_moving: None,
+            max_tension: None,
+            max_torsion: None,
         };
         let arm = |x: &f64| Arm {
             branch: "arm".into(),

@@ -34,8 +34,10 @@ pub(crate) fn note(by_rule: &ByRule, section: &Section) -> String {
         format!("{value} N m² measured (rule {}; slip {slip}, bonded {bonded}{position})", digits(rule.taken))
     };
     let radius = section.min_bend_radius.unwrap_or_default() * 1e3;
+    let tension = section.max_tension.map_or_else(|| "unknown".to_owned(), |tension| format!("{} N", digits(tension)));
     let mut text = format!(
-        "section {}, {} {plain}{under}: EI {}; GJ {}; EA {} N{}; diameter {} mm{}; {} g/m{}; bend radius {} mm{}",
+        "section {}, {} {plain}{under}: EI {}; GJ {}; EA {} N{}; diameter {} mm{}; {} g/m{}; bend radius {} mm{}; \
+         largest tension {tension}{}",
         quoted(&section.name),
         bundle.wires,
         stiffness("bending_stiffness", &section.bending_stiffness, &bundle.bending),
@@ -48,6 +50,7 @@ pub(crate) fn note(by_rule: &ByRule, section: &Section) -> String {
         mark("linear_density"),
         digits(radius),
         mark("min_bend_radius"),
+        mark("max_tension"),
     );
     for remark in &by_rule.remarks {
         text += &format!("; {remark}");

@@ -48,8 +48,17 @@ pub enum Holds {
 }
 
 /// The values of sections that may be set.
-const OF_SECTIONS: [&str; 6] =
-    ["diameter", "linear_density", "axial_stiffness", "bending_stiffness", "torsion_stiffness", "min_bend_radius"];
+const OF_SECTIONS: [&str; 9] = [
+    "diameter",
+    "linear_density",
+    "axial_stiffness",
+    "bending_stiffness",
+    "torsion_stiffness",
+    "min_bend_radius",
+    "min_bend_radius_moving",
+    "max_tension",
+    "max_torsion",
+];
 
 /// All values of a scenario that may be set: joints, branches, sections, the minimiser, in this order.
 pub fn adjustable(scenario: &Scenario, registry: &Registry) -> Vec<Adjustable> {
@@ -89,6 +98,9 @@ fn value_of(section: &Section, name: &str) -> Option<f64> {
         }
         "torsion_stiffness" => Some(section.torsion_stiffness),
         "min_bend_radius" => section.min_bend_radius,
+        "min_bend_radius_moving" => section.min_bend_radius_moving,
+        "max_tension" => section.max_tension,
+        "max_torsion" => section.max_torsion,
         _ => None,
     }
 }

@@ -286,7 +286,7 @@ pub(crate) fn find<'l, T>(
 
 fn read_material(entry: &Entry<'_>) -> Option<Material> {
     let (modulus, poisson, density) = (entry.number("modulus"), entry.number("poisson"), entry.number("density"));
-    Some(Material { modulus: modulus?, poisson: poisson?, density: density? })
+    Some(Material { modulus: modulus?, poisson: poisson?, density: density?, strength: entry.number("strength") })
 }
 
 fn read_measured(entry: &Entry<'_>) -> Measured {

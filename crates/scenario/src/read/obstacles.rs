@@ -26,7 +26,7 @@ pub(crate) fn obstacle<'a>(entry: &Entry<'a>, lengths: f64, names: &mut Names<'a
         Facing::Orientation(orientation) => Some(orientation),
     };
     let friction = entry.number("friction").unwrap_or(0.0);
-    let min_clearance = entry.number("min_clearance");
+    let (min_clearance, max_contact_force) = (entry.number("min_clearance"), entry.number("max_contact_force"));
     let kind = chosen.as_ref().map_or("", |chosen| chosen.kind.as_str());
     if !entry.has("shape") && !entry.has("mesh") {
         let message = format!("{} has neither `shape` nor `mesh`", entry.label);
@@ -63,8 +63,15 @@ pub(crate) fn obstacle<'a>(entry: &Entry<'a>, lengths: f64, names: &mut Names<'a
         ));
     }
     let pose = Pose { position, orientation };
-    let obstacle =
-        Obstacle { name: name.to_owned(), kind: chosen.kind, shape: shape.into(), pose, friction, min_clearance };
+    let obstacle = Obstacle {
+        name: name.to_owned(),
+        kind: chosen.kind,
+        shape: shape.into(),
+        pose,
+        friction,
+        min_clearance,
+        max_contact_force,
+    };
     Some(Body { obstacle, notes, spans: entry.spans() })
 }
 

@@ -10,8 +10,15 @@ use crate::span::Span;
 use wireloom_core::Section;
 
 /// Keys of a section that are measured values; in a section of wires they replace those of the rule.
-const MEASURED: [&str; 6] =
-    ["diameter", "linear_density", "axial_stiffness", "bending_stiffness", "torsion_stiffness", "min_bend_radius"];
+const MEASURED: [&str; 7] = [
+    "diameter",
+    "linear_density",
+    "axial_stiffness",
+    "bending_stiffness",
+    "torsion_stiffness",
+    "min_bend_radius",
+    "max_tension",
+];
 
 /// A section, and its values by the rule if it has wires.
 pub(crate) fn section<'a>(
@@ -39,6 +46,9 @@ pub(crate) fn section<'a>(
             .unwrap_or([1.0; 2]),
         torsion_stiffness: or_rule(entry.number("torsion_stiffness"), |bundle| bundle.torsion.taken),
         min_bend_radius: entry.number("min_bend_radius").or(bundle.map(|bundle| bundle.min_bend_radius)),
+        min_bend_radius_moving: entry.number("min_bend_radius_moving"),
+        max_tension: entry.number("max_tension").or(bundle.and_then(|bundle| bundle.max_tension)),
+        max_torsion: entry.number("max_torsion"),
     };
     (section, by_rule)
 }
@@ -61,7 +71,7 @@ fn by_rule(section: usize, entry: &Entry<'_>, library: &Library) -> Option<ByRul
         ("torsion_stiffness", bundle.torsion.bonded),
         ("min_bend_radius", bundle.min_bend_radius),
     ];
-    for (key, value) in values {
+    for (key, value) in values.into_iter().chain(bundle.max_tension.map(|tension| ("max_tension", tension))) {
         let Some((quantity, bound)) = entry.keys.get(key).and_then(|key| key.form.bound()) else { continue };
         if !(bound.minimum..=bound.maximum).contains(&value) {
             let unit = unit_of(quantity);

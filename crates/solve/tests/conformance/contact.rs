@@ -55,7 +55,15 @@ impl Shape for Floor {
 fn with_obstacle(mut sample: Sample, shape: impl Shape + 'static, pose: Pose) -> Sample {
     let (name, kind) = ("body".into(), "body".into());
     let shape = std::sync::Arc::new(shape);
-    sample.network.obstacles.push(Obstacle { name, kind, shape, pose, friction: 0.0, min_clearance: None });
+    sample.network.obstacles.push(Obstacle {
+        name,
+        kind,
+        shape,
+        pose,
+        friction: 0.0,
+        min_clearance: None,
+        max_contact_force: None,
+    });
     sample.conditions = Conditions::new(&sample.network, sample.conditions.gravity, &sample.state);
     sample
 }

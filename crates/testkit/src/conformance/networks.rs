@@ -68,6 +68,9 @@ pub fn section(thin: bool) -> Section {
         bending_stiffness: [0.012 * f, 0.012 * f],
         torsion_stiffness: 0.009 * f,
         min_bend_radius: None,
+        min_bend_radius_moving: None,
+        max_tension: None,
+        max_torsion: None,
     }
 }
 

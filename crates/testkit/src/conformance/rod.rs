@@ -30,6 +30,9 @@ pub fn section() -> Section {
         bending_stiffness: [0.05, 0.08],
         torsion_stiffness: 0.03,
         min_bend_radius: None,
+        min_bend_radius_moving: None,
+        max_tension: None,
+        max_torsion: None,
     }
 }
 

@@ -63,6 +63,21 @@ pub(crate) const SECTION: Keys = Keys {
             Form::Number(Quantity::Length, POSITIVE),
             "smallest bend radius allowed; smaller ones are reported",
         ),
+        may(
+            "min_bend_radius_moving",
+            Form::Number(Quantity::Length, POSITIVE),
+            "smallest bend radius allowed while the branch moves (dynamic)",
+        ),
+        may(
+            "max_tension",
+            Form::Number(Quantity::Force, POSITIVE),
+            "largest tension allowed; default of wires: the tension that breaks the first conductor",
+        ),
+        may(
+            "max_torsion",
+            Form::Number(Quantity::Curvature, POSITIVE),
+            "largest twist per length allowed, either way, such as \"180 deg/m\" or \"0.5 turns/m\"",
+        ),
     ],
 };
 
@@ -217,6 +232,11 @@ pub(crate) const MATERIAL: Keys = Keys {
         must("modulus", Form::Number(Quantity::Pressure, POSITIVE), "Young's modulus at small strains"),
         must("poisson", Form::Number(Quantity::Dimensionless, POISSON), "Poisson's ratio"),
         must("density", Form::Number(Quantity::Density, NON_NEGATIVE), "density"),
+        may(
+            "strength",
+            Form::Number(Quantity::Pressure, POSITIVE),
+            "tensile strength, for conductors: it gives the largest tension of a bundle",
+        ),
     ],
 };
 

@@ -36,6 +36,11 @@ pub(crate) const OBSTACLE: Keys = Keys {
             Form::Number(Quantity::Length, NON_NEGATIVE),
             "least distance from the surface of a cable to its own; smaller ones are reported",
         ),
+        may(
+            "max_contact_force",
+            Form::Number(Quantity::Force, POSITIVE),
+            "largest sum of the sizes of its contact forces on the cables",
+        ),
     ],
 };
 
