@@ -8,7 +8,7 @@ use crate::rod::BranchHessian;
 use crate::rotation::{columns, lever_hessian};
 use crate::scales::{ENERGY_NOISE, LocalScale, LocalScales, Scales, rigidity};
 use crate::terms::constraints::{ConstraintResidual, ConstraintTerm, Convex, Reaction};
-use crate::terms::contact::{Contact, ContactTerm, ContactViolation, HeldOverlap, ObstacleLoad, Penetration};
+use crate::terms::contact::{Against, Contact, ContactTerm, ContactViolation, HeldOverlap, ObstacleLoad, Penetration};
 use crate::terms::friction::{Anchoring, FrictionTerm};
 use crate::terms::gravity;
 use crate::terms::joints::JointTerm;
@@ -625,7 +625,7 @@ impl Problem<'_> {
     }
 
     /// Sums of the sizes of contact forces; see [`ContactTerm::forces_by_branch`].
-    pub fn contact_forces(&mut self, state: &State) -> BTreeMap<(usize, usize), f64> {
+    pub fn contact_forces(&mut self, state: &State) -> BTreeMap<(usize, Against), f64> {
         self.find_contacts(state);
         self.contact.forces_by_branch(|contact| self.friction.force_on(contact))
     }

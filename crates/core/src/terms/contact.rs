@@ -27,7 +27,7 @@ mod term;
 pub use broad_phase::Penetration;
 pub use complementarity::{ContactViolation, Lack};
 pub use evaluate::inequality;
-pub use loads::ObstacleLoad;
+pub use loads::{Against, ObstacleLoad};
 pub use pairs::HeldOverlap;
 pub(crate) use term::Touched;
 pub use term::{Contact, ContactTerm, DEPTH};

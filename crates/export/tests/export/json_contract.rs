@@ -123,8 +123,9 @@ fn missing_and_unknown_fields_are_named_with_their_path() {
         let mut tried = 0;
         let Value::Object(map) = value else { return 0 };
         let named = ["files", "minimiser"].iter().any(|key| path == format!("provenance.{key}"));
-        let by_name =
-            ["branches", "joints", "constraints", "obstacles", "sliding"].iter().any(|key| path.ends_with(key));
+        let by_name = ["branches", "joints", "constraints", "obstacles", "markers", "sliding"]
+            .iter()
+            .any(|key| path.ends_with(key));
         for key in map.keys().cloned().collect::<Vec<_>>() {
             let pointer = format!("{at}/{key}");
             let inner = if path.is_empty() { key.clone() } else { format!("{path}.{key}") };
@@ -240,7 +241,21 @@ fn an_event_at_a_constraint_keeps_its_key() {
 fn has_the_keys_of_the_contract_in_order() {
     let step = y_harness();
     let value = parsed(&run("y-harness", vec![step]));
-    assert_eq!(keys(&value), ["schema", "scenario", "status", "provenance", "notes", "plugins", "events", "steps"]);
+    assert_eq!(
+        keys(&value),
+        [
+            "schema",
+            "scenario",
+            "status",
+            "verdict",
+            "requirements",
+            "provenance",
+            "notes",
+            "plugins",
+            "events",
+            "steps"
+        ]
+    );
     assert_eq!(value["schema"], 1);
     assert_eq!(value["scenario"], "y-harness");
     assert_eq!(value["status"], "converged");

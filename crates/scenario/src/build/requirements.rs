@@ -1,7 +1,7 @@
 //! What is required of a harness: the entries of `[[requirements]]`, the limits of its parts, and what holds for every
 //! harness.
 
-use crate::scenario::Scenario;
+use crate::scenario::{ByRule, Scenario};
 use wireloom_core::Network;
 use wireloom_core::requirement::{Measure, Motion, Origin, Part, Requirement, Severity};
 use wireloom_core::steps::Operation;
@@ -47,6 +47,19 @@ pub(crate) fn of_parts(scenario: &Scenario, network: &Network) -> Vec<Requiremen
         if section.min_bend_radius.is_some() {
             all.push(Requirement { min: section.min_bend_radius, ..own(Measure::BendRadius) });
         }
+        if section.min_bend_radius_moving.is_some() {
+            let moving = Requirement { motion: Motion::Moving, ..own(Measure::BendRadius) };
+            all.push(Requirement { min: section.min_bend_radius_moving, ..moving });
+        }
+        if section.max_tension.is_some() {
+            let measured = |rule: &&ByRule| rule.measured.iter().any(|key| key == "max_tension");
+            let by_rule = scenario.by_rule.iter().find(|rule| rule.section == k).filter(|rule| !measured(rule));
+            let because = by_rule.map(|_| "strength of its conductors".to_owned());
+            all.push(Requirement { max: section.max_tension, because, ..own(Measure::Tension) });
+        }
+        if section.max_torsion.is_some() {
+            all.push(Requirement { max: section.max_torsion, ..own(Measure::Torsion) });
+        }
     }
     for (f, constraint) in network.constraints.iter().enumerate() {
         let own = |measure| requirement(&constraint.name, Origin::Constraint, measure, vec![Part::Constraint(f)]);
@@ -61,9 +74,14 @@ pub(crate) fn of_parts(scenario: &Scenario, network: &Network) -> Vec<Requiremen
     let branches: Vec<Part> = (0..network.branches.len()).map(Part::whole).collect();
     for (o, obstacle) in network.obstacles.iter().enumerate() {
         let own = |measure| requirement(&obstacle.name, Origin::Obstacle, measure, branches.clone());
+        let against = vec![Part::Obstacle(o)];
         if obstacle.min_clearance.is_some() {
-            let against = vec![Part::Obstacle(o)];
+            let against = against.clone();
             all.push(Requirement { min: obstacle.min_clearance, against, ..own(Measure::Clearance) });
+        }
+        if obstacle.max_contact_force.is_some() {
+            let of = against;
+            all.push(Requirement { max: obstacle.max_contact_force, of, ..own(Measure::ContactForce) });
         }
     }
     all

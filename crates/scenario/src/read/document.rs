@@ -66,7 +66,7 @@ pub(crate) fn read(reader: &Reader<'_>, table: &DeTable<'_>) -> (Scenario, bool)
     let steps = steps(&step_entries, &mut constraints, &mut names);
     place_nearest(&mut constraints, &loads, &branches);
     let sweep = root.entry("sweep").and_then(|entry| sweep(&entry, &names));
-    let named = Named { names: &names, branches: &branches, constraints: &constraints, steps: &steps };
+    let named = Named { names: &names, branches: &branches, constraints: &constraints, steps: &steps, contact };
     let (entries, mut taken) = (root.entries("requirements").into_iter().enumerate(), BTreeMap::new());
     let requirements = entries.filter_map(|(k, entry)| requirement(&entry, k, &named, &mut taken)).collect();
     let (entries, mut taken) = (root.entries("markers").into_iter().enumerate(), BTreeMap::new());

@@ -12,6 +12,7 @@ use std::f64::consts::TAU;
 use toml::de::DeValue;
 use wildmatch::WildMatch;
 use wireloom_core::Quantity;
+use wireloom_core::obstacle::ContactSettings;
 use wireloom_core::requirement::{Marker, Measure, Motion, Origin, Part, Requirement, Severity};
 use wireloom_core::steps::{Operation, Step};
 
@@ -21,6 +22,7 @@ pub(crate) struct Named<'n, 'a> {
     pub branches: &'n [Branch],
     pub constraints: &'n [Constraint],
     pub steps: &'n [Step],
+    pub contact: ContactSettings,
 }
 
 /// Families of parts.
@@ -203,6 +205,10 @@ fn parts(entry: &Entry<'_>, measure: Measure, known: &Named<'_, '_>) -> Option<(
             entry.fault_at("between", message, help);
             return None;
         }
+        if measure == Measure::ContactForce && other.0 == Family::Branch && !known.contact.cables {
+            let message = format!("{}: cables do not touch each other in this scenario", entry.label);
+            entry.fault_at("between", message, "write [contact] with cables = true");
+        }
         return Some((one.1, other.1));
     }
     let all = |family| all(family, known);
@@ -217,7 +223,7 @@ fn parts(entry: &Entry<'_>, measure: Measure, known: &Named<'_, '_>) -> Option<(
             entry.fault_here(message, "say what it is about, such as of = { branch = \"…\" }");
             return None;
         }
-        return Some(if pairs { (all(Family::Branch), parts) } else { (parts, Vec::new()) });
+        return Some(if measure == Measure::Clearance { (all(Family::Branch), parts) } else { (parts, Vec::new()) });
     };
     let (family, parts) = part(&of, known)?;
     if !families(measure).contains(&family) {
@@ -226,7 +232,7 @@ fn parts(entry: &Entry<'_>, measure: Measure, known: &Named<'_, '_>) -> Option<(
         entry.fault_at("of", message, format!("write {{ {} }}", words.join(" } or { ")));
         return None;
     }
-    if !pairs {
+    if !pairs || (measure == Measure::ContactForce && family == Family::Obstacle) {
         return Some((parts, Vec::new()));
     }
     if family == Family::Obstacle {

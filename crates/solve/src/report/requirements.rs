@@ -5,6 +5,7 @@ use super::sheet::Found;
 use std::collections::BTreeMap;
 use wireloom_core::equilibrium::{BranchResult, ConstraintResult, OperationResult};
 use wireloom_core::requirement::{Measure, Motion, Part, Requirement};
+use wireloom_core::terms::contact::Against;
 use wireloom_core::{EventPlace, Network, Problem, State, Vector};
 
 /// Distance that a branch moves in an increment in which it is not at rest, as a fraction of its diameter.
@@ -18,8 +19,8 @@ pub(crate) struct Equilibrium<'a> {
     /// Constraints that act, with their indices.
     pub constraints: BTreeMap<usize, &'a ConstraintResult>,
     pub operations: &'a [OperationResult],
-    /// Sum of the sizes of contact forces, N, by branch and obstacle.
-    pub contact_forces: BTreeMap<(usize, usize), f64>,
+    /// Sum of the sizes of contact forces, N, by branch and what it touches.
+    pub contact_forces: BTreeMap<(usize, Against), f64>,
     /// Distance that each branch has moved in the increment, m.
     pub moved: Vec<f64>,
     /// Whether this is the end of a step.
@@ -79,7 +80,7 @@ impl<'a> Equilibrium<'a> {
             Part::Branch { branch, from, to } => self.add_branch(requirement, branch, (from, to), found),
             Part::Constraint(f) => self.add_constraint(requirement, f, found),
             Part::Obstacle(o) if requirement.measure == Measure::ContactForce => {
-                let forces = (0..self.branches.len()).map(|b| (b, self.contact_force(b, o)));
+                let forces = (0..self.branches.len()).map(|b| (b, self.contact_force(b, Against::Obstacle(o))));
                 // Where most of it acts.
                 let most = forces.clone().max_by(|a, b| a.1.total_cmp(&b.1));
                 let branch = most.filter(|most| most.1 > 0.0).map(|most| self.branches[most.0].name.clone());
@@ -151,20 +152,28 @@ impl<'a> Equilibrium<'a> {
             }
             Measure::ContactForce => {
                 for part in &requirement.against {
-                    let Part::Obstacle(o) = *part else { continue };
-                    let obstacle = Some(self.network.obstacles[o].name.clone());
-                    let branch = Some(branch.name.clone());
-                    let place = EventPlace { obstacle, branch, ..EventPlace::default() };
-                    found.push(at(self.contact_force(b, o), place));
+                    let place = EventPlace { branch: Some(branch.name.clone()), ..EventPlace::default() };
+                    let (touched, place) = match *part {
+                        Part::Obstacle(o) => {
+                            let obstacle = Some(self.network.obstacles[o].name.clone());
+                            (Against::Obstacle(o), EventPlace { obstacle, ..place })
+                        }
+                        Part::Branch { branch: other, .. } => {
+                            let other_branch = Some(self.branches[other].name.clone());
+                            (Against::Branch(other), EventPlace { other_branch, ..place })
+                        }
+                        Part::Constraint(_) => continue,
+                    };
+                    found.push(at(self.contact_force(b, touched), place));
                 }
             }
             _ => {}
         }
     }
 
-    /// Sum of the sizes of the contact forces of an obstacle on a branch, N.
-    fn contact_force(&self, branch: usize, obstacle: usize) -> f64 {
-        self.contact_forces.get(&(branch, obstacle)).copied().unwrap_or(0.0)
+    /// Sum of the sizes of the contact forces on a branch, N.
+    fn contact_force(&self, branch: usize, touched: Against) -> f64 {
+        self.contact_forces.get(&(branch, touched)).copied().unwrap_or(0.0)
     }
 }
 

@@ -2,8 +2,17 @@
 
 use super::term::{Contact, ContactTerm};
 use crate::Vector;
-use crate::conditions::System;
+use crate::conditions::{Partner, System};
 use std::collections::BTreeMap;
+
+/// What a branch touches, by index.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Against {
+    /// An obstacle.
+    Obstacle(usize),
+    /// A branch, which may be itself.
+    Branch(usize),
+}
 
 /// Load of an obstacle on the harness.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -37,16 +46,25 @@ impl ContactTerm {
         all
     }
 
-    /// Sum of the sizes of the contact forces of each obstacle on each branch that it touches, N, by their indices
-    /// (branch, obstacle), at the last evaluated state. Forces in opposite directions, as on both sides of a tube, add
-    /// up. `friction` as in [`Self::obstacle_loads`].
-    pub fn forces_by_branch(&self, friction: impl Fn(&Contact) -> Vector) -> BTreeMap<(usize, usize), f64> {
+    /// Sum of the sizes of the contact forces on each branch, N, by its index and what it touches, at the last evaluated
+    /// state. Forces in opposite directions, as on both sides of a tube, add up. `friction` as in
+    /// [`Self::obstacle_loads`].
+    pub fn forces_by_branch(&self, friction: impl Fn(&Contact) -> Vector) -> BTreeMap<(usize, Against), f64> {
         let mut all = BTreeMap::new();
         for contact in &self.found {
-            let Some(o) = contact.partner.obstacle() else { continue };
             let branch = self.point(contact.point).branch;
-            let force = contact.normal * contact.force + friction(contact);
-            *all.entry((branch, o as usize)).or_insert(0.0) += force.norm();
+            let force = (contact.normal * contact.force + friction(contact)).norm();
+            let mut add = |branch, touched| *all.entry((branch, touched)).or_insert(0.0) += force;
+            match contact.partner {
+                Partner::Obstacle { obstacle, .. } => add(branch, Against::Obstacle(obstacle as usize)),
+                Partner::Cable { branch: other, .. } => {
+                    let other = other as usize;
+                    add(branch, Against::Branch(other));
+                    if other != branch {
+                        add(other, Against::Branch(branch));
+                    }
+                }
+            }
         }
         all
     }
