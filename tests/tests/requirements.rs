@@ -3,8 +3,8 @@
 use std::f64::consts::{PI, TAU};
 use wireloom::geometry::Vector;
 use wireloom::result::{Measure, Origin, RequirementResult, Verdict};
-use wireloom::{Run, Status};
-use wireloom_tests::cables::{branch, connector, connector_along, run, section};
+use wireloom::{Control, Run, Status};
+use wireloom_tests::cables::{branch, built, connector, connector_along, run, section};
 
 /// Line of the requirement of the file with this name.
 fn line<'r>(run: &'r Run, name: &str) -> &'r RequirementResult {
@@ -163,16 +163,23 @@ fn a_plug_out_of_reach_fails_though_it_converges() {
 }
 
 #[test]
-fn a_run_that_stops_early_does_not_pass() {
-    let run = run(&hanging(
+fn a_run_that_is_stopped_does_not_pass() {
+    let text = hanging(
         "early",
-        "[minimiser]\nforce_tolerance = 1e-15\n[[requirements]]\nname = \"bend\"\n\
-         quantity = \"bend_radius\"\nmin = \"1 mm\"\n",
-    ));
-    let bend = line(&run, "bend");
-    assert!(run.status != Status::Converged);
-    assert_eq!((bend.verdict, run.verdict()), (Verdict::Unresolved, Verdict::Unresolved));
-    assert!(bend.reason.as_ref().is_some_and(|reason| reason.contains(run.status.word())), "{bend:?}");
+        "[[steps]]\nname = \"in\"\nincrements = 8\nmove = [{ constraint = \"plug-B\", position = [0.4, 0, 0] }]\n\
+         [[requirements]]\nname = \"bend\"\nquantity = \"bend_radius\"\nmin = \"1 mm\"\n",
+    );
+    let stop = |at: usize| {
+        let mut control = |progress: &wireloom::session::Progress, _: &_| {
+            if progress.increment == at { Control::Stop } else { Control::Continue }
+        };
+        wireloom::run(built(&text), &mut control)
+    };
+    let verdict = |run: &Run| (line(run, "bend").verdict, run.verdict());
+    assert_eq!(verdict(&stop(9)), (Verdict::Pass, Verdict::Pass));
+    let stopped = stop(2);
+    assert_eq!(verdict(&stopped), (Verdict::Unresolved, Verdict::Unresolved));
+    assert!(line(&stopped, "bend").reason.as_ref().is_some_and(|reason| reason.contains("interrupted")));
 }
 
 /// A limit while moving is one thing, and one at rest another: the cable is tight for a moment only.
