@@ -353,6 +353,15 @@ fn within_reach(neighbours: &[Vec<(usize, f64)>], joint: usize, reach: f64) -> V
 }
 
 impl Network {
+    /// Diameter of the cable at a place, m; at a joint that of the thickest arm.
+    pub fn diameter_at(&self, place: Place) -> f64 {
+        let diameter = |branch: usize| self.branches[branch].section.diameter;
+        match place {
+            Place::Node { branch, .. } => diameter(branch),
+            Place::Joint(joint) => self.joints[joint].branches.iter().map(|b| diameter(*b)).fold(0.0, f64::max),
+        }
+    }
+
     /// For each joint the joints within `reach` (m) along the harness, with their distances; itself included, at 0.
     pub fn near_joints(&self, reach: f64) -> Vec<Vec<(usize, f64)>> {
         let mut neighbours: Vec<Vec<(usize, f64)>> = vec![Vec::new(); self.joints.len()];

@@ -28,7 +28,7 @@ pub(super) struct Line {
 
 /// A place on a line.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Place {
+pub(crate) struct Place {
     /// Distance of the centre line from the other thing, m.
     pub distance: f64,
     /// Arc length, m.
@@ -39,7 +39,7 @@ pub(super) struct Place {
 
 /// Nearest places of two lines.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Pair {
+pub(crate) struct Pair {
     /// Distance of the centre lines, m.
     pub distance: f64,
     /// Arc lengths, m.
