@@ -21,6 +21,8 @@ pub enum EventKind {
     /// Constraints hold cables nearer to each other than the sum of their radii; value and limit are distances between
     /// centre lines, m.
     Overlap,
+    /// Two cables, or two parts of one, lie in each other deeper than soft cables may; value and limit are depths, m.
+    PassedThrough,
     /// An equilibrium ceased to exist or to be stable, and the harness snapped to another one; value: largest
     /// displacement of a point, m.
     Jump,
@@ -47,7 +49,7 @@ pub enum EventKind {
 
 impl EventKind {
     /// All kinds, in the order in which they are listed.
-    pub const ALL: [EventKind; 17] = [
+    pub const ALL: [EventKind; 18] = [
         EventKind::NotConverged,
         EventKind::TwistLost,
         EventKind::CoarseMesh,
@@ -55,6 +57,7 @@ impl EventKind {
         EventKind::Unstable,
         EventKind::Overstretched,
         EventKind::Overlap,
+        EventKind::PassedThrough,
         EventKind::BendRadius,
         EventKind::Clearance,
         EventKind::ConstraintForce,
@@ -77,6 +80,7 @@ impl EventKind {
             EventKind::Overstretched => "overstretched",
             EventKind::InsertionForce => "insertion-force",
             EventKind::Overlap => "overlap",
+            EventKind::PassedThrough => "passed-through",
             EventKind::Jump => "jump",
             EventKind::Slip => "slip",
             EventKind::Stick => "stick",
@@ -100,6 +104,7 @@ impl EventKind {
             EventKind::Overstretched => "overstretched span",
             EventKind::InsertionForce => "insertion force above its limit",
             EventKind::Overlap => "cables held in each other",
+            EventKind::PassedThrough => "cables pass through each other",
             EventKind::Jump => "snapped to another equilibrium",
             EventKind::Slip => "slipped against friction",
             EventKind::Stick => "sticks again",
@@ -125,6 +130,7 @@ impl EventKind {
             | EventKind::Clearance
             | EventKind::Overstretched
             | EventKind::Overlap
+            | EventKind::PassedThrough
             | EventKind::Jump => "m",
             EventKind::ConstraintForce
             | EventKind::InsertionForce

@@ -320,6 +320,10 @@ pub struct Network {
     pub frames: usize,
 }
 
+/// Distance along the harness, in sums of both radii, below which two parts of it are neighbours, whose contact and
+/// clearance are not considered: a cable whose bend radius is not less than its own radius does not touch itself there.
+pub const APART: f64 = 2.5;
+
 /// Number of points above which the evaluation of branches is worth another thread.
 pub(crate) const WORTHWHILE: usize = 1024;
 
@@ -329,7 +333,48 @@ pub(crate) fn next_id() -> u64 {
     NEXT.fetch_add(1, std::sync::atomic::Ordering::Relaxed)
 }
 
+/// Joints within `reach` (m) of one, itself included, with their distances.
+fn within_reach(neighbours: &[Vec<(usize, f64)>], joint: usize, reach: f64) -> Vec<(usize, f64)> {
+    let mut near = vec![(joint, 0.0)];
+    let mut next = 0;
+    while let Some(&(at, travelled)) = near.get(next) {
+        next += 1;
+        for &(other, length) in &neighbours[at] {
+            let distance = travelled + length;
+            match near.iter_mut().find(|(known, _)| *known == other) {
+                Some(known) if known.1 <= distance => {}
+                Some(known) => known.1 = distance,
+                None if distance < reach => near.push((other, distance)),
+                None => {}
+            }
+        }
+    }
+    near
+}
+
 impl Network {
+    /// Diameter of the cable at a place, m; at a joint that of the thickest arm.
+    pub fn diameter_at(&self, place: Place) -> f64 {
+        let diameter = |branch: usize| self.branches[branch].section.diameter;
+        match place {
+            Place::Node { branch, .. } => diameter(branch),
+            Place::Joint(joint) => self.joints[joint].branches.iter().map(|b| diameter(*b)).fold(0.0, f64::max),
+        }
+    }
+
+    /// For each joint the joints within `reach` (m) along the harness, with their distances; itself included, at 0.
+    pub fn near_joints(&self, reach: f64) -> Vec<Vec<(usize, f64)>> {
+        let mut neighbours: Vec<Vec<(usize, f64)>> = vec![Vec::new(); self.joints.len()];
+        for branch in &self.branches {
+            if let (BranchEnd::Joint { joint: a, .. }, BranchEnd::Joint { joint: b, .. }) = (branch.start, branch.end) {
+                let length = branch.rod.mesh().length();
+                neighbours[a].push((b, length));
+                neighbours[b].push((a, length));
+            }
+        }
+        (0..neighbours.len()).map(|joint| within_reach(&neighbours, joint, reach)).collect()
+    }
+
     /// Network of these parts.
     ///
     /// # Panics

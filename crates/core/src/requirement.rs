@@ -7,6 +7,10 @@
 use crate::event::{EventPlace, Moment};
 use serde::{Deserialize, Serialize};
 
+/// Depth to which two cables may lie in each other, as a fraction of the diameter of the thinner one: bundles are soft
+/// and not quite round, and their diameters are known to a tenth (see the library of the crate `scenario`).
+pub const SOFT: f64 = 0.1;
+
 /// Quantity that a requirement limits.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 pub enum Measure {

@@ -1,7 +1,8 @@
 //! Report of an increment: shapes, forces, events, clearances, lost twist.
 
-mod clearance;
+pub(crate) mod clearance;
 pub mod events;
+mod lines;
 mod linking;
 mod log;
 pub(crate) mod requirements;

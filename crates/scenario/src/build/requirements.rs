@@ -3,12 +3,8 @@
 
 use crate::scenario::{ByRule, Scenario};
 use wireloom_core::Network;
-use wireloom_core::requirement::{Measure, Motion, Origin, Part, Requirement, Severity};
+use wireloom_core::requirement::{Measure, Motion, Origin, Part, Requirement, SOFT, Severity};
 use wireloom_core::steps::Operation;
-
-/// Depth to which cables may lie in each other, as a fraction of the diameter of the thinner one: bundles are soft, and
-/// their diameters are known to about as much.
-pub(crate) const SOFT: f64 = 0.1;
 
 /// All requirements on the harness of a scenario, those of the file first.
 pub(super) fn requirements(scenario: &Scenario, network: &Network) -> Vec<Requirement> {

@@ -1,7 +1,7 @@
 //! Events of an increment: exceeded limits, jumps, instability, slip, and missing convergence.
 
 use super::log::{EventLog, Occurrence};
-use crate::report::clearance::{clearances, keep_least};
+use crate::report::clearance::{Cables, clearances, keep_least};
 use crate::report::result;
 use crate::report::twist_loss::RESOLVED_TURN;
 use crate::steps::certificate::FEASIBLE;
@@ -70,7 +70,9 @@ pub fn log_increment(
 ) {
     bends(log, end);
     overlaps(log, problem);
-    short_clearances(log, clearances(problem.network, end, log.now(), all));
+    let cables = Cables::new(problem.network, &end.branches);
+    passed_through(log, problem.network, &cables);
+    short_clearances(log, clearances(&cables, end, log.now(), all));
     constraints(log, problem, end);
     slides(log, end);
     insertions(log, end);
@@ -159,6 +161,31 @@ fn overlaps(log: &mut EventLog, problem: &Problem<'_>) {
                 1e3 * distance,
                 constraint(g),
                 1e3 * both
+            ),
+        });
+    }
+}
+
+/// Logs cables that lie in each other, or in themselves, deeper than soft cables may.
+fn passed_through(log: &mut EventLog, network: &Network, cables: &Cables<'_>) {
+    for overlap in cables.overlaps().into_iter().filter(|overlap| overlap.depth > overlap.allowed) {
+        let [branch, other] = overlap.branches.map(|b| &network.branches[b].name);
+        let in_what = if branch == other { "itself".to_owned() } else { format!("`{other}`") };
+        let advice = if network.contact.cables { "" } else { "; with contact.cables they are kept apart" };
+        log.raise(Occurrence {
+            kind: EventKind::PassedThrough,
+            place: EventPlace {
+                other_branch: Some(other.clone()),
+                other_s: Some(overlap.s[1]),
+                ..EventPlace::branch(branch, overlap.s[0])
+            },
+            value: Some(overlap.depth),
+            limit: Some(overlap.allowed),
+            message: format!(
+                "lies {:.1} mm deep in {in_what} at s = {:.4} m; soft cables may press into each other by {:.1} mm{advice}",
+                1e3 * overlap.depth,
+                overlap.s[1],
+                1e3 * overlap.allowed
             ),
         });
     }

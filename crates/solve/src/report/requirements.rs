@@ -1,12 +1,13 @@
 //! Values of requirements at one equilibrium.
 
+use super::clearance::{self, CableOverlap, CablePart, Cables};
 use super::result;
 use super::sheet::Found;
 use std::collections::BTreeMap;
 use wireloom_core::equilibrium::{BranchResult, ConstraintResult, OperationResult};
 use wireloom_core::requirement::{Measure, Motion, Part, Requirement};
 use wireloom_core::terms::contact::Against;
-use wireloom_core::{EventPlace, Network, Problem, State, Vector};
+use wireloom_core::{EventPlace, Network, Pose, Problem, State, Vector};
 
 /// Distance that a branch moves in an increment in which it is not at rest, as a fraction of its diameter.
 const MOVING: f64 = 0.01;
@@ -29,6 +30,12 @@ pub(crate) struct Equilibrium<'a> {
     pub step: usize,
     /// Spans between held nodes, by branch.
     pub spans: Vec<result::HeldSpan>,
+    /// The cables, for distances between them and from obstacles.
+    pub cables: Cables<'a>,
+    /// Cables that lie in each other.
+    pub overlaps: Vec<CableOverlap>,
+    /// Poses of the obstacles.
+    pub poses: Vec<Pose>,
 }
 
 impl<'a> Equilibrium<'a> {
@@ -50,7 +57,21 @@ impl<'a> Equilibrium<'a> {
             moves.fold(0.0, f64::max)
         });
         let (moved, spans) = (moved.collect(), result::held_spans(problem, state));
-        Self { network, branches, constraints, operations, contact_forces, moved, ends_step, step, spans }
+        let cables = Cables::new(network, branches);
+        Self {
+            network,
+            branches,
+            constraints,
+            operations,
+            contact_forces,
+            moved,
+            ends_step,
+            step,
+            spans,
+            overlaps: cables.overlaps(),
+            cables,
+            poses: problem.conditions().contact.poses.clone(),
+        }
     }
 
     /// The values of a requirement at all its places; empty where it does not count.
@@ -109,6 +130,15 @@ impl<'a> Equilibrium<'a> {
         match requirement.measure {
             Measure::Force => found.push(at(result.largest_force(), place())),
             Measure::Moment => found.push(at(result.largest_moment(), place())),
+            Measure::Clearance => {
+                let radius = 0.5 * self.network.diameter_at(self.network.constraints[f].place);
+                for part in &requirement.against {
+                    let Part::Obstacle(o) = *part else { continue };
+                    let obstacle = &self.network.obstacles[o];
+                    let value = clearance::of_held_point(obstacle, &self.poses[o], &result.position, radius);
+                    found.push(at(value, EventPlace { obstacle: Some(obstacle.name.clone()), ..place() }));
+                }
+            }
             _ => {}
         }
     }
@@ -150,6 +180,22 @@ impl<'a> Equilibrium<'a> {
                     found.push(Found { limit, ..at(span.chord / (span.to - span.from), place) });
                 }
             }
+            Measure::Clearance => {
+                let part = CablePart { branch: b, from, to };
+                found.extend(requirement.against.iter().filter_map(|other| self.clearance(part, other)));
+            }
+            Measure::Overlap => {
+                for overlap in self.overlaps.iter().filter(|overlap| overlap.branches[0] == b) {
+                    let place = EventPlace {
+                        other_branch: Some(self.branches[overlap.branches[1]].name.clone()),
+                        other_s: Some(overlap.s[1]),
+                        ..EventPlace::branch(&branch.name, overlap.s[0])
+                    };
+                    found.push(Found { limit: Some(overlap.allowed), ..at(overlap.depth, place) });
+                }
+                // Cables that do not touch lie in each other by nothing.
+                found.push(at(0.0, EventPlace::default()));
+            }
             Measure::ContactForce => {
                 for part in &requirement.against {
                     let place = EventPlace { branch: Some(branch.name.clone()), ..EventPlace::default() };
@@ -168,6 +214,32 @@ impl<'a> Equilibrium<'a> {
                 }
             }
             _ => {}
+        }
+    }
+
+    /// Clearance of a part of a branch from an obstacle, or from a part of another branch (or of the same one, where they
+    /// have nothing in common); `None` where there is nothing to measure.
+    fn clearance(&self, part: CablePart, from: &Part) -> Option<Found> {
+        let name = &self.branches[part.branch].name;
+        match *from {
+            Part::Obstacle(o) => {
+                let obstacle = &self.network.obstacles[o];
+                let place = self.cables.from_obstacle(part, obstacle, &self.poses[o]);
+                let obstacle = Some(obstacle.name.clone());
+                Some(at(place.distance, EventPlace { obstacle, ..EventPlace::branch(name, place.s) }))
+            }
+            Part::Branch { branch, from, to } => {
+                let other = CablePart { branch, from, to };
+                let shared = branch == part.branch && from < part.to && part.from < to;
+                let pair = self.cables.from_branch(part, other).filter(|_| !shared)?;
+                let place = EventPlace {
+                    other_branch: Some(self.branches[branch].name.clone()),
+                    other_s: Some(pair.s[1]),
+                    ..EventPlace::branch(name, pair.s[0])
+                };
+                Some(at(pair.distance, place))
+            }
+            Part::Constraint(_) => None,
         }
     }
 

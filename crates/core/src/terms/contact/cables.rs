@@ -9,10 +9,10 @@
 
 use super::continuous::{self, meeting};
 use super::evaluate::inequality;
-use super::pairs::{APART, Pair, nearest_on};
+use super::pairs::{Pair, nearest_on};
 use super::term::{APPROACHING, Contact, ContactTerm, DEPTH, SPACING, Touched, Turning};
 use crate::conditions::{ContactPoint, ContactRecord, Overlap, Partner, System};
-use crate::network::{BranchEnd, next_id};
+use crate::network::{APART, BranchEnd, next_id};
 use crate::rotation::orthogonal;
 use crate::variable::Variable;
 use crate::{Matrix, State, Vector};

@@ -4,12 +4,12 @@
 //! zero over [`RUN_OUT`] mean radii of cable on either side. [`ContactTerm::held_overlaps`] lists these places, so that
 //! the run can report them.
 
-use super::pairs::{APART, HeldOverlap};
+use super::pairs::HeldOverlap;
 use super::term::{ContactTerm, DEPTH, RUN_OUT};
 use crate::State;
 use crate::conditions::System;
 use crate::constraint::Action;
-use crate::network::Place;
+use crate::network::{APART, Place};
 
 impl ContactTerm {
     /// Places where constraints that act hold cables nearer to each other than the sum of their radii.

@@ -1,13 +1,10 @@
 //! Near pairs of contact points and segments.
 
-use crate::network::BranchEnd;
+use crate::network::APART;
 use crate::variable::Variable;
 use crate::{Network, Vector};
 use std::collections::BTreeSet;
 
-/// Distance along the harness, in sums of both radii, below which self-contact is not considered: a cable whose bend
-/// radius is not less than its own radius does not touch itself there.
-pub(super) const APART: f64 = 2.5;
 /// A contact point and consecutive segments near it.
 pub(super) struct Pair {
     pub(super) point: u32,
@@ -48,16 +45,7 @@ impl Cables {
         let largest_radius = radii.fold(0.0, f64::max);
         let lengths = network.branches.iter().flat_map(|b| &b.rod.mesh().rest_lengths);
         let longest_segment = lengths.copied().fold(0.0, f64::max);
-        let reach = 2.0 * APART * largest_radius;
-        let mut neighbours: Vec<Vec<(usize, f64)>> = vec![Vec::new(); network.joints.len()];
-        for branch in &network.branches {
-            if let (BranchEnd::Joint { joint: a, .. }, BranchEnd::Joint { joint: b, .. }) = (branch.start, branch.end) {
-                let length = branch.rod.mesh().length();
-                neighbours[a].push((b, length));
-                neighbours[b].push((a, length));
-            }
-        }
-        let between = (0..neighbours.len()).map(|joint| near_joints(&neighbours, joint, reach)).collect();
+        let between = network.near_joints(2.0 * APART * largest_radius);
         Self { between, largest_radius, longest_segment, ..Self::default() }
     }
 
@@ -70,25 +58,6 @@ impl Cables {
     pub(super) fn search_again(&mut self) {
         self.searched.clear();
     }
-}
-
-/// Joints within `reach` (m) of one along the harness, itself included.
-fn near_joints(neighbours: &[Vec<(usize, f64)>], joint: usize, reach: f64) -> Vec<(usize, f64)> {
-    let mut near = vec![(joint, 0.0)];
-    let mut next = 0;
-    while let Some(&(at, travelled)) = near.get(next) {
-        next += 1;
-        for &(other, length) in &neighbours[at] {
-            let distance = travelled + length;
-            match near.iter_mut().find(|(known, _)| *known == other) {
-                Some(known) if known.1 <= distance => {}
-                Some(known) => known.1 = distance,
-                None if distance < reach => near.push((other, distance)),
-                None => {}
-            }
-        }
-    }
-    near
 }
 
 /// Nearest point to `x` on the segment from `a` to `b`: its fraction, and its position.
