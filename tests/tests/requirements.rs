@@ -237,3 +237,39 @@ fn slack_and_reach_of_a_half_circle_are_those_of_geometry() {
     close(line(&run, "reach").worst, 2.0 / PI, 1e-4);
     assert_eq!((line(&run, "slack").verdict, line(&run, "reach").verdict), (Verdict::Fail, Verdict::Fail));
 }
+
+/// A straight cable pushed together: the straight shape is in balance, and no cable would keep it.
+#[test]
+fn a_span_pressed_straight_beyond_its_buckling_load_fails() {
+    let push = |gap: f64| {
+        let text = [
+            "schema = 1\nname = \"pressed\"\ngravity = [0, 0, 0]\n",
+            &section("cable"),
+            &branch("cable", ["A", "B"], "cable", 0.2, 20),
+            &connector("plug-A", "A", [0.0, 0.0, 0.0]),
+            &connector("plug-B", "B", [0.2, 0.0, 0.0]),
+            &format!(
+                "[[steps]]\nname = \"push\"\nincrements = 4\n\
+                 move = [{{ constraint = \"plug-B\", position = [{gap:?}, 0, 0] }}]\n[output]\nincrements = true\n"
+            ),
+        ]
+        .concat();
+        run(&text)
+    };
+    let buckling = |run: &Run| {
+        let found = run.requirements.iter().find(|line| line.measure == Measure::Buckling);
+        found.expect("always").clone()
+    };
+    // 4 π² EI/L² = 9.9 N: a strain of 1e-3 in EA = 1e4 N.
+    let (euler, harmless) = (4.0 * PI * PI * 0.01 / 0.04, push(0.2 * (1.0 - 0.5e-3)));
+    close(buckling(&harmless).worst, 5.0, 1e-6);
+    close(Some(buckling(&harmless).limit), 1.1 * euler, 1e-9);
+    assert_eq!(harmless.verdict(), Verdict::Pass);
+    let pressed = push(0.2 * (1.0 - 2e-3));
+    let line = buckling(&pressed);
+    // Either it stays straight and fails, or it buckles and bears about its Euler load.
+    let straight =
+        pressed.steps.iter().any(|step| step.branches[0].position.iter().all(|x| x.z.abs() + x.y.abs() < 1e-9));
+    assert_eq!(line.verdict == Verdict::Fail, straight && line.worst > Some(1.1 * euler), "{line:?}");
+    assert!(!straight || pressed.verdict() != Verdict::Pass, "{:?}", pressed.requirements);
+}

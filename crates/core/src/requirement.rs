@@ -45,11 +45,13 @@ pub enum Measure {
     Reach,
     /// Depth to which two cables lie in each other, m.
     Overlap,
+    /// Axial force with which a span that is straight and touches nothing is pressed, N.
+    Buckling,
 }
 
 impl Measure {
     /// All measures.
-    pub const ALL: [Measure; 15] = [
+    pub const ALL: [Measure; 16] = [
         Measure::BendRadius,
         Measure::Tension,
         Measure::Compression,
@@ -65,6 +67,7 @@ impl Measure {
         Measure::Deviation,
         Measure::Reach,
         Measure::Overlap,
+        Measure::Buckling,
     ];
 
     /// Word used in scenarios and results.
@@ -85,6 +88,7 @@ impl Measure {
             Measure::Deviation => "deviation",
             Measure::Reach => "reach",
             Measure::Overlap => "overlap",
+            Measure::Buckling => "buckling",
         }
     }
 
@@ -106,7 +110,8 @@ impl Measure {
             | Measure::Compression
             | Measure::Force
             | Measure::InsertionForce
-            | Measure::ContactForce => "N",
+            | Measure::ContactForce
+            | Measure::Buckling => "N",
             Measure::Moment => "N m",
             Measure::Torsion => "rad/m",
             Measure::Turns => "turns",

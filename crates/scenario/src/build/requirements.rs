@@ -92,13 +92,16 @@ fn insertion_limit(scenario: &Scenario, constraint: usize) -> Option<f64> {
     scenario.steps.iter().flat_map(|step| &step.operations).filter_map(limit).reduce(f64::min)
 }
 
-/// What holds for every harness: spans bridge what they are long enough for, and cables do not pass through each other.
-fn always(network: &Network) -> [Requirement; 2] {
+/// What holds for every harness: spans bridge what they are long enough for, and are not pressed straight beyond what
+/// buckles them; cables do not pass through each other.
+fn always(network: &Network) -> [Requirement; 3] {
     let branches: Vec<Part> = (0..network.branches.len()).map(Part::whole).collect();
     let own = |name, measure| requirement(name, Origin::Always, measure, branches.clone());
     let thinnest = network.branches.iter().map(|branch| branch.section.diameter).fold(f64::INFINITY, f64::min);
+    // The limits of the last two depend on the span and on the pair; they are computed with the values.
     [
         Requirement { max: Some(1.0), ..own("spans are long enough", Measure::Reach) },
+        Requirement { max: Some(0.0), ..own("straight spans do not buckle", Measure::Buckling) },
         Requirement { max: Some(SOFT * thinnest), ..own("cables lie side by side", Measure::Overlap) },
     ]
 }

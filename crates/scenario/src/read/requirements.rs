@@ -132,7 +132,7 @@ fn quantity(measure: Measure) -> (Quantity, Bound) {
     match measure {
         Measure::BendRadius | Measure::Deviation | Measure::Overlap => (Quantity::Length, NON_NEGATIVE),
         Measure::Clearance | Measure::Slack => (Quantity::Length, ANY),
-        Measure::Tension | Measure::Compression => (Quantity::Force, ANY),
+        Measure::Tension | Measure::Compression | Measure::Buckling => (Quantity::Force, ANY),
         Measure::Force | Measure::InsertionForce | Measure::ContactForce => (Quantity::Force, NON_NEGATIVE),
         Measure::Moment => (Quantity::Moment, NON_NEGATIVE),
         Measure::Strain => (Quantity::Dimensionless, ANY),
