@@ -65,7 +65,8 @@ fn crossed(depth: f64, contact: bool) -> String {
     let [x, y] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
     let a = straight("a", [-0.1, 0.0, 0.0], [0.3, 0.0, 0.0], x, 33);
     let b = straight("b", [0.02, -0.15, 0.05], [0.02, 0.15, 0.05], y, 30);
-    let mut text = format!("{SECTION}[contact]\ncables = {contact}\n{a}{b}[[steps]]\nname = \"down\"\nincrements = 10\n");
+    let mut text =
+        format!("{SECTION}[contact]\ncables = {contact}\n{a}{b}[[steps]]\nname = \"down\"\nincrements = 10\n");
     for (end, y) in [("b1", -0.15), ("b2", 0.15)] {
         text += &format!("[[steps.move]]\nconstraint = \"{end}\"\nposition = [0.02, {y}, {depth}]\n");
     }

@@ -118,6 +118,10 @@ pub(crate) struct Cables<'n> {
     lines: Vec<Line>,
     /// For each joint the joints near it along the harness, with their distances, m.
     near: Vec<Vec<(usize, f64)>>,
+    /// All pairs of branches, and all branches, that lie in each other or in themselves, at their deepest place, in the
+    /// order of the branches. Cables that leave a joint (or two joints less than [`APART`] sums of radii from each other)
+    /// side by side do not count up to the place where they have separated.
+    pub overlaps: Vec<CableOverlap>,
 }
 
 impl<'n> Cables<'n> {
@@ -125,7 +129,12 @@ impl<'n> Cables<'n> {
     pub fn new(network: &'n Network, branches: &[BranchResult]) -> Self {
         let lines: Vec<Line> = branches.iter().map(Line::of).collect();
         let thickest = lines.iter().map(|line| line.radius).fold(0.0, f64::max);
-        Self { network, near: network.near_joints(2.0 * APART * thickest), lines }
+        let near = network.near_joints(2.0 * APART * thickest);
+        let mut cables = Self { network, near, lines, overlaps: Vec::new() };
+        let mut pairs = cables.near_pairs();
+        pairs.sort_unstable();
+        cables.overlaps = pairs.into_iter().filter_map(|[b, c]| cables.overlap(b, c)).collect();
+        cables
     }
 
     /// Clearance of a part of a branch from an obstacle at `pose`, and where it is least.
@@ -145,15 +154,6 @@ impl<'n> Cables<'n> {
         };
         nearest_pair(a.piece(), b.piece(), &apart, &mut best);
         best.is_found().then(|| Pair { distance: best.distance - a.radius - b.radius, ..best })
-    }
-
-    /// All pairs of branches, and all branches, that lie in each other or in themselves, at their deepest place, in the
-    /// order of the branches. Cables that leave a joint (or two joints less than [`APART`] sums of radii from each other)
-    /// side by side do not count up to the place where they have separated.
-    pub fn overlaps(&self) -> Vec<CableOverlap> {
-        let mut pairs = self.near_pairs();
-        pairs.sort_unstable();
-        pairs.into_iter().filter_map(|[b, c]| self.overlap(b, c)).collect()
     }
 
     /// Whole line, or the part of it.

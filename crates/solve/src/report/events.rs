@@ -65,14 +65,13 @@ pub fn log_increment(
     problem: &mut Problem<'_>,
     state: &State,
     end: &StepResult,
-    stop: &Stop,
-    all: bool,
+    cables: &Cables<'_>,
+    (stop, all): (&Stop, bool),
 ) {
     bends(log, end);
     overlaps(log, problem);
-    let cables = Cables::new(problem.network, &end.branches);
-    passed_through(log, problem.network, &cables);
-    short_clearances(log, clearances(&cables, end, log.now(), all));
+    passed_through(log, problem.network, cables);
+    short_clearances(log, clearances(cables, end, log.now(), all));
     constraints(log, problem, end);
     slides(log, end);
     insertions(log, end);
@@ -168,7 +167,7 @@ fn overlaps(log: &mut EventLog, problem: &Problem<'_>) {
 
 /// Logs cables that lie in each other, or in themselves, deeper than soft cables may.
 fn passed_through(log: &mut EventLog, network: &Network, cables: &Cables<'_>) {
-    for overlap in cables.overlaps().into_iter().filter(|overlap| overlap.depth > overlap.allowed) {
+    for overlap in cables.overlaps.iter().filter(|overlap| overlap.depth > overlap.allowed) {
         let [branch, other] = overlap.branches.map(|b| &network.branches[b].name);
         let in_what = if branch == other { "itself".to_owned() } else { format!("`{other}`") };
         let advice = if network.contact.cables { "" } else { "; with contact.cables they are kept apart" };

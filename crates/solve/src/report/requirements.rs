@@ -1,6 +1,6 @@
 //! Values of requirements at one equilibrium.
 
-use super::clearance::{self, CableOverlap, CablePart, Cables};
+use super::clearance::{self, CablePart, Cables};
 use super::result;
 use super::sheet::Found;
 use std::collections::BTreeMap;
@@ -17,6 +17,9 @@ const STRAIGHT: f64 = 1.02;
 const BUCKLED: f64 = 1.1;
 /// Distance that a branch moves in an increment in which it is not at rest, as a fraction of its diameter.
 const MOVING: f64 = 0.01;
+
+/// Results of branches, constraints and operations, and the cables.
+type Results<'a> = (&'a [BranchResult], &'a [ConstraintResult], &'a [OperationResult], &'a Cables<'a>);
 
 /// An equilibrium, as far as requirements are about it.
 pub(crate) struct Equilibrium<'a> {
@@ -37,9 +40,7 @@ pub(crate) struct Equilibrium<'a> {
     /// Spans between held nodes, by branch.
     pub spans: Vec<result::HeldSpan>,
     /// The cables, for distances between them and from obstacles.
-    pub cables: Cables<'a>,
-    /// Cables that lie in each other.
-    pub overlaps: Vec<CableOverlap>,
+    pub cables: &'a Cables<'a>,
     /// Poses of the obstacles.
     pub poses: Vec<Pose>,
 }
@@ -50,7 +51,7 @@ impl<'a> Equilibrium<'a> {
         problem: &mut Problem<'n>,
         state: &State,
         began: &State,
-        (branches, constraints, operations): (&'a [BranchResult], &'a [ConstraintResult], &'a [OperationResult]),
+        (branches, constraints, operations, cables): Results<'a>,
         (step, ends_step): (usize, bool),
     ) -> Self {
         let network = problem.network;
@@ -63,7 +64,6 @@ impl<'a> Equilibrium<'a> {
             moves.fold(0.0, f64::max)
         });
         let (moved, spans) = (moved.collect(), result::held_spans(problem, state));
-        let cables = Cables::new(network, branches);
         Self {
             network,
             branches,
@@ -74,7 +74,6 @@ impl<'a> Equilibrium<'a> {
             ends_step,
             step,
             spans,
-            overlaps: cables.overlaps(),
             cables,
             poses: problem.conditions().contact.poses.clone(),
         }
@@ -192,7 +191,7 @@ impl<'a> Equilibrium<'a> {
                 found.extend(requirement.against.iter().filter_map(|other| self.clearance(part, other)));
             }
             Measure::Overlap => {
-                for overlap in self.overlaps.iter().filter(|overlap| overlap.branches[0] == b) {
+                for overlap in self.cables.overlaps.iter().filter(|overlap| overlap.branches[0] == b) {
                     let place = EventPlace {
                         other_branch: Some(self.branches[overlap.branches[1]].name.clone()),
                         other_s: Some(overlap.s[1]),

@@ -1,6 +1,7 @@
 //! One increment of a step: applies its plan, cuts it back where it does not converge, and follows snap-through.
 
 use super::driver::{Driver, is_balanced};
+use crate::report::clearance::Cables;
 use crate::report::{self, Occurrence, TwistMonitor, events, result};
 use crate::steps::operations;
 use crate::steps::plan::{self, Plan};
@@ -87,8 +88,9 @@ impl Driver<'_, '_> {
             return Err(Status::Interrupted);
         }
         let end = self.step_result(step, increment, status, seconds());
-        self.check_at_end(&end);
-        events::log_increment(&mut self.log, &mut self.problem, &self.state, &end, &self.stop, all);
+        let cables = Cables::new(self.problem.network, &end.branches);
+        self.check_at_end(&end, &cables);
+        events::log_increment(&mut self.log, &mut self.problem, &self.state, &end, &cables, (&self.stop, all));
         Ok(end)
     }
 

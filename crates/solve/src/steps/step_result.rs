@@ -1,6 +1,7 @@
 //! Result of an increment, and the check of the requirements at its end.
 
 use super::driver::{Driver, is_balanced};
+use crate::report::clearance::Cables;
 use crate::report::requirements::Equilibrium;
 use crate::report::result;
 use crate::report::sheet::Here;
@@ -59,9 +60,9 @@ impl Driver<'_, '_> {
     }
 
     /// Checks the requirements at the end of an increment, if that is an equilibrium.
-    pub(super) fn check_at_end(&mut self, end: &StepResult) {
+    pub(super) fn check_at_end(&mut self, end: &StepResult, cables: &Cables<'_>) {
         if is_balanced(end.status) {
-            let results = (&end.branches[..], &end.constraints[..]);
+            let results = (&end.branches[..], &end.constraints[..], cables);
             let here = if end.stable == Some(false) { Here::UnstableEnd } else { Here::End };
             self.check(results, &end.operations, here, end.increment == end.increments);
         }
@@ -73,21 +74,22 @@ impl Driver<'_, '_> {
             let branches = self.branch_results();
             let constraints = result::constraints(&self.problem, &self.state, &self.certifier.gradient);
             let operations = self.operations.clone();
-            self.check((&branches, &constraints), &operations, Here::OnTheWay, false);
+            let cables = Cables::new(self.problem.network, &branches);
+            self.check((&branches, &constraints, &cables), &operations, Here::OnTheWay, false);
         }
     }
 
     /// Checks the requirements with these results; `ends_step`: whether the step ends here.
     fn check(
         &mut self,
-        (branches, constraints): (&[BranchResult], &[ConstraintResult]),
+        (branches, constraints, cables): (&[BranchResult], &[ConstraintResult], &Cables<'_>),
         operations: &[OperationResult],
         here: Here,
         ends_step: bool,
     ) {
         let requirements = &self.problem.network.requirements;
         let step = (self.log.now().step_index, ends_step);
-        let results = (branches, constraints, operations);
+        let results = (branches, constraints, operations, cables);
         let equilibrium = Equilibrium::new(&mut self.problem, &self.state, &self.began, results, step);
         let found = requirements.iter().map(|requirement| equilibrium.values(requirement)).collect();
         self.log.check(requirements, found, here);
