@@ -402,9 +402,10 @@ impl Operation {
             core::OperationResult::Carry { constraints, force } => {
                 Self::Carry { constraints: constraints.clone(), force: Number(*force) }
             }
-            core::OperationResult::Mate { constraint, insertion_force, limit } => Self::Mate {
+            core::OperationResult::Mate { constraint, insertion_force, own, limit } => Self::Mate {
                 constraint: constraint.clone(),
                 insertion_force: insertion_force.map(Number),
+                own: own.map(Number),
                 limit: limit.map(Number),
             },
             core::OperationResult::Clip { constraint, place, reach } => {
@@ -421,9 +422,10 @@ impl Operation {
                 core::OperationResult::Grasp { constraint, place: place(branch, s) }
             }
             Self::Carry { constraints, force } => core::OperationResult::Carry { constraints, force: force.0 },
-            Self::Mate { constraint, insertion_force, limit } => core::OperationResult::Mate {
+            Self::Mate { constraint, insertion_force, own, limit } => core::OperationResult::Mate {
                 constraint,
                 insertion_force: insertion_force.map(number),
+                own: own.map(number),
                 limit: limit.map(number),
             },
             Self::Clip { constraint, branch, s, reach } => {

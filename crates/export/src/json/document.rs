@@ -254,7 +254,8 @@ pub struct Slide {
     pub motion: Word<SlideMotion>,
 }
 
-/// `{ "operation": "mate", "constraint": "plug-B", "insertion_force": 31.2, "limit": 45.0 }` and the like: N, m.
+/// `{ "operation": "mate", "constraint": "plug-B", "insertion_force": 31.2, "own": 15.0, "limit": 45.0 }` and the like:
+/// N, m. `own`, the part of the connector itself, is there where it is given.
 #[derive(Serialize, Deserialize)]
 #[serde(tag = "operation", rename_all = "lowercase", deny_unknown_fields)]
 pub enum Operation {
@@ -273,6 +274,8 @@ pub enum Operation {
         constraint: String,
         #[serde(deserialize_with = "nullable")]
         insertion_force: Option<Number>,
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        own: Option<Number>,
         #[serde(deserialize_with = "nullable")]
         limit: Option<Number>,
     },

@@ -72,10 +72,11 @@ fn operations_have_a_table_where_there_are_any() {
     let mut step = y_harness();
     assert!(!page(&run("y-harness", vec![step.clone()]), &texts()).contains("Operations"));
     let plug = "plug-B".to_owned();
-    step.operations = vec![OperationResult::Mate { constraint: plug, insertion_force: Some(31.5), limit: None }];
+    step.operations =
+        vec![OperationResult::Mate { constraint: plug, insertion_force: Some(31.5), own: None, limit: None }];
     let page = page(&run("y-harness", vec![step]), &texts());
     elements(&page);
-    assert!(page.contains("<td>mate</td><td>plug-B</td><td>insertion force 31.50 N</td>"));
+    assert!(page.contains("<td>mate</td><td>plug-B</td><td>insertion force 31.50 N (cable alone"));
 }
 
 #[test]
