@@ -14,6 +14,8 @@ const MOST_DIGITS: usize = 9;
 const NOISE: f64 = 1e-7;
 /// Margins beyond this many percent are not worth their digits.
 const FAR: f64 = 1000.0;
+/// Margins of what is kept below this many percent are shown as 0.
+const LEAST: f64 = 0.01;
 
 /// A line of the sheet in words. What does not apply is empty.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -139,7 +141,7 @@ fn is_or_are(n: usize) -> &'static str {
     if n == 1 { "is" } else { "are" }
 }
 
-/// Worst value and limit, with as many digits as are needed to tell them apart.
+/// Worst value and limit; where the limit is not kept, with as many digits as tell them apart.
 fn values(line: &RequirementResult) -> (String, String) {
     let measure = line.measure;
     let side = line.bound.word();
@@ -153,7 +155,8 @@ fn values(line: &RequirementResult) -> (String, String) {
     let value = if worst.abs() < noise { 0.0 } else { worst };
     let number = |n| digits(shown(measure, value), n);
     let differ = |n: usize| number(n).parse::<f64>().ok() != limit(n).parse::<f64>().ok();
-    let apart = (DIGITS..MOST_DIGITS).find(|n| worst == line.limit || differ(*n)).unwrap_or(MOST_DIGITS);
+    let kept = line.bound.gap(worst, line.limit) >= 0.0;
+    let apart = (DIGITS..MOST_DIGITS).find(|n| kept || differ(*n)).unwrap_or(MOST_DIGITS);
     let limit = short(&limit(apart.max(DIGITS + 1)));
     (with_unit(measure, &number(apart)), format!("{side} {}", with_unit(measure, &limit)))
 }
@@ -201,13 +204,14 @@ fn short(number: &str) -> String {
     number.trim_end_matches('0').trim_end_matches('.').to_owned()
 }
 
-/// A margin in percent, rounded away from a limit that is not kept: what fails never shows 0.
+/// A margin in percent. What fails never shows 0, and noise is 0.
 fn percent(margin: f64) -> String {
     let percent = 1e2 * margin;
     match percent.abs().partial_cmp(&FAR) {
         Some(Ordering::Greater) if percent > 0.0 => format!("> {FAR} %"),
         Some(Ordering::Greater) => format!("< -{FAR} %"),
-        _ if percent.abs() < 9.95 && margin != 0.0 => format!("{} %", digits(percent, 2)),
+        _ if (0.0..LEAST).contains(&percent) => "0 %".to_owned(),
+        _ if percent.abs() < 9.95 => format!("{} %", digits(percent, 2)),
         _ => format!("{percent:.0} %"),
     }
 }
@@ -303,6 +307,8 @@ mod tests {
         assert_eq!(found, ["29.9997 mm", "min 30 mm", "-0.00100 %"]);
         let found = words(Measure::BendRadius, Bound::Min, 0.03, 0.03);
         assert_eq!(found, ["30.0 mm", "min 30 mm", "0 %"]);
+        let found = words(Measure::Reach, Bound::Max, 1.0, 1.0 + 1e-9);
+        assert_eq!(found, ["100 %", "max 100 %", "0 %"]);
     }
 
     #[test]

@@ -2,7 +2,7 @@
 
 use super::document::{
     Branch, Clearance, Constraint, Document, Energy, Event, Fault, Increment, Joint, Marker, Minimiser, Obstacle,
-    Operation, Place, Plugin, Requirement, RequirementPlace, Slide, Span, Station, Step, TightestBend,
+    Operation, Place, Plugin, Requirement, RequirementPlace, Sheet, Slide, Span, Station, Step, TightestBend,
 };
 use super::provenance::Provenance;
 use super::values::{Entries, Number, Schema, Vector3, Word, quaternion, rotation, vector, written};
@@ -44,6 +44,19 @@ impl<S> Document<S> {
             fault: self.fault.map(Fault::fault).transpose()?,
             plugins: self.plugins.into_iter().map(Plugin::library).collect(),
         })
+    }
+}
+
+impl Sheet {
+    /// The sheet of a run.
+    pub fn of(run: &core::Run) -> Self {
+        Self {
+            schema: Schema,
+            scenario: run.scenario.clone(),
+            status: Word(run.status),
+            verdict: Word(run.verdict()),
+            requirements: run.requirements.iter().map(Requirement::of).collect(),
+        }
     }
 }
 

@@ -33,6 +33,16 @@ pub struct Document<S> {
     pub fault: Option<Fault>,
 }
 
+/// The sheet alone.
+#[derive(Serialize)]
+pub struct Sheet {
+    pub schema: Schema,
+    pub scenario: String,
+    pub status: Word<Status>,
+    pub verdict: Word<Verdict>,
+    pub requirements: Vec<Requirement>,
+}
+
 /// A line of the sheet. Values are in SI; `margin` is relative to the limit.
 #[derive(Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
