@@ -85,6 +85,14 @@ pub fn is_open(line: &RequirementResult) -> bool {
     matches!(line.verdict, Verdict::Fail | Verdict::Unresolved)
 }
 
+/// The lines of a run that fail or are unresolved, the most urgent first: of one step, by its index, or all.
+pub fn open_in(run: &Run, step: Option<usize>) -> Vec<&RequirementResult> {
+    let there = |line: &RequirementResult| {
+        step.is_none_or(|step| line.moment.as_ref().is_some_and(|moment| moment.step_index == step))
+    };
+    sorted(&run.requirements).into_iter().filter(|line| is_open(line) && there(line)).collect()
+}
+
 /// The verdict on a run, and what it is based on: "FAIL: 2 of 14 requirements fail, 1 is unresolved".
 pub fn headline(run: &Run) -> String {
     format!("{}: {}", capitals(run.verdict()), numbers(run))
