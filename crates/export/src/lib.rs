@@ -7,7 +7,7 @@
 //! | module | written | for |
 //! | --- | --- | --- |
 //! | [`json`] | `result.json`: the whole run | programs; this is the contract |
-//! | [`csv`] | one branch as a table | spreadsheets |
+//! | [`csv`] | one branch, or the sheet, as a table | spreadsheets |
 //! | [`gltf`] | the ends of steps, or a surface, as GLB | viewers, digital mock-ups |
 //! | [`vtk`] | one step as `.vtp`, and a `.pvd` over many | ParaView |
 //! | [`picture`] | one step as SVG: three views | people and reports |
