@@ -163,9 +163,16 @@ fn first_scenario() -> Checked {
     let check = place.run(&["check", "first.toml"])?.expect(0)?;
     ensure(check.out == "first.toml: OK (3 branches, 1 joint, 4 constraints, 143 nodes, 2 steps)\n", &check)?;
     let ended = place.run(&["run", "first.toml", "--out", "a/b"])?.expect(0)?;
-    for word in
-        ["y-harness: converged", "plug B", "plug C", "plug-A", "clip-1", "trunk", "wrote a/b: picture.svg, result.json"]
-    {
+    for word in [
+        "verdict: PASS: ",
+        "status:  converged (y-harness: 3 branches",
+        "plug B",
+        "plug C",
+        "plug-A",
+        "clip-1",
+        "trunk",
+        "wrote a/b: picture.svg, result.json",
+    ] {
         ensure(ended.out.contains(word), (word, &ended))?;
     }
     ensure(ended.err.is_empty(), &ended)?;
@@ -255,7 +262,7 @@ fn all_outputs() -> Checked {
     for step in ["1-plug_B", "2-plug_C"] {
         expected.extend(["left", "right", "trunk"].map(|branch| format!("csv/{step}/{branch}.csv")));
     }
-    expected.extend(["harness.glb", "harness.pvd", "result.json", "swept.glb"].map(str::to_owned));
+    expected.extend(["harness.glb", "harness.pvd", "requirements.csv", "result.json", "swept.glb"].map(str::to_owned));
     expected.sort();
     ensure(place.files("o")? == expected, place.files("o"))?;
     ensure(place.json("o/result.json")?["steps"].as_array().map(Vec::len) == Some(40), "not every increment")?;
@@ -317,7 +324,7 @@ fn interrupted() -> Checked {
     let interrupt = Command::new("sh").args(["-c", &format!("kill -INT {}", child.id())]).status()?;
     ensure(interrupt.success(), interrupt)?;
     let ended = Ended::from(child.wait_with_output()?).expect(2)?;
-    ensure(ended.out.contains("y-harness: interrupted"), &ended)?;
+    ensure(ended.out.contains("status:  interrupted (y-harness: "), &ended)?;
     let result = place.json("o/result.json")?;
     ensure(result["status"] == "interrupted", &result["status"])?;
     let kept = result["steps"][0]["increment"].as_u64().ok_or("no increment")?;

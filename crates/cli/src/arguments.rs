@@ -8,7 +8,8 @@ use std::path::PathBuf;
 /// Computes how a branched cable harness hangs, bends, twists and pulls while it is being installed.
 ///
 /// Exit codes: 0 converged; 1 the input was refused; 2 not converged or interrupted (everything computed is still
-/// written); 3 a file or folder could not be read or written, or a plugin failed.
+/// written); 3 a file or folder could not be read or written, or a plugin failed; 4 (`verify` only) converged, but a
+/// requirement that must be kept fails or is unresolved.
 #[derive(Parser)]
 #[command(name = "wireloom", version)]
 pub struct Arguments {
@@ -24,6 +25,14 @@ pub enum Command {
     /// files for ParaView, a report. Ctrl-C (or SIGTERM) stops at once and keeps the increments that are done; after
     /// that, or after a kill or a crash, --resume leads to the same result.
     Run(RunArguments),
+    /// Carry out a scenario and say whether its requirements are kept
+    ///
+    /// Prints the sheet: for each requirement its verdict, worst value over all increments, limit, margin, place and
+    /// step; the worst first. Then the verdict on the harness and the status of the run, which are two things. Writes
+    /// the same files as `run`, into the same folder. Exit code 4: the run converged, but a requirement that must be
+    /// kept fails or is unresolved. A run that did not converge ends with 2, whatever its sheet says: its values are
+    /// not those of the whole assembly.
+    Verify(VerifyArguments),
     /// Check scenarios without carrying them out, and show all their faults at once
     Check {
         /// The scenarios
@@ -155,8 +164,60 @@ pub struct RunArguments {
     pub allowed: Allowed,
 }
 
-/// The trace of the solver.
 #[derive(Args)]
+pub struct VerifyArguments {
+    /// The scenario
+    pub file: PathBuf,
+    /// Print the sheet as JSON, with the keys of result.json
+    #[arg(long)]
+    pub json: bool,
+    /// Folder for the results, made where it is missing [default: out/ and the name of FILE without .toml]
+    #[arg(long, value_name = "DIR")]
+    pub out: Option<PathBuf>,
+    /// Find equilibria with this minimiser instead of the scenario's
+    #[arg(long, value_name = "KIND")]
+    pub minimiser: Option<String>,
+    /// Replace the value of a key, such as branches.left.length="500 mm" (`*` stands for every entry of a list)
+    #[arg(long, value_name = "KEY=VALUE")]
+    pub set: Vec<String>,
+    /// Verify this point of the scenario's [sweep], counted from 0
+    #[arg(long, value_name = "N")]
+    pub point: Option<usize>,
+    /// Write report.html, the whole run as one page that begins with the sheet
+    #[arg(long)]
+    pub report: bool,
+    /// Print nothing but faults
+    #[arg(long, short, conflicts_with = "json")]
+    pub quiet: bool,
+    #[command(flatten)]
+    pub trace: TraceArguments,
+    #[command(flatten)]
+    pub allowed: Allowed,
+}
+
+impl VerifyArguments {
+    /// The run that is verified.
+    pub fn run(&self) -> RunArguments {
+        let Self { file, json, out, minimiser, set, point, report, quiet, trace, allowed } = self;
+        RunArguments {
+            file: Some(file.clone()),
+            resume: None,
+            out: out.clone(),
+            minimiser: minimiser.clone(),
+            set: set.clone(),
+            point: *point,
+            report: *report,
+            page: None,
+            // Only the sheet may stand on standard output.
+            quiet: *quiet || *json,
+            trace: trace.clone(),
+            allowed: allowed.clone(),
+        }
+    }
+}
+
+/// The trace of the solver.
+#[derive(Args, Clone)]
 pub struct TraceArguments {
     /// Show the work of the solver on standard error: -v a line for each increment, -vv a line for each iteration
     ///

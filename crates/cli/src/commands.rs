@@ -13,6 +13,7 @@ mod run;
 mod schema;
 mod studio;
 mod sweep;
+mod verify;
 
 use crate::arguments::{Command, Format};
 use crate::failure::{Failure, Outcome};
@@ -24,6 +25,7 @@ use std::io::Write;
 pub fn carry_out(command: &Command, out: &mut dyn Write) -> Result<Outcome, Failure> {
     match command {
         Command::Run(arguments) => run::run(arguments, out),
+        Command::Verify(arguments) => verify::verify(arguments, out),
         Command::Check { files, allowed } => check::check(files, &Trust::to_check(allowed), out),
         Command::Studio(arguments) => studio::studio(arguments, out),
         Command::Compare(arguments) => compare::compare(arguments, out),

@@ -11,6 +11,8 @@ pub const REFUSED: u8 = 1;
 const NOT_CONVERGED: u8 = 2;
 /// Exit code for a file or folder that could not be read or written, and for a constraint or a plugin that failed.
 const IO: u8 = 3;
+/// Exit code for a harness that does not meet its requirements.
+const NOT_MET: u8 = 4;
 
 /// A command that did its work.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -19,6 +21,8 @@ pub enum Outcome {
     Done,
     /// Everything is written, but not every increment converged.
     NotConverged,
+    /// Everything converged, but a requirement that must be kept fails or is unresolved.
+    NotMet,
 }
 
 impl Outcome {
@@ -27,6 +31,7 @@ impl Outcome {
         match self {
             Outcome::Done => 0,
             Outcome::NotConverged => NOT_CONVERGED,
+            Outcome::NotMet => NOT_MET,
         }
     }
 }

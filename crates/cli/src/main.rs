@@ -5,8 +5,9 @@
 //! | --- | --- |
 //! | 0 | done; for `run`: every increment converged |
 //! | 1 | the input was refused: the scenario, the imported file or the command line |
-//! | 2 | `run` did not converge or was interrupted (all results so far are written), or a run of `compare` did not |
+//! | 2 | a run did not converge or was interrupted; all results so far are written |
 //! | 3 | a file or folder could not be read or written, is damaged or in use by another run; or a plugin failed |
+//! | 4 | `verify`: every increment converged, but a requirement that must be kept fails or is unresolved |
 
 mod arguments;
 mod commands;

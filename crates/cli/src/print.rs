@@ -4,6 +4,7 @@ pub mod diagnostics;
 pub mod differences;
 pub mod operations;
 pub mod progress;
+pub mod sheet;
 pub mod summary;
 pub mod table;
 pub mod terminal;

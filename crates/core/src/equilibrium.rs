@@ -387,6 +387,9 @@ pub enum OperationResult {
         /// Largest insertion force in the push, N: the reaction of the cable along the direction of insertion plus the
         /// insertion force of the connector itself; `None` before the push has begun.
         insertion_force: Option<f64>,
+        /// The part of it that the connector itself needs without a cable, N; `None` where that is not given: then the
+        /// insertion force is that of the cable alone.
+        own: Option<f64>,
         /// Largest permitted insertion force, N.
         limit: Option<f64>,
     },
@@ -423,7 +426,7 @@ impl OperationResult {
     }
 }
 
-/// Example: "insertion force 19.60 N, allowed 45 N".
+/// Example: "insertion force 19.60 N (cable 4.60 N, connector 15 N), allowed 45 N".
 impl fmt::Display for OperationResult {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let place = |f: &mut fmt::Formatter<'_>, place: &Option<(String, f64)>| match place {
@@ -433,10 +436,15 @@ impl fmt::Display for OperationResult {
         match self {
             OperationResult::Grasp { place: at, .. } => place(f, at),
             OperationResult::Carry { force, .. } => write!(f, "largest force {force:.3} N"),
-            OperationResult::Mate { insertion_force, limit, .. } => {
-                match insertion_force {
-                    Some(force) => write!(f, "insertion force {force:.2} N")?,
-                    None => f.write_str("not pushed home")?,
+            OperationResult::Mate { insertion_force, own, limit, .. } => {
+                match (insertion_force, own) {
+                    (Some(force), Some(own)) => {
+                        write!(f, "insertion force {force:.2} N (cable {:.2} N, connector {own} N)", force - own)?;
+                    }
+                    (Some(force), None) => {
+                        write!(f, "insertion force {force:.2} N (cable alone: that of the connector is not given)")?;
+                    }
+                    (None, _) => f.write_str("not pushed home")?,
                 }
                 match (limit, insertion_force) {
                     (Some(limit), Some(force)) if force > limit => write!(f, ", TOO LARGE: allowed {limit} N"),
@@ -525,12 +533,15 @@ mod tests {
 
     #[test]
     fn an_insertion_force_is_compared_with_what_is_allowed() {
-        let mate = |insertion_force, limit| {
-            OperationResult::Mate { constraint: "B".into(), insertion_force, limit }.to_string()
+        let mate = |insertion_force, own, limit| {
+            OperationResult::Mate { constraint: "B".into(), insertion_force, own, limit }.to_string()
         };
-        assert_eq!(mate(Some(46.0), Some(45.0)), "insertion force 46.00 N, TOO LARGE: allowed 45 N");
-        assert_eq!(mate(Some(44.0), Some(45.0)), "insertion force 44.00 N, allowed 45 N");
-        assert_eq!(mate(Some(44.0), None), "insertion force 44.00 N");
-        assert_eq!(mate(None, None), "not pushed home");
+        let parts = "(cable 31.00 N, connector 15 N)";
+        let (large, own) = (Some(46.0), Some(15.0));
+        assert_eq!(mate(large, own, Some(45.0)), format!("insertion force 46.00 N {parts}, TOO LARGE: allowed 45 N"));
+        assert_eq!(mate(large, own, Some(47.0)), format!("insertion force 46.00 N {parts}, allowed 47 N"));
+        let alone = "(cable alone: that of the connector is not given)";
+        assert_eq!(mate(Some(44.0), None, None), format!("insertion force 44.00 N {alone}"));
+        assert_eq!(mate(None, None, None), "not pushed home");
     }
 }

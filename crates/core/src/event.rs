@@ -184,18 +184,18 @@ impl EventPlace {
     }
 }
 
-/// "constraint `clip-1`", "branch `trunk` at s = 0.31 m", "harness".
+/// "constraint `clip-1`", "branch `trunk` at s = 310.0 mm", "harness".
 impl fmt::Display for EventPlace {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let mut parts = Vec::new();
         parts.extend(self.constraint.as_ref().map(|name| format!("constraint `{name}`")));
         parts.extend(self.obstacle.as_ref().map(|name| format!("obstacle `{name}`")));
         parts.extend(self.branch.as_ref().map(|name| match self.s {
-            Some(s) => format!("branch `{name}` at s = {s:.4} m"),
+            Some(s) => format!("branch `{name}` at s = {:.1} mm", 1e3 * s),
             None => format!("branch `{name}`"),
         }));
         parts.extend(self.other_branch.as_ref().map(|name| match self.other_s {
-            Some(s) => format!("branch `{name}` at s = {s:.4} m"),
+            Some(s) => format!("branch `{name}` at s = {:.1} mm", 1e3 * s),
             None => format!("branch `{name}`"),
         }));
         f.write_str(if parts.is_empty() { "harness" } else { "" })?;

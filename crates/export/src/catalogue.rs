@@ -10,6 +10,7 @@
 //! | `vtk` | `vtk/obstacles.vtp` | obstacles that stand still |
 //! | `vtk` | `vtk/obstacles-NNNN.vtp` | obstacles that move, at every increment |
 //! | `csv` | `csv/STEP/BRANCH.csv` | the branches at the end of every step |
+//! | `csv` | `requirements.csv` | the sheet of requirements |
 //! | `gltf` | `harness.glb` | harness and obstacles at the end of every step |
 //! | `swept` | `swept.glb` | the space that the harness goes through |
 //!

@@ -1,10 +1,11 @@
-//! One branch as a table: a row for each node, for spreadsheets and plotting.
+//! Tables for spreadsheets and plotting: a branch, with a row for each node; the sheet, with a row for each requirement.
 
 use crate::format::{Ended, File, Format};
 use crate::local::{Local, node_count};
 use crate::names::file_name;
+use crate::sheet::sorted;
 use std::io::{self, Write};
-use wireloom_core::equilibrium::BranchResult;
+use wireloom_core::equilibrium::{BranchResult, RequirementResult};
 
 /// The columns. Tension is `n·d3`, torque `m·d3`; shear force and bending moment are the lengths of the parts of `n`
 /// and `m` normal to the tangent.
@@ -76,7 +77,75 @@ fn row(branch: &BranchResult, i: usize) -> [f64; HEADER.len()] {
     ]
 }
 
-/// The format `csv/STEP/BRANCH.csv`.
+/// The columns of the sheet. Values are in the SI unit of their row; the margin is relative to the limit.
+pub const SHEET_HEADER: [&str; 20] = [
+    "verdict",
+    "requirement",
+    "quantity",
+    "severity",
+    "worst",
+    "limit",
+    "side",
+    "unit",
+    "margin",
+    "error",
+    "step",
+    "increment",
+    "constraint",
+    "obstacle",
+    "branch",
+    "s [m]",
+    "other branch",
+    "other s [m]",
+    "because",
+    "reason",
+];
+
+/// Writes [`SHEET_HEADER`] and one row for each requirement, the most urgent first. What does not apply is empty.
+///
+/// # Errors
+/// Those of `out`.
+pub fn write_sheet(sheet: &[RequirementResult], out: &mut impl Write) -> io::Result<()> {
+    let mut table = csv::Writer::from_writer(out);
+    table.write_record(SHEET_HEADER)?;
+    for line in sorted(sheet) {
+        table.write_record(sheet_row(line))?;
+    }
+    table.flush()
+}
+
+fn sheet_row(line: &RequirementResult) -> [String; SHEET_HEADER.len()] {
+    let number = |value: Option<f64>| value.map_or_else(String::new, |value| format!("{value:?}"));
+    let word = |text: &Option<String>| text.clone().unwrap_or_default();
+    let (place, moment) = (&line.place, line.moment.as_ref());
+    [
+        line.verdict.word().to_owned(),
+        line.name.clone(),
+        line.measure.word().to_owned(),
+        line.severity.word().to_owned(),
+        number(line.worst),
+        number(Some(line.limit)),
+        line.bound.word().to_owned(),
+        line.measure.unit().to_owned(),
+        number(line.margin()),
+        number(line.error),
+        moment.map_or_else(String::new, |moment| moment.step.clone()),
+        moment.map_or_else(String::new, |moment| moment.increment.to_string()),
+        word(&place.constraint),
+        word(&place.obstacle),
+        word(&place.branch),
+        number(place.s),
+        word(&place.other_branch),
+        number(place.other_s),
+        word(&line.because),
+        word(&line.reason),
+    ]
+}
+
+/// File of the sheet.
+const SHEET: &str = "requirements.csv";
+
+/// The formats `csv/STEP/BRANCH.csv` and `requirements.csv`.
 pub struct Csv;
 
 impl Format for Csv {
@@ -85,7 +154,7 @@ impl Format for Csv {
     }
 
     fn files(&self) -> &'static [&'static str] {
-        &["csv/STEP/BRANCH.csv"]
+        &["csv/STEP/BRANCH.csv", SHEET]
     }
 
     fn media_type(&self) -> &'static str {
@@ -94,7 +163,7 @@ impl Format for Csv {
 
     fn at_end<'a>(&self, ended: &'a Ended<'a>) -> Vec<File<'a>> {
         let mut taken = vec![];
-        let mut files = vec![];
+        let mut files = vec![File::new(SHEET, |mut out| write_sheet(&ended.run.requirements, &mut out))];
         for end in ended.ends() {
             let step = file_name(&format!("{}-{}", taken.len() + 1, end.name), &mut taken);
             files.extend(tables(&format!("csv/{step}"), &end.branches));

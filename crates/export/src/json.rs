@@ -53,7 +53,7 @@ pub use values::SCHEMA;
 
 use crate::ending::Ending;
 use crate::format::{Ended, File, Format};
-use document::Document;
+use document::{Document, Sheet};
 use std::io::{self, BufWriter, Read, Write};
 use stream::{Collected, Written};
 use wireloom_core::Run;
@@ -66,6 +66,17 @@ use wireloom_core::equilibrium::StepResult;
 pub fn write(run: &Run, provenance: &Provenance, out: &mut impl Write) -> io::Result<()> {
     let mut out = BufWriter::new(out);
     serde_json::to_writer(&mut out, &Document::of(run, provenance, Written(&run.steps)))?;
+    out.write_all(b"\n")?;
+    out.flush()
+}
+
+/// Writes the sheet of `run` as one JSON object and a line feed: the keys of `result.json` up to `requirements`.
+///
+/// # Errors
+/// Those of `out`.
+pub fn write_sheet(run: &Run, out: &mut impl Write) -> io::Result<()> {
+    let mut out = BufWriter::new(out);
+    serde_json::to_writer_pretty(&mut out, &Sheet::of(run))?;
     out.write_all(b"\n")?;
     out.flush()
 }

@@ -7,11 +7,12 @@
 //! | module | written | for |
 //! | --- | --- | --- |
 //! | [`json`] | `result.json`: the whole run | programs; this is the contract |
-//! | [`csv`] | one branch as a table | spreadsheets |
+//! | [`csv`] | one branch, or the sheet, as a table | spreadsheets |
 //! | [`gltf`] | the ends of steps, or a surface, as GLB | viewers, digital mock-ups |
 //! | [`vtk`] | one step as `.vtp`, and a `.pvd` over many | ParaView |
 //! | [`picture`] | one step as SVG: three views | people and reports |
 //! | [`report`] | the whole run as one HTML page | people, and their files |
+//! | [`sheet`] | the sheet of requirements in words | terminals, reports, pictures |
 //! | [`table`] | the points of a sweep as Parquet (feature `parquet`) | DuckDB, pandas, Polars |
 //!
 //! A run's files are those of the formats in the [`catalogue`], each a [`format::Format`]: it has a key in the
@@ -35,6 +36,7 @@ mod local;
 pub mod names;
 pub mod picture;
 pub mod report;
+pub mod sheet;
 pub mod table;
 pub mod vtk;
 mod xml;

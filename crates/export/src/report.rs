@@ -1,12 +1,14 @@
 //! `report.html`: a run on one page that needs no other file, to be read on a screen, kept, or printed.
 //!
-//! Status and events first, then the result of each step with its picture, the reactions, the branches with the one
-//! nearest to its limit first, and the scenario itself. Long sections are folded; printing unfolds them.
+//! The verdict on the harness, the status of the run and the sheet of requirements first, then events, the result of
+//! each step with its picture, the reactions, the branches with the one nearest to its limit first, and the scenario
+//! itself. Long sections are folded; printing unfolds them.
 
 mod compared;
 mod layout;
 mod plots;
 mod points;
+mod sheet;
 mod style;
 mod surroundings;
 
@@ -15,7 +17,8 @@ pub use points::{Points, write_points};
 
 use crate::format::{Ended, File, Format, ends};
 use crate::local::{Local, node_count};
-use crate::picture;
+use crate::picture::{self, Drawing};
+use crate::sheet::{capitals, open_in};
 use base64::Engine;
 use layout::{OPEN, fixed, heading, millimetres, radius};
 use maud::{DOCTYPE, Markup, PreEscaped, html};
@@ -66,24 +69,25 @@ fn page(report: &Report<'_>) -> io::Result<Markup> {
     let run = report.run;
     let ends = ends(run);
     let name = if run.scenario.is_empty() { "harness" } else { &run.scenario };
-    let pictures = pictures(report, &ends)?;
-    let mark = if run.status == Status::Converged { "good" } else { "bad" };
+    let (drawn, pictures) = pictures(report, &ends)?;
     Ok(html! {
         (DOCTYPE)
         html lang="en" {
             head {
                 meta charset="utf-8";
                 meta name="viewport" content="width=device-width, initial-scale=1";
-                title { (name) ": " (run.status.word()) }
+                title { (name) ": " (capitals(run.verdict())) ", " (run.status.word()) }
                 style { (PreEscaped(style::SHEET)) }
             }
             body {
                 header {
-                    h1 { (name) " " span class=(mark) { (run.status.word()) } }
+                    h1 { (name) }
+                    (sheet::verdict(run))
                     @if let Some(fault) = &run.fault { p class="bad" { (fault) } }
                     p { (report.program) " · " (report.machine) " · " (report.written) }
                     (contents(&ends))
                 }
+                (sheet::sheet(run, &drawn))
                 (events(&run.events))
                 (steps(&ends))
                 (operations(&ends))
@@ -123,8 +127,8 @@ fn contents(ends: &[&StepResult]) -> Markup {
         p { (size.unwrap_or_else(|| "nothing was computed".into())) }
         nav {
             @for (id, title) in [
-                ("events", "Events"), ("steps", "Steps"), ("pictures", "Pictures"), ("reactions", "Reactions"),
-                ("branches", "Branches"), ("scenario", "Scenario"),
+                ("requirements", "Requirements"), ("events", "Events"), ("steps", "Steps"), ("pictures", "Pictures"),
+                ("reactions", "Reactions"), ("branches", "Branches"), ("scenario", "Scenario"),
             ] { a href={ "#" (id) } { (title) } " " }
         }
     }
@@ -220,19 +224,20 @@ fn operations(ends: &[&StepResult]) -> Markup {
     }
 }
 
-/// A picture for each step, or for those with events where there are very many.
-fn pictures(report: &Report<'_>, ends: &[&StepResult]) -> io::Result<Markup> {
+/// A picture for each step, or for those with events or requirements that are not kept where there are very many; with
+/// the indices of the steps drawn.
+fn pictures(report: &Report<'_>, ends: &[&StepResult]) -> io::Result<(Vec<usize>, Markup)> {
     let Report { run, obstacles, .. } = report;
-    let told = |k: usize| {
-        run.events
-            .iter()
-            .any(|event| event.kind.is_trouble() && (event.first.step_index..=event.last.step_index).contains(&k))
-    };
+    let of_event =
+        |event: &Event, k| event.kind.is_trouble() && (event.first.step_index..=event.last.step_index).contains(&k);
+    let told = |k: usize| run.events.iter().any(|event| of_event(event, k)) || !open_in(run, Some(k)).is_empty();
     let mut chosen: Vec<usize> =
         (0..ends.len()).filter(|&k| ends.len() <= PICTURES || k == 0 || k + 1 == ends.len() || told(k)).collect();
     let draw = |k: usize| -> io::Result<String> {
         let mut svg = Vec::new();
-        picture::write(ends[k], obstacles, &format!("{}: {}", run.scenario, ends[k].name), &mut svg)?;
+        let title = format!("{}: {}", run.scenario, ends[k].name);
+        let of_step = Some(k);
+        picture::write(&Drawing { step: ends[k], obstacles, title: &title, run: Some(run), of_step }, &mut svg)?;
         Ok(format!("data:image/svg+xml;base64,{}", base64::engine::general_purpose::STANDARD.encode(svg)))
     };
     let size = ends.len().checked_sub(1).map(draw).transpose()?.map_or(1, |source| source.len());
@@ -241,9 +246,9 @@ fn pictures(report: &Report<'_>, ends: &[&StepResult]) -> io::Result<Markup> {
         chosen = (0..most).map(|k| chosen[k * (chosen.len() - 1) / (most - 1)]).collect();
     }
     let drawn = chosen.iter().map(|&k| Ok((k, draw(k)?))).collect::<io::Result<Vec<_>>>()?;
-    Ok(html! {
+    let markup = html! {
         @for (k, source) in &drawn {
-            details open[drawn.len() <= OPEN || k + 1 == ends.len()] {
+            details id=(sheet::picture(*k)) open[drawn.len() <= OPEN || k + 1 == ends.len()] {
                 summary { (k + 1) ". " (ends[*k].name) }
                 img alt={ "the harness at the end of step " (ends[*k].name) } src=(source);
             }
@@ -251,7 +256,8 @@ fn pictures(report: &Report<'_>, ends: &[&StepResult]) -> io::Result<Markup> {
         @if chosen.len() < ends.len() {
             p { "Pictures of " (ends.len() - chosen.len()) " steps are omitted, to keep this page small." }
         }
-    })
+    };
+    Ok((chosen, markup))
 }
 
 fn reactions(ends: &[&StepResult]) -> Markup {

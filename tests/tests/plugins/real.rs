@@ -20,7 +20,7 @@ fn run(plugin: &str, library: &Path) -> Result<Value, Failed> {
     let scenario = root().join(format!("plugins/{plugin}/{plugin}.toml"));
     let (scenario, library) = (scenario.to_string_lossy(), library.to_string_lossy());
     let ended = place.wireloom(&["run", &scenario, "--allow-plugin", &library, "--out", "out"])?.expect(0)?;
-    ensure(ended.out.starts_with(&format!("plugin `{plugin}` 0.1.0 from {library} (SHA-256 ")), &ended)?;
+    ensure(ended.out.contains(&format!("\nplugin `{plugin}` 0.1.0 from {library} (SHA-256 ")), &ended)?;
     let result = place.json("out/result.json")?;
     ensure(result["status"] == "converged", &result["status"])?;
     ensure(result["plugins"][0]["name"] == plugin, &result["plugins"])?;

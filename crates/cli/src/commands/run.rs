@@ -4,6 +4,7 @@ mod job;
 mod watcher;
 
 use crate::arguments::RunArguments;
+use crate::extremes::Extremes;
 use crate::failure::{Failure, Outcome};
 use crate::files::load::Loaded;
 use crate::files::page;
@@ -14,7 +15,6 @@ use crate::plugin::load::record;
 use crate::plugin::trust::Trust;
 use crate::print::progress::Bar;
 use crate::print::summary;
-use crate::print::text::printable;
 use crate::size::increments;
 use crate::trace::Trace;
 use crate::{interrupt, size};
@@ -22,12 +22,48 @@ use job::Job;
 use std::io::{self, Write};
 use std::path::Path;
 use watcher::Watcher;
-use wireloom::Status;
+use wireloom::{Run, Status};
 use wireloom_studio::replay::Recorder;
 
-/// Carries out a scenario, or resumes a run. The folder is tested before the work begins; nothing is printed before
-/// the files are written.
+/// A run that has ended, and whose files are written.
+pub struct Finished {
+    pub run: Run,
+    /// Nodes and parts of the harness, in words.
+    pub size: String,
+    /// Number of its notes that were known before it began.
+    built: usize,
+    extremes: Extremes,
+    /// The files, and what can be done with them: a line each.
+    pub files: Vec<String>,
+}
+
+impl Finished {
+    /// How the command ends.
+    pub fn outcome(self) -> Result<Outcome, Failure> {
+        match self.run.fault {
+            Some(fault) => Err(Failure::Part(fault)),
+            None if self.run.status == Status::Converged => Ok(Outcome::Done),
+            None => Ok(Outcome::NotConverged),
+        }
+    }
+}
+
+/// Carries out a scenario, or resumes a run. Nothing is printed before the files are written.
 pub fn run(arguments: &RunArguments, out: &mut dyn Write) -> Result<Outcome, Failure> {
+    let finished = finished(arguments, out)?;
+    if !arguments.quiet {
+        let Finished { run, size, built, extremes, files } = &finished;
+        let mut print = || {
+            summary::print(run, size, extremes, *built, out)?;
+            files.iter().try_for_each(|line| writeln!(out, "{line}"))
+        };
+        print().map_err(Failure::standard_output)?;
+    }
+    finished.outcome()
+}
+
+/// Carries out a scenario, or resumes a run, and writes its files. The folder is tested before the work begins.
+pub fn finished(arguments: &RunArguments, out: &mut dyn Write) -> Result<Finished, Failure> {
     let trust = Trust::to_run(&arguments.allowed);
     let what = arguments.resume.as_deref().or(arguments.file.as_deref()).unwrap_or(Path::new(""));
     let bar = Bar::new(format!("reading {}", what.display()), !arguments.quiet);
@@ -41,14 +77,14 @@ pub fn run(arguments: &RunArguments, out: &mut dyn Write) -> Result<Outcome, Fai
         let _ = writeln!(io::stderr(), "{words}");
     }
     let mut trace = Trace::begin(&arguments.trace)?;
-    let ended = carry_out(arguments, job, &mut trace, out);
+    let ended = carry_out(arguments, job, out);
     // Of a run that failed there is a trace, too.
     let traced = trace.finish();
-    ended.and_then(|outcome| traced.map(|()| outcome))
+    ended.and_then(|finished| traced.map(|()| finished))
 }
 
 /// Carries out a run that is ready to begin.
-fn carry_out(arguments: &RunArguments, job: Job, trace: &mut Trace, out: &mut dyn Write) -> Result<Outcome, Failure> {
+fn carry_out(arguments: &RunArguments, job: Job, out: &mut dyn Write) -> Result<Finished, Failure> {
     let shown = !arguments.quiet && arguments.trace.verbose == 0;
     let bar = Bar::new("finding the initial equilibrium", shown);
     let provenance = job.loaded.provenance();
@@ -109,38 +145,17 @@ fn carry_out(arguments: &RunArguments, job: Job, trace: &mut Trace, out: &mut dy
     if let (Some(path), Some(page)) = (&arguments.page, page) {
         page::write_page(path, &page.finish(&run))?;
     }
-    trace.finish()?;
     drop(bar);
     let interrupted = run.status == Status::Interrupted;
     if !interrupted {
         keeper.clear()?;
     }
-    if !arguments.quiet {
-        let mut print = || {
-            for plugin in &run.plugins {
-                writeln!(out, "{}", printable(&plugin.to_string()))?;
-            }
-            writeln!(out, "{}: {} ({size})\n", printable(&run.scenario), run.status.word())?;
-            summary::print(&run, &extremes, notes, out)?;
-            if let Some(remark) = &remark {
-                writeln!(out, "{remark}")?;
-            }
-            writeln!(out, "wrote {}", results.words())?;
-            if let Some(page) = &arguments.page {
-                writeln!(out, "wrote {}: the run, to be played in a browser", page.display())?;
-            }
-            if let Some(file) = &arguments.trace.file {
-                writeln!(out, "wrote {}: the trace of the solver", file.display())?;
-            }
-            if interrupted {
-                writeln!(out, "`wireloom run --resume {}` resumes the run", place.display())?;
-            }
-            Ok(())
-        };
-        print().map_err(Failure::standard_output)?;
-    }
-    if let Some(fault) = run.fault {
-        return Err(Failure::Part(fault));
-    }
-    Ok(if run.status == Status::Converged { Outcome::Done } else { Outcome::NotConverged })
+    let page =
+        arguments.page.as_ref().map(|page| format!("wrote {}: the run, to be played in a browser", page.display()));
+    let trace = arguments.trace.file.as_ref();
+    let trace = trace.map(|file| format!("wrote {}: the trace of the solver", file.display()));
+    let resume = interrupted.then(|| format!("`wireloom run --resume {}` resumes the run", place.display()));
+    let wrote = Some(format!("wrote {}", results.words()));
+    let files = [remark, wrote, page, trace, resume].into_iter().flatten().collect();
+    Ok(Finished { run, size, built: notes, extremes, files })
 }

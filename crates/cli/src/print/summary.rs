@@ -1,19 +1,29 @@
-//! Summary of a run: steps, forces of constraints, bends, contacts, clearances, events, notes.
+//! Summary of a run: verdict, what fails, status, steps, forces of constraints, bends, contacts, clearances, events,
+//! notes.
 
 use crate::extremes::{Bend, Extremes, Load};
-use crate::print::operations;
 use crate::print::table::{Columns, ROWS};
 use crate::print::text::{printable, time};
+use crate::print::{operations, sheet};
 use std::io::{self, Write};
 use wireloom::geometry::Vector;
 use wireloom::result::{Clearance, ConstraintResult, Event, Group, ObstacleResult, grouped};
 use wireloom::{Run, StepResult};
 
-/// Notes that are shown; a large harness may have thousands.
-const NOTES: usize = 8;
+/// Notes of a kind that are shown. Where there are more, only their number is: the results have them.
+const NOTES: usize = 3;
 
-/// Prints the summary of a run; the first `built` of its notes were known before it began.
-pub fn print(run: &Run, extremes: &Extremes, built: usize, out: &mut dyn Write) -> io::Result<()> {
+/// Prints the summary of a run of a harness of this size, in words; the first `built` of its notes were known before
+/// it began.
+pub fn print(run: &Run, size: &str, extremes: &Extremes, built: usize, out: &mut dyn Write) -> io::Result<()> {
+    sheet::brief(run, out)?;
+    sheet::status(run, &format!(" ({}: {size})", printable(&run.scenario)), out)?;
+    for plugin in &run.plugins {
+        writeln!(out, "{}", printable(&plugin.to_string()))?;
+    }
+    if !run.plugins.is_empty() {
+        writeln!(out)?;
+    }
     steps(run, out)?;
     operations::print(run, out)?;
     if let Some(end) = run.steps.last() {
@@ -28,15 +38,16 @@ pub fn print(run: &Run, extremes: &Extremes, built: usize, out: &mut dyn Write) 
     notes(&run.notes, built, out)
 }
 
-/// Notes of the run, then those of the scenario; of many, the first few.
+/// Notes of the run, then those of the scenario; of many, their number.
 fn notes(notes: &[String], built: usize, out: &mut dyn Write) -> io::Result<()> {
     let (before, during) = notes.split_at(built.min(notes.len()));
-    for notes in [during, before] {
-        for note in notes.iter().take(NOTES) {
-            writeln!(out, "note: {}", printable(note))?;
-        }
+    for (notes, on) in [(during, "the run"), (before, "the scenario")] {
         if notes.len() > NOTES {
-            writeln!(out, "({} more notes of this kind: see result.json)", notes.len() - NOTES)?;
+            writeln!(out, "{} notes on {on}: see result.json", notes.len())?;
+            continue;
+        }
+        for note in notes {
+            writeln!(out, "note: {}", printable(note))?;
         }
     }
     if notes.is_empty() { Ok(()) } else { writeln!(out) }

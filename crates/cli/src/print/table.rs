@@ -12,10 +12,11 @@ pub struct Columns(Table);
 
 impl Columns {
     /// A table without rows.
-    pub fn new<const N: usize>(headings: [&str; N]) -> Self {
+    pub fn new(headings: impl IntoIterator<Item = &'static str>) -> Self {
+        let headings: Vec<&str> = headings.into_iter().collect();
         let mut table = Table::new();
         table.load_style(TableStyle::new().header_separator(LineStyle::none().fill('─').junction('─')));
-        table.set_header(headings.map(|heading| heading.trim_start_matches('>')));
+        table.set_header(headings.iter().map(|heading| heading.trim_start_matches('>')));
         for (column, heading) in table.column_iter_mut().zip(headings) {
             column.set_padding((0, 2));
             if heading.starts_with('>') {
@@ -26,8 +27,8 @@ impl Columns {
     }
 
     /// One more row.
-    pub fn row<const N: usize>(&mut self, cells: [String; N]) {
-        self.0.add_row(cells.map(|cell| printable(&cell)));
+    pub fn row(&mut self, cells: impl IntoIterator<Item = String>) {
+        self.0.add_row(cells.into_iter().map(|cell| printable(&cell)));
     }
 
     /// Prints it, and an empty line; nothing where there are no rows.

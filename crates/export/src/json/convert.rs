@@ -2,7 +2,7 @@
 
 use super::document::{
     Branch, Clearance, Constraint, Document, Energy, Event, Fault, Increment, Joint, Marker, Minimiser, Obstacle,
-    Operation, Place, Plugin, Requirement, RequirementPlace, Slide, Span, Station, Step, TightestBend,
+    Operation, Place, Plugin, Requirement, RequirementPlace, Sheet, Slide, Span, Station, Step, TightestBend,
 };
 use super::provenance::Provenance;
 use super::values::{Entries, Number, Schema, Vector3, Word, quaternion, rotation, vector, written};
@@ -44,6 +44,19 @@ impl<S> Document<S> {
             fault: self.fault.map(Fault::fault).transpose()?,
             plugins: self.plugins.into_iter().map(Plugin::library).collect(),
         })
+    }
+}
+
+impl Sheet {
+    /// The sheet of a run.
+    pub fn of(run: &core::Run) -> Self {
+        Self {
+            schema: Schema,
+            scenario: run.scenario.clone(),
+            status: Word(run.status),
+            verdict: Word(run.verdict()),
+            requirements: run.requirements.iter().map(Requirement::of).collect(),
+        }
     }
 }
 
@@ -402,9 +415,10 @@ impl Operation {
             core::OperationResult::Carry { constraints, force } => {
                 Self::Carry { constraints: constraints.clone(), force: Number(*force) }
             }
-            core::OperationResult::Mate { constraint, insertion_force, limit } => Self::Mate {
+            core::OperationResult::Mate { constraint, insertion_force, own, limit } => Self::Mate {
                 constraint: constraint.clone(),
                 insertion_force: insertion_force.map(Number),
+                own: own.map(Number),
                 limit: limit.map(Number),
             },
             core::OperationResult::Clip { constraint, place, reach } => {
@@ -421,9 +435,10 @@ impl Operation {
                 core::OperationResult::Grasp { constraint, place: place(branch, s) }
             }
             Self::Carry { constraints, force } => core::OperationResult::Carry { constraints, force: force.0 },
-            Self::Mate { constraint, insertion_force, limit } => core::OperationResult::Mate {
+            Self::Mate { constraint, insertion_force, own, limit } => core::OperationResult::Mate {
                 constraint,
                 insertion_force: insertion_force.map(number),
+                own: own.map(number),
                 limit: limit.map(number),
             },
             Self::Clip { constraint, branch, s, reach } => {

@@ -33,6 +33,16 @@ pub struct Document<S> {
     pub fault: Option<Fault>,
 }
 
+/// The sheet alone.
+#[derive(Serialize)]
+pub struct Sheet {
+    pub schema: Schema,
+    pub scenario: String,
+    pub status: Word<Status>,
+    pub verdict: Word<Verdict>,
+    pub requirements: Vec<Requirement>,
+}
+
 /// A line of the sheet. Values are in SI; `margin` is relative to the limit.
 #[derive(Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -254,7 +264,8 @@ pub struct Slide {
     pub motion: Word<SlideMotion>,
 }
 
-/// `{ "operation": "mate", "constraint": "plug-B", "insertion_force": 31.2, "limit": 45.0 }` and the like: N, m.
+/// `{ "operation": "mate", "constraint": "plug-B", "insertion_force": 31.2, "own": 15.0, "limit": 45.0 }` and the like:
+/// N, m. `own`, the part of the connector itself, is there where it is given.
 #[derive(Serialize, Deserialize)]
 #[serde(tag = "operation", rename_all = "lowercase", deny_unknown_fields)]
 pub enum Operation {
@@ -273,6 +284,8 @@ pub enum Operation {
         constraint: String,
         #[serde(deserialize_with = "nullable")]
         insertion_force: Option<Number>,
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        own: Option<Number>,
         #[serde(deserialize_with = "nullable")]
         limit: Option<Number>,
     },

@@ -2,6 +2,7 @@
 
 use super::colour::{INK, Paint};
 use super::layout::Panel;
+use super::limits::Limits;
 use super::svg::{Svg, number};
 use super::view::{radius, visible};
 use wireloom_core::StepResult;
@@ -23,18 +24,17 @@ struct Piece {
     points: Vec<[f64; 2]>,
 }
 
-pub fn draw(page: &mut Svg, step: &StepResult, panel: &Panel) {
+pub fn draw(page: &mut Svg, step: &StepResult, limits: &Limits, panel: &Panel) {
     let mut pieces = Vec::new();
     for branch in &step.branches {
-        cut(branch, panel, &mut pieces);
+        cut(branch, limits, panel, &mut pieces);
     }
     pieces.sort_by(|a, b| a.nearness.total_cmp(&b.nearness));
     page.open("class=\"branches\" fill=\"none\" stroke-linejoin=\"round\"");
     for piece in &pieces {
         let path = path(&piece.points);
-        let over = piece.paint == Paint::Over;
         let (rim, width) = (number(piece.width + 2.0 * RIM), number(piece.width));
-        let ink = if over { INK } else { "#ffffff" };
+        let ink = if piece.paint.is_beyond() { INK } else { "#ffffff" };
         page.raw(&format!("<path d=\"{path}\" stroke=\"{ink}\" stroke-width=\"{rim}\"/>"));
         let hex = piece.paint.hex();
         let cap = "stroke-linecap=\"round\"";
@@ -49,7 +49,7 @@ pub fn line_width(branch: &BranchResult, scale: f64) -> f64 {
 }
 
 /// Cuts a branch where its colour changes, where a piece becomes long, and where a node cannot be drawn.
-fn cut(branch: &BranchResult, panel: &Panel, pieces: &mut Vec<Piece>) {
+fn cut(branch: &BranchResult, limits: &Limits, panel: &Panel, pieces: &mut Vec<Piece>) {
     let width = line_width(branch, panel.scale);
     let last = branch.position.len().saturating_sub(1);
     let mut open: Option<Run> = None;
@@ -59,7 +59,7 @@ fn cut(branch: &BranchResult, panel: &Panel, pieces: &mut Vec<Piece>) {
             pieces.extend(open.take().map(|run| run.finish(width)));
             continue;
         }
-        let paint = Paint::of(branch, j);
+        let paint = Paint::of(branch, j, limits);
         if open.as_ref().is_some_and(|run| run.paint != paint || run.length > LONGEST_PIECE) {
             pieces.extend(open.take().map(|run| run.finish(width)));
         }

@@ -1,11 +1,19 @@
 //! Colours. With a limit: blue, pale blue, orange, red, and dark red beyond it; safe for the common kinds of colour
 //! blindness (blue–orange axis). Pieces beyond the limit have a black rim as well, for prints in grey. Without a
-//! limit: greys.
+//! limit: greys. Pieces that are pulled, pressed or stretched beyond a limit are magenta with a black rim, however they
+//! are bent: they are often straight.
 
+use super::limits::Limits;
 use wireloom_core::equilibrium::BranchResult;
 
 /// Beyond the limit.
 pub const OVER: &str = "#8b0019";
+/// Pulled, pressed or stretched beyond a limit.
+pub const STRAINED: &str = "#c2149a";
+/// A requirement that is neither kept nor broken.
+pub const UNRESOLVED: &str = "#8a5200";
+/// All requirements are kept.
+pub const PASS: &str = "#14632b";
 /// Ink of symbols and names.
 pub const INK: &str = "#1a1a1a";
 /// Grey of the bend `diameter / radius = NEUTRAL_FULL` and beyond: a radius of five diameters.
@@ -30,13 +38,18 @@ pub enum Paint {
     Limited(u16),
     /// Bend radius below the limit.
     Over,
+    /// Pulled, pressed or stretched beyond a limit.
+    Strained,
     /// Diameter / bend radius, in steps of the scale.
     Neutral(u16),
 }
 
 impl Paint {
-    /// For the segment between nodes `j` and `j + 1`: the tighter of its two ends.
-    pub fn of(branch: &BranchResult, j: usize) -> Self {
+    /// For the segment between nodes `j` and `j + 1`: the worse of its two ends.
+    pub fn of(branch: &BranchResult, j: usize, limits: &Limits) -> Self {
+        if limits.are_exceeded(branch, j) || limits.are_exceeded(branch, j + 1) {
+            return Paint::Strained;
+        }
         let curvature = |i: usize| 1.0 / branch.bend_radius[i];
         let k = curvature(j).max(curvature(j + 1));
         let step = |share: f64| (share.clamp(0.0, 1.0) * f64::from(STEPS)).round() as u16;
@@ -47,11 +60,17 @@ impl Paint {
         }
     }
 
+    /// Whether it is beyond a limit.
+    pub fn is_beyond(self) -> bool {
+        matches!(self, Paint::Over | Paint::Strained)
+    }
+
     /// As `#rrggbb`.
     pub fn hex(self) -> String {
         let share = |step: u16| f64::from(step) / f64::from(STEPS);
         match self {
             Paint::Over => OVER.into(),
+            Paint::Strained => STRAINED.into(),
             Paint::Limited(step) => between(&LIMITED, share(step)),
             Paint::Neutral(step) => between(&NEUTRAL, share(step)),
         }

@@ -30,8 +30,8 @@ pub fn chosen(marks: &Marks) -> Vec<&Mark> {
     named.sort_by(|a, b| b.weight.total_cmp(&a.weight));
     if named.len() > ALL_NAMED {
         named.retain(|mark| mark.kind != Kind::Joint);
-        let bend = named.iter().filter(|mark| mark.kind == Kind::TightestBend).count();
-        named.truncate(NAMED_OF_MANY + bend);
+        let urgent = named.iter().filter(|mark| mark.kind.is_urgent()).count();
+        named.truncate(NAMED_OF_MANY + urgent);
     }
     named
 }
@@ -48,20 +48,21 @@ pub fn draw(page: &mut Svg, step: &StepResult, marks: &Marks, panel: &Panel) {
     let mut placed = Vec::new();
     for mark in chosen(marks) {
         let at = panel.place(&mark.position);
-        let text = fitted(&mark.label, SIZE, WIDEST);
+        let widest = if mark.kind.is_urgent() { 2.0 * WIDEST } else { WIDEST };
+        let text = fitted(&mark.label, SIZE, widest);
         let size = [width(&text, SIZE) + 2.0, SIZE + 1.0];
         if let Some((place, far)) = ground.find(at, size) {
             ground.names.push(place);
-            placed.push((at, place, text, far));
+            placed.push((at, place, text, far, mark.kind.ink()));
         }
     }
     page.open("class=\"labels\"");
-    for (at, place, _, _) in placed.iter().filter(|(_, _, _, far)| *far) {
+    for (at, place, ..) in placed.iter().filter(|(_, _, _, far, _)| *far) {
         page.line(*at, nearest(*at, place), "class=\"leader\" stroke=\"#555555\" stroke-width=\"0.6\"");
     }
-    for (_, [x0, y0, x1, y1], text, _) in &placed {
+    for (_, [x0, y0, x1, y1], text, _, fill) in &placed {
         page.rect([*x0, *y0], [x1 - x0, y1 - y0], "fill=\"#ffffff\" fill-opacity=\"0.72\"");
-        page.text(&Text { size: SIZE, class: "label", ..Text::at(x0 + 1.0, y1 - 2.6) }, text);
+        page.text(&Text { size: SIZE, fill, class: "label", ..Text::at(x0 + 1.0, y1 - 2.6) }, text);
     }
     page.close();
 }

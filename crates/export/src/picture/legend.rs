@@ -1,9 +1,10 @@
 //! The legend: colours, symbols, scale, number of omitted parts, and forces of the constraints.
 
 use super::branches::{THINNEST, line_width};
-use super::colour::{INK, NEUTRAL_FULL, OVER, Paint, STEPS};
+use super::colour::{INK, NEUTRAL_FULL, OVER, Paint, STEPS, STRAINED};
 use super::labels;
 use super::layout::{Layout, round_below};
+use super::limits::Limits;
 use super::marks::{Kind, Marks, symbol};
 use super::svg::{Anchor, Svg, Text, fitted, length, significant};
 use super::view::Scene;
@@ -20,7 +21,7 @@ const ROW: f64 = 14.0;
 /// Largest number of constraints in the table.
 const ROWS: usize = 16;
 
-pub fn draw(page: &mut Svg, step: &StepResult, scene: &Scene, marks: &Marks, layout: &Layout) {
+pub fn draw(page: &mut Svg, step: &StepResult, scene: &Scene, marks: &Marks, limits: &Limits, layout: &Layout) {
     let ([x, top], [width, height]) = layout.legend;
     let mut y = top;
     page.open("class=\"legend\"");
@@ -29,6 +30,12 @@ pub fn draw(page: &mut Svg, step: &StepResult, scene: &Scene, marks: &Marks, lay
     }
     if step.branches.iter().any(|branch| branch.bend_radius_limit.is_none()) {
         y = neutral_bar(page, x, y);
+    }
+    if limits.show(&step.branches) {
+        let style = format!("fill=\"{STRAINED}\" stroke=\"{INK}\" stroke-width=\"1.3\"");
+        page.rect([x, y], [26.0, BAR[1]], &style);
+        page.text(&Text { size: 10.5, ..Text::at(x + 34.0, y + 9.5) }, "pulled or pressed beyond its limit");
+        y += 22.0;
     }
     y = symbols(page, x, y, marks);
     y = scale_bar(page, x, y, layout);

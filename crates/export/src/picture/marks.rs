@@ -1,10 +1,13 @@
-//! Symbols of joints, constraints and the tightest bend.
+//! Symbols of joints, constraints, the tightest bend, and requirements that fail or are unresolved.
 
-use super::colour::INK;
+use super::colour::{INK, OVER, UNRESOLVED};
 use super::layout::Panel;
 use super::svg::{Svg, number, significant};
 use super::view::visible;
+use crate::sheet::sentence;
 use crate::xml::escape;
+use wireloom_core::equilibrium::{BranchResult, RequirementResult};
+use wireloom_core::requirement::{Measure, Verdict};
 use wireloom_core::{StepResult, Vector};
 
 /// Meaning of a symbol.
@@ -16,12 +19,36 @@ pub enum Kind {
     Handle,
     OtherConstraint,
     TightestBend,
+    Failed,
+    Unresolved,
 }
 
 impl Kind {
     /// In the order of the legend.
-    pub const ALL: [Kind; 6] =
-        [Kind::Connector, Kind::Collar, Kind::Handle, Kind::OtherConstraint, Kind::Joint, Kind::TightestBend];
+    pub const ALL: [Kind; 8] = [
+        Kind::Connector,
+        Kind::Collar,
+        Kind::Handle,
+        Kind::OtherConstraint,
+        Kind::Joint,
+        Kind::TightestBend,
+        Kind::Failed,
+        Kind::Unresolved,
+    ];
+
+    /// Colour of its name.
+    pub fn ink(self) -> &'static str {
+        match self {
+            Kind::Failed => OVER,
+            Kind::Unresolved => UNRESOLVED,
+            _ => INK,
+        }
+    }
+
+    /// Whether its name goes before those of constraints.
+    pub fn is_urgent(self) -> bool {
+        matches!(self, Kind::TightestBend | Kind::Failed | Kind::Unresolved)
+    }
 
     fn of_constraint(word: &str) -> Self {
         match word {
@@ -40,6 +67,8 @@ impl Kind {
             Kind::Handle => "handle",
             Kind::OtherConstraint => "other constraint",
             Kind::TightestBend => "tightest bend",
+            Kind::Failed => "fails",
+            Kind::Unresolved => "unresolved",
         }
     }
 
@@ -51,6 +80,8 @@ impl Kind {
             Kind::Handle => "constraint handle",
             Kind::OtherConstraint => "constraint other",
             Kind::TightestBend => "tightest",
+            Kind::Failed => "requirement fail",
+            Kind::Unresolved => "requirement unresolved",
         }
     }
 }
@@ -76,8 +107,11 @@ pub struct Marks {
 
 /// Number of symbols above which they shrink.
 const MANY: usize = 60;
+/// Requirements that are named; of more, the others have a symbol only.
+const NAMED: usize = 12;
 
-pub fn collect(step: &StepResult) -> Marks {
+/// Symbols of an equilibrium; `open`: the requirements that fail or are unresolved, the most urgent first.
+pub fn collect(step: &StepResult, open: &[&RequirementResult]) -> Marks {
     let mut list = Vec::new();
     for joint in &step.joints {
         list.push(Mark {
@@ -104,7 +138,11 @@ pub fn collect(step: &StepResult) -> Marks {
             weight: if force.is_finite() { force } else { 0.0 },
         });
     }
-    list.extend(tightest(step));
+    let bend = tightest(step).filter(|_| !open.iter().any(|line| is_tightest(step, line)));
+    list.extend(bend);
+    for (k, line) in open.iter().enumerate() {
+        list.extend(position(step, line).map(|position| requirement(step, line, position, k)));
+    }
     list.retain(|mark| visible(&mark.position));
     let half = if list.len() > MANY { 3.6 } else { 5.6 };
     Marks { list, half }
@@ -114,18 +152,56 @@ pub fn collect(step: &StepResult) -> Marks {
 fn tightest(step: &StepResult) -> Option<Mark> {
     let bend = step.min_bend_radius.as_ref()?;
     let branch = step.branches.iter().find(|branch| branch.name == bend.branch)?;
-    let upper = branch.s.partition_point(|s| *s < bend.s).min(branch.s.len().checked_sub(1)?);
+    let position = along(branch, bend.s)?;
+    let label = format!("R {}", super::svg::length(bend.value));
+    Some(Mark { kind: Kind::TightestBend, position, tip: format!("tightest bend, {label}"), label, weight: URGENT })
+}
+
+/// Weight of the first of the names that go before those of constraints; the next ones have less.
+const URGENT: f64 = 1e300;
+
+/// The point of a branch at an arc length.
+fn along(branch: &BranchResult, at: f64) -> Option<Vector> {
+    let upper = branch.s.partition_point(|s| *s < at).min(branch.s.len().checked_sub(1)?);
     let lower = upper.saturating_sub(1);
     let span = branch.s[upper] - branch.s[lower];
-    let t = if span > 0.0 { ((bend.s - branch.s[lower]) / span).clamp(0.0, 1.0) } else { 0.0 };
-    let label = format!("R {}", super::svg::length(bend.value));
-    Some(Mark {
-        kind: Kind::TightestBend,
-        position: branch.position[lower].lerp(&branch.position[upper], t),
-        tip: format!("tightest bend, {label}"),
-        label,
-        weight: f64::INFINITY,
-    })
+    let t = if span > 0.0 { ((at - branch.s[lower]) / span).clamp(0.0, 1.0) } else { 0.0 };
+    Some(branch.position[lower].lerp(&branch.position[upper], t))
+}
+
+/// Whether a requirement is about the tightest bend of this equilibrium, which needs no second symbol.
+fn is_tightest(step: &StepResult, line: &RequirementResult) -> bool {
+    let same = |bend: &wireloom_core::equilibrium::TightestBend| {
+        line.place.branch.as_ref() == Some(&bend.branch) && line.worst == Some(bend.value)
+    };
+    line.measure == Measure::BendRadius && step.min_bend_radius.as_ref().is_some_and(same)
+}
+
+/// The place of a requirement in this shape: a constraint that acts, or a point of a branch (its middle, where the
+/// whole of it is meant).
+fn position(step: &StepResult, line: &RequirementResult) -> Option<Vector> {
+    let place = &line.place;
+    let constraint = step.constraints.iter().find(|constraint| place.constraint.as_ref() == Some(&constraint.name));
+    if let Some(constraint) = constraint {
+        return Some(constraint.position);
+    }
+    let branch = step.branches.iter().find(|branch| place.branch.as_ref() == Some(&branch.name))?;
+    along(branch, place.s.unwrap_or(0.5 * branch.s.last()?))
+}
+
+/// The symbol of requirement `k` of those that fail or are unresolved.
+fn requirement(step: &StepResult, line: &RequirementResult, position: Vector, k: usize) -> Mark {
+    let kind = if line.verdict == Verdict::Fail { Kind::Failed } else { Kind::Unresolved };
+    let when = line.moment.as_ref().filter(|moment| moment.step != step.name);
+    let when = when.map_or_else(String::new, |moment| format!(" (in step {})", moment.step));
+    let words = format!("{}: {}{when}", line.name, sentence(line));
+    Mark {
+        kind,
+        position,
+        tip: format!("{} {}, {words}", line.measure.title(), kind.words()),
+        label: if k < NAMED { words } else { String::new() },
+        weight: URGENT / (k + 2) as f64,
+    }
 }
 
 /// Draws them, the far ones first.
@@ -161,6 +237,11 @@ pub fn symbol(page: &mut Svg, kind: Kind, [x, y]: [f64; 2], half: f64, tip: &str
         Kind::Handle => format!("{} {solid}", polygon(&[[0.0, -1.15], [1.1, 0.8], [-1.1, 0.8]], 1.05 * half)),
         Kind::OtherConstraint => {
             format!("{} {solid}", polygon(&[[0.0, -1.0], [1.0, 0.0], [0.0, 1.0], [-1.0, 0.0]], 1.25 * half))
+        }
+        Kind::Failed | Kind::Unresolved => {
+            let (r, width) = (number(1.7 * half), if kind == Kind::Failed { "2.6" } else { "1.8" });
+            let ink = kind.ink();
+            format!("<circle cx=\"{cx}\" cy=\"{cy}\" r=\"{r}\" fill=\"none\" stroke=\"{ink}\" stroke-width=\"{width}\"")
         }
         Kind::TightestBend => {
             let r = number(1.45 * half);

@@ -10,6 +10,19 @@ h2 { font-size: 1.2rem; margin: 2rem 0 .5rem; border-bottom: 1px solid #bbb; }
 header p { margin: .15rem 0; color: #444; overflow-wrap: anywhere; }
 nav a { margin-right: .8rem; }
 .good { color: #14632b; } .bad, .trouble td { color: #8b0019; }
+.signs { display: flex; gap: .8rem; flex-wrap: wrap; margin: .6rem 0; }
+.sign { flex: 1 1 12rem; margin: 0; padding: .5rem .9rem; border-left: .5rem solid; }
+.sign.verdict { flex: 3 1 24rem; color: #fff; }
+.sign small, .sign strong { display: block; } .sign strong { font-size: 1.5rem; line-height: 1.25; }
+.sign.status { background: #f1f1f1; color: #1a1a1a; }
+.sign.status strong { font-size: 1.2rem; }
+header .sign.verdict { color: #fff; }
+.verdict.pass, .mark.pass { background: #14632b; } .verdict.fail, .mark.fail { background: #8b0019; }
+.verdict.unresolved, .mark.unresolved { background: #8a5200; } .mark.unchecked { background: #666; }
+.verdict { border-color: rgb(0 0 0 / .25); } .status.pass { border-color: #14632b; }
+.status.fail { border-color: #8b0019; } .status.fail strong { color: #8b0019; }
+.mark { display: inline-block; color: #fff; padding: 0 .45em; border-radius: .2em; white-space: nowrap; }
+.sheet tr.fail td { color: #8b0019; } .sheet tr.unresolved td { color: #8a5200; }
 section { overflow-x: auto; }
 table { border-collapse: collapse; font-size: .87rem; font-variant-numeric: tabular-nums; margin: .4rem 0; }
 th, td { text-align: left; padding: .15rem .9rem .15rem 0; vertical-align: top; overflow-wrap: break-word; }
@@ -26,6 +39,7 @@ pre { font-size: .78rem; line-height: 1.35; white-space: pre-wrap; overflow-wrap
   background: #f7f7f7; padding: .6rem; }
 @page { size: A4; margin: 14mm; }
 @media print {
+  .sign, .mark { print-color-adjust: exact; -webkit-print-color-adjust: exact; }
   body { max-width: none; margin: 0; padding: 0; font-size: 9.5pt; }
   nav { display: none; } section { overflow: visible; }
   table { font-size: 7.5pt; } th { white-space: normal; } th, td { padding-right: .5em; }

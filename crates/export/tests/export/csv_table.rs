@@ -68,3 +68,29 @@ fn an_empty_branch_is_a_header() {
     let (header, rows) = table(&branch);
     assert_eq!((header.len(), rows.len()), (HEADER.len(), 0));
 }
+
+/// The sheet has the numbers of the result, in SI, and a name may hold what separates columns.
+#[test]
+fn the_sheet_is_a_table() {
+    let mut run = crate::samples::failing();
+    run.requirements[0].name = "plug, \"A\"".into();
+    let mut bytes = Vec::new();
+    wireloom_export::csv::write_sheet(&run.requirements, &mut bytes).unwrap();
+    let mut table = csv::Reader::from_reader(bytes.as_slice());
+    let header = table.headers().unwrap().clone();
+    assert_eq!(header.iter().collect::<Vec<_>>(), wireloom_export::csv::SHEET_HEADER);
+    let rows: Vec<csv::StringRecord> = table.records().map(Result::unwrap).collect();
+    let cell = |row: usize, name: &str| rows[row][header.iter().position(|head| head == name).unwrap()].to_owned();
+    let verdicts: Vec<String> = (0..rows.len()).map(|row| cell(row, "verdict")).collect();
+    assert_eq!(verdicts, ["fail", "fail", "unresolved", "not checked", "fail", "pass"]);
+    let bend = run.steps[0].min_bend_radius.as_ref().unwrap();
+    assert_eq!(cell(0, "worst").parse(), Ok(bend.value));
+    assert_eq!(
+        (cell(0, "limit"), cell(0, "unit"), cell(0, "branch")),
+        ("0.045".into(), "m".into(), bend.branch.clone())
+    );
+    assert_eq!(
+        (cell(3, "worst"), cell(3, "step"), cell(5, "requirement")),
+        ("".into(), "".into(), "plug, \"A\"".into())
+    );
+}

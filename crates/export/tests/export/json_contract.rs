@@ -76,7 +76,12 @@ fn what_is_written_is_read_back() {
     rich.operations = vec![
         OperationResult::Grasp { constraint: "hand".into(), place: Some(("left".into(), 0.1)) },
         OperationResult::Carry { constraints: vec!["hand".into(), "plug-B".into()], force: 3.5 },
-        OperationResult::Mate { constraint: "plug-B".into(), insertion_force: None, limit: Some(45.0) },
+        OperationResult::Mate {
+            constraint: "plug-B".into(),
+            insertion_force: None,
+            own: Some(15.0),
+            limit: Some(45.0),
+        },
         OperationResult::Clip { constraint: "clip-1".into(), place: None, reach: 0.002 },
     ];
     let mut failed = run("broken", vec![rich, broken()]);
@@ -387,15 +392,20 @@ fn operations_say_what_they_came_to() {
     step.operations = vec![
         OperationResult::Grasp { constraint: "hand".into(), place: at.clone() },
         OperationResult::Carry { constraints: vec!["hand".into(), "plug-B".into()], force: 1.5 },
-        OperationResult::Mate { constraint: "plug-B".into(), insertion_force: Some(31.5), limit: Some(45.0) },
-        OperationResult::Mate { constraint: "plug-A".into(), insertion_force: None, limit: None },
+        OperationResult::Mate {
+            constraint: "plug-B".into(),
+            insertion_force: Some(31.5),
+            own: Some(15.0),
+            limit: Some(45.0),
+        },
+        OperationResult::Mate { constraint: "plug-A".into(), insertion_force: None, own: None, limit: None },
         OperationResult::Clip { constraint: "clip-1".into(), place: at, reach: 0.125 },
         OperationResult::Clip { constraint: "clip-J".into(), place: None, reach: 0.5 },
     ];
     let expected = serde_json::json!([
         { "operation": "grasp", "constraint": "hand", "branch": "trunk", "s": 0.25 },
         { "operation": "carry", "constraints": ["hand", "plug-B"], "force": 1.5 },
-        { "operation": "mate", "constraint": "plug-B", "insertion_force": 31.5, "limit": 45.0 },
+        { "operation": "mate", "constraint": "plug-B", "insertion_force": 31.5, "own": 15.0, "limit": 45.0 },
         { "operation": "mate", "constraint": "plug-A", "insertion_force": null, "limit": null },
         { "operation": "clip", "constraint": "clip-1", "branch": "trunk", "s": 0.25, "reach": 0.125 },
         { "operation": "clip", "constraint": "clip-J", "reach": 0.5 },

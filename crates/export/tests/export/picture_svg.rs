@@ -1,14 +1,17 @@
 //! The picture: well-formed, complete, the same every time. Every sample is also left in the folder
 //! `CARGO_TARGET_TMPDIR`, to be looked at.
 
-use crate::samples::{among_obstacles, big_harness, branch, broken, cube, planar, step, straight, v, y_harness};
+use crate::samples::{
+    among_obstacles, big_harness, branch, broken, cube, failing, planar, requirement, step, straight, v, y_harness,
+};
 use wireloom_core::equilibrium::{SpanResult, StationResult};
-use wireloom_core::{Status, StepResult};
-use wireloom_export::picture::write;
+use wireloom_core::requirement::Measure;
+use wireloom_core::{EventPlace, Status, StepResult};
+use wireloom_export::picture::{Drawing, write};
 
 fn drawn(step: &StepResult, title: &str, file: &str) -> String {
     let mut bytes = Vec::new();
-    write(step, &[], title, &mut bytes).unwrap();
+    write(&Drawing::new(step, &[], title), &mut bytes).unwrap();
     std::fs::write(format!("{}/{file}.svg", env!("CARGO_TARGET_TMPDIR")), &bytes).unwrap();
     let text = String::from_utf8(bytes).unwrap();
     inspect(&text);
@@ -152,7 +155,10 @@ fn degenerate_input_is_drawn_as_far_as_it_goes() {
     drawn(&point, "point", "point");
     let mut short = y_harness();
     short.branches[0].force.pop();
-    assert_eq!(write(&short, &[], "", &mut Vec::new()).unwrap_err().kind(), std::io::ErrorKind::InvalidInput);
+    assert_eq!(
+        write(&Drawing::new(&short, &[], ""), &mut Vec::new()).unwrap_err().kind(),
+        std::io::ErrorKind::InvalidInput
+    );
 }
 
 /// A body is drawn in every view, within the frame, behind the branches; of a hundred thousand triangles no more than
@@ -162,7 +168,7 @@ fn obstacles_lie_behind_the_branches() {
     let end = among_obstacles().steps.remove(0);
     let picture = |n: u32| {
         let mut bytes = Vec::new();
-        write(&end, &[cube(n)], "among obstacles", &mut bytes).unwrap();
+        write(&Drawing::new(&end, &[cube(n)], "among obstacles"), &mut bytes).unwrap();
         String::from_utf8(bytes).unwrap()
     };
     let (coarse, fine) = (picture(1), picture(130));
@@ -179,4 +185,62 @@ fn obstacles_lie_behind_the_branches() {
         assert_eq!((path(1).matches('Z').count(), path(2).matches('M').count()), (2, 4), "{view}: {}", path(2));
     }
     assert!(fine.len() < 400_000, "{} bytes", fine.len());
+}
+
+/// Where a requirement fails or is unresolved there is a symbol with its name, value and limit; verdict and status stand
+/// beside the headline.
+#[test]
+fn what_fails_is_marked_and_named() {
+    let run = failing();
+    let of_run = |of_step| {
+        let drawing = Drawing { run: Some(&run), of_step, ..Drawing::new(&run.steps[0], &[], "failing") };
+        let mut bytes = Vec::new();
+        write(&drawing, &mut bytes).unwrap();
+        String::from_utf8(bytes).unwrap()
+    };
+    let text = of_run(None);
+    std::fs::write(format!("{}/failing.svg", env!("CARGO_TARGET_TMPDIR")), &text).unwrap();
+    inspect(&text);
+    for view in ["front", "side", "above"] {
+        assert_eq!(count(&text, view, "requirement fail"), 3, "{view}");
+        assert_eq!(count(&text, view, "requirement unresolved"), 1, "{view}");
+        // The tightest bend is the one that fails.
+        assert_eq!(count(&text, view, "tightest"), 0, "{view}");
+    }
+    let words = words(&text);
+    for expected in
+        ["verdict: FAIL", "run: converged", "wire: 14.4 mm, at least 45 mm", "gap: 6.20 mm, at least 6 mm", "fails"]
+    {
+        assert!(words.iter().any(|word| word == expected), "{expected}: {words:?}");
+    }
+    // The pull of the trunk is 1.5 N and more, its limit 1.4 N: all of it, and nothing else.
+    let strained = text.matches("stroke=\"#c2149a\"").count();
+    assert!(strained > 0 && words.iter().any(|word| word == "pulled or pressed beyond its limit"), "{strained}");
+    assert_eq!(count(&of_run(Some(1)), "front", "requirement fail"), 0, "the requirements of another step");
+}
+
+/// A cable pulled to three times its length is straight, and had the colour of what is straight and well.
+#[test]
+fn an_overstretched_cable_has_not_the_colour_of_a_straight_one() {
+    let mut end = straight(0);
+    let plain = drawn(&end, "straight", "straight-0");
+    assert!(plain.contains("#1f5aa6") && !plain.contains("#c2149a"));
+    for force in &mut end.branches[0].force {
+        *force = v(2e4, 0.0, 0.0);
+    }
+    let mut run = crate::samples::run("stretched", vec![end]);
+    run.requirements =
+        vec![requirement("spans are long enough", Measure::Reach, [3.0, 1.0], EventPlace::branch("cable", 0.6))];
+    let mut bytes = Vec::new();
+    write(&Drawing { run: Some(&run), ..Drawing::new(&run.steps[0], &[], "stretched") }, &mut bytes).unwrap();
+    let text = String::from_utf8(bytes).unwrap();
+    std::fs::write(format!("{}/stretched.svg", env!("CARGO_TARGET_TMPDIR")), &text).unwrap();
+    inspect(&text);
+    let views = text.split("class=\"legend\"").next().unwrap();
+    assert!(views.contains("class=\"piece\"") && views.contains("#c2149a") && !views.contains("stroke=\"#1f5aa6\""));
+    assert!(
+        words(&text).iter().any(|word| word == "spans are long enough: 300 %, at most 100 %"),
+        "{:?}",
+        words(&text)
+    );
 }

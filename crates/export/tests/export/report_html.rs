@@ -1,6 +1,6 @@
 //! `report.html`.
 
-use crate::samples::{among_obstacles, broken, run, v, y_harness};
+use crate::samples::{among_obstacles, broken, failing, run, v, y_harness};
 use wireloom_core::equilibrium::{OperationResult, PartFamily, PartFault, Run, SpanResult, StationResult};
 use wireloom_export::report::{Report, write};
 
@@ -72,10 +72,68 @@ fn operations_have_a_table_where_there_are_any() {
     let mut step = y_harness();
     assert!(!page(&run("y-harness", vec![step.clone()]), &texts()).contains("Operations"));
     let plug = "plug-B".to_owned();
-    step.operations = vec![OperationResult::Mate { constraint: plug, insertion_force: Some(31.5), limit: None }];
+    step.operations =
+        vec![OperationResult::Mate { constraint: plug, insertion_force: Some(31.5), own: None, limit: None }];
     let page = page(&run("y-harness", vec![step]), &texts());
     elements(&page);
-    assert!(page.contains("<td>mate</td><td>plug-B</td><td>insertion force 31.50 N</td>"));
+    assert!(page.contains("<td>mate</td><td>plug-B</td><td>insertion force 31.50 N (cable alone"));
+}
+
+/// The verdict is the first thing on the page and the status the second; both stand before anything of the run.
+#[test]
+fn the_sheet_comes_first_and_status_and_verdict_are_two_things() {
+    let run = failing();
+    let page = page(&run, &texts());
+    std::fs::write(format!("{}/failing.html", env!("CARGO_TARGET_TMPDIR")), &page).expect("written");
+    elements(&page);
+    let body = &page[page.find("<body>").expect("a body")..];
+    let at = |words: &str| body.find(words).unwrap_or_else(|| panic!("no {words}"));
+    let order = [
+        "<p class=\"sign verdict fail\">",
+        "<strong>FAIL</strong>2 of 5 requirements fail, 1 is unresolved, 1 not checked, 1 that should be kept fails",
+        "<p class=\"sign status pass\">",
+        "<strong>converged</strong>",
+        "id=\"requirements\"",
+        "id=\"events\"",
+    ];
+    let places = order.map(at);
+    assert!(places.is_sorted(), "{places:?}");
+    // The worst first; its step leads to the picture.
+    let sheet = &body[at("class=\"sheet\"")..at("id=\"events\"")];
+    let rows: Vec<&str> = sheet.split("<tr").skip(2).collect();
+    let names = ["wire", "trunk pull", "gap", "push", "hand", "plug-A"];
+    let found: Vec<&str> = rows.iter().filter_map(|row| row.split("</td>").nth(1)).collect();
+    assert_eq!(found, names.map(|name| format!("<td>{name}")), "{found:?}");
+    for words in
+        ["14.4 mm", "min 45 mm", "-68 %", "± 0.40 mm", "VW &lt;60306&gt;", "<a href=\"#picture-1\">equilibrium (1)</a>"]
+    {
+        assert!(rows[0].contains(words), "{words}: {}", rows[0]);
+    }
+    assert!(rows[0].starts_with(" class=\"fail\">") && rows[2].starts_with(" class=\"unresolved\">"));
+    assert!(rows[2].contains("the discretisation error reaches over the limit"));
+    assert!(rows[4].contains("FAIL (should)") && rows[4].starts_with(" class=\"unresolved\">"), "{}", rows[4]);
+    assert_eq!(page.matches("id=\"picture-1\"").count(), 1);
+}
+
+/// The same harness that keeps everything is green, and not if its run stopped early.
+#[test]
+fn a_sheet_that_is_kept_is_green_only_if_the_run_converged() {
+    let mut run = failing();
+    run.requirements.truncate(1);
+    assert!(page(&run, &[]).contains("class=\"sign verdict pass\"><small>verdict on the harness</small><strong>PASS"));
+    run.status = wireloom_core::Status::Interrupted;
+    let page = page(&run, &[]);
+    assert!(page.contains("class=\"sign verdict unresolved\"") && page.contains("class=\"sign status fail\""));
+}
+
+#[test]
+fn of_a_long_sheet_what_is_kept_is_folded() {
+    let mut run = failing();
+    let kept = run.requirements[0].clone();
+    run.requirements.extend((0..100).map(|_| kept.clone()));
+    let page = page(&run, &[]);
+    elements(&page);
+    assert!(page.contains("<summary>102 requirements that are kept or were not checked</summary>"));
 }
 
 #[test]

@@ -6,6 +6,7 @@ use wireloom_core::equilibrium::{
     Library, MinimiserResult, Moment, ObstacleResult, Run, StepResult, TightestBend,
 };
 use wireloom_core::obstacle::{Obstacle, Shape, Surface, Touch};
+use wireloom_core::requirement::{Bound, Measure, Origin, RequirementResult, Severity, Verdict};
 use wireloom_core::rotation::{frame_from, orthogonal};
 use wireloom_core::{Pose, Rotation, Status, Vector};
 
@@ -252,7 +253,6 @@ pub fn broken() -> StepResult {
     step
 }
 
-/// An event of some length.
 /// A surface and nothing else.
 struct Drawn(Surface);
 
@@ -325,6 +325,7 @@ pub fn among_obstacles() -> Run {
     run
 }
 
+/// An event of some length.
 pub fn event() -> Event {
     let moment = |increment| Moment { step: "pull".into(), step_index: 1, increment };
     Event {
@@ -338,4 +339,60 @@ pub fn event() -> Event {
         limit: Some(0.05),
         message: "bend radius 40.0 mm, allowed 50.0 mm".into(),
     }
+}
+
+/// A line of the sheet about a place of the last step; a margin decides its verdict.
+pub fn requirement(name: &str, measure: Measure, [worst, limit]: [f64; 2], place: EventPlace) -> RequirementResult {
+    let bound = match measure {
+        Measure::BendRadius | Measure::Clearance | Measure::Slack => Bound::Min,
+        _ => Bound::Max,
+    };
+    RequirementResult {
+        name: name.into(),
+        origin: Origin::Scenario,
+        measure,
+        severity: Severity::Must,
+        because: None,
+        verdict: if bound.gap(worst, limit) < 0.0 { Verdict::Fail } else { Verdict::Pass },
+        reason: None,
+        worst: Some(worst),
+        limit,
+        bound,
+        error: None,
+        moment: Some(Moment { step: "equilibrium".into(), step_index: 0, increment: 1 }),
+        place,
+    }
+}
+
+/// The Y with a sheet that has a line of every verdict: a bend too tight, a trunk pulled too much, a doubted clearance.
+pub fn failing() -> Run {
+    let end = y_harness();
+    let bend = end.min_bend_radius.clone().expect("a bend");
+    let mut run = run("y <harness>", vec![end]);
+    run.requirements = vec![
+        requirement("plug-A", Measure::Force, [3.742, 80.0], EventPlace::constraint("plug-A")),
+        RequirementResult {
+            because: Some("VW <60306>".into()),
+            error: Some(4e-4),
+            ..requirement("wire", Measure::BendRadius, [bend.value, 0.045], EventPlace::branch(&bend.branch, bend.s))
+        },
+        requirement("trunk pull", Measure::Tension, [1.42, 1.4], EventPlace::branch("trunk", 0.0)),
+        RequirementResult {
+            verdict: Verdict::Unresolved,
+            reason: Some("the discretisation error reaches over the limit".into()),
+            ..requirement("gap", Measure::Clearance, [0.0062, 0.006], EventPlace::branch("left", 0.2))
+        },
+        RequirementResult {
+            severity: Severity::Should,
+            ..requirement("hand", Measure::Force, [7.25, 5.0], EventPlace::constraint("hand"))
+        },
+        RequirementResult {
+            verdict: Verdict::NotChecked,
+            reason: Some("it was not pushed in in these steps".into()),
+            worst: None,
+            moment: None,
+            ..requirement("push", Measure::InsertionForce, [0.0, 45.0], EventPlace::default())
+        },
+    ];
+    run
 }

@@ -288,7 +288,7 @@ fn constraints(log: &mut EventLog, problem: &Problem<'_>, end: &StepResult) {
 /// Logs connectors that need a larger insertion force than allowed.
 fn insertions(log: &mut EventLog, end: &StepResult) {
     for operation in &end.operations {
-        if let OperationResult::Mate { constraint, insertion_force: Some(force), limit: Some(limit) } = operation
+        if let OperationResult::Mate { constraint, insertion_force: Some(force), limit: Some(limit), .. } = operation
             && force > limit
         {
             log.raise(Occurrence {

@@ -210,7 +210,7 @@ impl Driver<'_, '_> {
     /// Updates the results of the plan's operations at this fraction of it.
     fn update_operations(&mut self, plan: &Plan, fraction: f64) {
         let reaction = |f: usize| self.problem.reaction(f, &self.state, &self.certifier.gradient).0;
-        operations::update(&plan.operations, &mut self.operations, self.problem.network, fraction, reaction);
+        operations::update(&plan.operations, &mut self.operations, fraction, reaction);
     }
 
     /// Advances from fraction `a` to fraction `b` of a plan; the part is halved if it does not converge, `cuts` times

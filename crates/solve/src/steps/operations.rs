@@ -4,7 +4,7 @@ use wireloom_core::equilibrium::OperationResult;
 use wireloom_core::network::Place;
 use wireloom_core::problem::Problem;
 use wireloom_core::steps::Operation;
-use wireloom_core::{Network, State, Vector};
+use wireloom_core::{State, Vector};
 
 /// A result has the kind of its operation.
 const MADE_FROM_IT: &str = "a result is made from its operation";
@@ -26,9 +26,12 @@ pub(crate) fn begin(operations: &[Operation], problem: &Problem<'_>, state: &Sta
         Operation::Carry { constraints } => {
             OperationResult::Carry { constraints: constraints.iter().map(|f| name(*f)).collect(), force: 0.0 }
         }
-        Operation::Mate { constraint, limit, .. } => {
-            OperationResult::Mate { constraint: name(*constraint), insertion_force: None, limit: *limit }
-        }
+        Operation::Mate { constraint, limit, .. } => OperationResult::Mate {
+            constraint: name(*constraint),
+            insertion_force: None,
+            own: network.constraints[*constraint].limits.insertion_force,
+            limit: *limit,
+        },
         Operation::Clip { constraint } => {
             let own = &network.constraints[*constraint];
             let here = state.pose(&own.site).position;
@@ -44,7 +47,6 @@ pub(crate) fn begin(operations: &[Operation], problem: &Problem<'_>, state: &Sta
 pub(crate) fn update(
     operations: &[Operation],
     results: &mut [OperationResult],
-    network: &Network,
     t: f64,
     reaction: impl Fn(usize) -> Vector,
 ) {
@@ -55,12 +57,11 @@ pub(crate) fn update(
                 *force = constraints.iter().map(|f| reaction(*f).norm()).fold(*force, f64::max);
             }
             Operation::Mate { constraint, direction, push_from, .. } => {
-                let OperationResult::Mate { insertion_force: largest, .. } = result else {
+                let OperationResult::Mate { insertion_force: largest, own, .. } = result else {
                     unreachable!("{MADE_FROM_IT}")
                 };
                 if t >= *push_from {
-                    let own = network.constraints[*constraint].limits.insertion_force.unwrap_or(0.0);
-                    let needed = reaction(*constraint).dot(direction) + own;
+                    let needed = reaction(*constraint).dot(direction) + own.unwrap_or(0.0);
                     *largest = Some(largest.unwrap_or(0.0).max(needed));
                 }
             }

@@ -1,0 +1,166 @@
+//! `wireloom verify`, and the verdict in the summary of `run`: what a user reads, and the exit code a script reads.
+
+use serde_json::Value;
+use std::fmt::Write;
+use wireloom_tests::cables::{branch, connector, hanging};
+use wireloom_tests::place::{Ended, Place};
+
+/// The right plug goes to 0.4 m, then to `end`, in metres; `more` are requirements.
+fn there_and_back(end: f64, more: &str) -> String {
+    let steps = format!(
+        "[[steps]]\nname = \"in\"\nincrements = 8\nmove = [{{ constraint = \"plug-B\", position = [0.4, 0, 0] }}]\n\
+         [[steps]]\nname = \"out\"\nincrements = 8\nmove = [{{ constraint = \"plug-B\", position = [{end:?}, 0, 0] }}]\n"
+    );
+    hanging("there and back", 40, &[&steps, more].concat())
+}
+
+/// A requirement on the bend radius of the cable, which is 80 mm at the end of the first step and more before and after.
+fn bend(min: &str, more: &str) -> String {
+    format!(
+        "[[requirements]]\nname = \"loop\"\nquantity = \"bend_radius\"\nof = {{ branch = \"cable\" }}\n\
+         min = \"{min}\"\n{more}"
+    )
+}
+
+fn verify(text: &str, arguments: &[&str]) -> (Place, Ended) {
+    let place = Place::new(text);
+    let ended = place.run(&[&["verify", "s.toml"], arguments].concat());
+    (place, ended)
+}
+
+/// The line of the sheet that has these words.
+#[track_caller]
+fn line<'e>(ended: &'e Ended, words: &[&str]) -> &'e str {
+    let has = |line: &&str| words.iter().all(|word| line.contains(word));
+    ended.out.lines().find(has).unwrap_or_else(|| panic!("no line with {words:?} in {ended:#?}"))
+}
+
+#[test]
+fn a_harness_that_keeps_its_requirements_ends_with_0() {
+    let (place, ended) = verify(&there_and_back(0.6, &bend("20 mm", "because = \"sheet 12\"\n")), &[]);
+    ended.says(0, &[]);
+    let kept = line(&ended, &["loop", "bend radius"]);
+    for words in ["pass", "min 20 mm", "branch `cable` at s = ", "in (8)", "sheet 12"] {
+        assert!(kept.contains(words), "{words}: {ended:#?}");
+    }
+    assert!(line(&ended, &["verdict: PASS: "]).ends_with("kept, 1 not checked"), "{ended:#?}");
+    line(&ended, &["status:  converged"]);
+    line(&ended, &["wrote out/s: picture.svg, result.json"]);
+    // The files are those of `run`.
+    let verified = place.result("out/s");
+    place.run(&["run", "s.toml", "--out", "again"]).says(0, &[]);
+    assert_eq!(verified, place.result("again"));
+}
+
+/// The same run is "converged", and fails: in its first step, though it ends as it began.
+#[test]
+fn a_harness_that_fails_in_a_middle_step_ends_with_4_and_its_run_with_0() {
+    let text = there_and_back(0.6, &bend("85 mm", ""));
+    let (place, ended) = verify(&text, &[]);
+    ended.says(4, &[]);
+    // The worst comes first.
+    let first = ended.out.lines().nth(2).unwrap_or_default();
+    for words in ["FAIL", "loop", "bend radius", "mm", "min 85 mm", "-", "%", "branch `cable` at s = ", "in (8)"] {
+        assert!(first.contains(words), "{words}: {ended:#?}");
+    }
+    assert!(line(&ended, &["verdict: FAIL: 1 of "]).contains("requirements fails"), "{ended:#?}");
+    line(&ended, &["status:  converged"]);
+    let run = place.run(&["run", "s.toml"]);
+    run.says(0, &[]);
+    let lines: Vec<&str> = run.out.lines().collect();
+    assert!(lines[0].starts_with("verdict: FAIL: 1 of "), "{run:#?}");
+    assert!(lines[4].starts_with("FAIL") && lines[4].contains("min 85 mm"), "{run:#?}");
+    assert!(lines[6].starts_with("status:  converged (there and back: "), "{run:#?}");
+}
+
+/// A cable that is pulled to twice its length converges, and is no harness that anybody could sign.
+#[test]
+fn a_plug_out_of_reach_fails_without_any_requirement_in_the_file() {
+    let (_, ended) = verify(&there_and_back(2.0, ""), &[]);
+    ended.says(4, &[]);
+    let reach = line(&ended, &["spans are long enough"]);
+    for words in ["FAIL", "reach", "200 %", "max 100 %", "-100 %", "out (8)"] {
+        assert!(reach.contains(words), "{words}: {ended:#?}");
+    }
+}
+
+#[test]
+fn what_should_be_kept_decides_nothing() {
+    let (_, ended) = verify(&there_and_back(0.6, &bend("85 mm", "severity = \"should\"\n")), &[]);
+    ended.says(0, &[]);
+    assert!(line(&ended, &["loop"]).starts_with("FAIL (should)"), "{ended:#?}");
+    assert!(line(&ended, &["verdict: PASS"]).ends_with("1 that should be kept fails"), "{ended:#?}");
+}
+
+#[test]
+fn a_requirement_that_nothing_was_checked_on_is_no_pass() {
+    let never = "[[requirements]]\nname = \"push\"\nquantity = \"insertion_force\"\nof = { constraint = \"plug-B\" }\n\
+                 max = \"45 N\"\n";
+    let (_, ended) = verify(&there_and_back(0.6, never), &[]);
+    ended.says(4, &[]);
+    assert!(line(&ended, &["push"]).starts_with("not checked"), "{ended:#?}");
+    line(&ended, &["it was not pushed in"]);
+    line(&ended, &["verdict: UNRESOLVED: "]);
+}
+
+/// Whether the run converged comes first: its sheet is not that of the whole assembly.
+#[test]
+fn a_run_that_does_not_converge_ends_with_2_whatever_its_sheet_says() {
+    for (end, iterations, verdict) in [(0.6, 1, "UNRESOLVED"), (2.0, 5, "FAIL")] {
+        let minimiser = format!("[minimiser]\nkind = \"newton\"\nmax_iterations = {iterations}\n");
+        let (_, ended) = verify(&there_and_back(end, &minimiser), &[]);
+        ended.says(2, &[]);
+        line(&ended, &["verdict: ", verdict]);
+        line(&ended, &["status:  iteration limit"]);
+    }
+}
+
+#[test]
+fn the_sheet_as_json_is_that_of_the_result() {
+    let (place, ended) = verify(&there_and_back(0.6, &bend("85 mm", "")), &["--json", "--out", "o"]);
+    ended.says(4, &[]);
+    let sheet: Value = serde_json::from_str(&ended.out).expect("JSON and nothing else");
+    let result = place.result("o");
+    let keys: Vec<&String> = sheet.as_object().expect("an object").keys().collect();
+    assert_eq!(keys.len(), 5, "{keys:?}");
+    for key in keys {
+        assert_eq!(sheet[key], result[key], "{key}");
+    }
+    assert_eq!((&sheet["verdict"], &sheet["status"]), (&Value::from("fail"), &Value::from("converged")));
+}
+
+#[test]
+fn values_of_the_command_line_are_verified_and_quiet_says_nothing() {
+    let text = there_and_back(
+        0.6,
+        &bend(
+            "85 mm",
+            "[sweep]\nmethod = \"grid\"\n[sweep.vary]\n\"requirements.loop.min\" = { values = [0.085, 0.02] }\n",
+        ),
+    );
+    let (place, ended) = verify(&text, &["--quiet", "--set", "requirements.loop.min=\"20 mm\""]);
+    ended.says(0, &[]);
+    assert!(ended.out.is_empty() && ended.err.is_empty(), "{ended:#?}");
+    for (point, code) in [("0", 4), ("1", 0)] {
+        place.run(&["verify", "s.toml", "--point", point, "-q"]).says(code, &[]);
+    }
+}
+
+/// 78 notes on joints once hid what a user has to know.
+#[test]
+fn many_notes_are_counted_and_go_to_the_result() {
+    let mut text = "schema = 1\nname = \"notes\"\n".to_owned();
+    for k in 0..5 {
+        let (name, ends) = (format!("c{k}"), [format!("A{k}"), format!("B{k}")]);
+        write!(text, "[sections.{name}]\nwires = [{{ type = \"FLRY-B 0.5\", count = {} }}]\n", k + 2).expect("text");
+        text += &branch(&name, [&ends[0], &ends[1]], &name, 0.2, 4);
+        text += &connector(&format!("plug-{k}"), &ends[0], [0.0, 0.1 * f64::from(k), 0.0]);
+    }
+    let place = Place::new(&text);
+    let ended = place.run(&["run", "s.toml"]);
+    ended.says(0, &[]);
+    let notes = place.result("out/s")["notes"].as_array().map_or(0, Vec::len);
+    assert!(notes >= 5, "{notes}");
+    line(&ended, &[&format!("{notes} notes on the scenario: see result.json")]);
+    assert!(!ended.out.contains("note: "), "{ended:#?}");
+}
