@@ -19,7 +19,7 @@ pub(super) fn clearances(cables: &Cables<'_>, end: &StepResult, now: &Moment, al
     let mut found = Vec::new();
     for (b, branch) in end.branches.iter().enumerate() {
         for (k, obstacle) in network.obstacles.iter().enumerate().filter(|(k, _)| included(*k)) {
-            let place = cables.from_obstacle(CablePart::whole(b), obstacle, &end.obstacles[k].pose);
+            let place = cables.clearance_from_obstacle(CablePart::whole(b), obstacle, &end.obstacles[k].pose);
             found.push(Clearance {
                 branch: branch.name.clone(),
                 from: ClearanceFrom::Obstacle(obstacle.name.clone()),
@@ -31,7 +31,7 @@ pub(super) fn clearances(cables: &Cables<'_>, end: &StepResult, now: &Moment, al
             });
         }
         for (c, other) in end.branches.iter().enumerate().skip(b + 1).filter(|_| all) {
-            if let Some(place) = cables.from_branch(CablePart::whole(b), CablePart::whole(c)) {
+            if let Some(place) = cables.clearance_from_branch(CablePart::whole(b), CablePart::whole(c)) {
                 found.push(Clearance {
                     branch: branch.name.clone(),
                     from: ClearanceFrom::Branch { name: other.name.clone(), s: place.s[1] },
@@ -138,13 +138,13 @@ impl<'n> Cables<'n> {
     }
 
     /// Clearance of a part of a branch from an obstacle at `pose`, and where it is least.
-    pub fn from_obstacle(&self, part: CablePart, obstacle: &Obstacle, pose: &Pose) -> Place {
+    pub fn clearance_from_obstacle(&self, part: CablePart, obstacle: &Obstacle, pose: &Pose) -> Place {
         let place = self.line(part).nearest_to(pose, |x, reach| obstacle.shape.distance(x, reach));
         Place { distance: place.distance - self.lines[part.branch].radius, ..place }
     }
 
     /// Clearance between parts of two branches, or of one, and where it is least; `None` where they are neighbours only.
-    pub fn from_branch(&self, one: CablePart, other: CablePart) -> Option<Pair> {
+    pub fn clearance_from_branch(&self, one: CablePart, other: CablePart) -> Option<Pair> {
         let [a, b] = [one, other].map(|part| self.line(part));
         let ways = self.ways(one.branch, other.branch);
         let mut best = Pair::nearer_than(f64::INFINITY);

@@ -60,7 +60,7 @@ pub fn jump(moved: f64, previous: Option<f64>, prescribed: [f64; 2], length: f64
 }
 
 /// Logs the events at the end of an increment; with `all`, all clearances are kept, not only the required ones.
-pub fn log_increment(
+pub(crate) fn log_increment(
     log: &mut EventLog,
     problem: &mut Problem<'_>,
     state: &State,

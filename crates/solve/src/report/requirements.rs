@@ -230,14 +230,14 @@ impl<'a> Equilibrium<'a> {
         match *from {
             Part::Obstacle(o) => {
                 let obstacle = &self.network.obstacles[o];
-                let place = self.cables.from_obstacle(part, obstacle, &self.poses[o]);
+                let place = self.cables.clearance_from_obstacle(part, obstacle, &self.poses[o]);
                 let obstacle = Some(obstacle.name.clone());
                 Some(at(place.distance, EventPlace { obstacle, ..EventPlace::branch(name, place.s) }))
             }
             Part::Branch { branch, from, to } => {
                 let other = CablePart { branch, from, to };
                 let shared = branch == part.branch && from < part.to && part.from < to;
-                let pair = self.cables.from_branch(part, other).filter(|_| !shared)?;
+                let pair = self.cables.clearance_from_branch(part, other).filter(|_| !shared)?;
                 let place = EventPlace {
                     other_branch: Some(self.branches[branch].name.clone()),
                     other_s: Some(pair.s[1]),
