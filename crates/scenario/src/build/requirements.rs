@@ -2,6 +2,7 @@
 //! harness.
 
 use crate::scenario::{ByRule, Scenario};
+use std::collections::BTreeMap;
 use wireloom_core::Network;
 use wireloom_core::requirement::{Measure, Motion, Origin, Part, Requirement, SOFT, Severity};
 use wireloom_core::steps::Operation;
@@ -33,9 +34,11 @@ fn requirement(name: &str, origin: Origin, measure: Measure, of: Vec<Part>) -> R
 /// The limits of sections, constraints and obstacles, named after them.
 pub(crate) fn of_parts(scenario: &Scenario, network: &Network) -> Vec<Requirement> {
     let mut all = Vec::new();
-    for (k, section) in scenario.sections.iter().enumerate() {
-        let branches = scenario.branches.iter().enumerate().filter(|(_, branch)| branch.section == k);
-        let of: Vec<Part> = branches.map(|(b, _)| Part::whole(b)).collect();
+    let mut of_section = vec![Vec::new(); scenario.sections.len()];
+    for (b, branch) in scenario.branches.iter().enumerate() {
+        of_section[branch.section].push(Part::whole(b));
+    }
+    for (k, (section, of)) in scenario.sections.iter().zip(of_section).enumerate() {
         let own = |measure| requirement(&section.name, Origin::Section, measure, of.clone());
         if of.is_empty() {
             continue;
@@ -57,39 +60,39 @@ pub(crate) fn of_parts(scenario: &Scenario, network: &Network) -> Vec<Requiremen
             all.push(Requirement { max: section.max_torsion, ..own(Measure::Torsion) });
         }
     }
+    let insertion_limits = insertion_limits(scenario);
     for (f, constraint) in network.constraints.iter().enumerate() {
         let own = |measure| requirement(&constraint.name, Origin::Constraint, measure, vec![Part::Constraint(f)]);
         let limits = [
             (Measure::Force, constraint.limits.pull_out_force),
             (Measure::Moment, constraint.limits.max_moment),
-            (Measure::InsertionForce, insertion_limit(scenario, f)),
+            (Measure::InsertionForce, insertion_limits.get(&f).copied()),
         ];
         let given = limits.into_iter().filter(|(_, limit)| limit.is_some());
         all.extend(given.map(|(measure, max)| Requirement { max, ..own(measure) }));
     }
-    let branches: Vec<Part> = (0..network.branches.len()).map(Part::whole).collect();
     for (o, obstacle) in network.obstacles.iter().enumerate() {
-        let own = |measure| requirement(&obstacle.name, Origin::Obstacle, measure, branches.clone());
-        let against = vec![Part::Obstacle(o)];
+        let own = |measure| requirement(&obstacle.name, Origin::Obstacle, measure, vec![Part::Obstacle(o)]);
         if obstacle.min_clearance.is_some() {
-            let against = against.clone();
-            all.push(Requirement { min: obstacle.min_clearance, against, ..own(Measure::Clearance) });
+            all.push(Requirement { min: obstacle.min_clearance, ..own(Measure::Clearance) });
         }
         if obstacle.max_contact_force.is_some() {
-            let of = against;
-            all.push(Requirement { max: obstacle.max_contact_force, of, ..own(Measure::ContactForce) });
+            all.push(Requirement { max: obstacle.max_contact_force, ..own(Measure::ContactForce) });
         }
     }
     all
 }
 
-/// The smallest of the largest forces with which a constraint may be pushed in.
-fn insertion_limit(scenario: &Scenario, constraint: usize) -> Option<f64> {
-    let limit = |operation: &Operation| match operation {
-        Operation::Mate { constraint: f, limit, .. } if *f == constraint => *limit,
-        _ => None,
-    };
-    scenario.steps.iter().flat_map(|step| &step.operations).filter_map(limit).reduce(f64::min)
+/// The largest force with which each constraint may be pushed in; the smallest of several.
+fn insertion_limits(scenario: &Scenario) -> BTreeMap<usize, f64> {
+    let mut limits = BTreeMap::new();
+    for operation in scenario.steps.iter().flat_map(|step| &step.operations) {
+        if let Operation::Mate { constraint, limit: Some(limit), .. } = operation {
+            let known = limits.entry(*constraint).or_insert(*limit);
+            *known = limit.min(*known);
+        }
+    }
+    limits
 }
 
 /// What holds for every harness: spans bridge what they are long enough for, and are not pressed straight beyond what

@@ -14,8 +14,7 @@ pub(crate) fn refuse_contradictions(scenario: &Scenario, network: &Network) -> V
         let requirement = &own.requirement;
         let same = |limit: &&Requirement| {
             limit.measure == requirement.measure
-                && meet(&limit.of, &requirement.of)
-                && (limit.against.is_empty() || meet(&limit.against, &requirement.against))
+                && (meet(&limit.of, &requirement.of) || meet(&limit.of, &requirement.against))
         };
         for limit in limits.iter().filter(same) {
             let (key, asked, least, bound) = match (requirement.min, requirement.max, limit.min, limit.max) {

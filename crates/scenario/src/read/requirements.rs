@@ -223,7 +223,7 @@ fn parts(entry: &Entry<'_>, measure: Measure, known: &Named<'_, '_>) -> Option<(
             entry.fault_here(message, "say what it is about, such as of = { branch = \"…\" }");
             return None;
         }
-        return Some(if measure == Measure::Clearance { (all(Family::Branch), parts) } else { (parts, Vec::new()) });
+        return Some((parts, Vec::new()));
     };
     let (family, parts) = part(&of, known)?;
     if !families(measure).contains(&family) {
@@ -232,11 +232,9 @@ fn parts(entry: &Entry<'_>, measure: Measure, known: &Named<'_, '_>) -> Option<(
         entry.fault_at("of", message, format!("write {{ {} }}", words.join(" } or { ")));
         return None;
     }
-    if !pairs || (measure == Measure::ContactForce && family == Family::Obstacle) {
+    // An obstacle alone: all branches together, or the nearest of them.
+    if !pairs || family == Family::Obstacle {
         return Some((parts, Vec::new()));
-    }
-    if family == Family::Obstacle {
-        return Some((all(Family::Branch), parts));
     }
     let obstacles = all(Family::Obstacle);
     if obstacles.is_empty() {

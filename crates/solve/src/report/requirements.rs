@@ -114,6 +114,10 @@ impl<'a> Equilibrium<'a> {
                 let place = EventPlace { obstacle, branch, ..EventPlace::default() };
                 found.push(at(forces.map(|(_, force)| force).sum(), place));
             }
+            Part::Obstacle(_) if requirement.measure == Measure::Clearance => {
+                let branches = (0..self.branches.len()).map(CablePart::whole);
+                found.extend(branches.filter_map(|branch| self.clearance(branch, part)));
+            }
             Part::Obstacle(_) => {}
         }
     }

@@ -168,7 +168,7 @@ impl Driver<'_, '_> {
         let mut corners: Vec<f64> =
             plan.corners.iter().copied().filter(|t| a + SAME_FRACTION < *t && *t < b - SAME_FRACTION).collect();
         // More equilibria on the way where a requirement wants to be checked in between.
-        let parts = self.log.sheet.parts(self.log.now().step_index);
+        let parts = self.log.sheet.parts(&self.problem.network.requirements, self.log.now().step_index);
         corners.extend((1..parts).map(|k| a + (b - a) * (k as f64 / parts as f64)));
         corners.push(b);
         corners.sort_by(f64::total_cmp);
