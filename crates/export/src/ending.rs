@@ -126,7 +126,8 @@ pub(crate) fn count(kinds: impl Iterator<Item = EventKind> + Clone) -> Vec<(Even
 }
 
 impl BranchEnd {
-    fn of(branch: &BranchResult) -> Self {
+    /// Of a result.
+    pub fn of(branch: &BranchResult) -> Self {
         Self {
             name: branch.name.clone(),
             s: branch.s.clone(),

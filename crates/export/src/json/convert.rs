@@ -357,6 +357,7 @@ impl Obstacle {
             orientation: quaternion(&obstacle.pose.orientation),
             force: written(&obstacle.force),
             moment: written(&obstacle.moment),
+            contact_force: Number(obstacle.contact_force),
             contacts: obstacle.contacts,
             depth: Number(obstacle.depth),
         }
@@ -368,6 +369,7 @@ impl Obstacle {
             pose: Pose { position: vector(self.position), orientation: rotation(self.orientation) },
             force: vector(self.force),
             moment: vector(self.moment),
+            contact_force: self.contact_force.0,
             contacts: self.contacts,
             depth: self.depth.0,
         }
