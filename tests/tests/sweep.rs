@@ -318,8 +318,8 @@ half = { quantity = "slack", of = { branch = "cable", from = 0.5 } }
     ensure(said.contains("`s` = 1.1 m is outside branch \"cable\""), &said)
 }
 
-/// A short or a long cable whose right plug goes to 0.35 m and back above a floor that it touches on the way; the bend and the plug's
-/// force are worst in the middle.
+/// A short or a long cable whose right plug goes to 0.35 m and back above a floor that it touches on the way; the bend
+/// and the plug's force are worst in the middle.
 const THERE_AND_BACK: &str = r#"
 method = "random"
 samples = 12

@@ -60,7 +60,7 @@ pub enum Command {
     /// keys drive them. A point that is refused, reaches its time limit or crashes is a row with its status. After
     /// Ctrl-C, a kill or a crash the same command continues.
     Sweep(SweepArguments),
-    /// Show a sweep as one HTML page: verdicts, the region that fails, drivers of requirements, distributions, responses
+    /// Show a sweep as one HTML page: verdicts, the region that fails, drivers of requirements, distributions
     ///
     /// (The page of a run is written by `run --report`.)
     Report {

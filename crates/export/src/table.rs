@@ -7,7 +7,7 @@
 //! | `status` | status of the run; or `refused` (not a valid scenario), `time limit`, `crashed` |
 //! | `verdict` | verdict on the harness over the whole run; null where nothing was computed |
 //! | `fails` | names of requirements that must be kept and fail; where none fails, of those unresolved |
-//! | `requirement`, `margin`, `step`, `where` | first line of the sheet: name, margin, step and place of the worst value |
+//! | `requirement`, `margin`, `step`, `where` | first line of the sheet: name, margin, step and place of the worst |
 //! | `message` | reason of a refusal or of an early end; null where there is none |
 //! | `stable` | whether the last equilibrium is stable; null where it was not determined |
 //! | `events` | kinds of events that need attention, and the number of each |
@@ -16,7 +16,7 @@
 //! | `iterations` | of the minimiser, over all steps |
 //! | `polish` | iterations among them that `newton` made where `gpu` left a residual above the tolerance |
 //! | `energy.total` ... | J, by effect, at the end |
-//! | `min_bend_radius`, `max_force` | tightest bend (m; infinite: straight), largest constraint force (N), at any time |
+//! | `min_bend_radius`, `max_force` | tightest bend (m; infinite: straight), largest constraint force (N) |
 //! | `bend_radius`, `force` | the same at the end |
 //! | `min_bend_radius.BRANCH`, `max_tension.BRANCH` | tightest bend (m), greatest tension (N) at any time |
 //! | `bend_radius.BRANCH`, `twist_turns.BRANCH` | tightest bend (m) and twist (turns) at the end |
@@ -25,7 +25,8 @@
 //! | `moment.CONSTRAINT`, `moment_x.CONSTRAINT` ... | likewise about the held point (N m) |
 //! | `QUANTITY.OUTPUT`, `QUANTITY_x.OUTPUT` ... | an output of the sweep, in SI units |
 //!
-//! "At any time" is at the end of any increment that is in equilibrium; requirements are also checked in between.
+//! Least and greatest values (`min_`, `max_`, "at any time") are those at the ends of increments in equilibrium;
+//! requirements are also checked in between.
 //! There are no times in it: the same sweep gives the same bytes, unless points reach a time limit.
 
 mod csv_file;

@@ -291,7 +291,7 @@ impl Sweep {
         lists && (!sampled || place % self.samples == 0 || varies[self.crossed..].iter().any(|varies| *varies))
     }
 
-    /// Index of the value of each key in its list, at a place of the whole design; `None`: it is not chosen by an index.
+    /// Index of the value of each key in its list, at a place of the whole design; `None`: it is not chosen by one.
     fn indices(&self, place: usize) -> Vec<Option<usize>> {
         let (mut combination, mut sample) = (place / self.samples, place % self.samples);
         let mut indices: Vec<Option<usize>> = Vec::with_capacity(self.axes.len());

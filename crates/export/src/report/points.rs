@@ -217,7 +217,8 @@ fn requirements(found: &Summary) -> Markup {
                 h2 { "Requirements" }
                 table {
                     (heading(&[
-                        "requirement", ">fails", ">unresolved", ">worst", ">margin", ">point", "step", "place", "driven by",
+                        "requirement", ">fails", ">unresolved", ">worst", ">margin", ">point", "step", "place",
+                        "driven by",
                     ]))
                     tbody { @for Requirement { name, unit, fails, unresolved, worst, drivers } in &found.requirements {
                         tr class=[(*fails > 0).then_some("trouble")] {
@@ -239,8 +240,8 @@ fn requirements(found: &Summary) -> Markup {
                     } }
                 }
                 p {
-                    "In brackets: Spearman's rank correlation of the worst value with the key, within each combination of \
-                     crossed keys; only those told from chance."
+                    "In brackets: Spearman's rank correlation of the worst value with the key, within each combination \
+                     of crossed keys; only those told from chance."
                 }
             }
         }

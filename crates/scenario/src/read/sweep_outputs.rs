@@ -70,7 +70,7 @@ fn measured(quantity: &str, entry: &Entry<'_>, names: &Names<'_>) -> Option<Meas
         return between(quantity, entry, names);
     }
     if entry.has("between") {
-        let message = format!("{} has `between`, but a {quantity} is of one part", entry.label);
+        let message = format!("{} has `between`, but {quantity} is of one part", entry.label);
         entry.fault_at("between", message, "leave it out, and give the part by `of`");
         return None;
     }
@@ -101,7 +101,7 @@ fn measured(quantity: &str, entry: &Entry<'_>, names: &Names<'_>) -> Option<Meas
         ("turns", Part::Stretch(stretch)) if !of.has("from") && !of.has("to") => Some(Measured::Turns(stretch.branch)),
         ("contact_force", Part::Body(Body::Obstacle(obstacle))) => Some(Measured::ContactForce(obstacle)),
         _ => {
-            let message = format!("{}: a {quantity} is not measured of that", entry.label);
+            let message = format!("{}: {quantity} is not measured of that", entry.label);
             of.fault_here(message, format!("write of = {}", example(quantity)));
             None
         }
@@ -151,7 +151,7 @@ fn between(quantity: &str, entry: &Entry<'_>, names: &Names<'_>) -> Option<Measu
             Some(Measured::Clearance(branch, obstacle))
         }
         _ => {
-            let message = format!("{}: a {quantity} is not measured between these", entry.label);
+            let message = format!("{}: {quantity} is not measured between these", entry.label);
             entry.fault_at("between", message, format!("write {help}"));
             None
         }
