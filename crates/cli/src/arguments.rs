@@ -353,6 +353,12 @@ pub struct CompareArguments {
     /// ... with each of these values for a key, such as branches.left.length=0.4,"500 mm" (`*` stands for every entry)
     #[arg(long, value_name = "KEY=VALUES")]
     pub set: Vec<String>,
+    /// Print the comparison as JSON, for programs
+    #[arg(long)]
+    pub json: bool,
+    /// Write what is printed to this file instead
+    #[arg(long, value_name = "FILE")]
+    pub out: Option<PathBuf>,
     /// Write the comparison as one HTML page, with all shapes in one picture
     #[arg(long, value_name = "FILE")]
     pub report: Option<PathBuf>,

@@ -42,7 +42,7 @@ use crate::ending::{ConstraintEnd, Ending};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use wireloom_core::equilibrium::StepResult;
-use wireloom_core::requirement::{Origin, RequirementResult, Severity, Verdict};
+use wireloom_core::requirement::{Measure, Origin, RequirementResult, Severity, Verdict};
 use wireloom_core::{Status, Vector};
 
 /// Name of the file.
@@ -81,8 +81,8 @@ pub struct Row {
 pub struct Line {
     /// Name of the requirement.
     pub name: String,
-    /// SI unit of its values.
-    pub unit: String,
+    /// What it limits.
+    pub measure: Measure,
     /// Its importance.
     pub severity: Severity,
     /// Its verdict.
@@ -103,7 +103,7 @@ impl Line {
     fn of(line: &RequirementResult) -> Self {
         Self {
             name: line.name.clone(),
-            unit: line.measure.unit().to_owned(),
+            measure: line.measure,
             severity: line.severity,
             verdict: line.verdict,
             counted: match (line.verdict, line.origin) {
@@ -319,8 +319,8 @@ pub enum Column {
 pub struct Layout<'h> {
     header: &'h Header,
     numbers: Vec<String>,
-    /// Names and units of the requirements.
-    requirements: Vec<(String, String)>,
+    /// Names and measures of the requirements.
+    requirements: Vec<(String, Measure)>,
 }
 
 impl<'h> Layout<'h> {
@@ -333,13 +333,13 @@ impl<'h> Layout<'h> {
     pub fn add(&mut self, rows: &[Row]) {
         for line in rows.iter().flat_map(|row| &row.sheet) {
             if !self.requirements.iter().any(|(name, _)| *name == line.name) {
-                self.requirements.push((line.name.clone(), line.unit.clone()));
+                self.requirements.push((line.name.clone(), line.measure));
             }
         }
     }
 
-    /// Names and units of the requirements.
-    pub fn requirements(&self) -> &[(String, String)] {
+    /// Names and measures of the requirements.
+    pub fn requirements(&self) -> &[(String, Measure)] {
         &self.requirements
     }
 

@@ -170,7 +170,7 @@ fn is_shown(column: &str) -> bool {
 fn notes((scenario, file, text): (&str, &Path, &str), sweep: &Sweep, layout: &Layout<'_>) -> Vec<(String, String)> {
     let crossed: Vec<&str> = sweep.axes[..sweep.crossed].iter().map(|axis| axis.key.as_str()).collect();
     let requirements: Vec<String> =
-        layout.requirements().iter().map(|(name, unit)| format!("{unit}\t{name}")).collect();
+        layout.requirements().iter().map(|(name, measure)| format!("{}\t{name}", measure.word())).collect();
     let notes = [
         ("wireloom.program", PROGRAM.to_owned()),
         ("wireloom.scenario", scenario.to_owned()),

@@ -4,8 +4,9 @@ use crate::print::table::{Columns, ROWS};
 use crate::print::text::{counted, printable};
 use std::io::{self, Write};
 use std::path::Path;
+use wireloom::export::sheet;
 use wireloom::export::table::Table;
-use wireloom::export::table::statistics::{Requirement, Yield, shown, summary};
+use wireloom::export::table::statistics::{Requirement, Yield, summary};
 
 /// Results whose ranges are shown: columns, and their units.
 pub const RANGES: [(&str, &str); 3] = [("energy.total", "J"), ("min_bend_radius", "m"), ("max_force", "N")];
@@ -84,7 +85,7 @@ fn print_requirements(requirements: &[Requirement], out: &mut dyn Write) -> io::
             requirement.name.clone(),
             requirement.fails.to_string(),
             requirement.unresolved.to_string(),
-            worst.map(|worst| shown(worst.value, &requirement.unit)).unwrap_or_default(),
+            worst.map(|worst| sheet::value(requirement.measure, worst.value)).unwrap_or_default(),
             margin.unwrap_or_default(),
             worst.map(|worst| worst.point.to_string()).unwrap_or_default(),
             place.unwrap_or_default(),

@@ -112,7 +112,7 @@ impl Event {
 }
 
 impl Requirement {
-    fn of(line: &core::RequirementResult) -> Self {
+    pub fn of(line: &core::RequirementResult) -> Self {
         let core::EventPlace { constraint, obstacle, branch, s, other_branch, other_s } = line.place.clone();
         let (s, other_s) = (s.map(Number), other_s.map(Number));
         Self {
@@ -135,7 +135,7 @@ impl Requirement {
         }
     }
 
-    fn result(self) -> core::RequirementResult {
+    pub fn result(self) -> core::RequirementResult {
         let RequirementPlace { constraint, obstacle, branch, s, other_branch, other_s } = self.place;
         let (s, other_s) = (s.map(number), other_s.map(number));
         let moment = self.step.zip(self.step_index).zip(self.increment);

@@ -4,12 +4,12 @@
 use super::layout::{fixed, heading};
 use super::plots::Mark;
 use super::{plots, style};
-use crate::table::statistics::{REQUIREMENTS, Requirement, Summary, Yield, keys, shown, summary};
+use crate::sheet;
+use crate::table::statistics::{Requirement, Summary, Yield, keys, measures, summary};
 use crate::table::{Column, Table};
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 use nalgebra::{DMatrix, DVector};
 use std::io::{self, Write};
-use wireloom_core::requirement::Measure;
 
 /// Content of the page. The writer looks at neither clock nor machine: the caller states both.
 #[derive(Clone, Debug, PartialEq)]
@@ -148,9 +148,8 @@ fn results(table: &Table) -> Vec<Series<'_>> {
     };
     let parts = PARTS.iter().flat_map(|(start, unit)| named(start).into_iter().map(move |name| (name, *unit)));
     let units = |name: &str| {
-        let lines = table.note(REQUIREMENTS).unwrap_or_default().lines().filter_map(|line| line.split_once('\t'));
-        let unit = lines.clone().find(|(_, requirement)| name.strip_prefix("worst.") == Some(*requirement))?.0;
-        Measure::ALL.into_iter().map(Measure::unit).find(|known| *known == unit)
+        let (measure, _) = measures(table).find(|(_, line)| name.strip_prefix("worst.") == Some(*line))?;
+        Some(measure.unit())
     };
     let parts = parts.filter_map(|(name, unit)| Series::of(table, name, units(name).unwrap_or(unit)));
     whole.chain(parts.take(MORE)).filter(Series::varies).collect()
@@ -220,13 +219,13 @@ fn requirements(found: &Summary) -> Markup {
                         "requirement", ">fails", ">unresolved", ">worst", ">margin", ">point", "step", "place",
                         "driven by",
                     ]))
-                    tbody { @for Requirement { name, unit, fails, unresolved, worst, drivers } in &found.requirements {
+                    tbody { @for Requirement { name, measure, fails, unresolved, worst, drivers } in &found.requirements {
                         tr class=[(*fails > 0).then_some("trouble")] {
                             td { (name) }
                             td class="n" { (fails) }
                             td class="n" { (unresolved) }
                             @if let Some(worst) = worst {
-                                td class="n" { (shown(worst.value, unit)) }
+                                td class="n" { (sheet::value(*measure, worst.value)) }
                                 td class="n" { @if let Some(margin) = worst.margin { (percent(margin)) } }
                                 td class="n" { (worst.point) }
                                 td { (worst.step) }

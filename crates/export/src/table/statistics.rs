@@ -27,13 +27,13 @@
 use super::Table;
 use std::collections::BTreeMap;
 use wireloom_core::Status;
-use wireloom_core::requirement::Verdict;
+use wireloom_core::requirement::{Measure, Verdict};
 
 /// Note of the table: word of the method that chose the points.
 pub const METHOD: &str = "wireloom.method";
 /// Note of the table: the keys that are crossed, one a line.
 pub const CROSSED: &str = "wireloom.crossed";
-/// Note of the table: a line for each requirement: SI unit, tab, name.
+/// Note of the table: a line for each requirement: word of its measure, tab, name.
 pub const REQUIREMENTS: &str = "wireloom.requirements";
 
 /// Note of the table: name of the scenario's file.
@@ -79,8 +79,8 @@ pub struct Yield {
 pub struct Requirement {
     /// Name.
     pub name: String,
-    /// SI unit of its values.
-    pub unit: String,
+    /// What it limits.
+    pub measure: Measure,
     /// Points at which it fails.
     pub fails: usize,
     /// Points at which it is unresolved.
@@ -190,9 +190,7 @@ pub fn summary(table: &Table) -> Summary {
         }
     }
     let groups: Vec<Vec<usize>> = groups.into_iter().map(|(_, rows)| rows).collect();
-    let lines = table.note(REQUIREMENTS).unwrap_or_default().lines();
-    let lines = lines.filter_map(|line| line.split_once('\t'));
-    found.requirements = lines.map(|(unit, name)| requirement(table, name, unit, &groups)).collect();
+    found.requirements = measures(table).map(|(measure, name)| requirement(table, name, measure, &groups)).collect();
     let margin = |one: &Requirement| one.worst.as_ref().and_then(|worst| worst.margin).unwrap_or(f64::INFINITY);
     found.requirements.sort_by(|a, b| {
         let more = |of: fn(&Requirement) -> usize| of(b).cmp(&of(a));
@@ -206,6 +204,14 @@ pub fn summary(table: &Table) -> Summary {
     });
     found.worst = urgent.min_by(|a, b| a.1.cmp(&b.1).then(a.2.total_cmp(&b.2))).map(|(row, ..)| row);
     found
+}
+
+/// Measures and names of the requirements of a table.
+pub fn measures(table: &Table) -> impl Iterator<Item = (Measure, &str)> {
+    table.note(REQUIREMENTS).unwrap_or_default().lines().filter_map(|line| {
+        let (word, name) = line.split_once('\t')?;
+        Some((Measure::ALL.into_iter().find(|measure| measure.word() == word)?, name))
+    })
 }
 
 /// Whether the points were chosen at random.
@@ -234,7 +240,7 @@ fn combinations(table: &Table) -> Vec<(String, Vec<usize>)> {
     groups
 }
 
-fn requirement(table: &Table, name: &str, unit: &str, groups: &[Vec<usize>]) -> Requirement {
+fn requirement(table: &Table, name: &str, measure: Measure, groups: &[Vec<usize>]) -> Requirement {
     let words = |what: &str| table.words(&format!("{what}.{name}"));
     let verdicts = words("verdict");
     let count = |of: Verdict| verdicts.iter().flatten().filter(|verdict| *verdict == of.word()).count();
@@ -252,7 +258,7 @@ fn requirement(table: &Table, name: &str, unit: &str, groups: &[Vec<usize>]) -> 
     let text = |what: &str, row: usize| words(what).get(row).cloned().flatten().unwrap_or_default();
     Requirement {
         name: name.to_owned(),
-        unit: unit.to_owned(),
+        measure,
         fails: count(Verdict::Fail),
         unresolved: count(Verdict::Unresolved),
         worst: worst.and_then(|row| {
@@ -319,25 +325,6 @@ fn centred_ranks(values: &[f64]) -> Vec<f64> {
     ranks
 }
 
-/// A value with its unit, for readers: lengths in millimetres.
-pub fn shown(value: f64, unit: &str) -> String {
-    match unit {
-        "m" if value.is_finite() => format!("{} mm", digits(1e3 * value)),
-        "" => digits(value),
-        unit => format!("{} {unit}", digits(value)),
-    }
-}
-
-/// Four significant digits, without an exponent where that is short.
-fn digits(value: f64) -> String {
-    let size = value.abs();
-    if !(1e-4..1e7).contains(&size) {
-        return if size == 0.0 { "0".to_owned() } else { format!("{value:.2e}") };
-    }
-    let decimals = (3.0 - size.log10().floor()).clamp(0.0, 7.0) as usize;
-    format!("{value:.decimals$}")
-}
-
 #[cfg(test)]
 mod tests {
     use super::super::Column;
@@ -393,7 +380,7 @@ mod tests {
                 ("margin.bend".into(), numbers(&[Some(0.5), Some(-0.1), None, Some(-0.4), Some(0.1)])),
                 ("where.bend".into(), words(&[None, None, None, Some("branch `loop`"), None])),
             ],
-            notes: vec![(METHOD.into(), "random".into()), (REQUIREMENTS.into(), "m\tbend".into())],
+            notes: vec![(METHOD.into(), "random".into()), (REQUIREMENTS.into(), "bend_radius\tbend".into())],
         };
         let found = summary(&table);
         let expected = Yield { passed: 1, failed: 2, unresolved: 1, without: 1, not_converged: 2 };
@@ -405,9 +392,5 @@ mod tests {
         assert_eq!((worst.point, worst.value, worst.place.as_str()), (3, 0.03, "branch `loop`"));
         // Four points, falling throughout, but a correlation below 2/√3 is not told from chance.
         assert!(bend.drivers.is_empty());
-        assert_eq!(
-            (shown(0.0331, "m"), shown(12.0, "N"), shown(0.0, "")),
-            ("33.10 mm".into(), "12.00 N".into(), "0".into())
-        );
     }
 }

@@ -277,13 +277,13 @@ pub fn clearance_from_obstacle(
 ) -> f64 {
     let cables = Cables::new(network, &end.branches);
     let part = CablePart { branch, from, to };
-    cables.from_obstacle(part, &network.obstacles[obstacle], &end.obstacles[obstacle].pose).distance
+    cables.clearance_from_obstacle(part, &network.obstacles[obstacle], &end.obstacles[obstacle].pose).distance
 }
 
 /// The same of two branches, each between two arc lengths; NaN where they are only neighbours at a joint.
 pub fn clearance_of_branches(network: &Network, end: &StepResult, parts: [(usize, f64, f64); 2]) -> f64 {
     let [one, other] = parts.map(|(branch, from, to)| CablePart { branch, from, to });
-    Cables::new(network, &end.branches).from_branch(one, other).map_or(f64::NAN, |pair| pair.distance)
+    Cables::new(network, &end.branches).clearance_from_branch(one, other).map_or(f64::NAN, |pair| pair.distance)
 }
 
 /// Clearance of a held point of a cable with this radius (m) from an obstacle at `pose`, m.
