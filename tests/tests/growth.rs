@@ -156,7 +156,8 @@ fn a_report_on_very_many_points_takes_no_square_of_their_number() {
     };
     no_square("report", 5000, table, |table| {
         let mut page = Vec::new();
-        write_points(&Points { title: "t", table, program: "p", written: "w" }, &mut page).expect("bytes");
+        write_points(&Points { title: "t", table, file: "s.toml", program: "p", written: "w" }, &mut page)
+            .expect("bytes");
         assert!(String::from_utf8_lossy(&page).contains("By the least-squares plane through all points"));
     });
 }

@@ -18,7 +18,7 @@ type Check = fn() -> Checked;
 
 fn main() -> ExitCode {
     let arguments = Arguments::from_args();
-    let own: [(&str, Check); 7] = [
+    let own: [(&str, Check); 12] = [
         ("killed ten times and taken up again, it has the same bytes as one of one thread that was left alone", killed),
         ("points that fail are rows, those beside them are not touched, and the report tells of both", failing_points),
         ("a scenario that changes begins anew, one without a sweep is refused", other_scenarios),
@@ -26,6 +26,11 @@ fn main() -> ExitCode {
         ("a start from a neighbour leads to what one afresh leads to, by a shorter way", from_neighbours),
         ("where it would lead to another equilibrium, points are started afresh", hysteresis),
         ("columns that a sweep asks for say what is there", outputs),
+        ("columns over increments, and the lines of the sheet, are those of single runs", over_increments),
+        ("keys of one joint model vary with that model only, crossed with samples", crossed),
+        ("a point that takes too long is a row with its reason", time_limit),
+        ("a point at which the program panics is a row with its reason", crashing),
+        ("the swept space of a sweep has what each run sweeps in it", swept),
     ];
     let mut trials: Vec<Trial> = own.into_iter().map(|(name, check)| Trial::test(name, check)).collect();
     let python = python();
@@ -207,8 +212,8 @@ fn rows_and_runs(text: &str) -> Result<(Vec<Row>, Vec<Ended>), Failed> {
     let points = Points { text, files: &NoFiles, minimiser: None, registry: &registry, batch: None, sweep, header };
     let chains = points.chains();
     let kept = Mutex::new(vec![Vec::new(); chains.len()]);
-    points.compute(&(0..chains.len()).collect::<Vec<_>>(), &Monitor::default(), &|| (), |k, rows| {
-        kept.lock().map_err(|_| "poisoned")?[k] = rows;
+    points.compute(&(0..chains.len()).collect::<Vec<_>>(), &Monitor::default(), &|| (), |k, chain| {
+        kept.lock().map_err(|_| "poisoned")?[k] = chain.rows;
         Ok::<(), &str>(())
     })?;
     let rows: Vec<Row> = kept.into_inner()?.into_iter().flatten().collect();
@@ -271,14 +276,14 @@ fn outputs() -> Checked {
 [sweep.vary]
 "branches.cable.length" = { values = ["1 m", 1.2] }
 [sweep.outputs]
-end = { quantity = "position", at = { end = "B" } }
-middle = { quantity = "position", at = { branch = "cable", s = "0.5 m" } }
-start = { quantity = "force", at = { end = "A" } }
-clamp = { quantity = "moment", at = { end = "A" } }
-lowest = { quantity = "tension", at = { branch = "cable", s = 0.5 } }
-beginning = { quantity = "bend-radius", span = { branch = "cable", to = 0.2 } }
-whole = { quantity = "slack", span = { branch = "cable" } }
-half = { quantity = "slack", span = { branch = "cable", from = 0.5 } }
+end = { quantity = "position", of = { end = "B" } }
+middle = { quantity = "position", of = { branch = "cable", s = "0.5 m" } }
+start = { quantity = "force", of = { end = "A" } }
+clamp = { quantity = "moment", of = { end = "A" } }
+lowest = { quantity = "tension", of = { branch = "cable", s = 0.5 } }
+beginning = { quantity = "bend_radius", of = { branch = "cable", to = 0.2 } }
+whole = { quantity = "slack", of = { branch = "cable" } }
+half = { quantity = "slack", of = { branch = "cable", from = 0.5 } }
 "#;
     fs::write(place.path().join("s.toml"), cable(grid))?;
     let ended = sweep(place.path(), "o").output()?;
@@ -311,6 +316,239 @@ half = { quantity = "slack", span = { branch = "cable", from = 0.5 } }
     let said = String::from_utf8_lossy(&ended.stdout).into_owned();
     ensure(said.contains("2 points: 1 converged, 1 refused"), &ended)?;
     ensure(said.contains("`s` = 1.1 m is outside branch \"cable\""), &said)
+}
+
+/// A short or a long cable whose right plug goes to 0.35 m and back above a floor that it touches on the way; the bend
+/// and the plug's force are worst in the middle.
+const THERE_AND_BACK: &str = r#"
+method = "random"
+samples = 12
+seed = 3
+[sweep.vary]
+"branches.cable.length" = { values = [0.985, 1.015] }
+"sections.cable.linear_density" = { from = 0.0499, to = 0.0501 }
+[sweep.outputs]
+tightest = { quantity = "bend_radius", of = { branch = "cable" }, at = "min" }
+at-last = { quantity = "bend_radius", of = { branch = "cable" } }
+halfway = { quantity = "bend_radius", of = { branch = "cable" }, at = "in" }
+plug = { quantity = "force", of = { constraint = "plug-B" }, at = "max" }
+lowest = { quantity = "position", of = { branch = "cable", s = 0.5 }, at = "min" }
+floor = { quantity = "contact_force", of = { obstacle = "floor" }, at = "max" }
+room = { quantity = "clearance", between = [{ branch = "cable" }, { obstacle = "floor" }], at = "max" }
+opening = { quantity = "angle", between = [{ end = "A" }, { end = "B" }], at = "end" }
+[[obstacles]]
+name = "floor"
+shape = "plane"
+point = [0, 0, -0.4]
+normal = [0, 0, 1]
+[[steps]]
+name = "in"
+increments = 6
+move = [{ constraint = "plug-B", position = [0.35, 0, 0] }]
+[[steps]]
+name = "out"
+increments = 6
+move = [{ constraint = "plug-B", position = [0.6, 0, 0] }]
+[[requirements]]
+name = "bend"
+quantity = "bend_radius"
+of = { branch = "cable" }
+min = "50 mm"
+[[requirements]]
+name = "plug"
+quantity = "force"
+of = { constraint = "plug-B" }
+max = "100 N"
+"#;
+
+fn over_increments() -> Checked {
+    let place = tempfile::tempdir()?;
+    // Twelve segments are too coarse. Stiff sideways, it does not fall over on the floor.
+    let fine = |text: String| text.replace("segments = 12", "segments = 48");
+    let stiff = |text: String| text.replace("bending_stiffness = 0.01\n", "bending_stiffness = [0.1, 0.01]\n");
+    // A limit that the long cables keep.
+    let text = |limit: &str| stiff(fine(cable(&THERE_AND_BACK.replace("50 mm", limit))));
+    fs::write(place.path().join("s.toml"), text("50 mm"))?;
+    ensure(sweep(place.path(), "o").arg("--quiet").status()?.success(), "the sweep fails")?;
+    let first = table(&place.path().join("o"))?;
+    let worst: Vec<f64> = numbers(&first, "worst.bend")?.iter().flatten().copied().collect();
+    let [least, most] = [f64::min, f64::max].map(|end| worst.iter().copied().reduce(end).unwrap_or(f64::NAN));
+    fs::write(place.path().join("s.toml"), text(&format!("{} m", 0.5 * (least + most))))?;
+    let ended = sweep(place.path(), "o").arg("--csv").output()?;
+    let said = String::from_utf8_lossy(&ended.stdout).into_owned();
+    ensure(ended.status.success() && said.contains("12 points: 12 converged"), &ended)?;
+    let long = numbers(&first, "branches.cable.length")?.iter().filter(|length| **length == Some(1.015)).count();
+    ensure(said.contains(&format!("{long} pass, {} fail, 0 unresolved", 12 - long)), &said)?;
+    let (low, high) = wireloom::export::table::statistics::wilson(long, 12);
+    let interval = format!("{:.1} % to {:.1} %", 100.0 * low, 100.0 * high);
+    ensure(said.contains(&format!("with 95 % confidence {interval}")), &said)?;
+    ensure(said.contains("branches.cable.length (+"), &said)?;
+    let table = table(&place.path().join("o"))?;
+    let at = |name: &str, k: usize| Ok::<f64, Failed>(numbers(&table, name)?[k].unwrap_or(f64::NAN));
+    let (verdicts, fails) = (words(&table, "verdict")?, words(&table, "fails")?);
+    let text = fs::read_to_string(place.path().join("s.toml"))? + "\n[output]\nincrements = true\n";
+    for k in [0, 7] {
+        let registry = wireloom::registry();
+        let (scenario, _) = wireloom::load(&text, &registry).map_err(|faults| format!("{faults:?}"))?;
+        let settings = scenario.sweep.ok_or("no sweep")?.settings(k);
+        let loaded = wireloom::load_with_settings(&text, &settings, &NoFiles, &registry);
+        let run = wireloom::run(loaded.map_err(|faults| format!("{faults:?}"))?.1, &mut |_, _| Control::Continue);
+        ensure(run.steps.len() == 12, run.steps.len())?;
+        let near = |column: &str, expected: f64| {
+            let found = at(column, k)?;
+            // The start may be a warm one.
+            ensure((found - expected).abs() <= 1e-5 * expected.abs().max(1e-3), (column, found, expected))
+        };
+        let radius =
+            |step: &wireloom::StepResult| step.branches[0].bend_radius.iter().copied().fold(f64::INFINITY, f64::min);
+        let least = run.steps.iter().map(radius).fold(f64::INFINITY, f64::min);
+        let plug = |step: &wireloom::StepResult| step.constraints[1].force.norm();
+        let floor = run.steps.iter().map(|step| step.obstacles[0].contact_force).fold(0.0, f64::max);
+        ensure(least < 0.9 * radius(&run.steps[11]) && floor > 0.1, (least, floor))?;
+        near("bend_radius.tightest", least)?;
+        near("min_bend_radius", least)?;
+        near("bend_radius.at-last", radius(&run.steps[11]))?;
+        near("bend_radius.halfway", radius(&run.steps[5]))?;
+        near("force.plug", run.steps.iter().map(plug).fold(0.0, f64::max))?;
+        near("contact_force.floor", floor)?;
+        let lowest =
+            |step: &wireloom::StepResult| step.branches[0].position.iter().map(|x| x.z).fold(f64::INFINITY, f64::min);
+        let (found, expected) = (at("position_z.lowest", k)?, run.steps.iter().map(lowest).fold(0.0, f64::min));
+        ensure((found - expected).abs() < 2e-3, (found, expected))?;
+        near("angle.opening", 0.0)?;
+        let room = run.steps.iter().map(|step| lowest(step) + 0.4 - 0.003);
+        let (found, expected) = (at("clearance.room", k)?, room.fold(f64::NEG_INFINITY, f64::max));
+        ensure((found - expected).abs() < 1e-5, (found, expected))?;
+        let line = run.requirements.iter().find(|line| line.name == "bend").ok_or("no line")?;
+        near("worst.bend", line.worst.unwrap_or(f64::NAN))?;
+        near("margin.bend", line.margin().unwrap_or(f64::NAN))?;
+        ensure(words(&table, "verdict.bend")?[k] == line.verdict.word(), (&verdicts, line))?;
+        ensure(verdicts[k] == run.verdict().word(), (&verdicts, line))?;
+        ensure((verdicts[k] == "fail") == fails[k].contains("bend"), &fails)?;
+        let moment = line.moment.as_ref().ok_or("no moment")?;
+        ensure(words(&table, "step.bend")?[k] == moment.step, moment)?;
+    }
+    let csv = fs::read_to_string(place.path().join("o/points.csv"))?;
+    ensure(csv.lines().count() == 13 && csv.starts_with("point,branches.cable.length,"), &csv)?;
+    // The page shows it first, and how to see the worst point.
+    ensure(Command::new(program()).args(["report", "o"]).current_dir(place.path()).status()?.success(), "no page")?;
+    let page = fs::read_to_string(place.path().join("o/report.html"))?;
+    let [verdict, region, results] = ["id=\"verdicts\"", "id=\"region\"", "id=\"results\""].map(|id| page.find(id));
+    ensure(verdict.is_some() && verdict < region && region < results, (verdict, region, results))?;
+    ensure(page.contains(&format!("{long} pass")) && page.contains(&interval) && page.contains("--point "), "no yield")
+}
+
+fn crossed() -> Checked {
+    let place = tempfile::tempdir()?;
+    let text = fs::read_to_string(root().join("scenarios/sweeps/y_tolerances.toml"))?;
+    let text = text.replace("samples = 256", "samples = 4").replace("min_bend_radius = \"48 mm\"", "").replace(
+        "[sweep.outputs]",
+        "[sweep.cross]\n\"joints.J.model\" = { values = [\"cosserat\", \"rigid-body\"] }\n\
+         \"joints.J.mass\" = { values = [0, 0.05], when = { \"joints.J.model\" = \"rigid-body\" } }\n[sweep.outputs]",
+    );
+    fs::write(place.path().join("s.toml"), &text)?;
+    let ended = sweep(place.path(), "o").output()?;
+    let said = String::from_utf8_lossy(&ended.stdout).into_owned();
+    ensure(ended.status.success() && said.contains("12 points: 12 converged"), &ended)?;
+    let table = table(&place.path().join("o"))?;
+    let model = words(&table, "joints.J.model")?;
+    let mass = numbers(&table, "joints.J.mass")?;
+    for k in 0..12 {
+        let expected = [("cosserat", None), ("rigid-body", Some(0.0)), ("rigid-body", Some(0.05))][k / 4];
+        ensure((model[k], mass[k]) == expected, (k, &model, mass))?;
+    }
+    let lengths = numbers(&table, "branches.trunk.length")?;
+    ensure(lengths[..4] == lengths[4..8] && lengths[..4] == lengths[8..], lengths)?;
+    let energy = numbers(&table, "energy.gravity")?;
+    ensure((0..4).all(|k| energy[4 + k] != energy[8 + k]), energy)?;
+    // Conditions that mean nothing are refused.
+    for (from, to, words) in [
+        (
+            "\"joints.J.model\" = \"rigid-body\" }",
+            "\"joints.J.modl\" = \"rigid-body\" }",
+            "does not vary `joints.J.modl`",
+        ),
+        ("= \"rigid-body\" }", "= \"fused\" }", "`joints.J.model` is never \"fused\""),
+    ] {
+        fs::write(place.path().join("s.toml"), text.replace(from, to))?;
+        let ended = sweep(place.path(), "o").output()?;
+        let said = String::from_utf8_lossy(&ended.stderr).into_owned();
+        ensure(ended.status.code() == Some(1) && said.contains(words), &said)?;
+    }
+    Ok(())
+}
+
+/// The second point has a hundred thousand times the increments of the first; none is as fast as a millisecond in 1 s.
+fn time_limit() -> Checked {
+    let place = tempfile::tempdir()?;
+    let sweep_of_increments = "time_limit = 20\n[sweep.vary]\n\"steps.pull.increments\" = { values = [1, 100000] }\n\
+         [[steps]]\nname = \"pull\"\nincrements = 1\nmove = [{ constraint = \"plug-B\", position = [0.5, 0, 0] }]\n";
+    let text = cable(sweep_of_increments).replace("segments = 12", "segments = 300");
+    fs::write(place.path().join("s.toml"), text)?;
+    let ended = sweep(place.path(), "o").output()?;
+    let said = String::from_utf8_lossy(&ended.stdout).into_owned();
+    ensure(ended.status.success() && said.contains("2 points: ") && said.contains("1 time limit"), &ended)?;
+    let table = table(&place.path().join("o"))?;
+    ensure(words(&table, "status")? == ["converged", "time limit"], &table.columns)?;
+    let message = words(&table, "message")?[1];
+    ensure(message.starts_with("not done within 20 s: it was ended after increment "), message)?;
+    ensure(message.ends_with(" of 100000 of step `pull`"), message)
+}
+
+fn crashing() -> Checked {
+    let mut registry = wireloom::registry();
+    let rod = wireloom::parts::RodKind {
+        name: "brittle".into(),
+        doc: "a rod that breaks the program where it is long".into(),
+        parameters: vec![],
+        build: Box::new(|spec, _| {
+            let length = spec.mesh.length();
+            assert!(length < 1.1, "it broke at {length:.1} m");
+            Ok(Box::new(wireloom::parts::rods::cosserat::rod(spec.clone())))
+        }),
+    };
+    registry.add_rod(rod).map_err(|rod| rod.name)?;
+    let text = cable("[sweep.vary]\n\"branches.cable.length\" = { values = [1.0, 1.2, 1.05] }\n");
+    let text = text.replace("length = 1.0\n", "length = 1.0\nrod = \"brittle\"\n");
+    let (_, rows) = wireloom::sweep::run(&text, &NoFiles, &registry).map_err(|faults| format!("{faults:?}"))?;
+    let status: Vec<&str> = rows.iter().map(|row| row.status.as_str()).collect();
+    ensure(status == ["converged", "crashed", "converged"], &status)?;
+    let message = rows[1].message.as_deref().unwrap_or_default();
+    ensure(message == "the program failed at this point: it broke at 1.2 m", message)?;
+    ensure(rows[1].verdict.is_none() && rows[1].numbers.iter().all(Option::is_none), &rows[1])
+}
+
+fn swept() -> Checked {
+    let place = tempfile::tempdir()?;
+    let steps =
+        "[[steps]]\nname = \"in\"\nincrements = 4\nmove = [{ constraint = \"plug-B\", position = [0.3, 0, 0] }]\n";
+    let sweep_of_lengths = "swept = \"5 mm\"\n[sweep.vary]\n\"branches.cable.length\" = { values = [0.9, 1.0, 1.1] }\n";
+    fs::write(place.path().join("s.toml"), cable(&[sweep_of_lengths, steps].concat()))?;
+    let box_of = |file: &str| -> Result<[f64; 6], Failed> {
+        let bytes = fs::read(place.path().join(file))?;
+        let length = u32::from_le_bytes(bytes[12..16].try_into()?) as usize;
+        let json: serde_json::Value = serde_json::from_slice(&bytes[20..20 + length])?;
+        let accessors = json["accessors"].as_array().ok_or("no accessors")?;
+        let position = accessors.iter().find(|one| one["min"].is_array()).ok_or("no positions")?;
+        let read = |end: &str, k: usize| position[end][k].as_f64().unwrap_or(f64::NAN);
+        Ok([0, 1, 2, 3, 4, 5].map(|k| if k < 3 { read("min", k) } else { read("max", k - 3) }))
+    };
+    ensure(sweep(place.path(), "o").arg("--quiet").status()?.success(), "the sweep fails")?;
+    let all = box_of("o/swept.glb")?;
+    let mut around =
+        [f64::INFINITY, f64::INFINITY, f64::INFINITY, f64::NEG_INFINITY, f64::NEG_INFINITY, f64::NEG_INFINITY];
+    let text = fs::read_to_string(place.path().join("s.toml"))? + "[output]\nswept = \"5 mm\"\n";
+    fs::write(place.path().join("r.toml"), text)?;
+    for point in ["0", "1", "2"] {
+        let mut run = Command::new(program());
+        let run = run.args(["run", "r.toml", "--quiet", "--out", "r", "--point", point]).current_dir(place.path());
+        ensure(run.status()?.success(), point)?;
+        let own = box_of("r/swept.glb")?;
+        for k in 0..6 {
+            around[k] = if k < 3 { around[k].min(own[k]) } else { around[k].max(own[k]) };
+        }
+    }
+    ensure(all.iter().zip(around).all(|(a, b)| (a - b).abs() < 1e-4), (all, around))
 }
 
 /// A Python that knows DuckDB.

@@ -56,10 +56,11 @@ pub enum Command {
     Compare(CompareArguments),
     /// Carry out a scenario over all values of its [sweep], on all cores
     ///
-    /// Writes points.parquet, a row for each point. A point that fails is a row with its status. After Ctrl-C, a kill
-    /// or a crash the same command continues.
+    /// Writes points.parquet, a row for each point, and prints how many points pass, which requirements fail, and which
+    /// keys drive them. A point that is refused, reaches its time limit or crashes is a row with its status. After
+    /// Ctrl-C, a kill or a crash the same command continues.
     Sweep(SweepArguments),
-    /// Show a sweep as one HTML page: distributions, responses, and the influence of each key
+    /// Show a sweep as one HTML page: verdicts, the region that fails, drivers of requirements, distributions
     ///
     /// (The page of a run is written by `run --report`.)
     Report {
@@ -322,6 +323,9 @@ pub struct SweepArguments {
     /// Find equilibria with this minimiser instead of the scenario's
     #[arg(long, value_name = "KIND")]
     pub minimiser: Option<String>,
+    /// Write the table as points.csv, too
+    #[arg(long)]
+    pub csv: bool,
     /// Print nothing but faults
     #[arg(long, short)]
     pub quiet: bool,
@@ -349,6 +353,12 @@ pub struct CompareArguments {
     /// ... with each of these values for a key, such as branches.left.length=0.4,"500 mm" (`*` stands for every entry)
     #[arg(long, value_name = "KEY=VALUES")]
     pub set: Vec<String>,
+    /// Print the comparison as JSON, for programs
+    #[arg(long)]
+    pub json: bool,
+    /// Write what is printed to this file instead
+    #[arg(long, value_name = "FILE")]
+    pub out: Option<PathBuf>,
     /// Write the comparison as one HTML page, with all shapes in one picture
     #[arg(long, value_name = "FILE")]
     pub report: Option<PathBuf>,

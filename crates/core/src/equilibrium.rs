@@ -209,6 +209,8 @@ pub struct ObstacleResult {
     pub force: Vector,
     /// Moment on the harness about the obstacle's position, N m, world axes.
     pub moment: Vector,
+    /// Sum of the sizes of its contact forces, N: on both sides of a tube they add up.
+    pub contact_force: f64,
     /// Number of contact points with a force.
     pub contacts: usize,
     /// Largest penetration depth of a contact point, m.

@@ -1,10 +1,11 @@
-//! The last equilibrium of a run, as far as runs are compared: from a run ([`Ending::of`]) or from its `result.json`
+//! The last equilibrium of a run and its sheet, as far as runs are compared: from a run ([`Ending::of`]) or from its `result.json`
 //! ([`crate::json::read`]).
 
 use crate::curve::Curve;
 use wireloom_core::equilibrium::{
-    BranchResult, ConstraintResult, Energy, OperationResult, Run, SlideResult, StepResult,
+    BranchResult, ConstraintResult, Energy, OperationResult, RequirementResult, Run, SlideResult, StepResult,
 };
+use wireloom_core::requirement::Verdict;
 use wireloom_core::rotation::columns;
 use wireloom_core::{EventKind, Status, Vector};
 
@@ -17,6 +18,10 @@ pub struct Ending {
     pub status: String,
     /// Whether the run converged.
     pub converged: bool,
+    /// Verdict on the harness over the whole run.
+    pub verdict: Verdict,
+    /// The sheet of the whole run.
+    pub requirements: Vec<RequirementResult>,
     /// Whether the equilibrium is stable; `None` where it was not determined.
     pub stable: Option<bool>,
     /// Branches, in the order of the scenario.
@@ -95,6 +100,8 @@ impl Ending {
             scenario: run.scenario.clone(),
             status: run.status.word().to_owned(),
             converged: run.status == Status::Converged,
+            verdict: run.verdict(),
+            requirements: run.requirements.clone(),
             stable: end.stable,
             branches: end.branches.iter().map(BranchEnd::of).collect(),
             constraints: end.constraints.iter().map(ConstraintEnd::of).collect(),
@@ -126,7 +133,8 @@ pub(crate) fn count(kinds: impl Iterator<Item = EventKind> + Clone) -> Vec<(Even
 }
 
 impl BranchEnd {
-    fn of(branch: &BranchResult) -> Self {
+    /// Of a result.
+    pub fn of(branch: &BranchResult) -> Self {
         Self {
             name: branch.name.clone(),
             s: branch.s.clone(),

@@ -30,8 +30,8 @@
 //! `obstacle`, or an `other` branch, the smallest `distance` from surface to surface over all increments (m; negative
 //! where they overlap), at `s` of the branch, whose centre line is at `position` there, and `other_s` of the other;
 //! `at` is the increment; `required` is the distance asked for. An obstacle of a step has its `position` and
-//! `orientation`, the `force` and the `moment` (about its position) that it exerts on the harness, the number of
-//! `contacts`, and the `depth` of the deepest one.
+//! `orientation`, the `force` and the `moment` (about its position) that it exerts on the harness, `contact_force`, the
+//! sum of the sizes of its contact forces, the number of `contacts`, and the `depth` of the deepest one.
 //!
 //! A constraint that acts on several stations has `stations`, each with `position`, `force` and `moment`; one that
 //! acts along a span has `span`: `branch`, `from`, `to`, the total `force` on it, the `largest` on one node, and
@@ -41,6 +41,7 @@
 //! The types of `document` are the form, for writing and for reading; `convert` leads from and to [`Run`]. Readers
 //! refuse a field that is missing or not known, and name it with its path.
 
+mod comparison;
 mod convert;
 mod document;
 mod ending;
@@ -48,6 +49,7 @@ mod provenance;
 mod stream;
 mod values;
 
+pub use comparison::write_comparison;
 pub use provenance::{Provenance, options};
 pub use values::SCHEMA;
 

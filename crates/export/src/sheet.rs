@@ -85,6 +85,32 @@ pub fn is_open(line: &RequirementResult) -> bool {
     matches!(line.verdict, Verdict::Fail | Verdict::Unresolved)
 }
 
+/// Names of the requirements that fail or are unresolved in any of several sheets, the most urgent first.
+pub fn open_in_any<'s>(sheets: &[&'s [RequirementResult]]) -> Vec<&'s str> {
+    let mut open: Vec<&RequirementResult> =
+        sheets.iter().flat_map(|sheet| *sheet).filter(|line| is_open(line)).collect();
+    open.sort_by(|a, b| by_urgency(a, b));
+    let mut names: Vec<&str> = Vec::new();
+    for line in open {
+        if !names.contains(&line.name.as_str()) {
+            names.push(&line.name);
+        }
+    }
+    names
+}
+
+/// Verdict, worst value, margin and place in one cell: "FAIL 29.1 mm (−3 %), branch loop at s = 120 mm".
+pub fn brief(line: &RequirementResult) -> String {
+    let Line { verdict, worst, margin, place, .. } = Line::of(line);
+    let mut text = verdict;
+    for (before, part, after) in [(" ", worst, ""), (" (", margin, ")"), (", ", place, "")] {
+        if !part.is_empty() {
+            text.extend([before, &part, after]);
+        }
+    }
+    text
+}
+
 /// The lines of a run that fail or are unresolved, the most urgent first: of one step, by its index, or all.
 pub fn open_in(run: &Run, step: Option<usize>) -> Vec<&RequirementResult> {
     let there = |line: &RequirementResult| {

@@ -121,10 +121,12 @@ pub fn build_with_settings(
     }
     let faults = reader.finish();
     let Some(built) = built.filter(|_| faults.is_empty()) else { return Err(faults) };
-    // The first point of a sweep is tried here; otherwise a mistake would be found only after all points have failed.
+    // Points of a sweep are tried here; otherwise a mistake would be found only after all points have failed.
     if let (Some(sweep), []) = (&scenario.sweep, settings) {
-        parse_with_settings(text, &sweep.settings(0), files, registry)
-            .map_err(|faults| sweep::placed(sweep, text, faults))?;
+        for k in sweep.trials() {
+            parse_with_settings(text, &sweep.settings(k), files, registry)
+                .map_err(|faults| sweep::placed(sweep, k, text, faults))?;
+        }
     }
     Ok((scenario, built))
 }

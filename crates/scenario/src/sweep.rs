@@ -32,6 +32,19 @@ pub enum Method {
     Sobol,
 }
 
+impl Method {
+    /// Word used in scenarios.
+    pub fn word(self) -> &'static str {
+        match self {
+            Method::Grid => "grid",
+            Method::Zip => "zip",
+            Method::Random => "random",
+            Method::LatinHypercube => "latin-hypercube",
+            Method::Sobol => "sobol",
+        }
+    }
+}
+
 /// A sweep: the points that a scenario is run at.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Sweep {
@@ -39,12 +52,22 @@ pub struct Sweep {
     pub method: Method,
     /// Seed of the random numbers.
     pub seed: u64,
-    /// Keys that vary.
+    /// Keys that vary: those that are crossed with all others first.
     pub axes: Vec<Axis>,
+    /// Number of the keys that are crossed.
+    pub crossed: usize,
     /// Number of points.
     pub points: usize,
     /// Columns of the table besides those that it always has.
     pub outputs: Vec<Output>,
+    /// Time limit of a point, s.
+    pub time_limit: Option<f64>,
+    /// Size of the cells of the grid on which the space swept at all points is found, m.
+    pub swept: Option<f64>,
+    /// Points of each combination of the crossed keys.
+    samples: usize,
+    /// Places in the whole design of the points that differ from all before; `None`: all of them.
+    distinct: Option<Vec<usize>>,
     /// Slice of each point of a Latin hypercube, key by key; computed on first use.
     slices: OnceLock<Vec<Vec<usize>>>,
 }
@@ -56,24 +79,54 @@ pub struct Axis {
     pub key: String,
     /// Its values.
     pub range: Range,
+    /// It varies only where all of these hold.
+    pub when: Vec<Condition>,
     /// Its place in the file, bytes.
     pub span: Span,
 }
 
-/// A further column of a sweep's table: one for a number, four (components and norm) for a vector.
+/// Condition under which a key varies: another key has one of these values.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Condition {
+    /// Index of the other key.
+    pub axis: usize,
+    /// The values.
+    pub values: Vec<Value>,
+}
+
+/// A further column of a sweep's table: one for a number, several for a vector.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Output {
     /// Name.
     pub name: String,
-    /// Quantity measured at the end of the run.
+    /// Measured quantity.
     pub measured: Measured,
+    /// Increment at which it is measured.
+    pub at: When,
+}
+
+/// Increment at which an output is measured.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum When {
+    /// The last one.
+    End,
+    /// The one with the least value.
+    Min,
+    /// The one with the greatest value.
+    Max,
+    /// The last one of a step, by index.
+    Step(usize),
 }
 
 /// Quantities that can be measured of a harness.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub enum Measured {
     /// Position of a place, m.
-    Position(At),
+    Position(Body),
+    /// Orientation of a place.
+    Orientation(Body),
+    /// Angle between the directions of two branches at arc lengths (m), rad.
+    Angle([(usize, f64); 2]),
     /// Internal force at an arc length (m) of a branch, by index: the force that the part behind exerts on the part
     /// before, N.
     Force(usize, f64),
@@ -81,10 +134,33 @@ pub enum Measured {
     Moment(usize, f64),
     /// Component of that force along the branch, N.
     Tension(usize, f64),
+    /// Force of a constraint or an obstacle on the harness, N.
+    Reaction(Body),
+    /// Its moment on the harness, N m.
+    ReactionMoment(Body),
     /// Smallest bend radius of a part of a branch, m.
     BendRadius(Stretch),
     /// Unstressed length of a part of a branch beyond the distance of its ends, m.
     Slack(Stretch),
+    /// Total material twist of a branch, turns.
+    Turns(usize),
+    /// Distance between the surfaces of parts of two branches, or of a part of a branch and an obstacle, m.
+    Clearance(Stretch, Body),
+    /// Sum of the sizes of the contact forces of an obstacle, N.
+    ContactForce(usize),
+}
+
+/// Something that an output is measured of.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Body {
+    /// A place on the harness.
+    Place(At),
+    /// A part of a branch.
+    Part(Stretch),
+    /// A constraint, by name: others may have the same name before and after it.
+    Constraint(String),
+    /// An obstacle, by index.
+    Obstacle(usize),
 }
 
 /// Values of a key.
@@ -129,7 +205,15 @@ impl Value {
 
     /// The text without quotes.
     pub fn word(&self) -> &str {
-        self.text.trim_matches('"')
+        self.text.trim_matches(['"', '\''])
+    }
+
+    /// Whether both are the same number, or the same text.
+    pub(crate) fn is(&self, other: &Value) -> bool {
+        match (self.number, other.number) {
+            (Some(a), Some(b)) => a == b,
+            _ => self.word() == other.word(),
+        }
     }
 }
 
@@ -159,40 +243,109 @@ impl Range {
     }
 }
 
+/// Design of a sweep, from which its points follow.
+pub(crate) struct Design {
+    pub method: Method,
+    pub seed: u64,
+    pub axes: Vec<Axis>,
+    pub crossed: usize,
+    /// Points of each combination of the crossed keys.
+    pub samples: usize,
+    /// Points of all combinations.
+    pub whole: usize,
+}
+
 impl Sweep {
-    /// A sweep with this number of points.
-    pub(crate) fn new(method: Method, seed: u64, axes: Vec<Axis>, points: usize, outputs: Vec<Output>) -> Self {
-        Self { method, seed, axes, points, outputs, slices: OnceLock::new() }
+    /// A sweep with this design. Points that would be the same as others, because keys do not vary there, are left out.
+    pub(crate) fn new(design: Design) -> Self {
+        let Design { method, seed, axes, crossed, samples, whole } = design;
+        let conditional = axes.iter().any(|axis| !axis.when.is_empty());
+        let mut sweep = Self {
+            method,
+            seed,
+            axes,
+            crossed,
+            points: whole,
+            outputs: Vec::new(),
+            time_limit: None,
+            swept: None,
+            samples,
+            distinct: None,
+            slices: OnceLock::new(),
+        };
+        if conditional {
+            let distinct: Vec<usize> = (0..whole).filter(|k| sweep.is_first(*k)).collect();
+            sweep.points = distinct.len();
+            sweep.distinct = Some(distinct);
+        }
+        sweep
     }
 
-    /// The values of a point, by number from 0, in the order of the axes.
+    /// Whether no earlier point of the whole design has the same values.
+    fn is_first(&self, place: usize) -> bool {
+        let indices = self.indices(place);
+        let varies = self.varying(place);
+        let lists = indices.iter().zip(&varies).all(|(index, varies)| *varies || index.is_none_or(|i| i == 0));
+        // Where no key of `vary` varies, one sample is enough.
+        let sampled = !matches!(self.method, Method::Grid);
+        lists && (!sampled || place % self.samples == 0 || varies[self.crossed..].iter().any(|varies| *varies))
+    }
+
+    /// Index of the value of each key in its list, at a place of the whole design; `None`: it is not chosen by one.
+    fn indices(&self, place: usize) -> Vec<Option<usize>> {
+        let (mut combination, mut sample) = (place / self.samples, place % self.samples);
+        let mut indices: Vec<Option<usize>> = Vec::with_capacity(self.axes.len());
+        for (k, axis) in self.axes.iter().enumerate().rev() {
+            let left = match (k < self.crossed, self.method) {
+                (true, _) => &mut combination,
+                (false, Method::Grid) => &mut sample,
+                (false, Method::Zip | Method::Random | Method::LatinHypercube | Method::Sobol) => {
+                    indices.push(None);
+                    continue;
+                }
+            };
+            let n = axis.range.count();
+            indices.push(Some(*left % n));
+            *left /= n;
+        }
+        indices.reverse();
+        indices
+    }
+
+    /// The value of a key at a place of the whole design, whether it varies there or not.
+    fn value(&self, k: usize, place: usize, index: Option<usize>) -> Value {
+        let range = &self.axes[k].range;
+        match (index, self.method, range) {
+            (Some(i), _, Range::Values(values)) => values[i].clone(),
+            (None, Method::Zip, Range::Values(values)) => values[place % self.samples].clone(),
+            _ => range.quantile(self.coordinate(place % self.samples, k - self.crossed)),
+        }
+    }
+
+    /// Whether each key varies at a place of the whole design.
+    fn varying(&self, place: usize) -> Vec<bool> {
+        let indices = self.indices(place);
+        let holds = |condition: &Condition| {
+            let value = self.value(condition.axis, place, indices[condition.axis]);
+            condition.values.iter().any(|other| other.is(&value))
+        };
+        self.axes.iter().map(|axis| axis.when.iter().all(holds)).collect()
+    }
+
+    /// Place of a point in the whole design.
+    fn place_of(&self, k: usize) -> usize {
+        assert!(k < self.points, "the sweep has {} points", self.points);
+        self.distinct.as_ref().map_or(k, |distinct| distinct[k])
+    }
+
+    /// The values of a point, by number from 0, in the order of the axes; `None` where a key does not vary.
     ///
     /// # Panics
     /// If `k` is not below the number of points.
-    pub fn point(&self, k: usize) -> Vec<Value> {
-        assert!(k < self.points, "the sweep has {} points", self.points);
-        let listed = |axis: &Axis, i: usize| match &axis.range {
-            Range::Values(values) => values[i].clone(),
-            Range::Uniform { .. } | Range::Normal { .. } => unreachable!("grids and zips have lists"),
-        };
-        match self.method {
-            Method::Grid => {
-                let mut left = k;
-                let mut values: Vec<Value> = Vec::with_capacity(self.axes.len());
-                for axis in self.axes.iter().rev() {
-                    let n = axis.range.count();
-                    values.push(listed(axis, left % n));
-                    left /= n;
-                }
-                values.reverse();
-                values
-            }
-            Method::Zip => self.axes.iter().map(|axis| listed(axis, k)).collect(),
-            Method::Random | Method::LatinHypercube | Method::Sobol => {
-                let coordinates = (0..self.axes.len()).map(|axis| self.coordinate(k, axis));
-                self.axes.iter().zip(coordinates).map(|(axis, u)| axis.range.quantile(u)).collect()
-            }
-        }
+    pub fn point(&self, k: usize) -> Vec<Option<Value>> {
+        let place = self.place_of(k);
+        let (indices, varying) = (self.indices(place), self.varying(place));
+        (0..self.axes.len()).map(|k| varying[k].then(|| self.value(k, place, indices[k]))).collect()
     }
 
     /// Between 0 and 1, both excluded.
@@ -205,7 +358,7 @@ impl Sweep {
                 f64::from(sample) + f64::from(f32::EPSILON) / 4.0
             }
             Method::LatinHypercube => {
-                (self.slices()[axis][k] as f64 + random(self.seed, k, axis).f64()) / self.points as f64
+                (self.slices()[axis][k] as f64 + random(self.seed, k, axis).f64()) / self.samples as f64
             }
             _ => random(self.seed, k, axis).f64(),
         };
@@ -216,30 +369,35 @@ impl Sweep {
     /// values. The distance of two words is that of their places in the list.
     pub fn place(&self, k: usize) -> Vec<f64> {
         let listed = |i: usize, n: usize| i as f64 / (n.max(2) - 1) as f64;
-        let mut left = k;
-        let mut places: Vec<f64> = (0..self.axes.len())
-            .rev()
-            .map(|axis| match (self.method, self.axes[axis].range.count()) {
-                (Method::Grid, n) => {
-                    let i = left % n;
-                    left /= n;
-                    listed(i, n)
-                }
-                (Method::Zip, n) => listed(k, n),
-                (Method::Random | Method::LatinHypercube | Method::Sobol, _) => self.coordinate(k, axis),
-            })
-            .collect();
-        places.reverse();
-        places
+        let place = self.place_of(k);
+        let coordinate = |(axis, index): (usize, Option<usize>)| match (index, self.method) {
+            (Some(i), _) => listed(i, self.axes[axis].range.count()),
+            (None, Method::Zip) => listed(place % self.samples, self.samples),
+            (None, _) => self.coordinate(place % self.samples, axis - self.crossed),
+        };
+        self.indices(place).into_iter().enumerate().map(coordinate).collect()
     }
 
     fn slices(&self) -> &[Vec<usize>] {
-        self.slices.get_or_init(|| (0..self.axes.len()).map(|axis| permutation(self.seed, axis, self.points)).collect())
+        let keys = 0..self.axes.len() - self.crossed;
+        self.slices.get_or_init(|| keys.map(|axis| permutation(self.seed, axis, self.samples)).collect())
     }
 
     /// Settings of a point.
     pub fn settings(&self, k: usize) -> Vec<Setting> {
-        self.axes.iter().zip(self.point(k)).map(|(axis, value)| Setting::new(&axis.key, value.text)).collect()
+        let values = self.axes.iter().zip(self.point(k));
+        values.filter_map(|(axis, value)| Some(Setting::new(&axis.key, value?.text))).collect()
+    }
+
+    /// Points to try before the work begins: the first, and the first at which each key with a condition varies.
+    pub(crate) fn trials(&self) -> Vec<usize> {
+        let mut trials = vec![0];
+        for (axis, _) in self.axes.iter().enumerate().filter(|(_, axis)| !axis.when.is_empty()) {
+            trials.extend((0..self.points).find(|k| self.varying(self.place_of(*k))[axis]));
+        }
+        trials.sort_unstable();
+        trials.dedup();
+        trials
     }
 }
 
@@ -261,14 +419,17 @@ fn permutation(seed: u64, axis: usize, n: usize) -> Vec<usize> {
     slices
 }
 
-/// Faults of the first point's settings, where the sweep names their keys.
-pub(crate) fn placed(sweep: &Sweep, text: &str, faults: Vec<Fault>) -> Vec<Fault> {
+/// Faults of the settings of a point, where the sweep names their keys.
+pub(crate) fn placed(sweep: &Sweep, k: usize, text: &str, faults: Vec<Fault>) -> Vec<Fault> {
     let (own, set) = settings::apart(text, faults);
-    let lines = settings::lines(&sweep.settings(0));
+    let lines = settings::lines(&sweep.settings(k));
+    let point = if k == 0 { "the first point".to_owned() } else { format!("point {k}") };
+    let varying: Vec<&Axis> =
+        sweep.axes.iter().zip(sweep.point(k)).filter_map(|(axis, value)| value.map(|_| axis)).collect();
     let place = |fault: Fault| {
         let line = fault.position(&lines).0 - 1;
-        let span = sweep.axes.get(line).map_or(0..0, |axis| axis.span.clone());
-        Fault { span, message: format!("at the first point of the sweep: {}", fault.message), help: fault.help }
+        let span = varying.get(line).map_or(0..0, |axis| axis.span.clone());
+        Fault { span, message: format!("at {point} of the sweep: {}", fault.message), help: fault.help }
     };
     own.into_iter().chain(set.into_iter().map(place)).collect()
 }
@@ -281,14 +442,15 @@ mod tests {
         let axis = |key: &str| Axis {
             key: key.into(),
             range: Range::Uniform { from: 0.0, to: 1.0, unit: String::new() },
+            when: vec![],
             span: 0..0,
         };
         let axes = vec![axis("a"), axis("b")];
-        Sweep { method, seed: 7, axes, points, outputs: vec![], slices: OnceLock::new() }
+        Sweep::new(Design { method, seed: 7, axes, crossed: 0, samples: points, whole: points })
     }
 
     fn numbers(sweep: &Sweep) -> Vec<[f64; 2]> {
-        (0..sweep.points).map(|k| [0, 1].map(|axis| sweep.point(k)[axis].number.unwrap())).collect()
+        (0..sweep.points).map(|k| [0, 1].map(|axis| sweep.point(k)[axis].as_ref().unwrap().number.unwrap())).collect()
     }
 
     #[test]
@@ -335,5 +497,59 @@ mod tests {
             assert!((value.number.unwrap() - expected).abs() < 1e-6, "{value:?}");
             assert!(value.text.starts_with('"') && value.text.ends_with(" m\""), "{value:?}");
         }
+    }
+
+    /// `a` from a list of two words; `b` from a list of three numbers, only where `a` is "x"; `c` at random.
+    fn models(method: Method) -> Sweep {
+        let list = |texts: &[&str]| {
+            Range::Values(texts.iter().map(|text| Value { text: (*text).into(), number: text.parse().ok() }).collect())
+        };
+        let axis = |key: &str, range: Range, when: Vec<Condition>| Axis { key: key.into(), range, when, span: 0..0 };
+        let x = Condition { axis: 0, values: vec![Value { text: "\"x\"".into(), number: None }] };
+        let words = axis("a", list(&["\"x\"", "\"y\""]), vec![]);
+        let numbers = axis("b", list(&["1", "2", "3"]), vec![x]);
+        let uniform = Range::Uniform { from: 0.0, to: 1.0, unit: String::new() };
+        match method {
+            Method::Grid => {
+                let axes = vec![words, numbers];
+                Sweep::new(Design { method, seed: 1, axes, crossed: 0, samples: 6, whole: 6 })
+            }
+            _ => {
+                let axes = vec![words, numbers, axis("c", uniform, vec![])];
+                Sweep::new(Design { method, seed: 1, axes, crossed: 2, samples: 10, whole: 60 })
+            }
+        }
+    }
+
+    fn words(sweep: &Sweep, k: usize) -> Vec<Option<String>> {
+        sweep.point(k).into_iter().map(|value| value.map(|value| value.word().to_owned())).collect()
+    }
+
+    #[test]
+    fn a_key_of_one_model_varies_with_that_model_only() {
+        let sweep = models(Method::Grid);
+        let some = |word: &str| Some(word.to_owned());
+        let points: Vec<_> = (0..sweep.points).map(|k| words(&sweep, k)).collect();
+        let expected =
+            [[some("x"), some("1")], [some("x"), some("2")], [some("x"), some("3")], [some("y"), None]].map(Vec::from);
+        assert_eq!(points, expected, "the other model is computed once");
+        assert_eq!(sweep.settings(3), [Setting::new("a", "\"y\"")]);
+        assert_eq!(sweep.trials(), [0]);
+    }
+
+    #[test]
+    fn crossed_keys_have_the_same_samples() {
+        let sweep = models(Method::LatinHypercube);
+        assert_eq!(sweep.points, 40, "three values of b with x, one with y");
+        let c = |k: usize| sweep.point(k)[2].as_ref().and_then(|value| value.number).unwrap();
+        for k in 0..sweep.points {
+            let expected = if k < 30 { vec!["x", ["1", "2", "3"][k / 10]] } else { vec!["y"] };
+            let found: Vec<String> = words(&sweep, k)[..2].iter().flatten().cloned().collect();
+            assert_eq!(found, expected, "point {k}");
+            assert_eq!(c(k), c(k % 10), "point {k}");
+        }
+        let mut slices: Vec<usize> = (0..10).map(|k| (10.0 * c(k)) as usize).collect();
+        slices.sort_unstable();
+        assert!(slices.into_iter().eq(0..10), "one point a slice");
     }
 }

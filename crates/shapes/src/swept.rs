@@ -55,8 +55,47 @@ impl Envelope {
     /// Of cables with these radii (m), none of which has been anywhere yet; `cell`: size of the grid's cells, m,
     /// greater than 0.
     pub fn new(cell: f64, radii: &[f64]) -> Self {
-        let radii = radii.iter().map(|radius| radius.max(cell)).collect();
-        Self { cell, radii, drawn: Vec::new(), blocks: HashMap::new(), most: MANY }
+        let mut envelope = Self { cell, radii: Vec::new(), drawn: Vec::new(), blocks: HashMap::new(), most: MANY };
+        envelope.begin(radii);
+        envelope
+    }
+
+    /// Other cables, with these radii (m), begin anywhere; what was swept before stays.
+    pub fn begin(&mut self, radii: &[f64]) {
+        self.radii = radii.iter().map(|radius| radius.max(self.cell)).collect();
+        self.drawn.clear();
+    }
+
+    /// Size of the grid's cells, m.
+    pub fn cell(&self) -> f64 {
+        self.cell
+    }
+
+    /// What was swept, by blocks of the grid, in the order of their places: φ in cells at the points of each.
+    pub fn blocks(&self) -> Vec<([i32; 3], &[f32])> {
+        let mut blocks: Vec<_> = self.blocks.iter().map(|(place, block)| (*place, &block[..])).collect();
+        blocks.sort_unstable_by_key(|(place, _)| *place);
+        blocks
+    }
+
+    /// Adds what another envelope with the same cells has swept, by one of its [`Self::blocks`]. The surface does not
+    /// depend on the order in which envelopes are added.
+    ///
+    /// # Errors
+    /// [`TooFine`] where that needs too much memory.
+    ///
+    /// # Panics
+    /// If the block has another number of points.
+    pub fn add_block(&mut self, place: [i32; 3], phi: &[f32]) -> Result<(), TooFine> {
+        assert_eq!(phi.len(), SIDE.pow(3), "points of a block");
+        if self.blocks.len() == self.most && !self.blocks.contains_key(&place) {
+            return Err(TooFine { cell: self.cell });
+        }
+        let block = self.blocks.entry(place).or_insert_with(|| Box::new([BAND as f32; SIDE.pow(3)]));
+        for (own, other) in block.iter_mut().zip(phi) {
+            *own = own.min(*other);
+        }
+        Ok(())
     }
 
     /// The cables go straight from where they were to `lines`: their nodes, m, as many as ever.
@@ -64,11 +103,11 @@ impl Envelope {
     /// # Errors
     /// [`TooFine`] where that needs too much memory; what is swept is not whole then.
     pub fn sweep(&mut self, lines: &[Vec<Vector>]) -> Result<(), TooFine> {
-        if self.drawn.is_empty() {
+        let first = self.drawn.is_empty();
+        if first {
             self.drawn = lines.to_vec();
         }
         let mut drawn = std::mem::take(&mut self.drawn);
-        let first = self.blocks.is_empty();
         for (k, (was, now)) in drawn.iter_mut().zip(lines).enumerate() {
             let moved: Vec<bool> =
                 was.iter().zip(now).map(|(a, b)| first || (a - b).norm() > STILL * self.cell).collect();
@@ -281,6 +320,36 @@ mod tests {
             }
             assert!(volume(&surface) > 0.0);
         }
+    }
+
+    /// Two cables one after the other in one envelope, and each in an envelope of its own, added in both orders.
+    #[test]
+    fn envelopes_add_up_in_any_order() {
+        let one = straight(Vector::zeros(), Vector::new(0.1, 0.02, 0.0), 5);
+        let moved: Vec<Vector> = one.iter().map(|x| x + Vector::new(0.0, 0.01, 0.03)).collect();
+        let other = straight(Vector::new(0.05, -0.04, 0.01), Vector::new(0.06, 0.05, 0.0), 5);
+        let mut both = Envelope::new(0.002, &[0.004]);
+        let mut apart = [Envelope::new(0.002, &[0.004]), Envelope::new(0.002, &[0.006])];
+        for line in [&one, &moved] {
+            both.sweep(std::slice::from_ref(line)).expect("it finds room");
+            apart[0].sweep(std::slice::from_ref(line)).expect("it finds room");
+        }
+        both.begin(&[0.006]);
+        both.sweep(std::slice::from_ref(&other)).expect("it finds room");
+        apart[1].sweep(std::slice::from_ref(&other)).expect("it finds room");
+        for order in [[0, 1], [1, 0]] {
+            let mut sum = Envelope::new(0.002, &[]);
+            for k in order {
+                for (place, phi) in apart[k].blocks() {
+                    sum.add_block(place, phi).expect("it finds room");
+                }
+            }
+            assert_eq!(sum.surface(), both.surface());
+        }
+        let mesh = Mesh::new(&both.surface(), false).expect("closed");
+        assert!(mesh.distance(&Vector::new(0.05, 0.01, 0.0), 1.0) < 0.0 && mesh.distance(&other[1], 1.0) < 0.0);
+        // No patch leads from the one cable to the other.
+        assert!(mesh.distance(&Vector::new(0.02, -0.03, 0.005), 1.0) > 0.01);
     }
 
     #[test]

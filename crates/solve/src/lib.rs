@@ -16,6 +16,7 @@ pub mod report;
 pub mod start;
 pub mod steps;
 
+pub use report::{clearance_from_obstacle, clearance_of_branches};
 pub use steps::{Control, Progress, carry_out, start_near};
 
 use minimisers::{lbfgs, ncg, newton};

@@ -10,6 +10,7 @@ pub mod result;
 pub(crate) mod sheet;
 mod twist_loss;
 
+pub use clearance::{clearance_from_obstacle, clearance_of_branches};
 pub(crate) use linking::self_passing;
 pub use log::{EventLog, Occurrence};
 pub(crate) use twist_loss::TwistMonitor;

@@ -64,7 +64,7 @@
 //! | --- | --- |
 //! | `gpu` | module `gpu` and the minimiser of this name (wgpu) |
 //! | `kbl` | module `import`: KBL files to scenarios (roxmltree) |
-//! | `parquet` | `export::table::write` and `read` (parquet) |
+//! | `parquet` | `export::table::Writer` and `read` (parquet) |
 //! | `plugins` | module `plugins`: constraints and joints out of dynamic libraries (libloading) |
 //! | `testing` | module `testing`: conformance suites for own parts |
 //! | `bench` | module `bench`: timings of the machine at hand; turns on `gpu` and `kbl` |

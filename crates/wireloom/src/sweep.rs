@@ -37,20 +37,32 @@
 //! The chains follow from the number of points alone. So rows are the same to the last bit for any number of threads,
 //! and wherever an interrupted sweep was resumed. With the minimiser `gpu` many chains go to the device together, one
 //! variant each.
+//!
+//! # Points without a result
+//!
+//! A point whose values are refused, that takes longer than the time limit of the sweep, or at which the program panics
+//! is a row with that status and the reason; the others are not touched. Only the time limit depends on the machine.
 
+mod deadline;
 mod outputs;
 
+use deadline::Deadlines;
+use outputs::Recorder;
 use rayon::prelude::*;
+use std::any::Any;
 use std::convert::Infallible;
 use std::ops::Range;
+use std::panic::{AssertUnwindSafe, catch_unwind};
 #[cfg(feature = "gpu")]
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Mutex, PoisonError};
 use wireloom_core::equilibrium::StepResult;
-use wireloom_core::{Monitor, Network, Registry, Status};
+use wireloom_core::{Monitor, Network, Registry, Status, Vector};
 use wireloom_export::ending::Ending;
+use wireloom_export::table::{CRASHED, Computed, Extremes, REFUSED, TIME_LIMIT};
 use wireloom_scenario::sweep::{Axis, Value};
 use wireloom_scenario::{Built, Fault, Files};
+use wireloom_shapes::swept::{Envelope, TooFine};
 use wireloom_solve::steps::checkpoint::{Checkpoint, Observer, Resumed};
 use wireloom_solve::{Control, Progress};
 
@@ -109,8 +121,8 @@ pub fn run(text: &str, files: &(dyn Files + Sync), registry: &Registry) -> Resul
     let points = Points { text, files, minimiser: None, registry, batch: None, sweep, header };
     let chains: Vec<usize> = (0..points.chains().len()).collect();
     let done = Mutex::new(Vec::new());
-    let kept = points.compute(&chains, &Monitor::default(), &|| (), |chain, rows| {
-        done.lock().unwrap_or_else(PoisonError::into_inner).push((chain, rows));
+    let kept = points.compute(&chains, &Monitor::default(), &|| (), |chain, computed| {
+        done.lock().unwrap_or_else(PoisonError::into_inner).push((chain, computed.rows));
         Ok::<(), Infallible>(())
     });
     kept.unwrap_or_else(|never| match never {});
@@ -129,11 +141,19 @@ pub fn header(sweep: &Sweep, network: &Network) -> Header {
         }
     }
     Header {
-        keys: sweep.axes.iter().map(|axis| axis.key.clone()).collect(),
+        keys: sweep.axes.iter().map(|axis| (axis.key.clone(), axis.range.is_numeric())).collect(),
         branches: network.branches.iter().map(|branch| branch.name.clone()).collect(),
         constraints,
         outputs: sweep.outputs.iter().flat_map(outputs::columns).collect(),
     }
+}
+
+/// A chain that was computed.
+pub struct Chain {
+    /// Its rows.
+    pub rows: Vec<Row>,
+    /// Space that the harness sweeps at its points, if the sweep asks for it.
+    pub swept: Option<Result<Envelope, TooFine>>,
 }
 
 /// A point that was computed.
@@ -168,7 +188,7 @@ impl Points<'_> {
     }
 
     /// Computes chains, given by their indices in [`Self::chains`], on all cores until `monitor` is told to stop.
-    /// `keep` is called with the rows of each chain that is done, `done` for each point.
+    /// `keep` is called with each chain that is done, `done` for each point.
     ///
     /// # Errors
     /// The first one of `keep`.
@@ -177,46 +197,60 @@ impl Points<'_> {
         chains: &[usize],
         monitor: &Monitor,
         done: &(dyn Fn() + Sync),
-        keep: impl Fn(usize, Vec<Row>) -> Result<(), E> + Sync,
+        keep: impl Fn(usize, Chain) -> Result<(), E> + Sync,
     ) -> Result<(), E> {
         let all = self.chains();
-        let chain = |&k: &usize| match self.chain(all[k].clone(), monitor, done) {
-            Some(rows) => keep(k, rows),
+        let deadlines = Deadlines::new(self.sweep.time_limit, monitor);
+        let chain = |&k: &usize| match self.chain(all[k].clone(), &deadlines, done) {
+            Some(computed) => keep(k, computed),
             None => Ok(()),
         };
-        match self.batch {
+        deadlines.watch(|| match self.batch {
             // One at a time: which thread takes which makes no difference.
             None => chains.par_iter().with_max_len(1).try_for_each(chain),
             #[cfg(feature = "gpu")]
             Some(batch) => together(batch, chains, chain),
             #[cfg(not(feature = "gpu"))]
             Some(batch) => match *batch {},
-        }
+        })
     }
 
-    /// Rows of a chain; `None` if it was stopped.
-    fn chain(&self, points: Range<usize>, monitor: &Monitor, done: &(dyn Fn() + Sync)) -> Option<Vec<Row>> {
+    /// A chain; `None` if it was stopped.
+    fn chain(&self, points: Range<usize>, deadlines: &Deadlines<'_>, done: &(dyn Fn() + Sync)) -> Option<Chain> {
         let mut told = 0;
-        let rows = match self.near_each_other(points.clone(), monitor, &mut || {
+        let chain = match self.near_each_other(points.clone(), deadlines, &mut || {
             told += 1;
             done();
         }) {
-            Some(rows) => rows,
+            Some(chain) => chain,
             None => {
-                let afresh = |k| Some(self.point(k, Began::Afresh, monitor)?.row);
-                points.clone().map(afresh).collect::<Option<Vec<Row>>>()?
+                let mut swept = self.nothing_swept();
+                let afresh = |k| Some(self.point(k, Began::Afresh, deadlines, &mut swept)?.row);
+                let rows = points.clone().map(afresh).collect::<Option<Vec<Row>>>()?;
+                Chain { rows, swept }
             }
         };
         points.skip(told).for_each(|_| done());
-        Some(rows)
+        Some(chain)
     }
 
-    /// Rows of a chain with warm starts; `None` if cold starts are needed, or it was stopped.
-    fn near_each_other(&self, points: Range<usize>, monitor: &Monitor, done: &mut dyn FnMut()) -> Option<Vec<Row>> {
+    /// The space that nothing has been in, if the sweep asks for it.
+    fn nothing_swept(&self) -> Option<Result<Envelope, TooFine>> {
+        self.sweep.swept.map(|cell| Ok(Envelope::new(cell, &[])))
+    }
+
+    /// A chain with warm starts; `None` if cold starts are needed, or it was stopped.
+    fn near_each_other(
+        &self,
+        points: Range<usize>,
+        deadlines: &Deadlines<'_>,
+        done: &mut dyn FnMut(),
+    ) -> Option<Chain> {
         let places: Vec<Vec<f64>> = points.clone().map(|k| self.sweep.place(k)).collect();
         let distance =
             |a: usize, b: usize| -> f64 { places[a].iter().zip(&places[b]).map(|(a, b)| (a - b) * (a - b)).sum() };
         let mut all: Vec<Option<Point>> = points.clone().map(|_| None).collect();
+        let mut swept = self.nothing_swept();
         let mut last = None;
         loop {
             let has_start = |i: &usize| all[*i].as_ref().is_some_and(|point| point.start.is_some());
@@ -233,12 +267,12 @@ impl Points<'_> {
                 (None, Some(&first)) => (first, Began::Afresh),
                 (None, None) => break,
             };
-            all[i] = Some(self.point(points.start + i, from, monitor)?);
+            all[i] = Some(self.point(points.start + i, from, deadlines, &mut swept)?);
             done();
         }
         let mut all: Vec<Point> = all.into_iter().flatten().collect();
         if let Some(i) = last {
-            let afresh = self.point(points.start + i, Began::Afresh, monitor)?;
+            let afresh = self.point(points.start + i, Began::Afresh, deadlines, &mut swept)?;
             let same = match (&afresh.start, &all[i].start) {
                 (Some(one), Some(other)) => one.checkpoint.is_same_state(&other.checkpoint, &one.network),
                 (None, None) => true,
@@ -249,25 +283,62 @@ impl Points<'_> {
             }
             all[i] = afresh;
         }
-        Some(all.into_iter().map(|point| point.row).collect())
+        Some(Chain { rows: all.into_iter().map(|point| point.row).collect(), swept })
     }
 
     /// Computes a point; `None` if it has no start near that of the other point, or was stopped.
-    fn point(&self, k: usize, from: Began<'_>, monitor: &Monitor) -> Option<Point> {
-        if monitor.is_stopped() {
+    fn point(
+        &self,
+        k: usize,
+        from: Began<'_>,
+        deadlines: &Deadlines<'_>,
+        swept: &mut Option<Result<Envelope, TooFine>>,
+    ) -> Option<Point> {
+        if deadlines.is_stopped() {
             return None;
         }
-        let cell = |(axis, value): (&Axis, Value)| match value.number {
-            Some(number) if axis.range.is_numeric() => Cell::Number(number),
-            _ => Cell::Word(value.word().to_owned()),
+        let cell = |(axis, value): (&Axis, Option<Value>)| match value {
+            Some(Value { number: Some(number), .. }) if axis.range.is_numeric() => Cell::Number(number),
+            Some(value) => Cell::Word(value.word().to_owned()),
+            None => Cell::Empty,
         };
         let values: Vec<Cell> = self.sweep.axes.iter().zip(self.sweep.point(k)).map(cell).collect();
+        let deadline = deadlines.begin();
+        let attempt = AssertUnwindSafe(|| self.carry_out(k, from, values.clone(), &deadline.monitor, swept));
+        let (status, reason) = match catch_unwind(attempt) {
+            Ok(Attempt::Done(point)) => return Some(*point),
+            Ok(Attempt::NoStart) => return None,
+            Ok(Attempt::Stopped(_)) if deadlines.is_stopped() => return None,
+            Ok(Attempt::Stopped(at)) => {
+                let limit = self.sweep.time_limit.unwrap_or_default();
+                let at = at.map_or("while its start was being found".to_owned(), |at| {
+                    format!("after increment {} of {} of step `{}`", at.increment, at.increments, at.step)
+                });
+                (TIME_LIMIT, format!("not done within {limit} s: it was ended {at}"))
+            }
+            Err(panic) => (CRASHED, format!("the program failed at this point: {}", panic_words(panic.as_ref()))),
+        };
+        // What a start from another point leads to does not count against it.
+        matches!(from, Began::Afresh)
+            .then(|| Point { row: self.header.without_result(values, status, Some(reason)), start: None })
+    }
+
+    /// The attempt to compute a point.
+    fn carry_out(
+        &self,
+        k: usize,
+        from: Began<'_>,
+        values: Vec<Cell>,
+        monitor: &Monitor,
+        swept: &mut Option<Result<Envelope, TooFine>>,
+    ) -> Attempt {
         let mut settings = self.sweep.settings(k);
         settings.extend(self.minimiser.map(wireloom_scenario::Setting::minimiser));
         let (scenario, built) = match crate::load_with_settings(self.text, &settings, self.files, self.registry) {
             Ok(loaded) => loaded,
             Err(faults) => {
-                return Some(Point { row: self.header.refused(values, said(&faults)), start: None });
+                let row = self.header.without_result(values, REFUSED, Some(said(&faults)));
+                return Attempt::Done(Box::new(Point { row, start: None }));
             }
         };
         let Built { network, coarse, schedule, mut minimiser, stop: when, .. } = built;
@@ -275,33 +346,62 @@ impl Points<'_> {
             Began::Afresh => None,
             Began::Near(Start { network: other, checkpoint }) => {
                 let near = (other, checkpoint);
-                let checkpoint =
-                    wireloom_solve::start_near(&network, minimiser.as_mut(), &when, &schedule, near, monitor)?;
+                let start = wireloom_solve::start_near(&network, minimiser.as_mut(), &when, &schedule, near, monitor);
+                let Some(checkpoint) = start else { return Attempt::NoStart };
                 Some(Resumed { checkpoint, steps: Vec::new() })
             }
         };
-        let mut watching = Watching { monitor, start: None };
+        // Where outputs are measured may vary.
+        let outputs = scenario.sweep.as_ref().map_or(&[][..], |sweep| &sweep.outputs);
+        if let Some(Ok(swept)) = swept {
+            swept.begin(&network.branches.iter().map(|branch| 0.5 * branch.section.diameter).collect::<Vec<_>>());
+        }
+        let mut watching = Watching {
+            monitor,
+            network: &network,
+            start: None,
+            at: None,
+            recorder: Recorder::new(outputs),
+            extremes: Extremes::default(),
+            swept,
+        };
         let minimiser = minimiser.as_mut();
         let run =
             wireloom_solve::carry_out(&network, coarse.as_ref(), minimiser, &when, &schedule, resumed, &mut watching);
+        let Watching { start, at, recorder, extremes, .. } = watching;
         if run.status == Status::Interrupted {
-            return None;
+            return Attempt::Stopped(at);
         }
         // Why a run ended before its time.
         let message = run.fault.as_ref().map(|fault| fault.message.clone());
         let row = match (Ending::of(&run), run.steps.last()) {
             (Some(ending), Some(end)) => {
-                // Where they are measured may vary.
-                let outputs = scenario.sweep.iter().flat_map(|sweep| &sweep.outputs);
-                let outputs = outputs.flat_map(|output| outputs::values(output, &ending, end)).collect();
-                self.header.row(values, &ending, outputs)
+                let outputs = recorder.finish(&network, end);
+                let verdict = Some((run.verdict(), &run.requirements[..]));
+                let row = self.header.row(values, &ending, Computed { extremes, outputs, verdict });
+                Row { message, ..row }
             }
-            _ => Row { status: run.status.word().to_owned(), ..self.header.refused(values, String::new()) },
+            _ => self.header.without_result(values, run.status.word(), message),
         };
-        let start = watching.start.filter(Checkpoint::is_balanced_start);
+        let start = start.filter(Checkpoint::is_balanced_start);
         let start = start.map(|checkpoint| Start { network, checkpoint });
-        Some(Point { row: Row { message, ..row }, start })
+        Attempt::Done(Box::new(Point { row, start }))
     }
+}
+
+/// How the attempt to compute a point ended.
+enum Attempt {
+    Done(Box<Point>),
+    /// It has no start near that of the other point.
+    NoStart,
+    /// It was stopped, after this increment.
+    Stopped(Option<Progress>),
+}
+
+/// Message of a panic.
+fn panic_words(panic: &(dyn Any + Send)) -> String {
+    let text = panic.downcast_ref::<&str>().map(|text| (*text).to_owned());
+    text.or_else(|| panic.downcast_ref::<String>().cloned()).unwrap_or_else(|| "it did not say why".to_owned())
 }
 
 #[cfg(feature = "gpu")]
@@ -330,19 +430,49 @@ fn together<E: Send>(batch: &Batch, chains: &[usize], work: impl Fn(&usize) -> R
     failed.into_inner().unwrap_or_else(PoisonError::into_inner).map_or(Ok(()), Err)
 }
 
-/// Keeps the first checkpoint.
+/// Keeps the first checkpoint, and what is measured at each increment.
 struct Watching<'s> {
     monitor: &'s Monitor,
+    network: &'s Network,
     start: Option<Checkpoint>,
+    /// The last increment.
+    at: Option<Progress>,
+    recorder: Recorder<'s>,
+    extremes: Extremes,
+    swept: &'s mut Option<Result<Envelope, TooFine>>,
+}
+
+impl Watching<'_> {
+    /// The harness goes on to these positions of its nodes.
+    fn sweep(&mut self, lines: &[Vec<Vector>]) {
+        if let Some(swept) = self.swept
+            && let Ok(envelope) = swept
+            && let Err(too_fine) = envelope.sweep(lines)
+        {
+            *swept = Err(too_fine);
+        }
+    }
 }
 
 impl Observer for Watching<'_> {
-    fn increment(&mut self, _: &Progress, _: &StepResult, _: bool) -> Control {
+    fn increment(&mut self, progress: &Progress, end: &StepResult, _: bool) -> Control {
+        self.at = Some(progress.clone());
+        self.extremes.add(end);
+        self.recorder.add(self.network, progress, end);
+        if self.swept.is_some() {
+            let lines: Vec<Vec<Vector>> = end.branches.iter().map(|branch| branch.position.clone()).collect();
+            self.sweep(&lines);
+        }
         Control::Continue
     }
 
     fn checkpoint(&mut self, checkpoint: &Checkpoint) {
-        self.start.get_or_insert_with(|| checkpoint.clone());
+        if self.start.is_none() {
+            self.start = Some(checkpoint.clone());
+            let branches = self.network.branches.iter();
+            let lines: Vec<_> = branches.map(|branch| checkpoint.points()[branch.points.clone()].to_vec()).collect();
+            self.sweep(&lines);
+        }
     }
 
     fn monitor(&self) -> Monitor {

@@ -44,7 +44,7 @@ pub fn compare(arguments: &CompareArguments, out: &mut dyn Write) -> Result<Outc
     trace.finish()?;
     let wanted = arguments.inputs.len().max(variants.len());
     let interrupted = cases.len() < wanted;
-    if interrupted {
+    if interrupted && !arguments.json {
         writeln!(out, "interrupted: {} of {wanted} runs are complete\n", cases.len())
             .map_err(Failure::standard_output)?;
     }
@@ -60,7 +60,17 @@ pub fn compare(arguments: &CompareArguments, out: &mut dyn Write) -> Result<Outc
     let alike = [&arguments.joint, &arguments.rod, &arguments.set].iter().all(|tried| tried.is_empty())
         && arguments.segments.is_empty();
     // Results are printed before the file is written, which may fail.
-    differences::print(&cases, &comparison, &trends, alike, out).map_err(Failure::standard_output)?;
+    let print = |mut out: &mut dyn Write| {
+        if arguments.json {
+            json::write_comparison(&cases, &comparison, &mut out)
+        } else {
+            differences::print(&cases, &comparison, &trends, alike, out)
+        }
+    };
+    match &arguments.out {
+        Some(path) => folder::write(path, |out| print(out))?,
+        None => print(out).map_err(Failure::standard_output)?,
+    }
     if let Some(path) = &arguments.report {
         let page = ComparisonPage {
             title: &title(arguments),

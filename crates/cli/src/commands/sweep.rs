@@ -3,8 +3,11 @@
 //! | in `DIR/` | content |
 //! | --- | --- |
 //! | `points.parquet` | a row for each point, written when all are done |
+//! | `points.csv` | the same, where it is asked for |
+//! | `swept.glb` | the space that the harness sweeps at all points, where the scenario asks for it |
 //! | `.wireloom/sweep/origin` | the scenario, until the sweep ends |
 //! | `.wireloom/sweep/NNNNNN` | chains of points that are done, until the sweep ends |
+//! | `.wireloom/sweep/NNNNNN-swept` | the space swept in a chain, likewise |
 
 use crate::arguments::SweepArguments;
 use crate::failure::{Failure, Outcome};
@@ -14,28 +17,35 @@ use crate::files::own::Own;
 use crate::files::saved::{decode, encode, present};
 use crate::plugin::load::record;
 use crate::plugin::trust::Trust;
+use crate::print::points;
 use crate::print::progress::Bar;
-use crate::print::table::Columns;
-use crate::print::text::{counted, printable};
 use crate::program::PROGRAM;
 use crate::{interrupt, size};
 use serde::{Deserialize, Serialize};
 use std::io::{self, Write};
+use std::path::Path;
 use std::sync::Arc;
-use wireloom::export::table;
-use wireloom::export::table::{Column, FILE, Row, Table};
+use wireloom::export::gltf;
+use wireloom::export::table::statistics::{self, CROSSED, METHOD, REQUIREMENTS, is_needed, keys};
+use wireloom::export::table::{FILE, Layout, Row, Table, Writer, write_csv};
+use wireloom::harness::Surface;
 use wireloom::result::Library;
 use wireloom::scenario::Setting;
-use wireloom::sweep::{Points, header};
+use wireloom::shapes::swept::Envelope;
+use wireloom::sweep::{Chain, Points, Sweep, header};
 
 const PARTS: &str = "sweep";
 const ORIGIN: &str = "sweep/origin";
 /// Help where a part is damaged.
 const HELP: &str = "remove it, and the same command goes on";
 /// Version of the files; changes with their meaning.
-const FORMAT: u32 = 5;
-/// Messages of refused points that are shown.
-const REFUSALS: usize = 3;
+const FORMAT: u32 = 6;
+/// Fields of a part of the table that is written at once: 32 MB.
+const FIELDS: usize = 1 << 21;
+/// Name of the table as text.
+const CSV: &str = "points.csv";
+/// Name of the mesh of the swept space.
+const MESH: &str = "swept.glb";
 
 /// Origin of a sweep.
 #[derive(PartialEq, Serialize, Deserialize)]
@@ -88,71 +98,113 @@ pub fn sweep(arguments: &SweepArguments, out: &mut dyn Write) -> Result<Outcome,
     }
     bar.count(&loaded.scenario.name, "points", sweep.points, sweep.points - left);
     interrupt::listen();
-    points.compute(&to_do, interrupt::monitor(), &|| bar.one(), |k, rows| parts.keep(k, &rows))?;
+    points.compute(&to_do, interrupt::monitor(), &|| bar.one(), |k, chain| parts.keep(k, &chain))?;
     if interrupt::asked() {
         drop(bar);
         let words = format!("interrupted; the same command goes on, from {}", place.display());
         writeln!(out, "{words}").map_err(Failure::standard_output)?;
         return Ok(Outcome::NotConverged);
     }
-    let mut rows = vec![];
-    for k in 0..chains.len() {
-        rows.append(&mut parts.read(k)?);
-    }
-    let notes = [
-        ("program", PROGRAM.to_owned()),
-        ("scenario", loaded.scenario.name.clone()),
-        ("text", loaded.texts[0].1.clone()),
-    ];
-    let table = Table::of(&points.header, &rows, notes.map(|(key, text)| (format!("wireloom.{key}"), text)).to_vec());
     bar.say(format!("writing {FILE}"));
-    folder.write(FILE, |out| table::write(&table, out))?;
+    let mut layout = Layout::new(&points.header);
+    for k in 0..chains.len() {
+        layout.add(&parts.read(k)?);
+    }
+    let notes = notes((&loaded.scenario.name, file, &loaded.texts[0].1), sweep, &layout);
+    let blocks = Blocks { layout: &layout, parts: &parts, chains: chains.len() };
+    let mut brief = Table { columns: vec![], notes: notes.clone() };
+    folder.write(FILE, |out| {
+        let empty = Table { notes, ..layout.table(0, &[]) };
+        let shown: Vec<String> = keys(&empty).into_iter().map(str::to_owned).collect();
+        let mut file = Writer::begin(&empty, out)?;
+        blocks.each(|table| {
+            file.append(&table)?;
+            brief.append(table.with_columns(|name| is_shown(name) || shown.iter().any(|key| key == name)));
+            Ok(())
+        })?;
+        file.finish()
+    })?;
+    let mut written = vec![FILE];
+    if arguments.csv {
+        folder.write(CSV, |mut out| {
+            let mut heading = true;
+            blocks.each(|table| write_csv(&table, std::mem::take(&mut heading), &mut out))
+        })?;
+        written.push(CSV);
+    }
+    let mut remark = None;
+    if let Some(cell) = sweep.swept {
+        bar.say(format!("writing {MESH}"));
+        match parts.swept(chains.len(), cell)? {
+            Some(surface) => {
+                folder.write(MESH, |mut out| gltf::write_surface("swept", &surface, &mut out))?;
+                written.push(MESH);
+            }
+            None => remark = Some(format!("{MESH} is not written: cells of {cell} m take too much memory")),
+        }
+    }
     parts.clear()?;
     drop(bar);
     if !arguments.quiet {
-        print(&rows, &table, out).map_err(Failure::standard_output)?;
-        writeln!(out, "wrote {}", place.join(FILE).display()).map_err(Failure::standard_output)?;
+        let mut print = || {
+            points::print(&brief, file, out)?;
+            if let Some(remark) = &remark {
+                writeln!(out, "{remark}")?;
+            }
+            let written = written.iter().map(|name| place.join(name).display().to_string()).collect::<Vec<_>>();
+            writeln!(out, "wrote {}", written.join(", "))
+        };
+        print().map_err(Failure::standard_output)?;
     }
     Ok(Outcome::Done)
 }
 
-/// Number of points by status, and ranges of results.
-fn print(rows: &[Row], table: &Table, out: &mut dyn Write) -> io::Result<()> {
-    let mut counts: Vec<(&str, usize)> = vec![];
-    for row in rows {
-        match counts.iter_mut().find(|(status, _)| *status == row.status) {
-            Some((_, n)) => *n += 1,
-            None => counts.push((&row.status, 1)),
+/// Columns that the summary on the terminal needs, besides the keys.
+fn is_shown(column: &str) -> bool {
+    is_needed(column)
+        || points::RANGES.iter().any(|(name, _)| *name == column)
+        || matches!(column, "polish" | "message")
+}
+
+/// Metadata of the table.
+fn notes((scenario, file, text): (&str, &Path, &str), sweep: &Sweep, layout: &Layout<'_>) -> Vec<(String, String)> {
+    let crossed: Vec<&str> = sweep.axes[..sweep.crossed].iter().map(|axis| axis.key.as_str()).collect();
+    let requirements: Vec<String> =
+        layout.requirements().iter().map(|(name, measure)| format!("{}\t{name}", measure.word())).collect();
+    let notes = [
+        ("wireloom.program", PROGRAM.to_owned()),
+        ("wireloom.scenario", scenario.to_owned()),
+        ("wireloom.text", text.to_owned()),
+        (statistics::FILE, file.file_name().unwrap_or_default().to_string_lossy().into_owned()),
+        (METHOD, sweep.method.word().to_owned()),
+        (CROSSED, crossed.join("\n")),
+        (REQUIREMENTS, requirements.join("\n")),
+    ];
+    notes.map(|(key, text)| (key.to_owned(), text)).to_vec()
+}
+
+/// The table, block by block, so that not all of it is in memory.
+struct Blocks<'p> {
+    layout: &'p Layout<'p>,
+    parts: &'p Parts,
+    chains: usize,
+}
+
+impl Blocks<'_> {
+    fn each(&self, mut write: impl FnMut(Table) -> io::Result<()>) -> io::Result<()> {
+        let width = self.layout.table(0, &[]).columns.len().max(1);
+        let (mut first, mut rows) = (0, vec![]);
+        for k in 0..self.chains {
+            let read = self.parts.read(k);
+            rows.append(&mut read.map_err(|failure| io::Error::other(failure.to_string()))?);
+            if rows.len() * width >= FIELDS || k + 1 == self.chains {
+                write(self.layout.table(first, &rows))?;
+                first += rows.len();
+                rows.clear();
+            }
         }
+        Ok(())
     }
-    counts.sort_by_key(|(_, n)| std::cmp::Reverse(*n));
-    let words: Vec<String> = counts.iter().map(|(status, n)| format!("{n} {status}")).collect();
-    writeln!(out, "{}: {}\n", counted(rows.len(), "point", "points"), words.join(", "))?;
-    if let Some(Column::Numbers(polish)) = table.column("polish") {
-        match polish.iter().flatten().filter(|polish| **polish > 0.0).count() {
-            0 => {}
-            polished => writeln!(out, "{polished} of them finished on the CPU, to the same tolerance\n")?,
-        }
-    }
-    let mut columns = Columns::new(["result", ">minimum", ">mean", ">maximum"]);
-    for (name, unit) in [("energy.total", "J"), ("bend_radius", "m"), ("force", "N")] {
-        let Some(Column::Numbers(numbers)) = table.column(name) else { continue };
-        let numbers: Vec<f64> = numbers.iter().flatten().copied().collect();
-        if numbers.is_empty() {
-            continue;
-        }
-        let (least, greatest) =
-            numbers.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), x| (a.min(*x), b.max(*x)));
-        let mean = numbers.iter().sum::<f64>() / numbers.len() as f64;
-        let cell = |number: f64| format!("{number:.5}");
-        columns.row([format!("{name} [{unit}]"), cell(least), cell(mean), cell(greatest)]);
-    }
-    columns.print(out)?;
-    let refused = rows.iter().enumerate().filter_map(|(k, row)| Some((k, row.message.as_ref()?)));
-    for (k, message) in refused.take(REFUSALS) {
-        writeln!(out, "point {k} refused: {}", printable(message))?;
-    }
-    Ok(())
 }
 
 /// Chains of a sweep that are done.
@@ -173,8 +225,33 @@ impl Parts {
         Ok(parts)
     }
 
-    fn keep(&self, chain: usize, rows: &[Row]) -> Result<(), Failure> {
-        encode(&self.0, &part(chain), &rows, false)
+    fn keep(&self, number: usize, chain: &Chain) -> Result<(), Failure> {
+        // The rows come last: with them the chain is done.
+        if let Some(swept) = &chain.swept {
+            let blocks: Option<Vec<([i32; 3], Vec<f32>)>> = swept
+                .as_ref()
+                .ok()
+                .map(|envelope| envelope.blocks().into_iter().map(|(place, phi)| (place, phi.to_vec())).collect());
+            encode(&self.0, &format!("{}-swept", part(number)), &blocks, false)?;
+        }
+        encode(&self.0, &part(number), &chain.rows, false)
+    }
+
+    /// The surface of the space swept in all chains; `None`: that takes too much memory.
+    fn swept(&self, chains: usize, cell: f64) -> Result<Option<Surface>, Failure> {
+        let mut envelope = Envelope::new(cell, &[]);
+        for k in 0..chains {
+            let name = format!("{}-swept", part(k));
+            let Some(blocks) = present::<Option<Vec<([i32; 3], Vec<f32>)>>>(&self.0, &name, HELP)? else {
+                return Ok(None);
+            };
+            for (place, phi) in &blocks {
+                if envelope.add_block(*place, phi).is_err() {
+                    return Ok(None);
+                }
+            }
+        }
+        Ok(Some(envelope.surface()))
     }
 
     /// Chains that are not done. Damage is reported before the work begins.

@@ -4,6 +4,8 @@ use crate::print::table::{Columns, ROWS};
 use crate::print::text::{counted, printable, time};
 use std::io::{self, Write};
 use wireloom::compare::{BranchDifference, Case, Comparison, Part, Trend};
+use wireloom::export::sheet;
+use wireloom::result::RequirementResult;
 
 /// Prints a comparison; `alike`: all are the same problem, so that they could have ended in the same equilibrium.
 pub fn print(
@@ -14,6 +16,7 @@ pub fn print(
     out: &mut dyn Write,
 ) -> io::Result<()> {
     endings(cases, out)?;
+    requirements(cases, out)?;
     differences(cases, comparison, out)?;
     branches(comparison, out)?;
     convergence(trends, out)?;
@@ -29,6 +32,7 @@ fn endings(cases: &[Case], out: &mut dyn Write) -> io::Result<()> {
     let mut table = Columns::new([
         "result",
         "status",
+        "verdict",
         "stable",
         ">energy [J]",
         ">tightest bend [mm]",
@@ -41,6 +45,7 @@ fn endings(cases: &[Case], out: &mut dyn Write) -> io::Result<()> {
         table.row([
             name.clone(),
             ending.status.clone(),
+            sheet::capitals(ending.verdict),
             match ending.stable {
                 Some(true) => "yes",
                 Some(false) => "NO",
@@ -55,6 +60,29 @@ fn endings(cases: &[Case], out: &mut dyn Write) -> io::Result<()> {
         ]);
     }
     table.print(out)
+}
+
+/// Requirements that are not kept everywhere, the results side by side: verdict, worst value, margin, place.
+fn requirements(cases: &[Case], out: &mut dyn Write) -> io::Result<()> {
+    let sheets: Vec<&[RequirementResult]> = cases.iter().map(|case| &case.ending.requirements[..]).collect();
+    let open = sheet::open_in_any(&sheets);
+    if open.is_empty() {
+        return Ok(());
+    }
+    let headings = ["requirement"].into_iter().chain(cases.iter().map(|case| case.name.as_str()));
+    let mut table = Columns::new(headings);
+    for name in open.iter().take(ROWS) {
+        let cells = sheets.iter().map(|lines| match lines.iter().find(|line| line.name == *name) {
+            Some(line) => sheet::brief(line),
+            None => "–".to_owned(),
+        });
+        table.row([(*name).to_owned()].into_iter().chain(cells));
+    }
+    table.print(out)?;
+    if open.len() > ROWS {
+        writeln!(out, "({} more besides)\n", counted(open.len() - ROWS, "requirement", "requirements"))?;
+    }
+    Ok(())
 }
 
 /// Difference from the reference.

@@ -12,8 +12,8 @@ pub struct Columns(Table);
 
 impl Columns {
     /// A table without rows.
-    pub fn new(headings: impl IntoIterator<Item = &'static str>) -> Self {
-        let headings: Vec<&str> = headings.into_iter().collect();
+    pub fn new<S: AsRef<str>>(headings: impl IntoIterator<Item = S>) -> Self {
+        let headings: Vec<String> = headings.into_iter().map(|heading| printable(heading.as_ref())).collect();
         let mut table = Table::new();
         table.load_style(TableStyle::new().header_separator(LineStyle::none().fill('─').junction('─')));
         table.set_header(headings.iter().map(|heading| heading.trim_start_matches('>')));

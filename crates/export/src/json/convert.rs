@@ -112,7 +112,7 @@ impl Event {
 }
 
 impl Requirement {
-    fn of(line: &core::RequirementResult) -> Self {
+    pub fn of(line: &core::RequirementResult) -> Self {
         let core::EventPlace { constraint, obstacle, branch, s, other_branch, other_s } = line.place.clone();
         let (s, other_s) = (s.map(Number), other_s.map(Number));
         Self {
@@ -135,7 +135,7 @@ impl Requirement {
         }
     }
 
-    fn result(self) -> core::RequirementResult {
+    pub fn result(self) -> core::RequirementResult {
         let RequirementPlace { constraint, obstacle, branch, s, other_branch, other_s } = self.place;
         let (s, other_s) = (s.map(number), other_s.map(number));
         let moment = self.step.zip(self.step_index).zip(self.increment);
@@ -357,6 +357,7 @@ impl Obstacle {
             orientation: quaternion(&obstacle.pose.orientation),
             force: written(&obstacle.force),
             moment: written(&obstacle.moment),
+            contact_force: Number(obstacle.contact_force),
             contacts: obstacle.contacts,
             depth: Number(obstacle.depth),
         }
@@ -368,6 +369,7 @@ impl Obstacle {
             pose: Pose { position: vector(self.position), orientation: rotation(self.orientation) },
             force: vector(self.force),
             moment: vector(self.moment),
+            contact_force: self.contact_force.0,
             contacts: self.contacts,
             depth: self.depth.0,
         }

@@ -250,6 +250,7 @@ pub struct Obstacle {
     pub orientation: Quaternion,
     pub force: Vector3,
     pub moment: Vector3,
+    pub contact_force: Number,
     pub contacts: usize,
     pub depth: Number,
 }

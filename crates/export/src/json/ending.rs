@@ -1,7 +1,7 @@
 //! `result.json` read as far as results are compared.
 
 use super::convert::{numbers, radii, vectors};
-use super::document::{Branch, Constraint, Document, Step};
+use super::document::{Branch, Constraint, Document, Requirement, Step};
 use super::stream::{Collect, Collected};
 use super::values::{Number, Skipped, vector};
 use crate::ending::{BranchEnd, Closed, ConstraintEnd, Ending, Way, Work, count};
@@ -56,6 +56,8 @@ pub fn ending(document: Document<Collected<Last>>) -> Result<Option<Ending>, Str
         scenario: document.scenario,
         status: document.status.0.word().to_owned(),
         converged: document.status.0 == Status::Converged,
+        verdict: document.verdict.0,
+        requirements: document.requirements.into_iter().map(Requirement::result).collect(),
         stable: end.stable,
         branches: branches.collect::<Result<_, _>>()?,
         constraints,

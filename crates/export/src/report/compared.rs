@@ -4,10 +4,12 @@ use super::layout::{OPEN, fixed, heading, millimetres, radius};
 use super::{plots, style};
 use crate::comparison::{BranchDifference, Case, Comparison, Trend};
 use crate::ending::{BranchEnd, Ending};
-use crate::picture;
+use crate::{picture, sheet};
 use base64::Engine;
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 use std::io::{self, Write};
+use wireloom_core::equilibrium::RequirementResult;
+use wireloom_core::requirement::Verdict;
 
 /// Content of the page. The writer looks at neither clock nor machine: the caller states both.
 #[derive(Clone, Debug, PartialEq)]
@@ -56,6 +58,7 @@ fn page(compared: &ComparisonPage<'_>) -> Markup {
                     p { (compared.program) " · " (compared.machine) " · " (compared.written) }
                 }
                 (endings(compared.cases))
+                (requirements(compared.cases))
                 section id="shapes" {
                     h2 { "Shapes" }
                     img alt="all shapes over each other" src={ "data:image/svg+xml;base64," (source) };
@@ -84,13 +87,16 @@ fn endings(cases: &[Case]) -> Markup {
             h2 { "Results" }
             table {
                 (heading(&[
-                    "result", "status", "stable", ">energy [J]", ">tightest bend [mm]", "on",
+                    "result", "status", "verdict", "stable", ">energy [J]", ">tightest bend [mm]", "on",
                     "minimiser", ">iterations", ">factorisations", ">time [s]", "events",
                 ]))
                 tbody { @for (k, Case { ending, .. }) in cases.iter().enumerate() {
                     tr class=[(!ending.converged || ending.stable == Some(false)).then_some("trouble")] {
                         td { (name(cases, k)) }
                         td { (ending.status) }
+                        td class=(if ending.verdict == Verdict::Pass { "good" } else { "bad" }) {
+                            (sheet::capitals(ending.verdict))
+                        }
                         td { (match ending.stable { Some(true) => "yes", Some(false) => "NO", None => "unknown" }) }
                         td class="n" { (format!("{:.6}", ending.energy.total())) }
                         @if let Some((branch, s, radius)) = ending.tightest() {
@@ -104,6 +110,31 @@ fn endings(cases: &[Case]) -> Markup {
                         td { (events(ending)) }
                     }
                 } }
+            }
+        }
+    }
+}
+
+/// Requirements that are not kept everywhere, the results side by side.
+fn requirements(cases: &[Case]) -> Markup {
+    let sheets: Vec<&[RequirementResult]> = cases.iter().map(|case| &case.ending.requirements[..]).collect();
+    let open = sheet::open_in_any(&sheets);
+    html! {
+        @if !open.is_empty() {
+            section id="requirements" {
+                h2 { "Requirements that are not kept everywhere" }
+                table {
+                    thead { tr { th { "requirement" } @for k in 0..cases.len() { th { (name(cases, k)) } } } }
+                    tbody { @for requirement in open { tr {
+                        td { (requirement) }
+                        @for lines in &sheets {
+                            @match lines.iter().find(|line| line.name == requirement) {
+                                Some(line) => td class=[sheet::is_open(line).then_some("bad")] { (sheet::brief(line)) },
+                                None => td { "–" },
+                            }
+                        }
+                    } } }
+                }
             }
         }
     }

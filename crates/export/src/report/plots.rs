@@ -12,6 +12,7 @@ const SIZE: (u32, u32) = (560, 230);
 /// The last curve is drawn over the others.
 const LAST: RGBColor = RGBColor(0x1f, 0x5f, 0xa8);
 const OTHER: RGBColor = RGBColor(0xc4, 0x6a, 0x00);
+const PASS: RGBColor = RGBColor(0x14, 0x63, 0x2b);
 const LIMIT: RGBColor = RGBColor(0x8b, 0x00, 0x19);
 /// End of the axis of bend radii, in units of the smallest one (or the limit).
 const STRAIGHT: f64 = 30.0;
@@ -170,6 +171,40 @@ pub fn response(points: &[(f64, f64)], joined: bool) -> String {
         }
         let dots = points.iter().map(|point| Circle::new(*point, 2, LAST.mix(0.6).filled()));
         chart.draw_series(dots).map(|_| ()).map_err(|error| error.to_string())
+    })
+}
+
+/// Verdict of a point in a picture.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Mark {
+    /// It passes.
+    Pass,
+    /// It fails.
+    Fail,
+    /// It is unresolved, or nothing was computed.
+    Unresolved,
+}
+
+/// Points by verdict; those that fail are drawn last.
+pub fn region(points: &[(f64, f64, Mark)]) -> String {
+    let range = |of: fn(&(f64, f64, Mark)) -> f64| {
+        let (low, high) =
+            points.iter().map(of).fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), x| (a.min(x), b.max(x)));
+        let margin = if high > low { 0.04 * (high - low) } else { 0.5 * high.abs().max(1e-9) };
+        (low - margin, high + margin)
+    };
+    let (x, y) = (range(|point| point.0), range(|point| point.1));
+    if points.is_empty() || ![x.0, x.1, y.0, y.1].into_iter().all(f64::is_finite) {
+        return String::new();
+    }
+    chart(x, y, |chart| {
+        let filled = [(Mark::Pass, PASS.mix(0.7).filled()), (Mark::Unresolved, BLACK.mix(0.8).stroke_width(1))];
+        for (mark, style) in filled.into_iter().chain([(Mark::Fail, LIMIT.mix(0.9).filled())]) {
+            let dots = points.iter().filter(|point| point.2 == mark);
+            let dots = dots.map(|point| Circle::new((point.0, point.1), 3, style));
+            chart.draw_series(dots).map_err(|error| error.to_string())?;
+        }
+        Ok(())
     })
 }
 

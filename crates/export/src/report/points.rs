@@ -1,8 +1,11 @@
-//! Page of `wireloom report`: a sweep with the status of its points, distributions of results, responses to each key,
-//! and the influence of keys.
+//! Page of `wireloom report`: a sweep with the verdicts of its points, the region that fails, the requirements with
+//! their drivers, the status of points, distributions of results, responses to each key, and the influence of keys.
 
 use super::layout::{fixed, heading};
+use super::plots::Mark;
 use super::{plots, style};
+use crate::sheet;
+use crate::table::statistics::{Requirement, Summary, Yield, keys, measures, summary};
 use crate::table::{Column, Table};
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 use nalgebra::{DMatrix, DVector};
@@ -15,6 +18,8 @@ pub struct Points<'a> {
     pub title: &'a str,
     /// The table of the sweep.
     pub table: &'a Table,
+    /// Name of the scenario's file in commands that the page shows.
+    pub file: &'a str,
     /// Program and version.
     pub program: &'a str,
     /// Day and time.
@@ -24,9 +29,15 @@ pub struct Points<'a> {
 /// Largest number of points in a plot; of more, every n-th is drawn.
 const DRAWN: usize = 1500;
 /// Results whose sections are open at first: those of the whole harness.
-const WHOLE: [(&str, &str); 3] = [("bend_radius", "m"), ("force", "N"), ("energy.total", "J")];
+const WHOLE: [(&str, &str); 3] = [("min_bend_radius", "m"), ("max_force", "N"), ("energy.total", "J")];
 /// Results of parts, and outputs of the sweep, by prefixes of their names.
-const PARTS: [(&str, &str); 7] = [
+const PARTS: [(&str, &str); 13] = [
+    ("worst.", ""),
+    ("angle.", "rad"),
+    ("clearance.", "m"),
+    ("contact_force.", "N"),
+    ("min_bend_radius.", "m"),
+    ("max_force.", "N"),
     ("position_x.", "m"),
     ("position_y.", "m"),
     ("position_z.", "m"),
@@ -79,6 +90,7 @@ impl<'a> Series<'a> {
 
 fn page(points: &Points<'_>) -> Markup {
     let table = points.table;
+    let found = summary(table);
     let keys = keys(table);
     let numeric: Vec<Series> =
         keys.iter().filter_map(|key| Series::of(table, key, "")).filter(Series::varies).collect();
@@ -97,7 +109,10 @@ fn page(points: &Points<'_>) -> Markup {
                     h1 { (points.title) ": " (table.rows()) " points" }
                     p { (points.program) " · " (points.written) }
                 }
-                (statuses(table))
+                (verdicts(&found, points.file))
+                (region(table, &found))
+                (requirements(&found))
+                (statuses(table, &found))
                 (distributions(&results))
                 @for (k, result) in results.iter().enumerate() {
                     section {
@@ -123,11 +138,6 @@ fn page(points: &Points<'_>) -> Markup {
     }
 }
 
-/// The columns between the number of a point and its status.
-fn keys(table: &Table) -> Vec<&str> {
-    table.columns.iter().map(|(name, _)| name.as_str()).skip(1).take_while(|name| *name != "status").collect()
-}
-
 /// Results that differ from point to point: those of the whole harness, then outputs of the sweep and those of parts.
 fn results(table: &Table) -> Vec<Series<'_>> {
     let whole = WHOLE.iter().filter_map(|(name, unit)| Series::of(table, name, unit));
@@ -137,33 +147,160 @@ fn results(table: &Table) -> Vec<Series<'_>> {
         names.filter(|name| name.starts_with(start) && !keys.contains(name)).collect()
     };
     let parts = PARTS.iter().flat_map(|(start, unit)| named(start).into_iter().map(move |name| (name, *unit)));
-    let parts = parts.filter_map(|(name, unit)| Series::of(table, name, unit));
+    let units = |name: &str| {
+        let (measure, _) = measures(table).find(|(_, line)| name.strip_prefix("worst.") == Some(*line))?;
+        Some(measure.unit())
+    };
+    let parts = parts.filter_map(|(name, unit)| Series::of(table, name, units(name).unwrap_or(unit)));
     whole.chain(parts.take(MORE)).filter(Series::varies).collect()
 }
 
-fn statuses(table: &Table) -> Markup {
-    let Some(Column::Words(words)) = table.column("status") else { return html! {} };
-    let mut counts: Vec<(&str, usize)> = Vec::new();
-    for word in words.iter().map(|word| word.as_deref().unwrap_or("unknown")) {
-        match counts.iter_mut().find(|(known, _)| *known == word) {
-            Some((_, n)) => *n += 1,
-            None => counts.push((word, 1)),
+/// What passes and what fails, and the worst point.
+fn verdicts(found: &Summary, file: &str) -> Markup {
+    let Yield { passed, failed, unresolved, without, not_converged } = found.yields;
+    html! {
+        section id="verdicts" {
+            h2 { "Verdict" }
+            @if found.requirements.is_empty() {
+                p { "No requirements: nothing was checked. " (not_converged) " not converged." }
+            } @else {
+                p class=(if passed == found.yields.points() { "good" } else { "bad" }) {
+                    strong {
+                        (passed) " pass, " (failed) " fail, " (unresolved) " unresolved"
+                        @if without > 0 { ", " (without) " without a result" }
+                    }
+                    " · " (not_converged) " not converged"
+                }
+                p { (share(&found.yields, found.sampled)) }
+                @if !found.combinations.is_empty() {
+                    table {
+                        (heading(&["combination", ">pass", ">fail", ">unresolved", ">without a result", "yield"]))
+                        tbody { @for (name, yields) in &found.combinations { tr {
+                            td { (name) }
+                            @for n in [yields.passed, yields.failed, yields.unresolved, yields.without] {
+                                td class="n" { (n) }
+                            }
+                            td { (share(yields, found.sampled)) }
+                        } } }
+                    }
+                }
+                @if let Some(k) = found.worst {
+                    p {
+                        @let words = if failed + unresolved > 0 { "worst point" } else { "point nearest to failing" };
+                        a href="#requirements" { "The " (words) ", " (k) ", and all requirements" }
+                        ". To see it: " code { "wireloom run " (file) " --point " (k) " --report" }
+                    }
+                }
+            }
         }
     }
-    counts.sort_by_key(|(_, n)| std::cmp::Reverse(*n));
-    let refused = match table.column("message") {
-        Some(Column::Words(messages)) => {
-            messages.iter().enumerate().find_map(|(k, message)| Some((k, message.as_ref()?)))
+}
+
+/// "62.0 % of the points pass", with the interval of a sample.
+fn share(yields: &Yield, sampled: bool) -> String {
+    let percent = |share: f64| format!("{} %", fixed(100.0 * share, 1));
+    let share = percent(yields.share());
+    if !sampled {
+        return format!("{share} of the points pass");
+    }
+    let (low, high) = yields.interval();
+    format!("yield {share}, with 95 % confidence {} to {}", percent(low), percent(high))
+}
+
+/// All requirements: how often they fail, their worst value, and the keys that drive them.
+fn requirements(found: &Summary) -> Markup {
+    let percent = |margin: f64| format!("{} %", fixed(100.0 * margin, 1));
+    html! {
+        @if !found.requirements.is_empty() {
+            section id="requirements" {
+                h2 { "Requirements" }
+                table {
+                    (heading(&[
+                        "requirement", ">fails", ">unresolved", ">worst", ">margin", ">point", "step", "place",
+                        "driven by",
+                    ]))
+                    tbody { @for Requirement { name, measure, fails, unresolved, worst, drivers } in &found.requirements {
+                        tr class=[(*fails > 0).then_some("trouble")] {
+                            td { (name) }
+                            td class="n" { (fails) }
+                            td class="n" { (unresolved) }
+                            @if let Some(worst) = worst {
+                                td class="n" { (sheet::value(*measure, worst.value)) }
+                                td class="n" { @if let Some(margin) = worst.margin { (percent(margin)) } }
+                                td class="n" { (worst.point) }
+                                td { (worst.step) }
+                                td { (worst.place) }
+                            } @else { td colspan="5" { "not checked" } }
+                            td { @for (k, driver) in drivers.iter().enumerate() {
+                                @if k > 0 { ", " }
+                                (driver.key) " (" (format!("{:+.2}", driver.correlation)) ")"
+                            } }
+                        }
+                    } }
+                }
+                p {
+                    "In brackets: Spearman's rank correlation of the worst value with the key, within each combination \
+                     of crossed keys; only those told from chance."
+                }
+            }
         }
-        _ => None,
+    }
+}
+
+/// Picture of the region that fails: points by the two keys that drive the requirement that fails most (one key: over
+/// the worst value of that requirement), coloured by verdict.
+fn region(table: &Table, found: &Summary) -> Markup {
+    let Some(first) = found.requirements.first() else { return html! {} };
+    let numeric = |key: &&str| Series::of(table, key, "").is_some_and(|series| series.varies());
+    let mut axes: Vec<&str> = first.drivers.iter().map(|driver| driver.key.as_str()).collect();
+    axes.extend(keys(table).into_iter().filter(|key| !first.drivers.iter().any(|driver| driver.key == **key)));
+    axes.retain(numeric);
+    let worst = format!("worst.{}", first.name);
+    let [x, y] = match axes[..] {
+        [] => return html! {},
+        [x] => [x, worst.as_str()],
+        [x, y, ..] => [x, y],
     };
+    let (xs, ys) = (table.numbers(x), table.numbers(y));
+    let mark = |row: usize| match table.words("verdict").get(row).and_then(|verdict| verdict.as_deref()) {
+        Some("pass") => Mark::Pass,
+        Some("fail") => Mark::Fail,
+        _ => Mark::Unresolved,
+    };
+    let at = |row: usize| Some((xs[row]?, (*ys.get(row)?)?, mark(row)));
+    let points = (0..table.rows()).filter_map(at).filter(|(x, y, _)| x.is_finite() && y.is_finite());
+    let mut points: Vec<(f64, f64, Mark)> = points.collect();
+    // Of too many every n-th that passes: none that fails is left out.
+    let every = points.len().div_ceil(DRAWN).max(1);
+    let mut passed = 0;
+    points.retain(|(_, _, mark)| {
+        passed += usize::from(*mark == Mark::Pass);
+        *mark != Mark::Pass || passed % every == 0
+    });
+    html! {
+        section id="region" {
+            h2 { "Region that fails" }
+            figure {
+                (PreEscaped(plots::region(&points)))
+                figcaption {
+                    (y) " over " (x) ": "
+                    span class="good" { "● pass" } " " span class="bad" { "● fail" } " ○ unresolved or without a result"
+                    @if every > 1 { " (every " (every) "th point that passes)" }
+                }
+            }
+        }
+    }
+}
+
+fn statuses(table: &Table, found: &Summary) -> Markup {
+    let reason = table.words("message").iter().enumerate().find_map(|(k, message)| Some((k, message.as_ref()?)));
     html! {
         section id="status" {
             h2 { "Status of points" }
-            table { tbody { @for (word, n) in &counts {
-                tr class=[(*word != "converged").then_some("trouble")] { td { (word) } td class="n" { (n) } }
+            table { tbody { @for (word, n) in &found.statuses {
+                tr class=[(word != "converged").then_some("trouble")] { td { (word) } td class="n" { (n) } }
             } } }
-            @if let Some((k, message)) = refused { p { "First message, point " (k) ": " (message) } }
+            @if let Some((k, message)) = reason { p { "First message, point " (k) ": " (message) } }
         }
     }
 }

@@ -14,45 +14,61 @@ use parquet::schema::types::Type;
 use std::io::{self, Write};
 use std::sync::Arc;
 
-/// Rows written at once.
-const ROWS: usize = 1 << 16;
+/// Writer of a table as Parquet, some rows at a time.
+pub struct Writer<W: Write + Send> {
+    file: SerializedFileWriter<W>,
+}
 
-/// Writes a table as Parquet.
-///
-/// # Errors
-/// Those of `out`.
-pub fn write(table: &Table, out: &mut (impl Write + Send)) -> io::Result<()> {
-    let attempt = |out| -> Result<(), ParquetError> {
-        let fields = table.columns.iter().map(|(name, column)| Ok(Arc::new(column.field(name)?)));
-        let fields = fields.collect::<Result<Vec<_>, ParquetError>>()?;
-        let schema = Arc::new(Type::group_type_builder("points").with_fields(fields).build()?);
-        let notes = table.notes.iter().map(|(key, text)| KeyValue::new(key.clone(), text.clone())).collect();
-        let properties = WriterProperties::builder()
-            .set_compression(Compression::SNAPPY)
-            .set_key_value_metadata(Some(notes))
-            .build();
-        let mut file = SerializedFileWriter::new(out, schema, Arc::new(properties))?;
-        for start in (0..table.rows()).step_by(ROWS) {
-            let rows = start..(start + ROWS).min(table.rows());
+impl<W: Write + Send> Writer<W> {
+    /// Begins a file with the columns and the metadata of a table, without its rows.
+    ///
+    /// # Errors
+    /// Those of `out`.
+    pub fn begin(table: &Table, out: W) -> io::Result<Self> {
+        let attempt = |out| -> Result<Self, ParquetError> {
+            let fields = table.columns.iter().map(|(name, column)| Ok(Arc::new(column.field(name)?)));
+            let fields = fields.collect::<Result<Vec<_>, ParquetError>>()?;
+            let schema = Arc::new(Type::group_type_builder("points").with_fields(fields).build()?);
+            let notes = table.notes.iter().map(|(key, text)| KeyValue::new(key.clone(), text.clone())).collect();
+            let properties = WriterProperties::builder()
+                .set_compression(Compression::SNAPPY)
+                .set_key_value_metadata(Some(notes))
+                .build();
+            Ok(Self { file: SerializedFileWriter::new(out, schema, Arc::new(properties))? })
+        };
+        attempt(out).map_err(io::Error::other)
+    }
+
+    /// Adds the rows of a table with the same columns.
+    ///
+    /// # Errors
+    /// Those of the output.
+    pub fn append(&mut self, table: &Table) -> io::Result<()> {
+        let attempt = |file: &mut SerializedFileWriter<W>| -> Result<(), ParquetError> {
             let mut group = file.next_row_group()?;
             for (_, column) in &table.columns {
                 match column {
-                    Column::Counts(entries) => put::<Int64Type, _>(&mut group, &entries[rows.clone()], |x| *x)?,
-                    Column::Numbers(entries) => put::<DoubleType, _>(&mut group, &entries[rows.clone()], |x| *x)?,
-                    Column::Flags(entries) => put::<BoolType, _>(&mut group, &entries[rows.clone()], |x| *x)?,
+                    Column::Counts(entries) => put::<Int64Type, _>(&mut group, entries, |x| *x)?,
+                    Column::Numbers(entries) => put::<DoubleType, _>(&mut group, entries, |x| *x)?,
+                    Column::Flags(entries) => put::<BoolType, _>(&mut group, entries, |x| *x)?,
                     Column::Words(entries) => {
-                        put::<ByteArrayType, _>(&mut group, &entries[rows.clone()], |word| {
-                            ByteArray::from(word.as_str())
-                        })?;
+                        put::<ByteArrayType, _>(&mut group, entries, |word| ByteArray::from(word.as_str()))?;
                     }
                 }
             }
             group.close()?;
-        }
-        file.close()?;
-        Ok(())
-    };
-    attempt(out).map_err(io::Error::other)
+            Ok(())
+        };
+        attempt(&mut self.file).map_err(io::Error::other)
+    }
+
+    /// Completes the file.
+    ///
+    /// # Errors
+    /// Those of the output.
+    pub fn finish(self) -> io::Result<()> {
+        self.file.close().map(|_| ()).map_err(io::Error::other)
+    }
 }
 
 fn put<T: DataType, E>(
@@ -67,7 +83,7 @@ fn put<T: DataType, E>(
     column.close()
 }
 
-/// Reads a table that [`write()`] has written.
+/// Reads a table that [`Writer`] has written.
 ///
 /// # Errors
 /// `InvalidData`, with the reason, where it is none.
@@ -86,7 +102,11 @@ pub fn read(bytes: Vec<u8>) -> io::Result<Table> {
                 let read = entries(group.get_column_reader(c)?, rows)?;
                 match columns.get_mut(c) {
                     None => columns.push((name, read)),
-                    Some((_, column)) => column.append(read)?,
+                    Some((_, column)) => {
+                        if !column.append(read) {
+                            return Err(ParquetError::General("a column changes its type".to_owned()));
+                        }
+                    }
                 }
             }
         }
@@ -125,16 +145,5 @@ impl Column {
         };
         let field = Type::primitive_type_builder(name, physical).with_repetition(Repetition::OPTIONAL);
         field.with_logical_type(logical).build()
-    }
-
-    fn append(&mut self, more: Column) -> Result<(), ParquetError> {
-        match (self, more) {
-            (Column::Counts(entries), Column::Counts(more)) => entries.extend(more),
-            (Column::Numbers(entries), Column::Numbers(more)) => entries.extend(more),
-            (Column::Words(entries), Column::Words(more)) => entries.extend(more),
-            (Column::Flags(entries), Column::Flags(more)) => entries.extend(more),
-            _ => return Err(ParquetError::General("a column changes its type".to_owned())),
-        }
-        Ok(())
     }
 }

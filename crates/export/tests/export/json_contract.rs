@@ -417,7 +417,7 @@ fn operations_say_what_they_came_to() {
 fn obstacles_say_what_they_exert_and_clearances_where_they_are() {
     let value = parsed(&among_obstacles());
     let floor = &value["steps"][0]["obstacles"]["floor"];
-    assert_eq!(keys(floor), ["position", "orientation", "force", "moment", "contacts", "depth"]);
+    assert_eq!(keys(floor), ["position", "orientation", "force", "moment", "contact_force", "contacts", "depth"]);
     assert_eq!((floats(&floor["force"]), &floor["contacts"]), (vec![0.0, 0.25, 1.5], &serde_json::json!(7)));
     let [to_post, to_left] = value["clearance"].as_array().unwrap().as_slice() else {
         panic!("{}", value["clearance"])

@@ -1,9 +1,11 @@
 //! The table of a sweep.
 
 use crate::samples::{run, y_harness};
+use std::io;
+use wireloom_core::requirement::Verdict;
 use wireloom_export::ending::Ending;
 use wireloom_export::report::{Points, write_points};
-use wireloom_export::table::{Cell, Column, Header, Table, read, write};
+use wireloom_export::table::{Cell, Column, Computed, Header, Layout, REFUSED, Table, Writer, read};
 
 fn table(points: usize) -> Table {
     let ending = Ending::of(&run("y", vec![y_harness()])).unwrap();
@@ -11,21 +13,42 @@ fn table(points: usize) -> Table {
     let constraints: Vec<String> =
         ending.constraints.iter().map(|constraint| constraint.name.clone()).chain(["gone".into()]).collect();
     let header = Header {
-        keys: names(&["branches.left.length", "joints.J.model"]),
+        keys: vec![("branches.left.length".into(), true), ("joints.J.model".into(), false)],
         branches: names(&["trunk"]),
         constraints,
         outputs: names(&["slack.sag", "tension.pull"]),
     };
     let row = |k: usize| {
-        let values = vec![Cell::Number(k as f64 / 3.0), Cell::Word(format!("model {k}"))];
+        let values = vec![if k == 1 { Cell::Number(1.0 / 3.0) } else { Cell::Empty }, Cell::Word(format!("model {k}"))];
         if k % 3 == 2 {
-            header.refused(values, "too short".into())
+            header.without_result(values, REFUSED, Some("too short".into()))
         } else {
-            header.row(values, &ending, vec![0.25, f64::NAN])
+            let outputs = vec![0.25, f64::NAN];
+            header.row(
+                values,
+                &ending,
+                Computed { outputs, verdict: Some((Verdict::Pass, &[])), ..Computed::default() },
+            )
         }
     };
     let rows: Vec<_> = (0..points).map(row).collect();
-    Table::of(&header, &rows, vec![("program".into(), "wireloom".into())])
+    Table { notes: vec![("program".into(), "wireloom".into())], ..Layout::new(&header).table(0, &rows) }
+}
+
+/// In two pieces.
+fn write(table: &Table, out: &mut Vec<u8>) -> io::Result<()> {
+    let mut file = Writer::begin(table, out)?;
+    for rows in [0..table.rows() / 2, table.rows() / 2..table.rows()] {
+        let part = |column: &Column| match column {
+            Column::Counts(entries) => Column::Counts(entries[rows.clone()].to_vec()),
+            Column::Numbers(entries) => Column::Numbers(entries[rows.clone()].to_vec()),
+            Column::Words(entries) => Column::Words(entries[rows.clone()].to_vec()),
+            Column::Flags(entries) => Column::Flags(entries[rows.clone()].to_vec()),
+        };
+        let columns = table.columns.iter().map(|(name, column)| (name.clone(), part(column))).collect();
+        file.append(&Table { columns, notes: vec![] })?;
+    }
+    file.finish()
 }
 
 #[test]
@@ -36,7 +59,7 @@ fn comes_back_bit_for_bit_with_its_nulls() {
     let back = read(bytes.clone()).unwrap();
     assert_eq!(back, table);
     let Some(Column::Numbers(lengths)) = back.column("branches.left.length") else { panic!("a column of numbers") };
-    assert_eq!(lengths[1], Some(1.0 / 3.0));
+    assert_eq!(lengths[..3], [None, Some(1.0 / 3.0), None]);
     let Some(Column::Numbers(forces)) = back.column("force.gone") else { panic!("a column of numbers") };
     assert!(forces.iter().all(Option::is_none));
     assert_eq!(
@@ -77,14 +100,14 @@ fn the_report_shows_how_results_respond() {
         ("<key>".to_owned(), numbers(|k| 0.1 * k)),
         ("same".to_owned(), numbers(|_| 1.0)),
         ("status".to_owned(), Column::Words(vec![Some("converged".into()); 50])),
-        ("force".to_owned(), numbers(|k| 5.0 + 2.0 * k)),
-        ("bend_radius".to_owned(), numbers(|k| if k > 10.0 { f64::INFINITY } else { k })),
+        ("max_force".to_owned(), numbers(|k| 5.0 + 2.0 * k)),
+        ("min_bend_radius".to_owned(), numbers(|k| if k > 10.0 { f64::INFINITY } else { k })),
         ("energy.total".to_owned(), numbers(|_| 7.0)),
         ("force.plug".to_owned(), numbers(|k| k)),
         ("slack.left arm".to_owned(), numbers(|k| 0.1 - 1e-3 * k)),
     ];
     let table = Table { columns, notes: vec![("wireloom.text".into(), "schema = 1 # <text>".into())] };
-    let points = Points { title: "a & b", table: &table, program: "wireloom", written: "today" };
+    let points = Points { title: "a & b", table: &table, file: "s.toml", program: "wireloom", written: "today" };
     let mut bytes = Vec::new();
     write_points(&points, &mut bytes).unwrap();
     let text = String::from_utf8(bytes).unwrap();
@@ -93,7 +116,7 @@ fn the_report_shows_how_results_respond() {
     assert!(text.contains("+9.800e1") && text.contains("explains 100.0 %"), "{text}");
     // Four results vary, each with a histogram and a response to the one key that does; what was asked for comes first.
     assert_eq!(text.matches("<svg").count(), 8);
-    let [whole, asked, part] = ["<summary>force [N]", "<summary>slack.left arm [m]", "<summary>force.plug [N]"]
+    let [whole, asked, part] = ["<summary>max_force [N]", "<summary>slack.left arm [m]", "<summary>force.plug [N]"]
         .map(|summary| text.find(summary).unwrap_or_else(|| panic!("no {summary}")));
     assert!(whole < asked && asked < part);
     assert!(!text.contains("NaN") && !text.contains("<key>"));

@@ -304,6 +304,7 @@ pub fn among_obstacles() -> Run {
         pose: Pose { position: v(0.0, 0.0, -0.2), orientation: Rotation::identity() },
         force: v(0.0, 0.25, 1.5),
         moment: v(0.125, 0.0, 0.0),
+        contact_force: 1.75,
         contacts: 7,
         depth: 2e-7,
     });

@@ -298,6 +298,7 @@ fn holds(form: &Form) -> String {
         Form::Words(words) => format!("some of {}", quoted(words)),
         Form::Quantity => "a number of any quantity, in SI units or with its unit".into(),
         Form::Values => "a list of values".into(),
+        Form::Conditions => "keys, each by its path in quotes, with a value or a list of values".into(),
         Form::Table(inner) => format!("a table: {}", names(inner)),
         Form::Tables(inner) => format!("a list of tables, each with: {}", names(inner)),
         Form::OneOrMoreTables(inner) => format!("a table or a list of them, each with: {}", names(inner)),
@@ -353,6 +354,7 @@ fn value(form: &Form) -> String {
         Form::Choice(words) => format!("{:?}", words.first().copied().unwrap_or_default()),
         Form::Quantity => "\"5 mm\"".into(),
         Form::Values => "[1, 2, 3]".into(),
+        Form::Conditions => "{ \"joints.J.model\" = \"cosserat\" }".into(),
         Form::Words(words) => format!("[{:?}]", words.first().copied().unwrap_or_default()),
         Form::Table(inner) => inline(inner),
         Form::Tables(inner) | Form::OneOrMoreTables(inner) | Form::NamesOrTables(inner) => {

@@ -66,6 +66,8 @@ pub(crate) enum Form {
     Quantity,
     /// A list of values of any kind.
     Values,
+    /// Paths of keys, each with a value or a list of values.
+    Conditions,
     /// Some of these words.
     Words(&'static [&'static str]),
     /// A table.

@@ -158,6 +158,7 @@ fn form(form: &Form, registry: &Registry) -> Value {
         Form::Choice(words) => json!({ "enum": words }),
         Form::Quantity => json!({ "type": ["number", "string"] }),
         Form::Values => json!({ "type": "array", "minItems": 1 }),
+        Form::Conditions => json!({ "type": "object", "minProperties": 1 }),
         Form::Words(words) => list(json!({ "enum": words }), 1, None),
         Form::Table(table) => entry(table, registry),
         Form::Tables(table) => json!({ "type": "array", "items": entry(table, registry) }),

@@ -65,7 +65,7 @@ pub(crate) fn read(reader: &Reader<'_>, table: &DeTable<'_>) -> (Scenario, bool)
     let step_entries = root.entries("steps");
     let steps = steps(&step_entries, &mut constraints, &mut names);
     place_nearest(&mut constraints, &loads, &branches);
-    let sweep = root.entry("sweep").and_then(|entry| sweep(&entry, &names));
+    let sweep = root.entry("sweep").and_then(|entry| sweep(&entry, &names, &steps));
     let named = Named { names: &names, branches: &branches, constraints: &constraints, steps: &steps, contact };
     let (entries, mut taken) = (root.entries("requirements").into_iter().enumerate(), BTreeMap::new());
     let requirements = entries.filter_map(|(k, entry)| requirement(&entry, k, &named, &mut taken)).collect();

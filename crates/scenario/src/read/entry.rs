@@ -5,6 +5,7 @@ use crate::fault::{did_you_mean, nearest};
 use crate::format::form::{Form, Key, Keys, Need};
 use crate::span::{Span, Spans};
 use nalgebra::Unit;
+use std::borrow::Cow;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 use wireloom_core::{Quantity, Rotation, Vector};
@@ -208,6 +209,30 @@ impl<'a> Entry<'a> {
     pub fn values(&self, name: &str) -> &'a [Node<'a>] {
         let Form::Values = self.key(name).form else { unreachable!("{name} is no list of values") };
         self.list(name)
+    }
+
+    /// Keys with their values, each with its place, in the order of the text.
+    pub fn conditions(&self, name: &str) -> Vec<(&'a str, &'a [Node<'a>], Span)> {
+        let Form::Conditions = self.key(name).form else { unreachable!("{name} are no conditions") };
+        let Some(node) = self.node(name) else { return Vec::new() };
+        let DeValue::Table(table) = node.get_ref() else {
+            let help = "write the key with its value, such as { \"joints.J.model\" = \"cosserat\" }";
+            self.reader.mismatch(name, node, "a table", help);
+            return Vec::new();
+        };
+        if table.is_empty() {
+            self.fault_at(name, format!("`{name}` of {} is empty", self.label), "leave it out");
+        }
+        let one = |(key, value): (&'a Spanned<Cow<'a, str>>, &'a Node<'a>)| {
+            let values = match value.get_ref() {
+                DeValue::Array(list) => list.as_ref(),
+                _ => std::slice::from_ref(value),
+            };
+            (key.get_ref().as_ref(), values, value.span())
+        };
+        let mut all: Vec<_> = table.iter().map(one).collect();
+        all.sort_by_key(|(_, _, span)| span.start);
+        all
     }
 
     /// Words of a list, each one of those declared.

@@ -3,13 +3,16 @@
 use super::entry::Entry;
 use super::names::Names;
 use super::sweep_outputs;
+use crate::fault::did_you_mean;
 use crate::format::units;
-use crate::sweep::{Axis, MAX_POINTS, MAX_SOBOL_KEYS, Method, Output, Range, Sweep, Value};
+use crate::span::Span;
+use crate::sweep::{Axis, Condition, Design, MAX_POINTS, MAX_SOBOL_KEYS, Method, Output, Range, Sweep, Value};
 use toml::Spanned;
 use toml::de::DeValue;
+use wireloom_core::steps::Step;
 
 /// Reads a sweep; `None` if it is faulty.
-pub(crate) fn sweep(entry: &Entry<'_>, names: &Names<'_>) -> Option<Sweep> {
+pub(crate) fn sweep(entry: &Entry<'_>, names: &Names<'_>, steps: &[Step]) -> Option<Sweep> {
     let before = entry.reader.fault_count();
     let method = match entry.choice("method").unwrap_or("grid") {
         "zip" => Method::Zip,
@@ -31,8 +34,9 @@ pub(crate) fn sweep(entry: &Entry<'_>, names: &Names<'_>) -> Option<Sweep> {
         );
     }
     let seed = entry.count("seed").unwrap_or(0) as u64;
-    let varied = entry.named_entries("vary");
-    let axes: Vec<Axis> = varied.iter().filter_map(|(key, varied)| axis(key, varied, sampled)).collect();
+    let (crossed, varied) = (entry.named_entries("cross"), entry.named_entries("vary"));
+    let mut axes: Vec<Axis> = crossed.iter().filter_map(|(key, varied)| axis(key, varied, false)).collect();
+    axes.extend(varied.iter().filter_map(|(key, varied)| axis(key, varied, sampled)));
     if varied.is_empty() && entry.has("vary") {
         entry.fault_at(
             "vary",
@@ -40,38 +44,95 @@ pub(crate) fn sweep(entry: &Entry<'_>, names: &Names<'_>) -> Option<Sweep> {
             "add a key, such as \"branches.left.length\" = { from = 0.4, to = 0.5 }",
         );
     }
+    for (key, varied) in &varied {
+        if crossed.iter().any(|(other, _)| other == key) {
+            varied.fault_here(format!("`{key}` is in `cross` and in `vary`"), "leave it in one of them");
+        }
+    }
     let measured = entry.named_entries("outputs");
     let outputs: Vec<Output> =
-        measured.iter().filter_map(|(name, entry)| sweep_outputs::output(name, entry, names)).collect();
-    if entry.reader.fault_count() > before || axes.is_empty() {
+        measured.iter().filter_map(|(name, entry)| sweep_outputs::output(name, entry, names, steps)).collect();
+    let (time_limit, swept) = (entry.number("time_limit"), entry.number("swept"));
+    if entry.reader.fault_count() > before || varied.is_empty() {
         return None;
     }
+    conditions(crossed.iter().chain(&varied), &mut axes)?;
+    let crossed = crossed.len();
     let counts: Vec<usize> = axes.iter().map(|axis| axis.range.count()).collect();
-    let points = match method {
-        Method::Grid => counts.iter().try_fold(1_usize, |all, n| all.checked_mul(*n)).unwrap_or(usize::MAX),
+    let product =
+        |counts: &[usize]| counts.iter().try_fold(1_usize, |all, n| all.checked_mul(*n)).unwrap_or(usize::MAX);
+    let samples = match method {
+        Method::Grid => product(&counts[crossed..]),
         Method::Zip => {
-            if let Some(k) = counts.iter().position(|n| *n != counts[0]) {
-                let message =
-                    format!("`{}` has {} values, `{}` has {}", axes[k].key, counts[k], axes[0].key, counts[0]);
-                entry.reader.fault(axes[k].span.clone(), message, "keys that vary together have as many values each");
+            if let Some(k) = (crossed..counts.len()).find(|k| counts[*k] != counts[crossed]) {
+                let [one, other] = [k, crossed].map(|k| format!("`{}` has {} values", axes[k].key, counts[k]));
+                let help = "keys that vary together have as many values each";
+                entry.reader.fault(axes[k].span.clone(), format!("{one}, {other}"), help);
                 return None;
             }
-            counts[0]
+            counts[crossed]
         }
         _ => samples.unwrap_or(1),
     };
-    if points > MAX_POINTS {
-        entry.fault_here(format!("this sweep has {points} points"), format!("at most {MAX_POINTS} are possible"));
+    let whole = product(&counts[..crossed]).saturating_mul(samples);
+    if whole > MAX_POINTS {
+        entry.fault_here(format!("this sweep has {whole} points"), format!("at most {MAX_POINTS} are possible"));
         return None;
     }
-    if method == Method::Sobol && axes.len() > MAX_SOBOL_KEYS {
+    if method == Method::Sobol && axes.len() - crossed > MAX_SOBOL_KEYS {
         entry.fault_here(
-            format!("this sweep varies {} keys", axes.len()),
+            format!("this sweep varies {} keys", axes.len() - crossed),
             format!("at most {MAX_SOBOL_KEYS} are possible with sobol"),
         );
         return None;
     }
-    Some(Sweep::new(method, seed, axes, points, outputs))
+    let design = Design { method, seed, axes, crossed, samples, whole };
+    let mut sweep = Sweep::new(design);
+    (sweep.outputs, sweep.time_limit, sweep.swept) = (outputs, time_limit, swept);
+    Some(sweep)
+}
+
+/// Reads the conditions under which keys vary; `None`, with a fault, if they refer to nothing.
+fn conditions<'e, 'a: 'e>(
+    entries: impl Iterator<Item = &'e (&'a str, Entry<'a>)> + Clone,
+    axes: &mut [Axis],
+) -> Option<()> {
+    let mut whole = Some(());
+    let mut fault = |entry: &Entry<'_>, span: Span, message: String, help: String| {
+        entry.reader.fault(span, message, help);
+        whole = None;
+    };
+    let conditional: Vec<bool> = entries.clone().map(|(_, entry)| entry.has("when")).collect();
+    for (k, (key, entry)) in entries.enumerate() {
+        let mut when = Vec::new();
+        for (other, values, span) in entry.conditions("when") {
+            let Some(axis) = axes.iter().position(|axis| axis.key == other) else {
+                let help = did_you_mean(other, axes.iter().map(|axis| axis.key.as_str()));
+                fault(entry, span, format!("`when` of `{key}`: the sweep does not vary `{other}`"), help);
+                continue;
+            };
+            let Range::Values(listed_values) = &axes[axis].range else {
+                let message = format!("`when` of `{key}`: `{other}` has a range, not a list of values");
+                fault(entry, span, message, "a condition needs a key with a list of values".to_owned());
+                continue;
+            };
+            let values: Vec<Value> = values.iter().map(|node| listed(entry, node)).collect();
+            if let Some(never) = values.iter().find(|value| !listed_values.iter().any(|listed| listed.is(value))) {
+                let message = format!("`when` of `{key}`: `{other}` is never {}", never.text);
+                let texts: Vec<&str> = listed_values.iter().map(|value| value.text.as_str()).collect();
+                fault(entry, span, message, format!("it is one of {}", texts.join(", ")));
+                continue;
+            }
+            if conditional[axis] {
+                let message = format!("`when` of `{key}`: `{other}` does not vary everywhere itself");
+                fault(entry, span, message, "a condition needs a key without `when`".to_owned());
+                continue;
+            }
+            when.push(Condition { axis, values });
+        }
+        axes[k].when = when;
+    }
+    whole
 }
 
 fn axis(key: &str, entry: &Entry<'_>, sampled: bool) -> Option<Axis> {
@@ -133,7 +194,7 @@ fn axis(key: &str, entry: &Entry<'_>, sampled: bool) -> Option<Axis> {
             return None;
         }
     };
-    Some(Axis { key: key.to_owned(), range, span: entry.span.clone() })
+    Some(Axis { key: key.to_owned(), range, when: Vec::new(), span: entry.span.clone() })
 }
 
 /// A value of a list, as in the file.

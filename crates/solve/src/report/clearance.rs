@@ -267,6 +267,25 @@ fn together(line: &Line, start: bool, other: &Line) -> f64 {
     separate.map_or(f64::INFINITY, |k| line.to_end(from_end(k), start))
 }
 
+/// Distance between the surfaces of a branch between two arc lengths (m) and of an obstacle at the end of an increment,
+/// m; negative where they overlap.
+pub fn clearance_from_obstacle(
+    network: &Network,
+    end: &StepResult,
+    (branch, from, to): (usize, f64, f64),
+    obstacle: usize,
+) -> f64 {
+    let cables = Cables::new(network, &end.branches);
+    let part = CablePart { branch, from, to };
+    cables.clearance_from_obstacle(part, &network.obstacles[obstacle], &end.obstacles[obstacle].pose).distance
+}
+
+/// The same of two branches, each between two arc lengths; NaN where they are only neighbours at a joint.
+pub fn clearance_of_branches(network: &Network, end: &StepResult, parts: [(usize, f64, f64); 2]) -> f64 {
+    let [one, other] = parts.map(|(branch, from, to)| CablePart { branch, from, to });
+    Cables::new(network, &end.branches).clearance_from_branch(one, other).map_or(f64::NAN, |pair| pair.distance)
+}
+
 /// Clearance of a held point of a cable with this radius (m) from an obstacle at `pose`, m.
 pub(crate) fn of_held_point(obstacle: &Obstacle, pose: &Pose, position: &Vector, radius: f64) -> f64 {
     obstacle.shape.distance(&pose.local(position), f64::INFINITY) - radius

@@ -219,6 +219,7 @@ pub fn obstacles(problem: &mut Problem<'_>, state: &State) -> Vec<ObstacleResult
         pose: *pose,
         force: touching.force,
         moment: touching.moment,
+        contact_force: touching.sizes,
         contacts: touching.points,
         depth: touching.depth,
     };

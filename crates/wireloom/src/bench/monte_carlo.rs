@@ -47,9 +47,9 @@ pub fn monte_carlo(points: usize, minimiser: Option<&str>, batch: Option<&Batch>
     let clock = Instant::now();
     let statuses: Mutex<Vec<(String, usize)>> = Mutex::default();
     let chains: Vec<usize> = (0..all.chains().len()).collect();
-    let kept = all.compute(&chains, &Monitor::default(), &|| (), |_, rows| {
+    let kept = all.compute(&chains, &Monitor::default(), &|| (), |_, chain| {
         let mut statuses = statuses.lock().expect("no thread panics while it holds the lock");
-        for row in rows {
+        for row in chain.rows {
             match statuses.iter_mut().find(|(status, _)| *status == row.status) {
                 Some((_, n)) => *n += 1,
                 None => statuses.push((row.status, 1)),

@@ -21,6 +21,8 @@ pub struct ObstacleLoad {
     pub force: Vector,
     /// Moment on the harness about the obstacle's position, N m.
     pub moment: Vector,
+    /// Sum of the sizes of the contact forces, N: forces in opposite directions, as on both sides of a tube, add up.
+    pub sizes: f64,
     /// Number of contact points with a force.
     pub points: usize,
     /// Largest depth, m.
@@ -40,6 +42,7 @@ impl ContactTerm {
             let lever = contact.position - system.conditions.contact.poses[o].position;
             all[o].force += force;
             all[o].moment += lever.cross(&force);
+            all[o].sizes += force.norm();
             all[o].points += 1;
             all[o].depth = all[o].depth.max(-contact.gap);
         }

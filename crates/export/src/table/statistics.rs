@@ -1,0 +1,396 @@
+//! Statistics of a sweep: how many points pass, which requirements fail, and which keys drive them.
+//!
+//! # Yield
+//!
+//! The share of points that pass, p = passed / n. A point counts as passed only if its verdict is "pass": one that is
+//! unresolved, or for which nothing was computed, does not. For a random sample the yield of all harnesses lies, with a
+//! confidence of 95 %, in Wilson's score interval,
+//!
+//! ```text
+//! (p + z²/2n ± z √(p (1 − p)/n + z²/4n²)) / (1 + z²/n),   z = 1.959964
+//! ```
+//!
+//! (E. B. Wilson, "Probable inference, the law of succession, and statistical inference", J. Am. Stat. Assoc. 22, 1927,
+//! pp. 209–212). It also holds where no point or every point passes. Points of a Latin hypercube and of Sobol's
+//! sequence are spread more evenly than independent ones; for them the interval is mostly too wide. Points of a grid
+//! are no sample: they have a share, but no interval.
+//!
+//! # Drivers
+//!
+//! The influence of a key on the worst value of a requirement is Spearman's rank correlation ρ, the linear correlation
+//! of the ranks (C. Spearman, "The proof and measurement of association between two things", Am. J. Psychol. 15, 1904,
+//! pp. 72–101; for sensitivity analysis A. Saltelli et al., "Global Sensitivity Analysis", 2008, chapter 1). It is ±1
+//! where the value rises or falls with the key throughout. Equal values share their mean rank. Where keys are crossed,
+//! ranks are those within each combination, so that only the sampled key counts. A correlation of less than 2/√(n − 1)
+//! is not told from chance.
+
+use super::Table;
+use std::collections::BTreeMap;
+use wireloom_core::Status;
+use wireloom_core::requirement::{Measure, Verdict};
+
+/// Note of the table: word of the method that chose the points.
+pub const METHOD: &str = "wireloom.method";
+/// Note of the table: the keys that are crossed, one a line.
+pub const CROSSED: &str = "wireloom.crossed";
+/// Note of the table: a line for each requirement: word of its measure, tab, name.
+pub const REQUIREMENTS: &str = "wireloom.requirements";
+
+/// Note of the table: name of the scenario's file.
+pub const FILE: &str = "wireloom.file";
+
+/// Quantile of the normal distribution for a confidence of 95 %.
+const Z: f64 = 1.959_963_984_540_054;
+
+/// Points and how they end.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Summary {
+    /// Number of points by status, the most frequent first.
+    pub statuses: Vec<(String, usize)>,
+    /// Verdicts of all points.
+    pub yields: Yield,
+    /// Verdicts of each combination of the crossed keys; empty where none is crossed.
+    pub combinations: Vec<(String, Yield)>,
+    /// Whether the points are a random sample.
+    pub sampled: bool,
+    /// Requirements, the one that fails most first.
+    pub requirements: Vec<Requirement>,
+    /// Point that fails most, or is nearest to failing.
+    pub worst: Option<usize>,
+}
+
+/// Verdicts of some points.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Yield {
+    /// Points that pass.
+    pub passed: usize,
+    /// Points that fail.
+    pub failed: usize,
+    /// Points whose verdict is unresolved.
+    pub unresolved: usize,
+    /// Points without a result.
+    pub without: usize,
+    /// Points whose status is not "converged", whatever their verdict.
+    pub not_converged: usize,
+}
+
+/// A requirement over all points.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Requirement {
+    /// Name.
+    pub name: String,
+    /// What it limits.
+    pub measure: Measure,
+    /// Points at which it fails.
+    pub fails: usize,
+    /// Points at which it is unresolved.
+    pub unresolved: usize,
+    /// The point with the least margin, or with the worst verdict where there is no margin.
+    pub worst: Option<Worst>,
+    /// Keys that drive it, the strongest first.
+    pub drivers: Vec<Driver>,
+}
+
+/// The worst value of a requirement over all points.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Worst {
+    /// Point.
+    pub point: usize,
+    /// Value.
+    pub value: f64,
+    /// Margin, relative to the limit.
+    pub margin: Option<f64>,
+    /// Step.
+    pub step: String,
+    /// Place.
+    pub place: String,
+}
+
+/// Influence of a key.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Driver {
+    /// The key.
+    pub key: String,
+    /// Rank correlation with the worst value.
+    pub correlation: f64,
+}
+
+impl Yield {
+    /// Number of points.
+    pub fn points(&self) -> usize {
+        self.passed + self.failed + self.unresolved + self.without
+    }
+
+    /// Share of points that pass.
+    pub fn share(&self) -> f64 {
+        self.passed as f64 / self.points().max(1) as f64
+    }
+
+    /// Wilson's interval of the yield with a confidence of 95 %.
+    pub fn interval(&self) -> (f64, f64) {
+        wilson(self.passed, self.points())
+    }
+
+    fn count(&mut self, verdict: Option<&str>, status: Option<&str>) {
+        let known = Verdict::ALL.into_iter().find(|known| Some(known.word()) == verdict);
+        *match known {
+            Some(Verdict::Pass) => &mut self.passed,
+            Some(Verdict::Fail) => &mut self.failed,
+            Some(Verdict::Unresolved | Verdict::NotChecked) => &mut self.unresolved,
+            None => &mut self.without,
+        } += 1;
+        self.not_converged += usize::from(status != Some(Status::Converged.word()));
+    }
+}
+
+/// Wilson's interval with a confidence of 95 % of a probability, of which `passed` of `n` trials are known.
+pub fn wilson(passed: usize, n: usize) -> (f64, f64) {
+    if n == 0 {
+        return (0.0, 1.0);
+    }
+    let (n, z2) = (n as f64, Z * Z);
+    let p = passed as f64 / n;
+    let middle = p + z2 / (2.0 * n);
+    let half = Z * (p * (1.0 - p) / n + z2 / (4.0 * n * n)).sqrt();
+    let end = |x: f64| (x / (1.0 + z2 / n)).clamp(0.0, 1.0);
+    (end(middle - half), end(middle + half))
+}
+
+/// Columns of a table that [`summary`] needs.
+pub fn is_needed(column: &str) -> bool {
+    let parts = ["verdict.", "worst.", "margin.", "step.", "where."];
+    matches!(column, "point" | "status" | "verdict" | "margin") || parts.iter().any(|part| column.starts_with(part))
+}
+
+/// Names of the keys that vary: the columns between the number of a point and its status.
+pub fn keys(table: &Table) -> Vec<&str> {
+    table.columns.iter().map(|(name, _)| name.as_str()).skip(1).take_while(|name| *name != "status").collect()
+}
+
+/// Summary of the table of a sweep.
+pub fn summary(table: &Table) -> Summary {
+    let (statuses, verdicts) = (table.words("status"), table.words("verdict"));
+    let verdict = |row: usize| verdicts.get(row).and_then(|verdict| verdict.as_deref());
+    let mut found = Summary { sampled: is_sample(table), ..Summary::default() };
+    for (row, status) in statuses.iter().enumerate() {
+        let status = status.as_deref().unwrap_or("unknown");
+        found.yields.count(verdict(row), Some(status));
+        match found.statuses.iter_mut().find(|(known, _)| known == status) {
+            Some((_, n)) => *n += 1,
+            None => found.statuses.push((status.to_owned(), 1)),
+        }
+    }
+    found.statuses.sort_by_key(|(_, n)| std::cmp::Reverse(*n));
+    let groups = combinations(table);
+    if groups.len() > 1 {
+        for (name, rows) in &groups {
+            let mut yields = Yield::default();
+            rows.iter().for_each(|row| yields.count(verdict(*row), statuses[*row].as_deref()));
+            found.combinations.push((name.clone(), yields));
+        }
+    }
+    let groups: Vec<Vec<usize>> = groups.into_iter().map(|(_, rows)| rows).collect();
+    found.requirements = measures(table).map(|(measure, name)| requirement(table, name, measure, &groups)).collect();
+    let margin = |one: &Requirement| one.worst.as_ref().and_then(|worst| worst.margin).unwrap_or(f64::INFINITY);
+    found.requirements.sort_by(|a, b| {
+        let more = |of: fn(&Requirement) -> usize| of(b).cmp(&of(a));
+        more(|one| one.fails).then(more(|one| one.unresolved)).then(margin(a).total_cmp(&margin(b)))
+    });
+    let margins = table.numbers("margin");
+    let rank = |row: usize| Verdict::ALL.iter().position(|known| Some(known.word()) == verdict(row));
+    let urgent = (0..table.rows()).filter_map(|row| {
+        let margin = margins.get(row).copied().flatten().unwrap_or(f64::INFINITY);
+        Some((row, rank(row)?, margin))
+    });
+    found.worst = urgent.min_by(|a, b| a.1.cmp(&b.1).then(a.2.total_cmp(&b.2))).map(|(row, ..)| row);
+    found
+}
+
+/// Measures and names of the requirements of a table.
+pub fn measures(table: &Table) -> impl Iterator<Item = (Measure, &str)> {
+    table.note(REQUIREMENTS).unwrap_or_default().lines().filter_map(|line| {
+        let (word, name) = line.split_once('\t')?;
+        Some((Measure::ALL.into_iter().find(|measure| measure.word() == word)?, name))
+    })
+}
+
+/// Whether the points were chosen at random.
+fn is_sample(table: &Table) -> bool {
+    table.note(METHOD).is_some_and(|method| !matches!(method, "grid" | "zip"))
+}
+
+/// Rows of each combination of the crossed keys, with its name, in their order.
+fn combinations(table: &Table) -> Vec<(String, Vec<usize>)> {
+    let crossed: Vec<&str> = table.note(CROSSED).unwrap_or_default().lines().collect();
+    let mut groups: Vec<(String, Vec<usize>)> = Vec::new();
+    let mut known: BTreeMap<String, usize> = BTreeMap::new();
+    for row in 0..table.rows() {
+        let value = |key: &&str| {
+            let number = table.numbers(key).get(row).copied().flatten().map(|x| x.to_string());
+            let word = number.or_else(|| table.words(key).get(row).cloned().flatten());
+            word.map(|word| format!("{key} = {word}"))
+        };
+        let name = crossed.iter().filter_map(value).collect::<Vec<_>>().join(", ");
+        let group = *known.entry(name.clone()).or_insert_with(|| {
+            groups.push((name, Vec::new()));
+            groups.len() - 1
+        });
+        groups[group].1.push(row);
+    }
+    groups
+}
+
+fn requirement(table: &Table, name: &str, measure: Measure, groups: &[Vec<usize>]) -> Requirement {
+    let words = |what: &str| table.words(&format!("{what}.{name}"));
+    let verdicts = words("verdict");
+    let count = |of: Verdict| verdicts.iter().flatten().filter(|verdict| *verdict == of.word()).count();
+    let (values, margins) = (table.numbers(&format!("worst.{name}")), table.numbers(&format!("margin.{name}")));
+    let rank = |row: usize| {
+        let verdict = verdicts.get(row).and_then(|verdict| verdict.as_deref());
+        Verdict::ALL.iter().position(|known| Some(known.word()) == verdict)
+    };
+    let margin = |row: usize| margins.get(row).copied().flatten();
+    let order = |row: &usize| (margin(*row).unwrap_or(f64::INFINITY), rank(*row));
+    let worst = (0..values.len()).filter(|row| values[*row].is_some()).min_by(|a, b| {
+        let ((a, verdict), (b, other)) = (order(a), order(b));
+        a.total_cmp(&b).then(verdict.cmp(&other))
+    });
+    let text = |what: &str, row: usize| words(what).get(row).cloned().flatten().unwrap_or_default();
+    Requirement {
+        name: name.to_owned(),
+        measure,
+        fails: count(Verdict::Fail),
+        unresolved: count(Verdict::Unresolved),
+        worst: worst.and_then(|row| {
+            let (step, place) = (text("step", row), text("where", row));
+            Some(Worst { point: row, value: values[row]?, margin: margin(row), step, place })
+        }),
+        drivers: drivers(table, values, groups),
+    }
+}
+
+/// Keys whose rank correlation with these values is told from chance, the strongest first.
+fn drivers(table: &Table, values: &[Option<f64>], groups: &[Vec<usize>]) -> Vec<Driver> {
+    let mut drivers = Vec::new();
+    for key in keys(table) {
+        let numbers = table.numbers(key);
+        if numbers.is_empty() || values.is_empty() {
+            continue;
+        }
+        let pairs = groups.iter().map(|rows| {
+            let pair = |row: &usize| Some((numbers[*row]?, values[*row]?));
+            rows.iter().filter_map(pair).filter(|(x, y)| x.is_finite() && y.is_finite()).collect()
+        });
+        let pairs: Vec<Vec<(f64, f64)>> = pairs.collect();
+        let n: usize = pairs.iter().map(Vec::len).sum();
+        if let Some(correlation) = rank_correlation(&pairs)
+            && n > 2
+            && correlation.abs() > 2.0 / ((n - 1) as f64).sqrt()
+        {
+            drivers.push(Driver { key: key.to_owned(), correlation });
+        }
+    }
+    drivers.sort_by(|a, b| b.correlation.abs().total_cmp(&a.correlation.abs()));
+    drivers
+}
+
+/// Spearman's rank correlation of pairs, with ranks within each group; `None` where one of the two does not vary.
+pub fn rank_correlation(groups: &[Vec<(f64, f64)>]) -> Option<f64> {
+    let (mut xx, mut xy, mut yy) = (0.0, 0.0, 0.0);
+    for pairs in groups {
+        // Ranks relative to the size of the group, about their mean.
+        let ranks = |of: fn(&(f64, f64)) -> f64| centred_ranks(&pairs.iter().map(of).collect::<Vec<_>>());
+        for (x, y) in ranks(|pair| pair.0).into_iter().zip(ranks(|pair| pair.1)) {
+            (xx, xy, yy) = (xx + x * x, xy + x * y, yy + y * y);
+        }
+    }
+    (xx > 0.0 && yy > 0.0).then(|| (xy / (xx * yy).sqrt()).clamp(-1.0, 1.0))
+}
+
+/// Ranks from −½ to ½; equal values share their mean rank.
+fn centred_ranks(values: &[f64]) -> Vec<f64> {
+    let n = values.len();
+    let mut order: Vec<usize> = (0..n).collect();
+    order.sort_by(|a, b| values[*a].total_cmp(&values[*b]));
+    let mut ranks = vec![0.0; n];
+    let mut first = 0;
+    while first < n {
+        let same = order[first..].iter().take_while(|k| values[**k] == values[order[first]]).count();
+        let rank = first as f64 + 0.5 * (same - 1) as f64;
+        for k in &order[first..first + same] {
+            ranks[*k] = (rank - 0.5 * (n - 1) as f64) / n as f64;
+        }
+        first += same;
+    }
+    ranks
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::Column;
+    use super::*;
+
+    /// R: `binom::binom.wilson(c(0, 7, 15, 20), 20)`, and Newcombe (1998), table I: 81 of 263.
+    #[test]
+    fn wilsons_interval_is_that_of_the_tables() {
+        for (passed, n, low, high) in
+            [(81, 263, 0.2553, 0.3662), (15, 148, 0.0624, 0.1605), (0, 20, 0.0, 0.1611), (1, 29, 0.0061, 0.1718)]
+        {
+            let (a, b) = wilson(passed, n);
+            assert!((a - low).abs() < 5e-5 && (b - high).abs() < 5e-5, "{passed} of {n}: {a} to {b}");
+        }
+        assert_eq!(wilson(0, 0), (0.0, 1.0));
+    }
+
+    /// Spearman by its formula 1 − 6 Σd²/(n (n² − 1)) for ranks without ties; with ties by hand.
+    #[test]
+    fn rank_correlation_is_spearmans() {
+        let pairs = [(106.0, 7.0), (86.0, 0.0), (100.0, 27.0), (101.0, 50.0), (99.0, 28.0), (103.0, 29.0)];
+        let pairs: Vec<(f64, f64)> =
+            pairs.into_iter().chain([(97.0, 20.0), (113.0, 12.0), (112.0, 6.0), (110.0, 17.0)]).collect();
+        let found = rank_correlation(std::slice::from_ref(&pairs)).unwrap();
+        // Σd² = 194.
+        assert!((found - (1.0 - 6.0 * 194.0 / 990.0)).abs() < 1e-12, "{found}");
+        let ties = vec![(1.0, 1.0), (1.0, 2.0), (2.0, 3.0)];
+        // Ranks −½, −½, 1 and −1, 0, 1.
+        assert!((rank_correlation(&[ties]).unwrap() - 1.5 / (1.5_f64 * 2.0).sqrt()).abs() < 1e-12);
+        assert_eq!(rank_correlation(&[vec![(1.0, 2.0), (1.0, 3.0)]]), None);
+        // Two combinations at different levels, each falling: together they would seem to rise.
+        let fall = |at: f64| (0..5).map(|k| (at + f64::from(k), 10.0 * at - f64::from(k))).collect::<Vec<_>>();
+        assert_eq!(rank_correlation(&[fall(0.0), fall(10.0)]), Some(-1.0));
+    }
+
+    #[test]
+    fn what_was_not_computed_does_not_pass() {
+        let words = |words: &[Option<&str>]| Column::Words(words.iter().map(|w| w.map(str::to_owned)).collect());
+        let numbers = |numbers: &[Option<f64>]| Column::Numbers(numbers.to_vec());
+        let (pass, fail) = (Some("pass"), Some("fail"));
+        let table = Table {
+            columns: vec![
+                ("point".into(), Column::Counts((0..5).map(Some).collect())),
+                ("length".into(), numbers(&[1.0, 2.0, 3.0, 4.0, 5.0].map(Some))),
+                (
+                    "status".into(),
+                    words(&[Some("converged"), Some("converged"), Some("refused"), Some("converged"), Some("failed")]),
+                ),
+                ("verdict".into(), words(&[pass, fail, None, fail, Some("unresolved")])),
+                ("margin".into(), numbers(&[Some(0.5), Some(-0.1), None, Some(-0.4), Some(0.1)])),
+                ("verdict.bend".into(), words(&[pass, fail, None, fail, pass])),
+                ("worst.bend".into(), numbers(&[Some(0.05), Some(0.04), None, Some(0.03), Some(0.02)])),
+                ("margin.bend".into(), numbers(&[Some(0.5), Some(-0.1), None, Some(-0.4), Some(0.1)])),
+                ("where.bend".into(), words(&[None, None, None, Some("branch `loop`"), None])),
+            ],
+            notes: vec![(METHOD.into(), "random".into()), (REQUIREMENTS.into(), "bend_radius\tbend".into())],
+        };
+        let found = summary(&table);
+        let expected = Yield { passed: 1, failed: 2, unresolved: 1, without: 1, not_converged: 2 };
+        assert_eq!((found.yields, found.yields.points(), found.sampled), (expected, 5, true));
+        assert_eq!(found.worst, Some(3));
+        let bend = &found.requirements[0];
+        assert_eq!((bend.fails, bend.unresolved), (2, 0));
+        let worst = bend.worst.as_ref().unwrap();
+        assert_eq!((worst.point, worst.value, worst.place.as_str()), (3, 0.03, "branch `loop`"));
+        // Four points, falling throughout, but a correlation below 2/√3 is not told from chance.
+        assert!(bend.drivers.is_empty());
+    }
+}
