@@ -9,6 +9,7 @@ pub(crate) mod requirements;
 pub mod result;
 pub(crate) mod sheet;
 mod twist_loss;
+pub(crate) mod violations;
 
 pub(crate) use linking::self_passing;
 pub use log::{EventLog, Occurrence};
