@@ -2,7 +2,7 @@
 //! process.
 
 pub use crate::event::{Event, EventKind, EventPlace, Moment};
-pub use crate::requirement::RequirementResult;
+pub use crate::requirement::{RequirementResult, Violation};
 use crate::requirement::{Verdict, verdict};
 use crate::status::Status;
 use crate::{Pose, Rotation, Vector};
@@ -142,6 +142,9 @@ pub struct StepResult {
     /// Critical bend of the whole harness: the one nearest to its limit, or furthest beyond it; without limits, the one
     /// of least radius. `None` where everything is straight.
     pub min_bend_radius: Option<TightestBend>,
+    /// Requirements that are not kept at this equilibrium, one entry for each part of the harness; empty where the
+    /// increment did not end in an equilibrium.
+    pub violations: Vec<Violation>,
     /// Whether the equilibrium is stable; `None` where that cannot be decided: an eigenvalue is zero to round-off, the
     /// state is not an equilibrium, or a dead moment acts, which has no potential (then `Some(false)` or `None`).
     pub stable: Option<bool>,

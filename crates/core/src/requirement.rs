@@ -231,6 +231,11 @@ impl Bound {
             Bound::Max => limit - value,
         }
     }
+
+    /// The gap relative to the limit; `None` for a limit of 0.
+    pub fn margin(self, value: f64, limit: f64) -> Option<f64> {
+        (limit != 0.0).then(|| self.gap(value, limit) / limit.abs())
+    }
 }
 
 /// Motion of a branch in which a requirement counts.
@@ -359,9 +364,27 @@ impl RequirementResult {
     /// Distance of the worst value from its limit relative to the limit; negative where it fails. `None` where nothing
     /// was checked, or the limit is 0.
     pub fn margin(&self) -> Option<f64> {
-        let gap = self.bound.gap(self.worst?, self.limit);
-        (self.limit != 0.0).then(|| gap / self.limit.abs())
+        self.bound.margin(self.worst?, self.limit)
     }
+}
+
+/// Requirement that is not kept at the end of an increment, with its worst place in one part of the harness.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Violation {
+    /// Name of the requirement.
+    pub name: String,
+    /// What it limits.
+    pub measure: Measure,
+    /// Importance.
+    pub severity: Severity,
+    /// The value farthest beyond the limit, in the unit of the measure.
+    pub value: f64,
+    /// Its limit.
+    pub limit: f64,
+    /// Side of that limit.
+    pub bound: Bound,
+    /// Place of the value.
+    pub place: EventPlace,
 }
 
 /// Order of the sheet: requirements that must be kept first, by verdict, then by margin, the least first.

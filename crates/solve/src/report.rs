@@ -9,6 +9,7 @@ pub(crate) mod requirements;
 pub mod result;
 pub(crate) mod sheet;
 mod twist_loss;
+pub(crate) mod violations;
 
 pub use clearance::{clearance_from_obstacle, clearance_of_branches};
 pub(crate) use linking::self_passing;

@@ -9,6 +9,7 @@
 //! Quantities of a node: position x, y, z (m, world); d1 x, y, z; arc length (m); curvature (1/m); tension (N); bending
 //! moment (N m); torque (N m); clearance (m; NaN if unknown).
 
+use crate::protocol::Place;
 use serde::{Deserialize, Serialize};
 #[cfg(test)]
 use ts_rs::TS;
@@ -47,6 +48,8 @@ pub struct Header {
     pub obstacles: Vec<ObstacleFrame>,
     /// The bend nearest to its limit, or of smallest radius.
     pub tightest: Option<Tightest>,
+    /// Requirements that are not kept at this equilibrium, one entry for each part of the harness.
+    pub violations: Vec<Violation>,
     /// Energy by effect, J: total, stretch, shear, bend, twist, gravity, load, joint, constraint.
     pub energy: Vec<(String, f64)>,
 }
@@ -103,6 +106,30 @@ pub struct Tightest {
     pub limit: Option<f64>,
 }
 
+/// A requirement that is not kept at one equilibrium, with its worst place in one part of the harness.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(test, derive(TS))]
+pub struct Violation {
+    /// Name of the requirement.
+    pub name: String,
+    /// Measure, as in results: `bend_radius`, `tension`, `reach`...
+    pub measure: String,
+    /// SI unit of value and limit; empty for a pure number.
+    pub unit: String,
+    /// `must` or `should`.
+    pub severity: String,
+    /// The value farthest beyond the limit.
+    pub value: f64,
+    /// Its limit.
+    pub limit: f64,
+    /// Side of that limit: `min` or `max`.
+    pub bound: String,
+    /// Distance from the limit relative to it, negative. None for a limit of 0.
+    pub margin: Option<f64>,
+    /// Its place.
+    pub place: Place,
+}
+
 impl Header {
     /// Header of an increment. `before`: the previous increment, whose work is subtracted if it belongs to the same
     /// step.
@@ -139,6 +166,7 @@ impl Header {
                 radius: bend.value,
                 limit: bend.limit,
             }),
+            violations: end.violations.iter().map(Violation::of).collect(),
             energy: effects.map(|(effect, joules)| (effect.to_owned(), joules)).into(),
         }
     }

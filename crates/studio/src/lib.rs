@@ -12,6 +12,7 @@ pub mod replay;
 pub mod scene;
 pub mod server;
 mod session;
+mod sheet;
 mod worker;
 
 pub use session::{PROGRAM, SessionInput};
@@ -46,12 +47,16 @@ mod tests {
         declare(protocol::Event::decl());
         declare(protocol::TimelineStep::decl());
         declare(protocol::Timeline::decl());
+        declare(protocol::Place::decl());
+        declare(protocol::SheetLine::decl());
+        declare(protocol::Sheet::decl());
         declare(protocol::Session::decl());
         declare(protocol::Notice::decl());
         declare(frame::Placed::decl());
         declare(frame::ConstraintFrame::decl());
         declare(frame::ObstacleFrame::decl());
         declare(frame::Tightest::decl());
+        declare(frame::Violation::decl());
         declare(frame::Header::decl());
         text += &format!("/** Number of quantities per node. */\nexport const FLOATS = {};\n", frame::FLOATS);
         let place = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("web/src/protocol.ts");

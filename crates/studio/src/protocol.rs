@@ -106,6 +106,8 @@ pub enum Notice {
     Scene(Scene),
     /// The current timeline; a page drops frames beyond it.
     Timeline(Timeline),
+    /// The sheet of requirements so far.
+    Sheet(Sheet),
     /// State of the session.
     Session(Session),
     /// A request could not be fulfilled.
@@ -313,6 +315,83 @@ pub struct Event {
     pub message: String,
     /// Position, m.
     pub position: Option<[f64; 3]>,
+}
+
+/// The sheet of requirements: whether the harness is acceptable. The status of the solver is another thing.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(test, derive(TS))]
+#[serde(rename_all = "snake_case")]
+pub struct Sheet {
+    /// Verdict on the harness: `pass`, `fail` or `unresolved`.
+    pub verdict: String,
+    /// Status of the solver: `converged`, `stalled`, `iteration-limit`...
+    pub status: String,
+    /// Number of steps whose end has been computed.
+    pub done: u32,
+    /// Number of all steps. While some are missing, nothing passes.
+    pub steps: u32,
+    /// Its lines, the worst first.
+    pub lines: Vec<SheetLine>,
+}
+
+/// A line of the sheet: a requirement, and its worst value over all increments so far.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(test, derive(TS))]
+#[serde(rename_all = "snake_case")]
+pub struct SheetLine {
+    /// Name.
+    pub name: String,
+    /// Measure, as in results: `bend_radius`, `tension`, `reach`...
+    pub measure: String,
+    /// SI unit of worst, limit and error; empty for a pure number.
+    pub unit: String,
+    /// `must` or `should`.
+    pub severity: String,
+    /// Origin: `scenario`, `section`, `constraint`, `obstacle` or `always`.
+    pub origin: String,
+    /// Reason for users, such as a standard.
+    pub because: Option<String>,
+    /// `pass`, `fail`, `unresolved` or `not checked`.
+    pub verdict: String,
+    /// Why it is unresolved or not checked.
+    pub reason: Option<String>,
+    /// The value nearest to its limit, or farthest beyond it.
+    pub worst: Option<f64>,
+    /// Its limit.
+    pub limit: f64,
+    /// Side of that limit: `min` or `max`.
+    pub bound: String,
+    /// Distance from the limit relative to it; negative beyond it. None for a limit of 0.
+    pub margin: Option<f64>,
+    /// Estimate of the discretisation error of the worst value.
+    pub error: Option<f64>,
+    /// Step of the worst value.
+    pub step: Option<String>,
+    /// Its increment, from 1; 0: the start.
+    pub increment: Option<u32>,
+    /// Number of its frame.
+    pub frame: Option<u32>,
+    /// Place of the worst value.
+    pub place: Place,
+}
+
+/// Place in a harness: the parts that apply.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(test, derive(TS))]
+#[serde(rename_all = "snake_case")]
+pub struct Place {
+    /// Name of the constraint.
+    pub constraint: Option<String>,
+    /// Name of the obstacle.
+    pub obstacle: Option<String>,
+    /// Name of the branch.
+    pub branch: Option<String>,
+    /// Arc length on it, m.
+    pub s: Option<f64>,
+    /// Name of the other branch, where two of them meet.
+    pub other_branch: Option<String>,
+    /// Arc length on that, m.
+    pub other_s: Option<f64>,
 }
 
 /// State of a session.

@@ -1,7 +1,8 @@
 //! A finished run for pages: scene, timeline and frames without a solver, and a self-contained page with them.
 
 use crate::frame::{self, Header, number};
-use crate::protocol::{Event, Scene, Timeline, TimelineStep};
+use crate::protocol::{Event, Scene, Sheet, Timeline, TimelineStep};
+use crate::sheet;
 use base64::Engine as _;
 use base64::engine::general_purpose::STANDARD;
 use flate2::Compression;
@@ -20,6 +21,7 @@ const MAX_BYTES: usize = 64 << 20;
 pub struct Replay {
     scene: Scene,
     timeline: Timeline,
+    sheet: Sheet,
     frames: Vec<Vec<u8>>,
 }
 
@@ -106,6 +108,8 @@ impl Recorder {
             steps.push(TimelineStep { name: step.name.clone(), first, frames, planned: frames, by_hand: false });
             first += frames;
         }
+        let frame = |moment: &Moment| Some(find(moment, &self.steps)?.0);
+        let sheet = sheet::sheet(&run.requirements, run.status, (steps.len(), steps.len()), frame);
         let events = run.events.iter().filter_map(|event| timeline_event(event, &self.steps, &scene)).collect();
         let all = self.steps.into_iter().flat_map(|step| step.frames);
         let encoded = |(k, mut frame_record): (usize, RecordedFrame)| {
@@ -113,7 +117,7 @@ impl Recorder {
             frame_record.header.encode(&frame_record.nodes)
         };
         let frames = all.enumerate().map(encoded).collect();
-        Replay { scene, timeline: Timeline { frames: first, steps, events }, frames }
+        Replay { scene, timeline: Timeline { frames: first, steps, events }, sheet, frames }
     }
 }
 
@@ -165,6 +169,7 @@ const ARC_LENGTH: usize = 6;
 struct Head<'a> {
     scene: &'a Scene,
     timeline: &'a Timeline,
+    sheet: &'a Sheet,
 }
 
 impl Replay {
@@ -178,6 +183,11 @@ impl Replay {
         &self.timeline
     }
 
+    /// The sheet of requirements.
+    pub fn sheet(&self) -> &Sheet {
+        &self.sheet
+    }
+
     /// The frames.
     pub fn frames(&self) -> &[Vec<u8>] {
         &self.frames
@@ -189,13 +199,13 @@ impl Replay {
     /// | bytes | what |
     /// | --- | --- |
     /// | 4 | length n of the head, a multiple of 4 |
-    /// | n | `{"scene": …, "timeline": …}`, padded with spaces |
+    /// | n | `{"scene": …, "timeline": …, "sheet": …}`, padded with spaces |
     /// | for every frame: 4 | its length m, a multiple of 4 |
     /// | m | the frame |
     ///
     /// Base64 has no characters with a meaning in HTML, so names in a scenario cannot become markup.
     pub fn page(&self, page: &str) -> String {
-        let head = Head { scene: &self.scene, timeline: &self.timeline };
+        let head = Head { scene: &self.scene, timeline: &self.timeline, sheet: &self.sheet };
         let mut head = serde_json::to_vec(&head).expect("strings, numbers and lists of them");
         head.resize(head.len().next_multiple_of(4), b' ');
         let mut packed = GzEncoder::new(Vec::new(), Compression::default());

@@ -18,8 +18,8 @@ mod snapshot;
 mod tests;
 mod work;
 
-use crate::protocol::{Notice, Request, Scene, Timeline};
-use crate::scene;
+use crate::protocol::{Notice, Request, Scene, Sheet, Timeline};
+use crate::{frame, scene, sheet};
 use drag::Drag;
 use harness::Harness;
 use refusal::{Refusal, no_start};
@@ -29,6 +29,7 @@ use std::collections::BTreeMap;
 use std::rc::Rc;
 use std::sync::Arc;
 use wireloom::harness::Obstacle;
+use wireloom::result::{Moment, RequirementResult};
 use wireloom::scenario::adjust::adjustable;
 use wireloom::scenario::record::{Written, with_steps, with_value};
 use wireloom::scenario::{Fault, Files};
@@ -79,6 +80,7 @@ pub(crate) struct Record {
     pub events: Vec<wireloom::result::Event>,
     pub notes: Vec<String>,
     pub status: Status,
+    pub requirements: Arc<[RequirementResult]>,
     pub obstacles: Arc<Vec<Obstacle>>,
 }
 
@@ -97,6 +99,8 @@ pub(crate) struct Session {
     unsaved: bool,
     /// The checkpoint of the last frame, which need not be in equilibrium.
     shown: Option<Rc<Checkpoint>>,
+    /// The status of that frame, and the sheet there.
+    shown_sheet: (Status, Arc<[RequirementResult]>),
     changes: Changes,
     /// Bytes added since memory was last limited.
     bytes_added: usize,
@@ -132,6 +136,7 @@ impl Session {
             held: BTreeMap::new(),
             unsaved,
             shown: None,
+            shown_sheet: (Status::Converged, Arc::default()),
             changes,
             bytes_added: 0,
         })
@@ -182,6 +187,24 @@ impl Session {
         self.now.timeline(self.shown.as_ref().map_or(&[], |at| at.events()))
     }
 
+    /// The sheet of requirements so far.
+    pub fn sheet(&self) -> Sheet {
+        let Snapshot { harness, at, .. } = &self.now;
+        let steps = harness.schedule.steps.len();
+        let done = at.as_ref().map_or(0, |at| at.done().0.min(steps));
+        let frame = |moment: &Moment| {
+            let number = self.now.frame_of(moment.step_index, moment.increment);
+            (number < self.now.frames()).then(|| frame::number(number))
+        };
+        sheet::sheet(&self.shown_sheet.1, self.status(), (done, steps), frame)
+    }
+
+    /// Status of the run so far: that of its first increment that did not converge, otherwise converged.
+    fn status(&self) -> Status {
+        let ends = self.ends();
+        ends.iter().map(|end| end.status).find(|status| *status != Status::Converged).unwrap_or(self.shown_sheet.0)
+    }
+
     /// Frames from a number on.
     pub fn frames_from(&self, from: usize) -> Vec<Option<Frame>> {
         let mut first = 0;
@@ -223,22 +246,28 @@ impl Session {
 
     /// The run so far.
     pub fn record(&self) -> Record {
-        let Snapshot { harness, steps, last, .. } = &self.now;
+        let harness = &self.now.harness;
+        let (events, noted) = self.shown.as_ref().map_or((&[][..], &[][..]), |at| (at.events(), at.notes()));
+        Record {
+            scenario: harness.schedule.scenario.clone(),
+            ends: self.ends(),
+            events: events.to_vec(),
+            notes: harness.notes.iter().chain(noted).cloned().collect(),
+            status: self.status(),
+            requirements: self.shown_sheet.1.clone(),
+            obstacles: Arc::new(harness.network.obstacles.clone()),
+        }
+    }
+
+    /// Results at the ends of steps, and of the newest increment.
+    fn ends(&self) -> Vec<Arc<StepResult>> {
+        let Snapshot { steps, last, .. } = &self.now;
         let mut ends: Vec<Arc<StepResult>> =
             steps.iter().skip(1).filter_map(|step| Some(step.end.borrow().as_ref()?.result.clone())).collect();
         if steps.last().is_none_or(|step| !step.ended || steps.len() == 1) {
             ends.extend(last.clone());
         }
-        let status = ends.iter().map(|end| end.status).find(|status| *status != Status::Converged);
-        let (events, noted) = self.shown.as_ref().map_or((&[][..], &[][..]), |at| (at.events(), at.notes()));
-        Record {
-            scenario: harness.schedule.scenario.clone(),
-            ends,
-            events: events.to_vec(),
-            notes: harness.notes.iter().chain(noted).cloned().collect(),
-            status: status.unwrap_or(Status::Converged),
-            obstacles: Arc::new(harness.network.obstacles.clone()),
-        }
+        ends
     }
 
     // ---- requests -------------------------------------------------------------------------------------------------
@@ -375,6 +404,7 @@ impl Session {
     /// Switches to a snapshot; returns the previous one.
     fn switch_to(&mut self, snapshot: Snapshot) -> Snapshot {
         self.shown.clone_from(&snapshot.at);
+        self.shown_sheet = snapshot.shown_sheet();
         let changed = !Rc::ptr_eq(&self.now.harness, &snapshot.harness) || self.now.run != snapshot.run;
         let kept = self.now.steps.iter().zip(&snapshot.steps).take_while(|(a, b)| Rc::ptr_eq(a, b));
         let from = if self.now.run == snapshot.run { kept.map(|(step, _)| step.len()).sum() } else { 0 };
@@ -432,6 +462,7 @@ impl Session {
             };
             (next.harness, next.at) = (harness, Some(Rc::new(at)));
         }
+        next.sheet = end.as_ref().map(|end| end.sheet.clone()).unwrap_or_default();
         next.last = end.map(|end| end.result.clone());
         Ok(Some(next))
     }

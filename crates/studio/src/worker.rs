@@ -182,7 +182,7 @@ impl Studio {
             events: record.events,
             steps: record.ends.iter().map(|end| (**end).clone()).collect(),
             clearances: Vec::new(),
-            requirements: Vec::new(),
+            requirements: record.requirements.to_vec(),
             fault: None,
             plugins: Vec::new(),
         };

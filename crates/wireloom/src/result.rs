@@ -27,6 +27,7 @@ pub use wireloom_core::equilibrium::{
 };
 pub use wireloom_core::event::{Event, EventKind, EventPlace, Group, Moment, grouped};
 pub use wireloom_core::requirement::{
-    Bound, Measure, Motion, Origin, Part, Requirement, RequirementResult, Severity, Verdict, by_urgency,
+    Bound, Measure, Motion, Origin, Part, Requirement, RequirementResult, Severity, Verdict, Violation, by_urgency,
+    verdict,
 };
 pub use wireloom_core::status::Status;

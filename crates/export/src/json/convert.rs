@@ -3,6 +3,7 @@
 use super::document::{
     Branch, Clearance, Constraint, Document, Energy, Event, Fault, Increment, Joint, Marker, Minimiser, Obstacle,
     Operation, Place, Plugin, Requirement, RequirementPlace, Sheet, Slide, Span, Station, Step, TightestBend,
+    Violation,
 };
 use super::provenance::Provenance;
 use super::values::{Entries, Number, Schema, Vector3, Word, quaternion, rotation, vector, written};
@@ -113,8 +114,6 @@ impl Event {
 
 impl Requirement {
     pub fn of(line: &core::RequirementResult) -> Self {
-        let core::EventPlace { constraint, obstacle, branch, s, other_branch, other_s } = line.place.clone();
-        let (s, other_s) = (s.map(Number), other_s.map(Number));
         Self {
             name: line.name.clone(),
             quantity: Word(line.measure),
@@ -128,7 +127,7 @@ impl Requirement {
             step: line.moment.as_ref().map(|moment| moment.step.clone()),
             step_index: line.moment.as_ref().map(|moment| moment.step_index),
             increment: line.moment.as_ref().map(|moment| moment.increment),
-            place: RequirementPlace { constraint, obstacle, branch, s, other_branch, other_s },
+            place: RequirementPlace::of(&line.place),
             origin: Word(line.origin),
             because: line.because.clone(),
             reason: line.reason.clone(),
@@ -136,8 +135,6 @@ impl Requirement {
     }
 
     pub fn result(self) -> core::RequirementResult {
-        let RequirementPlace { constraint, obstacle, branch, s, other_branch, other_s } = self.place;
-        let (s, other_s) = (s.map(number), other_s.map(number));
         let moment = self.step.zip(self.step_index).zip(self.increment);
         core::RequirementResult {
             name: self.name,
@@ -152,7 +149,45 @@ impl Requirement {
             bound: self.bound.0,
             error: self.error.map(number),
             moment: moment.map(|((step, step_index), increment)| core::Moment { step, step_index, increment }),
-            place: core::EventPlace { constraint, obstacle, branch, s, other_branch, other_s },
+            place: self.place.place(),
+        }
+    }
+}
+
+impl RequirementPlace {
+    fn of(place: &core::EventPlace) -> Self {
+        let core::EventPlace { constraint, obstacle, branch, s, other_branch, other_s } = place.clone();
+        Self { constraint, obstacle, branch, s: s.map(Number), other_branch, other_s: other_s.map(Number) }
+    }
+
+    fn place(self) -> core::EventPlace {
+        let Self { constraint, obstacle, branch, s, other_branch, other_s } = self;
+        core::EventPlace { constraint, obstacle, branch, s: s.map(number), other_branch, other_s: other_s.map(number) }
+    }
+}
+
+impl Violation {
+    fn of(violation: &core::Violation) -> Self {
+        Self {
+            name: violation.name.clone(),
+            quantity: Word(violation.measure),
+            severity: Word(violation.severity),
+            value: Number(violation.value),
+            limit: Number(violation.limit),
+            bound: Word(violation.bound),
+            place: RequirementPlace::of(&violation.place),
+        }
+    }
+
+    fn violation(self) -> core::Violation {
+        core::Violation {
+            name: self.name,
+            measure: self.quantity.0,
+            severity: self.severity.0,
+            value: self.value.0,
+            limit: self.limit.0,
+            bound: self.bound.0,
+            place: self.place.place(),
         }
     }
 }
@@ -186,6 +221,7 @@ impl Step {
             operations: step.operations.iter().map(Operation::of).collect(),
             energy: Energy::of(&step.energy),
             min_bend_radius: step.min_bend_radius.as_ref().map(TightestBend::of),
+            violations: step.violations.iter().map(Violation::of).collect(),
             stable: step.stable,
             minimiser: Minimiser::of(&step.minimiser),
         }
@@ -214,6 +250,7 @@ impl Step {
             operations: self.operations.into_iter().map(Operation::result).collect(),
             energy: self.energy.energy(),
             min_bend_radius: self.min_bend_radius.map(TightestBend::bend),
+            violations: self.violations.into_iter().map(Violation::violation).collect(),
             stable: self.stable,
             minimiser: self.minimiser.result(),
         })

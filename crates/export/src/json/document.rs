@@ -74,7 +74,7 @@ pub struct Requirement {
     pub reason: Option<String>,
 }
 
-/// Place of the worst value of a requirement: the keys that apply.
+/// Place of a value of a requirement: the keys that apply.
 #[derive(Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct RequirementPlace {
@@ -168,9 +168,25 @@ pub struct Step<V = Vec<Vector3>> {
     pub energy: Energy,
     #[serde(deserialize_with = "nullable")]
     pub min_bend_radius: Option<TightestBend>,
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub violations: Vec<Violation>,
     #[serde(deserialize_with = "nullable")]
     pub stable: Option<bool>,
     pub minimiser: Minimiser,
+}
+
+/// A requirement that is not kept at this equilibrium. Values are in SI.
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Violation {
+    pub name: String,
+    pub quantity: Word<Measure>,
+    pub severity: Word<Severity>,
+    pub value: Number,
+    pub limit: Number,
+    pub bound: Word<Bound>,
+    #[serde(rename = "where")]
+    pub place: RequirementPlace,
 }
 
 /// A marker.

@@ -107,6 +107,7 @@ pub fn step(branches: Vec<BranchResult>, joints: Vec<JointResult>, constraints: 
             constraint: 0.7,
         },
         min_bend_radius: tightest,
+        violations: vec![],
         stable: Some(true),
         minimiser: MinimiserResult {
             kind: "newton".into(),

@@ -35,8 +35,8 @@ pub(crate) struct Equilibrium<'a> {
     pub moved: Vec<f64>,
     /// Whether this is the end of a step.
     pub ends_step: bool,
-    /// Index of the step.
-    pub step: usize,
+    /// Index of the step; `None` before the first one.
+    pub step: Option<usize>,
     /// Spans between held nodes, by branch.
     pub spans: Vec<result::HeldSpan>,
     /// The cables, for distances between them and from obstacles.
@@ -52,7 +52,7 @@ impl<'a> Equilibrium<'a> {
         state: &State,
         began: &State,
         (branches, constraints, operations, cables): Results<'a>,
-        (step, ends_step): (usize, bool),
+        (step, ends_step): (Option<usize>, bool),
     ) -> Self {
         let network = problem.network;
         let contact_forces = problem.contact_forces(state);
@@ -82,7 +82,8 @@ impl<'a> Equilibrium<'a> {
     /// The values of a requirement at all its places; empty where it does not count.
     pub fn values(&self, requirement: &Requirement) -> Vec<Found> {
         let mut found = Vec::new();
-        if requirement.steps.as_ref().is_none_or(|steps| steps.contains(&self.step)) {
+        let in_steps = |steps: &Vec<usize>| self.step.is_some_and(|step| steps.contains(&step));
+        if requirement.steps.as_ref().is_none_or(in_steps) {
             for part in requirement.of.iter().filter(|part| self.counts(requirement.motion, part)) {
                 self.add(requirement, part, &mut found);
             }

@@ -28,6 +28,16 @@ pub(crate) struct Found {
     pub place: EventPlace,
 }
 
+impl Found {
+    /// The limits of its requirement that count for it. A straight cable has no bend radius, hence no limit.
+    pub fn limits<'r>(&self, requirement: &'r Requirement) -> impl Iterator<Item = (Bound, f64)> + use<'r> {
+        let own = self.limit;
+        let limits = [(Bound::Min, requirement.min), (Bound::Max, requirement.max)];
+        let infinite = self.value == f64::INFINITY;
+        limits.into_iter().filter_map(move |(bound, limit)| Some((bound, own.unwrap_or(limit.filter(|_| !infinite)?))))
+    }
+}
+
 /// Where in an increment an equilibrium is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Here {
@@ -99,13 +109,7 @@ impl Sheet {
             }
             let mut worst_here: Option<Worst> = None;
             for found in found {
-                let limits = [(Bound::Min, requirement.min), (Bound::Max, requirement.max)];
-                for (bound, limit) in limits.into_iter().filter_map(|(bound, limit)| Some((bound, limit?))) {
-                    // A straight cable has no bend radius.
-                    if found.value == f64::INFINITY {
-                        continue;
-                    }
-                    let limit = found.limit.unwrap_or(limit);
+                for (bound, limit) in found.limits(requirement) {
                     let Found { value, error, place, .. } = found.clone();
                     let worst = Worst { value, limit, bound, error, moment: now.clone(), place };
                     keep(&mut line.worst, &worst, false);

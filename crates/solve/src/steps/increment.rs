@@ -87,10 +87,11 @@ impl Driver<'_, '_> {
         if self.problem.monitor.is_stopped() {
             return Err(Status::Interrupted);
         }
-        let end = self.step_result(step, increment, status, seconds());
+        let mut end = self.step_result(step, increment, status, seconds());
         let cables = Cables::new(self.problem.network, &end.branches);
-        self.check_at_end(&end, &cables);
+        let violations = self.check_at_end(&end, &cables);
         events::log_increment(&mut self.log, &mut self.problem, &self.state, &end, &cables, (&self.stop, all));
+        end.violations = violations;
         Ok(end)
     }
 

@@ -25,6 +25,10 @@ pub struct Ended {
     pub end: StepResult,
     /// Checkpoint to continue from; only meaningful if the increment ended in balance.
     pub checkpoint: Checkpoint,
+    /// The sheet so far: the worst value of each requirement over the increments up to here, of which none passes if the
+    /// last one did not converge. At the start that of the initial equilibrium, which belongs to no step and does not
+    /// count further on.
+    pub requirements: Vec<RequirementResult>,
 }
 
 /// Reason why an increment did not end.
@@ -42,12 +46,6 @@ impl Checkpoint {
     /// Events so far.
     pub fn events(&self) -> &[Event] {
         self.log.events()
-    }
-
-    /// The sheet so far: the worst value of each requirement over the increments up to here. `status`: that of the last
-    /// one; nothing passes if it did not converge.
-    pub fn requirements(&self, network: &Network, status: Status) -> Vec<RequirementResult> {
-        self.log.sheet.lines(network, status)
     }
 
     /// Remarks so far.
@@ -129,11 +127,12 @@ impl InteractiveDriver {
             notes.push(unbalanced_start_note(start));
         }
         let status = driver.certify(start);
+        let mut end = driver.step_result(&step, 0, status, clock.elapsed().as_secs_f64());
+        let requirements = driver.check_start(&mut end);
         driver.starting = false;
-        let end = driver.step_result(&step, 0, status, clock.elapsed().as_secs_f64());
         driver.minimiser.forget();
         let checkpoint = Checkpoint { notes, ..driver.snapshot((0, 0), None, 0.0) };
-        Ok(Ended { end, checkpoint })
+        Ok(Ended { end, checkpoint, requirements })
     }
 
     /// Runs the next increment of a step; after the last one the checkpoint is at the beginning of the next step.
@@ -192,12 +191,15 @@ impl InteractiveDriver {
         let plan = (!open && !last).then_some(&plan);
         let checkpoint =
             Checkpoint { notes, ..driver.snapshot((index, increment), plan, spent + clock.elapsed().as_secs_f64()) };
+        let status = end.as_ref().map_or_else(|status| *status, |end| end.status);
+        let requirements = driver.log.sheet.lines(network, status);
         let certifier = driver.certifier;
         self.certifier = Some((network.id, certifier));
         match (fault, end) {
             (Some(fault), _) => Err(Interruption::Fault(fault)),
             (None, Ok(end)) => {
-                Ok(Ended { end, checkpoint: if last { checkpoint.with_step_ended() } else { checkpoint } })
+                let checkpoint = if last { checkpoint.with_step_ended() } else { checkpoint };
+                Ok(Ended { end, checkpoint, requirements })
             }
             (None, Err(_)) => Err(Interruption::Stopped),
         }

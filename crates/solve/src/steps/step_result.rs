@@ -5,7 +5,11 @@ use crate::report::clearance::Cables;
 use crate::report::requirements::Equilibrium;
 use crate::report::result;
 use crate::report::sheet::Here;
-use wireloom_core::equilibrium::{BranchResult, ConstraintResult, MinimiserResult, OperationResult, StepResult};
+use crate::report::violations::violations;
+use wireloom_core::Moment;
+use wireloom_core::equilibrium::{
+    BranchResult, ConstraintResult, MinimiserResult, OperationResult, RequirementResult, StepResult, Violation,
+};
 use wireloom_core::status::Status;
 use wireloom_core::steps::Step;
 
@@ -37,6 +41,7 @@ impl Driver<'_, '_> {
             energy: problem.energy(state),
             min_bend_radius: result::tightest_bend(&branches),
             branches,
+            violations: Vec::new(),
             stable,
             minimiser: MinimiserResult {
                 kind: self.minimiser.name().to_owned(),
@@ -60,12 +65,24 @@ impl Driver<'_, '_> {
     }
 
     /// Checks the requirements at the end of an increment, if that is an equilibrium.
-    pub(super) fn check_at_end(&mut self, end: &StepResult, cables: &Cables<'_>) {
-        if is_balanced(end.status) {
-            let results = (&end.branches[..], &end.constraints[..], cables);
-            let here = if end.stable == Some(false) { Here::UnstableEnd } else { Here::End };
-            self.check(results, &end.operations, here, end.increment == end.increments);
+    pub(super) fn check_at_end(&mut self, end: &StepResult, cables: &Cables<'_>) -> Vec<Violation> {
+        if !is_balanced(end.status) {
+            return Vec::new();
         }
+        let results = (&end.branches[..], &end.constraints[..], cables);
+        let here = if end.stable == Some(false) { Here::UnstableEnd } else { Here::End };
+        self.check(results, &end.operations, here, end.increment == end.increments)
+    }
+
+    /// Checks the requirements at the initial equilibrium, and returns a sheet of it alone.
+    pub(super) fn check_start(&mut self, end: &mut StepResult) -> Vec<RequirementResult> {
+        let log = std::mem::take(&mut self.log);
+        self.log.begin(Moment { step: end.name.clone(), step_index: 0, increment: 0 });
+        self.began.copy_from(&self.state);
+        let violations = self.check_at_end(end, &Cables::new(self.problem.network, &end.branches));
+        end.violations = violations;
+        let start = std::mem::replace(&mut self.log, log);
+        start.sheet.lines(self.problem.network, end.status)
     }
 
     /// Checks the requirements at an equilibrium on the way through an increment.
@@ -79,19 +96,22 @@ impl Driver<'_, '_> {
         }
     }
 
-    /// Checks the requirements with these results; `ends_step`: whether the step ends here.
+    /// Checks the requirements with these results, and returns those that are not kept; `ends_step`: whether the step
+    /// ends here.
     fn check(
         &mut self,
         (branches, constraints, cables): (&[BranchResult], &[ConstraintResult], &Cables<'_>),
         operations: &[OperationResult],
         here: Here,
         ends_step: bool,
-    ) {
+    ) -> Vec<Violation> {
         let requirements = &self.problem.network.requirements;
-        let step = (self.log.now().step_index, ends_step);
+        let step = ((!self.starting).then(|| self.log.now().step_index), ends_step);
         let results = (branches, constraints, operations, cables);
         let equilibrium = Equilibrium::new(&mut self.problem, &self.state, &self.began, results, step);
-        let found = requirements.iter().map(|requirement| equilibrium.values(requirement)).collect();
+        let found: Vec<_> = requirements.iter().map(|requirement| equilibrium.values(requirement)).collect();
+        let violations = violations(requirements, &found);
         self.log.check(requirements, found, here);
+        violations
     }
 }

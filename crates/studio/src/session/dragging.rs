@@ -195,6 +195,7 @@ impl Session {
         self.show_clearance();
         self.now.end();
         self.shown.clone_from(&self.now.at);
+        self.shown_sheet = self.now.shown_sheet();
         self.changes.timeline = true;
         self.push_undo(drag.step, drag.before);
     }

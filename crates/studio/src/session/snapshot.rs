@@ -7,11 +7,11 @@ use std::cell::RefCell;
 use std::collections::HashSet;
 use std::rc::Rc;
 use std::sync::Arc;
-use wireloom::StepResult;
-use wireloom::result::EventPlace;
+use wireloom::result::{EventPlace, RequirementResult};
 use wireloom::scenario::Fault;
 use wireloom::scenario::record::{Written, with_steps};
 use wireloom::session::Checkpoint;
+use wireloom::{Status, StepResult};
 
 /// Limit for the memory of frames, bytes: a thousand frames of a harness of 4,000 nodes. Beyond it every second frame
 /// within the oldest steps is dropped; pages that have received them keep them.
@@ -45,6 +45,7 @@ pub(super) struct StepEnd {
     pub harness: Rc<Harness>,
     pub checkpoint: Rc<Checkpoint>,
     pub result: Arc<StepResult>,
+    pub sheet: Arc<[RequirementResult]>,
 }
 
 impl StepEnd {
@@ -80,6 +81,8 @@ pub(super) struct Snapshot {
     pub at: Option<Rc<Checkpoint>>,
     /// The result that the last frame shows.
     pub last: Option<Arc<StepResult>>,
+    /// The sheet at that result.
+    pub sheet: Arc<[RequirementResult]>,
     /// Whether the rest of the schedule is to be computed.
     pub pending: bool,
     /// Number of the run; frames of another run are invalid.
@@ -91,8 +94,8 @@ pub(super) struct Snapshot {
 impl Snapshot {
     /// A snapshot without any computed step.
     pub fn new(text: Rc<str>, own: usize, by_hand: Vec<Rc<Written>>, harness: Rc<Harness>, run: u32) -> Self {
-        let (steps, places) = (Vec::new(), Vec::new());
-        Self { text, own, by_hand, harness, steps, at: None, last: None, pending: true, run, places }
+        let (steps, places, sheet) = (Vec::new(), Vec::new(), Arc::default());
+        Self { text, own, by_hand, harness, steps, at: None, last: None, sheet, pending: true, run, places }
     }
 
     /// The current scenario.
@@ -107,6 +110,11 @@ impl Snapshot {
     /// Number of frames.
     pub fn frames(&self) -> usize {
         self.steps.iter().map(|step| step.len()).sum()
+    }
+
+    /// Status and sheet of the last result.
+    pub fn shown_sheet(&self) -> (Status, Arc<[RequirementResult]>) {
+        (self.last.as_ref().map_or(Status::Converged, |last| last.status), self.sheet.clone())
     }
 
     /// Number of completed steps, including the start.
@@ -135,11 +143,12 @@ impl Snapshot {
 
     /// Completes the current step.
     pub fn end(&mut self) {
-        let (harness, at, last) = (self.harness.clone(), self.at.clone(), self.last.clone());
+        let (harness, at, last, sheet) = (self.harness.clone(), self.at.clone(), self.last.clone(), self.sheet.clone());
         let Some(step) = self.newest() else { return };
         step.ended = true;
         step.planned = step.frames.get_mut().len();
-        *step.end.get_mut() = at.zip(last).map(|(checkpoint, result)| Rc::new(StepEnd { harness, checkpoint, result }));
+        let end = at.zip(last);
+        *step.end.get_mut() = end.map(|(checkpoint, result)| Rc::new(StepEnd { harness, checkpoint, result, sheet }));
     }
 
     /// Index of the step of a frame.
@@ -152,7 +161,7 @@ impl Snapshot {
     }
 
     /// Frame of an increment; step and increment as events count them.
-    fn frame_of(&self, step: usize, increment: usize) -> usize {
+    pub fn frame_of(&self, step: usize, increment: usize) -> usize {
         if increment == 0 {
             return 0;
         }

@@ -108,8 +108,10 @@ impl Session {
         if is_balanced(ended) || self.now.at.is_none() {
             self.now.at = Some(checkpoint.clone());
             self.now.last = Some(Arc::new(ended.end.clone()));
+            self.now.sheet = ended.requirements.clone().into();
         }
         self.shown = Some(checkpoint);
+        self.shown_sheet = (ended.end.status, ended.requirements.clone().into());
         self.frames_changed(index);
     }
 

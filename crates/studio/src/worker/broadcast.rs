@@ -1,6 +1,6 @@
 //! Published state of a session, and the pending messages of every tab.
 
-use crate::protocol::{self, Notice, Scene, Timeline};
+use crate::protocol::{self, Notice, Scene, Sheet, Timeline};
 use crate::session::{Changes, Frame, Record, Session};
 use std::collections::{BTreeMap, VecDeque};
 use std::sync::Arc;
@@ -30,6 +30,7 @@ pub enum TabMessage {
 pub(super) struct Broadcast {
     scene: Option<Arc<Scene>>,
     timeline: Option<Arc<Timeline>>,
+    sheet: Option<Arc<Sheet>>,
     busy: Option<String>,
     labels: [Option<String>; 2],
     held: Vec<(String, u32)>,
@@ -50,6 +51,7 @@ struct Tab {
     /// Frames from this number on are no longer valid.
     truncate_at: Option<usize>,
     timeline: bool,
+    sheet: bool,
     session: bool,
     notices: VecDeque<Notice>,
     /// Whether to send the newest frame.
@@ -72,6 +74,7 @@ impl Broadcast {
         Self {
             scene: None,
             timeline: None,
+            sheet: None,
             busy: None,
             labels: [None, None],
             held: Vec::new(),
@@ -92,6 +95,7 @@ impl Broadcast {
             scene: true,
             truncate_at: None,
             timeline: true,
+            sheet: true,
             session: true,
             notices: VecDeque::new(),
             live: true,
@@ -144,6 +148,12 @@ impl Broadcast {
         if timeline {
             self.timeline = Some(Arc::new(session.timeline()));
         }
+        let mut new_sheet = false;
+        if scene || timeline || from.is_some() {
+            let sheet = session.sheet();
+            new_sheet = self.sheet.as_ref().is_none_or(|before| **before != sheet);
+            self.sheet = Some(Arc::new(sheet));
+        }
         if let Some(from) = from {
             self.frames.truncate(from);
             self.frames.extend(session.frames_from(from));
@@ -165,6 +175,7 @@ impl Broadcast {
         for tab in self.tabs.values_mut() {
             tab.scene |= scene;
             tab.timeline |= timeline;
+            tab.sheet |= new_sheet;
             tab.session |= changed || from.is_some();
             if let Some(from) = from {
                 if from < known {
@@ -182,8 +193,8 @@ impl Broadcast {
         if changed { self.tabs.values().map(|tab| tab.wake.clone()).collect() } else { Vec::new() }
     }
 
-    /// The next message of a tab, in this order: harness, truncation of the timeline, timeline, session, notices,
-    /// newest frame, requested frames.
+    /// The next message of a tab, in this order: harness, truncation of the timeline, timeline, sheet, session,
+    /// notices, newest frame, requested frames.
     pub fn take(&mut self, number: u32) -> Option<TabMessage> {
         let count = self.tabs.len();
         let tab = self.tabs.get_mut(&number)?;
@@ -199,6 +210,11 @@ impl Broadcast {
             && let Some(timeline) = &self.timeline
         {
             return Some(TabMessage::Notice(Notice::Timeline((**timeline).clone())));
+        }
+        if std::mem::take(&mut tab.sheet)
+            && let Some(sheet) = &self.sheet
+        {
+            return Some(TabMessage::Notice(Notice::Sheet((**sheet).clone())));
         }
         if std::mem::take(&mut tab.session) {
             let now = Instant::now();

@@ -2,7 +2,7 @@
 import * as THREE from "three";
 import type { Frame } from "./frame";
 import type { Constraint, Obstacle, Placed, Scene } from "./protocol";
-import { digits } from "./units";
+import { newtons } from "./units";
 import type { View } from "./view";
 
 /** Kinds of things that can be pointed at; the colour of each (readable on dark and on light). */
@@ -122,7 +122,7 @@ export class Bodies {
       shaft.scale.set(thick, thick, size * scale - headLength);
       head.position.z = size * scale - headLength;
       head.scale.set(2.6 * thick, 2.6 * thick, headLength);
-      this.arrowLabels.push({ place: new THREE.Vector3(...at).addScaledVector(direction, size * scale), words: `${digits(size)} N` });
+      this.arrowLabels.push({ place: new THREE.Vector3(...at).addScaledVector(direction, size * scale), words: newtons(size) });
     };
     for (const constraint of frame.header.constraints) one(constraint.at.position, constraint.force);
     for (const obstacle of frame.header.obstacles) if (obstacle.contacts > 0) one(obstacle.at.position, obstacle.force);

@@ -28,6 +28,9 @@ const VIRIDIS = ["#440154", "#472d7b", "#3b528b", "#2c728e", "#21918c", "#28ae80
 const TWO_SIGNS = ["#0b4a8f", "#2f78b7", "#7fb0d6", "#d5dbe0", "#f0b57a", "#d9781f", "#9c4a04"];
 export const OVER = "#e6007e";
 export const UNKNOWN = "#8a9099";
+/** Hatching of branches that are stretched, overloaded or in another one, whatever the scale. */
+export const DESTROYED = ["#ff7a00", "#17100a"];
+export const DESTROYED_WORDS = "over-stretched, overloaded or in another cable";
 
 /** A scale of a quantity: what stands for 0 and for 1 of the colours. */
 export interface Scale {
@@ -90,6 +93,9 @@ function roundAbove(value: number): number {
   for (const step of [1, 1.5, 2, 3, 4, 5, 6, 8, 10]) if (value <= step * power * (1 + 1e-9)) return step * power;
   return 10 * power;
 }
+
+/** Value of the nodes of branches that are stretched, overloaded or in another one. */
+export const DESTROYED_VALUE = 3;
 
 /** Where a node's value lies on the scale: 0 to 1; 2: over the limit; -1: not known. */
 export function onScale(scale: Scale, value: number, limit: number | null): number {

@@ -1,6 +1,6 @@
 // Branches as tubes of true diameter with a stripe along d1. Everything is allocated once a scene and written in place a frame.
 import * as THREE from "three";
-import { onScale, OVER, table, UNKNOWN, type Scale } from "./colours";
+import { DESTROYED, DESTROYED_VALUE, onScale, OVER, table, UNKNOWN, type Scale } from "./colours";
 import { Column, firstNodes, type Frame } from "./frame";
 import { FLOATS, type Scene } from "./protocol";
 
@@ -110,12 +110,14 @@ export class Harness {
     this.chosen.value.set(tube?.from ?? 0, tube?.end ?? 0);
   }
 
-  update(frame: Frame, scale: Scale): void {
+  /** `destroyed`: names of the branches that are stretched, overloaded or in another one. */
+  update(frame: Frame, scale: Scale, destroyed: ReadonlySet<string> = new Set()): void {
     if (!this.scene || !this.surface) return;
     const first = firstNodes(this.scene);
     for (let b = 0; b < this.tubes.length; b++) {
       const branch = this.scene.branches[b];
       write(this.surface, this.tubes[b], frame.nodes, first[b], first[b + 1], branch.diameter / 2, branch.bend_radius_limit, scale);
+      if (destroyed.has(branch.name)) this.surface.value.array.fill(DESTROYED_VALUE, this.tubes[b].from, this.tubes[b].end);
     }
     const { position, normal, value } = this.surface;
     position.needsUpdate = normal.needsUpdate = value.needsUpdate = true;
@@ -210,13 +212,15 @@ function ghostly(): THREE.MeshPhongMaterial {
   return new THREE.MeshPhongMaterial({ color: "#7a8694", transparent: true, opacity: 0.35, depthWrite: false });
 }
 
-/** Coloured by the scale's table; a stripe that stands out from dark and from light; over the limit hatched in white and magenta. */
+/** Coloured by the scale's table; a stripe that stands out from dark and from light; over the limit hatched in white and magenta, destroyed in orange and black. */
 function striped(colours: THREE.DataTexture, chosen: { value: THREE.Vector2 }): THREE.MeshPhongMaterial {
   const material = new THREE.MeshPhongMaterial({ color: "#ffffff", shininess: 28, specular: "#222222" });
   material.onBeforeCompile = (shader) => {
     shader.uniforms.colours = { value: colours };
     shader.uniforms.chosen = chosen;
     shader.uniforms.over = { value: new THREE.Color(OVER) };
+    shader.uniforms.destroyed = { value: new THREE.Color(DESTROYED[0]) };
+    shader.uniforms.destroyedDark = { value: new THREE.Color(DESTROYED[1]) };
     shader.uniforms.unknown = { value: new THREE.Color(UNKNOWN) };
     shader.vertexShader = shader.vertexShader
       .replace("#include <common>", "#include <common>\nattribute float value;\nattribute vec2 around;\nuniform vec2 chosen;\nvarying float vValue;\nvarying float vChosen;\nvarying vec2 vAround;")
@@ -224,12 +228,13 @@ function striped(colours: THREE.DataTexture, chosen: { value: THREE.Vector2 }): 
     shader.fragmentShader = shader.fragmentShader
       .replace(
         "#include <common>",
-        "#include <common>\nuniform sampler2D colours;\nuniform vec3 over;\nuniform vec3 unknown;\nvarying float vValue;\nvarying float vChosen;\nvarying vec2 vAround;",
+        "#include <common>\nuniform sampler2D colours;\nuniform vec3 over;\nuniform vec3 destroyed;\nuniform vec3 destroyedDark;\nuniform vec3 unknown;\nvarying float vValue;\nvarying float vChosen;\nvarying vec2 vAround;",
       )
       .replace(
         "#include <color_fragment>",
         `vec3 paint = vValue < -0.01 ? unknown : texture2D(colours, vec2(clamp(vValue, 0.0, 1.0) * 255.0 / 256.0 + 0.5 / 256.0, 0.5)).rgb;
         if (vValue > 1.001) paint = fract(vAround.y * 0.8 + vAround.x) < 0.5 ? over : vec3(1.0);
+        if (vValue > 2.5) paint = fract(vAround.y * 0.6 + vAround.x) < 0.5 ? destroyed : destroyedDark;
         float fromStripe = min(vAround.x, 1.0 - vAround.x);
         float soft = fwidth(vAround.x);
         float stripe = 1.0 - smoothstep(0.055 - soft, 0.055 + soft, fromStripe);

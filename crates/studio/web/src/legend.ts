@@ -1,5 +1,5 @@
 // The legend: what the cable is coloured by, and what the colours mean.
-import { overWords, QUANTITIES, ticks, type QuantityName, type Scale } from "./colours";
+import { DESTROYED_WORDS, overWords, QUANTITIES, ticks, type QuantityName, type Scale } from "./colours";
 import { byId, element } from "./dom";
 
 export class Legend {
@@ -11,7 +11,7 @@ export class Legend {
     this.select.addEventListener("change", () => chosen(this.select.value as QuantityName));
   }
 
-  show(scale: Scale, unknown: boolean): void {
+  show(scale: Scale, unknown: boolean, destroyed: boolean): void {
     this.select.value = scale.quantity.name;
     const colours = element("div", { class: "colours" });
     colours.style.background = `linear-gradient(90deg, ${scale.colours.join(", ")})`;
@@ -19,6 +19,7 @@ export class Legend {
     // Three of five have room.
     const row = element("div", { class: "ticks" }, ...words.filter((_, i) => i % 2 === 0).map((tick) => element("span", {}, tick.words)));
     const key = element("div", { class: "row key" });
+    if (destroyed) key.append(element("span", {}, element("span", { class: "patch destroyed" }), DESTROYED_WORDS));
     if (scale.limited) key.append(element("span", {}, element("span", { class: "patch over" }), overWords(scale)));
     if (unknown) key.append(element("span", {}, element("span", { class: "patch unknown" }), scale.quantity.name === "bend" ? "no limit given" : "not known"));
     this.holder.replaceChildren(colours, row, key);

@@ -1,5 +1,5 @@
 // Where notices and frames come from: a server behind a WebSocket, or the data of a replay that is part of the page.
-import type { Notice, Request, Scene, Timeline } from "./protocol";
+import type { Notice, Request, Scene, Sheet, Timeline } from "./protocol";
 
 export type LinkState = "connecting" | "open" | "lost" | "ended" | "replay";
 
@@ -72,7 +72,7 @@ class Socket implements Link {
 
 /**
  * A page that replays a run holds a JSON string: base64 of gzip of blocks, each of a length (u32, little-endian, a multiple of 4) and so
- * many bytes. The first is JSON, `{"scene", "timeline"}`, padded with spaces; the others are frames.
+ * many bytes. The first is JSON, `{"scene", "timeline", "sheet"}`, padded with spaces; the others are frames.
  */
 class Replay implements Link {
   constructor(
@@ -89,9 +89,10 @@ class Replay implements Link {
     const packed = Uint8Array.from(atob(JSON.parse(this.text) as string), (character) => character.charCodeAt(0));
     const stream = new Blob([packed]).stream().pipeThrough(new DecompressionStream("gzip"));
     const blocks = unpack(await new Response(stream).arrayBuffer());
-    const head = JSON.parse(new TextDecoder().decode(blocks[0])) as { scene: Scene; timeline: Timeline };
+    const head = JSON.parse(new TextDecoder().decode(blocks[0])) as { scene: Scene; timeline: Timeline; sheet: Sheet };
     this.receiver.notice({ is: "scene", ...head.scene, live: false, exports: [] });
     this.receiver.notice({ is: "timeline", ...head.timeline });
+    this.receiver.notice({ is: "sheet", ...head.sheet });
     for (const block of blocks.slice(1)) this.receiver.frame(block);
     this.receiver.complete();
   }

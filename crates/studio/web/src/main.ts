@@ -4,7 +4,7 @@ import { Bodies } from "./bodies";
 import { inWords, onScale, QUANTITIES, Ranges, type QuantityName, type Scale } from "./colours";
 import { difference, type Ghost } from "./compare";
 import { byId, download, element, later } from "./dom";
-import { decode, firstNodes, valueAt, type Frame } from "./frame";
+import { along, decode, firstNodes, valueAt, type Frame } from "./frame";
 import { Hands } from "./hands";
 import { Harness } from "./harness";
 import { help, listen, type Key } from "./keys";
@@ -12,7 +12,8 @@ import { Labels } from "./labels";
 import { Legend } from "./legend";
 import { link, type LinkState } from "./link";
 import { Panels } from "./panels";
-import { FLOATS, type Notice } from "./protocol";
+import { FLOATS, type Notice, type Place } from "./protocol";
+import { destroyed, failing, isDestroyed, sentence, verdictWords, worstFirst } from "./requirements";
 import { screenshot } from "./screenshot";
 import { Store } from "./store";
 import { TimelineBar } from "./timeline";
@@ -31,10 +32,14 @@ const labels = new Labels(view, bodies);
 
 let quantity = QUANTITIES[0];
 let scale: Scale | null = null;
+/** Whether the legend explains destroyed branches; null: it is to be drawn anew. */
+let explained: boolean | null = null;
 let ghost: Ghost | null = null;
 /** The shape there was when a setting was sent: the ghost, if that is taken. */
 let candidate: Ghost | null = null;
 let fitted = false;
+/** A place to look at once its frame is shown. */
+let heading: { frame: number; place: Place } | null = null;
 /** The branches that there are tubes for. */
 let drawn = "";
 /** How long frames are waited for that were asked for, ms; every one that comes begins it anew. */
@@ -52,6 +57,7 @@ const timeline = new TimelineBar(store);
 const panels = new Panels(byId("panels"), store, hands, connection, {
   visit: (position) => view.visit(new THREE.Vector3(...position)),
   scrub: (frame) => timeline.go(frame),
+  goTo,
   keepGhost,
   beforeSetting: () => (candidate = snapshot()),
   forgetGhost,
@@ -161,6 +167,17 @@ store.on("shown", () => {
   warn();
   panels.showFrame();
   compare();
+  arrive();
+});
+
+store.on("sheet", (sheet) => {
+  const { verdict, words } = verdictWords(sheet);
+  const chip = byId("verdict");
+  chip.hidden = false;
+  chip.className = `chip verdict ${sheet.verdict}`;
+  chip.textContent = `${verdict}: ${words}`;
+  panels.showSheet(sheet);
+  warn();
 });
 
 store.on(
@@ -229,10 +246,14 @@ function paint(): void {
   if (!scale) {
     scale = ranges.scale(quantity, scene);
     harness.setColours(scale.colours);
-    const unknown = hasUnknown(shown, scale);
-    legend.show(scale, unknown);
+    explained = null;
   }
-  harness.update(shown, scale);
+  const broken = destroyed(shown.header.violations);
+  if (explained !== broken.size > 0) {
+    explained = broken.size > 0;
+    legend.show(scale, hasUnknown(shown, scale), explained);
+  }
+  harness.update(shown, scale, broken);
   bodies.update(scene, shown);
   view.draw();
 }
@@ -270,32 +291,76 @@ function bounds(): void {
   view.setBounds(box);
 }
 
-/** What an engineer must not overlook. */
+/** Events that say the same as a requirement. */
+const REQUIRED = new Set(["bend-radius", "clearance", "fixing-force", "fixing-moment", "insertion-force", "overstretched", "overlap"]);
+
+/** What an engineer must not overlook, the worst first: requirements that fail, then no equilibrium, then events of this frame. */
 function warn(): void {
-  const { shown, timeline: now } = store;
+  const { shown, sheet, timeline: now } = store;
   const banner = byId("warning");
   if (!shown) return;
-  const h = shown.header;
-  const words: [string, [number, number, number] | null][] = [];
-  if (h.status !== "converged") words.push([`no equilibrium: ${h.status}`, null]);
-  if (h.tightest?.limit != null && h.tightest.radius < h.tightest.limit) {
-    const { branch, s, radius, limit } = h.tightest;
-    words.push([`too tight: ${millimetres(radius, 3)} on ${branch} at s = ${millimetres(s, 3)}, allowed ${millimetres(limit, 3)}`, placeOf(branch, s)]);
+  const rows: HTMLElement[] = [];
+  const link = (words: string, act: () => void) => element("button", { class: "plain", onclick: act }, words);
+  const row = (name: string, kind: string, ...content: (Node | string)[]) => rows.push(element("div", { class: kind }, element("strong", {}, name), element("span", {}, ...content)));
+  const more = (count: number) => (count > 0 ? link(`and ${count} more`, () => panels.lookAtSheet()) : "");
+
+  const failed = sheet ? failing(sheet).sort(worstFirst) : [];
+  const here = [...shown.header.violations].sort(worstFirst);
+  const [worst] = failed;
+  if (worst) {
+    const when = worst.step === null ? "" : worst.increment === 0 ? `, ${worst.step}` : `, step ${worst.step}`;
+    row(worst.severity === "must" ? "FAIL" : "should", worst.severity, link(sentence(worst, worst.worst ?? Number.NaN) + when, () => goTo(worst.frame, worst.place)), " ", more(failed.length - 1));
+  } else if (sheet?.verdict === "unresolved" && sheet.done >= sheet.steps) {
+    row("UNRESOLVED", "unresolved", link(verdictWords(sheet).words, () => panels.lookAtSheet()));
   }
-  for (const event of now.events) if (event.frame === h.frame) words.push([event.message, event.position]);
-  banner.hidden = words.length === 0;
-  if (words.length === 0) return;
-  const [first, place] = words[0];
-  banner.replaceChildren(place ? element("button", { class: "plain", onclick: () => view.visit(new THREE.Vector3(...place)) }, first) : first, words.length > 1 ? ` and ${words.length - 1} more` : "");
+  const [own] = here;
+  if (own && (!worst || worst.frame !== shown.header.frame)) {
+    row("in this frame", own.severity, link(sentence(own, own.value), () => goTo(null, own.place)), here.length > 1 ? ` and ${here.length - 1} more` : "");
+  }
+  if (shown.header.status !== "converged") row("no equilibrium", "must", `the solver says: ${shown.header.status}`);
+  const events = now.events.filter((event) => event.frame === shown.header.frame && !(sheet && REQUIRED.has(event.kind)));
+  if (events.length > 0) {
+    const [{ message, position }] = events;
+    row("event", "event", position ? link(message, () => view.visit(new THREE.Vector3(...position))) : message, events.length > 1 ? ` and ${events.length - 1} more` : "");
+  }
+  banner.hidden = rows.length === 0;
+  banner.classList.toggle("destroyed", [...failed, ...here].some((line) => line.severity === "must" && isDestroyed(line.measure)));
+  banner.replaceChildren(...rows);
 }
 
-function placeOf(name: string, s: number): [number, number, number] | null {
+/** Looks at a place as it is in a frame (null: as it is shown), as soon as that frame is here. */
+function goTo(frame: number | null, place: Place): void {
+  const wanted = frame ?? store.wanted;
+  heading = { frame: wanted, place };
+  if (wanted !== store.wanted) timeline.go(wanted);
+  arrive();
+}
+
+function arrive(): void {
   const { scene, shown } = store;
-  const branch = scene?.branches.findIndex((each) => each.name === name) ?? -1;
-  if (!scene || !shown || branch < 0) return null;
-  const first = firstNodes(scene);
-  const node = first[branch] + Math.round((s / scene.branches[branch].length) * (scene.branches[branch].nodes - 1));
-  return [0, 1, 2].map((axis) => shown.nodes[node * FLOATS + axis]) as [number, number, number];
+  if (!heading || !scene || !shown) return;
+  if (store.wanted !== heading.frame) heading = null;
+  else if (shown.header.frame === heading.frame || !store.isMissing(heading.frame)) {
+    const { place } = heading;
+    heading = null;
+    const at = positionOf(place);
+    if (at) view.visit(new THREE.Vector3(...at));
+    const branch = scene.branches.findIndex((each) => each.name === place.branch);
+    if (place.constraint !== null && hands.at(place.constraint)) hands.choose({ is: "constraint", name: place.constraint });
+    else if (branch >= 0) hands.choose({ is: "point", branch, s: place.s ?? 0.5 * scene.branches[branch].length });
+  }
+}
+
+/** Where a place is in the frame that is shown, m. */
+function positionOf(place: Place): [number, number, number] | null {
+  const { scene, shown } = store;
+  if (!scene || !shown) return null;
+  const branch = scene.branches.findIndex((each) => each.name === place.branch);
+  if (branch >= 0) return along(shown, scene, branch, place.s ?? 0.5 * scene.branches[branch].length).position;
+  const constraint = shown.header.constraints.find((each) => each.name === place.constraint);
+  if (constraint) return constraint.at.position;
+  const obstacle = scene.obstacles.findIndex((each) => each.name === place.obstacle);
+  return obstacle >= 0 ? (shown.header.obstacles[obstacle]?.at.position ?? null) : null;
 }
 
 // The ghost
@@ -416,7 +481,9 @@ function projected(): void {
 
 function picture(): void {
   const [name, step] = [store.scene?.name ?? "wireloom", store.shown?.header.step ?? ""];
-  screenshot(view, scale, `${name}: ${step}, frame ${store.wanted}`).then(
+  const { sheet } = store;
+  const verdict = sheet && { words: `${verdictWords(sheet).verdict}: ${verdictWords(sheet).words}`, is: sheet.verdict };
+  screenshot(view, scale, `${name}: ${step}, frame ${store.wanted}`, verdict, explained === true).then(
     (blob) => download(`${name}-${store.wanted}.png`, blob),
     () => tell("The picture could not be made."),
   );
@@ -501,6 +568,7 @@ click("stop", send("stop"));
 click("save", send("save"));
 click("screenshot", picture);
 click("help", () => help(keys, live()));
+click("verdict", () => panels.lookAtSheet());
 click("projection", () => project(!view.isOrthographic));
 click("fit", () => (bounds(), view.fit()));
 click("gizmo-move", () => toggleGizmo("translate"));

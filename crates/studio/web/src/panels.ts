@@ -7,14 +7,17 @@ import { along, valueAt, type Frame } from "./frame";
 import type { Hands } from "./hands";
 import type { Link } from "./link";
 import { nodesOf, Plot, PLOTTED } from "./plots";
-import type { Event, ConstraintFrame, Placed, Scene, Session, Setting } from "./protocol";
+import type { Event, ConstraintFrame, Place, Placed, Scene, Session, Setting, Sheet, SheetLine } from "./protocol";
+import { limitWords, placeWords, verdictWords, worstWords } from "./requirements";
 import type { Store } from "./store";
-import { digits, millimetres, moment, newtons, seconds } from "./units";
+import { components, digits, millimetres, moment, newtons, percent, quantity, residual, seconds } from "./units";
 
 export interface Wishes {
   /** Looks at a place. */
   visit(position: [number, number, number]): void;
   scrub(frame: number): void;
+  /** Looks at a place of the harness as it is in a frame; null: the one that is shown. */
+  goTo(frame: number | null, place: Place): void;
   keepGhost(): void;
   /** The shape shown is to become the ghost once a setting has been taken. */
   beforeSetting(): void;
@@ -28,7 +31,9 @@ export interface Wishes {
 const short = (value: number) => (Math.abs(value) < 0.005 ? "0" : value.toFixed(Math.abs(value) < 10 ? 2 : Math.abs(value) < 100 ? 1 : 0).replace("-", "−"));
 
 export class Panels {
-  private state = element("section", { "aria-label": "State" });
+  private sheet = element("section", { id: "sheet", "aria-label": "Requirements" });
+  private passed = element("details", {});
+  private state = element("section", { "aria-label": "Solver" });
   private chosen = element("div", {});
   private warnings = element("ul", { class: "long" });
   private constraints = element("div", {});
@@ -78,6 +83,7 @@ export class Panels {
       this.showPlots();
     });
     holder.append(
+      this.sheet,
       this.state,
       section("chosen", "Chosen", true, false, this.chosen),
       section("warnings", "Warnings and events", true, false, this.warnings),
@@ -135,10 +141,11 @@ export class Panels {
   private showState(frame: Frame | null, session: Session | null): void {
     if (!frame) return;
     const h = frame.header;
-    const good = h.status === "converged";
+    const good = h.status === "converged" && h.stable !== false;
     const facts: [string, string | Node][] = [
-      ["equilibrium", element("span", { class: good ? "good" : "bad" }, good ? "✓ converged" : `✗ ${h.status}`, h.stable === false ? ", unstable" : "")],
-      ["iterations", `${h.iterations} in ${seconds(h.seconds)}, residual ${digits(h.residual, 1)}`],
+      // In no colour of its own where it has converged: whether the harness is acceptable is another question.
+      ["solver", element("span", { class: good ? "" : "bad" }, h.status, h.stable === false ? ", not stable" : "")],
+      ["iterations", `${h.iterations} in ${seconds(h.seconds)}, residual ${residual(h.residual)}`],
     ];
     if (h.tightest) {
       const { branch, s, radius, limit } = h.tightest;
@@ -146,13 +153,47 @@ export class Panels {
       facts.push(["tightest bend", element("button", { class: "plain", onclick: () => this.visitPoint(branch, s) }, element("span", { class: tight ? "bad" : "" }, `${millimetres(radius, 3)} on ${branch}`), limit === null ? "" : ` (allowed ${millimetres(limit, 3)})`)]);
     }
     const energy = h.energy.find(([name]) => name === "total");
-    if (energy) facts.push(["energy", `${digits(energy[1], 4)} J`]);
+    if (energy) facts.push(["energy", quantity(energy[1], "J", 4)]);
     if (session && this.store.scene?.live) {
       facts.push(["now", session.busy ? `computing ${session.busy}` : "waiting for hands"]);
       if (session.rate > 0 && this.store.timeline.steps.at(-1)?.by_hand) facts.push(["rate", `${digits(session.rate, 2)} updates/s`]);
       if (session.tabs > 1) facts.push(["pages", `${session.tabs} look at this session`]);
     }
     this.state.replaceChildren(element("dl", { class: "facts" }, ...facts.flatMap(([name, value]) => [element("dt", {}, name), element("dd", {}, value)])));
+  }
+
+  // The sheet of requirements
+
+  showSheet(sheet: Sheet): void {
+    const { verdict, words } = verdictWords(sheet);
+    const bad = sheet.lines.filter((line) => line.verdict === "fail" || line.verdict === "unresolved");
+    const good = sheet.lines.filter((line) => !bad.includes(line));
+    const open = this.passed.open;
+    this.passed = element("details", { open }, element("summary", {}, `${good.length} other${good.length === 1 ? "" : "s"}: kept, or nothing to check`), element("ul", {}, ...good.map((line) => this.line(line))));
+    this.sheet.replaceChildren(
+      element("h2", {}, "Requirements ", element("span", { class: `verdict ${sheet.verdict}` }, verdict)),
+      element("p", {}, words),
+      ...(bad.length ? [element("ul", { class: "lines" }, ...bad.map((line) => this.line(line)))] : []),
+      ...(good.length ? [this.passed] : []),
+    );
+  }
+
+  private line(line: SheetLine): HTMLElement {
+    const when = line.step === null ? "" : line.increment === 0 ? line.step : `step ${line.step}, increment ${line.increment}`;
+    const margin = line.margin === null || line.worst === null ? "" : percent(line.margin);
+    const words = [line.name, placeWords(line.place), when, line.severity === "should" ? "should" : "", line.because ?? "", line.reason ?? ""];
+    const head = element("span", { class: "head" }, worstWords(line), element("span", { class: "quiet" }, `, ${limitWords(line.bound, line.measure, line.unit, line.limit)}`));
+    return element(
+      "li",
+      { class: `line ${line.verdict.replace(" ", "-")} ${line.severity}` },
+      element("div", { class: "row" }, element("span", { class: "mark", title: line.verdict }, line.verdict), line.worst === null ? head : element("button", { class: "plain", title: "Shows the place", onclick: () => this.wishes.goTo(line.frame, line.place) }, head), element("span", { class: "margin" }, margin)),
+      element("div", { class: "quiet" }, words.filter((each) => each !== "").join(" · ")),
+    );
+  }
+
+  /** Brings the sheet into view. */
+  lookAtSheet(): void {
+    this.sheet.scrollIntoView({ block: "start" });
   }
 
   private visitPoint(branchName: string, s: number): void {
@@ -181,7 +222,7 @@ export class Panels {
       row.hidden = !at;
       if (!at) continue;
       row.className = this.hands.constraintName() === name ? "chosen" : "";
-      const words = [...at.force, Math.hypot(...at.force)].map(short).concat(digits(1000 * Math.hypot(...at.moment), 3));
+      const words = [...at.force, Math.hypot(...at.force)].map(short).concat(short(1000 * Math.hypot(...at.moment)));
       words.forEach((text, i) => (row.cells[i + 1].textContent = text));
     }
   }
@@ -302,7 +343,7 @@ export class Panels {
     const facts: [string, string][] = [];
     if (chosen.is === "point") {
       const { position } = along(frame, scene, chosen.branch, chosen.s);
-      facts.push(["at", position.map((x) => digits(x * 1000, 4)).join(", ") + " mm"]);
+      facts.push(["at", components(position, "m", 4)]);
       for (const quantity of QUANTITIES) {
         facts.push([quantity.name === "bend" ? "bend radius" : quantity.label.toLowerCase(), inWords(quantity, valueAt(frame, scene, chosen.branch, chosen.s, quantity.column))]);
       }
@@ -311,8 +352,8 @@ export class Panels {
       if (this.acts) this.acts.hidden = !at;
       if (!at) facts.push(["", "does not act in this frame"]);
       else {
-        facts.push(["force", `${newtons(Math.hypot(...at.force))} (${at.force.map((x) => digits(x)).join(", ")})`]);
-        facts.push(["moment", `${moment(Math.hypot(...at.moment))} (${at.moment.map((x) => digits(x * 1000)).join(", ")} N mm)`]);
+        facts.push(["force", `${newtons(Math.hypot(...at.force))}, ${components(at.force, "N")}`]);
+        facts.push(["moment", `${moment(Math.hypot(...at.moment))}, ${components(at.moment, "N m")}`]);
         const holder = this.store.session?.held.find(([name]) => name === chosen.name);
         if (holder) facts.push(["held by", holder[1] === this.store.session!.you ? "this page" : `another page (${holder[1]})`]);
         if (at.slid_to !== null) facts.push(["slides", `cable at s = ${millimetres(at.slid_to)}`]);

@@ -3,7 +3,7 @@ import { inWords, QUANTITIES, type Quantity } from "./colours";
 import { svg } from "./dom";
 import { Column, firstNodes, type Frame } from "./frame";
 import { FLOATS, type Branch, type Scene } from "./protocol";
-import { digits, millimetres } from "./units";
+import { digits, millimetres, noise } from "./units";
 
 const [WIDTH, HEIGHT, LEFT, TOP, RIGHT, BOTTOM] = [340, 92, 46, 18, 8, 14];
 
@@ -53,6 +53,7 @@ export class Plot {
     this.length = branch.length;
     const radius = this.quantity.name === "bend";
     const column = this.quantity.column;
+    const round = noise(radius ? "m" : column === Column.tension ? "N" : "N m");
     let [least, most] = [Infinity, -Infinity];
     for (const part of [nodes, before]) {
       for (let i = column; part && i < part.length; i += FLOATS) {
@@ -69,7 +70,7 @@ export class Plot {
     } else {
       low = Math.min(0, least);
       high = Math.max(0, most);
-      if (high - low < 1e-12) high = low + 1e-12;
+      if (high - low < round) high = low + round;
     }
     const y = (value: number) => {
       const part = radius ? Math.log(value / low) / Math.log(high / low) : (value - low) / (high - low);
@@ -93,13 +94,14 @@ export class Plot {
     if (limit !== null) for (const side of ["y1", "y2"]) this.limit.setAttribute(side, y(limit).toFixed(1));
     // Forces in N, all else in thousandths: mm and N mm.
     const unit = column === Column.tension ? 1 : 1000;
-    const short = (value: number) => digits(Math.abs(value) < 1e-6 * Math.max(high, -low) ? 0 : value * unit, 2);
+    const number = (value: number, significant = 3) => (radius && value > 1e3 ? "straight" : digits(Math.abs(value) < Math.max(round, 1e-6 * Math.max(high, -low)) ? 0 : value * unit, significant));
+    const short = (value: number) => number(value, 2);
     this.low.textContent = short(low);
     this.high.textContent = (radius && most > high ? "> " : "") + short(high);
     this.end.textContent = millimetres(branch.length);
     this.title.textContent = radius ? "Bend radius, mm" : column === Column.tension ? "Tension, N" : `${this.quantity.label}, N mm`;
     this.cursor.setAttribute("visibility", pointed === null ? "hidden" : "visible");
-    let words = radius ? `≥ ${digits(least * 1000)}${limit === null ? "" : `, allowed ${digits(limit * 1000)}`}` : `${digits(least * unit)} … ${digits(most * unit)}`;
+    let words = radius ? `≥ ${number(least)}${limit === null ? "" : `, allowed ${number(limit)}`}` : `${number(least)} … ${number(most)}`;
     let over = limit !== null && least < limit;
     if (pointed !== null) {
       const x = LEFT + (pointed.s / branch.length) * (WIDTH - LEFT - RIGHT);

@@ -293,6 +293,124 @@ steps: Array<TimelineStep>,
  */
 events: Array<Event>, };
 
+export type Place = { 
+/**
+ * Name of the constraint.
+ */
+constraint: string | null, 
+/**
+ * Name of the obstacle.
+ */
+obstacle: string | null, 
+/**
+ * Name of the branch.
+ */
+branch: string | null, 
+/**
+ * Arc length on it, m.
+ */
+s: number | null, 
+/**
+ * Name of the other branch, where two of them meet.
+ */
+other_branch: string | null, 
+/**
+ * Arc length on that, m.
+ */
+other_s: number | null, };
+
+export type SheetLine = { 
+/**
+ * Name.
+ */
+name: string, 
+/**
+ * Measure, as in results: `bend_radius`, `tension`, `reach`...
+ */
+measure: string, 
+/**
+ * SI unit of worst, limit and error; empty for a pure number.
+ */
+unit: string, 
+/**
+ * `must` or `should`.
+ */
+severity: string, 
+/**
+ * Origin: `scenario`, `section`, `constraint`, `obstacle` or `always`.
+ */
+origin: string, 
+/**
+ * Reason for users, such as a standard.
+ */
+because: string | null, 
+/**
+ * `pass`, `fail`, `unresolved` or `not checked`.
+ */
+verdict: string, 
+/**
+ * Why it is unresolved or not checked.
+ */
+reason: string | null, 
+/**
+ * The value nearest to its limit, or farthest beyond it.
+ */
+worst: number | null, 
+/**
+ * Its limit.
+ */
+limit: number, 
+/**
+ * Side of that limit: `min` or `max`.
+ */
+bound: string, 
+/**
+ * Distance from the limit relative to it; negative beyond it. None for a limit of 0.
+ */
+margin: number | null, 
+/**
+ * Estimate of the discretisation error of the worst value.
+ */
+error: number | null, 
+/**
+ * Step of the worst value.
+ */
+step: string | null, 
+/**
+ * Its increment, from 1; 0: the start.
+ */
+increment: number | null, 
+/**
+ * Number of its frame.
+ */
+frame: number | null, 
+/**
+ * Place of the worst value.
+ */
+place: Place, };
+
+export type Sheet = { 
+/**
+ * Verdict on the harness: `pass`, `fail` or `unresolved`.
+ */
+verdict: string, 
+/**
+ * Status of the solver: `converged`, `stalled`, `iteration-limit`...
+ */
+status: string, 
+/**
+ * Number of steps whose end has been computed.
+ */
+done: number, 
+/**
+ * Number of all steps. While some are missing, nothing passes.
+ */
+steps: number, 
+/**
+ * Its lines, the worst first.
+ */
+lines: Array<SheetLine>, };
+
 export type Session = { 
 /**
  * Current computation: "the start", "step plug B"; none if idle.
@@ -327,7 +445,7 @@ rate: number,
  */
 unsaved: boolean, };
 
-export type Notice = { "is": "scene" } & Scene | { "is": "timeline" } & Timeline | { "is": "session" } & Session | { "is": "refused", 
+export type Notice = { "is": "scene" } & Scene | { "is": "timeline" } & Timeline | { "is": "sheet" } & Sheet | { "is": "session" } & Session | { "is": "refused", 
 /**
  * The reason.
  */
@@ -413,6 +531,44 @@ radius: number,
  */
 limit: number | null, };
 
+export type Violation = { 
+/**
+ * Name of the requirement.
+ */
+name: string, 
+/**
+ * Measure, as in results: `bend_radius`, `tension`, `reach`...
+ */
+measure: string, 
+/**
+ * SI unit of value and limit; empty for a pure number.
+ */
+unit: string, 
+/**
+ * `must` or `should`.
+ */
+severity: string, 
+/**
+ * The value farthest beyond the limit.
+ */
+value: number, 
+/**
+ * Its limit.
+ */
+limit: number, 
+/**
+ * Side of that limit: `min` or `max`.
+ */
+bound: string, 
+/**
+ * Distance from the limit relative to it, negative. None for a limit of 0.
+ */
+margin: number | null, 
+/**
+ * Its place.
+ */
+place: Place, };
+
 export type Header = { 
 /**
  * Number of the frame.
@@ -462,6 +618,10 @@ obstacles: Array<ObstacleFrame>,
  * The bend nearest to its limit, or of smallest radius.
  */
 tightest: Tightest | null, 
+/**
+ * Requirements that are not kept at this equilibrium, one entry for each part of the harness.
+ */
+violations: Array<Violation>, 
 /**
  * Energy by effect, J: total, stretch, shear, bend, twist, gravity, load, joint, constraint.
  */

@@ -1,11 +1,12 @@
 // What the page knows: scene, timeline, session, and the frames it has got; which of them is shown.
 import { Emitter } from "./emitter";
 import { fits, type Frame } from "./frame";
-import type { Notice, Scene, Session, Timeline } from "./protocol";
+import type { Notice, Scene, Session, Sheet, Timeline } from "./protocol";
 
 interface Events {
   scene: Scene;
   timeline: Timeline;
+  sheet: Sheet;
   session: Session;
   /** Another frame is to be seen. */
   shown: Frame;
@@ -23,6 +24,7 @@ const KEPT = 256 * 1024 * 1024;
 export class Store extends Emitter<Events> {
   scene: Scene | null = null;
   timeline: Timeline = { frames: 0, steps: [], events: [] };
+  sheet: Sheet | null = null;
   session: Session | null = null;
   shown: Frame | null = null;
   /** Number of the frame that is to be seen, whether it is here yet or not. */
@@ -65,6 +67,10 @@ export class Store extends Emitter<Events> {
         }
         this.tell("timeline", notice);
         this.show(this.following ? Math.max(0, notice.frames - 1) : this.wanted);
+        break;
+      case "sheet":
+        this.sheet = notice;
+        this.tell("sheet", notice);
         break;
       case "session":
         this.session = notice;

@@ -21,3 +21,62 @@ export function faults(page) {
   page.on("console", (message) => message.type() === "error" && found.push(message.text()));
   return found;
 }
+
+/** How many pixels of a picture are magenta (over a limit), orange (destroyed), and not grey. */
+export async function pixels(browser, png) {
+  const page = await browser.newPage();
+  const counts = await page.evaluate(async (address) => {
+    const image = new Image();
+    image.src = address;
+    await image.decode();
+    const canvas = new OffscreenCanvas(image.width, image.height);
+    const context = canvas.getContext("2d");
+    context.drawImage(image, 0, 0);
+    const { data } = context.getImageData(0, 0, canvas.width, canvas.height);
+    const counts = { magenta: 0, orange: 0, coloured: 0, width: image.width };
+    for (let i = 0; i < data.length; i += 4) {
+      const [r, g, b] = [data[i], data[i + 1], data[i + 2]];
+      if (r > 150 && g < 60 && b > 70) counts.magenta++;
+      if (r > 170 && g > 60 && g < 150 && b < 40) counts.orange++;
+      if (Math.max(r, g, b) - Math.min(r, g, b) > 60) counts.coloured++;
+    }
+    return counts;
+  }, `data:image/png;base64,${png.toString("base64")}`);
+  await page.close();
+  return counts;
+}
+
+/** Waits until what has changed is drawn. */
+export const settled = (page) => page.evaluate(() => new Promise((resolve) => requestAnimationFrame(() => requestAnimationFrame(() => setTimeout(resolve, 50)))));
+
+/** Words whose contrast with what is behind them is below 4.5 (WCAG 2): every leaf with words in it. */
+export const poorContrast = (page) =>
+  page.evaluate(() => {
+    const context = new OffscreenCanvas(1, 1).getContext("2d", { willReadFrequently: true });
+    const parse = (colour) => {
+      context.clearRect(0, 0, 1, 1);
+      context.fillStyle = colour;
+      context.fillRect(0, 0, 1, 1);
+      return [...context.getImageData(0, 0, 1, 1).data].map((x) => x / 255);
+    };
+    const over = (top, under) => top.slice(0, 3).map((x, i) => x * top[3] + under[i] * (1 - top[3]));
+    const light = (colour) => {
+      const [r, g, b] = colour.map((x) => (x <= 0.04045 ? x / 12.92 : ((x + 0.055) / 1.055) ** 2.4));
+      return 0.2126 * r + 0.7152 * g + 0.0722 * b;
+    };
+    const behind = (element) => {
+      const layers = [];
+      for (let each = element; each; each = each.parentElement) layers.push(parse(getComputedStyle(each).backgroundColor));
+      return layers.reverse().reduce((under, top) => over(top, under), [1, 1, 1]);
+    };
+    return [...document.querySelectorAll("header *, aside *, footer *, #tools *, #legend *, #labels *, #warning *")]
+      .filter((each) => each.checkVisibility() && !each.disabled && [...each.childNodes].some((child) => child.nodeType === 3 && child.textContent.trim()))
+      .map((each) => {
+        const style = getComputedStyle(each);
+        const back = behind(each);
+        const ink = over(parse(each instanceof SVGElement ? style.fill : style.color), back);
+        const [a, b] = [light(ink), light(back)].sort((x, y) => y - x);
+        return { words: each.textContent.slice(0, 30), ratio: (a + 0.05) / (b + 0.05) };
+      })
+      .filter(({ ratio }) => ratio < 4.5);
+  });

@@ -20,8 +20,8 @@ function lengthOf(bytes) {
 }
 
 /** The built page with a recording in it. */
-export function page({ scene, timeline, frames }) {
-  const blocks = [padded({ scene, timeline }), ...frames];
+export function page({ scene, timeline, sheet, frames }) {
+  const blocks = [padded({ scene, timeline, sheet }), ...frames];
   const packed = gzipSync(Buffer.concat(blocks.flatMap((block) => [lengthOf(block), block])));
   const template = readFileSync(new URL("../dist/index.html", import.meta.url), "utf8");
   return template.replace('id="replay">null<', () => `id="replay">${JSON.stringify(packed.toString("base64"))}<`);
@@ -34,8 +34,40 @@ const unit = (a) => a.map((x) => x / size(a));
 /** A name that would do harm if it came into the page as markup. */
 export const HOSTILE = '<img src=x onerror="window.hacked=1">';
 
-/** A Y whose arm is lifted and bent too tightly; `nodes` a branch. */
-export function made({ frames = 25, nodes = 61 } = {}) {
+const NOWHERE = { constraint: null, obstacle: null, branch: null, s: null, other_branch: null, other_s: null };
+
+/** A line of a sheet: passes, unless told otherwise. */
+export function line(given) {
+  return {
+    name: "requirement",
+    measure: "bend_radius",
+    unit: "m",
+    severity: "must",
+    origin: "scenario",
+    because: null,
+    verdict: "pass",
+    reason: null,
+    worst: 0.1,
+    limit: 0.05,
+    bound: "min",
+    margin: 1,
+    error: null,
+    step: "lift",
+    increment: 3,
+    frame: 3,
+    ...given,
+    place: { ...NOWHERE, ...given.place },
+  };
+}
+
+/** A violation of a frame. */
+export function violation(given) {
+  const { name, measure, unit, severity, worst, limit, bound, margin, place } = line(given);
+  return { name, measure, unit, severity, value: worst, limit, bound, margin, place };
+}
+
+/** A Y whose arm is lifted and bent too tightly; `nodes` a branch; `lines`: of its sheet; `violations(frame)`: those of a frame; `noise`: in place of every force and moment. */
+export function made({ frames = 25, nodes = 61, lines = null, verdict = "fail", status = "converged", violations = () => [], noise = null } = {}) {
   const branches = [
     { name: "trunk", diameter: 0.012, bend_radius_limit: 0.06, nodes, length: 0.6 },
     { name: HOSTILE, diameter: 0.008, bend_radius_limit: 0.05, nodes, length: 0.4 },
@@ -95,6 +127,10 @@ export function made({ frames = 25, nodes = 61 } = {}) {
       { name: "plug-C", at: standing(curves(t)[2](1)), force: [1, -1.4, 1], moment: [0, 0, 0.02], slid_to: null },
     ];
     if (f > 0) constraints.push({ name: "hand", at: standing(curves(t)[1](0.95)), force: [0.3, 0.2, 1 + t], moment: [0, 0, 0], slid_to: null });
+    if (noise !== null) {
+      for (let i = 0; i < numbers.length; i += 12) numbers.fill(noise, i + 8, i + 11);
+      for (const each of constraints) [each.force, each.moment] = [[noise, -noise, 2 * noise], [noise, noise, -noise]];
+    }
     const header = {
       frame: f,
       step: f === 0 ? "start" : f <= 12 ? "lift" : "lift further",
@@ -108,6 +144,7 @@ export function made({ frames = 25, nodes = 61 } = {}) {
       constraints,
       obstacles: [{ at: standing([0, 0, 0], [1, 0, 0, 0]), force: [0, 0, 0], contacts: 0 }],
       tightest,
+      violations: violations(f),
       energy: [["total", 0.02 + 0.01 * t]],
     };
     shapes.push(encode(header, numbers));
@@ -121,5 +158,7 @@ export function made({ frames = 25, nodes = 61 } = {}) {
     ],
     events: [{ frame: 16, kind: "bend", message: `bends more tightly than allowed on ${HOSTILE}`, position: [0.7, 0.05, 0.05] }],
   };
-  return { scene, timeline, frames: shapes };
+  const own = line({ name: "left bend", verdict: "fail", worst: 0.00333, margin: -0.933, step: "lift further", increment: 12, frame: frames - 1, place: { branch: HOSTILE, s: 0.38 } });
+  const sheet = { verdict, status, done: 3, steps: 3, lines: lines ?? [own, line({ name: "trunk bend", place: { branch: "trunk", s: 0.1 } })] };
+  return { scene, timeline, sheet, frames: shapes };
 }

@@ -4,7 +4,7 @@ import { mkdtempSync, readFileSync, writeFileSync } from "node:fs";
 import { tmpdir } from "node:os";
 import { join } from "node:path";
 import { after, before, test } from "node:test";
-import { faults, launch, shots } from "./browser.mjs";
+import { faults, launch, pixels, poorContrast, settled, shots } from "./browser.mjs";
 import { HOSTILE, made, page as replay } from "./recording.mjs";
 
 let browser;
@@ -27,30 +27,6 @@ async function opened(options = {}) {
   return { page, found };
 }
 
-/** How many pixels of a picture are magenta (over a limit), viridis' yellow, and neither grey nor those. */
-async function pixels(png) {
-  const page = await browser.newPage();
-  const counts = await page.evaluate(async (address) => {
-    const image = new Image();
-    image.src = address;
-    await image.decode();
-    const canvas = new OffscreenCanvas(image.width, image.height);
-    const context = canvas.getContext("2d");
-    context.drawImage(image, 0, 0);
-    const { data } = context.getImageData(0, 0, canvas.width, canvas.height);
-    const counts = { magenta: 0, coloured: 0, width: image.width };
-    for (let i = 0; i < data.length; i += 4) {
-      const [r, g, b] = [data[i], data[i + 1], data[i + 2]];
-      if (r > 150 && g < 60 && b > 70) counts.magenta++;
-      if (Math.max(r, g, b) - Math.min(r, g, b) > 60) counts.coloured++;
-    }
-    return counts;
-  }, `data:image/png;base64,${png.toString("base64")}`);
-  await page.close();
-  return counts;
-}
-
-const settled = (page) => page.evaluate(() => new Promise((resolve) => requestAnimationFrame(() => requestAnimationFrame(() => setTimeout(resolve, 50)))));
 const stage = (page) => page.locator("#stage canvas");
 
 test("a run is shown, hatched where it bends too tightly, and names do no harm", async () => {
@@ -58,16 +34,16 @@ test("a run is shown, hatched where it bends too tightly, and names do no harm",
   await page.locator("#labels-on").click();
   await page.locator("#legend").evaluate((legend) => (legend.hidden = true));
   await settled(page);
-  const tight = await pixels(await stage(page).screenshot({ path: `${shots}replay-end.png` }));
+  const tight = await pixels(browser, await stage(page).screenshot({ path: `${shots}replay-end.png` }));
   assert.ok(tight.coloured > 3000, `${tight.coloured} pixels have a colour`);
   assert.ok(tight.magenta > 200, `${tight.magenta} pixels are hatched`);
-  assert.match(await page.locator("#warning").innerText(), /too tight.*allowed 50\.0 mm/s);
+  assert.match(await page.locator("#warning").innerText(), /FAIL\s+too tight: 3\.33 mm, at least 50\.0 mm/);
   assert.ok((await page.locator("#warning").innerText()).includes(HOSTILE));
   await page.locator("#track").focus();
   await page.keyboard.press("Home");
   assert.equal(await page.evaluate(() => window.wireloom.store.shown.header.frame), 0);
   await settled(page);
-  const loose = await pixels(await stage(page).screenshot({ path: `${shots}replay-start.png` }));
+  const loose = await pixels(browser, await stage(page).screenshot({ path: `${shots}replay-start.png` }));
   assert.ok(loose.coloured > 3000);
   assert.equal(loose.magenta, 0, `${loose.magenta} pixels are hatched where no bend is too tight`);
   assert.equal(await page.evaluate(() => window.hacked), undefined);
@@ -139,7 +115,7 @@ test("keys choose constraints and points, look from sides, keep a ghost and meas
   const [download] = await Promise.all([page.waitForEvent("download"), page.keyboard.press("s")]);
   assert.equal(download.suggestedFilename(), "made-up-0.png");
   await download.saveAs(`${shots}replay-picture.png`);
-  const picture = await pixels(readFileSync(`${shots}replay-picture.png`));
+  const picture = await pixels(browser, readFileSync(`${shots}replay-picture.png`));
   assert.ok(picture.coloured > 3000 && picture.width > 900, JSON.stringify(picture));
   assert.deepEqual(found, []);
   await page.close();
@@ -176,36 +152,14 @@ for (const colorScheme of ["light", "dark"]) {
   test(`words can be read, ${colorScheme}`, async () => {
     const { page } = await opened({ colorScheme });
     await page.keyboard.press("n");
-    const poor = await page.evaluate(() => {
-      const context = new OffscreenCanvas(1, 1).getContext("2d", { willReadFrequently: true });
-      const parse = (colour) => {
-        context.clearRect(0, 0, 1, 1);
-        context.fillStyle = colour;
-        context.fillRect(0, 0, 1, 1);
-        return [...context.getImageData(0, 0, 1, 1).data].map((x) => x / 255);
-      };
-      const over = (top, under) => top.slice(0, 3).map((x, i) => x * top[3] + under[i] * (1 - top[3]));
-      const light = (colour) => {
-        const [r, g, b] = colour.map((x) => (x <= 0.04045 ? x / 12.92 : ((x + 0.055) / 1.055) ** 2.4));
-        return 0.2126 * r + 0.7152 * g + 0.0722 * b;
-      };
-      const behind = (element) => {
-        const layers = [];
-        for (let each = element; each; each = each.parentElement) layers.push(parse(getComputedStyle(each).backgroundColor));
-        return layers.reverse().reduce((under, top) => over(top, under), [1, 1, 1]);
-      };
-      return [...document.querySelectorAll("header *, aside *, footer *, #tools *, #legend *, #labels *, #warning *")]
-        .filter((each) => each.checkVisibility() && !each.disabled && [...each.childNodes].some((child) => child.nodeType === 3 && child.textContent.trim()))
-        .map((each) => {
-          const style = getComputedStyle(each);
-          const back = behind(each);
-          const ink = over(parse(each instanceof SVGElement ? style.fill : style.color), back);
-          const [a, b] = [light(ink), light(back)].sort((x, y) => y - x);
-          return { words: each.textContent.slice(0, 30), ratio: (a + 0.05) / (b + 0.05) };
-        })
-        .filter(({ ratio }) => ratio < 4.5);
-    });
-    assert.deepEqual(poor, []);
+    assert.deepEqual(await poorContrast(page), []);
+    // Under the mouse, too: in the banner, in the sheet, in the bars.
+    for (const button of await page.locator("#warning button, #sheet .lines button, #verdict, #tools button, header button, #panels li > button").all()) {
+      if (!(await button.isVisible()) || (await button.isDisabled())) continue;
+      await button.hover({ force: true });
+      const under = await button.evaluate((each) => (each.matches(":hover") ? each.textContent : null));
+      if (under !== null) assert.deepEqual(await poorContrast(page), [], `with the mouse on ${under}`);
+    }
     await page.close();
   });
 }
