@@ -288,7 +288,7 @@ impl Sweep {
         let lists = indices.iter().zip(&varies).all(|(index, varies)| *varies || index.is_none_or(|i| i == 0));
         // Where no key of `vary` varies, one sample is enough.
         let sampled = !matches!(self.method, Method::Grid);
-        lists && (!sampled || place % self.samples == 0 || varies[self.crossed..].iter().any(|varies| *varies))
+        lists && (!sampled || place.is_multiple_of(self.samples) || varies[self.crossed..].iter().any(|varies| *varies))
     }
 
     /// Index of the value of each key in its list, at a place of the whole design; `None`: it is not chosen by one.

@@ -30,7 +30,7 @@ fn main() -> Result<(), String> {
     rows.sort_by_key(|(chain, _)| *chain);
     let radius = points.header.numbers().iter().position(|name| name == "bend_radius");
     let radius = radius.ok_or("there is no such column")?;
-    for row in rows.iter().flat_map(|(_, rows)| rows) {
+    for row in rows.iter().flat_map(|(_, chain)| &chain.rows) {
         let Cell::Number(length) = &row.values[0] else { continue };
         let tightest = row.numbers[radius].map_or("-".to_owned(), |radius| format!("{:.1} mm", 1e3 * radius));
         println!("trunk of {:.1} mm: {}, tightest bend {tightest}", 1e3 * length, row.status);
