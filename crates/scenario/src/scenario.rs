@@ -26,6 +26,8 @@ pub struct Scenario {
     pub by_rule: Vec<ByRule>,
     /// Branches, in the order of the file.
     pub branches: Vec<Branch>,
+    /// Largest discretisation error of bend radii, relative to them, if the mesh follows from it.
+    pub accuracy: Option<f64>,
     /// Joints, in the order of the file.
     pub joints: Vec<Joint>,
     /// Constraints: those that act from the beginning, then those that steps add.
@@ -82,6 +84,9 @@ pub struct Branch {
     pub length: f64,
     /// Its division into segments.
     pub division: Division,
+    /// For [`Division::ByAccuracy`]: arc lengths (m, increasing) and the length (m) of segments there, linear in between;
+    /// empty before they are known.
+    pub sizes: Vec<[f64; 2]>,
     /// Kind of rod.
     pub rod: String,
     /// Parameters of the kind.
@@ -101,6 +106,12 @@ pub enum Division {
     Segments(usize),
     /// Largest length of a segment, m.
     MaxSegment(f64),
+    /// As [`Branch::sizes`] says; `longest`, m, is the largest length of a segment. Before sizes are known, it is divided
+    /// uniformly into some segments.
+    ByAccuracy {
+        /// Largest length of a segment, m; may be infinite.
+        longest: f64,
+    },
 }
 
 /// A joint.

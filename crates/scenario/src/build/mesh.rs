@@ -48,7 +48,9 @@ impl Layout {
                 };
                 let sliding =
                     scenario.constraints.iter().filter(|c| c.slide.is_some()).filter_map(|c| arc_length(c.place()));
-                divide(branch, places().filter_map(arc_length).collect(), &sliding.collect::<Vec<_>>(), coarser)
+                let diameter = scenario.sections[branch.section].diameter;
+                let attachments = places().filter_map(arc_length).collect();
+                divide((branch, diameter), attachments, &sliding.collect::<Vec<_>>(), coarser)
             })
             .collect();
         let mut layout = Self { stations: vec![BTreeSet::new(); branches.len()], branches };
@@ -78,7 +80,7 @@ impl Layout {
 
 /// Divides a branch with attachments at these arc lengths (m), uniformly between neighbouring attachments. A span
 /// beside a sliding one has at least two segments: the one at a joint keeps its length.
-fn divide(branch: &Branch, mut attachments: Vec<f64>, sliding: &[f64], coarser: usize) -> Divided {
+fn divide((branch, diameter): (&Branch, f64), mut attachments: Vec<f64>, sliding: &[f64], coarser: usize) -> Divided {
     let length = branch.length;
     attachments.sort_by(f64::total_cmp);
     let mut breaks = vec![0.0];
@@ -92,10 +94,18 @@ fn divide(branch: &Branch, mut attachments: Vec<f64>, sliding: &[f64], coarser: 
     let spans: Vec<f64> = breaks.windows(2).map(|pair| pair[1] - pair[0]).collect();
     let slides = |s: &f64| sliding.iter().any(|other| (other - s).abs() <= COINCIDENT * length);
     let least: Vec<usize> = breaks.windows(2).map(|pair| 1 + usize::from(pair.iter().any(slides))).collect();
+    if let (Division::ByAccuracy { longest }, false) = (branch.division, branch.sizes.is_empty()) {
+        return graded(&branch.sizes, longest, &breaks, &least, coarser);
+    }
     let counts = match branch.division {
         Division::Segments(segments) => share_out(segments, &spans, &least),
         // A span that is a whole number of segments up to round-off counts as one.
-        Division::MaxSegment(longest) => {
+        Division::MaxSegment(_) | Division::ByAccuracy { .. } => {
+            let longest = match branch.division {
+                Division::MaxSegment(longest) => longest,
+                Division::ByAccuracy { longest } => longest.min(first_segment(length, diameter)),
+                Division::Segments(_) => length,
+            };
             let whole = |(l, least): (&f64, &usize)| ((l / longest - 1e-9).ceil() as usize).max(*least);
             spans.iter().zip(&least).map(whole).collect()
         }
@@ -106,6 +116,45 @@ fn divide(branch: &Branch, mut attachments: Vec<f64>, sliding: &[f64], coarser: 
     for ((span, count), end) in spans.iter().zip(counts).zip(&breaks[1..]) {
         rest_lengths.extend(std::iter::repeat_n(span / count as f64, count));
         marks.push((*end, rest_lengths.len()));
+    }
+    Divided { rest_lengths, marks }
+}
+
+/// Length (m) of the segments of a branch of this length and diameter (m) before it is known how tightly it bends: an
+/// eighth of it or four diameters, and no more than 24 of them.
+fn first_segment(length: f64, diameter: f64) -> f64 {
+    (length / 8.0).min(4.0 * diameter).max(length / 24.0)
+}
+
+/// Divides spans between `breaks` (m) into segments of these lengths: `sizes` are arc lengths and lengths of segments
+/// there, m, linear in between. In a span with the integral N of the reciprocal length there are ⌈N⌉ segments, each with
+/// the same share of N.
+fn graded(sizes: &[[f64; 2]], longest: f64, breaks: &[f64], least: &[usize], coarser: usize) -> Divided {
+    let size = |s: f64| {
+        let next = sizes.partition_point(|[at, _]| *at <= s);
+        let [[a, p], [b, q]] = [next.saturating_sub(1), next.min(sizes.len() - 1)].map(|k| sizes[k]);
+        let t = if b > a { ((s - a) / (b - a)).clamp(0.0, 1.0) } else { 0.0 };
+        (p + (q - p) * t).min(longest)
+    };
+    let (mut marks, mut rest_lengths) = (vec![(0.0, 0)], Vec::new());
+    for (span, least) in breaks.windows(2).zip(least) {
+        let [from, to] = [span[0], span[1]];
+        let finest = sizes.iter().map(|[_, size]| *size).fold(longest, f64::min);
+        // Midpoint rule on pieces much shorter than the shortest segment.
+        let pieces = (4.0 * (to - from) / finest).ceil().max(8.0) as usize;
+        let piece = (to - from) / pieces as f64;
+        let mut sum = vec![0.0];
+        for k in 0..pieces {
+            sum.push(sum[k] + piece / size(from + (k as f64 + 0.5) * piece));
+        }
+        let count = ((sum[pieces] - 1e-9).ceil() as usize).max(*least).div_ceil(coarser);
+        let at = |share: f64| {
+            let k = sum.partition_point(|s| *s <= share).clamp(1, pieces) - 1;
+            from + (k as f64 + (share - sum[k]) / (sum[k + 1] - sum[k])) * piece
+        };
+        let ends: Vec<f64> = (0..=count).map(|k| at(sum[pieces] * k as f64 / count as f64)).collect();
+        rest_lengths.extend(ends.windows(2).map(|pair| pair[1] - pair[0]));
+        marks.push((to, rest_lengths.len()));
     }
     Divided { rest_lengths, marks }
 }
@@ -147,6 +196,25 @@ mod tests {
         assert_eq!(share_out(1, &[0.5, 0.5], &[1; 2]), [1, 1]);
         assert_eq!(share_out(4, &[1e-6, 1e-6, 1.0], &[1; 3]), [1, 1, 2]);
         assert_eq!(share_out(5, &[0.1, 0.9], &[2; 2]), [2, 3]);
+    }
+
+    #[test]
+    fn a_graded_mesh_has_the_sizes_asked_for_and_the_ends_of_its_spans() {
+        let sizes = [[0.0, 0.01], [0.3, 0.04], [1.0, 0.04]];
+        let divided = graded(&sizes, 0.03, &[0.0, 0.25, 1.0], &[1, 1], 1);
+        let lengths = &divided.rest_lengths;
+        assert!((lengths.iter().sum::<f64>() - 1.0).abs() < 1e-12);
+        assert_eq!(divided.marks[2], (1.0, lengths.len()));
+        let at_mark: f64 = lengths[..divided.marks[1].1].iter().sum();
+        assert!((at_mark - 0.25).abs() < 1e-12, "{at_mark}");
+        let mut s = 0.0;
+        for length in lengths {
+            let asked = (0.01 + 0.1 * (s + 0.5 * length)).min(0.03);
+            assert!(*length <= asked * 1.01 && *length > 0.6 * asked, "{length} at {s}, not {asked}");
+            s += length;
+        }
+        // Neighbours differ by the growth of the size at most.
+        assert!(lengths.windows(2).all(|pair| (0.7..1.4).contains(&(pair[1] / pair[0]))), "{lengths:?}");
     }
 
     #[test]

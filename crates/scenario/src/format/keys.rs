@@ -21,7 +21,7 @@ pub(crate) use surroundings::OBSTACLE;
 use super::form::{Form, Keys, may, must};
 use crate::output::OUTPUT;
 use library::{COVERINGS, FIXING_TYPES, LIBRARY, MATERIALS, WIRE_TYPES};
-use run::{INITIAL, PLUGINS};
+use run::{INITIAL, MESH, PLUGINS};
 use steps::STEP;
 use surroundings::CONTACT;
 use sweep::SWEEP;
@@ -43,6 +43,7 @@ pub(crate) const SCENARIO: Keys = Keys {
         must("branches", Form::Tables(&BRANCH), "the branches of the harness; their ends name the vertices"),
         may("joints", Form::Tables(&JOINT), "joints of branches: one for every vertex of two or more branches"),
         may("constraints", Form::Tables(&CONSTRAINT), "constraints that hold the harness from the beginning"),
+        may("mesh", Form::Table(&MESH), "a mesh that is made as fine as the harness needs it"),
         may("loads", Form::Tables(&LOAD), "dead loads"),
         may("initial", Form::Table(&INITIAL), "pose of the rest shape at the start; left out, a start is found"),
         may("minimiser", Form::Table(&MINIMISER), "the minimiser that finds equilibria"),

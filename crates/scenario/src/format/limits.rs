@@ -63,6 +63,8 @@ pub(crate) const LOAD_FACTOR: Bound = within(-1e9, 1e9);
 /// Residual force relative to the load scale. Smaller values are below the round-off of forces that almost cancel; with
 /// larger ones the shape is visibly not in equilibrium.
 pub(super) const TOLERANCE: Bound = within(1e-15, 1e-2);
+/// Relative accuracies of a mesh: beyond them no mesh is fine enough, or every mesh is.
+pub(super) const ACCURACY: Bound = within(1e-5, 0.5);
 /// Time limits of a call, s: a millisecond to a day.
 pub(super) const SECONDS: Bound = within(1e-3, 86400.0);
 

@@ -39,6 +39,7 @@ pub(crate) fn branch<'a>(entry: &Entry<'a>, names: &mut Names<'a>) -> Branch {
         section: section.unwrap_or_default(),
         length: length.unwrap_or(1.0),
         division: division(entry, length, names),
+        sizes: Vec::new(),
         rod,
         parameters,
         curvature: entry.vector("curvature").unwrap_or_default(),
@@ -62,15 +63,23 @@ fn division(entry: &Entry<'_>, length: Option<f64>, names: &mut Names<'_>) -> Di
     }
     match (entry.has("segments"), entry.has("max_segment")) {
         (true, false) => segments.map_or(DEFAULT, Division::Segments),
-        (false, true) => longest.map_or(DEFAULT, Division::MaxSegment),
+        (false, true) => match longest {
+            Some(longest) if names.by_accuracy => Division::ByAccuracy { longest },
+            Some(longest) => Division::MaxSegment(longest),
+            None => DEFAULT,
+        },
         (true, true) => {
             let message = format!("{} has both `segments` and `max_segment`", entry.label);
             entry.fault_at("max_segment", message, "leave one of them out");
             DEFAULT
         }
+        (false, false) if names.by_accuracy => Division::ByAccuracy { longest: f64::INFINITY },
         (false, false) => {
             let message = format!("{} has neither `segments` nor `max_segment`", entry.label);
-            entry.fault_here(message, "add one of them, such as segments = 40 or max_segment = \"10 mm\"");
+            entry.fault_here(
+                message,
+                "add one of them, such as segments = 40 or max_segment = \"10 mm\", or [mesh] with accuracy = \"2 %\"",
+            );
             DEFAULT
         }
     }

@@ -40,6 +40,8 @@ pub(crate) fn read(reader: &Reader<'_>, table: &DeTable<'_>) -> (Scenario, bool)
     let (sections, by_rule): (Vec<_>, Vec<_>) =
         entries.iter().map(|(name, entry)| sections::section(name, entry, &library, &mut names)).unzip();
     names.types = library.constraints;
+    let accuracy = root.entry("mesh").and_then(|entry| entry.number("accuracy"));
+    names.by_accuracy = root.has("mesh");
     let entries = root.entries("branches");
     let branches: Vec<Branch> = entries.iter().map(|entry| branch(entry, &mut names)).collect();
     if entries.is_empty() {
@@ -78,6 +80,7 @@ pub(crate) fn read(reader: &Reader<'_>, table: &DeTable<'_>) -> (Scenario, bool)
         sections,
         by_rule: by_rule.into_iter().flatten().collect(),
         branches,
+        accuracy,
         joints,
         constraints,
         loads,

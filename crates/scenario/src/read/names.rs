@@ -32,6 +32,8 @@ pub(crate) struct Names<'a> {
     pub let_go: BTreeSet<&'a str>,
     pub loads: BTreeMap<&'a str, usize>,
     pub obstacles: BTreeMap<&'a str, usize>,
+    /// Whether branches may leave their division to the accuracy of the mesh.
+    pub by_accuracy: bool,
     /// Approximate number of segments.
     pub segments: f64,
     /// Whether a name refers to nothing, so that the harness cannot be built.

@@ -13,8 +13,12 @@ pub(crate) const BRANCH: Keys = Keys {
         must("to", Form::Name, "vertex where it ends"),
         must("section", Form::Name, "name of its section"),
         must("length", Form::Number(Quantity::Length, SPAN_LENGTH), "unstressed length"),
-        may("segments", Form::Count(1, MAX_COUNT), "number of segments; either this or max_segment"),
-        may("max_segment", Form::Number(Quantity::Length, POSITIVE), "longest segment; either this or segments"),
+        may("segments", Form::Count(1, MAX_COUNT), "number of segments; this or max_segment, or [mesh] accuracy"),
+        may(
+            "max_segment",
+            Form::Number(Quantity::Length, POSITIVE),
+            "longest segment, also of a mesh by [mesh] accuracy",
+        ),
         may("rod", Form::Kind(Family::Rod, Some("cosserat")), "kind of rod; default \"cosserat\""),
         may(
             "curvature",

@@ -2,7 +2,7 @@
 
 use super::constraints::{ORIENTATION, TANGENT, UP};
 use crate::format::form::{Family, Form, Keys, may, must};
-use crate::format::limits::{MAX_COUNT, SECONDS, TOLERANCE};
+use crate::format::limits::{ACCURACY, MAX_COUNT, SECONDS, TOLERANCE};
 use wireloom_core::Quantity;
 
 /// Plugins.
@@ -20,6 +20,16 @@ pub(super) const PLUGINS: Keys = Keys {
             "time limit of one call of a plugin, in seconds; default 10",
         ),
     ],
+};
+
+/// The mesh.
+pub(super) const MESH: Keys = Keys {
+    what: "mesh",
+    keys: &[must(
+        "accuracy",
+        Form::Number(Quantity::Dimensionless, ACCURACY),
+        "largest discretisation error of bend radii, relative to them; branches without `segments` get a mesh for it",
+    )],
 };
 
 /// Pose of the rest shape.
