@@ -84,8 +84,8 @@ pub struct Branch {
     pub length: f64,
     /// Its division into segments.
     pub division: Division,
-    /// For [`Division::ByAccuracy`]: arc lengths (m, increasing) and the length (m) of segments there, linear in between;
-    /// empty before they are known.
+    /// For [`Division::ByAccuracy`]: arc lengths (increasing) and the length of segments there, linear in between, as
+    /// fractions of the length of the branch; empty before they are known.
     pub sizes: Vec<[f64; 2]>,
     /// Kind of rod.
     pub rod: String,

@@ -81,6 +81,7 @@ pub mod harness;
 #[cfg(feature = "kbl")]
 pub mod import;
 mod load;
+pub mod mesh;
 pub mod parts;
 #[cfg(feature = "plugins")]
 pub mod plugins;

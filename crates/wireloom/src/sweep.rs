@@ -334,7 +334,9 @@ impl Points<'_> {
     ) -> Attempt {
         let mut settings = self.sweep.settings(k);
         settings.extend(self.minimiser.map(wireloom_scenario::Setting::minimiser));
-        let (scenario, built) = match crate::load_with_settings(self.text, &settings, self.files, self.registry) {
+        let loaded = crate::load_with_settings(self.text, &settings, self.files, self.registry)
+            .and_then(|(scenario, built)| crate::mesh::by_accuracy(scenario, built, self.registry, monitor));
+        let (scenario, built) = match loaded {
             Ok(loaded) => loaded,
             Err(faults) => {
                 let row = self.header.without_result(values, REFUSED, Some(said(&faults)));

@@ -176,6 +176,7 @@ fn read(path: &Path) -> Result<Option<Ending>, Failure> {
 
 /// Carries out a scenario; nothing is written. `None` where it was interrupted.
 fn carry_out(loaded: Loaded, name: &str, bar: &Bar) -> Result<Option<Option<Ending>>, Failure> {
+    let loaded = loaded.with_mesh()?;
     let increments = size::increments(&loaded.built);
     let large = size::estimate(&loaded.built.network, increments)?.map(|words| format!(" ({words})"));
     bar.count(format!("{name}{}", large.unwrap_or_default()), "increments", increments, 0);

@@ -1,5 +1,6 @@
 //! From the path of a file to a checked scenario.
 
+use crate::interrupt;
 use crate::failure::{Failure, Refusal};
 use crate::plugin::load::load as load_plugins;
 use crate::plugin::trust::Trust;
@@ -121,6 +122,17 @@ pub struct Loaded {
 }
 
 impl Loaded {
+    /// With the mesh that its accuracy asks for, which trial runs find; see [`wireloom::mesh`].
+    pub fn with_mesh(self) -> Result<Self, Failure> {
+        let Self { scenario, built, registry, .. } = self;
+        let meshed = wireloom::mesh::by_accuracy(scenario, built, &registry, interrupt::monitor());
+        let (scenario, built) = meshed.map_err(|faults| {
+            let (name, text) = self.texts[0].clone();
+            Failure::Refused(vec![refusal(Path::new(&name), text, faults)])
+        })?;
+        Ok(Self { scenario, built, registry, ..self })
+    }
+
     /// Provenance of its results.
     pub fn provenance(&self) -> Provenance {
         wireloom::export::provenance(PROGRAM, &self.scenario, &self.texts, &self.hashed, &self.settings)

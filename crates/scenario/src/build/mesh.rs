@@ -95,7 +95,8 @@ fn divide((branch, diameter): (&Branch, f64), mut attachments: Vec<f64>, sliding
     let slides = |s: &f64| sliding.iter().any(|other| (other - s).abs() <= COINCIDENT * length);
     let least: Vec<usize> = breaks.windows(2).map(|pair| 1 + usize::from(pair.iter().any(slides))).collect();
     if let (Division::ByAccuracy { longest }, false) = (branch.division, branch.sizes.is_empty()) {
-        return graded(&branch.sizes, longest, &breaks, &least, coarser);
+        let sizes: Vec<[f64; 2]> = branch.sizes.iter().map(|size| size.map(|fraction| fraction * length)).collect();
+        return graded(&sizes, longest, &breaks, &least, coarser);
     }
     let counts = match branch.division {
         Division::Segments(segments) => share_out(segments, &spans, &least),

@@ -32,7 +32,7 @@ impl Job {
     /// Reads the scenario, empties the folder of results and begins a record.
     pub fn begin(arguments: &RunArguments, trust: &Trust) -> Result<Self, Failure> {
         let file = arguments.file.as_deref().unwrap_or(Path::new(""));
-        let mut loaded = load::scenario(file, &settings(file, arguments, trust)?, trust)?;
+        let mut loaded = load::scenario(file, &settings(file, arguments, trust)?, trust)?.with_mesh()?;
         loaded.scenario.output.report |= arguments.report;
         // A harness that does not fit is refused before the results of an earlier run are removed.
         let size = size::estimate(&loaded.built.network, increments(&loaded.built))?;
@@ -48,7 +48,7 @@ impl Job {
     pub fn resume(place: &Path, trust: &Trust) -> Result<Self, Failure> {
         let folder = saved::interrupted(place)?;
         let origin = Origin::read(&folder)?;
-        let mut loaded = load::scenario(&origin.file, &origin.settings(), trust)?;
+        let mut loaded = load::scenario(&origin.file, &origin.settings(), trust)?.with_mesh()?;
         loaded.scenario.output.report |= origin.report;
         origin.check(&loaded)?;
         let size = size::estimate(&loaded.built.network, increments(&loaded.built))?;

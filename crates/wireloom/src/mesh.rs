@@ -1,0 +1,221 @@
+//! A mesh that is as fine as the accuracy of a scenario asks for: `[mesh] accuracy = "2 %"`.
+//!
+//! Trial runs of the whole scenario estimate the discretisation error of the curvature at every node and increment
+//! ([`NodalErrors`]). Errors are of second order, so a segment of length ℓ with the error e becomes one of the length
+//! `ℓ √(t/e)`, where t is what is allowed there: the accuracy times the curvature, or times a third of the largest
+//! curvature allowed (of the branch's largest one, if it has no limit) where that is more. Lengths grow by at most a
+//! quarter of the way along the branch, as the scheme is of second order only on meshes that change slowly. The mesh of
+//! a scenario is the same on every machine: the trial runs are.
+
+use wireloom_core::equilibrium::StepResult;
+use wireloom_core::{Monitor, Network, Registry, Status};
+use wireloom_scenario::{Built, Division, Fault, Scenario};
+use wireloom_solve::steps::checkpoint::Observer;
+use wireloom_solve::{Control, NodalErrors, Progress};
+
+/// Largest number of trial runs.
+const TRIALS: usize = 3;
+/// Factor on the computed lengths of segments, so that most meshes are fine enough after one trial.
+const SAFETY: f64 = 0.85;
+/// Least and greatest factor on the length of a segment in one trial: farther away the order of the error says little.
+const CHANGE: [f64; 2] = [0.125, 2.5];
+/// Growth of the length of segments per arc length.
+const GROWTH: f64 = 0.25;
+/// Least length of a segment in diameters.
+const SHORTEST: f64 = 0.1;
+/// Fraction of the largest curvature from which on a curvature is estimated to the accuracy.
+const RELEVANT: f64 = 1.0 / 3.0;
+/// Fewest segments of a branch.
+const FEWEST: f64 = 4.0;
+
+/// Lengths of segments along each branch; see [`wireloom_scenario::Branch::sizes`].
+pub type Sizes = Vec<Vec<[f64; 2]>>;
+
+/// The scenario with a mesh of its accuracy; as it is where it asks for none, or where `monitor` is told to stop.
+///
+/// # Errors
+/// Those of [`Scenario::build`] with the finer mesh.
+pub fn by_accuracy(
+    mut scenario: Scenario,
+    mut built: Built,
+    registry: &Registry,
+    monitor: &Monitor,
+) -> Result<(Scenario, Built), Vec<Fault>> {
+    let Some(accuracy) = scenario.accuracy else { return Ok((scenario, built)) };
+    if !scenario.branches.iter().any(|branch| matches!(branch.division, Division::ByAccuracy { .. })) {
+        return Ok((scenario, built));
+    }
+    let (mut trials, mut reached) = (0, None);
+    while trials < TRIALS && reached.is_none() && !monitor.is_stopped() {
+        let mut trial = Trial::new(&built.network, accuracy, monitor);
+        let Built { network, coarse, schedule, mut minimiser, stop, .. } = built;
+        let minimiser = minimiser.as_mut();
+        let run =
+            wireloom_solve::carry_out(&network, coarse.as_ref(), minimiser, &stop, &schedule, None, &mut trial);
+        trials += 1;
+        let complete = run.status == Status::Converged;
+        reached = (complete && trial.worst <= 1.0).then_some(trial.worst * accuracy);
+        if reached.is_none() && !monitor.is_stopped() {
+            let sizes = trial.sizes(&scenario, complete);
+            with_sizes(&mut scenario, &sizes);
+        }
+        built = scenario.build(registry)?;
+    }
+    built.notes.push(note(&built.network, accuracy, trials, reached));
+    Ok((scenario, built))
+}
+
+/// Puts lengths of segments into the branches whose mesh follows from the accuracy.
+pub fn with_sizes(scenario: &mut Scenario, sizes: &Sizes) {
+    for (branch, sizes) in scenario.branches.iter_mut().zip(sizes) {
+        if matches!(branch.division, Division::ByAccuracy { .. }) {
+            branch.sizes.clone_from(sizes);
+        }
+    }
+}
+
+/// What was done, with numbers.
+fn note(network: &Network, accuracy: f64, trials: usize, reached: Option<f64>) -> String {
+    let lengths = || network.branches.iter().flat_map(|branch| &branch.rod.mesh().rest_lengths);
+    let (least, most) = lengths().fold((f64::INFINITY, 0.0_f64), |(a, b), l| (a.min(*l), b.max(*l)));
+    let runs = if trials == 1 { "1 trial run".to_owned() } else { format!("{trials} trial runs") };
+    let error = reached.map_or_else(
+        || "the sheet says what error is left".to_owned(),
+        |error| format!("largest estimated error of a bend radius that matters {:.2} %", 1e2 * error),
+    );
+    format!(
+        "mesh for an accuracy of {} %: {} segments of {:.2} to {:.2} mm after {runs}; {error}",
+        1e2 * accuracy,
+        lengths().count(),
+        1e3 * least,
+        1e3 * most
+    )
+}
+
+/// A trial run, and what it says about the mesh.
+struct Trial<'a> {
+    network: Vec<Limits>,
+    accuracy: f64,
+    monitor: &'a Monitor,
+    errors: Vec<NodalErrors>,
+    /// Arc length and wanted length of segments at each node of each branch, m.
+    wanted: Vec<Vec<[f64; 2]>>,
+    /// Largest error over what is allowed.
+    worst: f64,
+}
+
+/// What the mesh of a branch goes by.
+struct Limits {
+    /// Largest curvature allowed, 1/m.
+    curvature: Option<f64>,
+    /// Rest lengths of its segments, m.
+    lengths: Vec<f64>,
+}
+
+impl<'a> Trial<'a> {
+    fn new(network: &Network, accuracy: f64, monitor: &'a Monitor) -> Self {
+        let limits = network.branches.iter().map(|branch| Limits {
+            curvature: branch.section.min_bend_radius.map(|radius| 1.0 / radius),
+            lengths: branch.rod.mesh().rest_lengths.clone(),
+        });
+        let wanted = vec![Vec::new(); network.branches.len()];
+        Self { network: limits.collect(), accuracy, monitor, errors: Vec::new(), wanted, worst: 0.0 }
+    }
+
+    /// Takes the equilibrium at the end of an increment into account.
+    fn add(&mut self, end: &StepResult) {
+        for (b, (branch, errors)) in end.branches.iter().zip(&self.errors).enumerate() {
+            let Limits { curvature: limit, lengths } = &self.network[b];
+            let curvature = |i: usize| 1.0 / branch.bend_radius[i];
+            let largest = (0..branch.s.len()).map(curvature).fold(0.0, f64::max);
+            let relevant = RELEVANT * limit.unwrap_or(largest);
+            let wanted = &mut self.wanted[b];
+            if wanted.is_empty() {
+                wanted.extend(branch.s.iter().map(|s| [*s, f64::INFINITY]));
+            }
+            for (i, error) in errors.curvature.iter().enumerate() {
+                let allowed = self.accuracy * curvature(i).max(relevant);
+                let length = if i == 0 {
+                    lengths[0]
+                } else if i < lengths.len() {
+                    lengths[i - 1].min(lengths[i])
+                } else {
+                    lengths[i - 1]
+                };
+                // A straight branch without a limit allows nothing and needs nothing.
+                let ratio = if *error > 0.0 { error / allowed } else { 0.0 };
+                self.worst = self.worst.max(ratio);
+                let factor = (SAFETY / ratio.sqrt()).clamp(CHANGE[0], CHANGE[1]);
+                wanted[i][1] = wanted[i][1].min(length * factor);
+            }
+        }
+    }
+
+    /// Lengths of segments along each branch; half the present ones where nothing is known, as the run did not come to
+    /// its end.
+    fn sizes(&self, scenario: &Scenario, complete: bool) -> Sizes {
+        let of_branch = |(b, wanted): (usize, &Vec<[f64; 2]>)| {
+            let own = &scenario.branches[b];
+            let shortest = SHORTEST * scenario.sections[own.section].diameter;
+            let lengths = &self.network[b].lengths;
+            let mut ends = vec![0.0];
+            ends.extend(lengths.iter().scan(0.0, |s, length| {
+                *s += length;
+                Some(*s)
+            }));
+            let unknown = || ends.iter().map(|s| [*s, f64::INFINITY]).collect();
+            let mut sizes = if wanted.is_empty() { unknown() } else { wanted.clone() };
+            if !complete {
+                for (i, size) in sizes.iter_mut().enumerate() {
+                    let here = lengths[i.min(lengths.len() - 1)].min(lengths[i.saturating_sub(1)]);
+                    size[1] = size[1].min(0.5 * here);
+                }
+            }
+            for size in &mut sizes {
+                size[1] = size[1].min(own.length / FEWEST).max(shortest.min(own.length / FEWEST));
+            }
+            limit_growth(&mut sizes);
+            sizes.into_iter().map(|[s, size]| [s / own.length, size / own.length]).collect()
+        };
+        self.wanted.iter().enumerate().map(of_branch).collect()
+    }
+}
+
+impl Observer for Trial<'_> {
+    fn errors(&mut self, errors: &[NodalErrors]) {
+        self.errors = errors.to_vec();
+    }
+
+    fn increment(&mut self, _: &Progress, end: &StepResult, _: bool) -> Control {
+        self.add(end);
+        Control::Continue
+    }
+
+    fn monitor(&self) -> Monitor {
+        self.monitor.clone()
+    }
+}
+
+/// Shortens segments so that their length changes by at most [`GROWTH`] per arc length.
+fn limit_growth(sizes: &mut [[f64; 2]]) {
+    for k in 1..sizes.len() {
+        sizes[k][1] = sizes[k][1].min(sizes[k - 1][1] + GROWTH * (sizes[k][0] - sizes[k - 1][0]));
+    }
+    for k in (1..sizes.len()).rev() {
+        sizes[k - 1][1] = sizes[k - 1][1].min(sizes[k][1] + GROWTH * (sizes[k][0] - sizes[k - 1][0]));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn lengths_of_segments_grow_slowly_in_both_directions() {
+        let mut sizes = [[0.0, 1.0], [1.0, 0.1], [2.0, 1.0], [3.0, 0.8]];
+        limit_growth(&mut sizes);
+        for (size, expected) in sizes.iter().zip([0.35, 0.1, 0.35, 0.6]) {
+            assert!((size[1] - expected).abs() < 1e-12, "{sizes:?}");
+        }
+    }
+}
