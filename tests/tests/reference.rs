@@ -131,6 +131,7 @@ fn check_text(path: &Path, text: &str) -> Result<(), Failed> {
             }
         }
         errors.push(error / bar);
+        covered(&end, error, &expected["branches"]).map_err(|why| format!("{segments} segments: {why}"))?;
         if segments == 160 {
             reactions_and_energy(&end, &expected)?;
         }
@@ -264,6 +265,38 @@ fn position_error(end: &StepResult, branches: &Value) -> Result<f64, Failed> {
         }
     }
     Ok(worst)
+}
+
+/// The estimates of the discretisation error are not below the true errors: of position, and of internal forces and
+/// moments at the nodes where they are expected.
+fn covered(end: &StepResult, error: f64, branches: &Value) -> Result<(), String> {
+    let estimates = || end.branches.iter().filter_map(|branch| branch.error);
+    let estimate = estimates().map(|e| e.position).fold(0.0, f64::max);
+    if estimates().count() < end.branches.len() || estimate < error {
+        return Err(format!("position error {error:.3e}, estimate {estimate:.3e}"));
+    }
+    for (name, branch) in branches.as_object().into_iter().flatten() {
+        let Some(found) = end.branches.iter().find(|b| b.name == *name) else {
+            return Err("a branch is missing".into());
+        };
+        for span in branch["spans"].as_array().into_iter().flatten() {
+            let s = numbers(&span["s"]);
+            // At its ends forces and moments may jump.
+            for k in 1..s.len() - 1 {
+                let Some(node) = found.s.iter().position(|node| (node - s[k]).abs() < 1e-6) else { continue };
+                let (n, m) = (vector(&span["n"][k]), vector(&span["m"][k]));
+                let errors = [(found.force[node] - n).norm(), (found.moment[node] - m).norm()];
+                let estimates = found.error.map_or([0.0; 2], |e| [e.force, e.moment]);
+                if errors.iter().zip(estimates).any(|(error, estimate)| *error > estimate + 1e-9) {
+                    return Err(format!(
+                        "{name} at {}: force and moment errors {errors:?}, estimates {estimates:?}",
+                        s[k]
+                    ));
+                }
+            }
+        }
+    }
+    Ok(())
 }
 
 fn reactions_and_energy(end: &StepResult, expected: &Value) -> Result<(), Failed> {

@@ -255,6 +255,21 @@ pub struct BranchResult {
     pub bend_radius: Vec<f64>,
     /// Total material twist of the branch, turns.
     pub twist_turns: f64,
+    /// Estimated discretisation error; `None` where there are no numbers to estimate it from.
+    pub error: Option<BranchError>,
+}
+
+/// Estimate of the discretisation error of a branch: the largest at any of its nodes.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct BranchError {
+    /// Of positions, m.
+    pub position: f64,
+    /// Of internal forces, N.
+    pub force: f64,
+    /// Of internal moments, N m.
+    pub moment: f64,
+    /// Of the least bend radius, m: by so much it may be smaller. `None` where the branch is straight.
+    pub bend_radius: Option<f64>,
 }
 
 /// One joint.

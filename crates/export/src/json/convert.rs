@@ -1,8 +1,8 @@
 //! From and to the results of `wireloom-core`.
 
 use super::document::{
-    Branch, Clearance, Constraint, Document, Energy, Event, Fault, Increment, Joint, Marker, Minimiser, Obstacle,
-    Operation, Place, Plugin, Requirement, RequirementPlace, Sheet, Slide, Span, Station, Step, TightestBend,
+    Branch, BranchError, Clearance, Constraint, Document, Energy, Event, Fault, Increment, Joint, Marker, Minimiser,
+    Obstacle, Operation, Place, Plugin, Requirement, RequirementPlace, Sheet, Slide, Span, Station, Step, TightestBend,
     Violation,
 };
 use super::provenance::Provenance;
@@ -280,6 +280,7 @@ impl Branch<Vec<Vector3>> {
             moment: vectors_of(&branch.moment),
             bend_radius: numbers_of(&branch.bend_radius),
             twist_turns: Number(branch.twist_turns),
+            error: branch.error.as_ref().map(BranchError::of),
         }
     }
 
@@ -301,7 +302,29 @@ impl Branch<Vec<Vector3>> {
             moment: vectors(self.moment),
             bend_radius: radii(self.bend_radius),
             twist_turns: self.twist_turns.0,
+            error: self.error.map(BranchError::error),
         })
+    }
+}
+
+impl BranchError {
+    fn of(error: &core::BranchError) -> Self {
+        let core::BranchError { position, force, moment, bend_radius } = *error;
+        Self {
+            position: Number(position),
+            force: Number(force),
+            moment: Number(moment),
+            bend_radius: bend_radius.map(Number),
+        }
+    }
+
+    fn error(self) -> core::BranchError {
+        core::BranchError {
+            position: self.position.0,
+            force: self.force.0,
+            moment: self.moment.0,
+            bend_radius: self.bend_radius.map(number),
+        }
     }
 }
 

@@ -212,6 +212,19 @@ pub struct Branch<V> {
     pub moment: V,
     pub bend_radius: Vec<Number>,
     pub twist_turns: Number,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub error: Option<BranchError>,
+}
+
+/// Estimated discretisation error of a branch: N, N m, m.
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct BranchError {
+    pub position: Number,
+    pub force: Number,
+    pub moment: Number,
+    #[serde(deserialize_with = "nullable")]
+    pub bend_radius: Option<Number>,
 }
 
 /// A joint.

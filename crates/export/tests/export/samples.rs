@@ -54,6 +54,7 @@ pub fn branch(
         s,
         position,
         twist_turns: 0.25,
+        error: None,
     }
 }
 

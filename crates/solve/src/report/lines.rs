@@ -290,6 +290,7 @@ mod tests {
             moment: vec![Vector::zeros(); n],
             bend_radius: vec![f64::INFINITY; n],
             twist_turns: 0.0,
+            error: None,
             position,
         }
     }

@@ -1,11 +1,14 @@
 //! Values of requirements at one equilibrium.
 
 use super::clearance::{self, CablePart, Cables};
+use super::discretisation::NodalErrors;
+use super::lines;
 use super::result;
 use super::sheet::Found;
 use std::collections::BTreeMap;
 use std::f64::consts::PI;
 use wireloom_core::equilibrium::{BranchResult, ConstraintResult, OperationResult};
+use wireloom_core::network::{Place, Span};
 use wireloom_core::requirement::{Measure, Motion, Part, Requirement};
 use wireloom_core::terms::contact::Against;
 use wireloom_core::{EventPlace, Network, Pose, Problem, State, Vector};
@@ -26,6 +29,8 @@ pub(crate) struct Equilibrium<'a> {
     pub network: &'a Network,
     /// Results of all branches.
     pub branches: &'a [BranchResult],
+    /// Estimated errors of these results.
+    pub errors: &'a [NodalErrors],
     /// Constraints that act, with their indices.
     pub constraints: BTreeMap<usize, &'a ConstraintResult>,
     pub operations: &'a [OperationResult],
@@ -52,6 +57,7 @@ impl<'a> Equilibrium<'a> {
         state: &State,
         began: &State,
         (branches, constraints, operations, cables): Results<'a>,
+        errors: &'a [NodalErrors],
         (step, ends_step): (Option<usize>, bool),
     ) -> Self {
         let network = problem.network;
@@ -67,6 +73,7 @@ impl<'a> Equilibrium<'a> {
         Self {
             network,
             branches,
+            errors,
             constraints,
             operations,
             contact_forces,
@@ -138,8 +145,14 @@ impl<'a> Equilibrium<'a> {
         }
         let Some(result) = self.constraints.get(&f) else { return };
         match requirement.measure {
-            Measure::Force => found.push(at(result.largest_force(), place())),
-            Measure::Moment => found.push(at(result.largest_moment(), place())),
+            Measure::Force => {
+                let error = Some(self.at_constraint(f, |errors| &errors.force));
+                found.push(Found { error, ..at(result.largest_force(), place()) });
+            }
+            Measure::Moment => {
+                let error = Some(self.at_constraint(f, |errors| &errors.moment));
+                found.push(Found { error, ..at(result.largest_moment(), place()) });
+            }
             Measure::Clearance => {
                 let radius = 0.5 * self.network.diameter_at(self.network.constraints[f].place);
                 for part in &requirement.against {
@@ -153,27 +166,77 @@ impl<'a> Equilibrium<'a> {
         }
     }
 
+    /// Error of the position of a branch at an arc length, m.
+    fn position_error(&self, branch: usize, s: f64) -> f64 {
+        let nodes = &self.branches[branch].s;
+        let after = nodes.partition_point(|node| *node < s).clamp(1, nodes.len() - 1);
+        self.errors[branch].position[after - 1].max(self.errors[branch].position[after])
+    }
+
+    /// Error of the reaction of a constraint: the sum of those of the internal forces (moments) around it.
+    fn at_constraint(&self, f: usize, errors: impl Fn(&NodalErrors) -> &Vec<f64>) -> f64 {
+        let constraint = &self.network.constraints[f];
+        let of_node = |branch: usize, node: usize| {
+            let inner = node > 0 && node + 1 < self.branches[branch].s.len();
+            errors(&self.errors[branch])[node] * if inner { 2.0 } else { 1.0 }
+        };
+        let of_place = |place: &Place| match *place {
+            Place::Node { branch, node } => of_node(branch, node),
+            Place::Joint(joint) => {
+                let joint = &self.network.joints[joint];
+                let arms = joint.arms.iter().zip(&joint.branches);
+                let end = |branch: usize| self.branches[branch].s.len() - 1;
+                arms.map(|(arm, &b)| of_node(b, if arm.starts_here { 0 } else { end(b) })).sum()
+            }
+        };
+        let of_span = |span: &Span| {
+            let first = self.network.branches[span.branch].points.start;
+            of_node(span.branch, span.points.start - first) + of_node(span.branch, span.points.end - 1 - first)
+        };
+        let of_places: f64 = constraint.places.iter().map(of_place).sum();
+        of_places + constraint.span.iter().map(of_span).sum::<f64>()
+    }
+
     fn add_branch(&self, requirement: &Requirement, b: usize, (from, to): (f64, f64), found: &mut Vec<Found>) {
         let (branch, own) = (&self.branches[b], &self.network.branches[b]);
         // All nodes from the last one before the part to the first one after it.
         let first = branch.s.partition_point(|s| *s <= from).saturating_sub(1);
         let last = branch.s.partition_point(|s| *s < to).min(branch.s.len() - 1);
-        // Only the least and the greatest value can be the worst.
-        let mut nodes = |value: &dyn Fn(usize) -> f64| {
-            let values = || (first..=last).map(|i| (i, value(i)));
-            let ends = [values().min_by(|a, b| a.1.total_cmp(&b.1)), values().max_by(|a, b| a.1.total_cmp(&b.1))];
-            let place = |i: usize| EventPlace::branch(&branch.name, branch.s[i]);
-            found.extend(ends.into_iter().flatten().map(|(i, value)| at(value, place(i))));
+        let errors = &self.errors[b];
+        // Only the least and the greatest value, as computed or with their errors, can be the worst.
+        let mut nodes = |value: &dyn Fn(usize) -> f64, error: &dyn Fn(usize) -> f64| {
+            let least = |sign: f64, doubt: f64| {
+                let score = |i: usize| sign * value(i) - doubt * error(i);
+                (first..=last).min_by(|a, b| score(*a).total_cmp(&score(*b)))
+            };
+            let mut ends = [(1.0, 0.0), (1.0, 1.0), (-1.0, 0.0), (-1.0, 1.0)].map(|(sign, doubt)| least(sign, doubt));
+            ends.sort();
+            let mut last_found = None;
+            for i in ends.into_iter().flatten() {
+                if last_found.replace(i) != Some(i) {
+                    let place = EventPlace::branch(&branch.name, branch.s[i]);
+                    found.push(Found { error: Some(error(i)), ..at(value(i), place) });
+                }
+            }
         };
         let d3 = |i: usize| branch.frame[i] * Vector::z();
         let axial = |i: usize| branch.force[i].dot(&d3(i));
+        let force = &|i: usize| errors.force[i];
         match requirement.measure {
-            Measure::BendRadius => nodes(&|i| branch.bend_radius[i]),
-            Measure::Tension => nodes(&axial),
-            Measure::Compression => nodes(&|i| -axial(i)),
-            Measure::Strain => nodes(&|i| axial(i) / own.section.axial_stiffness),
-            Measure::Torsion => nodes(&|i| branch.moment[i].dot(&d3(i)).abs() / own.section.torsion_stiffness),
-            Measure::Deviation => nodes(&|i| distance_from(&own.path, &branch.position[i])),
+            Measure::BendRadius => nodes(&|i| branch.bend_radius[i], &|i| errors.bend_radius(i, branch.bend_radius[i])),
+            Measure::Tension => nodes(&axial, force),
+            Measure::Compression => nodes(&|i| -axial(i), force),
+            Measure::Strain => {
+                let stiffness = own.section.axial_stiffness;
+                nodes(&|i| axial(i) / stiffness, &|i| errors.force[i] / stiffness);
+            }
+            Measure::Torsion => {
+                let stiffness = own.section.torsion_stiffness;
+                nodes(&|i| branch.moment[i].dot(&d3(i)).abs() / stiffness, &|i| errors.torsion[i]);
+            }
+            Measure::Deviation => {
+                nodes(&|i| distance_from(&own.path, &branch.position[i]), &|i| errors.position[i]);
+            }
             Measure::Turns => {
                 let place = EventPlace { branch: Some(branch.name.clone()), ..EventPlace::default() };
                 found.push(at(branch.twist_turns.abs(), place));
@@ -181,7 +244,9 @@ impl<'a> Equilibrium<'a> {
             Measure::Slack => {
                 let (from, to) = (from.max(branch.s[0]), to.min(branch.s[branch.s.len() - 1]));
                 let between = result::position_at(branch, to) - result::position_at(branch, from);
-                found.push(at(to - from - between.norm(), EventPlace::branch(&branch.name, 0.5 * (from + to))));
+                let error = Some(2.0 * errors.position[first..=last].iter().copied().fold(0.0, f64::max));
+                let place = EventPlace::branch(&branch.name, 0.5 * (from + to));
+                found.push(Found { error, ..at(to - from - between.norm(), place) });
             }
             Measure::Reach => {
                 for span in self.spans.iter().filter(|span| span.branch == b) {
@@ -230,14 +295,19 @@ impl<'a> Equilibrium<'a> {
 
     /// Clearance of a part of a branch from an obstacle, or from a part of another branch (or of the same one, where they
     /// have nothing in common); `None` where there is nothing to measure.
+    /// What touches is held apart by the contact, whatever the error of its position: there is none then.
     fn clearance(&self, part: CablePart, from: &Part) -> Option<Found> {
         let name = &self.branches[part.branch].name;
         match *from {
             Part::Obstacle(o) => {
                 let obstacle = &self.network.obstacles[o];
-                let place = self.cables.clearance_from_obstacle(part, obstacle, &self.poses[o]);
+                let lines::Place { distance, s, .. } =
+                    self.cables.clearance_from_obstacle(part, obstacle, &self.poses[o]);
                 let obstacle = Some(obstacle.name.clone());
-                Some(at(place.distance, EventPlace { obstacle, ..EventPlace::branch(name, place.s) }))
+                let touches = self.contact_force(part.branch, Against::Obstacle(o)) > 0.0;
+                let error = (!touches).then(|| self.position_error(part.branch, s));
+                let place = EventPlace { obstacle, ..EventPlace::branch(name, s) };
+                Some(Found { error, ..at(distance, place) })
             }
             Part::Branch { branch, from, to } => {
                 let other = CablePart { branch, from, to };
@@ -248,7 +318,11 @@ impl<'a> Equilibrium<'a> {
                     other_s: Some(pair.s[1]),
                     ..EventPlace::branch(name, pair.s[0])
                 };
-                Some(at(pair.distance, place))
+                let touches = self.contact_force(part.branch, Against::Branch(branch)) > 0.0
+                    || self.contact_force(branch, Against::Branch(part.branch)) > 0.0;
+                let own = [(part.branch, pair.s[0]), (branch, pair.s[1])];
+                let error = (!touches).then(|| own.map(|(b, s)| self.position_error(b, s)).iter().sum());
+                Some(Found { error, ..at(pair.distance, place) })
             }
             Part::Constraint(_) => None,
         }

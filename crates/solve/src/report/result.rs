@@ -55,7 +55,9 @@ pub fn branch(problem: &Problem<'_>, index: usize, state: &State, touching: &[bo
         moment: vec![Vector::zeros(); n + 1],
         bend_radius: Vec::with_capacity(n + 1),
         twist_turns: twist_turns(shape.frames),
+        error: None,
     };
+    let rest = branch.rod.law().map(|law| law.curvature);
     let segment_frame = |j: usize| shape.frames[mesh.segment_frames[j]];
     // Curvature (1/m) at each node, and its side of the node. At an inner station, where a constraint makes forces and
     // moments jump, the tighter side is reported.
@@ -63,7 +65,14 @@ pub fn branch(problem: &Problem<'_>, index: usize, state: &State, touching: &[bo
     for (c, &lambda) in shape.coupling_lengths.iter().enumerate() {
         let node = mesh.coupling_nodes[c];
         let relative = shape.frames[c].inverse() * shape.frames[c + 1];
-        let kappa = relative.scaled_axis() / lambda;
+        // The coupling beside a station lies in the middle of half a segment; the moment is that at the station.
+        let kappa = match (mesh.station_frame(node), rest) {
+            (Some(frame), Some(rest)) => {
+                let moment = shape.frames[frame].inverse() * coupling_moments[c];
+                rest + moment.component_div(&branch.section.bend_diagonal())
+            }
+            _ => relative.scaled_axis() / lambda,
+        };
         let inner = node > 0 && node < n && mesh.station_frame(node).is_some();
         let second = c > 0 && mesh.coupling_nodes[c - 1] == node;
         if !second || kappa.xy().norm() > curvature[node].0.xy().norm() {
@@ -415,6 +424,7 @@ mod tests {
             moment: vec![Vector::zeros(); 2],
             bend_radius: radii.to_vec(),
             twist_turns: 0.0,
+            error: None,
         }
     }
 

@@ -1,6 +1,8 @@
 //! Certificate of an equilibrium: forces and moments recomputed from the state, independently of the minimiser.
 
+use crate::report::discretisation::{self, NodalErrors, Response};
 use crate::steps::stability::{Inspection, Inspector};
+use wireloom_core::equilibrium::BranchResult;
 use wireloom_core::minimiser::Stop;
 use wireloom_core::problem::Problem;
 use wireloom_core::status::Status;
@@ -82,6 +84,28 @@ impl Certifier {
     pub fn diverges(&mut self, problem: &mut Problem<'_>, state: &State) -> bool {
         let Self { inspector, gradient, .. } = self;
         inspector.get_or_insert_with(|| Inspector::new(problem)).diverges(problem, state, gradient)
+    }
+
+    /// Estimated errors of these results of all branches at `state`, an equilibrium that was certified last; without
+    /// `hessian` the estimate is local.
+    pub fn discretisation(
+        &mut self,
+        problem: &mut Problem<'_>,
+        state: &State,
+        results: &[BranchResult],
+        hessian: bool,
+    ) -> Vec<NodalErrors> {
+        if !hessian {
+            return discretisation::estimate(problem, state, results, None);
+        }
+        if !self.inspector.as_ref().is_some_and(|inspector| inspector.is_at(state)) {
+            self.inspect(problem, state);
+        }
+        let inspector = self.inspector.as_mut().expect("the state was inspected");
+        let defect = discretisation::defect(problem, state, results, &inspector.hessian);
+        let parts = defect.map(|gradient| inspector.response(problem, state, &gradient));
+        let response = Response { parts: parts.each_ref(), hessian: &inspector.hessian };
+        discretisation::estimate(problem, state, results, Some(response))
     }
 
     /// Status of a state after inspection; `graded` is its status by the forces. In contact the inspection does not

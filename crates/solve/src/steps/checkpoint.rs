@@ -5,6 +5,7 @@
 //! except for times.
 
 use crate::report::EventLog;
+use crate::report::discretisation::NodalErrors;
 use crate::steps::plan::Plan;
 use crate::steps::progress::{Control, Progress};
 use serde::{Deserialize, Serialize};
@@ -98,6 +99,9 @@ pub struct Resumed {
 pub trait Observer {
     /// Called at the end of an increment; `kept`: its result will be part of the run in any case.
     fn increment(&mut self, progress: &Progress, end: &StepResult, kept: bool) -> Control;
+
+    /// Called before [`Self::increment`] with the estimated discretisation errors of all branches at its end.
+    fn errors(&mut self, _: &[NodalErrors]) {}
 
     /// Called with a checkpoint from which the run can be resumed.
     fn checkpoint(&mut self, _: &Checkpoint) {}

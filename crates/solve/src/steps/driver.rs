@@ -3,6 +3,7 @@
 //! [`super::run`] walks through steps and increments, [`super::increment`] advances by one increment,
 //! [`super::equilibrium`] solves under given conditions, [`super::step_result`] reports.
 
+use crate::report::discretisation::NodalErrors;
 use crate::report::{EventLog, Occurrence, TwistMonitor};
 use crate::start::layout;
 use crate::steps::certificate::Certifier;
@@ -56,6 +57,8 @@ pub(crate) struct Driver<'n, 'm> {
     /// Largest displacement of a point in the previous increment, m; `None` in the first increment of a step that
     /// releases or adds a constraint or changes loads: any motion may follow there.
     pub(super) previous_move: Option<f64>,
+    /// Estimated discretisation errors of the last result, by branch.
+    pub(super) errors: Vec<NodalErrors>,
     /// Results so far of the operations of the current step.
     pub(super) operations: Vec<OperationResult>,
 }
@@ -130,6 +133,7 @@ impl<'n, 'm> Driver<'n, 'm> {
             lost_twist: Vec::new(),
             smallest_part: 1.0,
             previous_move: None,
+            errors: Vec::new(),
             operations: Vec::new(),
         }
     }
@@ -222,6 +226,7 @@ impl<'n, 'm> Driver<'n, 'm> {
             prescribed_turns: _,
             lost_twist: _,
             smallest_part: _,
+            errors: _,
         } = self;
         Checkpoint {
             conditions: problem.conditions().clone(),

@@ -99,6 +99,7 @@ pub fn carry_out(
             };
             let unbalanced = !is_balanced(status);
             let kept = schedule.increments || increment == step.increments || unbalanced;
+            observer.errors(&driver.errors);
             let stopped = observer.increment(&progress, &end, kept) == Control::Stop;
             if run.status == Status::Converged {
                 run.status = status;

@@ -73,12 +73,15 @@ impl Inspection {
 /// Inspects second derivatives, with its workspace.
 pub struct Inspector {
     system: System,
-    hessian: Hessian,
+    /// Second derivatives at the state inspected last.
+    pub hessian: Hessian,
     border: Border,
     /// Scratch: free part of the gradient.
     free: Tangent,
     /// Next Newton step from the state inspected last.
     pub step: Tangent,
+    /// Points of the state inspected last.
+    at: Vec<Vector>,
     weights: Vec<f64>,
     /// Sum of the residual forces on each branch, N.
     residual_forces: Vec<f64>,
@@ -94,6 +97,7 @@ impl Inspector {
             border: Border::default(),
             free: Tangent::zeros(network),
             step: Tangent::zeros(network),
+            at: Vec::new(),
             weights: Vec::new(),
             residual_forces: vec![0.0; network.branches.len()],
         }
@@ -102,6 +106,7 @@ impl Inspector {
     /// Inspects an equilibrium; `gradient` is the whole gradient there, evaluated last.
     pub fn inspect(&mut self, problem: &mut Problem<'_>, state: &State, gradient: &Tangent) -> Inspection {
         problem.hessian(state, None, &mut self.hessian);
+        self.at.clone_from(&state.points);
         self.free.copy_from(gradient);
         problem.free_part(&mut self.free);
         self.sum_residual_forces(problem);
@@ -129,6 +134,22 @@ impl Inspector {
         let in_contact = !problem.conditions().contact.records.is_empty();
         let is_negligible = -self.free.dot(&self.step) <= problem.energy_noise(gradient);
         Inspection { stability, move_left, relative, is_negligible, is_uncertain, in_contact }
+    }
+
+    /// Whether the last [`Self::inspect`] was at `state`.
+    pub fn is_at(&self, state: &State) -> bool {
+        self.at == state.points
+    }
+
+    /// `−H⁻¹ g` with the Hessian factorised by the last [`Self::inspect`], which was at `state`, for another gradient g of
+    /// the points and frames; what slides stays at its arc length.
+    pub fn response(&mut self, problem: &Problem<'_>, state: &State, gradient: &Tangent) -> Tangent {
+        let System { matrix, rhs, .. } = &mut self.system;
+        matrix.right_hand_side(problem, gradient, None, rhs);
+        matrix.solve(rhs);
+        let mut response = Tangent::zeros(problem.network);
+        matrix.step(problem, state, rhs, None, &mut response);
+        response
     }
 
     /// Whether an equilibrium under dead moments certainly diverges: the tangent of the residual has a negative

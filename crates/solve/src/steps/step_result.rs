@@ -6,6 +6,7 @@ use crate::report::requirements::Equilibrium;
 use crate::report::result;
 use crate::report::sheet::Here;
 use crate::report::violations::violations;
+use crate::steps::stability::{Inspection, Stability};
 use wireloom_core::Moment;
 use wireloom_core::equilibrium::{
     BranchResult, ConstraintResult, MinimiserResult, OperationResult, RequirementResult, StepResult, Violation,
@@ -24,7 +25,7 @@ impl Driver<'_, '_> {
             Status::Converged if !known => self.certifier.diverges(&mut self.problem, &self.state).then_some(false),
             _ => inspection.filter(|_| known).and_then(|inspection| inspection.stability.flag()),
         };
-        let branches = self.branch_results();
+        let branches = self.branch_results(inspection);
         let (problem, state) = (&mut self.problem, &self.state);
         let network = problem.network;
         let touching = problem.touching_points(state);
@@ -57,11 +58,18 @@ impl Driver<'_, '_> {
         }
     }
 
-    /// Results of all branches at the present state.
-    fn branch_results(&mut self) -> Vec<BranchResult> {
+    /// Results of all branches at the present state, which was inspected so, and their errors.
+    fn branch_results(&mut self, inspection: Option<Inspection>) -> Vec<BranchResult> {
         let touching = self.problem.touching_points(&self.state);
         let branch = |b: usize| result::branch(&self.problem, b, &self.state, &touching);
-        (0..self.problem.network.branches.len()).map(branch).collect()
+        let mut branches: Vec<BranchResult> = (0..self.problem.network.branches.len()).map(branch).collect();
+        // A neutral equilibrium may answer to any error with any motion.
+        let hessian = inspection.is_some_and(|inspection| inspection.stability != Stability::Neutral);
+        self.errors = self.certifier.discretisation(&mut self.problem, &self.state, &branches, hessian);
+        for (branch, errors) in branches.iter_mut().zip(&self.errors) {
+            branch.error = errors.largest(branch);
+        }
+        branches
     }
 
     /// Checks the requirements at the end of an increment, if that is an equilibrium.
@@ -88,7 +96,7 @@ impl Driver<'_, '_> {
     /// Checks the requirements at an equilibrium on the way through an increment.
     pub(super) fn check_on_the_way(&mut self) {
         if !self.problem.network.requirements.is_empty() {
-            let branches = self.branch_results();
+            let branches = self.branch_results(self.inspection);
             let constraints = result::constraints(&self.problem, &self.state, &self.certifier.gradient);
             let operations = self.operations.clone();
             let cables = Cables::new(self.problem.network, &branches);
@@ -108,7 +116,7 @@ impl Driver<'_, '_> {
         let requirements = &self.problem.network.requirements;
         let step = ((!self.starting).then(|| self.log.now().step_index), ends_step);
         let results = (branches, constraints, operations, cables);
-        let equilibrium = Equilibrium::new(&mut self.problem, &self.state, &self.began, results, step);
+        let equilibrium = Equilibrium::new(&mut self.problem, &self.state, &self.began, results, &self.errors, step);
         let found: Vec<_> = requirements.iter().map(|requirement| equilibrium.values(requirement)).collect();
         let violations = violations(requirements, &found);
         self.log.check(requirements, found, here);

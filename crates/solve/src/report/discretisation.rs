@@ -1,0 +1,533 @@
+//! Estimate of the discretisation error of an equilibrium.
+//!
+//! **Method.** Defect correction with the modified equation (Stetter 1978, The defect correction principle and
+//! discretization methods, Numerische Mathematik 29; Warming and Hyett 1974, The modified equation approach to the
+//! stability and accuracy analysis of finite-difference methods, Journal of Computational Physics 14). Put on the grid
+//! (positions at nodes, frames at the middle of segments), a rod has the discrete energy `E_h = E + D`, to leading order
+//! with
+//!
+//! ```text
+//! D = − Σ_c (λ³/24) κ′ᵀ C κ′            a coupling measures the mean of κ over its cell of length λ
+//!     + Σ_j n · a                       an edge is not the tangent at its middle: a = (ℓ²/24) Δx″ ± (β ℓ²/2) x″
+//!     − Σ_i (ℓ²/12) ρ g · Δx′           weight is lumped at nodes
+//!     + Σ_c (λ/2) κᵀ (C_h − C) κ        stiffness of couplings that is not that of the section (`mass-spring`)
+//! ```
+//!
+//! where β is the share of the tangent of a station in a segment beside it ([`crate::report`], `models::kernel`), and
+//! Δ the difference between the ends of a segment (of neighbouring segments). The computed equilibrium minimises
+//! `E + D`, so it differs from the rod's by `δ = −H⁻¹ ∂D` with the Hessian H that the certificate has factorised: one
+//! more solution with it. From δ follow the errors of positions, curvatures, forces and moments; to the curvature of a
+//! node is added what its cell differs from it, `(λ²/24) κ″`, at a station `β ℓ κ′`.
+//!
+//! **What is reported** is not the leading term itself, which changes its sign where the true error does at a slightly
+//! different place, but its envelope: the largest value within [`REACH`] nodes, no less than a tenth ([`FLOOR`]) of
+//! the branch's largest, times [`SAFETY`]. On a mesh so coarse that curvature changes by its own size from node to node
+//! the leading term says little; there the estimate is the change itself (Zienkiewicz and Zhu 1992, The superconvergent
+//! patch recovery, International Journal for Numerical Methods in Engineering 33, estimate the error by such jumps).
+//!
+//! Where H is not available (dead moments have none, or the state is no equilibrium of known stability), the estimate
+//! is local: the last contribution, times [`LOCAL_SAFETY`], integrated along the branch for positions. Where cables
+//! touch something H contains the contacts that act, and where they slide the arc length at the constraint is fixed; with
+//! another mesh both would differ a little, so the estimate is doubled there.
+
+use wireloom_core::equilibrium::{BranchError, BranchResult};
+use wireloom_core::network::Branch;
+use wireloom_core::problem::{Hessian, Problem};
+use wireloom_core::rod::{BranchHessian, BranchShape, SegmentHessian};
+use wireloom_core::terms::gravity::STATION_SHIFT;
+use wireloom_core::{State, Tangent, Vector};
+
+/// Factor on the envelope of the leading term.
+const SAFETY: f64 = 1.5;
+/// Factor on what the leading term of the response would be expected to be, where only local terms are known.
+const LOCAL_SAFETY: f64 = 4.0;
+/// Share of the change of curvature from node to node that is its error where that is as large as the curvature.
+const COARSE: f64 = 0.8;
+/// Divisor of the fourth power of the angle of a cell (rad): the error of the law of a coupling relative to its curvature.
+const LAW: f64 = 300.0;
+/// Factor where cables touch something or slide.
+const CONTACT_SAFETY: f64 = 2.0;
+/// Nodes on each side over which the envelope is taken.
+const REACH: usize = 2;
+/// Least error as a fraction of the sizes of its two parts, which may cancel.
+const CANCELLED: f64 = 0.5;
+/// Least error of a node as a fraction of the largest of its branch.
+const FLOOR: f64 = 0.1;
+
+/// Estimated errors of the results of a branch, one for each node.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct NodalErrors {
+    /// Of the curvature, 1/m.
+    pub curvature: Vec<f64>,
+    /// Of the torsion (twist per length), 1/m.
+    pub torsion: Vec<f64>,
+    /// Of the internal force, N.
+    pub force: Vec<f64>,
+    /// Of the internal moment, N m.
+    pub moment: Vec<f64>,
+    /// Of the position, m.
+    pub position: Vec<f64>,
+}
+
+impl NodalErrors {
+    /// Error of a bend radius R (m) at a node, m: by so much the true one may be smaller, `R − 1/(1/R + e)` with e the
+    /// error of the curvature; 0 where the cable is straight.
+    pub fn bend_radius(&self, node: usize, radius: f64) -> f64 {
+        if radius.is_finite() { radius - 1.0 / (1.0 / radius + self.curvature[node]) } else { 0.0 }
+    }
+
+    /// Largest errors of the branch; `None` if some are not finite.
+    pub fn largest(&self, branch: &BranchResult) -> Option<BranchError> {
+        let largest = |all: &[f64]| all.iter().copied().fold(0.0, f64::max);
+        let tightest = branch.bend_radius.iter().enumerate().min_by(|a, b| a.1.total_cmp(b.1));
+        let error = BranchError {
+            position: largest(&self.position),
+            force: largest(&self.force),
+            moment: largest(&self.moment),
+            bend_radius: tightest.filter(|(_, r)| r.is_finite()).map(|(node, r)| self.bend_radius(node, *r)),
+        };
+        let all = [&self.curvature, &self.torsion, &self.force, &self.moment, &self.position];
+        all.iter().all(|errors| errors.iter().all(|e| e.is_finite())).then_some(error)
+    }
+}
+
+/// Node of a mesh with curvature samples: those of its couplings.
+struct Samples<'a> {
+    branch: &'a Branch,
+    shape: BranchShape<'a>,
+    /// κ of each coupling, 1/m.
+    curvature: Vec<Vector>,
+    /// κ°, 1/m.
+    rest: Vector,
+    /// Arc length to which it belongs, m: that of the node, beside a station β ℓ away from it.
+    place: Vec<f64>,
+    /// κ′ of each segment, 1/m²; `None` where a coupling of it is that of a joint.
+    rate: Vec<Option<Vector>>,
+    /// C of the section, N m².
+    stiffness: Vector,
+    /// C of each coupling, N m².
+    discrete_stiffness: Vec<Vector>,
+    /// β of the stations at the two ends of the branch, and within.
+    blends: [f64; 2],
+    /// n of each segment, N, world.
+    forces: Vec<Vector>,
+    /// x″ at the start and at the end of each segment, 1/m, world.
+    bends: Vec<[Vector; 2]>,
+}
+
+impl<'a> Samples<'a> {
+    fn new(problem: &'a Problem<'_>, state: &'a State, index: usize, result: &BranchResult) -> Self {
+        let branch = &problem.network.branches[index];
+        let shape = state.branch(problem.network, index);
+        let mesh = branch.rod.mesh();
+        let n = mesh.segments();
+        let stiffness = branch.section.bend_diagonal();
+        let law = branch.rod.law();
+        let blends = law.as_ref().map_or([0.0, 0.0], |law| law.blends);
+        let rest = law.as_ref().map_or_else(Vector::zeros, |law| law.curvature);
+        let couplings = shape.coupling_lengths.len();
+        let discrete_stiffness = law.map_or_else(|| vec![stiffness; couplings], |law| law.couplings);
+        let curvature: Vec<Vector> = shape
+            .coupling_lengths
+            .iter()
+            .enumerate()
+            .map(|(c, lambda)| (shape.frames[c].inverse() * shape.frames[c + 1]).scaled_axis() / *lambda)
+            .collect();
+        let mut samples = Self {
+            branch,
+            shape,
+            place: Vec::with_capacity(couplings),
+            curvature,
+            rest,
+            rate: Vec::with_capacity(n),
+            stiffness,
+            discrete_stiffness,
+            blends,
+            forces: vec![Vector::zeros(); n],
+            bends: Vec::with_capacity(n),
+        };
+        branch.rod.forces(&samples.shape, &mut samples.forces);
+        for c in 0..couplings {
+            let node = mesh.coupling_nodes[c];
+            let side = match mesh.station_frame(node) {
+                Some(station) if station == c => samples.blend(node) * shape.rest_lengths[node],
+                Some(_) => -samples.blend(node) * shape.rest_lengths[node - 1],
+                None => 0.0,
+            };
+            samples.place.push(result.s[node] + side);
+        }
+        for j in 0..n {
+            let [start, end] = samples.couplings(j);
+            samples.rate.push(start.zip(end).map(|(start, end)| {
+                let change = samples.curvature[end] - samples.curvature[start];
+                change / (samples.place[end] - samples.place[start])
+            }));
+        }
+        for j in 0..n {
+            let bends = [0, 1].map(|end| {
+                let node = j + end;
+                let kappa = samples.at_node(j, end).unwrap_or_else(|| {
+                    samples.rest + (result.frame[node].inverse() * result.moment[node]).component_div(&stiffness)
+                });
+                result.frame[node] * kappa.cross(&Vector::z())
+            });
+            samples.bends.push(bends);
+        }
+        samples
+    }
+
+    /// β at a node.
+    fn blend(&self, node: usize) -> f64 {
+        let mesh = self.branch.rod.mesh();
+        let inner = usize::from(node > 0 && node < mesh.segments());
+        if mesh.station_frame(node).is_some() { self.blends[inner] } else { 0.0 }
+    }
+
+    /// Couplings of a segment with the frames before and after it.
+    fn couplings(&self, j: usize) -> [Option<usize>; 2] {
+        let frame = self.branch.rod.mesh().segment_frames[j];
+        [frame.checked_sub(1), (frame < self.shape.coupling_lengths.len()).then_some(frame)]
+    }
+
+    /// κ at the start (0) or end (1) of a segment, 1/m.
+    fn at_node(&self, j: usize, end: usize) -> Option<Vector> {
+        let c = self.couplings(j)[end]?;
+        let beyond = self.blend(j + end) * self.shape.rest_lengths[j] * (2.0 * end as f64 - 1.0);
+        Some(self.curvature[c] + self.rate[j].unwrap_or_default() * beyond)
+    }
+
+    /// Share of the cells of its couplings that a segment has, Σ λ³/24, m³.
+    fn cells(&self, j: usize) -> f64 {
+        let mut share = 0.0;
+        for c in self.couplings(j).into_iter().flatten() {
+            let node = self.branch.rod.mesh().coupling_nodes[c];
+            let others = self.branch.rod.mesh().station_frame(node).is_none();
+            let other = if node == j { j.checked_sub(1) } else { Some(j + 1) };
+            let is_shared = others && other.and_then(|j| *self.rate.get(j)?).is_some();
+            share += self.shape.coupling_lengths[c].powi(3) / if is_shared { 48.0 } else { 24.0 };
+        }
+        share
+    }
+
+    /// a of a segment, m.
+    fn edge_offset(&self, j: usize) -> Vector {
+        let [start, end] = self.offset_factors(j);
+        self.bends[j][0] * start + self.bends[j][1] * end
+    }
+
+    /// Factors on x″ at the start and at the end of a segment in a, m².
+    fn offset_factors(&self, j: usize) -> [f64; 2] {
+        let square = self.shape.rest_lengths[j].powi(2);
+        [0, 1].map(|end| (1.0 / 24.0 - 0.5 * self.blend(j + end)) * square * (2.0 * end as f64 - 1.0))
+    }
+
+    /// Adds to the gradients of a harness those of the couplings' part of D.
+    fn add_cells(&self, gradient: &mut Tangent) {
+        let mesh = self.branch.rod.mesh();
+        let mut moments = vec![Vector::zeros(); self.curvature.len()];
+        for (c, moment) in moments.iter_mut().enumerate() {
+            let excess = self.discrete_stiffness[c] - self.stiffness;
+            *moment = excess.component_mul(&(self.curvature[c] - self.rest)) * self.shape.coupling_lengths[c];
+        }
+        for j in 0..mesh.segments() {
+            let [start, end] = self.couplings(j);
+            if let (Some(rate), Some(start), Some(end)) = (self.rate[j], start, end) {
+                let distance = self.place[end] - self.place[start];
+                let moment = self.stiffness.component_mul(&rate) * (2.0 * self.cells(j) / distance);
+                moments[start] += moment;
+                moments[end] -= moment;
+            }
+        }
+        self.add_moments(&moments, &mut gradient.frames[self.branch.frames.clone()]);
+    }
+
+    /// Adds the gradient of `Σ_c μ·κ` with these μ (N m²).
+    fn add_moments(&self, moments: &[Vector], frames: &mut [Vector]) {
+        for (c, moment) in moments.iter().enumerate() {
+            let lambda = self.shape.coupling_lengths[c];
+            let turned = (self.curvature[c] * (0.5 * lambda)).cross(moment);
+            frames[c + 1] += (moment - turned) / lambda;
+            frames[c] -= (moment + turned) / lambda;
+        }
+    }
+
+    /// Adds to the gradients of a harness those of the edges' and the weight's part of D; `own` are the second
+    /// derivatives of the branch, `weight` is ρ g (N/m).
+    fn add_edges(&self, own: &BranchHessian, weight: Vector, gradient: &mut Tangent) {
+        let mesh = self.branch.rod.mesh();
+        let points = &mut gradient.points[self.branch.points.clone()];
+        let frames = &mut gradient.frames[self.branch.frames.clone()];
+        // ∂D/∂κ of each coupling, N m².
+        let mut moments = vec![Vector::zeros(); self.curvature.len()];
+        for j in 0..mesh.segments() {
+            let frame = mesh.segment_frames[j];
+            let a = self.edge_offset(j);
+            let h = &own.segments[j];
+            let mut force = h.ee * a;
+            frames[frame] += h.te * a;
+            for (end, factor) in self.offset_factors(j).into_iter().enumerate() {
+                let n = self.forces[j];
+                frames[frame] += (self.shape.frames[frame].inverse() * self.bends[j][end].cross(&n)) * factor;
+                if let Some(c) = self.couplings(j)[end] {
+                    moments[c] += Vector::z().cross(&(self.shape.frames[frame].inverse() * n)) * factor;
+                }
+            }
+            // Weight: W (t_i − t_{i−1}) at nodes, and what is shifted from stations.
+            let l = &self.shape.rest_lengths;
+            let lumped = |node: usize| {
+                if node == 0 || node == mesh.segments() {
+                    return 0.0;
+                }
+                let (a, b) = (l[node - 1], l[node]);
+                (a.powi(3) + b.powi(3)) / (12.0 * (a + b))
+            };
+            force -= weight * ((lumped(j) - lumped(j + 1)) / l[j]);
+            for (node, sign) in [(j, -1.0), (j + 1, 1.0)] {
+                if mesh.station_frame(node).is_some() {
+                    force += weight * (sign * STATION_SHIFT * l[j]);
+                }
+            }
+            points[j] -= force;
+            points[j + 1] += force;
+        }
+        for (beside, h) in mesh.beside.iter().zip(&own.beside) {
+            let a = self.edge_offset(beside.segment);
+            for (station, se) in beside.stations.iter().zip(&h.se) {
+                if let Some(c) = station {
+                    frames[*c] += se * a;
+                }
+            }
+        }
+        self.add_moments(&moments, frames);
+    }
+
+    /// Errors of κ at the couplings that are not beside a station, and of the moments there, from the response.
+    fn curvature_errors(&self, response: Option<&[Vector]>) -> Vec<Vector> {
+        let mesh = self.branch.rod.mesh();
+        let error = |c: usize| {
+            let node = mesh.coupling_nodes[c];
+            let lambda = self.shape.coupling_lengths[c];
+            let rates = [node.checked_sub(1), Some(node)].map(|j| j.and_then(|j| *self.rate.get(j)?));
+            let (second, first) = match rates {
+                [Some(before), Some(after)] => ((after - before) / lambda, (before + after) * 0.5),
+                _ => (Vector::zeros(), Vector::zeros()),
+            };
+            let within = second * (lambda * lambda / 24.0);
+            let Some(turns) = response else { return within };
+            let shift = 0.25 * (self.shape.rest_lengths[node] - self.shape.rest_lengths[node - 1]);
+            let (a, b) = (turns[c], turns[c + 1]);
+            within + first * shift + (b - a) / lambda + self.curvature[c].cross(&((a + b) * 0.5))
+        };
+        let at_station = |c: usize| mesh.station_frame(mesh.coupling_nodes[c]).is_some();
+        (0..self.curvature.len()).map(|c| if at_station(c) { Vector::zeros() } else { error(c) }).collect()
+    }
+
+    /// Change of the force of each segment in a response to edges with these offsets, N.
+    fn forces_of(&self, response: &Tangent, own: &BranchHessian, offsets: &[Vector]) -> Vec<Vector> {
+        let mesh = self.branch.rod.mesh();
+        let moves = &response.points[self.branch.points.clone()];
+        let turns = &response.frames[self.branch.frames.clone()];
+        let force = |(j, h): (usize, &SegmentHessian)| {
+            h.ee * (moves[j + 1] - moves[j] + offsets[j]) + h.te.tr_mul(&turns[mesh.segment_frames[j]])
+        };
+        let mut forces: Vec<Vector> = own.segments.iter().enumerate().map(force).collect();
+        for (beside, h) in mesh.beside.iter().zip(&own.beside) {
+            for (station, se) in beside.stations.iter().zip(&h.se) {
+                if let Some(c) = station {
+                    forces[beside.segment] += se.tr_mul(&turns[*c]);
+                }
+            }
+        }
+        forces
+    }
+
+    /// Estimates from the response, which is the error of the state; without one, from local terms only.
+    fn errors(&self, index: usize, response: Option<Response<'_>>, result: &BranchResult) -> NodalErrors {
+        let mesh = self.branch.rod.mesh();
+        let n = mesh.segments();
+        let turns: Option<Vec<Vector>> = response.map(|response| {
+            let [cells, edges] = response.parts.each_ref().map(|part| &part.frames[self.branch.frames.clone()]);
+            cells.iter().zip(edges).map(|(a, b)| a + b).collect()
+        });
+        let turns = turns.as_deref();
+        let at_couplings = self.curvature_errors(turns);
+        let mut bend = vec![0.0; n + 1];
+        let mut torsion = vec![0.0; n + 1];
+        let mut whole = vec![0.0; n + 1];
+        for (c, error) in at_couplings.iter().enumerate() {
+            let node = mesh.coupling_nodes[c];
+            bend[node] = error.xy().norm();
+            torsion[node] = error.z.abs();
+            whole[node] = self.stiffness.component_mul(error).norm();
+        }
+        // Stations and joints have the error of the node beside them, and their own.
+        for node in 0..=n {
+            let neighbours = [node.checked_sub(1), (node < n).then_some(node + 1)];
+            let is_plain = |node: &usize| *node > 0 && *node < n && mesh.station_frame(*node).is_none();
+            if is_plain(&node) {
+                continue;
+            }
+            for neighbour in neighbours.into_iter().flatten().filter(is_plain) {
+                bend[node] = bend[node].max(bend[neighbour]);
+                torsion[node] = torsion[node].max(torsion[neighbour]);
+                whole[node] = whole[node].max(whole[neighbour]);
+            }
+        }
+        let local = if response.is_none() { LOCAL_SAFETY } else { 1.0 };
+        for j in 0..n {
+            for end in [0, 1] {
+                let node = j + end;
+                let (Some(c), Some(rate)) = (self.couplings(j)[end], self.rate[j]) else { continue };
+                // Moment and curvature of a station are not those of its coupling, but leave an error of the second
+                // order.
+                if mesh.station_frame(node).is_some() {
+                    let l = self.shape.rest_lengths[j];
+                    let next = if end == 0 { Some(j + 1) } else { j.checked_sub(1) };
+                    let next = next.and_then(|next| *self.rate.get(next)?).unwrap_or_default();
+                    let left =
+                        rate * ((self.place[c] - result.s[node]).abs() * l / mesh.length()) + (next - rate) * (l / 8.0);
+                    bend[node] += left.xy().norm();
+                    torsion[node] += left.z.abs();
+                    whole[node] += self.stiffness.component_mul(&left).norm();
+                }
+            }
+        }
+        let mut errors = NodalErrors {
+            curvature: bend.iter().map(|e| e * local).collect(),
+            torsion: torsion.iter().map(|e| e * local).collect(),
+            moment: whole.iter().map(|e| e * local).collect(),
+            force: vec![0.0; n + 1],
+            position: vec![0.0; n + 1],
+        };
+        if let (Some(response), Some(turns)) = (response, turns) {
+            let own = &response.hessian.branches[index];
+            let [cells, edges] = response.parts;
+            let offsets: Vec<Vector> = (0..n).map(|j| self.edge_offset(j)).collect();
+            let none = vec![Vector::zeros(); n];
+            let forces = [self.forces_of(cells, own, &none), self.forces_of(edges, own, &offsets)];
+            for (j, (of_cells, of_edges)) in forces[0].iter().zip(&forces[1]).enumerate() {
+                for node in [j, j + 1] {
+                    errors.force[node] = errors.force[node].max(of_parts(of_cells, of_edges));
+                }
+            }
+            let [cells, edges] = response.parts.each_ref().map(|part| &part.points[self.branch.points.clone()]);
+            for (node, position) in errors.position.iter_mut().enumerate() {
+                let drawn = result.position[node] - self.shape.points[node] - self.shape.compensation[node];
+                *position = of_parts(&cells[node], &(edges[node] + drawn));
+            }
+            // Moments in world axes turn with the frames.
+            for (c, turn) in turns.iter().enumerate().take(self.curvature.len()) {
+                let node = mesh.coupling_nodes[c];
+                let moment = self.stiffness.component_mul(&(self.curvature[c] - self.rest));
+                errors.moment[node] += turn.cross(&moment).norm();
+            }
+        } else {
+            // By bending alone: the turn is the integral of the error of κ, the position that of the turn.
+            let cell = |node: usize| {
+                let side = |j: Option<usize>| j.and_then(|j| self.shape.rest_lengths.get(j)).copied().unwrap_or(0.0);
+                0.5 * (side(node.checked_sub(1)) + side(Some(node)))
+            };
+            let turn: f64 = errors.curvature.iter().enumerate().map(|(node, e)| e * cell(node)).sum();
+            errors.position.fill(turn * mesh.length());
+            let largest = |all: &[Vector]| all.iter().map(Vector::norm).fold(0.0, f64::max);
+            let (moment, error) = (largest(&result.moment), errors.moment.iter().copied().fold(0.0, f64::max));
+            let force = largest(&result.force);
+            errors.force.fill(if moment > 0.0 { force * (error / moment + turn) } else { 0.0 });
+        }
+        errors
+    }
+
+    /// Additional error of the curvature of each node where the mesh is too coarse for the leading term, 1/m: where the
+    /// curvature changes by its own size within a segment, or the angle of a cell is large.
+    fn unresolved(&self) -> Vec<f64> {
+        let mut errors = vec![0.0_f64; self.branch.rod.mesh().nodes()];
+        let lengths = self.shape.rest_lengths;
+        let bends = |j: usize| [0, 1].map(|end| self.at_node(j, end).map(|kappa| kappa.xy().norm()));
+        let bends: Vec<[Option<f64>; 2]> = (0..lengths.len()).map(bends).collect();
+        for (j, [start, end]) in bends.iter().enumerate() {
+            let around = &bends[j.saturating_sub(REACH)..(j + REACH + 1).min(bends.len())];
+            let largest = around.iter().flatten().flatten().copied().fold(f64::MIN_POSITIVE, f64::max);
+            let change = start.zip(*end).map_or(0.0, |(start, end)| (end - start).abs());
+            for (node, kappa) in [(j, start), (j + 1, end)] {
+                let kappa = kappa.unwrap_or(0.0);
+                let coarse = COARSE * change * (change / largest).min(1.0).powi(4);
+                errors[node] = errors[node].max(coarse + kappa * (kappa * lengths[j]).powi(4) / LAW);
+            }
+        }
+        errors
+    }
+}
+
+/// Largest value within [`REACH`] nodes, no less than [`FLOOR`] of the largest, times `factor`.
+fn envelope(errors: &mut Vec<f64>, factor: f64) {
+    let largest = errors.iter().copied().fold(0.0, f64::max);
+    let around = |node: usize| {
+        let window = node.saturating_sub(REACH)..(node + REACH + 1).min(errors.len());
+        errors[window].iter().copied().fold(FLOOR * largest, f64::max) * factor
+    };
+    *errors = (0..errors.len()).map(around).collect();
+}
+
+/// Response of a harness to the defect of its scheme.
+#[derive(Clone, Copy)]
+pub(crate) struct Response<'a> {
+    /// `−H⁻¹ ∂D` with each part of D: that of the couplings, and that of edges and weight.
+    pub parts: [&'a Tangent; 2],
+    /// H.
+    pub hessian: &'a Hessian,
+}
+
+/// ∂D at `state` in the independent variables, for [`Response::parts`]. `results` are those of the branches.
+pub(crate) fn defect(
+    problem: &Problem<'_>,
+    state: &State,
+    results: &[BranchResult],
+    hessian: &Hessian,
+) -> [Tangent; 2] {
+    let mut gradients = [Tangent::zeros(problem.network), Tangent::zeros(problem.network)];
+    for (index, result) in results.iter().enumerate() {
+        let samples = Samples::new(problem, state, index, result);
+        let weight = problem.conditions().gravity * samples.branch.section.linear_density;
+        samples.add_cells(&mut gradients[0]);
+        samples.add_edges(&hessian.branches[index], weight, &mut gradients[1]);
+    }
+    gradients.iter_mut().for_each(|gradient| problem.network.pull_back(state, gradient));
+    gradients
+}
+
+/// Estimated errors of the results of all branches at `state`; without a response the estimate is local.
+pub(crate) fn estimate(
+    problem: &Problem<'_>,
+    state: &State,
+    results: &[BranchResult],
+    response: Option<Response<'_>>,
+) -> Vec<NodalErrors> {
+    let touches = !problem.conditions().contact.records.is_empty();
+    let factor = if touches || problem.has_slides() { SAFETY * CONTACT_SAFETY } else { SAFETY };
+    let estimate = |(index, result): (usize, &BranchResult)| {
+        let samples = Samples::new(problem, state, index, result);
+        let mut errors = samples.errors(index, response, result);
+        if touches {
+            // At a node that touches something the force jumps; with another mesh it touches elsewhere.
+            for (node, pair) in samples.forces.windows(2).enumerate() {
+                errors.force[node + 1] += 0.5 * (pair[1] - pair[0]).norm();
+            }
+        }
+        for (node, unresolved) in samples.unresolved().into_iter().enumerate() {
+            errors.curvature[node] += unresolved;
+            errors.moment[node] += samples.stiffness.xy().max() * unresolved;
+        }
+        let NodalErrors { curvature, torsion, force, moment, position } = &mut errors;
+        for all in [curvature, torsion, force, moment, position] {
+            envelope(all, factor);
+        }
+        errors
+    };
+    results.iter().enumerate().map(estimate).collect()
+}
+
+/// Size of an error of two parts. Where they cancel, what is left is no longer the leading term: no less than
+/// [`CANCELLED`] of their sizes.
+fn of_parts(a: &Vector, b: &Vector) -> f64 {
+    (a + b).norm().max(CANCELLED * (a.norm() + b.norm()))
+}

@@ -1,0 +1,227 @@
+//! The estimate of the discretisation error against meshes that are eight times as fine.
+
+use wireloom_core::equilibrium::StepResult;
+use wireloom_core::status::Status;
+use wireloom_core::{Registry, Vector};
+use wireloom_solve::report::discretisation::NodalErrors;
+use wireloom_solve::steps::checkpoint::Observer;
+use wireloom_solve::{Control, Progress};
+
+/// Segments of the finer mesh for each one of the coarse mesh.
+const FINER: usize = 8;
+
+/// Results and estimates of all increments.
+#[derive(Default)]
+struct Keep(Vec<(StepResult, Vec<NodalErrors>)>, Vec<NodalErrors>);
+
+impl Observer for Keep {
+    fn errors(&mut self, errors: &[NodalErrors]) {
+        self.1 = errors.to_vec();
+    }
+
+    fn increment(&mut self, _: &Progress, end: &StepResult, _: bool) -> Control {
+        self.0.push((end.clone(), std::mem::take(&mut self.1)));
+        Control::Continue
+    }
+}
+
+fn run(text: &str) -> Vec<(StepResult, Vec<NodalErrors>)> {
+    let mut registry = Registry::default();
+    wireloom_models::register(&mut registry);
+    wireloom_shapes::register(&mut registry);
+    wireloom_solve::register(&mut registry);
+    let built = wireloom_scenario::build_with_settings(text, &[], &wireloom_scenario::NoFiles, &registry);
+    let (_, built) = built.unwrap_or_else(|faults| panic!("{faults:?}"));
+    let wireloom_scenario::Built { network, coarse, schedule, mut minimiser, stop, .. } = built;
+    let mut keep = Keep::default();
+    let run =
+        wireloom_solve::carry_out(&network, coarse.as_ref(), minimiser.as_mut(), &stop, &schedule, None, &mut keep);
+    assert_eq!(run.status, Status::Converged, "{:?} {:?}", run.notes, run.events);
+    keep.0
+}
+
+/// True errors and estimates of a quantity at the places that matter.
+#[derive(Default)]
+struct Compared(Vec<[f64; 2]>);
+
+impl Compared {
+    /// Share of the places where the estimate is not below the true error.
+    fn covered(&self) -> f64 {
+        self.0.iter().filter(|[error, estimate]| estimate >= error).count() as f64 / self.0.len() as f64
+    }
+
+    /// Median of estimate over true error, where the error is above a tenth of the largest.
+    fn median(&self) -> f64 {
+        let largest = self.0.iter().map(|[error, _]| *error).fold(0.0, f64::max);
+        let all = self.0.iter().filter(|[error, _]| *error > 0.1 * largest);
+        let mut ratios: Vec<f64> = all.map(|[error, estimate]| estimate / error).collect();
+        ratios.sort_by(f64::total_cmp);
+        ratios[ratios.len() / 2]
+    }
+}
+
+/// Curvature, moment, force and position of a scenario with `{n}` segments where the text says so, of which a number
+/// `n`. What matters: curvatures, moments and forces above a tenth of the largest of their branch, and positions whose
+/// error is above a tenth of the largest.
+fn compare(text: &str, n: usize) -> [Compared; 4] {
+    let at = |n: usize| run(&text.replace("{n}", &n.to_string()));
+    let (coarse, fine) = (at(n), at(FINER * n));
+    let mut compared: [Compared; 4] = Default::default();
+    for ((coarse, errors), (fine, _)) in coarse.iter().zip(&fine) {
+        for ((a, b), errors) in coarse.branches.iter().zip(&fine.branches).zip(errors) {
+            let curvature = |r: f64| 1.0 / r;
+            let bends: Vec<f64> = a.bend_radius.iter().map(|r| curvature(*r)).collect();
+            let sizes = |all: &[Vector]| all.iter().map(Vector::norm).collect::<Vec<f64>>();
+            let sizes = [bends.clone(), sizes(&a.moment), sizes(&a.force)];
+            let largest = sizes.each_ref().map(|all| all.iter().copied().fold(0.0, f64::max));
+            for (i, s) in a.s.iter().enumerate() {
+                // Where a cable slides its nodes move along it.
+                let after = b.s.partition_point(|other| *other < s - 1e-9).clamp(1, b.s.len() - 1);
+                let t = ((s - b.s[after - 1]) / (b.s[after] - b.s[after - 1])).clamp(0.0, 1.0);
+                let of = |all: &[Vector]| all[after - 1] * (1.0 - t) + all[after] * t;
+                let fine_bend = curvature(b.bend_radius[after - 1]) * (1.0 - t) + curvature(b.bend_radius[after]) * t;
+                let true_errors = [
+                    (bends[i] - fine_bend).abs(),
+                    (a.moment[i] - of(&b.moment)).norm(),
+                    (a.force[i] - of(&b.force)).norm(),
+                ];
+                let estimates = [errors.curvature[i], errors.moment[i], errors.force[i]];
+                for k in 0..3 {
+                    if sizes[k][i] > 0.1 * largest[k] && largest[k] > 1e-6 {
+                        compared[k].0.push([true_errors[k], estimates[k]]);
+                    }
+                }
+                compared[3].0.push([(a.position[i] - of(&b.position)).norm(), errors.position[i]]);
+            }
+        }
+    }
+    let largest = compared[3].0.iter().map(|[error, _]| *error).fold(0.0, f64::max);
+    compared[3].0.retain(|[error, _]| *error > 0.1 * largest);
+    compared
+}
+
+const QUANTITIES: [&str; 4] = ["curvature", "moment", "force", "position"];
+
+/// Every quantity of a scenario is covered in 95 % of the places that matter, by no more than `most` times the error in
+/// the median.
+#[track_caller]
+fn covers(text: &str, n: usize, most: f64) {
+    for (what, compared) in QUANTITIES.iter().zip(compare(text, n)) {
+        if compared.0.is_empty() || compared.0.iter().all(|[error, _]| *error < 1e-9) {
+            continue;
+        }
+        let (covered, median) = (compared.covered(), compared.median());
+        println!("{what}: {:.1} % of {}, median {median:.2}", 1e2 * covered, compared.0.len());
+        assert!(covered >= 0.95, "{what}: {covered} of {} places", compared.0.len());
+        assert!(median <= most, "{what}: {median} times the error");
+    }
+}
+
+const SECTION: &str = r#"schema = 1
+name = "estimate"
+
+[sections.cable]
+diameter = "8 mm"
+linear_density = "120 g/m"
+axial_stiffness = 2.0e4
+bending_stiffness = 0.02
+torsion_stiffness = 0.015
+"#;
+
+/// A cable clamped at both ends, bent by a move of one end; `rod` is its kind, `more` further entries.
+fn clamped(rod: &str, more: &str) -> String {
+    format!(
+        r#"{SECTION}
+[[branches]]
+name = "A"
+from = "start"
+to = "end"
+section = "cable"
+length = 1.0
+segments = {{n}}
+rod = "{rod}"
+
+[[constraints]]
+name = "a"
+kind = "connector"
+at = {{ end = "start" }}
+
+[[constraints]]
+name = "b"
+kind = "connector"
+at = {{ end = "end" }}
+
+[initial]
+branch = "A"
+tangent = [1, 0, 0]
+up = [0, 0, 1]
+{more}
+[[steps]]
+name = "bend"
+increments = 4
+[[steps.move]]
+constraint = "b"
+position = [0.6, 0.2, 0.1]
+tangent = [0.6, 0, 0.8]
+"#
+    )
+}
+
+#[test]
+fn clamped_cables_are_covered() {
+    covers(&clamped("cosserat", ""), 40, 10.0);
+    covers(&clamped("kirchhoff", ""), 40, 10.0);
+}
+
+#[test]
+fn the_first_order_error_of_springs_is_covered() {
+    covers(&clamped("mass-spring", ""), 40, 10.0);
+}
+
+#[test]
+fn clips_and_rings_are_covered() {
+    let collar = |slide: bool| {
+        format!(
+            "\n[[constraints]]\nname = \"clip\"\nkind = \"collar\"\nat = {{ branch = \"A\", s = 0.5 }}\nslide = {slide}\n"
+        )
+    };
+    covers(&clamped("cosserat", &collar(false)), 40, 10.0);
+    covers(&clamped("cosserat", &collar(true)), 40, 10.0);
+}
+
+/// Three arms at a joint of this model, each clamped at its end.
+fn joined(model: &str) -> String {
+    let mut text = format!("{SECTION}\n[initial]\nbranch = \"in\"\ntangent = [1, 0, 0]\nup = [0, 0, 1]\n");
+    for (name, from, to) in [("in", "A", "J"), ("left", "J", "B"), ("right", "J", "C")] {
+        text += &format!(
+            "\n[[branches]]\nname = \"{name}\"\nfrom = \"{from}\"\nto = \"{to}\"\nsection = \"cable\"\nlength = 0.5\n\
+             segments = {{n}}\n"
+        );
+    }
+    text += &format!("\n[[joints]]\nname = \"J\"\nmodel = \"{model}\"\narms = [\n");
+    for (name, direction) in [("in", [-1.0, 0.0]), ("left", [0.8, 0.6]), ("right", [0.8, -0.6])] {
+        let [x, y] = direction;
+        text += &format!("  {{ branch = \"{name}\", direction = [{x}, {y}, 0], up = [0, 0, 1] }},\n");
+    }
+    text += "]\n";
+    for end in ["A", "B", "C"] {
+        text +=
+            &format!("\n[[constraints]]\nname = \"plug-{end}\"\nkind = \"connector\"\nat = {{ end = \"{end}\" }}\n");
+    }
+    text + "\n[[steps]]\nname = \"push\"\nincrements = 4\n[[steps.move]]\nconstraint = \"plug-A\"\n\
+            position = [0.2, 0.05, 0.1]\n"
+}
+
+#[test]
+fn joints_are_covered() {
+    covers(&joined("rigid-body"), 20, 10.0);
+    covers(&joined("cosserat"), 20, 10.0);
+}
+
+#[test]
+fn a_cable_that_lies_on_a_floor_is_covered() {
+    let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../../scenarios/contact/cable_on_plane.toml");
+    let text = std::fs::read_to_string(&path).expect("a scenario of the project");
+    let lines = text.lines().map(|line| if line.starts_with("segments = ") { "segments = {n}" } else { line });
+    covers(&lines.collect::<Vec<_>>().join("\n"), 40, 12.0);
+}
