@@ -111,7 +111,6 @@ fn covers(text: &str, n: usize, most: f64) {
             continue;
         }
         let (covered, median) = (compared.covered(), compared.median());
-        println!("{what}: {:.1} % of {}, median {median:.2}", 1e2 * covered, compared.0.len());
         assert!(covered >= 0.95, "{what}: {covered} of {} places", compared.0.len());
         assert!(median <= most, "{what}: {median} times the error");
     }

@@ -10,8 +10,9 @@
 use wireloom_core::equilibrium::StepResult;
 use wireloom_core::{Monitor, Network, Registry, Status};
 use wireloom_scenario::{Built, Division, Fault, Scenario};
+use wireloom_solve::report::discretisation::NodalErrors;
 use wireloom_solve::steps::checkpoint::Observer;
-use wireloom_solve::{Control, NodalErrors, Progress};
+use wireloom_solve::{Control, Progress};
 
 /// Largest number of trial runs.
 const TRIALS: usize = 3;
@@ -50,8 +51,7 @@ pub fn by_accuracy(
         let mut trial = Trial::new(&built.network, accuracy, monitor);
         let Built { network, coarse, schedule, mut minimiser, stop, .. } = built;
         let minimiser = minimiser.as_mut();
-        let run =
-            wireloom_solve::carry_out(&network, coarse.as_ref(), minimiser, &stop, &schedule, None, &mut trial);
+        let run = wireloom_solve::carry_out(&network, coarse.as_ref(), minimiser, &stop, &schedule, None, &mut trial);
         trials += 1;
         let complete = run.status == Status::Converged;
         reached = (complete && trial.worst <= 1.0).then_some(trial.worst * accuracy);

@@ -1,7 +1,7 @@
 //! From the path of a file to a checked scenario.
 
-use crate::interrupt;
 use crate::failure::{Failure, Refusal};
+use crate::interrupt;
 use crate::plugin::load::load as load_plugins;
 use crate::plugin::trust::Trust;
 use crate::program::PROGRAM;
