@@ -79,6 +79,71 @@ fn branches_have_the_lengths_and_paths_of_their_segments() {
     assert!((0.0299..=0.03).contains(&top), "{top}");
 }
 
+/// Default tolerances, and one of its own for the trunk.
+const TOLERANCES: &str = r#"
+  <Default_dimension_specification id="tol-t1">
+    <Dimension_value_range id="tol-v1"><Unit_component>uMM</Unit_component><Minimum>0</Minimum><Maximum>100</Maximum></Dimension_value_range>
+    <Tolerance_type>segment length</Tolerance_type>
+    <Tolerance_indication id="tol-i1">
+      <Lower_limit id="tol-l1"><Unit_component>uMM</Unit_component><Value_component>-2</Value_component></Lower_limit>
+      <Upper_limit id="tol-u1"><Unit_component>uMM</Unit_component><Value_component>3</Value_component></Upper_limit>
+    </Tolerance_indication>
+  </Default_dimension_specification>
+  <Default_dimension_specification id="tol-t2">
+    <Tolerance_indication id="tol-i2">
+      <Lower_limit id="tol-l2"><Unit_component>uMM</Unit_component><Value_component>-5</Value_component></Lower_limit>
+      <Upper_limit id="tol-u2"><Unit_component>uMM</Unit_component><Value_component>5</Value_component></Upper_limit>
+    </Tolerance_indication>
+  </Default_dimension_specification>
+  <Default_dimension_specification id="tol-t3">
+    <Tolerance_type>wire length</Tolerance_type>
+    <Tolerance_indication id="tol-i3">
+      <Upper_limit id="tol-u3"><Unit_component>uMM</Unit_component><Value_component>50</Value_component></Upper_limit>
+    </Tolerance_indication>
+  </Default_dimension_specification>
+  <Dimension_specification id="tol-t4">
+    <Segments>s1</Segments>
+    <Tolerance_indication id="tol-i4">
+      <Upper_limit id="tol-u4"><Unit_component>uMM</Unit_component><Value_component>10</Value_component></Upper_limit>
+    </Tolerance_indication>
+  </Dimension_specification>
+  <Dimension_specification id="tol-t5">
+    <Segments>s1 s2</Segments>
+    <Tolerance_indication id="tol-i5">
+      <Upper_limit id="tol-u5"><Unit_component>uMM</Unit_component><Value_component>1</Value_component></Upper_limit>
+    </Tolerance_indication>
+  </Dimension_specification>
+"#;
+
+/// In comments at first: the scenario runs as before. Without them it is a sweep that is accepted.
+#[test]
+fn tolerances_of_lengths_are_a_sweep_in_comments() {
+    let text = with("  <Harness id=", &format!("{TOLERANCES}  <Harness id="));
+    let found = imported(&text);
+    assert!(checked(&found.scenario).sweep.is_none());
+    let findings: Vec<String> = found.findings.iter().map(ToString::to_string).collect();
+    assert!(
+        findings.iter().any(|finding| finding.contains("not those of one segment") && finding.contains("tol-t5")),
+        "{findings:?}"
+    );
+    let begin = found.scenario.find("# [sweep]").expect("a sweep");
+    let end = found.scenario.find("# End of the sweep.").expect("its end");
+    let (before, rest) = found.scenario.split_at(begin);
+    let on: String = rest[..end - begin].lines().map(|line| format!("{}\n", &line[2..])).collect();
+    let on = format!("{before}{on}{}", &found.scenario[end..]);
+    assert!(checked(&on).sweep.is_some());
+    let on: toml::Table = toml::from_str(&on).unwrap();
+    let varied = on["sweep"]["vary"].as_table().unwrap();
+    let expected = [("trunk", 0.3079, 0.3179), ("left", 0.255, 0.265), ("right", 0.245, 0.255), ("stub", 0.028, 0.033)];
+    assert_eq!(varied.len(), expected.len(), "{varied:?}");
+    for (branch, from, to) in expected {
+        let range = &varied[&format!("branches.{branch}.length")];
+        close(&range["from"], from, 1e-9);
+        close(&range["to"], to, 1e-9);
+    }
+    assert_eq!(on["sweep"]["samples"].as_integer(), Some(200));
+}
+
 #[test]
 fn sections_follow_the_rule() {
     let scenario = checked(&imported(SMALL).scenario);

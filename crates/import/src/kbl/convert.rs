@@ -51,6 +51,7 @@ pub(super) fn convert(document: &Document, options: &Options, findings: &mut Fin
                 ends: segment.ends,
                 section: section_of[index],
                 length: laid[index].length,
+                tolerance: segment.tolerance,
                 linear_density: laid[index].bundle.linear_density,
                 path: if coincide { Vec::new() } else { laid[index].curve.path(options.max_segment) },
                 remark: format!("{}: {}", segment.id, segment.label),

@@ -8,6 +8,7 @@ use std::collections::{BTreeMap, HashMap};
 use wireloom_scenario::Places;
 
 mod parts;
+mod tolerances;
 
 type Xml<'a, 'i> = roxmltree::Node<'a, 'i>;
 
@@ -68,6 +69,8 @@ pub(super) struct Segment {
     pub virtual_length: Option<f64>,
     /// m.
     pub physical_length: Option<f64>,
+    /// Deviations of its length that are allowed, m: the least (mostly negative) and the greatest.
+    pub tolerance: Option<[f64; 2]>,
     /// Area of the cross-section as drawn, m².
     pub area: Option<f64>,
     pub curves: Vec<Polygon>,
@@ -166,6 +169,7 @@ pub(super) fn read(text: &str, findings: &mut Findings) -> Result<Document, Impo
         return Err(ImportError::NoSegments { line: at.row, column: at.col });
     }
     let wires = reader.read_routings(root, &mut segments, &segment_index)?;
+    reader.read_tolerances(root, &mut segments, &segment_index)?;
     reader.note_modules(root);
     reader.note_unused(root, &nodes);
     reader.note_protection_lengths(root, &segments)?;
@@ -450,6 +454,7 @@ impl<'a, 'i> Reader<'a, 'i, '_> {
                 ends,
                 virtual_length: self.value(segment, "Virtual_length", Quantity::Length)?,
                 physical_length: self.value(segment, "Physical_length", Quantity::Length)?,
+                tolerance: None,
                 area,
                 curves: self.read_curves(segment)?,
                 fixings: self.read_fixings(segment)?,

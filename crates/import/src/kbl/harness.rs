@@ -36,6 +36,8 @@ pub(super) struct Branch {
     pub section: usize,
     /// m.
     pub length: f64,
+    /// Deviations of the length that are allowed, m: the least and the greatest.
+    pub tolerance: Option<[f64; 2]>,
     /// kg/m.
     pub linear_density: f64,
     /// Centre line from the first end to the second, m; empty if both ends are drawn at one point.

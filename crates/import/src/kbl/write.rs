@@ -11,6 +11,10 @@ use super::tree::Tree;
 use nalgebra::UnitQuaternion;
 use std::collections::HashSet;
 use std::fmt::Write;
+use wireloom_scenario::adjust;
+
+/// Number of points of the sweep over tolerances: enough for a yield within 3 % (one standard deviation).
+const SAMPLES: usize = 200;
 
 /// A number with `digits` significant digits, in the shortest form TOML reads as a float.
 fn significant(value: f64, digits: usize) -> String {
@@ -128,6 +132,7 @@ pub(super) fn scenario(harness: &Harness, options: &Options, findings: &mut Find
             "max_iterations = {MAX_ITERATIONS} # for loose ends that fall far and parts that snap through"
         );
     }
+    write_tolerances(&mut out, harness);
     if !findings.list.is_empty() {
         let _ = writeln!(out, "\n# Irregularities of the KBL file, and their treatment:");
         for finding in &findings.list {
@@ -135,6 +140,25 @@ pub(super) fn scenario(harness: &Harness, options: &Options, findings: &mut Find
         }
     }
     out
+}
+
+/// The tolerances of lengths as a sweep in comments.
+fn write_tolerances(out: &mut String, harness: &Harness) {
+    let mut varied = String::new();
+    for branch in &harness.branches {
+        let Some([least, greatest]) = branch.tolerance.filter(|[least, greatest]| least < greatest) else { continue };
+        let key = quoted(&format!("branches.{}.length", adjust::quoted(&branch.name)));
+        let [from, to] = [least, greatest].map(|deviation| significant(branch.length + deviation, 9));
+        let _ = writeln!(varied, "# {key} = {{ from = {from}, to = {to} }}");
+    }
+    if !varied.is_empty() {
+        let _ = writeln!(
+            out,
+            "\n# Tolerances of lengths in the KBL file, as a sweep. To switch it on, remove `# ` from the lines below.\n\
+             # [sweep]\n# method = \"latin-hypercube\"\n# samples = {SAMPLES}\n# [sweep.vary]\n{varied}\
+             # End of the sweep."
+        );
+    }
 }
 
 fn write_types(out: &mut String, types: &Types) {

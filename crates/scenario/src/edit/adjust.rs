@@ -156,8 +156,8 @@ impl Place {
     }
 }
 
-/// A name as a part of the path to a key.
-fn quoted(name: &str) -> String {
+/// A name as a part of the path to a key: in quotes where it would be misread.
+pub fn quoted(name: &str) -> String {
     let quote = if name.contains('"') { '\'' } else { '"' };
     let plain = !name.is_empty() && name.trim() == name && name != "*" && !name.contains(['.', '"', '\'']);
     if plain { name.to_owned() } else { format!("{quote}{name}{quote}") }

@@ -197,12 +197,17 @@ pub(super) fn nearest_pair(a: Piece<'_>, b: Piece<'_>, apart: &impl Fn(usize, us
         return;
     }
     if a.2.len() <= FEW && b.2.len() <= FEW {
+        let ends = |line: &Line, k: usize| [line.x[k], line.x[k + 1]];
+        let s = |line: &Line, k: usize, fraction: f64| line.s[k] + (line.s[k + 1] - line.s[k]) * fraction;
         for i in a.2.clone() {
-            for j in b.2.clone().filter(|j| apart(i, *j)) {
-                let ends = |line: &Line, k: usize| [line.x[k], line.x[k + 1]];
-                let (distance, fractions, at) = nearest_of_segments(ends(a.0, i), ends(b.0, j));
+            let first = ends(a.0, i);
+            for j in b.2.clone() {
+                let second = ends(b.0, j);
+                if are_far(&first, &second, best.distance) || !apart(i, j) {
+                    continue;
+                }
+                let (distance, fractions, at) = nearest_of_segments(first, second);
                 if distance < best.distance {
-                    let s = |line: &Line, k: usize, fraction: f64| line.s[k] + (line.s[k + 1] - line.s[k]) * fraction;
                     *best = Pair { distance, s: [s(a.0, i, fractions[0]), s(b.0, j, fractions[1])], at };
                 }
             }
@@ -239,6 +244,11 @@ pub(super) fn nearest_within(a: Piece<'_>, apart: &impl Fn(usize, usize) -> bool
     nearest_within(first.clone(), apart, best);
     nearest_within(second.clone(), apart, best);
     nearest_pair(first, second, apart, best);
+}
+
+/// Whether two segments are at least this far (m) from each other along one of the axes.
+fn are_far([a, b]: &[Vector; 2], [c, d]: &[Vector; 2], distance: f64) -> bool {
+    (0..3).any(|k| (a[k].min(b[k]) - c[k].max(d[k])).max(c[k].min(d[k]) - a[k].max(b[k])) >= distance)
 }
 
 /// The halves of a piece.

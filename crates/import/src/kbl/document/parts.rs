@@ -7,7 +7,7 @@ use super::{
 use std::collections::{BTreeMap, BTreeSet};
 
 /// Children of `KBL_container` and `Harness` that are read.
-const READ: [&str; 23] = [
+const READ: [&str; 25] = [
     "Assembly_part",
     "Assembly_part_occurrence",
     "Cartesian_point",
@@ -16,6 +16,8 @@ const READ: [&str; 23] = [
     "Connection",
     "Connector_housing",
     "Connector_occurrence",
+    "Default_dimension_specification",
+    "Dimension_specification",
     "Fixing",
     "Fixing_occurrence",
     "General_terminal",
