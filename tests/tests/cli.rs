@@ -43,7 +43,7 @@ fn main() -> ExitCode {
     let reason = if signals { "" } else { " (ignored: no signals on this system)" };
     let name = format!("an interrupted run keeps its increments{reason}");
     trials.push(Trial::test(name, interrupted).with_ignored_flag(!signals));
-    trials.extend(["generator", "main_harness"].map(real_harness));
+    trials.extend(["generator", "batterie_plus", "main_harness"].map(real_harness));
     libtest_mimic::run(&arguments, trials).exit_code()
 }
 
@@ -512,7 +512,17 @@ fn real_harness(name: &'static str) -> Trial {
         place.run(&["import", "kbl", kbl.to_str().ok_or("a path of UTF-8")?, "-o", "s.toml"])?.expect(0)?;
         place.run(&["check", "s.toml"])?.expect(0)?;
         place.run(&["run", "s.toml", "--out", "o"])?.expect(0)?;
-        ensure(place.files("o")? == ["picture.svg", "result.json"], place.files("o"))
+        ensure(place.files("o")? == ["picture.svg", "result.json"], place.files("o"))?;
+        // Once a segment of one of them seemed to keep its bend radius on a coarse mesh, and on a finer one it did not.
+        place.run(&["run", "s.toml", "--set", "mesh.accuracy=\"0.5 %\"", "--out", "finer"])?.expect(0)?;
+        let verdicts = |folder: &str| -> Result<Vec<String>, Failed> {
+            let result = place.json(&format!("{folder}/result.json"))?;
+            let lines = result["requirements"].as_array().ok_or("no requirements")?;
+            Ok(lines.iter().map(|line| format!("{} {}: {}", line["name"], line["quantity"], line["verdict"])).collect())
+        };
+        let (coarse, fine) = (verdicts("o")?, verdicts("finer")?);
+        let changed: Vec<_> = coarse.iter().zip(&fine).filter(|(coarse, fine)| coarse != fine).collect();
+        ensure(coarse.len() == fine.len() && changed.is_empty(), format!("{changed:?}"))
     };
     Trial::test(format!("a real harness: {name}{reason}"), check).with_ignored_flag(absent)
 }

@@ -396,9 +396,12 @@ pub struct KblArguments {
     /// Number of the random order [default: 0]
     #[arg(long, value_name = "N", requires = "order")]
     pub seed: Option<u64>,
-    /// Longest segment of a branch, in metres or with a unit
-    #[arg(long, value_name = "LENGTH", default_value = "10 mm", value_parser = values::length)]
-    pub spacing: f64,
+    /// Largest discretisation error of bend radii, by which the mesh is made when the scenario runs [default: 2 %]
+    #[arg(long, value_name = "RATIO", value_parser = values::ratio, conflicts_with = "spacing")]
+    pub accuracy: Option<f64>,
+    /// Longest segment of a branch, in metres or with a unit, instead of an accuracy
+    #[arg(long, value_name = "LENGTH", value_parser = values::length)]
+    pub spacing: Option<f64>,
     /// Name of the scenario [default: the harness's name in the file]
     #[arg(long)]
     pub name: Option<String>,

@@ -23,6 +23,17 @@ pub fn length(text: &str) -> Result<f64, String> {
     }
 }
 
+/// A ratio from `2 %` or `0.02`; between 0 and 1.
+pub fn ratio(text: &str) -> Result<f64, String> {
+    let number = text.trim();
+    let (number, divisor) = number.strip_suffix('%').map_or((number, 1.0), |number| (number.trim(), 100.0));
+    match number.parse::<f64>() {
+        Ok(value) if value > 0.0 && value < divisor => Ok(value / divisor),
+        Ok(value) => Err(format!("{value} is not between 0 and {divisor}")),
+        Err(_) => Err(format!("`{text}` is not a ratio like `2 %`")),
+    }
+}
+
 /// A setting from KEY=VALUE.
 pub fn setting(set: &str) -> Result<Setting, Failure> {
     let Some((key, value)) = set.split_once('=') else {
@@ -33,7 +44,17 @@ pub fn setting(set: &str) -> Result<Setting, Failure> {
 
 #[cfg(test)]
 mod tests {
-    use super::length;
+    use super::{length, ratio};
+
+    #[test]
+    fn ratios_are_numbers_or_percent() {
+        for text in ["2 %", "2%", "0.02", " 2e-2 "] {
+            assert_eq!(ratio(text), Ok(0.02), "{text}");
+        }
+        for text in ["", "%", "0", "-1 %", "100 %", "2", "nan", "2 mm"] {
+            assert!(ratio(text).is_err(), "{text}");
+        }
+    }
 
     #[test]
     fn lengths_have_units() {

@@ -25,6 +25,9 @@ fn order(arguments: &KblArguments, arrangement: Arrangement) -> Result<Order, Fa
     }
 }
 
+/// Accuracy of a mesh whose user asks for none.
+const ACCURACY: f64 = 0.02;
+
 /// Imports KBL to a scenario, which is then checked as by `wireloom check`.
 pub fn kbl(arguments: &KblArguments, out: &mut dyn Write) -> Result<Outcome, Failure> {
     let bar = Bar::new(format!("importing {}", arguments.file.display()), true);
@@ -35,7 +38,8 @@ pub fn kbl(arguments: &KblArguments, out: &mut dyn Write) -> Result<Outcome, Fai
         KblArrangement::Assembly => Arrangement::Assembly,
     };
     let options = Options {
-        max_segment: arguments.spacing,
+        max_segment: arguments.spacing.unwrap_or(Options::default().max_segment),
+        accuracy: arguments.spacing.is_none().then(|| arguments.accuracy.unwrap_or(ACCURACY)),
         arrangement,
         order: order(arguments, arrangement)?,
         name: arguments.name.clone(),

@@ -7,6 +7,8 @@ use super::findings::Finding;
 pub struct Options {
     /// Longest segment of the mesh and longest distance between the points of a `path`, m; above zero.
     pub max_segment: f64,
+    /// Accuracy of the mesh, as in `[mesh]` of a scenario; `None`: segments of [`Self::max_segment`].
+    pub accuracy: Option<f64>,
     /// The initial and the final arrangement of the scenario.
     pub arrangement: Arrangement,
     /// Order of installation of [`Arrangement::Assembly`].
@@ -17,7 +19,8 @@ pub struct Options {
 
 impl Default for Options {
     fn default() -> Self {
-        Self { max_segment: 0.010, arrangement: Arrangement::Installed, order: Order::Outward, name: None }
+        let (arrangement, order) = (Arrangement::Installed, Order::Outward);
+        Self { max_segment: 0.010, accuracy: None, arrangement, order, name: None }
     }
 }
 

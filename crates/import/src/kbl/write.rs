@@ -77,13 +77,18 @@ pub(super) fn scenario(harness: &Harness, options: &Options, findings: &mut Find
     for section in &harness.sections {
         write_section(&mut out, section, &harness.types);
     }
+    if let Some(accuracy) = options.accuracy {
+        let _ = writeln!(out, "\n[mesh]\naccuracy = \"{} %\"", significant(accuracy * 1e2, 9));
+    }
     for branch in &harness.branches {
         let _ = writeln!(out, "\n[[branches]] # {}", comment(&branch.remark));
         let _ = writeln!(out, "name = {}", quoted(&branch.name));
         let _ = writeln!(out, "from = {}\nto = {}", quoted(name_of(branch.ends[0])), quoted(name_of(branch.ends[1])));
         let _ = writeln!(out, "section = {}", quoted(&harness.sections[branch.section].name));
         let _ = writeln!(out, "length = {}", significant(branch.length, 9));
-        let _ = writeln!(out, "max_segment = \"{} mm\"", significant(options.max_segment * 1e3, 9));
+        if options.accuracy.is_none() {
+            let _ = writeln!(out, "max_segment = \"{} mm\"", significant(options.max_segment * 1e3, 9));
+        }
         match &board {
             Some(board) => {
                 let [a, b] = branch.ends.map(|end| vector(&board.points[end]));
