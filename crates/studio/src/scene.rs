@@ -6,6 +6,7 @@ use wireloom::geometry::Vector;
 use wireloom::harness;
 use wireloom::harness::{Network, Obstacle as Body, Place};
 use wireloom::parts::{Action, RotationHold};
+use wireloom::result::{Measure, Part, Requirement};
 
 /// Half-size at which unbounded obstacles are drawn, m.
 pub(crate) const DRAWN: f64 = 10.0;
@@ -18,7 +19,7 @@ pub fn of(name: &str, program: &str, gravity: Vector, network: &Network) -> Scen
         run: 0,
         live: false,
         gravity: gravity.into(),
-        branches: network.branches.iter().map(branch).collect(),
+        branches: (0..network.branches.len()).map(|b| branch(network, b)).collect(),
         joints: network.joints.iter().map(joint).collect(),
         constraints: network.constraints.iter().map(|own| constraint(network, own)).collect(),
         obstacles: network.obstacles.iter().map(obstacle).collect(),
@@ -28,15 +29,25 @@ pub fn of(name: &str, program: &str, gravity: Vector, network: &Network) -> Scen
     }
 }
 
-fn branch(branch: &harness::Branch) -> Branch {
+fn branch(network: &Network, index: usize) -> Branch {
+    let branch = &network.branches[index];
     let mesh = branch.rod.mesh();
     Branch {
         name: branch.name.clone(),
         diameter: branch.section.diameter,
-        bend_radius_limit: branch.section.min_bend_radius,
+        bend_radius_limit: bend_radius_limit(network, index),
         nodes: number(mesh.nodes()),
         length: mesh.length(),
     }
+}
+
+/// The largest bend radius that is always required of a whole branch, m.
+fn bend_radius_limit(network: &Network, branch: usize) -> Option<f64> {
+    let always = |own: &&Requirement| {
+        own.measure == Measure::BendRadius && own.steps.is_none() && own.of.contains(&Part::whole(branch))
+    };
+    let limits = network.requirements.iter().filter(always).filter_map(|own| own.min);
+    limits.chain(network.branches[branch].section.min_bend_radius).reduce(f64::max)
 }
 
 fn joint(joint: &harness::Joint) -> Joint {

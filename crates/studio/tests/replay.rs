@@ -2,6 +2,7 @@
 
 use base64::Engine as _;
 use std::io::Read;
+use wireloom::result::Verdict;
 use wireloom::{Control, Run, Status};
 use wireloom_studio::frame::decode;
 use wireloom_studio::protocol::{Scene, Timeline};
@@ -117,6 +118,37 @@ fn every_increment_is_a_frame_and_ends_are_those_of_the_run() {
     let at = tight.position.expect("it happened somewhere");
     let worst = run.events.iter().find(|event| event.kind.word() == "bend-radius").expect("the same");
     assert!((tight.frame, worst.first.increment) == (0, 1) && (0.0..0.8).contains(&at[0]), "{tight:?}");
+}
+
+#[test]
+fn the_sheet_of_a_run_leads_to_frames_and_is_no_solver_status() {
+    let (replay, run) = recorded();
+    let sheet = replay.sheet();
+    assert_eq!((sheet.verdict.as_str(), sheet.status.as_str()), ("fail", "converged"));
+    assert_eq!((sheet.verdict.as_str(), sheet.done, sheet.steps), (run.verdict().word(), 2, 2));
+    assert_eq!(sheet.lines.len(), run.requirements.len());
+    let first = &sheet.lines[0];
+    assert_eq!((first.measure.as_str(), first.verdict.as_str(), first.bound.as_str()), ("bend_radius", "fail", "min"));
+    let worst = run.requirements.iter().find(|line| line.verdict == Verdict::Fail).expect("it bends too tightly");
+    assert_eq!((first.worst, first.limit, first.margin), (worst.worst, 0.5, worst.margin()));
+    // The worst of the run is the worst violation of its frame.
+    let frame = first.frame.expect("a frame") as usize;
+    let (header, _) = decode(&replay.frames()[frame]).expect("a frame");
+    assert_eq!((Some(&header.step), Some(header.increment)), (first.step.as_ref(), first.increment));
+    let here = header.violations.iter().find(|own| own.name == first.name).expect("it is violated there");
+    assert_eq!((Some(here.value), &here.place), (first.worst, &first.place));
+}
+
+/// Only sheets were kept once, and a frame did not say what is wrong in it.
+#[test]
+fn every_frame_says_what_is_violated_in_it_from_the_first_one_on() {
+    let (replay, _) = recorded();
+    for bytes in replay.frames() {
+        let (header, nodes) = decode(bytes).expect("a frame");
+        let tightest = nodes.iter().map(|node| 1.0 / node[7]).fold(f32::INFINITY, f32::min);
+        let violation = header.violations.iter().find(|own| own.measure == "bend_radius").expect("bent too tightly");
+        assert!((violation.value as f32 / tightest - 1.0).abs() < 1e-6, "{violation:?} {tightest}");
+    }
 }
 
 #[test]

@@ -2,9 +2,11 @@
 
 use crate::samples::{among_obstacles, broken, run, step, v, y_harness};
 use serde_json::Value;
+use wireloom_core::equilibrium::Violation;
 use wireloom_core::equilibrium::{
     OperationResult, PartFamily, PartFault, Run, SlideMotion, SlideResult, SpanResult, StationResult, TightestBend,
 };
+use wireloom_core::requirement::{Bound, Measure, Severity};
 use wireloom_core::rotation::columns;
 use wireloom_core::{EventPlace, Parameters, Stop};
 use wireloom_export::json::{Provenance, options};
@@ -84,6 +86,17 @@ fn what_is_written_is_read_back() {
         },
         OperationResult::Clip { constraint: "clip-1".into(), place: None, reach: 0.002 },
     ];
+    let place =
+        EventPlace { other_branch: Some("left".into()), other_s: Some(0.2), ..EventPlace::branch("trunk", 0.1) };
+    rich.violations = vec![Violation {
+        name: "bend".into(),
+        measure: Measure::BendRadius,
+        severity: Severity::Should,
+        value: 0.1 / 3.0,
+        limit: 0.05,
+        bound: Bound::Min,
+        place,
+    }];
     let mut failed = run("broken", vec![rich, broken()]);
     failed.status = wireloom_core::Status::Failed;
     failed.fault = Some(PartFault {
@@ -98,6 +111,7 @@ fn what_is_written_is_read_back() {
         let written = parsed(&run);
         let again = wireloom_export::json::read_run(written.to_string().as_bytes()).expect("a result");
         assert!(same(&written, &parsed(&again), ""), "{}", run.scenario);
+        assert_eq!(again.steps[0].violations, run.steps[0].violations);
         assert_eq!((&again.events, again.status), (&run.events, run.status));
     }
 }

@@ -1,9 +1,10 @@
 //! Event log of a run.
 
 use super::sheet::{Found, Here, Sheet};
+use super::violations::violations;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
-use wireloom_core::equilibrium::{Clearance, Run};
+use wireloom_core::equilibrium::{Clearance, Run, Violation};
 use wireloom_core::requirement::Requirement;
 use wireloom_core::{Event, EventKind, EventPlace, Moment, Network};
 
@@ -33,6 +34,8 @@ pub struct EventLog {
     pub(super) clearances: Vec<Clearance>,
     /// Worst values of the requirements so far.
     pub(crate) sheet: Sheet,
+    /// Requirements that are not kept at the end of the present increment.
+    violations: Vec<Violation>,
     /// By kind and part of the harness: the last event of that kind there, and the increment of its last occurrence.
     latest: BTreeMap<(EventKind, String), (usize, usize)>,
 }
@@ -52,10 +55,19 @@ impl EventLog {
     pub fn begin(&mut self, now: Moment) {
         self.count += 1;
         self.now = now;
+        self.violations.clear();
+    }
+
+    /// Requirements that are not kept at the end of the present increment.
+    pub(crate) fn violations(&self) -> &[Violation] {
+        &self.violations
     }
 
     /// Adds to the sheet what was found for each requirement; see [`Sheet::add`].
     pub(crate) fn check(&mut self, requirements: &[Requirement], found: Vec<Vec<Found>>, here: Here) {
+        if here != Here::OnTheWay {
+            self.violations = violations(requirements, &found);
+        }
         self.sheet.add(requirements, found, &self.now, here);
     }
 

@@ -58,15 +58,16 @@ impl Driver<'_, '_> {
         plan
     }
 
-    /// Runs an increment (of this number, in the step of this number) from one fraction of the step's plan to another,
-    /// and logs the events at its end; with `all`, all clearances are kept, not only the required ones.
+    /// Runs an increment (of this number, in the step of this number; whether the step ends with it) from one fraction
+    /// of the step's plan to another, and logs the events at its end; with `all`, all clearances are kept, not only the
+    /// required ones.
     ///
     /// # Errors
     /// The status, if a part cannot continue or a stop was requested.
     pub(crate) fn run_increment(
         &mut self,
         (step, plan): (&Step, &Plan),
-        (step_index, increment): (usize, usize),
+        (step_index, increment, ends_step): (usize, usize, bool),
         [a, b]: [f64; 2],
         all: bool,
         seconds: impl FnOnce() -> f64,
@@ -89,9 +90,9 @@ impl Driver<'_, '_> {
         }
         let mut end = self.step_result(step, increment, status, seconds());
         let cables = Cables::new(self.problem.network, &end.branches);
-        let violations = self.check_at_end(&end, &cables);
+        self.check_at_end(&end, &cables, ends_step);
         events::log_increment(&mut self.log, &mut self.problem, &self.state, &end, &cables, (&self.stop, all));
-        end.violations = violations;
+        end.violations = self.log.violations().to_vec();
         Ok(end)
     }
 

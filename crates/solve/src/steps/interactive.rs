@@ -1,6 +1,7 @@
 //! Interactive driver: advances a harness by one increment at a time, from any checkpoint. The results are those of
 //! [`crate::carry_out`] with the same steps, to the bit.
 
+use crate::report::clearance::Cables;
 use crate::steps::certificate::Certifier;
 use crate::steps::checkpoint::Checkpoint;
 use crate::steps::driver::{Driver, is_balanced, unbalanced_start_note};
@@ -179,7 +180,8 @@ impl InteractiveDriver {
         let fraction = |k: usize| k as f64 / step.increments as f64;
         let fractions = if open { [0.0, 1.0] } else { [fraction(increment - 1), fraction(increment)] };
         let seconds = || spent + clock.elapsed().as_secs_f64();
-        let end = driver.run_increment((step, &plan), (index, increment), fractions, clearances, seconds);
+        let last = !open && increment == step.increments;
+        let end = driver.run_increment((step, &plan), (index, increment, last), fractions, clearances, seconds);
         if let Ok(end) = &end
             && is_balanced(end.status)
         {
@@ -187,7 +189,6 @@ impl InteractiveDriver {
             driver.fault = driver.problem.fault(false);
         }
         let fault = driver.part_fault(step, increment);
-        let last = !open && increment == step.increments;
         let plan = (!open && !last).then_some(&plan);
         let checkpoint =
             Checkpoint { notes, ..driver.snapshot((index, increment), plan, spent + clock.elapsed().as_secs_f64()) };
@@ -203,6 +204,28 @@ impl InteractiveDriver {
             }
             (None, Err(_)) => Err(Interruption::Stopped),
         }
+    }
+
+    /// Ends an open step at its newest increment: what holds at the end of a step is checked there. Returns the
+    /// checkpoint at the beginning of the next step, and the sheet so far.
+    pub fn end_step(
+        &mut self,
+        network: &Network,
+        from: Checkpoint,
+        end: &mut StepResult,
+    ) -> (Checkpoint, Vec<RequirementResult>) {
+        let mut driver = self.driver(network, from.clone());
+        driver.began.copy_from(&driver.state);
+        // For the errors of the results, which are not part of them.
+        driver.certify(end.status);
+        let step = Step { name: end.name.clone(), increments: end.increments, ..Step::default() };
+        driver.step_result(&step, end.increment, end.status, 0.0);
+        driver.check_at_end(end, &Cables::new(network, &end.branches), true);
+        end.violations = driver.log.violations().to_vec();
+        let requirements = driver.log.sheet.lines(network, end.status);
+        let (log, certifier) = (driver.log, driver.certifier);
+        self.certifier = Some((network.id, certifier));
+        (Checkpoint { log, ..from }.with_step_ended(), requirements)
     }
 
     /// The checkpoint with the harness in equilibrium, to a smaller tolerance than usual; `None` if no equilibrium was

@@ -76,8 +76,8 @@ pub fn carry_out(
             let fraction = |k: usize| k as f64 / step.increments as f64;
             let fractions = [fraction(increment - 1), fraction(increment)];
             let seconds = || spent + clock.elapsed().as_secs_f64();
-            let result =
-                driver.run_increment((step, &plan), (index, increment), fractions, schedule.clearances, seconds);
+            let place = (index, increment, increment == step.increments);
+            let result = driver.run_increment((step, &plan), place, fractions, schedule.clearances, seconds);
             let end = match result {
                 Ok(end) => end,
                 Err(status) => {

@@ -5,11 +5,10 @@ use crate::report::clearance::Cables;
 use crate::report::requirements::Equilibrium;
 use crate::report::result;
 use crate::report::sheet::Here;
-use crate::report::violations::violations;
 use crate::steps::stability::{Inspection, Stability};
 use wireloom_core::Moment;
 use wireloom_core::equilibrium::{
-    BranchResult, ConstraintResult, MinimiserResult, OperationResult, RequirementResult, StepResult, Violation,
+    BranchResult, ConstraintResult, MinimiserResult, OperationResult, RequirementResult, StepResult,
 };
 use wireloom_core::status::Status;
 use wireloom_core::steps::Step;
@@ -42,7 +41,7 @@ impl Driver<'_, '_> {
             energy: problem.energy(state),
             min_bend_radius: result::tightest_bend(&branches),
             branches,
-            violations: Vec::new(),
+            violations: self.log.violations().to_vec(),
             stable,
             minimiser: MinimiserResult {
                 kind: self.minimiser.name().to_owned(),
@@ -72,14 +71,14 @@ impl Driver<'_, '_> {
         branches
     }
 
-    /// Checks the requirements at the end of an increment, if that is an equilibrium.
-    pub(super) fn check_at_end(&mut self, end: &StepResult, cables: &Cables<'_>) -> Vec<Violation> {
-        if !is_balanced(end.status) {
-            return Vec::new();
+    /// Checks the requirements at the end of an increment, if that is an equilibrium; `ends_step`: whether it ends its
+    /// step.
+    pub(super) fn check_at_end(&mut self, end: &StepResult, cables: &Cables<'_>, ends_step: bool) {
+        if is_balanced(end.status) {
+            let results = (&end.branches[..], &end.constraints[..], cables);
+            let here = if end.stable == Some(false) { Here::UnstableEnd } else { Here::End };
+            self.check(results, &end.operations, here, ends_step);
         }
-        let results = (&end.branches[..], &end.constraints[..], cables);
-        let here = if end.stable == Some(false) { Here::UnstableEnd } else { Here::End };
-        self.check(results, &end.operations, here, end.increment == end.increments)
     }
 
     /// Checks the requirements at the initial equilibrium, and returns a sheet of it alone.
@@ -87,9 +86,9 @@ impl Driver<'_, '_> {
         let log = std::mem::take(&mut self.log);
         self.log.begin(Moment { step: end.name.clone(), step_index: 0, increment: 0 });
         self.began.copy_from(&self.state);
-        let violations = self.check_at_end(end, &Cables::new(self.problem.network, &end.branches));
-        end.violations = violations;
+        self.check_at_end(end, &Cables::new(self.problem.network, &end.branches), false);
         let start = std::mem::replace(&mut self.log, log);
+        end.violations = start.violations().to_vec();
         start.sheet.lines(self.problem.network, end.status)
     }
 
@@ -104,22 +103,19 @@ impl Driver<'_, '_> {
         }
     }
 
-    /// Checks the requirements with these results, and returns those that are not kept; `ends_step`: whether the step
-    /// ends here.
+    /// Checks the requirements with these results; `ends_step`: whether the step ends here.
     fn check(
         &mut self,
         (branches, constraints, cables): (&[BranchResult], &[ConstraintResult], &Cables<'_>),
         operations: &[OperationResult],
         here: Here,
         ends_step: bool,
-    ) -> Vec<Violation> {
+    ) {
         let requirements = &self.problem.network.requirements;
         let step = ((!self.starting).then(|| self.log.now().step_index), ends_step);
         let results = (branches, constraints, operations, cables);
         let equilibrium = Equilibrium::new(&mut self.problem, &self.state, &self.began, results, &self.errors, step);
-        let found: Vec<_> = requirements.iter().map(|requirement| equilibrium.values(requirement)).collect();
-        let violations = violations(requirements, &found);
+        let found = requirements.iter().map(|requirement| equilibrium.values(requirement)).collect();
         self.log.check(requirements, found, here);
-        violations
     }
 }

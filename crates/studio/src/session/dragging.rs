@@ -6,6 +6,7 @@ use super::harness::is_balanced;
 use super::refusal::{Refusal, no_start};
 use super::snapshot::StepFrames;
 use std::rc::Rc;
+use std::sync::Arc;
 use wireloom::geometry::Vector;
 use wireloom::harness::{Move, Operation, Step, Track};
 use wireloom::scenario::record::{Turned, rotation};
@@ -190,9 +191,13 @@ impl Session {
             self.now.pop();
             self.frames_changed(self.now.frames());
         }
-        self.now.at = self.now.at.take().map(|at| Rc::new(Rc::unwrap_or_clone(at).with_step_ended()));
+        if let Some((at, last)) = self.now.at.take().zip(self.now.last.take()) {
+            let mut end = Arc::unwrap_or_clone(last);
+            let (at, sheet) = self.now.harness.end_step(Rc::unwrap_or_clone(at), &mut end);
+            (self.now.at, self.now.last, self.now.sheet) = (Some(Rc::new(at)), Some(Arc::new(end)), sheet.into());
+        }
         self.now.by_hand.push(Rc::new(written));
-        self.show_clearance();
+        self.show_end();
         self.now.end();
         self.shown.clone_from(&self.now.at);
         self.shown_sheet = self.now.shown_sheet();

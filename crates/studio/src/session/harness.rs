@@ -5,6 +5,7 @@ use std::cell::RefCell;
 use wireloom::geometry::Pose;
 use wireloom::harness::{AttachedConstraint, Network, Schedule, Step};
 use wireloom::parts::Action;
+use wireloom::result::RequirementResult;
 use wireloom::scenario::{Built, Fault, Files, Scenario};
 use wireloom::session::{Checkpoint, Ended, InteractiveDriver, Interruption, Monitor, Transferred, transfer};
 use wireloom::{Registry, Status, StepResult};
@@ -72,6 +73,11 @@ impl Harness {
     /// If no result is obtained.
     pub fn advance_drag(&self, step: &Step, from: &Checkpoint) -> Result<Ended, Interruption> {
         self.solver.borrow_mut().advance_open(&self.network, step, from)
+    }
+
+    /// Ends a step without a planned end at its newest increment.
+    pub fn end_step(&self, from: Checkpoint, end: &mut StepResult) -> (Checkpoint, Vec<RequirementResult>) {
+        self.solver.borrow_mut().end_step(&self.network, from, end)
     }
 
     /// Transfers a checkpoint of another harness to this one, in equilibrium. `None` if the transfer needs the history.

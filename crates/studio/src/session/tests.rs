@@ -99,16 +99,21 @@ at = { branch = "trunk", s = 0.2 }
 const ALIKE: f64 = 7e-7;
 
 pub(super) fn session(text: &str) -> Session {
-    let opened = SessionInput {
+    let mut session = opened(text);
+    work(&mut session);
+    session
+}
+
+/// A session that has computed nothing.
+fn opened(text: &str) -> Session {
+    let input = SessionInput {
         text: text.to_owned(),
         name: "y.toml".into(),
         files: Box::new(NoFiles),
         registry: wireloom::registry(),
         unsaved: false,
     };
-    let mut session = Session::open(opened, Monitor::default()).unwrap_or_else(|faults| panic!("{faults:?}"));
-    work(&mut session);
-    session
+    Session::open(input, Monitor::default()).unwrap_or_else(|faults| panic!("{faults:?}"))
 }
 
 fn work(session: &mut Session) {
@@ -231,6 +236,96 @@ fn a_drag_is_reproduced_by_run_bit_for_bit() {
     assert_eq!(session.now.frames(), 1 + ends.len());
     assert_eq!(bits(&last(&session)), bits(&ends[ends.len() - 1]), "{text}");
     assert!(!session.unsaved());
+}
+
+/// Limits that the end of the drag exceeds at rest, and that are nearly reached while it moves.
+const LIMITS: &str = r#"
+[[requirements]]
+name = "bends at rest"
+quantity = "bend_radius"
+of = { branches = "*" }
+motion = "rest"
+min = "200 mm"
+
+[[requirements]]
+name = "bends while it moves"
+quantity = "bend_radius"
+of = { branches = "*" }
+motion = "moving"
+min = "1 mm"
+
+[[requirements]]
+name = "pull"
+quantity = "force"
+of = { constraint = "plug-B" }
+max = "1 kN"
+severity = "should"
+"#;
+
+fn run_of(text: &str) -> wireloom::Run {
+    let (_, built) = wireloom::load(text, &wireloom::registry()).unwrap_or_else(|faults| panic!("{text}\n{faults:?}"));
+    wireloom::run(built, &mut |_, _| Control::Continue)
+}
+
+/// The first increment of a drag counted as the end of its step, and the last one did not.
+#[test]
+fn the_sheet_of_a_session_is_that_of_run() {
+    let mut session = session(&format!("{Y}{STEPS}{LIMITS}"));
+    let path = [[0.54, 0.2, 0.06], [0.52, 0.19, 0.07], [0.5, 0.19, 0.08]];
+    drag(&mut session, "plug-B", &path);
+    let text = text(&mut session);
+    let (own, run) = (session.record().requirements, run_of(&text).requirements);
+    assert_eq!(own.len(), run.len());
+    for (own, run) in own.iter().zip(&run) {
+        let at = |line: &RequirementResult| line.moment.as_ref().map(|moment| (moment.step.clone(), moment.increment));
+        assert_eq!((&own.name, own.verdict, at(own)), (&run.name, run.verdict, at(run)), "{own:?}\n{run:?}");
+        let difference = own.worst.zip(run.worst).map_or(0.0, |(own, run)| (own / run - 1.0).abs());
+        assert!(difference < 1e-9, "{own:?}\n{run:?}");
+    }
+    let rest = own.iter().find(|line| line.name == "bends at rest").expect("a line");
+    assert!(rest.verdict == wireloom::result::Verdict::Fail, "{rest:?}");
+    // The frame of the end says so, too.
+    let frames = session.frames_from(session.now.frames() - 1);
+    let header = frame::header(frames[0].as_ref().expect("there")).expect("a frame");
+    assert!(header.violations.iter().any(|own| own.name == "bends at rest"), "{:?}", header.violations);
+}
+
+#[test]
+fn undo_takes_the_sheet_back_and_nothing_passes_while_steps_are_missing() {
+    let mut session = session(&format!("{Y}{STEPS}{LIMITS}"));
+    let before = session.sheet();
+    assert_eq!((before.done, before.steps), (2, 2));
+    let from = last(&session).constraints[1].position;
+    // Far beyond what the arm reaches.
+    done(&mut session, to("plug-B", [from.x + 0.4, from.y, from.z]));
+    done(&mut session, drop_("plug-B"));
+    let stretched = session.sheet();
+    assert_eq!((stretched.verdict.as_str(), stretched.lines[0].verdict.as_str()), ("fail", "fail"));
+    let reach = stretched.lines.iter().find(|line| line.measure == "reach").expect("a line");
+    assert!(reach.verdict == "fail" && reach.worst > Some(1.01), "{reach:?}");
+    assert_eq!(session.sheet().lines.len(), before.lines.len());
+    done(&mut session, Request::Undo);
+    assert_eq!(session.sheet(), before);
+
+    let mut halfway = opened(&format!("{Y}{STEPS}"));
+    while halfway.now.steps.len() < 2 {
+        halfway.work();
+    }
+    let sheet = halfway.sheet();
+    assert_eq!((sheet.done, sheet.steps, sheet.status.as_str()), (0, 2, "converged"));
+    assert_ne!(sheet.verdict, "pass");
+}
+
+#[test]
+fn the_start_is_checked_and_shown() {
+    let tight = "[[requirements]]\nname = \"straight\"\nquantity = \"bend_radius\"\nmin = \"100 m\"\n";
+    let session = session(&format!("{Y}{tight}"));
+    assert_eq!(session.now.frames(), 1);
+    let sheet = session.sheet();
+    let line = sheet.lines.iter().find(|line| line.name == "straight").expect("a line");
+    assert_eq!((line.verdict.as_str(), line.frame, line.increment), ("fail", Some(0), Some(0)));
+    let header = frame::header(session.frames_from(0)[0].as_ref().expect("there")).expect("a frame");
+    assert!(header.violations.iter().any(|own| own.name == "straight"));
 }
 
 #[test]
@@ -412,14 +507,14 @@ fn with_lazy(rests: &Arc<AtomicBool>) -> Registry {
 #[test]
 fn increments_without_equilibrium_are_shown_but_not_recorded() {
     let rests = Arc::new(AtomicBool::new(false));
-    let opened = SessionInput {
+    let input = SessionInput {
         text: format!("{Y}{STEPS}\n[minimiser]\nkind = \"lazy\"\n"),
         name: "y.toml".into(),
         files: Box::new(NoFiles),
         registry: with_lazy(&rests),
         unsaved: false,
     };
-    let mut session = Session::open(opened, Monitor::default()).unwrap_or_else(|faults| panic!("{faults:?}"));
+    let mut session = Session::open(input, Monitor::default()).unwrap_or_else(|faults| panic!("{faults:?}"));
     work(&mut session);
     let status = |session: &Session| {
         let frame = session.frames_from(session.now.frames() - 1)[0].clone().expect("there");
@@ -464,14 +559,14 @@ fn increments_without_equilibrium_are_shown_but_not_recorded() {
 /// A stopped computation is not part of the state that operations extend.
 #[test]
 fn a_stopped_run_continues_interactively() {
-    let opened = SessionInput {
+    let input = SessionInput {
         text: format!("{Y}{STEPS}"),
         name: "y.toml".into(),
         files: Box::new(NoFiles),
         registry: wireloom::registry(),
         unsaved: false,
     };
-    let mut session = Session::open(opened, Monitor::default()).unwrap_or_else(|faults| panic!("{faults:?}"));
+    let mut session = Session::open(input, Monitor::default()).unwrap_or_else(|faults| panic!("{faults:?}"));
     session.work();
     session.work();
     let refused_now = |session: &mut Session| {

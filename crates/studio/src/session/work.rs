@@ -3,7 +3,7 @@
 use super::harness::is_balanced;
 use super::snapshot::StepFrames;
 use super::{Session, clearance};
-use crate::frame::{self, Header, number};
+use crate::frame::{self, Header, Violation, number};
 use crate::protocol::Notice;
 use std::rc::Rc;
 use std::sync::Arc;
@@ -115,15 +115,18 @@ impl Session {
         self.frames_changed(index);
     }
 
-    /// Replaces the last frame by one with clearances, if there are obstacles.
-    pub(super) fn show_clearance(&mut self) {
-        let Some(end) = self.now.last.clone().filter(|_| !self.now.harness.network.obstacles.is_empty()) else {
-            return;
-        };
+    /// Replaces the last frame by one with clearances and with the violations at the end of its step, if it differs.
+    pub(super) fn show_end(&mut self) {
+        let Some(end) = self.now.last.clone() else { return };
         let near = clearance::of_nodes(&self.now.harness.network.obstacles, &end);
         let index = self.now.frames() - 1;
         let newest = self.now.steps.last().and_then(|step| step.frames.borrow().last().cloned().flatten());
-        let Some((header, _)) = newest.and_then(|frame| frame::decode(&frame)) else { return };
+        let Some((mut header, _)) = newest.and_then(|frame| frame::decode(&frame)) else { return };
+        let violations: Vec<_> = end.violations.iter().map(Violation::of).collect();
+        if near.is_empty() && header.violations == violations {
+            return;
+        }
+        header.violations = violations;
         self.now.pop();
         self.now.push(header.encode(&frame::nodes(&end.branches, &near)).into());
         self.frames_changed(index);

@@ -8,7 +8,7 @@ import type { Hands } from "./hands";
 import type { Link } from "./link";
 import { nodesOf, Plot, PLOTTED } from "./plots";
 import type { Event, ConstraintFrame, Place, Placed, Scene, Session, Setting, Sheet, SheetLine } from "./protocol";
-import { limitWords, placeWords, verdictWords, worstWords } from "./requirements";
+import { isOpen, limitWords, placeWords, verdictWords, worstWords } from "./requirements";
 import type { Store } from "./store";
 import { components, digits, millimetres, moment, newtons, percent, quantity, residual, seconds } from "./units";
 
@@ -166,10 +166,10 @@ export class Panels {
 
   showSheet(sheet: Sheet): void {
     const { verdict, words } = verdictWords(sheet);
-    const bad = sheet.lines.filter((line) => line.verdict === "fail" || line.verdict === "unresolved");
-    const good = sheet.lines.filter((line) => !bad.includes(line));
+    const bad = sheet.lines.filter(isOpen);
+    const good = sheet.lines.filter((line) => !isOpen(line));
     const open = this.passed.open;
-    this.passed = element("details", { open }, element("summary", {}, `${good.length} other${good.length === 1 ? "" : "s"}: kept, or nothing to check`), element("ul", {}, ...good.map((line) => this.line(line))));
+    this.passed = element("details", { open }, element("summary", {}, `${good.length} kept, or nothing to check`), element("ul", {}, ...good.map((line) => this.line(line))));
     this.sheet.replaceChildren(
       element("h2", {}, "Requirements ", element("span", { class: `verdict ${sheet.verdict}` }, verdict)),
       element("p", {}, words),

@@ -54,6 +54,9 @@ export function worstFirst(a: Violation | SheetLine, b: Violation | SheetLine): 
   return rank(a) - rank(b) || (a.margin ?? -1) - (b.margin ?? -1);
 }
 
+/** Whether a line keeps the verdict from being a pass. A limit of a part that never came into question does not. */
+export const isOpen = (line: SheetLine): boolean => line.verdict === "fail" || line.verdict === "unresolved" || (line.verdict === "not checked" && line.origin === "scenario");
+
 export const failing = (sheet: Sheet): SheetLine[] => sheet.lines.filter((line) => line.verdict === "fail");
 
 /** Names of the branches that are stretched, overloaded or in another one in a frame. */
@@ -72,7 +75,7 @@ export function verdictWords(sheet: Sheet): { verdict: string; words: string } {
   const open = progress(sheet);
   let how = "nothing fails so far";
   if (sheet.verdict === "fail") how = `${count("fail")} of ${musts.length} requirements fail`;
-  else if (sheet.verdict === "pass") how = `${count("pass")} of ${musts.length} requirements pass`;
+  else if (sheet.verdict === "pass") how = `${count("pass")} of ${musts.length} requirements pass${count("not checked") ? ", nothing to check for the others" : ""}`;
   else if (!open) how = `${musts.length - count("pass")} of ${musts.length} requirements undecided`;
   return { verdict: sheet.verdict.toUpperCase(), words: open ? `${how}; ${open}` : how };
 }

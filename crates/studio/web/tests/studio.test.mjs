@@ -7,7 +7,7 @@ import { tmpdir } from "node:os";
 import { join } from "node:path";
 import { after, before, test } from "node:test";
 import { fileURLToPath } from "node:url";
-import { faults, launch, shots } from "./browser.mjs";
+import { faults, launch, pixels, shots } from "./browser.mjs";
 
 const root = fileURLToPath(new URL("../../../../", import.meta.url));
 const program = process.env.WIRELOOM ?? join(root, "target/debug/wireloom");
@@ -184,6 +184,37 @@ test("steps are carried out and play; plugs and points follow the mouse; run rep
   const reproduced = await saved(page, "dragged.toml");
   assert.match(reproduced.text, new RegExp(hand));
   assert.ok(distance(shown, reproduced.shape) < 1e-6, `${distance(shown, reproduced.shape)} m between page and run`);
+  assert.deepEqual(found, []);
+  await page.close();
+  assert.equal(await stop(), 0);
+});
+
+test("a plug out of reach is a failure, whatever the solver says, until it is undone", { skip: absent }, async () => {
+  const { address, stop } = await studio(scenario("assembly/workbench.toml"));
+  const { page, found } = await opened(address);
+  const before = await page.locator("#verdict").innerText();
+  assert.match(before, /^(PASS|UNRESOLVED)/);
+  await page.evaluate(() => {
+    const { hands } = window.wireloom;
+    const { position, orientation } = hands.at("plug-B").at;
+    hands.bring("plug-B", { position: [position[0] + 0.5, position[1], position[2]], orientation }, false);
+  });
+  await page.waitForFunction(() => window.wireloom.store.shown.header.violations.some(({ measure }) => measure === "reach"), null, { timeout: 60_000 });
+  await quiet(page);
+  assert.match(await page.locator("#verdict").innerText(), /^FAIL/);
+  assert.match((await page.locator("#warning > div").first().innerText()).replaceAll(/\s+/g, " "), /^FAIL over-stretched: 1\.\d\d × its length, at most 1\.\d\d × its length; /);
+  assert.match(await page.getByLabel("Solver").innerText(), /solver\s+converged/);
+  assert.match(await page.locator("#legend").textContent(), /over-stretched, overloaded or in another cable/);
+  await page.screenshot({ path: `${shots}studio-out-of-reach.png` });
+  const { orange } = await pixels(browser, await page.locator("#stage canvas").screenshot());
+  assert.ok(orange > 300, `${orange} pixels are orange`);
+  const words = await page.locator("#sheet .lines").innerText();
+  assert.match(words, /stretch 1\.\d\d × its length/);
+  assert.doesNotMatch(await page.locator("#panels").innerText(), /\d[eE][+−-]?\d/);
+  await page.keyboard.press("Control+z");
+  await quiet(page);
+  await page.waitForFunction((words) => document.getElementById("verdict").textContent === words, before);
+  assert.equal(await page.locator("#warning.destroyed").count(), 0);
   assert.deepEqual(found, []);
   await page.close();
   assert.equal(await stop(), 0);
