@@ -14,7 +14,7 @@ fn there_and_back(end: f64, more: &str) -> String {
              move = [{{ constraint = \"plug-B\", position = [{x:?}, 0, 0] }}]\n"
         )
     };
-    hanging("there and back", 40, &[&step("in", 0.4), &step("out", end), more].concat())
+    hanging("there and back", 40, &[&*step("in", 0.4), &*step("out", end), more].concat())
 }
 
 /// A requirement on the bend radius of the cable, which is 80 mm at the end of the first step and more otherwise.
