@@ -83,7 +83,7 @@ fn a_signal_within_an_increment_ends_the_run_and_keeps_what_is_done() {
         let (code, out) = end(child, signal);
         assert_eq!(code, Some(2), "{out}");
         assert!(
-            out.contains("drawn: interrupted") && out.contains("`wireloom run --resume o` resumes the run"),
+            out.contains("status:  interrupted (drawn: ") && out.contains("`wireloom run --resume o` resumes the run"),
             "{out}"
         );
         let result = place.result("o");

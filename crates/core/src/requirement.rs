@@ -343,7 +343,7 @@ pub struct RequirementResult {
     pub because: Option<String>,
     /// Whether it is kept.
     pub verdict: Verdict,
-    /// Why it is unresolved or not checked.
+    /// Why it is unresolved or not checked; or what the worst value leaves out.
     pub reason: Option<String>,
     /// The value nearest to its limit, or farthest beyond it, in the unit of the measure; `None` where nothing was
     /// checked.

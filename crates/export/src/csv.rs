@@ -1,4 +1,5 @@
-//! Tables for spreadsheets and plotting: a branch, with a row for each node; the sheet, with a row for each requirement.
+//! Tables for spreadsheets and plotting: a branch, with a row for each node; the sheet, with a row for each
+//! requirement.
 
 use crate::format::{Ended, File, Format};
 use crate::local::{Local, node_count};

@@ -40,7 +40,7 @@ pub struct Line {
     pub moment: String,
     /// Why it is required.
     pub because: String,
-    /// Why it is unresolved or not checked.
+    /// Why it is unresolved or not checked; or what the worst value leaves out.
     pub reason: String,
 }
 

@@ -3,9 +3,9 @@
 use crate::print::table::Columns;
 use crate::print::text::counted;
 use std::io::{self, Write};
-use wireloom::Run;
 use wireloom::export::sheet::{Line, headline, is_open, sorted};
-use wireloom::result::RequirementResult;
+use wireloom::result::{RequirementResult, Verdict};
+use wireloom::{Run, Status};
 
 /// Requirements that the summary of a run shows.
 const WORST: usize = 6;
@@ -34,10 +34,13 @@ pub fn print(run: &Run, out: &mut dyn Write) -> io::Result<()> {
     status(run, "", out)
 }
 
-/// Prints the verdict, and the requirements that fail or are unresolved, the worst first.
+/// Prints the verdict, and the requirements that fail or are unresolved, the worst first; of a run that did not
+/// converge those that fail, since all others are unresolved.
 pub fn brief(run: &Run, out: &mut dyn Write) -> io::Result<()> {
     verdict(run, out)?;
-    let open: Vec<&RequirementResult> = sorted(&run.requirements).into_iter().filter(|line| is_open(line)).collect();
+    let converged = run.status == Status::Converged;
+    let shown = |line: &&RequirementResult| if converged { is_open(line) } else { line.verdict == Verdict::Fail };
+    let open: Vec<&RequirementResult> = sorted(&run.requirements).into_iter().filter(shown).collect();
     if open.is_empty() {
         return Ok(());
     }

@@ -118,7 +118,8 @@ fn symbols(page: &mut Svg, x: f64, y: f64, marks: &Marks) -> f64 {
         Kind::ALL.into_iter().filter(|kind| marks.list.iter().any(|mark| mark.kind == *kind)).collect();
     for (i, kind) in present.iter().enumerate() {
         let at = [x + 9.0 + 112.0 * (i % 2) as f64, y + 9.0 + 17.0 * (i / 2) as f64];
-        symbol(page, *kind, at, 5.2, kind.words());
+        // Rings around a place are wider than symbols at one.
+        symbol(page, *kind, at, if kind.is_urgent() { 4.0 } else { 5.2 }, kind.words());
         page.text(&Text { size: 10.5, ..Text::at(at[0] + 13.0, at[1] + 3.7) }, kind.words());
     }
     y + 17.0 * present.len().div_ceil(2) as f64 + 6.0

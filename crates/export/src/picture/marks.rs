@@ -7,7 +7,7 @@ use super::view::visible;
 use crate::sheet::sentence;
 use crate::xml::escape;
 use wireloom_core::equilibrium::{BranchResult, RequirementResult};
-use wireloom_core::requirement::{Measure, Verdict};
+use wireloom_core::requirement::{Measure, Origin, Verdict};
 use wireloom_core::{StepResult, Vector};
 
 /// Meaning of a symbol.
@@ -194,7 +194,10 @@ fn requirement(step: &StepResult, line: &RequirementResult, position: Vector, k:
     let kind = if line.verdict == Verdict::Fail { Kind::Failed } else { Kind::Unresolved };
     let when = line.moment.as_ref().filter(|moment| moment.step != step.name);
     let when = when.map_or_else(String::new, |moment| format!(" (in step {})", moment.step));
-    let words = format!("{}: {}{when}", line.name, sentence(line));
+    // A limit of a part has the name of the part.
+    let of_part = matches!(line.origin, Origin::Section | Origin::Constraint | Origin::Obstacle);
+    let quantity = if of_part { format!(", {}", line.measure.title()) } else { String::new() };
+    let words = format!("{}{quantity}: {}{when}", line.name, sentence(line));
     Mark {
         kind,
         position,
@@ -239,9 +242,11 @@ pub fn symbol(page: &mut Svg, kind: Kind, [x, y]: [f64; 2], half: f64, tip: &str
             format!("{} {solid}", polygon(&[[0.0, -1.0], [1.0, 0.0], [0.0, 1.0], [-1.0, 0.0]], 1.25 * half))
         }
         Kind::Failed | Kind::Unresolved => {
-            let (r, width) = (number(1.7 * half), if kind == Kind::Failed { "2.6" } else { "1.8" });
-            let ink = kind.ink();
-            format!("<circle cx=\"{cx}\" cy=\"{cy}\" r=\"{r}\" fill=\"none\" stroke=\"{ink}\" stroke-width=\"{width}\"")
+            let (r, width, ink) = (number(1.7 * half), if kind == Kind::Failed { 2.6 } else { 1.8 }, kind.ink());
+            let ring = format!("<circle cx=\"{cx}\" cy=\"{cy}\" r=\"{r}\" fill=\"none\"");
+            // A white rim, so that it is seen on a cable of its own colour.
+            page.raw(&format!("{ring} stroke=\"#ffffff\" stroke-width=\"{}\"/>", number(width + 2.4)));
+            format!("{ring} stroke=\"{ink}\" stroke-width=\"{}\"", number(width))
         }
         Kind::TightestBend => {
             let r = number(1.45 * half);

@@ -22,6 +22,7 @@ header .sign.verdict { color: #fff; }
 .verdict { border-color: rgb(0 0 0 / .25); } .status.pass { border-color: #14632b; }
 .status.fail { border-color: #8b0019; } .status.fail strong { color: #8b0019; }
 .mark { display: inline-block; color: #fff; padding: 0 .45em; border-radius: .2em; white-space: nowrap; }
+.sheet td:nth-child(3), .sheet td:last-child { white-space: nowrap; }
 .sheet tr.fail td { color: #8b0019; } .sheet tr.unresolved td { color: #8a5200; }
 section { overflow-x: auto; }
 table { border-collapse: collapse; font-size: .87rem; font-variant-numeric: tabular-nums; margin: .4rem 0; }

@@ -187,8 +187,8 @@ fn obstacles_lie_behind_the_branches() {
     assert!(fine.len() < 400_000, "{} bytes", fine.len());
 }
 
-/// Where a requirement fails or is unresolved there is a symbol with its name, value and limit; verdict and status stand
-/// beside the headline.
+/// Where a requirement fails or is unresolved there is a symbol with its name, value and limit; verdict and status
+/// stand beside the headline.
 #[test]
 fn what_fails_is_marked_and_named() {
     let run = failing();
@@ -208,9 +208,13 @@ fn what_fails_is_marked_and_named() {
         assert_eq!(count(&text, view, "tightest"), 0, "{view}");
     }
     let words = words(&text);
-    for expected in
-        ["verdict: FAIL", "run: converged", "wire: 14.4 mm, at least 45 mm", "gap: 6.20 mm, at least 6 mm", "fails"]
-    {
+    for expected in [
+        "verdict: FAIL",
+        "run: converged",
+        "wire, bend radius: 14.4 mm, at least 45 mm",
+        "gap: 6.20 mm, at least 6 mm",
+        "fails",
+    ] {
         assert!(words.iter().any(|word| word == expected), "{expected}: {words:?}");
     }
     // The pull of the trunk is 1.5 N and more, its limit 1.4 N: all of it, and nothing else.

@@ -375,6 +375,7 @@ pub fn failing() -> Run {
     run.requirements = vec![
         requirement("plug-A", Measure::Force, [3.742, 80.0], EventPlace::constraint("plug-A")),
         RequirementResult {
+            origin: Origin::Section,
             because: Some("VW <60306>".into()),
             error: Some(4e-4),
             ..requirement("wire", Measure::BendRadius, [bend.value, 0.045], EventPlace::branch(&bend.branch, bend.s))

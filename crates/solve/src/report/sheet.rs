@@ -5,7 +5,7 @@
 
 use serde::{Deserialize, Serialize};
 use wireloom_core::equilibrium::RequirementResult;
-use wireloom_core::requirement::{Bound, Measure, Motion, Origin, Requirement, Verdict};
+use wireloom_core::requirement::{Bound, Measure, Motion, Origin, Part, Requirement, Verdict};
 use wireloom_core::{EventPlace, Moment, Network, Status};
 
 /// Change of a value in one increment, as a fraction of its limit, above which it changes fast.
@@ -147,7 +147,11 @@ impl Sheet {
         let none = Line::default();
         let requirements = network.requirements.iter().enumerate();
         requirements
-            .map(|(k, requirement)| self.line(requirement, self.lines.get(k).unwrap_or(&none), status))
+            .map(|(k, requirement)| {
+                let line = self.line(requirement, self.lines.get(k).unwrap_or(&none), status);
+                let remark = cable_alone(network, requirement).filter(|_| line.worst.is_some());
+                RequirementResult { reason: line.reason.or(remark), ..line }
+            })
             .collect()
     }
 
@@ -196,6 +200,19 @@ fn keep(worst: &mut Option<Worst>, found: &Worst, doubted: bool) {
     if worst.as_ref().is_none_or(|worst| found.margin(doubted) < worst.margin(doubted)) {
         *worst = Some(found.clone());
     }
+}
+
+/// A remark on insertion forces that are less than those of the connectors, whose own part is not known.
+fn cable_alone(network: &Network, requirement: &Requirement) -> Option<String> {
+    let unknown = |part: &Part| match *part {
+        Part::Constraint(f) if requirement.measure == Measure::InsertionForce => {
+            Some(&network.constraints[f]).filter(|constraint| constraint.limits.insertion_force.is_none())
+        }
+        _ => None,
+    };
+    let names: Vec<String> = requirement.of.iter().filter_map(unknown).map(|plug| format!("`{}`", plug.name)).collect();
+    let of = names.join(", ");
+    (!names.is_empty()).then(|| format!("force of the cable alone: the `insertion_force` of {of} itself is not given"))
 }
 
 /// Why a requirement was never checked.
