@@ -1,4 +1,5 @@
-//! A mesh by accuracy: fine where the harness bends tightly, coarse where it is straight, and the same verdicts for any.
+//! A mesh by accuracy: fine where the harness bends tightly, coarse where it is straight, and the same verdicts for
+//! any.
 
 use wireloom::result::{Measure, RequirementResult, Verdict};
 use wireloom::session::{IncrementObserver, Monitor};

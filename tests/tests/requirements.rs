@@ -32,8 +32,10 @@ fn hanging(name: &str, more: &str) -> String {
 
 /// A hanging cable whose right plug goes to 0.2 m and back; `more` are requirements.
 fn there_and_back(more: &str) -> Run {
-    let steps = "[[steps]]\nname = \"in\"\nincrements = 8\nmove = [{ constraint = \"plug-B\", position = [0.2, 0, 0] }]\n\
-                 [[steps]]\nname = \"out\"\nincrements = 8\nmove = [{ constraint = \"plug-B\", position = [0.6, 0, 0] }]\n\
+    let steps = "[[steps]]\nname = \"in\"\nincrements = 8\n\
+                 move = [{ constraint = \"plug-B\", position = [0.2, 0, 0] }]\n\
+                 [[steps]]\nname = \"out\"\nincrements = 8\n\
+                 move = [{ constraint = \"plug-B\", position = [0.6, 0, 0] }]\n\
                  [output]\nincrements = true\n";
     run(&hanging("there and back", &[steps, more].concat()))
 }
@@ -77,7 +79,8 @@ fn a_requirement_counts_in_its_steps_only_and_should_decides_nothing() {
 #[test]
 fn a_corner_between_two_increments_is_checked() {
     let steps = "[[steps]]\nname = \"nod\"\nincrements = 1\nmove = [{ constraint = \"plug-B\", via = [[0.2, 0, 0]], \
-                 position = [0.6, 0, 0] }]\n[[requirements]]\nname = \"bend\"\nquantity = \"bend_radius\"\nmin = \"150 mm\"\n";
+                 position = [0.6, 0, 0] }]\n[[requirements]]\nname = \"bend\"\nquantity = \"bend_radius\"\n\
+                 min = \"150 mm\"\n";
     let run = run(&hanging("nod", steps));
     assert_eq!((run.status, line(&run, "bend").verdict), (Status::Converged, Verdict::Fail));
 }
@@ -110,7 +113,8 @@ fn tension_strain_and_reaction_of_a_plumb_line_are_its_weight() {
         "[[requirements]]\nname = \"pull\"\nquantity = \"tension\"\nmax = 1\n",
         "[[requirements]]\nname = \"stretch\"\nquantity = \"strain\"\nmax = \"0.1 %\"\n",
         "[[requirements]]\nname = \"way\"\nquantity = \"deviation\"\nmax = \"1 mm\"\n",
-        "[[markers]]\nname = \"tip\"\nat = { end = \"B\" }\n[[markers]]\nname = \"middle\"\nat = { branch = \"cable\", s = 0.487 }\n",
+        "[[markers]]\nname = \"tip\"\nat = { end = \"B\" }\n[[markers]]\nname = \"middle\"\n\
+         at = { branch = \"cable\", s = 0.487 }\n",
     ]
     .concat();
     let run = run(&text);

@@ -82,7 +82,8 @@ fn branches_have_the_lengths_and_paths_of_their_segments() {
 /// Default tolerances, and one of its own for the trunk.
 const TOLERANCES: &str = r#"
   <Default_dimension_specification id="tol-t1">
-    <Dimension_value_range id="tol-v1"><Unit_component>uMM</Unit_component><Minimum>0</Minimum><Maximum>100</Maximum></Dimension_value_range>
+    <Dimension_value_range id="tol-v1"><Unit_component>uMM</Unit_component>
+      <Minimum>0</Minimum><Maximum>100</Maximum></Dimension_value_range>
     <Tolerance_type>segment length</Tolerance_type>
     <Tolerance_indication id="tol-i1">
       <Lower_limit id="tol-l1"><Unit_component>uMM</Unit_component><Value_component>-2</Value_component></Lower_limit>

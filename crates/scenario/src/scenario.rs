@@ -106,8 +106,8 @@ pub enum Division {
     Segments(usize),
     /// Largest length of a segment, m.
     MaxSegment(f64),
-    /// As [`Branch::sizes`] says; `longest`, m, is the largest length of a segment. Before sizes are known, it is divided
-    /// uniformly into some segments.
+    /// As [`Branch::sizes`] says; `longest`, m, is the largest length of a segment. Before sizes are known, it is
+    /// divided uniformly into some segments.
     ByAccuracy {
         /// Largest length of a segment, m; may be infinite.
         longest: f64,

@@ -181,7 +181,8 @@ fn the_first_order_error_of_springs_is_covered() {
 fn clips_and_rings_are_covered() {
     let collar = |slide: bool| {
         format!(
-            "\n[[constraints]]\nname = \"clip\"\nkind = \"collar\"\nat = {{ branch = \"A\", s = 0.5 }}\nslide = {slide}\n"
+            "\n[[constraints]]\nname = \"clip\"\nkind = \"collar\"\nat = {{ branch = \"A\", s = 0.5 }}\n\
+             slide = {slide}\n"
         )
     };
     covers(&clamped("cosserat", &collar(false)), 40, 10.0);

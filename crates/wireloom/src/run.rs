@@ -53,8 +53,9 @@ fn coarse_meshes(network: &Network, steps: &[StepResult]) -> Vec<String> {
         // The error of the curvature goes with the square of the length of segments.
         let finer = segments as f64 * (error / (radius - error) / ACCURACY).sqrt();
         Some(format!(
-            "branch `{}`: its mesh of {segments} segments is coarse for its bend radius of {:.1} mm, which may be smaller \
-             by {:.1} mm (limit {:.1} mm): [mesh] accuracy = \"2 %\" makes one that is fine enough, or segments = {:.0}",
+            "branch `{}`: its mesh of {segments} segments is coarse for its bend radius of {:.1} mm, which may be \
+             smaller by {:.1} mm (limit {:.1} mm): [mesh] accuracy = \"2 %\" makes one that is fine enough, or \
+             segments = {:.0}",
             branch.name,
             1e3 * radius,
             1e3 * error,

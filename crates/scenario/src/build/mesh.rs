@@ -128,8 +128,8 @@ fn first_segment(length: f64, diameter: f64) -> f64 {
 }
 
 /// Divides spans between `breaks` (m) into segments of these lengths: `sizes` are arc lengths and lengths of segments
-/// there, m, linear in between. In a span with the integral N of the reciprocal length there are ⌈N⌉ segments, each with
-/// the same share of N.
+/// there, m, linear in between. In a span with the integral N of the reciprocal length there are ⌈N⌉ segments, each
+/// with the same share of N.
 fn graded(sizes: &[[f64; 2]], longest: f64, breaks: &[f64], least: &[usize], coarser: usize) -> Divided {
     let size = |s: f64| {
         let next = sizes.partition_point(|[at, _]| *at <= s);

@@ -1,7 +1,7 @@
 //! Clearances of cables from obstacles and from each other, and the depths to which cables lie in each other.
 //!
-//! Distances are from surface to surface: distances of centre lines, straight between nodes, less the radii. Parts of the
-//! same harness closer than [`APART`] sums of radii along the cables are neighbours and do not count.
+//! Distances are from surface to surface: distances of centre lines, straight between nodes, less the radii. Parts of
+//! the same harness closer than [`APART`] sums of radii along the cables are neighbours and do not count.
 
 use super::lines::{Line, Pair, Place, between, nearest_pair, nearest_within};
 use std::borrow::Cow;
@@ -119,8 +119,8 @@ pub(crate) struct Cables<'n> {
     /// For each joint the joints near it along the harness, with their distances, m.
     near: Vec<Vec<(usize, f64)>>,
     /// All pairs of branches, and all branches, that lie in each other or in themselves, at their deepest place, in the
-    /// order of the branches. Cables that leave a joint (or two joints less than [`APART`] sums of radii from each other)
-    /// side by side do not count up to the place where they have separated.
+    /// order of the branches. Cables that leave a joint (or two joints less than [`APART`] sums of radii from each
+    /// other) side by side do not count up to the place where they have separated.
     pub overlaps: Vec<CableOverlap>,
 }
 
@@ -143,7 +143,8 @@ impl<'n> Cables<'n> {
         Place { distance: place.distance - self.lines[part.branch].radius, ..place }
     }
 
-    /// Clearance between parts of two branches, or of one, and where it is least; `None` where they are neighbours only.
+    /// Clearance between parts of two branches, or of one, and where it is least; `None` where they are neighbours
+    /// only.
     pub fn clearance_from_branch(&self, one: CablePart, other: CablePart) -> Option<Pair> {
         let [a, b] = [one, other].map(|part| self.line(part));
         let ways = self.ways(one.branch, other.branch);

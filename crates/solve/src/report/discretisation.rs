@@ -3,8 +3,8 @@
 //! **Method.** Defect correction with the modified equation (Stetter 1978, The defect correction principle and
 //! discretization methods, Numerische Mathematik 29; Warming and Hyett 1974, The modified equation approach to the
 //! stability and accuracy analysis of finite-difference methods, Journal of Computational Physics 14). Put on the grid
-//! (positions at nodes, frames at the middle of segments), a rod has the discrete energy `E_h = E + D`, to leading order
-//! with
+//! (positions at nodes, frames at the middle of segments), a rod has the discrete energy `E_h = E + D`, to leading
+//! order with
 //!
 //! ```text
 //! D = − Σ_c (λ³/24) κ′ᵀ C κ′            a coupling measures the mean of κ over its cell of length λ
@@ -27,8 +27,8 @@
 //!
 //! Where H is not available (dead moments have none, or the state is no equilibrium of known stability), the estimate
 //! is local: the last contribution, times [`LOCAL_SAFETY`], integrated along the branch for positions. Where cables
-//! touch something H contains the contacts that act, and where they slide the arc length at the constraint is fixed; with
-//! another mesh both would differ a little, so the estimate is doubled there.
+//! touch something H contains the contacts that act, and where they slide the arc length at the constraint is fixed;
+//! with another mesh both would differ a little, so the estimate is doubled there.
 
 use wireloom_core::equilibrium::{BranchError, BranchResult};
 use wireloom_core::network::Branch;
@@ -43,7 +43,8 @@ const SAFETY: f64 = 1.5;
 const LOCAL_SAFETY: f64 = 4.0;
 /// Share of the change of curvature from node to node that is its error where that is as large as the curvature.
 const COARSE: f64 = 0.8;
-/// Divisor of the fourth power of the angle of a cell (rad): the error of the law of a coupling relative to its curvature.
+/// Divisor of the fourth power of the angle of a cell (rad): the error of the law of a coupling relative to its
+/// curvature.
 const LAW: f64 = 300.0;
 /// Factor where cables touch something or slide.
 const CONTACT_SAFETY: f64 = 2.0;

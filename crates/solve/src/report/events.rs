@@ -181,7 +181,8 @@ fn passed_through(log: &mut EventLog, network: &Network, cables: &Cables<'_>) {
             value: Some(overlap.depth),
             limit: Some(overlap.allowed),
             message: format!(
-                "lies {:.1} mm deep in {in_what} at s = {:.4} m; soft cables may press into each other by {:.1} mm{advice}",
+                "lies {:.1} mm deep in {in_what} at s = {:.4} m; soft cables may press into each other by {:.1} \
+                 mm{advice}",
                 1e3 * overlap.depth,
                 overlap.s[1],
                 1e3 * overlap.allowed

@@ -1,5 +1,5 @@
-//! Centre lines of branches, with the bounding boxes of their pieces, and places where they are nearest to bodies and to
-//! each other.
+//! Centre lines of branches, with the bounding boxes of their pieces, and places where they are nearest to bodies and
+//! to each other.
 
 use wireloom_core::equilibrium::BranchResult;
 use wireloom_core::{Pose, Vector};
@@ -11,8 +11,8 @@ const THIRDS: usize = 28;
 /// Squared sine of the angle below which two segments count as parallel: there the nearest places are ill-conditioned.
 const PARALLEL: f64 = 1e-12;
 
-/// Centre line of a branch or of a part of it, straight between nodes, with the bounding boxes of its pieces: piece 1 is
-/// the whole line, 2k and 2k + 1 are the halves of piece k.
+/// Centre line of a branch or of a part of it, straight between nodes, with the bounding boxes of its pieces: piece 1
+/// is the whole line, 2k and 2k + 1 are the halves of piece k.
 #[derive(Clone)]
 pub(super) struct Line {
     /// Unstressed arc length of each node, m.
@@ -111,8 +111,8 @@ impl Line {
         if start { self.s[segment] - self.ends[0] } else { self.ends[1] - self.s[segment + 1] }
     }
 
-    /// Arc length between a segment of this line and one of another line of the same branch, m; not above 0 for the same
-    /// and for neighbours.
+    /// Arc length between a segment of this line and one of another line of the same branch, m; not above 0 for the
+    /// same and for neighbours.
     pub fn along(&self, i: usize, other: &Self, j: usize) -> f64 {
         (other.s[j] - self.s[i + 1]).max(self.s[i] - other.s[j + 1])
     }

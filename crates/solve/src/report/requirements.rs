@@ -293,8 +293,8 @@ impl<'a> Equilibrium<'a> {
         }
     }
 
-    /// Clearance of a part of a branch from an obstacle, or from a part of another branch (or of the same one, where they
-    /// have nothing in common); `None` where there is nothing to measure.
+    /// Clearance of a part of a branch from an obstacle, or from a part of another branch (or of the same one, where
+    /// they have nothing in common); `None` where there is nothing to measure.
     /// What touches is held apart by the contact, whatever the error of its position: there is none then.
     fn clearance(&self, part: CablePart, from: &Part) -> Option<Found> {
         let name = &self.branches[part.branch].name;

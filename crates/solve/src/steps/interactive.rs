@@ -26,9 +26,9 @@ pub struct Ended {
     pub end: StepResult,
     /// Checkpoint to continue from; only meaningful if the increment ended in balance.
     pub checkpoint: Checkpoint,
-    /// The sheet so far: the worst value of each requirement over the increments up to here, of which none passes if the
-    /// last one did not converge. At the start that of the initial equilibrium, which belongs to no step and does not
-    /// count further on.
+    /// The sheet so far: the worst value of each requirement over the increments up to here, of which none passes if
+    /// the last one did not converge. At the start that of the initial equilibrium, which belongs to no step and does
+    /// not count further on.
     pub requirements: Vec<RequirementResult>,
 }
 

@@ -141,8 +141,8 @@ impl Inspector {
         self.at == state.points
     }
 
-    /// `−H⁻¹ g` with the Hessian factorised by the last [`Self::inspect`], which was at `state`, for another gradient g of
-    /// the points and frames; what slides stays at its arc length.
+    /// `−H⁻¹ g` with the Hessian factorised by the last [`Self::inspect`], which was at `state`, for another gradient g
+    /// of the points and frames; what slides stays at its arc length.
     pub fn response(&mut self, problem: &Problem<'_>, state: &State, gradient: &Tangent) -> Tangent {
         let System { matrix, rhs, .. } = &mut self.system;
         matrix.right_hand_side(problem, gradient, None, rhs);

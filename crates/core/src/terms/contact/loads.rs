@@ -49,8 +49,8 @@ impl ContactTerm {
         all
     }
 
-    /// Sum of the sizes of the contact forces on each branch, N, by its index and what it touches, at the last evaluated
-    /// state. Forces in opposite directions, as on both sides of a tube, add up. `friction` as in
+    /// Sum of the sizes of the contact forces on each branch, N, by its index and what it touches, at the last
+    /// evaluated state. Forces in opposite directions, as on both sides of a tube, add up. `friction` as in
     /// [`Self::obstacle_loads`].
     pub fn forces_by_branch(&self, friction: impl Fn(&Contact) -> Vector) -> BTreeMap<(usize, Against), f64> {
         let mut all = BTreeMap::new();

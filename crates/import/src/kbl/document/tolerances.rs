@@ -1,9 +1,9 @@
 //! Tolerances of the lengths of segments.
 //!
-//! KBL gives them from version 2.4 on: a `Default_dimension_specification` for all lengths of a type within a range, and
-//! a `Dimension_specification` for the distance along certain segments. Both have a `Tolerance_indication` with a
-//! `Lower_limit` and an `Upper_limit`, which are deviations ("±5 mm"); some files give the least and the greatest length
-//! there instead, and some the lower one without its sign.
+//! KBL gives them from version 2.4 on: a `Default_dimension_specification` for all lengths of a type within a range,
+//! and a `Dimension_specification` for the distance along certain segments. Both have a `Tolerance_indication` with a
+//! `Lower_limit` and an `Upper_limit`, which are deviations ("±5 mm"); some files give the least and the greatest
+//! length there instead, and some the lower one without its sign.
 
 use super::{ImportError, LARGEST, Quantity, Reader, Segment, Xml, child, child_text, children, number, text, title};
 use std::collections::HashMap;
