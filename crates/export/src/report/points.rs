@@ -171,7 +171,8 @@ fn verdicts(found: &Summary, file: &str) -> Markup {
                     }
                     " · " (not_converged) " not converged"
                 }
-                p { (share(&found.yields, found.sampled)) }
+                // Combinations share their samples: together they are no random sample.
+                p { (share(&found.yields, found.sampled && found.combinations.is_empty())) }
                 @if !found.combinations.is_empty() {
                     table {
                         (heading(&["combination", ">pass", ">fail", ">unresolved", ">without a result", "yield"]))
