@@ -1,5 +1,5 @@
-//! The last equilibrium of a run and its sheet, as far as runs are compared: from a run ([`Ending::of`]) or from its `result.json`
-//! ([`crate::json::read`]).
+//! The last equilibrium of a run and its sheet, as far as runs are compared: from a run ([`Ending::of`]) or from its
+//! `result.json` ([`crate::json::read`]).
 
 use crate::curve::Curve;
 use wireloom_core::equilibrium::{

@@ -9,9 +9,10 @@
 //! | `groups` | `results` that ended in the same equilibrium, and `reasons` why it is not that of the reference |
 //!
 //! A result has its `name`, `status`, `verdict`, `requirements` (as in `result.json`), `stable`, `energy` (J),
-//! `min_bend_radius` (`branch`, `s` and `value`, m), `iterations` and `seconds`. A difference has the `name` of the result, the `energy` above that of the reference (J), by name the `branches`
-//! (`largest` distance at `s`, `mean` distance, m) and the `constraints` (`force`, N; `moment`, N m; `position`, m), and
-//! `unmatched`, what only one of the two has.
+//! `min_bend_radius` (`branch`, `s` and `value`, m), `iterations` and `seconds`. A difference has the `name` of the
+//! result, the `energy` above that of the reference (J), by name the `branches` (`largest` distance at `s`, `mean`
+//! distance, m) and the `constraints` (`force`, N; `moment`, N m; `position`, m), and `unmatched`, what only one of the
+//! two has.
 
 use super::document::Requirement;
 use super::values::SCHEMA;

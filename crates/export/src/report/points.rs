@@ -220,7 +220,8 @@ fn requirements(found: &Summary) -> Markup {
                         "requirement", ">fails", ">unresolved", ">worst", ">margin", ">point", "step", "place",
                         "driven by",
                     ]))
-                    tbody { @for Requirement { name, measure, fails, unresolved, worst, drivers } in &found.requirements {
+                    tbody { @for own in &found.requirements {
+                        @let Requirement { name, measure, fails, unresolved, worst, drivers } = own;
                         tr class=[(*fails > 0).then_some("trouble")] {
                             td { (name) }
                             td class="n" { (fails) }
