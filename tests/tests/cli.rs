@@ -9,6 +9,7 @@ use tempfile::TempDir;
 use wireloom::geometry::Vector;
 use wireloom::harness::{Shape, ShapeFile};
 use wireloom::shapes::mesh::{Mesh, read};
+use wireloom_tests::cables::hanging;
 use wireloom_tests::{program, root, shared};
 
 type Checked = Result<(), Failed>;
@@ -24,6 +25,7 @@ fn main() -> ExitCode {
         ("every kind of output, one VTK file for each increment", all_outputs),
         ("compare says what is the same equilibrium, what is not, and why", compare),
         ("compare tries what it is told to in one scenario", compare_variants),
+        ("compare shows verdicts side by side, and is JSON for programs", compare_verdicts),
         ("--quiet prints nothing", quiet),
         ("not converging ends with 2, and all is written", not_converged),
         ("a folder that cannot be made ends with 3, before any work", unwritable),
@@ -204,6 +206,29 @@ fn compare() -> Checked {
     place.run(&["compare", "fine", "nowhere"])?.expect(3)?;
     let ended = place.run(&["compare", "fine"])?.expect(1)?;
     ensure(ended.err.contains("nothing to compare it with"), &ended)
+}
+
+/// Of two lengths of a cable one bends too tightly: the table has both verdicts, and so has the JSON.
+fn compare_verdicts() -> Checked {
+    let place = Place::new()?;
+    let bend =
+        "[[requirements]]\nname = \"bend\"\nquantity = \"bend_radius\"\nof = { branch = \"cable\" }\nmin = 0.1\n";
+    place.file("s.toml", hanging("cable", 120, bend))?;
+    // The longer one hangs in a tighter bend.
+    let arguments = ["compare", "s.toml", "--set", "branches.cable.length=0.7,1.6"];
+    let ended = place.run(&arguments)?.expect(0)?;
+    let row = ended.out.lines().find(|line| line.starts_with("bend ")).unwrap_or_default().to_owned();
+    ensure(row.contains("FAIL") && row.contains("pass") && row.contains("branch"), &ended)?;
+    let ended = place.run(&[&arguments[..], &["--json", "--out", "c.json"]].concat())?.expect(0)?;
+    ensure(ended.out.is_empty(), &ended)?;
+    let document: serde_json::Value = place.json("c.json")?;
+    let results = document["results"].as_array().ok_or("no results")?;
+    let verdicts: Vec<&str> = results.iter().filter_map(|result| result["verdict"].as_str()).collect();
+    ensure(verdicts == ["pass", "fail"], &document)?;
+    let lines = results[1]["requirements"].as_array().ok_or("no requirements")?;
+    let line = lines.iter().find(|line| line["name"] == "bend").ok_or("no line")?;
+    ensure(line["verdict"] == "fail" && line["worst"].as_f64().is_some_and(|worst| worst < 0.1), line)?;
+    ensure(document["reference"] == results[0]["name"], &document)
 }
 
 /// Joint models, meshes and keys, all told from each other; what is refused points at the command line.

@@ -3,9 +3,9 @@
 //! Trial runs of the whole scenario estimate the discretisation error of the curvature at every node and increment
 //! ([`NodalErrors`]). Errors are of second order, so a segment of length ℓ with the error e becomes one of the length
 //! `ℓ √(t/e)`, where t is what is allowed there: the accuracy times the curvature, or times a third of the largest
-//! curvature allowed (of the branch's largest one, if it has no limit) where that is more. Lengths grow by at most a
-//! quarter of the way along the branch, as the scheme is of second order only on meshes that change slowly. The mesh of
-//! a scenario is the same on every machine: the trial runs are.
+//! curvature allowed (without a limit: of the branch's largest one, or of a bend of 50 diameters) where that is more.
+//! Lengths grow by at most a quarter of the way along the branch, as the scheme is of second order only on meshes that
+//! change slowly. The mesh of a scenario is the same on every machine: the trial runs are.
 
 use wireloom_core::equilibrium::StepResult;
 use wireloom_core::{Monitor, Network, Registry, Status};
@@ -26,6 +26,8 @@ const GROWTH: f64 = 0.25;
 const SHORTEST: f64 = 0.1;
 /// Fraction of the largest curvature from which on a curvature is estimated to the accuracy.
 const RELEVANT: f64 = 1.0 / 3.0;
+/// Bend radius in diameters above which a bend does not matter where none is limited: catalogues allow 10 and less.
+const GENTLE: f64 = 50.0;
 /// Fewest segments of a branch.
 const FEWEST: f64 = 4.0;
 
@@ -108,6 +110,8 @@ struct Trial<'a> {
 struct Limits {
     /// Largest curvature allowed, 1/m.
     curvature: Option<f64>,
+    /// Curvature below which no bend matters where none is limited, 1/m.
+    gentle: f64,
     /// Rest lengths of its segments, m.
     lengths: Vec<f64>,
 }
@@ -116,6 +120,7 @@ impl<'a> Trial<'a> {
     fn new(network: &Network, accuracy: f64, monitor: &'a Monitor) -> Self {
         let limits = network.branches.iter().map(|branch| Limits {
             curvature: branch.section.min_bend_radius.map(|radius| 1.0 / radius),
+            gentle: 1.0 / (GENTLE * branch.section.diameter),
             lengths: branch.rod.mesh().rest_lengths.clone(),
         });
         let wanted = vec![Vec::new(); network.branches.len()];
@@ -125,10 +130,10 @@ impl<'a> Trial<'a> {
     /// Takes the equilibrium at the end of an increment into account.
     fn add(&mut self, end: &StepResult) {
         for (b, (branch, errors)) in end.branches.iter().zip(&self.errors).enumerate() {
-            let Limits { curvature: limit, lengths } = &self.network[b];
+            let Limits { curvature: limit, gentle, lengths } = &self.network[b];
             let curvature = |i: usize| 1.0 / branch.bend_radius[i];
             let largest = (0..branch.s.len()).map(curvature).fold(0.0, f64::max);
-            let relevant = RELEVANT * limit.unwrap_or(largest);
+            let relevant = RELEVANT * limit.unwrap_or(largest.max(*gentle));
             let wanted = &mut self.wanted[b];
             if wanted.is_empty() {
                 wanted.extend(branch.s.iter().map(|s| [*s, f64::INFINITY]));

@@ -26,7 +26,8 @@ pub fn print(table: &Table, file: &Path, out: &mut dyn Write) -> io::Result<()> 
     } else {
         let nothing = if without > 0 { format!(", {without} without a result") } else { String::new() };
         writeln!(out, "{passed} pass, {failed} fail, {unresolved} unresolved{nothing}")?;
-        writeln!(out, "{}", yield_words(&found.yields, found.sampled))?;
+        // Combinations share their samples: together they are no random sample.
+        writeln!(out, "{}", yield_words(&found.yields, found.sampled && found.combinations.is_empty()))?;
         for (name, yields) in found.combinations.iter().take(ROWS) {
             writeln!(out, "  {}: {}", printable(name), yield_words(yields, found.sampled))?;
         }

@@ -171,7 +171,8 @@ fn verdicts(found: &Summary, file: &str) -> Markup {
                     }
                     " · " (not_converged) " not converged"
                 }
-                p { (share(&found.yields, found.sampled)) }
+                // Combinations share their samples: together they are no random sample.
+                p { (share(&found.yields, found.sampled && found.combinations.is_empty())) }
                 @if !found.combinations.is_empty() {
                     table {
                         (heading(&["combination", ">pass", ">fail", ">unresolved", ">without a result", "yield"]))
@@ -219,8 +220,13 @@ fn requirements(found: &Summary) -> Markup {
                         "requirement", ">fails", ">unresolved", ">worst", ">margin", ">point", "step", "place",
                         "driven by",
                     ]))
+<<<<<<< HEAD
                     tbody { @for of in &found.requirements {
                         @let Requirement { name, measure, fails, unresolved, worst, drivers } = of;
+=======
+                    tbody { @for own in &found.requirements {
+                        @let Requirement { name, measure, fails, unresolved, worst, drivers } = own;
+>>>>>>> 6e93ce44a4ada0409837cb91c3a3f3b60d471166
                         tr class=[(*fails > 0).then_some("trouble")] {
                             td { (name) }
                             td class="n" { (fails) }

@@ -328,10 +328,10 @@ impl<'a> Equilibrium<'a> {
         }
     }
 
-    /// Force with which each straight span of a branch is pressed, N, and the force above which that is not stable even
-    /// between clamped ends: Euler's `4 π² EI/L²`, with the smaller EI. A span that has buckled bears at most 1 % more
-    /// while it is nearly straight (Timoshenko & Gere 1961, section 2.7). None where something supports the branch from
-    /// the side.
+    /// Force with which each straight span of a branch is pressed along its chord, N, and the force above which that is
+    /// not stable even between clamped ends: Euler's `4 π² EI/L²`, with the smaller EI. A span that has buckled bears
+    /// at most 1 % more while it is nearly straight (Timoshenko & Gere 1961, section 2.7). None where something
+    /// supports the branch from the side.
     fn pressed(&self, b: usize) -> Vec<Found> {
         let (branch, section) = (&self.branches[b], &self.network.branches[b].section);
         let supported = self.contact_forces.keys().any(|(touching, _)| *touching == b);
@@ -339,15 +339,21 @@ impl<'a> Equilibrium<'a> {
         for span in self.spans.iter().filter(|span| span.branch == b && !supported) {
             let nodes = |s: &f64| span.from <= *s && *s <= span.to;
             let inside: Vec<usize> = (0..branch.s.len()).filter(|i| nodes(&branch.s[*i])).collect();
+            if inside.is_empty() {
+                continue;
+            }
             let way: f64 = inside.windows(2).map(|k| (branch.position[k[1]] - branch.position[k[0]]).norm()).sum();
             if way > STRAIGHT * span.chord {
                 continue;
             }
-            let pressed = |i: usize| -branch.force[i].dot(&(branch.frame[i] * Vector::z()));
-            let most = inside.iter().map(|i| (*i, pressed(*i))).max_by(|a, b| a.1.total_cmp(&b.1));
+            // By so much the whole span is pressed along its chord.
+            let chord = branch.position[inside[inside.len() - 1]] - branch.position[inside[0]];
+            let along = chord.try_normalize(0.0).unwrap_or_default();
+            let pressed = |i: usize| -branch.force[i].dot(&along);
+            let least = inside.iter().map(|i| (*i, pressed(*i))).min_by(|a, b| a.1.total_cmp(&b.1));
             let [one, other] = section.bending_stiffness;
             let euler = (2.0 * PI / (span.to - span.from)).powi(2) * one.min(other);
-            found.extend(most.map(|(i, force)| {
+            found.extend(least.map(|(i, force)| {
                 let place = EventPlace::branch(&branch.name, branch.s[i]);
                 Found { limit: Some(BUCKLED * euler), ..at(force, place) }
             }));
