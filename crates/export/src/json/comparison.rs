@@ -11,13 +11,8 @@
 //! A result has its `name`, `status`, `verdict`, `requirements` (as in `result.json`), `stable`, `energy` (J),
 //! `min_bend_radius` (`branch`, `s` and `value`, m), `iterations` and `seconds`. A difference has the `name` of the
 //! result, the `energy` above that of the reference (J), by name the `branches` (`largest` distance at `s`, `mean`
-<<<<<<< HEAD
-//! distance, m) and the `constraints` (`force`, N; `moment`, N m; `position`, m), and
-//! `unmatched`, what only one of the two has.
-=======
 //! distance, m) and the `constraints` (`force`, N; `moment`, N m; `position`, m), and `unmatched`, what only one of the
 //! two has.
->>>>>>> 6e93ce44a4ada0409837cb91c3a3f3b60d471166
 
 use super::document::Requirement;
 use super::values::SCHEMA;

@@ -220,13 +220,8 @@ fn requirements(found: &Summary) -> Markup {
                         "requirement", ">fails", ">unresolved", ">worst", ">margin", ">point", "step", "place",
                         "driven by",
                     ]))
-<<<<<<< HEAD
-                    tbody { @for of in &found.requirements {
-                        @let Requirement { name, measure, fails, unresolved, worst, drivers } = of;
-=======
                     tbody { @for own in &found.requirements {
                         @let Requirement { name, measure, fails, unresolved, worst, drivers } = own;
->>>>>>> 6e93ce44a4ada0409837cb91c3a3f3b60d471166
                         tr class=[(*fails > 0).then_some("trouble")] {
                             td { (name) }
                             td class="n" { (fails) }
