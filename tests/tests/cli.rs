@@ -221,7 +221,7 @@ fn compare_verdicts() -> Checked {
     ensure(row.contains("FAIL") && row.contains("pass") && row.contains("branch"), &ended)?;
     let ended = place.run(&[&arguments[..], &["--json", "--out", "c.json"]].concat())?.expect(0)?;
     ensure(ended.out.is_empty(), &ended)?;
-    let document: serde_json::Value = place.json("c.json")?;
+    let document: Value = place.json("c.json")?;
     let results = document["results"].as_array().ok_or("no results")?;
     let verdicts: Vec<&str> = results.iter().filter_map(|result| result["verdict"].as_str()).collect();
     ensure(verdicts == ["pass", "fail"], &document)?;
