@@ -20,13 +20,13 @@
 //! node is added what its cell differs from it, `(λ²/24) κ″`, at a station `β ℓ κ′`.
 //!
 //! **What is reported** is not the leading term itself, which changes its sign where the true error does at a slightly
-//! different place, but its envelope: the largest value within [`REACH`] nodes, no less than a tenth ([`FLOOR`]) of
-//! the branch's largest, times [`SAFETY`]. On a mesh so coarse that curvature changes by its own size from node to node
+//! different place, but its envelope: the largest value within `REACH` nodes, no less than a tenth (`FLOOR`) of
+//! the branch's largest, times `SAFETY`. On a mesh so coarse that curvature changes by its own size from node to node
 //! the leading term says little; there the estimate is the change itself (Zienkiewicz and Zhu 1992, The superconvergent
 //! patch recovery, International Journal for Numerical Methods in Engineering 33, estimate the error by such jumps).
 //!
 //! Where H is not available (dead moments have none, or the state is no equilibrium of known stability), the estimate
-//! is local: the last contribution, times [`LOCAL_SAFETY`], integrated along the branch for positions. Where cables
+//! is local: the last contribution, times `LOCAL_SAFETY`, integrated along the branch for positions. Where cables
 //! touch something H contains the contacts that act, and where they slide the arc length at the constraint is fixed;
 //! with another mesh both would differ a little, so the estimate is doubled there.
 
