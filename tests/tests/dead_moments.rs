@@ -3,6 +3,7 @@
 use std::f64::consts::TAU;
 use wireloom::Status;
 use wireloom::geometry::Vector;
+use wireloom::result::EventKind;
 use wireloom_tests::cables::run;
 
 /// A weightless rod, EI = 1 N m², clamped at A, with a couple about −y at B; `REST` is what follows.
@@ -69,7 +70,8 @@ fn no_increment_of_rolling_up_takes_more_than_twenty_iterations() {
                  load = \"couple\"\nfactor = 1\n";
     let run = run(&rod(1.0, 2.0 * TAU, 0.0, steps));
     assert_eq!(run.status, Status::Converged, "{:?}", run.events);
-    assert!(run.events.is_empty(), "{:?}", run.events);
+    // In two circles the rod lies in itself, and nothing else is to tell of.
+    assert!(run.events.iter().all(|event| event.kind == EventKind::PassedThrough), "{:?}", run.events);
     assert_eq!(run.steps.len(), 20);
     let mut before = 0;
     for end in &run.steps {

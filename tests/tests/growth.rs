@@ -149,8 +149,8 @@ fn a_report_on_very_many_points_takes_no_square_of_their_number() {
             ("length".to_owned(), column(&|k| (k % 97) as f64)),
             ("stiffness".to_owned(), column(&|k| (k % 89) as f64)),
             ("status".to_owned(), words),
-            ("bend_radius".to_owned(), column(&|k| (k % 97) as f64 + 0.1 * (k % 7) as f64)),
-            ("force".to_owned(), column(&|k| (k % 83) as f64)),
+            ("min_bend_radius".to_owned(), column(&|k| (k % 97) as f64 + 0.1 * (k % 7) as f64)),
+            ("max_force".to_owned(), column(&|k| (k % 83) as f64)),
         ];
         Table { columns, notes: Vec::new() }
     };

@@ -9,7 +9,7 @@ use wireloom::Registry;
 use wireloom::harness::{Problem, State};
 use wireloom::parts::{Minimiser, MinimiserKind, Report, Stop};
 use wireloom::scenario::NoFiles;
-use wireloom_studio::protocol::{Holding, Notice, Request, Scene, Session, Timeline};
+use wireloom_studio::protocol::{Holding, Notice, Request, Scene, Session, Sheet, Timeline};
 use wireloom_studio::{SessionInput, Studio, Subscription, TabMessage, frame};
 
 fn open(text: &str, registry: Registry) -> Studio {
@@ -26,6 +26,7 @@ struct Tab {
     scene: Option<Scene>,
     timeline: Option<Timeline>,
     session: Option<Session>,
+    sheet: Option<Sheet>,
     said: Vec<Notice>,
     frame: Option<frame::Header>,
 }
@@ -35,7 +36,7 @@ impl Tab {
         let (wake, woken) = mpsc::channel();
         // The receiver is gone when the test is over.
         let (number, feed) = studio.attach(Box::new(move || wake.send(()).unwrap_or_default()));
-        Self { number, feed, woken, scene: None, timeline: None, session: None, said: vec![], frame: None }
+        Self { number, feed, woken, scene: None, timeline: None, session: None, sheet: None, said: vec![], frame: None }
     }
 
     /// Takes messages until a condition holds.
@@ -45,6 +46,7 @@ impl Tab {
                 Some(TabMessage::Notice(Notice::Scene(scene))) => self.scene = Some(scene),
                 Some(TabMessage::Notice(Notice::Timeline(timeline))) => self.timeline = Some(timeline),
                 Some(TabMessage::Notice(Notice::Session(session))) => self.session = Some(session),
+                Some(TabMessage::Notice(Notice::Sheet(sheet))) => self.sheet = Some(sheet),
                 Some(TabMessage::Notice(notice)) => self.said.push(notice),
                 Some(TabMessage::Frame(bytes)) => self.frame = frame::decode(&bytes).map(|(header, _)| header),
                 None => self.woken.recv().expect("the studio is there"),
@@ -78,6 +80,7 @@ fn two_tabs_see_the_same_and_a_closed_one_frees_what_it_held() {
         tab.until(|tab| tab.scene.is_some() && tab.is_at(0));
     }
     assert_eq!(one.scene, other.scene);
+    assert!(one.sheet.is_some() && one.sheet == other.sheet);
     studio.submit(one.number, to(0.01));
     other.until(|tab| tab.is_at(1) && tab.holds() == [("plug-B".to_owned(), one.number)]);
     studio.submit(other.number, to(0.02));

@@ -279,8 +279,8 @@ fn the_sheet_of_a_session_is_that_of_run() {
     for (own, run) in own.iter().zip(&run) {
         let at = |line: &RequirementResult| line.moment.as_ref().map(|moment| (moment.step.clone(), moment.increment));
         assert_eq!((&own.name, own.verdict, at(own)), (&run.name, run.verdict, at(run)), "{own:?}\n{run:?}");
-        let difference = own.worst.zip(run.worst).map_or(0.0, |(own, run)| (own / run - 1.0).abs());
-        assert!(difference < 1e-9, "{own:?}\n{run:?}");
+        let close = own.worst.zip(run.worst).is_none_or(|(own, run)| (own - run).abs() <= 1e-9 * run.abs());
+        assert!(close, "{own:?}\n{run:?}");
     }
     let rest = own.iter().find(|line| line.name == "bends at rest").expect("a line");
     assert!(rest.verdict == wireloom::result::Verdict::Fail, "{rest:?}");
