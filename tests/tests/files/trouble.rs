@@ -3,7 +3,7 @@
 
 use crate::{SWEEP, cable};
 use std::fs::{self, File};
-use std::io::{BufRead, BufReader};
+use std::io::{BufRead, BufReader, ErrorKind};
 use std::os::unix::fs::PermissionsExt;
 use std::os::unix::process::CommandExt;
 use std::process::{Command, Stdio};
@@ -100,7 +100,13 @@ fn unprivileged(place: &Place, arguments: &[&str]) -> Ended {
         command.args(arguments).current_dir(place.path("")).uid(NOBODY).gid(NOBODY);
         command.stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped());
     }
-    ended(command.spawn().expect("the program runs"))
+    // Until another test that starts a program at this moment has let go of the copy, it is "busy".
+    loop {
+        match command.spawn() {
+            Err(error) if error.kind() == ErrorKind::ExecutableFileBusy => std::thread::yield_now(),
+            begun => return ended(begun.expect("the program runs")),
+        }
+    }
 }
 
 fn allow(place: &Place, name: &str, mode: u32) {

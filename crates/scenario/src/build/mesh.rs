@@ -35,22 +35,16 @@ pub(crate) struct Layout {
 impl Layout {
     /// Divides all branches of a scenario; `coarser` segments of the scenario become one.
     pub fn new(scenario: &Scenario, coarser: usize) -> Self {
-        let of_constraints = || scenario.constraints.iter().flat_map(|constraint| constraint.places());
-        let places = || of_constraints().chain(scenario.loads.iter().map(|load| load.at));
-        let branches: Vec<Divided> = scenario
-            .branches
-            .iter()
-            .enumerate()
-            .map(|(index, branch)| {
-                let arc_length = |at: At| match at {
-                    At::Branch { branch, s } if branch == index => Some(s),
-                    _ => None,
-                };
-                let sliding =
-                    scenario.constraints.iter().filter(|c| c.slide.is_some()).filter_map(|c| arc_length(c.place()));
+        let of_constraints = scenario.constraints.iter().flat_map(|constraint| constraint.places());
+        let places = of_constraints.chain(scenario.loads.iter().map(|load| load.at));
+        let attachments = by_branch(scenario, places);
+        let sliding = scenario.constraints.iter().filter(|constraint| constraint.slide.is_some());
+        let sliding = by_branch(scenario, sliding.map(|constraint| constraint.place()));
+        let branches = scenario.branches.iter().zip(attachments).zip(&sliding);
+        let branches: Vec<Divided> = branches
+            .map(|((branch, attachments), sliding)| {
                 let diameter = scenario.sections[branch.section].diameter;
-                let attachments = places().filter_map(arc_length).collect();
-                divide((branch, diameter), attachments, &sliding.collect::<Vec<_>>(), coarser)
+                divide((branch, diameter), attachments, sliding, coarser)
             })
             .collect();
         let mut layout = Self { stations: vec![BTreeSet::new(); branches.len()], branches };
@@ -76,6 +70,19 @@ impl Layout {
             At::Branch { branch, s } => Place::Node { branch, node: self.branches[branch].node(s) },
         }
     }
+}
+
+/// Arc lengths of places on each branch, m.
+fn by_branch(scenario: &Scenario, places: impl Iterator<Item = At>) -> Vec<Vec<f64>> {
+    let mut all = vec![Vec::new(); scenario.branches.len()];
+    for at in places {
+        if let At::Branch { branch, s } = at
+            && let Some(own) = all.get_mut(branch)
+        {
+            own.push(s);
+        }
+    }
+    all
 }
 
 /// Divides a branch with attachments at these arc lengths (m), uniformly between neighbouring attachments. A span
