@@ -308,8 +308,9 @@ impl Assembly {
                 Self::levers(&matrix.structure, network, state, network.branches[branch].points.start + segment);
             matrix.add(frame, frame, &h.tt);
             for (row, ji) in levers.iter().flatten() {
-                for (column, jk) in levers.iter().flatten() {
-                    matrix.add(*row, *column, &(ji.transpose() * h.ee * jk));
+                let half = ji.transpose() * h.ee;
+                for (column, jk) in levers.iter().flatten().filter(|(column, _)| column <= row) {
+                    matrix.add(*row, *column, &(half * jk));
                 }
                 matrix.add_both(frame, *row, &(h.te * ji));
             }

@@ -35,6 +35,9 @@ impl ContactTerm {
     /// Searches around every contact point that has moved too far since its last search.
     pub(super) fn search(&mut self, system: System<'_>, state: &State) {
         let network = system.network;
+        if network.obstacles.is_empty() {
+            return;
+        }
         let mut changed = false;
         for i in 0..self.points.len() {
             let point = self.points[i];

@@ -16,7 +16,8 @@ use crate::network::{APART, BranchEnd, next_id};
 use crate::rotation::orthogonal;
 use crate::variable::Variable;
 use crate::{Matrix, State, Vector};
-use std::collections::{BTreeSet, HashMap};
+use rustc_hash::FxHashMap;
+use std::collections::BTreeSet;
 
 /// Margin of the search, in largest radii: pairs nearer than their radii plus this are kept.
 const MARGIN: f64 = 2.0;
@@ -67,9 +68,9 @@ impl ContactTerm {
         let points = || self.points.iter().map(|point| point.position(network, state));
         let searched = &self.cables.searched;
         if searched.len() == self.points.len() {
-            let moved = points().zip(searched).map(|(x, was)| (x - was).norm_squared()).fold(0.0, f64::max).sqrt();
-            if moved <= 0.5 * margin {
-                self.cables.moved = moved;
+            let moves = points().zip(searched).map(|(x, was)| x - was);
+            largest_moves(&self.points, moves, &mut self.cables.moved);
+            if self.cables.moved.iter().all(|moved| *moved <= 0.5 * margin) {
                 return;
             }
         }
@@ -79,7 +80,7 @@ impl ContactTerm {
         // Spatial hash of the midpoints of segments: near ones are in the same or a neighbouring cell.
         let cell = 0.5 * cables.longest_segment * 1.5 + 2.0 * cables.largest_radius + margin;
         let key = |x: &Vector| x.map(|x| (x / cell).floor() as i64);
-        let mut cells: HashMap<[i64; 3], Vec<(u32, u32)>> = HashMap::new();
+        let mut cells: FxHashMap<[i64; 3], Vec<(u32, u32)>> = FxHashMap::default();
         for (b, branch) in network.branches.iter().enumerate() {
             for j in 0..branch.rod.mesh().segments() {
                 let middle =
@@ -134,7 +135,8 @@ impl ContactTerm {
             }
         }
         let cables = &mut self.cables;
-        (cables.pairs, cables.searched, cables.moved) = (pairs, points, 0.0);
+        (cables.pairs, cables.searched) = (pairs, points);
+        cables.moved.fill(0.0);
         let pattern = self.coupled(system, state);
         let known = &self.cables.pattern;
         // The matrix keeps its pattern unless there is a new pair; after the first search the pattern depends on the
@@ -174,12 +176,12 @@ impl ContactTerm {
         let mut pattern = BTreeSet::new();
         for pair in &self.cables.pairs {
             let point = &self.points[pair.point as usize];
-            let x = point.position(system.network, state);
             let branch = pair.branch as usize;
             let reach = COUPLED * pair.both;
-            if pair.nearest - 2.0 * self.cables.moved > reach {
+            if self.cables.nearest(point.branch, pair) > reach {
                 continue;
             }
+            let x = point.position(system.network, state);
             for j in pair.segments.0 as usize..=pair.segments.1 as usize {
                 let (_, place) = nearest_on(
                     &x,
@@ -274,10 +276,10 @@ impl ContactTerm {
         let pull = |record: &ContactRecord| record.multiplier / self.penalty(record);
         let pull = system.conditions.contact.records.iter().map(pull).fold(0.0, f64::max);
         for pair in &cables.pairs {
-            if pair.nearest - 2.0 * cables.moved > (1.0 + APPROACHING) * pair.both + pull {
+            let point = &self.points[pair.point as usize];
+            if cables.nearest(point.branch, pair) > (1.0 + APPROACHING) * pair.both + pull {
                 continue;
             }
-            let point = &self.points[pair.point as usize];
             let x = point.position(system.network, state);
             let first = self.penalties[point.branch];
             let records = system.conditions.contact.records_of(pair.point);
@@ -413,24 +415,34 @@ impl ContactTerm {
         }
         self.search_pairs(system, from);
         let moved = |i: usize| (to.points[i] - from.points[i]) + (to.compensation[i] - from.compensation[i]);
-        let cables = &self.cables;
-        let points = self.points.iter();
-        let moves = points.map(|point| point.position(system.network, to) - point.position(system.network, from));
-        let farthest = moves.map(|motion| motion.norm()).fold(0.0, f64::max);
+        let network = system.network;
+        let mut motions = std::mem::take(&mut self.cables.motions);
+        let moves = self.points.iter().map(|point| point.position(network, to) - point.position(network, from));
+        largest_moves(&self.points, moves, &mut motions);
+        let farthest = motions.iter().copied().fold(0.0, f64::max);
         let mut free = 1.0_f64;
-        for pair in &cables.pairs {
+        for pair in &self.cables.pairs {
             let point = &self.points[pair.point as usize];
-            let radius = 0.5 * system.network.branches[point.branch].section.diameter;
-            let nearest = pair.nearest - 2.0 * cables.moved;
-            if 2.0 * farthest < (SAFE * nearest).min(nearest - SPACING * radius) {
+            let radius = 0.5 * network.branches[point.branch].section.diameter;
+            let nearest = self.cables.nearest(point.branch, pair);
+            let both = motions[point.branch] + motions[pair.branch as usize];
+            if both < (SAFE * nearest).min(nearest - SPACING * radius) {
                 continue;
             }
-            free = free.min(self.fraction_of_piece(system, from, to, pair));
-            let (a, b) = (point.position(system.network, from), point.position(system.network, to));
+            let (a, b) = (point.position(network, from), point.position(network, to));
             let own = b - a;
             let distance = self.distance(system, from, pair, &a);
-            let start = system.network.branches[pair.branch as usize].points.start;
+            let start = network.branches[pair.branch as usize].points.start;
             let points = start + pair.segments.0 as usize..=start + pair.segments.1 as usize + 1;
+            // The piece up to the next contact point can meet the pair only if it comes that far.
+            let first = network.branches[point.branch].points.start + point.segment;
+            let ends = [moved(first), moved(first + 1)];
+            let apart = |i: usize| ends.iter().map(|end| (moved(i) - end).norm()).fold(0.0, f64::max);
+            let next = self.next[pair.point as usize];
+            let piece = (next - point.fraction) * (from.points[first + 1] - from.points[first]).norm();
+            if points.clone().map(apart).fold(0.0, f64::max) >= NEARLY * (distance - piece) {
+                free = free.min(self.fraction_of_piece(system, from, to, pair));
+            }
             let motion = points.map(|i| (moved(i) - own).norm()).fold(0.0, f64::max);
             let segments = || (pair.segments.0..=pair.segments.1).map(|segment| (pair.branch, segment));
             let coincides = |of| self.may_coincide(system, from, pair.point, of, pair.both);
@@ -438,6 +450,7 @@ impl ContactTerm {
                 free = free.min(SAFE * distance / motion);
             }
         }
+        self.cables.motions = motions;
         // Pairs that are not cached are farther apart than this; larger motions are checked separately.
         let covered = 0.5 * MARGIN * self.cables.largest_radius;
         if farthest > covered {
@@ -453,7 +466,7 @@ impl ContactTerm {
         if point.fraction == 1.0 {
             return 1.0;
         }
-        let next = self.next_fraction(&point);
+        let next = self.next[pair.point as usize];
         let piece = |state: &State| {
             [point.fraction, next].map(|fraction| (ContactPoint { fraction, ..point }).position(system.network, state))
         };
@@ -478,7 +491,7 @@ impl ContactTerm {
         let reach = 0.75 * cables.longest_segment + 2.0 * farthest;
         let cell = 2.0 * reach;
         let key = |x: &Vector| x.map(|x| (x / cell).floor() as i64);
-        let mut cells: HashMap<[i64; 3], Vec<(usize, usize)>> = HashMap::new();
+        let mut cells: FxHashMap<[i64; 3], Vec<(usize, usize)>> = FxHashMap::default();
         for (b, branch) in network.branches.iter().enumerate() {
             for j in 0..branch.rod.mesh().segments() {
                 cells.entry(key(&middle(from, b, j)).into()).or_default().push((b, j));
@@ -522,6 +535,18 @@ impl ContactTerm {
     }
 }
 
+/// Largest length of the moves of each branch's contact points, m; `moves` are those of `points`.
+fn largest_moves(points: &[ContactPoint], moves: impl Iterator<Item = Vector>, largest: &mut [f64]) {
+    largest.fill(0.0);
+    for (point, motion) in points.iter().zip(moves) {
+        let own = &mut largest[point.branch];
+        *own = own.max(motion.norm_squared());
+    }
+    largest.iter_mut().for_each(|largest| *largest = largest.sqrt());
+}
+
+/// Below 1 by more than the round-off of distances.
+const NEARLY: f64 = 1.0 - 1e-9;
 /// Fraction of the distance between two centre lines that one step may cover.
 const SAFE: f64 = 0.7;
 /// Least fraction of a motion that is permitted where cables nearly coincide: a smaller one would stall the solver.

@@ -76,6 +76,9 @@ impl ContactTerm {
         }
         free = free.min(self.collision_free_fraction_of_cables(system, from, to));
         let network = system.network;
+        if network.obstacles.is_empty() {
+            return free;
+        }
         for (i, point) in self.points.iter().enumerate() {
             let (a, b) = (point.position(network, from), point.position(network, to));
             let (at, reach) = &self.searched[i];

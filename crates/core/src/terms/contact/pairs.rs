@@ -26,8 +26,11 @@ pub(crate) struct Cables {
     pub(super) longest_segment: f64,
     /// Positions of the contact points at the last search; empty: no search yet.
     pub(super) searched: Vec<Vector>,
-    /// Largest displacement of a contact point since then, m: no distance decreased by more than twice this.
-    pub(super) moved: f64,
+    /// Largest displacement of a contact point of each branch since then, m: no distance between two branches has
+    /// decreased by more than the sum of theirs.
+    pub(super) moved: Vec<f64>,
+    /// Workspace: the same of one motion, m.
+    pub(super) motions: Vec<f64>,
     pub(super) pairs: Vec<Pair>,
     /// Overlaps that constraints prescribe.
     pub(super) held: Vec<HeldOverlap>,
@@ -46,7 +49,13 @@ impl Cables {
         let lengths = network.branches.iter().flat_map(|b| &b.rod.mesh().rest_lengths);
         let longest_segment = lengths.copied().fold(0.0, f64::max);
         let between = network.near_joints(2.0 * APART * largest_radius);
-        Self { between, largest_radius, longest_segment, ..Self::default() }
+        let moved = vec![0.0; network.branches.len()];
+        Self { between, largest_radius, longest_segment, motions: moved.clone(), moved, ..Self::default() }
+    }
+
+    /// Lower bound of the distance of a pair, whose contact point is on branch `own`, m.
+    pub(super) fn nearest(&self, own: usize, pair: &Pair) -> f64 {
+        pair.nearest - self.moved[own] - self.moved[pair.branch as usize]
     }
 
     /// Radius of the thickest branch, m.

@@ -26,7 +26,7 @@ impl ContactTerm {
         for pair in &self.cables.pairs {
             let point = self.points[pair.point as usize];
             if point.fraction < 1.0 {
-                self.crossings(system, state, pair, self.next_fraction(&point), &mut found);
+                self.crossings(system, state, pair, self.next[pair.point as usize], &mut found);
             }
         }
         for &index in &self.near {
@@ -34,7 +34,7 @@ impl ContactTerm {
             if point.fraction == 1.0 {
                 continue;
             }
-            let next = self.next_fraction(&point);
+            let next = self.next[index as usize];
             for cached in &self.cached[index as usize] {
                 found.extend(self.deepest_between(system, state, &point, next, cached));
             }
@@ -44,8 +44,13 @@ impl ContactTerm {
         found
     }
 
+    /// Finds the fraction of the next contact point on the segment, for each of them.
+    pub(super) fn find_next(&mut self) {
+        self.next = self.points.iter().map(|point| self.next_fraction(point)).collect();
+    }
+
     /// Fraction of the next contact point on the segment; the permanent ones are in order.
-    pub(super) fn next_fraction(&self, point: &ContactPoint) -> f64 {
+    fn next_fraction(&self, point: &ContactPoint) -> f64 {
         let place = |s: &ContactPoint| (s.branch, s.segment);
         let (own, added) = self.points.split_at(self.own);
         let first = own.partition_point(|s| place(s) < place(point));

@@ -94,6 +94,8 @@ pub struct ContactTerm {
     pub(super) penalties: Vec<f64>,
     /// Least stiffness of friction by branch, N/m.
     pub(crate) friction_stiffness: Vec<f64>,
+    /// Fraction of the next contact point on the same segment, of each contact point; 1 if there is none.
+    pub(super) next: Vec<f64>,
     /// Index of the tie of each point, if it is tied.
     pub(super) ties: Vec<Option<usize>>,
     /// Whether a constraint holds each point.
@@ -191,6 +193,7 @@ impl ContactTerm {
     pub fn set_extra(&mut self, extra: &[ContactPoint]) {
         self.points.truncate(self.own);
         self.points.extend_from_slice(extra);
+        self.find_next();
         self.cached.resize_with(self.points.len(), Vec::new);
         self.near.clear();
         self.search_again();
