@@ -1,6 +1,10 @@
 //! glTF 2.0 in one binary file (GLB): the harness with its obstacles, and surfaces. Metres; coordinates are in the
 //! axes of the scenario, under one node that turns them so that y points up, as the format demands.
 
+mod tubes;
+
+pub use tubes::{Tube, write_tubes};
+
 use crate::format::{self as output, Ended, Format};
 use crate::local::node_count;
 use serde_json::{Value, json};

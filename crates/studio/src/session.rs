@@ -17,6 +17,7 @@ mod settings;
 mod snapshot;
 #[cfg(test)]
 mod tests;
+mod trial;
 mod work;
 
 use crate::protocol::{Notice, Request, Scene, Sheet, Timeline};

@@ -105,6 +105,12 @@ impl Snapshot {
         Self { mesh: self.mesh, ..Self::new(self.text, self.own, self.by_hand, harness, self.run + 1) }
     }
 
+    /// Stops computing: the steps that are left are not computed.
+    pub fn stop(&mut self) {
+        self.pending = false;
+        self.mesh.stop();
+    }
+
     /// The current scenario.
     ///
     /// # Errors
