@@ -14,6 +14,7 @@ pub mod scene;
 pub mod server;
 mod session;
 mod sheet;
+mod stretches;
 mod worker;
 
 pub use session::{PROGRAM, SessionInput};
@@ -57,6 +58,7 @@ mod tests {
         declare(frame::ConstraintFrame::decl());
         declare(frame::ObstacleFrame::decl());
         declare(frame::Tightest::decl());
+        declare(frame::Stretch::decl());
         declare(frame::Violation::decl());
         declare(frame::Header::decl());
         declare(envelope::EnvelopeTube::decl());

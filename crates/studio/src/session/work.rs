@@ -136,7 +136,7 @@ impl Session {
         let index = self.now.frames() - 1;
         let newest = self.now.steps.last().and_then(|step| step.frames.borrow().last().cloned().flatten());
         let Some((mut header, _)) = newest.and_then(|frame| frame::decode(&frame)) else { return };
-        let violations: Vec<_> = end.violations.iter().map(Violation::of).collect();
+        let violations: Vec<_> = end.violations.iter().map(|own| Violation::of(own, &end)).collect();
         if near.is_empty() && header.violations == violations {
             return;
         }

@@ -254,8 +254,8 @@ function paint(): void {
     explained = null;
   }
   const broken = destroyed(shown.header.violations);
-  if (explained !== broken.size > 0) {
-    explained = broken.size > 0;
+  if (explained !== broken.length > 0) {
+    explained = broken.length > 0;
     legend.show(scale, hasUnknown(shown, scale), explained);
   }
   harness.update(shown, scale, broken);

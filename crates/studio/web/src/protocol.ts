@@ -535,6 +535,20 @@ radius: number,
  */
 limit: number | null, };
 
+export type Stretch = { 
+/**
+ * Name of the branch.
+ */
+branch: string, 
+/**
+ * Arc length where it begins, m.
+ */
+from: number, 
+/**
+ * Arc length where it ends, m.
+ */
+to: number, };
+
 export type Violation = { 
 /**
  * Name of the requirement.
@@ -571,7 +585,11 @@ margin: number | null,
 /**
  * Its place.
  */
-place: Place, };
+place: Place, 
+/**
+ * Parts of branches on which the cable is stretched, overloaded or in another one.
+ */
+stretches: Array<Stretch>, };
 
 export type Header = { 
 /**
