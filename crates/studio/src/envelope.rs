@@ -4,7 +4,7 @@
 //! | --- | --- |
 //! | 4 | length n of the header, a multiple of 4 |
 //! | n | [`EnvelopeHeader`] as JSON, padded with spaces |
-//! | for each tube | x, y, z of the mean centre line at its stations (m); for each percentile the radii there (m): f32 |
+//! | for each tube | mean centre line at its stations (x, y, z), then for each percentile the radii, m: f32 |
 //! | 12 per corner | x, y, z of the surface of all that was swept, m: f32 |
 //! | 12 per triangle | its corners: u32 |
 
