@@ -9,8 +9,9 @@ use wireloom::Control;
 use wireloom::export::table::{Column, Row, Table, read};
 use wireloom::scenario::{NoFiles, Setting};
 use wireloom::session::Monitor;
-use wireloom::sweep::{Points, header};
-use wireloom_tests::cables::hanging;
+use wireloom::sweep::tubes::Stations;
+use wireloom::sweep::{Chain, Points, Tube, header};
+use wireloom_tests::cables::{built, hanging};
 use wireloom_tests::{program, root};
 
 type Checked = Result<(), Failed>;
@@ -18,7 +19,7 @@ type Check = fn() -> Checked;
 
 fn main() -> ExitCode {
     let arguments = Arguments::from_args();
-    let own: [(&str, Check); 12] = [
+    let own: [(&str, Check); 13] = [
         ("killed ten times and taken up again, it has the same bytes as one of one thread that was left alone", killed),
         ("points that fail are rows, those beside them are not touched, and the report tells of both", failing_points),
         ("a scenario that changes begins anew, one without a sweep is refused", other_scenarios),
@@ -31,6 +32,7 @@ fn main() -> ExitCode {
         ("a point that takes too long is a row with its reason", time_limit),
         ("a point at which the program panics is a row with its reason", crashing),
         ("the swept space of a sweep has what each run sweeps in it", swept),
+        ("tubes of cables that are shifted over a known range have the percentiles of that range", tubes),
     ];
     let mut trials: Vec<Trial> = own.into_iter().map(|(name, check)| Trial::test(name, check)).collect();
     let python = python();
@@ -78,6 +80,7 @@ const MANY: &str = r#"
 method = "latin-hypercube"
 samples = 1500
 seed = 5
+swept = "40 mm"
 [sweep.vary]
 "branches.cable.length" = { mean = "1 m", deviation = "20 mm" }
 "constraints.plug-B.position.0" = { from = 0.5, to = 0.7 }
@@ -110,8 +113,10 @@ fn killed() -> Checked {
     let said = String::from_utf8_lossy(&last.stdout).into_owned();
     ensure(last.status.success() && said.starts_with("going on after "), &said)?;
     ensure(said.contains("1500 points: 1500 converged"), &said)?;
-    let bytes = |name: &str| fs::read(place.path().join(name).join("points.parquet"));
-    ensure(bytes("alone")? == bytes("killed")?, "the tables differ")?;
+    for file in ["points.parquet", "swept.glb", "swept-tubes.glb"] {
+        let bytes = |name: &str| fs::read(place.path().join(name).join(file));
+        ensure(bytes("alone")? == bytes("killed")?, format!("{file} differs"))?;
+    }
     ensure(blocks(&folder) == 0, "blocks are left behind")
 }
 
@@ -199,6 +204,25 @@ fn refused() -> Checked {
 /// Energy (J) and iterations.
 type Ended = (f64, f64);
 
+/// The chains of a sweep, and the stations of its tubes.
+fn chains(text: &str) -> Result<(Vec<Chain>, Stations), Failed> {
+    let registry = wireloom::registry();
+    let loaded = wireloom::load(text, &registry);
+    let (scenario, built) = loaded.map_err(|faults| Failed::from(wireloom::scenario::render(text, &faults)))?;
+    let sweep = scenario.sweep.as_ref().ok_or("no sweep")?;
+    let header = header(sweep, &built.network);
+    let stations = Stations::of(&built.network, &built.schedule);
+    let (files, minimiser, registry) = (&NoFiles, None, &registry);
+    let points = Points { text, files, minimiser, registry, batch: None, sweep, header, stations: stations.clone() };
+    let count = points.chains().len();
+    let kept = Mutex::new((0..count).map(|_| None).collect::<Vec<_>>());
+    points.compute(&(0..count).collect::<Vec<_>>(), &Monitor::default(), &|| (), |k, chain| {
+        kept.lock().map_err(|_| "poisoned")?[k] = Some(chain);
+        Ok::<(), &str>(())
+    })?;
+    Ok((kept.into_inner()?.into_iter().flatten().collect(), stations))
+}
+
 /// The rows of a sweep, and how a run of each point alone ends.
 fn rows_and_runs(text: &str) -> Result<(Vec<Row>, Vec<Ended>), Failed> {
     let registry = wireloom::registry();
@@ -206,17 +230,9 @@ fn rows_and_runs(text: &str) -> Result<(Vec<Row>, Vec<Ended>), Failed> {
         let loaded = wireloom::load_with_settings(text, settings, &NoFiles, &registry);
         loaded.map_err(|faults| Failed::from(wireloom::scenario::render(text, &faults)))
     };
-    let (scenario, built) = load(&[])?;
+    let (scenario, _) = load(&[])?;
     let sweep = scenario.sweep.as_ref().ok_or("no sweep")?;
-    let header = header(sweep, &built.network);
-    let points = Points { text, files: &NoFiles, minimiser: None, registry: &registry, batch: None, sweep, header };
-    let chains = points.chains();
-    let kept = Mutex::new(vec![Vec::new(); chains.len()]);
-    points.compute(&(0..chains.len()).collect::<Vec<_>>(), &Monitor::default(), &|| (), |k, chain| {
-        kept.lock().map_err(|_| "poisoned")?[k] = chain.rows;
-        Ok::<(), &str>(())
-    })?;
-    let rows: Vec<Row> = kept.into_inner()?.into_iter().flatten().collect();
+    let rows: Vec<Row> = chains(text)?.0.into_iter().flat_map(|chain| chain.rows).collect();
     ensure(rows.len() == sweep.points, rows.len())?;
     let mut runs = Vec::new();
     for k in 0..sweep.points {
@@ -521,6 +537,49 @@ fn crashing() -> Checked {
     ensure(rows[1].verdict.is_none() && rows[1].numbers.iter().all(Option::is_none), &rows[1])
 }
 
+/// The JSON of a GLB file.
+fn glb(path: &Path) -> Result<serde_json::Value, Failed> {
+    let bytes = fs::read(path)?;
+    let length = u32::from_le_bytes(bytes[12..16].try_into()?) as usize;
+    Ok(serde_json::from_slice(&bytes[20..20 + length])?)
+}
+
+fn tubes() -> Checked {
+    // Both plugs are shifted alike, by -100 to 100 mm in steps of 1 mm: the cable keeps its shape.
+    let shifted =
+        "swept = \"50 mm\"\n[sweep.vary]\n\"constraints.*.position.1\" = { from = -0.1, to = 0.1, count = 201 }\n";
+    let steps = "[[steps]]\nname = \"hang\"\n[[steps]]\nname = \"accelerate\"\ngravity = [0, 0, -20]\nincrements = 2\n";
+    let text = cable(&[shifted, steps].concat());
+    let (chains, points) = chains(&text)?;
+    let all = points.tubes(chains.len(), |k| Ok::<_, Failed>(chains[k].lines.clone()))?;
+    ensure(all.len() == 2 && all[0].step == "hang" && all[1].step == "accelerate", &all)?;
+    let radius = 0.5 * built(&text).network.branches[0].section.diameter;
+    for tube in &all {
+        ensure(tube.points == 201 && tube.centre.iter().all(|x| x.y.abs() < 1e-6), &tube.centre)?;
+        let found: Vec<usize> = tube.radii.iter().map(|(percent, _)| *percent).collect();
+        ensure(found == [50, 90, 95, 100], found)?;
+        for ((percent, radii), shift) in tube.radii.iter().zip([0.050, 0.090, 0.095, 0.100]) {
+            let off = radii.iter().map(|r| (r - shift - radius).abs()).fold(0.0, f64::max);
+            ensure(off < 2e-6, format!("{percent} % of `{}`: off by {off} m", tube.step))?;
+        }
+    }
+    // The sag differs between the steps: the mean line is that of the step.
+    let sag = |tube: &Tube| tube.centre.iter().map(|x| x.z).fold(0.0, f64::min);
+    ensure(sag(&all[1]) < sag(&all[0]) - 1e-5, (sag(&all[0]), sag(&all[1])))?;
+    let place = tempfile::tempdir()?;
+    fs::write(place.path().join("s.toml"), &text)?;
+    ensure(sweep(place.path(), "o").arg("--quiet").status()?.success(), "the sweep fails")?;
+    let json = glb(&place.path().join("o/swept-tubes.glb"))?;
+    let nodes = json["nodes"].as_array().ok_or("no nodes")?;
+    let named = |name: &str| nodes.iter().find(|node| node["name"] == name).ok_or(format!("no node `{name}`"));
+    let extras = serde_json::json!({ "branch": "cable", "percentile": 95, "step": "hang", "points": 201 });
+    ensure(named("cable / 95 % / hang")?["extras"] == extras, named("cable / 95 % / hang")?)?;
+    let mesh = named("cable / 100 % / accelerate")?["mesh"].as_u64().ok_or("no mesh")? as usize;
+    let position = json["meshes"][mesh]["primitives"][0]["attributes"]["POSITION"].as_u64().ok_or("none")? as usize;
+    let width = json["accessors"][position]["max"][1].as_f64().ok_or("no bound")?;
+    ensure((width - 0.1 - radius).abs() < 1e-5, width)
+}
+
 fn swept() -> Checked {
     let place = tempfile::tempdir()?;
     let steps =
@@ -528,9 +587,7 @@ fn swept() -> Checked {
     let sweep_of_lengths = "swept = \"5 mm\"\n[sweep.vary]\n\"branches.cable.length\" = { values = [0.9, 1.0, 1.1] }\n";
     fs::write(place.path().join("s.toml"), cable(&[sweep_of_lengths, steps].concat()))?;
     let box_of = |file: &str| -> Result<[f64; 6], Failed> {
-        let bytes = fs::read(place.path().join(file))?;
-        let length = u32::from_le_bytes(bytes[12..16].try_into()?) as usize;
-        let json: serde_json::Value = serde_json::from_slice(&bytes[20..20 + length])?;
+        let json = glb(&place.path().join(file))?;
         let accessors = json["accessors"].as_array().ok_or("no accessors")?;
         let position = accessors.iter().find(|one| one["min"].is_array()).ok_or("no positions")?;
         let read = |end: &str, k: usize| position[end][k].as_f64().unwrap_or(f64::NAN);

@@ -237,6 +237,10 @@ pub struct StudioArguments {
     /// A scenario, to be changed interactively; or a folder that `run` has written, to be played
     #[arg(value_name = "FILE|DIR")]
     pub what: PathBuf,
+    /// Show the tolerance envelope of the sweep in this folder, too: the space that it swept, and tubes that hold each
+    /// branch in a share of its points
+    #[arg(long, value_name = "DIR")]
+    pub envelope: Option<PathBuf>,
     /// Port to listen at [default: that of the last session, or any]
     #[arg(long, value_name = "N")]
     pub port: Option<u16>,

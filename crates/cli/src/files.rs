@@ -1,5 +1,6 @@
 //! Files: scenarios that are read, folders of results that are written, and the program's own folder within them.
 
+pub mod envelope;
 pub mod folder;
 pub mod load;
 pub mod own;

@@ -1,12 +1,17 @@
 //! glTF 2.0 in one binary file (GLB): the harness with its obstacles, and surfaces. Metres; coordinates are in the
 //! axes of the scenario, under one node that turns them so that y points up, as the format demands.
 
+mod tubes;
+
+pub use tubes::{Tube, write_tubes};
+
 use crate::format::{self as output, Ended, Format};
+use crate::json;
 use crate::local::node_count;
 use serde_json::{Value, json};
 use std::f64::consts::{FRAC_1_SQRT_2, TAU};
 use std::io::{self, Write};
-use wireloom_core::equilibrium::{BranchResult, ConstraintResult, StepResult};
+use wireloom_core::equilibrium::{BranchResult, ConstraintResult, Run, StepResult};
 use wireloom_core::obstacle::{Obstacle, Surface};
 use wireloom_core::rotation::columns;
 use wireloom_core::{Pose, Vector};
@@ -42,15 +47,17 @@ const HELD: usize = 1;
 const OBSTACLE: usize = 2;
 const SWEPT: usize = 3;
 
-/// Writes the harness at the end of each of `steps`, a scene each, of which the last is the one shown: branches as
+/// Writes the harness at the end of each step of a run, a scene each, of which the last is the one shown: branches as
 /// tubes of their diameter, constraints as boxes (longer for connectors), obstacles at their poses; nodes have their
-/// names. Parts without finite coordinates, which a failed run may leave, are omitted.
+/// names. Parts without finite coordinates, which a failed run may leave, are omitted. The `extras` of the file have
+/// `status`, `verdict` and `requirements` as they are in `result.json`.
 ///
 /// # Errors
 /// Those of `out`; `InvalidInput` where a branch's vectors differ in length, or the file grows beyond the 4 GB that
 /// the format can hold.
-pub fn write(steps: &[&StepResult], obstacles: &[Obstacle], out: &mut impl Write) -> io::Result<()> {
-    let mut file = File::default();
+pub fn write(run: &Run, obstacles: &[Obstacle], out: &mut impl Write) -> io::Result<()> {
+    let steps = output::ends(run);
+    let mut file = File { extras: Some(json::sheet(run)?), ..File::default() };
     let bodies: Vec<Option<usize>> = obstacles
         .iter()
         .enumerate()
@@ -211,6 +218,8 @@ struct File {
     meshes: Vec<Value>,
     nodes: Vec<Value>,
     scenes: Vec<Value>,
+    /// Data of applications, if there are any.
+    extras: Option<Value>,
 }
 
 impl File {
@@ -299,6 +308,9 @@ impl File {
             "nodes": self.nodes,
             "materials": materials,
         });
+        if let Some(extras) = self.extras {
+            document["extras"] = extras;
+        }
         // Lists may not be empty.
         let lists = [("meshes", self.meshes), ("accessors", self.accessors), ("bufferViews", self.views)];
         for (key, list) in lists.into_iter().filter(|(_, list)| !list.is_empty()) {
@@ -350,7 +362,7 @@ impl Format for Gltf {
             return vec![];
         }
         let obstacles = ended.surroundings.obstacles();
-        vec![output::File::new("harness.glb", |mut out| write(&ended.ends(), obstacles, &mut out))]
+        vec![output::File::new("harness.glb", |mut out| write(ended.run, obstacles, &mut out))]
     }
 }
 

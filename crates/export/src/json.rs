@@ -55,11 +55,25 @@ pub use values::SCHEMA;
 
 use crate::ending::Ending;
 use crate::format::{Ended, File, Format};
-use document::{Document, Sheet};
+use document::{Document, Requirement, Sheet};
 use std::io::{self, BufWriter, Read, Write};
 use stream::{Collected, Written};
 use wireloom_core::Run;
 use wireloom_core::equilibrium::StepResult;
+
+/// Status, verdict and requirements of a run, as they are in `result.json`.
+///
+/// # Errors
+/// None that is known: numbers that are not finite are null.
+pub(crate) fn sheet(run: &Run) -> io::Result<serde_json::Value> {
+    let lines = run.requirements.iter().map(|line| serde_json::to_value(Requirement::of(line)));
+    let requirements = lines.collect::<Result<Vec<_>, _>>()?;
+    Ok(serde_json::json!({
+        "status": run.status.word(),
+        "verdict": run.verdict().word(),
+        "requirements": requirements,
+    }))
+}
 
 /// Writes `run` as one JSON object and a line feed.
 ///

@@ -3,20 +3,24 @@
 
 use crate::format::{Ended, File, Format, Increment, Surroundings};
 use crate::local::{Local, node_count};
+use crate::sheet;
 use crate::xml::escape;
 use std::io::{self, BufWriter, Write};
 use wireloom_core::equilibrium::{BranchResult, Run, StepResult};
 use wireloom_core::obstacle::Surface;
+use wireloom_core::requirement::Violation;
 
 /// Writes `step` as VTK PolyData XML with appended raw data (little endian, 64-bit headers).
 ///
-/// Branches with fewer than two nodes are omitted; the cell array `branch` holds the index of the branch in the
-/// scenario. Point arrays carry their units in their names; `bend limit/radius` is NaN where a branch has no limit.
+/// The field data has the `status` of the increment and the `violations` of requirements at its end, a sentence each;
+/// the verdict on the whole run is in `result.json`. Branches with fewer than two nodes are omitted; the cell array
+/// `branch` holds the index of the branch in the scenario. Point arrays carry their units in their names; `bend
+/// limit/radius` is NaN where a branch has no limit.
 ///
 /// # Errors
 /// Those of `out`; `InvalidInput` where a branch's vectors differ in length.
 pub fn write(step: &StepResult, out: &mut impl Write) -> io::Result<()> {
-    let mut data = Data::default();
+    let mut data = Data { field: field(step), ..Data::default() };
     for (index, branch) in step.branches.iter().enumerate() {
         let n = node_count(branch)?;
         if n >= 2 {
@@ -114,12 +118,37 @@ pub fn write_series(files: &[SeriesFile], out: &mut impl Write) -> io::Result<()
 /// The arrays of a file, in the order in which they are appended.
 #[derive(Default)]
 struct Data {
+    /// The field data, as elements.
+    field: String,
     points: Vec<f64>,
     scalars: [Vec<f64>; SCALARS.len()],
     vectors: [Vec<f64>; VECTORS.len()],
     connectivity: Vec<i64>,
     offsets: Vec<i64>,
     branch: Vec<i64>,
+}
+
+/// Status and violations of an increment as field data.
+fn field(step: &StepResult) -> String {
+    let sentence = |violation: &Violation| {
+        let Violation { name, measure, severity, value, limit, bound, place } = violation;
+        let (quantity, severity, bound) = (measure.word(), severity.word(), bound.word());
+        let [value, limit] = [*value, *limit].map(|number| sheet::value(*measure, number));
+        let words = format!("{name} ({severity}): {quantity} {value}, {bound} {limit}");
+        match place.to_string() {
+            place if place.is_empty() => words,
+            place => format!("{words}, {place}"),
+        }
+    };
+    let violations: Vec<String> = step.violations.iter().map(sentence).collect();
+    strings("status", &[step.status.word().to_owned()]) + &strings("violations", &violations)
+}
+
+/// An array of strings, each as the codes of its bytes with a zero behind.
+fn strings(name: &str, all: &[String]) -> String {
+    let codes: String = all.iter().flat_map(|text| text.bytes().chain([0])).map(|byte| format!("{byte} ")).collect();
+    let count = all.len();
+    format!("<Array type=\"String\" Name=\"{name}\" NumberOfTuples=\"{count}\" format=\"ascii\">\n{codes}\n</Array>\n")
 }
 
 const SCALARS: [&str; 8] = [
@@ -170,9 +199,11 @@ impl Data {
             "<?xml version=\"1.0\"?>\n\
              <VTKFile type=\"PolyData\" version=\"1.0\" byte_order=\"LittleEndian\" header_type=\"UInt64\">\n\
              <PolyData>\n\
+             <FieldData>\n{}</FieldData>\n\
              <Piece NumberOfPoints=\"{points}\" NumberOfVerts=\"0\" NumberOfLines=\"{lines}\" \
              NumberOfStrips=\"0\" NumberOfPolys=\"0\">\n\
-             <PointData>"
+             <PointData>",
+            self.field
         )?;
         for (name, array) in SCALARS.iter().zip(&self.scalars) {
             out.write_all(appended.floats(name, 1, array).as_bytes())?;

@@ -87,6 +87,9 @@ pub struct Branch {
     /// For [`Division::ByAccuracy`]: arc lengths (increasing) and the length of segments there, linear in between, as
     /// fractions of the length of the branch; empty before they are known.
     pub sizes: Vec<[f64; 2]>,
+    /// For [`Division::ByAccuracy`]: arc lengths of nodes to keep (increasing, with both ends), as fractions of the
+    /// length of the branch. Further attachments add nodes. Empty where [`Self::sizes`] decide.
+    pub nodes: Vec<f64>,
     /// Kind of rod.
     pub rod: String,
     /// Parameters of the kind.
@@ -106,8 +109,8 @@ pub enum Division {
     Segments(usize),
     /// Largest length of a segment, m.
     MaxSegment(f64),
-    /// As [`Branch::sizes`] says; `longest`, m, is the largest length of a segment. Before sizes are known, it is
-    /// divided uniformly into some segments.
+    /// As [`Branch::nodes`] or [`Branch::sizes`] say; `longest`, m, is the largest length of a segment. Before sizes
+    /// are known, it is divided uniformly into some segments.
     ByAccuracy {
         /// Largest length of a segment, m; may be infinite.
         longest: f64,

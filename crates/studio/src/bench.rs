@@ -93,7 +93,7 @@ fn drag(text: &str) -> Result<Drag, String> {
     let token = Token::random()?;
     let listener = TcpListener::bind("127.0.0.1:0").map_err(|error| error.to_string())?;
     let content = Content::Live(Live::new(studio, None, Box::new(NoBackend)));
-    let site = Site { page: String::new(), content };
+    let site = Site { page: String::new(), content, envelope: None };
     let server = Server::start(listener, "127.0.0.1", token.clone(), site).map_err(|error| error.to_string())?;
     let address = format!("ws://{}/socket?token={}", server.address(), token.digits());
     let measured = connect(&address).map_err(|error| error.to_string()).and_then(|mut page| page.drag());

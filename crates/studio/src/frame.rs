@@ -128,6 +128,20 @@ pub struct Violation {
     pub margin: Option<f64>,
     /// Its place.
     pub place: Place,
+    /// Parts of branches on which the cable is stretched, overloaded or in another one.
+    pub stretches: Vec<Stretch>,
+}
+
+/// A part of a branch.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(test, derive(TS))]
+pub struct Stretch {
+    /// Name of the branch.
+    pub branch: String,
+    /// Arc length where it begins, m.
+    pub from: f64,
+    /// Arc length where it ends, m.
+    pub to: f64,
 }
 
 impl Header {
@@ -166,7 +180,7 @@ impl Header {
                 radius: bend.value,
                 limit: bend.limit,
             }),
-            violations: end.violations.iter().map(Violation::of).collect(),
+            violations: end.violations.iter().map(|own| Violation::of(own, end)).collect(),
             energy: effects.map(|(effect, joules)| (effect.to_owned(), joules)).into(),
         }
     }

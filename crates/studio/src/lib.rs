@@ -5,6 +5,7 @@
 //! sends messages to every tab through its [`Subscription`].
 
 pub mod bench;
+pub mod envelope;
 pub mod exports;
 pub mod frame;
 pub mod protocol;
@@ -13,6 +14,7 @@ pub mod scene;
 pub mod server;
 mod session;
 mod sheet;
+mod stretches;
 mod worker;
 
 pub use session::{PROGRAM, SessionInput};
@@ -23,7 +25,7 @@ pub const PAGE: &str = include_str!("../web/dist/index.html");
 
 #[cfg(test)]
 mod tests {
-    use crate::{frame, protocol};
+    use crate::{envelope, frame, protocol};
     use ts_rs::TS;
 
     /// The page's protocol types are generated from the server's. Regenerate with `WIRELOOM_PROTOCOL=write cargo test
@@ -31,7 +33,7 @@ mod tests {
     #[test]
     fn the_page_speaks_the_same_protocol() {
         let mut text = String::from(
-            "// Generated from crates/studio/src/protocol.rs and frame.rs by a test:\n\
+            "// Generated from protocol.rs, frame.rs and envelope.rs in crates/studio/src by a test:\n\
              // WIRELOOM_PROTOCOL=write cargo test -p wireloom-studio protocol\n\n",
         );
         let mut declare = |declaration: String| text += &format!("export {declaration}\n\n");
@@ -56,8 +58,11 @@ mod tests {
         declare(frame::ConstraintFrame::decl());
         declare(frame::ObstacleFrame::decl());
         declare(frame::Tightest::decl());
+        declare(frame::Stretch::decl());
         declare(frame::Violation::decl());
         declare(frame::Header::decl());
+        declare(envelope::EnvelopeTube::decl());
+        declare(envelope::EnvelopeHeader::decl());
         text += &format!("/** Number of quantities per node. */\nexport const FLOATS = {};\n", frame::FLOATS);
         let place = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("web/src/protocol.ts");
         if std::env::var_os("WIRELOOM_PROTOCOL").is_some() {

@@ -160,6 +160,8 @@ pub struct Scene {
     pub notes: Vec<String>,
     /// Names of files under `export/`: `result.json`, `picture.svg` and others.
     pub exports: Vec<String>,
+    /// Whether there is a tolerance envelope, at `envelope` ([`crate::envelope`]).
+    pub envelope: bool,
 }
 
 /// A branch.

@@ -11,7 +11,7 @@ use wireloom::result::{Measure, Part, Requirement};
 /// Half-size at which unbounded obstacles are drawn, m.
 pub(crate) const DRAWN: f64 = 10.0;
 
-/// The scene of a network, not live, without settings, exports and notes.
+/// The scene of a network, not live, without settings, exports, notes and envelope.
 pub fn of(name: &str, program: &str, gravity: Vector, network: &Network) -> Scene {
     Scene {
         name: name.to_owned(),
@@ -26,6 +26,7 @@ pub fn of(name: &str, program: &str, gravity: Vector, network: &Network) -> Scen
         settings: Vec::new(),
         notes: Vec::new(),
         exports: Vec::new(),
+        envelope: false,
     }
 }
 

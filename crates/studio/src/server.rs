@@ -185,6 +185,7 @@ fn routes(state: Arc<ServerState>, peer: Arc<Peer>) -> Router {
         .route("/", get(page))
         .route("/socket", get(tab::open))
         .route("/export/{*name}", get(export))
+        .route("/envelope", get(envelope))
         .layer(axum::middleware::from_fn_with_state(state.clone(), guard::guard))
         .layer(Extension(peer))
         .with_state(state)
@@ -195,6 +196,13 @@ async fn page(State(state): State<Arc<ServerState>>) -> Response {
     // The page itself states its content security policy.
     let policy = (header::CONTENT_SECURITY_POLICY, HeaderValue::from_static("frame-ancestors 'none'"));
     ([kind, policy], state.site.page.clone()).into_response()
+}
+
+async fn envelope(State(state): State<Arc<ServerState>>) -> Response {
+    match &state.site.envelope {
+        Some(bytes) => (file_headers("envelope"), bytes.clone()).into_response(),
+        None => (StatusCode::NOT_FOUND, "there is no envelope\n").into_response(),
+    }
 }
 
 async fn export(State(state): State<Arc<ServerState>>, Path(name): Path<String>) -> Response {

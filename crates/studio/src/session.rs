@@ -11,17 +11,20 @@ mod dragging;
 mod fuzz;
 mod harness;
 mod hold;
+mod mesh;
 mod refusal;
 mod settings;
 mod snapshot;
 #[cfg(test)]
 mod tests;
+mod trial;
 mod work;
 
 use crate::protocol::{Notice, Request, Scene, Sheet, Timeline};
 use crate::{frame, scene, sheet};
 use drag::Drag;
 use harness::Harness;
+use mesh::Mesh;
 use refusal::{Refusal, no_start};
 use serde_json::Value as Json;
 use snapshot::{MAX_FRAME_BYTES, MAX_STEP_END_BYTES, Snapshot, limit_memory};
@@ -178,6 +181,7 @@ impl Session {
         scene.run = *run;
         scene.settings = settings::all(&harness.scenario, &self.registry);
         scene.notes.clone_from(&harness.notes);
+        scene.notes.extend(self.now.mesh.note());
         scene.notes.extend(self.now.at.iter().flat_map(|at| at.notes().iter().cloned()));
         scene
     }
@@ -222,8 +226,11 @@ impl Session {
         if !self.now.pending {
             return None;
         }
-        let Some(at) = &self.now.at else { return Some("the start".to_owned()) };
-        self.now.harness.schedule.steps.get(at.done().0).map(|step| format!("step {}", step.name))
+        let what = match &self.now.at {
+            None => "the start".to_owned(),
+            Some(at) => format!("step {}", self.now.harness.schedule.steps.get(at.done().0)?.name),
+        };
+        Some(self.now.mesh.progress().map_or(what.clone(), |progress| format!("{what} ({progress})")))
     }
 
     /// Labels of the next undo and the next redo.
@@ -252,7 +259,7 @@ impl Session {
             scenario: harness.schedule.scenario.clone(),
             ends: self.ends(),
             events: events.to_vec(),
-            notes: harness.notes.iter().chain(noted).cloned().collect(),
+            notes: harness.notes.iter().cloned().chain(self.now.mesh.note()).chain(noted.iter().cloned()).collect(),
             status: self.status(),
             requirements: self.shown_sheet.1.clone(),
             obstacles: Arc::new(harness.network.obstacles.clone()),
@@ -313,7 +320,8 @@ impl Session {
 
     /// Stops the current step or drag.
     pub fn stop(&mut self) {
-        self.now.pending = false;
+        self.changes.scene |= self.now.mesh.progress().is_some();
+        self.now.stop();
         if let Some(drag) = &mut self.drag {
             drag.goal = None;
             if drag.ends {
@@ -353,7 +361,8 @@ impl Session {
         }
         let text = with_value(text, key, &value, &self.registry)?;
         let mut next = Snapshot::new(text.into(), *own, by_hand.clone(), harness.clone(), run + 1);
-        next.harness = Rc::new(self.load(&next)?);
+        next.harness = Rc::new(self.load_anew(&next)?);
+        next.mesh = Mesh::of(&next.harness);
         let label = format!("{} of {}", known.label, known.group);
         self.commit(label, next);
         Ok(())
@@ -446,7 +455,7 @@ impl Session {
         next.steps.truncate(step + 1);
         next.own = next.own.min(step);
         next.by_hand.truncate(step - next.own);
-        next.pending = false;
+        next.stop();
         let end = next.steps[step].end.borrow().clone();
         if let Some(end) = &end
             && end.harness.schedule.steps.len() <= step
@@ -458,7 +467,7 @@ impl Session {
             let harness = Rc::new(self.load(&next)?);
             let at = end.as_ref().and_then(|end| harness.transfer(&end.harness, &end.checkpoint));
             let Some(at) = at else {
-                return Ok(Some(Snapshot::new(next.text, next.own, next.by_hand, harness, next.run + 1)));
+                return Ok(Some(next.restarted(harness)));
             };
             (next.harness, next.at) = (harness, Some(Rc::new(at)));
         }
@@ -468,9 +477,15 @@ impl Session {
     }
 
     /// Builds the harness of a snapshot's text.
-    fn load(&self, snapshot: &Snapshot) -> Result<Harness, Refusal> {
+    fn load_anew(&self, snapshot: &Snapshot) -> Result<Harness, Refusal> {
         let text = snapshot.whole_text()?;
         Ok(Harness::load(&text, &*self.files, &self.registry, &self.monitor)?)
+    }
+
+    /// Builds the harness of a snapshot's text, on the mesh that the snapshot has.
+    fn load(&self, snapshot: &Snapshot) -> Result<Harness, Refusal> {
+        let harness = self.load_anew(snapshot)?;
+        Ok(harness.on_mesh_of(&snapshot.harness.network, &self.registry, &self.monitor)?)
     }
 
     /// The snapshot that an operation may extend: it ends with a completed step.

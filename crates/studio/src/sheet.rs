@@ -2,8 +2,9 @@
 
 use crate::frame::{Violation, number};
 use crate::protocol::{Place, Sheet, SheetLine};
+use crate::stretches;
 use wireloom::result::{EventPlace, Moment, RequirementResult, Verdict, by_urgency, verdict};
-use wireloom::{Status, result};
+use wireloom::{Status, StepResult, result};
 
 /// The sheet at the end of a run, or so far: `steps` of which `done` have been computed. `frame`: the number of an
 /// increment's frame.
@@ -59,7 +60,8 @@ impl Place {
 }
 
 impl Violation {
-    pub(crate) fn of(violation: &result::Violation) -> Self {
+    pub(crate) fn of(violation: &result::Violation, end: &StepResult) -> Self {
+        let stretches = stretches::of(violation, end);
         let result::Violation { name, measure, severity, value, limit, bound, place } = violation;
         Self {
             name: name.clone(),
@@ -71,6 +73,7 @@ impl Violation {
             bound: bound.word().to_owned(),
             margin: bound.margin(*value, *limit),
             place: Place::of(place),
+            stretches,
         }
     }
 }

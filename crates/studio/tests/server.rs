@@ -217,7 +217,7 @@ fn a_server_that_ends_within_an_increment_leaves_no_thread_behind() {
     let token = Token::random().expect("random numbers");
     let studio = common::session(&endless.replace("segments = 40", "segments = 1000"), false).expect("no faults");
     let live = Live::new(studio, None, Box::new(MemoryBackend::default()));
-    let site = Site { page: String::new(), content: Content::Live(live) };
+    let site = Site { page: String::new(), content: Content::Live(live), envelope: None };
     let server = Server::start(listener, "127.0.0.1", token, site).expect("started");
     std::thread::sleep(Duration::from_millis(300));
     assert!(server.stop(), "the solver has ended");

@@ -7,6 +7,7 @@ use std::sync::Mutex;
 use wireloom::export::table::Cell;
 use wireloom::scenario::{NoFiles, render};
 use wireloom::session::Monitor;
+use wireloom::sweep::tubes::Stations;
 use wireloom::sweep::{Points, header};
 
 const TEXT: &str = include_str!("../../../scenarios/first.toml");
@@ -18,8 +19,9 @@ fn main() -> Result<(), String> {
     let (scenario, built) = wireloom::load(&text, &registry).map_err(|faults| render(&text, &faults))?;
     let sweep = scenario.sweep.as_ref().ok_or("the text has a sweep")?;
     let header = header(sweep, &built.network);
-    let points =
-        Points { text: &text, files: &NoFiles, minimiser: None, registry: &registry, batch: None, sweep, header };
+    let stations = Stations::of(&built.network, &built.schedule);
+    let (text, files, minimiser, registry) = (&text, &NoFiles, None, &registry);
+    let points = Points { text, files, minimiser, registry, batch: None, sweep, header, stations };
     let chains: Vec<usize> = (0..points.chains().len()).collect();
     let rows = Mutex::new(Vec::new());
     // Chains come as they are done; one that could not be kept would end the sweep.

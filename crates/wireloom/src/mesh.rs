@@ -9,7 +9,7 @@
 
 use wireloom_core::equilibrium::StepResult;
 use wireloom_core::{Monitor, Network, Registry, Status};
-use wireloom_scenario::{Built, Division, Fault, Scenario};
+use wireloom_scenario::{Branch, Built, Division, Fault, Scenario};
 use wireloom_solve::report::discretisation::NodalErrors;
 use wireloom_solve::steps::checkpoint::Observer;
 use wireloom_solve::{Control, Progress};
@@ -31,8 +31,8 @@ const GENTLE: f64 = 50.0;
 /// Fewest segments of a branch.
 const FEWEST: f64 = 4.0;
 
-/// Lengths of segments along each branch; see [`wireloom_scenario::Branch::sizes`].
-pub type Sizes = Vec<Vec<[f64; 2]>>;
+/// Lengths of segments along each branch; see [`Branch::sizes`].
+type Sizes = Vec<Vec<[f64; 2]>>;
 
 /// The scenario with a mesh of its accuracy; as it is where it asks for none, or where `monitor` is told to stop.
 ///
@@ -44,69 +44,142 @@ pub fn by_accuracy(
     registry: &Registry,
     monitor: &Monitor,
 ) -> Result<(Scenario, Built), Vec<Fault>> {
-    let Some(accuracy) = scenario.accuracy else { return Ok((scenario, built)) };
-    if !scenario.branches.iter().any(|branch| matches!(branch.division, Division::ByAccuracy { .. })) {
-        return Ok((scenario, built));
-    }
-    let (mut trials, mut reached) = (0, None);
-    while trials < TRIALS && reached.is_none() && !monitor.is_stopped() {
-        let mut trial = Trial::new(&built.network, accuracy, monitor);
+    let Some(mut adaptation) = Adaptation::new(&scenario, &built.network) else { return Ok((scenario, built)) };
+    while !monitor.is_stopped() {
+        let mut watching = Watching { adaptation: &mut adaptation, errors: Vec::new(), monitor };
         let Built { network, coarse, schedule, mut minimiser, stop, .. } = built;
         let minimiser = minimiser.as_mut();
-        let run = wireloom_solve::carry_out(&network, coarse.as_ref(), minimiser, &stop, &schedule, None, &mut trial);
-        trials += 1;
-        let complete = run.status == Status::Converged;
-        reached = (complete && trial.worst <= 1.0).then_some(trial.worst * accuracy);
-        if reached.is_none() && !monitor.is_stopped() {
-            let sizes = trial.sizes(&scenario, complete);
-            with_sizes(&mut scenario, &sizes);
-        }
+        let run =
+            wireloom_solve::carry_out(&network, coarse.as_ref(), minimiser, &stop, &schedule, None, &mut watching);
+        let next = if monitor.is_stopped() {
+            Next::Run
+        } else {
+            adaptation.end_trial(run.status == Status::Converged, &mut scenario)
+        };
         built = scenario.build(registry)?;
+        match next {
+            Next::Trial => adaptation.begin_trial(&built.network),
+            Next::Run | Next::Done => break,
+        }
     }
-    built.notes.push(note(&built.network, accuracy, trials, reached));
+    if !monitor.is_stopped() {
+        built.notes.push(adaptation.note(&built.network));
+    }
     Ok((scenario, built))
 }
 
-/// Puts lengths of segments into the branches whose mesh follows from the accuracy.
-pub fn with_sizes(scenario: &mut Scenario, sizes: &Sizes) {
-    for (branch, sizes) in scenario.branches.iter_mut().zip(sizes) {
+/// Keeps the nodes of a network in the branches whose mesh follows from the accuracy, so that the scenario can be built
+/// with further attachments on the same mesh.
+pub fn keep_nodes(scenario: &mut Scenario, network: &Network) {
+    for (branch, own) in scenario.branches.iter_mut().zip(&network.branches) {
         if matches!(branch.division, Division::ByAccuracy { .. }) {
-            branch.sizes.clone_from(sizes);
+            let ends = own.rod.mesh().arc_lengths();
+            let length = ends[ends.len() - 1];
+            branch.nodes = ends.iter().map(|s| s / length).collect();
         }
     }
 }
 
-/// What was done, with numbers.
-fn note(network: &Network, accuracy: f64, trials: usize, reached: Option<f64>) -> String {
-    let lengths = || network.branches.iter().flat_map(|branch| &branch.rod.mesh().rest_lengths);
-    let (least, most) = lengths().fold((f64::INFINITY, 0.0_f64), |(a, b), l| (a.min(*l), b.max(*l)));
-    let runs = if trials == 1 { "1 trial run".to_owned() } else { format!("{trials} trial runs") };
-    let error = reached.map_or_else(
-        || "the sheet says what error is left".to_owned(),
-        |error| format!("largest estimated error of a bend radius that matters {:.2} %", 1e2 * error),
-    );
-    format!(
-        "mesh for an accuracy of {} %: {} segments of {:.2} to {:.2} mm after {runs}; {error}",
-        1e2 * accuracy,
-        lengths().count(),
-        1e3 * least,
-        1e3 * most
-    )
+/// What follows a trial run.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Next {
+    /// Another trial run, on a new mesh.
+    Trial,
+    /// The run itself, on a new mesh: no further trial is made.
+    Run,
+    /// Nothing: the mesh of the trial run is fine enough, so that it is the run itself.
+    Done,
+}
+
+/// The mesh of a scenario on the way to its accuracy: trial runs, one after the other.
+#[derive(Clone, Debug)]
+pub struct Adaptation {
+    accuracy: f64,
+    /// Number of trial runs that have begun.
+    trials: usize,
+    /// Largest estimated error of a trial whose mesh was fine enough.
+    reached: Option<f64>,
+    trial: Trial,
+}
+
+impl Adaptation {
+    /// The first trial run of a scenario, on its first mesh; `None` where no mesh follows from an accuracy.
+    pub fn new(scenario: &Scenario, network: &Network) -> Option<Self> {
+        let accuracy = scenario.accuracy?;
+        let open = |branch: &Branch| matches!(branch.division, Division::ByAccuracy { .. }) && branch.nodes.is_empty();
+        let trial = Trial::new(network, accuracy);
+        scenario.branches.iter().any(open).then_some(Self { accuracy, trials: 1, reached: None, trial })
+    }
+
+    /// Takes the equilibrium at the end of an increment into account, with its estimated discretisation errors.
+    pub fn add(&mut self, end: &StepResult, errors: &[NodalErrors]) {
+        self.trial.add(end, errors);
+    }
+
+    /// Ends a trial run, and puts the mesh that follows from it into the scenario, which must then be built anew.
+    /// `complete`: the run came to its end. Only such a run whose increments have all converged can be fine enough.
+    pub fn end_trial(&mut self, complete: bool, scenario: &mut Scenario) -> Next {
+        let complete = complete && self.trial.converged;
+        if complete && self.trial.worst <= 1.0 {
+            self.reached = Some(self.trial.worst * self.accuracy);
+            return Next::Done;
+        }
+        for (branch, sizes) in self.trial.sizes(scenario, complete).into_iter().enumerate() {
+            let own = &mut scenario.branches[branch];
+            if matches!(own.division, Division::ByAccuracy { .. }) {
+                own.sizes = sizes;
+            }
+        }
+        if self.trials < TRIALS { Next::Trial } else { Next::Run }
+    }
+
+    /// Begins the next trial run, on this mesh.
+    pub fn begin_trial(&mut self, network: &Network) {
+        self.trials += 1;
+        self.trial = Trial::new(network, self.accuracy);
+    }
+
+    /// What is being done, in words.
+    pub fn progress(&self) -> String {
+        let Self { accuracy, trials, .. } = self;
+        format!("trial run {trials} of at most {TRIALS} for a mesh of an accuracy of {} %", 1e2 * accuracy)
+    }
+
+    /// What was done, with numbers.
+    pub fn note(&self, network: &Network) -> String {
+        let Self { accuracy, trials, .. } = self;
+        let lengths = || network.branches.iter().flat_map(|branch| &branch.rod.mesh().rest_lengths);
+        let (least, most) = lengths().fold((f64::INFINITY, 0.0_f64), |(a, b), l| (a.min(*l), b.max(*l)));
+        let runs = if *trials == 1 { "1 trial run".to_owned() } else { format!("{trials} trial runs") };
+        let error = self.reached.map_or_else(
+            || "the sheet says what error is left".to_owned(),
+            |error| format!("largest estimated error of a bend radius that matters {:.2} %", 1e2 * error),
+        );
+        format!(
+            "mesh for an accuracy of {} %: {} segments of {:.2} to {:.2} mm after {runs}; {error}",
+            1e2 * accuracy,
+            lengths().count(),
+            1e3 * least,
+            1e3 * most
+        )
+    }
 }
 
 /// A trial run, and what it says about the mesh.
-struct Trial<'a> {
+#[derive(Clone, Debug)]
+struct Trial {
     network: Vec<Limits>,
     accuracy: f64,
-    monitor: &'a Monitor,
-    errors: Vec<NodalErrors>,
     /// Arc length and wanted length of segments at each node of each branch, m.
     wanted: Vec<Vec<[f64; 2]>>,
     /// Largest error over what is allowed.
     worst: f64,
+    /// Whether all increments have converged.
+    converged: bool,
 }
 
 /// What the mesh of a branch goes by.
+#[derive(Clone, Debug)]
 struct Limits {
     /// Largest curvature allowed, 1/m.
     curvature: Option<f64>,
@@ -116,20 +189,21 @@ struct Limits {
     lengths: Vec<f64>,
 }
 
-impl<'a> Trial<'a> {
-    fn new(network: &Network, accuracy: f64, monitor: &'a Monitor) -> Self {
+impl Trial {
+    fn new(network: &Network, accuracy: f64) -> Self {
         let limits = network.branches.iter().map(|branch| Limits {
             curvature: branch.section.min_bend_radius.map(|radius| 1.0 / radius),
             gentle: 1.0 / (GENTLE * branch.section.diameter),
             lengths: branch.rod.mesh().rest_lengths.clone(),
         });
         let wanted = vec![Vec::new(); network.branches.len()];
-        Self { network: limits.collect(), accuracy, monitor, errors: Vec::new(), wanted, worst: 0.0 }
+        Self { network: limits.collect(), accuracy, wanted, worst: 0.0, converged: true }
     }
 
     /// Takes the equilibrium at the end of an increment into account.
-    fn add(&mut self, end: &StepResult) {
-        for (b, (branch, errors)) in end.branches.iter().zip(&self.errors).enumerate() {
+    fn add(&mut self, end: &StepResult, errors: &[NodalErrors]) {
+        self.converged &= end.status == Status::Converged;
+        for (b, (branch, errors)) in end.branches.iter().zip(errors).enumerate() {
             let Limits { curvature: limit, gentle, lengths } = &self.network[b];
             let curvature = |i: usize| 1.0 / branch.bend_radius[i];
             let largest = (0..branch.s.len()).map(curvature).fold(0.0, f64::max);
@@ -186,13 +260,20 @@ impl<'a> Trial<'a> {
     }
 }
 
-impl Observer for Trial<'_> {
+/// Watches a trial run.
+struct Watching<'a> {
+    adaptation: &'a mut Adaptation,
+    errors: Vec<NodalErrors>,
+    monitor: &'a Monitor,
+}
+
+impl Observer for Watching<'_> {
     fn errors(&mut self, errors: &[NodalErrors]) {
         self.errors = errors.to_vec();
     }
 
     fn increment(&mut self, _: &Progress, end: &StepResult, _: bool) -> Control {
-        self.add(end);
+        self.adaptation.add(end, &self.errors);
         Control::Continue
     }
 

@@ -45,6 +45,7 @@
 
 mod deadline;
 mod outputs;
+pub mod tubes;
 
 use deadline::Deadlines;
 use outputs::Recorder;
@@ -56,6 +57,7 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 #[cfg(feature = "gpu")]
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Mutex, PoisonError};
+use tubes::{Lines, Stations};
 use wireloom_core::equilibrium::StepResult;
 use wireloom_core::{Monitor, Network, Registry, Status, Vector};
 use wireloom_export::ending::Ending;
@@ -66,6 +68,7 @@ use wireloom_shapes::swept::{Envelope, TooFine};
 use wireloom_solve::steps::checkpoint::{Checkpoint, Observer, Resumed};
 use wireloom_solve::{Control, Progress};
 
+pub use wireloom_export::gltf::Tube;
 pub use wireloom_export::table::{Cell, Header, Row};
 #[cfg(feature = "gpu")]
 pub use wireloom_gpu::batch::Batch;
@@ -103,6 +106,8 @@ pub struct Points<'a> {
     pub sweep: &'a Sweep,
     /// Names of the columns.
     pub header: Header,
+    /// Stations of the tubes of its tolerance envelope.
+    pub stations: Stations,
 }
 
 /// Computes all points of the sweep of a scenario, on all cores. Returns the names of the columns and one row a point.
@@ -118,7 +123,8 @@ pub fn run(text: &str, files: &(dyn Files + Sync), registry: &Registry) -> Resul
         return Err(vec![Fault { span: text.len()..text.len(), message, help }]);
     };
     let header = header(sweep, &built.network);
-    let points = Points { text, files, minimiser: None, registry, batch: None, sweep, header };
+    let stations = Stations::of(&built.network, &built.schedule);
+    let points = Points { text, files, minimiser: None, registry, batch: None, sweep, header, stations };
     let chains: Vec<usize> = (0..points.chains().len()).collect();
     let done = Mutex::new(Vec::new());
     let kept = points.compute(&chains, &Monitor::default(), &|| (), |chain, computed| {
@@ -154,11 +160,15 @@ pub struct Chain {
     pub rows: Vec<Row>,
     /// Space that the harness sweeps at its points, if the sweep asks for it.
     pub swept: Option<Result<Envelope, TooFine>>,
+    /// Centre lines of each of its points, if the sweep asks for the space swept.
+    pub lines: Vec<Lines>,
 }
 
 /// A point that was computed.
 struct Point {
     row: Row,
+    /// Its centre lines, if the sweep asks for the space swept.
+    lines: Lines,
     /// Balanced start, for warm starts of other points.
     start: Option<Start>,
 }
@@ -225,9 +235,10 @@ impl Points<'_> {
             Some(chain) => chain,
             None => {
                 let mut swept = self.nothing_swept();
-                let afresh = |k| Some(self.point(k, Began::Afresh, deadlines, &mut swept)?.row);
-                let rows = points.clone().map(afresh).collect::<Option<Vec<Row>>>()?;
-                Chain { rows, swept }
+                let mut afresh = |k| self.point(k, Began::Afresh, deadlines, &mut swept);
+                let all = points.clone().map(|k| afresh(k).map(|Point { row, lines, .. }| (row, lines)));
+                let (rows, lines) = all.collect::<Option<(Vec<Row>, Vec<Lines>)>>()?;
+                Chain { rows, swept, lines }
             }
         };
         points.skip(told).for_each(|_| done());
@@ -283,7 +294,8 @@ impl Points<'_> {
             }
             all[i] = afresh;
         }
-        Some(Chain { rows: all.into_iter().map(|point| point.row).collect(), swept })
+        let (rows, lines) = all.into_iter().map(|Point { row, lines, .. }| (row, lines)).unzip();
+        Some(Chain { rows, swept, lines })
     }
 
     /// Computes a point; `None` if it has no start near that of the other point, or was stopped.
@@ -319,8 +331,12 @@ impl Points<'_> {
             Err(panic) => (CRASHED, format!("the program failed at this point: {}", panic_words(panic.as_ref()))),
         };
         // What a start from another point leads to does not count against it.
-        matches!(from, Began::Afresh)
-            .then(|| Point { row: self.header.without_result(values, status, Some(reason)), start: None })
+        matches!(from, Began::Afresh).then(|| self.without_result(values, status, Some(reason)))
+    }
+
+    /// A point that has no result.
+    fn without_result(&self, values: Vec<Cell>, status: &str, reason: Option<String>) -> Point {
+        Point { row: self.header.without_result(values, status, reason), lines: Lines::new(), start: None }
     }
 
     /// The attempt to compute a point.
@@ -339,8 +355,7 @@ impl Points<'_> {
         let (scenario, built) = match loaded {
             Ok(loaded) => loaded,
             Err(faults) => {
-                let row = self.header.without_result(values, REFUSED, Some(said(&faults)));
-                return Attempt::Done(Box::new(Point { row, start: None }));
+                return Attempt::Done(Box::new(self.without_result(values, REFUSED, Some(said(&faults)))));
             }
         };
         let Built { network, coarse, schedule, mut minimiser, stop: when, .. } = built;
@@ -365,12 +380,14 @@ impl Points<'_> {
             at: None,
             recorder: Recorder::new(outputs),
             extremes: Extremes::default(),
+            lines: Lines::new(),
+            stations: &self.stations,
             swept,
         };
         let minimiser = minimiser.as_mut();
         let run =
             wireloom_solve::carry_out(&network, coarse.as_ref(), minimiser, &when, &schedule, resumed, &mut watching);
-        let Watching { start, at, recorder, extremes, .. } = watching;
+        let Watching { start, at, recorder, extremes, lines, .. } = watching;
         if run.status == Status::Interrupted {
             return Attempt::Stopped(at);
         }
@@ -387,7 +404,7 @@ impl Points<'_> {
         };
         let start = start.filter(Checkpoint::is_balanced_start);
         let start = start.map(|checkpoint| Start { network, checkpoint });
-        Attempt::Done(Box::new(Point { row, start }))
+        Attempt::Done(Box::new(Point { row, lines, start }))
     }
 }
 
@@ -441,6 +458,8 @@ struct Watching<'s> {
     at: Option<Progress>,
     recorder: Recorder<'s>,
     extremes: Extremes,
+    lines: Lines,
+    stations: &'s Stations,
     swept: &'s mut Option<Result<Envelope, TooFine>>,
 }
 
@@ -464,6 +483,10 @@ impl Observer for Watching<'_> {
         if self.swept.is_some() {
             let lines: Vec<Vec<Vector>> = end.branches.iter().map(|branch| branch.position.clone()).collect();
             self.sweep(&lines);
+            self.lines.resize(progress.steps, Vec::new());
+            if progress.increment == progress.increments && end.status == Status::Converged {
+                self.lines[progress.step_index] = self.stations.at(end);
+            }
         }
         Control::Continue
     }

@@ -5,6 +5,7 @@ mod redirect;
 
 use crate::arguments::{Allowed, StudioArguments};
 use crate::failure::{Failure, Outcome};
+use crate::files::envelope;
 use crate::files::folder;
 use crate::files::load::{self, Beside};
 use crate::files::own::{ANEW, Own};
@@ -33,6 +34,7 @@ use wireloom_studio::{PAGE, SessionInput, Studio};
 /// Serves the page until a signal to stop.
 pub fn studio(arguments: &StudioArguments, out: &mut dyn Write) -> Result<Outcome, Failure> {
     let what = &arguments.what;
+    let envelope = arguments.envelope.as_deref().map(envelope::read).transpose()?;
     let mut memory = remember(what)?;
     let known = memory.as_ref().map(|memory| memory.remembered().clone()).unwrap_or_default();
     let (listener, token) = address(arguments, &known)?;
@@ -43,7 +45,8 @@ pub fn studio(arguments: &StudioArguments, out: &mut dyn Write) -> Result<Outcom
         });
         kept.map_err(Failure::io("remember the address of", what))?;
     }
-    let site = if what.is_dir() { finished(what)? } else { session(arguments, memory, known.draft)? };
+    let site =
+        if what.is_dir() { finished(what, envelope)? } else { session(arguments, memory, known.draft, envelope)? };
     let server = Server::start(listener, &arguments.host, token.clone(), site).map_err(Failure::network("serve"))?;
     let host = if address.ip().is_unspecified() { "127.0.0.1".to_owned() } else { shown(address.ip()) };
     let page = format!("http://{host}:{}/?token={}", address.port(), token.digits());
@@ -132,7 +135,7 @@ fn address(arguments: &StudioArguments, known: &Remembered) -> Result<(TcpListen
 }
 
 /// A page for the run whose results lie in a folder.
-fn finished(path: &Path) -> Result<Site, Failure> {
+fn finished(path: &Path, envelope: Option<Vec<u8>>) -> Result<Site, Failure> {
     let no_result = |error: io::Error| match error.kind() {
         io::ErrorKind::InvalidData | io::ErrorKind::UnexpectedEof => Failure::Input(format!(
             "{} holds no result of this version of `wireloom run`: {error}; run the scenario anew",
@@ -141,29 +144,45 @@ fn finished(path: &Path) -> Result<Site, Failure> {
         _ => Failure::io("read", path)(error),
     };
     let place = Place::open(path).map_err(Failure::io("read", path))?;
+    if !place.has(RESULT) && envelope::exists(path) {
+        return Err(Failure::Input(format!(
+            "{} holds a sweep: open its scenario, with its envelope: wireloom studio FILE --envelope {0}",
+            path.display()
+        )));
+    }
     let result = place.file(RESULT).map_err(Failure::io("read", &path.join(RESULT)))?;
     let run = json::read_run(result).map_err(no_result)?;
     let own = Own::open(path)?;
     let absent = || Failure::io("read", &own.path(SCENE))(io::ErrorKind::NotFound.into());
     let bytes = own.part(SCENE, ANEW)?.ok_or_else(absent)?;
     let scene: Scene = serde_json::from_slice(&bytes).map_err(|error| no_result(error.into()))?;
-    let mut recorder = Recorder::new(Scene { exports: folder::written(&own)?.into_keys().collect(), ..scene });
+    let mut recorder = Recorder::new(Scene {
+        exports: folder::written(&own)?.into_keys().collect(),
+        envelope: envelope.is_some(),
+        ..scene
+    });
     run.steps.iter().for_each(|end| recorder.record(end));
     let replay = recorder.finish(&run);
     let names = replay.scene().exports.clone();
     let file = move |name: &str| names.iter().any(|known| known == name).then(|| place.bytes(name).ok().flatten())?;
-    Ok(Site { page: replay.page(PAGE), content: Content::Finished(Box::new(file)) })
+    Ok(Site { page: replay.page(PAGE), content: Content::Finished(Box::new(file)), envelope })
 }
 
 /// A session of the scenario in a file.
-fn session(arguments: &StudioArguments, memory: Option<Memory>, draft: Option<Draft>) -> Result<Site, Failure> {
+fn session(
+    arguments: &StudioArguments,
+    memory: Option<Memory>,
+    draft: Option<Draft>,
+    envelope: Option<Vec<u8>>,
+) -> Result<Site, Failure> {
     let path = &arguments.what;
     let text = load::text(path)?;
     let opener = Opener { path: path.clone(), allowed: arguments.allowed.clone() };
     let studio = opener.open(&text, false)?;
     let offer = draft.filter(|draft| draft.text != text).map(|Draft { text, written }| DraftOffer { text, written });
     let desk = AtHand { opener, memory: memory.map(Mutex::new) };
-    Ok(Site { page: PAGE.to_owned(), content: Content::Live(Live::new(studio, offer, Box::new(desk))) })
+    let content = Content::Live(Live::new(studio, offer, Box::new(desk)));
+    Ok(Site { page: PAGE.to_owned(), content, envelope })
 }
 
 /// Opens sessions of one scenario.

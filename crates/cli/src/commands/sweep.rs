@@ -5,12 +5,16 @@
 //! | `points.parquet` | a row for each point, written when all are done |
 //! | `points.csv` | the same, where it is asked for |
 //! | `swept.glb` | the space that the harness sweeps at all points, where the scenario asks for it |
+//! | `swept-tubes.glb` | tubes around each branch that hold it in a share of the points, likewise |
+//! | `.wireloom/envelope` | both for the studio |
 //! | `.wireloom/sweep/origin` | the scenario, until the sweep ends |
 //! | `.wireloom/sweep/NNNNNN` | chains of points that are done, until the sweep ends |
 //! | `.wireloom/sweep/NNNNNN-swept` | the space swept in a chain, likewise |
+//! | `.wireloom/sweep/NNNNNN-lines` | centre lines of the points of a chain, likewise |
 
 use crate::arguments::SweepArguments;
 use crate::failure::{Failure, Outcome};
+use crate::files::envelope;
 use crate::files::folder::Folder;
 use crate::files::load::{self, Beside};
 use crate::files::own::Own;
@@ -32,6 +36,7 @@ use wireloom::harness::Surface;
 use wireloom::result::Library;
 use wireloom::scenario::Setting;
 use wireloom::shapes::swept::Envelope;
+use wireloom::sweep::tubes::Stations;
 use wireloom::sweep::{Chain, Points, Sweep, header};
 
 const PARTS: &str = "sweep";
@@ -39,13 +44,15 @@ const ORIGIN: &str = "sweep/origin";
 /// Help where a part is damaged.
 const HELP: &str = "remove it, and the same command goes on";
 /// Version of the files; changes with their meaning.
-const FORMAT: u32 = 6;
+const FORMAT: u32 = 7;
 /// Fields of a part of the table that is written at once: 32 MB.
 const FIELDS: usize = 1 << 21;
 /// Name of the table as text.
 const CSV: &str = "points.csv";
 /// Name of the mesh of the swept space.
 const MESH: &str = "swept.glb";
+/// Name of the tubes of the tolerance envelope.
+const TUBES: &str = "swept-tubes.glb";
 
 /// Origin of a sweep.
 #[derive(PartialEq, Serialize, Deserialize)]
@@ -88,6 +95,7 @@ pub fn sweep(arguments: &SweepArguments, out: &mut dyn Write) -> Result<Outcome,
         batch: (loaded.scenario.minimiser.kind == "gpu").then(|| trust.batch()),
         sweep,
         header: header(sweep, &loaded.built.network),
+        stations: Stations::of(&loaded.built.network, &loaded.built.schedule),
     };
     let chains = points.chains();
     let to_do = parts.to_do(chains.len())?;
@@ -135,13 +143,19 @@ pub fn sweep(arguments: &SweepArguments, out: &mut dyn Write) -> Result<Outcome,
     let mut remark = None;
     if let Some(cell) = sweep.swept {
         bar.say(format!("writing {MESH}"));
-        match parts.swept(chains.len(), cell)? {
+        let surface = parts.swept(chains.len(), cell)?;
+        match &surface {
             Some(surface) => {
-                folder.write(MESH, |mut out| gltf::write_surface("swept", &surface, &mut out))?;
+                folder.write(MESH, |mut out| gltf::write_surface("swept", surface, &mut out))?;
                 written.push(MESH);
             }
             None => remark = Some(format!("{MESH} is not written: cells of {cell} m take too much memory")),
         }
+        bar.say(format!("writing {TUBES}"));
+        let tubes = points.stations.tubes(chains.len(), |k| present(&parts.0, &lines(k), HELP))?;
+        folder.write(TUBES, |mut out| gltf::write_tubes(&tubes, &mut out))?;
+        written.push(TUBES);
+        envelope::keep(&parts.0, &tubes, &surface.unwrap_or_default())?;
     }
     parts.clear()?;
     drop(bar);
@@ -217,6 +231,7 @@ impl Parts {
         let known = parts.0.part(ORIGIN, HELP)?.and_then(|bytes| serde_json::from_slice::<Origin>(&bytes).ok());
         if known.as_ref() != Some(origin) {
             folder.clear()?;
+            envelope::remove(&parts.0)?;
             parts.clear()?;
             let bytes = serde_json::to_vec(origin)
                 .map_err(|error| Failure::io("write", &parts.0.path(ORIGIN))(error.into()))?;
@@ -233,6 +248,7 @@ impl Parts {
                 .ok()
                 .map(|envelope| envelope.blocks().into_iter().map(|(place, phi)| (place, phi.to_vec())).collect());
             encode(&self.0, &format!("{}-swept", part(number)), &blocks, false)?;
+            encode(&self.0, &lines(number), &chain.lines, false)?;
         }
         encode(&self.0, &part(number), &chain.rows, false)
     }
@@ -269,6 +285,11 @@ impl Parts {
     fn clear(&self) -> Result<(), Failure> {
         self.0.remove(&[], &[PARTS])
     }
+}
+
+/// Name of the centre lines of a chain.
+fn lines(chain: usize) -> String {
+    format!("{}-lines", part(chain))
 }
 
 fn part(chain: usize) -> String {

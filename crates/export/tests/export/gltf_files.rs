@@ -1,12 +1,13 @@
 //! `.glb`, read back by the crate for the format, which validates on the way.
 
-use crate::samples::{among_obstacles, broken, cube, v, y_harness};
+use crate::samples::{among_obstacles, broken, cube, failing, run, v, y_harness};
 use gltf::scene::Transform;
 use nalgebra::{Matrix4, Quaternion, UnitQuaternion};
 use std::collections::BTreeMap;
 use wireloom_core::obstacle::Surface;
 use wireloom_core::{StepResult, Vector};
 use wireloom_export::gltf::{write, write_surface};
+use wireloom_export::json::Provenance;
 
 /// What a scene shows: by name, corners in its axes (turned back, so that z points up) and triangles.
 type Shown = BTreeMap<String, (Vec<Vector>, Vec<[u32; 3]>)>;
@@ -62,9 +63,26 @@ fn volume((corners, triangles): &(Vec<Vector>, Vec<[u32; 3]>)) -> f64 {
 }
 
 fn file(steps: &[&StepResult], obstacles: &[wireloom_core::obstacle::Obstacle]) -> Vec<u8> {
+    let run = run("y", steps.iter().map(|step| (*step).clone()).collect());
     let mut bytes = vec![];
-    write(steps, obstacles, &mut bytes).expect("written");
+    write(&run, obstacles, &mut bytes).expect("written");
     bytes
+}
+
+#[test]
+fn the_file_has_the_verdict_and_the_requirements_of_the_result() {
+    let run = failing();
+    let (mut bytes, mut result) = (vec![], vec![]);
+    write(&run, &[], &mut bytes).expect("written");
+    let length = u32::from_le_bytes(bytes[12..16].try_into().expect("four bytes")) as usize;
+    let file: serde_json::Value = serde_json::from_slice(&bytes[20..20 + length]).expect("JSON");
+    wireloom_export::json::write(&run, &Provenance::default(), &mut result).expect("written");
+    let result: serde_json::Value = serde_json::from_slice(&result).expect("JSON");
+    for key in ["status", "verdict", "requirements"] {
+        assert_eq!(file["extras"][key], result[key], "{key}");
+    }
+    assert_eq!(file["extras"]["verdict"], "fail");
+    assert!(scenes(&bytes).len() == 1, "it stays valid");
 }
 
 #[test]
@@ -113,7 +131,7 @@ fn what_a_failed_run_left_is_a_valid_file() {
     assert!(!shown[0].1.contains_key("trunk") && shown[0].1.contains_key("spare"));
     let mut torn = y_harness();
     torn.branches[1].frame.pop();
-    assert!(write(&[&torn], &[], &mut vec![]).is_err());
+    assert!(write(&run("y", vec![torn]), &[], &mut vec![]).is_err());
 }
 
 #[test]

@@ -2,7 +2,9 @@
 
 use crate::samples::{broken, run, step, y_harness};
 use std::collections::BTreeMap;
-use wireloom_core::StepResult;
+use wireloom_core::equilibrium::Violation;
+use wireloom_core::requirement::{Bound, Measure, Severity};
+use wireloom_core::{EventPlace, StepResult};
 use wireloom_export::vtk::{SeriesFile, times, write, write_series, write_surfaces};
 
 /// A PolyData file taken apart; every promise of the header is checked on the way.
@@ -185,4 +187,37 @@ fn files_of_one_time_are_parts() {
     let text = String::from_utf8(bytes).unwrap();
     let parts: Vec<&str> = text.split("part=\"").skip(1).map(|rest| &rest[..1]).collect();
     assert_eq!(parts, ["0", "1", "0"]);
+}
+
+#[test]
+fn the_field_data_says_what_an_increment_does_not_keep() {
+    let mut step = y_harness();
+    step.violations = vec![Violation {
+        name: "bend of left, für \u{201e}<A>\u{201c}".into(),
+        measure: Measure::BendRadius,
+        severity: Severity::Must,
+        value: 0.0331,
+        limit: 0.045,
+        bound: Bound::Min,
+        place: EventPlace::branch("left", 0.38),
+    }];
+    let mut bytes = Vec::new();
+    write(&step, &mut bytes).unwrap();
+    let end = find(&bytes, b"<Piece ");
+    let head = format!("{}</PolyData></VTKFile>", std::str::from_utf8(&bytes[..end]).unwrap());
+    let document = roxmltree::Document::parse(&head).unwrap();
+    let strings = |name: &str| {
+        let array = document.descendants().find(|node| node.attribute("Name") == Some(name)).unwrap();
+        let codes = array.text().unwrap().split_whitespace().map(|code| code.parse::<u8>().unwrap());
+        let text = String::from_utf8(codes.collect()).unwrap();
+        let all: Vec<String> = text.split_terminator('\0').map(str::to_owned).collect();
+        assert_eq!(array.attribute("NumberOfTuples"), Some(all.len().to_string().as_str()));
+        all
+    };
+    assert_eq!(strings("status"), ["converged"]);
+    let place = EventPlace::branch("left", 0.38).to_string();
+    let sentence = "bend of left, für \u{201e}<A>\u{201c} (must): bend_radius 33.1 mm, min 45.0 mm, ";
+    assert_eq!(strings("violations"), [format!("{sentence}{place}")]);
+    step.violations.clear();
+    assert_eq!(read(&step).branch.len(), step.branches.len());
 }

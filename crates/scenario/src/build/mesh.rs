@@ -101,6 +101,10 @@ fn divide((branch, diameter): (&Branch, f64), mut attachments: Vec<f64>, sliding
     let spans: Vec<f64> = breaks.windows(2).map(|pair| pair[1] - pair[0]).collect();
     let slides = |s: &f64| sliding.iter().any(|other| (other - s).abs() <= COINCIDENT * length);
     let least: Vec<usize> = breaks.windows(2).map(|pair| 1 + usize::from(pair.iter().any(slides))).collect();
+    if matches!(branch.division, Division::ByAccuracy { .. }) && !branch.nodes.is_empty() {
+        let nodes: Vec<f64> = branch.nodes.iter().map(|fraction| fraction * length).collect();
+        return kept(&nodes, &breaks, &least, coarser);
+    }
     if let (Division::ByAccuracy { longest }, false) = (branch.division, branch.sizes.is_empty()) {
         let sizes: Vec<[f64; 2]> = branch.sizes.iter().map(|size| size.map(|fraction| fraction * length)).collect();
         return graded(&sizes, longest, &breaks, &least, coarser);
@@ -132,6 +136,29 @@ fn divide((branch, diameter): (&Branch, f64), mut attachments: Vec<f64>, sliding
 /// eighth of it or four diameters, and no more than 24 of them.
 fn first_segment(length: f64, diameter: f64) -> f64 {
     (length / 8.0).min(4.0 * diameter).max(length / 24.0)
+}
+
+/// Divides spans between `breaks` (m) at these nodes (m); uniformly where they are fewer than `least` asks for.
+fn kept(nodes: &[f64], breaks: &[f64], least: &[usize], coarser: usize) -> Divided {
+    let near = COINCIDENT * breaks[breaks.len() - 1];
+    let (mut marks, mut rest_lengths) = (vec![(0.0, 0)], Vec::new());
+    for (span, least) in breaks.windows(2).zip(least) {
+        let [from, to] = [span[0], span[1]];
+        let mut ends: Vec<f64> = nodes.iter().copied().filter(|s| *s > from + near && *s < to - near).collect();
+        if ends.len() + 1 < *least {
+            ends = (1..*least).map(|k| from + (to - from) * k as f64 / *least as f64).collect();
+        }
+        ends.push(to);
+        let count = ends.len().div_ceil(coarser);
+        let mut last = from;
+        for k in 1..=count {
+            let end = ends[k * ends.len() / count - 1];
+            rest_lengths.push(end - last);
+            last = end;
+        }
+        marks.push((to, rest_lengths.len()));
+    }
+    Divided { rest_lengths, marks }
 }
 
 /// Divides spans between `breaks` (m) into segments of these lengths: `sizes` are arc lengths and lengths of segments
@@ -223,6 +250,24 @@ mod tests {
         }
         // Neighbours differ by the growth of the size at most.
         assert!(lengths.windows(2).all(|pair| (0.7..1.4).contains(&(pair[1] / pair[0]))), "{lengths:?}");
+    }
+
+    #[test]
+    fn kept_nodes_stay_and_attachments_between_them_add_nodes() {
+        let nodes = [0.0, 0.1, 0.3, 0.6, 1.0];
+        let lengths = |breaks: &[f64], least: &[usize], coarser| kept(&nodes, breaks, least, coarser).rest_lengths;
+        let near = |lengths: Vec<f64>, expected: &[f64]| {
+            assert!(lengths.len() == expected.len(), "{lengths:?}");
+            assert!(lengths.iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-12), "{lengths:?}");
+        };
+        near(lengths(&[0.0, 1.0], &[1], 1), &[0.1, 0.2, 0.3, 0.4]);
+        // At a node up to round-off, and between two nodes.
+        near(lengths(&[0.0, 0.3 + 1e-13, 1.0], &[1, 1], 1), &[0.1, 0.2, 0.3, 0.4]);
+        near(lengths(&[0.0, 0.5, 1.0], &[1, 1], 1), &[0.1, 0.2, 0.2, 0.1, 0.4]);
+        // Beside a ring that slides there are two segments at least.
+        near(lengths(&[0.0, 0.1, 1.0], &[2, 2], 1), &[0.05, 0.05, 0.2, 0.3, 0.4]);
+        near(lengths(&[0.0, 1.0], &[1], 2), &[0.3, 0.7]);
+        assert_eq!(kept(&nodes, &[0.0, 0.5, 1.0], &[1, 1], 1).marks, [(0.0, 0), (0.5, 3), (1.0, 5)]);
     }
 
     #[test]

@@ -40,6 +40,7 @@ pub(crate) fn branch<'a>(entry: &Entry<'a>, names: &mut Names<'a>) -> Branch {
         length: length.unwrap_or(1.0),
         division: division(entry, length, names),
         sizes: Vec::new(),
+        nodes: Vec::new(),
         rod,
         parameters,
         curvature: entry.vector("curvature").unwrap_or_default(),

@@ -2,6 +2,7 @@
 //! [`crate::carry_out`] with the same steps, to the bit.
 
 use crate::report::clearance::Cables;
+use crate::report::discretisation::NodalErrors;
 use crate::steps::certificate::Certifier;
 use crate::steps::checkpoint::Checkpoint;
 use crate::steps::driver::{Driver, is_balanced, unbalanced_start_note};
@@ -30,6 +31,8 @@ pub struct Ended {
     /// the last one did not converge. At the start that of the initial equilibrium, which belongs to no step and does
     /// not count further on.
     pub requirements: Vec<RequirementResult>,
+    /// Estimated discretisation errors of this result, by branch.
+    pub errors: Vec<NodalErrors>,
 }
 
 /// Reason why an increment did not end.
@@ -133,7 +136,7 @@ impl InteractiveDriver {
         driver.starting = false;
         driver.minimiser.forget();
         let checkpoint = Checkpoint { notes, ..driver.snapshot((0, 0), None, 0.0) };
-        Ok(Ended { end, checkpoint, requirements })
+        Ok(Ended { end, checkpoint, requirements, errors: driver.errors })
     }
 
     /// Runs the next increment of a step; after the last one the checkpoint is at the beginning of the next step.
@@ -194,13 +197,13 @@ impl InteractiveDriver {
             Checkpoint { notes, ..driver.snapshot((index, increment), plan, spent + clock.elapsed().as_secs_f64()) };
         let status = end.as_ref().map_or_else(|status| *status, |end| end.status);
         let requirements = driver.log.sheet.lines(network, status);
-        let certifier = driver.certifier;
+        let (certifier, errors) = (driver.certifier, driver.errors);
         self.certifier = Some((network.id, certifier));
         match (fault, end) {
             (Some(fault), _) => Err(Interruption::Fault(fault)),
             (None, Ok(end)) => {
                 let checkpoint = if last { checkpoint.with_step_ended() } else { checkpoint };
-                Ok(Ended { end, checkpoint, requirements })
+                Ok(Ended { end, checkpoint, requirements, errors })
             }
             (None, Err(_)) => Err(Interruption::Stopped),
         }

@@ -15,6 +15,8 @@ pub struct Site {
     pub page: String,
     /// Live session or finished run.
     pub content: Content,
+    /// Tolerance envelope for the page ([`crate::envelope`]).
+    pub envelope: Option<Vec<u8>>,
 }
 
 /// Source of a page's data.

@@ -118,7 +118,8 @@ async fn relay(
                 match tab_handle.subscription.take() {
                     Some(TabMessage::Notice(Notice::Scene(scene))) => {
                         let exports = exports::names(&scene);
-                        send_notice(socket, &Notice::Scene(Scene { exports, ..scene })).await?;
+                        let envelope = state.site.envelope.is_some();
+                        send_notice(socket, &Notice::Scene(Scene { exports, envelope, ..scene })).await?;
                     }
                     Some(TabMessage::Notice(notice)) => send_notice(socket, &notice).await?,
                     Some(TabMessage::Frame(frame)) => send(socket, Message::Binary(frame.to_vec().into())).await?,

@@ -28,9 +28,35 @@ impl Harness {
     /// All faults of the text.
     pub fn load(text: &str, files: &dyn Files, registry: &Registry, monitor: &Monitor) -> Result<Self, Vec<Fault>> {
         let (scenario, built) = wireloom::load_with_files(text, files, registry)?;
+        Ok(Self::of(scenario, built, monitor))
+    }
+
+    /// Builds a harness from a checked scenario; `monitor` stops its solver.
+    ///
+    /// # Errors
+    /// Those of [`Scenario::build`].
+    pub fn build(scenario: Scenario, registry: &Registry, monitor: &Monitor) -> Result<Self, Vec<Fault>> {
+        let built = scenario.build(registry)?;
+        Ok(Self::of(scenario, built, monitor))
+    }
+
+    /// The same harness on the mesh of another one, where its mesh follows from an accuracy.
+    ///
+    /// # Errors
+    /// Those of [`Scenario::build`].
+    pub fn on_mesh_of(self, other: &Network, registry: &Registry, monitor: &Monitor) -> Result<Self, Vec<Fault>> {
+        if self.scenario.accuracy.is_none() {
+            return Ok(self);
+        }
+        let mut scenario = self.scenario;
+        wireloom::mesh::keep_nodes(&mut scenario, other);
+        Self::build(scenario, registry, monitor)
+    }
+
+    fn of(scenario: Scenario, built: Built, monitor: &Monitor) -> Self {
         let Built { network, coarse, schedule, minimiser, stop, notes, .. } = built;
         let solver = RefCell::new(InteractiveDriver::new(minimiser, stop, schedule.clearances, monitor.clone()));
-        Ok(Self { scenario, network, schedule, notes, coarse, solver })
+        Self { scenario, network, schedule, notes, coarse, solver }
     }
 
     /// Whether the target of an initially active constraint changes during the first step.

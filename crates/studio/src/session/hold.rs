@@ -127,8 +127,7 @@ impl Session {
         }
         let (Some(at), Some(step)) = (transferred, harness.schedule.steps.last()) else {
             // Recomputes everything: slow, but correct.
-            let next = Snapshot::new(next.text, next.own, next.by_hand, harness, next.run + 1);
-            self.commit(label, next);
+            self.commit(label, next.restarted(harness));
             return Ok(());
         };
         let ended = harness.advance(step, &at).map_err(|trouble| Refusal::new(trouble.to_string(), again))?;

@@ -1,6 +1,7 @@
 //! Snapshots of a session for undo: text, steps, frames and checkpoints.
 
 use super::harness::Harness;
+use super::mesh::Mesh;
 use crate::frame::number;
 use crate::protocol::{Event, Timeline, TimelineStep};
 use std::cell::RefCell;
@@ -76,6 +77,7 @@ pub(super) struct Snapshot {
     /// Steps recorded interactively after them.
     pub by_hand: Vec<Rc<Written>>,
     pub harness: Rc<Harness>,
+    pub mesh: Mesh,
     pub steps: Vec<Rc<StepFrames>>,
     /// The current checkpoint; `None` until an initial equilibrium is found.
     pub at: Option<Rc<Checkpoint>>,
@@ -94,8 +96,19 @@ pub(super) struct Snapshot {
 impl Snapshot {
     /// A snapshot without any computed step.
     pub fn new(text: Rc<str>, own: usize, by_hand: Vec<Rc<Written>>, harness: Rc<Harness>, run: u32) -> Self {
-        let (steps, places, sheet) = (Vec::new(), Vec::new(), Arc::default());
-        Self { text, own, by_hand, harness, steps, at: None, last: None, sheet, pending: true, run, places }
+        let (mesh, steps, places, sheet) = (Mesh::of(&harness), Vec::new(), Vec::new(), Arc::default());
+        Self { text, own, by_hand, harness, mesh, steps, at: None, last: None, sheet, pending: true, run, places }
+    }
+
+    /// This snapshot without any computed step, with another harness on the same mesh.
+    pub fn restarted(self, harness: Rc<Harness>) -> Self {
+        Self { mesh: self.mesh, ..Self::new(self.text, self.own, self.by_hand, harness, self.run + 1) }
+    }
+
+    /// Stops computing: the steps that are left are not computed.
+    pub fn stop(&mut self) {
+        self.pending = false;
+        self.mesh.stop();
     }
 
     /// The current scenario.

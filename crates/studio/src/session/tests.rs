@@ -105,7 +105,7 @@ pub(super) fn session(text: &str) -> Session {
 }
 
 /// A session that has computed nothing.
-fn opened(text: &str) -> Session {
+pub(super) fn opened(text: &str) -> Session {
     let input = SessionInput {
         text: text.to_owned(),
         name: "y.toml".into(),
@@ -116,7 +116,7 @@ fn opened(text: &str) -> Session {
     Session::open(input, Monitor::default()).unwrap_or_else(|faults| panic!("{faults:?}"))
 }
 
-fn work(session: &mut Session) {
+pub(super) fn work(session: &mut Session) {
     while session.has_work() {
         session.work();
     }

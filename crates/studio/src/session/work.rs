@@ -43,15 +43,12 @@ impl Session {
                     self.now.steps = vec![Rc::new(StepFrames::new("start", false, 1))];
                     self.show(&ended);
                     self.now.end();
-                }
-                Err(interruption) => {
-                    self.now.pending = false;
-                    if let Interruption::Fault(fault) = interruption {
-                        self.report_failure(fault.to_string());
+                    if harness.schedule.steps.is_empty() {
+                        self.end_run(true);
                     }
                 }
+                Err(interruption) => self.end_early(interruption),
             }
-            self.now.pending &= !harness.schedule.steps.is_empty();
             self.changes.scene = true;
             return;
         };
@@ -68,21 +65,37 @@ impl Session {
         match ended {
             Ok(ended) => {
                 self.show(&ended);
-                if !is_balanced(&ended) {
-                    self.now.pending = false;
-                } else if ended.checkpoint.done().0 > index {
+                if ended.checkpoint.done().0 > index && is_balanced(&ended) {
                     self.now.end();
-                    self.now.pending = index + 1 < harness.schedule.steps.len();
+                }
+                let complete = ended.checkpoint.done().0 == harness.schedule.steps.len();
+                if !is_balanced(&ended) || complete {
+                    self.end_run(complete);
                 }
             }
             Err(interruption) => {
-                self.now.pending = false;
                 if self.now.steps.last().is_some_and(|step| step.len() == 0) {
                     self.now.steps.pop();
                 }
-                if let Interruption::Fault(fault) = interruption {
-                    self.report_failure(fault.to_string());
-                }
+                self.end_early(interruption);
+            }
+        }
+    }
+
+    /// Ends the run of the schedule, or one of its trial runs; `complete`: it came to the end of the schedule.
+    fn end_run(&mut self, complete: bool) {
+        self.now.pending = false;
+        self.end_trial(complete);
+    }
+
+    /// Ends the run of the schedule where no result was obtained. A trial run goes on with the next one.
+    fn end_early(&mut self, interruption: Interruption) {
+        match interruption {
+            Interruption::Stopped => self.now.stop(),
+            Interruption::Fault(_) if self.now.mesh.progress().is_some() => self.end_run(false),
+            Interruption::Fault(fault) => {
+                self.end_run(false);
+                self.report_failure(fault.to_string());
             }
         }
     }
@@ -112,6 +125,7 @@ impl Session {
         }
         self.shown = Some(checkpoint);
         self.shown_sheet = (ended.end.status, ended.requirements.clone().into());
+        self.note_errors(ended);
         self.frames_changed(index);
     }
 
@@ -122,7 +136,7 @@ impl Session {
         let index = self.now.frames() - 1;
         let newest = self.now.steps.last().and_then(|step| step.frames.borrow().last().cloned().flatten());
         let Some((mut header, _)) = newest.and_then(|frame| frame::decode(&frame)) else { return };
-        let violations: Vec<_> = end.violations.iter().map(Violation::of).collect();
+        let violations: Vec<_> = end.violations.iter().map(|own| Violation::of(own, &end)).collect();
         if near.is_empty() && header.violations == violations {
             return;
         }
@@ -141,7 +155,7 @@ impl Session {
 
     /// Recovers from a panic: continues from the last complete increment with a new solver.
     pub fn recover(&mut self, message: &str) {
-        self.now.pending = false;
+        self.now.stop();
         if let Some(drag) = &mut self.drag {
             drag.goal = None;
             if drag.ends {

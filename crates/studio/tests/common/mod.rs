@@ -90,7 +90,8 @@ impl Served {
         let listener = TcpListener::bind("127.0.0.1:0").expect("a port");
         let token = Token::random().expect("random numbers");
         let live = Live::new(session(TEXT, false).expect("no faults"), offer, Box::new(backend));
-        let site = Site { page: "<html>page</html>".to_owned(), content: Content::Live(live) };
+        let (page, content) = ("<html>page</html>".to_owned(), Content::Live(live));
+        let site = Site { page, content, envelope: None };
         let digits = token.digits().to_owned();
         let server = Server::start(listener, "127.0.0.1", token, site).expect("started");
         Self { address: server.address(), server, token: digits }

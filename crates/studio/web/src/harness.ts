@@ -1,8 +1,8 @@
 // Branches as tubes of true diameter with a stripe along d1. Everything is allocated once a scene and written in place a frame.
 import * as THREE from "three";
 import { DESTROYED, DESTROYED_VALUE, onScale, OVER, table, UNKNOWN, type Scale } from "./colours";
-import { Column, firstNodes, type Frame } from "./frame";
-import { FLOATS, type Scene } from "./protocol";
+import { along, Column, firstNodes, type Frame } from "./frame";
+import { FLOATS, type Scene, type Stretch } from "./protocol";
 
 /** Corners around the cable; one more closes the seam. */
 const AROUND = 12;
@@ -104,21 +104,39 @@ export class Harness {
     this.colours.needsUpdate = true;
   }
 
+  /** Marks a part of a branch as destroyed: all rings in it, and the one before it and behind it. */
+  private mark(frame: Frame, name: string, from: number, to: number): void {
+    const b = this.scene!.branches.findIndex((branch) => branch.name === name);
+    if (b < 0) return;
+    const tube = this.tubes[b];
+    const first = firstNodes(this.scene!)[b];
+    const ring = (s: number) => {
+      const { node, part } = along(frame, this.scene!, b, s);
+      return (node - first + part) * tube.fine;
+    };
+    const rings = (tube.end - tube.from - 2) / CORNERS;
+    const [low, high] = [Math.floor(ring(from)), Math.min(rings - 1, Math.ceil(ring(to)))];
+    const value = this.surface!.value.array;
+    value.fill(DESTROYED_VALUE, tube.from + low * CORNERS, tube.from + (high + 1) * CORNERS);
+    if (low === 0) value[tube.end - 2] = DESTROYED_VALUE;
+    if (high === rings - 1) value[tube.end - 1] = DESTROYED_VALUE;
+  }
+
   /** The branch that is looked at closer; -1: none. */
   choose(branch: number): void {
     const tube = this.tubes[branch];
     this.chosen.value.set(tube?.from ?? 0, tube?.end ?? 0);
   }
 
-  /** `destroyed`: names of the branches that are stretched, overloaded or in another one. */
-  update(frame: Frame, scale: Scale, destroyed: ReadonlySet<string> = new Set()): void {
+  /** `destroyed`: the parts of branches that are stretched, overloaded or in another one. */
+  update(frame: Frame, scale: Scale, destroyed: readonly Stretch[] = []): void {
     if (!this.scene || !this.surface) return;
     const first = firstNodes(this.scene);
     for (let b = 0; b < this.tubes.length; b++) {
       const branch = this.scene.branches[b];
       write(this.surface, this.tubes[b], frame.nodes, first[b], first[b + 1], branch.diameter / 2, branch.bend_radius_limit, scale);
-      if (destroyed.has(branch.name)) this.surface.value.array.fill(DESTROYED_VALUE, this.tubes[b].from, this.tubes[b].end);
     }
+    for (const { branch, from, to } of destroyed) this.mark(frame, branch, from, to);
     const { position, normal, value } = this.surface;
     position.needsUpdate = normal.needsUpdate = value.needsUpdate = true;
   }

@@ -5,6 +5,7 @@ import { inWords, onScale, QUANTITIES, Ranges, type QuantityName, type Scale } f
 import { difference, type Ghost } from "./compare";
 import { byId, download, element, later } from "./dom";
 import { along, decode, firstNodes, valueAt, type Frame } from "./frame";
+import { Envelope, type Choice } from "./envelope";
 import { Hands } from "./hands";
 import { Harness } from "./harness";
 import { help, listen, type Key } from "./keys";
@@ -26,7 +27,10 @@ const harness = new Harness();
 const phantom = new Harness(true);
 const bodies = new Bodies(view);
 const ranges = new Ranges();
-view.scene.add(harness.group, phantom.group, bodies.group);
+const envelope = new Envelope();
+/** What is shown of it; null: it has not been asked for yet. */
+let chosenEnvelope: Choice | null = null;
+view.scene.add(harness.group, phantom.group, bodies.group, envelope.group);
 view.before.push(() => bodies.atLeast());
 const labels = new Labels(view, bodies);
 
@@ -153,6 +157,7 @@ store.on("scene", (scene) => {
   bodies.setScene(scene);
   panels.showScene(scene);
   if (!scene.live) byId("link").textContent = "finished run";
+  if (scene.envelope && chosenEnvelope === null) void loadEnvelope();
   if (store.shown) paint();
 });
 
@@ -249,13 +254,48 @@ function paint(): void {
     explained = null;
   }
   const broken = destroyed(shown.header.violations);
-  if (explained !== broken.size > 0) {
-    explained = broken.size > 0;
+  if (explained !== broken.length > 0) {
+    explained = broken.length > 0;
     legend.show(scale, hasUnknown(shown, scale), explained);
   }
   harness.update(shown, scale, broken);
   bodies.update(scene, shown);
+  showEnvelope();
   view.draw();
+}
+
+/** Fetches the tolerance envelope, once. */
+async function loadEnvelope(): Promise<void> {
+  chosenEnvelope = "none";
+  try {
+    const answer = await window.fetch(`envelope${location.search}`);
+    if (!answer.ok) throw new Error(answer.statusText);
+    envelope.read(await answer.arrayBuffer());
+  } catch (error) {
+    tell(`The tolerance envelope cannot be shown: ${error instanceof Error ? error.message : String(error)}`);
+    return;
+  }
+  const choices = envelope.choices();
+  const select = byId<HTMLSelectElement>("envelope");
+  select.replaceChildren(...choices.map(([choice, words]) => element("option", { value: String(choice) }, words)));
+  const choose = (value: string) => {
+    chosenEnvelope = choices.find(([choice]) => String(choice) === value)?.[0] ?? "none";
+    showEnvelope();
+    bounds();
+    view.draw();
+  };
+  select.addEventListener("change", () => choose(select.value));
+  // All but the rarest points, where there are tubes.
+  select.value = String((choices.find(([choice]) => choice === 95) ?? choices[choices.length - 1])[0]);
+  byId("envelope-row").hidden = false;
+  choose(select.value);
+}
+
+function showEnvelope(): void {
+  const { shown } = store;
+  if (!shown || chosenEnvelope === null) return;
+  const step = envelope.step(shown.header.step, shown.header.increment === 0);
+  byId("envelope-words").textContent = envelope.show(chosenEnvelope, step);
 }
 
 function hasUnknown(frame: Frame, by: Scale): boolean {
@@ -288,6 +328,8 @@ function bounds(): void {
       if (!own.isEmpty()) box.union(own);
     }
   }
+  const around = new THREE.Box3().setFromObject(envelope.group);
+  if (!around.isEmpty()) box.union(around);
   view.setBounds(box);
 }
 
@@ -584,6 +626,7 @@ declare global {
     wireloom: {
       store: Store;
       hands: Hands;
+      envelope: Envelope;
       toScreen(position: [number, number, number]): { x: number; y: number };
       /** Geometries and textures on the graphics card. */
       memory(): { geometries: number; textures: number };
@@ -593,6 +636,7 @@ declare global {
 window.wireloom = {
   store,
   hands,
+  envelope,
   memory: () => ({ geometries: view.renderer.info.memory.geometries, textures: view.renderer.info.memory.textures }),
   toScreen(position) {
     const box = view.renderer.domElement.getBoundingClientRect();

@@ -1,4 +1,4 @@
-// Generated from crates/studio/src/protocol.rs and frame.rs by a test:
+// Generated from protocol.rs, frame.rs and envelope.rs in crates/studio/src by a test:
 // WIRELOOM_PROTOCOL=write cargo test -p wireloom-studio protocol
 
 export type Holding = "handle" | "pin" | "collar";
@@ -237,7 +237,11 @@ notes: Array<string>,
 /**
  * Names of files under `export/`: `result.json`, `picture.svg` and others.
  */
-exports: Array<string>, };
+exports: Array<string>, 
+/**
+ * Whether there is a tolerance envelope, at `envelope` ([`crate::envelope`]).
+ */
+envelope: boolean, };
 
 export type Event = { 
 /**
@@ -531,6 +535,20 @@ radius: number,
  */
 limit: number | null, };
 
+export type Stretch = { 
+/**
+ * Name of the branch.
+ */
+branch: string, 
+/**
+ * Arc length where it begins, m.
+ */
+from: number, 
+/**
+ * Arc length where it ends, m.
+ */
+to: number, };
+
 export type Violation = { 
 /**
  * Name of the requirement.
@@ -567,7 +585,11 @@ margin: number | null,
 /**
  * Its place.
  */
-place: Place, };
+place: Place, 
+/**
+ * Parts of branches on which the cable is stretched, overloaded or in another one.
+ */
+stretches: Array<Stretch>, };
 
 export type Header = { 
 /**
@@ -626,6 +648,42 @@ violations: Array<Violation>,
  * Energy by effect, J: total, stretch, shear, bend, twist, gravity, load, joint, constraint.
  */
 energy: Array<[string, number]>, };
+
+export type EnvelopeTube = { 
+/**
+ * Name of the branch.
+ */
+branch: string, 
+/**
+ * Name of the step.
+ */
+step: string, 
+/**
+ * Number of points of the sweep.
+ */
+points: number, 
+/**
+ * Number of stations.
+ */
+stations: number, 
+/**
+ * Percentiles, increasing.
+ */
+percentiles: Array<number>, };
+
+export type EnvelopeHeader = { 
+/**
+ * Its tubes.
+ */
+tubes: Array<EnvelopeTube>, 
+/**
+ * Number of corners of the surface; 0 without one.
+ */
+corners: number, 
+/**
+ * Number of triangles of the surface.
+ */
+triangles: number, };
 
 /** Number of quantities per node. */
 export const FLOATS = 12;

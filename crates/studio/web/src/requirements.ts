@@ -1,5 +1,5 @@
 // The sheet of requirements in words: what is worst, where, and whether the harness is acceptable.
-import type { Place, Sheet, SheetLine, Violation } from "./protocol";
+import type { Place, Sheet, SheetLine, Stretch, Violation } from "./protocol";
 import { millimetres, quantity } from "./units";
 
 /** Measures of which a violation means that the cable is stretched, overloaded or in another one: the worst of all. */
@@ -59,11 +59,8 @@ export const isOpen = (line: SheetLine): boolean => line.verdict === "fail" || l
 
 export const failing = (sheet: Sheet): SheetLine[] => sheet.lines.filter((line) => line.verdict === "fail");
 
-/** Names of the branches that are stretched, overloaded or in another one in a frame. */
-export function destroyed(violations: Violation[]): Set<string> {
-  const names = violations.filter((violation) => isDestroyed(violation.measure)).flatMap(({ place }) => [place.branch, place.other_branch]);
-  return new Set(names.filter((name) => name !== null));
-}
+/** The parts of branches that are stretched, overloaded or in another one in a frame. */
+export const destroyed = (violations: Violation[]): Stretch[] => violations.filter((violation) => isDestroyed(violation.measure)).flatMap(({ stretches }) => stretches);
 
 /** How far the run is, where it is not at its end. */
 export const progress = (sheet: Sheet): string => (sheet.done < sheet.steps ? `${sheet.done} of ${sheet.steps} steps computed` : "");

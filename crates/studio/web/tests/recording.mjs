@@ -63,7 +63,8 @@ export function line(given) {
 /** A violation of a frame. */
 export function violation(given) {
   const { name, measure, unit, severity, worst, limit, bound, margin, place } = line(given);
-  return { name, measure, unit, severity, value: worst, limit, bound, margin, place };
+  const stretches = given.stretches ?? (place.branch === null || place.s === null ? [] : [{ branch: place.branch, from: place.s - 0.1, to: place.s + 0.1 }]);
+  return { name, measure, unit, severity, value: worst, limit, bound, margin, place, stretches };
 }
 
 /** A Y whose arm is lifted and bent too tightly; `nodes` a branch; `lines`: of its sheet; `violations(frame)`: those of a frame; `noise`: in place of every force and moment. */

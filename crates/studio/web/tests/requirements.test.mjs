@@ -126,6 +126,23 @@ test("a stretched branch is hatched, whatever the scale, and the legend says wha
   await page.close();
 });
 
+test("only the part of a branch that is stretched is hatched", async () => {
+  const counts = [];
+  for (const [from, to] of [[0.1, 0.2], [0, 10]]) {
+    const stretches = [{ branch: "right", from, to }];
+    const { page, found } = await opened({ lines: [line(REACH)], violations: () => [violation({ ...REACH, stretches })] });
+    await page.locator("#labels-on").click();
+    await page.locator("#arrows-on").click();
+    await page.locator("#legend, #warning").evaluateAll((all) => all.forEach((each) => (each.style.visibility = "hidden")));
+    await settled(page);
+    counts.push((await pixels(browser, await page.locator("#stage canvas").screenshot({ path: `${shots}requirements-to-${to}.png` }))).orange);
+    assert.deepEqual(found, []);
+    await page.close();
+  }
+  const [part, whole] = counts;
+  assert.ok(part > 100 && whole > 1.5 * part, `${part} pixels are orange on a part of the branch, ${whole} on all of it`);
+});
+
 test("pass, unresolved and no equilibrium are three things", async () => {
   const passed = await opened({ lines: [line(PASS)], verdict: "pass" });
   assert.equal(await passed.page.locator("#verdict").innerText(), "PASS: 1 of 1 requirements pass");

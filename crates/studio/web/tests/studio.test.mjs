@@ -2,12 +2,12 @@
 // model is swapped, and whose server goes and comes back. WIRELOOM names the program (else target/debug/wireloom).
 import assert from "node:assert/strict";
 import { spawn, spawnSync } from "node:child_process";
-import { copyFileSync, existsSync, mkdtempSync, readFileSync } from "node:fs";
+import { copyFileSync, existsSync, mkdtempSync, readFileSync, writeFileSync } from "node:fs";
 import { tmpdir } from "node:os";
 import { join } from "node:path";
 import { after, before, test } from "node:test";
 import { fileURLToPath } from "node:url";
-import { faults, launch, pixels, shots } from "./browser.mjs";
+import { faults, launch, pixels, settled, shots } from "./browser.mjs";
 
 const root = fileURLToPath(new URL("../../../../", import.meta.url));
 const program = process.env.WIRELOOM ?? join(root, "target/debug/wireloom");
@@ -36,8 +36,8 @@ function scenario(name) {
 }
 
 /** Starts a studio; resolves with its address and what ends it. */
-function studio(what) {
-  const child = spawn(program, ["studio", what, "--no-open"], { env: environment(), stdio: ["ignore", "pipe", "pipe"] });
+function studio(what, ...more) {
+  const child = spawn(program, ["studio", what, "--no-open", ...more], { env: environment(), stdio: ["ignore", "pipe", "pipe"] });
   running.add(child);
   const ended = new Promise((resolve) => child.on("exit", (code) => (running.delete(child), resolve(code))));
   return new Promise((resolve, reject) => {
@@ -412,5 +412,78 @@ test("several pages see the same session, and what a closed one held is free", {
   await quiet(two.page);
   assert.deepEqual([...one.found, ...two.found], []);
   await two.page.close();
+  assert.equal(await stop(), 0);
+});
+
+test("the tolerance envelope of a sweep is shown around the harness, by percentile and as all that was swept", { skip: absent }, async () => {
+  const file = scenario("sweeps/y_tolerances.toml");
+  writeFileSync(file, readFileSync(file, "utf8").replace("samples = 256", 'samples = 24\nswept = "10 mm"'));
+  const out = join(folder, "envelope.out");
+  const sweep = spawnSync(program, ["sweep", file, "--out", out, "--quiet"], { encoding: "utf8" });
+  assert.equal(sweep.status, 0, sweep.stdout + sweep.stderr);
+  const { address, stop } = await studio(file, "--envelope", out);
+  const { page, found } = await opened(address);
+  await page.waitForSelector("#envelope-row:not([hidden])");
+  assert.deepEqual(await page.$$eval("#envelope option", (options) => options.map((option) => option.value)), ["none", "50", "90", "95", "100", "swept"]);
+  const seen = async (choice) => {
+    await page.selectOption("#envelope", choice);
+    await settled(page);
+    const { coloured } = await pixels(browser, await page.locator("canvas").first().screenshot());
+    const size = await page.evaluate(() => {
+      let greatest = 0;
+      for (const { geometry } of window.wireloom.envelope.group.children) {
+        geometry.computeBoundingBox();
+        greatest = Math.max(greatest, geometry.boundingBox.max.z - geometry.boundingBox.min.z);
+      }
+      return greatest;
+    });
+    return { coloured, size, words: await page.textContent("#envelope-words") };
+  };
+  const none = await seen("none");
+  assert.deepEqual([none.size, none.words], [0, ""]);
+  let before = none;
+  for (const percent of ["50", "90", "100"]) {
+    const now = await seen(percent);
+    assert.ok(now.coloured > before.coloured && now.size >= before.size, `${percent} %: ${JSON.stringify([before, now])}`);
+    assert.equal(now.words, "24 points, at the end of step equilibrium");
+    before = now;
+  }
+  await page.screenshot({ path: `${shots}studio-envelope.png` });
+  const swept = await seen("swept");
+  assert.ok(swept.coloured > 2 * none.coloured, JSON.stringify([none, swept]));
+  assert.equal(swept.words, "at all points, in all steps");
+  assert.deepEqual(found, []);
+  await page.close();
+  assert.equal(await stop(), 0);
+
+  // Without the flag there is nothing to choose; a folder without an envelope is refused with what would be right.
+  const plain = await studio(file);
+  const { page: without } = await opened(plain.address);
+  assert.equal(await without.isVisible("#envelope-row"), false);
+  await without.close();
+  await plain.stop();
+  const refused = spawnSync(program, ["studio", file, "--no-open", "--envelope", folder], { encoding: "utf8", env: environment() });
+  assert.equal(refused.status, 1);
+  assert.match(refused.stderr, /has no envelope: it is the folder of a sweep/);
+  const asRun = spawnSync(program, ["studio", out, "--no-open"], { encoding: "utf8", env: environment() });
+  assert.match(asRun.stderr, /holds a sweep: open its scenario, with its envelope: wireloom studio FILE --envelope/);
+});
+
+test("a scenario that gives an accuracy is shown on the mesh of its run, and the page says so", { skip: absent }, async () => {
+  const file = scenario("first.toml");
+  const text = readFileSync(file, "utf8").replaceAll(/^(segments|max_segment) = .*\n/gm, "");
+  writeFileSync(file, text.replace("\n[sections", '\n[mesh]\naccuracy = "0.1 %"\n\n[sections'));
+  const { address, stop } = await studio(file);
+  const { page, found } = await opened(address);
+  const notes = await page.evaluate(() => window.wireloom.store.scene.notes);
+  assert.ok(notes.some((note) => note.startsWith("mesh for an accuracy of 0.1 %: ")), notes.join());
+  const out = join(folder, "accuracy.out");
+  const run = spawnSync(program, ["run", file, "--out", out, "--quiet"], { encoding: "utf8" });
+  assert.equal(run.status, 0, run.stdout + run.stderr);
+  const last = JSON.parse(readFileSync(join(out, "result.json"), "utf8")).steps.at(-1);
+  const own = Object.fromEntries(Object.entries(last.branches).map(([branch, { position }]) => [branch, position]));
+  assert.ok(distance(await shape(page), own) < 1e-6);
+  assert.deepEqual(found, []);
+  await page.close();
   assert.equal(await stop(), 0);
 });

@@ -1,6 +1,7 @@
 //! A tolerance study of many points: a Y harness of three branches of 60 segments, whose lengths and whose clip's
 //! places vary.
 
+use crate::sweep::tubes::Stations;
 use crate::sweep::{Points, header};
 use std::convert::Infallible;
 use std::sync::Mutex;
@@ -43,7 +44,8 @@ pub fn monte_carlo(points: usize, minimiser: Option<&str>, batch: Option<&Batch>
         loaded.map_err(|faults| wireloom_scenario::render(SCENARIO, &faults)).expect("a sound scenario");
     let sweep = scenario.sweep.as_ref().expect("it has a sweep");
     let header = header(sweep, &built.network);
-    let all = Points { text: SCENARIO, files: &NoFiles, minimiser, registry, batch, sweep, header };
+    let stations = Stations::of(&built.network, &built.schedule);
+    let all = Points { text: SCENARIO, files: &NoFiles, minimiser, registry, batch, sweep, header, stations };
     let clock = Instant::now();
     let statuses: Mutex<Vec<(String, usize)>> = Mutex::default();
     let chains: Vec<usize> = (0..all.chains().len()).collect();

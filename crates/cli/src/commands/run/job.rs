@@ -2,6 +2,7 @@
 
 use crate::arguments::{RunArguments, values};
 use crate::failure::Failure;
+use crate::files::envelope;
 use crate::files::folder::Folder;
 use crate::files::load::{self, Loaded};
 use crate::files::results;
@@ -38,6 +39,7 @@ impl Job {
         let size = size::estimate(&loaded.built.network, increments(&loaded.built))?;
         let mut folder = Folder::of_results(arguments.out.as_deref(), file)?;
         folder.clear()?;
+        envelope::remove(folder.own())?;
         folder.has_room(bytes(&loaded))?;
         let origin = Origin::new(file, arguments, &loaded)?;
         let keeper = Keeper::begin(&folder, &origin)?;
