@@ -21,7 +21,7 @@ mod numeric;
 mod proxy;
 mod read;
 
-pub use crash_handler::install_crash_handler;
+pub use crash_handler::{LATE, install_crash_handler};
 pub use error::{LoadError, Reason};
 pub use find::{SearchPath, file_name, open_regular_file, resolve};
 pub use instance::numeric_derivatives;

@@ -1,0 +1,154 @@
+//! Sweeps whose plugin crashes or hangs at some points.
+
+use crate::*;
+use std::process::Stdio;
+use wireloom::export::table::{Column, Table, read};
+use wireloom_tests::cables::{branch, connector, section};
+
+pub fn trials() -> Vec<Named> {
+    vec![
+        named("a point of a sweep at which a plugin crashes or hangs is a row with its reason", rows),
+        named("such a sweep has the same bytes on any number of threads, and after a kill that leaves nothing", bytes),
+        named("a point that hangs beyond the time limit of the sweep is ended", time_limit),
+        named("points in other processes have the bytes of points in this one", other_processes),
+    ]
+}
+
+/// A cantilever with the spring at its end, over stiffnesses of 1 to 64 N/m: chains of four points.
+fn scenario(plugins: &str, stiffness: &str) -> String {
+    [
+        &*format!("schema = 1\nname = \"trouble\"\ngravity = [0, 0, 0]\n{plugins}\n"),
+        &section("cable"),
+        &branch("cable", ["A", "B"], "cable", 0.5, 10),
+        &connector("clamp", "A", [0.0, 0.0, 0.0]),
+        "[[constraints]]\nname = \"bad\"\nat = { end = \"B\" }\nposition = [0.5, 0, \"10 mm\"]\n",
+        stiffness,
+    ]
+    .concat()
+}
+
+const SPRING: &str = "kind = \"trouble\"\nstiffness = 1\n";
+const SWEEP: &str = "[sweep.vary]\n\"constraints.bad.stiffness\" = { from = 1, to = 64, count = 64 }\n";
+
+fn plugins(time_limit: f64) -> String {
+    format!("[plugins]\nload = [\"trouble\"]\ntime_limit = {time_limit}")
+}
+
+/// A folder with the plugin and this scenario.
+fn place(text: &str) -> Result<Place, Failed> {
+    let place = Place::new()?;
+    compile(&root().join("tests/tests/plugins/trouble.c"), &place.path("libtrouble.so"), &[])?;
+    fs::write(place.path("s.toml"), text)?;
+    Ok(place)
+}
+
+const ARGUMENTS: [&str; 5] = ["sweep", "s.toml", "--csv", "--allow-plugin", "libtrouble.so"];
+
+fn table(place: &Place, out: &str) -> Result<Table, Failed> {
+    Ok(read(fs::read(place.path(out).join("points.parquet"))?)?)
+}
+
+fn words(table: &Table, name: &str) -> Vec<String> {
+    table.words(name).iter().map(|word| word.clone().unwrap_or_default()).collect()
+}
+
+fn rows() -> Checked {
+    let place = place(&scenario(&plugins(0.5), &[SPRING, SWEEP].concat()))?;
+    let ended = place.wireloom(&ARGUMENTS)?.expect(0)?;
+    ensure(ended.out.contains("64 points: 59 converged, 4 crashed, 1 time limit"), &ended)?;
+    // What the plugin prints is passed on.
+    ensure(ended.err.contains("a line and a half\n") && !ended.err.contains("@wireloom"), &ended)?;
+    let table = table(&place, "out/s")?;
+    let (status, message) = (words(&table, "status"), words(&table, "message"));
+    let plugin = "constraint `bad` (trouble): plugin `trouble` 0.0.1 (libtrouble.so)";
+    let troubles = [
+        (7, "crashed", format!("{plugin} crashed: invalid memory access (SIGSEGV) (in `evaluate`)")),
+        (20, "time limit", format!("{plugin} did not return within 0.5 s (in `evaluate`)")),
+        (21, "crashed", format!("{plugin} aborted the process (SIGABRT) (in `evaluate`)")),
+        (40, "crashed", format!("{plugin} ended the process (exit) (in `evaluate`)")),
+        (45, "crashed", "the process that computed it ended with SIGKILL".to_owned()),
+    ];
+    let Some(Column::Numbers(stiffness)) = table.column("constraints.bad.stiffness") else {
+        return Err("no column of stiffnesses".into());
+    };
+    let force = table.numbers("force_z.bad");
+    for k in 0..64 {
+        match troubles.iter().find(|(n, ..)| *n == k + 1) {
+            Some((_, is, reason)) => {
+                ensure(status[k] == *is && message[k] == *reason && force[k].is_none(), (k, &status[k], &message[k]))?;
+            }
+            None => {
+                ensure(status[k] == "converged" && message[k].is_empty(), (k, &status[k], &message[k]))?;
+                // The spring and the cantilever, 3 E I / L³ = 0.24 N/m, in a row: ten segments give 0.3 % more.
+                let stiffness = stiffness[k].unwrap_or(0.0);
+                near("force", force[k].unwrap_or(0.0), 0.01 / (1.0 / stiffness + 1.0 / 0.24), 5e-3)?;
+            }
+        }
+    }
+    Ok(())
+}
+
+/// The sweep in this folder on so many threads.
+fn sweep(place: &Place, out: &str, threads: usize) -> Command {
+    let mut command = Command::new(program());
+    command.args(ARGUMENTS).args(["--quiet", "--out"]).arg(place.path(out)).current_dir(place.0.path());
+    command.env("RAYON_NUM_THREADS", threads.to_string()).stdout(Stdio::null()).stderr(Stdio::null());
+    command
+}
+
+fn bytes() -> Checked {
+    let place = place(&scenario(&plugins(0.5), &[SPRING, SWEEP].concat()))?;
+    for (out, threads) in [("one", 1), ("three", 3)] {
+        ensure(sweep(&place, out, threads).status()?.success(), out)?;
+    }
+    // Killed as it waits for the point that hangs: four chains are done before it.
+    let blocks = || fs::read_dir(place.path("killed/.wireloom/sweep")).map_or(0, |entries| entries.count());
+    let mut child = sweep(&place, "killed", 1).spawn()?;
+    while blocks() < 5 && child.try_wait()?.is_none() {
+        std::thread::yield_now();
+    }
+    child.kill()?;
+    child.wait()?;
+    ensure(blocks() >= 5 && !place.path("killed/points.csv").exists(), "it was over before it was killed")?;
+    // Its processes end by themselves, also one within a call that does not return: with it the test would not end.
+    #[cfg(target_os = "linux")]
+    while running_in(place.0.path())? {
+        std::thread::yield_now();
+    }
+    ensure(sweep(&place, "killed", 2).status()?.success(), "resumed")?;
+    for name in ["points.csv", "points.parquet"] {
+        let of = |out: &str| fs::read(place.path(out).join(name));
+        ensure(of("one")? == of("three")? && of("one")? == of("killed")?, name)?;
+    }
+    Ok(())
+}
+
+/// Whether a process works in this folder.
+#[cfg(target_os = "linux")]
+fn running_in(folder: &Path) -> Result<bool, Failed> {
+    let folder = folder.canonicalize()?;
+    // Processes of others cannot be looked into, and some end meanwhile.
+    Ok(fs::read_dir("/proc")?
+        .flatten()
+        .any(|entry| fs::read_link(entry.path().join("cwd")).is_ok_and(|at| at == folder)))
+}
+
+fn time_limit() -> Checked {
+    let vary = "[sweep]\ntime_limit = 0.5\n[sweep.vary]\n\"constraints.bad.stiffness\" = { values = [19, 20, 22] }\n";
+    let place = place(&scenario(&plugins(600.0), &[SPRING, vary].concat()))?;
+    let ended = place.wireloom(&ARGUMENTS)?.expect(0)?;
+    ensure(ended.out.contains("3 points: 2 converged, 1 time limit"), &ended)?;
+    let message = &words(&table(&place, "out/s")?, "message")[1];
+    ensure(message.starts_with("not done within 0.5 s: its process was ended"), message)
+}
+
+fn other_processes() -> Checked {
+    let handle = "kind = \"handle\"\nstiffness = 1\n";
+    let text = |plugins: &str| scenario(plugins, &[handle, "[sweep]\nswept = \"20 mm\"\n", SWEEP].concat());
+    let files = |text: &str| -> Result<[Vec<u8>; 2], Failed> {
+        let place = place(text)?;
+        place.wireloom(&ARGUMENTS)?.expect(0)?;
+        Ok([fs::read(place.path("out/s/points.csv"))?, fs::read(place.path("out/s/swept.glb"))?])
+    };
+    ensure(files(&text(&plugins(10.0)))? == files(&text(""))?, "the files differ")
+}
