@@ -359,6 +359,7 @@ impl Constraint {
             moment: written(&constraint.moment),
             stations: constraint.stations.iter().map(Station::of).collect(),
             span: constraint.span.as_ref().map(Span::of),
+            outputs: constraint.outputs.iter().map(|(name, value)| (name.clone(), Number(*value))).collect(),
         }
     }
 
@@ -373,6 +374,7 @@ impl Constraint {
             stations: self.stations.into_iter().map(Station::result).collect(),
             span: self.span.map(Span::result),
             slide,
+            outputs: outputs(self.outputs),
         }
     }
 }
@@ -644,6 +646,11 @@ impl Fault {
         };
         Ok(core::PartFault { family, name, kind, step, increment, message })
     }
+}
+
+/// Outputs of a constraint as they were read.
+pub fn outputs(entries: Entries<Number>) -> Vec<(String, f64)> {
+    entries.0.into_iter().map(|(name, value)| (name, value.0)).collect()
 }
 
 fn number(number: Number) -> f64 {

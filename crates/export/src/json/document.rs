@@ -235,7 +235,7 @@ pub struct Joint {
     pub orientation: Quaternion,
 }
 
-/// A constraint: where it holds, and what it exerts on the harness.
+/// A constraint: where it holds, what it exerts on the harness, and the outputs of its kind (SI).
 #[derive(Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Constraint {
@@ -248,6 +248,8 @@ pub struct Constraint {
     pub stations: Vec<Station>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub span: Option<Span>,
+    #[serde(default, skip_serializing_if = "Entries::is_empty")]
+    pub outputs: Entries<Number>,
 }
 
 /// One of several stations of a constraint.

@@ -262,6 +262,7 @@ pub fn constraints(problem: &Problem<'_>, state: &State, gradient: &Tangent) -> 
                     .iter()
                     .position(|site| site.constraint == f)
                     .map(|slide| problem.slide_result(slide, state, gradient)),
+                outputs: problem.outputs(f, state),
             }
         })
         .collect()

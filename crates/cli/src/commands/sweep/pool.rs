@@ -1,7 +1,7 @@
 //! Chains of points in other processes: a plugin may end its process or never return, and the sweep goes on.
 //!
-//! A process that ends is replaced, and its chain is computed again: with cold starts, if it ended at a warm one; without
-//! the point, if it ended at a cold one. So rows depend on the chain alone, as they do where the program panics.
+//! A process that ends is replaced, and its chain is computed again: with cold starts, if it ended at a warm one;
+//! without the point, if it ended at a cold one. So rows depend on the chain alone, as they do where the program panics.
 
 use super::job::Job;
 use crate::arguments::SweepArguments;
@@ -150,8 +150,8 @@ impl<'p> Pool<'p> {
                     if end.is_some_and(|end| Instant::now() >= end) {
                         let limit = self.time_limit.unwrap_or_default().as_secs_f64();
                         let reason = format!(
-                            "not done within {limit} s: its process was ended, because it did not stop by itself (a call \
-                             of a plugin that does not return?)"
+                            "not done within {limit} s: its process was ended, because it did not stop by itself (a \
+                             call of a plugin that does not return?)"
                         );
                         return Ok(Attempt::Ended(at, TIME_LIMIT, reason));
                     }
@@ -209,7 +209,8 @@ impl<'p> Pool<'p> {
                 Ok(_) => {
                     let file = file.display();
                     return Err(Failure::Input(format!(
-                        "{file}, or a file that it names, has changed since the sweep began: the same command begins anew"
+                        "{file}, or a file that it names, has changed since the sweep began: the same command begins \
+                         anew"
                     )));
                 }
                 Err(RecvTimeoutError::Timeout) => {}
