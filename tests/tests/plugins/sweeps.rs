@@ -80,9 +80,9 @@ fn rows() -> Checked {
             }
             None => {
                 ensure(status[k] == "converged" && message[k].is_empty(), (k, &status[k], &message[k]))?;
-                // The spring and the cantilever, 3 E I / L³ = 0.24 N/m, in a row: ten segments give 0.6 % more.
+                // The spring and the cantilever, 3 E I / L³ = 0.24 N/m, in a row; ten segments make that 1 % stiffer.
                 let stiffness = stiffness[k].unwrap_or(0.0);
-                near("force", force[k].unwrap_or(0.0), 0.01 / (1.0 / stiffness + 1.0 / 0.24), 1e-2)?;
+                near("force", force[k].unwrap_or(0.0), 0.01 / (1.0 / stiffness + 1.0 / 0.24), 2e-2)?;
             }
         }
     }

@@ -1,7 +1,8 @@
 //! Chains of points in other processes: a plugin may end its process or never return, and the sweep goes on.
 //!
 //! A process that ends is replaced, and its chain is computed again: with cold starts, if it ended at a warm one;
-//! without the point, if it ended at a cold one. So rows depend on the chain alone, as they do where the program panics.
+//! without the point, if it ended at a cold one. So rows depend on the chain alone, as they do where the program
+//! panics.
 
 use super::job::Job;
 use crate::arguments::SweepArguments;
