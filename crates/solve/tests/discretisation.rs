@@ -100,8 +100,8 @@ fn compare(text: &str, n: usize) -> [Compared; 4] {
     compared
 }
 
-/// Largest median of the local estimate over the true error: for positions it adds up the errors of all curvatures as if
-/// they had one sign.
+/// Largest median of the local estimate over the true error: for positions it adds up the errors of all curvatures as
+/// if they had one sign.
 const LOCAL: f64 = 200.0;
 
 const QUANTITIES: [&str; 4] = ["curvature", "moment", "force", "position"];
