@@ -16,6 +16,9 @@ typedef struct Strap {
 /* The parameters, in the order of their declaration. */
 enum { STIFFNESS, LENGTH, SLACK, PRETENSION };
 
+/* The outputs, in the order of their declaration. */
+enum { ELONGATION, TENSION };
+
 static int32_t create(const WireloomKind *kind, const WireloomConstraintSpec *spec, void **instance,
                       WireloomDescription *description, WireloomText *message) {
     (void)kind;
@@ -59,6 +62,21 @@ static double difference(const WireloomPose *to, const WireloomPose *from, doubl
     return sqrt(square);
 }
 
+/* Distance d of the ends less the free length l, m; n: the direction of the strap, zero where its ends meet. */
+static double elongation(const Strap *strap, const WireloomSituation *at, double *length, double *d, double n[3]) {
+    double apart[3];
+    *d = difference(at->station_count == 2 ? &at->stations[1] : &at->targets[0], &at->stations[0], apart);
+    *length = strap->length;
+    if (*length < 0.0) {
+        double unused[3];
+        *length = difference(&at->targets[1], &at->targets[0], unused) - strap->pretension / strap->stiffness;
+        if (*length < 0.0) *length = 0.0;
+    }
+    *length += strap->slack;
+    for (int i = 0; i < 3; i++) n[i] = *d > 0.0 ? apart[i] / *d : 0.0;
+    return *d - *length;
+}
+
 /* E = k/2 (d - l)^2 where d > l; with n the direction of the strap dE/dx = -+k (d - l) n, and the second derivative is
    +-k (n n' + (1 - l/d) (I - n n')). A station has six variables, x and the turn. */
 static int32_t evaluate(const void *instance, const WireloomSituation *at, WireloomEvaluation *out,
@@ -66,18 +84,9 @@ static int32_t evaluate(const void *instance, const WireloomSituation *at, Wirel
     (void)message;
     const Strap *strap = instance;
     const uint32_t m = at->station_count;
-    double apart[3], n[3] = {0.0, 0.0, 0.0};
-    const double d = difference(m == 2 ? &at->stations[1] : &at->targets[0], &at->stations[0], apart);
-    double length = strap->length;
-    if (length < 0.0) {
-        double unused[3];
-        length = difference(&at->targets[1], &at->targets[0], unused) - strap->pretension / strap->stiffness;
-        if (length < 0.0) length = 0.0;
-    }
-    length += strap->slack;
-    const double drawn = d - length;
+    double n[3], length, d;
+    const double drawn = elongation(strap, at, &length, &d, n);
     const double k = drawn > 0.0 ? strap->stiffness : 0.0;
-    for (int i = 0; i < 3 && d > 0.0; i++) n[i] = apart[i] / d;
     /* NaN is passed on; a comparison would hide it. */
     if (out->energy) *out->energy = isnan(drawn) ? drawn : 0.5 * k * drawn * drawn;
     if (out->gradient) {
@@ -100,6 +109,15 @@ static int32_t evaluate(const void *instance, const WireloomSituation *at, Wirel
             }
         }
     }
+    return WIRELOOM_STATUS_OK;
+}
+
+static int32_t report(const void *instance, const WireloomSituation *at, double *values, WireloomText *message) {
+    (void)message;
+    const Strap *strap = instance;
+    double n[3], length, d;
+    values[ELONGATION] = elongation(strap, at, &length, &d, n);
+    values[TENSION] = values[ELONGATION] > 0.0 ? strap->stiffness * values[ELONGATION] : 0.0;
     return WIRELOOM_STATUS_OK;
 }
 
@@ -131,6 +149,13 @@ static const WireloomParameter parameters[] = {
                     .maximum = INFINITY},
 };
 
+static const WireloomOutput outputs[] = {
+    [ELONGATION] = {.name = "elongation",
+                    .doc = "distance of the ends beyond the free length; below 0 where the strap is slack",
+                    .quantity = WIRELOOM_QUANTITY_LENGTH},
+    [TENSION] = {.name = "tension", .doc = "force of the strap", .quantity = WIRELOOM_QUANTITY_FORCE},
+};
+
 static const WireloomConstraintKind functions = {
     .size = sizeof functions,
     .stations_min = 1,
@@ -138,6 +163,10 @@ static const WireloomConstraintKind functions = {
     .create = create,
     .destroy = destroy,
     .evaluate = evaluate,
+    .output_count = sizeof outputs / sizeof outputs[0],
+    .output_stride = sizeof outputs[0],
+    .outputs = outputs,
+    .report = report,
 };
 
 static const WireloomKind kinds[] = {

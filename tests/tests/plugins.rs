@@ -18,6 +18,8 @@ mod joint;
 mod newcomer;
 #[path = "plugins/real.rs"]
 mod real;
+#[path = "plugins/sweeps.rs"]
+mod sweeps;
 #[path = "plugins/trust.rs"]
 mod trust;
 
@@ -27,9 +29,9 @@ fn main() -> ExitCode {
     let arguments = Arguments::from_args();
     let compiler = Command::new(compiler()).arg("--version").output().is_ok();
     let mut trials = vec![];
-    for (name, check) in
-        [real::trials(), joint::trials(), trust::trials(), newcomer::trials(), hostile::trials()].into_iter().flatten()
-    {
+    let groups =
+        [real::trials(), joint::trials(), trust::trials(), newcomer::trials(), hostile::trials(), sweeps::trials()];
+    for (name, check) in groups.into_iter().flatten() {
         let reason = if compiler { "" } else { " (ignored: no C compiler, `cc` or what CC names)" };
         trials.push(Trial::test(format!("{name}{reason}"), check).with_ignored_flag(!compiler));
     }

@@ -30,8 +30,8 @@ struct WireloomKind;
 #define WIRELOOM_ABI_MAJOR 1
 
 // Minor version of this ABI, incremented with every addition. 1: joint models. 2: joints that couple the ends of their
-// arms, length of an arm.
-#define WIRELOOM_ABI_MINOR 2
+// arms, length of an arm. 3: outputs of constraints.
+#define WIRELOOM_ABI_MINOR 3
 
 // Success.
 #define WIRELOOM_STATUS_OK 0
@@ -377,6 +377,19 @@ typedef struct WireloomEvaluation {
     const double *weights;
 } WireloomEvaluation;
 
+// A declared output of a constraint kind: a quantity that results report at each equilibrium, and that can be a column
+// of a sweep. Since ABI 1.3.
+typedef struct WireloomOutput {
+    // Name in results: letters, digits, hyphens and underscores.
+    const char *name;
+    // One-line description.
+    const char *doc;
+    // `QUANTITY_…`, in SI units.
+    int32_t quantity;
+    // Zero.
+    uint32_t reserved;
+} WireloomOutput;
+
 // Functions of a constraint kind.
 //
 // Threads: `create` and `destroy` may be called from any thread, for different instances concurrently. All other
@@ -416,6 +429,18 @@ typedef struct WireloomConstraintKind {
     int32_t (*commit)(const void *instance,
                       const struct WireloomSituation *situation,
                       double *memory,
+                      struct WireloomText *message);
+    // Number of outputs. Since ABI 1.3.
+    uint32_t output_count;
+    // Size of an `Output`, bytes.
+    uint32_t output_stride;
+    // The first output.
+    const struct WireloomOutput *outputs;
+    // Writes the `values` of all outputs, in their order, at an equilibrium, before `commit`. May be null only if
+    // there are no outputs.
+    int32_t (*report)(const void *instance,
+                      const struct WireloomSituation *situation,
+                      double *values,
                       struct WireloomText *message);
 } WireloomConstraintKind;
 

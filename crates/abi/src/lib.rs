@@ -46,8 +46,8 @@ pub const MAGIC: u64 = 0x4d4f_4f4c_4552_4957;
 /// Major version of this ABI: programs and plugins of different major versions are incompatible.
 pub const ABI_MAJOR: u32 = 1;
 /// Minor version of this ABI, incremented with every addition. 1: joint models. 2: joints that couple the ends of their
-/// arms, length of an arm.
-pub const ABI_MINOR: u32 = 2;
+/// arms, length of an arm. 3: outputs of constraints.
+pub const ABI_MINOR: u32 = 3;
 
 /// Success.
 pub const STATUS_OK: i32 = 0;
@@ -338,10 +338,44 @@ pub struct ConstraintKind {
             message: *mut Text,
         ) -> i32,
     >,
+    /// Number of outputs. Since ABI 1.3.
+    pub output_count: u32,
+    /// Size of an [`Output`], bytes.
+    pub output_stride: u32,
+    /// The first output.
+    pub outputs: *const Output,
+    /// Writes the `values` of all outputs, in their order, at an equilibrium, before `commit`. May be null only if
+    /// there are no outputs.
+    pub report: Option<
+        unsafe extern "C" fn(
+            instance: *const c_void,
+            situation: *const Situation,
+            values: *mut f64,
+            message: *mut Text,
+        ) -> i32,
+    >,
 }
 
 // SAFETY: as for `Kinds`.
 unsafe impl Sync for ConstraintKind {}
+
+/// A declared output of a constraint kind: a quantity that results report at each equilibrium, and that can be a column
+/// of a sweep. Since ABI 1.3.
+#[repr(C)]
+#[derive(Clone, Copy, Debug)]
+pub struct Output {
+    /// Name in results: letters, digits, hyphens and underscores.
+    pub name: *const c_char,
+    /// One-line description.
+    pub doc: *const c_char,
+    /// `QUANTITY_…`, in SI units.
+    pub quantity: i32,
+    /// Zero.
+    pub reserved: u32,
+}
+
+// SAFETY: as for `Kinds`.
+unsafe impl Sync for Output {}
 
 /// A station that a constraint acts on.
 #[repr(C)]

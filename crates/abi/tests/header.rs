@@ -26,6 +26,7 @@ const STRUCTS: &[&str] = &[
     "Station",
     "Span",
     "ConstraintKind",
+    "Output",
     "ConstraintSpec",
     "Description",
     "Hold",
@@ -163,7 +164,11 @@ fn layout() -> String {
         }
         Value { value, given, reserved }
         Pose { position, orientation }
-        ConstraintKind { size, stations_min, stations_max, span, create, destroy, evaluate, target, commit }
+        ConstraintKind {
+            size, stations_min, stations_max, span, create, destroy, evaluate, target, commit, output_count,
+            output_stride, outputs, report,
+        }
+        Output { name, doc, quantity, reserved }
         ConstraintSpec {
             size, station_count, station_stride, value_count, name, stations, span, values, tangent_given, up_given,
             hold, free_axis_given, free_axis,

@@ -57,8 +57,8 @@ pub enum Command {
     /// Carry out a scenario over all values of its [sweep], on all cores
     ///
     /// Writes points.parquet, a row for each point, and prints how many points pass, which requirements fail, and which
-    /// keys drive them. A point that is refused, reaches its time limit or crashes is a row with its status. After
-    /// Ctrl-C, a kill or a crash the same command continues.
+    /// keys drive them. A point that is refused, reaches its time limit or crashes is a row with its status, also where
+    /// a plugin crashes or does not return. After Ctrl-C, a kill or a crash the same command continues.
     Sweep(SweepArguments),
     /// Show a sweep as one HTML page: verdicts, the region that fails, drivers of requirements, distributions
     ///
@@ -100,6 +100,9 @@ pub enum Command {
     /// Report the crash of a plugin (the program starts itself with this)
     #[command(hide = true)]
     PluginFault(PluginFault),
+    /// Compute chains of points of a sweep with plugins (the program starts itself with this)
+    #[command(hide = true)]
+    SweepProcess(ProcessArguments),
     /// Measure the time of a small move of a held end, with each minimiser, and of a sweep of many points
     Bench(BenchArguments),
 }
@@ -309,6 +312,9 @@ pub struct PluginFault {
     /// Its increment
     #[arg(long)]
     pub increment: Option<usize>,
+    /// In a process that computes points of a sweep: the report is a message to it
+    #[arg(long, conflicts_with = "folder")]
+    pub sweep: bool,
     /// Plugin and constraint
     pub site: String,
     /// Function
@@ -333,6 +339,18 @@ pub struct SweepArguments {
     /// Print nothing but faults
     #[arg(long, short)]
     pub quiet: bool,
+    #[command(flatten)]
+    pub allowed: Allowed,
+}
+
+/// The scenario of a process that computes points.
+#[derive(Args)]
+pub struct ProcessArguments {
+    /// The scenario
+    pub file: PathBuf,
+    /// Minimiser instead of the scenario's
+    #[arg(long)]
+    pub minimiser: Option<String>,
     #[command(flatten)]
     pub allowed: Allowed,
 }

@@ -15,6 +15,7 @@ mod extremes;
 mod failure;
 mod files;
 mod interrupt;
+mod messages;
 mod plugin;
 mod print;
 mod program;

@@ -214,6 +214,11 @@ pub trait Constraint: Send + Sync {
     /// Updates the memory in place. Called once at the equilibrium that ends an increment, never for a trial that is
     /// discarded.
     fn commit(&self, _at: &ConstraintView<'_>, _memory: &mut [f64]) {}
+    /// Names and values (SI) of its outputs, all that its kind declares ([`crate::registry::ConstraintKind`]). Called
+    /// at the equilibrium that ends an increment, before [`Self::commit`]; may allocate.
+    fn outputs(&self, _at: &ConstraintView<'_>) -> Vec<(String, f64)> {
+        Vec::new()
+    }
     /// Message of a fatal fault, if one has occurred (a plugin that crashed or exceeded its time limit): its results
     /// are then invalid, and the run ends.
     fn fault(&self) -> Option<String> {

@@ -304,6 +304,8 @@ pub struct ConstraintResult {
     pub span: Option<SpanResult>,
     /// Sliding of the cable through it, if it slides.
     pub slide: Option<SlideResult>,
+    /// Outputs of its kind: names and values, SI.
+    pub outputs: Vec<(String, f64)>,
 }
 
 impl ConstraintResult {

@@ -349,6 +349,11 @@ impl Problem<'_> {
         }
     }
 
+    /// Names and values (SI) of the outputs of a constraint that acts.
+    pub fn outputs(&self, c: usize, state: &State) -> Vec<(String, f64)> {
+        self.constraints.outputs(self.system(), c, state)
+    }
+
     /// Force (N) and moment about the held point (N m), world axes, of a constraint on the harness at its first
     /// station; without stations the resultant force on its span. `gradient` is the whole gradient at `state`; the held
     /// directions must be up to date ([`Self::update_held`]).

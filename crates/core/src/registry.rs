@@ -138,6 +138,17 @@ impl Parameters {
     }
 }
 
+/// A declared output of a kind of constraint: a quantity of its own that it reports at each equilibrium.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Output {
+    /// Name in results.
+    pub name: String,
+    /// One-line description.
+    pub doc: String,
+    /// Its quantity, in SI units.
+    pub quantity: Quantity,
+}
+
 /// A kind: name, description, parameters and factory.
 pub struct Kind<S, T: ?Sized> {
     /// Name in scenarios.
@@ -167,6 +178,8 @@ pub struct ConstraintKind {
     pub attaches: Attaches,
     /// Declared parameters.
     pub parameters: Vec<Parameter>,
+    /// Declared outputs.
+    pub outputs: Vec<Output>,
     /// Its factory.
     pub build: Factory<ConstraintSpec, dyn Constraint>,
 }

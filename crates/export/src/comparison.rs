@@ -87,6 +87,8 @@ pub struct ConstraintDifference {
     pub moment: f64,
     /// Distance of the held points, m.
     pub position: f64,
+    /// Outputs of its kind that both have: name, and value above that of the reference, SI.
+    pub outputs: Vec<(String, f64)>,
 }
 
 /// Cases that ended in the same equilibrium.
@@ -345,6 +347,14 @@ fn difference(reference: &Ending, here: &Ending) -> Difference {
             force: between(|constraint| constraint.force),
             moment: between(|constraint| constraint.moment),
             position: between(|constraint| constraint.position),
+            outputs: constraint
+                .outputs
+                .iter()
+                .filter_map(|(name, before)| {
+                    let (_, now) = other.outputs.iter().find(|(same, _)| same == name)?;
+                    Some((name.clone(), now - before))
+                })
+                .collect(),
         });
     }
     let known = |name: &str| reference.constraints.iter().any(|constraint| constraint.name == name);

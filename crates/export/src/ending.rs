@@ -76,6 +76,8 @@ pub struct ConstraintEnd {
     pub moment: Vector,
     /// Branch and arc length (m) at the constraint, where the cable slides through it.
     pub slide: Option<(String, f64)>,
+    /// Outputs of its kind: names and values, SI.
+    pub outputs: Vec<(String, f64)>,
 }
 
 /// Place on the cable where a constraint closed.
@@ -171,6 +173,7 @@ impl ConstraintEnd {
             force: constraint.force,
             moment: constraint.moment,
             slide: constraint.slide.as_ref().map(slide),
+            outputs: constraint.outputs.clone(),
         }
     }
 }

@@ -12,6 +12,8 @@ const DIGITS: usize = 3;
 const MOST_DIGITS: usize = 9;
 /// Values below this fraction of their limit are noise, and shown as 0.
 const NOISE: f64 = 1e-7;
+/// The error of a value without an estimate.
+const NO_ESTIMATE: &str = "unknown";
 /// Margins beyond this many percent are not worth their digits.
 const FAR: f64 = 1000.0;
 /// Margins of what is kept below this many percent are shown as 0.
@@ -32,7 +34,7 @@ pub struct Line {
     pub limit: String,
     /// Margin in percent of the limit, negative where it fails.
     pub margin: String,
-    /// Estimate of the discretisation error with its unit.
+    /// Estimate of the discretisation error with its unit; "unknown" where a value has none.
     pub error: String,
     /// Place of the worst value.
     pub place: String,
@@ -61,7 +63,11 @@ impl Line {
             worst,
             limit,
             margin: line.margin().map_or_else(String::new, percent),
-            error: if error.is_empty() { error } else { format!("± {error}") },
+            error: match (error.is_empty(), checked) {
+                (false, _) => format!("± {error}"),
+                (true, true) => NO_ESTIMATE.to_owned(),
+                (true, false) => error,
+            },
             place: if checked { line.place.to_string() } else { String::new() },
             moment: line
                 .moment

@@ -4,7 +4,7 @@
 //! | --- | --- |
 //! | `point` | its number, from 0 |
 //! | the keys that vary | values, in SI units where they are numbers; null: it does not vary at this point |
-//! | `status` | status of the run; or `refused` (not a valid scenario), `time limit`, `crashed` |
+//! | `status` | status of the run; or `refused` (not a valid scenario), `time limit`, `crashed` (also a plugin) |
 //! | `verdict` | verdict on the harness over the whole run; null where nothing was computed |
 //! | `fails` | names of requirements that must be kept and fail; where none fails, of those unresolved |
 //! | `requirement`, `margin`, `step`, `where` | first line of the sheet: name, margin, step and place of the worst |

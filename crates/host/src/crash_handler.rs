@@ -24,6 +24,9 @@ fn c_string(words: &std::ffi::OsStr) -> CString {
     CString::new(words.as_encoded_bytes().to_vec()).unwrap_or_default()
 }
 
+/// First words of what happened where a call took too long.
+pub const LATE: &str = "did not return within";
+
 /// Installs the crash handler: if a plugin crashes, ends the process, or takes longer than `limit` for one call, this
 /// process becomes `program` with these arguments and three more: owner of the function, name of the function, and what
 /// happened. A later call replaces program and arguments, but not the limit.
@@ -42,7 +45,7 @@ pub fn install_crash_handler(program: &Path, arguments: &[OsString], limit: Dura
     // The thread must start before a library's own initialisation can block the system's loader.
     let (started, begun) = std::sync::mpsc::channel();
     let watch = move || {
-        let took = CString::new(format!("did not return within {} s", limit.as_secs_f64())).unwrap_or_default();
+        let took = CString::new(format!("{LATE} {} s", limit.as_secs_f64())).unwrap_or_default();
         let mut watch = Watchdog::default();
         let _ = started.send(());
         loop {

@@ -6,7 +6,7 @@ use std::collections::BTreeSet;
 use wireloom_abi as abi;
 use wireloom_core::Vector;
 use wireloom_core::constraint::{Attaches, SpanUse};
-use wireloom_core::registry::{Form, Parameter, Quantity, Value};
+use wireloom_core::registry::{Form, Output, Parameter, Quantity, Value};
 
 /// Upper limit for kinds of a plugin, parameters of a kind, choices of a parameter and stations of a constraint.
 const MOST: u32 = 256;
@@ -28,8 +28,8 @@ pub struct KindDescription {
 
 /// Functions of a kind, by family.
 pub enum Functions {
-    /// A constraint kind, with its attachments.
-    Constraint(abi::ConstraintKind, Attaches),
+    /// A constraint kind, with its attachments and its outputs.
+    Constraint(abi::ConstraintKind, Attaches, Vec<Output>),
     /// A joint model.
     Joint(abi::JointKind),
 }
@@ -88,7 +88,8 @@ unsafe fn one(at: *const abi::Kind, kind: &abi::Kind, which: &str) -> Result<Kin
             abi::FAMILY_CONSTRAINT => {
                 read::pointer(&format!("the {table}"), kind.constraint)?;
                 let own: abi::ConstraintKind = read::read_struct(&table, kind.constraint, (*kind.constraint).size)?;
-                (Functions::Constraint(own, attaches(&own, &which)?), own.create.is_some(), own.destroy.is_some())
+                let functions = Functions::Constraint(own, attaches(&own, &which)?, outputs(&own, &which)?);
+                (functions, own.create.is_some(), own.destroy.is_some())
             }
             abi::FAMILY_JOINT => {
                 read::pointer(&format!("the {table}"), kind.joint)?;
@@ -107,6 +108,37 @@ unsafe fn one(at: *const abi::Kind, kind: &abi::Kind, which: &str) -> Result<Kin
         }
         Ok(KindDescription { name, doc, parameters, kind: at, functions })
     }
+}
+
+/// Outputs of a constraint kind.
+///
+/// # Safety
+/// As for [`kinds`].
+unsafe fn outputs(functions: &abi::ConstraintKind, which: &str) -> Result<Vec<Output>, Reason> {
+    let (kind, what) = (which, format!("outputs of {which}"));
+    // SAFETY: as the caller promises.
+    let declared =
+        unsafe { read::array(&what, functions.outputs, functions.output_count, functions.output_stride, MOST) }?;
+    let mut outputs: Vec<Output> = vec![];
+    for (k, declared) in declared.iter().enumerate() {
+        let which = format!("output {} of {which}", k + 1);
+        // SAFETY: as the caller promises.
+        let name = unsafe { read::name(&format!("the name of {which}"), declared.name) }?;
+        let which = format!("{which} (`{name}`)");
+        // SAFETY: as above.
+        let doc = unsafe { read::text(&format!("the doc of {which}"), declared.doc) }?;
+        let known = quantity(declared.quantity);
+        let quantity =
+            known.ok_or_else(|| wrong(format!("the quantity of {which}"), declared.quantity, "0 to 13 are known"))?;
+        if outputs.iter().any(|other| other.name == name) {
+            return Err(Reason::Duplicate { what: format!("output `{name}` of {kind}") });
+        }
+        outputs.push(Output { name, doc, quantity });
+    }
+    if !outputs.is_empty() && functions.report.is_none() {
+        return Err(Reason::Pointer { what: format!("the function `report` of {which}"), value: "null".into() });
+    }
+    Ok(outputs)
 }
 
 /// Stations and span of a constraint kind.
@@ -266,18 +298,22 @@ mod tests {
     const CHOICES: Part = Part { size: 24, at: 8192 };
     const KIND: Part = Part { size: size_of::<abi::Kind>(), at: 16384 };
     const PARAMETER: Part = Part { size: size_of::<abi::Parameter>(), at: KIND.at + ARRAY };
-    const BUFFER_SIZE: usize = PARAMETER.at + ARRAY;
+    const OUTPUT: Part = Part { size: size_of::<abi::Output>(), at: PARAMETER.at + ARRAY };
+    const BUFFER_SIZE: usize = OUTPUT.at + ARRAY;
     /// Order of the parts in an input.
-    const PARTS: [Part; 6] = [KINDS, FUNCTIONS, TEXTS, CHOICES, KIND, PARAMETER];
+    const PARTS: [Part; 7] = [KINDS, FUNCTIONS, TEXTS, CHOICES, KIND, PARAMETER, OUTPUT];
 
     /// Pointers in the buffer: offset of the pointer, offset of its target.
-    const POINTERS: [(usize, usize); 12] = [
+    const POINTERS: [(usize, usize); 15] = [
         (KINDS.at + 16, KIND.at),
         (KIND.at + 16, TEXTS.at),
         (KIND.at + 24, TEXTS.at + 8),
         (KIND.at + 32, PARAMETER.at),
         (KIND.at + 40, FUNCTIONS.at),
         (KIND.at + 48, FUNCTIONS.at),
+        (FUNCTIONS.at + 64, OUTPUT.at),
+        (OUTPUT.at, TEXTS.at + 32),
+        (OUTPUT.at + 8, TEXTS.at + 64),
         (PARAMETER.at, TEXTS.at + 32),
         (PARAMETER.at + 8, TEXTS.at + 64),
         (PARAMETER.at + 72, CHOICES.at),
@@ -298,6 +334,10 @@ mod tests {
 
     unsafe extern "C" fn destroy(_: *mut c_void) {}
 
+    unsafe extern "C" fn report(_: *const c_void, _: *const abi::Situation, _: *mut f64, _: *mut abi::Text) -> i32 {
+        abi::STATUS_ERROR
+    }
+
     fn bytes_of<T: Copy>(value: &T) -> &[u8] {
         // SAFETY: the structs of the ABI have no padding.
         unsafe { std::slice::from_raw_parts((&raw const *value).cast(), size_of::<T>()) }
@@ -317,7 +357,12 @@ mod tests {
             evaluate: None,
             target: None,
             commit: None,
+            output_count: 1,
+            output_stride: OUTPUT.size as u32,
+            outputs: dangling(),
+            report: Some(report),
         };
+        let output = abi::Output { name: dangling(), doc: dangling(), quantity: abi::QUANTITY_FORCE, reserved: 0 };
         let mut texts = vec![0; TEXTS.size];
         for (line, text) in ["tie\0\0\0\0\0It ties.", "width", "How wide.", "a", "b", "c"].into_iter().enumerate() {
             texts[32 * line..][..text.len()].copy_from_slice(text.as_bytes());
@@ -348,9 +393,8 @@ mod tests {
             reserved: 0,
         };
         let choices = [dangling::<c_char>(); 3];
-        let parts =
-            [bytes_of(&kinds), bytes_of(&functions), &texts, bytes_of(&choices), bytes_of(&kind), bytes_of(&parameter)];
-        parts.concat()
+        let parts = [bytes_of(&kinds), bytes_of(&functions), &texts, bytes_of(&choices), bytes_of(&kind)];
+        [parts.concat().as_slice(), bytes_of(&parameter), bytes_of(&output)].concat()
     }
 
     const PLACEHOLDER: usize = 1 << 40;
@@ -391,9 +435,9 @@ mod tests {
                         *pointer = base as usize + to;
                     }
                 }
-                for (field, function) in
-                    [(16, create as *const () as usize), (24, destroy as *const () as usize), (32, 0), (40, 0), (48, 0)]
-                {
+                let [create, destroy, report] =
+                    [create as *const () as usize, destroy as *const () as usize, report as *const () as usize];
+                for (field, function) in [(16, create), (24, destroy), (32, 0), (40, 0), (48, 0), (72, report)] {
                     let pointer = base.add(FUNCTIONS.at + field).cast::<usize>();
                     *pointer = if *pointer == 0 { 0 } else { function };
                 }

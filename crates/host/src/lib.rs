@@ -21,7 +21,7 @@ mod numeric;
 mod proxy;
 mod read;
 
-pub use crash_handler::install_crash_handler;
+pub use crash_handler::{LATE, install_crash_handler};
 pub use error::{LoadError, Reason};
 pub use find::{SearchPath, file_name, open_regular_file, resolve};
 pub use instance::numeric_derivatives;
@@ -100,8 +100,8 @@ impl Plugins {
         for kind in opened.kinds {
             // No name is in use: this was checked above.
             match kind.functions {
-                Functions::Constraint(functions, ref attaches) => {
-                    let made = (functions, attaches.clone());
+                Functions::Constraint(functions, ref attaches, ref outputs) => {
+                    let made = (functions, attaches.clone(), outputs.clone());
                     let _ = registry.add_constraint(proxy::kind(kind, made, owner.clone(), opened.notes));
                 }
                 Functions::Joint(functions) => {

@@ -16,7 +16,7 @@ use std::sync::{Arc, Mutex};
 use wireloom_abi as abi;
 use wireloom_abi::draft::Notes;
 use wireloom_core::constraint::{Attaches, ConstraintSpec, ConstraintView, Equations, HoldWord, Relation, Residual};
-use wireloom_core::registry::{BuildError, ConstraintKind, Parameters};
+use wireloom_core::registry::{BuildError, ConstraintKind, Output, Parameters};
 use wireloom_core::{Action, Constraint, Hold, Matrix, Pose, Potential, RotationHold, Vector};
 
 /// Upper limit for the numbers in a constraint's memory and for its residuals.
@@ -37,17 +37,21 @@ pub fn notes() -> Vec<String> {
 /// A constraint kind that a plugin implements; `owner` describes the plugin in messages.
 pub fn kind(
     described: KindDescription,
-    (functions, attaches): (abi::ConstraintKind, Attaches),
+    (functions, attaches, outputs): (abi::ConstraintKind, Attaches, Vec<Output>),
     owner: Arc<String>,
     notes: Option<Notes>,
 ) -> ConstraintKind {
     let KindDescription { name, doc, parameters, kind, .. } = described;
-    let factory = Factory { name: name.clone(), kind, functions, owner, parameters: parameters.clone(), notes };
+    let names = outputs.iter().map(|output| output.name.clone()).collect();
+    let parameters_of = parameters.clone();
+    let factory =
+        Factory { name: name.clone(), kind, functions, owner, parameters: parameters_of, outputs: names, notes };
     ConstraintKind {
         name,
         doc,
         attaches,
         parameters,
+        outputs,
         build: Box::new(move |spec, values| Ok(Box::new(factory.make(spec, values)?))),
     }
 }
@@ -59,6 +63,8 @@ struct Factory {
     functions: abi::ConstraintKind,
     owner: Arc<String>,
     parameters: Vec<wireloom_core::Parameter>,
+    /// Names of the outputs.
+    outputs: Vec<String>,
     notes: Option<Notes>,
 }
 
@@ -134,6 +140,7 @@ impl Factory {
             hold: Hold { position: false, rails: vec![], rotation: RotationHold::Free },
             memory: vec![],
             residuals: [vec![], vec![]],
+            outputs: self.outputs.clone(),
         };
         if description.thread_safe != 0 {
             proxy.instance.allow_concurrent_calls();
@@ -193,6 +200,7 @@ struct Proxy {
     hold: Hold,
     memory: Vec<f64>,
     residuals: [Vec<Residual>; 2],
+    outputs: Vec<String>,
 }
 
 // SAFETY: `create` and `destroy` may be called from any thread; concurrent calls with the same instance are locked out
@@ -425,6 +433,24 @@ impl Constraint for Proxy {
                 memory.copy_from_slice(rows);
             }
         });
+    }
+
+    fn outputs(&self, at: &ConstraintView<'_>) -> Vec<(String, f64)> {
+        let Some(report) = self.functions.report.filter(|_| !self.outputs.is_empty()) else { return Vec::new() };
+        let mut values = vec![UNWRITTEN; self.outputs.len()];
+        let done = self.with_situation(at, |situation, _| {
+            // SAFETY: all arguments are as the ABI demands; there is one value for each output.
+            self.instance.call(c"report", |own, text| unsafe { report(own, situation, values.as_mut_ptr(), text) })
+        });
+        let named: Vec<(String, f64)> = self.outputs.iter().cloned().zip(values).collect();
+        if let Some((name, value)) = named.iter().find(|(_, value)| done && !value.is_finite()) {
+            self.instance.fail(if value.to_bits() == UNWRITTEN.to_bits() {
+                format!("wrote no value of the output `{name}` in `report`")
+            } else {
+                format!("returned {value} as output `{name}`")
+            });
+        }
+        if self.instance.fault().is_some() { Vec::new() } else { named }
     }
 
     fn fault(&self) -> Option<String> {

@@ -34,6 +34,7 @@ extensible! {
     wireloom_abi::Kind: 48,
     wireloom_abi::Parameter: 88,
     wireloom_abi::ConstraintKind: 56,
+    wireloom_abi::Output: 24,
     wireloom_abi::JointKind: 32,
     wireloom_abi::draft::Notes: 16,
 }

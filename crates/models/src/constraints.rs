@@ -25,6 +25,7 @@ pub fn connector() -> ConstraintKind {
         doc: "holds position, tangent and twist, as a plugged connector does".into(),
         attaches: Attaches::default(),
         parameters: vec![],
+        outputs: vec![],
         build: Box::new(|spec, _| {
             Ok(Box::new(Fixed(spec.hold(&[HoldWord::Position, HoldWord::Tangent, HoldWord::Twist]))))
         }),
@@ -44,6 +45,7 @@ pub fn collar() -> ConstraintKind {
             default: Some(Value::Word("free".into())),
             required: false,
         }],
+        outputs: vec![],
         build: Box::new(|spec, parameters| {
             let mut words = vec![HoldWord::Position, HoldWord::Tangent];
             if parameters.word("twist") == Some("held") {
@@ -76,6 +78,7 @@ pub fn handle() -> ConstraintKind {
                 Quantity::MomentPerAngle,
             ),
         ],
+        outputs: vec![],
         build: Box::new(build_handle),
     }
 }

@@ -20,6 +20,8 @@ struct Instance {
     scales: Vec<f64>,
     /// Number of residuals of the stations, and of each node.
     residuals: [usize; 2],
+    /// Names of the outputs, as the kind declares them.
+    outputs: Vec<String>,
 }
 
 /// Scratch for poses and blocks of one call.
@@ -58,6 +60,7 @@ pub unsafe extern "C" fn create(
                 inequalities: all().map(|c| i32::from(c.relation == Relation::NotPositive)).collect(),
                 scales: all().map(|c: &Residual| c.scale).collect(),
                 residuals: residuals.each_ref().map(Vec::len),
+                outputs: kind.outputs.iter().map(|output| output.name.clone()).collect(),
                 model: made,
             });
             *description = abi::Description {
@@ -158,6 +161,28 @@ pub unsafe extern "C" fn commit(
                 count => std::slice::from_raw_parts_mut(memory, count),
             };
             with_situation(&*situation, |at, _| own.model.commit(at, memory));
+            Ok(())
+        })
+    }
+}
+
+pub unsafe extern "C" fn report(
+    instance: *const c_void,
+    situation: *const abi::Situation,
+    values: *mut f64,
+    message: *mut abi::Text,
+) -> i32 {
+    // SAFETY: see the top of this file.
+    unsafe {
+        catch_panics(message, || {
+            let own = &*instance.cast::<Instance>();
+            let mut found = vec![];
+            with_situation(&*situation, |at, _| found = own.model.outputs(at));
+            for (k, name) in own.outputs.iter().enumerate() {
+                let value = found.iter().find(|(other, _)| other == name);
+                let (_, value) = value.ok_or_else(|| format!("the output `{name}` has no value"))?;
+                values.add(k).write(*value);
+            }
             Ok(())
         })
     }

@@ -22,6 +22,13 @@ pub fn kinds(constraints: Vec<ConstraintKind>, joints: Vec<JointKind>) -> &'stat
 }
 
 fn constraint_kind(kind: ConstraintKind) -> abi::Kind {
+    let outputs = kind.outputs.iter().map(|output| abi::Output {
+        name: text(&output.name),
+        doc: text(&output.doc),
+        quantity: abi_quantity(output.quantity),
+        reserved: 0,
+    });
+    let outputs: &[abi::Output] = outputs.collect::<Vec<_>>().leak();
     let described = described(abi::FAMILY_CONSTRAINT, &kind.name, &kind.doc, &kind.parameters);
     let functions = abi::ConstraintKind {
         size: size_of::<abi::ConstraintKind>() as u32,
@@ -37,6 +44,10 @@ fn constraint_kind(kind: ConstraintKind) -> abi::Kind {
         evaluate: Some(constraint::evaluate),
         target: Some(constraint::target),
         commit: Some(constraint::commit),
+        output_count: outputs.len() as u32,
+        output_stride: size_of::<abi::Output>() as u32,
+        outputs: outputs.as_ptr(),
+        report: Some(constraint::report),
     };
     abi::Kind { constraint: &raw const leak(Table { functions, kind }).functions, ..described }
 }

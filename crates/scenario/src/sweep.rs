@@ -148,6 +148,8 @@ pub enum Measured {
     Clearance(Stretch, Body),
     /// Sum of the sizes of the contact forces of an obstacle, N.
     ContactForce(usize),
+    /// Output of a constraint's kind: name of the constraint, name of the output; SI.
+    Output(String, String),
 }
 
 /// Something that an output is measured of.

@@ -41,7 +41,7 @@ pub use wireloom_core::joint::{Arm, JointModel, JointSpec, Mounting};
 pub use wireloom_core::minimiser::{Minimiser, Report, Stop};
 pub use wireloom_core::obstacle::{Shape, ShapeSpec, Touch};
 pub use wireloom_core::registry::{
-    BuildError, ConstraintKind, Factory, Form, JointKind, Kind, MinimiserKind, Parameter, Parameters, Quantity,
+    BuildError, ConstraintKind, Factory, Form, JointKind, Kind, MinimiserKind, Output, Parameter, Parameters, Quantity,
     Registry, RodKind, ShapeKind, Value,
 };
 pub use wireloom_core::rod::{BranchHessian, BranchShape, RodEnergy, RodSegment, RodSpec};

@@ -15,6 +15,6 @@
 //! ```
 
 pub use wireloom_host::{
-    ABI_MAJOR, ABI_MINOR, HEADER, LoadError, Plugin, Plugins, Reason, SearchPath, file_name, install_crash_handler,
-    notes, numeric_derivatives, open_regular_file, resolve,
+    ABI_MAJOR, ABI_MINOR, HEADER, LATE, LoadError, Plugin, Plugins, Reason, SearchPath, file_name,
+    install_crash_handler, notes, numeric_derivatives, open_regular_file, resolve,
 };

@@ -42,6 +42,9 @@
 //!
 //! A point whose values are refused, that takes longer than the time limit of the sweep, or at which the program panics
 //! is a row with that status and the reason; the others are not touched. Only the time limit depends on the machine.
+//!
+//! Native code of a plugin can end the process, or never return. A program that loads plugins therefore computes the
+//! chains in other processes, with [`Points::chain_without`]: it tells there which points no process has survived.
 
 mod deadline;
 mod outputs;
@@ -50,7 +53,9 @@ pub mod tubes;
 use deadline::Deadlines;
 use outputs::Recorder;
 use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
 use std::any::Any;
+use std::collections::BTreeMap;
 use std::convert::Infallible;
 use std::ops::Range;
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -61,7 +66,7 @@ use tubes::{Lines, Stations};
 use wireloom_core::equilibrium::StepResult;
 use wireloom_core::{Monitor, Network, Registry, Status, Vector};
 use wireloom_export::ending::Ending;
-use wireloom_export::table::{CRASHED, Computed, Extremes, REFUSED, TIME_LIMIT};
+use wireloom_export::table::{Computed, Extremes, REFUSED};
 use wireloom_scenario::sweep::{Axis, Value};
 use wireloom_scenario::{Built, Fault, Files};
 use wireloom_shapes::swept::{Envelope, TooFine};
@@ -69,7 +74,7 @@ use wireloom_solve::steps::checkpoint::{Checkpoint, Observer, Resumed};
 use wireloom_solve::{Control, Progress};
 
 pub use wireloom_export::gltf::Tube;
-pub use wireloom_export::table::{Cell, Header, Row};
+pub use wireloom_export::table::{CRASHED, Cell, Header, Row, TIME_LIMIT};
 #[cfg(feature = "gpu")]
 pub use wireloom_gpu::batch::Batch;
 pub use wireloom_scenario::sweep::Sweep;
@@ -154,6 +159,29 @@ pub fn header(sweep: &Sweep, network: &Network) -> Header {
     }
 }
 
+/// Points of a chain that are not computed, because the process that tried ended at them.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Without {
+    /// Whether all points have cold starts: a process ended at a warm one.
+    pub cold: bool,
+    /// Points at whose cold start a process ended, with their status and the reason.
+    pub points: BTreeMap<usize, (String, String)>,
+}
+
+/// Work on the points of a chain.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Work {
+    /// A point begins, with a cold start or with a warm one.
+    Begins {
+        /// Number of the point.
+        point: usize,
+        /// Whether its start is cold.
+        cold: bool,
+    },
+    /// A point is done. Each point is counted once, also if the chain is computed again.
+    Done,
+}
+
 /// A chain that was computed.
 pub struct Chain {
     /// Its rows.
@@ -164,6 +192,13 @@ pub struct Chain {
     pub lines: Vec<Lines>,
 }
 
+/// What all points of a chain have in common.
+struct Job<'j> {
+    deadlines: &'j Deadlines<'j>,
+    without: &'j Without,
+    watched: &'j dyn Fn(Work),
+}
+
 /// A point that was computed.
 struct Point {
     row: Row,
@@ -171,6 +206,11 @@ struct Point {
     lines: Lines,
     /// Balanced start, for warm starts of other points.
     start: Option<Start>,
+}
+
+/// Number of threads on which [`Points::compute`] works.
+pub fn threads() -> usize {
+    rayon::current_num_threads()
 }
 
 /// The balanced start of a point.
@@ -211,7 +251,15 @@ impl Points<'_> {
     ) -> Result<(), E> {
         let all = self.chains();
         let deadlines = Deadlines::new(self.sweep.time_limit, monitor);
-        let chain = |&k: &usize| match self.chain(all[k].clone(), &deadlines, done) {
+        let without = Without::default();
+        let watched = |work: Work| {
+            if work == Work::Done {
+                done()
+            }
+        };
+        let chain = |&k: &usize| match self
+            .chain(all[k].clone(), &Job { deadlines: &deadlines, without: &without, watched: &watched })
+        {
             Some(computed) => keep(k, computed),
             None => Ok(()),
         };
@@ -225,23 +273,35 @@ impl Points<'_> {
         })
     }
 
+    /// Computes one chain, given by its index in [`Self::chains`], on this thread, without some points. `watched` is
+    /// called as the work goes on. `None`: `monitor` has stopped it.
+    pub fn chain_without(
+        &self,
+        chain: usize,
+        without: &Without,
+        monitor: &Monitor,
+        watched: &dyn Fn(Work),
+    ) -> Option<Chain> {
+        let points = self.chains().swap_remove(chain);
+        let deadlines = Deadlines::new(self.sweep.time_limit, monitor);
+        deadlines.watch(|| self.chain(points, &Job { deadlines: &deadlines, without, watched }))
+    }
+
     /// A chain; `None` if it was stopped.
-    fn chain(&self, points: Range<usize>, deadlines: &Deadlines<'_>, done: &(dyn Fn() + Sync)) -> Option<Chain> {
-        let mut told = 0;
-        let chain = match self.near_each_other(points.clone(), deadlines, &mut || {
-            told += 1;
-            done();
-        }) {
+    fn chain(&self, points: Range<usize>, job: &Job<'_>) -> Option<Chain> {
+        let mut done = 0;
+        let warm = if job.without.cold { None } else { self.near_each_other(points.clone(), job, &mut done) };
+        let chain = match warm {
             Some(chain) => chain,
             None => {
                 let mut swept = self.nothing_swept();
-                let mut afresh = |k| self.point(k, Began::Afresh, deadlines, &mut swept);
+                let mut afresh = |k| self.point(k, Began::Afresh, job, &mut swept);
                 let all = points.clone().map(|k| afresh(k).map(|Point { row, lines, .. }| (row, lines)));
                 let (rows, lines) = all.collect::<Option<(Vec<Row>, Vec<Lines>)>>()?;
                 Chain { rows, swept, lines }
             }
         };
-        points.skip(told).for_each(|_| done());
+        points.skip(done).for_each(|_| (job.watched)(Work::Done));
         Some(chain)
     }
 
@@ -250,13 +310,9 @@ impl Points<'_> {
         self.sweep.swept.map(|cell| Ok(Envelope::new(cell, &[])))
     }
 
-    /// A chain with warm starts; `None` if cold starts are needed, or it was stopped.
-    fn near_each_other(
-        &self,
-        points: Range<usize>,
-        deadlines: &Deadlines<'_>,
-        done: &mut dyn FnMut(),
-    ) -> Option<Chain> {
+    /// A chain with warm starts; `None` if cold starts are needed, or it was stopped. `done` counts the points that are
+    /// done.
+    fn near_each_other(&self, points: Range<usize>, job: &Job<'_>, done: &mut usize) -> Option<Chain> {
         let places: Vec<Vec<f64>> = points.clone().map(|k| self.sweep.place(k)).collect();
         let distance =
             |a: usize, b: usize| -> f64 { places[a].iter().zip(&places[b]).map(|(a, b)| (a - b) * (a - b)).sum() };
@@ -278,12 +334,13 @@ impl Points<'_> {
                 (None, Some(&first)) => (first, Began::Afresh),
                 (None, None) => break,
             };
-            all[i] = Some(self.point(points.start + i, from, deadlines, &mut swept)?);
-            done();
+            all[i] = Some(self.point(points.start + i, from, job, &mut swept)?);
+            *done += 1;
+            (job.watched)(Work::Done);
         }
         let mut all: Vec<Point> = all.into_iter().flatten().collect();
         if let Some(i) = last {
-            let afresh = self.point(points.start + i, Began::Afresh, deadlines, &mut swept)?;
+            let afresh = self.point(points.start + i, Began::Afresh, job, &mut swept)?;
             let same = match (&afresh.start, &all[i].start) {
                 (Some(one), Some(other)) => one.checkpoint.is_same_state(&other.checkpoint, &one.network),
                 (None, None) => true,
@@ -303,10 +360,10 @@ impl Points<'_> {
         &self,
         k: usize,
         from: Began<'_>,
-        deadlines: &Deadlines<'_>,
+        job: &Job<'_>,
         swept: &mut Option<Result<Envelope, TooFine>>,
     ) -> Option<Point> {
-        if deadlines.is_stopped() {
+        if job.deadlines.is_stopped() {
             return None;
         }
         let cell = |(axis, value): (&Axis, Option<Value>)| match value {
@@ -315,12 +372,17 @@ impl Points<'_> {
             None => Cell::Empty,
         };
         let values: Vec<Cell> = self.sweep.axes.iter().zip(self.sweep.point(k)).map(cell).collect();
-        let deadline = deadlines.begin();
+        if let Some((status, reason)) = job.without.points.get(&k) {
+            let row = self.header.without_result(values, status, Some(reason.clone()));
+            return Some(Point { row, lines: Lines::new(), start: None });
+        }
+        (job.watched)(Work::Begins { point: k, cold: matches!(from, Began::Afresh) });
+        let deadline = job.deadlines.begin();
         let attempt = AssertUnwindSafe(|| self.carry_out(k, from, values.clone(), &deadline.monitor, swept));
         let (status, reason) = match catch_unwind(attempt) {
             Ok(Attempt::Done(point)) => return Some(*point),
             Ok(Attempt::NoStart) => return None,
-            Ok(Attempt::Stopped(_)) if deadlines.is_stopped() => return None,
+            Ok(Attempt::Stopped(_)) if job.deadlines.is_stopped() => return None,
             Ok(Attempt::Stopped(at)) => {
                 let limit = self.sweep.time_limit.unwrap_or_default();
                 let at = at.map_or("while its start was being found".to_owned(), |at| {

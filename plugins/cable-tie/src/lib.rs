@@ -2,7 +2,9 @@
 //! parameters.
 
 use wireloom_plugin::core::constraint::{Attaches, ConstraintSpec, ConstraintView, Equations, Residual, SpanUse};
-use wireloom_plugin::core::registry::{BuildError, ConstraintKind, Form, Parameter, Parameters, Quantity, Value};
+use wireloom_plugin::core::registry::{
+    BuildError, ConstraintKind, Form, Output, Parameter, Parameters, Quantity, Value,
+};
 use wireloom_plugin::core::{Action, Constraint, Matrix, Vector};
 
 wireloom_plugin::export! { constraints: [cable_tie()] }
@@ -23,6 +25,18 @@ pub fn cable_tie() -> ConstraintKind {
         parameters: vec![
             number("gap", "gap between the surfaces when the tie is tight", Quantity::Length, f64::INFINITY, 0.0),
             number("tight_at", "share of the step at which it is tight", Quantity::Dimensionless, 1.0, 1.0),
+        ],
+        outputs: vec![
+            Output {
+                name: "length".into(),
+                doc: "of the tie between the centre lines, to which it is drawn".into(),
+                quantity: Quantity::Length,
+            },
+            Output {
+                name: "gap".into(),
+                doc: "distance between the surfaces of the branches".into(),
+                quantity: Quantity::Length,
+            },
         ],
         build: Box::new(|spec, parameters| Ok(Box::new(Tie::new(spec, parameters)?))),
     }
@@ -74,6 +88,11 @@ impl Constraint for Tie {
 
     fn needs_frame(&self) -> bool {
         false
+    }
+
+    fn outputs(&self, at: &ConstraintView<'_>) -> Vec<(String, f64)> {
+        let (d, _) = distance(at);
+        vec![("length".into(), self.length(at)), ("gap".into(), d - self.touching)]
     }
 }
 

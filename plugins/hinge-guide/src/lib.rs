@@ -1,7 +1,9 @@
 //! `hinge-guide`: a clip on a door or an arm that rotates about an axis. README.md lists the parameters.
 
-use wireloom_plugin::core::constraint::{Attaches, ConstraintSpec, Hold, HoldWord};
-use wireloom_plugin::core::registry::{BuildError, ConstraintKind, Form, Parameter, Parameters, Quantity, Value};
+use wireloom_plugin::core::constraint::{Attaches, ConstraintSpec, ConstraintView, Hold, HoldWord};
+use wireloom_plugin::core::registry::{
+    BuildError, ConstraintKind, Form, Output, Parameter, Parameters, Quantity, Value,
+};
 use wireloom_plugin::core::{Action, Constraint, Pose, Rotation, Vector};
 
 wireloom_plugin::export! { constraints: [turning_clip()] }
@@ -47,6 +49,11 @@ pub fn turning_clip() -> ConstraintKind {
                 required: false,
             },
         ],
+        outputs: vec![Output {
+            name: "angle".into(),
+            doc: "how far the door has turned".into(),
+            quantity: Quantity::Angle,
+        }],
         build: Box::new(|spec, parameters| Ok(Box::new(Clip::new(spec, parameters)?))),
     }
 }
@@ -56,6 +63,8 @@ struct Clip {
     hold: Hold,
     /// c, m.
     hinge: Vector,
+    /// φ, rad.
+    angle: f64,
     /// a φ, rad.
     turn: Vector,
 }
@@ -76,8 +85,8 @@ impl Clip {
         if parameters.word("twist") == Some("held") {
             words.push(HoldWord::Twist);
         }
-        let turn = axis * parameters.number("angle").unwrap_or_default();
-        Ok(Self { hold: spec.hold(&words), hinge: vector("hinge"), turn })
+        let angle = parameters.number("angle").unwrap_or_default();
+        Ok(Self { hold: spec.hold(&words), hinge: vector("hinge"), angle, turn: axis * angle })
     }
 }
 
@@ -89,6 +98,10 @@ impl Constraint for Clip {
     /// The hinge is fixed in the world.
     fn objective(&self) -> bool {
         false
+    }
+
+    fn outputs(&self, at: &ConstraintView<'_>) -> Vec<(String, f64)> {
+        vec![("angle".into(), self.angle * at.progress)]
     }
 
     /// `R = exp(p φ a)`: `x = c + R (x° − c)`, `q = R q°`

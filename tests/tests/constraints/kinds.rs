@@ -32,6 +32,7 @@ fn add<C: Constraint + 'static>(
         doc: format!("a {name}"),
         attaches,
         parameters,
+        outputs: vec![],
         build: Box::new(move |spec, parameters| Ok(Box::new(build(spec, parameters)))),
     };
     assert!(registry.add_constraint(kind).is_ok());

@@ -155,6 +155,20 @@ static int32_t commit(const void *instance, const WireloomSituation *at, double 
     return WIRELOOM_STATUS_OK;
 }
 
+static int32_t report(const void *instance, const WireloomSituation *at, double *values, WireloomText *message) {
+    (void)instance;
+    (void)at;
+    (void)message;
+    values[0] = CASE == 67 ? NAN : 1.0;
+    if (CASE != 68) values[1] = 2.0;
+    return WIRELOOM_STATUS_OK;
+}
+
+static const WireloomOutput outputs[] = {
+    {.name = "first", .doc = "of two", .quantity = CASE == 56 ? 99 : WIRELOOM_QUANTITY_LENGTH},
+    {.name = CASE == 55 ? "first" : "second", .doc = "of two", .quantity = WIRELOOM_QUANTITY_FORCE},
+};
+
 static const char *const words[] = {"a", "b"};
 
 static const WireloomParameter parameters[] = {
@@ -175,7 +189,8 @@ static const WireloomParameter parameters[] = {
 };
 
 static const WireloomConstraintKind functions = {
-    .size = CASE == 12 ? 8 : sizeof functions,
+    /* Outputs came with ABI 1.3; a plugin that was built before has a shorter table. */
+    .size = CASE == 12 ? 8 : CASE == 63 ? offsetof(WireloomConstraintKind, output_count) : sizeof functions,
     .stations_min = CASE == 13 ? 3 : 1,
     .stations_max = CASE == 14 ? 1000000 : 1,
     .span = CASE == 15 ? 3 : 0,
@@ -184,6 +199,10 @@ static const WireloomConstraintKind functions = {
     .evaluate = CASE == 18 ? NULL : evaluate,
     .target = CASE == 65 || CASE == 66 ? target : NULL,
     .commit = commit,
+    .output_count = CASE == 53 ? 100000 : (CASE >= 54 && CASE <= 57) || CASE == 64 || CASE == 67 || CASE == 68 ? 2 : 0,
+    .output_stride = CASE == 57 ? 8 : sizeof outputs[0],
+    .outputs = outputs,
+    .report = CASE == 54 ? NULL : report,
 };
 
 #define KIND(kind_name)                                                        \
@@ -253,7 +272,7 @@ WIRELOOM_EXPORT const WireloomEntry wireloom_plugin = {
     .magic = CASE == 2 ? 0x1122334455667788 : WIRELOOM_MAGIC,
     .size = ENTRY_SIZE,
     .abi_major = CASE == 3 ? 2 : WIRELOOM_ABI_MAJOR,
-    .abi_minor = CASE == 4 ? 900 : WIRELOOM_ABI_MINOR,
+    .abi_minor = CASE == 4 ? 900 : CASE == 63 ? 2 : WIRELOOM_ABI_MINOR,
     .name = CASE == 92 ? NULL : CASE == 93 ? endless : CASE == 94 ? "two words" : "hostile",
     .version = CASE == 95 ? NULL : "0.0.1",
     .doc = CASE == 96 ? "\xff\xfe" : "does something wrong",

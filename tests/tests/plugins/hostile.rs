@@ -126,6 +126,11 @@ const REFUSED: &[Case] = &[
         &["its extension `wireloom.draft.notes/1` is 0x1, which is not a valid address"],
     ),
     (90, "a short entry", &["its entry says it has", "ABI 1.0 has"]),
+    (53, "very many outputs", &["its number of outputs of kind `hostile` is 100000"]),
+    (54, "outputs without a function", &["the function `report` of kind `hostile` is null"]),
+    (55, "two outputs of one name", &["output `first` of kind `hostile` occurs twice"]),
+    (56, "an unknown quantity of an output", &["the quantity of output 1 of kind `hostile` (`first`) is 99"]),
+    (57, "outputs that overlap", &["array of outputs of kind `hostile` says it has 8 bytes"]),
 ];
 
 /// Ends the process before anything is computed.
@@ -166,8 +171,13 @@ const FAILING: &[Case] = &[
 ];
 
 /// Does no harm.
-const HARMLESS: &[(u32, &str)] =
-    &[(0, "nothing wrong"), (49, "closes itself while it is in use"), (61, "gives no Hessian")];
+const HARMLESS: &[(u32, &str)] = &[
+    (0, "nothing wrong"),
+    (49, "closes itself while it is in use"),
+    (61, "gives no Hessian"),
+    (63, "was built before there were outputs"),
+    (64, "has two outputs"),
+];
 
 pub fn trials() -> Vec<Named> {
     let mut all = vec![
@@ -175,6 +185,7 @@ pub fn trials() -> Vec<Named> {
         named("hostile: an empty file is refused", empty_file),
         named("hostile: a memory that becomes not-a-number ends the run", bad_memory),
         named("hostile: a target that is not a number, or not turned but stretched, ends the run", bad_target),
+        named("hostile: an output that is not a number, or not written, ends the run", bad_outputs),
         named("hostile: a crash as it is unmade ends the run, and all is kept", crash_at_the_end),
         named("hostile: plugin check says what is wrong, and in which function", checked),
         named("hostile: exits at once as it is loaded, which nothing can see", silent_exit),
@@ -247,6 +258,12 @@ fn harmless(case: u32) -> Checked {
     if case == 62 {
         ensure(ended.out.contains("note: constraint `bad` (hostile): mind the gap"), &ended)?;
     }
+    let outputs = &result["steps"][1]["constraints"]["bad"]["outputs"];
+    if case == 64 {
+        ensure(outputs["first"] == 1.0 && outputs["second"] == 2.0, outputs)?;
+    } else {
+        ensure(outputs.is_null(), outputs)?;
+    }
     if case == 61 {
         let words = "kind `hostile` of plugin `hostile` 0.0.1 (libhostile.so) gives not all derivatives: the Hessian \
                      is taken numerically";
@@ -293,6 +310,16 @@ fn bad_target() -> Checked {
     for (case, words) in words {
         let (place, ended) = run(case)?;
         ended.expect(3)?.says(&["constraint `bad` (hostile) in step `first`", words])?;
+        no_converged_fault(&place)?;
+    }
+    Ok(())
+}
+
+fn bad_outputs() -> Checked {
+    let words = [(67, "returned NaN as output `first`"), (68, "wrote no value of the output `second` in `report`")];
+    for (case, words) in words {
+        let (place, ended) = run(case)?;
+        ended.expect(3)?.says(&["constraint `bad` (hostile) in step `first`, increment 1: plugin", words])?;
         no_converged_fault(&place)?;
     }
     Ok(())

@@ -35,6 +35,8 @@ fn cable_tie() -> Checked {
     let apart = number(end, upper) - number(end, lower);
     // The equation d = D is met to 1e-8 m; the ends stay one above the other.
     near("distance", apart, 6e-3, 1e-5)?;
+    near("length of the tie", number(end, "/constraints/tie/outputs/length"), 6e-3, 1e-9)?;
+    ensure(number(end, "/constraints/tie/outputs/gap").abs() < 1e-7, &end["constraints"]["tie"])?;
     // Small deflections: (δ/L)² = 2e-4.
     let force = 3.0 * 0.01 * 7e-3 / 0.125;
     near("force on the lower end", number(end, "/constraints/tie/stations/0/force/2"), force, 1e-3)?;
@@ -46,6 +48,7 @@ fn hinge_guide() -> Checked {
     let end = &result["steps"][0];
     let moment = 0.008 * std::f64::consts::FRAC_PI_2 / 0.5;
     // A straight rod that is twisted: exact but for the tolerance of the equilibrium.
+    near("angle", number(end, "/constraints/door/outputs/angle"), std::f64::consts::FRAC_PI_2, 1e-12)?;
     near("moment of the clip", number(end, "/constraints/door/moment/0"), moment, 1e-6)?;
     near("turns of the cable", number(end, "/branches/cable/twist_turns"), 0.25, 1e-6)
 }
@@ -56,7 +59,20 @@ fn elastic_strap() -> Checked {
     let end = &result["steps"][0];
     // Small deflections: (δ/L)² = 4e-4.
     near("height of the end", number(end, "/branches/cable/position/25/2"), 10e-3, 2e-3)?;
-    near("force of the strap", number(end, "/constraints/strap/force/2"), 2.4e-3, 2e-3)
+    near("force of the strap", number(end, "/constraints/strap/force/2"), 2.4e-3, 2e-3)?;
+    let force = number(end, "/constraints/strap/force/2").hypot(number(end, "/constraints/strap/force/0"));
+    let [elongation, tension] =
+        ["elongation", "tension"].map(|output| number(end, &format!("/constraints/strap/outputs/{output}")));
+    near("tension", tension, force, 1e-9)?;
+    near("elongation", elongation, tension / number(&stiffness()?, ""), 1e-9)
+}
+
+/// Stiffness of the strap in its scenario, N/m.
+fn stiffness() -> Result<Value, Failed> {
+    let text = fs::read_to_string(root().join("plugins/elastic-strap/elastic-strap.toml"))?;
+    let line = text.lines().find_map(|line| line.trim().strip_prefix("stiffness = ")).ok_or("no stiffness")?;
+    let number: f64 = line.trim_matches('"').split_whitespace().next().unwrap_or_default().parse()?;
+    Ok(number.into())
 }
 
 fn all_keep_their_promises() -> Checked {

@@ -12,20 +12,23 @@
 //! | `.wireloom/sweep/NNNNNN-swept` | the space swept in a chain, likewise |
 //! | `.wireloom/sweep/NNNNNN-lines` | centre lines of the points of a chain, likewise |
 
+mod job;
+mod pool;
+pub mod process;
+
 use crate::arguments::SweepArguments;
 use crate::failure::{Failure, Outcome};
 use crate::files::envelope;
 use crate::files::folder::Folder;
-use crate::files::load::{self, Beside};
 use crate::files::own::Own;
 use crate::files::saved::{decode, encode, present};
-use crate::plugin::load::record;
-use crate::plugin::trust::Trust;
+use crate::messages::Computed;
 use crate::print::points;
 use crate::print::progress::Bar;
 use crate::program::PROGRAM;
-use crate::{interrupt, size};
-use serde::{Deserialize, Serialize};
+use crate::{interrupt, messages};
+use job::{Job, Origin};
+use pool::Pool;
 use std::io::{self, Write};
 use std::path::Path;
 use std::sync::Arc;
@@ -33,18 +36,13 @@ use wireloom::export::gltf;
 use wireloom::export::table::statistics::{self, CROSSED, METHOD, REQUIREMENTS, is_needed, keys};
 use wireloom::export::table::{FILE, Layout, Row, Table, Writer, write_csv};
 use wireloom::harness::Surface;
-use wireloom::result::Library;
-use wireloom::scenario::Setting;
 use wireloom::shapes::swept::Envelope;
-use wireloom::sweep::tubes::Stations;
-use wireloom::sweep::{Chain, Points, Sweep, header};
+use wireloom::sweep::Sweep;
 
 const PARTS: &str = "sweep";
 const ORIGIN: &str = "sweep/origin";
 /// Help where a part is damaged.
 const HELP: &str = "remove it, and the same command goes on";
-/// Version of the files; changes with their meaning.
-const FORMAT: u32 = 7;
 /// Fields of a part of the table that is written at once: 32 MB.
 const FIELDS: usize = 1 << 21;
 /// Name of the table as text.
@@ -54,49 +52,15 @@ const MESH: &str = "swept.glb";
 /// Name of the tubes of the tolerance envelope.
 const TUBES: &str = "swept-tubes.glb";
 
-/// Origin of a sweep.
-#[derive(PartialEq, Serialize, Deserialize)]
-struct Origin {
-    format: u32,
-    program: String,
-    minimiser: Option<String>,
-    texts: Vec<(String, String)>,
-    plugins: Vec<Library>,
-}
-
 /// Carries out a sweep, or goes on with it where it was interrupted.
 pub fn sweep(arguments: &SweepArguments, out: &mut dyn Write) -> Result<Outcome, Failure> {
-    let trust = Trust::to_run(&arguments.allowed).for_batches();
     let file = &arguments.file;
     let bar = Bar::new(format!("reading {}", file.display()), !arguments.quiet);
-    let minimiser: Vec<Setting> = arguments.minimiser.iter().map(|kind| Setting::minimiser(kind)).collect();
-    let loaded = load::scenario(file, &minimiser, &trust)?;
-    size::estimate(&loaded.built.network, 1)?;
-    let Some(sweep) = &loaded.scenario.sweep else {
-        let help = "add one, such as\n[sweep.vary]\n\
-                    \"branches.NAME.length\" = { from = \"400 mm\", to = \"500 mm\", count = 11 }";
-        return Err(Failure::Input(format!("{} has no [sweep]: {help}", file.display())));
-    };
-    let origin = Origin {
-        format: FORMAT,
-        program: PROGRAM.to_owned(),
-        minimiser: arguments.minimiser.clone(),
-        texts: loaded.texts.clone(),
-        plugins: loaded.plugins.iter().map(record).collect(),
-    };
+    let job = Job::read(file, arguments.minimiser.as_deref(), &arguments.allowed)?;
+    let (loaded, sweep, points) = (&job.loaded, job.sweep(), job.points());
     let mut folder = Folder::of_results(arguments.out.as_deref(), file)?;
     let place = folder.path().to_path_buf();
-    let parts = Parts::begin(&mut folder, &origin)?;
-    let points = Points {
-        text: &loaded.texts[0].1,
-        files: &Beside::of(file),
-        minimiser: arguments.minimiser.as_deref(),
-        registry: &loaded.registry,
-        batch: (loaded.scenario.minimiser.kind == "gpu").then(|| trust.batch()),
-        sweep,
-        header: header(sweep, &loaded.built.network),
-        stations: Stations::of(&loaded.built.network, &loaded.built.schedule),
-    };
+    let parts = Parts::begin(&mut folder, &job.origin)?;
     let chains = points.chains();
     let to_do = parts.to_do(chains.len())?;
     let left: usize = to_do.iter().map(|k| chains[*k].len()).sum();
@@ -106,7 +70,12 @@ pub fn sweep(arguments: &SweepArguments, out: &mut dyn Write) -> Result<Outcome,
     }
     bar.count(&loaded.scenario.name, "points", sweep.points, sweep.points - left);
     interrupt::listen();
-    points.compute(&to_do, interrupt::monitor(), &|| bar.one(), |k, chain| parts.keep(k, &chain))?;
+    let done = || bar.one();
+    if job.has_plugins() && points.batch.is_none() {
+        Pool::new(arguments, &job).compute(&to_do, &done, |k, chain| parts.keep(k, chain))?;
+    } else {
+        points.compute(&to_do, interrupt::monitor(), &done, |k, chain| parts.keep(k, &Computed::of(chain)))?;
+    }
     if interrupt::asked() {
         drop(bar);
         let words = format!("interrupted; the same command goes on, from {}", place.display());
@@ -240,14 +209,10 @@ impl Parts {
         Ok(parts)
     }
 
-    fn keep(&self, number: usize, chain: &Chain) -> Result<(), Failure> {
+    fn keep(&self, number: usize, chain: &Computed) -> Result<(), Failure> {
         // The rows come last: with them the chain is done.
-        if let Some(swept) = &chain.swept {
-            let blocks: Option<Vec<([i32; 3], Vec<f32>)>> = swept
-                .as_ref()
-                .ok()
-                .map(|envelope| envelope.blocks().into_iter().map(|(place, phi)| (place, phi.to_vec())).collect());
-            encode(&self.0, &format!("{}-swept", part(number)), &blocks, false)?;
+        if let Some(blocks) = &chain.swept {
+            encode(&self.0, &format!("{}-swept", part(number)), blocks, false)?;
             encode(&self.0, &lines(number), &chain.lines, false)?;
         }
         encode(&self.0, &part(number), &chain.rows, false)
@@ -258,7 +223,7 @@ impl Parts {
         let mut envelope = Envelope::new(cell, &[]);
         for k in 0..chains {
             let name = format!("{}-swept", part(k));
-            let Some(blocks) = present::<Option<Vec<([i32; 3], Vec<f32>)>>>(&self.0, &name, HELP)? else {
+            let Some(blocks) = present::<Option<messages::Blocks>>(&self.0, &name, HELP)? else {
                 return Ok(None);
             };
             for (place, phi) in &blocks {

@@ -11,6 +11,11 @@ pub fn prepare(time_limit: f64) {
     prepare_successor(&[], time_limit);
 }
 
+/// Prepares the report of a crash in a process that computes points of a sweep.
+pub fn prepare_for_sweep(time_limit: f64) {
+    prepare_successor(&["--sweep".into()], time_limit);
+}
+
 fn prepare_successor(arguments: &[OsString], time_limit: f64) {
     let Ok(program) = std::env::current_exe() else { return };
     let arguments = [&["plugin-fault".into()], arguments, &["--".into()]].concat();

@@ -4,7 +4,7 @@ use crate::print::text::printable;
 use std::io::{self, Write};
 use wireloom::parts::{ConstraintKind, Form, JointKind, Parameter, SpanUse, Value};
 
-/// A kind, what it acts on, and its parameters.
+/// A kind, what it acts on, its parameters and its outputs.
 pub fn describe(kind: &ConstraintKind, out: &mut dyn Write) -> io::Result<()> {
     let stations = &kind.attaches.stations;
     let on = match (stations.start(), stations.end()) {
@@ -20,7 +20,11 @@ pub fn describe(kind: &ConstraintKind, out: &mut dyn Write) -> io::Result<()> {
     };
     let on: Vec<&str> = [on.as_str(), along].into_iter().filter(|words| !words.is_empty()).collect();
     writeln!(out, "  constraint `{}` on {}: {}", kind.name, on.join(" and "), printable(&kind.doc))?;
-    describe_parameters(&kind.parameters, out)
+    describe_parameters(&kind.parameters, out)?;
+    kind.outputs.iter().try_for_each(|output| {
+        let unit = wireloom::scenario::unit_of(output.quantity);
+        writeln!(out, "    output {} ({unit}): {}", output.name, printable(&output.doc))
+    })
 }
 
 /// A joint model and its parameters.

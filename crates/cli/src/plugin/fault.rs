@@ -2,18 +2,27 @@
 //! the run so far.
 
 use crate::arguments::PluginFault;
-use crate::failure::Failure;
+use crate::failure::{Failure, Outcome};
 use crate::files::results::RESULT;
 use crate::files::saved::{self, Keeper, Origin};
+use crate::messages::Message;
+use std::io::Write;
 use std::path::Path;
 use wireloom::export::json;
+use wireloom::plugins::LATE;
 use wireloom::result::{PartFamily, PartFault};
 use wireloom::{Run, Status};
 
-/// Saves all that is computed, and returns the failure.
-pub fn report(fault: &PluginFault) -> Failure {
+/// Saves all that is computed, and returns the failure; or tells a sweep.
+pub fn report(fault: &PluginFault, out: &mut dyn Write) -> Result<Outcome, Failure> {
     let what = format!("{} (in `{}`)", fault.happened, fault.function);
-    let Some(folder) = fault.folder.as_deref() else { return Failure::Plugin(format!("{} {what}", fault.site)) };
+    if fault.sweep {
+        let late = fault.happened.starts_with(LATE);
+        let message = Message::Fault { late, reason: format!("{} {what}", fault.site) };
+        message.send(out).map_err(Failure::standard_output)?;
+        return Ok(Outcome::Done);
+    }
+    let Some(folder) = fault.folder.as_deref() else { return Err(Failure::Plugin(format!("{} {what}", fault.site))) };
     let (family, name, kind, owner) = parts(&fault.site);
     let fault = PartFault {
         family,
@@ -23,10 +32,10 @@ pub fn report(fault: &PluginFault) -> Failure {
         increment: fault.increment.unwrap_or_default(),
         message: format!("{owner} {what}"),
     };
-    match save(folder, &fault) {
+    Err(match save(folder, &fault) {
         Ok(()) => Failure::Part(fault),
         Err(other) => Failure::Plugin(format!("{fault}; what was computed before cannot be written: {other}")),
-    }
+    })
 }
 
 /// Family, name, kind and the rest of "constraint `tie` (cable-tie): plugin …".

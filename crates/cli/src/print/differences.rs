@@ -17,6 +17,7 @@ pub fn print(
 ) -> io::Result<()> {
     endings(cases, out)?;
     requirements(cases, out)?;
+    outputs(cases, out)?;
     differences(cases, comparison, out)?;
     branches(comparison, out)?;
     convergence(trends, out)?;
@@ -83,6 +84,29 @@ fn requirements(cases: &[Case], out: &mut dyn Write) -> io::Result<()> {
         writeln!(out, "({} more besides)\n", counted(open.len() - ROWS, "requirement", "requirements"))?;
     }
     Ok(())
+}
+
+/// Outputs of plugins, the results side by side, in SI units.
+fn outputs(cases: &[Case], out: &mut dyn Write) -> io::Result<()> {
+    let mut names: Vec<(&str, &str)> = vec![];
+    for constraint in cases.iter().flat_map(|case| &case.ending.constraints) {
+        for (output, _) in &constraint.outputs {
+            if !names.contains(&(&constraint.name, output)) {
+                names.push((&constraint.name, output));
+            }
+        }
+    }
+    let mut table =
+        Columns::new(["constraint", "output [SI]"].into_iter().chain(cases.iter().map(|c| c.name.as_str())));
+    for (constraint, output) in names {
+        let value = |case: &Case| {
+            let own = case.ending.constraints.iter().find(|own| own.name == constraint);
+            let found = own.and_then(|own| own.outputs.iter().find(|(name, _)| name == output));
+            found.map_or("–".to_owned(), |(_, value)| format!("{value:.6}"))
+        };
+        table.row([constraint.to_owned(), output.to_owned()].into_iter().chain(cases.iter().map(value)));
+    }
+    table.print(out)
 }
 
 /// Difference from the reference.

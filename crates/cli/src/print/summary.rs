@@ -28,6 +28,7 @@ pub fn print(run: &Run, size: &str, extremes: &Extremes, built: usize, out: &mut
     operations::print(run, out)?;
     if let Some(end) = run.steps.last() {
         constraints(end, &extremes.loads, out)?;
+        outputs(end, out)?;
     }
     bends(&extremes.bends, out)?;
     if let Some(end) = run.steps.last() {
@@ -116,6 +117,21 @@ fn constraints(end: &StepResult, loads: &[Load], out: &mut dyn Write) -> io::Res
     table.print(out)?;
     if left_out > 0 {
         writeln!(out, "({left_out} constraints with smaller forces: see result.json)\n")?;
+    }
+    Ok(())
+}
+
+/// Outputs of plugins at the end.
+fn outputs(end: &StepResult, out: &mut dyn Write) -> io::Result<()> {
+    let mut table = Columns::new(["constraint", "output", ">value at the end [SI]"]);
+    let all = end.constraints.iter().flat_map(|of| of.outputs.iter().map(|output| (&of.name, output)));
+    let left_out = all.clone().count().saturating_sub(ROWS);
+    for (constraint, (output, value)) in all.take(ROWS) {
+        table.row([constraint.clone(), output.clone(), format!("{value:.6}")]);
+    }
+    table.print(out)?;
+    if left_out > 0 {
+        writeln!(out, "({left_out} more outputs: see result.json)\n")?;
     }
     Ok(())
 }

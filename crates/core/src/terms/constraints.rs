@@ -328,6 +328,14 @@ impl ConstraintTerm {
         }
     }
 
+    /// Names and values of the outputs of a constraint that acts ([`crate::Constraint::outputs`]).
+    pub fn outputs(&self, system: System<'_>, c: usize, state: &State) -> Vec<(String, f64)> {
+        let (constraint, own) = (&system.network.constraints[c], &system.conditions.constraints[c]);
+        let mut surroundings = Surroundings::default();
+        surroundings.fill(constraint, own, &system.conditions.targets[c], state);
+        constraint.model.outputs(&surroundings.view(own))
+    }
+
     /// Every residual of the constraints that act, in order; allocates.
     pub fn residuals(&self, system: System<'_>, state: &State) -> Vec<ConstraintResidual> {
         let mut found = Vec::new();

@@ -11,8 +11,8 @@
 //! A result has its `name`, `status`, `verdict`, `requirements` (as in `result.json`), `stable`, `energy` (J),
 //! `min_bend_radius` (`branch`, `s` and `value`, m), `iterations` and `seconds`. A difference has the `name` of the
 //! result, the `energy` above that of the reference (J), by name the `branches` (`largest` distance at `s`, `mean`
-//! distance, m) and the `constraints` (`force`, N; `moment`, N m; `position`, m), and `unmatched`, what only one of the
-//! two has.
+//! distance, m) and the `constraints` (`force`, N; `moment`, N m; `position`, m; `outputs` of plugins above those
+//! of the reference, SI), and `unmatched`, what only one of the two has.
 
 use super::document::Requirement;
 use super::values::SCHEMA;
@@ -70,9 +70,12 @@ fn difference(name: &str, difference: &Difference) -> Value {
         (branch.name.clone(), own)
     });
     let constraints = difference.constraints.iter().map(|constraint| {
-        let own = json!({
+        let mut own = json!({
             "force": constraint.force, "moment": constraint.moment, "position": constraint.position,
         });
+        if !constraint.outputs.is_empty() {
+            own["outputs"] = constraint.outputs.iter().map(|(name, value)| (name.clone(), json!(value))).collect();
+        }
         (constraint.name.clone(), own)
     });
     json!({

@@ -2,8 +2,7 @@
 
 use super::document::{
     Branch, BranchError, Clearance, Constraint, Document, Energy, Event, Fault, Increment, Joint, Marker, Minimiser,
-    Obstacle, Operation, Place, Plugin, Requirement, RequirementPlace, Sheet, Slide, Span, Station, Step, TightestBend,
-    Violation,
+    Obstacle, Operation, Place, Plugin, Requirement, Sheet, Slide, Span, Station, Step, TightestBend, Violation,
 };
 use super::provenance::Provenance;
 use super::values::{Entries, Number, Schema, Vector3, Word, quaternion, rotation, vector, written};
@@ -77,14 +76,7 @@ impl Event {
     fn of(event: &core::Event) -> Self {
         Self {
             kind: Word(event.kind),
-            place: Place {
-                constraint: event.place.constraint.clone(),
-                obstacle: event.place.obstacle.clone(),
-                branch: event.place.branch.clone(),
-                s: event.place.s.map(Number),
-                other_branch: event.place.other_branch.clone(),
-                other_s: event.place.other_s.map(Number),
-            },
+            place: Place::of_event(&event.place),
             first: Increment::of(&event.first),
             worst: Increment::of(&event.worst),
             last: Increment::of(&event.last),
@@ -96,11 +88,9 @@ impl Event {
     }
 
     fn event(self) -> core::Event {
-        let Place { constraint, obstacle, branch, s, other_branch, other_s } = self.place;
-        let (s, other_s) = (s.map(number), other_s.map(number));
         core::Event {
             kind: self.kind.0,
-            place: core::EventPlace { constraint, obstacle, branch, s, other_branch, other_s },
+            place: self.place.place(),
             first: self.first.moment(),
             worst: self.worst.moment(),
             last: self.last.moment(),
@@ -127,7 +117,7 @@ impl Requirement {
             step: line.moment.as_ref().map(|moment| moment.step.clone()),
             step_index: line.moment.as_ref().map(|moment| moment.step_index),
             increment: line.moment.as_ref().map(|moment| moment.increment),
-            place: RequirementPlace::of(&line.place),
+            place: Place::of(&line.place),
             origin: Word(line.origin),
             because: line.because.clone(),
             reason: line.reason.clone(),
@@ -154,15 +144,22 @@ impl Requirement {
     }
 }
 
-impl RequirementPlace {
+impl Place {
     fn of(place: &core::EventPlace) -> Self {
         let core::EventPlace { constraint, obstacle, branch, s, other_branch, other_s } = place.clone();
-        Self { constraint, obstacle, branch, s: s.map(Number), other_branch, other_s: other_s.map(Number) }
+        let (s, other_s) = (s.map(Number), other_s.map(Number));
+        Self { fixing: None, constraint, obstacle, branch, s, other_branch, other_s }
+    }
+
+    fn of_event(place: &core::EventPlace) -> Self {
+        let place = Self::of(place);
+        Self { fixing: place.constraint, constraint: None, ..place }
     }
 
     fn place(self) -> core::EventPlace {
-        let Self { constraint, obstacle, branch, s, other_branch, other_s } = self;
-        core::EventPlace { constraint, obstacle, branch, s: s.map(number), other_branch, other_s: other_s.map(number) }
+        let Self { fixing, constraint, obstacle, branch, s, other_branch, other_s } = self;
+        let (constraint, s, other_s) = (fixing.or(constraint), s.map(number), other_s.map(number));
+        core::EventPlace { constraint, obstacle, branch, s, other_branch, other_s }
     }
 }
 
@@ -175,7 +172,7 @@ impl Violation {
             value: Number(violation.value),
             limit: Number(violation.limit),
             bound: Word(violation.bound),
-            place: RequirementPlace::of(&violation.place),
+            place: Place::of(&violation.place),
         }
     }
 
@@ -359,6 +356,7 @@ impl Constraint {
             moment: written(&constraint.moment),
             stations: constraint.stations.iter().map(Station::of).collect(),
             span: constraint.span.as_ref().map(Span::of),
+            outputs: constraint.outputs.iter().map(|(name, value)| (name.clone(), Number(*value))).collect(),
         }
     }
 
@@ -373,6 +371,7 @@ impl Constraint {
             stations: self.stations.into_iter().map(Station::result).collect(),
             span: self.span.map(Span::result),
             slide,
+            outputs: outputs(self.outputs),
         }
     }
 }
@@ -644,6 +643,11 @@ impl Fault {
         };
         Ok(core::PartFault { family, name, kind, step, increment, message })
     }
+}
+
+/// Outputs of a constraint as they were read.
+pub fn outputs(entries: Entries<Number>) -> Vec<(String, f64)> {
+    entries.0.into_iter().map(|(name, value)| (name, value.0)).collect()
 }
 
 fn number(number: Number) -> f64 {

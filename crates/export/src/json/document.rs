@@ -66,30 +66,12 @@ pub struct Requirement {
     #[serde(deserialize_with = "nullable")]
     pub increment: Option<usize>,
     #[serde(rename = "where")]
-    pub place: RequirementPlace,
+    pub place: Place,
     pub origin: Word<Origin>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub because: Option<String>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub reason: Option<String>,
-}
-
-/// Place of a value of a requirement: the keys that apply.
-#[derive(Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct RequirementPlace {
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub constraint: Option<String>,
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub obstacle: Option<String>,
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub branch: Option<String>,
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub s: Option<Number>,
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub other_branch: Option<String>,
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub other_s: Option<Number>,
 }
 
 /// A library that brought kinds of its own.
@@ -119,11 +101,14 @@ pub struct Event {
     pub message: String,
 }
 
-/// Place of an event: the keys that apply; none: the harness.
+/// Place of an event or of a value of a requirement: the keys that apply; none: the harness. Events call a constraint
+/// `fixing`.
 #[derive(Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Place {
-    #[serde(rename = "fixing", default, skip_serializing_if = "Option::is_none")]
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub fixing: Option<String>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub constraint: Option<String>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub obstacle: Option<String>,
@@ -186,7 +171,7 @@ pub struct Violation {
     pub limit: Number,
     pub bound: Word<Bound>,
     #[serde(rename = "where")]
-    pub place: RequirementPlace,
+    pub place: Place,
 }
 
 /// A marker.
@@ -235,7 +220,7 @@ pub struct Joint {
     pub orientation: Quaternion,
 }
 
-/// A constraint: where it holds, and what it exerts on the harness.
+/// A constraint: where it holds, what it exerts on the harness, and the outputs of its kind (SI).
 #[derive(Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Constraint {
@@ -248,6 +233,8 @@ pub struct Constraint {
     pub stations: Vec<Station>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub span: Option<Span>,
+    #[serde(default, skip_serializing_if = "Entries::is_empty")]
+    pub outputs: Entries<Number>,
 }
 
 /// One of several stations of a constraint.

@@ -1,6 +1,6 @@
 //! `result.json` read as far as results are compared.
 
-use super::convert::{numbers, radii, vectors};
+use super::convert::{numbers, outputs, radii, vectors};
 use super::document::{Branch, Constraint, Document, Requirement, Step};
 use super::stream::{Collect, Collected};
 use super::values::{Number, Skipped, vector};
@@ -46,6 +46,7 @@ pub fn ending(document: Document<Collected<Last>>) -> Result<Option<Ending>, Str
         position: vector(constraint.position),
         force: vector(constraint.force),
         moment: vector(constraint.moment),
+        outputs: outputs(constraint.outputs),
         slide: slides.iter().find(|(sliding, _)| *sliding == name).map(|(_, at)| at.clone()),
         name,
     };

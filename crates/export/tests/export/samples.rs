@@ -69,6 +69,7 @@ pub fn constraint(name: &str, kind: &str, position: Vector, force: Vector) -> Co
         stations: vec![],
         span: None,
         slide: None,
+        outputs: vec![],
     }
 }
 

@@ -105,24 +105,23 @@ fn divide((branch, diameter): (&Branch, f64), mut attachments: Vec<f64>, sliding
         let nodes: Vec<f64> = branch.nodes.iter().map(|fraction| fraction * length).collect();
         return kept(&nodes, &breaks, &least, coarser);
     }
-    if let (Division::ByAccuracy { longest }, false) = (branch.division, branch.sizes.is_empty()) {
-        let sizes: Vec<[f64; 2]> = branch.sizes.iter().map(|size| size.map(|fraction| fraction * length)).collect();
-        return graded(&sizes, longest, &breaks, &least, coarser);
-    }
-    let counts = match branch.division {
-        Division::Segments(segments) => share_out(segments, &spans, &least),
+    let up_to = |longest: f64| {
         // A span that is a whole number of segments up to round-off counts as one.
-        Division::MaxSegment(_) | Division::ByAccuracy { .. } => {
-            let longest = match branch.division {
-                Division::MaxSegment(longest) => longest,
-                Division::ByAccuracy { longest } => longest.min(first_segment(length, diameter)),
-                Division::Segments(_) => length,
-            };
-            let whole = |(l, least): (&f64, &usize)| ((l / longest - 1e-9).ceil() as usize).max(*least);
-            spans.iter().zip(&least).map(whole).collect()
+        let whole = |(l, least): (&f64, &usize)| ((l / longest - 1e-9).ceil() as usize).max(*least);
+        spans.iter().zip(&least).map(whole).collect()
+    };
+    let counts: Vec<usize> = match branch.division {
+        Division::Segments(segments) => share_out(segments, &spans, &least),
+        Division::MaxSegment(longest) => up_to(longest),
+        Division::ByAccuracy { longest } if branch.sizes.is_empty() => {
+            up_to(longest.min(first_segment(length, diameter)))
+        }
+        Division::ByAccuracy { longest } => {
+            let sizes: Vec<[f64; 2]> = branch.sizes.iter().map(|size| size.map(|fraction| fraction * length)).collect();
+            return graded(&sizes, longest, &breaks, &least, coarser);
         }
     };
-    let counts: Vec<usize> = counts.into_iter().map(|count: usize| count.div_ceil(coarser)).collect();
+    let counts: Vec<usize> = counts.into_iter().map(|count| count.div_ceil(coarser)).collect();
     let mut marks = vec![(0.0, 0)];
     let mut rest_lengths = Vec::with_capacity(counts.iter().sum());
     for ((span, count), end) in spans.iter().zip(counts).zip(&breaks[1..]) {

@@ -47,6 +47,11 @@ pub(crate) fn constraint<'a>(
         refuse_count(entry, &kind.kind, places.len(), span.is_some());
     }
     names.broken |= entry.reader.fault_count() > before || !attached || kind.is_none();
+    if let (Some(name), Some(kind)) =
+        (name, kind.as_ref().and_then(|kind| entry.reader.registry.constraint(&kind.kind)))
+    {
+        names.outputs.insert(name, kind.outputs.iter().map(|output| output.name.clone()).collect());
+    }
     let (called, kind, parameters) = kind.map(|kind| (kind.name, kind.kind, kind.parameters)).unwrap_or_default();
     let whole = matches!(facing, Facing::Orientation(_));
     Some(Constraint {

@@ -24,6 +24,8 @@ pub(crate) struct Names<'a> {
     pub vertices: BTreeMap<&'a str, Vertex>,
     pub joints: BTreeMap<&'a str, usize>,
     pub constraints: BTreeMap<&'a str, usize>,
+    /// Outputs of the kind of each constraint; also of those that have been released.
+    pub outputs: BTreeMap<&'a str, Vec<String>>,
     /// Types of constraints.
     pub types: Types,
     /// Number of constraints; several may have had the same name one after the other.

@@ -82,6 +82,11 @@ fn measured(quantity: &str, entry: &Entry<'_>, names: &Names<'_>) -> Option<Meas
         return None;
     };
     let part = part(&of, names)?;
+    if quantity != "output" && of.has("output") {
+        let message = format!("{} has `output`, but measures {quantity}", entry.label);
+        of.fault_at("output", message, "leave it out, or write quantity = \"output\"");
+        return None;
+    }
     let of_constraint_or_obstacle = matches!(part, Part::Body(Body::Constraint(_) | Body::Obstacle(_)));
     match (quantity, part) {
         ("position", Part::Body(body)) => Some(Measured::Position(body)),
@@ -100,6 +105,22 @@ fn measured(quantity: &str, entry: &Entry<'_>, names: &Names<'_>) -> Option<Meas
         ("slack", Part::Stretch(stretch)) => Some(Measured::Slack(stretch)),
         ("turns", Part::Stretch(stretch)) if !of.has("from") && !of.has("to") => Some(Measured::Turns(stretch.branch)),
         ("contact_force", Part::Body(Body::Obstacle(obstacle))) => Some(Measured::ContactForce(obstacle)),
+        ("output", Part::Body(Body::Constraint(constraint))) if of.has("output") => {
+            let output = of.word("output")?;
+            // A constraint whose kind is faulty is not there.
+            let known = names.outputs.get(constraint.as_str())?;
+            if !known.iter().any(|name| name == output) {
+                let message = format!("constraint \"{constraint}\" has no output \"{output}\"");
+                let help = if known.is_empty() {
+                    "its kind has none: outputs are those of plugins".to_owned()
+                } else {
+                    did_you_mean(output, known.iter().map(String::as_str))
+                };
+                of.fault_at("output", message, help);
+                return None;
+            }
+            Some(Measured::Output(constraint, output.to_owned()))
+        }
         _ => {
             let message = format!("{}: {quantity} is not measured of that", entry.label);
             of.fault_here(message, format!("write of = {}", example(quantity)));
@@ -114,6 +135,7 @@ fn example(quantity: &str) -> &'static str {
         "bend_radius" | "slack" => "{ branch = \"…\" } or { branch = \"…\", from = …, to = … }",
         "turns" => "{ branch = \"…\" }",
         "contact_force" => "{ obstacle = \"…\" }",
+        "output" => "{ constraint = \"…\", output = \"…\" }",
         "tension" => "{ branch = \"…\", s = … } or { end = \"…\" }",
         _ => "{ branch = \"…\", s = … }, { end = \"…\" }, { constraint = \"…\" } or { obstacle = \"…\" }",
     }

@@ -136,6 +136,7 @@ fn constraint(name: &str, parameters: Vec<Parameter>, build: Build<ConstraintSpe
         doc: format!("a {name}"),
         attaches: Attaches::default(),
         parameters,
+        outputs: vec![],
         build: Box::new(build),
     }
 }

@@ -347,9 +347,9 @@ fn breadth_first(graph: &[Vec<u32>], start: u32, found: &mut [bool]) -> Vec<(u32
 }
 
 /// Distance of every vertex from the centroid of its connected component, in steps from place to place: the place
-/// whose removal leaves no part of a spanning tree with more than half of the vertices (Jordan 1869). The tree is one of
-/// places, because one of points and frames would have a chain of points beside a chain of frames, and its centroid at
-/// an end of a cable.
+/// whose removal leaves no part of a spanning tree with more than half of the vertices (Jordan 1869). The tree is one
+/// of places, because one of points and frames would have a chain of points beside a chain of frames, and its centroid
+/// at an end of a cable.
 fn centroid_distance(graph: &[Vec<u32>], places: &[u32]) -> Vec<u32> {
     let n = places.iter().max().map_or(0, |last| *last as usize + 1);
     let (mut neighbours, mut own) = (vec![Vec::new(); n], vec![0; n]);

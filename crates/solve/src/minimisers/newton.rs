@@ -31,8 +31,8 @@ use wireloom_core::registry::MinimiserKind;
 use wireloom_core::status::Status;
 use wireloom_core::{State, Tangent, Vector};
 
-/// Turn (rad) of a step that the shift aims at. Longer steps mostly fail: what is held at both ends cannot stretch, so a
-/// straight step leaves the shapes that it can have.
+/// Turn (rad) of a step that the shift aims at. Longer steps mostly fail: what is held at both ends cannot stretch, so
+/// a straight step leaves the shapes that it can have.
 const AIMED_TURN: f64 = 0.1;
 /// Smallest factor on the shift after a successful step.
 const LOWER: f64 = 0.1;

@@ -3,10 +3,10 @@
 use super::clearance::{self, CablePart, Cables};
 use super::discretisation::NodalErrors;
 use super::lines;
-use super::result;
+use super::result::{self, HeldSpan};
 use super::sheet::Found;
 use std::collections::BTreeMap;
-use std::f64::consts::PI;
+use std::f64::consts::{PI, TAU};
 use wireloom_core::equilibrium::{BranchResult, ConstraintResult, OperationResult};
 use wireloom_core::network::{Place, Span};
 use wireloom_core::requirement::{Measure, Motion, Part, Requirement};
@@ -43,7 +43,7 @@ pub(crate) struct Equilibrium<'a> {
     /// Index of the step; `None` before the first one.
     pub step: Option<usize>,
     /// Spans between held nodes, by branch.
-    pub spans: Vec<result::HeldSpan>,
+    pub spans: Vec<HeldSpan>,
     /// The cables, for distances between them and from obstacles.
     pub cables: &'a Cables<'a>,
     /// Poses of the obstacles.
@@ -138,7 +138,8 @@ impl<'a> Equilibrium<'a> {
                 if let OperationResult::Mate { constraint, insertion_force: Some(force), .. } = operation
                     && constraint == name
                 {
-                    found.push(at(*force, place()));
+                    let error = Some(self.at_constraint(f, |errors| &errors.force));
+                    found.push(Found { error, ..at(*force, place()) });
                 }
             }
             return;
@@ -171,6 +172,18 @@ impl<'a> Equilibrium<'a> {
         let nodes = &self.branches[branch].s;
         let after = nodes.partition_point(|node| *node < s).clamp(1, nodes.len() - 1);
         self.errors[branch].position[after - 1].max(self.errors[branch].position[after])
+    }
+
+    /// Error of the distance that a span bridges over its length: that of the positions of those of its ends that are
+    /// not held. The true value is no larger than one and the largest strain: a chord is no longer than its cable.
+    fn reach_error(&self, b: usize, span: &HeldSpan) -> f64 {
+        let (branch, length) = (&self.branches[b], span.to - span.from);
+        let ends = [span.from, span.to].into_iter().zip(span.held).filter(|(_, held)| !held);
+        let moved: f64 = ends.map(|(s, _)| self.position_error(b, s)).sum();
+        let tension = |i: usize| branch.force[i].dot(&(branch.frame[i] * Vector::z())) + self.errors[b].force[i];
+        let inside = (0..branch.s.len()).filter(|i| (span.from..=span.to).contains(&branch.s[*i]));
+        let strain = inside.map(tension).fold(0.0, f64::max) / branch.axial_stiffness;
+        (moved / length).min((1.0 + strain - span.chord / length).max(0.0))
     }
 
     /// Error of the reaction of a constraint: the sum of those of the internal forces (moments) around it.
@@ -239,7 +252,10 @@ impl<'a> Equilibrium<'a> {
             }
             Measure::Turns => {
                 let place = EventPlace { branch: Some(branch.name.clone()), ..EventPlace::default() };
-                found.push(at(branch.twist_turns.abs(), place));
+                // The integral of the error of the torsion.
+                let pairs = branch.s.windows(2).zip(errors.torsion.windows(2));
+                let turned: f64 = pairs.map(|(s, e)| 0.5 * (e[0] + e[1]) * (s[1] - s[0])).sum();
+                found.push(Found { error: Some(turned / TAU), ..at(branch.twist_turns.abs(), place) });
             }
             Measure::Slack => {
                 let (from, to) = (from.max(branch.s[0]), to.min(branch.s[branch.s.len() - 1]));
@@ -252,7 +268,8 @@ impl<'a> Equilibrium<'a> {
                 for span in self.spans.iter().filter(|span| span.branch == b) {
                     let place = EventPlace::branch(&branch.name, 0.5 * (span.from + span.to));
                     let limit = Some(requirement.max.unwrap_or(1.0) + span.tolerance);
-                    found.push(Found { limit, ..at(span.chord / (span.to - span.from), place) });
+                    let error = Some(self.reach_error(b, span));
+                    found.push(Found { limit, error, ..at(span.chord / (span.to - span.from), place) });
                 }
             }
             Measure::Buckling => found.extend(self.pressed(b)),
@@ -355,7 +372,8 @@ impl<'a> Equilibrium<'a> {
             let euler = (2.0 * PI / (span.to - span.from)).powi(2) * one.min(other);
             found.extend(least.map(|(i, force)| {
                 let place = EventPlace::branch(&branch.name, branch.s[i]);
-                Found { limit: Some(BUCKLED * euler), ..at(force, place) }
+                let error = Some(self.errors[b].force[i]);
+                Found { limit: Some(BUCKLED * euler), error, ..at(force, place) }
             }));
         }
         found

@@ -262,6 +262,7 @@ pub fn constraints(problem: &Problem<'_>, state: &State, gradient: &Tangent) -> 
                     .iter()
                     .position(|site| site.constraint == f)
                     .map(|slide| problem.slide_result(slide, state, gradient)),
+                outputs: problem.outputs(f, state),
             }
         })
         .collect()
@@ -351,6 +352,8 @@ pub(crate) struct HeldSpan {
     pub chord: f64,
     /// Strain up to which it is not overstretched.
     pub tolerance: f64,
+    /// Whether its ends are held in place.
+    pub held: [bool; 2],
 }
 
 /// All spans of the harness.
@@ -381,6 +384,7 @@ pub(crate) fn held_spans(problem: &Problem<'_>, state: &State) -> Vec<HeldSpan> 
                 to: s[to],
                 chord: (state.points[first + to] - state.points[first + from]).norm(),
                 tolerance: if between { 1e-9 } else { LARGE_STRAIN },
+                held: [held[first + from], held[first + to]],
             });
         }
     }

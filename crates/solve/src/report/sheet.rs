@@ -15,6 +15,9 @@ const NEXT: f64 = 2.0;
 /// Largest number of parts in which an increment is taken for the sake of a requirement.
 const MOST_PARTS: f64 = 8.0;
 
+/// Margin below which a value without an estimate of its error does not count as kept.
+const NEAR: f64 = 0.05;
+
 /// A value of a requirement at one place.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Found {
@@ -68,6 +71,13 @@ impl Worst {
         let margin = (self.bound.gap(self.value, self.limit) - error) / scale;
         // What is not a number is beyond any limit.
         if margin.is_nan() { f64::NEG_INFINITY } else { margin }
+    }
+}
+
+impl Worst {
+    /// Whether it keeps its limit, but is near it and has no estimate of its error.
+    fn is_uncertain(&self) -> bool {
+        self.error.is_none() && self.limit != 0.0 && (0.0..NEAR).contains(&self.margin(false))
     }
 }
 
@@ -170,6 +180,9 @@ impl Sheet {
             (Verdict::Unresolved, Some(why))
         } else if doubted.is_some() {
             (Verdict::Unresolved, Some("the discretisation error reaches over the limit".to_owned()))
+        } else if line.worst.as_ref().is_some_and(Worst::is_uncertain) {
+            let why = format!("its discretisation error is not known, and it is within {} % of its limit", 1e2 * NEAR);
+            (Verdict::Unresolved, Some(why))
         } else {
             (Verdict::Pass, None)
         };
@@ -226,4 +239,41 @@ fn why_not_checked(requirement: &Requirement) -> String {
         _ => "nothing of it was there in these steps",
     };
     why.to_owned()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use wireloom_core::requirement::Severity;
+
+    #[test]
+    fn a_value_near_its_limit_whose_error_is_not_known_does_not_pass() {
+        let requirement = Requirement {
+            name: "pressed".to_owned(),
+            origin: Origin::Scenario,
+            measure: Measure::ContactForce,
+            of: vec![],
+            against: vec![],
+            min: None,
+            max: Some(10.0),
+            steps: None,
+            motion: Motion::Any,
+            severity: Severity::Must,
+            because: None,
+        };
+        let verdict = |value: f64, error: Option<f64>| {
+            let mut sheet = Sheet::default();
+            let found = Found { value, error, limit: None, place: EventPlace::default() };
+            let now = Moment { step: "push".to_owned(), step_index: 0, increment: 1 };
+            sheet.add(std::slice::from_ref(&requirement), vec![vec![found]], &now, Here::End);
+            let line = sheet.line(&requirement, &sheet.lines[0], Status::Converged);
+            assert_eq!(line.reason.is_some(), line.verdict == Verdict::Unresolved, "{:?}", line.reason);
+            line.verdict
+        };
+        assert_eq!(verdict(9.6, None), Verdict::Unresolved);
+        assert_eq!(verdict(9.6, Some(0.3)), Verdict::Pass);
+        assert_eq!(verdict(9.6, Some(0.5)), Verdict::Unresolved);
+        assert_eq!(verdict(9.4, None), Verdict::Pass);
+        assert_eq!(verdict(10.1, None), Verdict::Fail);
+    }
 }

@@ -24,10 +24,10 @@ impl Driver<'_, '_> {
             Status::Converged if !known => self.certifier.diverges(&mut self.problem, &self.state).then_some(false),
             _ => inspection.filter(|_| known).and_then(|inspection| inspection.stability.flag()),
         };
-        let branches = self.branch_results(inspection);
+        let touching = self.problem.touching_points(&self.state);
+        let branches = self.branch_results(inspection, &touching);
         let (problem, state) = (&mut self.problem, &self.state);
         let network = problem.network;
-        let touching = problem.touching_points(state);
         StepResult {
             name: step.name.clone(),
             increment,
@@ -57,10 +57,10 @@ impl Driver<'_, '_> {
         }
     }
 
-    /// Results of all branches at the present state, which was inspected so, and their errors.
-    fn branch_results(&mut self, inspection: Option<Inspection>) -> Vec<BranchResult> {
-        let touching = self.problem.touching_points(&self.state);
-        let branch = |b: usize| result::branch(&self.problem, b, &self.state, &touching);
+    /// Results of all branches at the present state, which was inspected so, and their errors; `touching` marks its
+    /// points in contact.
+    fn branch_results(&mut self, inspection: Option<Inspection>, touching: &[bool]) -> Vec<BranchResult> {
+        let branch = |b: usize| result::branch(&self.problem, b, &self.state, touching);
         let mut branches: Vec<BranchResult> = (0..self.problem.network.branches.len()).map(branch).collect();
         // A neutral equilibrium may answer to any error with any motion.
         let hessian = inspection.is_some_and(|inspection| inspection.stability != Stability::Neutral);
@@ -95,7 +95,8 @@ impl Driver<'_, '_> {
     /// Checks the requirements at an equilibrium on the way through an increment.
     pub(super) fn check_on_the_way(&mut self) {
         if !self.problem.network.requirements.is_empty() {
-            let branches = self.branch_results(self.inspection);
+            let touching = self.problem.touching_points(&self.state);
+            let branches = self.branch_results(self.inspection, &touching);
             let constraints = result::constraints(&self.problem, &self.state, &self.certifier.gradient);
             let operations = self.operations.clone();
             let cables = Cables::new(self.problem.network, &branches);

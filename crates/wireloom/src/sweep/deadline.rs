@@ -54,7 +54,7 @@ impl<'m> Deadlines<'m> {
     }
 
     /// Works, and stops the points meanwhile that take longer, or all of them if the whole is stopped.
-    pub fn watch<R: Send>(&self, work: impl FnOnce() -> R + Send) -> R {
+    pub fn watch<R>(&self, work: impl FnOnce() -> R) -> R {
         if self.limit.is_none() {
             return work();
         }

@@ -30,6 +30,7 @@ pub(super) fn columns(output: &Output) -> Vec<String> {
         Measured::Turns(_) => vec![format!("turns.{name}")],
         Measured::Clearance(..) => vec![format!("clearance.{name}")],
         Measured::ContactForce(_) => vec![format!("contact_force.{name}")],
+        Measured::Output(..) => vec![format!("output.{name}")],
     }
 }
 
@@ -169,6 +170,10 @@ fn values(measured: &Measured, network: &Network, end: &StepResult) -> Vec<f64> 
             }]
         }
         Measured::ContactForce(obstacle) => vec![end.obstacles[obstacle].contact_force],
+        Measured::Output(ref of, ref output) => {
+            let outputs = constraint(end, of).map_or(&[][..], |found| &found.outputs);
+            vec![outputs.iter().find(|(name, _)| name == output).map_or(f64::NAN, |(_, value)| *value)]
+        }
     }
 }
 

@@ -20,6 +20,7 @@ const QUANTITIES: &[&str] = &[
     "turns",
     "clearance",
     "contact_force",
+    "output",
 ];
 
 /// A sweep.
@@ -80,7 +81,8 @@ pub(crate) const OUTPUT: Keys = Keys {
              harness; tension at a place (N, the force along the branch); smallest bend_radius (m) and slack (m, \
              unstressed length beyond the distance of the ends) of a part of a branch; turns of twist of a branch; \
              angle (rad) between the directions of two branches at two places; clearance (m) between two branches, or \
-             between a branch and an obstacle; contact_force (N, the sum of the sizes of the forces) of an obstacle",
+             between a branch and an obstacle; contact_force (N, the sum of the sizes of the forces) of an obstacle; \
+             output of a plugin's constraint (SI)",
         ),
         may("of", Form::Table(&MEASURED), "what is measured: a place, a part of a branch, a constraint or an obstacle"),
         may("between", Form::Tables(&MEASURED), "instead of `of`, for an angle and a clearance: both of them"),
@@ -104,6 +106,7 @@ pub(crate) const MEASURED: Keys = Keys {
         may("from", Form::Number(Quantity::Length, ANY), "arc length where the part begins; default 0"),
         may("to", Form::Number(Quantity::Length, ANY), "arc length where the part ends; default the end of the branch"),
         may("constraint", Form::Name, "a constraint"),
+        may("output", Form::Name, "with `constraint`: an output of its kind; `wireloom plugin check` lists them"),
         may("obstacle", Form::Name, "an obstacle"),
     ],
 };

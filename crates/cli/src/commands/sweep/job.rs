@@ -1,0 +1,91 @@
+//! A sweep before it begins: its scenario, and everything that its points depend on.
+
+use crate::arguments::Allowed;
+use crate::failure::Failure;
+use crate::files::load::{self, Beside, Loaded};
+use crate::plugin::load::record;
+use crate::plugin::trust::Trust;
+use crate::program::PROGRAM;
+use crate::size;
+use serde::{Deserialize, Serialize};
+use std::path::Path;
+use wireloom::result::Library;
+use wireloom::scenario::Setting;
+use wireloom::sweep::tubes::Stations;
+use wireloom::sweep::{Points, Sweep, header};
+
+/// Version of the files of an interrupted sweep; changes with their meaning.
+const FORMAT: u32 = 8;
+
+/// Origin of a sweep.
+#[derive(PartialEq, Serialize, Deserialize)]
+pub struct Origin {
+    format: u32,
+    program: String,
+    minimiser: Option<String>,
+    texts: Vec<(String, String)>,
+    plugins: Vec<Library>,
+}
+
+impl Origin {
+    /// SHA-256 of all of it.
+    pub fn hash(&self) -> String {
+        // Texts and numbers are always valid JSON.
+        wireloom::export::sha256(&serde_json::to_vec(self).unwrap_or_default())
+    }
+}
+
+/// A sweep that is ready to begin.
+pub struct Job {
+    pub loaded: Loaded,
+    pub origin: Origin,
+    trust: Trust,
+    beside: Beside,
+}
+
+impl Job {
+    /// Reads the scenario.
+    pub fn read(file: &Path, minimiser: Option<&str>, allowed: &Allowed) -> Result<Self, Failure> {
+        let trust = Trust::to_run(allowed).for_batches();
+        let settings: Vec<Setting> = minimiser.map(Setting::minimiser).into_iter().collect();
+        let loaded = load::scenario(file, &settings, &trust)?;
+        size::estimate(&loaded.built.network, 1)?;
+        if loaded.scenario.sweep.is_none() {
+            let help = "add one, such as\n[sweep.vary]\n\
+                        \"branches.NAME.length\" = { from = \"400 mm\", to = \"500 mm\", count = 11 }";
+            return Err(Failure::Input(format!("{} has no [sweep]: {help}", file.display())));
+        }
+        let origin = Origin {
+            format: FORMAT,
+            program: PROGRAM.to_owned(),
+            minimiser: minimiser.map(str::to_owned),
+            texts: loaded.texts.clone(),
+            plugins: loaded.plugins.iter().map(record).collect(),
+        };
+        Ok(Self { loaded, origin, trust, beside: Beside::of(file) })
+    }
+
+    /// The sweep.
+    pub fn sweep(&self) -> &Sweep {
+        self.loaded.scenario.sweep.as_ref().expect("a scenario without one is refused")
+    }
+
+    /// Its points.
+    pub fn points(&self) -> Points<'_> {
+        Points {
+            text: &self.loaded.texts[0].1,
+            files: &self.beside,
+            minimiser: self.origin.minimiser.as_deref(),
+            registry: &self.loaded.registry,
+            batch: (self.loaded.scenario.minimiser.kind == "gpu").then(|| self.trust.batch()),
+            sweep: self.sweep(),
+            header: header(self.sweep(), &self.loaded.built.network),
+            stations: Stations::of(&self.loaded.built.network, &self.loaded.built.schedule),
+        }
+    }
+
+    /// Whether native code of plugins takes part: its points are computed in other processes.
+    pub fn has_plugins(&self) -> bool {
+        !self.loaded.plugins.is_empty()
+    }
+}
