@@ -33,7 +33,7 @@ use wireloom_core::{State, Tangent, Vector};
 
 /// Turn (rad) of a step that the shift aims at. Longer steps mostly fail: what is held at both ends cannot stretch, so
 /// a straight step leaves the shapes that it can have.
-const AIMED_TURN: f64 = 0.1;
+const AIMED_TURN: f64 = 0.2;
 /// Smallest factor on the shift after a successful step.
 const LOWER: f64 = 0.1;
 /// Shift above which the minimiser fails if no step lowers the energy.
