@@ -5,8 +5,6 @@
 //! ancestors in an update matrix of its own; these are added in a fixed order (multifrontal method: Duff and Reid 1983;
 //! parts: Liu 1990). The parts depend on the pattern only, not on the number of threads.
 
-use std::cmp::Reverse;
-use std::collections::BTreeMap;
 use std::ops::Range;
 use wireloom_core::Matrix;
 
@@ -134,26 +132,15 @@ impl<'c> Tree<'c> {
         Part { columns: start..self.order.len(), own: first, children, beyond: vec![], updates: vec![] }
     }
 
-    /// Appends a subtree. Branches that meet alternate, from their meeting back to the end of the shorter one, so that
-    /// the processor overlaps independent operations.
+    /// Appends a subtree in its original elimination order, which alternates between branches and so lets the processor
+    /// overlap independent operations.
     fn subtree(&mut self, root: usize) {
-        let mut columns = vec![root];
-        let mut next = 0;
-        while next < columns.len() {
-            columns.extend_from_slice(&self.children[columns[next]]);
-            next += 1;
+        let (first, mut open) = (self.order.len(), vec![root]);
+        while let Some(v) = open.pop() {
+            self.order.push(v);
+            open.extend_from_slice(&self.children[v]);
         }
-        // Order of the subtree of each column, until it becomes a part of that of its parent.
-        let mut orders: BTreeMap<usize, Vec<usize>> = BTreeMap::new();
-        for v in columns.into_iter().rev() {
-            let below = self.children[v].iter().map(|child| orders.remove(child).expect("children come first"));
-            let mut below: Vec<Vec<usize>> = below.collect();
-            below.sort_by_key(|order| Reverse(order.len()));
-            let mut order = below.into_iter().reduce(alternate).unwrap_or_default();
-            order.push(v);
-            orders.insert(v, order);
-        }
-        self.order.extend(orders.remove(&root).expect("the root comes last"));
+        self.order[first..].sort_unstable();
     }
 
     fn find_beyond(&self, part: &mut Part, position: &[u32]) {
@@ -171,13 +158,6 @@ impl<'c> Tree<'c> {
         part.updates = vec![Matrix::zeros(); Part::place(beyond.len(), 0)];
         part.beyond = beyond;
     }
-}
-
-/// Both orders in turn, from their last columns back to the first of the shorter one, after the rest of `longer`.
-fn alternate(mut longer: Vec<usize>, shorter: Vec<usize>) -> Vec<usize> {
-    let beside = longer.split_off(longer.len() - shorter.len());
-    longer.extend(beside.into_iter().zip(shorter).flat_map(|(a, b)| [a, b]));
-    longer
 }
 
 fn leaf(columns: Range<usize>) -> Part {

@@ -87,8 +87,7 @@ impl Structure {
         }
         number(&variables, &mut of_point, &mut of_frame);
         let graph = coupled(network, touching, &of_point, &of_frame, variables.len());
-        let places = places(network, &variables);
-        Self::ordered(variables, of_point, of_frame, (graph, &places), network.is_shared())
+        Self::ordered(variables, of_point, of_frame, graph, network.is_shared())
     }
 
     /// Structure of the second derivatives with respect to the points only; `touching` as in [`Self::new`].
@@ -127,25 +126,23 @@ impl Structure {
             }
         }
         sort(&mut graph);
-        let places: Vec<u32> = (0..variables.len() as u32).collect();
-        let no_frames = vec![ABSENT; network.frames];
-        let mut structure = Self::ordered(variables, of_point, no_frames, (graph, &places), network.is_shared());
+        let mut structure =
+            Self::ordered(variables, of_point, vec![ABSENT; network.frames], graph, network.is_shared());
         for tie in &network.ties {
             structure.of_point[tie.point] = structure.of_point[tie.hub_point];
         }
         structure
     }
 
-    /// Finds the elimination order and the pattern of the factor. `places` is the place of every variable along the
-    /// harness; see [`centroid_distance`].
+    /// Finds the elimination order and the pattern of the factor.
     fn ordered(
         variables: Vec<Variable>,
         mut of_point: Vec<u32>,
         mut of_frame: Vec<u32>,
-        (graph, places): (Vec<Vec<u32>>, &[u32]),
+        graph: Vec<Vec<u32>>,
         shared: bool,
     ) -> Self {
-        let (order, cliques) = minimum_degree(graph, places);
+        let (order, cliques) = minimum_degree(graph);
         let position = positions(&order);
         let columns: Vec<Vec<u32>> =
             cliques.iter().map(|clique| clique.iter().map(|&v| position[v as usize]).collect()).collect();
@@ -278,42 +275,6 @@ fn coupled(
     graph
 }
 
-/// Place of every variable along the harness: a point and the frames beside it have the same one. Places are numbered
-/// from 0 without gaps.
-fn places(network: &Network, variables: &[Variable]) -> Vec<u32> {
-    let mut of_point = vec![ABSENT; network.points];
-    let mut count = 0;
-    for variable in variables {
-        if let Variable::Point(i) = variable {
-            of_point[*i] = count;
-            count += 1;
-        }
-    }
-    for tie in &network.ties {
-        of_point[tie.point] = of_point[tie.hub_point];
-    }
-    let mut of_frame = vec![ABSENT; network.frames];
-    for branch in &network.branches {
-        let (mesh, points) = (branch.rod.mesh(), &of_point[branch.points.clone()]);
-        for (j, c) in mesh.segment_frames.iter().enumerate() {
-            of_frame[branch.frames.start + c] = points[j];
-        }
-        for (node, c) in (0..mesh.nodes()).filter_map(|node| Some((node, mesh.station_frame(node)?))) {
-            of_frame[branch.frames.start + c] = points[node];
-        }
-    }
-    for joint in &network.joints {
-        if let Some(c) = joint.frame {
-            of_frame[c] = of_point[joint.point];
-        }
-    }
-    let place = |variable: &Variable| match variable {
-        Variable::Point(i) => of_point[*i],
-        Variable::Frame(c) => of_frame[*c],
-    };
-    variables.iter().map(place).collect()
-}
-
 /// Sorts the neighbours and removes duplicates.
 fn sort(graph: &mut [Vec<u32>]) {
     for neighbours in graph {
@@ -346,59 +307,44 @@ fn breadth_first(graph: &[Vec<u32>], start: u32, found: &mut [bool]) -> Vec<(u32
     order
 }
 
-/// Distance of every vertex from the centroid of its connected component, in steps from place to place: the place
-/// whose removal leaves no part of a spanning tree with more than half of the vertices (Jordan 1869). The tree is one
-/// of places, because one of points and frames would have a chain of points beside a chain of frames, and its centroid
-/// at an end of a cable.
-fn centroid_distance(graph: &[Vec<u32>], places: &[u32]) -> Vec<u32> {
-    let n = places.iter().max().map_or(0, |last| *last as usize + 1);
-    let (mut neighbours, mut own) = (vec![Vec::new(); n], vec![0; n]);
-    for (v, coupled) in graph.iter().enumerate() {
-        own[places[v] as usize] += 1;
-        let others = coupled.iter().map(|&w| places[w as usize]).filter(|&place| place != places[v]);
-        neighbours[places[v] as usize].extend(others);
-    }
-    sort(&mut neighbours);
+/// Distance of every vertex from the centroid of its connected component: the vertex whose removal leaves no part of a
+/// spanning tree with more than half of the vertices (Jordan 1869).
+fn centroid_distance(graph: &[Vec<u32>]) -> Vec<u32> {
+    let n = graph.len();
     let mut distance = vec![0; n];
-    let (mut found, mut weight) = (vec![false; n], own);
+    let (mut found, mut weight) = (vec![false; n], vec![1; n]);
     for start in 0..n as u32 {
         if found[start as usize] {
             continue;
         }
-        let component = breadth_first(&neighbours, start, &mut found);
+        let component = breadth_first(graph, start, &mut found);
         for &(v, from) in component.iter().rev().filter(|(v, from)| v != from) {
             weight[from as usize] += weight[v as usize];
         }
-        // The last place with at least half of the weight: all of these lie on one path from the start.
-        let whole = weight[start as usize];
-        let centroid = component.iter().rev().find(|(v, _)| 2 * weight[*v as usize] >= whole);
+        // The last vertex with at least half of the weight: all of these lie on one path from the start.
+        let centroid = component.iter().rev().find(|(v, _)| 2 * weight[*v as usize] >= component.len());
         let centroid = centroid.expect("the start holds all").0;
         for (v, _) in &component {
             found[*v as usize] = false;
         }
-        for (v, from) in breadth_first(&neighbours, centroid, &mut found) {
+        for (v, from) in breadth_first(graph, centroid, &mut found) {
             distance[v as usize] = if v == from { 0 } else { distance[from as usize] + 1 };
         }
     }
-    places.iter().map(|&place| distance[place as usize]).collect()
+    distance
 }
-
-/// Largest degree of the last variable of a branch, and of the next one after its elimination: all of them are taken as
-/// this degree. Otherwise a cable would be eliminated from one end to the other.
-const END_DEGREE: usize = 3;
 
 /// Elimination order by minimum degree (Tinney and Walker 1967), and the neighbours of each vertex at its elimination.
 /// On trees of chains it causes no fill. Equal degrees are ordered by decreasing distance from the centroid, then by
 /// number: the elimination tree then has its root at the centroid, and its branches can be eliminated in parallel.
-fn minimum_degree(mut graph: Vec<Vec<u32>>, places: &[u32]) -> (Vec<u32>, Vec<Vec<u32>>) {
+fn minimum_degree(mut graph: Vec<Vec<u32>>) -> (Vec<u32>, Vec<Vec<u32>>) {
     let n = graph.len();
-    let inward: Vec<Reverse<u32>> = centroid_distance(&graph, places).into_iter().map(Reverse).collect();
-    let entry = |v: u32, degree: usize| Reverse((degree.max(END_DEGREE), inward[v as usize], v, degree));
+    let inward: Vec<Reverse<u32>> = centroid_distance(&graph).into_iter().map(Reverse).collect();
     let mut heap: BinaryHeap<_> =
-        graph.iter().enumerate().map(|(v, neighbours)| entry(v as u32, neighbours.len())).collect();
+        graph.iter().enumerate().map(|(v, neighbours)| Reverse((neighbours.len(), inward[v], v as u32))).collect();
     let mut eliminated = vec![false; n];
     let (mut order, mut columns) = (Vec::with_capacity(n), Vec::with_capacity(n));
-    while let Some(Reverse((_, _, v, degree))) = heap.pop() {
+    while let Some(Reverse((degree, _, v))) = heap.pop() {
         if eliminated[v as usize] || degree != graph[v as usize].len() {
             continue;
         }
@@ -412,7 +358,7 @@ fn minimum_degree(mut graph: Vec<Vec<u32>>, places: &[u32]) -> (Vec<u32>, Vec<Ve
                     neighbours.insert(place, b);
                 }
             }
-            heap.push(entry(a, neighbours.len()));
+            heap.push(Reverse((neighbours.len(), inward[a as usize], a)));
         }
         order.push(v);
         columns.push(clique);

@@ -31,10 +31,7 @@ use wireloom_core::registry::MinimiserKind;
 use wireloom_core::status::Status;
 use wireloom_core::{State, Tangent, Vector};
 
-/// Turn (rad) of a step that the shift aims at. Longer steps mostly fail: what is held at both ends cannot stretch, so
-/// a straight step leaves the shapes that it can have.
-const AIMED_TURN: f64 = 0.2;
-/// Smallest factor on the shift after a successful step.
+/// Factor by which the shift is lowered after a successful step.
 const LOWER: f64 = 0.1;
 /// Shift above which the minimiser fails if no step lowers the energy.
 const LARGEST_SHIFT: f64 = 1e6;
@@ -457,7 +454,7 @@ fn descend(ws: &mut Workspace, problem: &mut Problem<'_>, state: &mut State, sto
         problem.update_held(state);
         monitor.moved(turn, -slope > noise, ws.residual(problem));
         trace(problem, &report, [energy, monitor.residual, alpha, sigma], ws.factorisations);
-        sigma = next_shift(sigma, alpha, turn);
+        sigma = next_shift(sigma, alpha);
     };
     if report.status != Status::Converged {
         // The next call may begin at another state.
@@ -469,11 +466,9 @@ fn descend(ws: &mut Workspace, problem: &mut Problem<'_>, state: &mut State, sto
     report
 }
 
-/// Shift for the next iteration, after a step of length `alpha` with the shift `sigma`, in which some frame turned by
-/// `turn` (rad): the one with which the next step would turn it by [`AIMED_TURN`], as turns go with the inverse of a
-/// large shift.
-fn next_shift(sigma: f64, alpha: f64, turn: f64) -> f64 {
-    let next = sigma * if alpha < SHORT_STEP { RAISE_AFTER_SHORT_STEP } else { (turn / AIMED_TURN).clamp(LOWER, 1.0) };
+/// Shift for the next iteration, after a step of length `alpha` with the shift `sigma`.
+fn next_shift(sigma: f64, alpha: f64) -> f64 {
+    let next = sigma * if alpha < SHORT_STEP { RAISE_AFTER_SHORT_STEP } else { LOWER };
     if next < NO_SHIFT { 0.0 } else { next }
 }
 

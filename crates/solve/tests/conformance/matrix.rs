@@ -54,32 +54,6 @@ fn a_cable_is_factorised_without_fill() {
     assert_eq!(structure.pattern.rows.len(), coupled_pairs(&sample.network, &structure));
 }
 
-/// The centroid was that of a spanning tree with a strand of points beside a strand of frames: the first variable.
-#[test]
-fn a_cable_is_eliminated_from_both_ends_in_turn() {
-    let sample = cable(&registry(), 50);
-    let structure = Structure::new(&sample.network, &[]);
-    let pattern = &structure.pattern;
-    let node = |variable: &Variable| match variable {
-        Variable::Point(i) => *i,
-        Variable::Frame(c) => *c * 50 / (sample.network.frames - 1),
-    };
-    let last = node(structure.variables.last().expect("a cable has variables"));
-    assert!((20..=30).contains(&last), "the root lies in the middle: {last}");
-    let sides: Vec<bool> = structure.variables.iter().map(|variable| node(variable) > 25).collect();
-    let turns = sides.windows(2).filter(|pair| pair[0] != pair[1]).count();
-    assert!(turns > structure.len() * 4 / 5, "{turns} turns of {} variables", structure.len());
-    // The longest chain of columns of which each depends on the one before.
-    let mut depth = vec![1; structure.len()];
-    for p in 0..structure.len() {
-        for &row in &pattern.rows[pattern.starts[p] as usize..pattern.starts[p + 1] as usize] {
-            depth[row as usize] = depth[row as usize].max(depth[p] + 1);
-        }
-    }
-    let longest = depth.into_iter().max().expect("a cable has variables");
-    assert!(longest <= structure.len() / 2 + 4, "{longest} of {}", structure.len());
-}
-
 #[test]
 fn a_tree_is_factorised_without_fill() {
     for kind in registry().joints() {
