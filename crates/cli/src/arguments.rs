@@ -123,8 +123,8 @@ pub struct BenchArguments {
     /// one core, as JSON
     #[arg(long, value_name = "DEVICE", conflicts_with_all = ["harness", "iterations"])]
     pub device: Option<String>,
-    /// Also the installation of a real harness from the board into the vehicle (about a minute), and a move of one of
-    /// its plugs
+    /// Also the installation of a real harness from the board into the vehicle (about a minute), a move of one of its
+    /// plugs, and its rest with contact among all its cables
     #[arg(long, value_name = "FILE.kbl")]
     pub harness: Option<PathBuf>,
 }

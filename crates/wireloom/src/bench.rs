@@ -242,7 +242,7 @@ const DRAG_SPACING: f64 = 0.005;
 /// # Errors
 /// If the file cannot be read.
 pub fn drag_installed(kbl: &str) -> Result<Case, String> {
-    let built = imported(kbl, Arrangement::Installed, DRAG_SPACING)?;
+    let built = imported(kbl, Arrangement::Installed, DRAG_SPACING, "")?;
     let (network, stop) = (&built.network, built.stop);
     let mut state = wireloom_solve::start::layout::place(network, &built.schedule);
     let mut conditions = Conditions::new(network, built.schedule.gravity, &state);
@@ -263,7 +263,7 @@ pub fn drag_installed(kbl: &str) -> Result<Case, String> {
     Ok(stroke("drag-installed", (problem, state), &mut newton, &stop, constraint, back, (5, 5)))
 }
 
-/// A harness brought from the board into the vehicle.
+/// A harness from a KBL file carried through its steps.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Installation {
     /// Nodes of the mesh.
@@ -288,7 +288,18 @@ const INSTALL_SPACING: f64 = 0.010;
 /// # Errors
 /// If the file cannot be read.
 pub fn install(kbl: &str) -> Result<Installation, String> {
-    let built = imported(kbl, Arrangement::Assembly, INSTALL_SPACING)?;
+    Ok(carried_out(imported(kbl, Arrangement::Assembly, INSTALL_SPACING, "")?))
+}
+
+/// A harness from a KBL file that comes to rest where it is installed, with contact among all its cables.
+///
+/// # Errors
+/// If the file cannot be read.
+pub fn rest_among_cables(kbl: &str) -> Result<Installation, String> {
+    Ok(carried_out(imported(kbl, Arrangement::Installed, INSTALL_SPACING, "\n[contact]\ncables = true\n")?))
+}
+
+fn carried_out(built: Built) -> Installation {
     let nodes = built.network.branches.iter().map(|b| b.rod.mesh().nodes()).sum();
     let clock = Instant::now();
     let (mut increments, mut failures) = (0, 0);
@@ -299,21 +310,23 @@ pub fn install(kbl: &str) -> Result<Installation, String> {
     });
     let iterations =
         run.steps.iter().filter(|end| end.increment == end.increments).map(|end| end.minimiser.iterations).sum();
-    Ok(Installation {
+    Installation {
         nodes,
         steps: run.steps.len(),
         increments,
         failures,
         iterations,
         seconds: clock.elapsed().as_secs_f64(),
-    })
+    }
 }
 
-fn imported(kbl: &str, arrangement: Arrangement, max_segment: f64) -> Result<Built, String> {
+/// The scenario of a KBL file, with some text after it.
+fn imported(kbl: &str, arrangement: Arrangement, max_segment: f64, more: &str) -> Result<Built, String> {
     let options = Options { arrangement, max_segment, ..Options::default() };
     let imported = wireloom_import::kbl::import(kbl, &options).map_err(|error| error.to_string())?;
-    let loaded = crate::load(&imported.scenario, &crate::registry());
-    loaded.map(|(_, built)| built).map_err(|faults| wireloom_scenario::render(&imported.scenario, &faults))
+    let text = imported.scenario + more;
+    let loaded = crate::load(&text, &crate::registry());
+    loaded.map(|(_, built)| built).map_err(|faults| wireloom_scenario::render(&text, &faults))
 }
 
 /// The first branch laid along x from the origin, under gravity.

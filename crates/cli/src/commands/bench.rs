@@ -20,6 +20,8 @@ struct Measured {
     /// Interactive drags in the studio.
     drags: Vec<Drag>,
     installed: Option<Installation>,
+    /// The same harness as it comes to rest among its own cables.
+    among_cables: Option<Installation>,
 }
 
 /// Measures all cases and prints them.
@@ -37,11 +39,13 @@ pub fn bench(arguments: &BenchArguments, out: &mut dyn Write) -> Result<Outcome,
         monte_carlo: wireloom::bench::monte_carlo(arguments.points as usize, None, None, &registry),
         drags: vec![wireloom_studio::bench::cable(1_000).map_err(Failure::Input)?],
         installed: None,
+        among_cables: None,
     };
     if let Some((path, kbl)) = harness {
         let refused = |message: String| Failure::Input(format!("{}: {message}", path.display()));
         measured.cases.push(wireloom::bench::drag_installed(&kbl).map_err(refused)?);
         measured.drags.push(wireloom_studio::bench::harness(&kbl).map_err(refused)?);
+        measured.among_cables = Some(wireloom::bench::rest_among_cables(&kbl).map_err(refused)?);
         measured.installed = Some(wireloom::bench::install(&kbl).map_err(refused)?);
     }
     let print = match arguments.json {
@@ -54,7 +58,7 @@ pub fn bench(arguments: &BenchArguments, out: &mut dyn Write) -> Result<Outcome,
         && measured.contact.touching.failures + measured.contact.alone.failures == 0
         && measured.monte_carlo.converged() == measured.monte_carlo.points
         && measured.drags.iter().all(|drag| drag.failures == 0)
-        && measured.installed.is_none_or(|all| all.failures == 0);
+        && [measured.among_cables, measured.installed].into_iter().flatten().all(|all| all.failures == 0);
     Ok(if sound { Outcome::Done } else { Outcome::NotConverged })
 }
 
@@ -161,6 +165,16 @@ fn table(measured: &Measured, out: &mut dyn Write) -> std::io::Result<()> {
         "\nA sweep of a Y harness over {points} points ({statuses}) on {threads}: {}, {each} a point",
         time(*seconds)
     )?;
+    if let Some(all) = &measured.among_cables {
+        writeln!(
+            out,
+            "\nInstalled, at rest with contact among all cables: {} nodes, {} iterations, {}{}",
+            all.nodes,
+            all.iterations,
+            time(all.seconds),
+            if all.failures > 0 { " (not converged)" } else { "" },
+        )?;
+    }
     if let Some(all) = &measured.installed {
         let Installation { nodes, steps, increments, failures, iterations, seconds } = all;
         writeln!(
@@ -298,6 +312,14 @@ fn document(measured: &Measured) -> Value {
         })
     });
     document["hands"] = drags.collect::<Vec<Value>>().into();
+    if let Some(all) = &measured.among_cables {
+        document["among_cables"] = json!({
+            "nodes": all.nodes,
+            "failures": all.failures,
+            "iterations": all.iterations,
+            "seconds": all.seconds,
+        });
+    }
     if let Some(all) = &measured.installed {
         document["installation"] = json!({
             "nodes": all.nodes,
