@@ -480,6 +480,12 @@ fn crossed() -> Checked {
     ensure(lengths[..4] == lengths[4..8] && lengths[..4] == lengths[8..], lengths)?;
     let energy = numbers(&table, "energy.gravity")?;
     ensure((0..4).all(|k| energy[4 + k] != energy[8 + k]), energy)?;
+    // The picture once had a key of one model as an axis, and so no point of the other.
+    ensure(Command::new(program()).args(["report", "o"]).current_dir(place.path()).status()?.success(), "no page")?;
+    let page = fs::read_to_string(place.path().join("o/report.html"))?;
+    let (_, region) = page.split_once("id=\"region\"").ok_or("no picture")?;
+    let (region, _) = region.split_once("</section>").ok_or("no end of the picture")?;
+    ensure(!region.contains("joints.J.mass") && region.matches("<circle").count() == 12, region)?;
     // Conditions that mean nothing are refused.
     for (from, to, words) in [
         (

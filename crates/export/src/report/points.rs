@@ -250,10 +250,12 @@ fn requirements(found: &Summary) -> Markup {
 }
 
 /// Picture of the region that fails: points by the two keys that drive the requirement that fails most (one key: over
-/// the worst value of that requirement), coloured by verdict.
+/// the worst value of that requirement), coloured by verdict. A key that some points do not have, such as one of a
+/// single joint model, is no axis.
 fn region(table: &Table, found: &Summary) -> Markup {
     let Some(first) = found.requirements.first() else { return html! {} };
-    let numeric = |key: &&str| Series::of(table, key, "").is_some_and(|series| series.varies());
+    let everywhere = |key: &str| table.numbers(key).iter().all(Option::is_some);
+    let numeric = |key: &&str| everywhere(key) && Series::of(table, key, "").is_some_and(|series| series.varies());
     let mut axes: Vec<&str> = first.drivers.iter().map(|driver| driver.key.as_str()).collect();
     axes.extend(keys(table).into_iter().filter(|key| !first.drivers.iter().any(|driver| driver.key == **key)));
     axes.retain(numeric);
