@@ -312,24 +312,19 @@ fn document(measured: &Measured) -> Value {
         })
     });
     document["hands"] = drags.collect::<Vec<Value>>().into();
-    if let Some(all) = &measured.among_cables {
-        document["among_cables"] = json!({
-            "nodes": all.nodes,
-            "failures": all.failures,
-            "iterations": all.iterations,
-            "seconds": all.seconds,
-        });
-    }
-    if let Some(all) = &measured.installed {
-        document["installation"] = json!({
+    for (key, all) in [("among_cables", &measured.among_cables), ("installation", &measured.installed)] {
+        let Some(all) = all else { continue };
+        document[key] = json!({
             "nodes": all.nodes,
             "steps": all.steps,
             "increments": all.increments,
             "failures": all.failures,
             "iterations": all.iterations,
             "seconds": all.seconds,
-            "peak_memory": peak_memory(),
         });
+    }
+    if measured.installed.is_some() {
+        document["installation"]["peak_memory"] = peak_memory().into();
     }
     document
 }

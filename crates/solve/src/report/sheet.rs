@@ -72,9 +72,7 @@ impl Worst {
         // What is not a number is beyond any limit.
         if margin.is_nan() { f64::NEG_INFINITY } else { margin }
     }
-}
 
-impl Worst {
     /// Whether it keeps its limit, but is near it and has no estimate of its error.
     fn is_uncertain(&self) -> bool {
         self.error.is_none() && self.limit != 0.0 && (0.0..NEAR).contains(&self.margin(false))
