@@ -28,6 +28,7 @@ use wireloom_core::variable::{Block, Variable};
 use wireloom_core::{
     Constraint, Matrix, Minimiser, Network, Problem, Registry, Report, State, Status, Stop, Tangent, Vector,
 };
+use wireloom_scenario::Division;
 use wireloom_testkit::conformance::numeric::{
     assert_matrix_near, assert_near, derivative, derivative_of_all, random_turn, random_vector, symmetric,
 };
@@ -174,8 +175,8 @@ impl Minimiser for NoMinimiser {
     fn forget(&mut self) {}
 }
 
-/// The network of the scenario with this model of the joint.
-fn network(model: &str) -> Network {
+/// The built-in models and shapes.
+fn registry() -> Registry {
     let mut registry = Registry::default();
     wireloom_models::register(&mut registry);
     wireloom_shapes::register(&mut registry);
@@ -186,6 +187,12 @@ fn network(model: &str) -> Network {
         build: Box::new(|(), _| Ok(Box::new(NoMinimiser))),
     };
     assert!(registry.add_minimiser(minimiser).is_ok());
+    registry
+}
+
+/// The network of the scenario with this model of the joint.
+fn network(model: &str) -> Network {
+    let registry = registry();
     let text = SCENARIO.replace("MODEL", model);
     let built = wireloom_scenario::build_with_settings(&text, &[], &wireloom_scenario::NoFiles, &registry);
     built.unwrap_or_else(|faults| panic!("{faults:?}")).1.network
@@ -834,4 +841,26 @@ fn the_problem_is_the_sum_of_its_terms() {
         }
         assert_near("∂E/∂s", whole.slides[0], sum.slides[0], ROUND_OFF * sum.slides[0].abs());
     }
+}
+
+#[test]
+fn contact_points_of_a_graded_mesh_leave_no_gap_on_its_long_segments() {
+    let registry = registry();
+    let text = SCENARIO.replace("MODEL", "fused");
+    let mut scenario = wireloom_scenario::parse(&text, &registry).unwrap_or_else(|faults| panic!("{faults:?}"));
+    // 2 mm at the plug, 100 mm at the joint.
+    scenario.branches[0].division = Division::ByAccuracy { longest: 0.1 };
+    scenario.branches[0].sizes = vec![[0.0, 0.005], [0.5, 0.005], [0.6, 0.25], [1.0, 0.25]];
+    let network = scenario.build(&registry).unwrap_or_else(|faults| panic!("{faults:?}")).network;
+    let trunk = &network.branches[0];
+    let longest = trunk.rod.mesh().rest_lengths.iter().copied().fold(0.0, f64::max);
+    let shortest = trunk.rod.mesh().rest_lengths.iter().copied().fold(f64::INFINITY, f64::min);
+    assert!(longest > 10.0 * shortest, "{shortest} to {longest} m: not graded");
+    let term = ContactTerm::new(&network, &conditions(&network));
+    let state = drawn(&network);
+    let places: Vec<f64> =
+        term.points().iter().filter(|p| p.branch == 0).map(|p| p.arc_length(&network, &state)).collect();
+    let widest = places.windows(2).map(|pair| pair[1] - pair[0]).fold(0.0, f64::max);
+    let radius = 0.5 * trunk.section.diameter;
+    assert!(widest <= 1.5 * radius * (1.0 + 1e-9), "{widest} m between contact points of radius {radius} m");
 }

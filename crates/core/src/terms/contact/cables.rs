@@ -10,7 +10,7 @@
 use super::continuous::{self, meeting};
 use super::evaluate::inequality;
 use super::pairs::{Pair, nearest_on};
-use super::term::{APPROACHING, Contact, ContactTerm, DEPTH, SPACING, Touched, Turning};
+use super::term::{APPROACHING, Contact, ContactTerm, DEPTH, Touched, Turning};
 use crate::conditions::{ContactPoint, ContactRecord, Overlap, Partner, System};
 use crate::network::{APART, BranchEnd, next_id};
 use crate::rotation::orthogonal;
@@ -423,10 +423,9 @@ impl ContactTerm {
         let mut free = 1.0_f64;
         for pair in &self.cables.pairs {
             let point = &self.points[pair.point as usize];
-            let radius = 0.5 * network.branches[point.branch].section.diameter;
             let nearest = self.cables.nearest(point.branch, pair);
             let both = motions[point.branch] + motions[pair.branch as usize];
-            if both < (SAFE * nearest).min(nearest - SPACING * radius) {
+            if both < (SAFE * nearest).min(nearest - self.spacings[point.branch]) {
                 continue;
             }
             let (a, b) = (point.position(network, from), point.position(network, to));

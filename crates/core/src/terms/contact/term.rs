@@ -8,6 +8,9 @@ use crate::{Matrix, Network, State, Vector};
 /// Largest distance between contact points, in radii: an object between two of them touches one of them before it
 /// reaches the centre line.
 pub(super) const SPACING: f64 = 1.5;
+/// Largest number of contact points of a segment: those of a segment longer than `SPACING` times as many radii are
+/// farther apart.
+const MOST_PIECES: f64 = 64.0;
 /// Tolerance of the penetration depth, and of a gap with a force, in radii.
 pub const DEPTH: f64 = 1e-4;
 /// Depth under the weight of the cable alone before multipliers are updated, in radii: it determines the initial
@@ -90,6 +93,8 @@ pub struct ContactTerm {
     pub(super) cached: Vec<Vec<CachedDistance>>,
     /// Contact points with a cached obstacle.
     pub(super) near: Vec<u32>,
+    /// Largest distance between neighbouring contact points at rest, by branch, m.
+    pub(super) spacings: Vec<f64>,
     /// Initial penalty by branch, N/m.
     pub(super) penalties: Vec<f64>,
     /// Least stiffness of friction by branch, N/m.
@@ -119,18 +124,24 @@ impl ContactTerm {
         for (b, branch) in network.branches.iter().enumerate() {
             let mesh = branch.rod.mesh();
             let radius = 0.5 * branch.section.diameter;
-            let length = mesh.length() / mesh.segments() as f64;
-            let pieces = (length / (SPACING * radius)).ceil().clamp(1.0, 64.0) as usize;
-            for segment in 0..mesh.segments() {
-                let fraction = |k: usize| k as f64 / pieces as f64;
-                let points = (0..pieces).map(|k| ContactPoint { branch: b, segment, fraction: fraction(k) });
+            let pieces = |length: f64| (length / (SPACING * radius)).ceil().clamp(1.0, MOST_PIECES);
+            let mut spacing = 0.0_f64;
+            for (segment, length) in mesh.rest_lengths.iter().enumerate() {
+                let pieces = pieces(*length);
+                spacing = spacing.max(length / pieces);
+                let fraction = |k: usize| k as f64 / pieces;
+                let points = (0..pieces as usize).map(|k| ContactPoint { branch: b, segment, fraction: fraction(k) });
                 contact.points.extend(points);
             }
+            contact.spacings.push(spacing);
             contact.points.push(ContactPoint { branch: b, segment: mesh.segments() - 1, fraction: 1.0 });
+            // Penalties are those of the mean segment.
+            let length = mesh.length() / mesh.segments() as f64;
+            let pieces = pieces(length);
             let bending = STIFFNESS_RATIO * branch.section.bend_diagonal().xy().max() / length.powi(3);
             let weight = branch.section.linear_density * WEIGHT * length / (WEIGHT_DEPTH * radius);
-            contact.penalties.push(bending.max(weight) / pieces as f64);
-            contact.friction_stiffness.push(branch.section.axial_stiffness / (length * pieces as f64));
+            contact.penalties.push(bending.max(weight) / pieces);
+            contact.friction_stiffness.push(branch.section.axial_stiffness / (length * pieces));
         }
         contact.own = contact.points.len();
         contact.ties = vec![None; network.points];
