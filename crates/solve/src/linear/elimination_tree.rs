@@ -12,6 +12,7 @@ use wireloom_core::Matrix;
 const SMALLEST_TASK: usize = 1024;
 
 /// Independent subtrees, and the columns above them, which are eliminated after all of them.
+#[derive(Clone)]
 pub struct Part {
     /// All columns of the part, those of its children first.
     pub columns: Range<usize>,

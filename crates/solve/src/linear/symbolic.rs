@@ -1,6 +1,7 @@
 //! Symbolic factorisation: non-zero blocks of the Hessian and of its factor, and the elimination order.
 
 use crate::linear::elimination_tree::{Part, Tree};
+use std::cell::RefCell;
 use std::cmp::Reverse;
 use std::collections::{BinaryHeap, VecDeque};
 use wireloom_core::Network;
@@ -14,7 +15,33 @@ pub const TIED: u32 = 1 << 31;
 /// Position of a frame where only points are variables.
 const ABSENT: u32 = u32::MAX;
 
+/// Structures that each thread keeps: those of the Hessian, of its points, and of both on a coarse mesh.
+const KEPT: usize = 4;
+
+/// Most variables of a structure that is kept.
+const LARGEST_KEPT: usize = 1 << 14;
+
+thread_local! {
+    /// The graphs ordered last, with their structures, the newest first. The minimiser and the certificate need the
+    /// same one, and so do the points of a sweep.
+    static ORDERED: RefCell<VecDeque<(Graph, Structure)>> = const { RefCell::new(VecDeque::new()) };
+}
+
+/// Variables in their natural order, and which of them the energy couples.
+#[derive(PartialEq)]
+struct Graph {
+    variables: Vec<Variable>,
+    /// Number of every point and frame; see [`TIED`].
+    of_point: Vec<u32>,
+    of_frame: Vec<u32>,
+    /// For every variable the variables coupled to it.
+    neighbours: Vec<Vec<u32>>,
+    /// [`Network::is_shared`].
+    shared: bool,
+}
+
 /// Pattern of the factor: for each column, in elimination order, the rows below the diagonal.
+#[derive(Clone)]
 pub struct Pattern {
     /// `rows[starts[p]..starts[p + 1]]` are the rows of column p, increasing.
     pub starts: Vec<u32>,
@@ -39,6 +66,7 @@ impl Pattern {
 }
 
 /// Variables in elimination order, and the pattern of their factor.
+#[derive(Clone)]
 pub struct Structure {
     /// Variables in elimination order.
     pub variables: Vec<Variable>,
@@ -86,8 +114,8 @@ impl Structure {
             variables.extend(joint.frame.map(Variable::Frame));
         }
         number(&variables, &mut of_point, &mut of_frame);
-        let graph = coupled(network, touching, &of_point, &of_frame, variables.len());
-        Self::ordered(variables, of_point, of_frame, graph, network.is_shared())
+        let neighbours = coupled(network, touching, &of_point, &of_frame, variables.len());
+        Self::of(Graph { variables, of_point, of_frame, neighbours, shared: network.is_shared() })
     }
 
     /// Structure of the second derivatives with respect to the points only; `touching` as in [`Self::new`].
@@ -126,27 +154,43 @@ impl Structure {
             }
         }
         sort(&mut graph);
+        let of_frame = vec![ABSENT; network.frames];
         let mut structure =
-            Self::ordered(variables, of_point, vec![ABSENT; network.frames], graph, network.is_shared());
+            Self::of(Graph { variables, of_point, of_frame, neighbours: graph, shared: network.is_shared() });
         for tie in &network.ties {
             structure.of_point[tie.point] = structure.of_point[tie.hub_point];
         }
         structure
     }
 
+    /// Structure of a graph; one that this thread has found lately is not sought again.
+    fn of(graph: Graph) -> Self {
+        if graph.variables.len() > LARGEST_KEPT {
+            return Self::ordered(&graph);
+        }
+        ORDERED.with_borrow_mut(|kept| {
+            let (graph, structure) = match kept.iter().position(|(known, _)| *known == graph) {
+                Some(k) => kept.remove(k).expect("it was found there"),
+                None => {
+                    let structure = Self::ordered(&graph);
+                    (graph, structure)
+                }
+            };
+            kept.push_front((graph, structure.clone()));
+            kept.truncate(KEPT);
+            structure
+        })
+    }
+
     /// Finds the elimination order and the pattern of the factor.
-    fn ordered(
-        variables: Vec<Variable>,
-        mut of_point: Vec<u32>,
-        mut of_frame: Vec<u32>,
-        graph: Vec<Vec<u32>>,
-        shared: bool,
-    ) -> Self {
-        let (order, cliques) = minimum_degree(graph);
+    fn ordered(graph: &Graph) -> Self {
+        let Graph { variables, of_point, of_frame, neighbours, shared } = graph;
+        let (mut of_point, mut of_frame) = (of_point.clone(), of_frame.clone());
+        let (order, cliques) = minimum_degree(neighbours.clone());
         let position = positions(&order);
         let columns: Vec<Vec<u32>> =
             cliques.iter().map(|clique| clique.iter().map(|&v| position[v as usize]).collect()).collect();
-        let (arranged, parts) = Tree::new(&columns, shared).arrange();
+        let (arranged, parts) = Tree::new(&columns, *shared).arrange();
         let order: Vec<u32> = arranged.iter().map(|&p| order[p]).collect();
         let position = positions(&order);
         let (mut starts, mut rows) = (vec![0], Vec::new());
