@@ -85,7 +85,7 @@ pub use wireloom_scenario::sweep::Sweep;
 pub enum Batch {}
 
 /// Most points of a chain: the work that is lost on each core if the process is killed. One of them is computed twice.
-const LONGEST: usize = 32;
+const LONGEST: usize = 64;
 /// Most points of a chain where chains go to a device together: short ones, so that there are many.
 const LONGEST_TOGETHER: usize = 4;
 /// Most chains that go together: each has a thread, which mostly waits.
