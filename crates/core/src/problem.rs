@@ -15,6 +15,7 @@ use crate::terms::joints::JointTerm;
 use crate::terms::loads::LoadTerm;
 use crate::terms::rods::RodTerm;
 use crate::terms::sliding::{SlideHessian, SlideStop, SlidingTerm};
+use crate::terms::slope::Contradiction;
 use crate::variable::{Block, Variable};
 use crate::{Matrix, Monitor, Network, Pose, State, Tangent, Vector};
 use std::collections::BTreeMap;
@@ -422,6 +423,23 @@ impl Problem<'_> {
         }
         let c = self.constraints.non_finite.take().filter(|_| lost)?;
         Some((PartFamily::Constraint, c, "it gave a number that is not finite for a harness that is".to_owned()))
+    }
+
+    /// First part (family, index) whose first derivatives at `state` contradict its values, and the message.
+    pub fn contradiction(&mut self, state: &State) -> Option<(PartFamily, usize, String)> {
+        let (network, system) = (self.network, System { network: self.network, conditions: &self.conditions });
+        let joint = self.joints.contradiction(network, state).map(|(j, found)| (PartFamily::Joint, j, found));
+        let found = joint.or_else(|| {
+            let (c, found) = self.constraints.contradiction(system, state)?;
+            Some((PartFamily::Constraint, c, found))
+        });
+        found.map(|(family, index, Contradiction { claimed, found })| {
+            let message = format!(
+                "its first derivatives are not those of its values: along one line they give a slope of {claimed:.6e}, \
+                 differences of its values {found:.6e}"
+            );
+            (family, index, message)
+        })
     }
 }
 

@@ -26,3 +26,4 @@ pub mod joints;
 pub mod loads;
 pub mod rods;
 pub mod sliding;
+pub mod slope;

@@ -1,6 +1,7 @@
 //! Constraints of every shape, by kinds that only tests know: against closed forms, cut back, resumed, at fault.
 
 mod kinds;
+mod wrong_derivatives;
 
 use kinds::{Ratchet, counting, registry};
 use std::sync::Arc;

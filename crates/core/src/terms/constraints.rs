@@ -10,7 +10,8 @@
 use crate::conditions::{ConstraintState, System};
 use crate::constraint::{Action, ConstraintView, Equations, Relation, Residual};
 use crate::network::{AttachedConstraint, Site};
-use crate::rotation::{lever_hessian, skew};
+use crate::rotation::{lever_hessian, skew, turned};
+use crate::terms::slope::{Contradiction, Slope, along};
 use crate::variable::{Block, Variable};
 use crate::{Matrix, Pose, State, Tangent, Vector};
 use nalgebra::{DMatrix, SymmetricEigen};
@@ -41,7 +42,7 @@ pub struct ConstraintResidual {
 }
 
 /// Input data of a constraint's model; see [`ConstraintView`].
-#[derive(Default)]
+#[derive(Clone, Default)]
 struct Surroundings {
     stations: Vec<Pose>,
     targets: Vec<Pose>,
@@ -78,6 +79,18 @@ impl Surroundings {
             span_lengths: &self.span_lengths,
             progress: own.progress,
             memory: &own.memory,
+        }
+    }
+
+    /// Moves the stations and the span from `origin` by t along a line: vectors 2 a and 2 a + 1 are those of station a.
+    fn move_along(&mut self, origin: &Self, t: f64) {
+        for (a, (pose, from)) in self.stations.iter_mut().zip(&origin.stations).enumerate() {
+            pose.position = from.position + along(2 * a) * t;
+            pose.orientation = turned(&from.orientation, &(along(2 * a + 1) * t));
+        }
+        let first = 2 * self.stations.len();
+        for (k, (x, from)) in self.span.iter_mut().zip(&origin.span).enumerate() {
+            *x = from + along(first + k) * t;
         }
     }
 
@@ -312,6 +325,51 @@ impl ConstraintTerm {
                 }
             }
         }
+    }
+
+    /// First constraint (by index) whose first derivatives at `state` are not those of its energy, or of a residual that
+    /// exerts a force.
+    pub fn contradiction(&mut self, system: System<'_>, state: &State) -> Option<(usize, Contradiction)> {
+        let Self { scratch: Scratch { surroundings, slopes, .. }, penalty_unit, .. } = self;
+        contributing(system).find_map(|(c, constraint)| {
+            let own = &system.conditions.constraints[c];
+            surroundings.fill(constraint, own, &system.conditions.targets[c], state);
+            slopes.fill(constraint, own, surroundings, *penalty_unit);
+            let m = surroundings.stations.len();
+            let mut moved = surroundings.clone();
+            let mut at = |t: f64, value: &mut dyn FnMut(&ConstraintView<'_>) -> f64| {
+                moved.move_along(surroundings, t);
+                value(&moved.view(own))
+            };
+            let found = match constraint.model.action() {
+                Action::Prescribed(_) => None,
+                Action::Potential(potential) => {
+                    let mut slope = Slope::default();
+                    slopes.stations.iter().chain(&slopes.span).enumerate().for_each(|(k, g)| slope.add(g, &along(k)));
+                    slope.contradiction(|t| at(t, &mut |view| potential.energy(view)))
+                }
+                Action::Equations(equations) => {
+                    let mut values = vec![0.0; slopes.mu.len()];
+                    (0..values.len()).filter(|r| slopes.mu[*r] != 0.0).find_map(|r| {
+                        let mut slope = Slope::default();
+                        if r < constraint.of_stations {
+                            let row = &slopes.rows[2 * m * r..2 * m * (r + 1)];
+                            row.iter().enumerate().for_each(|(k, j)| slope.add(j, &along(k)));
+                        } else {
+                            let node = 2 * m + constraint.node_of(r);
+                            slope.add(&slopes.span_rows[r - constraint.of_stations], &along(node));
+                        }
+                        slope.contradiction(|t| {
+                            at(t, &mut |view| {
+                                equations.residuals(view, &mut values);
+                                values[r]
+                            })
+                        })
+                    })
+                }
+            };
+            found.map(|found| (c, found))
+        })
     }
 
     /// Reaction of a constraint (by index) with a potential, equations or inequalities, at `state`:

@@ -1,5 +1,7 @@
 //! Energy of the joints: `E = Σ E_j(q_1, …, q_k)` in the frames of the arms; see [`crate::JointModel`].
 
+use crate::rotation::turned;
+use crate::terms::slope::{Contradiction, Slope, along};
 use crate::{Matrix, Network, Rotation, State, Tangent, Vector};
 
 /// Term of the joints; keeps its workspace.
@@ -53,5 +55,26 @@ impl JointTerm {
             self.frames.extend(joint.arm_frames.iter().map(|&c| state.frames[c]));
             joint.model.add_hessian(&self.frames, table);
         }
+    }
+
+    /// First joint (by index) whose first derivatives at `state` are not those of its energy.
+    pub fn contradiction(&mut self, network: &Network, state: &State) -> Option<(usize, Contradiction)> {
+        network.joints.iter().enumerate().find_map(|(j, joint)| {
+            self.frames.clear();
+            self.frames.extend(joint.arm_frames.iter().map(|&c| state.frames[c]));
+            let arms = &mut self.gradients[..joint.arm_frames.len()];
+            arms.fill(Vector::zeros());
+            joint.model.add_gradient(&self.frames, arms);
+            let mut slope = Slope::default();
+            arms.iter().enumerate().for_each(|(a, g)| slope.add(g, &along(a)));
+            let mut moved = self.frames.clone();
+            let found = slope.contradiction(|t| {
+                for (a, (q, from)) in moved.iter_mut().zip(&self.frames).enumerate() {
+                    *q = turned(from, &(along(a) * t));
+                }
+                joint.model.energy(&moved)
+            });
+            found.map(|found| (j, found))
+        })
     }
 }

@@ -65,6 +65,9 @@ impl Driver<'_, '_> {
                 let found = self.problem.fault(!is_balanced(status));
                 let own = self.minimiser.fault().map(|message| (PartFamily::Minimiser, 0, message));
                 self.fault = self.fault.take().or(found).or(own);
+                if is_balanced(status) && self.fault.is_none() {
+                    self.fault = self.problem.contradiction(&self.state);
+                }
                 return if self.fault.is_some() { Status::Failed } else { status };
             }
             multipliers::update_constraints(&mut self.problem, &self.state, tolerance, &mut last);

@@ -82,11 +82,15 @@ impl Driver<'_, '_> {
             factorisations = self.factorisations,
             residual = self.residual,
         );
+        if self.problem.monitor.is_stopped() && self.fault.is_none() {
+            return Err(Status::Interrupted);
+        }
+        if !is_balanced(status) && self.fault.is_none() {
+            // Why no equilibrium was found.
+            self.fault = self.problem.contradiction(&self.state);
+        }
         if self.fault.is_some() {
             return Err(self.failed_if_faulty(status));
-        }
-        if self.problem.monitor.is_stopped() {
-            return Err(Status::Interrupted);
         }
         let mut end = self.step_result(step, increment, status, seconds());
         let cables = Cables::new(self.problem.network, &end.branches);

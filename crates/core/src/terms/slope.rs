@@ -1,0 +1,116 @@
+//! Whether the first derivatives of a part agree with its values: one slope along one line, against differences.
+//!
+//! Plugins are other people's code. A gradient that is not that of the energy leads to a state that looks balanced and
+//! is not, so one slope of every part is compared at each equilibrium. It is enough that the differences of one step
+//! agree: long steps meet curvature, short ones rounding. At a kink, any slope between those of both sides is one.
+
+/// Steps of the differences, in m, rad, or both.
+const STEPS: [f64; 5] = [1e-3, 1e-4, 1e-5, 1e-6, 1e-7];
+/// Error of a slope that is accepted, relative to the sum of the absolute values of its parts: far above that of
+/// differences, and below what changes a result visibly.
+const TOLERANCE: f64 = 1e-3;
+/// Rounding errors of a value that are accepted.
+const ROUND_OFF: f64 = 64.0 * f64::EPSILON;
+
+/// A slope that its part contradicts, in units of the part's value per m or rad.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Contradiction {
+    /// By the derivatives.
+    pub claimed: f64,
+    /// By differences of the values.
+    pub found: f64,
+}
+
+/// Slope along a line, summed over its components.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(super) struct Slope {
+    /// Sum.
+    pub claimed: f64,
+    /// Sum of the absolute values.
+    pub size: f64,
+}
+
+impl Slope {
+    /// Adds ∂/∂x along d.
+    pub fn add(&mut self, derivative: &crate::Vector, d: &crate::Vector) {
+        let parts = derivative.component_mul(d);
+        self.claimed += parts.sum();
+        self.size += parts.abs().sum();
+    }
+
+    /// Compares it with differences of `value(t)`, t along the line.
+    pub fn contradiction(self, mut value: impl FnMut(f64) -> f64) -> Option<Contradiction> {
+        let Self { claimed, size } = self;
+        let middle = value(0.0);
+        let (mut found, mut sides) = (f64::NAN, [f64::NAN; 2]);
+        for h in STEPS {
+            let (ahead, behind) = (value(h), value(-h));
+            let slope = (ahead - behind) / (2.0 * h);
+            let rounding = ROUND_OFF * middle.abs().max(ahead.abs()).max(behind.abs()) / h;
+            // Beyond the values that it can take a part may give no number.
+            if !slope.is_finite() {
+                continue;
+            }
+            if (slope - claimed).abs() <= TOLERANCE * size + rounding {
+                return None;
+            }
+            (found, sides) = (slope, [(ahead - middle) / h, (middle - behind) / h]);
+        }
+        let [low, high] = [sides[0].min(sides[1]), sides[0].max(sides[1])];
+        let slack = TOLERANCE * size;
+        let at_kink = high - low > slack && (low - slack..=high + slack).contains(&claimed);
+        (found.is_finite() && !at_kink).then_some(Contradiction { claimed, found })
+    }
+}
+
+/// Component of the line: between -1 and 1, different ones for all k, without any order.
+pub(super) fn component(k: usize) -> f64 {
+    // The fractional parts of multiples of the golden ratio are evenly spread.
+    2.0 * (0.4 + k as f64 * 0.618_033_988_749_894_9).fract() - 1.0
+}
+
+/// Vector `k` of the line.
+pub(super) fn along(k: usize) -> crate::Vector {
+    crate::Vector::new(component(3 * k), component(3 * k + 1), component(3 * k + 2))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn check(claimed: f64, value: impl FnMut(f64) -> f64) -> Option<Contradiction> {
+        Slope { claimed, size: claimed.abs() }.contradiction(value)
+    }
+
+    #[test]
+    fn true_slopes_of_stiff_soft_offset_and_sharply_curved_energies_are_accepted() {
+        assert_eq!(check(3.0, |t| 3.0 * t), None);
+        assert_eq!(check(3e-9, |t| 3e-9 * t + 1.0), None);
+        assert_eq!(check(2e6, |t| 1e6 * (1.0 + t).powi(2)), None);
+        assert_eq!(check(1e4, |t| (1e4 * t).sin()), None);
+        let rounded = |x: f64| 5e-5 * (x * x + 1e-10).sqrt();
+        assert_eq!(check(5e-5 * 1e-5 / 2e-10_f64.sqrt(), |t| rounded(1e-5 + t)), None);
+        assert_eq!(check(0.0, |_| 1e3), None);
+    }
+
+    #[test]
+    fn any_slope_between_those_of_a_kink_is_one_and_others_are_not() {
+        assert_eq!(check(0.0, f64::abs), None);
+        assert_eq!(check(1.0, f64::abs), None);
+        assert_eq!(check(1.5, f64::abs), Some(Contradiction { claimed: 1.5, found: 0.0 }));
+    }
+
+    #[test]
+    fn doubled_missing_and_reversed_slopes_are_found() {
+        let energy = |t: f64| 0.5 * 40.0 * (0.02 + t).powi(2);
+        for lie in [2.0, 0.0, -1.0, 1.01] {
+            let found = Slope { claimed: lie * 0.8, size: 0.8 }.contradiction(energy).expect("a lie");
+            assert!((found.found - 0.8).abs() < 1e-6, "{found:?}");
+        }
+    }
+
+    #[test]
+    fn values_beyond_which_there_is_none_are_left_out() {
+        assert_eq!(check(2e5, |t| if t < -5e-6 { f64::NAN } else { 1e5 * (1.0 + t).powi(2) }), None);
+    }
+}

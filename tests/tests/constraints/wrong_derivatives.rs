@@ -1,0 +1,133 @@
+//! Parts whose derivatives are not those of their values: each of them once came to rest as "converged".
+
+use super::{bars, beam, run_with};
+use wireloom::geometry::{Matrix, Rotation, Vector};
+use wireloom::parts::{
+    Action, Attaches, Constraint, ConstraintKind, ConstraintView, Equations, JointKind, JointModel, Mounting,
+    Potential, Residual,
+};
+use wireloom::{Registry, Run, Status};
+use wireloom_testkit::constraints::Link;
+use wireloom_tests::cables::{branch, connector, connector_along, section};
+
+/// A spring whose first and second derivatives are twice those of its energy.
+struct DoubledSpring;
+
+impl Constraint for DoubledSpring {
+    fn action(&self) -> Action<'_> {
+        Action::Potential(self)
+    }
+}
+
+impl Potential for DoubledSpring {
+    fn energy(&self, at: &ConstraintView<'_>) -> f64 {
+        5.0 * (at.stations[0].position - at.targets[0].position).norm_squared()
+    }
+    fn gradient(&self, at: &ConstraintView<'_>, stations: &mut [Vector], _: &mut [Vector]) -> f64 {
+        stations[0] = (at.stations[0].position - at.targets[0].position) * 20.0;
+        self.energy(at)
+    }
+    fn hessian(&self, _: &ConstraintView<'_>, stations: &mut [Matrix], _: &mut [Matrix]) {
+        stations[0] = Matrix::identity() * 20.0;
+    }
+}
+
+/// A link whose Jacobian is doubled: it is met, with half the force.
+struct DoubledLink(Link);
+
+impl Constraint for DoubledLink {
+    fn action(&self) -> Action<'_> {
+        Action::Equations(self)
+    }
+    fn needs_frame(&self) -> bool {
+        false
+    }
+}
+
+impl Equations for DoubledLink {
+    fn of_stations(&self) -> Vec<Residual> {
+        self.0.of_stations()
+    }
+    fn residuals(&self, at: &ConstraintView<'_>, c: &mut [f64]) {
+        self.0.residuals(at, c);
+    }
+    fn jacobian(&self, at: &ConstraintView<'_>, c: &mut [f64], stations: &mut [Vector], span: &mut [Vector]) {
+        self.0.jacobian(at, c, stations, span);
+        stations.iter_mut().for_each(|j| *j *= 2.0);
+    }
+}
+
+/// A joint with an energy and no derivatives: it exerts nothing.
+struct EnergyAlone;
+
+impl JointModel for EnergyAlone {
+    fn mounting(&self) -> Mounting {
+        Mounting::Point
+    }
+    fn energy(&self, frames: &[Rotation]) -> f64 {
+        1.0 - (frames[0] * Vector::z()).dot(&(frames[1] * Vector::z()))
+    }
+}
+
+fn registry() -> Registry {
+    let mut registry = wireloom::registry();
+    let mut constraint = |name: &str, stations: usize, build: fn() -> Box<dyn Constraint>| {
+        let kind = ConstraintKind {
+            name: name.into(),
+            doc: format!("a {name}"),
+            attaches: Attaches::to_stations(stations..=stations),
+            parameters: vec![],
+            outputs: vec![],
+            build: Box::new(move |_, _| Ok(build())),
+        };
+        assert!(registry.add_constraint(kind).is_ok());
+    };
+    constraint("doubled-spring", 1, || Box::new(DoubledSpring));
+    constraint("doubled-link", 2, || Box::new(DoubledLink(Link(0.3))));
+    let joint = JointKind {
+        name: "energy-alone".into(),
+        doc: "a joint".into(),
+        parameters: vec![],
+        build: Box::new(|_, _| Ok(Box::new(EnergyAlone))),
+    };
+    assert!(registry.add_joint(joint).is_ok());
+    registry
+}
+
+#[track_caller]
+fn at_fault(run: &Run, part: &str) {
+    assert_eq!(run.status, Status::Failed, "{:?}", run.events);
+    let fault = run.fault.as_ref().expect("a fault").to_string();
+    assert!(fault.starts_with(part) && fault.contains("not those of its values"), "{fault}");
+    assert!(run.steps.is_empty(), "no increment ended");
+}
+
+#[test]
+fn a_spring_that_pulls_twice_as_hard_as_its_energy_says_is_at_fault() {
+    let hand = "[[constraints]]\nname = \"hand\"\nkind = \"doubled-spring\"\nat = { end = \"B\" }\n\
+                position = [1, 0, 0.01]\n";
+    at_fault(&run_with(&beam(hand, -9.81), &registry()), "constraint `hand` (doubled-spring)");
+}
+
+#[test]
+fn a_link_that_exerts_half_its_force_is_at_fault() {
+    let link = "[[constraints]]\nname = \"link\"\nkind = \"doubled-link\"\nat = [{ end = \"B\" }, { end = \"C\" }]\n";
+    at_fault(&run_with(&bars(link), &registry()), "constraint `link` (doubled-link)");
+}
+
+#[test]
+fn a_joint_with_an_energy_that_exerts_nothing_is_at_fault() {
+    let text = [
+        "schema = 1\nname = \"bend\"\ngravity = [0, 0, 0]\n",
+        &section("cable"),
+        &branch("left", ["A", "J"], "cable", 0.5, 10),
+        &branch("right", ["J", "B"], "cable", 0.5, 10),
+        "[[joints]]\nname = \"J\"\nmodel = \"energy-alone\"\narms = [\n\
+         { branch = \"left\", direction = [-1, 0, 0], up = [0, 0, 1] },\n\
+         { branch = \"right\", direction = [1, 0, 0], up = [0, 0, 1] },\n]\n",
+        &connector("A", "A", [0.0, 0.0, 0.0]),
+        &connector_along("B", "B", [0.7, 0.4, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]),
+    ]
+    .concat();
+    at_fault(&run_with(&text, &registry()), "joint `J` (energy-alone)");
+}
