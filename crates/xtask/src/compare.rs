@@ -254,8 +254,8 @@ fn report(programs: &[Program; 2], times: &[[Figures; 2]], counts: &[Figures; 2]
         .collect();
     println!("\nA = {}\nB = {}\n{} pairs", programs[0].commit, programs[1].commit, times.len());
     println!(
-        "B / A: estimate of Hodges and Lehmann, and the interval of the signed-rank test of Wilcoxon.\nWith a probability \
-         of {:.0} % all intervals hold, and no case of equally fast programs is called faster or slower.\n",
+        "B / A: estimate of Hodges and Lehmann, and the interval of the signed-rank test of Wilcoxon.\nWith a \
+         probability of {:.0} % all intervals hold, and no case of equally fast programs is called faster or slower.\n",
         1e2 * (1.0 - ERROR)
     );
     let least = least_pairs(cases.len());
