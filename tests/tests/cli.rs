@@ -490,9 +490,24 @@ fn import_small() -> Checked {
 }
 
 fn bench() -> Checked {
-    let ended = Place::new()?.run(&["bench", "--json", "--points", "40", "--iterations", "100"])?.expect(0)?;
+    let place = Place::new()?;
+    place.file("s.toml", "schema = 1\n")?;
+    let foreign = place.run(&["bench", "--history", "s.toml"])?.expect(1)?;
+    ensure(foreign.err.contains("s.toml:1: no line of a history of `wireloom bench`"), &foreign)?;
+    let own = serde_json::json!({ "document": "wireloom bench", "schema": 1 });
+    place.file("history.jsonl", format!("{own}\n"))?;
+    let quick = ["bench", "--json", "--points", "40", "--iterations", "100", "--history", "history.jsonl"];
+    let ended = place.run(&quick)?.expect(0)?;
     let document: Value = serde_json::from_str(&ended.out)?;
-    ensure(document["version"].is_string() && document["machine"].is_string(), &document)?;
+    let texts = ["version", "machine", "time", "program_sha256"];
+    ensure(texts.iter().all(|key| document[key].is_string()) && document.get("commit").is_some(), &document)?;
+    let history = fs::read_to_string(place.path("history.jsonl"))?;
+    let lines = history.lines().map(serde_json::from_str).collect::<Result<Vec<Value>, _>>()?;
+    ensure(lines == [own, document.clone()], &history)?;
+    let starts = document["starts"].as_array().ok_or("no starts")?;
+    let words: Vec<Option<&str>> = starts.iter().map(|start| start["case"].as_str()).collect();
+    ensure(words == [Some("start"), Some("run-first")], starts)?;
+    ensure(starts.iter().all(|start| start["failures"] == 0 && start["seconds"].as_f64() > Some(0.0)), starts)?;
     let cases = document["cases"].as_array().ok_or("no cases")?;
     let drags = cases.iter().filter(|case| case["case"] == "drag");
     let segments: Vec<Option<u64>> = drags.map(|case| case["segments"].as_u64()).collect();

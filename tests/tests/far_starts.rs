@@ -170,11 +170,3 @@ fn after_the_first_call_a_drag_step_does_not_allocate() {
         assert_eq!((status, count.count_total), (Status::Converged, 0));
     }
 }
-
-#[test]
-fn work_of_a_drag_step_is_pinned() {
-    let case = wireloom::bench::drag("drag", &cable(1000), Vector::new(-0.4, 0.0, 0.0), Vector::x(), 1, 10);
-    assert_eq!(case.failures, 0);
-    assert_eq!((case.iterations_per_step, case.factorisations_per_step), (2.4, 1.4));
-    assert!(case.residual < 1e-8);
-}

@@ -127,6 +127,10 @@ pub struct BenchArguments {
     /// plugs, and its rest with contact among all its cables
     #[arg(long, value_name = "FILE.kbl")]
     pub harness: Option<PathBuf>,
+    /// Append all figures to this file as one line of JSON, with time, program, commit and machine; a file that is no
+    /// such history is refused and kept
+    #[arg(long, value_name = "FILE")]
+    pub history: Option<PathBuf>,
 }
 
 #[derive(Args)]

@@ -91,8 +91,8 @@ impl Failure {
         move |source| Self::Io { what, source }
     }
 
-    /// A failed operation on the network.
-    pub fn network(what: &'static str) -> impl FnOnce(io::Error) -> Self {
+    /// A failed operation on the network or on this program itself.
+    pub fn system(what: &'static str) -> impl FnOnce(io::Error) -> Self {
         move |source| Self::Io { what: format!("cannot {what}"), source }
     }
 

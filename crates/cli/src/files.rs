@@ -2,6 +2,7 @@
 
 pub mod envelope;
 pub mod folder;
+pub mod history;
 pub mod load;
 pub mod own;
 pub mod page;

@@ -1,9 +1,22 @@
 //! The program, the machine and the time, as results state them.
 
 use crate::print::text::counted;
+use sha2::{Digest, Sha256};
 
 /// Name and version of this program.
 pub const PROGRAM: &str = concat!("wireloom ", env!("CARGO_PKG_VERSION"));
+
+/// Commit that this program was built from, as far as it is known; changes that were not committed do not show.
+pub fn commit() -> Option<&'static str> {
+    Some(env!("WIRELOOM_COMMIT")).filter(|commit| !commit.is_empty())
+}
+
+/// SHA-256 of this program's file, in hexadecimal; `None` if it cannot be read.
+pub fn fingerprint() -> Option<String> {
+    let mut hash = Sha256::new();
+    std::io::copy(&mut std::fs::File::open(std::env::current_exe().ok()?).ok()?, &mut hash).ok()?;
+    Some(hash.finalize().iter().map(|byte| format!("{byte:02x}")).collect())
+}
 
 /// Processor, number of cores and system, as far as they are known.
 pub fn machine() -> String {

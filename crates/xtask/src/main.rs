@@ -1,7 +1,9 @@
 //! Developer commands, such as `cargo xtask test`. No dependencies, so that it builds in a second.
 #![allow(clippy::print_stdout, clippy::print_stderr, reason = "a command for developers talks to them")]
 
+mod compare;
 mod hunt;
+mod peer;
 mod readme;
 mod run;
 mod test;
@@ -15,6 +17,9 @@ cargo xtask COMMAND
   test     all checks that a change must pass: format, lints, docs, tests, licences; installs the tools for them
   hunt     checks the results of random harnesses; minimises failures and saves them in target/hunt (hunt --help)
   readme   updates the output of commands in README.md, and its picture
+  compare-commits A B
+           builds two commits, measures them in turn, and says for each case of bench whether B is faster or slower
+  peer     the drag step of bench beside Exudyn, in one run; installs Exudyn
   help     this text
 ";
 
@@ -24,6 +29,8 @@ fn main() -> ExitCode {
     let done = match arguments.as_slice() {
         ["test"] => test::test(),
         ["hunt", options @ ..] => hunt::hunt(options),
+        ["compare-commits", arguments @ ..] => compare::compare(arguments),
+        ["peer"] => peer::peer(),
         ["readme"] => readme::readme(),
         ["help" | "--help" | "-h"] => {
             print!("{HELP}");

@@ -1,11 +1,12 @@
 //! Tools of the tests beyond cargo: two components of Rust, a Vulkan device, Node and a browser for the studio's page,
-//! cargo-deny, and a Python with DuckDB; the last two are installed into the target folder.
+//! cargo-deny, and Pythons with DuckDB and with Exudyn; the last ones are installed into the target folder.
 
 use crate::run::{command, step, target, works};
 use std::path::PathBuf;
 
 const DENY: &str = "0.20.2";
 const DUCKDB: &str = "2.0.0";
+const EXUDYN: &str = "1.13.6";
 
 /// Makes sure that `cargo fmt` and `cargo clippy` are installed.
 pub fn components() -> Result<(), String> {
@@ -85,20 +86,29 @@ pub fn deny() -> Result<String, String> {
 
 /// Path of a Python with DuckDB; `None` if it cannot be installed, and the tests that need it are then ignored.
 pub fn python() -> Option<String> {
-    let root = target().join("tools/python");
+    let found = python_with("python", "duckdb", DUCKDB, "an independent reader of sweep tables");
+    found.inspect_err(|error| println!("{error}\n   so the tests with DuckDB are ignored")).ok()
+}
+
+/// Path of a Python with Exudyn.
+pub fn exudyn() -> Result<String, String> {
+    python_with("peer", "exudyn", EXUDYN, "another program that finds equilibria of cables")
+}
+
+/// Path of a Python with a package, in a folder of its own; installs it if it is missing.
+fn python_with(folder: &str, package: &str, version: &str, what: &str) -> Result<String, String> {
+    let root = target().join("tools").join(folder);
     let path =
         root.join(if cfg!(windows) { "Scripts/python.exe" } else { "bin/python" }).to_string_lossy().into_owned();
-    let known = format!("import duckdb; assert duckdb.__version__ == '{DUCKDB}'");
+    let known = format!("import {package}; assert {package}.__version__ == '{version}'");
     if works(&mut command(&path, &["-c", &known])) {
-        return Some(path);
+        return Ok(path);
     }
-    let root = root.to_string_lossy().into_owned();
-    let duckdb = format!("duckdb=={DUCKDB}");
-    let made = virtual_environment(&root).and_then(|()| {
-        let pip = ["-m", "pip", "install", "--quiet", "--disable-pip-version-check", &duckdb];
-        step("install DuckDB, an independent reader of sweep tables", &mut command(&path, &pip))
-    });
-    made.inspect_err(|error| println!("{error}\n   so the tests with DuckDB are ignored")).ok().map(|()| path)
+    virtual_environment(&root.to_string_lossy())?;
+    let wanted = format!("{package}=={version}");
+    let pip = ["-m", "pip", "install", "--quiet", "--disable-pip-version-check", &wanted];
+    step(&format!("install {package}, {what}"), &mut command(&path, &pip))?;
+    Ok(path)
 }
 
 /// Creates a virtual environment of Python; on Debian its module may be missing, which needs root.

@@ -1,18 +1,23 @@
-//! `wireloom bench`: times of drag steps on this machine, of all minimisers, of contact, and of a sweep of many
-//! points.
+//! `wireloom bench`: times of starts, of drag steps on this machine, of all minimisers, of contact, and of a sweep of
+//! many points.
+
+mod start;
 
 use crate::arguments::BenchArguments;
 use crate::failure::{Failure, Outcome};
+use crate::files::history::{DOCUMENT, History, SCHEMA};
 use crate::print::table::Columns;
 use crate::print::text::{counted, time};
-use crate::program::machine;
+use crate::program::{commit, fingerprint, machine, now};
 use serde_json::{Value, json};
+use start::Start;
 use std::io::Write;
 use wireloom::bench::{Case, ContactCost, Contender, Installation, MonteCarlo, OnDevice, Tilting};
 use wireloom_studio::bench::Drag;
 
 /// All measurements.
 struct Measured {
+    starts: Vec<Start>,
     cases: Vec<Case>,
     minimisers: Vec<Contender>,
     contact: ContactCost,
@@ -24,15 +29,26 @@ struct Measured {
     among_cables: Option<Installation>,
 }
 
-/// Measures all cases and prints them.
+/// Measures all cases, prints them, and appends them to the history.
 pub fn bench(arguments: &BenchArguments, out: &mut dyn Write) -> Result<Outcome, Failure> {
-    if let Some(device) = &arguments.device {
-        return on_device(device, arguments, out);
+    // A history that cannot be written is reported before the work begins.
+    let mut history = arguments.history.as_deref().map(History::open).transpose()?;
+    let (document, outcome) = match &arguments.device {
+        Some(device) => on_device(device, arguments, out)?,
+        None => on_processor(arguments, out)?,
+    };
+    if let Some(history) = &mut history {
+        history.append(&document)?;
     }
+    Ok(outcome)
+}
+
+fn on_processor(arguments: &BenchArguments, out: &mut dyn Write) -> Result<(Value, Outcome), Failure> {
     let registry = wireloom::registry();
     // A file that cannot be read is reported before the work begins.
     let harness = arguments.harness.as_deref().map(|path| Ok((path, crate::files::load::text(path)?))).transpose()?;
     let mut measured = Measured {
+        starts: start::measure()?,
         cases: wireloom::bench::all(),
         minimisers: wireloom::bench::minimisers(&registry, arguments.iterations as usize),
         contact: wireloom::bench::contact(&registry),
@@ -48,30 +64,51 @@ pub fn bench(arguments: &BenchArguments, out: &mut dyn Write) -> Result<Outcome,
         measured.among_cables = Some(wireloom::bench::rest_among_cables(&kbl).map_err(refused)?);
         measured.installed = Some(wireloom::bench::install(&kbl).map_err(refused)?);
     }
+    let document = document(figures(&measured));
     let print = match arguments.json {
-        true => writeln!(out, "{:#}", document(&measured)),
+        true => writeln!(out, "{document:#}"),
         false => table(&measured, out),
     };
     print.map_err(Failure::standard_output)?;
     // That other minimisers than `newton` do not converge is a result, no failure.
-    let sound = measured.cases.iter().all(|case| case.failures == 0)
+    let sound = measured.starts.iter().all(|start| start.failures == 0)
+        && measured.cases.iter().all(|case| case.failures == 0)
         && measured.contact.touching.failures + measured.contact.alone.failures == 0
         && measured.monte_carlo.converged() == measured.monte_carlo.points
         && measured.drags.iter().all(|drag| drag.failures == 0)
         && [measured.among_cables, measured.installed].into_iter().flatten().all(|all| all.failures == 0);
-    Ok(if sound { Outcome::Done } else { Outcome::NotConverged })
+    Ok((document, if sound { Outcome::Done } else { Outcome::NotConverged }))
 }
 
 /// Measures a device beside one core of the processor, as JSON.
-fn on_device(device: &str, arguments: &BenchArguments, out: &mut dyn Write) -> Result<Outcome, Failure> {
+fn on_device(device: &str, arguments: &BenchArguments, out: &mut dyn Write) -> Result<(Value, Outcome), Failure> {
     let measured = wireloom::bench::on_device(Some(device), arguments.points as usize).map_err(Failure::Input)?;
-    writeln!(out, "{:#}", device_document(&measured)).map_err(Failure::standard_output)?;
+    let document = document(device_figures(&measured));
+    writeln!(out, "{document:#}").map_err(Failure::standard_output)?;
     let sound = measured.drags.iter().all(|(gpu, newton)| gpu.failures + newton.failures == 0)
         && measured.batch.converged() == measured.batch.points;
-    Ok(if sound { Outcome::Done } else { Outcome::NotConverged })
+    Ok((document, if sound { Outcome::Done } else { Outcome::NotConverged }))
 }
 
-fn device_document(measured: &OnDevice) -> Value {
+/// A document: its form, the time, the program and the machine, then the figures.
+fn document(figures: Value) -> Value {
+    let mut document = json!({
+        "document": DOCUMENT,
+        "schema": SCHEMA,
+        "time": now(),
+        "version": env!("CARGO_PKG_VERSION"),
+        "commit": commit(),
+        "program_sha256": fingerprint(),
+        "machine": machine(),
+        "optimised": !cfg!(debug_assertions),
+    });
+    if let (Value::Object(all), Value::Object(figures)) = (&mut document, figures) {
+        all.extend(figures);
+    }
+    document
+}
+
+fn device_figures(measured: &OnDevice) -> Value {
     let drags = measured.drags.iter().map(|(gpu, newton)| {
         json!({
             "segments": gpu.segments,
@@ -83,9 +120,6 @@ fn device_document(measured: &OnDevice) -> Value {
         })
     });
     json!({
-        "version": env!("CARGO_PKG_VERSION"),
-        "machine": machine(),
-        "optimised": !cfg!(debug_assertions),
         "device": {
             "name": measured.device.name,
             "sort": measured.device.kind,
@@ -109,7 +143,12 @@ fn table(measured: &Measured, out: &mut dyn Write) -> std::io::Result<()> {
     if cfg!(debug_assertions) {
         writeln!(out, "This build has debug assertions: a release build is faster.")?;
     }
-    writeln!(out, "One step moves one end by 5 mm and is solved to a relative residual of 1e-8; medians.\n")?;
+    for Start { case, runs, seconds, fastest, failures } in &measured.starts {
+        let command = if *case == "start" { "--version" } else { "run scenarios/first.toml" };
+        let (median, fastest) = (precise(*seconds), precise(*fastest));
+        writeln!(out, "wireloom {command}: {median}, at best {fastest} (of {runs} starts, {failures} failures)")?;
+    }
+    writeln!(out, "\nOne step moves one end by 5 mm and is solved to a relative residual of 1e-8; medians.\n")?;
     let mut table = Columns::new([
         "case",
         ">segments",
@@ -244,7 +283,16 @@ fn precise(seconds: f64) -> String {
     if seconds < 1.0 { format!("{:.3} ms", 1e3 * seconds) } else { time(seconds) }
 }
 
-fn document(measured: &Measured) -> Value {
+fn figures(measured: &Measured) -> Value {
+    let starts = measured.starts.iter().map(|start| {
+        json!({
+            "case": start.case,
+            "runs": start.runs,
+            "seconds": start.seconds,
+            "fastest": start.fastest,
+            "failures": start.failures,
+        })
+    });
     let case = |case: &Case| {
         json!({
             "case": case.case,
@@ -288,9 +336,7 @@ fn document(measured: &Measured) -> Value {
     let statuses: serde_json::Map<String, Value> =
         all.statuses.iter().map(|(status, n)| (status.clone(), (*n).into())).collect();
     let mut document = json!({
-        "version": env!("CARGO_PKG_VERSION"),
-        "machine": machine(),
-        "optimised": !cfg!(debug_assertions),
+        "starts": starts.collect::<Vec<Value>>(),
         "cases": measured.cases.iter().map(case).collect::<Vec<Value>>(),
         "minimisers": minimisers.collect::<Vec<Value>>(),
         "contact": contact,

@@ -38,7 +38,7 @@ pub fn studio(arguments: &StudioArguments, out: &mut dyn Write) -> Result<Outcom
     let mut memory = remember(what)?;
     let known = memory.as_ref().map(|memory| memory.remembered().clone()).unwrap_or_default();
     let (listener, token) = address(arguments, &known)?;
-    let address = listener.local_addr().map_err(Failure::network("listen"))?;
+    let address = listener.local_addr().map_err(Failure::system("listen"))?;
     if let Some(memory) = &mut memory {
         let kept = memory.change(|known| {
             known.port = Some(address.port());
@@ -47,7 +47,7 @@ pub fn studio(arguments: &StudioArguments, out: &mut dyn Write) -> Result<Outcom
     }
     let site =
         if what.is_dir() { finished(what, envelope)? } else { session(arguments, memory, known.draft, envelope)? };
-    let server = Server::start(listener, &arguments.host, token.clone(), site).map_err(Failure::network("serve"))?;
+    let server = Server::start(listener, &arguments.host, token.clone(), site).map_err(Failure::system("serve"))?;
     let host = if address.ip().is_unspecified() { "127.0.0.1".to_owned() } else { shown(address.ip()) };
     let page = format!("http://{host}:{}/?token={}", address.port(), token.digits());
     let say = |out: &mut dyn Write| {
