@@ -2,6 +2,7 @@
 #![allow(clippy::print_stdout, clippy::print_stderr, reason = "a command for developers talks to them")]
 
 mod hunt;
+mod package;
 mod readme;
 mod run;
 mod test;
