@@ -7,6 +7,7 @@
 //! | `worker` | computations in a thread of their own, which Ctrl-C stops and whose panics become exceptions |
 //! | `run` | runs and their files |
 //! | `result` | handles of equilibria and branches; arrays of NumPy that are views of the result's memory |
+//! | `table` | events and requirements as tables of Arrow |
 //! | `session` | a harness that is moved by hand |
 //! | `failure` | exceptions |
 
@@ -15,10 +16,8 @@ mod result;
 mod run;
 mod session;
 mod source;
+mod table;
 mod worker;
-
-/// Name and version of the program, as the command line writes it into results.
-const PROGRAM: &str = concat!("wireloom ", env!("CARGO_PKG_VERSION"));
 
 /// The module.
 #[pyo3::pymodule]
@@ -31,6 +30,8 @@ mod _wireloom {
     use crate::session::Session;
     #[pymodule_export]
     use crate::source::{check, read, value_at, with_value};
+    #[pymodule_export]
+    use crate::table::Table;
     #[pymodule_export]
     use crate::worker::panic_for_tests;
     use pyo3::prelude::*;

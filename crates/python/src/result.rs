@@ -1,18 +1,17 @@
 //! Handles of equilibria. Arrays are views of the result's memory.
 
-use crate::run::Ran;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use std::sync::{Arc, OnceLock};
 use wireloom::geometry::{Vector, columns};
 use wireloom::result::{BranchResult, ConstraintResult};
-use wireloom::{StepResult, result};
+use wireloom::{Run, StepResult, result};
 
 /// Where the result of an increment is kept.
 #[derive(Clone)]
 enum Kept {
     /// In a run, at an index.
-    InRun(Arc<Ran>, usize),
+    InRun(Arc<Run>, usize),
     /// By itself.
     Alone(Arc<StepResult>),
 }
@@ -20,7 +19,7 @@ enum Kept {
 impl Kept {
     fn get(&self) -> &StepResult {
         match self {
-            Kept::InRun(ran, step) => &ran.run.steps[*step],
+            Kept::InRun(run, step) => &run.steps[*step],
             Kept::Alone(step) => step,
         }
     }
@@ -31,8 +30,8 @@ impl Kept {
 pub struct Step(Kept);
 
 impl Step {
-    pub fn of_run(ran: &Arc<Ran>, index: usize) -> Self {
-        Self(Kept::InRun(ran.clone(), index))
+    pub fn of_run(run: &Arc<Run>, index: usize) -> Self {
+        Self(Kept::InRun(run.clone(), index))
     }
 
     pub fn alone(step: StepResult) -> Self {

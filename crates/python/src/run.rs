@@ -1,9 +1,9 @@
 //! Runs: carried out in a thread of their own, or read from a folder.
 
-use crate::PROGRAM;
 use crate::failure::{Failure, interrupted};
 use crate::result::Step;
 use crate::source::{Loaded, Source};
+use crate::table::Table;
 use crate::worker::{attend, caught, guarded, spawn};
 use pyo3::prelude::*;
 use std::fs::{self, File};
@@ -21,9 +21,13 @@ use wireloom_studio::protocol::Scene;
 use wireloom_studio::replay::Recorder;
 use wireloom_studio::{PAGE, scene};
 
-/// A run that has ended.
-pub struct Ran {
-    pub run: wireloom::Run,
+/// Name and version of the program, as the command line writes it into results.
+const PROGRAM: &str = concat!("wireloom ", env!("CARGO_PKG_VERSION"));
+
+/// Handle of a run.
+#[pyclass(frozen, module = "wireloom._wireloom")]
+pub struct Run {
+    run: Arc<wireloom::Run>,
     origin: Origin,
 }
 
@@ -40,7 +44,7 @@ enum Message {
     /// An increment has ended.
     Increment { progress: Progress, end: Option<Box<StepResult>>, reply: SyncSender<Control> },
     /// The run has ended.
-    End(Box<Result<Ran, Failure>>),
+    End(Box<Result<Run, Failure>>),
 }
 
 /// The observer of a run: hands increments to the calling thread and waits for its decision.
@@ -71,14 +75,14 @@ impl Observer for Watcher {
 }
 
 /// Reads, checks and carries out a scenario.
-fn carry_out(source: &Source, watcher: &mut Watcher) -> Result<Ran, Failure> {
+fn carry_out(source: &Source, watcher: &mut Watcher) -> Result<Run, Failure> {
     let Loaded { scenario, built, texts, hashed, .. } = source.load_with_mesh(&watcher.monitor)?;
     let provenance = wireloom::export::provenance(PROGRAM, &scenario, &texts, &hashed, &[]);
     let schedule = &built.schedule;
     let scene = Box::new(scene::of(&schedule.scenario, PROGRAM, schedule.gravity, &built.network));
     let obstacles = built.network.obstacles.clone();
     let run = wireloom::run_observed(built, None, watcher);
-    Ok(Ran { run, origin: Origin::Here { provenance, scene, obstacles } })
+    Ok(Run { run: Arc::new(run), origin: Origin::Here { provenance, scene, obstacles } })
 }
 
 /// Carries out a scenario. `progress` is called with step, its number and the number of steps, increment and number of
@@ -133,10 +137,10 @@ pub fn run(
     match (outcome, ran) {
         // The run so far is kept in the exception.
         (Err(error), Ok(ran)) if error.is_instance_of::<pyo3::exceptions::PyKeyboardInterrupt>(py) => {
-            Err(interrupted(py, Bound::new(py, Run(Arc::new(ran)))?.into_any()))
+            Err(interrupted(py, Bound::new(py, ran)?.into_any()))
         }
         (Err(error), _) => Err(error),
-        (Ok(()), ran) => Ok(Run(Arc::new(ran?))),
+        (Ok(()), ran) => Ok(ran?),
     }
 }
 
@@ -147,7 +151,7 @@ fn py_false(py: Python<'_>) -> Bound<'_, pyo3::types::PyBool> {
 /// Reads the run of a folder, or of a `result.json`.
 #[pyfunction]
 pub fn open(py: Python<'_>, path: PathBuf) -> PyResult<Run> {
-    let ran = guarded(py, || {
+    guarded(py, || {
         let path = if path.is_dir() { path.join(json::FILE) } else { path };
         let file = File::open(&path).map_err(Failure::io("read", &path))?;
         let run = json::read_run(BufReader::new(file)).map_err(|error| match error.kind() {
@@ -157,9 +161,8 @@ pub fn open(py: Python<'_>, path: PathBuf) -> PyResult<Run> {
             _ => Failure::io("read", &path)(error),
         })?;
         let path = std::path::absolute(&path).map_err(Failure::io("find", &path))?;
-        Ok(Ran { run, origin: Origin::File(path) })
-    })?;
-    Ok(Run(Arc::new(ran)))
+        Ok(Run { run: Arc::new(run), origin: Origin::File(path) })
+    })
 }
 
 /// A file that appears whole or not at all.
@@ -184,10 +187,6 @@ fn write_whole(path: &Path, content: impl FnOnce(&mut BufWriter<File>) -> io::Re
 /// One write at a time: threads share the name of the incomplete file.
 static WRITING: Mutex<()> = Mutex::new(());
 
-/// Handle of a run.
-#[pyclass(frozen, module = "wireloom._wireloom")]
-pub struct Run(Arc<Ran>);
-
 type Place = (Option<String>, Option<String>, Option<String>, Option<f64>, Option<String>, Option<f64>, String);
 type At = (String, usize, usize);
 
@@ -206,33 +205,33 @@ fn at(moment: &Moment) -> At {
 impl Run {
     #[getter]
     fn scenario(&self) -> &str {
-        &self.0.run.scenario
+        &self.run.scenario
     }
 
     #[getter]
     fn status(&self) -> &'static str {
-        self.0.run.status.word()
+        self.run.status.word()
     }
 
     #[getter]
     fn verdict(&self) -> &'static str {
-        self.0.run.verdict().word()
+        self.run.verdict().word()
     }
 
     #[getter]
     fn notes(&self) -> Vec<String> {
-        self.0.run.notes.clone()
+        self.run.notes.clone()
     }
 
     /// The fault of a part that ended the run early, in words.
     #[getter]
     fn fault(&self) -> Option<String> {
-        self.0.run.fault.as_ref().map(ToString::to_string)
+        self.run.fault.as_ref().map(ToString::to_string)
     }
 
     /// The equilibria that were kept.
     fn steps(&self) -> Vec<Step> {
-        (0..self.0.run.steps.len()).map(|k| Step::of_run(&self.0, k)).collect()
+        (0..self.run.steps.len()).map(|k| Step::of_run(&self.run, k)).collect()
     }
 
     /// Kind, place, first, worst and last increment, number of increments, value, limit, message of every event.
@@ -243,7 +242,7 @@ impl Run {
             let message = message.clone();
             (kind.word(), place(own_place), at(first), at(worst), at(last), *increments, *value, *limit, message)
         };
-        self.0.run.events.iter().map(of).collect()
+        self.run.events.iter().map(of).collect()
     }
 
     /// Name, quantity, unit, severity, verdict, worst value, limit, bound, margin, error, increment, place, origin,
@@ -264,7 +263,17 @@ impl Run {
                 (own.margin(), own.error, moment, place(&own.place), own.origin.word(), because, reason),
             )
         };
-        self.0.run.requirements.iter().map(of).collect()
+        self.run.requirements.iter().map(of).collect()
+    }
+
+    /// The events as a table of Arrow.
+    fn event_table(&self) -> PyResult<Table> {
+        Table::events(&self.run)
+    }
+
+    /// The requirements as a table of Arrow.
+    fn requirement_table(&self) -> PyResult<Table> {
+        Table::requirements(&self.run)
     }
 
     /// Writes `result.json` into a folder, which is made where it is missing; returns its path.
@@ -273,9 +282,9 @@ impl Run {
             fs::create_dir_all(&folder).map_err(Failure::io("make the folder", &folder))?;
             let path = folder.join(json::FILE);
             let _one = WRITING.lock().unwrap_or_else(PoisonError::into_inner);
-            match &self.0.origin {
+            match &self.origin {
                 Origin::Here { provenance, .. } => {
-                    write_whole(&path, |mut out| json::write(&self.0.run, provenance, &mut out))?;
+                    write_whole(&path, |mut out| json::write(&self.run, provenance, &mut out))?;
                 }
                 Origin::File(from) => {
                     let mut from_file = File::open(from).map_err(Failure::io("read", from))?;
@@ -289,13 +298,13 @@ impl Run {
     /// The picture of an equilibrium as SVG; `None` where there is no step of this number.
     fn picture(&self, py: Python<'_>, step: usize) -> PyResult<Option<String>> {
         guarded(py, || {
-            let Some(end) = self.0.run.steps.get(step) else { return Ok(None) };
-            let obstacles: &[Obstacle] = match &self.0.origin {
+            let Some(end) = self.run.steps.get(step) else { return Ok(None) };
+            let obstacles: &[Obstacle] = match &self.origin {
                 Origin::Here { obstacles, .. } => obstacles,
                 Origin::File(_) => &[],
             };
             let drawing =
-                Drawing { step: end, obstacles, title: &self.0.run.scenario, run: Some(&self.0.run), of_step: None };
+                Drawing { step: end, obstacles, title: &self.run.scenario, run: Some(&self.run), of_step: None };
             let mut svg = Vec::new();
             picture::write(&drawing, &mut svg).map_err(|error| Failure::Result(error.to_string()))?;
             Ok(Some(String::from_utf8_lossy(&svg).into_owned()))
@@ -305,10 +314,10 @@ impl Run {
     /// A page that plays the run; `None` for a run that was read from a file, which has no scene.
     fn page(&self, py: Python<'_>) -> PyResult<Option<String>> {
         guarded(py, || {
-            let Origin::Here { scene, .. } = &self.0.origin else { return Ok(None) };
+            let Origin::Here { scene, .. } = &self.origin else { return Ok(None) };
             let mut recorder = Recorder::new((**scene).clone());
-            self.0.run.steps.iter().for_each(|step| recorder.record(step));
-            Ok(Some(recorder.finish(&self.0.run).page(PAGE)))
+            self.run.steps.iter().for_each(|step| recorder.record(step));
+            Ok(Some(recorder.finish(&self.run).page(PAGE)))
         })
     }
 }

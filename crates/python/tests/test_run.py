@@ -254,3 +254,33 @@ def test_a_run_is_plotted(run: wireloom.Run) -> None:
     ax = run.plot()
     lines = [line.get_label() for line in ax.get_lines()]
     assert lines == ["trunk", "left", "right"]
+
+
+def test_events_and_requirements_are_tables_of_arrow(run: wireloom.Run) -> None:
+    duckdb = pytest.importorskip("duckdb")
+    scenario = wireloom.loads(wireloom.EXAMPLE)
+    scenario["sections.cable.min_bend_radius"] = "400 mm"
+    failed = scenario.run()
+    for requirements in (run.requirements, failed.requirements):
+        rows = duckdb.sql("select name, unit, worst, margin, step, increment, branch, s from requirements").fetchall()
+        assert rows == [
+            (
+                own.name,
+                own.unit,
+                own.worst,
+                own.margin,
+                own.at and own.at.step,
+                own.at and own.at.increment,
+                own.place.branch,
+                own.place.s,
+            )
+            for own in requirements
+        ]
+    events = failed.events
+    assert len(events) > 0
+    rows = duckdb.sql('select kind, worst_step, worst_increment, value, "limit", message from events').fetchall()
+    assert rows == [
+        (own.kind, own.worst.step, own.worst.increment, own.value, own.limit, own.message) for own in events
+    ]
+    nothing = run.events[:0]
+    assert nothing == ()

@@ -12,8 +12,8 @@ const PACKAGE: &str = "crates/python";
 /// Packs the package, installs it into the virtual environment of `python`, and runs its tests.
 pub fn test(python: &str) -> Result<(), String> {
     tools::packing(python)?;
-    // The same features as in the tests: everything but PyO3 and the package itself is compiled already. `maturin build`
-    // would compile most crates again, since it sees the package alone.
+    // With the features of the tests everything but PyO3 and the package itself is compiled already. `maturin build`
+    // sees the package alone and would compile most crates again.
     let build = ["build", "--quiet", "--workspace", "--lib", "--tests"];
     step("the compiled part of the Python package", &mut command("cargo", &build))?;
     let stage = target().join("tools/wheel/wireloom");

@@ -24,7 +24,7 @@ from ._errors import (
     ScenarioError,
 )
 from ._example import EXAMPLE
-from ._run import Branch, Constraint, Event, Joint, Moment, Place, Requirement, Run, Step
+from ._run import Branch, Constraint, Event, Joint, Moment, Place, Requirement, Run, Step, Table
 from ._scenario import Scenario, from_dict, load, loads
 from ._session import Session
 from ._wireloom import __version__
@@ -51,6 +51,7 @@ __all__ = [
     "ScenarioError",
     "Session",
     "Step",
+    "Table",
     "__version__",
     "from_dict",
     "load",

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import html
 import os
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeVar, overload
 
 import numpy as np
 import numpy.typing as npt
@@ -124,6 +124,53 @@ class Joint:
     """m, shape (3,)."""
     orientation: Array
     """Quaternion `[w, x, y, z]`, shape (4,)."""
+
+
+_Row = TypeVar("_Row")
+
+
+class Table(Sequence[_Row]):
+    """Rows of a result, which are also a table of Arrow: pandas (`DataFrame.from_arrow`), polars, pyarrow (`table`) and
+    DuckDB take it by Arrow's PyCapsule interface. None of them is a dependency.
+
+    >>> import wireloom
+    >>> sheet = wireloom.loads(wireloom.EXAMPLE).run().requirements
+    >>> [line.name for line in sheet if line.quantity == "bend_radius"], len(sheet) > 1
+    (['cable'], True)
+    """
+
+    __slots__ = ("_rows", "_table")
+
+    def __init__(self, rows: Iterable[_Row], table: _wireloom.Table) -> None:
+        self._rows = tuple(rows)
+        self._table = table
+
+    @overload
+    def __getitem__(self, index: int) -> _Row: ...
+    @overload
+    def __getitem__(self, index: slice) -> Sequence[_Row]: ...
+    def __getitem__(self, index: int | slice) -> _Row | Sequence[_Row]:
+        return self._rows[index]
+
+    def __len__(self) -> int:
+        return len(self._rows)
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, Table) and self._rows == other._rows
+
+    def __hash__(self) -> int:
+        return hash(self._rows)
+
+    def __repr__(self) -> str:
+        return repr(self._rows)
+
+    def __arrow_c_schema__(self) -> object:
+        """The columns, as a capsule `arrow_schema`."""
+        return self._table.__arrow_c_schema__()
+
+    def __arrow_c_stream__(self, requested_schema: object | None = None) -> object:
+        """The table, as a capsule `arrow_array_stream`."""
+        return self._table.__arrow_c_stream__(requested_schema)
 
 
 class Branch:
@@ -399,20 +446,22 @@ class Run:
         return tuple(Step(own) for own in self._handle.steps())
 
     @cached_property
-    def events(self) -> tuple[Event, ...]:
+    def events(self) -> Table[Event]:
         """Events of all increments, in the order in which they began."""
-        return tuple(
+        rows = (
             Event(kind, Place(*place), Moment(*first), Moment(*worst), Moment(*last), count, value, limit, message)
             for kind, place, first, worst, last, count, value, limit, message in self._handle.events()
         )
+        return Table(rows, self._handle.event_table())
 
     @cached_property
-    def requirements(self) -> tuple[Requirement, ...]:
+    def requirements(self) -> Table[Requirement]:
         """The sheet: every requirement with its worst value, as in `result.json`."""
-        return tuple(
+        rows = (
             Requirement(*first, margin, error, Moment(*at) if at else None, Place(*place), origin, because, reason)
             for first, (margin, error, at, place, origin, because, reason) in self._handle.requirements()
         )
+        return Table(rows, self._handle.requirement_table())
 
     def save(self, folder: str | os.PathLike[str]) -> str:
         """Writes `result.json`, as the command line does, into a folder, which is made where it is missing.
