@@ -282,5 +282,4 @@ def test_events_and_requirements_are_tables_of_arrow(run: wireloom.Run) -> None:
     assert rows == [
         (own.kind, own.worst.step, own.worst.increment, own.value, own.limit, own.message) for own in events
     ]
-    nothing = run.events[:0]
-    assert nothing == ()
+    assert run.events[:0] == () and list(events) == [events[k] for k in range(len(events))]

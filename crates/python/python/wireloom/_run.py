@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import html
 import os
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any, TypeVar, overload
+from typing import TYPE_CHECKING, Any, Generic, TypeVar, overload
 
 import numpy as np
 import numpy.typing as npt
@@ -129,7 +129,7 @@ class Joint:
 _Row = TypeVar("_Row")
 
 
-class Table(Sequence[_Row]):
+class Table(Generic[_Row]):
     """Rows of a result, which are also a table of Arrow: pandas (`DataFrame.from_arrow`), polars, pyarrow (`table`) and
     DuckDB take it by Arrow's PyCapsule interface. None of them is a dependency.
 
@@ -154,6 +154,9 @@ class Table(Sequence[_Row]):
 
     def __len__(self) -> int:
         return len(self._rows)
+
+    def __iter__(self) -> Iterator[_Row]:
+        return iter(self._rows)
 
     def __eq__(self, other: object) -> bool:
         return isinstance(other, Table) and self._rows == other._rows
