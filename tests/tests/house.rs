@@ -27,6 +27,7 @@ const ARROWS: &[(&str, &[&str])] = &[
     ("wireloom", &["core", "models", "shapes", "solve", "gpu", "scenario", "import", "export", "host", "testkit"]),
     ("studio", &["wireloom"]),
     ("cli", &["wireloom", "studio"]),
+    ("python", &["wireloom", "studio"]),
     ("xtask", &[]),
     ("tests", &["wireloom"]),
 ];
@@ -49,6 +50,7 @@ const ONE_NAMES: &[(&str, &str)] = &[
     ("ctrlc", "cli"),
     ("indicatif", "cli"),
     ("miette", "cli"),
+    ("pyo3", "python"),
 ];
 
 /// Crates that may contain `unsafe`.
@@ -58,7 +60,7 @@ const PRINT: &[&str] = &["cli", "xtask"];
 /// Modules that reach out of the program: files, networks, the environment, other programs.
 const OUTSIDE: &[&str] = &["std::fs", "std::net", "std::env", "std::process"];
 /// Crates that may reach out.
-const REACH_OUT: &[&str] = &["cli", "xtask", "host", "studio"];
+const REACH_OUT: &[&str] = &["cli", "python", "xtask", "host", "studio"];
 /// A file that is longer has more than one topic.
 const LINES: usize = 900;
 /// Most characters of a line.

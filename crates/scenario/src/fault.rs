@@ -68,6 +68,41 @@ pub fn render(text: &str, faults: &[Fault]) -> String {
         .collect()
 }
 
+/// The faults of a refused file as text without control characters: `FILE:LINE:COLUMN: MESSAGE`, then `  help: HELP`,
+/// two lines for each, then their number.
+pub fn refusal(file: &str, text: &str, faults: &[Fault]) -> String {
+    let places = Places::of(text);
+    let mut lines = String::new();
+    for Fault { span, message, help } in faults {
+        let (line, column) = places.position(span.start);
+        lines += &format!("{file}:{line}:{column}: {}\n  help: {}\n", safe(message), safe(help));
+    }
+    lines + &count(file, faults.len())
+}
+
+/// `error: FILE refused: 2 faults`, and a line feed.
+pub fn count(file: &str, faults: usize) -> String {
+    format!("error: {file} refused: {faults} fault{}\n", if faults == 1 { "" } else { "s" })
+}
+
+/// Lines without control characters, whatever is quoted in them.
+pub fn safe(text: &str) -> String {
+    text.lines().map(printable).collect::<Vec<_>>().join("\n")
+}
+
+/// Text without control characters, which are escaped as `\u{1b}`: names come from files.
+pub fn printable(text: &str) -> String {
+    let mut shown = String::with_capacity(text.len());
+    for c in text.chars() {
+        if c.is_control() || matches!(c, '\u{200e}' | '\u{200f}' | '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}') {
+            shown.extend(c.escape_unicode());
+        } else {
+            shown.push(c);
+        }
+    }
+    shown
+}
+
 /// The known word nearest to `word`, if one is near enough.
 pub(crate) fn nearest<'a>(word: &str, known: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
     known
@@ -122,6 +157,25 @@ mod tests {
             assert_eq!(places.position(at), (before.matches('\n').count() + 1, column), "at {at}");
         }
         assert_eq!(Places::of("").position(3), (1, 1));
+    }
+
+    #[test]
+    fn names_command_no_terminal() {
+        assert_eq!(printable("a\u{1b}[31mb\n\u{202e}"), "a\\u{1b}[31mb\\u{a}\\u{202e}");
+        assert_eq!(printable("Größe–2 µm"), "Größe–2 µm");
+        assert_eq!(safe("unknown key `a\u{1b}[31m`\n  help: x\n"), "unknown key `a\\u{1b}[31m`\n  help: x");
+    }
+
+    #[test]
+    fn a_refusal_is_lines_that_editors_know() {
+        let text = "schema = 1\nlenght = 2\n[[branches]]\nname = \"a\"\n";
+        let fault = |span, message: &str| Fault { span, message: message.into(), help: "did you mean it?".into() };
+        assert_eq!(
+            refusal("y.toml", text, &[fault(11..17, "unknown key"), fault(22..46, "a lost branch")]),
+            "y.toml:2:1: unknown key\n  help: did you mean it?\n\
+             y.toml:3:1: a lost branch\n  help: did you mean it?\n\
+             error: y.toml refused: 2 faults\n"
+        );
     }
 
     #[test]

@@ -21,7 +21,7 @@ mod build;
 pub mod bundle;
 mod check;
 mod edit;
-mod fault;
+pub mod fault;
 mod format;
 mod operations;
 mod output;

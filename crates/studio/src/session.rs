@@ -174,7 +174,7 @@ impl Session {
             constraint.by_hand = begun.contains(&constraint.name.as_str());
         }
         for (constraint, own) in scene.constraints.iter_mut().zip(&harness.network.constraints) {
-            constraint.turns = drag::turning(own).is_some();
+            constraint.turns = wireloom::session::drag::turning(own).is_some();
             constraint.moves &= own.span.is_none() || !own.stations.is_empty();
         }
         scene.live = true;

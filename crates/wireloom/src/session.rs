@@ -2,8 +2,8 @@
 //!
 //! [`run_observed`](crate::run_observed) calls an [`Observer`] at the end of every increment and gives it a
 //! [`Checkpoint`] from which the run can be resumed to the same bits. A [`Monitor`] stops a run from any thread.
-//! [`InteractiveDriver`] carries out one increment at a time, from any checkpoint; [`transfer`] transfers a
-//! checkpoint to the same harness with other constraints.
+//! [`InteractiveDriver`] carries out one increment at a time, from any checkpoint; [`drag`] has the steps that move a
+//! constraint by hand; [`transfer`] transfers a checkpoint to the same harness with other constraints.
 //!
 //! ```
 //! use wireloom::session::{Checkpoint, Observer, Progress, Resumed};
@@ -42,6 +42,8 @@
 //! assert_eq!(rest.steps[0].branches, whole.steps[0].branches);
 //! # Ok::<(), std::io::Error>(())
 //! ```
+
+pub mod drag;
 
 pub use wireloom_core::Monitor;
 pub use wireloom_solve::steps::checkpoint::{Checkpoint, IncrementObserver, Observer, Resumed};

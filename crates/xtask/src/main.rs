@@ -3,6 +3,7 @@
 
 mod compare;
 mod hunt;
+mod package;
 mod peer;
 mod readme;
 mod run;

@@ -1,5 +1,6 @@
 //! `cargo xtask test`: all checks. Fast checks come first.
 
+use crate::package;
 use crate::run::{command, root, step, target};
 use crate::tools;
 
@@ -19,10 +20,14 @@ pub fn test() -> Result<(), String> {
         // GPU drivers expect this variable and print a warning at every start without it.
         tests.env("XDG_RUNTIME_DIR", tools::runtime()?);
     }
-    if let Some(python) = tools::python() {
+    let python = tools::python();
+    if let Some(python) = &python {
         tests.env("WIRELOOM_PYTHON", python);
     }
     step("tests and doc tests", &mut tests)?;
+    if let Some(python) = &python {
+        package::test(python)?;
+    }
     page()?;
     let deny = tools::deny()?;
     let licences = ["--log-level", "error", "check", "licenses", "bans", "sources"];

@@ -1,5 +1,5 @@
 //! Tools of the tests beyond cargo: two components of Rust, a Vulkan device, Node and a browser for the studio's page,
-//! cargo-deny, and Pythons with DuckDB and with Exudyn; the last ones are installed into the target folder.
+//! cargo-deny, a Python with packages, and one with Exudyn; the last ones are installed into the target folder.
 
 use crate::run::{command, step, target, works};
 use std::path::PathBuf;
@@ -7,6 +7,9 @@ use std::path::PathBuf;
 const DENY: &str = "0.20.2";
 const DUCKDB: &str = "2.0.0";
 const EXUDYN: &str = "1.13.6";
+/// What the Python package needs to be packed and tested.
+const PACKING: [&str; 6] =
+    ["maturin==1.16.0", "matplotlib>=3.8", "mypy==2.4.1", "numpy>=2,<3", "pytest==9.2.0", "wheel>=0.45"];
 
 /// Makes sure that `cargo fmt` and `cargo clippy` are installed.
 pub fn components() -> Result<(), String> {
@@ -82,6 +85,16 @@ pub fn deny() -> Result<String, String> {
         step("install cargo-deny into the target folder (minutes, once)", &mut command("cargo", &arguments))?;
     }
     Ok(path)
+}
+
+/// Installs what the Python package needs to be packed and tested; `python`: the one of [`python`].
+pub fn packing(python: &str) -> Result<(), String> {
+    let known = "import maturin, matplotlib, mypy, numpy, pytest, wheel";
+    if works(&mut command(python, &["-c", known])) {
+        return Ok(());
+    }
+    let pip = ["-m", "pip", "install", "--quiet", "--disable-pip-version-check"];
+    step("install the tools of the Python package", &mut command(python, &[&pip, &PACKING[..]].concat()))
 }
 
 /// Path of a Python with DuckDB; `None` if it cannot be installed, and the tests that need it are then ignored.

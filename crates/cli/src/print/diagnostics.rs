@@ -2,13 +2,13 @@
 //! `FILE:LINE:COLUMN: fault` that editors and scripts know.
 
 use crate::failure::{Failure, Refusal};
-use crate::print::text::printable;
 use miette::{
     Diagnostic, LabeledSpan, MietteError, MietteHandlerOpts, MietteSpanContents, ReportHandler, SourceCode, SourceSpan,
     SpanContents,
 };
 use std::fmt;
 use std::io::{IsTerminal, Write};
+use wireloom::scenario::fault::{count, refusal as plain, safe};
 use wireloom::scenario::{Fault, Places};
 
 /// Shows a failure on standard error.
@@ -20,28 +20,21 @@ pub fn show(failure: &Failure, err: &mut (impl Write + IsTerminal)) {
     let text = match failure {
         Failure::Refused(refusals) => {
             let fancy = err.is_terminal();
-            refusals.iter().map(|refusal| if fancy { drawn(refusal, &terminal()) } else { plain(refusal) }).collect()
+            refusals
+                .iter()
+                .map(|refusal| {
+                    if fancy {
+                        drawn(refusal, &terminal())
+                    } else {
+                        plain(&refusal.file, &refusal.text, &refusal.faults)
+                    }
+                })
+                .collect()
         }
         _ => format!("error: {}\n", safe(&failure.to_string())),
     };
     // If this fails, there is no other place to report it.
     let _ = err.write_all(text.as_bytes());
-}
-
-/// The faults of a refused scenario, two lines each, then their number.
-pub fn plain(refusal: &Refusal) -> String {
-    let places = Places::of(&refusal.text);
-    let mut text = String::new();
-    for Fault { span, message, help } in &refusal.faults {
-        let (line, column) = places.position(span.start);
-        text += &format!("{}:{line}:{column}: {}\n  help: {}\n", refusal.file, safe(message), safe(help));
-    }
-    text + &count(refusal)
-}
-
-/// Lines without control characters, whatever is quoted in them.
-fn safe(text: &str) -> String {
-    text.lines().map(printable).collect::<Vec<_>>().join("\n")
 }
 
 /// A file's text with a `?` for every byte of a control character, so that offsets stay the same.
@@ -59,12 +52,7 @@ fn drawn(refusal: &Refusal, handler: &dyn ReportHandler) -> String {
         let drawing = Drawing { report: Report { fault, source: &source }, handler };
         text += &format!("{drawing:?}\n");
     }
-    text + &count(refusal)
-}
-
-fn count(refusal: &Refusal) -> String {
-    let n = refusal.faults.len();
-    format!("error: {} refused: {n} fault{}\n", refusal.file, if n == 1 { "" } else { "s" })
+    text + &count(&refusal.file, refusal.faults.len())
 }
 
 /// Colours, width and characters of the terminal.
@@ -162,7 +150,6 @@ mod tests {
     #[test]
     fn what_files_say_commands_no_terminal() {
         assert_eq!(masked("a\u{1b}[31m\u{9b}\tb\r\n"), "a?[31m??\tb\r\n");
-        assert_eq!(safe("unknown key `a\u{1b}[31m`\n  help: x\n"), "unknown key `a\\u{1b}[31m`\n  help: x");
     }
     use miette::{GraphicalReportHandler, GraphicalTheme};
 
@@ -174,16 +161,6 @@ mod tests {
             faults: vec![fault(11..17, "unknown key"), fault(22..46, "a lost branch")],
             text,
         }
-    }
-
-    #[test]
-    fn plain_faults_are_lines_that_editors_know() {
-        assert_eq!(
-            plain(&refusal()),
-            "y.toml:2:1: unknown key\n  help: did you mean it?\n\
-             y.toml:3:1: a lost branch\n  help: did you mean it?\n\
-             error: y.toml refused: 2 faults\n"
-        );
     }
 
     #[test]

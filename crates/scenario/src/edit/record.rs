@@ -124,11 +124,60 @@ pub fn with_steps(text: &str, kept: usize, further: &[Written]) -> Result<String
 /// # Errors
 /// If the text is not TOML, or there is no such key; the place is that in the text, or its end.
 pub fn with_value(text: &str, key: &str, value: &wireloom_core::Value, registry: &Registry) -> Result<String, Fault> {
+    put(text, key, &written(value), registry)
+}
+
+/// The text with another value of a key, of any form; `key` as in [`crate::settings`]. Numbers of the JSON value that
+/// are whole become integers of TOML, lists and objects become inline ones.
+///
+/// # Errors
+/// Those of [`with_value`]; null, which TOML does not have.
+pub fn with_json(text: &str, key: &str, value: &serde_json::Value, registry: &Registry) -> Result<String, Fault> {
+    let value = of_json(value).ok_or_else(|| Fault {
+        span: text.len()..text.len(),
+        message: format!("the value of `{key}` has a part that is nothing, or a whole number of more than 64 bits"),
+        help: "give numbers, strings, true or false, lists and tables of them".to_owned(),
+    })?;
+    put(text, key, &value, registry)
+}
+
+/// The value of a key in the text, as JSON; `key` as in [`crate::settings`], without `*`. Files that the text includes
+/// are not searched.
+///
+/// # Errors
+/// If the text is not TOML, or there is no such key; the place is that in the text, or its end.
+pub fn value_at(text: &str, key: &str) -> Result<serde_json::Value, Fault> {
+    // Its errors have places.
+    document(text)?;
+    let end = text.len()..text.len();
+    let mut value: serde_json::Value = toml::from_str(text).map_err(|error| Fault {
+        span: end.clone(),
+        message: format!("this is not TOML: {}", error.message()),
+        help: "see https://toml.io".to_owned(),
+    })?;
+    for part in key_path::parts(key, 0).map_err(|fault| Fault { span: end.clone(), ..fault })? {
+        let found = match &mut value {
+            serde_json::Value::Object(table) => table.get_mut(&part.name),
+            serde_json::Value::Array(list) => {
+                let name = |entry: &serde_json::Value| {
+                    NAMES.iter().find_map(|key| Some(entry.get(*key)?.as_str()?.to_owned()))
+                };
+                let names: Vec<Option<String>> = list.iter().map(name).collect();
+                entry_of(&names, &part.name).and_then(|k| list.get_mut(k))
+            }
+            _ => None,
+        };
+        value = found.ok_or_else(|| unknown(key, &part, end.clone()))?.take();
+    }
+    Ok(value)
+}
+
+fn put(text: &str, key: &str, value: &Value, registry: &Registry) -> Result<String, Fault> {
     let mut document = document(text)?;
     let end = text.len();
     let parts = key_path::parts(key, 0).map_err(|fault| Fault { span: end..end, ..fault })?;
     let put = Put { key, registry, end: end..end };
-    put.put_in_table(document.as_table_mut(), Some(&keys::SCENARIO), &parts, &written(value))?;
+    put.put_in_table(document.as_table_mut(), Some(&keys::SCENARIO), &parts, value)?;
     Ok(document.to_string())
 }
 
@@ -249,6 +298,34 @@ fn written(value: &wireloom_core::Value) -> Value {
     }
 }
 
+/// A value of TOML; `None` for null, which TOML does not have, and for too large whole numbers.
+fn of_json(value: &serde_json::Value) -> Option<Value> {
+    use serde_json::Value as Json;
+    Some(match value {
+        Json::Null => return None,
+        Json::Bool(flag) => Value::from(*flag),
+        Json::Number(x) => match x.as_i64() {
+            Some(whole) => Value::Integer(Formatted::new(whole)),
+            None if x.is_u64() => return None,
+            None => Value::Float(Formatted::new(x.as_f64()?)),
+        },
+        Json::String(word) => Value::from(word.as_str()),
+        Json::Array(list) => Value::Array(list.iter().map(of_json).collect::<Option<Array>>()?),
+        Json::Object(table) => {
+            let entry = |(key, value): (&String, &Json)| Some((key.clone(), of_json(value)?));
+            Value::InlineTable(table.iter().map(entry).collect::<Option<InlineTable>>()?)
+        }
+    })
+}
+
+fn unknown(key: &str, part: &Part, place: Span) -> Fault {
+    Fault {
+        span: place,
+        message: format!("`{key}` names no key: there is no `{}`", part.name),
+        help: "write the path to a key with dots, such as branches.left.length".to_owned(),
+    }
+}
+
 /// Writes a value at the path of its key.
 struct Put<'r> {
     key: &'r str,
@@ -311,8 +388,15 @@ impl Put<'_> {
                 let names: Vec<Option<String>> =
                     list.iter().map(|entry| entry.as_inline_table().and_then(|table| name_of(table))).collect();
                 let k = entry_of(&names, &part.name).ok_or_else(|| self.unknown(part))?;
-                match list.get_mut(k) {
-                    Some(Value::InlineTable(table)) => self.put_in_table(table, keys, rest, value),
+                match (list.get_mut(k), rest) {
+                    (Some(Value::InlineTable(table)), [_, ..]) => self.put_in_table(table, keys, rest, value),
+                    // A component of a vector.
+                    (Some(old), []) => {
+                        let decor = old.decor().clone();
+                        *old = value.clone();
+                        *old.decor_mut() = decor;
+                        Ok(())
+                    }
                     _ => Err(self.unknown(part)),
                 }
             }
@@ -324,11 +408,7 @@ impl Put<'_> {
     }
 
     fn unknown(&self, part: &Part) -> Fault {
-        Fault {
-            span: self.end.clone(),
-            message: format!("`{}` names no key: there is no `{}`", self.key, part.name),
-            help: "write the path to a key with dots, such as branches.left.length".to_owned(),
-        }
+        unknown(self.key, part, self.end.clone())
     }
 }
 
@@ -450,6 +530,32 @@ kind = "newton"
         assert!(text.as_ref().is_ok_and(|text| text.ends_with("kind = \"newton\"\nmax_iterations = 7\n")), "{text:?}");
         for key in ["joints.K.model", "nothing.there", "sections.cable.diameter.x", "", "a..b"] {
             assert!(with_value(TEXT, key, &number, &registry).is_err(), "{key}");
+        }
+    }
+
+    #[test]
+    fn values_of_any_form_are_written_and_read_back() {
+        use serde_json::json;
+        let registry = Registry::default();
+        let mut text = TEXT.to_owned();
+        for (key, value) in [
+            ("sections.cable.bending_stiffness", json!([0.012, 1])),
+            ("sections.cable.bending_stiffness.1", json!(2.5)),
+            ("joints.J.arms", json!([{ "branch": "a", "direction": [1, 0, 0.5] }])),
+            ("joints.J.arms.a.direction", json!([0, 0, 1])),
+            ("steps.one.add.plug-B.kind", json!("a \"quoted\" word")),
+            ("steps.1.wait", json!(true)),
+        ] {
+            text = with_json(&text, key, &value, &registry).unwrap_or_else(|fault| panic!("{key}: {fault:?}"));
+            assert_eq!(value_at(&text, key), Ok(value), "{key}");
+        }
+        assert!(text.contains("bending_stiffness = [0.012, 2.5]") && text.contains("# of two wires"), "{text}");
+        assert_eq!(value_at(&text, "steps.two.name"), Ok(json!("two")));
+        for key in ["joints.K", "sections.cable.diameter.x", "steps.2", "", "a..b"] {
+            assert!(value_at(&text, key).is_err(), "{key}");
+        }
+        for value in [json!(null), json!([1, null]), json!(u64::MAX)] {
+            assert!(with_json(TEXT, "joints.J.model", &value, &registry).is_err(), "{value}");
         }
     }
 }

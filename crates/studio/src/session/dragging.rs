@@ -1,20 +1,17 @@
 //! Requests of a drag, and its increments. An increment moves at most a limited distance towards the newest target.
 
 use super::Session;
-use super::drag::{Drag, Goal, approach, turning};
+use super::drag::Drag;
 use super::harness::is_balanced;
 use super::refusal::{Refusal, no_start};
 use super::snapshot::StepFrames;
 use std::rc::Rc;
 use std::sync::Arc;
 use wireloom::geometry::Vector;
-use wireloom::harness::{Move, Operation, Step, Track};
-use wireloom::scenario::record::{Turned, rotation};
+use wireloom::scenario::record::rotation;
 use wireloom::session::Interruption;
+use wireloom::session::drag::{Goal, MAX_MOTION, approach, step_to, turning};
 
-/// Largest displacement in one increment, in lengths of the longest branch: as in the search for the initial
-/// equilibrium.
-const MAX_MOTION: f64 = 0.1;
 /// Largest distance of a target, in total lengths of all branches.
 const MAX_DISTANCE: f64 = 10.0;
 
@@ -122,15 +119,7 @@ impl Session {
         let harness = self.now.harness.clone();
         let Some(from) = at.target(drag.index) else { return };
         let (passed, reached) = approach(&from, &goal, drag.turning, MAX_MOTION * harness.longest());
-        let turn = passed.turn.as_ref().and_then(Turned::turn);
-        let track = Track {
-            positions: vec![(1.0, Vector::from(passed.position))],
-            turns: turn.into_iter().map(|turn| (1.0, turn)).collect(),
-            spin: 0.0,
-        };
-        let operations = turn.map(|_| Operation::Carry { constraints: vec![drag.index] }).into_iter().collect();
-        let moves = vec![Move::of(drag.index, track)];
-        let step = Step { name: drag.step.clone(), increments: 1, moves, operations, ..Step::default() };
+        let step = step_to(&drag.step, drag.index, &passed);
         let ended = harness.advance_drag(&step, &at);
         let Some(mut drag) = self.drag.take() else { return };
         if std::mem::take(&mut drag.unbalanced) {

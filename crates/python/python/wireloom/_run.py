@@ -1,0 +1,524 @@
+"""Runs and their results. Arrays are read-only views of the result's memory; `array.copy()` is your own."""
+
+from __future__ import annotations
+
+import html
+import os
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Any, Generic, TypeVar, overload
+
+import numpy as np
+import numpy.typing as npt
+
+from . import _wireloom
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+Array = npt.NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Moment:
+    """An increment of a run."""
+
+    step: str
+    """Name of the step."""
+    step_index: int
+    """Index of the step, from 0."""
+    increment: int
+    """Increment of the step, from 1; 0: while the initial equilibrium was being found."""
+
+
+@dataclass(frozen=True)
+class Place:
+    """A part of the harness. `None` where something does not apply; all of them: the whole harness."""
+
+    constraint: str | None
+    """Name of a constraint."""
+    obstacle: str | None
+    """Name of an obstacle."""
+    branch: str | None
+    """Name of a branch."""
+    s: float | None
+    """Arc length on the branch, m."""
+    other_branch: str | None
+    """Name of another branch, where two meet."""
+    other_s: float | None
+    """Arc length on the other branch, m."""
+    words: str
+    """The place in words."""
+
+    def __str__(self) -> str:
+        return self.words
+
+
+@dataclass(frozen=True)
+class Event:
+    """Something that happened during a run, over one or more consecutive increments."""
+
+    kind: str
+    """Kind, as in `result.json`."""
+    place: Place
+    """Where; the arc length is that of the worst increment."""
+    first: Moment
+    """First increment."""
+    worst: Moment
+    """Worst increment."""
+    last: Moment
+    """Last increment."""
+    increments: int
+    """Number of increments."""
+    value: float | None
+    """Worst value, SI."""
+    limit: float | None
+    """Limit of the value, SI."""
+    message: str
+    """A sentence about the worst increment."""
+
+
+@dataclass(frozen=True)
+class Requirement:
+    """A line of the sheet: a requirement and its worst value over all increments."""
+
+    name: str
+    """Name."""
+    quantity: str
+    """What it limits, as in scenarios."""
+    unit: str
+    """Unit of `worst`, `limit` and `error`."""
+    severity: str
+    """`must` or `should`."""
+    verdict: str
+    """`pass`, `fail`, `unresolved` or `not checked`."""
+    worst: float | None
+    """The value nearest to the limit or farthest beyond it."""
+    limit: float
+    """The limit."""
+    bound: str
+    """Side of the limit: `min` or `max`."""
+    margin: float | None
+    """Distance from the limit relative to it; negative where the requirement fails."""
+    error: float | None
+    """Estimate of the discretisation error of `worst`."""
+    at: Moment | None
+    """Increment of the worst value."""
+    place: Place
+    """Place of the worst value."""
+    origin: str
+    """Where the requirement comes from."""
+    because: str | None
+    """Its reason, as the scenario gives it."""
+    reason: str | None
+    """Why it is unresolved or not checked."""
+
+
+@dataclass(frozen=True)
+class Joint:
+    """A joint of an equilibrium."""
+
+    position: Array
+    """m, shape (3,)."""
+    orientation: Array
+    """Quaternion `[w, x, y, z]`, shape (4,)."""
+
+
+_Row = TypeVar("_Row")
+
+
+class Table(Generic[_Row]):
+    """Rows of a result, which are also a table of Arrow: pandas (`DataFrame.from_arrow`), polars, pyarrow (`table`) and
+    DuckDB take it by Arrow's PyCapsule interface. None of them is a dependency.
+
+    >>> import wireloom
+    >>> sheet = wireloom.loads(wireloom.EXAMPLE).run().requirements
+    >>> [line.name for line in sheet if line.quantity == "bend_radius"], len(sheet) > 1
+    (['cable'], True)
+    """
+
+    __slots__ = ("_rows", "_table")
+
+    def __init__(self, rows: Iterable[_Row], table: _wireloom.Table) -> None:
+        self._rows = tuple(rows)
+        self._table = table
+
+    @overload
+    def __getitem__(self, index: int) -> _Row: ...
+    @overload
+    def __getitem__(self, index: slice) -> Sequence[_Row]: ...
+    def __getitem__(self, index: int | slice) -> _Row | Sequence[_Row]:
+        return self._rows[index]
+
+    def __len__(self) -> int:
+        return len(self._rows)
+
+    def __iter__(self) -> Iterator[_Row]:
+        return iter(self._rows)
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, Table) and self._rows == other._rows
+
+    def __hash__(self) -> int:
+        return hash(self._rows)
+
+    def __repr__(self) -> str:
+        return repr(self._rows)
+
+    def __arrow_c_schema__(self) -> object:
+        """The columns, as a capsule `arrow_schema`."""
+        return self._table.__arrow_c_schema__()
+
+    def __arrow_c_stream__(self, requested_schema: object | None = None) -> object:
+        """The table, as a capsule `arrow_array_stream`."""
+        return self._table.__arrow_c_stream__(requested_schema)
+
+
+class Branch:
+    """A branch of an equilibrium. Arrays have one row for each of its n nodes, in world axes.
+
+    >>> import wireloom
+    >>> cable = wireloom.loads(wireloom.EXAMPLE).run().steps[-1].branches["cable"]
+    >>> cable.position.shape, cable.bend_radius.shape, cable.position.flags.writeable
+    ((41, 3), (41,), False)
+    >>> bool(cable.position[:, 2].min() < -0.3)
+    True
+    """
+
+    __slots__ = ("_handle", "name")
+
+    name: str
+    """Name."""
+
+    def __init__(self, name: str, handle: _wireloom.Branch) -> None:
+        self.name = name
+        self._handle = handle
+
+    @property
+    def diameter(self) -> float:
+        """Diameter, m."""
+        return self._handle.diameter
+
+    @property
+    def bend_radius_limit(self) -> float | None:
+        """Smallest bend radius allowed, m."""
+        return self._handle.bend_radius_limit
+
+    @property
+    def axial_stiffness(self) -> float:
+        """EA, N."""
+        return self._handle.axial_stiffness
+
+    @property
+    def twist_turns(self) -> float:
+        """Total material twist, turns."""
+        return self._handle.twist_turns
+
+    @property
+    def error(self) -> dict[str, float | None] | None:
+        """Estimated discretisation error, the largest at any node: `position` (m), `force` (N), `moment` (N m) and
+        `bend_radius` (m, of the least one; `None` where the branch is straight). `None` where it is not known."""
+        error = self._handle.error()
+        return None if error is None else dict(zip(("position", "force", "moment", "bend_radius"), error, strict=True))
+
+    @property
+    def s(self) -> Array:
+        """Unstressed arc length, m, shape (n,)."""
+        return np.asarray(self._handle.s())
+
+    @property
+    def position(self) -> Array:
+        """Position of the centre line, m, shape (n, 3)."""
+        return np.asarray(self._handle.position())
+
+    @property
+    def d1(self) -> Array:
+        """First director of the cross-sections, unit vectors, shape (n, 3). Computed at the first use."""
+        return np.asarray(self._handle.director(0))
+
+    @property
+    def d2(self) -> Array:
+        """Second director of the cross-sections, unit vectors, shape (n, 3). Computed at the first use."""
+        return np.asarray(self._handle.director(1))
+
+    @property
+    def d3(self) -> Array:
+        """Director along the cable, from its start to its end, unit vectors, shape (n, 3). Computed at the first use."""
+        return np.asarray(self._handle.director(2))
+
+    @property
+    def force(self) -> Array:
+        """Internal force that the part with larger s exerts on the part with smaller s, N, shape (n, 3)."""
+        return np.asarray(self._handle.force())
+
+    @property
+    def moment(self) -> Array:
+        """Internal moment, likewise, N m, shape (n, 3)."""
+        return np.asarray(self._handle.moment())
+
+    @property
+    def bend_radius(self) -> Array:
+        """Bend radius, m, shape (n,); infinite where straight."""
+        return np.asarray(self._handle.bend_radius())
+
+    def __len__(self) -> int:
+        """Number of nodes."""
+        return len(self.s)
+
+    def __repr__(self) -> str:
+        return f"<wireloom.Branch {self.name!r}, {len(self)} nodes>"
+
+
+class Constraint:
+    """A constraint of an equilibrium, with what it exerts on the harness."""
+
+    __slots__ = ("_handle", "name")
+
+    name: str
+    """Name."""
+
+    def __init__(self, name: str, handle: _wireloom.Constraint) -> None:
+        self.name = name
+        self._handle = handle
+
+    @property
+    def kind(self) -> str:
+        """Kind."""
+        return self._handle.kind
+
+    @property
+    def position(self) -> Array:
+        """Held point, m, shape (3,)."""
+        return np.array(self._handle.position)
+
+    @property
+    def orientation(self) -> Array:
+        """Frame at the held point, quaternion `[w, x, y, z]`, shape (4,)."""
+        return np.array(self._handle.orientation)
+
+    @property
+    def force(self) -> Array:
+        """Force on the harness, N, world axes, shape (3,)."""
+        return np.array(self._handle.force)
+
+    @property
+    def moment(self) -> Array:
+        """Moment on the harness about the held point, N m, world axes, shape (3,)."""
+        return np.array(self._handle.moment)
+
+    @property
+    def outputs(self) -> dict[str, float]:
+        """Outputs of its kind, SI."""
+        return dict(self._handle.outputs)
+
+    def __repr__(self) -> str:
+        return f"<wireloom.Constraint {self.name!r}, {self.kind}>"
+
+
+class Step:
+    """The equilibrium at the end of an increment."""
+
+    def __init__(self, handle: _wireloom.Step) -> None:
+        self._handle = handle
+
+    @property
+    def name(self) -> str:
+        """Name of the step."""
+        return self._handle.name
+
+    @property
+    def increment(self) -> int:
+        """Increment of the step, from 1."""
+        return self._handle.increment
+
+    @property
+    def increments(self) -> int:
+        """Number of increments of the step."""
+        return self._handle.increments
+
+    @property
+    def status(self) -> str:
+        """`converged`, `stalled at round-off`, `iteration limit`, `failed` or `interrupted`."""
+        return self._handle.status
+
+    @property
+    def stable(self) -> bool | None:
+        """Whether the equilibrium is stable; `None` where that cannot be decided."""
+        return self._handle.stable
+
+    @cached_property
+    def branches(self) -> Mapping[str, Branch]:
+        """Branches by name, in the order of the scenario."""
+        return MappingProxyType({name: Branch(name, own) for name, own in self._handle.branches()})
+
+    @cached_property
+    def constraints(self) -> Mapping[str, Constraint]:
+        """Constraints that act, by name."""
+        return MappingProxyType({name: Constraint(name, own) for name, own in self._handle.constraints()})
+
+    @cached_property
+    def joints(self) -> Mapping[str, Joint]:
+        """Joints by name."""
+        joints = self._handle.joints()
+        return MappingProxyType({name: Joint(np.array(x), np.array(q)) for name, x, q in joints})
+
+    @cached_property
+    def markers(self) -> Mapping[str, Array]:
+        """Positions of the markers by name, m, shape (3,)."""
+        return MappingProxyType({name: np.array(x) for name, x in self._handle.markers()})
+
+    @property
+    def energy(self) -> dict[str, float]:
+        """Energy by effect, J: `stretch`, `shear`, `bend`, `twist`, `gravity`, `load`, `joint`, `constraint`, `total`."""
+        return self._handle.energy()
+
+    @property
+    def min_bend_radius(self) -> dict[str, Any] | None:
+        """The bend nearest to its limit: `branch`, `s` (m), `value` (m), `limit` (m or `None`)."""
+        bend = self._handle.tightest_bend()
+        return None if bend is None else dict(zip(("branch", "s", "value", "limit"), bend, strict=True))
+
+    @property
+    def minimiser(self) -> dict[str, Any]:
+        """Work so far in the step: `kind`, `iterations`, `factorisations`, `seconds`, `force_residual`."""
+        keys = ("kind", "iterations", "factorisations", "seconds", "force_residual")
+        return dict(zip(keys, self._handle.minimiser(), strict=True))
+
+    def plot(self, ax: Axes | None = None) -> Axes:
+        """Draws the centre lines in three dimensions with matplotlib, which is not a dependency.
+
+        Raises:
+            ImportError: matplotlib is not installed.
+        """
+        from ._plot import plot
+
+        return plot(self, ax)
+
+    def __repr__(self) -> str:
+        return f"<wireloom.Step {self.name!r}, increment {self.increment} of {self.increments}, {self.status}>"
+
+
+class Run:
+    """A run: its status, its verdict, the equilibria that were kept, and what happened on the way."""
+
+    def __init__(self, handle: _wireloom.Run) -> None:
+        self._handle = handle
+
+    @staticmethod
+    def open(path: str | os.PathLike[str]) -> Run:
+        """Reads the run of a folder (`result.json` in it) or of a `result.json`, whole.
+
+        Numbers are those that were written; d1, d2 and d3 up to round-off.
+
+        Raises:
+            OSError: the file cannot be read.
+            ResultError: it is no result of this version.
+        """
+        return Run(_wireloom.open(os.fspath(path)))
+
+    @property
+    def scenario(self) -> str:
+        """Name of the scenario."""
+        return self._handle.scenario
+
+    @property
+    def status(self) -> str:
+        """`converged`, or the status of the first increment that did not converge; see `Step.status`."""
+        return self._handle.status
+
+    @property
+    def verdict(self) -> str:
+        """Whether the harness is acceptable: `pass`, `fail` or `unresolved`."""
+        return self._handle.verdict
+
+    @property
+    def notes(self) -> list[str]:
+        """Remarks on the harness and the run."""
+        return self._handle.notes
+
+    @property
+    def fault(self) -> str | None:
+        """The fault of a constraint, a joint or the minimiser that ended the run early."""
+        return self._handle.fault
+
+    @cached_property
+    def steps(self) -> tuple[Step, ...]:
+        """The equilibria that were kept: by default the last one of every step."""
+        return tuple(Step(own) for own in self._handle.steps())
+
+    @cached_property
+    def events(self) -> Table[Event]:
+        """Events of all increments, in the order in which they began."""
+        rows = (
+            Event(kind, Place(*place), Moment(*first), Moment(*worst), Moment(*last), count, value, limit, message)
+            for kind, place, first, worst, last, count, value, limit, message in self._handle.events()
+        )
+        return Table(rows, self._handle.event_table())
+
+    @cached_property
+    def requirements(self) -> Table[Requirement]:
+        """The sheet: every requirement with its worst value, as in `result.json`."""
+        rows = (
+            Requirement(*first, margin, error, Moment(*at) if at else None, Place(*place), origin, because, reason)
+            for first, (margin, error, at, place, origin, because, reason) in self._handle.requirements()
+        )
+        return Table(rows, self._handle.requirement_table())
+
+    def save(self, folder: str | os.PathLike[str]) -> str:
+        """Writes `result.json`, as the command line does, into a folder, which is made where it is missing.
+
+        Returns:
+            The path of the file.
+
+        Raises:
+            OSError: it cannot be written; what was there before stays.
+        """
+        return os.fspath(self._handle.save(os.fspath(folder)))
+
+    def picture(self, step: int = -1) -> str:
+        """The picture of an equilibrium as SVG, seen from above, from the front and from the side.
+
+        Raises:
+            IndexError: there is no such step.
+        """
+        count = len(self.steps)
+        if not -count <= step < count:
+            raise IndexError(f"there is no step {step}: the run has {count}")
+        picture = self._handle.picture(step % count)
+        assert picture is not None
+        return picture
+
+    def page(self) -> str:
+        """A page that plays the equilibria that were kept in a browser, as HTML.
+
+        Raises:
+            ValueError: the run was read with `Run.open`, which knows no scene.
+        """
+        page = self._handle.page()
+        if page is None:
+            raise ValueError("a run that was read from a file has no page: use wireloom studio DIR")
+        return page
+
+    def plot(self, ax: Axes | None = None, *, step: int = -1) -> Axes:
+        """Draws an equilibrium in three dimensions with matplotlib, which is not a dependency.
+
+        Raises:
+            ImportError: matplotlib is not installed.
+            IndexError: there is no such step.
+        """
+        return self.steps[step].plot(ax)
+
+    def _repr_html_(self) -> str:
+        """The page that plays the run, in a frame."""
+        page = self._handle.page() if self.steps else None
+        if page is None:
+            return f"<pre>{html.escape(repr(self))}</pre>"
+        return (
+            f'<iframe srcdoc="{html.escape(page)}" sandbox="allow-scripts" '
+            'style="width: 100%; height: 480px; border: 0"></iframe>'
+        )
+
+    def __repr__(self) -> str:
+        return f"<wireloom.Run {self.scenario!r}, {self.status}, verdict: {self.verdict}, {len(self.steps)} steps>"

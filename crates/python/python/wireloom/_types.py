@@ -1,0 +1,15 @@
+"""Types of what goes to the compiled part and comes from it."""
+
+from os import PathLike
+from typing import TypeAlias
+
+Path: TypeAlias = str | PathLike[str]
+
+Source: TypeAlias = tuple[str, str, str | None]
+"""Text, name and folder of a scenario."""
+
+At: TypeAlias = tuple[str, int, int]
+"""Step, its index from 0, and increment from 1."""
+
+Place: TypeAlias = tuple[str | None, str | None, str | None, float | None, str | None, float | None, str]
+"""Constraint, obstacle, branch, s (m), other branch, other s (m), and all of it in words."""

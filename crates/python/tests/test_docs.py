@@ -1,0 +1,54 @@
+"""Examples in docstrings and READMEs run; every public name has a docstring."""
+
+import doctest
+import importlib
+import inspect
+import pkgutil
+import re
+from pathlib import Path
+
+import pytest
+
+import wireloom
+
+ROOT = Path(__file__).resolve().parents[3]
+MODULES = ["wireloom", *(f"wireloom.{module.name}" for module in pkgutil.iter_modules(wireloom.__path__))]
+
+
+@pytest.mark.parametrize("name", [name for name in MODULES if name != "wireloom._wireloom"])
+def test_examples_of_docstrings_run(name: str) -> None:
+    flags = doctest.NORMALIZE_WHITESPACE | doctest.IGNORE_EXCEPTION_DETAIL
+    assert doctest.testmod(importlib.import_module(name), optionflags=flags).failed == 0
+
+
+def test_there_are_examples() -> None:
+    finder = doctest.DocTestFinder()
+    modules = [importlib.import_module(name) for name in MODULES]
+    assert sum(len(test.examples) for module in modules for test in finder.find(module)) > 20
+
+
+@pytest.mark.parametrize("readme", ["README.md", "crates/python/README.md"])
+def test_examples_of_readmes_run(readme: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    matplotlib = pytest.importorskip("matplotlib")
+    matplotlib.use("Agg")
+    monkeypatch.chdir(ROOT)
+    blocks = re.findall(r"```python\n(.*?)```", (ROOT / readme).read_text(encoding="utf-8"), re.DOTALL)
+    assert blocks
+    for block in blocks:
+        exec(compile(block, readme, "exec"), {})
+
+
+def test_every_public_name_is_documented() -> None:
+    missing = []
+    for name in wireloom.__all__:
+        item = getattr(wireloom, name)
+        if not (inspect.isclass(item) or inspect.isfunction(item)):
+            continue
+        members = vars(item).items() if inspect.isclass(item) else []
+        own = [(key, value) for key, value in members if not key.startswith("_")]
+        missing += [name] if not inspect.getdoc(item) else []
+        for key, value in own:
+            described = callable(value) or isinstance(value, (property, staticmethod)) or hasattr(value, "func")
+            if described and not inspect.getdoc(value):
+                missing.append(f"{name}.{key}")
+    assert missing == []

@@ -1,0 +1,60 @@
+//! The Python package: its wheel, its tests, its types.
+
+use crate::run::{command, root, step, target};
+use crate::tools;
+use std::env::consts::{DLL_PREFIX, DLL_SUFFIX};
+use std::fs;
+use std::path::Path;
+
+/// Folder of the package's sources.
+const PACKAGE: &str = "crates/python";
+
+/// Packs the package, installs it into the virtual environment of `python`, and runs its tests.
+pub fn test(python: &str) -> Result<(), String> {
+    tools::packing(python)?;
+    // With the features of the tests everything but PyO3 and the package itself is compiled already. `maturin build`
+    // sees the package alone and would compile most crates again.
+    let build = ["build", "--quiet", "--workspace", "--lib", "--tests"];
+    step("the compiled part of the Python package", &mut command("cargo", &build))?;
+    let stage = target().join("tools/wheel/wireloom");
+    let wheels = target().join("tools/wheel");
+    collect(&stage).map_err(|error| format!("the files of the Python package: {error}"))?;
+    let (stage, wheels) = (stage.to_string_lossy().into_owned(), wheels.to_string_lossy().into_owned());
+    let manifest = format!("{PACKAGE}/Cargo.toml");
+    let info = ["-m", "maturin", "pep517", "write-dist-info", "--metadata-directory", &stage, "-m", &manifest];
+    step("metadata of its wheel", &mut command(python, &[&info[..], &["--interpreter", python]].concat()))?;
+    step("its wheel", &mut command(python, &["-m", "wheel", "pack", &stage, "--dest-dir", &wheels]))?;
+    let pip = ["-m", "pip", "install", "--quiet", "--disable-pip-version-check"];
+    let wheel = ["--no-deps", "--no-index", "--force-reinstall", "--find-links", &wheels, "wireloom"];
+    step("install it", &mut command(python, &[&pip[..], &wheel[..]].concat()))?;
+    let mut tests = command(python, &["-m", "pytest", "-q", "-p", "no:cacheprovider", "tests"]);
+    let program = target().join("debug/wireloom").with_extension(std::env::consts::EXE_EXTENSION);
+    tests.current_dir(root().join(PACKAGE)).env("WIRELOOM", program);
+    step("tests of the Python package", &mut tests)?;
+    let config = format!("{PACKAGE}/pyproject.toml");
+    let sources = format!("{PACKAGE}/python/wireloom");
+    step("types of the Python package", &mut command(python, &["-m", "mypy", "--config-file", &config, &sources]))?;
+    let stubs = ["-m", "mypy.stubtest", "wireloom", "--mypy-config-file", &config];
+    step("its stubs match the compiled part", &mut command(python, &stubs))
+}
+
+/// Puts the sources of the package and its compiled part into one new folder.
+fn collect(stage: &Path) -> std::io::Result<()> {
+    if let Some(wheels) = stage.parent().filter(|wheels| wheels.exists()) {
+        fs::remove_dir_all(wheels)?;
+    }
+    let package = stage.join("wireloom");
+    fs::create_dir_all(&package)?;
+    for entry in fs::read_dir(root().join(PACKAGE).join("python/wireloom"))? {
+        let path = entry?.path();
+        let wanted =
+            path.extension().is_some_and(|extension| ["py", "pyi", "typed"].iter().any(|own| extension == *own));
+        if let Some(name) = path.file_name().filter(|_| wanted) {
+            fs::copy(&path, package.join(name))?;
+        }
+    }
+    let compiled = target().join("debug").join(format!("{DLL_PREFIX}_wireloom{DLL_SUFFIX}"));
+    let name = if cfg!(windows) { "_wireloom.pyd" } else { "_wireloom.abi3.so" };
+    fs::copy(compiled, package.join(name))?;
+    Ok(())
+}
