@@ -90,7 +90,7 @@ fn a_signal_within_an_increment_ends_the_run_and_keeps_what_is_done() {
         let steps: Vec<_> =
             result["steps"].as_array().expect("a list").iter().map(|step| step["name"].as_str()).collect();
         assert_eq!((result["status"].as_str(), steps), (Some("interrupted"), vec![Some("aside")]));
-        assert!(place.path("o/.wireloom/standing").exists(), "there is a checkpoint");
+        assert!(place.path("o/.wireloom/origin").exists(), "it can be resumed");
     }
 }
 

@@ -83,8 +83,7 @@ fn run(path: &str, minimiser: Option<&str>) -> Work {
         assert_eq!(end.status, Status::Converged, "{path}");
         Control::Continue
     });
-    let work = *work.lock().expect("the run is over");
-    work
+    *work.lock().expect("the run is over")
 }
 
 /// Work of the steps of `bench`.

@@ -34,7 +34,7 @@ pub struct Run {
 /// Where a run comes from.
 enum Origin {
     /// It was carried out here.
-    Here { provenance: Provenance, scene: Box<Scene>, obstacles: Vec<Obstacle> },
+    Here { provenance: Box<Provenance>, scene: Box<Scene>, obstacles: Vec<Obstacle> },
     /// It was read from this file.
     File(PathBuf),
 }
@@ -77,7 +77,7 @@ impl Observer for Watcher {
 /// Reads, checks and carries out a scenario.
 fn carry_out(source: &Source, watcher: &mut Watcher) -> Result<Run, Failure> {
     let Loaded { scenario, built, texts, hashed, .. } = source.load_with_mesh(&watcher.monitor)?;
-    let provenance = wireloom::export::provenance(PROGRAM, &scenario, &texts, &hashed, &[]);
+    let provenance = Box::new(wireloom::export::provenance(PROGRAM, &scenario, &texts, &hashed, &[]));
     let schedule = &built.schedule;
     let scene = Box::new(scene::of(&schedule.scenario, PROGRAM, schedule.gravity, &built.network));
     let obstacles = built.network.obstacles.clone();

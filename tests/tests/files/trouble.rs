@@ -84,7 +84,7 @@ fn a_full_disk_stops_the_run_and_leaves_what_can_be_resumed() {
     let ended = ended(command.spawn().expect("unshare runs"));
     ended.says(0, &["error: cannot write disk/o/", "No space left on device"]);
     assert_eq!(place.text("code"), "3\n");
-    assert!(place.text("there").contains("standing") && !place.text("there").contains("partial"));
+    assert!(place.text("there").contains("origin") && !place.text("there").contains("partial"));
     assert!(place.result("o") == place.result("whole"));
 }
 

@@ -77,10 +77,7 @@ impl Folder {
             TryLockError::Error(error) => Failure::io("lock the folder", path)(error),
         })?;
         own.place().remove_partials(None).map_err(failed())?;
-        let trial = own.place().write("trial", own.place(), |out| {
-            out.write_all(&[0; TRIAL])?;
-            out.sync()
-        });
+        let trial = own.place().write("trial", own.place(), |out| out.write_all(&[0; TRIAL]));
         trial.and_then(|_| own.place().remove("trial")).map_err(failed())?;
         let written = written(&own)?;
         let list = new_list(&own, &written)?;

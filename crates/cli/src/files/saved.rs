@@ -8,7 +8,8 @@
 //! | `standing` | the last checkpoint, and extremes and times up to it |
 //!
 //! Every file appears whole or not at all and has a checksum ([`crate::files::own`]), and a checkpoint appears only
-//! after everything it depends on is on the disk. All are removed when the run has ended. `DIR/.wireloom/files`
+//! after everything it depends on is on the disk. The first one is kept 100 ms after the run began: shorter runs do not
+//! wait for the disk. All are removed when the run has ended. `DIR/.wireloom/files`
 //! ([`crate::files::folder`]) stays.
 
 use crate::arguments::RunArguments;
@@ -150,7 +151,9 @@ pub struct Standing {
 pub struct Keeper {
     own: Arc<Own>,
     kept: usize,
+    /// Files that the next checkpoint makes safe on the disk first.
     unsafe_yet: Vec<String>,
+    /// When the last checkpoint was kept, or the run began; `None` if it was resumed just now.
     last: Option<Instant>,
 }
 
@@ -161,11 +164,13 @@ impl Keeper {
 
     /// Begins a run.
     pub fn begin(folder: &Folder, origin: &Origin) -> Result<Self, Failure> {
-        let keeper = Self::of(folder);
+        // What can be repeated in so short a time needs no checkpoint.
+        let mut keeper = Self { last: Some(Instant::now()), ..Self::of(folder) };
         keeper.clear()?;
         let bytes = serde_json::to_vec_pretty(origin)
             .map_err(|error| Failure::io("write", &keeper.own.path(ORIGIN))(error.into()))?;
-        keeper.own.keep(ORIGIN, &bytes, true)?;
+        keeper.own.keep(ORIGIN, &bytes, false)?;
+        keeper.unsafe_yet.push(ORIGIN.to_owned());
         Ok(keeper)
     }
 
