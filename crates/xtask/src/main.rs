@@ -15,6 +15,7 @@ cargo xtask COMMAND
 
   test     all checks that a change must pass: format, lints, docs, tests, licences; installs the tools for them
   hunt     checks the results of random harnesses; minimises failures and saves them in target/hunt (hunt --help)
+  package  packs the Python package as a wheel, installs it into the target folder, and runs its tests
   readme   updates the output of commands in README.md, and its picture
   help     this text
 ";
@@ -25,6 +26,7 @@ fn main() -> ExitCode {
     let done = match arguments.as_slice() {
         ["test"] => test::test(),
         ["hunt", options @ ..] => hunt::hunt(options),
+        ["package"] => package::package(),
         ["readme"] => readme::readme(),
         ["help" | "--help" | "-h"] => {
             print!("{HELP}");
