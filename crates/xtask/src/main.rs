@@ -17,6 +17,7 @@ cargo xtask COMMAND
 
   test     all checks that a change must pass: format, lints, docs, tests, licences; installs the tools for them
   hunt     checks the results of random harnesses; minimises failures and saves them in target/hunt (hunt --help)
+  package  packs the Python package as a wheel, installs it into the target folder, and runs its tests
   readme   updates the output of commands in README.md, and its picture
   compare-commits A B
            builds two commits, measures them in turn, and says for each case of bench whether B is faster or slower
@@ -32,6 +33,7 @@ fn main() -> ExitCode {
         ["hunt", options @ ..] => hunt::hunt(options),
         ["compare-commits", arguments @ ..] => compare::compare(arguments),
         ["peer"] => peer::peer(),
+        ["package"] => package::package(),
         ["readme"] => readme::readme(),
         ["help" | "--help" | "-h"] => {
             print!("{HELP}");

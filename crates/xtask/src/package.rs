@@ -9,6 +9,13 @@ use std::path::Path;
 /// Folder of the package's sources.
 const PACKAGE: &str = "crates/python";
 
+/// Packs and tests the package alone.
+pub fn package() -> Result<(), String> {
+    let python = tools::python().ok_or("no Python to install the package into")?;
+    step("the program, whose results the tests compare", &mut command("cargo", &["build", "--quiet", "--workspace"]))?;
+    test(&python)
+}
+
 /// Packs the package, installs it into the virtual environment of `python`, and runs its tests.
 pub fn test(python: &str) -> Result<(), String> {
     tools::packing(python)?;

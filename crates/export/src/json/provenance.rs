@@ -1,7 +1,7 @@
 //! Origin of a result.
 
 use serde::{Deserialize, Serialize};
-use serde_json::{Map, json};
+use serde_json::json;
 use std::collections::BTreeMap;
 use wireloom_core::{Parameters, Stop, Value};
 
@@ -24,12 +24,13 @@ pub struct Provenance {
     pub joints: Vec<String>,
     /// Kinds of constraints.
     pub constraints: Vec<String>,
-    /// Kind and options of the minimiser; see [`options`].
-    pub minimiser: Map<String, serde_json::Value>,
+    /// Kind and options of the minimiser, in the order of their names; see [`options`].
+    pub minimiser: BTreeMap<String, serde_json::Value>,
 }
 
 /// Kind and options of a minimiser: when it stops, and its parameters, SI units.
-pub fn options(kind: &str, stop: &Stop, parameters: &Parameters) -> Map<String, serde_json::Value> {
+// The order of a `serde_json::Map` depends on the features with which others use that crate.
+pub fn options(kind: &str, stop: &Stop, parameters: &Parameters) -> BTreeMap<String, serde_json::Value> {
     let plain = |value: &Value| match value {
         Value::Number(number) => json!(number),
         Value::Vector(v) => json!([v.x, v.y, v.z]),
@@ -37,10 +38,24 @@ pub fn options(kind: &str, stop: &Stop, parameters: &Parameters) -> Map<String, 
         Value::Flag(flag) => json!(flag),
         Value::Word(word) => json!(word),
     };
-    let mut options = Map::new();
+    let mut options = BTreeMap::new();
     options.insert("kind".to_owned(), json!(kind));
     options.insert("force_tolerance".to_owned(), json!(stop.force_tolerance));
     options.insert("max_iterations".to_owned(), json!(stop.max_iterations));
     options.extend(parameters.0.iter().map(|(name, value)| (name.clone(), plain(value))));
     options
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The tests of this crate use `serde_json` with another order of maps than the program.
+    #[test]
+    fn the_bytes_of_options_do_not_depend_on_features_of_other_crates() {
+        let stop = Stop { force_tolerance: 1e-6, max_iterations: 200 };
+        let text = serde_json::to_string(&options("newton", &stop, &Parameters::default()));
+        let wanted = r#"{"force_tolerance":1e-6,"kind":"newton","max_iterations":200}"#;
+        assert_eq!(text.ok().as_deref(), Some(wanted));
+    }
 }
