@@ -2,12 +2,13 @@
 //!
 //! Plugins are other people's code. A gradient that is not that of the energy leads to a state that looks balanced and
 //! is not, so one slope of every part is compared at each equilibrium. It is enough that the differences of one step
-//! agree: long steps meet curvature, short ones rounding. At a kink, any slope between those of both sides is one.
+//! agree: long steps meet curvature, short ones rounding. A slope that is small beside its own change over a step is not
+//! judged by that step: a spring at rest has none. At a kink, any slope between those of both sides is one.
 
 /// Steps of the differences, in m, rad, or both.
 const STEPS: [f64; 5] = [1e-3, 1e-4, 1e-5, 1e-6, 1e-7];
-/// Error of a slope that is accepted, relative to the sum of the absolute values of its parts: far above that of
-/// differences, and below what changes a result visibly.
+/// Error of a slope that is accepted, relative to the sum of the absolute values of its parts and to its change over the
+/// step: far above that of differences, and below what changes a result visibly.
 const TOLERANCE: f64 = 1e-3;
 /// Rounding errors of a value that are accepted.
 const ROUND_OFF: f64 = 64.0 * f64::EPSILON;
@@ -51,7 +52,8 @@ impl Slope {
             if !slope.is_finite() {
                 continue;
             }
-            if (slope - claimed).abs() <= TOLERANCE * size + rounding {
+            let change = (ahead - 2.0 * middle + behind).abs() / h;
+            if (slope - claimed).abs() <= TOLERANCE * (size + change) + rounding {
                 return None;
             }
             (found, sides) = (slope, [(ahead - middle) / h, (middle - behind) / h]);
@@ -91,6 +93,18 @@ mod tests {
         let rounded = |x: f64| 5e-5 * (x * x + 1e-10).sqrt();
         assert_eq!(check(5e-5 * 1e-5 / 2e-10_f64.sqrt(), |t| rounded(1e-5 + t)), None);
         assert_eq!(check(0.0, |_| 1e3), None);
+    }
+
+    #[test]
+    fn a_spring_at_its_rest_length_is_accepted_although_its_energy_is_not_even() {
+        let length = |t: f64| ((0.3 + t).powi(2) + (0.8 * t).powi(2)).sqrt();
+        for off in [0.0, 1e-15, -1e-10] {
+            let energy = |t: f64| 0.5 * 4e3 * (length(t) - 0.3 - off).powi(2);
+            assert_eq!(check(-4e3 * off, energy), None, "{off}");
+        }
+        // As it is taut, by nothing yet; as it is slack.
+        assert_eq!(check(0.0, |t| 0.5 * t.max(0.0).powi(2)), None);
+        assert_eq!(check(0.0, |t| 0.5 * (t - 0.1).max(0.0).powi(2)), None);
     }
 
     #[test]
