@@ -327,8 +327,8 @@ impl ConstraintTerm {
         }
     }
 
-    /// First constraint (by index) whose first derivatives at `state` are not those of its energy, or of a residual that
-    /// exerts a force.
+    /// First constraint (by index) whose first derivatives at `state` are not those of its energy, or of a residual
+    /// that exerts a force.
     pub fn contradiction(&mut self, system: System<'_>, state: &State) -> Option<(usize, Contradiction)> {
         let Self { scratch: Scratch { surroundings, slopes, .. }, penalty_unit, .. } = self;
         contributing(system).find_map(|(c, constraint)| {

@@ -2,13 +2,13 @@
 //!
 //! Plugins are other people's code. A gradient that is not that of the energy leads to a state that looks balanced and
 //! is not, so one slope of every part is compared at each equilibrium. It is enough that the differences of one step
-//! agree: long steps meet curvature, short ones rounding. A slope that is small beside its own change over a step is not
-//! judged by that step: a spring at rest has none. At a kink, any slope between those of both sides is one.
+//! agree: long steps meet curvature, short ones rounding. A slope that is small beside its own change over a step is
+//! not judged by that step: a spring at rest has none. At a kink, any slope between those of both sides is one.
 
 /// Steps of the differences, in m, rad, or both.
 const STEPS: [f64; 5] = [1e-3, 1e-4, 1e-5, 1e-6, 1e-7];
-/// Error of a slope that is accepted, relative to the sum of the absolute values of its parts and to its change over the
-/// step: far above that of differences, and below what changes a result visibly.
+/// Error of a slope that is accepted, relative to the sum of the absolute values of its parts and to its change over
+/// the step: far above that of differences, and below what changes a result visibly.
 const TOLERANCE: f64 = 1e-3;
 /// Rounding errors of a value that are accepted.
 const ROUND_OFF: f64 = 64.0 * f64::EPSILON;
