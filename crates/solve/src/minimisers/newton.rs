@@ -12,10 +12,12 @@
 //! - Contacts that close or open along a step are part of its model ([`ActiveSet`]).
 //! - After small steps the axial and shear forces in the geometric stiffness are those predicted by the last linear
 //!   step (mixed integration points: Magisano, Leonetti, Garcea 2017).
+//! - Steps that would only stretch the cable are followed by a restoration of lengths ([`restoration`]).
 //! - Dead moments have no potential: with them steps are those of the residual (`residual_step`), downhill only if
 //!   those fail.
 
 mod residual_step;
+mod restoration;
 
 use super::step_control::{ACTIVE_SET_UPDATES, FIRST_SHIFT, LARGEST_TURN, RAISE, SMALL_TURN, condensed_force, raised};
 use super::trace::trace;
@@ -33,6 +35,9 @@ use wireloom_core::{State, Tangent, Vector};
 
 /// Factor by which the shift is lowered after a successful step.
 const LOWER: f64 = 0.1;
+/// Factor by which it is lowered after a successful step for which it was raised, at most back to where it was: a
+/// compression that made the matrix indefinite is gone after one step.
+const LOWER_AFTER_RAISE: f64 = 1e-4;
 /// Shift above which the minimiser fails if no step lowers the energy.
 const LARGEST_SHIFT: f64 = 1e6;
 /// Factor by which the shift is raised after a failed line search.
@@ -97,6 +102,10 @@ struct Workspace {
     step: Tangent,
     motion: Tangent,
     trial: State,
+    /// States, the step and the gradient that [`restoration`] keeps.
+    restored: Option<Box<State>>,
+    whole_step: Tangent,
+    first_gradient: Tangent,
     /// Predicted forces, by branch and segment.
     forces: Vec<Vec<Vector>>,
     /// Constraints that were active when the matrix was factorised, if the factor is unshifted and positive definite.
@@ -129,6 +138,9 @@ impl Workspace {
             step: Tangent::zeros(network),
             motion: Tangent::zeros(network),
             trial: State::origin(network),
+            restored: Some(Box::new(State::origin(network))),
+            whole_step: Tangent::zeros(network),
+            first_gradient: Tangent::zeros(network),
             forces: network.branches.iter().map(|b| vec![Vector::zeros(); b.rod.mesh().segments()]).collect(),
             border: Border::default(),
             moments: DeadMoments::default(),
@@ -272,22 +284,28 @@ impl Workspace {
     }
 
     /// Backtracking line search (Armijo) along the step from `state` with `energy` (J), its `slope` along the step and
-    /// its `noise`. The next trial is the minimum of the parabola through value, slope and trial. Returns step length
-    /// and energy of the accepted trial.
+    /// its `noise`; the step was made with the shift `sigma`. A whole step that fails is restored ([`restoration`]); if
+    /// that fails, the next trial is the minimum of the parabola through value, slope and trial. Returns step length
+    /// and energy of the accepted trial, and whether it was restored.
     fn line_search(
         &mut self,
         problem: &mut Problem<'_>,
         state: &State,
         [energy, slope, noise]: [f64; 3],
-        residual: f64,
-    ) -> Option<(f64, f64)> {
+        [residual, sigma]: [f64; 2],
+    ) -> Option<(f64, f64, bool)> {
         let mut alpha = self.longest(problem, state);
         loop {
             let trial = self.try_step(problem, state, alpha);
             // If the change of the energy is lost in round-off, the residual decides.
             let lower = trial <= energy + ARMIJO * alpha * slope + noise;
             if lower || (-slope <= noise && self.trial_residual(problem) <= PROGRESS * residual) {
-                return Some((alpha, trial));
+                return Some((alpha, trial, false));
+            }
+            if alpha == 1.0
+                && let Some(restored) = self.restore(problem, state, sigma, [trial, energy + ARMIJO * slope])
+            {
+                return Some((alpha, restored, true));
             }
             let parabola = -0.5 * slope * alpha * alpha / (trial - energy - slope * alpha);
             let [least, largest] = SHORTENING;
@@ -303,18 +321,6 @@ impl Workspace {
     fn accept(&mut self, state: &mut State) {
         std::mem::swap(state, &mut self.trial);
         std::mem::swap(&mut self.gradient, &mut self.trial_gradient);
-    }
-
-    /// Predicts the forces after the accepted step to first order, for the next geometric stiffness. `trial` is the
-    /// state before the step.
-    fn predict_forces(&mut self, problem: &Problem<'_>) {
-        let (trial, step) = (&self.trial, &self.step);
-        problem.network.for_branches(&mut self.forces, |b, branch, forces| {
-            let shape = trial.branch(problem.network, b);
-            let points = &step.points[branch.points.clone()];
-            let frames = &step.frames[branch.frames.clone()];
-            branch.rod.predicted_forces(&shape, points, frames, forces);
-        });
     }
 
     fn residual(&mut self, problem: &Problem<'_>) -> f64 {
@@ -412,7 +418,8 @@ fn descend(ws: &mut Workspace, problem: &mut Problem<'_>, state: &mut State, sto
             Termination::Continue => {}
         }
         if mixed {
-            ws.predict_forces(problem);
+            // The trial keeps the state before the step.
+            predict_forces(problem, &ws.trial, &ws.step, &mut ws.forces);
         }
         if problem.has_dead_moments() {
             report.iterations += 1;
@@ -425,7 +432,8 @@ fn descend(ws: &mut Workspace, problem: &mut Problem<'_>, state: &mut State, sto
             }
             trace(problem, &report, [energy, monitor.residual, 0.0, 0.0], ws.factorisations);
         }
-        sigma = ws.assemble(problem, state, mixed, sigma);
+        let wanted = sigma;
+        sigma = ws.assemble(problem, state, mixed, wanted);
         ws.solve(problem, state, false, Some(sigma));
         report.iterations += 1;
         let slope = ws.slope();
@@ -434,7 +442,8 @@ fn descend(ws: &mut Workspace, problem: &mut Problem<'_>, state: &mut State, sto
             break Status::Failed;
         }
         let noise = problem.energy_noise(&ws.gradient);
-        let Some((alpha, trial)) = ws.line_search(problem, state, [energy, slope, noise], monitor.residual) else {
+        let found = ws.line_search(problem, state, [energy, slope, noise], [monitor.residual, sigma]);
+        let Some((alpha, trial, restored)) = found else {
             trace(problem, &report, [energy, monitor.residual, 0.0, sigma], ws.factorisations);
             if mixed {
                 mixed = false;
@@ -447,14 +456,14 @@ fn descend(ws: &mut Workspace, problem: &mut Problem<'_>, state: &mut State, sto
             }
             continue;
         };
-        mixed = ws.largest_turn() < SMALL_TURN && alpha == 1.0;
+        mixed = ws.largest_turn() < SMALL_TURN && alpha == 1.0 && !restored;
         let turn = alpha * ws.largest_turn();
         energy = trial + problem.moment_work(state, &ws.step, alpha);
         ws.accept(state);
         problem.update_held(state);
         monitor.moved(turn, -slope > noise, ws.residual(problem));
         trace(problem, &report, [energy, monitor.residual, alpha, sigma], ws.factorisations);
-        sigma = next_shift(sigma, alpha);
+        sigma = next_shift([wanted, sigma], alpha);
     };
     if report.status != Status::Converged {
         // The next call may begin at another state.
@@ -466,9 +475,24 @@ fn descend(ws: &mut Workspace, problem: &mut Problem<'_>, state: &mut State, sto
     report
 }
 
-/// Shift for the next iteration, after a step of length `alpha` with the shift `sigma`.
-fn next_shift(sigma: f64, alpha: f64) -> f64 {
-    let next = sigma * if alpha < SHORT_STEP { RAISE_AFTER_SHORT_STEP } else { LOWER };
+/// Predicts the forces after a step from the state `before` to first order, for the next geometric stiffness.
+fn predict_forces(problem: &Problem<'_>, before: &State, step: &Tangent, forces: &mut [Vec<Vector>]) {
+    problem.network.for_branches(forces, |b, branch, forces| {
+        let shape = before.branch(problem.network, b);
+        let points = &step.points[branch.points.clone()];
+        let frames = &step.frames[branch.frames.clone()];
+        branch.rod.predicted_forces(&shape, points, frames, forces);
+    });
+}
+
+/// Shift for the next iteration, after a step of length `alpha` with the shift `sigma`, which was raised from a `wanted`
+/// one if that did not make the matrix positive definite.
+fn next_shift([wanted, sigma]: [f64; 2], alpha: f64) -> f64 {
+    let next = match () {
+        () if alpha < SHORT_STEP => RAISE_AFTER_SHORT_STEP * sigma,
+        () if sigma > wanted => wanted.max(LOWER_AFTER_RAISE * sigma),
+        () => LOWER * sigma,
+    };
     if next < NO_SHIFT { 0.0 } else { next }
 }
 
