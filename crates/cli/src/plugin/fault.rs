@@ -8,10 +8,10 @@ use crate::files::saved::{self, Keeper, Origin};
 use crate::messages::Message;
 use std::io::Write;
 use std::path::Path;
+use wireloom::Run;
 use wireloom::export::json;
 use wireloom::plugins::LATE;
-use wireloom::result::{PartFamily, PartFault};
-use wireloom::{Run, Status};
+use wireloom::result::{Outcome as RunOutcome, PartFamily, PartFault};
 
 /// Saves all that is computed, and returns the failure; or tells a sweep.
 pub fn report(fault: &PluginFault, out: &mut dyn Write) -> Result<Outcome, Failure> {
@@ -55,13 +55,12 @@ fn save(place: &Path, fault: &PartFault) -> Result<(), Failure> {
     let origin = Origin::read(&folder)?;
     let run = Run {
         scenario: origin.scenario,
-        status: Status::Failed,
+        outcome: RunOutcome::Fault(fault.clone()),
         notes: vec![],
         events: vec![],
         steps: Keeper::salvage(&folder)?,
         clearances: vec![],
         requirements: vec![],
-        fault: Some(fault.clone()),
         plugins: origin.plugins,
     };
     folder.write(RESULT, |out| json::write(&run, &origin.provenance, out))
