@@ -33,8 +33,8 @@ pub struct Run {
 /// How a run ended. A run with a fault has no other status than failed.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Outcome {
-    /// As the certificate graded its increments: the status of the first one that did not converge, otherwise converged;
-    /// or interrupted.
+    /// As the certificate graded its increments: the status of the first one that did not converge, otherwise
+    /// converged; or interrupted.
     Graded(Status),
     /// By a fault of a constraint, a joint or the minimiser.
     Fault(PartFault),

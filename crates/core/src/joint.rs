@@ -64,8 +64,9 @@ pub enum Mounting {
 /// Contract: the energy depends on the frames of the arms' segments at the joint, or of the stations at their ends (in
 /// the order of the arms, as frames of their branches: d3 `from → to`), is ≥ 0, 0 at the rest directions (near them
 /// where arms are curved at rest), unchanged by a common rotation, and unchanged when the direction of a branch is
-/// reversed. Energy and derivatives have no default: a joint that leaves one out would exert nothing. A hub with rigidly
-/// connected arms ([`Mounting::Pose`]) has no energy: it returns 0 and adds nothing. Methods neither allocate nor fail.
+/// reversed. Energy and derivatives have no default: a joint that leaves one out would exert nothing. A hub with
+/// rigidly connected arms ([`Mounting::Pose`]) has no energy: it returns 0 and adds nothing. Methods neither allocate
+/// nor fail.
 pub trait JointModel: Send + Sync {
     /// Connection of the arms.
     fn mounting(&self) -> Mounting;

@@ -424,7 +424,8 @@ impl Problem<'_> {
         None
     }
 
-    /// [`Self::part_at_fault`]; with `lost` also a constraint that has returned a non-finite number since the last call.
+    /// [`Self::part_at_fault`]; with `lost` also a constraint that has returned a non-finite number since the last
+    /// call.
     pub fn fault(&mut self, lost: bool) -> Option<(PartFamily, usize, String)> {
         let lost = self.constraints.non_finite.take().filter(|_| lost);
         if let Some(found) = self.part_at_fault() {

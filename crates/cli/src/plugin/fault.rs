@@ -8,10 +8,11 @@ use crate::files::saved::{self, Keeper, Origin};
 use crate::messages::Message;
 use std::io::Write;
 use std::path::Path;
-use wireloom::Run;
 use wireloom::export::json;
 use wireloom::plugins::LATE;
 use wireloom::result::{Outcome as RunOutcome, PartFamily, PartFault};
+use wireloom::session::Checkpoint;
+use wireloom::{Run, Status};
 
 /// Saves all that is computed, and returns the failure; or tells a sweep.
 pub fn report(fault: &PluginFault, out: &mut dyn Write) -> Result<Outcome, Failure> {
@@ -32,7 +33,7 @@ pub fn report(fault: &PluginFault, out: &mut dyn Write) -> Result<Outcome, Failu
         increment: fault.increment.unwrap_or_default(),
         message: format!("{owner} {what}"),
     };
-    Err(match save(folder, &fault) {
+    Err(match save(folder, RunOutcome::Fault(fault.clone())) {
         Ok(()) => Failure::Part(fault),
         Err(other) => Failure::Plugin(format!("{fault}; what was computed before cannot be written: {other}")),
     })
@@ -49,16 +50,23 @@ fn parts(site: &str) -> (PartFamily, &str, &str, &str) {
     known.unwrap_or((PartFamily::Constraint, "", "", site))
 }
 
+/// Saves all that is computed of a run that was interrupted in a call of a plugin. It can be resumed.
+pub fn interrupted(folder: &Path) -> Result<(), Failure> {
+    save(folder, RunOutcome::Graded(Status::Interrupted))
+}
+
 /// Writes the result of all kept equilibria.
-fn save(place: &Path, fault: &PartFault) -> Result<(), Failure> {
+fn save(place: &Path, outcome: RunOutcome) -> Result<(), Failure> {
     let mut folder = saved::interrupted(place)?;
     let origin = Origin::read(&folder)?;
+    let (steps, checkpoint) = Keeper::salvage(&folder)?;
+    let checkpoint = checkpoint.as_ref();
     let run = Run {
         scenario: origin.scenario,
-        outcome: RunOutcome::Fault(fault.clone()),
-        notes: vec![],
-        events: vec![],
-        steps: Keeper::salvage(&folder)?,
+        outcome,
+        notes: checkpoint.map_or(&[][..], Checkpoint::notes).to_vec(),
+        events: checkpoint.map_or(&[][..], Checkpoint::events).to_vec(),
+        steps,
         clearances: vec![],
         requirements: vec![],
         plugins: origin.plugins,

@@ -62,8 +62,8 @@ pub struct Certificate {
     /// Largest violation of contact, in units of the tolerance ([`wireloom_core::terms::contact`]), if contact is
     /// possible.
     pub contact: Option<f64>,
-    /// Converged if the numbers confirm it and no part has a fault; else the status of the minimiser, failed if that was
-    /// converged.
+    /// Converged if the numbers confirm it and no part has a fault; else the status of the minimiser, failed if that
+    /// was converged.
     pub grade: Grade,
 }
 
