@@ -15,7 +15,7 @@ fn converged(name: &str, changes: &[(&str, &str)]) -> Run {
         text = text.replace(from, to);
     }
     let run = run(&text);
-    assert_eq!(run.status, Status::Converged, "{name}: {:?} {:?}", run.notes, run.events);
+    assert_eq!(run.status(), Status::Converged, "{name}: {:?} {:?}", run.notes, run.events);
     run
 }
 
@@ -276,8 +276,8 @@ fn random_harnesses_lie_on_random_boxes_without_entering_them() {
                 }
             }
         }
-        if run.status != Status::Converged {
-            lost.push((seed, run.status));
+        if run.status() != Status::Converged {
+            lost.push((seed, run.status()));
         }
     }
     assert!(lost.len() as u64 * 100 <= 3 * drops.max(34), "{} of {drops} did not converge: {lost:?}", lost.len());
@@ -290,7 +290,7 @@ fn random_harnesses_lie_on_random_boxes_without_entering_them() {
 fn a_contact_that_has_opened_hides_no_residual() {
     for segments in [4, 8, 16] {
         let run = run(&SWUNG.replace("SEGMENTS", &segments.to_string()));
-        assert_eq!(run.status, Status::Converged, "{segments} segments: {:?}", run.events);
+        assert_eq!(run.status(), Status::Converged, "{segments} segments: {:?}", run.events);
         let step = run.steps.last().expect("steps");
         let (energy, moment) = (step.energy.total(), step.constraints[0].moment.norm());
         let bending = 2.2366 / 0.46464;

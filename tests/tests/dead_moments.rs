@@ -54,7 +54,7 @@ fn circles_are_found_from_the_straight_rod_in_one_equilibrium() {
         let run = run(&rod(1.0, TAU * circles, 1.0, ""));
         let angle = TAU * circles;
         let exact = Vector::new(angle.sin(), 0.0, 1.0 - angle.cos()) / angle;
-        assert_eq!(run.status, Status::Converged, "{circles}: {:?}", run.events);
+        assert_eq!(run.status(), Status::Converged, "{circles}: {:?}", run.events);
         let end = run.steps.last().unwrap();
         let off = (end.branches[0].position.last().unwrap() - exact).norm();
         assert!(off < 5e-5, "{circles} circles: {off:e} m off");
@@ -69,7 +69,7 @@ fn no_increment_of_rolling_up_takes_more_than_twenty_iterations() {
     let steps = "[output]\nincrements = true\n[[steps]]\nname = \"roll\"\nincrements = 20\n[[steps.load]]\n\
                  load = \"couple\"\nfactor = 1\n";
     let run = run(&rod(1.0, 2.0 * TAU, 0.0, steps));
-    assert_eq!(run.status, Status::Converged, "{:?}", run.events);
+    assert_eq!(run.status(), Status::Converged, "{:?}", run.events);
     // In two circles the rod lies in itself, and nothing else is to tell of.
     assert!(run.events.iter().all(|event| event.kind == EventKind::PassedThrough), "{:?}", run.events);
     assert_eq!(run.steps.len(), 20);
@@ -104,7 +104,7 @@ load = "couple"
 factor = 1
 "#;
     let run = run(&rod(1.25, 3.0, 0.0, rest));
-    assert_eq!(run.status, Status::Converged, "{:?}", run.events);
+    assert_eq!(run.status(), Status::Converged, "{:?}", run.events);
     let end = run.steps.last().unwrap();
     let wall = end.constraints.iter().find(|c| c.name == "wall").unwrap();
     assert!((wall.force.x.abs() - 4.5).abs() < 5e-3, "{:?}", wall.force);
@@ -128,7 +128,7 @@ load = "couple"
 factor = 1
 "#;
     let run = run(&rod(1.0, 3.0, 0.0, rest));
-    assert_eq!(run.status, Status::Converged, "{:?}", run.events);
+    assert_eq!(run.status(), Status::Converged, "{:?}", run.events);
     let end = run.steps.last().unwrap();
     let wall = &end.constraints[0];
     let ceiling = &end.obstacles[0];

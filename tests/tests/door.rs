@@ -27,7 +27,7 @@ fn line<'r>(run: &'r Run, name: &str, measure: Measure) -> &'r RequirementResult
 #[test]
 fn the_sheet_of_the_door_fails_in_middle_steps_though_its_end_is_fine() {
     let run = run(&text(), &[]);
-    assert_eq!((run.status, run.verdict()), (Status::Converged, Verdict::Fail));
+    assert_eq!((run.status(), run.verdict()), (Status::Converged, Verdict::Fail));
     let at = |line: &RequirementResult| {
         let moment = line.moment.as_ref().expect("an increment");
         (line.verdict, moment.step.clone(), line.place.branch.clone(), line.place.obstacle.clone())

@@ -43,7 +43,7 @@ tangent = [1, 0, 1]
 up = [0, 1, 0]
 "#;
     let run = run(text);
-    assert_eq!(run.status, Status::Converged);
+    assert_eq!(run.status(), Status::Converged);
     let cable = &run.steps[0].branches[0];
     let off = |i: usize| {
         let edge: Vector = cable.position[i + 1] - cable.position[i];

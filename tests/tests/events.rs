@@ -218,7 +218,7 @@ increments = 1
 move = [{ constraint = "plug", turns = 2.7 }]
 "#;
     let run = run(text);
-    assert_eq!(run.status, Status::Converged, "{:?}", run.events);
+    assert_eq!(run.status(), Status::Converged, "{:?}", run.events);
     assert_eq!(of(&run, EventKind::Jump).len(), 1, "{:?}", run.events);
     let [w, i, j, k] = [0.05428182243211108, 0.05003450915745547, 0.02547653342182126, 0.9969458249532063];
     let before = Rotation::from_quaternion(Quaternion::new(w, i, j, k));
@@ -294,8 +294,8 @@ load = [{ load = "pull", factor = 1 }]
         )
     };
     let coarse = curl(2);
-    assert_eq!(coarse.status, Status::Stalled);
+    assert_eq!(coarse.status(), Status::Stalled);
     let [told] = of(&coarse, EventKind::CoarseMesh)[..] else { panic!("{:?}", coarse.events) };
     assert!(told.value > Some(3.0), "{told:?}");
-    assert_eq!(curl(20).status, Status::Converged);
+    assert_eq!(curl(20).status(), Status::Converged);
 }

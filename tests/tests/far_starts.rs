@@ -43,7 +43,7 @@ fn thrown(segments: usize, increments: usize) -> wireloom::Run {
 fn a_throw_ends_where_small_steps_end() {
     for segments in [50, 100, 400] {
         let (far, near) = (thrown(segments, 1), thrown(segments, 20));
-        assert_eq!((far.status, near.status), (Status::Converged, Status::Converged), "{segments} segments");
+        assert_eq!((far.status(), near.status()), (Status::Converged, Status::Converged), "{segments} segments");
         let end = |run: &wireloom::Run| run.steps.last().map(|step| (step.stable, step.energy.total()));
         let ((stable, energy), (_, expected)) = (end(&far).expect("a step"), end(&near).expect("a step"));
         assert_eq!(stable, Some(true), "{segments} segments");
@@ -115,7 +115,7 @@ fn a_start_found_on_a_coarse_mesh_is_the_same_for_a_fraction_of_the_work() {
         wireloom::run(built, &mut |_, _| Control::Continue)
     };
     let (nested, direct) = (run(true), run(false));
-    assert_eq!((nested.status, direct.status), (Status::Converged, Status::Converged));
+    assert_eq!((nested.status(), direct.status()), (Status::Converged, Status::Converged));
     let (a, b) = (&nested.steps[0], &direct.steps[0]);
     for (a, b) in a.branches.iter().zip(&b.branches) {
         let apart = a.position.iter().zip(&b.position).map(|(a, b)| (a - b).norm()).fold(0.0, f64::max);

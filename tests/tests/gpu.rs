@@ -121,7 +121,7 @@ fn gradients(gpu: &Arc<Gpu>) -> Result<(), Failed> {
     ));
     let found = run(&by_gradients, &devices, |_| ())?;
     let newton = run(&moved("kind = \"newton\""), &devices, |_| ())?;
-    assert_eq!((found.status, newton.status), (Status::Converged, Status::Converged), "{:?}", found.notes);
+    assert_eq!((found.status(), newton.status()), (Status::Converged, Status::Converged), "{:?}", found.notes);
     // Both are certified to 1e-6 of the load scale.
     assert!(apart(&found, &newton) < 1e-5, "{} m apart", apart(&found, &newton));
     for (end, on_the_processor) in found.steps.iter().zip(&newton.steps) {
@@ -140,8 +140,8 @@ fn lost(gpu: &Arc<Gpu>) -> Result<(), Failed> {
             own.destroy();
         }
     })?;
-    assert_eq!(found.status, Status::Failed);
-    let fault = found.fault.as_ref().ok_or("no fault")?;
+    assert_eq!(found.status(), Status::Failed);
+    let fault = found.fault().ok_or("no fault")?;
     assert!(fault.message.contains("lost"), "{fault}");
     assert_eq!((fault.step.as_str(), fault.increment), ("move", 3), "{fault}");
     let kept: Vec<(usize, Status)> = found.steps.iter().map(|end| (end.increment, end.status)).collect();
@@ -161,7 +161,7 @@ fn single(gpu: &Arc<Gpu>) -> Result<(), Failed> {
         assert!(end.minimiser.force_residual < 1e-3, "{:?}", end.minimiser);
     }
     let polished = run(&with(true), &devices, |_| ())?;
-    assert_eq!(polished.status, Status::Converged);
+    assert_eq!(polished.status(), Status::Converged);
     // An iteration or two each, of all increments so far: from where the device leaves it Newton's method has hardly a
     // way to go.
     for (k, end) in polished.steps.iter().enumerate() {

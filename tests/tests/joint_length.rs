@@ -8,7 +8,7 @@ use wireloom_tests::cables::run;
 /// Solves a scenario; the end of its last step.
 fn solved(text: &str) -> StepResult {
     let mut run = run(text);
-    assert_eq!(run.status, Status::Converged, "{:?} {:?}", run.notes, run.fault);
+    assert_eq!(run.status(), Status::Converged, "{:?} {:?}", run.notes, run.fault());
     run.steps.pop().expect("a step")
 }
 
@@ -205,9 +205,9 @@ fn a_turn_that_would_be_lost_in_the_wires_of_a_joint_is_told() {
         let (_, built) = wireloom::load(&text, &wireloom::registry()).expect("no faults");
         wireloom::run(built, &mut |_, _| Control::Continue)
     };
-    assert_eq!(turned(0.3).status, Status::Converged);
+    assert_eq!(turned(0.3).status(), Status::Converged);
     let run = turned(1.0);
-    assert_eq!(run.status, Status::Failed);
+    assert_eq!(run.status(), Status::Failed);
     let lost = run.events.iter().find(|event| event.kind == EventKind::TwistLost).expect("an event");
     assert!(lost.message.contains("at the joint with branch `two`: the wires that run"), "{lost:?}");
 }

@@ -13,7 +13,7 @@ fn run(text: &str) -> (Run, usize) {
     let (_, built) = meshed.unwrap_or_else(|faults| panic!("{faults:?}"));
     let segments = segments(&built);
     let run = wireloom::run_observed(built, None, &mut IncrementObserver(&mut |_, _| Control::Continue));
-    assert_eq!(run.status, Status::Converged);
+    assert_eq!(run.status(), Status::Converged);
     (run, segments)
 }
 

@@ -10,6 +10,8 @@ use std::sync::OnceLock;
 use tempfile::TempDir;
 use wireloom_tests::{cargo, program, root};
 
+#[path = "plugins/check.rs"]
+mod check;
 #[path = "plugins/hostile.rs"]
 mod hostile;
 #[path = "plugins/joint.rs"]
@@ -29,8 +31,15 @@ fn main() -> ExitCode {
     let arguments = Arguments::from_args();
     let compiler = Command::new(compiler()).arg("--version").output().is_ok();
     let mut trials = vec![];
-    let groups =
-        [real::trials(), joint::trials(), trust::trials(), newcomer::trials(), hostile::trials(), sweeps::trials()];
+    let groups = [
+        real::trials(),
+        joint::trials(),
+        trust::trials(),
+        newcomer::trials(),
+        check::trials(),
+        hostile::trials(),
+        sweeps::trials(),
+    ];
     for (name, check) in groups.into_iter().flatten() {
         let reason = if compiler { "" } else { " (ignored: no C compiler, `cc` or what CC names)" };
         trials.push(Trial::test(format!("{name}{reason}"), check).with_ignored_flag(!compiler));
@@ -59,6 +68,18 @@ fn compile(source: &Path, library: &Path, more: &[&str]) -> Checked {
         .arg(library)
         .arg(source)
         .arg("-lm")
+        .output()?;
+    if done.status.success() { Ok(()) } else { Err(String::from_utf8_lossy(&done.stderr).into_owned().into()) }
+}
+
+/// Compiles a plugin in C++.
+fn compile_cpp(source: &Path, library: &Path) -> Checked {
+    let done = Command::new(std::env::var_os("CXX").unwrap_or_else(|| "c++".into()))
+        .args(["-std=c++20", "-O1", "-Wall", "-Wextra", "-Werror", "-shared", "-fPIC", "-fvisibility=hidden", "-I"])
+        .arg(root().join("crates/abi/include"))
+        .arg("-o")
+        .arg(library)
+        .arg(source)
         .output()?;
     if done.status.success() { Ok(()) } else { Err(String::from_utf8_lossy(&done.stderr).into_owned().into()) }
 }

@@ -230,9 +230,11 @@ fn solve(text: &str, segments: usize, branches: &Value) -> Result<(f64, StepResu
     let registry = wireloom::registry();
     let (_, built) = wireloom::load(&text, &registry).map_err(|faults| wireloom::scenario::render(&text, &faults))?;
     let mut run = wireloom::run(built, &mut |_, _| wireloom::Control::Continue);
-    if run.status != Status::Converged {
+    if run.status() != Status::Converged {
         let last = run.steps.last().map(|step| &step.minimiser);
-        return Err(format!("{segments} segments: {:?} {:?} {:?} {last:?}", run.status, run.notes, run.fault).into());
+        return Err(
+            format!("{segments} segments: {:?} {:?} {:?} {last:?}", run.status(), run.notes, run.fault()).into()
+        );
     }
     let end = run.steps.pop().ok_or("no step")?;
     Ok((position_error(&end, branches)?, end))

@@ -47,7 +47,7 @@ fn the_worst_of_all_increments_is_reported_and_not_the_end() {
         "[[requirements]]\nname = \"bend\"\nquantity = \"bend_radius\"\nof = { branch = \"cable\" }\nmin = \"150 mm\"\n\
          because = \"sheet 12\"\n",
     );
-    assert_eq!(run.status, Status::Converged);
+    assert_eq!(run.status(), Status::Converged);
     let bend = line(&run, "bend");
     let tightest = |step: &wireloom::StepResult| {
         let branch = &step.branches[0];
@@ -82,7 +82,7 @@ fn a_corner_between_two_increments_is_checked() {
                  position = [0.6, 0, 0] }]\n[[requirements]]\nname = \"bend\"\nquantity = \"bend_radius\"\n\
                  min = \"150 mm\"\n";
     let run = run(&hanging("nod", steps));
-    assert_eq!((run.status, line(&run, "bend").verdict), (Status::Converged, Verdict::Fail));
+    assert_eq!((run.status(), line(&run, "bend").verdict), (Status::Converged, Verdict::Fail));
 }
 
 /// A value that would pass its limit in the next increment is looked at on the way there: the run has more iterations
@@ -161,7 +161,7 @@ fn a_plug_out_of_reach_fails_though_it_converges() {
         "[[steps]]\nname = \"out\"\nincrements = 8\nmove = [{ constraint = \"plug-B\", position = [2, 0, 0] }]\n";
     let run = run(&hanging("out of reach", steps));
     let reach = run.requirements.iter().find(|line| line.measure == Measure::Reach).expect("always");
-    assert_eq!((run.status, reach.verdict, run.verdict()), (Status::Converged, Verdict::Fail, Verdict::Fail));
+    assert_eq!((run.status(), reach.verdict, run.verdict()), (Status::Converged, Verdict::Fail, Verdict::Fail));
     close(reach.worst, 2.0, 1e-9);
     assert!(reach.margin().expect("a margin") < -0.99);
 }
@@ -217,7 +217,7 @@ fn the_contact_force_of_a_plane_is_the_weight_it_carries() {
     let carried = run.steps[0].obstacles[0].force.z;
     let load = line(&run, "load");
     assert_eq!(
-        (run.status, load.verdict, load.place.obstacle.as_deref()),
+        (run.status(), load.verdict, load.place.obstacle.as_deref()),
         (Status::Converged, Verdict::Fail, Some("table"))
     );
     close(load.worst, carried, 1e-9);

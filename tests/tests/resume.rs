@@ -108,7 +108,7 @@ fn goes_on_from_every_checkpoint(text: &str) -> Run {
 #[test]
 fn sliding_cables_go_on_from_every_checkpoint() {
     let whole = goes_on_from_every_checkpoint(&rings(60, 25));
-    assert_eq!(whole.status.word(), "converged");
+    assert_eq!(whole.status().word(), "converged");
     assert!(!whole.events.is_empty(), "something happened on the way");
 }
 
@@ -116,7 +116,7 @@ fn sliding_cables_go_on_from_every_checkpoint() {
 fn cables_that_rub_go_on_from_every_checkpoint() {
     let path = root().join("scenarios/contact/dragged_across.toml");
     let whole = goes_on_from_every_checkpoint(&fs::read_to_string(path).expect("a text"));
-    assert_eq!(whole.status.word(), "converged");
+    assert_eq!(whole.status().word(), "converged");
 }
 
 #[test]
@@ -178,7 +178,7 @@ fn stopped_after(text: &str, iterations: u64) -> (Run, Keep) {
 #[test]
 fn a_start_can_be_interrupted() {
     let (run, keep) = stopped_after(&rings(60, 1), 2);
-    assert_eq!((run.status.word(), run.steps.len(), keep.checkpoints.len()), ("interrupted", 0, 0));
+    assert_eq!((run.status().word(), run.steps.len(), keep.checkpoints.len()), ("interrupted", 0, 0));
 }
 
 /// Wherever a run is stopped, within an increment too, it ends there and then; what was not done is no part of the
@@ -193,7 +193,7 @@ fn an_increment_that_was_interrupted_is_no_part_of_the_result() {
     let (mut within, rounds) = (0, 24);
     for round in 0..rounds {
         let (run, keep) = stopped_after(&text, all * round / rounds);
-        if run.status.word() != "interrupted" {
+        if run.status().word() != "interrupted" {
             // It was faster than the thread that was to stop it.
             continue;
         }

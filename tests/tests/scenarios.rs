@@ -113,11 +113,11 @@ fn text_converged(text: &str, files: &dyn wireloom::scenario::Files, swap: Swap)
     }
     let built = scenario.build(&registry).map_err(shown)?;
     let run = wireloom::run(built, &mut |_, _| wireloom::Control::Continue);
-    if run.status == Status::Converged && !run.steps.is_empty() {
+    if run.status() == Status::Converged && !run.steps.is_empty() {
         Ok(run)
     } else {
         let steps: Vec<_> = run.steps.iter().map(|step| (&step.name, step.status)).collect();
-        Err(format!("{:?} {steps:?} {:?}", run.status, run.notes).into())
+        Err(format!("{:?} {steps:?} {:?}", run.status(), run.notes).into())
     }
 }
 

@@ -7,7 +7,7 @@ use wireloom_tests::cables::{branch, connector_along, run};
 /// The last step of a run that converged.
 fn end(run: &Run) -> &StepResult {
     let end = run.steps.last().expect("a step");
-    assert_eq!((run.status, end.status), (Status::Converged, Status::Converged), "{:?}", run.events);
+    assert_eq!((run.status(), end.status), (Status::Converged, Status::Converged), "{:?}", run.events);
     end
 }
 

@@ -33,7 +33,7 @@ fn apart(one: &Run, other: &Run) -> f64 {
 
 fn converged(rod: &str, joint: &str, minimiser: &str) -> Run {
     let run = run(rod, joint, minimiser);
-    assert_eq!(run.status, Status::Converged, "{rod}, {joint}, {minimiser}: {:?}", run.notes);
+    assert_eq!(run.status(), Status::Converged, "{rod}, {joint}, {minimiser}: {:?}", run.notes);
     let name = |step: &StepResult| step.minimiser.kind == minimiser;
     assert!(run.steps.iter().all(name), "{minimiser} did the work");
     run

@@ -41,6 +41,9 @@ pub mod draft;
 /// `include/wireloom_plugin.h`: the same interface in C.
 pub static HEADER: &str = include_str!("../include/wireloom_plugin.h");
 
+/// `include/wireloom_plugin.hpp`: classes in C++ on top of it, from which no exception escapes.
+pub static HEADER_CPP: &str = include_str!("../include/wireloom_plugin.hpp");
+
 /// First field of every [`Entry`]: the letters `WIRELOOM`, as a little-endian number.
 pub const MAGIC: u64 = 0x4d4f_4f4c_4552_4957;
 /// Major version of this ABI: programs and plugins of different major versions are incompatible.

@@ -282,11 +282,17 @@ pub enum PluginTask {
     New {
         /// Its name: letters, digits and hyphens
         name: String,
+        /// What it adds
+        #[arg(long, value_enum, default_value_t = PluginKind::Constraint)]
+        kind: PluginKind,
         /// In C instead of Rust
         #[arg(long)]
         c: bool,
+        /// In C++ instead of Rust
+        #[arg(long, conflicts_with = "c")]
+        cpp: bool,
         /// Folder of the sources of this program, which a plugin in Rust is built with
-        #[arg(long, value_name = "DIR", conflicts_with = "c")]
+        #[arg(long, value_name = "DIR", conflicts_with_all = ["c", "cpp"])]
         sources: Option<PathBuf>,
     },
     /// Load a plugin and test its contract
@@ -302,6 +308,19 @@ pub enum PluginTask {
     },
     /// Show the plugins of the search path, with their kinds and parameters
     List,
+}
+
+/// What a new plugin adds.
+#[derive(Clone, Copy, clap::ValueEnum)]
+pub enum PluginKind {
+    /// A constraint with a potential: a spring
+    Constraint,
+    /// A constraint that sets an equation: a rigid link
+    Equation,
+    /// A constraint that remembers: a spring that yields
+    Memory,
+    /// A joint model: springs between the arms
+    Joint,
 }
 
 /// The crash of a plugin.

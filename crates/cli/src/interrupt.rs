@@ -18,9 +18,7 @@ pub fn listen() {
         if asked() {
             leave(ENDED_BY_INTERRUPT);
         }
-        MONITOR.stop();
-        let _told = COME.0.lock().unwrap_or_else(PoisonError::into_inner);
-        COME.1.notify_all();
+        stop();
     });
 }
 
@@ -31,6 +29,13 @@ pub fn leave(code: i32) -> ! {
     signal_hook::low_level::exit(code);
     #[cfg(not(unix))]
     std::process::exit(code)
+}
+
+/// Stops the computation as a signal does, within an iteration.
+pub fn stop() {
+    MONITOR.stop();
+    let _told = COME.0.lock().unwrap_or_else(PoisonError::into_inner);
+    COME.1.notify_all();
 }
 
 /// Waits for a signal to stop.

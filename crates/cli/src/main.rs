@@ -25,6 +25,7 @@ mod trace;
 use arguments::Arguments;
 use clap::Parser;
 use failure::Failure;
+use plugin::{supervise, supervised};
 use print::{diagnostics, terminal};
 use std::io::Write;
 use std::process::ExitCode;
@@ -39,15 +40,19 @@ fn main() -> ExitCode {
         }
     };
     let mut out = terminal::Output::stdout();
-    let ended = commands::carry_out(&arguments.command, &mut out).and_then(|outcome| {
+    supervised::begin();
+    let ended = supervise::carry_out(&arguments.command, &mut out).and_then(|elsewhere| {
+        let code = match elsewhere {
+            Some(code) => code,
+            None => commands::carry_out(&arguments.command, &mut out)?.code(),
+        };
         out.flush().map_err(Failure::standard_output)?;
-        Ok(outcome)
+        Ok(code)
     });
-    match ended {
-        Ok(outcome) => ExitCode::from(outcome.code()),
-        Err(failure) => {
-            diagnostics::show(&failure, &mut std::io::stderr());
-            ExitCode::from(failure.code())
-        }
-    }
+    let code = ended.unwrap_or_else(|failure| {
+        diagnostics::show(&failure, &mut std::io::stderr());
+        failure.code()
+    });
+    supervised::end();
+    ExitCode::from(code)
 }

@@ -6,4 +6,6 @@ pub mod describe;
 pub mod fault;
 pub mod load;
 pub mod new;
+pub mod supervise;
+pub mod supervised;
 pub mod trust;

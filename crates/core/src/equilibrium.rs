@@ -14,8 +14,8 @@ use std::fmt;
 pub struct Run {
     /// Name of the scenario.
     pub scenario: String,
-    /// Status of the run: that of its first increment that did not converge, otherwise converged.
-    pub status: Status,
+    /// How it ended.
+    pub outcome: Outcome,
     /// Remarks on the harness and its initial equilibrium, for example wires that end in a joint.
     pub notes: Vec<String>,
     /// Events during the run, in the order in which they began.
@@ -26,17 +26,41 @@ pub struct Run {
     pub clearances: Vec<Clearance>,
     /// The sheet: whether each requirement is kept over all increments.
     pub requirements: Vec<RequirementResult>,
-    /// Fault of a constraint, a joint or the minimiser that ended the run early.
-    pub fault: Option<PartFault>,
     /// Plugin libraries that were used.
     pub plugins: Vec<Library>,
 }
 
+/// How a run ended. A run with a fault has no other status than failed.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Outcome {
+    /// As the certificate graded its increments: the status of the first one that did not converge, otherwise
+    /// converged; or interrupted.
+    Graded(Status),
+    /// By a fault of a constraint, a joint or the minimiser.
+    Fault(PartFault),
+}
+
 impl Run {
+    /// Status of the run; failed if a part has a fault.
+    pub fn status(&self) -> Status {
+        match self.outcome {
+            Outcome::Graded(status) => status,
+            Outcome::Fault(_) => Status::Failed,
+        }
+    }
+
+    /// Fault of a constraint, a joint or the minimiser that ended the run early.
+    pub fn fault(&self) -> Option<&PartFault> {
+        match &self.outcome {
+            Outcome::Graded(_) => None,
+            Outcome::Fault(fault) => Some(fault),
+        }
+    }
+
     /// Verdict on the harness: pass, fail or unresolved. A run that did not converge never passes.
     pub fn verdict(&self) -> Verdict {
         match verdict(&self.requirements) {
-            Verdict::Pass if self.status != Status::Converged => Verdict::Unresolved,
+            Verdict::Pass if self.status() != Status::Converged => Verdict::Unresolved,
             verdict => verdict,
         }
     }

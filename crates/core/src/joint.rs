@@ -64,24 +64,21 @@ pub enum Mounting {
 /// Contract: the energy depends on the frames of the arms' segments at the joint, or of the stations at their ends (in
 /// the order of the arms, as frames of their branches: d3 `from → to`), is ≥ 0, 0 at the rest directions (near them
 /// where arms are curved at rest), unchanged by a common rotation, and unchanged when the direction of a branch is
-/// reversed. Hubs with rigidly connected arms ([`Mounting::Pose`]) have no energy and keep the default methods. Methods
-/// neither allocate nor fail.
+/// reversed. Energy and derivatives have no default: a joint that leaves one out would exert nothing. A hub with
+/// rigidly connected arms ([`Mounting::Pose`]) has no energy: it returns 0 and adds nothing. Methods neither allocate
+/// nor fail.
 pub trait JointModel: Send + Sync {
     /// Connection of the arms.
     fn mounting(&self) -> Mounting;
 
     /// Energy, J.
-    fn energy(&self, _frames: &[Rotation]) -> f64 {
-        0.0
-    }
+    fn energy(&self, frames: &[Rotation]) -> f64;
 
     /// Adds ∂E/∂θ_a (N m, body frame of arm a). Returns the energy, J.
-    fn add_gradient(&self, _frames: &[Rotation], _gradient: &mut [Vector]) -> f64 {
-        0.0
-    }
+    fn add_gradient(&self, frames: &[Rotation], gradient: &mut [Vector]) -> f64;
 
     /// Adds ∂²E/∂θ_a∂θ_b to `hessian[a * k + b]` for b ≤ a (N m).
-    fn add_hessian(&self, _frames: &[Rotation], _hessian: &mut [Matrix]) {}
+    fn add_hessian(&self, frames: &[Rotation], hessian: &mut [Matrix]);
 
     /// The coefficients of the energy, if it is of this form.
     fn law(&self) -> Option<JointLaw> {

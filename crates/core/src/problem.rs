@@ -405,9 +405,9 @@ impl Problem<'_> {
         }
     }
 
-    /// First part (family, index) with a fault, and the message: the part reports it, or it is a constraint whose
-    /// memory is not finite or, with `lost`, one that has returned a non-finite number since the last call.
-    pub fn fault(&mut self, lost: bool) -> Option<(PartFamily, usize, String)> {
+    /// First part (family, index) at fault, and the message: the part reports it, or it is a constraint whose memory is
+    /// not finite.
+    pub fn part_at_fault(&self) -> Option<(PartFamily, usize, String)> {
         for (j, joint) in self.network.joints.iter().enumerate() {
             if let Some(message) = joint.model.fault() {
                 return Some((PartFamily::Joint, j, message));
@@ -421,7 +421,17 @@ impl Problem<'_> {
                 return Some((PartFamily::Constraint, c, "what it remembers is not a finite number".to_owned()));
             }
         }
-        let c = self.constraints.non_finite.take().filter(|_| lost)?;
+        None
+    }
+
+    /// [`Self::part_at_fault`]; with `lost` also a constraint that has returned a non-finite number since the last
+    /// call.
+    pub fn fault(&mut self, lost: bool) -> Option<(PartFamily, usize, String)> {
+        let lost = self.constraints.non_finite.take().filter(|_| lost);
+        if let Some(found) = self.part_at_fault() {
+            return Some(found);
+        }
+        let c = lost?;
         Some((PartFamily::Constraint, c, "it gave a number that is not finite for a harness that is".to_owned()))
     }
 

@@ -100,8 +100,8 @@ impl Ending {
         let (work, closed) = way.sums();
         Some(Self {
             scenario: run.scenario.clone(),
-            status: run.status.word().to_owned(),
-            converged: run.status == Status::Converged,
+            status: run.status().word().to_owned(),
+            converged: run.status() == Status::Converged,
             verdict: run.verdict(),
             requirements: run.requirements.clone(),
             stable: end.stable,

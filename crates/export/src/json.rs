@@ -69,7 +69,7 @@ pub(crate) fn sheet(run: &Run) -> io::Result<serde_json::Value> {
     let lines = run.requirements.iter().map(|line| serde_json::to_value(Requirement::of(line)));
     let requirements = lines.collect::<Result<Vec<_>, _>>()?;
     Ok(serde_json::json!({
-        "status": run.status.word(),
+        "status": run.status().word(),
         "verdict": run.verdict().word(),
         "requirements": requirements,
     }))

@@ -132,9 +132,9 @@ fn signs(page: &mut Svg, run: &Run, x: f64, y: f64) -> f64 {
         Verdict::Fail => colour::OVER,
         Verdict::Unresolved | Verdict::NotChecked => colour::UNRESOLVED,
     };
-    let status = format!("run: {}", run.status.word());
+    let status = format!("run: {}", run.status().word());
     let plain = Text { size: 13.0, fill: "#333333", anchor: Anchor::End, ..Text::at(x, y) };
-    let bad = run.status != Status::Converged;
+    let bad = run.status() != Status::Converged;
     page.text(&Text { class: "status", fill: if bad { colour::OVER } else { plain.fill }, ..plain }, &status);
     let right = svg::width(&status, plain.size) + SIGNS;
     let verdict = format!("verdict: {}", capitals(run.verdict()));

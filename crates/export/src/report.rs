@@ -76,14 +76,14 @@ fn page(report: &Report<'_>) -> io::Result<Markup> {
             head {
                 meta charset="utf-8";
                 meta name="viewport" content="width=device-width, initial-scale=1";
-                title { (name) ": " (capitals(run.verdict())) ", " (run.status.word()) }
+                title { (name) ": " (capitals(run.verdict())) ", " (run.status().word()) }
                 style { (PreEscaped(style::SHEET)) }
             }
             body {
                 header {
                     h1 { (name) }
                     (sheet::verdict(run))
-                    @if let Some(fault) = &run.fault { p class="bad" { (fault) } }
+                    @if let Some(fault) = run.fault() { p class="bad" { (fault) } }
                     p { (report.program) " · " (report.machine) " · " (report.written) }
                     (contents(&ends))
                 }

@@ -167,8 +167,8 @@ pub fn numbers(run: &Run) -> String {
     if advised > 0 {
         words.push(format!("{advised} that should be kept {}", if advised == 1 { "fails" } else { "fail" }));
     }
-    if run.status != Status::Converged && failed + open == 0 {
-        words.push(format!("but the run did not come to its end ({})", run.status.word()));
+    if run.status() != Status::Converged && failed + open == 0 {
+        words.push(format!("but the run did not come to its end ({})", run.status().word()));
     }
     words.join(", ")
 }
@@ -270,6 +270,7 @@ pub fn sentence(line: &RequirementResult) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use wireloom_core::equilibrium::Outcome;
     use wireloom_core::event::{EventPlace, Moment};
     use wireloom_core::requirement::Origin;
 
@@ -355,13 +356,12 @@ mod tests {
     fn the_headline_counts() {
         let mut run = Run {
             scenario: "y".into(),
-            status: Status::Converged,
+            outcome: Outcome::Graded(Status::Converged),
             notes: vec![],
             events: vec![],
             steps: vec![],
             clearances: vec![],
             requirements: vec![],
-            fault: None,
             plugins: vec![],
         };
         assert_eq!(headline(&run), "UNRESOLVED: nothing is required of this harness");
@@ -376,12 +376,12 @@ mod tests {
         assert_eq!(headline(&run), "PASS: 2 of 3 requirements kept, 1 not checked");
         run.requirements.pop();
         assert_eq!(headline(&run), "PASS: 2 requirements kept");
-        run.status = Status::Interrupted;
+        run.outcome = Outcome::Graded(Status::Interrupted);
         assert_eq!(
             headline(&run),
             "UNRESOLVED: 2 requirements kept, but the run did not come to its end (interrupted)"
         );
-        run.status = Status::Converged;
+        run.outcome = Outcome::Graded(Status::Converged);
         run.requirements.extend([of(Unresolved, Must), of(Fail, Should)]);
         assert_eq!(headline(&run), "UNRESOLVED: 1 of 3 requirements is unresolved, 1 that should be kept fails");
         run.requirements.extend([of(Fail, Must), of(Fail, Must)]);

@@ -4,7 +4,10 @@
 //! systems with signals and `exec` crashes are detected too. Either way this process becomes another program, which
 //! saves the results ([`crate::install_crash_handler`]).
 
+use crate::floating_point::FloatingPoint;
+use crate::supervision;
 use std::cell::{Cell, RefCell};
+use std::collections::BTreeSet;
 use std::ffi::{CStr, CString};
 use std::ptr::null;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -30,6 +33,8 @@ impl CallSite {
 struct Slot {
     /// Odd while the thread is inside a plugin; incremented at every call and every return.
     sequence: AtomicU64,
+    /// Where another process reads it, if one supervises this one.
+    shared: Option<supervision::Slot>,
     /// The current or the last call.
     place: Mutex<Option<(Arc<CallSite>, &'static CStr)>>,
 }
@@ -62,11 +67,24 @@ fn lock<T>(mutex: &Mutex<T>) -> std::sync::MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// Calls a function of a plugin.
+/// Calls that changed the control of the floating-point unit.
+static CHANGES: Mutex<BTreeSet<String>> = Mutex::new(BTreeSet::new());
+
+/// Calls of plugins in this process that changed the control of the floating-point unit, since the last call of this
+/// function: a message each. It was restored after each of them.
+pub fn floating_point_changes() -> Vec<String> {
+    std::mem::take(&mut *lock(&CHANGES)).into_iter().collect()
+}
+
+/// Calls a function of a plugin. The control of the floating-point unit is the same after the call.
 pub fn call_plugin<R>(site: &Arc<CallSite>, function: &'static CStr, call: impl FnOnce() -> R) -> R {
     let slot = SLOT.with_borrow_mut(|slot| {
         slot.get_or_insert_with(|| {
-            let slot = Arc::new(Slot { sequence: AtomicU64::new(0), place: Mutex::new(None) });
+            let slot = Arc::new(Slot {
+                sequence: AtomicU64::new(0),
+                shared: supervision::next_slot(),
+                place: Mutex::new(None),
+            });
             lock(&SLOTS).push(Arc::downgrade(&slot));
             slot
         })
@@ -76,12 +94,28 @@ pub fn call_plugin<R>(site: &Arc<CallSite>, function: &'static CStr, call: impl 
         let mut place = lock(&slot.place);
         if !place.as_ref().is_some_and(|(is, at)| Arc::ptr_eq(is, site) && std::ptr::eq(*at, function)) {
             *place = Some((site.clone(), function));
+            if let Some(shared) = &slot.shared {
+                shared.name(site.words(), function);
+            }
         }
     }
     CURRENT.set(CurrentCall { site: site.words().as_ptr(), function: function.as_ptr() });
-    slot.sequence.fetch_add(1, Ordering::Release);
+    let count = || {
+        let before = slot.sequence.fetch_add(1, Ordering::Release);
+        if let Some(shared) = &slot.shared {
+            shared.count(before + 1);
+        }
+    };
+    count();
+    let control = FloatingPoint::now();
     let result = call();
-    slot.sequence.fetch_add(1, Ordering::Release);
+    if let Some(changed) = control.changed(FloatingPoint::now()) {
+        control.restore();
+        let (site, function) = (site.words().to_string_lossy(), function.to_string_lossy());
+        let effect = "the program restored it after the call";
+        lock(&CHANGES).insert(format!("{site} changed the {changed} of the processor in `{function}`: {effect}"));
+    }
+    count();
     CURRENT.set(NO_CALL);
     result
 }

@@ -25,6 +25,9 @@ pub enum Reason {
     /// The file cannot be read.
     #[error("cannot be read: {0}")]
     Unreadable(std::io::Error),
+    /// There is no room for a private copy of it.
+    #[error("cannot be copied: {0}")]
+    NoCopy(std::io::Error),
     /// The system's loader refuses the file; its message.
     #[error("is not a library that this system can load: {0}")]
     NotALibrary(String),
@@ -116,6 +119,7 @@ impl Reason {
     pub fn help(&self) -> &'static str {
         match self {
             Self::Unreadable(_) => "give the path of a plugin's library, or the name of one in the search path",
+            Self::NoCopy(_) => "a plugin runs from a private copy of its file: make room in memory",
             Self::NotALibrary(_) => {
                 "build it for this system, as a shared library (Rust: crate-type = [\"cdylib\"]; C: cc -shared -fPIC)"
             }

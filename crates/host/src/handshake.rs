@@ -1,20 +1,15 @@
-//! Opens a library and checks its entry before any of its functions is called.
+//! Opens a private copy of a library and checks its entry before any of its functions is called.
 
 use crate::call::{CallSite, call_plugin};
 use crate::describe::{self, KindDescription};
 use crate::error::Reason;
-use crate::find::open_regular_file;
+use crate::image;
 use crate::read::{self, Message};
-use sha2::{Digest, Sha256};
 use std::error::Error;
-use std::io::Read;
 use std::path::Path;
 use std::sync::Arc;
 use wireloom_abi::draft::{EXTENSION_NOTES, Notes};
 use wireloom_abi::{ABI_MAJOR, ABI_MINOR, Entry, MAGIC};
-
-/// Largest library that is read, bytes: far above the size of any real one.
-const LARGEST: u64 = 1 << 30;
 
 /// A library that has been checked to be a plugin.
 pub struct Opened {
@@ -29,17 +24,14 @@ pub struct Opened {
 
 /// Opens a library, checks its entry and lists its kinds.
 pub fn open(file: &Path) -> Result<Opened, Reason> {
-    let mut hash = Sha256::new();
-    open_regular_file(file, LARGEST)
-        .and_then(|file| std::io::copy(&mut file.take(LARGEST), &mut hash))
-        .map_err(Reason::Unreadable)?;
-    let hash = hash.finalize().iter().map(|byte| format!("{byte:02x}")).collect();
-    // Without a folder the system's loader would search elsewhere.
+    let (copy, hash) = image::copy(file)?;
     let file = std::path::absolute(file).map_err(Reason::Unreadable)?;
     let site = CallSite::new(&format!("plugin {}", file.display()));
     // SAFETY: a library runs code of its own while it is loaded; the user who names it trusts it.
-    let library = call_plugin(&site, c"initialisation of the library", || unsafe { libloading::Library::new(&file) });
-    let library = library.map_err(|error| Reason::NotALibrary(words(&error)))?;
+    let library = call_plugin(&site, c"initialisation of the library", || unsafe { libloading::Library::new(&copy) });
+    // The user knows the file by its own name.
+    let names = [copy.display().to_string(), file.display().to_string()];
+    let library = library.map_err(|error| Reason::NotALibrary(words(&error).replace(&names[0], &names[1])))?;
     // SAFETY: a symbol of this name is an entry and begins with its magic; nothing else is read before that is checked.
     let entry: *const Entry =
         *unsafe { library.get::<*const Entry>("wireloom_plugin") }.map_err(|_| Reason::NoEntry)?;

@@ -1,6 +1,7 @@
 //! An instance in a plugin, of any family. The first error is kept as its fault; after that the plugin is not called
 //! again.
 
+use crate::buffers::Buffers;
 use crate::call::{CallSite, call_plugin};
 use crate::read::Message;
 use std::collections::BTreeSet;
@@ -54,6 +55,9 @@ impl PluginInstance {
             abi::STATUS_PANIC => return Err(format!("panicked in `create`: {}", message.words())),
             other => return Err(format!("returned {other} from `create`; expected 0, 1 or 2")),
         }
+        if message.is_overrun() {
+            return Err("wrote beyond the end of the message in `create`".into());
+        }
         if instance.is_null() {
             return Err("returned success from `create` but wrote no instance".into());
         }
@@ -85,12 +89,23 @@ impl PluginInstance {
         let mut text = message.text();
         let status = call_plugin(&self.site, function, || call(self.instance, &mut text));
         let name = function.to_string_lossy();
+        if message.is_overrun() {
+            self.fail(format!("wrote beyond the end of the message in `{name}`"));
+            return false;
+        }
         match status {
             abi::STATUS_OK => return true,
             abi::STATUS_ERROR => self.fail(format!("failed in `{name}`: {}", message.words())),
             abi::STATUS_PANIC => self.fail(format!("panicked in `{name}`: {}", message.words())),
             other => self.fail(format!("returned {other} from `{name}`; expected 0, 1 or 2")),
         }
+        false
+    }
+
+    /// Whether the plugin wrote to its arrays alone; if not, that is recorded as a fault.
+    pub fn kept_to_its_arrays(&self, buffers: &Buffers, function: &str) -> bool {
+        let Some(overrun) = buffers.overrun() else { return true };
+        self.fail(format!("{overrun} (in `{function}`)"));
         false
     }
 

@@ -1,12 +1,14 @@
 //! Joint models that a plugin implements.
 
+use crate::buffers::{Array, Buffers, Guarded};
 use crate::call::{CallSite, call_plugin};
 use crate::describe::{KindDescription, abi_value};
 use crate::instance::{PluginInstance, UNWRITTEN, note_numeric_derivatives};
 use crate::numeric;
-use crate::proxy::{HELP, c_string};
+use crate::proxy::{DESCRIPTION_OVERRUN, HELP, c_string};
 use std::cell::RefCell;
 use std::ffi::CString;
+use std::iter::repeat_n;
 use std::ptr::null_mut;
 use std::sync::Arc;
 use wireloom_abi as abi;
@@ -64,14 +66,19 @@ impl Factory {
             reserved: 0,
         };
         // SAFETY: all-zero bytes are valid: no size, no mounting and no derivatives.
-        let mut description: abi::JointDescription = unsafe { std::mem::zeroed() };
-        description.size = size_of::<abi::JointDescription>() as u32;
+        let mut description: Guarded<abi::JointDescription> = Guarded::new(unsafe { std::mem::zeroed() });
+        description.value.size = size_of::<abi::JointDescription>() as u32;
         let create = self.functions.create.expect("descriptors without it are refused");
         // SAFETY: all arguments are as the ABI demands.
         let instance = PluginInstance::create(site, owner.clone(), |instance, text| unsafe {
-            create(self.kind, &plain, instance, &mut description, text)
+            create(self.kind, &plain, instance, description.address(), text)
         });
-        let mut proxy = Proxy { instance: instance.map_err(refuse)?, functions: self.functions, description };
+        let instance = instance.map_err(refuse)?;
+        if description.is_overrun() {
+            return Err(refuse(DESCRIPTION_OVERRUN.into()));
+        }
+        let description = description.value;
+        let mut proxy = Proxy { instance, functions: self.functions, description };
         if description.thread_safe != 0 {
             proxy.instance.allow_concurrent_calls();
         }
@@ -137,8 +144,8 @@ impl Drop for Proxy {
 }
 
 thread_local! {
-    /// Scratch for frames and derivatives of one call.
-    static SCRATCH: RefCell<(Vec<f64>, Vec<f64>)> = RefCell::default();
+    /// Arrays of one call.
+    static BUFFERS: RefCell<Buffers> = RefCell::default();
 }
 
 /// Output that `evaluate` is to compute.
@@ -153,38 +160,42 @@ impl Proxy {
     /// Evaluates; `take` receives the requested derivatives. Returns the energy, J. All values are finite, or all NaN.
     fn evaluate(&self, frames: &[Rotation], asked: Output, take: impl FnOnce(&[f64])) -> f64 {
         let evaluate = self.functions.evaluate.expect("checked when the proxy was made");
-        SCRATCH.with_borrow_mut(|(plain, numbers)| {
+        BUFFERS.with_borrow_mut(|buffers| {
             let n = 3 * frames.len();
-            plain.clear();
-            plain.extend(frames.iter().flat_map(abi_quaternion));
-            numbers.clear();
-            numbers.resize(if asked == Output::Hessian { n * n } else { n }, UNWRITTEN);
-            let mut energy = if asked == Output::Hessian { 0.0 } else { UNWRITTEN };
-            let output = |wanted: bool, to: *mut f64| if wanted { to } else { null_mut() };
-            let mut wanted = abi::JointEvaluation {
+            let (derivatives, wanted) = match asked {
+                Output::Energy => (0, ["energy", "nothing"]),
+                Output::Gradient => (n, ["energy", "gradient"]),
+                Output::Hessian => (n * n, ["nothing", "Hessian"]),
+            };
+            buffers.clear();
+            let turns = buffers.add("frames", frames.iter().flat_map(abi_quaternion));
+            let energy = buffers.add(wanted[0], repeat_n(UNWRITTEN, usize::from(asked != Output::Hessian)));
+            let numbers = buffers.add(wanted[1], repeat_n(UNWRITTEN, derivatives));
+            let first = buffers.address();
+            // SAFETY: all arrays are in one allocation, which stays as it is during the call.
+            let address = |array: Array| unsafe { first.add(buffers.offset(array)) };
+            let output = |wanted: bool, array: Array| if wanted { address(array) } else { null_mut() };
+            let mut evaluation = abi::JointEvaluation {
                 size: size_of::<abi::JointEvaluation>() as u32,
                 arm_count: frames.len() as u32,
-                energy: output(asked != Output::Hessian, &mut energy),
-                gradient: output(asked == Output::Gradient, numbers.as_mut_ptr()),
-                hessian: output(asked == Output::Hessian, numbers.as_mut_ptr()),
+                energy: output(asked != Output::Hessian, energy),
+                gradient: output(asked == Output::Gradient, numbers),
+                hessian: output(asked == Output::Hessian, numbers),
             };
+            let turns = address(turns);
             // SAFETY: all arguments are as the ABI demands.
-            let done = self
-                .instance
-                .call(c"evaluate", |own, text| unsafe { evaluate(own, plain.as_ptr(), &mut wanted, text) });
-            let good = done
-                && self.instance.finite("energy", &[energy])
-                && match asked {
-                    Output::Energy => true,
-                    Output::Gradient => self.instance.finite("gradient", numbers),
-                    Output::Hessian => self.instance.finite("Hessian", numbers),
-                };
-            if !good {
-                numbers.fill(f64::NAN);
-                energy = f64::NAN;
+            let call = |own, text| unsafe { evaluate(own, turns, &mut evaluation, text) };
+            let good = self.instance.call(c"evaluate", call)
+                && self.instance.kept_to_its_arrays(buffers, "evaluate")
+                && self.instance.finite("energy", buffers.get(energy))
+                && self.instance.finite(wanted[1], buffers.get(numbers));
+            if good {
+                take(buffers.get(numbers));
+                buffers.get(energy).first().copied().unwrap_or(0.0)
+            } else {
+                take(&vec![f64::NAN; derivatives]);
+                f64::NAN
             }
-            take(numbers);
-            energy
         })
     }
 

@@ -9,24 +9,32 @@
 //! calling for the watchdog and the signal handler (`crash_handler`).
 #![allow(unsafe_code, reason = "this crate calls into libraries of others")]
 
+mod buffers;
 mod call;
 mod crash_handler;
 mod describe;
 mod error;
 mod find;
+mod floating_point;
 mod handshake;
+mod image;
 mod instance;
 mod joint;
 mod numeric;
 mod proxy;
 mod read;
+mod supervision;
 
+pub use call::floating_point_changes;
 pub use crash_handler::{LATE, install_crash_handler};
 pub use error::{LoadError, Reason};
 pub use find::{SearchPath, file_name, open_regular_file, resolve};
 pub use instance::numeric_derivatives;
 pub use proxy::notes;
-pub use wireloom_abi::{ABI_MAJOR, ABI_MINOR, HEADER};
+#[cfg(unix)]
+pub use supervision::record_calls;
+pub use supervision::{RecordedCall, begin_record, recorded_calls};
+pub use wireloom_abi::{ABI_MAJOR, ABI_MINOR, HEADER, HEADER_CPP};
 
 use describe::{Functions, KindDescription};
 use std::path::{Path, PathBuf};

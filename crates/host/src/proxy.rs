@@ -3,14 +3,16 @@
 //! The first error is kept as the constraint's fault. After that the plugin is not called again, and all values are
 //! NaN.
 
-use crate::call::{CallSite, call_plugin};
+use crate::buffers::{Array, Buffers, Guarded};
+use crate::call::{CallSite, call_plugin, floating_point_changes};
 use crate::describe::{KindDescription, abi_value};
 use crate::instance::{PluginInstance, UNWRITTEN, locked, note_numeric_derivatives, numeric_derivatives};
 use crate::numeric;
 use crate::read::Message;
 use std::cell::RefCell;
 use std::collections::BTreeSet;
-use std::ffi::CString;
+use std::ffi::{CStr, CString, c_void};
+use std::iter::repeat_n;
 use std::ptr::{null, null_mut};
 use std::sync::{Arc, Mutex};
 use wireloom_abi as abi;
@@ -21,6 +23,8 @@ use wireloom_core::{Action, Constraint, Hold, Matrix, Pose, Potential, RotationH
 
 /// Upper limit for the numbers in a constraint's memory and for its residuals.
 const MOST: u32 = 4096;
+/// What is wrong with a `create` that writes too much.
+pub const DESCRIPTION_OVERRUN: &str = "wrote beyond the end of the description in `create`";
 pub const HELP: &str = "`wireloom plugin check` on the file tells more; its author can fix it";
 
 /// Notes of plugins on their constraints.
@@ -28,10 +32,10 @@ static NOTES: Mutex<BTreeSet<String>> = Mutex::new(BTreeSet::new());
 /// Upper limit for the notes of a constraint.
 const MOST_NOTES: u32 = 16;
 
-/// Notes for the engineer on all constraints of plugins in this process: the plugins' own notes, and missing
-/// derivatives.
+/// Notes for the engineer on all constraints of plugins in this process: the plugins' own notes, missing derivatives,
+/// and changes of the floating-point unit.
 pub fn notes() -> Vec<String> {
-    locked(&NOTES).iter().cloned().chain(numeric_derivatives()).collect()
+    locked(&NOTES).iter().cloned().chain(numeric_derivatives()).chain(floating_point_changes()).collect()
 }
 
 /// A constraint kind that a plugin implements; `owner` describes the plugin in messages.
@@ -125,15 +129,20 @@ impl Factory {
             reserved: 0,
         };
         // SAFETY: all-zero bytes are valid: no size, no shape, no numbers and null pointers.
-        let mut description: abi::Description = unsafe { std::mem::zeroed() };
-        description.size = size_of::<abi::Description>() as u32;
+        let mut description: Guarded<abi::Description> = Guarded::new(unsafe { std::mem::zeroed() });
+        description.value.size = size_of::<abi::Description>() as u32;
         let create = self.functions.create.expect("descriptors without it are refused");
         // SAFETY: all arguments are as the ABI demands.
         let instance = PluginInstance::create(site, owner.clone(), |instance, text| unsafe {
-            create(self.kind, &plain, instance, &mut description, text)
+            create(self.kind, &plain, instance, description.address(), text)
         });
+        let instance = instance.map_err(refuse)?;
+        if description.is_overrun() {
+            return Err(refuse(DESCRIPTION_OVERRUN.into()));
+        }
+        let description = description.value;
         let mut proxy = Proxy {
-            instance: instance.map_err(refuse)?,
+            instance,
             functions: self.functions,
             description,
             stations: spec.stations.len(),
@@ -235,16 +244,52 @@ const NOTHING: Evaluation = Evaluation {
     weights: null(),
 };
 
-/// Scratch for poses and rows of one call.
-#[derive(Default)]
-struct Scratch {
-    stations: Vec<abi::Pose>,
-    targets: Vec<abi::Pose>,
-    rows: Vec<f64>,
+/// An output of `evaluate`.
+#[derive(Clone, Copy)]
+enum Part {
+    Energy,
+    Gradient,
+    SpanGradient,
+    Hessian,
+    SpanHessian,
+    Residuals,
+    Jacobian,
+    SpanJacobian,
+}
+
+impl Part {
+    /// Name in messages.
+    fn word(self) -> &'static str {
+        match self {
+            Self::Energy => "energy",
+            Self::Gradient => "gradient",
+            Self::SpanGradient => "gradient of the span",
+            Self::Hessian => "Hessian",
+            Self::SpanHessian => "Hessian of the span",
+            Self::Residuals => "residuals",
+            Self::Jacobian => "Jacobian",
+            Self::SpanJacobian => "Jacobian of the span",
+        }
+    }
+
+    /// Its place among the outputs.
+    fn of(self, evaluation: &mut Evaluation) -> &mut *mut f64 {
+        match self {
+            Self::Energy => &mut evaluation.energy,
+            Self::Gradient => &mut evaluation.gradient,
+            Self::SpanGradient => &mut evaluation.span_gradient,
+            Self::Hessian => &mut evaluation.hessian,
+            Self::SpanHessian => &mut evaluation.span_hessian,
+            Self::Residuals => &mut evaluation.residuals,
+            Self::Jacobian => &mut evaluation.jacobian,
+            Self::SpanJacobian => &mut evaluation.span_jacobian,
+        }
+    }
 }
 
 thread_local! {
-    static SCRATCH: RefCell<Scratch> = RefCell::default();
+    /// Arrays of one call.
+    static BUFFERS: RefCell<Buffers> = RefCell::default();
 }
 
 impl Proxy {
@@ -291,73 +336,100 @@ impl Proxy {
         Ok(())
     }
 
-    /// Calls with the situation as the ABI has it, and with scratch for rows.
-    fn with_situation<R>(&self, at: &ConstraintView<'_>, call: impl FnOnce(&abi::Situation, &mut Vec<f64>) -> R) -> R {
-        SCRATCH.with_borrow_mut(|Scratch { stations, targets, rows }| {
-            stations.clear();
-            stations.extend(at.stations.iter().map(abi_pose));
-            targets.clear();
-            targets.extend(at.targets.iter().map(abi_pose));
+    /// Calls `function` with the situation as the ABI has it and with further `arrays`, whose addresses it is given.
+    /// Then `take` receives these arrays, and says whether they are good. Returns whether all went well.
+    fn with_situation<const N: usize>(
+        &self,
+        at: &ConstraintView<'_>,
+        function: &'static CStr,
+        arrays: impl FnOnce(&mut Buffers) -> [Array; N],
+        call: impl FnOnce(*const c_void, &abi::Situation, [*mut f64; N], *mut abi::Text) -> i32,
+        take: impl FnOnce([&[f64]; N]) -> bool,
+    ) -> bool {
+        BUFFERS.with_borrow_mut(|buffers| {
+            buffers.clear();
+            let stations = buffers.add("stations", at.stations.iter().flat_map(pose_numbers));
+            let targets = buffers.add("targets", at.targets.iter().flat_map(pose_numbers));
+            let span = buffers.add("span", at.span.iter().flat_map(|x| [x.x, x.y, x.z]));
+            let span_lengths = buffers.add("span_lengths", at.span_lengths.iter().copied());
+            let memory = buffers.add("memory", at.memory.iter().copied());
+            let arrays = arrays(buffers);
+            let first = buffers.address();
+            // SAFETY: all arrays are in one allocation, which stays as it is during the call.
+            let address = |array: Array| unsafe { first.add(buffers.offset(array)) };
             let situation = abi::Situation {
                 size: size_of::<abi::Situation>() as u32,
-                station_count: stations.len() as u32,
+                station_count: at.stations.len() as u32,
                 span_count: at.span.len() as u32,
                 memory_count: at.memory.len() as u32,
-                stations: stations.as_ptr(),
-                targets: targets.as_ptr(),
-                // A vector of nalgebra is exactly three numbers (`repr(C)`, `repr(transparent)`).
-                span: at.span.as_ptr().cast(),
-                span_lengths: at.span_lengths.as_ptr(),
-                memory: at.memory.as_ptr(),
+                // A pose is seven numbers.
+                stations: address(stations).cast(),
+                targets: address(targets).cast(),
+                span: address(span),
+                span_lengths: address(span_lengths),
+                memory: address(memory),
                 progress: at.progress,
             };
-            call(&situation, rows)
+            let addresses = arrays.map(address);
+            self.instance.call(function, |own, text| call(own, &situation, addresses, text))
+                && self.instance.kept_to_its_arrays(buffers, &function.to_string_lossy())
+                && take(arrays.map(|array| buffers.get(array)))
         })
     }
 
-    fn evaluate(&self, situation: &abi::Situation, wanted: &mut Evaluation) -> bool {
+    /// Evaluates these parts, of so many numbers each; `take` receives them if all are finite. Returns whether they
+    /// are.
+    fn evaluate<const N: usize>(
+        &self,
+        at: &ConstraintView<'_>,
+        wanted: [(Part, usize); N],
+        weights: &[f64],
+        take: impl FnOnce([&[f64]; N]),
+    ) -> bool {
         let evaluate = self.functions.evaluate.expect("checked when the proxy was made");
-        // SAFETY: all arguments are as the ABI demands.
-        self.instance.call(c"evaluate", |own, text| unsafe { evaluate(own, situation, wanted, text) })
+        let mut evaluation = NOTHING;
+        let arrays = |buffers: &mut Buffers| {
+            wanted.map(|(part, numbers)| buffers.add(part.word(), repeat_n(UNWRITTEN, numbers)))
+        };
+        let call = |own, situation: &abi::Situation, addresses: [*mut f64; N], text| {
+            for ((part, _), address) in wanted.iter().zip(addresses) {
+                *part.of(&mut evaluation) = address;
+            }
+            if !weights.is_empty() {
+                evaluation.weights = weights.as_ptr();
+            }
+            // SAFETY: all arguments are as the ABI demands.
+            unsafe { evaluate(own, situation, &mut evaluation, text) }
+        };
+        self.with_situation(at, c"evaluate", arrays, call, |arrays| {
+            let finite =
+                wanted.iter().zip(arrays).all(|((part, _), numbers)| self.instance.finite(part.word(), numbers));
+            if finite {
+                take(arrays);
+            }
+            finite
+        })
     }
 
     fn energy_alone(&self, at: &ConstraintView<'_>) -> f64 {
-        let mut energy = UNWRITTEN;
-        let done = self.with_situation(at, |situation, _| {
-            self.evaluate(situation, &mut Evaluation { energy: &mut energy, ..NOTHING })
-        });
-        if done && self.instance.finite("energy", &[energy]) { energy } else { f64::NAN }
+        let mut energy = f64::NAN;
+        self.evaluate(at, [(Part::Energy, 1)], &[], |[found]| energy = found[0]);
+        energy
     }
 
     fn residuals_alone(&self, at: &ConstraintView<'_>, c: &mut [f64]) {
-        c.fill(UNWRITTEN);
-        let done = self.with_situation(at, |situation, _| {
-            self.evaluate(situation, &mut Evaluation { residuals: c.as_mut_ptr(), ..NOTHING })
-        });
-        if !(done && self.instance.finite("residuals", c)) {
-            c.fill(f64::NAN);
-        }
+        let wanted = [(Part::Residuals, c.len())];
+        c.fill(f64::NAN);
+        self.evaluate(at, wanted, &[], |[found]| c.copy_from_slice(found));
     }
 
     /// Copies second derivatives from the plugin's rows to the core's blocks.
     fn second_derivatives(&self, at: &ConstraintView<'_>, w: &[f64], stations: &mut [Matrix], span: &mut [Matrix]) {
         let (m, k) = (at.stations.len(), at.span.len());
-        let done = self.with_situation(at, |situation, rows| {
-            rows.clear();
-            rows.resize(36 * m * m + 9 * k, UNWRITTEN);
-            let (of_stations, of_span) = rows.split_at_mut(36 * m * m);
-            let mut wanted = Evaluation {
-                hessian: of_stations.as_mut_ptr(),
-                span_hessian: of_span.as_mut_ptr(),
-                weights: w.as_ptr(),
-                ..NOTHING
-            };
-            if !self.evaluate(situation, &mut wanted) {
-                return false;
-            }
-            if !(self.instance.finite("Hessian", of_stations) && self.instance.finite("Hessian of the span", of_span)) {
-                return false;
-            }
+        stations.fill(Matrix::repeat(f64::NAN));
+        span.fill(Matrix::repeat(f64::NAN));
+        let wanted = [(Part::Hessian, 36 * m * m), (Part::SpanHessian, 9 * k)];
+        self.evaluate(at, wanted, w, |[of_stations, of_span]| {
             for (at, x) in of_stations.iter().enumerate() {
                 let (row, column) = (at / (6 * m), at % (6 * m));
                 stations[row / 3 * 2 * m + column / 3][(row % 3, column % 3)] = *x;
@@ -365,12 +437,7 @@ impl Proxy {
             for (at, x) in of_span.iter().enumerate() {
                 span[at / 9][(at % 9 / 3, at % 3)] = *x;
             }
-            true
         });
-        if !done {
-            stations.fill(Matrix::repeat(f64::NAN));
-            span.fill(Matrix::repeat(f64::NAN));
-        }
     }
 }
 
@@ -397,9 +464,14 @@ impl Constraint for Proxy {
     fn target(&self, base: &Pose, progress: f64) -> Pose {
         let Some(target) = self.functions.target else { return *base };
         let base = abi_pose(base);
-        let mut to = abi::Pose { position: [UNWRITTEN; 3], orientation: [UNWRITTEN; 4] };
+        let mut to = Guarded::new(abi::Pose { position: [UNWRITTEN; 3], orientation: [UNWRITTEN; 4] });
+        let address = to.address();
         // SAFETY: all arguments are as the ABI demands.
-        let done = self.instance.call(c"target", |own, text| unsafe { target(own, &base, progress, &mut to, text) });
+        let done = self.instance.call(c"target", |own, text| unsafe { target(own, &base, progress, address, text) });
+        if to.is_overrun() {
+            self.instance.fail("wrote beyond the end of the target's pose (in `target`)".to_owned());
+        }
+        let to = to.value;
         let q = to.orientation;
         let [w, x, y, z] = q;
         let norm = q.iter().map(|x| x * x).sum::<f64>().sqrt();
@@ -423,25 +495,37 @@ impl Constraint for Proxy {
 
     fn commit(&self, at: &ConstraintView<'_>, memory: &mut [f64]) {
         let Some(commit) = self.functions.commit else { return };
-        self.with_situation(at, |situation, rows| {
-            rows.clear();
-            rows.extend_from_slice(memory);
-            // SAFETY: all arguments are as the ABI demands; `rows` has as many numbers as the memory.
-            let done =
-                self.instance.call(c"commit", |own, text| unsafe { commit(own, situation, rows.as_mut_ptr(), text) });
-            if done && self.instance.finite("memory", rows) {
-                memory.copy_from_slice(rows);
-            }
-        });
+        let before = memory.to_vec();
+        self.with_situation(
+            at,
+            c"commit",
+            |buffers| [buffers.add("memory", before)],
+            // SAFETY: all arguments are as the ABI demands; there are as many numbers as in the memory.
+            |own, situation, [to], text| unsafe { commit(own, situation, to, text) },
+            |[found]| {
+                let finite = self.instance.finite("memory", found);
+                if finite {
+                    memory.copy_from_slice(found);
+                }
+                finite
+            },
+        );
     }
 
     fn outputs(&self, at: &ConstraintView<'_>) -> Vec<(String, f64)> {
         let Some(report) = self.functions.report.filter(|_| !self.outputs.is_empty()) else { return Vec::new() };
-        let mut values = vec![UNWRITTEN; self.outputs.len()];
-        let done = self.with_situation(at, |situation, _| {
+        let mut values = vec![];
+        let done = self.with_situation(
+            at,
+            c"report",
+            |buffers| [buffers.add("values", repeat_n(UNWRITTEN, self.outputs.len()))],
             // SAFETY: all arguments are as the ABI demands; there is one value for each output.
-            self.instance.call(c"report", |own, text| unsafe { report(own, situation, values.as_mut_ptr(), text) })
-        });
+            |own, situation, [to], text| unsafe { report(own, situation, to, text) },
+            |[found]| {
+                values.extend_from_slice(found);
+                true
+            },
+        );
         let named: Vec<(String, f64)> = self.outputs.iter().cloned().zip(values).collect();
         if let Some((name, value)) = named.iter().find(|(_, value)| done && !value.is_finite()) {
             self.instance.fail(if value.to_bits() == UNWRITTEN.to_bits() {
@@ -468,27 +552,15 @@ impl Potential for Proxy {
             numeric::gradient(at, &|at| self.energy_alone(at), stations, span);
             return self.energy_alone(at);
         }
-        let mut energy = UNWRITTEN;
-        stations.fill(Vector::repeat(UNWRITTEN));
-        span.fill(Vector::repeat(UNWRITTEN));
-        let done = self.with_situation(at, |situation, _| {
-            let mut wanted = Evaluation {
-                energy: &mut energy,
-                gradient: stations.as_mut_ptr().cast(),
-                span_gradient: span.as_mut_ptr().cast(),
-                ..NOTHING
-            };
-            self.evaluate(situation, &mut wanted)
+        let wanted = [(Part::Energy, 1), (Part::Gradient, 3 * stations.len()), (Part::SpanGradient, 3 * span.len())];
+        let mut energy = f64::NAN;
+        stations.fill(Vector::repeat(f64::NAN));
+        span.fill(Vector::repeat(f64::NAN));
+        self.evaluate(at, wanted, &[], |[of_energy, of_stations, of_span]| {
+            energy = of_energy[0];
+            copy_vectors(of_stations, stations);
+            copy_vectors(of_span, span);
         });
-        let good = done
-            && self.instance.finite("energy", &[energy])
-            && self.instance.finite("gradient", stations.as_numbers())
-            && self.instance.finite("gradient of the span", span.as_numbers());
-        if !good {
-            stations.fill(Vector::repeat(f64::NAN));
-            span.fill(Vector::repeat(f64::NAN));
-            return f64::NAN;
-        }
         energy
     }
 
@@ -534,27 +606,16 @@ impl Equations for Proxy {
             self.residuals_alone(at, c);
             return;
         }
-        c.fill(UNWRITTEN);
-        stations.fill(Vector::repeat(UNWRITTEN));
-        span.fill(Vector::repeat(UNWRITTEN));
-        let done = self.with_situation(at, |situation, _| {
-            let mut wanted = Evaluation {
-                residuals: c.as_mut_ptr(),
-                jacobian: stations.as_mut_ptr().cast(),
-                span_jacobian: span.as_mut_ptr().cast(),
-                ..NOTHING
-            };
-            self.evaluate(situation, &mut wanted)
+        let wanted =
+            [(Part::Residuals, c.len()), (Part::Jacobian, 3 * stations.len()), (Part::SpanJacobian, 3 * span.len())];
+        c.fill(f64::NAN);
+        stations.fill(Vector::repeat(f64::NAN));
+        span.fill(Vector::repeat(f64::NAN));
+        self.evaluate(at, wanted, &[], |[residuals, of_stations, of_span]| {
+            c.copy_from_slice(residuals);
+            copy_vectors(of_stations, stations);
+            copy_vectors(of_span, span);
         });
-        let good = done
-            && self.instance.finite("residuals", c)
-            && self.instance.finite("Jacobian", stations.as_numbers())
-            && self.instance.finite("Jacobian of the span", span.as_numbers());
-        if !good {
-            c.fill(f64::NAN);
-            stations.fill(Vector::repeat(f64::NAN));
-            span.fill(Vector::repeat(f64::NAN));
-        }
     }
 
     /// Without second derivatives from the plugin the Gauss-Newton approximation remains.
@@ -565,16 +626,17 @@ impl Equations for Proxy {
     }
 }
 
-/// Vectors as a flat slice of numbers.
-trait AsNumbers {
-    fn as_numbers(&self) -> &[f64];
+/// Copies numbers, three for each vector.
+fn copy_vectors(numbers: &[f64], to: &mut [Vector]) {
+    for (to, from) in to.iter_mut().zip(numbers.chunks_exact(3)) {
+        *to = Vector::from_column_slice(from);
+    }
 }
 
-impl AsNumbers for [Vector] {
-    fn as_numbers(&self) -> &[f64] {
-        // SAFETY: a vector of nalgebra is exactly three numbers (`repr(C)`, `repr(transparent)`).
-        unsafe { std::slice::from_raw_parts(self.as_ptr().cast(), 3 * self.len()) }
-    }
+/// A pose as the ABI has it: position, then `w, x, y, z`.
+fn pose_numbers(pose: &Pose) -> [f64; 7] {
+    let (x, q) = (&pose.position, &pose.orientation);
+    [x.x, x.y, x.z, q.w, q.i, q.j, q.k]
 }
 
 fn abi_pose(pose: &Pose) -> abi::Pose {

@@ -138,20 +138,30 @@ pub unsafe fn name(what: &str, words: *const c_char) -> Result<String, Reason> {
     Err(Reason::Text { what: what.to_owned(), problem })
 }
 
-/// Buffer for a message that a plugin writes.
+/// Buffer for a message that a plugin writes, with a guard behind it.
+#[repr(C)]
 pub struct Message {
     buffer: [u8; 512],
+    behind: [u8; 64],
 }
+
+/// What stands behind the buffer as long as nobody writes there.
+const UNTOUCHED: u8 = 0xa5;
 
 impl Message {
     pub fn new() -> Self {
-        Self { buffer: [0; 512] }
+        Self { buffer: [0; 512], behind: [UNTOUCHED; 64] }
+    }
+
+    /// Whether something was written behind the buffer.
+    pub fn is_overrun(&self) -> bool {
+        self.buffer[511] != 0 || self.behind != [UNTOUCHED; 64]
     }
 
     /// The buffer as C sees it.
     pub fn text(&mut self) -> wireloom_abi::Text {
         // The last byte always remains zero.
-        wireloom_abi::Text { data: self.buffer.as_mut_ptr().cast(), capacity: self.buffer.len() - 1 }
+        wireloom_abi::Text { data: (&raw mut *self).cast(), capacity: self.buffer.len() - 1 }
     }
 
     /// The text that was written.

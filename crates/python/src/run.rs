@@ -210,7 +210,7 @@ impl Run {
 
     #[getter]
     fn status(&self) -> &'static str {
-        self.run.status.word()
+        self.run.status().word()
     }
 
     #[getter]
@@ -226,7 +226,7 @@ impl Run {
     /// The fault of a part that ended the run early, in words.
     #[getter]
     fn fault(&self) -> Option<String> {
-        self.run.fault.as_ref().map(ToString::to_string)
+        self.run.fault().map(ToString::to_string)
     }
 
     /// The equilibria that were kept.

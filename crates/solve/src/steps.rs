@@ -19,5 +19,5 @@ pub mod stability;
 mod step_result;
 
 pub use initial_equilibrium::start_near;
-pub use progress::{Control, Progress};
+pub use progress::{Control, Interruption, Progress};
 pub use run::carry_out;

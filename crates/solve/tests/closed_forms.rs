@@ -45,7 +45,7 @@ const CLAMPED: &[HoldWord] = &[HoldWord::Position, HoldWord::Tangent, HoldWord::
 fn stable(problem: &mut Problem<'_>, state: &State) -> bool {
     let mut certifier = Certifier::new(problem.network);
     let certificate = certifier.certify(problem, state, &Stop::default(), Status::IterationLimit);
-    assert_eq!(certificate.status, Status::Converged, "{certificate:?}");
+    assert_eq!(certificate.grade, Status::Converged, "{certificate:?}");
     certifier.inspect(problem, state).stability == Stability::Stable
 }
 

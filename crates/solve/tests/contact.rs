@@ -39,7 +39,7 @@ fn run(text: &str) -> (Run, Network) {
 #[track_caller]
 fn converged(text: &str) -> Run {
     let run = run(text).0;
-    assert_eq!(run.status, Status::Converged, "{:?} {:?}", run.notes, run.events);
+    assert_eq!(run.status(), Status::Converged, "{:?} {:?}", run.notes, run.events);
     run
 }
 
@@ -216,7 +216,7 @@ fn infeasible_contact_is_reported_with_its_place() {
         "[[steps]]\nname = \"shut\"\nincrements = 4\n[[steps.move]]\nobstacle = \"lid\"\nposition = [0, 0, -0.0055]\n",
     );
     let run = run(&text).0;
-    assert_ne!(run.status, Status::Converged);
+    assert_ne!(run.status(), Status::Converged);
     let event = run.events.iter().find(|event| event.kind == EventKind::NotConverged).expect("an event");
     assert!(event.place.branch.as_deref() == Some("A") && event.place.obstacle.is_some(), "{event:?}");
     assert!(event.message.contains("mm deep in obstacle"), "{event:?}");

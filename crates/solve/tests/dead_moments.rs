@@ -229,7 +229,7 @@ fn a_strip_that_cannot_stand_diverges_under_a_moment() {
         let stop = Stop { force_tolerance: 1e-9, max_iterations: 50 };
         Newton::new().minimise(&mut problem, &mut state, &stop);
         let mut certifier = Certifier::new(&sample.network);
-        let status = certifier.certify(&mut problem, &state, &stop, Status::Failed).status;
+        let status = certifier.certify(&mut problem, &state, &stop, Status::Failed).grade;
         assert_eq!(status, Status::Converged);
         assert!(state.points[40].xy().norm() < 1e-9, "it is upright: {}", state.points[40]);
         certifier.diverges(&mut problem, &state)

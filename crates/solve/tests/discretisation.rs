@@ -36,7 +36,7 @@ fn run(text: &str) -> Vec<(StepResult, Vec<NodalErrors>)> {
     let mut keep = Keep::default();
     let run =
         wireloom_solve::carry_out(&network, coarse.as_ref(), minimiser.as_mut(), &stop, &schedule, None, &mut keep);
-    assert_eq!(run.status, Status::Converged, "{:?} {:?}", run.notes, run.events);
+    assert_eq!(run.status(), Status::Converged, "{:?} {:?}", run.notes, run.events);
     keep.0
 }
 

@@ -74,10 +74,10 @@ fn held_or_reported(what: &str, run: &Run, turns: f64, (fraction, error): (f64, 
     }
     let lost = lost(run);
     if held {
-        assert_eq!((run.status, lost.len()), (Status::Converged, 0), "{what}: {lost:?}");
+        assert_eq!((run.status(), lost.len()), (Status::Converged, 0), "{what}: {lost:?}");
         return;
     }
-    assert_eq!(run.status, Status::Failed, "{what}: {:?}", run.events);
+    assert_eq!(run.status(), Status::Failed, "{what}: {:?}", run.events);
     assert!(!lost.is_empty(), "{what}: {:?}", run.events);
     for event in lost {
         assert!(event.place.branch.is_some() && event.place.s.is_some(), "{what}: {event:?}");
@@ -133,7 +133,7 @@ fn turns_shed_by_a_loop_are_reported() {
     for segments in [20, 40] {
         let sample = cable(&registry(), segments);
         let run = turn(&sample.network, Vector::new(0.5, 0.0, 0.0), 9.81, 5.0, 20);
-        assert_eq!(run.status, Status::Converged, "{:?}", run.events);
+        assert_eq!(run.status(), Status::Converged, "{:?}", run.events);
         let lost = lost(&run);
         let shed: f64 = lost.iter().filter_map(|event| event.value).sum();
         assert_eq!((lost.len(), shed), (2, 4.0), "{lost:?}");
@@ -160,8 +160,8 @@ fn turns_are_not_lost_in_a_rotational_spring() {
         turn(&sample.network, TAUT, 0.0, 3.0, 6)
     };
     let strong = spring(10.0);
-    assert_eq!((strong.status, lost(&strong).len()), (Status::Converged, 0), "{:?}", strong.events);
+    assert_eq!((strong.status(), lost(&strong).len()), (Status::Converged, 0), "{:?}", strong.events);
     let weak = spring(0.02);
-    assert_eq!(weak.status, Status::Failed, "{:?}", weak.events);
+    assert_eq!(weak.status(), Status::Failed, "{:?}", weak.events);
     assert!(matches!(lost(&weak)[..], [event] if event.place.constraint.is_some()), "{:?}", weak.events);
 }

@@ -31,7 +31,7 @@ fn run(text: &str) -> Run {
     let observer = &mut IncrementObserver(&mut |_, _| Control::Continue);
     let run =
         wireloom_solve::carry_out(&network, coarse.as_ref(), minimiser.as_mut(), &stop, &schedule, None, observer);
-    assert_eq!(run.status, Status::Converged, "{:?} {:?}", run.notes, run.events);
+    assert_eq!(run.status(), Status::Converged, "{:?} {:?}", run.notes, run.events);
     run
 }
 

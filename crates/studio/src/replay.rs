@@ -109,7 +109,7 @@ impl Recorder {
             first += frames;
         }
         let frame = |moment: &Moment| Some(find(moment, &self.steps)?.0);
-        let sheet = sheet::sheet(&run.requirements, run.status, (steps.len(), steps.len()), frame);
+        let sheet = sheet::sheet(&run.requirements, run.status(), (steps.len(), steps.len()), frame);
         let events = run.events.iter().filter_map(|event| timeline_event(event, &self.steps, &scene)).collect();
         let all = self.steps.into_iter().flat_map(|step| step.frames);
         let encoded = |(k, mut frame_record): (usize, RecordedFrame)| {

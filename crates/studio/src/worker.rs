@@ -17,6 +17,7 @@ use std::thread;
 use std::time::Duration;
 use wireloom::Run;
 use wireloom::harness::Obstacle;
+use wireloom::result::Outcome as RunOutcome;
 use wireloom::scenario::Fault;
 use wireloom::session::Monitor;
 
@@ -177,13 +178,12 @@ impl Studio {
         let record = locked(&self.shared.broadcast).record.clone()?;
         let run = Run {
             scenario: record.scenario,
-            status: record.status,
+            outcome: RunOutcome::Graded(record.status),
             notes: record.notes,
             events: record.events,
             steps: record.ends.iter().map(|end| (**end).clone()).collect(),
             clearances: Vec::new(),
             requirements: record.requirements.to_vec(),
-            fault: None,
             plugins: Vec::new(),
         };
         Some(Outcome { run, obstacles: record.obstacles })

@@ -67,7 +67,7 @@ fn recorded() -> (Replay, Run) {
         recorder.record(end);
         Control::Continue
     });
-    assert_eq!(run.status, Status::Converged);
+    assert_eq!(run.status(), Status::Converged);
     (recorder.finish(&run), run)
 }
 

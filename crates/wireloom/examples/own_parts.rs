@@ -146,7 +146,7 @@ fn solved(text: &str, registry: &Registry) -> Result<(Vector, Status), String> {
     let (_, built) = wireloom::load(text, registry).map_err(|faults| wireloom::scenario::render(text, &faults))?;
     let run = wireloom::run(built, &mut |_, _| Control::Continue);
     let end = run.steps.last().ok_or("a run has a step")?;
-    Ok((end.joints[0].position, run.status))
+    Ok((end.joints[0].position, run.status()))
 }
 
 fn main() -> Result<(), String> {

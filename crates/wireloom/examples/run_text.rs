@@ -20,8 +20,8 @@ fn main() -> Result<(), String> {
     for event in &run.events {
         println!("{} at {}: {}", event.kind.title(), event.place, event.message);
     }
-    if run.status != Status::Converged {
-        return Err(format!("{}: {}", scenario.name, run.status.word()));
+    if run.status() != Status::Converged {
+        return Err(format!("{}: {}", scenario.name, run.status().word()));
     }
     let end = run.steps.last().ok_or("a run has a step")?;
     for branch in &end.branches {

@@ -209,7 +209,7 @@ fn stroke(
                 evaluations += report.evaluations;
                 factorisations += report.factorisations;
                 residual = residual.max(certificate.residual);
-                failures += usize::from(certificate.status != Status::Converged);
+                failures += usize::from(certificate.grade != Status::Converged);
             }
         }
     }

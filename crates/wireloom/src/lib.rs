@@ -39,7 +39,7 @@
 //! let registry = wireloom::registry();
 //! let (_, built) = wireloom::load(text, &registry).expect("no faults");
 //! let run = wireloom::run(built, &mut |_, _| Control::Continue);
-//! assert_eq!(run.status, Status::Converged);
+//! assert_eq!(run.status(), Status::Converged);
 //! let cable = &run.steps[0].branches[0];
 //! assert!(cable.position[20].z < -0.34, "it sags");
 //! ```

@@ -54,7 +54,7 @@ pub fn by_accuracy(
         let next = if monitor.is_stopped() {
             Next::Run
         } else {
-            adaptation.end_trial(run.status == Status::Converged, &mut scenario)
+            adaptation.end_trial(run.status() == Status::Converged, &mut scenario)
         };
         built = scenario.build(registry)?;
         match next {

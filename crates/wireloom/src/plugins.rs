@@ -14,7 +14,10 @@
 //! }
 //! ```
 
+#[cfg(unix)]
+pub use wireloom_host::record_calls;
 pub use wireloom_host::{
-    ABI_MAJOR, ABI_MINOR, HEADER, LATE, LoadError, Plugin, Plugins, Reason, SearchPath, file_name,
-    install_crash_handler, notes, numeric_derivatives, open_regular_file, resolve,
+    ABI_MAJOR, ABI_MINOR, HEADER, HEADER_CPP, LATE, LoadError, Plugin, Plugins, Reason, RecordedCall, SearchPath,
+    begin_record, file_name, floating_point_changes, install_crash_handler, notes, numeric_derivatives,
+    open_regular_file, recorded_calls, resolve,
 };

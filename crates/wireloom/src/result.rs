@@ -6,7 +6,7 @@
 //! let text = std::fs::read_to_string("../../scenarios/first.toml")?;
 //! let (_, built) = wireloom::load(&text, &wireloom::registry()).expect("no faults");
 //! let run = wireloom::run(built, &mut |_, _| Control::Continue);
-//! assert_eq!(run.status, Status::Converged);
+//! assert_eq!(run.status(), Status::Converged);
 //! println!("{}", run.verdict().word());
 //! for line in &run.requirements {
 //!     println!("{}: {} ({:?})", line.name, line.verdict.word(), line.margin());
@@ -22,8 +22,8 @@
 
 pub use wireloom_core::equilibrium::{
     BranchResult, Clearance, ClearanceFrom, ConstraintResult, Energy, JointResult, Library, MarkerResult,
-    MinimiserResult, ObstacleResult, OperationResult, PartFamily, PartFault, Run, SlideMotion, SlideResult, SpanResult,
-    StationResult, StepResult, TightestBend,
+    MinimiserResult, ObstacleResult, OperationResult, Outcome, PartFamily, PartFault, Run, SlideMotion, SlideResult,
+    SpanResult, StationResult, StepResult, TightestBend,
 };
 pub use wireloom_core::event::{Event, EventKind, EventPlace, Group, Moment, grouped};
 pub use wireloom_core::requirement::{

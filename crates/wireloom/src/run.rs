@@ -120,7 +120,7 @@ position = [0.37, 0.16, 0.0]
             let text = BENT.replace("SEGMENTS", segments);
             let (_, built) = crate::load(&text, &crate::registry()).unwrap_or_else(|faults| panic!("{faults:?}"));
             let run = run(built, &mut |_, _| Control::Continue);
-            assert_eq!(run.status, Status::Converged);
+            assert_eq!(run.status(), Status::Converged);
             run.notes.into_iter().filter(|note| note.contains("is coarse")).collect::<Vec<_>>()
         };
         let coarse = notes("40");

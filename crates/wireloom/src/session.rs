@@ -46,7 +46,8 @@
 pub mod drag;
 
 pub use wireloom_core::Monitor;
+pub use wireloom_solve::steps::Interruption;
 pub use wireloom_solve::steps::checkpoint::{Checkpoint, IncrementObserver, Observer, Resumed};
 pub use wireloom_solve::steps::checkpoint_transfer::{Transferred, transfer};
-pub use wireloom_solve::steps::interactive::{Ended, InteractiveDriver, Interruption};
+pub use wireloom_solve::steps::interactive::{Ended, InteractiveDriver};
 pub use wireloom_solve::{Control, Progress};

@@ -450,11 +450,11 @@ impl Points<'_> {
         let run =
             wireloom_solve::carry_out(&network, coarse.as_ref(), minimiser, &when, &schedule, resumed, &mut watching);
         let Watching { start, at, recorder, extremes, lines, .. } = watching;
-        if run.status == Status::Interrupted {
+        if run.status() == Status::Interrupted {
             return Attempt::Stopped(at);
         }
         // Why a run ended before its time.
-        let message = run.fault.as_ref().map(|fault| fault.message.clone());
+        let message = run.fault().map(|fault| fault.message.clone());
         let row = match (Ending::of(&run), run.steps.last()) {
             (Some(ending), Some(end)) => {
                 let outputs = recorder.finish(&network, end);
@@ -462,7 +462,7 @@ impl Points<'_> {
                 let row = self.header.row(values, &ending, Computed { extremes, outputs, verdict });
                 Row { message, ..row }
             }
-            _ => self.header.without_result(values, run.status.word(), message),
+            _ => self.header.without_result(values, run.status().word(), message),
         };
         let start = start.filter(Checkpoint::is_balanced_start);
         let start = start.map(|checkpoint| Start { network, checkpoint });

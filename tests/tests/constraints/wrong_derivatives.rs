@@ -57,7 +57,7 @@ impl Equations for DoubledLink {
     }
 }
 
-/// A joint with an energy and no derivatives: it exerts nothing.
+/// A joint whose derivatives are zero, unlike its energy: it exerts nothing.
 struct EnergyAlone;
 
 impl JointModel for EnergyAlone {
@@ -67,6 +67,10 @@ impl JointModel for EnergyAlone {
     fn energy(&self, frames: &[Rotation]) -> f64 {
         1.0 - (frames[0] * Vector::z()).dot(&(frames[1] * Vector::z()))
     }
+    fn add_gradient(&self, frames: &[Rotation], _: &mut [Vector]) -> f64 {
+        self.energy(frames)
+    }
+    fn add_hessian(&self, _: &[Rotation], _: &mut [Matrix]) {}
 }
 
 fn registry() -> Registry {
@@ -96,8 +100,8 @@ fn registry() -> Registry {
 
 #[track_caller]
 fn at_fault(run: &Run, part: &str) {
-    assert_eq!(run.status, Status::Failed, "{:?}", run.events);
-    let fault = run.fault.as_ref().expect("a fault").to_string();
+    assert_eq!(run.status(), Status::Failed, "{:?}", run.events);
+    let fault = run.fault().expect("a fault").to_string();
     assert!(fault.starts_with(part) && fault.contains("not those of its values"), "{fault}");
     assert!(run.steps.is_empty(), "no increment ended");
 }

@@ -110,6 +110,13 @@ static int32_t evaluate(const void *instance, const WireloomSituation *at, Wirel
         memset(message->data, 'x', message->capacity);
         return WIRELOOM_STATUS_ERROR;
     }
+#elif CASE == 101
+    if (ended) _exit(0);
+#elif CASE == 102
+    if (ended) {
+        volatile char *small = malloc(24);
+        for (int i = 0; i < 1 << 16; i++) small[i] = -1;
+    }
 #elif CASE == 49
     if (ended) dlclose(dlopen("./libhostile.so", RTLD_NOW)), dlclose(dlopen("./libhostile.so", RTLD_NOW));
 #endif
@@ -263,6 +270,12 @@ static const char endless[8192] = {[0 ... 8191] = 'a'};
 #define ENTRY_SIZE sizeof(WireloomEntry)
 #endif
 
+#if defined(OTHER)
+#define VERSION "0.0.2"
+#else
+#define VERSION "0.0.1"
+#endif
+
 #if CASE == 1
 WIRELOOM_EXPORT const int another_name;
 const int another_name = sizeof endless;
@@ -274,7 +287,7 @@ WIRELOOM_EXPORT const WireloomEntry wireloom_plugin = {
     .abi_major = CASE == 3 ? 2 : WIRELOOM_ABI_MAJOR,
     .abi_minor = CASE == 4 ? 900 : CASE == 63 ? 2 : WIRELOOM_ABI_MINOR,
     .name = CASE == 92 ? NULL : CASE == 93 ? endless : CASE == 94 ? "two words" : "hostile",
-    .version = CASE == 95 ? NULL : "0.0.1",
+    .version = CASE == 95 ? NULL : VERSION,
     .doc = CASE == 96 ? "\xff\xfe" : "does something wrong",
     .kinds = CASE == 97 ? NULL : list_kinds,
     .get_extension = CASE == 62 || CASE == 98 ? get_extension : NULL,

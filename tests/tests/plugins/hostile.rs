@@ -2,6 +2,10 @@
 //! words that say what is wrong, whose doing it was, and where; and what was computed before is kept.
 
 use crate::*;
+use std::process::Stdio;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::{Duration, Instant};
+use wireloom::plugins::Plugins;
 use wireloom_tests::cables::{branch, connector, section};
 
 /// A cantilever, with the plugin's spring at its end.
@@ -168,6 +172,7 @@ const FAILING: &[Case] = &[
     (45, "an energy that is not a number", &["returned NaN as energy"]),
     (46, "a gradient that is not written", &["wrote no gradient, entry 0 of 6 in `evaluate`, which was requested"]),
     (47, "an infinite Hessian", &["returned inf as Hessian, entry 7 of 36"]),
+    (101, "an exit that leaves no trace", &["ended the process without a trace (_exit, exit code 0) (in `evaluate`)"]),
 ];
 
 /// Does no harm.
@@ -188,7 +193,12 @@ pub fn trials() -> Vec<Named> {
         named("hostile: an output that is not a number, or not written, ends the run", bad_outputs),
         named("hostile: a crash as it is unmade ends the run, and all is kept", crash_at_the_end),
         named("hostile: plugin check says what is wrong, and in which function", checked),
-        named("hostile: exits at once as it is loaded, which nothing can see", silent_exit),
+        named("hostile: an exit at once as it is loaded is reported", silent_exit),
+        named("hostile: damaged memory ends the run, the plugin is named, and all is kept", damaged_memory),
+        named("hostile: an exception in C++ ends the run, the plugin is named, and all is kept", exception),
+        named("hostile: Ctrl-C ends a call that does not return within a second, and all is kept", ctrl_c),
+        named("hostile: the bytes that were hashed are those that run, also as a link flips meanwhile", flipping_link),
+        named("hostile: a changed rounding mode is restored, and a note of the run", rounding_mode),
     ];
     for case in REFUSED {
         all.push((format!("hostile: {} is refused", case.1), Box::new(move || refused(case))));
@@ -341,9 +351,107 @@ fn checked() -> Checked {
     Ok(())
 }
 
-/// `_Exit` from a library's own start leaves no trace for anybody; at least it harms nothing.
 fn silent_exit() -> Checked {
     let (place, ended) = run(51)?;
-    ended.expect(0)?;
+    ended.expect(3)?.says(&[
+        "libhostile.so ended the process without a trace (_exit, exit code 0) (in `initialisation of the library`)",
+    ])?;
     ensure(!place.path("out").exists(), "something was written")
+}
+
+/// The first step is in the result, and the plugin is at fault in the second.
+fn first_step_is_kept(place: &Place) -> Checked {
+    let result = place.json("out/s/result.json")?;
+    ensure(result["status"] == "failed" && result["fault"]["step"] == "second", &result)?;
+    let steps = result["steps"].as_array().map_or(0, Vec::len);
+    ensure(steps == 1 && result["steps"][0]["name"] == "first", &result)
+}
+
+fn damaged_memory() -> Checked {
+    let (place, ended) = run(102)?;
+    ended
+        .expect(3)?
+        .says(&["constraint `bad` (hostile) in step `second`", "plugin `hostile` 0.0.1 (libhostile.so) "])?;
+    first_step_is_kept(&place)
+}
+
+/// The constraint in C++, whose `evaluate` throws in the second step.
+fn exception() -> Checked {
+    let place = Place::new()?;
+    compile_cpp(&root().join("tests/tests/plugins/throwing.cpp"), &place.path("libhostile.so"))?;
+    fs::write(place.path("s.toml"), scenario())?;
+    let ended = place.wireloom(&["run", "s.toml", "--allow-plugin", "libhostile.so"])?.expect(3)?;
+    ended.says(&["constraint `bad` (hostile) in step `second`", "plugin `hostile` 0.0.1 (libhostile.so) "])?;
+    first_step_is_kept(&place)
+}
+
+fn ctrl_c() -> Checked {
+    let place = Place::new()?;
+    compile(&root().join("tests/tests/plugins/hostile.c"), &place.path("libhostile.so"), &["-DCASE=38"])?;
+    fs::write(place.path("s.toml"), scenario().replace("time_limit = 0.5", "time_limit = 600"))?;
+    let mut command = Command::new(program());
+    command.args(["run", "s.toml", "--allow-plugin", "libhostile.so"]).current_dir(place.0.path());
+    let mut child = command.env("HOME", place.0.path()).stdout(Stdio::null()).spawn()?;
+    // The first step is kept as the second begins, which does not return.
+    while !place.path("out/s/.wireloom/results/000001").exists() {
+        std::thread::yield_now();
+    }
+    std::thread::sleep(Duration::from_millis(100));
+    let asked = Instant::now();
+    let id = child.id().to_string();
+    ensure(Command::new("kill").args(["-INT", &id]).status()?.success(), "no signal")?;
+    let code = child.wait()?.code();
+    let took = asked.elapsed();
+    ensure(code == Some(2) && took < Duration::from_secs(1), (code, took))?;
+    let result = place.json("out/s/result.json")?;
+    ensure(result["status"] == "interrupted" && result["fault"].is_null(), &result)?;
+    ensure(result["steps"].as_array().is_some_and(|steps| steps.len() == 1), &result)?;
+    // The record stays, so that it can be resumed.
+    ensure(place.path("out/s/.wireloom/origin").exists(), "no record")
+}
+
+fn flipping_link() -> Checked {
+    let place = Place::new()?;
+    let source = root().join("tests/tests/plugins/hostile.c");
+    let mut hashes = vec![];
+    for (name, more) in [("libone.so", &["-DCASE=0"][..]), ("libtwo.so", &["-DCASE=0", "-DOTHER"])] {
+        compile(&source, &place.path(name), more)?;
+        hashes.push(wireloom::export::sha256(&fs::read(place.path(name))?));
+    }
+    let (link, spare) = (place.path("libhostile.so"), place.path("spare"));
+    let flip = |to: &str| {
+        let _ = std::os::unix::fs::symlink(place.path(to), &spare);
+        fs::rename(&spare, &link)
+    };
+    flip("libone.so")?;
+    let over = AtomicBool::new(false);
+    std::thread::scope(|scope| {
+        scope.spawn(|| {
+            while !over.load(Ordering::Relaxed) {
+                let _ = flip("libtwo.so").and_then(|()| flip("libone.so"));
+            }
+        });
+        let load = || -> Checked {
+            for _ in 0..2000 {
+                let mut plugins = Plugins::default();
+                let plugin = plugins.load(&link, &mut wireloom::registry())?;
+                let want = &hashes[usize::from(plugin.version == "0.0.2")];
+                ensure(plugin.hash == *want, (&plugin.version, &plugin.hash))?;
+            }
+            Ok(())
+        };
+        let loaded = load();
+        over.store(true, Ordering::Relaxed);
+        loaded
+    })
+}
+
+fn rounding_mode() -> Checked {
+    let place = Place::new()?;
+    compile(&root().join("tests/tests/plugins/liar.c"), &place.path("libliar.so"), &["-DCASE=30"])?;
+    fs::write(place.path("s.toml"), scenario().replace("\"hostile\"", "\"liar\""))?;
+    let ended = place.wireloom(&["run", "s.toml", "--allow-plugin", "libliar.so"])?.expect(0)?;
+    ensure(ended.out.contains("(libliar.so) changed the rounding mode of the processor in `evaluate`"), &ended)?;
+    let notes = place.json("out/s/result.json")?["notes"].to_string();
+    ensure(notes.contains("changed the rounding mode"), notes)
 }

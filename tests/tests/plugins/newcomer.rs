@@ -5,7 +5,8 @@ use crate::*;
 
 pub fn trials() -> Vec<Named> {
     vec![
-        named("new user, C: five commands", in_c),
+        named("new user, C: five commands, for each kind", in_c),
+        named("new user, C++: five commands, for each kind; then exceptions", in_cpp),
         named("new user, Rust: five commands; then panics in every function", in_rust),
         named("plugin new refuses what is no name, or is taken", bad_names),
     ]
@@ -31,16 +32,62 @@ fn follow(place: &Place, arguments: &[&str]) -> Result<PathBuf, Failed> {
         .output()?;
     let words = String::from_utf8_lossy(&output.stdout).into_owned() + &String::from_utf8_lossy(&output.stderr);
     ensure(output.status.success() && words.contains("all tests passed"), &words)?;
-    let result = place.json("my-spring/out/my-spring/result.json")?;
-    near("end", number(&result, "/steps/0/branches/cable/position/0/2"), -2.4525e-3, 1e-9)?;
+    let kind = arguments.iter().skip_while(|argument| **argument != "--kind").nth(1).unwrap_or(&"constraint");
+    closed_form(kind, &place.json("my-spring/out/my-spring/result.json")?)?;
     Ok(place.path("my-spring"))
 }
+
+/// What the scenario of a kind says of itself.
+fn closed_form(kind: &str, result: &Value) -> Checked {
+    let last = result["steps"].as_array().and_then(|steps| steps.last()).cloned().unwrap_or_default();
+    let (end, what) = ("/branches/cable/position/0/2", format!("end, {kind}"));
+    match kind {
+        "constraint" => near(&what, number(&last, end), -2.4525e-3, 1e-9),
+        // The equation is met to 1e-8 m.
+        "equation" => near(&what, number(&last, end), -0.05, 1e-6),
+        // The spring holds the force at which it yields, up to the tolerance of the equilibrium.
+        "memory" => near(&what, number(&last, "/constraints/spring/force/2"), 1.0, 1e-6),
+        // Small deflections: (δ/L)² = 4e-4.
+        "joint" => near(&what, number(&last, "/branches/right/position/20/2"), -10.4167e-3, 1e-3),
+        other => Err(format!("no kind {other}").into()),
+    }
+}
+
+/// The kinds besides the default.
+const KINDS: [&str; 3] = ["equation", "memory", "joint"];
 
 fn in_c() -> Checked {
     let place = Place::new()?;
     let folder = follow(&place, &["plugin", "new", "my-spring", "--c"])?;
     let test = Command::new("make").arg("test").current_dir(&folder).output()?;
-    ensure(test.status.success(), &test)
+    ensure(test.status.success(), &test)?;
+    for kind in KINDS {
+        follow(&Place::new()?, &["plugin", "new", "my-spring", "--c", "--kind", kind])?;
+    }
+    Ok(())
+}
+
+fn in_cpp() -> Checked {
+    for kind in KINDS {
+        follow(&Place::new()?, &["plugin", "new", "my-spring", "--cpp", "--kind", kind])?;
+    }
+    let place = Place::new()?;
+    let folder = follow(&place, &["plugin", "new", "my-spring", "--cpp"])?;
+    let source = fs::read_to_string(folder.join("my-spring.cpp"))?;
+    // Constraints are evaluated once as a scenario is read: what is thrown there refuses it.
+    let cases = [
+        ("double d[3], energy", "throw std::runtime_error(\"on purpose\");", "panicked in `evaluate`: on purpose"),
+        ("double d[3], energy", "throw 7;", "panicked in `evaluate`: an exception that is no std::exception"),
+        ("description.has_hessian = 1;", "throw wireloom::Refusal(\"too soft\");", "refuses: too soft"),
+    ];
+    for (place_of, thrown, words) in cases {
+        ensure(source.contains(place_of), place_of)?;
+        fs::write(folder.join("my-spring.cpp"), source.replacen(place_of, &format!("{thrown} {place_of}"), 1))?;
+        ensure(Command::new("make").current_dir(&folder).output()?.status.success(), thrown)?;
+        let run = ["run", "my-spring/my-spring.toml", "--allow-plugin", "my-spring/my-spring.so", "--quiet"];
+        place.wireloom(&run)?.expect(1)?.says(&[words])?;
+    }
+    Ok(())
 }
 
 fn in_rust() -> Checked {
@@ -102,6 +149,22 @@ fn in_rust() -> Checked {
         let ended = place.wireloom(&["run", "my-spring/my-spring.toml", "--allow-plugin", &library, "--quiet"])?;
         let ended = ended.expect(code)?;
         ended.says(&[words])?;
+    }
+    for kind in KINDS {
+        let other = Place::new()?;
+        other.wireloom(&["plugin", "new", "my-spring", "--kind", kind])?.expect(0)?;
+        let built = build(&["build"], &fs::read_to_string(other.path("my-spring/src/lib.rs"))?)?;
+        ensure(built.status.success(), &built)?;
+        fs::copy(other.path("my-spring/my-spring.toml"), folder.join("my-spring.toml"))?;
+        let library = format!(
+            "my-spring/target/release/{}my_spring{}",
+            std::env::consts::DLL_PREFIX,
+            std::env::consts::DLL_SUFFIX
+        );
+        place.wireloom(&["plugin", "check", &library])?.expect(0)?;
+        let run = ["run", "my-spring/my-spring.toml", "--allow-plugin", &library, "--out", kind];
+        place.wireloom(&run)?.expect(0)?;
+        closed_form(kind, &place.json(&format!("{kind}/result.json"))?)?;
     }
     parts_of_plugins_are_as_good(&place, &folder, &build)
 }

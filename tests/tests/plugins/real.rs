@@ -7,7 +7,8 @@ pub fn trials() -> Vec<Named> {
         named("cable-tie: two cantilevers drawn together bear 3 EI δ / L³", cable_tie),
         named("hinge-guide: a cable along the hinge is twisted by G J φ / L", hinge_guide),
         named("elastic-strap: strap and cantilever are two springs in a row", elastic_strap),
-        named("all three keep what they promise", all_keep_their_promises),
+        named("spring-joint: a cantilever with the joint half way sinks by F L³ / 3 E I + F (L/2)² / k", spring_joint),
+        named("all of them keep what they promise", all_keep_their_promises),
         named("a plugin in C and one in Rust in one scenario", both_languages),
         named("list shows what is installed, with parameters", list),
         named("a run that was killed goes on to the same bits with its plugins, and not with others", resumed),
@@ -75,9 +76,24 @@ fn stiffness() -> Result<Value, Failed> {
     Ok(number.into())
 }
 
+/// The joint, which is in C++.
+fn joint(folder: &Path) -> Result<PathBuf, Failed> {
+    let library = folder.join("libspring_joint.so");
+    compile_cpp(&root().join("plugins/spring-joint/spring_joint.cpp"), &library)?;
+    Ok(library)
+}
+
+fn spring_joint() -> Checked {
+    let place = Place::new()?;
+    let result = run("spring-joint", &joint(place.0.path())?)?;
+    // Small deflections: (δ/L)² = 4e-4; 20 segments each.
+    near("end", number(&result, "/steps/0/branches/right/position/20/2"), -10.4167e-3, 1e-3)
+}
+
 fn all_keep_their_promises() -> Checked {
     let place = Place::new()?;
-    for library in [library("cable-tie"), library("hinge-guide"), strap(place.0.path())?] {
+    let (strap, joint) = (strap(place.0.path())?, joint(place.0.path())?);
+    for library in [library("cable-tie"), library("hinge-guide"), strap, joint] {
         let ended = place.wireloom(&["plugin", "check", &library.to_string_lossy()])?.expect(0)?;
         ensure(ended.out.ends_with("all tests passed\n") && !ended.out.contains("not tested"), &ended)?;
     }

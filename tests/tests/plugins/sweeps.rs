@@ -8,6 +8,7 @@ use wireloom_tests::cables::{branch, connector, section};
 pub fn trials() -> Vec<Named> {
     vec![
         named("a point of a sweep at which a plugin crashes or hangs is a row with its reason", rows),
+        named("a point whose plugin returns no number, or an error, is not a converged row", faults),
         named("such a sweep has the same bytes on any number of threads, and after a kill that leaves nothing", bytes),
         named("a point that hangs beyond the time limit of the sweep is ended", time_limit),
         named("outputs of a plugin are columns of a sweep, equal to those of single runs, and compared", outputs),
@@ -60,6 +61,9 @@ fn rows() -> Checked {
     // What the plugin prints is passed on.
     ensure(ended.err.contains("a line and a half\n") && !ended.err.contains("@wireloom"), &ended)?;
     let table = table(&place, "out/s")?;
+    let hash = wireloom::export::sha256(&fs::read(place.path("libtrouble.so"))?);
+    let line = format!("plugin `trouble` 0.0.1 from libtrouble.so (SHA-256 {hash})");
+    ensure(table.note("wireloom.plugins") == Some(line.as_str()), &table.notes)?;
     let (status, message) = (words(&table, "status"), words(&table, "message"));
     let plugin = "constraint `bad` (trouble): plugin `trouble` 0.0.1 (libtrouble.so)";
     let troubles = [
@@ -89,6 +93,18 @@ fn rows() -> Checked {
         }
     }
     Ok(())
+}
+
+fn faults() -> Checked {
+    let vary = "[sweep.vary]\n\"constraints.bad.stiffness\" = { values = [99, 100, 101, 102] }\n";
+    let place = place(&scenario(&plugins(0.5), &[SPRING, vary].concat()))?;
+    let ended = place.wireloom(&ARGUMENTS)?.expect(0)?;
+    // The error comes as the scenario is built: that is a refusal.
+    ensure(ended.out.contains("4 points: 2 converged, 1 failed, 1 refused"), &ended)?;
+    let table = table(&place, "out/s")?;
+    let (status, message) = (words(&table, "status"), words(&table, "message"));
+    ensure(status == ["converged", "failed", "refused", "converged"], &status)?;
+    ensure(message[1].contains("returned NaN as energy") && message[2].contains("failed in `evaluate`"), &message)
 }
 
 /// The sweep in this folder on so many threads.

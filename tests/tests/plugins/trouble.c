@@ -36,9 +36,10 @@ static int32_t evaluate(const void *instance, const WireloomSituation *at, Wirel
     case 20: for (;;) usleep(1000);
     case 21: abort();
     case 40: exit(0);
-    case 45: raise(SIGKILL);
+    case 45: raise(SIGKILL); break;
+    case 101: return WIRELOOM_STATUS_ERROR;
     }
-    double d[3], energy = 0.0;
+    double d[3], energy = k == 100.0 ? NAN : 0.0;
     for (int i = 0; i < 3; i++) {
         d[i] = at->stations[0].position[i] - at->targets[0].position[i];
         energy += 0.5 * k * d[i] * d[i];

@@ -182,11 +182,11 @@ fn carry_out(loaded: Loaded, name: &str, bar: &Bar) -> Result<Option<Option<Endi
     bar.count(format!("{name}{}", large.unwrap_or_default()), "increments", increments, 0);
     let span = tracing::info_span!("case", name);
     let run = span.in_scope(|| wireloom::run_observed(loaded.built, None, &mut Watcher(bar)));
-    if run.status == Status::Interrupted {
+    if run.status() == Status::Interrupted {
         return Ok(None);
     }
-    if let Some(fault) = run.fault {
-        return Err(Failure::Part(fault));
+    if let Some(fault) = run.fault() {
+        return Err(Failure::Part(fault.clone()));
     }
     Ok(Some(Ending::of(&run)))
 }

@@ -12,7 +12,14 @@ use wireloom::plugins::Plugins;
 /// Carries out a task.
 pub fn plugin(task: &PluginTask, out: &mut dyn Write) -> Result<Outcome, Failure> {
     match task {
-        PluginTask::New { name, c, sources } => new::new(name, *c, sources.as_deref(), out),
+        PluginTask::New { name, kind, c, cpp, sources } => {
+            let language = match (c, cpp) {
+                (true, _) => new::Language::C,
+                (false, true) => new::Language::Cpp,
+                (false, false) => new::Language::Rust,
+            };
+            new::new(name, *kind, language, sources.as_deref(), out)
+        }
         PluginTask::Check { file, time_limit } => check::check(file, *time_limit, out),
         PluginTask::List => list(out),
     }

@@ -22,7 +22,7 @@ use job::Job;
 use std::io::{self, Write};
 use std::path::Path;
 use watcher::Watcher;
-use wireloom::{Run, Status};
+use wireloom::{Run, Status, result};
 use wireloom_studio::replay::Recorder;
 
 /// A run that has ended, and whose files are written.
@@ -40,10 +40,10 @@ pub struct Finished {
 impl Finished {
     /// How the command ends.
     pub fn outcome(self) -> Result<Outcome, Failure> {
-        match self.run.fault {
-            Some(fault) => Err(Failure::Part(fault)),
-            None if self.run.status == Status::Converged => Ok(Outcome::Done),
-            None => Ok(Outcome::NotConverged),
+        match self.run.outcome {
+            result::Outcome::Fault(fault) => Err(Failure::Part(fault)),
+            result::Outcome::Graded(Status::Converged) => Ok(Outcome::Done),
+            result::Outcome::Graded(_) => Ok(Outcome::NotConverged),
         }
     }
 }
@@ -125,7 +125,9 @@ fn carry_out(arguments: &RunArguments, job: Job, out: &mut dyn Write) -> Result<
         match swept.surface(&keeper, results.times().len(), interrupt::monitor()) {
             Ok(Some(made)) => surface = Some(made),
             // The surface needs the whole run.
-            Ok(None) if run.status == Status::Converged => run.status = Status::Interrupted,
+            Ok(None) if run.status() == Status::Converged => {
+                run.outcome = result::Outcome::Graded(Status::Interrupted);
+            }
             Ok(None) => {}
             Err(error) => failure = Some(error),
         }
@@ -146,7 +148,7 @@ fn carry_out(arguments: &RunArguments, job: Job, out: &mut dyn Write) -> Result<
         page::write_page(path, &page.finish(&run))?;
     }
     drop(bar);
-    let interrupted = run.status == Status::Interrupted;
+    let interrupted = run.status() == Status::Interrupted;
     if !interrupted {
         keeper.clear()?;
     }

@@ -87,7 +87,8 @@ pub fn sweep(arguments: &SweepArguments, out: &mut dyn Write) -> Result<Outcome,
     for k in 0..chains.len() {
         layout.add(&parts.read(k)?);
     }
-    let notes = notes((&loaded.scenario.name, file, &loaded.texts[0].1), sweep, &layout);
+    let mut notes = notes((&loaded.scenario.name, file, &loaded.texts[0].1), sweep, &layout);
+    notes.extend(plugin_notes(&job.origin));
     let blocks = Blocks { layout: &layout, parts: &parts, chains: chains.len() };
     let mut brief = Table { columns: vec![], notes: notes.clone() };
     folder.write(FILE, |out| {
@@ -164,6 +165,18 @@ fn notes((scenario, file, text): (&str, &Path, &str), sweep: &Sweep, layout: &La
         (REQUIREMENTS, requirements.join("\n")),
     ];
     notes.map(|(key, text)| (key.to_owned(), text)).to_vec()
+}
+
+/// Metadata of the table on the plugins that took part: a line for each, and a line for each remark on their kinds.
+fn plugin_notes(origin: &Origin) -> Vec<(String, String)> {
+    let plugins: Vec<String> = origin.plugins.iter().map(ToString::to_string).collect();
+    let remarks = wireloom::plugins::notes();
+    let notes = [("wireloom.plugins", plugins), ("wireloom.notes", remarks)];
+    notes
+        .into_iter()
+        .filter(|(_, lines)| !lines.is_empty())
+        .map(|(key, lines)| (key.to_owned(), lines.join("\n")))
+        .collect()
 }
 
 /// The table, block by block, so that not all of it is in memory.

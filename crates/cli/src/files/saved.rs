@@ -191,10 +191,12 @@ impl Keeper {
         Ok((keeper, standing, Some(Resumed { checkpoint, steps })))
     }
 
-    /// Equilibria of a run that a plugin has crashed, as far as they belong to the result.
-    pub fn salvage(folder: &Folder) -> Result<Vec<StepResult>, Failure> {
+    /// Equilibria of a run that a plugin has crashed, as far as they belong to the result, and its last checkpoint.
+    pub fn salvage(folder: &Folder) -> Result<(Vec<StepResult>, Option<Checkpoint>), Failure> {
         let ends = (1..).map(|k| decode(folder.own(), &result(k), ANEW).transpose());
-        ends.map_while(|end| end).collect()
+        let ends = ends.map_while(|end| end).collect::<Result<_, _>>()?;
+        let standing = decode::<Standing>(folder.own(), STANDING, ANEW)?;
+        Ok((ends, standing.and_then(|standing| standing.checkpoint)))
     }
 
     /// Keeps an equilibrium that belongs to the result.

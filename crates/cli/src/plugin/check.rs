@@ -29,6 +29,7 @@ pub fn check(file: &Path, time_limit: f64, out: &mut dyn Write) -> Result<Outcom
     let mut faults = 0;
     let mut print = || {
         writeln!(out, "{}: {}", printable(&record(plugin).to_string()), printable(&plugin.doc))?;
+        faults += carry_out(vec![trial::floating_point(" as it is loaded")], out)?;
         for kind in plugin.constraints.iter().filter_map(|name| registry.constraint(name)) {
             describe(kind, out)?;
             faults += carry_out(constraint::trials(kind), out)?;

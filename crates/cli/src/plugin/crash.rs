@@ -1,5 +1,6 @@
 //! The process that takes over when a plugin crashes this one, or does not return.
 
+use crate::plugin::supervised;
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
@@ -48,6 +49,7 @@ impl CrashReport {
 
     fn increment(&self, step: usize, increment: usize) {
         let name = self.steps.get(step).map_or(ALONE, String::as_str);
+        supervised::at(&self.folder, name, increment);
         let increment = increment.to_string();
         let folder = self.folder.as_os_str().to_owned();
         prepare_successor(

@@ -10,7 +10,8 @@ use std::io::Write;
 use std::path::Path;
 use wireloom::export::json;
 use wireloom::plugins::LATE;
-use wireloom::result::{PartFamily, PartFault};
+use wireloom::result::{Outcome as RunOutcome, PartFamily, PartFault};
+use wireloom::session::Checkpoint;
 use wireloom::{Run, Status};
 
 /// Saves all that is computed, and returns the failure; or tells a sweep.
@@ -32,7 +33,7 @@ pub fn report(fault: &PluginFault, out: &mut dyn Write) -> Result<Outcome, Failu
         increment: fault.increment.unwrap_or_default(),
         message: format!("{owner} {what}"),
     };
-    Err(match save(folder, &fault) {
+    Err(match save(folder, RunOutcome::Fault(fault.clone())) {
         Ok(()) => Failure::Part(fault),
         Err(other) => Failure::Plugin(format!("{fault}; what was computed before cannot be written: {other}")),
     })
@@ -49,19 +50,25 @@ fn parts(site: &str) -> (PartFamily, &str, &str, &str) {
     known.unwrap_or((PartFamily::Constraint, "", "", site))
 }
 
+/// Saves all that is computed of a run that was interrupted in a call of a plugin. It can be resumed.
+pub fn interrupted(folder: &Path) -> Result<(), Failure> {
+    save(folder, RunOutcome::Graded(Status::Interrupted))
+}
+
 /// Writes the result of all kept equilibria.
-fn save(place: &Path, fault: &PartFault) -> Result<(), Failure> {
+fn save(place: &Path, outcome: RunOutcome) -> Result<(), Failure> {
     let mut folder = saved::interrupted(place)?;
     let origin = Origin::read(&folder)?;
+    let (steps, checkpoint) = Keeper::salvage(&folder)?;
+    let checkpoint = checkpoint.as_ref();
     let run = Run {
         scenario: origin.scenario,
-        status: Status::Failed,
-        notes: vec![],
-        events: vec![],
-        steps: Keeper::salvage(&folder)?,
+        outcome,
+        notes: checkpoint.map_or(&[][..], Checkpoint::notes).to_vec(),
+        events: checkpoint.map_or(&[][..], Checkpoint::events).to_vec(),
+        steps,
         clearances: vec![],
         requirements: vec![],
-        fault: Some(fault.clone()),
         plugins: origin.plugins,
     };
     folder.write(RESULT, |out| json::write(&run, &origin.provenance, out))

@@ -38,7 +38,7 @@ pub fn print(run: &Run, out: &mut dyn Write) -> io::Result<()> {
 /// converge those that fail, since all others are unresolved.
 pub fn brief(run: &Run, out: &mut dyn Write) -> io::Result<()> {
     verdict(run, out)?;
-    let converged = run.status == Status::Converged;
+    let converged = run.status() == Status::Converged;
     let shown = |line: &&RequirementResult| if converged { is_open(line) } else { line.verdict == Verdict::Fail };
     let open: Vec<&RequirementResult> = sorted(&run.requirements).into_iter().filter(shown).collect();
     if open.is_empty() {
@@ -60,7 +60,7 @@ fn verdict(run: &Run, out: &mut dyn Write) -> io::Result<()> {
 
 /// Prints the status of the run in one line, with `more` about it.
 pub fn status(run: &Run, more: &str, out: &mut dyn Write) -> io::Result<()> {
-    writeln!(out, "status:  {}{more}\n", run.status.word())
+    writeln!(out, "status:  {}{more}\n", run.status().word())
 }
 
 /// Prints these lines, without columns in which nothing stands.

@@ -7,7 +7,7 @@ use super::document::{
 use super::provenance::Provenance;
 use super::values::{Entries, Number, Schema, Vector3, Word, quaternion, rotation, vector, written};
 use wireloom_core::rotation::{columns, frame_from};
-use wireloom_core::{Pose, Rotation, Vector, equilibrium as core};
+use wireloom_core::{Pose, Rotation, Status, Vector, equilibrium as core};
 
 /// Why something that has the form of a result cannot be one.
 type Refusal = String;
@@ -18,7 +18,7 @@ impl<S> Document<S> {
         Self {
             schema: Schema,
             scenario: run.scenario.clone(),
-            status: Word(run.status),
+            status: Word(run.status()),
             verdict: Word(run.verdict()),
             requirements: run.requirements.iter().map(Requirement::of).collect(),
             provenance: provenance.clone(),
@@ -27,21 +27,25 @@ impl<S> Document<S> {
             events: run.events.iter().map(Event::of).collect(),
             steps,
             clearance: run.clearances.iter().map(Clearance::of).collect(),
-            fault: run.fault.as_ref().map(Fault::of),
+            fault: run.fault().map(Fault::of),
         }
     }
 
     /// The run, with its steps made of those read.
     pub fn run(self, steps: impl FnOnce(S) -> Vec<core::StepResult>) -> Result<core::Run, Refusal> {
+        let outcome = match (self.status.0, self.fault) {
+            (status, None) => core::Outcome::Graded(status),
+            (Status::Failed, Some(fault)) => core::Outcome::Fault(fault.fault()?),
+            (other, Some(_)) => return Err(format!("its status is {}, beside a fault: expected failed", other.word())),
+        };
         Ok(core::Run {
             scenario: self.scenario,
-            status: self.status.0,
+            outcome,
             notes: self.notes,
             events: self.events.into_iter().map(Event::event).collect(),
             steps: steps(self.steps),
             clearances: self.clearance.into_iter().map(Clearance::clearance).collect::<Result<_, _>>()?,
             requirements: self.requirements.into_iter().map(Requirement::result).collect(),
-            fault: self.fault.map(Fault::fault).transpose()?,
             plugins: self.plugins.into_iter().map(Plugin::library).collect(),
         })
     }
@@ -53,7 +57,7 @@ impl Sheet {
         Self {
             schema: Schema,
             scenario: run.scenario.clone(),
-            status: Word(run.status),
+            status: Word(run.status()),
             verdict: Word(run.verdict()),
             requirements: run.requirements.iter().map(Requirement::of).collect(),
         }

@@ -28,7 +28,7 @@ const COLUMNS: [Column; 9] = [
 /// The verdict on the harness, and beside it the status of the run.
 pub(super) fn verdict(run: &Run) -> Markup {
     let verdict = run.verdict();
-    let status = if run.status == Status::Converged { "pass" } else { "fail" };
+    let status = if run.status() == Status::Converged { "pass" } else { "fail" };
     html! {
         div class="signs" {
             p class={ "sign verdict " (class(verdict)) } {
@@ -38,7 +38,7 @@ pub(super) fn verdict(run: &Run) -> Markup {
             }
             p class={ "sign status " (status) } {
                 small { "status of the run" }
-                strong { (run.status.word()) }
+                strong { (run.status().word()) }
             }
         }
     }

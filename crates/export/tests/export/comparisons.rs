@@ -1,7 +1,7 @@
 //! What differs between results, and how they are read back.
 
 use crate::samples::{branch, constraint, run, step, v, y_harness};
-use wireloom_core::equilibrium::{OperationResult, Run, SlideMotion, SlideResult};
+use wireloom_core::equilibrium::{OperationResult, Outcome, Run, SlideMotion, SlideResult};
 use wireloom_core::{Status, StepResult};
 use wireloom_export::comparison::{Case, Comparison, Reason};
 use wireloom_export::ending::Ending;
@@ -45,7 +45,7 @@ fn a_result_comes_back_from_its_file() {
     third.constraints.push(sliding);
     third.branches[0].position[1].x = f64::NAN;
     let mut run = run("y", vec![first, second, third]);
-    run.status = Status::Stalled;
+    run.outcome = Outcome::Graded(Status::Stalled);
     let (mut read, expected) = (read(&run).unwrap(), Ending::of(&run).unwrap());
     assert_eq!((read.iterations, read.closed.len(), read.events[0].1), (11 + 6, 1, 1));
     assert_eq!(read.closed[0].place, Some(("trunk".into(), 0.2)));

@@ -4,7 +4,8 @@ use crate::samples::{among_obstacles, broken, run, step, v, y_harness};
 use serde_json::Value;
 use wireloom_core::equilibrium::Violation;
 use wireloom_core::equilibrium::{
-    OperationResult, PartFamily, PartFault, Run, SlideMotion, SlideResult, SpanResult, StationResult, TightestBend,
+    OperationResult, Outcome, PartFamily, PartFault, Run, SlideMotion, SlideResult, SpanResult, StationResult,
+    TightestBend,
 };
 use wireloom_core::requirement::{Bound, Measure, Severity};
 use wireloom_core::rotation::columns;
@@ -97,22 +98,13 @@ fn what_is_written_is_read_back() {
         bound: Bound::Min,
         place,
     }];
-    let mut failed = run("broken", vec![rich, broken()]);
-    failed.status = wireloom_core::Status::Failed;
-    failed.fault = Some(PartFault {
-        family: PartFamily::Joint,
-        name: "J".into(),
-        kind: "fused".into(),
-        step: "pull".into(),
-        increment: 0,
-        message: "it broke".into(),
-    });
+    let failed = Run { steps: vec![rich, broken()], ..faulty() };
     for run in [run("y", vec![y_harness()]), among_obstacles(), failed] {
         let written = parsed(&run);
         let again = wireloom_export::json::read_run(written.to_string().as_bytes()).expect("a result");
         assert!(same(&written, &parsed(&again), ""), "{}", run.scenario);
         assert_eq!(again.steps[0].violations, run.steps[0].violations);
-        assert_eq!((&again.events, again.status), (&run.events, run.status));
+        assert_eq!((&again.events, again.status()), (&run.events, run.status()));
     }
 }
 
@@ -133,6 +125,26 @@ fn what_is_no_result_is_refused() {
     assert_eq!(refusal(&written), "status: invalid value: string \"fine\", expected a status");
     written["schema"] = 7.into();
     assert_eq!(refusal(&written), "schema: version 7 is not known to this program, which reads version 1");
+}
+
+#[test]
+fn converged_beside_a_fault_is_refused() {
+    let mut written = parsed(&run("y", vec![y_harness()]));
+    written["fault"] = parsed(&faulty())["fault"].clone();
+    assert_eq!(refusal(&written), "its status is converged, beside a fault: expected failed");
+}
+
+/// A run that a joint ended.
+fn faulty() -> Run {
+    let outcome = Outcome::Fault(PartFault {
+        family: PartFamily::Joint,
+        name: "J".into(),
+        kind: "fused".into(),
+        step: "pull".into(),
+        increment: 0,
+        message: "it broke".into(),
+    });
+    Run { outcome, ..run("broken", vec![]) }
 }
 
 /// Every field that is always written must be there, also where it may be null, and there may be no other one.
@@ -225,7 +237,7 @@ fn constraints_of_several_stations_have_each_of_them() {
     });
     step.minimiser.constraint_residual = Some(1e-10);
     let mut run = run("ties", vec![step]);
-    run.fault = Some(PartFault {
+    run.outcome = Outcome::Fault(PartFault {
         family: PartFamily::Constraint,
         name: "tie".into(),
         kind: "cable-tie".into(),

@@ -1,7 +1,7 @@
 //! `report.html`.
 
 use crate::samples::{among_obstacles, broken, failing, run, v, y_harness};
-use wireloom_core::equilibrium::{OperationResult, PartFamily, PartFault, Run, SpanResult, StationResult};
+use wireloom_core::equilibrium::{OperationResult, Outcome, PartFamily, PartFault, Run, SpanResult, StationResult};
 use wireloom_export::report::{Report, write};
 
 fn page(run: &Run, texts: &[(String, String)]) -> String {
@@ -54,7 +54,7 @@ fn stations_spans_and_faults_are_told() {
     let mut run = run("y-harness", vec![step]);
     let [name, kind, step] = ["tie", "cable-tie", "pull"].map(str::to_owned);
     let family = PartFamily::Constraint;
-    run.fault = Some(PartFault { family, name, kind, step, increment: 3, message: "it broke".into() });
+    run.outcome = Outcome::Fault(PartFault { family, name, kind, step, increment: 3, message: "it broke".into() });
     let page = page(&run, &texts());
     elements(&page);
     for told in [
@@ -121,7 +121,7 @@ fn a_sheet_that_is_kept_is_green_only_if_the_run_converged() {
     let mut run = failing();
     run.requirements.truncate(1);
     assert!(page(&run, &[]).contains("class=\"sign verdict pass\"><small>verdict on the harness</small><strong>PASS"));
-    run.status = wireloom_core::Status::Interrupted;
+    run.outcome = Outcome::Graded(wireloom_core::Status::Interrupted);
     let page = page(&run, &[]);
     assert!(page.contains("class=\"sign verdict unresolved\"") && page.contains("class=\"sign status fail\""));
 }

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 use wireloom_core::equilibrium::{
     BranchResult, Clearance, ClearanceFrom, ConstraintResult, Energy, Event, EventKind, EventPlace, JointResult,
-    Library, MinimiserResult, Moment, ObstacleResult, Run, StepResult, TightestBend,
+    Library, MinimiserResult, Moment, ObstacleResult, Outcome, Run, StepResult, TightestBend,
 };
 use wireloom_core::obstacle::{Obstacle, Shape, Surface, Touch};
 use wireloom_core::requirement::{Bound, Measure, Origin, RequirementResult, Severity, Verdict};
@@ -128,13 +128,12 @@ pub fn step(branches: Vec<BranchResult>, joints: Vec<JointResult>, constraints: 
 pub fn run(scenario: &str, steps: Vec<StepResult>) -> Run {
     Run {
         scenario: scenario.into(),
-        status: Status::Converged,
+        outcome: Outcome::Graded(Status::Converged),
         notes: vec!["a remark".into()],
         events: vec![event()],
         steps,
         clearances: vec![],
         requirements: vec![],
-        fault: None,
         plugins: vec![Library {
             name: "straps".into(),
             version: "1.2.3".into(),

@@ -3,6 +3,7 @@
 use wireloom_core::joint::{JointModel, Mounting};
 use wireloom_core::law::JointLaw;
 use wireloom_core::registry::{BuildError, JointKind};
+use wireloom_core::{Matrix, Rotation, Vector};
 
 /// The parameter `length` where nothing bends.
 const NO_LENGTH: &str =
@@ -15,6 +16,16 @@ impl JointModel for Hub {
     fn mounting(&self) -> Mounting {
         Mounting::Pose
     }
+
+    fn energy(&self, _: &[Rotation]) -> f64 {
+        0.0
+    }
+
+    fn add_gradient(&self, _: &[Rotation], _: &mut [Vector]) -> f64 {
+        0.0
+    }
+
+    fn add_hessian(&self, _: &[Rotation], _: &mut [Matrix]) {}
 
     fn law(&self) -> Option<JointLaw> {
         Some(JointLaw { pairs: vec![] })

@@ -46,6 +46,13 @@ impl JointModel for Joint {
     fn mounting(&self) -> Mounting {
         self.mounting
     }
+    fn energy(&self, _: &[Rotation]) -> f64 {
+        0.0
+    }
+    fn add_gradient(&self, _: &[Rotation], _: &mut [Vector]) -> f64 {
+        0.0
+    }
+    fn add_hessian(&self, _: &[Rotation], _: &mut [Matrix]) {}
     fn notes(&self) -> Vec<String> {
         self.notes.clone()
     }

@@ -114,7 +114,7 @@ impl EventLog {
 
     /// Moves events, clearances and the sheet of a network into the result of a run, whose status is known.
     pub fn write_to(self, network: &Network, run: &mut Run) {
-        run.requirements = self.sheet.lines(network, run.status);
+        run.requirements = self.sheet.lines(network, run.status());
         (run.events, run.clearances) = (self.events, self.clearances);
     }
 }

@@ -18,6 +18,36 @@ pub const FEASIBLE: f64 = 1e-2;
 /// 2e-7 and less.
 const SHAPE: f64 = 1e-5;
 
+/// Status of a state as the certificate graded it. Only this module makes one that says converged.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Grade(Status);
+
+impl Grade {
+    /// The iteration limit was reached.
+    pub const ITERATION_LIMIT: Self = Self(Status::IterationLimit);
+    /// A part cannot continue, or motions could not be resolved.
+    pub const FAILED: Self = Self(Status::Failed);
+    /// A stop was requested.
+    pub const INTERRUPTED: Self = Self(Status::Interrupted);
+
+    /// The status.
+    pub fn status(self) -> Status {
+        self.0
+    }
+}
+
+impl From<Grade> for Status {
+    fn from(grade: Grade) -> Self {
+        grade.0
+    }
+}
+
+impl PartialEq<Status> for Grade {
+    fn eq(&self, status: &Status) -> bool {
+        self.0 == *status
+    }
+}
+
 /// Result of the recomputation.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Certificate {
@@ -32,8 +62,9 @@ pub struct Certificate {
     /// Largest violation of contact, in units of the tolerance ([`wireloom_core::terms::contact`]), if contact is
     /// possible.
     pub contact: Option<f64>,
-    /// Converged if the numbers confirm it; else the status of the minimiser, failed if that was converged.
-    pub status: Status,
+    /// Converged if the numbers confirm it and no part has a fault; else the status of the minimiser, failed if that
+    /// was converged.
+    pub grade: Grade,
 }
 
 /// Certifies equilibria, with its workspace.
@@ -51,9 +82,15 @@ impl Certifier {
     }
 
     /// Grades `state` as an equilibrium of `problem`. `claimed` is the status of the minimiser.
-    pub fn certify(&mut self, problem: &mut Problem<'_>, state: &State, stop: &Stop, claimed: Status) -> Certificate {
+    pub fn certify(
+        &mut self,
+        problem: &mut Problem<'_>,
+        state: &State,
+        stop: &Stop,
+        claimed: impl Into<Status>,
+    ) -> Certificate {
         problem.update_held(state);
-        problem.gradient(state, &mut self.gradient);
+        let energy = problem.gradient(state, &mut self.gradient);
         problem.motion(state, &mut self.scratch);
         let moved = self.scratch.points.iter().chain(&self.scratch.frames);
         let violation = moved.map(|v| v.norm()).fold(0.0, f64::max);
@@ -64,14 +101,15 @@ impl Certifier {
         let feasible = constraint.is_none_or(|worst| worst.violation <= FEASIBLE * stop.force_tolerance);
         let contact = problem.contact_violation(state);
         let feasible = feasible && contact.is_none_or(|violation| violation <= 1.0);
-        let holds = above_round_off <= stop.force_tolerance && violation <= VIOLATION && feasible && state.is_finite();
-        let status = match (holds, claimed) {
+        let sound = energy.is_finite() && state.is_finite() && problem.part_at_fault().is_none();
+        let holds = above_round_off <= stop.force_tolerance && violation <= VIOLATION && feasible && sound;
+        let status = match (holds, claimed.into()) {
             (true, _) => Status::Converged,
             (false, Status::Converged) => Status::Failed,
             (false, other) => other,
         };
         let round_off = status == Status::Converged && residual > stop.force_tolerance;
-        Certificate { residual, round_off, violation, constraint, contact, status }
+        Certificate { residual, round_off, violation, constraint, contact, grade: Grade(status) }
     }
 
     /// Inspects the second derivatives at `state`. Call after [`Self::certify`] at the same state.
@@ -110,9 +148,9 @@ impl Certifier {
 
     /// Status of a state after inspection; `graded` is its status by the forces. In contact the inspection does not
     /// bound the error of the shape, as contact and friction would end the next step early.
-    pub fn grade_shape(graded: Status, inspection: &Inspection) -> Status {
+    pub fn grade_shape(graded: Grade, inspection: &Inspection) -> Grade {
         let holds = inspection.relative <= SHAPE || inspection.is_flat() || inspection.in_contact;
-        if graded == Status::Converged && !holds { Status::Stalled } else { graded }
+        if graded == Status::Converged && !holds { Grade(Status::Stalled) } else { graded }
     }
 
     /// Next Newton step from the state inspected last.

@@ -6,12 +6,12 @@
 use crate::report::discretisation::NodalErrors;
 use crate::report::{EventLog, Occurrence, TwistMonitor};
 use crate::start::layout;
-use crate::steps::certificate::Certifier;
+use crate::steps::certificate::{Certifier, Grade};
 use crate::steps::checkpoint::Checkpoint;
 use crate::steps::plan::Plan;
 use crate::steps::stability::Inspection;
 use wireloom_core::conditions::Conditions;
-use wireloom_core::equilibrium::{OperationResult, PartFamily, PartFault, Run};
+use wireloom_core::equilibrium::{OperationResult, Outcome, PartFamily, PartFault, Run};
 use wireloom_core::minimiser::{Minimiser, Stop};
 use wireloom_core::problem::Problem;
 use wireloom_core::status::Status;
@@ -75,26 +75,25 @@ pub(crate) struct RunPosition {
 }
 
 /// Whether an increment may be followed by another one.
-pub(crate) fn is_balanced(status: Status) -> bool {
-    matches!(status, Status::Converged | Status::Stalled)
+pub(crate) fn is_balanced(status: impl Into<Status>) -> bool {
+    matches!(status.into(), Status::Converged | Status::Stalled)
 }
 
 /// Remark on an initial equilibrium that was not found.
-pub(crate) fn unbalanced_start_note(status: Status) -> String {
-    format!("the start was not balanced: {}", status.word())
+pub(crate) fn unbalanced_start_note(grade: Grade) -> String {
+    format!("the start was not balanced: {}", grade.status().word())
 }
 
-/// Run without results.
+/// Run without results, of which no increment has ended.
 pub(super) fn empty_run(schedule: &Schedule) -> Run {
     Run {
         scenario: schedule.scenario.clone(),
-        status: Status::Converged,
+        outcome: Outcome::Graded(Status::Interrupted),
         notes: Vec::new(),
         events: Vec::new(),
         steps: Vec::new(),
         clearances: Vec::new(),
         requirements: Vec::new(),
-        fault: None,
         plugins: Vec::new(),
     }
 }
@@ -188,15 +187,10 @@ impl<'n, 'm> Driver<'n, 'm> {
         self.fault.is_some() || self.problem.monitor.is_stopped()
     }
 
-    /// The status; failed if a part cannot continue, whatever was graded before.
-    pub(super) fn failed_if_faulty(&self, status: Status) -> Status {
-        if self.fault.is_some() { Status::Failed } else { status }
-    }
-
     /// Checkpoint of a run.
     pub(super) fn checkpoint(&self, run: &Run, done: (usize, usize), plan: Option<&Plan>, seconds: f64) -> Checkpoint {
         let (notes, kept) = (run.notes.clone(), run.steps.len());
-        Checkpoint { status: run.status, notes, kept, ..self.snapshot(done, plan, seconds) }
+        Checkpoint { status: run.status(), notes, kept, ..self.snapshot(done, plan, seconds) }
     }
 
     /// Checkpoint without the run's results. Every field of the driver is named, so that a new one cannot be forgotten.
@@ -246,13 +240,13 @@ impl<'n, 'm> Driver<'n, 'm> {
     }
 
     /// Grades the present state.
-    pub(crate) fn certify(&mut self, claimed: Status) -> Status {
+    pub(crate) fn certify(&mut self, claimed: impl Into<Status>) -> Grade {
         let certificate = self.certifier.certify(&mut self.problem, &self.state, &self.stop, claimed);
         self.residual = certificate.residual;
         self.round_off = certificate.round_off;
         self.violation = certificate.constraint.map(|worst| worst.violation);
         // A state in balance fails if its twist is not the prescribed one.
-        if self.lost_twist.is_empty() || !is_balanced(certificate.status) { certificate.status } else { Status::Failed }
+        if self.lost_twist.is_empty() || !is_balanced(certificate.grade) { certificate.grade } else { Grade::FAILED }
     }
 
     /// The fault that ended the run, with the name of its part.

@@ -3,7 +3,7 @@
 use super::driver::{Driver, is_balanced};
 use crate::contact::multipliers::{self, ContactHistory};
 use crate::contact::sliding_friction;
-use crate::steps::certificate::FEASIBLE;
+use crate::steps::certificate::{FEASIBLE, Grade};
 use wireloom_core::equilibrium::PartFamily;
 use wireloom_core::minimiser::Report;
 use wireloom_core::status::Status;
@@ -19,7 +19,7 @@ const STRICT: f64 = 1e-3;
 impl Driver<'_, '_> {
     /// Equilibrium under the present conditions, with friction, and without the constraints that the cable has run out
     /// of.
-    pub(crate) fn solve(&mut self) -> Status {
+    pub(crate) fn solve(&mut self) -> Grade {
         let mut status = self.minimise();
         for _ in 0..FRICTION_UPDATES {
             if self.starting || !is_balanced(status) {
@@ -31,12 +31,12 @@ impl Driver<'_, '_> {
             }
             status = self.minimise();
         }
-        Status::IterationLimit
+        Grade::ITERATION_LIMIT
     }
 
     /// Minimum of the energy under the present conditions. With equations of constraints or contact, multipliers are
     /// updated around the minimiser until the violations are within tolerance (Hestenes 1969, Powell 1969).
-    fn minimise(&mut self) -> Status {
+    fn minimise(&mut self) -> Grade {
         let (mut last, mut history) = (Vec::new(), ContactHistory::default());
         let allowed = (self.stop.force_tolerance / STRICT).max(1.0);
         for update in 1..=MULTIPLIER_UPDATES {
@@ -45,7 +45,7 @@ impl Driver<'_, '_> {
             self.polish += report.polish;
             self.factorisations += report.factorisations;
             if self.problem.monitor.is_stopped() {
-                return Status::Interrupted;
+                return Grade::INTERRUPTED;
             }
             let balanced = is_balanced(report.status);
             let tolerance = FEASIBLE * self.stop.force_tolerance;
@@ -68,12 +68,12 @@ impl Driver<'_, '_> {
                 if is_balanced(status) && self.fault.is_none() {
                     self.fault = self.problem.contradiction(&self.state);
                 }
-                return if self.fault.is_some() { Status::Failed } else { status };
+                return if self.fault.is_some() { Grade::FAILED } else { status };
             }
             multipliers::update_constraints(&mut self.problem, &self.state, tolerance, &mut last);
             multipliers::update_contacts(&mut self.problem, &self.state, &mut history);
         }
-        Status::IterationLimit
+        Grade::ITERATION_LIMIT
     }
 
     /// One call of the minimiser, under the twist monitor.

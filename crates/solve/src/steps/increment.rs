@@ -3,8 +3,10 @@
 use super::driver::{Driver, is_balanced};
 use crate::report::clearance::Cables;
 use crate::report::{self, Occurrence, TwistMonitor, events, result};
+use crate::steps::certificate::Grade;
 use crate::steps::operations;
 use crate::steps::plan::{self, Plan};
+use crate::steps::progress::Interruption;
 use wireloom_core::conditions::{Conditions, Sliding};
 use wireloom_core::equilibrium::StepResult;
 use wireloom_core::minimiser::Stop;
@@ -62,8 +64,10 @@ impl Driver<'_, '_> {
     /// of the step's plan to another, and logs the events at its end; with `all`, all clearances are kept, not only the
     /// required ones.
     ///
+    /// Its end is kept in the memories of constraints and in friction anchors.
+    ///
     /// # Errors
-    /// The status, if a part cannot continue or a stop was requested.
+    /// If a part cannot continue, also after the increment was graded, or a stop was requested.
     pub(crate) fn run_increment(
         &mut self,
         (step, plan): (&Step, &Plan),
@@ -71,37 +75,41 @@ impl Driver<'_, '_> {
         [a, b]: [f64; 2],
         all: bool,
         seconds: impl FnOnce() -> f64,
-    ) -> Result<StepResult, Status> {
+    ) -> Result<StepResult, Interruption> {
         self.log.begin(Moment { step: step.name.clone(), step_index, increment });
         let _increment = tracing::info_span!("increment", index = increment).entered();
         let status = self.solve_increment(plan, a, b);
         tracing::info!(
             target: "wireloom::increment",
-            status = status.word(),
+            status = status.status().word(),
             iterations = self.iterations,
             factorisations = self.factorisations,
             residual = self.residual,
         );
         if self.problem.monitor.is_stopped() && self.fault.is_none() {
-            return Err(Status::Interrupted);
+            return Err(Interruption::Stopped);
         }
         if !is_balanced(status) && self.fault.is_none() {
             // Why no equilibrium was found.
             self.fault = self.problem.contradiction(&self.state);
         }
-        if self.fault.is_some() {
-            return Err(self.failed_if_faulty(status));
+        if let Some(fault) = self.part_fault(step, increment) {
+            return Err(Interruption::Fault(fault));
         }
         let mut end = self.step_result(step, increment, status, seconds());
         let cables = Cables::new(self.problem.network, &end.branches);
         self.check_at_end(&end, &cables, ends_step);
         events::log_increment(&mut self.log, &mut self.problem, &self.state, &end, &cables, (&self.stop, all));
         end.violations = self.log.violations().to_vec();
-        Ok(end)
+        if is_balanced(status) {
+            self.problem.commit(&self.state);
+        }
+        self.fault = self.problem.fault(false);
+        self.part_fault(step, increment).map_or(Ok(end), |fault| Err(Interruption::Fault(fault)))
     }
 
     /// Finds the end of the increment from fraction `a` to fraction `b` of a plan; logs cut-back, lost twist and jumps.
-    fn solve_increment(&mut self, plan: &Plan, a: f64, b: f64) -> Status {
+    fn solve_increment(&mut self, plan: &Plan, a: f64, b: f64) -> Grade {
         self.smallest_part = 1.0;
         self.twist_monitor.get_or_insert_with(|| TwistMonitor::new(self.problem.network));
         self.prescribed_turns = plan.turns(1.0);
@@ -150,7 +158,7 @@ impl Driver<'_, '_> {
     }
 
     /// Logs cables that have passed through themselves since `before`, in steps with prescribed turns.
-    fn log_self_passing(&mut self, status: Status) {
+    fn log_self_passing(&mut self, status: Grade) {
         if is_balanced(status) && self.twist_monitor.is_some() && self.prescribed_turns > 0.0 {
             for passing in report::self_passing(&self.problem, &self.before, &self.state) {
                 self.log.raise(passing);
@@ -160,7 +168,7 @@ impl Driver<'_, '_> {
 
     /// Continues downhill with a larger iteration limit: smaller increments did not converge, as the equilibrium path
     /// has passed a limit point and the harness snaps to another equilibrium.
-    fn follow_snap_through(&mut self) -> Status {
+    fn follow_snap_through(&mut self) -> Grade {
         let stop = self.stop;
         self.stop.max_iterations = snap_through_iterations(&stop);
         let status = self.solve();
@@ -170,7 +178,7 @@ impl Driver<'_, '_> {
 
     /// Advances from fraction `a` to fraction `b` of a plan, in parts that resolve its turns and pass through every
     /// corner of its paths. Returns also the fraction that was reached; the plan beyond it was not tried.
-    pub(super) fn advance_through(&mut self, plan: &Plan, a: f64, b: f64) -> (Status, f64) {
+    pub(super) fn advance_through(&mut self, plan: &Plan, a: f64, b: f64) -> (Grade, f64) {
         let mut corners: Vec<f64> =
             plan.corners.iter().copied().filter(|t| a + SAME_FRACTION < *t && *t < b - SAME_FRACTION).collect();
         // More equilibria on the way where a requirement wants to be checked in between.
@@ -180,7 +188,7 @@ impl Driver<'_, '_> {
         corners.sort_by(f64::total_cmp);
         corners.dedup_by(|next, last| *next - *last < SAME_FRACTION);
         let mut corners = corners.into_iter();
-        let (mut from, mut corner, mut status) = (a, a, Status::Converged);
+        let (mut from, mut corner, mut status) = (a, a, Grade::FAILED);
         // Parts are made one by one: their number may exceed the memory.
         loop {
             if from >= corner {
@@ -197,7 +205,7 @@ impl Driver<'_, '_> {
                 to = from + (to - from) / parts;
                 if to - from < SAME_FRACTION {
                     // The turns cannot be resolved.
-                    return (Status::Failed, from);
+                    return (Grade::FAILED, from);
                 }
             }
             status = self.advance(plan, from, to, CUT_BACKS);
@@ -221,7 +229,7 @@ impl Driver<'_, '_> {
 
     /// Advances from fraction `a` to fraction `b` of a plan; the part is halved if it does not converge, `cuts` times
     /// at most.
-    pub(super) fn advance(&mut self, plan: &Plan, a: f64, b: f64, cuts: u32) -> Status {
+    pub(super) fn advance(&mut self, plan: &Plan, a: f64, b: f64, cuts: u32) -> Grade {
         self.before.copy_from(&self.state);
         let began = self.problem.conditions().clone();
         plan.apply(&mut self.problem, b);
@@ -260,7 +268,7 @@ impl Driver<'_, '_> {
     /// Solves under the present conditions a part that began under others. Constraints that slipped then are assumed to
     /// slip on; those that would have to slip backward are restarted sticking, and all of them where no equilibrium is
     /// found.
-    fn solve_from(&mut self, began: &Conditions) -> Status {
+    fn solve_from(&mut self, began: &Conditions) -> Grade {
         let mut sticks: Vec<bool> = (0..began.sliding.len()).map(|k| !self.problem.slips(k)).collect();
         loop {
             let status = self.solve();

@@ -4,6 +4,7 @@ use super::driver::{Driver, empty_run, is_balanced};
 use super::increment::snap_through_iterations;
 use crate::minimisers::condensation::Condensation;
 use crate::start::prolongation;
+use crate::steps::certificate::Grade;
 use crate::steps::checkpoint::Checkpoint;
 use crate::steps::plan::{self, Plan};
 use crate::steps::stability::Stability;
@@ -55,18 +56,18 @@ pub fn start_near(
 
 impl Driver<'_, '_> {
     /// Finds the initial equilibrium for the first step, by way of a `coarse` mesh if there is one.
-    pub(crate) fn find_start(&mut self, coarse: Option<&Network>, schedule: &Schedule, first: &str) -> Status {
+    pub(crate) fn find_start(&mut self, coarse: Option<&Network>, schedule: &Schedule, first: &str) -> Grade {
         let _step = tracing::info_span!("step", index = 0, name = first).entered();
         let _increment = tracing::info_span!("increment", index = 0).entered();
         self.log.begin(Moment { step: first.to_owned(), step_index: 0, increment: 0 });
         let from_coarse = coarse.and_then(|coarse| self.start_from_coarse(coarse, schedule));
         let status = from_coarse.unwrap_or_else(|| self.find_initial_equilibrium());
-        if self.problem.monitor.is_stopped() { Status::Interrupted } else { status }
+        if self.problem.monitor.is_stopped() { Grade::INTERRUPTED } else { status }
     }
 
     /// Finds an equilibrium from the layout, with the constraints that act from the start at their poses in the
     /// scenario. Dead moments are applied last, as only a system with a potential can descend to a stable equilibrium.
-    pub(super) fn find_initial_equilibrium(&mut self) -> Status {
+    pub(super) fn find_initial_equilibrium(&mut self) -> Grade {
         if !self.problem.has_dead_moments() {
             return self.find_equilibrium_without_moments();
         }
@@ -95,7 +96,7 @@ impl Driver<'_, '_> {
     /// Finds an equilibrium without dead moments. A drawn shape is at first the rest shape, without weight; while the
     /// constraints move, it is replaced by the true rest shape, and the weight is applied. An unstable equilibrium is
     /// left at the end.
-    fn find_equilibrium_without_moments(&mut self) -> Status {
+    fn find_equilibrium_without_moments(&mut self) -> Grade {
         let network = self.problem.network;
         let mut journeys = Vec::new();
         let mut increments = START_INCREMENTS;
@@ -154,7 +155,7 @@ impl Driver<'_, '_> {
 
     /// Finds the initial equilibrium from that on a coarse mesh. `None` if that fails; the harness then is in its
     /// layout again.
-    pub(super) fn start_from_coarse(&mut self, coarse: &Network, schedule: &Schedule) -> Option<Status> {
+    pub(super) fn start_from_coarse(&mut self, coarse: &Network, schedule: &Schedule) -> Option<Grade> {
         let monitor = &self.problem.monitor;
         let mut coarse_driver = Driver::at_start(coarse, &mut *self.minimiser, &self.stop, schedule, monitor);
         let status = coarse_driver.find_initial_equilibrium();
@@ -164,7 +165,7 @@ impl Driver<'_, '_> {
         self.polish += work.1;
         self.factorisations += work.2;
         if self.problem.monitor.is_stopped() {
-            return Some(Status::Interrupted);
+            return Some(Grade::INTERRUPTED);
         }
         if status != Status::Converged {
             return None;
@@ -189,7 +190,7 @@ impl Driver<'_, '_> {
     }
 
     /// Finds an equilibrium near `state`, with the constraints that act from the start at their poses in the scenario.
-    fn relax_from(&mut self, state: State) -> Status {
+    fn relax_from(&mut self, state: State) -> Grade {
         let network = self.problem.network;
         self.state = state;
         for (f, constraint) in network.constraints.iter().enumerate().filter(|(_, constraint)| constraint.from_start) {
@@ -200,7 +201,7 @@ impl Driver<'_, '_> {
         self.problem.place_held(&mut self.state);
         self.problem.allow_overlaps(&self.state);
         if self.problem.monitor.is_stopped() {
-            return Status::Interrupted;
+            return Grade::INTERRUPTED;
         }
         self.problem.gradient(&self.state, &mut self.certifier.gradient);
         let mut condensation = Condensation::new(&self.problem);
@@ -220,8 +221,9 @@ impl Driver<'_, '_> {
 
     /// Leaves an unstable equilibrium, or a state where the minimiser failed: disturbs it along a direction in which
     /// the energy decreases (deterministic) and minimises again. Without success the state is restored.
-    fn leave_unstable_start(&mut self, status: Status) -> Status {
-        let applicable = matches!(status, Status::Converged | Status::Failed) && !self.problem.has_dead_moments();
+    fn leave_unstable_start(&mut self, status: Grade) -> Grade {
+        let applicable =
+            matches!(status.status(), Status::Converged | Status::Failed) && !self.problem.has_dead_moments();
         if self.is_over() || !applicable || self.problem.network.constraints.is_empty() {
             return status;
         }

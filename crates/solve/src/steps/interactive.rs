@@ -5,10 +5,11 @@ use crate::report::clearance::Cables;
 use crate::report::discretisation::NodalErrors;
 use crate::steps::certificate::Certifier;
 use crate::steps::checkpoint::Checkpoint;
-use crate::steps::driver::{Driver, is_balanced, unbalanced_start_note};
+use crate::steps::driver::{Driver, unbalanced_start_note};
 use crate::steps::plan::Plan;
+use crate::steps::progress::Interruption;
 use std::time::Instant;
-use wireloom_core::equilibrium::{PartFault, RequirementResult, StepResult};
+use wireloom_core::equilibrium::{RequirementResult, StepResult};
 use wireloom_core::minimiser::{Minimiser, Stop};
 use wireloom_core::status::Status;
 use wireloom_core::steps::{Journey, Schedule, Step};
@@ -33,17 +34,6 @@ pub struct Ended {
     pub requirements: Vec<RequirementResult>,
     /// Estimated discretisation errors of this result, by branch.
     pub errors: Vec<NodalErrors>,
-}
-
-/// Reason why an increment did not end.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-pub enum Interruption {
-    /// A stop was requested.
-    #[error("stopped")]
-    Stopped,
-    /// A part cannot continue.
-    #[error("{0}")]
-    Fault(PartFault),
 }
 
 impl Checkpoint {
@@ -130,9 +120,13 @@ impl InteractiveDriver {
         if start != Status::Converged {
             notes.push(unbalanced_start_note(start));
         }
-        let status = driver.certify(start);
-        let mut end = driver.step_result(&step, 0, status, clock.elapsed().as_secs_f64());
+        let grade = driver.certify(start);
+        let mut end = driver.step_result(&step, 0, grade, clock.elapsed().as_secs_f64());
         let requirements = driver.check_start(&mut end);
+        driver.fault = driver.problem.fault(false);
+        if let Some(fault) = driver.part_fault(&step, 0) {
+            return Err(Interruption::Fault(fault));
+        }
         driver.starting = false;
         driver.minimiser.forget();
         let checkpoint = Checkpoint { notes, ..driver.snapshot((0, 0), None, 0.0) };
@@ -185,28 +179,15 @@ impl InteractiveDriver {
         let seconds = || spent + clock.elapsed().as_secs_f64();
         let last = !open && increment == step.increments;
         let end = driver.run_increment((step, &plan), (index, increment, last), fractions, clearances, seconds);
-        if let Ok(end) = &end
-            && is_balanced(end.status)
-        {
-            driver.problem.commit(&driver.state);
-            driver.fault = driver.problem.fault(false);
-        }
-        let fault = driver.part_fault(step, increment);
         let plan = (!open && !last).then_some(&plan);
         let checkpoint =
             Checkpoint { notes, ..driver.snapshot((index, increment), plan, spent + clock.elapsed().as_secs_f64()) };
-        let status = end.as_ref().map_or_else(|status| *status, |end| end.status);
+        let status = end.as_ref().map_or(Status::Interrupted, |end| end.status);
         let requirements = driver.log.sheet.lines(network, status);
         let (certifier, errors) = (driver.certifier, driver.errors);
         self.certifier = Some((network.id, certifier));
-        match (fault, end) {
-            (Some(fault), _) => Err(Interruption::Fault(fault)),
-            (None, Ok(end)) => {
-                let checkpoint = if last { checkpoint.with_step_ended() } else { checkpoint };
-                Ok(Ended { end, checkpoint, requirements, errors })
-            }
-            (None, Err(_)) => Err(Interruption::Stopped),
-        }
+        let checkpoint = if last { checkpoint.with_step_ended() } else { checkpoint };
+        end.map(|end| Ended { end, checkpoint, requirements, errors })
     }
 
     /// Ends an open step at its newest increment: what holds at the end of a step is checked there. Returns the
@@ -220,9 +201,9 @@ impl InteractiveDriver {
         let mut driver = self.driver(network, from.clone());
         driver.began.copy_from(&driver.state);
         // For the errors of the results, which are not part of them.
-        driver.certify(end.status);
+        let grade = driver.certify(end.status);
         let step = Step { name: end.name.clone(), increments: end.increments, ..Step::default() };
-        driver.step_result(&step, end.increment, end.status, 0.0);
+        driver.step_result(&step, end.increment, grade, 0.0);
         driver.check_at_end(end, &Cables::new(network, &end.branches), true);
         end.violations = driver.log.violations().to_vec();
         let requirements = driver.log.sheet.lines(network, end.status);

@@ -1,5 +1,7 @@
 //! Progress of a run, and its control.
 
+use wireloom_core::equilibrium::PartFault;
+
 /// Progress of a run.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Progress {
@@ -24,4 +26,15 @@ pub enum Control {
     Continue,
     /// Stop the run after this increment, whose result is kept.
     Stop,
+}
+
+/// Reason why an increment did not end.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum Interruption {
+    /// A stop was requested.
+    #[error("stopped")]
+    Stopped,
+    /// A part cannot continue.
+    #[error("{0}")]
+    Fault(PartFault),
 }

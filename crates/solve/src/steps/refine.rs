@@ -1,7 +1,7 @@
 //! Refinement at the end of an increment: Newton steps until the next one hardly moves the harness.
 
 use super::driver::Driver;
-use crate::steps::certificate::Certifier;
+use crate::steps::certificate::{Certifier, Grade};
 use wireloom_core::status::Status;
 
 /// Target of the refinement: move in the next Newton step, as a fraction of the longest branch, and turn (rad). The
@@ -19,7 +19,7 @@ const REFINING_SOLVES: usize = 3;
 impl Driver<'_, '_> {
     /// Refines a state in balance as long as the next Newton step would move it: near a limit point, or in a harness
     /// that is soft beside its loads, forces are within tolerance long before the shape is accurate.
-    pub(super) fn refine(&mut self, status: Status) -> Status {
+    pub(super) fn refine(&mut self, status: Grade) -> Grade {
         self.inspection = None;
         if status != Status::Converged || self.problem.has_dead_moments() {
             return status;
@@ -33,7 +33,7 @@ impl Driver<'_, '_> {
                 break;
             }
             if self.problem.monitor.is_stopped() {
-                return Status::Interrupted;
+                return Grade::INTERRUPTED;
             }
             let before = self.state.clone();
             self.problem.retract(&before, self.certifier.next_step(), 1.0, &mut self.state);
@@ -58,7 +58,7 @@ impl Driver<'_, '_> {
             // The result is graded by the tolerance of the scenario.
             self.stop = stop;
             if self.fault.is_some() {
-                return Status::Failed;
+                return Grade::FAILED;
             }
             if self.certify(Status::Stalled) != Status::Converged {
                 self.state = before;

@@ -1,11 +1,11 @@
 //! The run of a schedule: from the initial equilibrium through all increments of all steps.
 
 use super::driver::{Driver, empty_run, is_balanced, unbalanced_start_note};
-use super::progress::{Control, Progress};
+use super::progress::{Control, Interruption, Progress};
 use crate::steps::checkpoint::{Observer, Resumed};
 use std::time::Instant;
 use wireloom_core::Network;
-use wireloom_core::equilibrium::Run;
+use wireloom_core::equilibrium::{Outcome, Run};
 use wireloom_core::minimiser::{Minimiser, Stop};
 use wireloom_core::status::Status;
 use wireloom_core::steps::{Schedule, Step};
@@ -40,9 +40,9 @@ pub fn carry_out(
         None => {
             let mut driver = Driver::at_start(network, minimiser, stop, schedule, &monitor);
             let start = driver.find_start(coarse, schedule, &steps[0].name);
-            if start == Status::Interrupted || driver.fault.is_some() {
-                run.status = driver.failed_if_faulty(start);
-                run.fault = driver.part_fault(&steps[0], 0);
+            let fault = driver.part_fault(&steps[0], 0);
+            if start == Status::Interrupted || fault.is_some() {
+                run.outcome = fault.map_or(Outcome::Graded(start.status()), Outcome::Fault);
                 driver.log.write_to(network, &mut run);
                 return run;
             }
@@ -53,7 +53,7 @@ pub fn carry_out(
         }
         Some(Resumed { checkpoint, steps }) => {
             let (driver, position) = Driver::at_checkpoint(network, minimiser, stop, checkpoint, &monitor);
-            (run.status, run.notes, run.steps) = (position.status, position.notes, steps);
+            (run.outcome, run.notes, run.steps) = (Outcome::Graded(position.status), position.notes, steps);
             run.steps.truncate(position.kept);
             (spent, first, done, resumed_plan) =
                 (position.seconds, position.step_index, position.increment, position.plan);
@@ -80,10 +80,12 @@ pub fn carry_out(
             let result = driver.run_increment((step, &plan), place, fractions, schedule.clearances, seconds);
             let end = match result {
                 Ok(end) => end,
-                Err(status) => {
+                Err(interruption) => {
                     run.steps.extend(latest);
-                    run.status = status;
-                    run.fault = driver.part_fault(step, increment);
+                    run.outcome = match interruption {
+                        Interruption::Stopped => Outcome::Graded(Status::Interrupted),
+                        Interruption::Fault(fault) => Outcome::Fault(fault),
+                    };
                     driver.log.write_to(network, &mut run);
                     return run;
                 }
@@ -101,13 +103,13 @@ pub fn carry_out(
             let kept = schedule.increments || increment == step.increments || unbalanced;
             observer.errors(&driver.errors);
             let stopped = observer.increment(&progress, &end, kept) == Control::Stop;
-            if run.status == Status::Converged {
-                run.status = status;
+            if (index, increment) == (0, 1) || run.status() == Status::Converged {
+                run.outcome = Outcome::Graded(status);
             }
             let complete = index + 1 == steps.len() && increment == step.increments;
             // An earlier failure takes precedence over the stop.
-            if stopped && is_balanced(run.status) && !complete {
-                run.status = Status::Interrupted;
+            if stopped && is_balanced(run.status()) && !complete {
+                run.outcome = Outcome::Graded(Status::Interrupted);
             }
             latest = if kept || stopped {
                 run.steps.push(end);
@@ -121,15 +123,6 @@ pub fn carry_out(
             }
             if driver.round_off && !run.notes.iter().any(|note| note == ROUND_OFF) {
                 run.notes.push(ROUND_OFF.to_owned());
-            }
-            driver.problem.commit(&driver.state);
-            driver.fault = driver.problem.fault(false);
-            if driver.fault.is_some() {
-                run.steps.extend(latest.take());
-                run.status = Status::Failed;
-                run.fault = driver.part_fault(step, increment);
-                driver.log.write_to(network, &mut run);
-                return run;
             }
             if increment < step.increments {
                 driver.minimiser.forget();

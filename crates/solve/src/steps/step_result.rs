@@ -5,6 +5,7 @@ use crate::report::clearance::Cables;
 use crate::report::requirements::Equilibrium;
 use crate::report::result;
 use crate::report::sheet::Here;
+use crate::steps::certificate::Grade;
 use crate::steps::stability::{Inspection, Stability};
 use wireloom_core::Moment;
 use wireloom_core::equilibrium::{
@@ -15,7 +16,8 @@ use wireloom_core::steps::Step;
 
 impl Driver<'_, '_> {
     /// Result of an increment at the present state.
-    pub(crate) fn step_result(&mut self, step: &Step, increment: usize, status: Status, seconds: f64) -> StepResult {
+    pub(crate) fn step_result(&mut self, step: &Step, increment: usize, grade: Grade, seconds: f64) -> StepResult {
+        let status = grade.status();
         // Stability is defined for an equilibrium; under dead moments only divergence can be detected.
         let known = status == Status::Converged && !self.problem.has_dead_moments();
         let inspect = || self.certifier.inspect(&mut self.problem, &self.state);

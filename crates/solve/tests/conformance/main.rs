@@ -95,7 +95,7 @@ fn a_false_claim_of_convergence_does_not_pass() {
     let mut certifier = Certifier::new(&sample.network);
     let mut claim = |problem: &mut Problem<'_>, state: &State| {
         let certificate = certifier.certify(problem, state, &stop, Status::Converged);
-        (certificate.status, certificate.residual, certificate.violation)
+        (certificate.grade, certificate.residual, certificate.violation)
     };
     // No force balances the weight of a straight cable.
     let (status, residual, violation) = claim(&mut problem, &sample.state);

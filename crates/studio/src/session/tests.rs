@@ -175,7 +175,7 @@ fn ends(text: &str) -> Vec<StepResult> {
         ends.push(end.clone());
         Control::Continue
     });
-    assert_eq!(run.status, Status::Converged, "{text}");
+    assert_eq!(run.status(), Status::Converged, "{text}");
     ends
 }
 

@@ -35,7 +35,6 @@ pub type Check = fn(&Subject<'_>);
 
 const ROUND_OFF: f64 = 1e-12;
 const DIFFERENCES: f64 = 1e-8;
-const STEP: f64 = 1e-3;
 
 fn potential(constraint: &dyn Constraint) -> &dyn Potential {
     match constraint.action() {
@@ -137,6 +136,21 @@ fn scenes(subject: &Subject<'_>, constraint: &dyn Constraint) -> Vec<Scene> {
             }
             all.push(scene);
         }
+    }
+    all
+}
+
+/// The scenes, and of a constraint that remembers each of them once more, with what is remembered of those before it.
+fn scenes_with_memories(subject: &Subject<'_>, constraint: &dyn Constraint) -> Vec<Scene> {
+    let mut all = scenes(subject, constraint);
+    let mut memory = constraint.memory();
+    if memory.is_empty() {
+        return all;
+    }
+    for k in 0..all.len() {
+        let scene = Scene { memory: memory.clone(), ..all[k].clone() };
+        constraint.commit(&scene.at(), &mut memory);
+        all.push(scene);
     }
     all
 }
@@ -244,11 +258,13 @@ pub fn sets_equations(subject: &Subject<'_>) {
 pub fn gradient_is_the_derivative_of_the_energy(subject: &Subject<'_>) {
     let constraint = subject.make();
     let potential = potential(constraint.as_ref());
-    for scene in scenes(subject, constraint.as_ref()) {
+    for scene in scenes_with_memories(subject, constraint.as_ref()) {
         let (got, energy) = gradient(potential, &scene);
-        let want =
-            DVector::from_fn(scene.freedoms(), |i, _| derivative(STEP, |h| potential.energy(&scene.moved(i, h).at())));
-        assert_all_near("gradient", &got, &want, DIFFERENCES * (1.0 + want.amax()));
+        let want = agreeing(&column(&got), DIFFERENCES, |step| {
+            let slope = |i| derivative(step, |h| potential.energy(&scene.moved(i, h).at()));
+            DMatrix::from_fn(scene.freedoms(), 1, |i, _| slope(i))
+        });
+        assert_all_near("gradient", &got, &want.column(0).into_owned(), DIFFERENCES * (1.0 + want.amax()));
         assert_near("energy", energy, potential.energy(&scene.at()), ROUND_OFF * (1.0 + energy.abs()));
     }
 }
@@ -258,12 +274,12 @@ pub fn gradient_is_the_derivative_of_the_energy(subject: &Subject<'_>) {
 pub fn hessian_is_the_second_derivative_of_the_energy(subject: &Subject<'_>) {
     let constraint = subject.make();
     let potential = potential(constraint.as_ref());
-    for scene in scenes(subject, constraint.as_ref()) {
+    for scene in scenes_with_memories(subject, constraint.as_ref()) {
         let got = hessian(potential, &scene);
-        let columns: Vec<_> = (0..scene.freedoms())
-            .map(|i| derivative_of_all(STEP, |h| gradient(potential, &scene.moved(i, h)).0))
-            .collect();
-        let want = symmetric(&DMatrix::from_columns(&columns));
+        let want = agreeing(&got, DIFFERENCES, |step| {
+            let slopes = |i| derivative_of_all(step, |h| gradient(potential, &scene.moved(i, h)).0);
+            symmetric(&DMatrix::from_columns(&(0..scene.freedoms()).map(slopes).collect::<Vec<_>>()))
+        });
         assert_matrix_near("hessian", &got, &want, DIFFERENCES * (1.0 + want.amax()));
     }
 }
@@ -462,12 +478,12 @@ pub fn every_residual_has_a_scale(subject: &Subject<'_>) {
 pub fn jacobian_is_the_derivative_of_the_residuals(subject: &Subject<'_>) {
     let constraint = subject.make();
     let equations = equations(constraint.as_ref());
-    for scene in scenes(subject, constraint.as_ref()) {
+    for scene in scenes_with_memories(subject, constraint.as_ref()) {
         let (got, c) = jacobian(equations, &scene);
-        let columns: Vec<_> = (0..scene.freedoms())
-            .map(|i| derivative_of_all(STEP, |h| residuals(equations, &scene.moved(i, h))))
-            .collect();
-        let want = DMatrix::from_columns(&columns);
+        let want = agreeing(&got, DIFFERENCES, |step| {
+            let slopes = |i| derivative_of_all(step, |h| residuals(equations, &scene.moved(i, h)));
+            DMatrix::from_columns(&(0..scene.freedoms()).map(slopes).collect::<Vec<_>>())
+        });
         assert_matrix_near("jacobian", &got, &want, DIFFERENCES * (1.0 + want.amax()));
         assert_all_near("residuals", &c, &residuals(equations, &scene), ROUND_OFF * (1.0 + c.amax()));
     }
@@ -479,16 +495,17 @@ pub fn curvature_is_the_second_derivative_of_the_residuals_or_nothing(subject: &
     let constraint = subject.make();
     let equations = equations(constraint.as_ref());
     let mut rng = Rng::with_seed(24);
-    for scene in scenes(subject, constraint.as_ref()) {
+    for scene in scenes_with_memories(subject, constraint.as_ref()) {
         let w: Vec<f64> = declared(equations, &scene).iter().map(|_| uniform(&mut rng)).collect();
         let got = second_derivatives(&scene, |stations, span| equations.curvature(&scene.at(), &w, stations, span));
         if got.amax() == 0.0 {
             continue;
         }
         let weighted = |scene: &Scene| jacobian(equations, scene).0.tr_mul(&DVector::from_column_slice(&w));
-        let columns: Vec<_> =
-            (0..scene.freedoms()).map(|i| derivative_of_all(STEP, |h| weighted(&scene.moved(i, h)))).collect();
-        let want = symmetric(&DMatrix::from_columns(&columns));
+        let want = agreeing(&got, DIFFERENCES, |step| {
+            let slopes = |i| derivative_of_all(step, |h| weighted(&scene.moved(i, h)));
+            symmetric(&DMatrix::from_columns(&(0..scene.freedoms()).map(slopes).collect::<Vec<_>>()))
+        });
         assert_matrix_near("curvature", &got, &want, DIFFERENCES * (1.0 + want.amax()));
     }
 }

@@ -13,7 +13,6 @@ pub type Factory<'f> = dyn Fn(JointSpec) -> Box<dyn JointModel> + 'f;
 
 const ROUND_OFF: f64 = 1e-11;
 const DIFFERENCES: f64 = 1e-7;
-const STEP: f64 = 1e-3;
 
 /// A joint with its arms in some directions.
 struct Case {
@@ -136,8 +135,11 @@ pub fn hubs_have_no_energy(factory: &Factory<'_>) {
 pub fn gradient_is_the_derivative_of_the_energy(factory: &Factory<'_>) {
     for Case { name, joint, frames, .. } in cases(factory) {
         let (_, got) = gradient(joint.as_ref(), &frames);
-        let want = DVector::from_fn(3 * frames.len(), |i, _| derivative(STEP, |h| joint.energy(&moved(&frames, i, h))));
-        assert_all_near(&name, &got, &want, DIFFERENCES * (1.0 + want.amax()));
+        let want = agreeing(&column(&got), DIFFERENCES, |step| {
+            let slope = |i| derivative(step, |h| joint.energy(&moved(&frames, i, h)));
+            DMatrix::from_fn(3 * frames.len(), 1, |i, _| slope(i))
+        });
+        assert_all_near(&name, &got, &want.column(0).into_owned(), DIFFERENCES * (1.0 + want.amax()));
     }
 }
 
@@ -145,11 +147,11 @@ pub fn gradient_is_the_derivative_of_the_energy(factory: &Factory<'_>) {
 /// If the Hessian is not the symmetric part of the derivative of the gradient.
 pub fn hessian_is_the_second_derivative_of_the_energy(factory: &Factory<'_>) {
     for Case { name, joint, frames, .. } in cases(factory) {
-        let columns: Vec<_> = (0..3 * frames.len())
-            .map(|i| derivative_of_all(STEP, |h| gradient(joint.as_ref(), &moved(&frames, i, h)).1))
-            .collect();
-        let want = symmetric(&DMatrix::from_columns(&columns));
         let got = hessian(joint.as_ref(), &frames);
+        let want = agreeing(&got, DIFFERENCES, |step| {
+            let slopes = |i| derivative_of_all(step, |h| gradient(joint.as_ref(), &moved(&frames, i, h)).1);
+            symmetric(&DMatrix::from_columns(&(0..3 * frames.len()).map(slopes).collect::<Vec<_>>()))
+        });
         assert_matrix_near(&name, &got, &want, DIFFERENCES * (1.0 + want.amax()));
     }
 }

@@ -24,7 +24,8 @@ pub struct Origin {
     program: String,
     minimiser: Option<String>,
     texts: Vec<(String, String)>,
-    plugins: Vec<Library>,
+    /// The plugins that take part.
+    pub plugins: Vec<Library>,
 }
 
 impl Origin {

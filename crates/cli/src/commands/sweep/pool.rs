@@ -9,10 +9,11 @@ use crate::arguments::SweepArguments;
 use crate::failure::Failure;
 use crate::interrupt;
 use crate::messages::{Computed, Message, Request};
+use crate::plugin::supervise::how;
 use std::ffi::OsString;
 use std::io::{self, BufRead, BufReader, Write};
 use std::path::Path;
-use std::process::{Child, ChildStdin, Command, ExitStatus, Stdio};
+use std::process::{Child, ChildStdin, Command, Stdio};
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, channel};
 use std::sync::{Mutex, PoisonError};
@@ -234,7 +235,7 @@ impl Process {
     /// How it ended, in words.
     fn how_it_ended(&mut self) -> Result<String, Failure> {
         let status = self.child.wait().map_err(broken)?;
-        Ok(signal(status).unwrap_or_else(|| format!("exit code {}", status.code().unwrap_or_default())))
+        Ok(how(status))
     }
 }
 
@@ -244,16 +245,4 @@ impl Drop for Process {
         let _ = self.child.kill();
         let _ = self.child.wait();
     }
-}
-
-/// The signal that ended a process.
-#[cfg(unix)]
-fn signal(status: ExitStatus) -> Option<String> {
-    let signal = std::os::unix::process::ExitStatusExt::signal(&status)?;
-    Some(signal_hook::low_level::signal_name(signal).map_or_else(|| format!("signal {signal}"), str::to_owned))
-}
-
-#[cfg(not(unix))]
-fn signal(_: ExitStatus) -> Option<String> {
-    None
 }

@@ -1,13 +1,12 @@
 //! Tests of constraints.
 
-use super::trial::{CYCLES, THREADS, TIMED, Trial, Verdict, leaks, parameters};
+use super::trial::{CYCLES, THREADS, TIMED, Trial, Verdict, floating_point, is_numeric, leaks, parameters};
 use std::time::Instant;
 use wireloom::geometry::{Matrix, Pose, Vector};
 use wireloom::parts::{
     Action, Constraint, ConstraintKind, ConstraintSpec, ConstraintView, Form, Parameters, SpanSpec, SpanUse,
     StationSpec, Value,
 };
-use wireloom::plugins::numeric_derivatives;
 use wireloom::testing::conformance::constraint::{Subject, checks};
 
 /// Nodes of the span of a tested constraint.
@@ -36,8 +35,7 @@ pub fn trials(kind: &ConstraintKind) -> Vec<Trial<'_>> {
     let subject = std::rc::Rc::new(subject);
     for (name, check) in listed {
         let subject = subject.clone();
-        let numeric = name.contains("derivative")
-            && numeric_derivatives().iter().any(|words| words.contains(&format!("`{}`", kind.name)));
+        let numeric = is_numeric(&kind.name, name);
         all.push((
             name.replace('_', " "),
             Box::new(move || {
@@ -68,6 +66,7 @@ pub fn trials(kind: &ConstraintKind) -> Vec<Trial<'_>> {
         Box::new(move || leaks(|| drop(evaluate(maker().as_ref(), stations, nodes, 0.01)))),
     ));
     all.push(("time of an evaluation".into(), Box::new(move || time(make().as_ref(), stations, nodes))));
+    all.push(floating_point(""));
     all
 }
 

@@ -1,11 +1,10 @@
 //! Tests of joint models.
 
-use super::trial::{CYCLES, THREADS, TIMED, Trial, Verdict, leaks, parameters};
+use super::trial::{CYCLES, THREADS, TIMED, Trial, Verdict, floating_point, is_numeric, leaks, parameters};
 use std::time::Instant;
 use wireloom::geometry::{Matrix, Rotation, Vector, frame_from};
 use wireloom::harness::Section;
 use wireloom::parts::{Arm, JointKind, JointModel, JointSpec, Mounting};
-use wireloom::plugins::numeric_derivatives;
 use wireloom::testing::conformance::joint::CHECKS;
 
 /// Arms of the joint for timing and invalid input.
@@ -25,13 +24,12 @@ pub fn trials(kind: &JointKind) -> Vec<Trial<'_>> {
         }
     }
     let make = move |spec: JointSpec| make(spec).unwrap_or_else(|why| panic!("{why}"));
-    let numeric = numeric_derivatives().iter().any(|words| words.contains(&format!("`{}`", kind.name)));
     for (name, check) in CHECKS {
-        let make = make.clone();
+        let (make, numeric) = (make.clone(), is_numeric(&kind.name, name));
         all.push((
             name.replace('_', " "),
             Box::new(move || {
-                if numeric && name.contains("derivative") {
+                if numeric {
                     return Ok("not tested: the program computes them numerically, \
                                which is slower and less exact than derivatives of the plugin"
                         .into());
@@ -51,6 +49,7 @@ pub fn trials(kind: &JointKind) -> Vec<Trial<'_>> {
         Box::new(move || leaks(|| drop(evaluate(maker(spec()).as_ref(), 0.1)))),
     ));
     all.push(("time of an evaluation".into(), Box::new(move || time(make(spec()).as_ref()))));
+    all.push(floating_point(""));
     all
 }
 

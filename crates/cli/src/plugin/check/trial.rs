@@ -2,6 +2,7 @@
 
 use wireloom::geometry::Vector;
 use wireloom::parts::{Form, Parameter, Parameters, Value};
+use wireloom::plugins::{floating_point_changes, numeric_derivatives};
 
 /// Number of times that a constraint is created and destroyed.
 pub const CYCLES: usize = 10_000;
@@ -36,6 +37,24 @@ fn typical(form: &Form) -> Value {
 pub fn parameters(declared: &[Parameter]) -> Parameters {
     let value = |p: &Parameter| p.default.clone().or_else(|| p.required.then(|| typical(&p.form)));
     Parameters(declared.iter().filter_map(|p| Some((p.name.clone(), value(p)?))).collect())
+}
+
+/// Whether the program computes the derivatives that a test is about, so that there is nothing to test.
+pub fn is_numeric(kind: &str, test: &str) -> bool {
+    let first = ["gradient_is", "jacobian_is"].iter().any(|name| test.starts_with(name));
+    let second = ["hessian_is", "curvature_is"].iter().any(|name| test.starts_with(name));
+    let of_kind = |words: &&String| words.starts_with(&format!("kind `{kind}` "));
+    let no_first = |words: &String| words.contains("gradient and Hessian are") || words.contains("the Jacobian is");
+    numeric_derivatives().iter().filter(of_kind).any(|words| second || first && no_first(words))
+}
+
+/// Whether no call since the last of these tests changed the control of the floating-point unit.
+pub fn floating_point<'k>(when: &str) -> Trial<'k> {
+    let verdict = || match floating_point_changes().as_slice() {
+        [] => Ok("ok".to_owned()),
+        changes => Err(changes.join("\n      ")),
+    };
+    (format!("rounding mode and floating-point exceptions left as they are{when}"), Box::new(verdict))
 }
 
 /// Whether repeated creation, use and destruction loses memory.
