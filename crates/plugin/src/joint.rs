@@ -146,6 +146,7 @@ unsafe fn spec(spec: &abi::JointSpec) -> JointSpec {
                     min_bend_radius_moving: None,
                     max_tension: None,
                     max_torsion: None,
+                    friction: Default::default(),
                 },
                 segment_length: arm.segment_length,
                 length: arm.length,

@@ -148,6 +148,7 @@ mod tests {
             min_bend_radius_moving: None,
             max_tension: None,
             max_torsion: None,
+            friction: Default::default(),
         };
         let arm = |x: &f64| Arm {
             branch: "arm".into(),

@@ -29,6 +29,7 @@
 //! it: the minimisers' steps carry them in time as Bergou's are.
 
 use crate::kernel::{END_BLEND, INNER_BLEND, SegmentStiffness};
+use crate::rods::friction::with_friction;
 use crate::rods::staggered::{StaggeredRod, Stiffness};
 use wireloom_core::registry::RodKind;
 use wireloom_core::rod::RodSpec;
@@ -45,7 +46,7 @@ pub fn kind() -> RodKind {
               looked at; second order in the segment length"
             .into(),
         parameters: vec![],
-        build: Box::new(|spec, _| Ok(Box::new(StaggeredRod::new(spec.clone(), stiffness(spec))))),
+        build: Box::new(|spec, _| Ok(with_friction(spec, StaggeredRod::new(spec.clone(), stiffness(spec))))),
     }
 }
 

@@ -310,7 +310,7 @@ impl Workspace {
     fn predict_forces(&mut self, problem: &Problem<'_>) {
         let (trial, step) = (&self.trial, &self.step);
         problem.network.for_branches(&mut self.forces, |b, branch, forces| {
-            let shape = trial.branch(problem.network, b);
+            let shape = problem.shape(trial, b);
             let points = &step.points[branch.points.clone()];
             let frames = &step.frames[branch.frames.clone()];
             branch.rod.predicted_forces(&shape, points, frames, forces);

@@ -84,6 +84,7 @@ fn spec() -> JointSpec {
                 min_bend_radius_moving: None,
                 max_tension: None,
                 max_torsion: None,
+                friction: Default::default(),
             },
             segment_length: 0.01,
             length: 1.0,

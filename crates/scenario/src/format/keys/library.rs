@@ -78,6 +78,37 @@ pub(crate) const SECTION: Keys = Keys {
             Form::Number(Quantity::Curvature, POSITIVE),
             "largest twist per length allowed, either way, such as \"180 deg/m\" or \"0.5 turns/m\"",
         ),
+        may(
+            "friction",
+            Form::Table(&SECTION_FRICTION),
+            "friction within it, beside the elastic stiffness: its wires slip on each other, so what is bent keeps a set",
+        ),
+    ],
+};
+
+/// Friction within a section.
+pub(crate) const SECTION_FRICTION: Keys = Keys {
+    what: "friction",
+    keys: &[
+        may(
+            "bending",
+            Form::Tables(&FRICTION_ELEMENT),
+            "elements in bending, in parallel to bending_stiffness and to each other; alike about d1 and d2",
+        ),
+        may(
+            "torsion",
+            Form::Tables(&FRICTION_ELEMENT),
+            "elements in torsion, in parallel to torsion_stiffness and to each other",
+        ),
+    ],
+};
+
+/// Element of friction: a spring in series with a slider.
+pub(crate) const FRICTION_ELEMENT: Keys = Keys {
+    what: "element",
+    keys: &[
+        must("stiffness", Form::Number(Quantity::BendingStiffness, POSITIVE), "stiffness that it adds while it sticks"),
+        must("moment", Form::Number(Quantity::Moment, POSITIVE), "moment at which it slips, and which it then keeps"),
     ],
 };
 
