@@ -227,7 +227,14 @@ fn remember(rod: &dyn RodSegment, shape: &mut Shape, turn: f64, rng: &mut Rng) -
         let here = changed(shape);
         let frames = 3 * shape.points.len()..shape.size();
         let steps = frames.flat_map(|i| [-4.0 * STEP, 4.0 * STEP].map(|h| shape.moved(&unit(shape, i), h)));
-        if steps.into_iter().all(|near| changed(&near) == here) {
+        let lengths = (0..shape.coupling_lengths.len()).flat_map(|c| {
+            [-0.4 * STEP, 0.4 * STEP].map(|h| {
+                let mut near = shape.clone();
+                near.coupling_lengths[c] += h;
+                near
+            })
+        });
+        if steps.chain(lengths).all(|near| changed(&near) == here) {
             return past;
         }
     }
@@ -408,7 +415,7 @@ pub fn length_terms_are_derivatives_in_the_lengths(factory: &Factory<'_>) {
         };
         let energy = |shape: &Shape| rod.energy(&shape.view()).total();
         for (k, [first, second]) in terms(&shape).into_iter().enumerate() {
-            let h = STEP * 0.1;
+            let h = STEP * 0.05;
             let want = [derivative(h, |h| energy(&stretched(k, h))), derivative(h, |h| terms(&stretched(k, h))[k][0])];
             assert_near(&format!("{name}, ∂E of length {k}"), first, want[0], DIFFERENCES * (1.0 + want[0].abs()));
             assert_near(&format!("{name}, ∂²E of length {k}"), second, want[1], DIFFERENCES * (1.0 + want[1].abs()));
