@@ -63,9 +63,10 @@ fn a_cable_held_bent_from_the_start_keeps_a_set() {
     let rest = &steps[steps.find("[[steps]]\nname = \"let go\"").expect("the second step")..];
     let (early, late) = (converged(&format!("{before}{turned}{rest}")), converged(&text));
     for (early, late) in early.steps.iter().zip(&late.steps[1..]) {
-        assert!((set(early) - set(late)).norm() <= 1e-7, "{}: {:?} and {:?}", late.name, set(early), set(late));
+        // The initial equilibrium is balanced to the force tolerance of 1e-6 only.
+        assert!((set(early) - set(late)).norm() <= 5e-6, "{}: {:?} and {:?}", late.name, set(early), set(late));
         let [early, late] = [early, late].map(|end| friction(end).dissipated_in_all);
-        assert!((early - late).abs() <= 1e-9, "{early} J and {late} J");
+        assert!((early - late).abs() <= 1e-7, "{early} J and {late} J");
     }
 }
 
@@ -80,8 +81,13 @@ fn only_ends_of_increments_are_remembered() {
     };
     let [start, once, twice] = [out(1).split("[[steps]]").next().expect("a text").to_owned(), out(1), out(2)]
         .map(|text| converged(&text).steps.pop().expect("a step"));
-    assert!((set(&once) - set(&start)).norm() <= 1e-6, "{:?} and {:?}", set(&once), set(&start));
-    assert!((set(&twice) - set(&start)).norm() > 0.1, "{:?} and {:?}", set(&twice), set(&start));
+    let apart = |end: &StepResult| {
+        let pairs = friction(end).set.iter().zip(&friction(&start).set);
+        pairs.map(|(now, before)| (now - before).norm()).fold(0.0, f64::max)
+    };
+    // 1/m; the cable is bent by up to 5 1/m.
+    assert!(apart(&once) <= 1e-4, "{} 1/m", apart(&once));
+    assert!(apart(&twice) > 0.1, "{} 1/m", apart(&twice));
     assert!(friction(&twice).dissipated > 0.0);
 }
 
@@ -102,9 +108,10 @@ fn an_increment_that_was_cut_back_is_remembered_once() {
 /// Weight, space, a whole loop: energy is dissipated in every increment or not at all, and adds up.
 #[test]
 fn energy_is_dissipated_and_never_gained() {
-    let ways = [[0.3, 0.2, 0.1], [0.7, -0.1, -0.2], [0.6, 0.0, 0.0], [0.3, 0.2, 0.1]].map(|[x, y, z]| {
+    let ways = [[1.0, 0.3, 0.2, 0.1], [2.0, 0.7, -0.1, -0.2], [3.0, 0.6, 0.0, 0.0], [4.0, 0.3, 0.2, 0.1]];
+    let ways = ways.map(|[name, x, y, z]| {
         format!(
-            "[[steps]]\nname = \"{x} {y}\"\nincrements = 5\n[[steps.move]]\nconstraint = \"plug-B\"\n\
+            "[[steps]]\nname = \"{name}\"\nincrements = 5\n[[steps.move]]\nconstraint = \"plug-B\"\n\
              position = [{x}, {y}, {z}]\nturns = 0.2\n"
         )
     });
