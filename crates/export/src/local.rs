@@ -60,11 +60,12 @@ pub fn node_count(branch: &BranchResult) -> io::Result<usize> {
         return Ok(lengths[0]);
     }
     let [s, position, frame, force, moment, bend_radius, set] = lengths;
+    let set = if branch.friction.is_some() { format!(", set {set}") } else { String::new() };
     Err(io::Error::new(
         io::ErrorKind::InvalidInput,
         format!(
             "branch {:?}: vectors differ in length: s {s}, position {position}, frame {frame}, force {force}, \
-             moment {moment}, bend_radius {bend_radius}, set {set}",
+             moment {moment}, bend_radius {bend_radius}{set}",
             branch.name
         ),
     ))
