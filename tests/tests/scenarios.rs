@@ -367,6 +367,11 @@ fn values_of_closed_forms() -> Result<(), Failed> {
         pairs.push((step.into(), value(file, step, "set", "branch", "cable")?, vec![0.0, set, 0.0]));
         pairs.push((step.into(), value(file, step, "dissipated", "branch", "cable")?, vec![dissipated]));
     }
+    // EI = 0.02, of which 0.9 yield at 2 1/m.
+    let mut operator = closed_forms::FrictionOperator::new(0.002, &[[0.018, 0.036]]);
+    operator.bend(std::f64::consts::PI / 0.5);
+    let written = value("springback.toml", "let go", "set", "branch", "wire")?;
+    pairs.push(("springback".into(), written, vec![0.0, operator.let_go(), 0.0]));
     let chain = closed_forms::catenary(0.8, 1.0);
     let [x, depth] = closed_forms::catenary_point(&chain, 0.25);
     pairs.push((

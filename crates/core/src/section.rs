@@ -29,6 +29,9 @@ pub struct Section {
     pub max_torsion: Option<f64>,
     /// Friction within the section, beside its elastic stiffness.
     pub friction: SectionFriction,
+    /// Part of the bending stiffness that yields, if bends beyond a limit are permanent: the section then has linear
+    /// kinematic hardening, with EI up to its limit and EI less this stiffness beyond.
+    pub set: Option<FrictionElement>,
 }
 
 /// Friction within a section: wires and coverings that slip on each other (Prandtl–Ishlinskii model).
@@ -76,6 +79,23 @@ impl Section {
     /// Diagonal of the bend-twist stiffness `diag(EI1, EI2, GJ)`, N m².
     pub fn bend_diagonal(&self) -> crate::Vector {
         crate::Vector::new(self.bending_stiffness[0], self.bending_stiffness[1], self.torsion_stiffness)
+    }
+
+    /// Diagonal of the bend-twist stiffness of what neither slips nor yields, N m²: the least that the section has.
+    pub fn lasting_diagonal(&self) -> crate::Vector {
+        let yields = self.set.map_or(0.0, |set| set.stiffness);
+        self.bend_diagonal() - crate::Vector::new(yields, yields, 0.0)
+    }
+
+    /// All that slips or yields, beside [`Self::lasting_diagonal`].
+    pub fn slipping(&self) -> SectionFriction {
+        let SectionFriction { bending, torsion } = &self.friction;
+        SectionFriction { bending: bending.iter().copied().chain(self.set).collect(), torsion: torsion.clone() }
+    }
+
+    /// Whether it keeps a set: something in it slips or yields.
+    pub fn remembers(&self) -> bool {
+        !self.friction.is_empty() || self.set.is_some()
     }
 
     /// Diagonal of the bend-twist stiffness while no friction slips, N m²: the greatest that the section has.

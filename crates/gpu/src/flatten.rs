@@ -50,7 +50,7 @@ pub fn accepts(network: &Network) -> Result<(), BuildError> {
         match branch.rod.law() {
             None => return refused(format!("the rod of branch `{}`", branch.name)),
             Some(law) if !law.friction.is_empty() => {
-                return refused(format!("the friction within the section of branch `{}`", branch.name));
+                return refused(format!("what slips or yields in the section of branch `{}`", branch.name));
             }
             Some(_) => {}
         }

@@ -24,7 +24,7 @@ fn registry() -> Registry {
 
 /// Friction within a section has no law on the GPU: left out there, a cable would spring back.
 #[test]
-fn friction_within_a_section_is_refused_by_name() {
+fn what_slips_within_a_section_is_refused_by_name() {
     let plain = wireloom_models::rods::cosserat::kind();
     let build = move |spec: &RodSpec, values: &Parameters| {
         let mut spec = spec.clone();
@@ -37,7 +37,7 @@ fn friction_within_a_section_is_refused_by_name() {
         registry.add_rod(kind).is_ok() && registry.add_constraint(wireloom_models::constraints::connector()).is_ok()
     );
     let refusal = accepts(&cable(&registry, 8).network).expect_err("it has friction");
-    assert!(refusal.message.starts_with("the friction within the section of branch `"), "{refusal:?}");
+    assert!(refusal.message.starts_with("what slips or yields in the section of branch `"), "{refusal:?}");
 }
 
 /// The reference as a minimiser.

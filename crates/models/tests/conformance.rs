@@ -31,6 +31,13 @@ fn rod_with_friction(kind: &'static str) -> impl Fn(RodSpec) -> Box<dyn RodSegme
     move |spec| made(RodSpec { section: Section { friction: friction.clone(), ..spec.section }, ..spec })
 }
 
+/// Bends of more than 1 1/m are permanent.
+fn rod_that_yields(kind: &'static str) -> impl Fn(RodSpec) -> Box<dyn RodSegment> {
+    let made = rod(kind);
+    let set = Some(FrictionElement { stiffness: 0.04, moment: 0.04 });
+    move |spec| made(RodSpec { section: Section { set, ..spec.section }, ..spec })
+}
+
 fn joint(kind: &'static str) -> impl Fn(JointSpec) -> Box<dyn JointModel> {
     joint_of(kind, &[])
 }
@@ -85,6 +92,7 @@ rod_conformance!(kirchhoff_rod, rod("kirchhoff"));
 rod_conformance!(mass_spring_chain, rod("mass-spring"));
 rod_conformance!(cosserat_rod_with_friction, rod_with_friction("cosserat"));
 rod_conformance!(kirchhoff_rod_with_friction, rod_with_friction("kirchhoff"));
+rod_conformance!(cosserat_rod_that_yields, rod_that_yields("cosserat"));
 
 /// Rods without shear have the same energy to the last bit for any shear stiffness of the section.
 #[test]

@@ -147,6 +147,7 @@ unsafe fn spec(spec: &abi::JointSpec) -> JointSpec {
                     max_tension: None,
                     max_torsion: None,
                     friction: Default::default(),
+                    set: None,
                 },
                 segment_length: arm.segment_length,
                 length: arm.length,

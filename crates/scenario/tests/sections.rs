@@ -44,7 +44,7 @@ fn friction_is_refused_where_the_rod_has_none() {
     let section = "diameter = 0.008\nlinear_density = 0.1\naxial_stiffness = 1e4\nbending_stiffness = 0.01\n\
                    torsion_stiffness = 0.01\nfriction = { torsion = [{ stiffness = 0.01, moment = 0.02 }] }";
     let said = refused(section, "");
-    assert!(said.contains("its rod \"cosserat\" has no friction, but its section \"s\" has"), "{said}");
+    assert!(said.contains("its rod \"cosserat\" has no friction or set, but its section \"s\" has"), "{said}");
 }
 
 /// E π d⁴/64 of copper and of PVC, independently: 120 GPa · 0.04909 mm⁴ + 50 MPa · 0.7363 mm⁴.

@@ -72,6 +72,7 @@ fn section(bending: f64, torsion: f64, axial: f64, density: f64) -> Section {
         max_tension: None,
         max_torsion: None,
         friction: Default::default(),
+        set: None,
     }
 }
 

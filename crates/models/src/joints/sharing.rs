@@ -149,6 +149,7 @@ mod tests {
             max_tension: None,
             max_torsion: None,
             friction: Default::default(),
+            set: None,
         };
         let arm = |x: &f64| Arm {
             branch: "arm".into(),

@@ -21,7 +21,7 @@ pub fn rod(spec: RodSpec) -> StaggeredRod {
     let segment = SegmentStiffness { c: spec.section.stretch_diagonal(), overturned: 0.0 };
     let stiffness = Stiffness {
         segments: vec![segment; spec.mesh.segments()],
-        couplings: vec![spec.section.bend_diagonal(); spec.mesh.coupling_lengths.len()],
+        couplings: vec![spec.section.lasting_diagonal(); spec.mesh.coupling_lengths.len()],
         blends: [END_BLEND, INNER_BLEND],
     };
     StaggeredRod::new(spec, stiffness)

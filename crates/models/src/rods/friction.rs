@@ -1,4 +1,4 @@
-//! Rods whose sections have friction within: an elastic rod on the staggered grid and, in every coupling, the elements
+//! Rods whose sections slip or yield within: an elastic rod on the staggered grid and, in every coupling, the elements
 //! of [`crate::friction`].
 
 use crate::friction::Friction;
@@ -8,17 +8,18 @@ use wireloom_core::rod::{BranchHessian, BranchShape, Mesh, RodEnergy, RodSegment
 use wireloom_core::section::SectionFriction;
 use wireloom_core::{Matrix, Rotation, Vector};
 
-/// One branch of a section with friction.
+/// One branch of a section with friction, or with a part that yields.
 pub struct FrictionRod {
     elastic: StaggeredRod,
     friction: SectionFriction,
 }
 
-/// An elastic rod, with the friction of its section where that has some.
+/// A rod of the stiffness that lasts ([`wireloom_core::Section::lasting_diagonal`]), with what slips or yields beside it
+/// where its section has such.
 pub fn with_friction(spec: &RodSpec, elastic: StaggeredRod) -> Box<dyn RodSegment> {
-    match spec.section.friction.is_empty() {
-        true => Box::new(elastic),
-        false => Box::new(FrictionRod { elastic, friction: spec.section.friction.clone() }),
+    match spec.section.remembers() {
+        false => Box::new(elastic),
+        true => Box::new(FrictionRod { elastic, friction: spec.section.slipping() }),
     }
 }
 

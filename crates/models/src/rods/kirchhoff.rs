@@ -53,7 +53,7 @@ pub fn kind() -> RodKind {
 fn stiffness(spec: &RodSpec) -> Stiffness {
     Stiffness {
         segments: spec.mesh.rest_lengths.iter().map(|l| aligned(&spec.section, *l)).collect(),
-        couplings: vec![spec.section.bend_diagonal(); spec.mesh.coupling_lengths.len()],
+        couplings: vec![spec.section.lasting_diagonal(); spec.mesh.coupling_lengths.len()],
         blends: [END_BLEND, INNER_BLEND],
     }
 }

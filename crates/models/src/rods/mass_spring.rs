@@ -28,12 +28,12 @@ pub fn kind() -> RodKind {
             .into(),
         parameters: vec![],
         build: Box::new(|spec, _| {
-            if spec.section.friction.is_empty() {
+            if !spec.section.remembers() {
                 return Ok(Box::new(StaggeredRod::new(spec.clone(), stiffness(spec))));
             }
             let message =
-                format!("its section \"{}\" has friction, which a mass-spring chain has not", spec.section.name);
-            Err(BuildError::new(message, "rod = \"cosserat\" and rod = \"kirchhoff\" have it").at("rod"))
+                format!("its section \"{}\" has friction or a set, a mass-spring chain has neither", spec.section.name);
+            Err(BuildError::new(message, "rod = \"cosserat\" and rod = \"kirchhoff\" have them").at("rod"))
         }),
     }
 }

@@ -54,7 +54,10 @@ pub(crate) fn section<'a>(
         max_tension: entry.number("max_tension").or(bundle.and_then(|bundle| bundle.max_tension)),
         max_torsion: entry.number("max_torsion"),
         friction: entry.entry("friction").map(|entry| friction(&entry)).unwrap_or_default(),
+        set: None,
     };
+    let set = entry.entry("set").and_then(|entry| set(&entry, section.bending_stiffness));
+    let section = Section { set, ..section };
     (section, by_rule)
 }
 
@@ -79,6 +82,19 @@ fn friction(entry: &Entry<'_>) -> SectionFriction {
     }
     let [bending, torsion] = [bending, torsion].map(|all| all.into_iter().flatten().collect());
     SectionFriction { bending, torsion }
+}
+
+/// The part of the bending stiffness that yields: `EI (1 − h)`, at the moment that it has at the yield curvature.
+fn set(entry: &Entry<'_>, bending_stiffness: [f64; 2]) -> Option<FrictionElement> {
+    let (limit, hardening) = (entry.number("yield_curvature"), entry.number("hardening"));
+    let [one, other] = bending_stiffness;
+    if one != other {
+        let message = format!("{} has no direction, but there are two bending stiffnesses", entry.label);
+        entry.fault_here(message, "give one bending_stiffness, or leave `set` out");
+        return None;
+    }
+    let stiffness = one * (1.0 - hardening?);
+    Some(FrictionElement { stiffness, moment: stiffness * limit? })
 }
 
 /// Values of a section by the rule; `None` if it has no wires, or some of them are faulty.

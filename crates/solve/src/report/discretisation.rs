@@ -124,7 +124,7 @@ impl<'a> Samples<'a> {
         let n = mesh.segments();
         // Where friction sticks; where it slips the stiffness is less, and so is the defect.
         let stiffness = branch.section.sticking_diagonal();
-        let of_friction = stiffness - branch.section.bend_diagonal();
+        let of_friction = stiffness - branch.section.lasting_diagonal();
         let law = branch.rod.law();
         let blends = law.as_ref().map_or([0.0, 0.0], |law| law.blends);
         let rest = law.as_ref().map_or_else(Vector::zeros, |law| law.curvature);

@@ -72,6 +72,7 @@ pub fn section(thin: bool) -> Section {
         max_tension: None,
         max_torsion: None,
         friction: Default::default(),
+        set: None,
     }
 }
 

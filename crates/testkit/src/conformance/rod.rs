@@ -34,6 +34,7 @@ pub fn section() -> Section {
         max_tension: None,
         max_torsion: None,
         friction: Default::default(),
+        set: None,
     }
 }
 

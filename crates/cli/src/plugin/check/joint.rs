@@ -85,6 +85,7 @@ fn spec() -> JointSpec {
                 max_tension: None,
                 max_torsion: None,
                 friction: Default::default(),
+                set: None,
             },
             segment_length: 0.01,
             length: 1.0,

@@ -2,7 +2,9 @@
 
 use super::constraints::{FRICTION, HOLD, INSERTION_FORCE, MAX_MOMENT, PULL_OUT_FORCE, SLIDE};
 use crate::format::form::{Family, Form, Key, Keys, may, must, unless, with};
-use crate::format::limits::{DIAMETER, FRACTION, MAX_COUNT, NON_NEGATIVE, POISSON, POSITIVE, POSITIVE_FRACTION};
+use crate::format::limits::{
+    DIAMETER, FRACTION, HARDENING, MAX_COUNT, NON_NEGATIVE, POISSON, POSITIVE, POSITIVE_FRACTION,
+};
 use wireloom_core::Quantity;
 
 /// A section: measured, or made of wires, or both; measured values take precedence over the rule.
@@ -83,6 +85,7 @@ pub(crate) const SECTION: Keys = Keys {
             Form::Table(&SECTION_FRICTION),
             "friction within it, beside the elastic stiffness: its wires slip on each other, so what is bent keeps a set",
         ),
+        may("set", Form::Table(&SECTION_SET), "bends beyond a limit are permanent; needs one bending stiffness"),
     ],
 };
 
@@ -99,6 +102,23 @@ pub(crate) const SECTION_FRICTION: Keys = Keys {
             "torsion",
             Form::Tables(&FRICTION_ELEMENT),
             "elements in torsion, in parallel to torsion_stiffness and to each other",
+        ),
+    ],
+};
+
+/// Permanent bends.
+pub(crate) const SECTION_SET: Keys = Keys {
+    what: "set",
+    keys: &[
+        must(
+            "yield_curvature",
+            Form::Number(Quantity::Curvature, POSITIVE),
+            "curvature beyond which bends are permanent, such as \"12 1/m\"",
+        ),
+        must(
+            "hardening",
+            Form::Number(Quantity::Dimensionless, HARDENING),
+            "bending stiffness beyond it as a fraction of bending_stiffness",
         ),
     ],
 };
