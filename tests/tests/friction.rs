@@ -8,8 +8,8 @@ use wireloom_tests::cables::{branch, built, connector, hanging, run, section};
 use wireloom_tests::root;
 
 /// Elements of a bundle of wires, of which the first slips in gentle bends.
-const FRICTION: &str = "friction = { bending = [{ stiffness = 0.02, moment = 0.01 }, { stiffness = 0.01, moment = 0.03 }], \
-                        torsion = [{ stiffness = 0.01, moment = 0.01 }] }\n";
+const FRICTION: &str = "friction = { bending = [{ stiffness = 0.02, moment = 0.01 }, \
+                        { stiffness = 0.01, moment = 0.03 }], torsion = [{ stiffness = 0.01, moment = 0.01 }] }\n";
 
 /// The section of the shared cables with friction.
 fn with_friction(text: &str) -> String {

@@ -267,8 +267,8 @@ pub struct CouplingHessian {
 /// The variational formulation of viscoplastic constitutive updates, Computer Methods in Applied Mechanics and
 /// Engineering 171).
 ///
-/// Contract: E ≥ 0, and E = 0 at rest with the initial memory; E is unchanged by rigid motion of all points and frames (objectivity) and by
-/// reversing the direction of the branch (reversal); derivatives are taken along `x + δ`, `q ∘ exp(θ)` with θ in
+/// Contract: E ≥ 0, and E = 0 at rest with the initial memory; E is unchanged by rigid motion of all points and frames
+/// (objectivity) and by reversing the direction of the branch (reversal); derivatives are taken along `x + δ`, `q ∘ exp(θ)` with θ in
 /// the body frame. Methods neither allocate nor fail; output slices have one entry for each node, frame, segment or
 /// coupling and are overwritten. Non-finite input gives non-finite output.
 pub trait RodSegment: Send + Sync {
@@ -334,9 +334,9 @@ pub trait RodSegment: Send + Sync {
         Vec::new()
     }
 
-    /// Updates the memory, which is that of `shape` on entry, to the equilibrium `shape` that ends an increment; returns
-    /// the energy dissipated in it, J, never negative. A second call at the same shape changes no bit and returns 0.
-    /// Never called for a trial that is discarded.
+    /// Updates the memory, on entry that of `shape`, to the equilibrium `shape` that ends an increment. Returns the
+    /// energy dissipated in it, J, never negative. A second call at the same shape changes no bit and returns 0. Never
+    /// called for a trial that is discarded.
     fn commit(&self, _shape: &BranchShape<'_>, _memory: &mut [f64]) -> f64 {
         0.0
     }

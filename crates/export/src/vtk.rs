@@ -14,8 +14,8 @@ use wireloom_core::requirement::Violation;
 /// Writes `step` as VTK PolyData XML with appended raw data (little endian, 64-bit headers).
 ///
 /// The field data has the `status` of the increment and the `violations` of requirements at its end, a sentence each;
-/// the verdict on the whole run is in `result.json`. The array `set d1 d2 d3 [1/m]` is there where a branch has friction
-/// within its section. Branches with fewer than two nodes are omitted; the cell array
+/// the verdict on the whole run is in `result.json`. The array `set d1 d2 d3 [1/m]` is there where a section slips or
+/// yields. Branches with fewer than two nodes are omitted; the cell array
 /// `branch` holds the index of the branch in the scenario. Point arrays carry their units in their names; `bend
 /// limit/radius` is NaN where a branch has no limit.
 ///

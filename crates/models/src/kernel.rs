@@ -231,8 +231,8 @@ impl BendTwist {
         CouplingHessian { aa: diagonal + symmetric, ab: geometric.mixed - k - b - skew, bb: diagonal - symmetric }
     }
 
-    /// [`Self::hessian`] with the derivative `tangent` of the moment in κ (N m², symmetric) in place of C, as written in
-    /// its formulas.
+    /// [`Self::hessian`] with the derivative `tangent` of the moment in κ (N m², symmetric) in place of C, by its
+    /// formulas as they stand there.
     pub fn hessian_with(&self, lambda: f64, tangent: &Matrix) -> CouplingHessian {
         let (w, v, m) = (self.w, &self.v, &self.moment);
         let g = Matrix::identity() * (1.0 + v.norm_squared() / 6.0) + v * v.transpose() / 3.0;

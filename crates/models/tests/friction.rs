@@ -103,8 +103,8 @@ fn close(got: f64, want: f64, scale: f64, what: &str) {
 /// operator.
 #[test]
 fn loops_are_those_of_the_operator() {
-    let bending =
-        [0.0, 0.7, 1.5707963267948966, 4.0].map(|a: f64| (Vector::new(a.cos(), a.sin(), 0.0), EI, &BENDING[..]));
+    let bending = [0.0, 0.7, std::f64::consts::FRAC_PI_2, 4.0]
+        .map(|a: f64| (Vector::new(a.cos(), a.sin(), 0.0), EI, &BENDING[..]));
     for (axis, elastic, elements) in bending.into_iter().chain([(Vector::z(), GJ, &TORSION[..])]) {
         let (mut coupling, mut operator) = (Coupling::new(), FrictionOperator::new(elastic, elements));
         let mut largest = 0.0_f64;
@@ -122,8 +122,8 @@ fn loops_are_those_of_the_operator() {
     }
 }
 
-/// Masing's rules: after a reversal at κ_r the moment is the virgin curve f at twice the scale, `m_r ∓ 2 f(|κ − κ_r|/2)`;
-/// and once a loop has come back to where it left the virgin curve, that goes on as if there had been no loop.
+/// Masing's rules: after a reversal at κ_r the moment is the virgin curve f at twice the scale,
+/// `m_r ∓ 2 f(|κ − κ_r|/2)`; and once a loop has come back to where it left the virgin curve, that goes on as if there had been no loop.
 #[test]
 fn masing_s_rules_hold() {
     let virgin = |kappa: f64| Coupling::new().moment(Vector::x() * kappa).x;

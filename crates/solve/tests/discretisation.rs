@@ -176,8 +176,8 @@ fn clamped_cables_are_covered() {
     covers(&clamped("kirchhoff", ""), 40, 10.0);
 }
 
-/// Friction slips in some of the cells and sticks in others. The estimate takes it to stick everywhere: errors of moments
-/// are estimated with a stiffness that is up to 3.5 times the one where it slips.
+/// Friction slips in some of the cells and sticks in others. The estimate takes it to stick everywhere: errors of
+/// moments are estimated with a stiffness that is up to 3.5 times the one where it slips.
 #[test]
 fn friction_within_the_section_is_covered() {
     let elastic = "torsion_stiffness = 0.015\n";

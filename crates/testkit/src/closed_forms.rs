@@ -439,8 +439,8 @@ mod tests {
         close(clamped_beam_sag(8.0, 1.0, f64::INFINITY, 2.0), 0.5, 1e-15);
     }
 
-    /// One element by hand: EI = 1, k = 2, M = 1, so it slips at κ = 0.5. Bent to 2 and let go: the element slips back at
-    /// κ = 1, and at κ = 1 the moment is 0.
+    /// One element by hand: EI = 1, k = 2, M = 1, so it slips at κ = 0.5. Bent to 2 and let go: at κ = 1 the element is
+    /// about to slip back, and the moment is 0.
     #[test]
     fn friction_of_one_element() {
         let mut operator = FrictionOperator::new(1.0, &[[2.0, 1.0]]);

@@ -14,8 +14,8 @@ pub struct FrictionRod {
     friction: SectionFriction,
 }
 
-/// A rod of the stiffness that lasts ([`wireloom_core::Section::lasting_diagonal`]), with what slips or yields beside it
-/// where its section has such.
+/// A rod of the stiffness that lasts ([`wireloom_core::Section::lasting_diagonal`]), and beside it what slips or yields
+/// in its section.
 pub fn with_friction(spec: &RodSpec, elastic: StaggeredRod) -> Box<dyn RodSegment> {
     match spec.section.remembers() {
         false => Box::new(elastic),

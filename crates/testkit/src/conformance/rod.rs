@@ -198,8 +198,8 @@ fn random_shape(rod: &dyn RodSegment, mesh: &Mesh, turn: f64, strain: f64, rng: 
 }
 
 /// Gives a rod that remembers a past of two increments, such that no law changes its branch near the shape (where its
-/// second derivatives may jump): from it an increment that ends anywhere near changes the same state variables. Returns the
-/// frames of the past.
+/// second derivatives may jump): from it an increment that ends anywhere near changes the same state variables. Returns
+/// the frames of the past.
 ///
 /// # Panics
 /// If no such past is found.
@@ -524,8 +524,8 @@ pub fn inner_forces_and_moments_sum_to_zero(factory: &Factory<'_>) {
 }
 
 /// # Panics
-/// If the branch run from its other end (frames half a turn about d1, curvature `[−κ1, κ2, κ3]`), with the same past, has
-/// another energy or gradient.
+/// If the branch run from its other end (frames half a turn about d1, curvature `[−κ1, κ2, κ3]`), with the same past,
+/// has another energy or gradient.
 pub fn running_the_branch_from_its_other_end_changes_nothing(factory: &Factory<'_>) {
     for Case { name, spec, rod, shape, past } in cases(factory) {
         let n = spec.mesh.segments();

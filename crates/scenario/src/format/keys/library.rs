@@ -83,7 +83,7 @@ pub(crate) const SECTION: Keys = Keys {
         may(
             "friction",
             Form::Table(&SECTION_FRICTION),
-            "friction within it, beside the elastic stiffness: its wires slip on each other, so what is bent keeps a set",
+            "friction within it, beside the elastic stiffness: its wires slip, and what is bent keeps a set",
         ),
         may("set", Form::Table(&SECTION_SET), "bends beyond a limit are permanent; needs one bending stiffness"),
     ],
