@@ -268,9 +268,9 @@ pub struct CouplingHessian {
 /// Engineering 171).
 ///
 /// Contract: E ≥ 0, and E = 0 at rest with the initial memory; E is unchanged by rigid motion of all points and frames
-/// (objectivity) and by reversing the direction of the branch (reversal); derivatives are taken along `x + δ`, `q ∘ exp(θ)` with θ in
-/// the body frame. Methods neither allocate nor fail; output slices have one entry for each node, frame, segment or
-/// coupling and are overwritten. Non-finite input gives non-finite output.
+/// (objectivity) and by reversing the direction of the branch (reversal); derivatives are taken along `x + δ`, `q ∘
+/// exp(θ)` with θ in the body frame. Methods neither allocate nor fail; output slices have one entry for each node,
+/// frame, segment or coupling and are overwritten. Non-finite input gives non-finite output.
 pub trait RodSegment: Send + Sync {
     /// Its mesh.
     fn mesh(&self) -> &Mesh;

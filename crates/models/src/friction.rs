@@ -10,10 +10,11 @@
 //!
 //! with the minimum at `p′ = p + (1 − M/(k |d|)) d` where it slips (radial return). h is convex, and its first
 //! derivative, the moment of the element, is continuous: `k d`, or `M d/|d|`. The second is `k I`, or
-//! `(M/|d|) (I − d dᵀ/|d|²)`. For one increment after the other this is the play-and-stop form of the Prandtl–Ishlinskii operator (Visintin 1994,
-//! Differential Models of Hysteresis, chapter III), as the law of a bent wire rope (Papailiou 1997, On the bending
-//! stiffness of transmission line conductors, IEEE Transactions on Power Delivery 12) and of cables in assembly. One
-//! element that is a part of the bending stiffness is linear kinematic hardening (Prager 1949): what yields is a slip.
+//! `(M/|d|) (I − d dᵀ/|d|²)`. For one increment after the other this is the play-and-stop form of the
+//! Prandtl–Ishlinskii operator (Visintin 1994, Differential Models of Hysteresis, chapter III), as the law of a bent
+//! wire rope (Papailiou 1997, On the bending stiffness of transmission line conductors, IEEE Transactions on Power
+//! Delivery 12) and of cables in assembly. One element that is a part of the bending stiffness is linear kinematic
+//! hardening (Prager 1949): what yields is a slip.
 
 use nalgebra::SVector;
 use wireloom_core::section::{FrictionElement, SectionFriction};

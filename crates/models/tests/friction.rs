@@ -123,7 +123,8 @@ fn loops_are_those_of_the_operator() {
 }
 
 /// Masing's rules: after a reversal at κ_r the moment is the virgin curve f at twice the scale,
-/// `m_r ∓ 2 f(|κ − κ_r|/2)`; and once a loop has come back to where it left the virgin curve, that goes on as if there had been no loop.
+/// `m_r ∓ 2 f(|κ − κ_r|/2)`; and once a loop has come back to where it left the virgin curve, that goes on as if there
+/// had been no loop.
 #[test]
 fn masing_s_rules_hold() {
     let virgin = |kappa: f64| Coupling::new().moment(Vector::x() * kappa).x;

@@ -27,8 +27,8 @@ pub(crate) fn refuse_without_effect(scenario: &Scenario, network: &Network) -> V
         let remembering = joint.branches.iter().find(|b| remembers(**b));
         if let (Mounting::Point, Some(&b)) = (joint.model.mounting(), remembering) {
             let message = format!(
-                "joint \"{}\": its model \"{}\" couples branch \"{}\" elastically, but section \"{}\" has friction or a \
-                 set",
+                "joint \"{}\": its model \"{}\" couples branch \"{}\" elastically, but section \"{}\" has friction \
+                 or a set",
                 own.name,
                 own.model,
                 network.branches[b].name,
