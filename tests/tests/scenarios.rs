@@ -11,6 +11,8 @@
 //! | `reaction-force`, `reaction-moment` | `constraint`, `value`, N or N m; `part = "z"`: the component along z alone |
 //! | `energy` | `part` (`total`, `bend`, …), `value`, J |
 //! | `twist` | `branch`, `value`, turns |
+//! | `set` | `branch`, `s` of a node, `value`: curvature about d1, d2 and twist that remain without a moment, 1/m |
+//! | `dissipated` | `branch`, `value`: by the friction within its section since the start, J |
 //! | `stable` | `value`: what the flag says, true, false or "neutral" |
 //! | `unstable` | `branch`, `s`, `value`, m: flagged so, or the node is off its balance by more than `tolerance` |
 //! | `same-shape` | `branch` is `as = { branch, from }` at every node (see below) |
@@ -26,7 +28,7 @@ use libtest_mimic::{Arguments, Failed, Trial};
 use std::path::{Path, PathBuf};
 use toml::Value;
 use wireloom::geometry::Vector;
-use wireloom::result::{BranchResult, ConstraintResult, OperationResult, SlideResult};
+use wireloom::result::{BranchResult, ConstraintResult, FrictionResult, OperationResult, SlideResult};
 use wireloom::{Run, Status, StepResult};
 use wireloom_testkit::closed_forms;
 use wireloom_tests::cables::{self, connector, section};
@@ -247,6 +249,12 @@ fn fault(end: &StepResult, kind: &str, check: &Value, slack: f64) -> Result<Opti
         }
         "operation" => vec![operation(end, word(check, "constraint")?, word(check, "part")?)?],
         "twist" => vec![branch(end, word(check, "branch")?)?.twist_turns],
+        "set" => {
+            let (branch, s) = (branch(end, word(check, "branch")?)?, check.get("s").and_then(number).ok_or("no `s`")?);
+            let i = branch.s.iter().position(|node| (node - s).abs() < 1e-9).ok_or("no node there")?;
+            friction(branch)?.set[i].as_slice().into()
+        }
+        "dissipated" => vec![friction(branch(end, word(check, "branch")?)?)?.dissipated_in_all],
         other => return Err(format!("no kind of check `{other}`").into()),
     };
     let wanted = numbers(check, "value").ok_or("no `value`")?;
@@ -255,6 +263,11 @@ fn fault(end: &StepResult, kind: &str, check: &Value, slack: f64) -> Result<Opti
     }
     let distance = wanted.iter().zip(&found).map(|(w, f)| (w - f).powi(2)).sum::<f64>().sqrt();
     Ok(beyond(distance, tolerance).then(|| format!("{found:?} instead of {wanted:?}, {distance:.3e} off")))
+}
+
+/// Friction within the section of a branch.
+fn friction(branch: &BranchResult) -> Result<&FrictionResult, Failed> {
+    branch.friction.as_ref().ok_or_else(|| format!("`{}` has no friction", branch.name).into())
 }
 
 /// Slide of the cable in a constraint that it runs through.
@@ -341,6 +354,24 @@ fn values_of_closed_forms() -> Result<(), Failed> {
     let turns = closed_forms::greenhill_critical_angle(0.01, 0.008) / full;
     let below = value("greenhill_twist.toml", "one percent below", "twist", "branch", "cable")?;
     pairs.push(("Greenhill".into(), below, vec![0.99 * turns]));
+    let mut operator = closed_forms::FrictionOperator::new(0.01, &[[0.02, 0.01], [0.01, 0.03]]);
+    for (step, angle) in
+        [("turned", Some(90.0)), ("let go", None), ("turned back", Some(-60.0)), ("let go again", None)]
+    {
+        match angle {
+            Some(angle) => _ = operator.bend(f64::to_radians(angle) / 0.5),
+            None => _ = operator.let_go(),
+        }
+        let (dissipated, set) = (0.5 * operator.dissipated(), operator.clone().let_go());
+        let file = "friction_set.toml";
+        pairs.push((step.into(), value(file, step, "set", "branch", "cable")?, vec![0.0, set, 0.0]));
+        pairs.push((step.into(), value(file, step, "dissipated", "branch", "cable")?, vec![dissipated]));
+    }
+    // EI = 0.02, of which 0.9 yield at 2 1/m.
+    let mut operator = closed_forms::FrictionOperator::new(0.002, &[[0.018, 0.036]]);
+    operator.bend(std::f64::consts::PI / 0.5);
+    let written = value("springback.toml", "let go", "set", "branch", "wire")?;
+    pairs.push(("springback".into(), written, vec![0.0, operator.let_go(), 0.0]));
     let chain = closed_forms::catenary(0.8, 1.0);
     let [x, depth] = closed_forms::catenary_point(&chain, 0.25);
     pairs.push((

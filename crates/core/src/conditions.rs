@@ -22,6 +22,8 @@ pub struct Conditions {
     pub targets: Vec<Pose>,
     /// State of each constraint.
     pub constraints: Vec<ConstraintState>,
+    /// State of each rod, by branch.
+    pub rods: Vec<RodState>,
     /// State of each sliding constraint of [`Network::slides`]; used while it acts.
     pub sliding: Vec<Sliding>,
     /// Poses of obstacles, and contact records.
@@ -41,6 +43,7 @@ impl Conditions {
             active: network.constraints.iter().map(|c| c.from_start).collect(),
             targets: with_states.map(|(c, own)| c.model.target(&own.base, 0.0)).collect(),
             constraints,
+            rods: network.branches.iter().map(|b| RodState { memory: b.rod.memory(), dissipated: [0.0; 2] }).collect(),
             sliding: vec![Sliding::Stuck; network.slides.len()],
             contact: ContactState::new(network),
         }
@@ -78,6 +81,15 @@ impl ConstraintState {
             penalties: vec![FIRST_PENALTY; constraint.residuals.len()],
         }
     }
+}
+
+/// State of a rod from one equilibrium to the next.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct RodState {
+    /// See [`crate::RodSegment::memory`]; empty for an elastic rod.
+    pub memory: Vec<f64>,
+    /// Energy dissipated in the last increment, and since the beginning of the run, J.
+    pub dissipated: [f64; 2],
 }
 
 /// State of a sliding constraint.

@@ -281,6 +281,20 @@ pub struct BranchResult {
     pub twist_turns: f64,
     /// Estimated discretisation error; `None` where there are no numbers to estimate it from.
     pub error: Option<BranchError>,
+    /// What has slipped or yielded within its section; `None` for an elastic one.
+    pub friction: Option<FrictionResult>,
+}
+
+/// Slips and yields within the section of a branch.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct FrictionResult {
+    /// Set at each node, 1/m: curvature about d1 and d2 and twist about d3, beyond those at rest, that would remain if
+    /// the moment there were taken away.
+    pub set: Vec<Vector>,
+    /// Energy dissipated in the branch in the increment that ends here, J. Not in [`Energy`], which is stored.
+    pub dissipated: f64,
+    /// Energy dissipated in the branch since it was at rest, J: on the way to the initial equilibrium, too.
+    pub dissipated_in_all: f64,
 }
 
 /// Estimate of the discretisation error of a branch: the largest at any of its nodes.

@@ -3,13 +3,15 @@
 //! A part that returns a law has the energy written here, to round-off; a part with another energy returns `None` and
 //! is refused by name where the law is needed.
 
+use crate::section::SectionFriction;
 use crate::{Rotation, Vector};
 
 /// A rod on the staggered grid: a stretch-shear energy in every segment and a bend-twist energy in every coupling.
 ///
 /// Segment: `E = ½ ℓ (Γᵀ C Γ + B min(Γ3 + 1, 0)²)`, `Γ = v + v × φ − e3`, `v = Rᵀ e/ℓ`,
 /// `φ = Σ 2 β Re(r) Im(r)` with `r = q̄ Q` over the stations Q beside it ([`crate::rod::Beside`]); the sign of r is
-/// that with Re(r) ≥ 0. Coupling: see [`PairLaw`].
+/// that with Re(r) ≥ 0. Coupling: see [`PairLaw`]; friction adds `λ Σ H(|κ − κ° − p|)` over its elements, with
+/// `H(e) = ½ k e²` up to `e = M/k` and `M e − M²/(2 k)` beyond, and p from the memory of the rod.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RodLaw {
     /// Each segment.
@@ -20,6 +22,9 @@ pub struct RodLaw {
     pub blends: [f64; 2],
     /// κ°, 1/m; [`crate::BranchShape::extra_curvature`] is added to it.
     pub curvature: Vector,
+    /// Friction. The memory of each coupling holds p of each element: two numbers (about d1, d2) in bending, then one
+    /// in torsion, 1/m.
+    pub friction: SectionFriction,
 }
 
 /// Stiffness of a segment.

@@ -1,10 +1,12 @@
 //! The function to be minimised: the energy of a network under conditions, as the sum of its [`crate::terms`].
 
-use crate::conditions::{Conditions, ConstraintState, ContactPoint, ContactRecord, FrictionAnchor, Sliding, System};
+use crate::conditions::{
+    Conditions, ConstraintState, ContactPoint, ContactRecord, FrictionAnchor, RodState, Sliding, System,
+};
 use crate::constraint::Action;
 use crate::equilibrium::{Energy, PartFamily, SlideResult};
 use crate::prescribed::{Held, Prescribed};
-use crate::rod::BranchHessian;
+use crate::rod::{BranchHessian, BranchShape};
 use crate::rotation::{columns, lever_hessian};
 use crate::scales::{ENERGY_NOISE, LocalScale, LocalScales, Scales, rigidity};
 use crate::terms::constraints::{ConstraintResidual, ConstraintTerm, Convex, Reaction};
@@ -123,7 +125,7 @@ impl Problem<'_> {
     pub fn energy(&mut self, state: &State) -> Energy {
         let system = System { network: self.network, conditions: &self.conditions };
         let mut energy = Energy::default();
-        self.rods.energy(self.network, state, &mut energy);
+        self.rods.energy(system, state, &mut energy);
         energy.joint = self.joints.energy(self.network, state);
         energy.load = self.loads.energy(system, state);
         energy.gravity = self.loads.energy_with_weight(state) - energy.load;
@@ -153,7 +155,7 @@ impl Problem<'_> {
                 gradient.frames[frame] = Vector::zeros();
             }
         }
-        let mut energy = self.rods.gradient(network, state, gradient);
+        let mut energy = self.rods.gradient(system, state, gradient);
         let mut magnitude = energy;
         self.loads.force_gradient(state, gradient, &mut energy, &mut magnitude);
         gravity::moving_weights(system, state, |point, force| {
@@ -184,7 +186,8 @@ impl Problem<'_> {
     /// replaces the rods' own forces in the geometric stiffness; see [`crate::RodSegment::hessian`]. Call after
     /// [`Self::gradient`] at the same state.
     pub fn hessian(&mut self, state: &State, forces: Option<&[Vec<Vector>]>, hessian: &mut Hessian) {
-        self.rods.hessian(self.network, state, forces, &mut hessian.branches);
+        let system = System { network: self.network, conditions: &self.conditions };
+        self.rods.hessian(system, state, forces, &mut hessian.branches);
         self.joints.hessian(self.network, state, &mut hessian.joints);
         for ((tie, force), h) in self.network.ties.iter().zip(&self.tie_forces).zip(&mut hessian.ties) {
             if let Some(hub) = tie.hub_frame {
@@ -227,7 +230,7 @@ impl Problem<'_> {
     /// Second derivatives of the energy at `state` in the edges of a branch, N/m; see
     /// [`crate::RodSegment::edge_stiffness`].
     pub fn edge_stiffness(&self, state: &State, branch: usize, stiffness: &mut [Matrix]) {
-        self.rods.edge_stiffness(self.network, state, branch, stiffness);
+        self.rods.edge_stiffness(self.system(), state, branch, stiffness);
     }
 }
 
@@ -393,6 +396,20 @@ impl Problem<'_> {
         for (own, other) in self.conditions.constraints.iter_mut().zip(&other.constraints) {
             own.multipliers.clone_from(&other.multipliers);
             own.penalties.clone_from(&other.penalties);
+        }
+    }
+
+    /// Shape of one branch with its memory, as the energy sees it.
+    pub fn shape<'s>(&'s self, state: &'s State, branch: usize) -> BranchShape<'s> {
+        self.rods.shape(self.system(), state, branch)
+    }
+
+    /// Updates the memories of all rods at the equilibrium that ends an increment, before its result is made: so the
+    /// result follows from the memory that is kept, as it does in a resumed run.
+    pub fn commit_rods(&mut self, state: &State) {
+        for (b, memory, dissipated) in self.rods.memories(self.system(), state) {
+            let total = self.conditions.rods[b].dissipated[1] + dissipated;
+            self.conditions.rods[b] = RodState { memory, dissipated: [dissipated, total] };
         }
     }
 

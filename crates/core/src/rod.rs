@@ -168,6 +168,8 @@ pub struct BranchShape<'a> {
     pub coupling_lengths: &'a [f64],
     /// Curvature added to the rest curvature of each coupling, 1/m; empty: none.
     pub extra_curvature: &'a [Vector],
+    /// Memory of the rod; see [`RodSegment::memory`]. Where only the geometry is looked at it may be empty.
+    pub memory: &'a [f64],
 }
 
 impl BranchShape<'_> {
@@ -255,14 +257,20 @@ pub struct CouplingHessian {
     pub bb: Matrix,
 }
 
-/// One branch as an elastic rod with energy
+/// One branch as a rod with energy
 /// `E = Σ_j E_j(x_{j+1} − x_j, q_j) + Σ_c E_c(q_c, q_{c+1})`, where beside a station E_j may depend on the
 /// station's frame too.
 ///
-/// Contract: E ≥ 0 and E = 0 at rest; E is unchanged by rigid motion of all points and frames (objectivity) and by
-/// reversing the direction of the branch (reversal); derivatives are taken along `x + δ`, `q ∘ exp(θ)` with θ in
-/// the body frame. Methods neither allocate nor fail; output slices have one entry for each node, frame, segment or
-/// coupling and are overwritten. Non-finite input gives non-finite output.
+/// A rod may remember ([`Self::memory`]). E is then the incremental potential of its law for the memory z at the start
+/// of the increment, `E(x, z) = min over z' of stored(x, z') + dissipated(z → z')`: its minimum in x is the
+/// equilibrium at the end of the increment, and its derivatives are forces and moments there (Ortiz and Stainier 1999,
+/// The variational formulation of viscoplastic constitutive updates, Computer Methods in Applied Mechanics and
+/// Engineering 171).
+///
+/// Contract: E ≥ 0, and E = 0 at rest with the initial memory; E is unchanged by rigid motion of all points and frames
+/// (objectivity) and by reversing the direction of the branch (reversal); derivatives are taken along `x + δ`, `q ∘
+/// exp(θ)` with θ in the body frame. Methods neither allocate nor fail; output slices have one entry for each node,
+/// frame, segment or coupling and are overwritten. Non-finite input gives non-finite output.
 pub trait RodSegment: Send + Sync {
     /// Its mesh.
     fn mesh(&self) -> &Mesh;
@@ -317,6 +325,25 @@ pub trait RodSegment: Send + Sync {
 
     /// The coefficients of the energy, if it is of this form.
     fn law(&self) -> Option<RodLaw> {
+        None
+    }
+
+    /// Initial memory: state variables, the same number for each coupling, in the order of the couplings; empty for an
+    /// elastic rod. It is that of the rod at rest, and held fixed while the minimum of an increment is searched for.
+    fn memory(&self) -> Vec<f64> {
+        Vec::new()
+    }
+
+    /// Updates the memory, on entry that of `shape`, to the equilibrium `shape` that ends an increment. Returns the
+    /// energy dissipated in it, J, never negative. A second call at the same shape changes no bit and returns 0. Never
+    /// called for a trial that is discarded.
+    fn commit(&self, _shape: &BranchShape<'_>, _memory: &mut [f64]) -> f64 {
+        0.0
+    }
+
+    /// Curvature and twist of a coupling with this memory (its own part) under this moment (N m, body frame), 1/m;
+    /// `None` for an elastic rod.
+    fn curvature_under(&self, _moment: &Vector, _memory: &[f64]) -> Option<Vector> {
         None
     }
 }

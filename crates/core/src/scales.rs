@@ -55,7 +55,7 @@ pub(crate) fn rigidity(network: &Network) -> Vec<LocalScale> {
         longest[p] = longest[p].max(branch.rod.mesh().length());
     }
     let scale = |(branch, &p): (&Branch, &usize)| {
-        let (length, bending) = (longest[p], branch.section.bend_diagonal().max());
+        let (length, bending) = (longest[p], branch.section.sticking_diagonal().max());
         let round_off = round_off(&*branch.rod, bending);
         LocalScale { force: bending / (length * length), moment: bending / length, length, round_off }
     };
@@ -75,6 +75,7 @@ fn round_off(rod: &dyn RodSegment, bending: f64) -> [f64; 2] {
         rest_lengths: &mesh.rest_lengths,
         coupling_lengths: &mesh.coupling_lengths,
         extra_curvature: &[],
+        memory: &rod.memory(),
     };
     let mut stiffness = vec![Matrix::zeros(); mesh.segments()];
     rod.edge_stiffness(&shape, &mut stiffness);
@@ -152,7 +153,7 @@ impl Scales {
             let l = branch.rod.mesh().length();
             force = force.max(g * branch.section.linear_density * l);
             length = length.max(l);
-            stiffness = stiffness.max(branch.section.bend_diagonal().max());
+            stiffness = stiffness.max(branch.section.sticking_diagonal().max());
         }
         for joint in &network.joints {
             force = force.max(g * joint.mass);

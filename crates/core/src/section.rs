@@ -1,5 +1,7 @@
 //! Cross-section of a branch.
 
+use serde::{Deserialize, Serialize};
+
 /// Cross-section of a branch. All values are per unstressed length, in SI units.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Section {
@@ -25,6 +27,47 @@ pub struct Section {
     pub max_tension: Option<f64>,
     /// Largest twist allowed beyond that at rest, either way, rad/m.
     pub max_torsion: Option<f64>,
+    /// Friction within the section, beside its elastic stiffness.
+    pub friction: SectionFriction,
+    /// Part of the bending stiffness that yields, if bends beyond a limit are permanent: the section then has linear
+    /// kinematic hardening, with EI up to its limit and EI less this stiffness beyond.
+    pub set: Option<FrictionElement>,
+}
+
+/// Friction within a section: wires and coverings that slip on each other (Prandtl–Ishlinskii model).
+///
+/// Each element is a spring in series with a slider, and all of them act in parallel with the elastic stiffness of the
+/// section. While nothing slips the section has the stiffness `C + Σ k`, once all slip it has C.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct SectionFriction {
+    /// Elements in bending. Each acts on the pair (κ1, κ2), alike in all directions, also where EI1 and EI2 differ: it
+    /// slips where the length of its moment reaches its limit.
+    pub bending: Vec<FrictionElement>,
+    /// Elements in torsion.
+    pub torsion: Vec<FrictionElement>,
+}
+
+impl SectionFriction {
+    /// Whether there is none.
+    pub fn is_empty(&self) -> bool {
+        self.bending.is_empty() && self.torsion.is_empty()
+    }
+}
+
+/// Element of friction: a spring in series with a slider.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct FrictionElement {
+    /// k, N m²: stiffness of the spring.
+    pub stiffness: f64,
+    /// M, N m: moment at which the slider slips.
+    pub moment: f64,
+}
+
+impl FrictionElement {
+    /// Curvature at which it begins to slip, 1/m.
+    pub fn limit(&self) -> f64 {
+        self.moment / self.stiffness
+    }
 }
 
 impl Section {
@@ -36,5 +79,29 @@ impl Section {
     /// Diagonal of the bend-twist stiffness `diag(EI1, EI2, GJ)`, N m².
     pub fn bend_diagonal(&self) -> crate::Vector {
         crate::Vector::new(self.bending_stiffness[0], self.bending_stiffness[1], self.torsion_stiffness)
+    }
+
+    /// Diagonal of the bend-twist stiffness of what neither slips nor yields, N m²: the least that the section has.
+    pub fn lasting_diagonal(&self) -> crate::Vector {
+        let yields = self.set.map_or(0.0, |set| set.stiffness);
+        self.bend_diagonal() - crate::Vector::new(yields, yields, 0.0)
+    }
+
+    /// All that slips or yields, beside [`Self::lasting_diagonal`].
+    pub fn slipping(&self) -> SectionFriction {
+        let SectionFriction { bending, torsion } = &self.friction;
+        SectionFriction { bending: bending.iter().copied().chain(self.set).collect(), torsion: torsion.clone() }
+    }
+
+    /// Whether it keeps a set: something in it slips or yields.
+    pub fn remembers(&self) -> bool {
+        !self.friction.is_empty() || self.set.is_some()
+    }
+
+    /// Diagonal of the bend-twist stiffness while no friction slips, N m²: the greatest that the section has.
+    pub fn sticking_diagonal(&self) -> crate::Vector {
+        let sum = |elements: &[FrictionElement]| elements.iter().map(|element| element.stiffness).sum::<f64>();
+        let [bending, torsion] = [sum(&self.friction.bending), sum(&self.friction.torsion)];
+        self.bend_diagonal() + crate::Vector::new(bending, bending, torsion)
     }
 }

@@ -94,7 +94,7 @@ impl State {
         state
     }
 
-    /// The shape of one branch.
+    /// The shape of one branch, without its memory: for its geometry. See [`crate::Problem::shape`].
     #[inline]
     pub fn branch(&self, network: &Network, branch: usize) -> BranchShape<'_> {
         let b = &network.branches[branch];
@@ -105,6 +105,7 @@ impl State {
             rest_lengths: &self.rest_lengths[b.points.start..b.points.end - 1],
             coupling_lengths: &self.coupling_lengths[b.frames.start..b.frames.end - 1],
             extra_curvature: &[],
+            memory: &[],
         }
     }
 

@@ -341,7 +341,7 @@ fn add(blocks: &mut Vec<Block>, row: Variable, column: Variable, matrix: Matrix)
     }
 }
 
-struct Rods<'n>(&'n Network, RodTerm);
+struct Rods<'n>(System<'n>, RodTerm);
 
 impl Term for Rods<'_> {
     const ALL: bool = true;
@@ -354,9 +354,10 @@ impl Term for Rods<'_> {
         self.1.gradient(self.0, state, gradient)
     }
     fn hessian(&mut self, state: &State, variables: &[Variable]) -> DMatrix<f64> {
-        let Self(network, term) = self;
+        let Self(system, term) = self;
+        let network = system.network;
         let mut parts: Vec<_> = network.branches.iter().map(|b| BranchHessian::new(b.rod.mesh())).collect();
-        term.hessian(network, state, None, &mut parts);
+        term.hessian(*system, state, None, &mut parts);
         let mut blocks = Vec::new();
         for (branch, part) in network.branches.iter().zip(&parts) {
             let mesh = branch.rod.mesh();
@@ -396,8 +397,8 @@ impl Term for Rods<'_> {
 #[test]
 fn rods() {
     let network = network("cosserat");
-    let state = shaken(&network);
-    let mut rods = Rods(&network, RodTerm::new(&network));
+    let (state, conditions) = (shaken(&network), conditions(&network));
+    let mut rods = Rods(System { network: &network, conditions: &conditions }, RodTerm::new(&network));
     check("rods", &network, &state, &mut rods);
     rods.1.hold_drawn_shape(&network, &state);
     rods.1.set_drawn_fraction(0.5);
@@ -715,7 +716,7 @@ fn sliding() {
     };
     let energy = |state: &State| {
         let mut energy = Energy::default();
-        rods.energy(&network, state, &mut energy);
+        rods.energy(system, state, &mut energy);
         gravity::moving_weights(system, state, |point, force| energy.gravity -= force.dot(&state.points[point]));
         energy.total() + friction * sliding.arc_length(system, 0, state)
     };
@@ -778,7 +779,7 @@ fn the_problem_is_the_sum_of_its_terms() {
 
         // The parts by effect.
         let mut elastic = Energy::default();
-        rods.energy(&network, &state, &mut elastic);
+        rods.energy(system, &state, &mut elastic);
         let mut gravity = loads.energy_with_weight(&state) - loads.energy(system, &state);
         gravity::moving_weights(system, &state, |point, force| gravity -= force.dot(&state.points[point]));
         let energy = problem.energy(&state);
@@ -803,7 +804,7 @@ fn the_problem_is_the_sum_of_its_terms() {
         // The gradient; the work of friction at the sliding constraint belongs to its energy.
         let mut sum = Tangent::zeros(&network);
         let mut magnitude = 0.0;
-        let mut total = rods.gradient(&network, &state, &mut sum);
+        let mut total = rods.gradient(system, &state, &mut sum);
         let mut add = |term: &mut dyn FnMut(&mut Tangent) -> f64| {
             let mut own = Tangent::zeros(&network);
             let energy = term(&mut own);

@@ -34,17 +34,23 @@ pub const HEADER: [&str; 21] = [
     "bend radius [m]",
 ];
 
-/// Writes [`HEADER`] and one row for each node, with all digits of the doubles. The bend radius of a straight place
-/// is `inf`, which Rust, Python, R and C read as infinity.
+/// Further columns of a branch with friction within its section: the set about each director.
+pub const SET_HEADER: [&str; 3] = ["set d1 [1/m]", "set d2 [1/m]", "set d3 [1/m]"];
+
+/// Writes [`HEADER`] (with friction [`SET_HEADER`], too) and one row for each node, with all digits of the doubles. The
+/// bend radius of a straight place is `inf`, which Rust, Python, R and C read as infinity.
 ///
 /// # Errors
 /// Those of `out`; `InvalidInput` where the branch's vectors differ in length.
 pub fn write(branch: &BranchResult, out: &mut impl Write) -> io::Result<()> {
     let n = node_count(branch)?;
     let mut table = csv::Writer::from_writer(out);
-    table.write_record(HEADER)?;
+    let set = branch.friction.as_ref().map(|friction| &friction.set);
+    table.write_record(HEADER.iter().chain(set.iter().flat_map(|_| &SET_HEADER)))?;
     for i in 0..n {
-        table.serialize(&row(branch, i)[..])?;
+        let mut row = row(branch, i).to_vec();
+        row.extend(set.iter().flat_map(|set| set[i].iter()));
+        table.serialize(row)?;
     }
     table.flush()
 }

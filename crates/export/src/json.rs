@@ -8,7 +8,10 @@
 //! `hash`. Without any, the key is not there.
 //!
 //! A branch has its `diameter`, the smallest bend radius allowed (`bend_radius_limit`) and its axial stiffness EA
-//! beside its lists of values at nodes.
+//! beside its lists of values at nodes. If its section slips or yields it has `friction`: at each node the `set`
+//! (curvature about d1 and d2 and twist about d3, beyond those at rest, that would remain without the moment there,
+//! 1/m), and the energy `dissipated` in the increment and, as `dissipated_in_all`, since the start (J). The
+//! `energy` of a step is what is stored.
 //!
 //! `provenance` names program, files (with their SHA-256), values set beside them, kinds of rods, joints, constraints
 //! and minimiser with all its options, and the seed of a sweep's point. With the same provenance comes the same

@@ -54,16 +54,18 @@ pub fn node_count(branch: &BranchResult) -> io::Result<usize> {
         branch.force.len(),
         branch.moment.len(),
         branch.bend_radius.len(),
+        branch.friction.as_ref().map_or(branch.s.len(), |friction| friction.set.len()),
     ];
     if lengths.iter().all(|&n| n == lengths[0]) {
         return Ok(lengths[0]);
     }
-    let [s, position, frame, force, moment, bend_radius] = lengths;
+    let [s, position, frame, force, moment, bend_radius, set] = lengths;
+    let set = if branch.friction.is_some() { format!(", set {set}") } else { String::new() };
     Err(io::Error::new(
         io::ErrorKind::InvalidInput,
         format!(
             "branch {:?}: vectors differ in length: s {s}, position {position}, frame {frame}, force {force}, \
-             moment {moment}, bend_radius {bend_radius}",
+             moment {moment}, bend_radius {bend_radius}{set}",
             branch.name
         ),
     ))

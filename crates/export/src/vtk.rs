@@ -6,6 +6,7 @@ use crate::local::{Local, node_count};
 use crate::sheet;
 use crate::xml::escape;
 use std::io::{self, BufWriter, Write};
+use wireloom_core::Vector;
 use wireloom_core::equilibrium::{BranchResult, Run, StepResult};
 use wireloom_core::obstacle::Surface;
 use wireloom_core::requirement::Violation;
@@ -13,7 +14,8 @@ use wireloom_core::requirement::Violation;
 /// Writes `step` as VTK PolyData XML with appended raw data (little endian, 64-bit headers).
 ///
 /// The field data has the `status` of the increment and the `violations` of requirements at its end, a sentence each;
-/// the verdict on the whole run is in `result.json`. Branches with fewer than two nodes are omitted; the cell array
+/// the verdict on the whole run is in `result.json`. The array `set d1 d2 d3 [1/m]` is there where a section slips or
+/// yields. Branches with fewer than two nodes are omitted; the cell array
 /// `branch` holds the index of the branch in the scenario. Point arrays carry their units in their names; `bend
 /// limit/radius` is NaN where a branch has no limit.
 ///
@@ -21,10 +23,15 @@ use wireloom_core::requirement::Violation;
 /// Those of `out`; `InvalidInput` where a branch's vectors differ in length.
 pub fn write(step: &StepResult, out: &mut impl Write) -> io::Result<()> {
     let mut data = Data { field: field(step), ..Data::default() };
+    let friction = step.branches.iter().any(|branch| branch.friction.is_some());
     for (index, branch) in step.branches.iter().enumerate() {
         let n = node_count(branch)?;
         if n >= 2 {
             data.push(index as i64, branch, n);
+            if friction {
+                let set = |i| branch.friction.as_ref().map_or_else(Vector::zeros, |friction| friction.set[i]);
+                data.set.extend((0..n).flat_map(|i| <[f64; 3]>::from(set(i))));
+            }
         }
     }
     data.write(&mut BufWriter::new(out))
@@ -123,6 +130,8 @@ struct Data {
     points: Vec<f64>,
     scalars: [Vec<f64>; SCALARS.len()],
     vectors: [Vec<f64>; VECTORS.len()],
+    /// Set, 1/m; empty where no branch has friction.
+    set: Vec<f64>,
     connectivity: Vec<i64>,
     offsets: Vec<i64>,
     branch: Vec<i64>,
@@ -161,6 +170,9 @@ const SCALARS: [&str; 8] = [
     "bending moment [N m]",
     "torque [N m]",
 ];
+
+/// Set about d1, d2 and d3, of branches with friction within their section; 0 of the others.
+const SET: &str = "set d1 d2 d3 [1/m]";
 
 const VECTORS: [&str; 4] = ["force [N]", "moment [N m]", "d1", "d3"];
 
@@ -210,6 +222,9 @@ impl Data {
         }
         for (name, array) in VECTORS.iter().zip(&self.vectors) {
             out.write_all(appended.floats(name, 3, array).as_bytes())?;
+        }
+        if !self.set.is_empty() {
+            out.write_all(appended.floats(SET, 3, &self.set).as_bytes())?;
         }
         writeln!(out, "</PointData>\n<CellData>")?;
         out.write_all(appended.integers("branch", &self.branch).as_bytes())?;

@@ -47,8 +47,12 @@ pub fn accepts(network: &Network) -> Result<(), BuildError> {
         Err(BuildError::new(format!("{what} has no law on the GPU"), help).at("kind"))
     };
     for branch in &network.branches {
-        if branch.rod.law().is_none() {
-            return refused(format!("the rod of branch `{}`", branch.name));
+        match branch.rod.law() {
+            None => return refused(format!("the rod of branch `{}`", branch.name)),
+            Some(law) if !law.friction.is_empty() => {
+                return refused(format!("what slips or yields in the section of branch `{}`", branch.name));
+            }
+            Some(_) => {}
         }
     }
     for joint in &network.joints {

@@ -4,9 +4,12 @@
 
 use fastrand::Rng;
 use wireloom_core::minimiser::Report;
+use wireloom_core::registry::{Parameters, RodKind};
+use wireloom_core::rod::RodSpec;
 use wireloom_core::rotation::turned;
+use wireloom_core::section::FrictionElement;
 use wireloom_core::{Minimiser, Problem, Registry, State, Status, Stop, Tangent, Vector};
-use wireloom_gpu::flatten::Flattening;
+use wireloom_gpu::flatten::{Flattening, accepts};
 use wireloom_shaders::harness::{self, Algorithm};
 use wireloom_shaders::memory::Memory;
 use wireloom_shaders::plan::Plan;
@@ -17,6 +20,24 @@ fn registry() -> Registry {
     let mut registry = Registry::default();
     wireloom_models::register(&mut registry);
     registry
+}
+
+/// Friction within a section has no law on the GPU: left out there, a cable would spring back.
+#[test]
+fn what_slips_within_a_section_is_refused_by_name() {
+    let plain = wireloom_models::rods::cosserat::kind();
+    let build = move |spec: &RodSpec, values: &Parameters| {
+        let mut spec = spec.clone();
+        spec.section.friction.torsion.push(FrictionElement { stiffness: 0.01, moment: 0.01 });
+        (plain.build)(&spec, values)
+    };
+    let kind = RodKind { name: "cosserat".into(), doc: String::new(), parameters: vec![], build: Box::new(build) };
+    let mut registry = Registry::default();
+    assert!(
+        registry.add_rod(kind).is_ok() && registry.add_constraint(wireloom_models::constraints::connector()).is_ok()
+    );
+    let refusal = accepts(&cable(&registry, 8).network).expect_err("it has friction");
+    assert!(refusal.message.starts_with("what slips or yields in the section of branch `"), "{refusal:?}");
 }
 
 /// The reference as a minimiser.

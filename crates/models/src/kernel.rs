@@ -154,6 +154,16 @@ impl BendTwist {
         Self { w, v, moment, strain, curvature, half_mu: conjugate(&v, &moment) }
     }
 
+    /// κ, 1/m.
+    pub fn curvature(&self) -> Vector {
+        self.curvature
+    }
+
+    /// The same coupling with this moment (N m) in place of `C (κ − κ°)`.
+    pub fn with_moment(self, moment: Vector) -> Self {
+        Self { moment, half_mu: conjugate(&self.v, &moment), ..self }
+    }
+
     /// (bend, twist) energy, J.
     #[inline(always)]
     pub fn energy(&self, lambda: f64) -> (f64, f64) {
@@ -219,6 +229,24 @@ impl BendTwist {
         let geometric = Geometric::new(w, v, &self.half_mu);
         let diagonal = k - b + geometric.diagonal;
         CouplingHessian { aa: diagonal + symmetric, ab: geometric.mixed - k - b - skew, bb: diagonal - symmetric }
+    }
+
+    /// [`Self::hessian`] with the derivative `tangent` of the moment in κ (N m², symmetric) in place of C, by its
+    /// formulas as they stand there.
+    pub fn hessian_with(&self, lambda: f64, tangent: &Matrix) -> CouplingHessian {
+        let (w, v, m) = (self.w, &self.v, &self.moment);
+        let g = Matrix::identity() * (1.0 + v.norm_squared() / 6.0) + v * v.transpose() / 3.0;
+        let outer = m * v.transpose();
+        let curved = Matrix::identity() * m.dot(v) + outer + outer.transpose();
+        let k = g * tangent * g * (4.0 / lambda) + curved * (2.0 / 3.0);
+        let jb = (Matrix::identity() * w + skew(v)) * 0.5;
+        let ja = -jb.transpose();
+        let geometric = Geometric::new(w, v, &self.half_mu);
+        CouplingHessian {
+            aa: ja.transpose() * k * ja + geometric.diagonal,
+            ab: ja.transpose() * k * jb + geometric.mixed,
+            bb: jb.transpose() * k * jb + geometric.diagonal,
+        }
     }
 }
 

@@ -1,6 +1,7 @@
 //! Built-in rods, joints and constraints, registered in the same way as those of plugins.
 
 pub mod constraints;
+pub mod friction;
 pub mod joints;
 pub mod kernel;
 pub mod rods;

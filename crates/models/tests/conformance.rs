@@ -4,7 +4,8 @@ use nalgebra::Unit;
 use wireloom_core::constraint::{Constraint, ConstraintSpec, HoldWord};
 use wireloom_core::joint::{JointModel, JointSpec};
 use wireloom_core::rod::{BranchShape, Mesh, RodSegment, RodSpec};
-use wireloom_core::{Parameters, Registry, Rotation, Value, Vector};
+use wireloom_core::section::{FrictionElement, SectionFriction};
+use wireloom_core::{Parameters, Registry, Rotation, Section, Value, Vector};
 use wireloom_testkit::conformance::rod::section;
 use wireloom_testkit::{
     constraint_conformance, joint_conformance, potential_conformance, rod_conformance, rod_order_conformance,
@@ -19,6 +20,22 @@ fn registry() -> Registry {
 fn rod(kind: &'static str) -> impl Fn(RodSpec) -> Box<dyn RodSegment> {
     let registry = registry();
     move |spec| (registry.rod(kind).unwrap().build)(&spec, &Parameters::default()).unwrap()
+}
+
+/// Elements that slip early and late, some of them in every shape of the suite.
+fn rod_with_friction(kind: &'static str) -> impl Fn(RodSpec) -> Box<dyn RodSegment> {
+    let element = |stiffness: f64, moment: f64| FrictionElement { stiffness, moment };
+    let bending = vec![element(0.03, 0.02), element(0.05, 0.4)];
+    let friction = SectionFriction { bending, torsion: vec![element(0.02, 0.1)] };
+    let made = rod(kind);
+    move |spec| made(RodSpec { section: Section { friction: friction.clone(), ..spec.section }, ..spec })
+}
+
+/// Bends of more than 1 1/m are permanent.
+fn rod_that_yields(kind: &'static str) -> impl Fn(RodSpec) -> Box<dyn RodSegment> {
+    let made = rod(kind);
+    let set = Some(FrictionElement { stiffness: 0.04, moment: 0.04 });
+    move |spec| made(RodSpec { section: Section { set, ..spec.section }, ..spec })
 }
 
 fn joint(kind: &'static str) -> impl Fn(JointSpec) -> Box<dyn JointModel> {
@@ -73,6 +90,9 @@ rod_conformance!(cosserat_rod, rod("cosserat"));
 rod_order_conformance!(cosserat_rod_order, rod("cosserat"));
 rod_conformance!(kirchhoff_rod, rod("kirchhoff"));
 rod_conformance!(mass_spring_chain, rod("mass-spring"));
+rod_conformance!(cosserat_rod_with_friction, rod_with_friction("cosserat"));
+rod_conformance!(kirchhoff_rod_with_friction, rod_with_friction("kirchhoff"));
+rod_conformance!(cosserat_rod_that_yields, rod_that_yields("cosserat"));
 
 /// Rods without shear have the same energy to the last bit for any shear stiffness of the section.
 #[test]
@@ -92,6 +112,7 @@ fn rods_without_shear_do_not_look_at_the_shear_stiffness() {
             rest_lengths: &mesh.rest_lengths,
             coupling_lengths: &mesh.coupling_lengths,
             extra_curvature: &[],
+            memory: &[],
         };
         rod(kind)(spec).energy(&shape).total()
     };

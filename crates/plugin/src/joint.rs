@@ -146,6 +146,8 @@ unsafe fn spec(spec: &abi::JointSpec) -> JointSpec {
                     min_bend_radius_moving: None,
                     max_tension: None,
                     max_torsion: None,
+                    friction: Default::default(),
+                    set: None,
                 },
                 segment_length: arm.segment_length,
                 length: arm.length,

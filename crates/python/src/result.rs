@@ -173,6 +173,16 @@ impl Branch {
         Some((error.position, error.force, error.moment, error.bend_radius))
     }
 
+    /// Energy dissipated by the friction within its section, J: in the increment, and since the start.
+    fn dissipated(&self) -> Option<(f64, f64)> {
+        self.get().friction.as_ref().map(|friction| (friction.dissipated, friction.dissipated_in_all))
+    }
+
+    /// Set at every node; `None` for an elastic section.
+    fn set(&self) -> Option<Field> {
+        self.get().friction.as_ref().map(|_| Field::of(self, Quantity::Set))
+    }
+
     fn s(&self) -> Field {
         Field::of(self, Quantity::ArcLength)
     }
@@ -261,6 +271,7 @@ enum Quantity {
     Force,
     Moment,
     BendRadius,
+    Set,
 }
 
 enum Memory {
@@ -304,6 +315,7 @@ impl Field {
                     Quantity::Force => vectors(&branch.force),
                     Quantity::Moment => vectors(&branch.moment),
                     Quantity::BendRadius => numbers(&branch.bend_radius),
+                    Quantity::Set => vectors(branch.friction.as_ref().map_or(&[], |friction| &friction.set)),
                 }
             }
         };

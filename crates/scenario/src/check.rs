@@ -2,5 +2,6 @@
 
 pub(crate) mod conflicts;
 pub(crate) mod freedoms;
+pub(crate) mod friction;
 pub(crate) mod limits;
 mod timeline;

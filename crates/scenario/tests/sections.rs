@@ -38,6 +38,15 @@ fn between(found: Between, slip: f64, taken: f64, bonded: f64) {
     close(found.bonded, bonded);
 }
 
+/// The rods of this crate's tests have no memory: a section with friction would be bent without it, whatever the kind.
+#[test]
+fn friction_is_refused_where_the_rod_has_none() {
+    let section = "diameter = 0.008\nlinear_density = 0.1\naxial_stiffness = 1e4\nbending_stiffness = 0.01\n\
+                   torsion_stiffness = 0.01\nfriction = { torsion = [{ stiffness = 0.01, moment = 0.02 }] }";
+    let said = refused(section, "");
+    assert!(said.contains("its rod \"cosserat\" has no friction or set, but its section \"s\" has"), "{said}");
+}
+
 /// E π d⁴/64 of copper and of PVC, independently: 120 GPa · 0.04909 mm⁴ + 50 MPa · 0.7363 mm⁴.
 #[test]
 fn one_solid_wire_is_itself() {

@@ -176,6 +176,17 @@ fn clamped_cables_are_covered() {
     covers(&clamped("kirchhoff", ""), 40, 10.0);
 }
 
+/// Friction slips in some of the cells and sticks in others. The estimate takes it to stick everywhere: errors of
+/// moments are estimated with a stiffness that is up to 3.5 times the one where it slips.
+#[test]
+fn friction_within_the_section_is_covered() {
+    let elastic = "torsion_stiffness = 0.015\n";
+    let friction = "friction = { bending = [{ stiffness = 0.03, moment = 0.03 }, { stiffness = 0.02, moment = 0.1 }], \
+                    torsion = [{ stiffness = 0.01, moment = 0.005 }] }\n";
+    let text = clamped("cosserat", "").replace(elastic, &format!("{elastic}{friction}"));
+    covers(&text, 40, 25.0);
+}
+
 #[test]
 fn the_first_order_error_of_springs_is_covered() {
     covers(&clamped("mass-spring", ""), 40, 10.0);

@@ -43,6 +43,21 @@ pub fn rod_energy(law: &RodLaw, mesh: &Mesh, shape: &BranchShape<'_>) -> f64 {
         let rest = law.curvature + shape.extra_curvature.get(c).copied().unwrap_or_default();
         energy += bend_twist(&shape.frames[c], &shape.frames[c + 1], shape.coupling_lengths[c], stiffness, &rest);
     }
+    let (bending, torsion) = (&law.friction.bending, &law.friction.torsion);
+    let memory = shape.memory.chunks_exact((2 * bending.len() + torsion.len()).max(1));
+    for (c, own) in memory.enumerate() {
+        let rest = law.curvature + shape.extra_curvature.get(c).copied().unwrap_or_default();
+        let (_, v) = relative(&shape.frames[c], &shape.frames[c + 1]);
+        let lambda = shape.coupling_lengths[c];
+        let e = v * ((2.0 / lambda) * (1.0 + v.norm_squared() / 6.0)) - rest;
+        let (slips, twists) = own.split_at(2 * bending.len());
+        let bent = slips.chunks_exact(2).map(|p| (e.x - p[0]).hypot(e.y - p[1]));
+        let twisted = twists.iter().map(|p| (e.z - p).abs());
+        for (element, d) in bending.iter().zip(bent).chain(torsion.iter().zip(twisted)) {
+            let (k, m) = (element.stiffness, element.moment);
+            energy += lambda * if d <= m / k { 0.5 * k * d * d } else { m * d - 0.5 * m * m / k };
+        }
+    }
     energy
 }
 

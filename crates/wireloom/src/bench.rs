@@ -71,6 +71,8 @@ fn section(bending: f64, torsion: f64, axial: f64, density: f64) -> Section {
         min_bend_radius_moving: None,
         max_tension: None,
         max_torsion: None,
+        friction: Default::default(),
+        set: None,
     }
 }
 

@@ -21,9 +21,9 @@
 //! ```
 
 pub use wireloom_core::equilibrium::{
-    BranchResult, Clearance, ClearanceFrom, ConstraintResult, Energy, JointResult, Library, MarkerResult,
-    MinimiserResult, ObstacleResult, OperationResult, Outcome, PartFamily, PartFault, Run, SlideMotion, SlideResult,
-    SpanResult, StationResult, StepResult, TightestBend,
+    BranchResult, Clearance, ClearanceFrom, ConstraintResult, Energy, FrictionResult, JointResult, Library,
+    MarkerResult, MinimiserResult, ObstacleResult, OperationResult, Outcome, PartFamily, PartFault, Run, SlideMotion,
+    SlideResult, SpanResult, StationResult, StepResult, TightestBend,
 };
 pub use wireloom_core::event::{Event, EventKind, EventPlace, Group, Moment, grouped};
 pub use wireloom_core::requirement::{

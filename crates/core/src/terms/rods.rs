@@ -1,7 +1,8 @@
-//! Elastic energy of the rods, branch by branch: `E = Σ ½ ℓ Γᵀ C Γ + ½ λ (κ − κ°)ᵀ D (κ − κ°)` on the staggered grid
+//! Energy of the rods, branch by branch: `E = Σ ½ ℓ Γᵀ C Γ + ½ λ (κ − κ°)ᵀ D (κ − κ°)` on the staggered grid
 //! (Lang, Linn, Arnold 2011), with the derivatives `∂E/∂x_i = n_{i−1} − n_i`, `n_j = ∂E/∂(x_{j+1} − x_j)`, and
 //! `∂E/∂θ_c` of each [`crate::RodSegment`].
 
+use crate::conditions::{RodState, System};
 use crate::equilibrium::Energy;
 use crate::network::WORTHWHILE;
 use crate::rod::{BranchHessian, BranchShape};
@@ -58,18 +59,19 @@ impl RodTerm {
 
     /// Shape of one branch.
     #[inline]
-    pub fn shape<'s>(&'s self, network: &Network, state: &'s State, branch: usize) -> BranchShape<'s> {
-        let frames = network.branches[branch].frames.clone();
+    pub fn shape<'s>(&'s self, system: System<'s>, state: &'s State, branch: usize) -> BranchShape<'s> {
+        let frames = system.network.branches[branch].frames.clone();
         BranchShape {
             extra_curvature: self.extra_curvature.get(frames).unwrap_or_default(),
-            ..state.branch(network, branch)
+            memory: &system.conditions.rods[branch].memory,
+            ..state.branch(system.network, branch)
         }
     }
 
     /// Adds the energies of the rods by effect, J.
-    pub fn energy(&self, network: &Network, state: &State, energy: &mut Energy) {
-        for (b, branch) in network.branches.iter().enumerate() {
-            let rod = branch.rod.energy(&self.shape(network, state, b));
+    pub fn energy(&self, system: System<'_>, state: &State, energy: &mut Energy) {
+        for (b, branch) in system.network.branches.iter().enumerate() {
+            let rod = branch.rod.energy(&self.shape(system, state, b));
             energy.stretch += rod.stretch;
             energy.shear += rod.shear;
             energy.bend += rod.bend;
@@ -79,9 +81,9 @@ impl RodTerm {
 
     /// Writes the first derivatives ∂E/∂x (N) and ∂E/∂θ (N m) in the points and frames of the branches, tied
     /// ones included; returns the energy, J.
-    pub fn gradient(&mut self, network: &Network, state: &State, gradient: &mut Tangent) -> f64 {
+    pub fn gradient(&mut self, system: System<'_>, state: &State, gradient: &mut Tangent) -> f64 {
         let mut energies = std::mem::take(&mut self.energies);
-        self.branch_gradients(network, state, 0, &mut energies, &mut gradient.points, &mut gradient.frames);
+        self.branch_gradients(system, state, 0, &mut energies, &mut gradient.points, &mut gradient.frames);
         self.energies = energies;
         // Summed in the order of the branches: the same bits for any number of threads.
         self.energies.iter().sum()
@@ -91,14 +93,14 @@ impl RodTerm {
     /// are their slices.
     fn branch_gradients(
         &self,
-        network: &Network,
+        system: System<'_>,
         state: &State,
         first: usize,
         energies: &mut [f64],
         points: &mut [Vector],
         frames: &mut [Vector],
     ) {
-        let branches = &network.branches[first..first + energies.len()];
+        let branches = &system.network.branches[first..first + energies.len()];
         let (Some(start), Some(end)) = (branches.first(), branches.last()) else { return };
         let all = start.points.start..end.points.end;
         if branches.len() > 1 && all.len() >= 2 * WORTHWHILE {
@@ -108,8 +110,8 @@ impl RodTerm {
             let (points, other_points) = points.split_at_mut(branches[half].points.start - all.start);
             let (frames, other_frames) = frames.split_at_mut(branches[half].frames.start - start.frames.start);
             rayon::join(
-                || self.branch_gradients(network, state, first, energies, points, frames),
-                || self.branch_gradients(network, state, first + half, other_energies, other_points, other_frames),
+                || self.branch_gradients(system, state, first, energies, points, frames),
+                || self.branch_gradients(system, state, first + half, other_energies, other_points, other_frames),
             );
             return;
         }
@@ -117,7 +119,7 @@ impl RodTerm {
         for (k, (branch, energy)) in branches.iter().zip(energies).enumerate() {
             let (own_points, later_points) = points.split_at_mut(branch.points.len());
             let (own_frames, later_frames) = frames.split_at_mut(branch.frames.len());
-            *energy = branch.rod.gradient(&self.shape(network, state, first + k), own_points, own_frames);
+            *energy = branch.rod.gradient(&self.shape(system, state, first + k), own_points, own_frames);
             (points, frames) = (later_points, later_frames);
         }
     }
@@ -126,18 +128,30 @@ impl RodTerm {
     /// for each segment) replaces the rods' own forces in the geometric stiffness; see [`crate::RodSegment::hessian`].
     pub fn hessian(
         &self,
-        network: &Network,
+        system: System<'_>,
         state: &State,
         forces: Option<&[Vec<Vector>]>,
         hessian: &mut [BranchHessian],
     ) {
-        network.for_branches(hessian, |b, branch, own| {
-            branch.rod.hessian(&self.shape(network, state, b), forces.map(|f| f[b].as_slice()), own);
+        system.network.for_branches(hessian, |b, branch, own| {
+            branch.rod.hessian(&self.shape(system, state, b), forces.map(|f| f[b].as_slice()), own);
         });
     }
 
     /// Second derivatives in the edges of a branch, N/m; see [`crate::RodSegment::edge_stiffness`].
-    pub fn edge_stiffness(&self, network: &Network, state: &State, branch: usize, stiffness: &mut [Matrix]) {
-        network.branches[branch].rod.edge_stiffness(&self.shape(network, state, branch), stiffness);
+    pub fn edge_stiffness(&self, system: System<'_>, state: &State, branch: usize, stiffness: &mut [Matrix]) {
+        system.network.branches[branch].rod.edge_stiffness(&self.shape(system, state, branch), stiffness);
+    }
+
+    /// Memory of every rod that has one, by branch, updated to `state`, the equilibrium that ends an increment; with
+    /// the energy dissipated in the increment, J.
+    pub fn memories(&self, system: System<'_>, state: &State) -> Vec<(usize, Vec<f64>, f64)> {
+        let remember = |(_, own): &(usize, &RodState)| !own.memory.is_empty();
+        let updated = |(b, own): (usize, &RodState)| {
+            let mut memory = own.memory.clone();
+            let dissipated = system.network.branches[b].rod.commit(&self.shape(system, state, b), &mut memory);
+            (b, memory, dissipated)
+        };
+        system.conditions.rods.iter().enumerate().filter(remember).map(updated).collect()
     }
 }

@@ -309,7 +309,7 @@ impl SlidingTerm {
         let rod = &system.network.branches[branch].rod;
         terms.segments.resize(rod.mesh().segments(), [0.0; 2]);
         terms.couplings.resize(rod.mesh().coupling_lengths.len(), [0.0; 2]);
-        rod.length_terms(&rods.shape(system.network, state, branch), &mut terms.segments, &mut terms.couplings);
+        rod.length_terms(&rods.shape(system, state, branch), &mut terms.segments, &mut terms.couplings);
     }
 
     /// Second derivatives in the arc lengths of the running constraints at `state`,
@@ -343,7 +343,7 @@ impl SlidingTerm {
             let mixed = &mut hessian.mixed[row];
             mixed.clear();
             branch.rod.length_mixed(
-                &rods.shape(system.network, state, slide.branch),
+                &rods.shape(system, state, slide.branch),
                 a,
                 b,
                 &mut mixed.points[branch.points.clone()],

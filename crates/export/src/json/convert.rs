@@ -1,8 +1,9 @@
 //! From and to the results of `wireloom-core`.
 
 use super::document::{
-    Branch, BranchError, Clearance, Constraint, Document, Energy, Event, Fault, Increment, Joint, Marker, Minimiser,
-    Obstacle, Operation, Place, Plugin, Requirement, Sheet, Slide, Span, Station, Step, TightestBend, Violation,
+    Branch, BranchError, Clearance, Constraint, Document, Energy, Event, Fault, Friction, Increment, Joint, Marker,
+    Minimiser, Obstacle, Operation, Place, Plugin, Requirement, Sheet, Slide, Span, Station, Step, TightestBend,
+    Violation,
 };
 use super::provenance::Provenance;
 use super::values::{Entries, Number, Schema, Vector3, Word, quaternion, rotation, vector, written};
@@ -282,11 +283,13 @@ impl Branch<Vec<Vector3>> {
             bend_radius: numbers_of(&branch.bend_radius),
             twist_turns: Number(branch.twist_turns),
             error: branch.error.as_ref().map(BranchError::of),
+            friction: branch.friction.as_ref().map(Friction::of),
         }
     }
 
     fn result(self, name: String) -> Result<core::BranchResult, Refusal> {
-        let lengths = [self.d1.len(), self.force.len(), self.moment.len()];
+        let set = self.friction.as_ref().map_or(self.d1.len(), |friction| friction.set.len());
+        let lengths = [self.d1.len(), self.force.len(), self.moment.len(), set];
         self.same_lengths(&name, &lengths)?;
         let frames = self.d3.into_iter().zip(self.d1);
         // Where a failure has left no numbers there is no frame either.
@@ -304,7 +307,23 @@ impl Branch<Vec<Vector3>> {
             bend_radius: radii(self.bend_radius),
             twist_turns: self.twist_turns.0,
             error: self.error.map(BranchError::error),
+            friction: self.friction.map(Friction::friction),
         })
+    }
+}
+
+impl Friction {
+    fn of(friction: &core::FrictionResult) -> Self {
+        let core::FrictionResult { set, dissipated, dissipated_in_all } = friction;
+        Self { set: vectors_of(set), dissipated: Number(*dissipated), dissipated_in_all: Number(*dissipated_in_all) }
+    }
+
+    fn friction(self) -> core::FrictionResult {
+        core::FrictionResult {
+            set: vectors(self.set),
+            dissipated: self.dissipated.0,
+            dissipated_in_all: self.dissipated_in_all.0,
+        }
     }
 }
 

@@ -199,6 +199,17 @@ pub struct Branch<V> {
     pub twist_turns: Number,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub error: Option<BranchError>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub friction: Option<Friction>,
+}
+
+/// Friction within the section of a branch: set at each node (about d1, d2, d3), 1/m; energies, J.
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Friction {
+    pub set: Vec<Vector3>,
+    pub dissipated: Number,
+    pub dissipated_in_all: Number,
 }
 
 /// Estimated discretisation error of a branch: N, N m, m.

@@ -1,7 +1,9 @@
 //! The table of a branch.
 
 use crate::samples::{broken, y_harness};
-use wireloom_export::csv::{HEADER, write};
+use wireloom_core::Vector;
+use wireloom_core::equilibrium::FrictionResult;
+use wireloom_export::csv::{HEADER, SET_HEADER, write};
 
 fn table(branch: &wireloom_core::equilibrium::BranchResult) -> (Vec<String>, Vec<Vec<f64>>) {
     let mut bytes = Vec::new();
@@ -33,6 +35,20 @@ fn comes_back_bit_for_bit() {
             assert!((row[16] - tension).abs() < 1e-14);
         }
     }
+}
+
+#[test]
+fn a_branch_with_friction_has_its_set() {
+    let mut branch = y_harness().branches.remove(0);
+    let set: Vec<Vector> = branch.s.iter().map(|s| Vector::new(s / 3.0, -s, 0.1)).collect();
+    branch.friction = Some(FrictionResult { set: set.clone(), dissipated: 0.1, dissipated_in_all: 0.3 });
+    let (header, rows) = table(&branch);
+    assert_eq!(header, [&HEADER[..], &SET_HEADER].concat());
+    for (row, set) in rows.iter().zip(&set) {
+        assert_eq!(row[21..], *set.as_slice());
+    }
+    branch.friction.as_mut().expect("it has some").set.pop();
+    assert!(write(&branch, &mut Vec::new()).is_err(), "a set of another length");
 }
 
 #[test]

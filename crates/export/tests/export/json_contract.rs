@@ -350,6 +350,21 @@ fn has_the_keys_of_the_contract_in_order() {
 }
 
 #[test]
+fn a_branch_with_friction_has_its_set_and_its_losses() {
+    let mut step = y_harness();
+    let set: Vec<_> = step.branches[0].s.iter().map(|s| wireloom_core::Vector::new(s / 3.0, -s, 0.1)).collect();
+    let friction = wireloom_core::equilibrium::FrictionResult { set, dissipated: 0.1, dissipated_in_all: 1.0 / 3.0 };
+    step.branches[0].friction = Some(friction.clone());
+    let value = parsed(&run("y", vec![step]));
+    let branches = &value["steps"][0]["branches"];
+    let own = &branches["trunk"]["friction"];
+    assert_eq!(keys(own), ["set", "dissipated", "dissipated_in_all"]);
+    assert_eq!(own["dissipated_in_all"].as_f64(), Some(friction.dissipated_in_all));
+    assert_eq!(own["set"][3][1].as_f64(), Some(friction.set[3].y));
+    assert!(branches["left"].get("friction").is_none());
+}
+
+#[test]
 fn numbers_come_back_bit_for_bit() {
     let step = y_harness();
     let value = parsed(&run("y", vec![step.clone()]));

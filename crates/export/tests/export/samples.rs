@@ -55,6 +55,7 @@ pub fn branch(
         position,
         twist_turns: 0.25,
         error: None,
+        friction: None,
     }
 }
 

@@ -2,7 +2,8 @@
 
 use crate::samples::{broken, run, step, y_harness};
 use std::collections::BTreeMap;
-use wireloom_core::equilibrium::Violation;
+use wireloom_core::Vector;
+use wireloom_core::equilibrium::{FrictionResult, Violation};
 use wireloom_core::requirement::{Bound, Measure, Severity};
 use wireloom_core::{EventPlace, StepResult};
 use wireloom_export::vtk::{SeriesFile, times, write, write_series, write_surfaces};
@@ -84,6 +85,20 @@ fn read(step: &StepResult) -> PolyData {
 
 fn find(bytes: &[u8], pattern: &[u8]) -> usize {
     bytes.windows(pattern.len()).position(|window| window == pattern).unwrap()
+}
+
+#[test]
+fn sets_are_there_where_a_branch_has_friction() {
+    let name = "set d1 d2 d3 [1/m]";
+    let mut step = y_harness();
+    assert!(!read(&step).arrays.contains_key(name));
+    let set: Vec<Vector> = step.branches[1].s.iter().map(|s| Vector::new(s / 3.0, -s, 0.1)).collect();
+    step.branches[1].friction = Some(FrictionResult { set: set.clone(), dissipated: 0.1, dissipated_in_all: 0.3 });
+    let (components, values) = read(&step).arrays.remove(name).expect("an array");
+    let before = 3 * step.branches[0].s.len();
+    let own: Vec<f64> = set.iter().flat_map(|set| set.iter().copied()).collect();
+    assert_eq!((components, &values[before..][..own.len()]), (3, &own[..]));
+    assert!(values[..before].iter().chain(&values[before + own.len()..]).all(|x| *x == 0.0));
 }
 
 #[test]

@@ -148,6 +148,8 @@ mod tests {
             min_bend_radius_moving: None,
             max_tension: None,
             max_torsion: None,
+            friction: Default::default(),
+            set: None,
         };
         let arm = |x: &f64| Arm {
             branch: "arm".into(),

@@ -1,6 +1,7 @@
 //! The Cosserat rod: stretch, shear, bending and twist with the stiffnesses of the section.
 
 use crate::kernel::{END_BLEND, INNER_BLEND, SegmentStiffness};
+use crate::rods::friction::with_friction;
 use crate::rods::staggered::{StaggeredRod, Stiffness};
 use wireloom_core::registry::RodKind;
 use wireloom_core::rod::RodSpec;
@@ -11,7 +12,7 @@ pub fn kind() -> RodKind {
         name: "cosserat".into(),
         doc: "geometrically exact rod: stretch, shear, bending and twist; second order in the segment length".into(),
         parameters: vec![],
-        build: Box::new(|spec, _| Ok(Box::new(rod(spec.clone())))),
+        build: Box::new(|spec, _| Ok(with_friction(spec, rod(spec.clone())))),
     }
 }
 
@@ -20,7 +21,7 @@ pub fn rod(spec: RodSpec) -> StaggeredRod {
     let segment = SegmentStiffness { c: spec.section.stretch_diagonal(), overturned: 0.0 };
     let stiffness = Stiffness {
         segments: vec![segment; spec.mesh.segments()],
-        couplings: vec![spec.section.bend_diagonal(); spec.mesh.coupling_lengths.len()],
+        couplings: vec![spec.section.lasting_diagonal(); spec.mesh.coupling_lengths.len()],
         blends: [END_BLEND, INNER_BLEND],
     };
     StaggeredRod::new(spec, stiffness)

@@ -29,6 +29,7 @@
 //! it: the minimisers' steps carry them in time as Bergou's are.
 
 use crate::kernel::{END_BLEND, INNER_BLEND, SegmentStiffness};
+use crate::rods::friction::with_friction;
 use crate::rods::staggered::{StaggeredRod, Stiffness};
 use wireloom_core::registry::RodKind;
 use wireloom_core::rod::RodSpec;
@@ -45,14 +46,14 @@ pub fn kind() -> RodKind {
               looked at; second order in the segment length"
             .into(),
         parameters: vec![],
-        build: Box::new(|spec, _| Ok(Box::new(StaggeredRod::new(spec.clone(), stiffness(spec))))),
+        build: Box::new(|spec, _| Ok(with_friction(spec, StaggeredRod::new(spec.clone(), stiffness(spec))))),
     }
 }
 
 fn stiffness(spec: &RodSpec) -> Stiffness {
     Stiffness {
         segments: spec.mesh.rest_lengths.iter().map(|l| aligned(&spec.section, *l)).collect(),
-        couplings: vec![spec.section.bend_diagonal(); spec.mesh.coupling_lengths.len()],
+        couplings: vec![spec.section.lasting_diagonal(); spec.mesh.coupling_lengths.len()],
         blends: [END_BLEND, INNER_BLEND],
     }
 }

@@ -16,7 +16,7 @@
 use crate::rods::kirchhoff::aligned;
 use crate::rods::staggered::{StaggeredRod, Stiffness};
 use wireloom_core::Vector;
-use wireloom_core::registry::RodKind;
+use wireloom_core::registry::{BuildError, RodKind};
 use wireloom_core::rod::RodSpec;
 
 /// The kind `mass-spring`.
@@ -27,7 +27,14 @@ pub fn kind() -> RodKind {
               stiffness, the mean of both; first order in the segment length wherever something holds it"
             .into(),
         parameters: vec![],
-        build: Box::new(|spec, _| Ok(Box::new(StaggeredRod::new(spec.clone(), stiffness(spec))))),
+        build: Box::new(|spec, _| {
+            if !spec.section.remembers() {
+                return Ok(Box::new(StaggeredRod::new(spec.clone(), stiffness(spec))));
+            }
+            let message =
+                format!("its section \"{}\" has friction or a set, a mass-spring chain has neither", spec.section.name);
+            Err(BuildError::new(message, "rod = \"cosserat\" and rod = \"kirchhoff\" have them").at("rod"))
+        }),
     }
 }
 

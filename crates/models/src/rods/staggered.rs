@@ -6,6 +6,7 @@ use nalgebra::{Quaternion, Unit};
 use std::ops::Range;
 use wireloom_core::law::{RodLaw, SegmentLaw};
 use wireloom_core::rod::{Beside, BranchHessian, BranchShape, Mesh, RodEnergy, RodSegment, RodSpec};
+use wireloom_core::section::SectionFriction;
 use wireloom_core::{Matrix, Rotation, Vector};
 
 /// The stiffness of every part of a branch.
@@ -63,8 +64,13 @@ impl StaggeredRod {
         BlendedStretchShear::new(&shape.edge(j), q, stations, shape.rest_lengths[j], &self.stiffness.segments[j])
     }
 
+    /// κ° (1/m) and C of a coupling (N m²), for rods of which all couplings are alike.
+    pub(super) fn bending_law(&self) -> [Vector; 2] {
+        [self.curvature, self.stiffness.couplings.first().copied().unwrap_or_default()]
+    }
+
     #[inline(always)]
-    fn coupling(&self, shape: &BranchShape<'_>, c: usize) -> BendTwist {
+    pub(super) fn coupling(&self, shape: &BranchShape<'_>, c: usize) -> BendTwist {
         let (a, b) = (&shape.frames[c], &shape.frames[c + 1]);
         let rest = match shape.extra_curvature.get(c) {
             None => self.curvature,
@@ -272,6 +278,7 @@ impl RodSegment for StaggeredRod {
             couplings: self.stiffness.couplings.clone(),
             blends: self.stiffness.blends,
             curvature: self.curvature,
+            friction: SectionFriction::default(),
         })
     }
 

@@ -54,6 +54,8 @@ pub(crate) const FRACTION: Bound = within(0.0, 1.0);
 pub(super) const DIAMETER: Bound = Bound { maximum: 1e3, ..POSITIVE };
 /// Lengths of branches, m: the longest cables that are laid in one piece.
 pub(super) const SPAN_LENGTH: Bound = Bound { maximum: 1e5, ..POSITIVE };
+/// Stiffness beyond a yield point relative to that before it: 0 and 1 are other laws.
+pub(super) const HARDENING: Bound = within(1e-3, 0.999);
 /// Coefficients of friction: beyond this nothing slips.
 pub(super) const FRICTION_COEFFICIENT: Bound = within(0.0, 1e3);
 /// Turns about a tangent in one step, in either direction: each needs several equilibria.

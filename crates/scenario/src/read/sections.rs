@@ -8,6 +8,7 @@ use crate::format::units::unit_of;
 use crate::scenario::ByRule;
 use crate::span::Span;
 use wireloom_core::Section;
+use wireloom_core::section::{FrictionElement, SectionFriction};
 
 /// Keys of a section that are measured values; in a section of wires they replace those of the rule.
 const MEASURED: [&str; 7] = [
@@ -19,6 +20,9 @@ const MEASURED: [&str; 7] = [
     "min_bend_radius",
     "max_tension",
 ];
+
+/// Largest number of elements of friction in bending, and in torsion.
+const MOST_ELEMENTS: usize = 8;
 
 /// A section, and its values by the rule if it has wires.
 pub(crate) fn section<'a>(
@@ -49,8 +53,48 @@ pub(crate) fn section<'a>(
         min_bend_radius_moving: entry.number("min_bend_radius_moving"),
         max_tension: entry.number("max_tension").or(bundle.and_then(|bundle| bundle.max_tension)),
         max_torsion: entry.number("max_torsion"),
+        friction: entry.entry("friction").map(|entry| friction(&entry)).unwrap_or_default(),
+        set: None,
     };
+    let set = entry.entry("set").and_then(|entry| set(&entry, section.bending_stiffness));
+    let section = Section { set, ..section };
     (section, by_rule)
+}
+
+/// Friction within a section.
+fn friction(entry: &Entry<'_>) -> SectionFriction {
+    let elements = |key: &str| -> Vec<Option<FrictionElement>> {
+        let all = entry.entries(key);
+        if all.len() > MOST_ELEMENTS {
+            let message = format!("{} has {} elements in `{key}`", entry.label, all.len());
+            entry.fault_at(key, message, format!("give {MOST_ELEMENTS} at most: a few follow any measured curve"));
+        }
+        let element = |one: &Entry<'_>| {
+            let (stiffness, moment) = (one.number("stiffness"), one.number("moment"));
+            Some(FrictionElement { stiffness: stiffness?, moment: moment? })
+        };
+        all.iter().map(element).collect()
+    };
+    let [bending, torsion] = ["bending", "torsion"].map(elements);
+    if bending.is_empty() && torsion.is_empty() {
+        let help = "write such as bending = [{ stiffness = \"0.02 N m^2\", moment = \"0.05 N m\" }]";
+        entry.fault_here(format!("{} has no elements", entry.label), help);
+    }
+    let [bending, torsion] = [bending, torsion].map(|all| all.into_iter().flatten().collect());
+    SectionFriction { bending, torsion }
+}
+
+/// The part of the bending stiffness that yields: `EI (1 − h)`, at the moment that it has at the yield curvature.
+fn set(entry: &Entry<'_>, bending_stiffness: [f64; 2]) -> Option<FrictionElement> {
+    let (limit, hardening) = (entry.number("yield_curvature"), entry.number("hardening"));
+    let [one, other] = bending_stiffness;
+    if one != other {
+        let message = format!("{} has no direction, but there are two bending stiffnesses", entry.label);
+        entry.fault_here(message, "give one bending_stiffness, or leave `set` out");
+        return None;
+    }
+    let stiffness = one * (1.0 - hardening?);
+    Some(FrictionElement { stiffness, moment: stiffness * limit? })
 }
 
 /// Values of a section by the rule; `None` if it has no wires, or some of them are faulty.

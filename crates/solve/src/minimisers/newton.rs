@@ -478,7 +478,7 @@ fn descend(ws: &mut Workspace, problem: &mut Problem<'_>, state: &mut State, sto
 /// Predicts the forces after a step from the state `before` to first order, for the next geometric stiffness.
 fn predict_forces(problem: &Problem<'_>, before: &State, step: &Tangent, forces: &mut [Vec<Vector>]) {
     problem.network.for_branches(forces, |b, branch, forces| {
-        let shape = before.branch(problem.network, b);
+        let shape = problem.shape(before, b);
         let points = &step.points[branch.points.clone()];
         let frames = &step.frames[branch.frames.clone()];
         branch.rod.predicted_forces(&shape, points, frames, forces);

@@ -119,15 +119,20 @@ struct Samples<'a> {
 impl<'a> Samples<'a> {
     fn new(problem: &'a Problem<'_>, state: &'a State, index: usize, result: &BranchResult) -> Self {
         let branch = &problem.network.branches[index];
-        let shape = state.branch(problem.network, index);
+        let shape = problem.shape(state, index);
         let mesh = branch.rod.mesh();
         let n = mesh.segments();
-        let stiffness = branch.section.bend_diagonal();
+        // Where friction sticks; where it slips the stiffness is less, and so is the defect.
+        let stiffness = branch.section.sticking_diagonal();
+        let of_friction = stiffness - branch.section.lasting_diagonal();
         let law = branch.rod.law();
         let blends = law.as_ref().map_or([0.0, 0.0], |law| law.blends);
         let rest = law.as_ref().map_or_else(Vector::zeros, |law| law.curvature);
         let couplings = shape.coupling_lengths.len();
-        let discrete_stiffness = law.map_or_else(|| vec![stiffness; couplings], |law| law.couplings);
+        let discrete_stiffness = match law {
+            Some(law) => law.couplings.iter().map(|own| own + of_friction).collect(),
+            None => vec![stiffness; couplings],
+        };
         let curvature: Vec<Vector> = shape
             .coupling_lengths
             .iter()

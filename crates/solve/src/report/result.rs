@@ -3,7 +3,8 @@
 use crate::report::Occurrence;
 use wireloom_core::constraint::Action;
 use wireloom_core::equilibrium::{
-    BranchResult, ConstraintResult, JointResult, MarkerResult, ObstacleResult, SpanResult, StationResult, TightestBend,
+    BranchResult, ConstraintResult, FrictionResult, JointResult, MarkerResult, ObstacleResult, SpanResult,
+    StationResult, TightestBend,
 };
 use wireloom_core::network::{AttachedConstraint, Branch, BranchEnd, Joint, Place, Site, Span};
 use wireloom_core::obstacle::Obstacle;
@@ -14,7 +15,7 @@ use wireloom_core::terms::constraints::Reaction;
 use wireloom_core::terms::contact::ObstacleLoad;
 use wireloom_core::terms::gravity::STATION_SHIFT;
 use wireloom_core::variable::Variable;
-use wireloom_core::{EventKind, EventPlace, Mounting, Network, Pose, Rotation, State, Tangent, Vector};
+use wireloom_core::{BranchShape, EventKind, EventPlace, Mounting, Network, Pose, Rotation, State, Tangent, Vector};
 
 /// Curvatures below this fraction of 1/L count as straight.
 const STRAIGHT: f64 = 1e-9;
@@ -33,7 +34,7 @@ enum Side {
 pub fn branch(problem: &Problem<'_>, index: usize, state: &State, touching: &[bool]) -> BranchResult {
     let network = problem.network;
     let branch = &network.branches[index];
-    let shape = state.branch(network, index);
+    let shape = problem.shape(state, index);
     let mesh = branch.rod.mesh();
     let n = mesh.segments();
     let mut segment_forces = vec![Vector::zeros(); n];
@@ -56,12 +57,15 @@ pub fn branch(problem: &Problem<'_>, index: usize, state: &State, touching: &[bo
         bend_radius: Vec::with_capacity(n + 1),
         twist_turns: twist_turns(shape.frames),
         error: None,
+        friction: None,
     };
     let rest = branch.rod.law().map(|law| law.curvature);
     let segment_frame = |j: usize| shape.frames[mesh.segment_frames[j]];
     // Curvature (1/m) at each node, and its side of the node. At an inner station, where a constraint makes forces and
     // moments jump, the tighter side is reported.
     let mut curvature = vec![(Vector::zeros(), Side::Both); n + 1];
+    // Coupling of each node that is reported.
+    let mut couplings = vec![0; n + 1];
     for (c, &lambda) in shape.coupling_lengths.iter().enumerate() {
         let node = mesh.coupling_nodes[c];
         let relative = shape.frames[c].inverse() * shape.frames[c + 1];
@@ -69,7 +73,8 @@ pub fn branch(problem: &Problem<'_>, index: usize, state: &State, touching: &[bo
         let kappa = match (mesh.station_frame(node), rest) {
             (Some(frame), Some(rest)) => {
                 let moment = shape.frames[frame].inverse() * coupling_moments[c];
-                rest + moment.component_div(&branch.section.bend_diagonal())
+                let elastic = || rest + moment.component_div(&branch.section.bend_diagonal());
+                branch.rod.curvature_under(&moment, memory_of(&shape, c)).unwrap_or_else(elastic)
             }
             _ => relative.scaled_axis() / lambda,
         };
@@ -83,6 +88,7 @@ pub fn branch(problem: &Problem<'_>, index: usize, state: &State, touching: &[bo
             };
             curvature[node] = (kappa, side);
             result.moment[node] = coupling_moments[c];
+            couplings[node] = c;
         }
     }
     // Edges are tangent to the centre line at their midpoints (frames are not, as the cable shears); nodes without a
@@ -145,7 +151,19 @@ pub fn branch(problem: &Problem<'_>, index: usize, state: &State, touching: &[bo
         let bend = kappa.xy().norm();
         result.bend_radius.push(if bend * length > STRAIGHT { 1.0 / bend } else { f64::INFINITY });
     }
+    if !shape.memory.is_empty() {
+        let unloaded = |c: &usize| branch.rod.curvature_under(&Vector::zeros(), memory_of(&shape, *c));
+        let set = couplings.iter().map(|c| unloaded(c).unwrap_or_default() - rest.unwrap_or_default()).collect();
+        let [dissipated, dissipated_in_all] = problem.conditions().rods[index].dissipated;
+        result.friction = Some(FrictionResult { set, dissipated, dissipated_in_all });
+    }
     result
+}
+
+/// Memory of a coupling.
+fn memory_of<'s>(shape: &BranchShape<'s>, coupling: usize) -> &'s [f64] {
+    let width = shape.memory.len() / shape.coupling_lengths.len();
+    &shape.memory[coupling * width..(coupling + 1) * width]
 }
 
 /// Offset `ℓ² x″/24` of the centre line from a node between two edges; ℓ is their mean length, ℓ x″ the
@@ -429,6 +447,7 @@ mod tests {
             bend_radius: radii.to_vec(),
             twist_turns: 0.0,
             error: None,
+            friction: None,
         }
     }
 

@@ -82,6 +82,8 @@ impl Checkpoint {
                     && own.beside.len() + 1 == constraint.stations.len().max(1)
                     && own.memory.len() == constraint.model.memory().len()
             })
+            && conditions.rods.len() == network.branches.len()
+            && network.branches.iter().zip(&conditions.rods).all(|(b, own)| own.memory.len() == b.rod.memory().len())
             && (conditions.load_factors.len(), conditions.sliding.len()) == (network.loads.len(), network.slides.len())
     }
 }

@@ -5,7 +5,9 @@ use crate::start::prolongation;
 use crate::steps::checkpoint::Checkpoint;
 use wireloom_core::conditions::Conditions;
 use wireloom_core::conditions::ConstraintState;
+use wireloom_core::conditions::RodState;
 use wireloom_core::conditions::Sliding;
+use wireloom_core::network::Branch;
 use wireloom_core::{Network, Rotation, State};
 
 /// Largest difference of equal nodes, as a fraction of their branch.
@@ -23,8 +25,8 @@ pub enum Transferred {
 
 /// Transfers a checkpoint to another harness with the same branches and joints. Constraints are identified by their
 /// names, and those of the same name by their order. `None` if the state depends on its history in a way that cannot be
-/// transferred: an active constraint is missing; the mesh differs, and moves along the cables or may be in contact; or
-/// stations differ, and friction acts.
+/// transferred: an active constraint is missing; the mesh differs, and moves along the cables, may be in contact or has
+/// rods that remember; or stations differ, and friction acts.
 ///
 /// # Panics
 /// If the checkpoint is not one of `from`.
@@ -41,7 +43,7 @@ pub fn transfer(checkpoint: &Checkpoint, from: &Network, to: &Network) -> Option
     let contact_possible = !from.obstacles.is_empty() || from.contact.cables;
     let state = match same_nodes {
         true => state_on_same_nodes(from, &checkpoint.state, to),
-        false if contact_possible || !prolongation::alike(from, to) => return None,
+        false if contact_possible || remembers(from) || !prolongation::alike(from, to) => return None,
         false => prolongation::prolonged(from, &checkpoint.state, to),
     };
     let conditions = conditions(&checkpoint.conditions, from, to, &state)?;
@@ -53,6 +55,43 @@ pub fn transfer(checkpoint: &Checkpoint, from: &Network, to: &Network) -> Option
     }
     let checkpoint = Box::new(Checkpoint { conditions, state, ..checkpoint.clone() });
     Some(if same { Transferred::Same(checkpoint) } else { Transferred::Approximate(checkpoint) })
+}
+
+/// Whether any rod remembers.
+fn remembers(network: &Network) -> bool {
+    network.branches.iter().any(|branch| !branch.rod.memory().is_empty())
+}
+
+/// States of the rods on a mesh with the same nodes, of which others may be stations: a new station divides a coupling
+/// into two of the same curvature and memory; where one is gone, two become one with the mean memory of its length.
+fn rod_states(own: &Conditions, from: &Network, to: &Network) -> Option<Vec<RodState>> {
+    let branches = own.rods.iter().zip(from.branches.iter().zip(&to.branches));
+    let state = |(own, (old, new)): (&RodState, (&Branch, &Branch))| {
+        let (before, mesh) = (old.rod.mesh(), new.rod.mesh());
+        let (count, new_count) = (before.coupling_lengths.len(), mesh.coupling_lengths.len());
+        let width = own.memory.len() / count.max(1);
+        if width * new_count != new.rod.memory().len() {
+            return None;
+        }
+        let mut memory = Vec::with_capacity(width * new_count);
+        for (c, &node) in mesh.coupling_nodes.iter().enumerate().filter(|_| width > 0) {
+            let second = c > 0 && mesh.coupling_nodes[c - 1] == node;
+            let alone = !second && mesh.coupling_nodes.get(c + 1) != Some(&node);
+            let all = before.coupling_nodes.partition_point(|k| *k < node)
+                ..before.coupling_nodes.partition_point(|k| *k <= node);
+            let part = match all.len() {
+                0 => return None,
+                2 if alone => all,
+                2 if second => all.end - 1..all.end,
+                _ => all.start..all.start + 1,
+            };
+            let length: f64 = before.coupling_lengths[part.clone()].iter().sum();
+            let share = |k: usize| if part.len() == 1 { 1.0 } else { before.coupling_lengths[k] / length };
+            memory.extend((0..width).map(|i| part.clone().map(|k| share(k) * own.memory[k * width + i]).sum::<f64>()));
+        }
+        Some(RodState { memory, dissipated: own.dissipated })
+    };
+    branches.map(state).collect()
 }
 
 /// Whether friction acts anywhere: its forces depend on the history, and so on the stations.
@@ -111,6 +150,9 @@ fn conditions(own: &Conditions, from: &Network, to: &Network, state: &State) -> 
         return None;
     }
     let mut new = Conditions { gravity: own.gravity, ..Conditions::new(to, own.gravity, state) };
+    if remembers(from) || remembers(to) {
+        new.rods = rod_states(own, from, to)?;
+    }
     new.load_factors.clone_from(&own.load_factors);
     new.contact.clone_from(&own.contact);
     for (f, constraint) in to.constraints.iter().enumerate() {

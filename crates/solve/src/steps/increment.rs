@@ -144,6 +144,7 @@ impl Driver<'_, '_> {
         }
         status = self.refine(status);
         if is_balanced(status) {
+            self.problem.commit_rods(&self.state);
             let moved = result::farthest(&self.began, &self.state);
             let given = events::prescribed(&self.problem, &before.targets);
             let length = self.problem.scales().length;

@@ -50,6 +50,7 @@ pub fn start_near(
     let status = driver.relax_from(prolonged.clone());
     let turns = prolonged.frames.iter().zip(&driver.state.frames).map(|(a, b)| a.angle_to(b));
     let near = status == Status::Converged && !driver.is_over() && turns.fold(0.0, f64::max) <= NEAR;
+    driver.commit_start(status);
     driver.starting = false;
     near.then(|| driver.checkpoint(&empty_run(schedule), (0, 0), None, 0.0))
 }
@@ -62,7 +63,17 @@ impl Driver<'_, '_> {
         self.log.begin(Moment { step: first.to_owned(), step_index: 0, increment: 0 });
         let from_coarse = coarse.and_then(|coarse| self.start_from_coarse(coarse, schedule));
         let status = from_coarse.unwrap_or_else(|| self.find_initial_equilibrium());
+        self.commit_start(status);
         if self.problem.monitor.is_stopped() { Grade::INTERRUPTED } else { status }
+    }
+
+    /// Commits the memories of the rods at the initial equilibrium. While it is searched for they are those of the rods
+    /// at rest, so it does not depend on the way there: the harness was bent from its rest shape as if along a straight
+    /// line.
+    fn commit_start(&mut self, status: Grade) {
+        if is_balanced(status) {
+            self.problem.commit_rods(&self.state);
+        }
     }
 
     /// Finds an equilibrium from the layout, with the constraints that act from the start at their poses in the

@@ -56,7 +56,8 @@ impl Checkpoint {
     pub fn weight(&self) -> usize {
         let state = &self.state;
         let points = state.points.len() * (2 * size_of_val(&state.points[0]) + size_of::<f64>());
-        points + state.frames.len() * (size_of_val(&state.frames[0]) + size_of::<f64>())
+        let memory: usize = self.conditions.rods.iter().map(|own| size_of_val(&own.memory[..])).sum();
+        points + state.frames.len() * (size_of_val(&state.frames[0]) + size_of::<f64>()) + memory
     }
 
     /// Target of a constraint: position (m) and orientation as in a scenario.

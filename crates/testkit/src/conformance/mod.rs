@@ -68,6 +68,7 @@ macro_rules! rod_conformance {
             extra_curvature_shifts_the_rest_curvature
             non_finite_input_gives_non_finite_output
             same_input_gives_same_bits
+            memory_is_committed_once
         );
     };
 }

@@ -33,6 +33,8 @@ pub fn section() -> Section {
         min_bend_radius_moving: None,
         max_tension: None,
         max_torsion: None,
+        friction: Default::default(),
+        set: None,
     }
 }
 
@@ -48,6 +50,7 @@ struct Shape {
     extra: Vec<Vector>,
     rest_lengths: Vec<f64>,
     coupling_lengths: Vec<f64>,
+    memory: Vec<f64>,
 }
 
 impl Shape {
@@ -59,6 +62,7 @@ impl Shape {
             rest_lengths: &self.rest_lengths,
             coupling_lengths: &self.coupling_lengths,
             extra_curvature: &self.extra,
+            memory: &self.memory,
         }
     }
 
@@ -86,7 +90,7 @@ impl Shape {
         to
     }
 
-    /// The same shape run from its other end.
+    /// The same shape run from its other end; its memory is not turned.
     fn reversed(&self) -> Self {
         let back = |v: &[Vector]| v.iter().rev().copied().collect::<Vec<_>>();
         Self {
@@ -96,7 +100,15 @@ impl Shape {
             extra: self.extra.iter().rev().map(reversed_curvature).collect(),
             rest_lengths: self.rest_lengths.iter().rev().copied().collect(),
             coupling_lengths: self.coupling_lengths.iter().rev().copied().collect(),
+            memory: self.memory.clone(),
         }
+    }
+
+    /// The memory at the end of an increment that ends in this shape.
+    fn committed(&self, rod: &dyn RodSegment) -> Vec<f64> {
+        let mut memory = self.memory.clone();
+        rod.commit(&self.view(), &mut memory);
+        memory
     }
 }
 
@@ -106,6 +118,8 @@ struct Case {
     spec: RodSpec,
     rod: Box<dyn RodSegment>,
     shape: Shape,
+    /// Frames of the increments before, for a rod that remembers.
+    past: Vec<Vec<Rotation>>,
 }
 
 /// Meshes with stations at ends and inside, of uneven segments, down to a single one.
@@ -152,7 +166,8 @@ fn cases(factory: &Factory<'_>) -> Vec<Case> {
                 let moved = mesh.rest_lengths.iter().map(|l| l * (1.0 + 0.4 * (uniform(&mut rng) - 0.5))).collect();
                 shape = shape.with_lengths(&mesh, moved);
             }
-            all.push(Case { name: format!("{mesh_name}, {shape_name}"), spec, rod, shape });
+            let past = remember(rod.as_ref(), &mut shape, turn, &mut rng);
+            all.push(Case { name: format!("{mesh_name}, {shape_name}"), spec, rod, shape, past });
         }
     }
     all
@@ -177,8 +192,54 @@ fn random_shape(rod: &dyn RodSegment, mesh: &Mesh, turn: f64, strain: f64, rng: 
         frames,
         extra: Vec::new(),
         rest_lengths: mesh.rest_lengths.clone(),
+        memory: rod.memory(),
         coupling_lengths: mesh.coupling_lengths.clone(),
     }
+}
+
+/// Gives a rod that remembers a past of two increments, such that no law changes its branch near the shape (where its
+/// second derivatives may jump): from it an increment that ends anywhere near changes the same state variables. Returns
+/// the frames of the past.
+///
+/// # Panics
+/// If no such past is found.
+fn remember(rod: &dyn RodSegment, shape: &mut Shape, turn: f64, rng: &mut Rng) -> Vec<Vec<Rotation>> {
+    let initial = rod.memory();
+    if initial.is_empty() {
+        return Vec::new();
+    }
+    let changed = |shape: &Shape| -> Vec<bool> {
+        shape.memory.iter().zip(shape.committed(rod)).map(|(before, after)| *before != after).collect()
+    };
+    for _ in 0..10_000 {
+        let past: Vec<Vec<Rotation>> = (0..2)
+            .map(|_| {
+                let turned = |q: &Rotation| {
+                    let angle = turn * uniform(rng);
+                    q * random_turn(rng, angle)
+                };
+                shape.frames.iter().map(turned).collect()
+            })
+            .collect();
+        shape.memory = initial.clone();
+        for frames in &past {
+            shape.memory = Shape { frames: frames.clone(), ..shape.clone() }.committed(rod);
+        }
+        let here = changed(shape);
+        let frames = 3 * shape.points.len()..shape.size();
+        let steps = frames.flat_map(|i| [-4.0 * STEP, 4.0 * STEP].map(|h| shape.moved(&unit(shape, i), h)));
+        let lengths = (0..shape.coupling_lengths.len()).flat_map(|c| {
+            [-0.4 * STEP, 0.4 * STEP].map(|h| {
+                let mut near = shape.clone();
+                near.coupling_lengths[c] += h;
+                near
+            })
+        });
+        if steps.chain(lengths).all(|near| changed(&near) == here) {
+            return past;
+        }
+    }
+    panic!("no past found from which nothing changes its branch near a shape")
 }
 
 /// The energy and the gradient `(∂E/∂x_0, …, ∂E/∂θ_0, …)`; rooms are handed over full of NaN.
@@ -340,7 +401,7 @@ pub fn edge_stiffness_is_that_of_the_hessian_wherever_the_points_are(factory: &F
 /// and of all at random rates.
 pub fn length_terms_are_derivatives_in_the_lengths(factory: &Factory<'_>) {
     let mut rng = Rng::with_seed(11);
-    for Case { name, spec, rod, shape } in cases(factory) {
+    for Case { name, spec, rod, shape, .. } in cases(factory) {
         let (rod, mesh) = (rod.as_ref(), &spec.mesh);
         let (n, m) = (mesh.segments(), mesh.coupling_lengths.len());
         let terms = |shape: &Shape| {
@@ -355,7 +416,7 @@ pub fn length_terms_are_derivatives_in_the_lengths(factory: &Factory<'_>) {
         };
         let energy = |shape: &Shape| rod.energy(&shape.view()).total();
         for (k, [first, second]) in terms(&shape).into_iter().enumerate() {
-            let h = STEP * 0.1;
+            let h = STEP * 0.05;
             let want = [derivative(h, |h| energy(&stretched(k, h))), derivative(h, |h| terms(&stretched(k, h))[k][0])];
             assert_near(&format!("{name}, ∂E of length {k}"), first, want[0], DIFFERENCES * (1.0 + want[0].abs()));
             assert_near(&format!("{name}, ∂²E of length {k}"), second, want[1], DIFFERENCES * (1.0 + want[1].abs()));
@@ -463,10 +524,10 @@ pub fn inner_forces_and_moments_sum_to_zero(factory: &Factory<'_>) {
 }
 
 /// # Panics
-/// If the branch run from its other end (frames half a turn about d1, curvature `[−κ1, κ2, κ3]`) has another energy
-/// or gradient.
+/// If the branch run from its other end (frames half a turn about d1, curvature `[−κ1, κ2, κ3]`), with the same past,
+/// has another energy or gradient.
 pub fn running_the_branch_from_its_other_end_changes_nothing(factory: &Factory<'_>) {
-    for Case { name, spec, rod, shape } in cases(factory) {
+    for Case { name, spec, rod, shape, past } in cases(factory) {
         let n = spec.mesh.segments();
         let reversed = factory(RodSpec {
             mesh: Mesh::new(
@@ -477,7 +538,12 @@ pub fn running_the_branch_from_its_other_end_changes_nothing(factory: &Factory<'
             section: spec.section,
         });
         let (energy, want) = gradient(rod.as_ref(), &shape);
-        let (got_energy, got) = gradient(reversed.as_ref(), &shape.reversed());
+        let mut back = Shape { memory: reversed.memory(), ..shape.reversed() };
+        for frames in past {
+            let before = Shape { frames, ..shape.clone() }.reversed();
+            back.memory = Shape { memory: back.memory, ..before }.committed(reversed.as_ref());
+        }
+        let (got_energy, got) = gradient(reversed.as_ref(), &back);
         let vectors: Vec<Vector> = got.as_slice().chunks(3).map(Vector::from_column_slice).collect();
         let (points, frames) = vectors.split_at(shape.points.len());
         let back: Vec<Vector> = points.iter().rev().copied().chain(frames.iter().rev().map(half_turned)).collect();
@@ -537,6 +603,7 @@ fn helix(mesh: &Mesh) -> Shape {
         frames,
         extra: vec![],
         rest_lengths: mesh.rest_lengths.clone(),
+        memory: Vec::new(),
         coupling_lengths: mesh.coupling_lengths.clone(),
     }
 }
@@ -578,8 +645,9 @@ pub fn a_station_inside_changes_the_energy_to_second_order(factory: &Factory<'_>
 /// stations do to stretch and shear is of second order in the segments, and may differ at ends.)
 pub fn bending_of_a_branch_cut_at_a_station_is_the_sum_of_its_parts(factory: &Factory<'_>) {
     let bending = |energy: RodEnergy| energy.bend + energy.twist;
-    for Case { name, spec, rod, shape } in cases(factory) {
+    for Case { name, spec, rod, shape, .. } in cases(factory) {
         let mesh = &spec.mesh;
+        let width = shape.memory.len() / mesh.coupling_lengths.len().max(1);
         for (&node, &c) in mesh.stations.iter().zip(&mesh.station_frames) {
             if node == 0 || node == mesh.segments() {
                 continue;
@@ -596,6 +664,7 @@ pub fn bending_of_a_branch_cut_at_a_station_is_the_sum_of_its_parts(factory: &Fa
                 coupling_lengths: shape.coupling_lengths[frames.start..frames.end - 1].to_vec(),
                 compensation: shape.compensation[points].to_vec(),
                 extra: shape.extra.get(frames.start..frames.end - 1).unwrap_or_default().to_vec(),
+                memory: shape.memory[width * frames.start..width * (frames.end - 1)].to_vec(),
                 frames: shape.frames[frames].to_vec(),
             };
             let first = part(one, mesh.stations.iter().copied().filter(lower).collect(), slice(0..node + 1, 0..c + 1));
@@ -626,7 +695,7 @@ pub fn energies_by_effect_are_not_negative_and_add_up(factory: &Factory<'_>) {
 /// # Panics
 /// If it says a law ([`RodSegment::law`]) of another energy.
 pub fn a_law_it_says_has_its_energy(factory: &Factory<'_>) {
-    for Case { name, spec, rod, shape } in cases(factory) {
+    for Case { name, spec, rod, shape, .. } in cases(factory) {
         let Some(law) = rod.law() else { continue };
         let (got, energy) = (rod_energy(&law, &spec.mesh, &shape.view()), rod.energy(&shape.view()).total());
         assert_near(&name, got, energy, ROUND_OFF * (1.0 + energy));
@@ -685,7 +754,7 @@ pub fn low_order_parts_of_positions_count(factory: &Factory<'_>) {
 /// If the same extra curvature everywhere does not do what that much more rest curvature does.
 pub fn extra_curvature_shifts_the_rest_curvature(factory: &Factory<'_>) {
     let extra = Vector::new(0.7, -0.4, 1.1);
-    for Case { name, spec, rod, mut shape } in cases(factory) {
+    for Case { name, spec, rod, mut shape, .. } in cases(factory) {
         shape.extra.clear();
         let curved = factory(RodSpec { curvature: spec.curvature + extra, ..spec });
         let (energy, want) = gradient(curved.as_ref(), &shape);
@@ -727,12 +796,36 @@ pub fn non_finite_input_gives_non_finite_output(factory: &Factory<'_>) {
 /// If two rods of one specification, or two calls, give different bits.
 pub fn same_input_gives_same_bits(factory: &Factory<'_>) {
     let bits = |v: &DVector<f64>| v.iter().map(|x| x.to_bits()).collect::<Vec<_>>();
-    for Case { name, spec, rod, shape } in cases(factory) {
+    for Case { name, spec, rod, shape, .. } in cases(factory) {
         let other = factory(spec);
         let (energy, first) = gradient(rod.as_ref(), &shape);
         for rod in [rod.as_ref(), other.as_ref()] {
             let (again, second) = gradient(rod, &shape);
             assert_eq!((energy.to_bits(), bits(&first)), (again.to_bits(), bits(&second)), "{name}");
         }
+    }
+}
+
+/// # Panics
+/// If an increment dissipates energy less than 0, if committing it twice changes a bit of the memory or dissipates
+/// again, if it changes forces or moments by more than round-off, or if the memory is not as long as it was.
+pub fn memory_is_committed_once(factory: &Factory<'_>) {
+    for Case { name, rod, mut shape, .. } in cases(factory) {
+        let rod = rod.as_ref();
+        assert_eq!(rod.memory().len() % shape.coupling_lengths.len().max(1), 0, "{name}: the same for each coupling");
+        let (_, want) = gradient(rod, &shape);
+        let before = rod.energy(&shape.view()).total();
+        let mut memory = shape.memory.clone();
+        let dissipated = rod.commit(&shape.view(), &mut memory);
+        assert!(dissipated >= 0.0, "{name}: {dissipated} J dissipated");
+        assert_eq!(memory.len(), rod.memory().len(), "{name}");
+        shape.memory = memory.clone();
+        let (_, got) = gradient(rod, &shape);
+        assert_all_near(&name, &got, &want, ROUND_OFF * (1.0 + want.amax()));
+        // What was minimised is stored or dissipated.
+        let stored = rod.energy(&shape.view()).total();
+        assert_near(&name, stored + dissipated, before, ROUND_OFF * (1.0 + before));
+        let again = rod.commit(&shape.view(), &mut memory);
+        assert_eq!((again, memory), (0.0, shape.memory), "{name}: committed twice");
     }
 }

@@ -83,6 +83,8 @@ fn spec() -> JointSpec {
                 min_bend_radius_moving: None,
                 max_tension: None,
                 max_torsion: None,
+                friction: Default::default(),
+                set: None,
             },
             segment_length: 0.01,
             length: 1.0,

@@ -138,7 +138,7 @@ impl ContactTerm {
             // Penalties are those of the mean segment.
             let length = mesh.length() / mesh.segments() as f64;
             let pieces = pieces(length);
-            let bending = STIFFNESS_RATIO * branch.section.bend_diagonal().xy().max() / length.powi(3);
+            let bending = STIFFNESS_RATIO * branch.section.sticking_diagonal().xy().max() / length.powi(3);
             let weight = branch.section.linear_density * WEIGHT * length / (WEIGHT_DEPTH * radius);
             contact.penalties.push(bending.max(weight) / pieces);
             contact.friction_stiffness.push(branch.section.axial_stiffness / (length * pieces));

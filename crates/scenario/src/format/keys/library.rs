@@ -2,7 +2,9 @@
 
 use super::constraints::{FRICTION, HOLD, INSERTION_FORCE, MAX_MOMENT, PULL_OUT_FORCE, SLIDE};
 use crate::format::form::{Family, Form, Key, Keys, may, must, unless, with};
-use crate::format::limits::{DIAMETER, FRACTION, MAX_COUNT, NON_NEGATIVE, POISSON, POSITIVE, POSITIVE_FRACTION};
+use crate::format::limits::{
+    DIAMETER, FRACTION, HARDENING, MAX_COUNT, NON_NEGATIVE, POISSON, POSITIVE, POSITIVE_FRACTION,
+};
 use wireloom_core::Quantity;
 
 /// A section: measured, or made of wires, or both; measured values take precedence over the rule.
@@ -78,6 +80,55 @@ pub(crate) const SECTION: Keys = Keys {
             Form::Number(Quantity::Curvature, POSITIVE),
             "largest twist per length allowed, either way, such as \"180 deg/m\" or \"0.5 turns/m\"",
         ),
+        may(
+            "friction",
+            Form::Table(&SECTION_FRICTION),
+            "friction within it, beside the elastic stiffness: its wires slip, and what is bent keeps a set",
+        ),
+        may("set", Form::Table(&SECTION_SET), "bends beyond a limit are permanent; needs one bending stiffness"),
+    ],
+};
+
+/// Friction within a section.
+pub(crate) const SECTION_FRICTION: Keys = Keys {
+    what: "friction",
+    keys: &[
+        may(
+            "bending",
+            Form::Tables(&FRICTION_ELEMENT),
+            "elements in bending, in parallel to bending_stiffness and to each other; alike about d1 and d2",
+        ),
+        may(
+            "torsion",
+            Form::Tables(&FRICTION_ELEMENT),
+            "elements in torsion, in parallel to torsion_stiffness and to each other",
+        ),
+    ],
+};
+
+/// Permanent bends.
+pub(crate) const SECTION_SET: Keys = Keys {
+    what: "set",
+    keys: &[
+        must(
+            "yield_curvature",
+            Form::Number(Quantity::Curvature, POSITIVE),
+            "curvature beyond which bends are permanent, such as \"12 1/m\"",
+        ),
+        must(
+            "hardening",
+            Form::Number(Quantity::Dimensionless, HARDENING),
+            "bending stiffness beyond it as a fraction of bending_stiffness",
+        ),
+    ],
+};
+
+/// Element of friction: a spring in series with a slider.
+pub(crate) const FRICTION_ELEMENT: Keys = Keys {
+    what: "element",
+    keys: &[
+        must("stiffness", Form::Number(Quantity::BendingStiffness, POSITIVE), "stiffness that it adds while it sticks"),
+        must("moment", Form::Number(Quantity::Moment, POSITIVE), "moment at which it slips, and which it then keeps"),
     ],
 };
 
