@@ -25,7 +25,7 @@ fn scenario(path: &str) -> String {
 #[track_caller]
 fn converged(text: &str) -> Run {
     let run = run(text);
-    assert_eq!(run.status, Status::Converged, "{:?} {:?} {:?}", run.notes, run.events, run.fault);
+    assert_eq!(run.status(), Status::Converged, "{:?} {:?} {:?}", run.notes, run.events, run.fault());
     run
 }
 
