@@ -5,6 +5,7 @@
 
 use crate::arguments::{Command, PluginFault, PluginTask};
 use crate::failure::{Failure, Outcome};
+use crate::files::load;
 use crate::files::saved::{self, Origin};
 use crate::interrupt;
 use crate::plugin::fault;
@@ -83,7 +84,7 @@ fn with_plugins(command: &Command) -> bool {
         },
         _ => None,
     };
-    let text = file.and_then(|file| std::fs::read_to_string(file).ok());
+    let text = file.and_then(|file| load::text(&file).ok());
     text.is_some_and(|text| !wireloom::scenario::plugins(&text).load.is_empty())
 }
 

@@ -33,14 +33,18 @@ fn invert(p: &Matrix) -> (Matrix, u32) {
     (Matrix::new(x11, x12, x13, x12, x22, x23, x13, x23, i3), negative)
 }
 
-/// Eliminates the columns of a part; `diagonal` and `below` are the blocks of these columns. Contributions to later
-/// rows are left in the part's updates. Returns the number of negative pivots.
-fn eliminate(part: &mut Part, pattern: &Pattern, diagonal: &mut [Matrix], below: &mut [Matrix]) -> usize {
+/// Eliminates the columns of a part, or, if `most` negative pivots are found before, not all of them; `diagonal` and
+/// `below` are the blocks of these columns. Contributions to later rows are left in the part's updates. Returns the
+/// number of negative pivots.
+fn eliminate(part: &mut Part, pattern: &Pattern, diagonal: &mut [Matrix], below: &mut [Matrix], most: usize) -> usize {
     let first = part.columns.start;
     let end = part.columns.end as u32;
     let first_block = pattern.starts[first] as usize;
     part.updates.fill(Matrix::zeros());
-    let mut negative = eliminate_all(&mut part.children, pattern, diagonal, below);
+    let mut negative = eliminate_all(&mut part.children, pattern, diagonal, below, most);
+    if negative >= most {
+        return negative;
+    }
     let Part { children, beyond, updates, .. } = part;
     for child in children {
         for (i, &row) in child.beyond.iter().enumerate() {
@@ -61,6 +65,9 @@ fn eliminate(part: &mut Part, pattern: &Pattern, diagonal: &mut [Matrix], below:
         let local = p - first;
         let (inverse, signs) = invert(&diagonal[local]);
         negative += signs as usize;
+        if negative >= most {
+            return negative;
+        }
         diagonal[local] = inverse;
         let (start, stop) = (pattern.starts[p] as usize - first_block, pattern.starts[p + 1] as usize - first_block);
         if stop == start + 2 && rows[start + 1] < end {
@@ -103,13 +110,19 @@ fn eliminate(part: &mut Part, pattern: &Pattern, diagonal: &mut [Matrix], below:
 }
 
 /// Eliminates consecutive independent parts in parallel.
-fn eliminate_all(parts: &mut [Part], pattern: &Pattern, diagonal: &mut [Matrix], below: &mut [Matrix]) -> usize {
+fn eliminate_all(
+    parts: &mut [Part],
+    pattern: &Pattern,
+    diagonal: &mut [Matrix],
+    below: &mut [Matrix],
+    most: usize,
+) -> usize {
     match parts {
         [] => 0,
         [part] => {
             let (columns, first_block) = (part.columns.len(), pattern.starts[part.columns.start]);
             let blocks = (pattern.starts[part.columns.end] - first_block) as usize;
-            eliminate(part, pattern, &mut diagonal[..columns], &mut below[..blocks])
+            eliminate(part, pattern, &mut diagonal[..columns], &mut below[..blocks], most)
         }
         _ => {
             let (parts, others) = parts.split_at_mut(parts.len() / 2);
@@ -117,8 +130,8 @@ fn eliminate_all(parts: &mut [Part], pattern: &Pattern, diagonal: &mut [Matrix],
             let (diagonal, other_diagonal) = diagonal.split_at_mut(cut - first);
             let (below, other_below) = below.split_at_mut((pattern.starts[cut] - pattern.starts[first]) as usize);
             let (a, b) = rayon::join(
-                || eliminate_all(parts, pattern, diagonal, below),
-                || eliminate_all(others, pattern, other_diagonal, other_below),
+                || eliminate_all(parts, pattern, diagonal, below, most),
+                || eliminate_all(others, pattern, other_diagonal, other_below, most),
             );
             a + b
         }
@@ -130,7 +143,14 @@ impl BlockMatrix {
     /// negative pivots. Non-finite numbers in the factor are not reported; they appear in the solution.
     pub fn factorise(&mut self) -> usize {
         let Structure { pattern, parts, .. } = &mut self.structure;
-        eliminate(parts, pattern, &mut self.diagonal, &mut self.below)
+        eliminate(parts, pattern, &mut self.diagonal, &mut self.below, usize::MAX)
+    }
+
+    /// Factorises in place as [`Self::factorise`] does, and stops at the first negative pivot. Returns whether there is
+    /// none; otherwise there is no factor.
+    pub fn factorise_if_positive(&mut self) -> bool {
+        let Structure { pattern, parts, .. } = &mut self.structure;
+        eliminate(parts, pattern, &mut self.diagonal, &mut self.below, 1) == 0
     }
 
     /// Direction u of negative curvature, `uᵀ A u < 0`, in elimination order, after [`Self::factorise`]: the sum over

@@ -140,7 +140,7 @@ impl Condensation {
             self.matrix.add_block(block);
         }
         self.matrix.eliminate_prescribed(problem);
-        self.matrix.factorise() == 0
+        self.matrix.factorise_if_positive()
     }
 
     /// Undoes the last [`Self::condense`].

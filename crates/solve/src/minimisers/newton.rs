@@ -12,7 +12,7 @@
 //! - Contacts that close or open along a step are part of its model ([`ActiveSet`]).
 //! - After small steps the axial and shear forces in the geometric stiffness are those predicted by the last linear
 //!   step (mixed integration points: Magisano, Leonetti, Garcea 2017).
-//! - Steps that would only stretch the cable are followed by a restoration of lengths ([`restoration`]).
+//! - Steps that would only stretch the cable are followed by a restoration of lengths (`restoration`).
 //! - Dead moments have no potential: with them steps are those of the residual (`residual_step`), downhill only if
 //!   those fail.
 
@@ -27,6 +27,7 @@ use crate::linear::border::Border;
 use crate::linear::dead_moments::DeadMoments;
 use crate::minimisers::condensation::Condensation;
 use crate::minimisers::convergence::{ConvergenceMonitor, PROGRESS, Termination};
+use restoration::restores;
 use wireloom_core::minimiser::{Minimiser, Report, Stop};
 use wireloom_core::problem::{Hessian, Problem};
 use wireloom_core::registry::MinimiserKind;
@@ -102,7 +103,7 @@ struct Workspace {
     step: Tangent,
     motion: Tangent,
     trial: State,
-    /// States, the step and the gradient that [`restoration`] keeps.
+    /// States, the step and the gradient that `restoration` keeps.
     restored: Option<Box<State>>,
     whole_step: Tangent,
     first_gradient: Tangent,
@@ -168,7 +169,7 @@ impl Workspace {
     fn assemble(&mut self, problem: &mut Problem<'_>, state: &State, mixed: bool, mut sigma: f64) -> f64 {
         problem.hessian(state, mixed.then_some(self.forces.as_slice()), &mut self.hessian);
         let mut convex = false;
-        while self.factorise(problem, state, sigma) > 0 && sigma.is_finite() && !problem.monitor.is_stopped() {
+        while !self.factorise(problem, state, sigma) && sigma.is_finite() && !problem.monitor.is_stopped() {
             if std::mem::replace(&mut convex, true) || !problem.make_convex(state, &mut self.hessian) {
                 sigma = raised(sigma, RAISE);
             }
@@ -176,8 +177,9 @@ impl Workspace {
         sigma
     }
 
-    /// Assembles and factorises the present Hessian with a shift. Returns the number of negative pivots.
-    fn factorise(&mut self, problem: &Problem<'_>, state: &State, sigma: f64) -> usize {
+    /// Assembles and factorises the present Hessian with a shift. Returns whether it is positive definite; otherwise
+    /// there is a factor only with dead moments.
+    fn factorise(&mut self, problem: &Problem<'_>, state: &State, sigma: f64) -> bool {
         self.system.fill(problem, state, &self.hessian);
         let System { matrix, weights, .. } = &mut self.system;
         if sigma > 0.0 {
@@ -185,8 +187,9 @@ impl Workspace {
         }
         matrix.eliminate_prescribed(problem);
         self.factorisations += 1;
-        let negative = matrix.factorise();
-        if negative == 0 && sigma == 0.0 {
+        let positive =
+            if problem.has_dead_moments() { matrix.factorise() == 0 } else { matrix.factorise_if_positive() };
+        if positive && sigma == 0.0 {
             let active = &problem.conditions().active;
             match &mut self.factor_of {
                 Some(known) if known.len() == active.len() => known.copy_from_slice(active),
@@ -195,7 +198,7 @@ impl Workspace {
         } else {
             self.factor_of = None;
         }
-        negative
+        positive
     }
 
     /// Solves for the step at `state`, with the active set of contact; with `moving` it contains the prescribed motion.
@@ -216,7 +219,7 @@ impl Workspace {
             }
             match sigma {
                 Some(sigma) => {
-                    if self.factorise(problem, state, sigma) > 0 && !problem.has_dead_moments() {
+                    if !self.factorise(problem, state, sigma) && !problem.has_dead_moments() {
                         return;
                     }
                 }
@@ -284,9 +287,9 @@ impl Workspace {
     }
 
     /// Backtracking line search (Armijo) along the step from `state` with `energy` (J), its `slope` along the step and
-    /// its `noise`; the step was made with the shift `sigma`. A whole step that fails is restored ([`restoration`]); if
-    /// that fails, the next trial is the minimum of the parabola through value, slope and trial. Returns step length
-    /// and energy of the accepted trial, and whether it was restored.
+    /// its `noise`; the step was made with the shift `sigma`. A whole step with a shift that fails is restored
+    /// (`restoration`); if that fails, the next trial is the minimum of the parabola through value, slope and trial.
+    /// Returns step length and energy of the accepted trial, and whether it was restored.
     fn line_search(
         &mut self,
         problem: &mut Problem<'_>,
@@ -303,6 +306,8 @@ impl Workspace {
                 return Some((alpha, trial, false));
             }
             if alpha == 1.0
+                && sigma > 0.0
+                && restores(problem)
                 && let Some(restored) = self.restore(problem, state, sigma, [trial, energy + ARMIJO * slope])
             {
                 return Some((alpha, restored, true));
@@ -463,6 +468,7 @@ fn descend(ws: &mut Workspace, problem: &mut Problem<'_>, state: &mut State, sto
         problem.update_held(state);
         monitor.moved(turn, -slope > noise, ws.residual(problem));
         trace(problem, &report, [energy, monitor.residual, alpha, sigma], ws.factorisations);
+        let wanted = if restores(problem) { wanted } else { sigma };
         sigma = next_shift([wanted, sigma], alpha);
     };
     if report.status != Status::Converged {
@@ -485,8 +491,8 @@ fn predict_forces(problem: &Problem<'_>, before: &State, step: &Tangent, forces:
     });
 }
 
-/// Shift for the next iteration, after a step of length `alpha` with the shift `sigma`, which was raised from a `wanted`
-/// one if that did not make the matrix positive definite.
+/// Shift for the next iteration, after a step of length `alpha` with the shift `sigma`. It was raised from a `wanted` one
+/// if that did not make the matrix positive definite.
 fn next_shift([wanted, sigma]: [f64; 2], alpha: f64) -> f64 {
     let next = match () {
         () if alpha < SHORT_STEP => RAISE_AFTER_SHORT_STEP * sigma,

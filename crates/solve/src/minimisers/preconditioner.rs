@@ -50,7 +50,7 @@ impl Preconditioner {
     pub(crate) fn refresh(&mut self, problem: &mut Problem<'_>, state: &State) {
         problem.hessian(state, None, &mut self.hessian);
         let (mut sigma, mut convex) = (0.0_f64, false);
-        while self.factorise(problem, state, sigma) > 0 && sigma.is_finite() && !problem.monitor.is_stopped() {
+        while !self.factorise(problem, state, sigma) && sigma.is_finite() && !problem.monitor.is_stopped() {
             if std::mem::replace(&mut convex, true) || !problem.make_convex(state, &mut self.hessian) {
                 sigma = raised(sigma, RAISE);
             }
@@ -62,7 +62,7 @@ impl Preconditioner {
         self.system.update_weights(problem);
     }
 
-    fn factorise(&mut self, problem: &Problem<'_>, state: &State, sigma: f64) -> usize {
+    fn factorise(&mut self, problem: &Problem<'_>, state: &State, sigma: f64) -> bool {
         self.system.fill(problem, state, &self.hessian);
         let System { matrix, weights, .. } = &mut self.system;
         if sigma > 0.0 {
@@ -70,7 +70,7 @@ impl Preconditioner {
         }
         matrix.eliminate_prescribed(problem);
         self.factorisations += 1;
-        matrix.factorise()
+        matrix.factorise_if_positive()
     }
 
     /// `step = −M⁻¹ gradient`.

@@ -18,6 +18,11 @@ const STIFFER: f64 = 1e3;
 /// Shift at which restoring steps are given up.
 const LARGEST_SHIFT: f64 = 1e12;
 
+/// Whether steps are restored: not with contact, sliding and dead moments, whose steps have models of their own.
+pub(super) fn restores(problem: &Problem<'_>) -> bool {
+    problem.contact().is_idle() && !problem.has_slides() && !problem.has_dead_moments()
+}
+
 impl Workspace {
     /// Restores lengths after the trial of the whole step from `state` with the shift `sigma`; the trial has the energy
     /// `trial` (J). Returns the energy reached, with the end in the trial, if it is at most `allowed`.
@@ -28,8 +33,7 @@ impl Workspace {
         sigma: f64,
         [trial, allowed]: [f64; 2],
     ) -> Option<f64> {
-        // Their steps have models of their own.
-        if problem.has_slides() || problem.has_dead_moments() || !self.active_set.is_idle() || !trial.is_finite() {
+        if !trial.is_finite() {
             return None;
         }
         let mut from = self.restored.take()?;
@@ -64,7 +68,7 @@ impl Workspace {
     /// definite. Returns whether there is one.
     fn stiffen(&mut self, problem: &mut Problem<'_>, state: &State, mut sigma: f64) -> bool {
         problem.hessian(state, Some(self.forces.as_slice()), &mut self.hessian);
-        while self.factorise(problem, state, sigma) > 0 {
+        while !self.factorise(problem, state, sigma) {
             sigma = raised(sigma, RAISE);
             if sigma > LARGEST_SHIFT || problem.monitor.is_stopped() {
                 return false;
