@@ -27,7 +27,6 @@ use crate::linear::border::Border;
 use crate::linear::dead_moments::DeadMoments;
 use crate::minimisers::condensation::Condensation;
 use crate::minimisers::convergence::{ConvergenceMonitor, PROGRESS, Termination};
-use restoration::restores;
 use wireloom_core::minimiser::{Minimiser, Report, Stop};
 use wireloom_core::problem::{Hessian, Problem};
 use wireloom_core::registry::MinimiserKind;
@@ -307,7 +306,7 @@ impl Workspace {
             }
             if alpha == 1.0
                 && sigma > 0.0
-                && restores(problem)
+                && Self::restores(problem)
                 && let Some(restored) = self.restore(problem, state, sigma, [trial, energy + ARMIJO * slope])
             {
                 return Some((alpha, restored, true));
@@ -468,7 +467,7 @@ fn descend(ws: &mut Workspace, problem: &mut Problem<'_>, state: &mut State, sto
         problem.update_held(state);
         monitor.moved(turn, -slope > noise, ws.residual(problem));
         trace(problem, &report, [energy, monitor.residual, alpha, sigma], ws.factorisations);
-        let wanted = if restores(problem) { wanted } else { sigma };
+        let wanted = if Workspace::restores(problem) { wanted } else { sigma };
         sigma = next_shift([wanted, sigma], alpha);
     };
     if report.status != Status::Converged {
@@ -491,8 +490,8 @@ fn predict_forces(problem: &Problem<'_>, before: &State, step: &Tangent, forces:
     });
 }
 
-/// Shift for the next iteration, after a step of length `alpha` with the shift `sigma`. It was raised from a `wanted` one
-/// if that did not make the matrix positive definite.
+/// Shift for the next iteration, after a step of length `alpha` with the shift `sigma`, raised from a `wanted` one that
+/// did not make the matrix positive definite.
 fn next_shift([wanted, sigma]: [f64; 2], alpha: f64) -> f64 {
     let next = match () {
         () if alpha < SHORT_STEP => RAISE_AFTER_SHORT_STEP * sigma,

@@ -18,12 +18,12 @@ const STIFFER: f64 = 1e3;
 /// Shift at which restoring steps are given up.
 const LARGEST_SHIFT: f64 = 1e12;
 
-/// Whether steps are restored: not with contact, sliding and dead moments, whose steps have models of their own.
-pub(super) fn restores(problem: &Problem<'_>) -> bool {
-    problem.contact().is_idle() && !problem.has_slides() && !problem.has_dead_moments()
-}
-
 impl Workspace {
+    /// Whether steps are restored: not with contact, sliding and dead moments, whose steps have models of their own.
+    pub(super) fn restores(problem: &Problem<'_>) -> bool {
+        problem.contact().is_idle() && !problem.has_slides() && !problem.has_dead_moments()
+    }
+
     /// Restores lengths after the trial of the whole step from `state` with the shift `sigma`; the trial has the energy
     /// `trial` (J). Returns the energy reached, with the end in the trial, if it is at most `allowed`.
     pub(super) fn restore(
