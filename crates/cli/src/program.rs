@@ -15,7 +15,7 @@ pub fn commit() -> Option<&'static str> {
 pub fn fingerprint() -> Option<String> {
     let mut hash = Sha256::new();
     std::io::copy(&mut std::fs::File::open(std::env::current_exe().ok()?).ok()?, &mut hash).ok()?;
-    Some(hash.finalize().iter().map(|byte| format!("{byte:02x}")).collect())
+    Some(format!("{:x}", hash.finalize()))
 }
 
 /// Processor, number of cores and system, as far as they are known.

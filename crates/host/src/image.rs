@@ -22,7 +22,7 @@ pub fn copy(file: &Path) -> Result<(PathBuf, String), Reason> {
     open_regular_file(file, LARGEST)
         .and_then(|file| file.take(LARGEST).read_to_end(&mut bytes))
         .map_err(Reason::Unreadable)?;
-    let hash: String = Sha256::digest(&bytes).iter().map(|byte| format!("{byte:02x}")).collect();
+    let hash = format!("{:x}", Sha256::digest(&bytes));
     let mut copies = COPIES.lock().unwrap_or_else(PoisonError::into_inner);
     if let Some(path) = copies.get(&hash) {
         return Ok((path.clone(), hash));

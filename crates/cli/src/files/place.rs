@@ -267,7 +267,7 @@ impl Writer {
 
     /// SHA-256 of everything so far, in hexadecimal digits.
     pub fn hash(&self) -> String {
-        self.hash.clone().finalize().iter().map(|byte| format!("{byte:02x}")).collect()
+        format!("{:x}", self.hash.clone().finalize())
     }
 }
 

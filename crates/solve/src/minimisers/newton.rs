@@ -102,7 +102,7 @@ struct Workspace {
     step: Tangent,
     motion: Tangent,
     trial: State,
-    /// States, the step and the gradient that `restoration` keeps.
+    /// The state that `restoration` steps from, and the step and the gradient that it puts back.
     restored: Option<Box<State>>,
     whole_step: Tangent,
     first_gradient: Tangent,
@@ -467,8 +467,9 @@ fn descend(ws: &mut Workspace, problem: &mut Problem<'_>, state: &mut State, sto
         problem.update_held(state);
         monitor.moved(turn, -slope > noise, ws.residual(problem));
         trace(problem, &report, [energy, monitor.residual, alpha, sigma], ws.factorisations);
-        let wanted = if Workspace::restores(problem) { wanted } else { sigma };
-        sigma = next_shift([wanted, sigma], alpha);
+        // Without restoration a raise is lowered step by step.
+        let back = if Workspace::restores(problem) { wanted } else { sigma };
+        sigma = next_shift([back, sigma], alpha);
     };
     if report.status != Status::Converged {
         // The next call may begin at another state.

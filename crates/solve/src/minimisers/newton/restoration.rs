@@ -7,7 +7,7 @@
 //! Pilotta 2000). The geometric stiffness has the forces that the step before predicts, not those of the stretch.
 
 use super::{Workspace, predict_forces};
-use crate::minimisers::step_control::{LARGEST_TURN, RAISE, raised};
+use crate::minimisers::step_control::{LARGEST_TURN, raised};
 use wireloom_core::State;
 use wireloom_core::problem::Problem;
 
@@ -15,8 +15,6 @@ use wireloom_core::problem::Problem;
 const MOST: usize = 2;
 /// Shift of a restoring step, in units of that of the trial: above bending, far below stretch.
 const STIFFER: f64 = 1e3;
-/// Shift at which restoring steps are given up.
-const LARGEST_SHIFT: f64 = 1e12;
 
 impl Workspace {
     /// Whether steps are restored: not with contact, sliding and dead moments, whose steps have models of their own.
@@ -45,12 +43,10 @@ impl Workspace {
             predict_forces(problem, &from, &self.step, &mut self.forces);
             std::mem::swap(&mut *from, &mut self.trial);
             std::mem::swap(&mut self.gradient, &mut self.trial_gradient);
-            let energy = if self.stiffen(problem, &from, raised(sigma, STIFFER)) {
-                self.solve_once(problem, &from, false);
-                if self.largest_turn() <= LARGEST_TURN { self.try_step(problem, &from, 1.0) } else { f64::INFINITY }
-            } else {
-                f64::INFINITY
-            };
+            self.assemble(problem, &from, true, raised(sigma, STIFFER));
+            self.solve_once(problem, &from, false);
+            let turn = self.largest_turn();
+            let energy = if turn <= LARGEST_TURN { self.try_step(problem, &from, 1.0) } else { f64::INFINITY };
             if energy >= least || energy.is_nan() {
                 std::mem::swap(&mut *from, &mut self.trial);
                 std::mem::swap(&mut self.gradient, &mut self.trial_gradient);
@@ -62,18 +58,5 @@ impl Workspace {
         self.step.copy_from(&self.whole_step);
         self.gradient.copy_from(&self.first_gradient);
         (least <= allowed).then_some(least)
-    }
-
-    /// Factorises the second derivatives at `state` with the first shift from `sigma` on that makes them positive
-    /// definite. Returns whether there is one.
-    fn stiffen(&mut self, problem: &mut Problem<'_>, state: &State, mut sigma: f64) -> bool {
-        problem.hessian(state, Some(self.forces.as_slice()), &mut self.hessian);
-        while !self.factorise(problem, state, sigma) {
-            sigma = raised(sigma, RAISE);
-            if sigma > LARGEST_SHIFT || problem.monitor.is_stopped() {
-                return false;
-            }
-        }
-        true
     }
 }
