@@ -282,7 +282,7 @@ fn a_cable_in_a_flow_hangs_at_the_critical_angle() {
             problem.change(|conditions| conditions.load_factors[0] = f64::from(k) / 16.0);
             let report = solve(&mut problem, &mut state);
             assert_eq!(report.status, Status::Converged, "{ratio}, {k}: {report:?}");
-            assert!(report.iterations <= MOST, "{ratio}, {k}: {report:?}");
+            assert!(report.iterations <= 2 * MOST, "{ratio}, {k}: {report:?}");
         }
         // sin φ from ratio (1 − sin² φ) = sin φ.
         let sine = ((1.0 + 4.0 * ratio * ratio).sqrt() - 1.0) / (2.0 * ratio);
