@@ -301,8 +301,8 @@ impl Geometric {
 /// Stretch and shear of a segment beside a station (or between two).
 ///
 /// The segment's tangent is blended with the station's: `Γ = v + v × φ − (1 + ε) e3` with `φ = Σ 2 β Re(r) Im(r)`,
-/// `r = q̄ Q`, over the stations beside it: the turn from the segment's frame to theirs (the sine of its angle, smooth for any
-/// turn). To leading order the plain staggered scheme differs from the rod by the functional
+/// `r = q̄ Q`, over the stations beside it: the turn from the segment's frame to theirs (the sine of its angle, smooth
+/// for any turn). To leading order the plain staggered scheme differs from the rod by the functional
 /// `(ℓ²/24) ([n·x″] − ∫ κ′ᵀ C κ′ ds)` (modified equation, per span between stations, dead loads aside). β = 1/12 takes
 /// out its boundary term, which is the larger part; with β = 1/8 what is then left at the boundary works against the
 /// integral too, and the error of clamped, hanging and branched references is least. At a station within a branch the

@@ -26,9 +26,9 @@
 //! patch recovery, International Journal for Numerical Methods in Engineering 33, estimate the error by such jumps).
 //!
 //! Where H is not available (loads without a potential have none, or the state is no equilibrium of known stability),
-//! the estimate is local: the last contribution, times `LOCAL_SAFETY`, integrated along the branch for positions. Where cables
-//! touch something H contains the contacts that act, and where they slide the arc length at the constraint is fixed;
-//! with another mesh both would differ a little, so the estimate is doubled there.
+//! the estimate is local: the last contribution, times `LOCAL_SAFETY`, integrated along the branch for positions. Where
+//! cables touch something H contains the contacts that act, and where they slide the arc length at the constraint is
+//! fixed; with another mesh both would differ a little, so the estimate is doubled there.
 
 use wireloom_core::equilibrium::{BranchError, BranchResult};
 use wireloom_core::network::Branch;

@@ -106,8 +106,8 @@ impl Driver<'_, '_> {
     }
 
     /// Finds an equilibrium of the loads with a potential. A drawn shape is at first the rest shape, without weight;
-    /// while the constraints move, it is replaced by the true rest shape, and the weight is applied. An unstable equilibrium is
-    /// left at the end.
+    /// while the constraints move, it is replaced by the true rest shape, and the weight is applied. An unstable
+    /// equilibrium is left at the end.
     fn find_equilibrium_with_potential(&mut self) -> Grade {
         let network = self.problem.network;
         let mut journeys = Vec::new();
